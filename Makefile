@@ -1,0 +1,45 @@
+# Every target makes the virtual environment it needs by itself.
+PYTHON ?= python3
+VENV   ?= .venv
+BIN    := $(VENV)/bin
+export PYTHONUNBUFFERED = 1
+export OPENBLAS_NUM_THREADS = 1
+
+.PHONY: run test lint bench setup setup-bench docs clean
+setup: $(VENV)/.ready-dev
+
+$(VENV)/bin/python:
+	@bash .ci/make-venv "$(PYTHON)" "$(VENV)"
+
+$(VENV)/.ready: pyproject.toml constraints.txt | $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
+	@touch $@ 
+
+$(VENV)/.ready-dev: $(VENV)/.ready
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	@touch $@
+
+$(VENV)/.ready-bench: $(VENV)/.ready-dev
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[bench]'
+	@touch $@
+
+run: $(VENV)/.ready
+	$(BIN)/rtctl demo
+
+test: $(VENV)/.ready-dev
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/.ready-dev
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports --no-cache
+
+bench: $(VENV)/.ready-bench
+	$(BIN)/rtctl bench
+
+docs: $(VENV)/.ready-dev
+	$(BIN)/python -m rtctl schema --markdown > docs/tick.md
+
+clean:
+	rm -rf $(VENV) build dist out

@@ -1,0 +1,103 @@
+"""What a backend is: five small methods and a declaration of channels.
+
+A backend never blocks in `read` or `write`, never raises in `stop`, and presents a sample as fresh
+(by advancing `tick["sample_count"]`) only when it is. `tick` is a one-row structured array: the backend
+writes the fields of its `provides` channels and reads those of its `consumes` channels.
+
+A third-party backend is any object with this shape, offered through the entry-point group
+`rtctl.backends` as a `BackendInfo`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntFlag
+from typing import Any, Protocol
+
+import numpy as np
+
+CHANNEL_FIELDS: dict[str, str] = {
+    "position": "position_rad",
+    "current": "current_a",
+    "force": "force_n",
+    "temperature": "temperature_c",
+    "estop": "estop",
+    "torque": "torque_applied_nm",
+    "current_command": "current_command_a",
+}
+"""Channel name -> the tick field that carries it."""
+
+
+class LinkFault(IntFlag):
+    """Bits of `tick["link_faults"]`: what went wrong on the link in this cycle."""
+
+    CHECKSUM = 1
+    SEQUENCE = 2
+    LOST = 4
+    END_OF_LOG = 8
+
+
+class BackendError(Exception):
+    """A device that cannot be opened or used; the text names the device, the cause and the remedy."""
+
+
+class LinkLost(BackendError):  # noqa: N818 - the field's word
+    """The device is gone: unplugged, hung up, or closed by its driver."""
+
+
+@dataclass(frozen=True)
+class Rig:
+    """The facts of the rig a backend may need: axes, period, gearing.
+
+    Arrays have shape `(n_axes,)`; `lever_m` has shape `(n_axes, 3)`: joint torque = lever @ tip force.
+    """
+
+    n_axes: int
+    period_s: float
+    gear_ratio: np.ndarray
+    gear_efficiency: np.ndarray
+    torque_constant_nm_a: np.ndarray
+    encoder_counts_per_rev: np.ndarray
+    lever_m: np.ndarray
+
+
+class Backend(Protocol):
+    """One device, or a composed rig."""
+
+    provides: frozenset[str]
+    consumes: frozenset[str]
+
+    def open(self) -> None:
+        """Acquire the device. Idempotent. Raises BackendError."""
+
+    def read(self, tick: np.ndarray) -> None:
+        """Write the newest measurement into `tick[0]`. Never blocks. Raises LinkLost."""
+
+    def write(self, tick: np.ndarray) -> None:
+        """Send `tick[0]`'s applied torque (and `enabled`). Never blocks. Raises LinkLost."""
+
+    def stop(self) -> None:
+        """Make the actuator torque-free now. Never raises; safe before open and after close."""
+
+    def close(self) -> None:
+        """Release the device. Idempotent, never raises."""
+
+
+@dataclass(frozen=True)
+class BackendInfo:
+    """Registry entry. Both targets are `module:attribute`, imported only when used.
+
+    `factory(options: Mapping, rig: Rig) -> Backend` runs in the loop process.
+    `options` names a pydantic model that validates the device's table in the rig file; it is imported
+    only by the host.
+    `simulated`: no real actuator, so refused real-time rights only warn.
+    """
+
+    factory: str
+    options: str
+    simulated: bool
+    summary: str
+
+
+Options = Mapping[str, Any]

@@ -1,0 +1,65 @@
+"""The one way functions are compiled here: Numba, cached under a key that covers every source they inline.
+
+Numba's own cache looks only at the file of the outermost function; a changed callee in another file
+would leave stale machine code in use. For code that moves a rig that is not acceptable, so the cache
+folder is named after a hash of all the sources that may be inlined into each other.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numba
+import numpy as np
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+JIT_DISABLED = bool(numba.config.DISABLE_JIT)
+
+
+def cache_root() -> Path:
+    """Folder of everything rtctl may rebuild: `RTCTL_CACHE_DIR`, systemd's, or the user's cache."""
+    for name in ("RTCTL_CACHE_DIR", "CACHE_DIRECTORY"):
+        if os.environ.get(name):
+            return Path(os.environ[name])
+    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    return Path(base) / "rtctl"
+
+
+def source_key(*roots: Path) -> str:
+    """Hash of every Python file below `roots`, of the interpreter, and of Numba itself (hex)."""
+    digest = hashlib.sha256(f"{sys.version} numba {numba.__version__} numpy {np.__version__}".encode())
+    for root in roots:
+        for path in sorted(root.rglob("*.py")):
+            digest.update(path.relative_to(root).as_posix().encode())
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:20]
+
+
+def compiler(*roots: Path) -> Callable[[F], F]:
+    """Make the decorator that compiles functions whose sources all lie below `roots`.
+
+    No fast-math: results are the same bit for bit inside the loop, in a simulation and in a replay.
+    Division by zero follows IEEE 754 (inf, nan); the law checks its results itself.
+    """
+    folder = str(cache_root() / "compiled" / source_key(*roots))
+
+    def compiled(function: F) -> F:
+        numba.config.CACHE_DIR = folder
+        return cast("F", numba.njit(cache=True, error_model="numpy")(function))
+
+    return compiled
+
+
+def records(array: np.ndarray) -> np.ndarray:
+    """Give a structured array in the form compiled functions take.
+
+    Compiled code reads fields as attributes (`tick.position_rad[axis]`). With `NUMBA_DISABLE_JIT=1` the
+    same source runs as plain Python, where only a record array offers that.
+    """
+    return array.view(np.recarray) if JIT_DISABLED else array

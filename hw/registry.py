@@ -1,0 +1,64 @@
+"""Finds backends by name: the entry-point group `rtctl.backends`, ours and third parties' alike.
+
+Drivers are imported only when used, so a missing one fails only when asked for, by name.
+"""
+
+from __future__ import annotations
+
+import importlib
+from functools import cache
+from importlib.metadata import entry_points
+from typing import Any
+
+from hw.interface import Backend, BackendError, BackendInfo, Options, Rig
+
+GROUP = "rtctl.backends"
+
+BUILT_IN = {
+    "mock": BackendInfo(
+        factory="hw.mock.backend:MockBackend",
+        options="hw.mock.options:MockOptions",
+        simulated=True,
+        summary="simulated rig: motor, gearbox, friction, sensors, a hand",
+    ),
+    "playback": BackendInfo(
+        factory="hw.playback.backend:PlaybackBackend",
+        options="hw.playback.options:PlaybackOptions",
+        simulated=True,
+        summary="a recorded log (CSV) as the sensor stream",
+    ),
+}
+
+
+@cache
+def lookup(kind: str) -> BackendInfo:
+    """The backend called `kind`. Raises BackendError naming the ones there are."""
+    if kind in BUILT_IN:
+        return BUILT_IN[kind]
+    found = {entry.name: entry for entry in entry_points(group=GROUP)}
+    if kind not in found:
+        known = ", ".join(sorted({*BUILT_IN, *found}))
+        raise BackendError(f"no backend {kind!r}; there are: {known}")
+    info = found[kind].load()
+    if not isinstance(info, BackendInfo):
+        raise BackendError(f"entry point {kind!r} of {GROUP} is not a hw.interface.BackendInfo")
+    return info
+
+
+def _resolve(target: str) -> Any:  # noqa: ANN401
+    module, _, attribute = target.partition(":")
+    try:
+        return getattr(importlib.import_module(module), attribute)
+    except ModuleNotFoundError as error:
+        raise BackendError(f"{target} needs the Python package {error.name!r}: pip install it") from error
+
+
+def options_model(kind: str) -> Any:  # noqa: ANN401
+    """The pydantic model of the backend's options (host side only)."""
+    return _resolve(lookup(kind).options)
+
+
+def create(kind: str, options: Options, rig: Rig) -> Backend:
+    """Make the backend `kind`. `options` are validated ones. Does not open the device."""
+    backend: Backend = _resolve(lookup(kind).factory)(options, rig)
+    return backend

@@ -1,0 +1,3 @@
+"""Real-time control of haptic and motion rigs, with learned friction compensation."""
+
+__version__ = "0.1.0"

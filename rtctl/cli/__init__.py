@@ -1,0 +1,82 @@
+"""The command line: one file per command, imported only when it is called."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import sys
+from typing import Any
+
+import click
+
+from rtctl import __version__
+from rtctl.errors import ConfigError, RtctlError
+
+COMMANDS: dict[str, str] = {
+    "demo": "rtctl.cli.demo",
+    "run": "rtctl.cli.run",
+    "check": "rtctl.cli.check",
+    "fit": "rtctl.cli.fit",
+    "monitor": "rtctl.cli.monitor",
+    "playback": "rtctl.cli.playback",
+    "schema": "rtctl.cli.schema",
+    "bench": "rtctl.cli.bench",
+}
+"""Command name -> the module whose `command` it is."""
+
+
+class _LazyGroup(click.Group):
+    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002
+        module = COMMANDS.get(cmd_name)
+        return importlib.import_module(module).command if module else None
+
+
+@click.group(
+    cls=_LazyGroup,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog="Exit codes: 0 done, 2 wrong usage, 3 config, 4 model, 5 not provably stable, 6 device, "
+    "7 real-time rights, 8 busy, 9 loop died, 10 data, 11 latched fault, 12 client, 1 anything else.",
+)
+@click.version_option(__version__, prog_name="rtctl")
+def cli() -> None:
+    """Control a haptic or motion rig in real time.
+
+    Begin with `rtctl demo`: a simulated rig, a simulated hand, friction compensation off and on.
+    """
+
+
+def report(error: RtctlError, *, as_json: bool) -> None:
+    """Show an error: lines on stderr, or one JSON object on stdout for scripts."""
+    faults = list(getattr(error, "faults", ()))
+    if as_json:
+        body: dict[str, Any] = {"error": type(error).__name__, "message": str(error), "exit_code": error.exit_code}
+        if isinstance(error, ConfigError):
+            body["faults"] = faults
+        click.echo(json.dumps(body))
+        return
+    click.echo(f"rtctl: {error}", err=True)
+    for line in faults:
+        click.echo(f"  {line}", err=True)
+
+
+def main() -> None:
+    """Entry point of the `rtctl` program."""
+    try:
+        cli.main(standalone_mode=False)
+    except RtctlError as error:
+        report(error, as_json="--json" in sys.argv)
+        sys.exit(error.exit_code)
+    except click.exceptions.Exit as stop:
+        sys.exit(stop.exit_code)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(error.exit_code)
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("interrupted", err=True)
+        sys.exit(130)
+    except BrokenPipeError:
+        sys.stderr.close()
+        sys.exit(0)

@@ -1,0 +1,212 @@
+"""The records the law works on, beside the tick: parameters, state, command, friction model.
+
+All are one-row structured arrays (the friction model has one row per axis), handed to compiled
+functions as arrays, whose row 0 is the record. Lengths that follow the rig are sub-array shapes, so
+one rig size is one compiled version.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+HISTORY = 64
+"""Longest position history of the velocity estimators, samples."""
+
+MAX_SEGMENTS = 1024
+"""Most cubic segments of one direction of a compiled friction model."""
+
+LOOKUP_CELLS = 1024
+"""Cells of the uniform grid that finds the segment of a speed."""
+
+Shape = tuple[int, ...]
+
+
+def _record(scalars: dict[str, str], axis: dict[str, Shape], n_axes: int) -> np.dtype[np.void]:
+    fields: list[tuple[str, str] | tuple[str, str, Shape]] = [(name, kind) for name, kind in scalars.items()]
+    for name, extra in axis.items():
+        kind = "<i8" if name.endswith(("_kind", "_method", "_policy", "_ticks", "_count", "_side")) else "<f8"
+        fields.append((name, kind, (n_axes, *extra)))
+    return np.dtype(fields)
+
+
+def params_dtype(n_axes: int) -> np.dtype[np.void]:
+    """Parameters: fixed while the loop runs."""
+    return _record(
+        {
+            "period_s": "<f8",
+            "ready_ticks": "<i8",  # good ticks in IDLE before arming is allowed
+            "soft_start_ticks": "<i8",  # authority ramp 0 -> 1
+            "stop_ticks": "<i8",  # RAMP: applied torque falls to 0 within this many ticks
+            "target_hold_ticks": "<i8",  # age of a renderer target that causes HOLD
+            "target_stop_ticks": "<i8",  # age that causes STOPPING
+            "stale_limit_ticks": "<i8",  # sample age that causes a CUT
+            "energy_budget_j": "<f8",  # passivity: deficit tolerated before damping is injected
+            "energy_bank_j": "<f8",  # passivity: most energy that may be saved up
+        },
+        {
+            # plant, link side
+            "inertia_kgm2": (),
+            "viscous_nms_rad": (),  # guaranteed viscous damping of the device
+            "gear_ratio": (),
+            "gear_efficiency": (),
+            "torque_constant_nm_a": (),
+            "count_rad": (),  # one encoder count at the link
+            "lever_m": (3,),  # joint torque = lever . tip force
+            # sample validation
+            "position_min_rad": (),
+            "position_max_rad": (),
+            "force_limit_n": (),
+            "current_limit_a": (),
+            # limits
+            "torque_limit_nm": (),
+            "torque_rate_nm": (),  # largest change of applied torque per tick
+            "velocity_limit_rad_s": (),
+            # velocity estimator (velocity.Method)
+            "velocity_method": (),
+            "velocity_window_ticks": (),
+            "velocity_band_rad": (),
+            "velocity_alpha": (),  # low-pass coefficient per tick
+            "kalman_gain_position": (),
+            "kalman_gain_velocity": (),  # 1/s
+            # force
+            "force_alpha": (),  # low-pass coefficient per tick, 1 = off
+            "tare_ticks": (),
+            # virtual coupling
+            "coupling_stiffness_nm_rad": (),
+            "coupling_damping_nms_rad": (),
+            # friction feed-forward (feedforward.Policy)
+            "friction_policy": (),
+            "friction_gain": (),  # kappa, Coulomb and Stribeck part
+            "friction_viscous_gain": (),  # kappa_v
+            "friction_cap_nm": (),  # hard cap of |feed-forward|
+            "friction_ungated_cap_nm": (),  # cap where the force gate does not open it: kappa * min Fhat
+            "friction_tanh_rad_s": (),
+            "friction_blend_rad_s": (),
+            "friction_deadband_rad_s": (),
+            "friction_dither_ticks": (),  # period of the dither in ticks
+            "friction_intent_nm": (),  # tau_g of the force intent: saturation of the sign
+            "friction_gate_deadband_nm": (),
+            "friction_gate_nm": (),  # tau_g of the force gate
+            "friction_gate_alpha": (),
+            "friction_stop_rad": (),  # x_d of the stop operator
+            # passivity
+            "injected_damping_max_nms_rad": (),
+            "friction_floor_nm": (),  # guaranteed dry friction credited by the observer
+            "hold_damping_nms_rad": (),
+        },
+        n_axes,
+    )
+
+
+def state_dtype(n_axes: int) -> np.dtype[np.void]:
+    """State of the law between two ticks. All zero is the state before the first tick."""
+    return _record(
+        {
+            "ticks": "<i8",  # ticks the law has run
+            "state": "<i8",
+            "epoch": "<i8",
+            "ticks_in_state": "<i8",
+            "good_ticks": "<i8",
+            "authority": "<f8",
+            "faults": "<u8",
+            "fault_first": "<i8",
+            "sample_count": "<i8",
+            "sample_age_ticks": "<i8",
+            "late_ticks": "<i8",
+            "missed_ticks": "<i8",
+            "arm_seen": "<i8",
+            "stop_seen": "<i8",
+            "reset_seen": "<i8",
+            "tare_seen": "<i8",
+            "target_seen": "<i8",
+            "target_age_ticks": "<i8",
+            "seal_reserved": "<i8",
+        },
+        {
+            "position_rad": (),
+            "position_before_rad": (),
+            "current_a": (),
+            "force_raw_nm": (),
+            "position_history_rad": (HISTORY,),
+            "history_count": (),
+            "velocity_rad_s": (),
+            "kalman_position_rad": (),
+            "kalman_velocity_rad_s": (),
+            "force_filtered_nm": (),
+            "tare_sum_nm": (),
+            "tare_count": (),
+            "tare_nm": (),
+            "proxy_position_rad": (),
+            "proxy_set_count": (),
+            "friction_gate": (),
+            "friction_stop": (),  # stop operator state, -1..1
+            "torque_applied_nm": (),
+            "feedforward_applied_nm": (),
+            "ramp_step_nm": (),
+            "energy_port_j": (),
+            "energy_hand_j": (),
+            "energy_feedforward_j": (),
+            "jump_count": (),
+        },
+        n_axes,
+    )
+
+
+def command_dtype(n_axes: int) -> np.dtype[np.void]:
+    """The newest command: what the host asks of the loop. Counters make edges that cannot be lost.
+
+    A rise of `arm_count`, `stop_count`, `reset_count`, `tare_count` is one request; a rise of
+    `target_count` is a fresh renderer target.
+    """
+    return _record(
+        {
+            "seq": "<i8",
+            "stamp_ns": "<i8",
+            "epoch": "<i8",
+            "arm_count": "<i8",
+            "stop_count": "<i8",
+            "reset_count": "<i8",
+            "tare_count": "<i8",
+            "shutdown_count": "<i8",
+            "target_count": "<i8",
+        },
+        {
+            "environment_kind": (),  # environment.Kind
+            "environment_stiffness_nm_rad": (),
+            "environment_damping_nms_rad": (),
+            "environment_center_rad": (),  # rest angle, wall face, or a detent's centre
+            "environment_side": (),  # +1: the wall resists motion to positive angles, -1: to negative
+            "environment_pitch_rad": (),
+            "target_position_rad": (),
+            "target_velocity_rad_s": (),
+            "compensation": (),  # 0..1
+        },
+        n_axes,
+    )
+
+
+MODEL = np.dtype(
+    [
+        # index 0: v >= 0, index 1: v < 0; argument is |v| in rad/s, value the friction magnitude in N m
+        ("n_segments", "<i8", (2,)),
+        ("knot_rad_s", "<f8", (2, MAX_SEGMENTS + 1)),
+        ("coefficient", "<f8", (2, MAX_SEGMENTS, 4)),
+        ("lookup", "<i4", (2, LOOKUP_CELLS)),
+        ("lookup_scale", "<f8", (2,)),  # cells per rad/s
+        ("speed_max_rad_s", "<f8", (2,)),  # end of the trained range
+        ("speed_fade_rad_s", "<f8", (2,)),  # the feed-forward fades to 0 over this much beyond it
+        ("friction_min_nm", "<f8", (2,)),  # least dry friction (viscous part removed) over the range
+        ("viscous_nms_rad", "<f8", (2,)),  # viscous slope contained in the model
+    ]
+)
+"""Compiled friction model of one axis: piecewise cubics with a uniform look-up of the segment."""
+
+
+def new_records(n_axes: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Zeroed (params, state, command, model) for a rig of `n_axes` axes."""
+    return (
+        np.zeros(1, params_dtype(n_axes)),
+        np.zeros(1, state_dtype(n_axes)),
+        np.zeros(1, command_dtype(n_axes)),
+        np.zeros(n_axes, MODEL),
+    )

@@ -1,0 +1,87 @@
+"""The numbers behind the words: kinds, methods, policies, states, faults, gate flags.
+
+Integer enums, because compiled functions compare integers; every other place shows the names.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum, IntFlag
+
+
+class Environment(IntEnum):
+    """Virtual environment of one axis."""
+
+    FREE = 0
+    SPRING = 1
+    WALL = 2
+    DAMPER = 3
+    DETENTS = 4
+    REMOTE = 5
+    """The renderer sends the proxy's position and velocity."""
+
+
+class VelocityMethod(IntEnum):
+    """Velocity estimator."""
+
+    FOAW = 0
+    DIFFERENCE = 1
+    LOWPASS = 2
+    KALMAN = 3
+
+
+class Policy(IntEnum):
+    """What decides the direction of the friction feed-forward near zero velocity (theory section 6)."""
+
+    OFF = 0
+    HYBRID = 1
+    """Force-gated blend of tanh(v) and force intent; the default."""
+    SIGN = 2
+    DEADBAND = 3
+    TANH = 4
+    DITHER = 5
+    INTENT = 6
+    STOP = 7
+    """Stop (play) operator on displacement: for rigs without a force sensor."""
+    STOP_GATED = 8
+
+
+class State(IntEnum):
+    """States of the machine (safety contract)."""
+
+    INIT = 0
+    IDLE = 1
+    ARMING = 2
+    ACTIVE = 3
+    HOLD = 4
+    STOPPING = 5
+    FAULT = 6
+    ESTOP = 7
+    LOCKOUT = 8
+    SHUTDOWN = 9
+
+
+class Fault(IntFlag):
+    """Faults, one bit each; `fault_first` in the tick is the bit's number."""
+
+    STALE = 1 << 0
+    BAD_SAMPLE = 1 << 1
+    JUMP = 1 << 2
+    LINK_LOST = 1 << 3
+    END_OF_LOG = 1 << 4
+    OVERSPEED = 1 << 5
+    OVERRUN = 1 << 6
+    LAW_NOT_FINITE = 1 << 7
+    PASSIVITY = 1 << 8
+    TARGET_LOST = 1 << 9
+    ESTOP = 1 << 10
+    CHECKSUM = 1 << 11
+
+
+class GateFlag(IntFlag):
+    """What the gate did to the wanted torque of one axis."""
+
+    NOT_FINITE = 1
+    ABSOLUTE = 2
+    RATE = 4
+    DISABLED = 8
+    OVERSPEED = 16

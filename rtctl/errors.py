@@ -1,0 +1,102 @@
+"""Errors a person or a script meets, each with an exit code.
+
+    RtctlError                exit 1   anything below
+    ├── ConfigError           exit 3   a rig file with unknown keys, wrong types, values out of bounds
+    ├── ModelError            exit 4   a friction model that is missing, edited, or of another rig
+    ├── StabilityError        exit 5   a config whose coupling cannot be proved passive
+    ├── DeviceError           exit 6   a device that cannot be opened, or was lost
+    ├── RealtimeError         exit 7   a real rig without real-time rights
+    ├── BusyError             exit 8   another daemon holds this rig, or an address is in use
+    ├── LoopDiedError         exit 9   the loop process ended or stalled on its own
+    ├── DataError             exit 10  measured data that cannot be used (points, logs)
+    ├── FaultError            exit 11  the run ended in a latched fault
+    └── ClientError           exit 12  a client could not do what was asked
+        ├── NoReplyError               the daemon did not answer in time
+        └── RefusedError               the daemon refused, and said why
+
+Exit code 2 is click's own: wrong command-line usage.
+"""
+
+from __future__ import annotations
+
+
+class RtctlError(Exception):
+    """Base of all named errors; `exit_code` is what the command line returns."""
+
+    exit_code = 1
+
+
+class ConfigError(RtctlError):
+    """A rig file that must not be used. `faults` lists every fault found, one line each."""
+
+    exit_code = 3
+
+    def __init__(self, message: str, faults: tuple[str, ...] = ()) -> None:
+        super().__init__(message)
+        self.faults = faults
+
+
+class ModelError(RtctlError):
+    """A friction model file that is missing, corrupt, edited, or does not fit the rig."""
+
+    exit_code = 4
+
+
+class StabilityError(RtctlError):
+    """The configured coupling is not provably passive."""
+
+    exit_code = 5
+
+
+class DeviceError(RtctlError):
+    """A device that cannot be opened, or that was lost."""
+
+    exit_code = 6
+
+
+class RealtimeError(RtctlError):
+    """Real-time rights were refused on a rig that needs them."""
+
+    exit_code = 7
+
+
+class BusyError(RtctlError):
+    """Something this daemon needs alone is already in use."""
+
+    exit_code = 8
+
+
+class LoopDiedError(RtctlError):
+    """The loop process ended, or stopped advancing, on its own."""
+
+    exit_code = 9
+
+
+class DataError(RtctlError):
+    """Measured data that cannot be used: too little, not finite, wrong columns."""
+
+    exit_code = 10
+
+
+class FaultError(RtctlError):
+    """A run that ended in a latched fault."""
+
+    exit_code = 11
+
+
+class ClientError(RtctlError):
+    """A client could not do what was asked."""
+
+    exit_code = 12
+
+
+class NoReplyError(ClientError):
+    """The daemon did not answer in time."""
+
+
+class RefusedError(ClientError):
+    """The daemon refused a request; `code` is for programs, the text for people."""
+
+    def __init__(self, code: str, text: str) -> None:
+        super().__init__(f"{code}: {text}")
+        self.code = code

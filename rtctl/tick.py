@@ -1,0 +1,164 @@
+"""The tick record: every signal of one control cycle, named once, with unit, shape and meaning.
+
+A tick is one row of this structured dtype. The backend writes the measured fields, the compiled law the
+rest; the ring, telemetry, recordings, plots, the JSON Schema and the table in `docs/tick.md` are all
+generated from `FIELDS`. Every per-axis field has shape `(n_axes,)`, also on a one-axis rig.
+
+Signs (theory reference, section 0): link side, after the gearbox. A torque is positive when it
+accelerates the joint towards positive position, whoever applies it. Power into the device from the hand
+is `hand_torque_nm * velocity_rad_s`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+Kind = Literal["int", "float", "bits"]
+
+_NUMPY = {"int": "<i8", "float": "<f8", "bits": "<u8"}
+
+
+@dataclass(frozen=True)
+class Field:
+    """One signal: name (with its unit), kind, shape, unit, who writes it, and one line of meaning."""
+
+    name: str
+    kind: Kind
+    shape: Literal["scalar", "axis", "xyz"]
+    unit: str
+    writer: Literal["loop", "backend", "law"]
+    meaning: str
+
+    def dtype(self, n_axes: int) -> tuple[Any, ...]:
+        """NumPy field descriptor for a rig of `n_axes` axes."""
+        if self.shape == "scalar":
+            return (self.name, _NUMPY[self.kind])
+        return (self.name, _NUMPY[self.kind], (n_axes if self.shape == "axis" else 3,))
+
+
+def _loop(name: str, unit: str, meaning: str) -> Field:
+    return Field(name, "int", "scalar", unit, "loop", meaning)
+
+
+def _axis(name: str, unit: str, meaning: str, writer: Literal["backend", "law"] = "law") -> Field:
+    return Field(name, "float", "axis", unit, writer, meaning)
+
+
+FIELDS: tuple[Field, ...] = (
+    # time: written by the loop
+    _loop("tick", "1", "slot on the absolute time grid; a gap means missed ticks"),
+    _loop("time_ns", "ns", "deadline of this tick on CLOCK_MONOTONIC (virtual clock: tick times period)"),
+    _loop("wakeup_ns", "ns", "how late the loop woke up, after time_ns"),
+    _loop("read_ns", "ns", "duration of reading the devices"),
+    _loop("law_ns", "ns", "duration of command intake and compiled law"),
+    _loop("write_ns", "ns", "duration of writing to the devices"),
+    _loop("record_ns", "ns", "duration of recording the previous tick"),
+    _loop("cycle_ns", "ns", "wake-up to end of write, plus record_ns: the work of one cycle"),
+    _loop("missed_ticks", "1", "grid slots skipped since the loop started"),
+    _loop("waiver", "1", "1 while the rig runs without granted real-time rights"),
+    # measured: written by the backend
+    Field("sample_count", "int", "scalar", "1", "backend", "device sample counter; must advance for a fresh sample"),
+    Field("link_faults", "bits", "scalar", "1", "backend", "faults of the link this cycle (hw.interface.LinkFault)"),
+    Field("estop", "int", "scalar", "1", "backend", "1 while the emergency stop input is pressed"),
+    _axis("position_rad", "rad", "joint angle, link side, unwrapped", "backend"),
+    _axis("current_a", "A", "motor current from the Hall sensor", "backend"),
+    Field("force_n", "float", "xyz", "N", "backend", "force of the hand on the tip, sensor axes, untared"),
+    _axis("temperature_c", "degC", "motor temperature; 0 where the rig has no sensor", "backend"),
+    # command in force: copied by the law from the newest command
+    Field("command_seq", "int", "scalar", "1", "law", "sequence number of the command in force"),
+    Field("target_age_ticks", "int", "scalar", "1", "law", "ticks since the renderer's last target"),
+    Field("environment_kind", "int", "axis", "1", "law", "virtual environment in force (control.environment)"),
+    _axis("compensation", "1", "share of the configured friction feed-forward in force, 0 to 1"),
+    # estimates
+    Field("sample_age_ticks", "int", "scalar", "1", "law", "ticks since the last valid sample; 0 is fresh"),
+    _axis("velocity_rad_s", "rad/s", "velocity from the configured estimator"),
+    _axis("velocity_difference_rad_s", "rad/s", "plain backward difference, as the coupling uses it"),
+    _axis("motor_torque_nm", "N m", "torque of the motor at the link, from the measured current"),
+    _axis("hand_torque_nm", "N m", "torque of the hand on the joint: tared, low-passed"),
+    _axis("hand_torque_raw_nm", "N m", "torque of the hand on the joint before tare and filter"),
+    # law
+    _axis("proxy_position_rad", "rad", "position of the virtual object behind the coupling"),
+    _axis("coupling_torque_nm", "N m", "torque of the virtual coupling on the joint (minus the virtual force)"),
+    _axis("friction_model_nm", "N m", "learned friction magnitude at this speed, 0 outside the trained range"),
+    _axis("friction_sign", "1", "direction given to the feed-forward, -1 to 1"),
+    _axis("friction_gate", "1", "force gate of the feed-forward, 0 to 1"),
+    _axis("feedforward_torque_nm", "N m", "friction feed-forward"),
+    _axis("injected_damping_nms_rad", "N m s/rad", "damping added by the passivity controller"),
+    _axis("damping_torque_nm", "N m", "torque of that damping and of HOLD"),
+    _axis("torque_wanted_nm", "N m", "sum of the law's torques, before authority and gate"),
+    _axis("torque_applied_nm", "N m", "torque sent: after authority and gate"),
+    _axis("current_command_a", "A", "motor current sent"),
+    _axis("energy_port_j", "J", "passivity observer: energy the controller has absorbed, with credited dissipation"),
+    _axis("energy_hand_j", "J", "net energy the hand has put into the device"),
+    _axis("energy_feedforward_j", "J", "net energy the feed-forward has put into the device"),
+    # state
+    Field("state", "int", "scalar", "1", "law", "state of the machine (control.states.State)"),
+    Field("enabled", "int", "scalar", "1", "law", "1 when the actuator is to be enabled"),
+    Field("authority", "float", "scalar", "1", "law", "soft-start share of the torque, 0 to 1"),
+    Field("epoch", "int", "scalar", "1", "law", "increases at every stop; commands of an older epoch are void"),
+    Field("faults", "bits", "scalar", "1", "law", "faults present now (control.faults.Fault)"),
+    Field("fault_first", "int", "scalar", "1", "law", "bit number of the latched first cause, -1 without"),
+    Field("gate_flags", "bits", "axis", "1", "law", "what the gate did to the torque (control.gate)"),
+    # integrity
+    Field("seal", "bits", "scalar", "1", "loop", "checksum of the row, last word; set when it is recorded"),
+)
+
+FIELD: dict[str, Field] = {field.name: field for field in FIELDS}
+
+
+def tick_dtype(n_axes: int = 1) -> np.dtype[np.void]:
+    """Structured dtype of a tick of a rig with `n_axes` axes (little endian, 8-byte words throughout)."""
+    if n_axes < 1:
+        msg = f"n_axes must be at least 1, not {n_axes}"
+        raise ValueError(msg)
+    return np.dtype([field.dtype(n_axes) for field in FIELDS])
+
+
+def new_ticks(n: int = 1, n_axes: int = 1) -> np.ndarray:
+    """`n` zeroed ticks."""
+    return np.zeros(n, tick_dtype(n_axes))
+
+
+def json_schema(n_axes: int = 1) -> dict[str, Any]:
+    """JSON Schema of one tick as telemetry and recordings carry it.
+
+    Per-axis fields are arrays of `n_axes` numbers. A non-finite number is written as null.
+    """
+    properties: dict[str, Any] = {}
+    for field in FIELDS:
+        leaf: dict[str, Any] = {"type": ["number", "null"] if field.kind == "float" else "integer"}
+        if field.kind == "bits":
+            leaf["minimum"] = 0
+        text = f"{field.meaning} [{field.unit}]"
+        if field.shape == "scalar":
+            properties[field.name] = {**leaf, "description": text}
+        else:
+            length = n_axes if field.shape == "axis" else 3
+            properties[field.name] = {
+                "type": "array",
+                "items": leaf,
+                "minItems": length,
+                "maxItems": length,
+                "description": text,
+            }
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "rtctl tick",
+        "type": "object",
+        "properties": properties,
+        "required": [field.name for field in FIELDS],
+        "additionalProperties": False,
+    }
+
+
+def markdown_table() -> str:
+    """Table of every field for `docs/tick.md`."""
+    lines = ["| field | shape | unit | written by | meaning |", "|---|---|---|---|---|"]
+    lines += [
+        f"| `{field.name}` | {field.kind} {field.shape} | {field.unit} | {field.writer} | {field.meaning} |"
+        for field in FIELDS
+    ]
+    return "\n".join(lines) + "\n"
