@@ -1,0 +1,151 @@
+"""From a validated rig file to the plain arrays the law runs on. The host does this before anything moves."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from rtctl.config import AxisTable, Config, LoadedConfig
+from rtctl.control.records import new_records
+from rtctl.control.velocity import kalman_gains, lowpass_alpha
+from rtctl.control.vocabulary import Environment, Policy, VelocityMethod
+from rtctl.errors import ModelError
+from rtctl.friction import artefact
+
+SOFT_START_S = 0.5
+READY_S = 0.5
+STOP_TICKS = 50
+TARGET_HOLD_TICKS = 20
+TARGET_STOP_TICKS = 100
+STALE_LIMIT_TICKS = 3
+MIN_SOFT_START_TICKS = 500
+"""Safety contract: authority ramps over at least 500 cycles, `ready` needs 500 green ones, RAMP takes 50."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Everything the law needs, as arrays: `params` and `command` of one row, `model` of one row per axis."""
+
+    params: np.ndarray
+    command: np.ndarray
+    model: np.ndarray
+    n_axes: int
+    period_s: float
+    period_ns: int
+    ring_rows: int
+
+
+def build(loaded: LoadedConfig) -> Plan:
+    """Fill the arrays from a rig file; reads and verifies the friction models.
+
+    Raises
+    ------
+    ModelError
+        A model that is missing, damaged, or made for another rig.
+    """
+    config = loaded.config
+    params, _, command, model = new_records(config.n_axes)
+    _fill_scalars(params[0], config)
+    for a, axis in enumerate(config.axis):
+        _fill_axis(params[0], a, axis, config.period_s)
+        _fill_command(command[0], a, axis)
+        path = loaded.model_path(axis)
+        if path is not None and axis.friction.policy != "off":
+            model[a] = _fill_friction(params[0], a, axis, config, path)
+    return Plan(
+        params=params,
+        command=command,
+        model=model,
+        n_axes=config.n_axes,
+        period_s=config.period_s,
+        period_ns=round(1e9 / config.loop.rate_hz),
+        ring_rows=math.ceil(config.loop.ring_s * config.loop.rate_hz),
+    )
+
+
+def _fill_scalars(p: np.void, config: Config) -> None:
+    rate_hz = config.loop.rate_hz
+    p["period_s"] = config.period_s
+    p["ready_ticks"] = max(MIN_SOFT_START_TICKS, round(READY_S * rate_hz))
+    p["soft_start_ticks"] = max(MIN_SOFT_START_TICKS, round(SOFT_START_S * rate_hz))
+    p["stop_ticks"] = STOP_TICKS
+    p["target_hold_ticks"] = TARGET_HOLD_TICKS
+    p["target_stop_ticks"] = TARGET_STOP_TICKS
+    p["stale_limit_ticks"] = STALE_LIMIT_TICKS
+    p["energy_budget_j"] = config.passivity.budget_j
+    p["energy_bank_j"] = config.passivity.bank_j
+
+
+def _fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
+    for name in (
+        "inertia_kgm2",
+        "viscous_nms_rad",
+        "gear_ratio",
+        "gear_efficiency",
+        "torque_constant_nm_a",
+        "lever_m",
+        "position_min_rad",
+        "position_max_rad",
+        "current_limit_a",
+        "torque_limit_nm",
+        "velocity_limit_rad_s",
+    ):
+        p[name][a] = getattr(axis, name)
+    count_rad = 2 * math.pi / axis.encoder_counts_per_rev
+    p["count_rad"][a] = count_rad
+    p["torque_rate_nm"][a] = axis.torque_rate_nm_s * period_s
+    p["force_limit_n"][a] = axis.force.limit_n
+    p["velocity_method"][a] = VelocityMethod[axis.velocity.method.upper()]
+    p["velocity_window_ticks"][a] = axis.velocity.window
+    p["velocity_band_rad"][a] = axis.velocity.band_counts * count_rad
+    p["velocity_alpha"][a] = lowpass_alpha(axis.velocity.cutoff_hz, period_s)
+    gain_position, gain_velocity = kalman_gains(count_rad, axis.velocity.cutoff_hz, period_s)
+    p["kalman_gain_position"][a], p["kalman_gain_velocity"][a] = gain_position, gain_velocity
+    p["force_alpha"][a] = lowpass_alpha(axis.force.lowpass_hz, period_s) if axis.force.lowpass_hz else 1.0
+    p["tare_ticks"][a] = round(axis.force.tare_s / period_s)
+    p["coupling_stiffness_nm_rad"][a] = axis.coupling.stiffness_nm_rad
+    p["coupling_damping_nms_rad"][a] = axis.coupling.damping_nms_rad
+    p["injected_damping_max_nms_rad"][a] = axis.viscous_nms_rad
+    p["hold_damping_nms_rad"][a] = axis.viscous_nms_rad
+
+
+def _fill_command(c: np.void, a: int, axis: AxisTable) -> None:
+    environment = axis.environment
+    c["environment_kind"][a] = Environment[environment.kind.upper()]
+    c["environment_stiffness_nm_rad"][a] = environment.stiffness_nm_rad
+    c["environment_damping_nms_rad"][a] = environment.damping_nms_rad
+    c["environment_center_rad"][a] = environment.center_rad
+    c["environment_side"][a] = environment.side
+    c["environment_pitch_rad"][a] = environment.pitch_rad
+    c["compensation"][a] = 1.0
+
+
+def _fill_friction(p: np.void, a: int, axis: AxisTable, config: Config, path: Path) -> np.ndarray:
+    """Parameters of the feed-forward; returns the compiled model's record."""
+    friction = axis.friction
+    model = artefact.load(path)
+    if model.rig != config.rig.name:
+        raise ModelError(
+            f"{path}: rig: the model was made for rig {model.rig!r}, this is {config.rig.name!r}; "
+            "identify this rig (rtctl fit --rig), or name the model's rig in [rig] name"
+        )
+    p["friction_policy"][a] = Policy[friction.policy.upper()]
+    p["friction_gain"][a] = friction.gain
+    p["friction_viscous_gain"][a] = friction.viscous_gain
+    p["friction_cap_nm"][a] = friction.cap_share * axis.torque_limit_nm
+    least = float(model.friction_min_nm.min())
+    p["friction_ungated_cap_nm"][a] = friction.gain * least
+    p["friction_floor_nm"][a] = max(0.0, least - float(model.error_max_nm.max()) - friction.drift_nm)
+    p["friction_tanh_rad_s"][a] = friction.tanh_rad_s
+    p["friction_blend_rad_s"][a] = friction.blend_rad_s
+    p["friction_deadband_rad_s"][a] = friction.deadband_rad_s
+    p["friction_dither_ticks"][a] = max(2, round(config.loop.rate_hz / friction.dither_hz))
+    p["friction_intent_nm"][a] = friction.intent_nm
+    p["friction_gate_deadband_nm"][a] = friction.gate_deadband_nm
+    p["friction_gate_nm"][a] = friction.gate_nm
+    p["friction_gate_alpha"][a] = -math.expm1(-config.period_s / friction.gate_lowpass_s) if friction.gate_lowpass_s else 1.0
+    p["friction_stop_rad"][a] = friction.stop_rad
+    return model.record()[0]

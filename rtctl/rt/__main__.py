@@ -1,0 +1,88 @@
+"""The loop process: `python -m rtctl.rt FD`, started by the host, instructed by one JSON line on stdin.
+
+It answers with JSON lines on stdout: `ready` before the first cycle, `ended` after the last; nothing in
+between. Ctrl-C in a terminal reaches the host, which asks for a shutdown; this process ignores it.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+import time
+import traceback
+from typing import Any
+
+import numpy as np
+
+from hw import registry
+from hw.interface import Backend, BackendError, Rig
+from rtctl.rt import realtime
+from rtctl.rt.clock import Clock, VirtualClock, WallClock
+from rtctl.rt.loop import Stop, run_loop, warm_up
+from rtctl.shm import Memory
+
+
+def _say(kind: str, **body: Any) -> None:  # noqa: ANN401
+    os.write(1, (json.dumps({"message": kind, **body}) + "\n").encode())
+
+
+def _rig(data: dict[str, Any]) -> Rig:
+    arrays = {name: np.array(value, dtype=float) for name, value in data.items() if isinstance(value, list)}
+    return Rig(n_axes=data["n_axes"], period_s=data["period_s"], **arrays)
+
+
+def _open(order: dict[str, Any]) -> Backend | None:
+    try:
+        backend = registry.create(order["kind"], order["options"], _rig(order["rig"]))
+        backend.open()
+    except BackendError as error:
+        _say("ended", reason="device", detail=str(error))
+        return None
+    return backend
+
+
+def main() -> int:
+    """Run one loop from order to end. Returns the exit status: 0 shut down, 1 anything else."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    realtime.die_with_parent()
+    stop = Stop()
+
+    def _request(_signal: int, _frame: object) -> None:
+        stop.requests += 1
+
+    signal.signal(signal.SIGTERM, _request)
+    order = json.loads(sys.stdin.readline())
+    memory = Memory.attach(int(sys.argv[1]))
+    began = time.monotonic()
+    warm_up(memory)
+    backend = _open(order)
+    if backend is None:
+        return 1
+    compile_s = time.monotonic() - began
+    virtual = order["clock"] == "virtual"
+    grants, held = ([], []) if virtual or order["realtime"] == "off" else realtime.acquire(order["priority"], order["cpu"])
+    granted = bool(grants) and realtime.complete(grants)
+    _say("ready", grants=[grant.as_dict() for grant in grants], compile_s=round(compile_s, 3))
+    clock: Clock = VirtualClock(memory.header) if virtual else WallClock()
+    if not granted and order["realtime"] == "require" and not virtual:
+        backend.stop()
+        backend.close()
+        _say("ended", reason="realtime", detail="real-time rights were refused")
+        return 1
+    try:
+        run_loop(backend, memory, clock, stop, waiver=not granted and not virtual)
+    except Exception as error:  # noqa: BLE001 - the one allowed: whatever it was, the actuator is stopped; say it and end
+        _say("ended", reason="error", detail=f"{type(error).__name__}: {error}", trace=traceback.format_exc())
+        return 1
+    finally:
+        backend.close()
+        for fd in held:
+            os.close(fd)
+    _say("ended", reason="shutdown" if stop.requests < 2 else "cut", detail="")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

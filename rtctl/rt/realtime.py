@@ -1,0 +1,112 @@
+"""Real-time rights: ask for each, report what was granted, name the remedy for what was refused."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import gc
+import os
+import signal
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+_MCL_CURRENT, _MCL_FUTURE = 1, 2
+_PR_SET_PDEATHSIG = 1
+_PR_SET_TIMERSLACK = 29
+_DMA_LATENCY = Path("/dev/cpu_dma_latency")
+
+
+@dataclass(frozen=True)
+class Grant:
+    """One right asked for: was it granted, and if not, why and what to do."""
+
+    right: str
+    granted: bool
+    required: bool
+    detail: str
+
+    def as_dict(self) -> dict[str, object]:
+        """Plain values for JSON."""
+        return asdict(self)
+
+
+def acquire(priority: int, cpu: int) -> tuple[list[Grant], list[int]]:
+    """Ask for SCHED_FIFO, locked memory, a core, and quick wake-ups; freeze the garbage collector.
+
+    Parameters
+    ----------
+    priority
+        SCHED_FIFO priority, 1 to 98.
+    cpu
+        Core to stay on; -1 picks the last one this process may use.
+
+    Returns
+    -------
+    grants
+        One per right, in the order asked.
+    held
+        File descriptors that must stay open while the rights are to last.
+    """
+    held: list[int] = []
+    grants = [_lock_memory(), _affinity(cpu), _fifo(priority), _dma_latency(held), _timer_slack()]
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    grants.append(Grant("gc-freeze", granted=True, required=False, detail="garbage collector off, objects frozen"))
+    return grants, held
+
+
+def complete(grants: list[Grant]) -> bool:
+    """True when every required right was granted."""
+    return all(grant.granted for grant in grants if grant.required)
+
+
+def die_with_parent() -> None:
+    """Have the kernel send SIGTERM when the host process dies, so that the rig is stopped."""
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
+
+
+def _fifo(priority: int) -> Grant:
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+    except OSError as error:
+        remedy = f"{error.strerror}; in the unit: LimitRTPRIO={priority}; in a shell: ulimit -r {priority} (limits.conf rtprio)"
+        return Grant("sched-fifo", granted=False, required=True, detail=remedy)
+    return Grant("sched-fifo", granted=True, required=True, detail=f"priority {priority}")
+
+
+def _lock_memory() -> Grant:
+    libc = ctypes.CDLL(None, use_errno=True)
+    if libc.mlockall(_MCL_CURRENT | _MCL_FUTURE) != 0:
+        reason = os.strerror(ctypes.get_errno())
+        remedy = f"{reason}; in the unit: LimitMEMLOCK=infinity; in a shell: ulimit -l unlimited (limits.conf memlock)"
+        return Grant("mlockall", granted=False, required=True, detail=remedy)
+    return Grant("mlockall", granted=True, required=True, detail="all pages, present and future")
+
+
+def _affinity(cpu: int) -> Grant:
+    allowed = sorted(os.sched_getaffinity(0))
+    wanted = allowed[-1] if cpu < 0 else cpu
+    try:
+        os.sched_setaffinity(0, {wanted})
+    except OSError as error:
+        remedy = f"core {wanted}: {error.strerror}; this process may use {allowed}: set loop.cpu to one of them or -1"
+        return Grant("affinity", granted=False, required=False, detail=remedy)
+    return Grant("affinity", granted=True, required=False, detail=f"core {wanted}")
+
+
+def _dma_latency(held: list[int]) -> Grant:
+    try:
+        fd = os.open(_DMA_LATENCY, os.O_WRONLY | os.O_CLOEXEC)
+    except OSError as error:
+        remedy = f"{_DMA_LATENCY}: {error.strerror}; give the group write access by a udev rule, or ignore on a desktop"
+        return Grant("cpu-dma-latency", granted=False, required=False, detail=remedy)
+    with contextlib.suppress(OSError):
+        os.write(fd, (0).to_bytes(4, "little"))
+    held.append(fd)
+    return Grant("cpu-dma-latency", granted=True, required=False, detail="0 us")
+
+
+def _timer_slack() -> Grant:
+    ok = ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0) == 0
+    return Grant("timer-slack", granted=ok, required=False, detail="1 ns" if ok else "prctl refused it; harmless under SCHED_FIFO")
