@@ -1,0 +1,1 @@
+"""Simulated rig: DC motor, gearbox, friction, sensors and a scripted hand, with the truth at hand."""

@@ -1,0 +1,54 @@
+"""The simulated rig as a backend. Runs in the loop process: no pydantic here."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hw.interface import Options, Rig
+from hw.mock.jit import records
+from hw.mock.plant import plant_read, plant_write
+from hw.mock.records import plant_records
+
+
+class MockBackend:
+    """Plant, sensors and hand described by `options` (a dumped `MockOptions`) on the given `rig`.
+
+    Attributes
+    ----------
+    params, state : ndarray
+        One-row structured arrays (`hw.mock.records`). `state` is the truth, for tests and reports.
+    """
+
+    provides = frozenset({"position", "current", "force", "temperature", "estop"})
+    consumes = frozenset({"current_command"})
+
+    def __init__(self, options: Options, rig: Rig) -> None:
+        params, state = plant_records(options, rig)
+        self.params, self.state = records(params), records(state)
+
+    def open(self) -> None:
+        """Nothing to acquire."""
+
+    def warm_up(self, tick: np.ndarray) -> None:
+        """Compile (or load) what `read` and `write` call, for ticks like `tick`; changes nothing."""
+        scratch, state = records(tick.copy()), records(self.state.copy())
+        plant_read(scratch, state, self.params)
+        plant_write(scratch, state, self.params)
+
+    def read(self, tick: np.ndarray) -> None:
+        """Show the sensors at slot `tick["tick"]`."""
+        plant_read(records(tick), self.state, self.params)
+
+    def write(self, tick: np.ndarray) -> None:
+        """Apply the current sent and let one period pass."""
+        plant_write(records(tick), self.state, self.params)
+
+    def stop(self) -> None:
+        """Motor torque-free from now on. Cannot raise."""
+        self.state["current_line_a"] = 0.0
+        self.state["current_a"] = 0.0
+        self.state["motor_torque_nm"] = 0.0
+
+    def close(self) -> None:
+        """Torque-free; there is nothing to release."""
+        self.stop()

@@ -1,0 +1,155 @@
+"""What can be said about the simulated rig in a rig file: `[device.options]`. Host side only.
+
+The defaults are the nominal plant of the theory reference, with perfect sensors but for their
+resolution; noise, bias and unevenness are switched on in the rig file.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from hw.mock.records import GRIPS, SINES
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
+
+
+def _number(low: float, high: float, text: str, default: float) -> Any:  # noqa: ANN401
+    return Field(default, ge=low, le=high, description=text)
+
+
+Force = Annotated[float, Field(ge=-1e3, le=1e3)]
+Share = Annotated[float, Field(ge=-2, le=2)]
+Seconds = Annotated[float, Field(ge=0, le=1e9)]
+Angle = Annotated[float, Field(ge=-100, le=100)]
+Frequency = Annotated[float, Field(gt=0, le=100)]
+Vector = Annotated[tuple[Force, Force, Force], Field(strict=False)]
+Row = Annotated[tuple[Share, Share, Share], Field(strict=False)]
+Matrix = Annotated[tuple[Row, Row, Row], Field(strict=False)]
+Interval = Annotated[tuple[Seconds, Seconds], Field(strict=False)]
+Sine = Annotated[tuple[Angle, Frequency], Field(strict=False)]
+
+
+class FrictionOptions(_Table):
+    """[device.options.axis.friction]: the true friction of one joint, link side."""
+
+    model: Literal["lugre", "elasto_plastic"] = Field(
+        default="lugre", description="elasto_plastic does not creep under vibration below break-away"
+    )
+    coulomb_nm: float = _number(1e-6, 1e3, "F_c", 0.25)
+    breakaway_nm: float = _number(1e-6, 1e3, "F_s", 0.35)
+    stribeck_rad_s: float = _number(1e-6, 1e2, "v_s", 0.1)
+    stribeck_exponent: float = _number(0.5, 4, "delta: 2 is Gaussian", 2.0)
+    viscous_nms_rad: float = _number(0, 1e3, "b_v", 0.05)
+    bristle_stiffness_nm_rad: float = _number(1e-3, 1e7, "sigma0", 250.0)
+    bristle_damping_nms_rad: float = _number(0, 1e4, "sigma1", 1.0)
+    elastic_share: float = _number(0, 0.99, "elasto_plastic: z_ba / z_ss, purely elastic share", 0.7)
+    scale_positive: float = _number(0.1, 10, "scale of the whole curve for v >= 0", 1.0)
+    scale_negative: float = _number(0.1, 10, "scale of the whole curve for v < 0", 1.0)
+    modulation_share: float = _number(-0.9, 0.9, "amplitude of the dry friction over position", 0.0)
+    modulation_period_rad: float = _number(1e-3, 100, "its period", 6.283185307179586)
+
+    @model_validator(mode="after")
+    def _peak(self) -> FrictionOptions:
+        if self.breakaway_nm < self.coulomb_nm:
+            msg = f"breakaway_nm {self.breakaway_nm} must not be below coulomb_nm {self.coulomb_nm}"
+            raise ValueError(msg)
+        return self
+
+
+class AxisOptions(_Table):
+    """[[device.options.axis]]: motor, gear and sensors of one joint; gearing comes from the rig."""
+
+    inertia_kgm2: float = _number(1e-9, 1e3, "true inertia at the link", 0.012)
+    torque_scale: float = _number(0.1, 10, "true torque per ampere over the rig file's", 1.0)
+    torque_delay_ticks: int = Field(default=0, ge=0, le=16, description="whole periods until a current acts")
+    current_max_a: float = _number(1e-3, 1e4, "saturation of the amplifier", 20.0)
+    current_noise_a: float = _number(0, 100, "Hall sensor: standard deviation", 0.0)
+    current_bias_a: float = _number(-100, 100, "Hall sensor: bias", 0.0)
+    current_resolution_a: float = _number(0, 100, "Hall sensor: quantum; 0 none", 0.0)
+    encoder_rounds: bool = Field(
+        default=False, description="false: counts truncate downward, as real ones do"
+    )
+    ripple_nm: float = _number(0, 1e3, "gearbox vibration: torque ripple at the link", 0.0)
+    ripple_order: float = _number(0.01, 1e3, "gear-mesh periods per motor turn", 1.0)
+    start_position_rad: float = _number(-1e3, 1e3, "joint angle at the first tick", 0.0)
+    friction: FrictionOptions = FrictionOptions()
+
+
+class HandOptions(_Table):
+    """[[device.options.hand]]: one joint's hand."""
+
+    kind: Literal["none", "rest", "sine", "sines", "triangle", "push"] = "rest"
+    stiffness_nm_rad: float = _number(0, 1e4, "k_h", 5.0)
+    damping_nms_rad: float = _number(0, 1e3, "b_h", 0.1)
+    inertia_kgm2: float = _number(0, 1e2, "of the hand, on its side of the force sensor", 0.0)
+    start_s: float = _number(0, 1e9, "rest until then (tare, arming)", 1.0)
+    center_rad: float = _number(-1e3, 1e3, "middle of the motion; push: start", 0.0)
+    amplitude_rad: float = _number(-100, 100, "sine, triangle: amplitude; push: depth, signed", 0.3)
+    frequency_hz: float = Field(default=0.5, gt=0, le=100, description="sine")
+    speed_rad_s: float = _number(1e-4, 1e3, "triangle, push", 0.1)
+    hold_s: float = _number(0, 1e6, "push: pause at depth", 1.0)
+    rest_s: float = _number(0, 1e6, "push: pause at the start", 1.0)
+    sines: tuple[Sine, ...] = Field(
+        default=(), max_length=SINES, strict=False, description="[amplitude rad, Hz] each"
+    )
+    grips_s: tuple[Interval, ...] = Field(
+        default=(),
+        max_length=GRIPS,
+        strict=False,
+        description="[from, to) intervals of holding; none: always",
+    )
+
+    @model_validator(mode="after")
+    def _consistent(self) -> HandOptions:
+        if self.kind in ("triangle", "push") and abs(self.amplitude_rad) < 1e-4:
+            msg = f"amplitude_rad {self.amplitude_rad}: {self.kind} needs at least 1e-4"
+            raise ValueError(msg)
+        if self.kind == "triangle" and self.amplitude_rad < 0:
+            msg = f"amplitude_rad {self.amplitude_rad}: triangle needs a positive one"
+            raise ValueError(msg)
+        if self.kind == "sines" and not self.sines:
+            msg = "sines: kind 'sines' needs at least one [amplitude_rad, frequency_hz]"
+            raise ValueError(msg)
+        for from_s, to_s in self.grips_s:
+            if to_s <= from_s:
+                msg = f"grips_s [{from_s}, {to_s}] ends before it begins"
+                raise ValueError(msg)
+        return self
+
+
+class ForceOptions(_Table):
+    """[device.options.force]: the three-axis sensor at the tip."""
+
+    resolution_n: float = _number(0, 10, "quantum; 0 none", 0.005)
+    range_n: float = _number(1e-3, 1e5, "saturation", 50.0)
+    noise_n: float = _number(0, 100, "standard deviation", 0.0)
+    bias_n: Vector = Field(default=(0.0, 0.0, 0.0), description="bias of each sensor axis")
+    drift_n_sqrt_s: float = _number(0, 10, "random walk: standard deviation after one second", 0.0)
+    crosstalk: Matrix = Field(
+        default=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
+        description="measured = crosstalk . true force",
+    )
+
+
+class MockOptions(_Table):
+    """[device.options] of kind mock. `axis` and `hand`: one table for all axes, or one per axis."""
+
+    seed: int = Field(
+        default=1, ge=0, le=2**63 - 1, description="of all noise; same seed, same run, bit for bit"
+    )
+    substeps: int = Field(
+        default=0, ge=0, le=1000, description="plant steps per period; 0: as many as 60 us need"
+    )
+    time_to_live_ticks: int = Field(
+        10, ge=1, le=50, description="a current is held this long without a new one"
+    )
+    temperature_c: float = _number(-40, 200, "shown by the motor's sensor", 25.0)
+    estop_from_s: float = _number(0, 1e9, "emergency stop pressed from here", 0.0)
+    estop_to_s: float = _number(0, 1e9, "to here; equal: never", 0.0)
+    force: ForceOptions = ForceOptions()
+    axis: tuple[AxisOptions, ...] = Field(default=(AxisOptions(),), min_length=1, max_length=8, strict=False)
+    hand: tuple[HandOptions, ...] = Field(default=(HandOptions(),), min_length=1, max_length=8, strict=False)

@@ -1,0 +1,125 @@
+"""The simulated rig, compiled: `plant_read` and `plant_write` are all a closed loop needs.
+
+Signs as in the tick record: link side, a torque is positive when it accelerates towards positive angle.
+The plant lives on the loop's grid: a read at slot k sees the rig at time k T, the write of slot k holds
+its current over [k T, (k+1) T). Missed slots are caught up at the next read with the current still held,
+until its time to live ends.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hw.mock import hand
+from hw.mock.friction import coupled_step
+from hw.mock.jit import compiled
+from hw.mock.records import DELAY_LINE
+from hw.mock.sensors import sense_axes, sense_force
+
+CATCH_UP_TICKS = 50
+"""Most missed periods simulated one by one; any more share as many steps as one block of these."""
+
+
+@compiled
+def _advance_axis(
+    s: np.record, p: np.record, axis: int, time_s: float, duration_s: float, steps: int
+) -> None:
+    """Advance one axis by `duration_s` in equal `steps` under its present motor current."""
+    h = duration_s / steps
+    x, v, z = s.position_rad[axis], s.velocity_rad_s[axis], s.bristle_rad[axis]
+    k_h, b_h, m_h = 0.0, 0.0, 0.0
+    if hand.grips(time_s, p, axis):
+        k_h, b_h = p.hand_stiffness_nm_rad[axis], p.hand_damping_nms_rad[axis]
+        m_h = p.hand_inertia_kgm2[axis]
+    # the hand's wish, linear over the duration: 4e-7 rad off at 1 kHz on the fast sine
+    x_d, v_d = s.hand_position_rad[axis], s.hand_velocity_rad_s[axis]
+    x_end, v_end = hand.wanted(time_s + duration_s, p, axis)
+    dx, dv = (x_end - x_d) / steps, (v_end - v_d) / steps
+    inertia = p.inertia_kgm2[axis] + m_h
+    drag = k_h * h + b_h
+    motor, friction, v_before = s.motor_torque_nm[axis], 0.0, v
+    ripple = p.ripple_nm[axis]
+    for _ in range(steps):
+        x_d += dx
+        v_d += dv
+        torque = motor + k_h * (x_d - x) + b_h * v_d
+        if ripple != 0.0:
+            torque += ripple * math.sin(p.ripple_per_rad[axis] * x)
+        v_before = v
+        v, z, friction = coupled_step(v, z, x, torque, drag, inertia, h, p, axis)
+        x += h * v
+    s.position_rad[axis], s.velocity_rad_s[axis], s.bristle_rad[axis] = x, v, z
+    s.friction_torque_nm[axis] = friction
+    # between hand and handle: the hand's own mass is on the hand's side of the sensor
+    s.hand_torque_nm[axis] = k_h * (x_d - x) + b_h * (v_d - v) - m_h * (v - v_before) / h
+    s.hand_position_rad[axis], s.hand_velocity_rad_s[axis] = x_end, v_end
+
+
+@compiled
+def advance(s: np.record, p: np.record, periods: int, steps: int) -> None:
+    """Advance all axes by whole `periods` in equal `steps`, the delay line by one place."""
+    time_s = (s.tick - s.first_tick) * p.period_s
+    s.held_ticks += periods
+    for axis in range(len(s.position_rad)):
+        line = s.current_line_a[axis]
+        if s.held_ticks > p.time_to_live_ticks:
+            line[0] = 0.0
+        s.current_a[axis] = line[p.torque_delay_ticks[axis]]
+        s.motor_torque_nm[axis] = s.current_a[axis] * p.torque_per_ampere[axis]
+        _advance_axis(s, p, axis, time_s, periods * p.period_s, steps)
+        for k in range(DELAY_LINE - 1, 0, -1):
+            line[k] = line[k - 1]
+    s.tick += periods
+
+
+@compiled
+def _catch_up(s: np.record, p: np.record, tick: int) -> None:
+    """Advance over missed slots, so that the rig stands at slot `tick`. Bounded work."""
+    if s.started == 0:
+        s.started = 1
+        s.first_tick = tick
+        s.tick = tick
+        for axis in range(len(s.position_rad)):
+            s.hand_position_rad[axis], s.hand_velocity_rad_s[axis] = hand.wanted(0.0, p, axis)
+    for _ in range(min(tick - s.tick, CATCH_UP_TICKS)):
+        advance(s, p, 1, p.substeps)
+    rest = tick - s.tick
+    if rest > 0:
+        # beyond CATCH_UP_TICKS the time to live is over: torque-free, and the implicit step is stable
+        advance(s, p, rest, CATCH_UP_TICKS * p.substeps)
+
+
+@compiled
+def plant_read(tick: np.ndarray, state: np.ndarray, params: np.ndarray) -> None:
+    """Write what the sensors show at slot `tick[0].tick` into the tick's backend fields."""
+    t, s, p = tick[0], state[0], params[0]
+    _catch_up(s, p, t.tick)
+    s.sample_count += 1
+    t.sample_count = s.sample_count
+    t.link_faults = 0
+    time_s = (s.tick - s.first_tick) * p.period_s
+    t.estop = 1 if p.estop_from_s <= time_s < p.estop_to_s else 0
+    sense_axes(t, s, p)
+    sense_force(t, s, p)
+
+
+@compiled
+def plant_write(tick: np.ndarray, state: np.ndarray, params: np.ndarray) -> None:
+    """Apply `current_command_a` (zero unless `enabled`) and advance the rig to slot `tick[0].tick` + 1.
+
+    A current that is not finite counts as zero, as a drive would refuse it; the amplifier saturates at
+    `current_max_a`. Writing a slot twice, or an older one, moves nothing.
+    """
+    t, s, p = tick[0], state[0], params[0]
+    _catch_up(s, p, t.tick)
+    s.held_ticks = 0
+    for axis in range(len(t.current_command_a)):
+        current = t.current_command_a[axis]
+        if t.enabled == 0 or not math.isfinite(current):
+            current = 0.0
+        limit = p.current_max_a[axis]
+        s.current_line_a[axis, 0] = min(max(current, -limit), limit)
+    if s.tick == t.tick:
+        advance(s, p, 1, p.substeps)

@@ -1,0 +1,234 @@
+"""The two records of the simulated rig: what it is (parameters) and where it is (state).
+
+Both are one-row structured arrays; per-axis fields have shape `(n_axes, ...)`. The state is the whole
+truth: copying the array copies the rig, its noise generator included.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+
+from hw.interface import BackendError, Options, Rig
+
+SINES = 4
+"""Most components of the hand's sum of sines."""
+
+GRIPS = 8
+"""Most intervals in which the hand holds the tip."""
+
+DELAY_LINE = 17
+"""Length of the line of commanded currents: delays of 0 to 16 periods."""
+
+SUBSTEP_S = 60e-6
+"""Longest sub-step of the plant: theory section 4 finds .14 % speed error at 100 us."""
+
+
+class Hand(IntEnum):
+    """What the hand's wanted position does."""
+
+    NONE = 0
+    REST = 1
+    SINES = 2
+    TRIANGLE = 3
+    PUSH = 4
+
+
+def params_dtype(n_axes: int) -> np.dtype[np.void]:
+    """Parameters of a simulated rig of `n_axes` axes."""
+    axis = (n_axes,)
+    return np.dtype(
+        [
+            ("period_s", "<f8"),
+            ("substeps", "<i8"),  # per period
+            ("time_to_live_ticks", "<i8"),  # periods a current is held without a new one
+            ("estop_from_s", "<f8"),
+            ("estop_to_s", "<f8"),
+            ("temperature_c", "<f8"),
+            # force sensor
+            ("force_resolution_n", "<f8"),
+            ("force_range_n", "<f8"),
+            ("force_noise_n", "<f8"),
+            ("force_drift_n", "<f8"),  # step of the random walk per period
+            ("force_bias_n", "<f8", (3,)),
+            ("force_crosstalk", "<f8", (3, 3)),  # measured = matrix @ true
+            ("tip_per_joint", "<f8", (3, n_axes)),  # tip force = matrix @ joint torque
+            # motor, gear, sensors of each axis
+            ("inertia_kgm2", "<f8", axis),
+            ("torque_per_ampere", "<f8", axis),
+            ("current_max_a", "<f8", axis),
+            ("current_noise_a", "<f8", axis),
+            ("current_bias_a", "<f8", axis),
+            ("current_resolution_a", "<f8", axis),
+            ("torque_delay_ticks", "<i8", axis),
+            ("ripple_nm", "<f8", axis),
+            ("ripple_per_rad", "<f8", axis),  # phase of the gear mesh per link angle
+            ("count_rad", "<f8", axis),
+            ("encoder_offset", "<f8", axis),  # .5 rounds, 0 truncates
+            # friction
+            ("coulomb_nm", "<f8", axis),
+            ("breakaway_nm", "<f8", axis),
+            ("stribeck_rad_s", "<f8", axis),
+            ("stribeck_exponent", "<f8", axis),
+            ("viscous_nms_rad", "<f8", axis),
+            ("bristle_stiffness_nm_rad", "<f8", axis),
+            ("bristle_damping_nms_rad", "<f8", axis),
+            ("elastic_share", "<f8", axis),  # z_ba / z_ss of the elasto-plastic model; negative: LuGre
+            ("friction_scale_positive", "<f8", axis),
+            ("friction_scale_negative", "<f8", axis),
+            ("modulation_share", "<f8", axis),
+            ("modulation_per_rad", "<f8", axis),
+            # hand
+            ("hand_kind", "<i8", axis),
+            ("hand_stiffness_nm_rad", "<f8", axis),
+            ("hand_damping_nms_rad", "<f8", axis),
+            ("hand_inertia_kgm2", "<f8", axis),
+            ("hand_start_s", "<f8", axis),
+            ("hand_center_rad", "<f8", axis),
+            ("hand_amplitude_rad", "<f8", axis),
+            ("hand_speed_rad_s", "<f8", axis),
+            ("hand_hold_s", "<f8", axis),
+            ("hand_rest_s", "<f8", axis),
+            ("hand_sine_rad", "<f8", (n_axes, SINES)),
+            ("hand_sine_rad_s", "<f8", (n_axes, SINES)),
+            ("grip_count", "<i8", axis),  # 0: always holds
+            ("grip_from_s", "<f8", (n_axes, GRIPS)),
+            ("grip_to_s", "<f8", (n_axes, GRIPS)),
+        ]
+    )
+
+
+def state_dtype(n_axes: int) -> np.dtype[np.void]:
+    """State of a simulated rig: the truth behind the sensors."""
+    axis = (n_axes,)
+    return np.dtype(
+        [
+            ("started", "<i8"),
+            ("first_tick", "<i8"),
+            ("tick", "<i8"),  # grid slot the plant has been advanced to
+            ("sample_count", "<i8"),
+            ("rng", "<u8", (4,)),
+            ("normal_spare", "<f8"),
+            ("normal_spare_ready", "<i8"),
+            ("force_drift_n", "<f8", (3,)),
+            ("held_ticks", "<i8"),  # periods since the newest current came
+            ("current_line_a", "<f8", (n_axes, DELAY_LINE)),  # [axis, 0] is the newest command
+            ("current_a", "<f8", axis),  # true motor current
+            ("motor_torque_nm", "<f8", axis),
+            ("position_rad", "<f8", axis),
+            ("velocity_rad_s", "<f8", axis),
+            ("bristle_rad", "<f8", axis),
+            ("friction_torque_nm", "<f8", axis),  # opposes motion: same sign as velocity when sliding
+            ("hand_torque_nm", "<f8", axis),
+            ("hand_position_rad", "<f8", axis),  # where the hand wants the joint
+            ("hand_velocity_rad_s", "<f8", axis),
+        ]
+    )
+
+
+def seed_words(seed: int) -> np.ndarray:
+    """Four words of generator state from `seed` by splitmix64 (Steele, Lea, Flood 2014)."""
+    mask, words, z = (1 << 64) - 1, [], seed & ((1 << 64) - 1)
+    for _ in range(4):
+        z = (z + 0x9E3779B97F4A7C15) & mask
+        x = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & mask
+        x = ((x ^ (x >> 27)) * 0x94D049BB133111EB) & mask
+        words.append(x ^ (x >> 31))
+    return np.array(words, np.uint64)
+
+
+def plant_records(options: Options, rig: Rig) -> tuple[np.ndarray, np.ndarray]:
+    """Parameters and initial state of the rig that `options` (dumped `MockOptions`) describe.
+
+    Raises
+    ------
+    BackendError
+        If a per-axis table has neither one entry nor one per axis.
+    """
+    params = np.zeros(1, params_dtype(rig.n_axes))
+    state = np.zeros(1, state_dtype(rig.n_axes))
+    p = params[0]
+    p["period_s"] = rig.period_s
+    p["substeps"] = options["substeps"] or max(1, math.ceil(rig.period_s / SUBSTEP_S - 1e-9))
+    for name in ("time_to_live_ticks", "estop_from_s", "estop_to_s", "temperature_c"):
+        p[name] = options[name]
+    _fill_force(p, options["force"], rig)
+    for axis, table in enumerate(_per_axis(options, "axis", rig.n_axes)):
+        _fill_axis(p, axis, table, rig)
+        _fill_friction(p, axis, table["friction"])
+        state[0]["position_rad"][axis] = table["start_position_rad"]
+    for axis, table in enumerate(_per_axis(options, "hand", rig.n_axes)):
+        _fill_hand(p, axis, table)
+    state["rng"] = seed_words(options["seed"])
+    return params, state
+
+
+def _per_axis(options: Options, name: str, n_axes: int) -> list[Any]:
+    tables = list(options[name])
+    if len(tables) == 1:
+        return tables * n_axes
+    if len(tables) != n_axes:
+        raise BackendError(
+            f"mock: {name} has {len(tables)} tables; give one for all, or {n_axes}, one per axis"
+        )
+    return tables
+
+
+def _fill_force(p: np.void, table: Options, rig: Rig) -> None:
+    p["force_resolution_n"] = table["resolution_n"]
+    p["force_range_n"] = table["range_n"]
+    p["force_noise_n"] = table["noise_n"]
+    p["force_drift_n"] = table["drift_n_sqrt_s"] * math.sqrt(rig.period_s)
+    p["force_bias_n"] = table["bias_n"]
+    p["force_crosstalk"] = table["crosstalk"]
+    p["tip_per_joint"] = np.linalg.pinv(rig.lever_m)
+
+
+def _fill_axis(p: np.void, axis: int, table: Options, rig: Rig) -> None:
+    for name in (
+        "inertia_kgm2",
+        "current_max_a",
+        "current_noise_a",
+        "current_bias_a",
+        "current_resolution_a",
+    ):
+        p[name][axis] = table[name]
+    p["torque_delay_ticks"][axis] = table["torque_delay_ticks"]
+    nominal = rig.gear_ratio[axis] * rig.gear_efficiency[axis] * rig.torque_constant_nm_a[axis]
+    p["torque_per_ampere"][axis] = nominal * table["torque_scale"]
+    p["ripple_nm"][axis] = table["ripple_nm"]
+    p["ripple_per_rad"][axis] = rig.gear_ratio[axis] * table["ripple_order"]
+    p["count_rad"][axis] = 2 * math.pi / rig.encoder_counts_per_rev[axis]
+    p["encoder_offset"][axis] = 0.5 if table["encoder_rounds"] else 0.0
+
+
+def _fill_friction(p: np.void, axis: int, table: Options) -> None:
+    for name in ("coulomb_nm", "breakaway_nm", "stribeck_rad_s", "stribeck_exponent", "viscous_nms_rad"):
+        p[name][axis] = table[name]
+    p["bristle_stiffness_nm_rad"][axis] = table["bristle_stiffness_nm_rad"]
+    p["bristle_damping_nms_rad"][axis] = table["bristle_damping_nms_rad"]
+    p["elastic_share"][axis] = table["elastic_share"] if table["model"] == "elasto_plastic" else -1.0
+    p["friction_scale_positive"][axis] = table["scale_positive"]
+    p["friction_scale_negative"][axis] = table["scale_negative"]
+    p["modulation_share"][axis] = table["modulation_share"]
+    p["modulation_per_rad"][axis] = 2 * math.pi / table["modulation_period_rad"]
+
+
+def _fill_hand(p: np.void, axis: int, table: Options) -> None:
+    kinds = {"none": Hand.NONE, "rest": Hand.REST, "triangle": Hand.TRIANGLE, "push": Hand.PUSH}
+    p["hand_kind"][axis] = kinds.get(table["kind"], Hand.SINES)
+    for name in ("stiffness_nm_rad", "damping_nms_rad", "inertia_kgm2", "start_s", "center_rad"):
+        p["hand_" + name][axis] = table[name]
+    for name in ("amplitude_rad", "speed_rad_s", "hold_s", "rest_s"):
+        p["hand_" + name][axis] = table[name]
+    sines = [[table["amplitude_rad"], table["frequency_hz"]]] if table["kind"] == "sine" else table["sines"]
+    for k, (amplitude_rad, frequency_hz) in enumerate(sines):
+        p["hand_sine_rad"][axis, k] = amplitude_rad
+        p["hand_sine_rad_s"][axis, k] = 2 * math.pi * frequency_hz
+    p["grip_count"][axis] = len(table["grips_s"])
+    for k, (from_s, to_s) in enumerate(table["grips_s"]):
+        p["grip_from_s"][axis, k] = from_s
+        p["grip_to_s"][axis, k] = to_s

@@ -1,0 +1,53 @@
+"""What the simulated rig's sensors make of the truth: quantised, biased, drifting, noisy."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hw.mock.jit import compiled
+from hw.mock.noise import normal
+
+
+@compiled
+def quantised(value: float, quantum: float, offset: float) -> float:
+    """`value` on the grid of `quantum` (0: no grid); `offset` .5 rounds, 0 truncates downward."""
+    if quantum <= 0.0:
+        return value
+    return math.floor(value / quantum + offset) * quantum
+
+
+@compiled
+def sense_axes(t: np.record, s: np.record, p: np.record) -> None:
+    """Encoder, Hall current and temperature of every axis."""
+    for axis in range(len(t.position_rad)):
+        t.position_rad[axis] = quantised(s.position_rad[axis], p.count_rad[axis], p.encoder_offset[axis])
+        current = s.current_a[axis] + p.current_bias_a[axis]
+        if p.current_noise_a[axis] > 0.0:
+            current += p.current_noise_a[axis] * normal(s)
+        t.current_a[axis] = quantised(current, p.current_resolution_a[axis], 0.5)
+        t.temperature_c[axis] = p.temperature_c
+
+
+@compiled
+def _tip_force(k: int, s: np.record, p: np.record) -> float:
+    force = 0.0
+    for axis in range(len(s.hand_torque_nm)):
+        force += p.tip_per_joint[k, axis] * s.hand_torque_nm[axis]
+    return force
+
+
+@compiled
+def sense_force(t: np.record, s: np.record, p: np.record) -> None:
+    """Three-axis force sensor at the tip: cross-talk, bias, drift, noise, range, resolution."""
+    x, y, z = _tip_force(0, s, p), _tip_force(1, s, p), _tip_force(2, s, p)
+    for k in range(3):
+        if p.force_drift_n > 0.0:
+            s.force_drift_n[k] += p.force_drift_n * normal(s)
+        force = p.force_crosstalk[k, 0] * x + p.force_crosstalk[k, 1] * y + p.force_crosstalk[k, 2] * z
+        force += p.force_bias_n[k] + s.force_drift_n[k]
+        if p.force_noise_n > 0.0:
+            force += p.force_noise_n * normal(s)
+        force = min(max(force, -p.force_range_n), p.force_range_n)
+        t.force_n[k] = quantised(force, p.force_resolution_n, 0.5)
