@@ -2,20 +2,41 @@
 
 from __future__ import annotations
 
-import ctypes
 import errno
 import os
 import time
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
+from numba import types
+
+from hw.jit import JIT_DISABLED, compiler
+
+compiled = compiler(Path(__file__).parent)
 
 _CLOCK_MONOTONIC = 1
 _TIMER_ABSTIME = 1
 
+# Resolved by name in the C library: the wake-up is then measured where it happens, not after Python has
+# come back from a foreign call (which costs several us at p99).
+_nanosleep = types.ExternalFunction(
+    "clock_nanosleep", types.int32(types.int32, types.int32, types.voidptr, types.voidptr)
+)
+_gettime = types.ExternalFunction("clock_gettime", types.int32(types.int32, types.voidptr))
 
-class _Timespec(ctypes.Structure):
-    _fields_ = (("tv_sec", ctypes.c_int64), ("tv_nsec", ctypes.c_int64))
+
+@compiled
+def _wait(timespec: np.ndarray, deadline_ns: int) -> int:
+    """Sleep until the deadline; returns the time of waking up, ns, or minus the C error number."""
+    timespec[0], timespec[1] = deadline_ns // 1_000_000_000, deadline_ns % 1_000_000_000
+    result = 4
+    while result == 4:  # EINTR: a signal came in between; its handler runs when we return
+        result = _nanosleep(types.int32(_CLOCK_MONOTONIC), types.int32(_TIMER_ABSTIME), timespec.ctypes, 0)
+    if result != 0:
+        return -result
+    _gettime(types.int32(_CLOCK_MONOTONIC), timespec.ctypes)
+    return timespec[0] * 1_000_000_000 + timespec[1]
 
 
 class Clock(Protocol):
@@ -32,24 +53,19 @@ class WallClock:
     """`clock_nanosleep` on CLOCK_MONOTONIC with absolute deadlines: no drift, no effect of wall-clock steps."""
 
     def __init__(self) -> None:
-        libc = ctypes.CDLL(None, use_errno=False)
-        self._sleep = libc.clock_nanosleep
-        self._sleep.argtypes = (ctypes.c_int, ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)
-        self._sleep.restype = ctypes.c_int
-        self._until = _Timespec()
-        self._until_pointer = ctypes.addressof(self._until)
+        self._timespec = np.zeros(2, np.int64)
         self.now = time.monotonic_ns
+        self.sleep_until(0)  # compile now
 
     def sleep_until(self, deadline_ns: int) -> int:
-        """Sleep until `deadline_ns`. A signal handler that ran in between does not end the sleep early."""
-        until = self._until
-        until.tv_sec, until.tv_nsec = divmod(deadline_ns, 1_000_000_000)
-        while True:
-            result = self._sleep(_CLOCK_MONOTONIC, _TIMER_ABSTIME, self._until_pointer, None)
-            if result == 0:
-                return time.monotonic_ns()
-            if result != errno.EINTR:
-                raise OSError(result, os.strerror(result))
+        """Sleep until `deadline_ns`. A signal that comes in between does not end the sleep early."""
+        if JIT_DISABLED:
+            time.sleep(max(0, deadline_ns - time.monotonic_ns()) / 1e9)
+            return time.monotonic_ns()
+        woke = int(_wait(self._timespec, deadline_ns))
+        if woke < 0:
+            raise OSError(-woke, f"clock_nanosleep: {os.strerror(-woke)} ({errno.errorcode[-woke]})")
+        return woke
 
 
 class VirtualClock:

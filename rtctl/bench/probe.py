@@ -1,0 +1,104 @@
+"""A measuring process: `python -m rtctl.bench.probe KIND CONFIG SECONDS` runs one loop under real-time rights.
+
+KIND `loop` is the real loop on the rig of CONFIG (mock); KIND `empty` has the same shape (wait, three
+readings of the clock, the same stores) and does nothing in between. Prints one JSON line with the raw
+latencies, ns.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+
+import numpy as np
+
+from hw import registry
+from rtctl import plan as planning
+from rtctl.config import LoadedConfig, load
+from rtctl.rt import realtime
+from rtctl.rt.clock import WallClock
+from rtctl.rt.loop import Stop, run_loop, warm_up
+from rtctl.shm import CommandWriter, Memory
+
+
+class _StopAfter:
+    """A clock that asks for the end after `n` wake-ups, and arms the rig on the way."""
+
+    def __init__(self, n: int, stop: Stop, writer: CommandWriter) -> None:
+        self._clock = WallClock()
+        self.now = self._clock.now
+        self._left, self._stop, self._writer = n, stop, writer
+        self._arm_at = n - 600
+
+    def sleep_until(self, deadline_ns: int) -> int:
+        self._left -= 1
+        if self._left == self._arm_at:
+            self._writer.command["arm_count"] += 1
+            self._writer.send()
+        elif self._left <= 0:
+            self._stop.requests = 1
+        return self._clock.sleep_until(deadline_ns)
+
+
+def _full(loaded: LoadedConfig, seconds: float) -> np.ndarray:
+    plan = planning.build(loaded)
+    n = round(seconds / plan.period_s)
+    memory = Memory.create(plan.n_axes, n + 1000, plan.period_ns)
+    memory.params[:], memory.model[:] = plan.params, plan.model
+    writer = CommandWriter(memory)
+    writer.command[:] = plan.command
+    writer.send()
+    warm_up(memory)
+    device = loaded.config.device[0]
+    backend = registry.create(device.kind, loaded.options, loaded.config.hardware())
+    backend.open()
+    stop = Stop()
+    clock = _StopAfter(n, stop, writer)
+    realtime.acquire(loaded.config.loop.priority, loaded.config.loop.cpu)
+    run_loop(backend, memory, clock, stop)
+    backend.close()
+    rows = memory.ring.view(np.ndarray)[: int(memory.header[0]["head"])]
+    return np.stack([rows["wakeup_ns"], rows["cycle_ns"], rows["missed_ticks"], rows["state"]])
+
+
+def _empty(loaded: LoadedConfig, seconds: float) -> np.ndarray:
+    period = round(1e9 / loaded.config.loop.rate_hz)
+    n = round(seconds * loaded.config.loop.rate_hz)
+    clock = WallClock()
+    out = np.zeros((4, n), np.int64)
+    word = memoryview(np.zeros(16, np.int64))
+    realtime.acquire(loaded.config.loop.priority, loaded.config.loop.cpu)
+    now, deadline, slot, missed, record_ns = clock.now, clock.now() + period, 0, 0, 0
+    for i in range(n):
+        woke = clock.sleep_until(deadline)
+        late = woke - deadline
+        if late >= period:
+            skipped = late // period
+            missed, slot, deadline = missed + skipped, slot + skipped, deadline + skipped * period
+            late -= skipped * period
+        word[0], word[1], word[2], word[8], word[9] = slot, deadline, late, missed, 0
+        t_read = now()
+        t_law = now()
+        t_write = now()
+        word[3], word[4], word[5], word[6] = t_read - woke, t_law - t_read, t_write - t_law, record_ns
+        word[7] = t_write - woke + record_ns
+        out[0, i], out[1, i], out[2, i] = late, word[7], missed
+        slot, deadline = slot + 1, deadline + period
+        record_ns = now() - t_write
+    return out
+
+
+def measure(kind: str, config: str, seconds: float) -> np.ndarray:
+    """Rows: wake-up latency, cycle, missed so far, state; one column per tick."""
+    loaded = load(config)
+    return (_full if kind == "loop" else _empty)(loaded, seconds)
+
+
+def main(arguments: list[str]) -> None:
+    """Measure and print; see the module docstring."""
+    kind, config, seconds = arguments
+    sys.stdout.write(json.dumps(measure(kind, config, float(seconds)).tolist()) + "\n")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

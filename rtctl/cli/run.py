@@ -1,0 +1,57 @@
+"""`rtctl run`: the daemon."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+
+@click.command("run")
+@click.argument("config", type=click.Path(path_type=Path))
+@click.option("--for", "seconds", type=click.FloatRange(0.01, 1e9), help="stop after this many seconds")
+@click.option("--arm", is_flag=True, help="arm as soon as the rig is ready; simulated rigs only")
+@click.option("--runtime-dir", type=click.Path(), help="folder of sockets and lock, instead of the default")
+@click.option("--json", "as_json", is_flag=True, help="end with one JSON object on stdout")
+def command(config: Path, seconds: float | None, runtime_dir: str | None, *, arm: bool, as_json: bool) -> None:
+    """Run the rig of CONFIG: loop, telemetry, commands.
+
+    The rig starts unarmed; a client arms it (see docs/protocol.md). Ctrl-C ramps the torque down and exits 0;
+    a second Ctrl-C cuts it. The exit code is 11 when the run ended in a latched fault.
+    """
+    from rtctl.config import load
+    from rtctl.errors import ConfigError, FaultError
+    from rtctl.host.supervisor import AutoArm, Host
+
+    loaded = load(config)
+    if arm and not loaded.config.simulated:
+        raise ConfigError(f"{config}: --arm is for simulated rigs; a real rig is armed by its operator's client")
+    with Host(
+        loaded,
+        observers=[AutoArm()] if arm else [],
+        runtime_dir=runtime_dir,
+        announce=lambda text: click.echo(f"rtctl: {text}", err=True),
+    ) as host:
+        if not as_json:
+            click.echo(f"running {loaded.config.rig.name} at {loaded.config.loop.rate_hz:g} Hz; Ctrl-C to stop")
+            for line in host.runtime.describe():
+                click.echo(f"  {line}")
+        summary = host.run(seconds)
+    click.echo(json.dumps(summary) if as_json else "\n".join(_lines(summary)))
+    if summary["state"] in ("FAULT", "ESTOP", "LOCKOUT") or summary.get("fault_first"):
+        raise FaultError(f"the run ended with a latched fault: {summary.get('fault_first')}")
+
+
+def _lines(summary: dict[str, Any]) -> list[str]:
+    if not summary["ticks"]:
+        return ["no ticks"]
+    wakeup, cycle, telemetry = summary["wakeup_us"], summary["cycle_us"], summary["telemetry"]
+    return [
+        f"state {summary['state']}, {summary['ticks']} ticks at {summary['rate_hz']} Hz, {summary['missed_ticks']} missed",
+        "wake-up us: " + ", ".join(f"{name} {value}" for name, value in wakeup.items()),
+        "cycle us:   " + ", ".join(f"{name} {value}" for name, value in cycle.items()),
+        f"telemetry: {telemetry['published']} messages, {telemetry['dropped']} dropped",
+        f"faults: {', '.join(summary['faults']) or 'none'}",
+    ]

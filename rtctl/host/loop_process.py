@@ -1,0 +1,119 @@
+"""Starting, watching and ending the loop process. The host's only handle on it besides shared memory."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import asdict
+from typing import IO, Any, cast
+
+import numpy as np
+
+from rtctl.config import LoadedConfig
+from rtctl.errors import DeviceError, LoopDiedError, RealtimeError
+from rtctl.shm import Memory
+
+_ERRORS = {"device": DeviceError, "realtime": RealtimeError}
+
+
+class LoopProcess:
+    """The running loop: `messages()` drains what it said, `ended` holds its last word."""
+
+    def __init__(self, loaded: LoadedConfig, memory: Memory) -> None:
+        config = loaded.config
+        rig = {
+            name: value.tolist() if isinstance(value, np.ndarray) else value
+            for name, value in asdict(config.hardware()).items()
+        }
+        order = {
+            "kind": config.device[0].kind,
+            "options": loaded.options,
+            "rig": rig,
+            "clock": config.loop.clock,
+            "realtime": config.loop.realtime,
+            "priority": config.loop.priority,
+            "cpu": config.loop.cpu,
+        }
+        self.ended: dict[str, Any] | None = None
+        self.grants: list[dict[str, Any]] = []
+        self.ready = False
+        self.compile_s = 0.0
+        self._pending = b""
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "rtctl.rt", str(memory.fd)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            pass_fds=(memory.fd,),
+            env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
+        )
+        stdin, self._stdout = self._process.stdin, cast("IO[bytes]", self._process.stdout)
+        assert stdin is not None
+        os.set_blocking(self._stdout.fileno(), False)
+        stdin.write((json.dumps(order) + "\n").encode())
+        stdin.close()
+
+    @property
+    def pid(self) -> int:
+        """Process id."""
+        return self._process.pid
+
+    def fileno(self) -> int:
+        """Descriptor that becomes readable when the loop says something or ends."""
+        return self._stdout.fileno()
+
+    def poll(self) -> bool:
+        """Take in what the loop has said. False once the process has ended."""
+        while True:
+            try:
+                data = os.read(self._stdout.fileno(), 65536)
+            except BlockingIOError:
+                break
+            if not data:
+                self._process.wait()
+                break
+            self._pending += data
+        *lines, self._pending = self._pending.split(b"\n")
+        for line in lines:
+            self._hear(json.loads(line))
+        return self._process.poll() is None
+
+    def _hear(self, message: dict[str, Any]) -> None:
+        if message["message"] == "ready":
+            self.ready, self.grants, self.compile_s = True, message["grants"], message["compile_s"]
+        elif message["message"] == "ended":
+            self.ended = message
+
+    def raise_if_failed(self) -> None:
+        """After the end: raise the named error of what went wrong, or return when it was asked to end."""
+        if self.ended is None:
+            code = self._process.poll()
+            raise LoopDiedError(f"the loop process died without a word (exit status {code}); torque was on its own: check the device")
+        if self.ended["reason"] not in ("shutdown", "cut"):
+            error = _ERRORS.get(self.ended["reason"], LoopDiedError)
+            raise error(f"{self.ended['reason']}: {self.ended['detail']}")
+
+    def terminate(self) -> None:
+        """Ask it to ramp down; a second call cuts."""
+        self._process.terminate()
+
+    def kill(self) -> None:
+        """End it now, whatever it does."""
+        self._process.kill()
+
+    def wait(self, seconds: float) -> bool:
+        """Wait for its end. True when it has ended."""
+        try:
+            self._process.wait(seconds)
+        except subprocess.TimeoutExpired:
+            return False
+        self.poll()
+        return True
+
+    def close(self) -> None:
+        """Make sure it is gone and release the pipe."""
+        if self._process.poll() is None:
+            self._process.kill()
+            self._process.wait()
+        self._stdout.close()

@@ -1,0 +1,275 @@
+"""The host process: starts the loop, owns every socket, watches, and makes the rig safe when it ends.
+
+One thread, one poller: signals, the loop's words, client requests, and every `telemetry.batch_ms` the new
+ticks. Ctrl-C or SIGTERM ramps the torque down; a second one cuts it.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Callable, Sequence
+from types import TracebackType
+from typing import Any, Protocol
+
+import numpy as np
+import zmq
+
+from rtctl import plan as planning
+from rtctl import stability_report
+from rtctl.config import LoadedConfig
+from rtctl.control.vocabulary import State
+from rtctl.errors import LoopDiedError, StabilityError
+from rtctl.host.endpoints import RuntimeDirectory
+from rtctl.host.gateway import Gateway
+from rtctl.host.loop_process import LoopProcess
+from rtctl.host.statistics import RunStatistics
+from rtctl.host.telemetry import Telemetry
+from rtctl.shm import CommandWriter, Memory, RingReader
+
+STALL_S = 0.010
+STALL_PERIODS = 3
+READY_TIMEOUT_S = 120.0  # the first start compiles
+STOP_TIMEOUT_S = 2.0
+
+
+class Observer(Protocol):
+    """Something in the host that follows the ticks and may give commands (demo, recorder, auto-arm)."""
+
+    def __call__(self, host: Host, rows: np.ndarray) -> None:
+        """Look at a batch of new ticks (may be empty)."""
+
+
+class Host:
+    """One rig's host. A context manager: entering starts the loop, leaving stops it and cleans up.
+
+    Parameters
+    ----------
+    loaded
+        The validated rig file.
+    observers
+        Called in order with every batch of ticks.
+    runtime_dir
+        Where sockets and lock live; default see `rtctl.host.endpoints`.
+    announce
+        Receives one-line notes for a person (starting, compiling, real-time rights refused).
+    """
+
+    def __init__(
+        self,
+        loaded: LoadedConfig,
+        *,
+        observers: Sequence[Observer] = (),
+        runtime_dir: str | None = None,
+        announce: Callable[[str], None] = lambda _text: None,
+    ) -> None:
+        self.loaded = loaded
+        self.observers = list(observers)
+        self.announce = announce
+        self.statistics = RunStatistics()
+        self._runtime_dir = runtime_dir
+        self._signals = 0
+        self._finished = False
+        self._ending_since: float | None = None
+        self._last_head = (0, 0.0)
+
+    def __enter__(self) -> Host:
+        self._check()
+        self.began = time.monotonic()
+        self.plan = planning.build(self.loaded)
+        self.runtime = RuntimeDirectory.acquire(self.loaded.config.rig.name, self._runtime_dir)
+        try:
+            self._start()
+        except BaseException:
+            self._close()
+            raise
+        return self
+
+    def _check(self) -> None:
+        report = stability_report.examine(self.loaded)
+        if not report.ok:
+            raise StabilityError(report.refusal())
+
+    def _start(self) -> None:
+        plan = self.plan
+        self.memory = Memory.create(plan.n_axes, plan.ring_rows, plan.period_ns)
+        self.memory.params[:] = plan.params
+        self.memory.model[:] = plan.model
+        self.reader = RingReader(self.memory, from_start=True)
+        self.writer = CommandWriter(self.memory)
+        self.writer.command[:] = plan.command
+        self.writer.send()
+        self.loop = LoopProcess(self.loaded, self.memory)
+        self.context = zmq.Context()
+        self.telemetry = Telemetry(self.context, self.runtime.endpoints, self.loaded)
+        self.gateway = Gateway(
+            self.context, self.runtime.endpoints, self.writer, self.loaded, self.reader.latest
+        )
+        self._wake_read, self._wake_write = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
+        self._old_wakeup = signal.set_wakeup_fd(self._wake_write, warn_on_full_buffer=False)
+        self._old_handlers = {s: signal.signal(s, self._on_signal) for s in (signal.SIGINT, signal.SIGTERM)}
+        self._wait_ready()
+        self.telemetry.set_realtime(self.loop.grants)
+
+    def _wait_ready(self) -> None:
+        """Wait for the loop to be compiled and open, telling a person when it takes long."""
+        told = False
+        while not self.loop.ready:
+            if not self.loop.poll():
+                self.loop.raise_if_failed()
+            waited = time.monotonic() - self.began
+            if waited > 2.0 and not told:
+                self.announce("compiling the control law (first start only, about 20 s) ...")
+                told = True
+            if waited > READY_TIMEOUT_S or self._signals:
+                raise LoopDiedError(f"the loop process was not ready after {waited:.0f} s")
+            time.sleep(0.005)
+        for grant in self.loop.grants:
+            if grant["required"] and not grant["granted"]:
+                self.announce(f"warning: {grant['right']} refused: {grant['detail']}")
+
+    def _on_signal(self, _signal: int, _frame: object) -> None:
+        self._signals += 1
+
+    # -- running
+
+    def run(self, seconds: float | None = None) -> dict[str, Any]:
+        """Serve until `seconds` have passed, a signal, `finish()`, or the end of the loop.
+
+        Returns the closing summary. Raises LoopDiedError, DeviceError or RealtimeError when the loop failed.
+        """
+        batch_s = self.loaded.config.telemetry.batch_ms / 1e3
+        poller = zmq.Poller()
+        poller.register(self.gateway.socket, zmq.POLLIN)
+        poller.register(self.loop.fileno(), zmq.POLLIN)
+        poller.register(self._wake_read, zmq.POLLIN)
+        end = None if seconds is None else time.monotonic() + seconds
+        next_batch = time.monotonic()
+        while True:
+            timeout_ms = max(0, round((next_batch - time.monotonic()) * 1e3))
+            poller.poll(timeout_ms)
+            self.gateway.serve()
+            alive = self.loop.poll()
+            now = time.monotonic()
+            if now >= next_batch or not alive:
+                self._batch()
+                next_batch = max(next_batch + batch_s, now)
+            if not alive:
+                break
+            if self._signals or self._finished or (end is not None and now >= end):
+                self._begin_end(now)
+            self._watch(now)
+        self.loop.raise_if_failed()
+        return self.summary()
+
+    def _batch(self) -> None:
+        rows = self.reader.read()
+        self.statistics.update(rows)
+        self.telemetry.publish(rows, self.reader.overwritten)
+        for observer in self.observers:
+            observer(self, rows)
+
+    def finish(self) -> None:
+        """Ask the run to end: torque ramps down, then `run` returns."""
+        self._finished = True
+
+    def _begin_end(self, now: float) -> None:
+        """Ask the loop to shut down; insist when it does not."""
+        if self._ending_since is None:
+            self._ending_since = now
+            self.writer.command["shutdown_count"] += 1
+            self.writer.send()
+        if self._signals > 1:
+            self._signals = 1
+            self.loop.terminate()
+            self.loop.terminate()
+        if now - self._ending_since > STOP_TIMEOUT_S:
+            self.loop.kill()
+
+    def _watch(self, now: float) -> None:
+        """Notice a loop that no longer advances (on a wall clock)."""
+        head, seen = int(self.memory.header[0]["head"]), self._last_head
+        if head != seen[0] or head == 0 or self.loaded.config.loop.clock == "virtual":
+            self._last_head = (head, now)
+        elif now - seen[1] > STALL_PERIODS * self.plan.period_s + STALL_S + self._poll_slack_s():
+            self.loop.kill()
+            self.loop.wait(1.0)
+            raise LoopDiedError(f"the loop stopped advancing at tick {head}; it was killed")
+
+    def _poll_slack_s(self) -> float:
+        """The host looks once per batch at worst, and may itself have been kept waiting by the system."""
+        return 0.25
+
+    # -- commands of the host itself (the gateway serves everybody else)
+
+    def arm(self) -> None:
+        """Ask the law to arm, in the epoch it is in."""
+        row = self.reader.latest()
+        self.writer.command["epoch"] = 0 if row is None else row["epoch"][0]
+        self.writer.command["arm_count"] += 1
+        self.writer.send()
+
+    def set_compensation(self, share: float) -> None:
+        """Share of the configured friction feed-forward, 0 to 1, on all axes."""
+        self.writer.command["compensation"] = share
+        self.writer.send()
+
+    def summary(self) -> dict[str, Any]:
+        """The closing summary: what ran, how punctually, what was published, which faults."""
+        return {
+            "rig": self.loaded.config.rig.name,
+            **self.statistics.summary(),
+            "telemetry": self.telemetry.counts(),
+            "overwritten": self.reader.overwritten,
+            "realtime": self.loop.grants,
+        }
+
+    # -- end
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._close()
+
+    def _close(self) -> None:
+        loop = getattr(self, "loop", None)
+        if loop is not None:
+            if loop.poll():
+                loop.terminate()
+                loop.wait(1.0)
+            loop.close()
+        for name in ("gateway", "telemetry"):
+            part = getattr(self, name, None)
+            if part is not None:
+                part.close()
+        if hasattr(self, "_old_handlers"):
+            for number, handler in self._old_handlers.items():
+                signal.signal(number, handler)
+            signal.set_wakeup_fd(self._old_wakeup)
+            os.close(self._wake_read)
+            os.close(self._wake_write)
+        if hasattr(self, "context"):
+            self.context.destroy(linger=0)
+        if hasattr(self, "memory"):
+            self.memory.close()
+        if hasattr(self, "runtime"):
+            self.runtime.release()
+
+
+class AutoArm:
+    """Observer that arms a simulated rig as soon as it is ready (`rtctl run --arm`)."""
+
+    def __init__(self) -> None:
+        self._asked = 0.0
+
+    def __call__(self, host: Host, rows: np.ndarray) -> None:
+        """Ask again every 0.2 s until the rig leaves IDLE; never after a fault or a stop."""
+        if len(rows) == 0 or self._asked < 0:
+            return
+        state = State(int(rows["state"][-1]))
+        if state not in (State.INIT, State.IDLE):
+            self._asked = -1.0
+        elif state == State.IDLE and time.monotonic() - self._asked > 0.2:
+            self._asked = time.monotonic()
+            host.arm()

@@ -1,0 +1,141 @@
+"""Rig files: everything wrong is named, all at once, before anything moves."""
+
+import tomllib
+
+import pytest
+
+from rtctl.config import Config, load
+from rtctl.errors import ConfigError
+
+GOOD = """
+schema = 1
+[rig]
+name = "bench"
+[loop]
+rate_hz = 1000
+[[axis]]
+name = "joint"
+inertia_kgm2 = 0.012
+viscous_nms_rad = 0.05
+encoder_counts_per_rev = 160000
+torque_constant_nm_a = 0.02
+lever_m = [0.0, 0.1, 0.0]
+torque_limit_nm = 1.0
+torque_rate_nm_s = 200
+velocity_limit_rad_s = 10
+[[device]]
+kind = "mock"
+"""
+
+
+@pytest.fixture
+def write(tmp_path):
+    def _write(text):
+        path = tmp_path / "rig.toml"
+        path.write_text(text)
+        return path
+
+    return _write
+
+
+def faults(path):
+    with pytest.raises(ConfigError) as caught:
+        load(path)
+    assert str(path) in str(caught.value)
+    return caught.value.faults
+
+
+def test_a_good_file_loads_with_its_hash_and_integers_count_as_floats(write):
+    loaded = load(write(GOOD))
+    assert loaded.config.loop.rate_hz == 1000.0
+    assert loaded.config.period_s == 1e-3
+    assert len(loaded.sha256) == 64
+    assert loaded.config.simulated
+
+
+def test_all_faults_are_reported_at_once_with_file_key_and_value(write):
+    text = GOOD.replace("rate_hz = 1000", 'rate_hz = "fast"\noops = 1').replace("0.05", "nan")
+    text = text.replace("torque_limit_nm = 1.0", "torque_limit_nm = -3.0")
+    found = faults(write(text))
+    assert len(found) == 4
+    assert any("loop.rate_hz" in line and "'fast'" in line for line in found)
+    assert any("loop.oops" in line and "remove it" in line for line in found)
+    assert any("axis[0].viscous_nms_rad" in line for line in found)
+    assert any("axis[0].torque_limit_nm" in line and "-3.0" in line for line in found)
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "-inf", "1e400", '"5"', "true", "[1.0]"])
+@pytest.mark.parametrize("key", ["inertia_kgm2 = 0.012", "velocity_limit_rad_s = 10", "rate_hz = 1000"])
+def test_numbers_that_are_not_finite_numbers_are_refused(write, key, value):
+    name = key.split(" = ")[0]
+    (line,) = faults(write(GOOD.replace(key, f"{name} = {value}")))
+    assert name in line
+
+
+@pytest.mark.parametrize(
+    ("key", "low", "high"), [("rate_hz = 1000", 99.9, 20000.1), ("torque_constant_nm_a = 0.02", 0, 1001)]
+)
+def test_bounds_are_in_the_message(write, key, low, high):
+    name = key.split(" = ")[0]
+    for value in (low, high):
+        (line,) = faults(write(GOOD.replace(key, f"{name} = {value}")))
+        assert "should be" in line
+        assert str(float(value)) in line or str(value) in line
+
+
+def test_inconsistent_pairs_are_named(write):
+    (line,) = faults(write(GOOD.replace("[[device]]", "position_min_rad = 2\nposition_max_rad = 1\n[[device]]")))
+    assert "position_min_rad 2.0 must be below position_max_rad 1.0" in line
+    (line,) = faults(write(GOOD.replace("[0.0, 0.1, 0.0]", "[0.0, 0.0, 0.0]")))
+    assert "lever_m" in line
+
+
+def test_two_axes_of_one_name_are_refused(write):
+    axis = GOOD[GOOD.index("[[axis]]") : GOOD.index("[[device]]")]
+    (line,) = faults(write(GOOD + axis))
+    assert "names must differ" in line
+
+
+def test_an_unknown_backend_is_refused_with_the_known_ones(write):
+    (line,) = faults(write(GOOD.replace('kind = "mock"', 'kind = "mokc"')))
+    assert "mokc" in line
+    assert "playback" in line
+
+
+def test_the_options_of_the_backend_are_validated_in_the_same_pass(write):
+    found = faults(write(GOOD.replace("1000", "1e9") + "[device.options]\nnonsense = 1\n"))
+    assert len(found) == 2
+    assert any("device[0].options" in line and "nonsense" in line for line in found)
+
+
+def test_missing_and_malformed_files_are_named(write, tmp_path):
+    with pytest.raises(ConfigError, match="cannot read"):
+        load(tmp_path / "absent.toml")
+    with pytest.raises(ConfigError, match="not a TOML file"):
+        load(write("rate = = 1"))
+    path = tmp_path / "binary.toml"
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ConfigError, match="not a TOML file"):
+        load(path)
+
+
+def test_every_number_of_the_rig_file_has_both_bounds():
+    """A one-sided bound lets an infinity or an absurd value through."""
+    unbounded = []
+
+    def walk(node, where):
+        if node.get("type") in ("number", "integer") and not (
+            ("minimum" in node and "maximum" in node) or "enum" in node or "const" in node
+        ):
+            unbounded.append(where)
+        for name, sub in node.get("properties", {}).items():
+            walk(sub, f"{where}.{name}")
+        for name, sub in node.get("$defs", {}).items():
+            walk(sub, name)
+
+    walk(Config.model_json_schema(), "")
+    assert unbounded == []
+
+
+def test_the_example_above_is_toml():
+    assert tomllib.loads(GOOD)["axis"][0]["name"] == "joint"
