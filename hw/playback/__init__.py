@@ -1,0 +1,1 @@
+"""Playback: a recorded log becomes the sensor stream of the real loop."""

@@ -1,0 +1,133 @@
+"""Options of the playback backend, as they stand in a rig file or on the command line.
+
+A column is read as
+
+    value = scale * unit * (raw - offset)
+
+with `raw` and `offset` in the file's own unit and `unit` the factor to SI. A negative scale turns a sign.
+Signs of the result follow the tick record: a torque is positive when it accelerates the joint towards
+positive position, whoever applies it.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
+
+MAX_DURATION_S = 1e6
+
+Scale = Annotated[float, Field(ge=-1e9, le=1e9, description="factor; negative turns the sign")]
+Offset = Annotated[float, Field(ge=-1e15, le=1e15, description="subtracted from the raw value, in its unit")]
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
+
+
+class Column(_Table):
+    """One column of the file, by the name in its header."""
+
+    column: str = Field(min_length=1, max_length=200, description="name in the header line")
+    scale: Scale = 1.0
+    offset: Offset = 0.0
+
+    @model_validator(mode="after")
+    def _no_zero_scale(self) -> Self:
+        if self.scale == 0:
+            msg = f"scale of column {self.column!r} is 0: every sample would be 0"
+            raise ValueError(msg)
+        return self
+
+
+class TimeColumn(Column):
+    """The time column."""
+
+    unit: Literal["s", "ms", "us", "ns"] = "s"
+
+
+class PositionColumn(Column):
+    """Joint angle, link side."""
+
+    unit: Literal["rad", "deg", "rev", "counts"] = "rad"
+
+
+class CurrentColumn(Column):
+    """Motor current."""
+
+    unit: Literal["A", "mA"] = "A"
+
+
+class TorqueColumn(Column):
+    """A torque on the joint, link side."""
+
+    unit: Literal["N m", "mN m"] = "N m"
+
+
+class ForceColumn(Column):
+    """One component of the force of the hand on the tip."""
+
+    unit: Literal["N", "mN"] = "N"
+
+
+class AxisColumns(_Table):
+    """Columns of one axis."""
+
+    position: PositionColumn
+    current: CurrentColumn | None = None
+    motor_torque: TorqueColumn | None = Field(None, description="in place of current")
+    hand_torque: TorqueColumn | None = Field(None, description="in place of the force columns")
+
+    @model_validator(mode="after")
+    def _one_motor_signal(self) -> Self:
+        if self.current is not None and self.motor_torque is not None:
+            msg = "give current or motor_torque, not both: one follows from the other"
+            raise ValueError(msg)
+        return self
+
+
+class PlaybackOptions(_Table):
+    """[device.options] of `kind = "playback"`."""
+
+    file: str = Field(
+        min_length=1, max_length=1000, description="log, relative to the rig file: .csv or .csv.gz"
+    )
+    delimiter: Literal[",", ";", "\t"] = ","
+    time: TimeColumn | None = Field(None, description="needed unless rate_hz is given")
+    rate_hz: float | None = Field(None, ge=1, le=1e6, description="rate of a log without a time column")
+    axis: tuple[AxisColumns, ...] = Field(min_length=1, max_length=8, strict=False)
+    force: tuple[ForceColumn, ForceColumn, ForceColumn] | None = Field(
+        None, strict=False, description="force of the hand on the tip, sensor axes x, y, z"
+    )
+    loop: bool = Field(False, description="start over at the end; see docs/playback.md about the seam")
+    start_s: float = Field(0.0, ge=0, le=MAX_DURATION_S, description="skip this much of the log")
+    end_s: float | None = Field(None, ge=0, le=MAX_DURATION_S, description="stop here; default: the end")
+
+    @field_validator("file")
+    @classmethod
+    def _found(cls, text: str, info: ValidationInfo) -> str:
+        context: dict[str, Any] = info.context or {}
+        path = Path(context.get("folder", Path()), text).expanduser().resolve()
+        if not path.is_file():
+            msg = f"no file {path}"
+            raise ValueError(msg)
+        return str(path)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if (self.time is None) == (self.rate_hz is None):
+            msg = "give either a time column or rate_hz"
+            raise ValueError(msg)
+        if self.end_s is not None and self.end_s <= self.start_s:
+            msg = f"end_s {self.end_s} must be after start_s {self.start_s}"
+            raise ValueError(msg)
+        for name in ("hand_torque", "current", "motor_torque"):
+            given = [getattr(axis, name) is not None for axis in self.axis]
+            if any(given) and not all(given):
+                msg = f"{name} must be given for every axis, or for none"
+                raise ValueError(msg)
+        if self.force is not None and self.axis[0].hand_torque is not None:
+            msg = "give force or hand_torque, not both: one follows from the other"
+            raise ValueError(msg)
+        return self

@@ -1,0 +1,221 @@
+"""Reads a recorded log into SI arrays, and refuses what a loop must not be fed with.
+
+Every fault of a file is found here, when the backend is opened, before anything moves. `BackendError`
+names the file, the column, the row and what to do.
+"""
+
+from __future__ import annotations
+
+import gzip
+import io
+import math
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hw.interface import BackendError, Options, Rig
+
+# Factors to SI of the units that hw.playback.options admits (pydantic stays out of the loop process).
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+ANGLE_UNITS = {"rad": 1.0, "deg": math.pi / 180, "rev": 2 * math.pi}  # and counts, by the rig's encoder
+CURRENT_UNITS = {"A": 1.0, "mA": 1e-3}
+TORQUE_UNITS = {"N m": 1.0, "mN m": 1e-3}
+FORCE_UNITS = {"N": 1.0, "mN": 1e-3}
+
+MAX_CHARACTERS = 1 << 30
+"""Largest log after decompression; a small .gz may unpack to any size."""
+
+MAX_STEP_ERROR = 0.25
+"""Largest deviation of one sampling step from the mean step, as a share of it."""
+
+MIN_SAMPLES = 2
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A log in SI units on an even time grid. Arrays have `n` rows; absent signals are None.
+
+    `position_rad`, `current_a` (motor side), `hand_torque_nm` (link side) have one column per axis,
+    `force_n` three.
+    """
+
+    path: Path
+    rate_hz: float
+    position_rad: np.ndarray
+    current_a: np.ndarray | None
+    hand_torque_nm: np.ndarray | None
+    force_n: np.ndarray | None
+
+    def __len__(self) -> int:
+        return len(self.position_rad)
+
+
+def _text(path: Path) -> str:
+    try:
+        with path.open("rb") as raw:
+            packed = raw.read(2) == b"\x1f\x8b"
+            raw.seek(0)
+            stream = gzip.GzipFile(fileobj=raw) if packed or path.suffix == ".gz" else raw
+            text = io.TextIOWrapper(stream, encoding="utf-8-sig").read(MAX_CHARACTERS + 1)
+    except EOFError as error:
+        raise BackendError(f"{path}: the gzip file is cut off; copy it again") from error
+    except (gzip.BadGzipFile, zlib.error) as error:
+        raise BackendError(f"{path}: not a sound gzip file ({error}); copy it again") from error
+    except UnicodeDecodeError as error:
+        raise BackendError(f"{path}: not a text file ({error.reason} at byte {error.start})") from error
+    except OSError as error:
+        raise BackendError(f"{path}: cannot read the log: {error.strerror or error}") from error
+    if len(text) > MAX_CHARACTERS:
+        raise BackendError(f"{path}: more than {MAX_CHARACTERS} characters; cut the log into parts")
+    return text
+
+
+def read_columns(path: Path, names: tuple[str, ...], delimiter: str = ",") -> dict[str, np.ndarray]:
+    """Read the named columns of a CSV file with a header line, gzipped or not.
+
+    Returns
+    -------
+    dict
+        Column name -> float array, all of equal length, all finite.
+
+    Raises
+    ------
+    BackendError
+        Unreadable or truncated file, missing or ambiguous column, a cell that is no finite number
+        (with its row, counted from 1 below the header), fewer than two rows.
+    """
+    header, _, body = _text(path).partition("\n")
+    found = [name.strip().strip('"') for name in header.rstrip("\r").split(delimiter)]
+    for name in names:
+        if found.count(name) != 1:
+            cause = "no column" if name not in found else "more than one column"
+            raise BackendError(f"{path}: {cause} {name!r}; the header has: {', '.join(found)[:500]}")
+    order = tuple(dict.fromkeys(names))
+    if not body.strip():
+        raise BackendError(f"{path}: no rows below the header")
+    try:
+        table = np.loadtxt(
+            io.StringIO(body),
+            delimiter=delimiter,
+            usecols=[found.index(name) for name in order],
+            ndmin=2,
+            comments=None,
+        )
+    except ValueError as error:
+        raise BackendError(f"{path}: {error}; every cell of a mapped column must be a number") from error
+    if len(table) < MIN_SAMPLES:
+        raise BackendError(f"{path}: {len(table)} row(s); at least {MIN_SAMPLES} are needed")
+    bad = np.argwhere(~np.isfinite(table))
+    if len(bad):
+        row, column = bad[0]
+        raise BackendError(
+            f"{path}: column {order[column]!r} row {row + 1}: {table[row, column]} is not a finite number "
+            f"({len(bad)} such cells); cut or repair the log"
+        )
+    return {name: table[:, k] for k, name in enumerate(order)}
+
+
+def sampling_rate(path: Path, time_s: np.ndarray) -> float:
+    """Rate of an evenly sampled time column, Hz. Raises BackendError naming the first uneven row."""
+    steps = np.diff(time_s)
+    mean = (time_s[-1] - time_s[0]) / len(steps)
+    if not mean > 0:
+        raise BackendError(f"{path}: time does not increase ({time_s[0]} s to {time_s[-1]} s)")
+    uneven = np.flatnonzero(np.abs(steps - mean) > MAX_STEP_ERROR * mean)
+    if len(uneven):
+        k = uneven[0]
+        raise BackendError(
+            f"{path}: uneven sampling: row {k + 2} comes {steps[k]:.6g} s after the one before, "
+            f"the mean step is {mean:.6g} s ({len(uneven)} such steps); "
+            "the loop needs an even rate: resample the log"
+        )
+    return float(1.0 / mean)
+
+
+def _window(path: Path, n: int, rate_hz: float, start_s: float, end_s: float | None) -> slice:
+    first = math.ceil(start_s * rate_hz - 1e-6)
+    last = n if end_s is None else min(n, math.floor(end_s * rate_hz + 1e-6) + 1)
+    if last - first < MIN_SAMPLES:
+        raise BackendError(
+            f"{path}: start_s {start_s} to end_s {end_s} leaves {max(0, last - first)} samples "
+            f"of a log of {n / rate_hz:.3f} s"
+        )
+    return slice(first, last)
+
+
+class _Table:
+    """The mapped columns of one file, and how one of them becomes SI."""
+
+    def __init__(self, options: Options) -> None:
+        self.path = Path(options["file"])
+        columns: list[Mapping[str, Any]] = [c for axis in options["axis"] for c in axis.values() if c]
+        columns += list(options.get("force") or ())
+        if options.get("time"):
+            columns.append(options["time"])
+        names = tuple(column["column"] for column in columns)
+        self.raw = read_columns(self.path, names, options.get("delimiter", ","))
+
+    def si(self, column: Mapping[str, Any], units: Mapping[str, float]) -> np.ndarray:
+        raw = self.raw[column["column"]]
+        factor = column.get("scale", 1.0) * units[column.get("unit", next(iter(units)))]
+        return np.asarray(factor * (raw - column.get("offset", 0.0)))
+
+
+def load(options: Options, rig: Rig) -> Recording:
+    """Read the log that validated `PlaybackOptions` describe.
+
+    Parameters
+    ----------
+    options
+        Plain mapping as dumped from `PlaybackOptions`.
+    rig
+        Number of axes, encoder resolution and gearing (a motor torque becomes a current with them).
+
+    Raises
+    ------
+    BackendError
+        See `read_columns` and `sampling_rate`; also when the number of axes differs.
+    """
+    axes = options["axis"]
+    if len(axes) != rig.n_axes:
+        raise BackendError(
+            f"playback maps {len(axes)} axes, the rig has {rig.n_axes}: one device.options.axis each"
+        )
+    table = _Table(options)
+    if options.get("time"):
+        rate_hz = sampling_rate(table.path, table.si(options["time"], TIME_UNITS))
+    else:
+        rate_hz = float(options["rate_hz"])
+    angles = [{**ANGLE_UNITS, "counts": 2 * math.pi / counts} for counts in rig.encoder_counts_per_rev]
+    position = np.stack(
+        [table.si(axis["position"], units) for axis, units in zip(axes, angles, strict=True)], axis=1
+    )
+    torque_per_amp = rig.gear_ratio * rig.gear_efficiency * rig.torque_constant_nm_a
+    current = _per_axis(table, axes, "current", CURRENT_UNITS)
+    motor_torque = _per_axis(table, axes, "motor_torque", TORQUE_UNITS)
+    if motor_torque is not None:
+        current = motor_torque / torque_per_amp
+    force = options.get("force")
+    kept = _window(table.path, len(position), rate_hz, options.get("start_s", 0.0), options.get("end_s"))
+    return Recording(
+        path=table.path,
+        rate_hz=rate_hz,
+        position_rad=np.ascontiguousarray(position[kept]),
+        current_a=None if current is None else current[kept],
+        hand_torque_nm=_cut(_per_axis(table, axes, "hand_torque", TORQUE_UNITS), kept),
+        force_n=_cut(np.stack([table.si(c, FORCE_UNITS) for c in force], axis=1) if force else None, kept),
+    )
+
+
+def _cut(array: np.ndarray | None, kept: slice) -> np.ndarray | None:
+    return None if array is None else array[kept]
+
+
+def _per_axis(table: _Table, axes: Any, name: str, units: Mapping[str, float]) -> np.ndarray | None:  # noqa: ANN401
+    if not axes[0].get(name):
+        return None
+    return np.stack([table.si(axis[name], units) for axis in axes], axis=1)
