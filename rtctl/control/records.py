@@ -7,7 +7,12 @@ one rig size is one compiled version.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+
+Record = Any
+"""One row of these dtypes (or of the tick) inside compiled code: fields are attributes."""
 
 HISTORY = 64
 """Longest position history of the velocity estimators, samples."""
@@ -22,7 +27,7 @@ Shape = tuple[int, ...]
 
 
 def _record(scalars: dict[str, str], axis: dict[str, Shape], n_axes: int) -> np.dtype[np.void]:
-    fields: list[tuple[str, str] | tuple[str, str, Shape]] = [(name, kind) for name, kind in scalars.items()]
+    fields: list[tuple[str, str] | tuple[str, str, Shape]] = [*scalars.items()]
     for name, extra in axis.items():
         kind = "<i8" if name.endswith(("_kind", "_method", "_policy", "_ticks", "_count", "_side")) else "<f8"
         fields.append((name, kind, (n_axes, *extra)))
@@ -120,6 +125,9 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "tare_seen": "<i8",
             "target_seen": "<i8",
             "target_age_ticks": "<i8",
+            "shutdown_seen": "<i8",
+            "clear_ticks": "<i8",  # ticks in FAULT without any fault present
+            "stop_target": "<i8",  # state that STOPPING ends in
             "seal_reserved": "<i8",
         },
         {
@@ -133,6 +141,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "kalman_position_rad": (),
             "kalman_velocity_rad_s": (),
             "force_filtered_nm": (),
+            "hand_torque_before_nm": (),  # hand torque of the tick before, for the energy of the hand
             "tare_sum_nm": (),
             "tare_count": (),
             "tare_nm": (),

@@ -1,0 +1,126 @@
+"""Virtual environments behind the virtual coupling, solved together for the position of the proxy.
+
+The coupling is a spring and damper between joint x and a massless proxy p; the environment pushes on
+the proxy. Symbols: k_c, b_c coupling; k, b environment; c its centre; T time since the last sample.
+
+    f = k_c (x - p) + b_c ((x - x_before) - (p - p_before))/T = w - A p,     A = k_c + b_c/T
+    f = f_env(p, p_before)                                     torque on the joint = -f
+
+Solving both lines for p makes any environment stiffness stable: a wall of 1e6 N m/rad is felt as k_c.
+Every environment satisfies f (p - p_before) >= V(p) - V(p_before) with a potential V bounded below, and
+the coupling adds only stored and dissipated energy, so sum f (x - x_before) >= -const: the condition
+under which the sampled-data bound (theory reference, SD-1) covers nonlinear environments.
+"""
+
+from __future__ import annotations
+
+import math
+
+from rtctl.control.detents import detent_proxy
+from rtctl.control.jit import compiled
+from rtctl.control.records import Record
+from rtctl.control.vocabulary import Environment
+
+_SPRING = int(Environment.SPRING)
+_WALL = int(Environment.WALL)
+_DAMPER = int(Environment.DAMPER)
+_DETENTS = int(Environment.DETENTS)
+_REMOTE = int(Environment.REMOTE)
+
+
+@compiled
+def wall_proxy(
+    drive: float, stiffness: float, k: float, damping: float, face: float, side: float, before: float
+) -> float:
+    """Proxy at a one-sided wall. `drive` is w, `stiffness` A, `damping` b/T.
+
+    Notes
+    -----
+    Free proxy w/A; if it is outside the wall, that is the answer. Inside, the wall pushes with
+    k d + b u, d the depth. Where that would pull the proxy back in, the wall lets go (free proxy); where
+    its damping would stop the proxy short of the face, the proxy rests on the face.
+    """
+    free = drive / stiffness
+    if side * (free - face) <= 0.0:
+        return free
+    pressed = (drive + k * face + damping * before) / (stiffness + k + damping)
+    if side * (free - pressed) <= 0.0:
+        return free
+    return face if side * (pressed - face) < 0.0 else pressed
+
+
+@compiled
+def solve_proxy(c: Record, axis: int, drive: float, stiffness: float, before: float, dt: float) -> float:
+    """Proxy position at which the coupling force w - A p equals the environment's force, rad."""
+    kind = c.environment_kind[axis]
+    k = max(c.environment_stiffness_nm_rad[axis], 0.0)
+    damping = max(c.environment_damping_nms_rad[axis], 0.0) / dt
+    center = c.environment_center_rad[axis]
+    if kind == _SPRING:
+        return (drive + k * center) / (stiffness + k)
+    if kind == _WALL:
+        side = 1.0 if c.environment_side[axis] >= 0 else -1.0
+        return wall_proxy(drive, stiffness, k, damping, center, side, before)
+    if kind == _DAMPER:
+        return (drive + damping * before) / (stiffness + damping)
+    if kind == _DETENTS:
+        return detent_proxy(drive, stiffness, k, center, c.environment_pitch_rad[axis], before)
+    return drive / stiffness
+
+
+@compiled
+def _remote_force(s: Record, p: Record, c: Record, axis: int, difference: float) -> float:
+    """Coupling force towards the renderer's target, extrapolated no further than `target_hold_ticks`."""
+    age = min(s.target_age_ticks, p.target_hold_ticks)
+    velocity = c.target_velocity_rad_s[axis]
+    target = c.target_position_rad[axis] + velocity * p.period_s * age
+    if s.target_age_ticks > p.target_hold_ticks:
+        velocity = 0.0
+    s.proxy_position_rad[axis] = target
+    stretch = s.position_rad[axis] - target
+    slip = difference - velocity
+    return p.coupling_stiffness_nm_rad[axis] * stretch + p.coupling_damping_nms_rad[axis] * slip
+
+
+@compiled
+def coupling_torque(
+    s: Record, p: Record, c: Record, axis: int, elapsed: int, difference: float, disabled: bool
+) -> float:
+    """Torque of coupling and environment on the joint, N m; moves `state.proxy_position_rad`.
+
+    Parameters
+    ----------
+    elapsed : int
+        Grid ticks since the last valid sample; 0 on a missed one, whose held position does not move.
+    difference : float
+        Plain backward difference of the position, rad/s: the velocity SD-1 assumes.
+    disabled : bool
+        True while no torque leaves: the proxy then starts each tick from the joint, so nothing winds up.
+
+    Returns
+    -------
+    float
+        Minus the opposing force; 0 without a coupling. Not finite only if an input is not finite; the
+        proxy then returns to the joint, so that one bad command cannot stay in the state.
+    """
+    x = s.position_rad[axis]
+    if s.proxy_set_count[axis] == 0 or disabled:
+        s.proxy_position_rad[axis] = x
+        s.proxy_set_count[axis] = 1
+    dt = p.period_s * max(elapsed, 1)
+    b = p.coupling_damping_nms_rad[axis] / dt
+    stiffness = p.coupling_stiffness_nm_rad[axis] + b
+    if stiffness <= 0.0:
+        s.proxy_position_rad[axis] = x
+        return 0.0
+    if c.environment_kind[axis] == _REMOTE:
+        force = _remote_force(s, p, c, axis, difference)
+    else:
+        before = s.proxy_position_rad[axis]
+        drive = p.coupling_stiffness_nm_rad[axis] * x + b * (x - s.position_before_rad[axis] + before)
+        proxy = solve_proxy(c, axis, drive, stiffness, before, dt)
+        force = drive - stiffness * proxy
+        s.proxy_position_rad[axis] = proxy
+    if not math.isfinite(s.proxy_position_rad[axis]):
+        s.proxy_position_rad[axis] = x
+    return -force

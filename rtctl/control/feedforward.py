@@ -1,0 +1,167 @@
+"""Friction feed-forward: how much, in which direction, and how far it may go (theory reference, section 6).
+
+tau_ff = compensation * g * s * min(magnitude, cap): s in -1..1 is the direction the policy decides near
+zero velocity, g in 0..1 the force gate. v rad/s, tau_h hand torque N m.
+"""
+
+from __future__ import annotations
+
+import math
+
+from rtctl.control.friction import BACKWARD, FORWARD, branch_magnitude
+from rtctl.control.jit import compiled
+from rtctl.control.records import Record
+from rtctl.control.vocabulary import Fault, Policy
+
+_OFF = int(Policy.OFF)
+_HYBRID = int(Policy.HYBRID)
+_SIGN = int(Policy.SIGN)
+_DEADBAND = int(Policy.DEADBAND)
+_TANH = int(Policy.TANH)
+_DITHER = int(Policy.DITHER)
+_INTENT = int(Policy.INTENT)
+_STOP = int(Policy.STOP)
+_STOP_GATED = int(Policy.STOP_GATED)
+_F_LAW = int(Fault.LAW_NOT_FINITE)
+
+
+@compiled
+def saturate(x: float) -> float:
+    """Limit to -1..1; NaN becomes 0, because a direction that is not known is no direction."""
+    if x > 1.0:
+        return 1.0
+    if x < -1.0:
+        return -1.0
+    return x if x == x else 0.0  # NaN alone differs from itself
+
+
+@compiled
+def sign(v: float) -> float:
+    """-1, 0 or 1."""
+    return 1.0 if v > 0.0 else (-1.0 if v < 0.0 else 0.0)
+
+
+@compiled
+def blend(v: float, motion: float, rest: float, width: float) -> float:
+    """(1 - w) motion + w rest with w = exp(-(v/width)^2)."""
+    w = math.exp(-((v / width) ** 2))
+    return (1.0 - w) * motion + w * rest
+
+
+@compiled
+def friction_direction(s: Record, p: Record, axis: int, v: float, hand: float, tick: int) -> float:
+    """Direction s of the feed-forward by the configured policy, -1..1.
+
+    Notes
+    -----
+    HYBRID: w = exp(-(v/v_b)^2), s = (1 - w) tanh(v/v_0) + w sat(tau_h/tau_g). DITHER puts a square wave
+    of `friction_dither_ticks` in the place of the intent. The stop operator is advanced by
+    `advance_stop` on every tick, whatever the policy.
+    """
+    policy = p.friction_policy[axis]
+    if policy == _HYBRID:
+        motion = math.tanh(v / p.friction_tanh_rad_s[axis])
+        return blend(v, motion, saturate(hand / p.friction_intent_nm[axis]), p.friction_blend_rad_s[axis])
+    if policy == _SIGN:
+        return sign(v)
+    if policy == _DEADBAND:
+        return sign(v) if abs(v) > p.friction_deadband_rad_s[axis] else 0.0
+    if policy == _TANH:
+        return math.tanh(v / p.friction_tanh_rad_s[axis])
+    if policy == _DITHER:
+        ticks = max(p.friction_dither_ticks[axis], 2)
+        wave = 1.0 if 2 * (tick % ticks) < ticks else -1.0
+        return blend(v, math.tanh(v / p.friction_tanh_rad_s[axis]), wave, p.friction_blend_rad_s[axis])
+    if policy == _INTENT:
+        return saturate(hand / p.friction_intent_nm[axis])
+    if policy in (_STOP, _STOP_GATED):
+        return s.friction_stop[axis]
+    return 0.0
+
+
+@compiled
+def advance_stop(s: Record, p: Record, axis: int, dx: float) -> None:
+    """Stop (play) operator s <- clip(s + dx/x_d, -1, 1): rate independent direction of motion."""
+    if p.friction_stop_rad[axis] > 0.0:
+        s.friction_stop[axis] = saturate(s.friction_stop[axis] + dx / p.friction_stop_rad[axis])
+
+
+@compiled
+def advance_gate(s: Record, p: Record, axis: int, hand: float) -> float:
+    """Force gate g <- LPF clip((|tau_h| - deadband)/tau_g, 0, 1): without a hand there is no feed-forward."""
+    wanted = saturate(max(abs(hand) - p.friction_gate_deadband_nm[axis], 0.0) / p.friction_gate_nm[axis])
+    s.friction_gate[axis] += p.friction_gate_alpha[axis] * (wanted - s.friction_gate[axis])
+    return s.friction_gate[axis]
+
+
+@compiled
+def is_force_gated(policy: int) -> bool:
+    """True for policies whose torque goes to zero with the hand's."""
+    return policy in (_HYBRID, _INTENT, _STOP_GATED)
+
+
+@compiled
+def has_gate(policy: int) -> bool:
+    """True for policies multiplied by the gate; INTENT is proportional to the hand's torque already."""
+    return policy in (_HYBRID, _STOP_GATED)
+
+
+@compiled
+def range_fade(model: Record, branch: int, speed: float) -> float:
+    """1 inside the trained range, falling to 0 over `speed_fade_rad_s` beyond it."""
+    beyond = speed - model.speed_max_rad_s[branch]
+    if beyond <= 0.0:
+        return 1.0
+    fade = model.speed_fade_rad_s[branch]
+    return 1.0 - beyond / fade if beyond < fade else 0.0
+
+
+@compiled
+def compensated_magnitude(
+    p: Record, model: Record, axis: int, branch: int, speed: float
+) -> tuple[float, float]:
+    """What the feed-forward may add at this speed, and what the model says, both N m.
+
+    Notes
+    -----
+    kappa (F - b_v |v|) + kappa_v b_v |v|, faded out of the trained range, at least 0, at most
+    `friction_cap_nm`, and `friction_ungated_cap_nm` for policies without a force gate. NaN stays NaN.
+    """
+    friction = branch_magnitude(model, branch, speed)
+    viscous = model.viscous_nms_rad[branch] * min(speed, model.speed_max_rad_s[branch])
+    wanted = p.friction_gain[axis] * (friction - viscous) + p.friction_viscous_gain[axis] * viscous
+    wanted *= range_fade(model, branch, speed)
+    cap = p.friction_cap_nm[axis]
+    if not is_force_gated(p.friction_policy[axis]):
+        cap = min(cap, p.friction_ungated_cap_nm[axis])
+    if wanted > cap:
+        wanted = cap
+    return (0.0 if wanted < 0.0 else wanted), friction
+
+
+@compiled
+def friction_feedforward(t: Record, s: Record, p: Record, model: Record, axis: int, dx: float) -> int:
+    """Write the feed-forward fields of axis `axis` of the tick; return fault bits.
+
+    Reads `velocity_rad_s`, `hand_torque_nm`, `compensation` of the tick; `dx` is the joint's motion
+    since the last tick, rad. A model value that is not finite counts as no friction and is a fault.
+    """
+    v = t.velocity_rad_s[axis]
+    hand = t.hand_torque_nm[axis]
+    policy = p.friction_policy[axis]
+    advance_stop(s, p, axis, dx)
+    gate = advance_gate(s, p, axis, hand) if has_gate(policy) else 1.0
+    direction = saturate(friction_direction(s, p, axis, v, hand, t.tick))
+    side = direction if direction != 0.0 else v
+    branch = FORWARD if side >= 0.0 else BACKWARD
+    magnitude, friction = compensated_magnitude(p, model, axis, branch, abs(v))
+    faults = 0
+    if not math.isfinite(magnitude) or not math.isfinite(friction):
+        magnitude, friction, faults = 0.0, 0.0, _F_LAW
+    inside = abs(v) <= model.speed_max_rad_s[branch]
+    t.friction_model_nm[axis] = friction if inside else 0.0
+    t.friction_sign[axis] = direction
+    t.friction_gate[axis] = gate
+    torque = t.compensation[axis] * gate * direction * magnitude
+    t.feedforward_torque_nm[axis] = torque if policy != _OFF else 0.0
+    return faults

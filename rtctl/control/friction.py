@@ -1,0 +1,64 @@
+"""Evaluate a compiled friction model: one piecewise cubic per direction, found through a uniform grid.
+
+The offline compiler (`rtctl.friction`) fills the `MODEL` record; here it is only read.
+"""
+
+from __future__ import annotations
+
+import math
+
+from rtctl.control.jit import compiled
+from rtctl.control.records import LOOKUP_CELLS, MAX_SEGMENTS, Record
+
+FORWARD = 0
+"""Branch of the model for v >= 0."""
+
+BACKWARD = 1
+"""Branch of the model for v < 0."""
+
+
+@compiled
+def branch_magnitude(model: Record, branch: int, speed: float) -> float:
+    """Friction magnitude of one direction at a speed.
+
+    Parameters
+    ----------
+    model : MODEL record
+    branch : int
+        `FORWARD` or `BACKWARD`.
+    speed : float
+        |v|, rad/s, >= 0. Held at the first and the last knot outside them.
+
+    Returns
+    -------
+    float
+        N m, viscous part included; 0 without a model; NaN for a NaN or negative speed.
+
+    Notes
+    -----
+    Segment j covers [knot_j, knot_{j+1}); F = c0 + h (c1 + h (c2 + h c3)), h = speed - knot_j
+    (theory reference, section 3.3). The look-up may point to any segment near the speed: the two short
+    walks make a rounding of its cell harmless.
+    """
+    n = min(model.n_segments[branch], MAX_SEGMENTS)
+    if n < 1:
+        return 0.0
+    if not speed >= 0.0:
+        return math.nan
+    knot = model.knot_rad_s[branch]
+    u = min(max(speed, knot[0]), knot[n])
+    cell = min(max(u * model.lookup_scale[branch], 0.0), LOOKUP_CELLS - 1.0)
+    j = min(max(int(model.lookup[branch, int(cell)]), 0), n - 1)
+    while j < n - 1 and u >= knot[j + 1]:
+        j += 1
+    while j > 0 and u < knot[j]:
+        j -= 1
+    h = u - knot[j]
+    c = model.coefficient[branch, j]
+    return c[0] + h * (c[1] + h * (c[2] + h * c[3]))
+
+
+@compiled
+def friction_magnitude(model: Record, velocity: float) -> float:
+    """Friction magnitude (N m, viscous part included) at a signed velocity in rad/s; NaN stays NaN."""
+    return branch_magnitude(model, FORWARD if velocity >= 0.0 else BACKWARD, abs(velocity))

@@ -1,0 +1,103 @@
+"""Command intake: which requests rose, which target is fresh, how old the last one is.
+
+The command is one snapshot that the host overwrites; counters in it make edges that survive being read
+late or twice. A request is used up in the tick that sees it, granted or not.
+"""
+
+from __future__ import annotations
+
+from rtctl.control import states
+from rtctl.control.force import restart_tare
+from rtctl.control.jit import compiled
+from rtctl.control.records import Record
+from rtctl.control.vocabulary import Environment, Fault, State
+
+_REMOTE = int(Environment.REMOTE)
+_ACTIVE = int(State.ACTIVE)
+_HOLD = int(State.HOLD)
+_F_TARGET = int(Fault.TARGET_LOST)
+
+
+@compiled
+def _rising_requests(s: Record, c: Record) -> int:
+    """Request bits of the counters that rose since the last tick; marks them as seen."""
+    requests = 0
+    if c.arm_count > s.arm_seen:
+        requests |= states.ARM
+    if c.stop_count > s.stop_seen:
+        requests |= states.STOP
+    if c.reset_count > s.reset_seen:
+        requests |= states.RESET
+    if c.shutdown_count > s.shutdown_seen:
+        requests |= states.TERMINATE
+    s.arm_seen = c.arm_count
+    s.stop_seen = c.stop_count
+    s.reset_seen = c.reset_count
+    s.shutdown_seen = c.shutdown_count
+    return requests
+
+
+@compiled
+def _age_target(s: Record, p: Record, c: Record) -> None:
+    """Age of the renderer's last target; a target of an older epoch is void, and none at all is lost."""
+    fresh = c.target_count > s.target_seen and c.epoch == s.epoch
+    s.target_age_ticks = 0 if fresh else s.target_age_ticks + 1
+    if c.target_count == 0:
+        s.target_age_ticks = max(s.target_age_ticks, p.target_stop_ticks + 1)
+    s.target_seen = c.target_count
+
+
+@compiled
+def _share(x: float) -> float:
+    """Limit to 0..1; NaN is 0."""
+    if x > 1.0:
+        return 1.0
+    return x if x > 0.0 else 0.0
+
+
+@compiled
+def take_command(t: Record, s: Record, p: Record, c: Record) -> tuple[int, bool]:
+    """Read the newest command into tick and state.
+
+    Returns
+    -------
+    requests : int
+        ARM, STOP, RESET, TERMINATE bits (`states`).
+    arm_allowed : bool
+        The command belongs to the present epoch: an arm request queued before a stop is void.
+    """
+    if s.ticks == 0:
+        s.fault_first = -1
+    requests = _rising_requests(s, c)
+    _age_target(s, p, c)
+    retare = c.tare_count > s.tare_seen and not states.is_powered(s.state)
+    s.tare_seen = c.tare_count
+    t.command_seq = c.seq
+    for axis in range(len(t.position_rad)):
+        t.environment_kind[axis] = c.environment_kind[axis]
+        t.compensation[axis] = _share(c.compensation[axis])
+        if retare:
+            restart_tare(s, axis)
+    return requests, c.epoch == s.epoch
+
+
+@compiled
+def _is_remote(c: Record) -> bool:
+    """True when a renderer moves the proxy of any axis."""
+    for axis in range(len(c.environment_kind)):
+        if c.environment_kind[axis] == _REMOTE:
+            return True
+    return False
+
+
+@compiled
+def holding(s: Record, p: Record, c: Record) -> bool:
+    """True when a remote environment's target is too old to follow."""
+    return _is_remote(c) and s.target_age_ticks > p.target_hold_ticks
+
+
+@compiled
+def target_fault(s: Record, p: Record, c: Record) -> int:
+    """TARGET_LOST while torque depends on a renderer that has been silent for `target_stop_ticks`."""
+    lost = s.target_age_ticks > p.target_stop_ticks and _is_remote(c)
+    return _F_TARGET if lost and s.state in (_ACTIVE, _HOLD) else 0

@@ -1,0 +1,235 @@
+"""One tick of the control law: measured fields in, torque out.
+
+Read `step` first: it is the block diagram. Every part is a pure compiled function of the tick, the state
+and the parameters; nothing here knows time, devices or processes.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from rtctl.control import intake
+from rtctl.control.environment import coupling_torque
+from rtctl.control.feedforward import friction_feedforward
+from rtctl.control.force import hand_torque, tare_done
+from rtctl.control.gate import gate_torque
+from rtctl.control.jit import compiled
+from rtctl.control.passivity import injected_damping, observe_port, passivity_fault
+from rtctl.control.records import Record
+from rtctl.control.sample import accept_sample
+from rtctl.control.states import advance, is_powered
+from rtctl.control.velocity import estimate_velocity
+from rtctl.control.vocabulary import Fault, GateFlag, State
+
+_ACTIVE = int(State.ACTIVE)
+_HOLD = int(State.HOLD)
+_STOPPING = int(State.STOPPING)
+_FAULT = int(State.FAULT)
+_F_LAW = int(Fault.LAW_NOT_FINITE)
+_F_OVERSPEED = int(Fault.OVERSPEED)
+_F_OVERRUN = int(Fault.OVERRUN)
+_NOT_FINITE = int(GateFlag.NOT_FINITE)
+
+OVERSPEED_FACTOR = 1.2
+"""Above this many v_max the torque is cut (safety contract)."""
+
+LATE_LIMIT = 3
+"""Late ticks in a row that are an OVERRUN (safety contract)."""
+
+HOLD_SHARE = 0.2
+"""HOLD's damping may use at most this share of the torque limit (safety contract)."""
+
+
+@compiled
+def step(
+    tick: np.ndarray, state: np.ndarray, params: np.ndarray, command: np.ndarray, model: np.ndarray
+) -> None:
+    """Run the law for one tick, in place.
+
+    Parameters
+    ----------
+    tick : array, shape (1,), `rtctl.tick.tick_dtype`
+        The backend has written the measured fields and the loop `tick` and `missed_ticks`; every field
+        whose writer is "law" is written here.
+    state, params, command : array, shape (1,)
+        Records of `rtctl.control.records`. A zeroed state is the state before the first tick.
+    model : array, shape (n_axes,), `MODEL`
+        Compiled friction model of each axis; zeroed for none.
+
+    Notes
+    -----
+    Signs: theory reference, section 0. A torque is positive when it accelerates the joint.
+    """
+    t, s, p, c = tick[0], state[0], params[0], command[0]
+    # 1. what is asked
+    requests, arm_allowed = intake.take_command(t, s, p, c)
+    # 2. what was measured
+    faults, elapsed = accept_sample(t, s, p)
+    powered = is_powered(s.state)
+    for axis in range(len(t.position_rad)):
+        dx = s.position_rad[axis] - s.position_before_rad[axis]
+        # 3. velocity, 4. force
+        faults |= _estimate(t, s, p, axis, elapsed, powered)
+        # 5. virtual world behind the coupling
+        t.coupling_torque_nm[axis] = coupling_torque(
+            s, p, c, axis, elapsed, t.velocity_difference_rad_s[axis], not powered
+        )
+        t.proxy_position_rad[axis] = s.proxy_position_rad[axis]
+        # 6. friction feed-forward
+        faults |= friction_feedforward(t, s, p, model[axis], axis, dx)
+        # 7. energy of the last period, and damping where it ran out
+        faults |= _observe(t, s, p, model[axis], axis, dx, elapsed, powered)
+        faults |= _sum_torques(t, p, axis)
+    faults |= _F_OVERRUN if s.late_ticks >= LATE_LIMIT else 0
+    faults |= intake.target_fault(s, p, c)
+    # 8. state machine
+    changed = advance(s, p, faults, requests, arm_allowed and tare_done(s, p), intake.holding(s, p, c))
+    if changed and s.state == _STOPPING:
+        _plan_ramp(s, p)
+    # 9. gate, 10. current, 11. energies
+    faults |= _send(t, s, p)
+    for axis in range(len(t.position_rad)):
+        _account(t, s, p, axis)
+    _report(t, s, faults)
+
+
+@compiled
+def _estimate(t: Record, s: Record, p: Record, axis: int, elapsed: int, powered: bool) -> int:
+    """Velocity, motor torque and hand torque of one axis."""
+    velocity, difference = estimate_velocity(s, p, axis, elapsed)
+    t.velocity_rad_s[axis] = velocity
+    t.velocity_difference_rad_s[axis] = difference
+    t.motor_torque_nm[axis] = s.current_a[axis] * _torque_per_ampere(p, axis)
+    t.hand_torque_raw_nm[axis] = s.force_raw_nm[axis]
+    t.hand_torque_nm[axis] = hand_torque(s, p, axis, elapsed > 0, not powered)
+    return _F_OVERSPEED if abs(velocity) > OVERSPEED_FACTOR * p.velocity_limit_rad_s[axis] else 0
+
+
+@compiled
+def _torque_per_ampere(p: Record, axis: int) -> float:
+    """Link torque of one ampere, N m/A: gear ratio * efficiency * torque constant."""
+    return p.gear_ratio[axis] * p.gear_efficiency[axis] * p.torque_constant_nm_a[axis]
+
+
+@compiled
+def _observe(
+    t: Record, s: Record, p: Record, model: Record, axis: int, dx: float, elapsed: int, powered: bool
+) -> int:
+    """Passivity observer, controller, and the energies the hand and the feed-forward have put in."""
+    s.energy_hand_j[axis] += 0.5 * (s.hand_torque_before_nm[axis] + t.hand_torque_nm[axis]) * dx
+    s.hand_torque_before_nm[axis] = t.hand_torque_nm[axis]
+    s.energy_feedforward_j[axis] += s.feedforward_applied_nm[axis] * dx
+    t.injected_damping_nms_rad[axis] = 0.0
+    if not powered:
+        s.energy_port_j[axis] = 0.0
+        return 0
+    observe_port(s, p, model, axis, dx, elapsed, t.velocity_rad_s[axis])
+    t.injected_damping_nms_rad[axis] = injected_damping(s, p, axis, dx, elapsed)
+    return passivity_fault(s, p, axis)
+
+
+@compiled
+def _sum_torques(t: Record, p: Record, axis: int) -> int:
+    """Wanted torque of ACTIVE; its damping share is written beside it."""
+    t.damping_torque_nm[axis] = -t.injected_damping_nms_rad[axis] * t.velocity_difference_rad_s[axis]
+    wanted = t.coupling_torque_nm[axis] + t.feedforward_torque_nm[axis] + t.damping_torque_nm[axis]
+    t.torque_wanted_nm[axis] = wanted
+    return 0 if math.isfinite(wanted) else _F_LAW
+
+
+@compiled
+def _hold_torque(t: Record, p: Record, axis: int) -> float:
+    """Damping of HOLD, capped at HOLD_SHARE of the limit."""
+    cap = HOLD_SHARE * p.torque_limit_nm[axis]
+    damping = p.hold_damping_nms_rad[axis] + t.injected_damping_nms_rad[axis]
+    return min(max(-damping * t.velocity_difference_rad_s[axis], -cap), cap)
+
+
+@compiled
+def _plan_ramp(s: Record, p: Record) -> None:
+    """Step per tick that brings each torque to zero within `stop_ticks`."""
+    for axis in range(len(s.torque_applied_nm)):
+        s.ramp_step_nm[axis] = abs(s.torque_applied_nm[axis]) / max(p.stop_ticks, 1)
+
+
+@compiled
+def _ramp_torque(s: Record, axis: int) -> float:
+    """The torque sent last, one ramp step nearer to zero."""
+    before = s.torque_applied_nm[axis]
+    left = abs(before) - s.ramp_step_nm[axis]
+    # A remainder of rounding is zero: the ramp ends in stop_ticks, not one tick later.
+    if left <= 1e-9 * s.ramp_step_nm[axis]:
+        return 0.0
+    return left if before > 0.0 else -left
+
+
+@compiled
+def _torque_of_state(t: Record, s: Record, p: Record, axis: int) -> float:
+    """Torque the present state asks of the gate; writes what HOLD and STOPPING change in the tick."""
+    if s.state == _ACTIVE:
+        return s.authority * t.torque_wanted_nm[axis]
+    if s.state == _STOPPING:
+        return _ramp_torque(s, axis)
+    if s.state == _HOLD:
+        t.damping_torque_nm[axis] = _hold_torque(t, p, axis)
+        t.torque_wanted_nm[axis] = t.damping_torque_nm[axis]
+        return t.damping_torque_nm[axis]
+    return 0.0
+
+
+@compiled
+def _send(t: Record, s: Record, p: Record) -> int:
+    """Put every axis through the gate; one axis that is not finite cuts all of them in this tick."""
+    cut = False
+    for axis in range(len(t.position_rad)):
+        torque, flags = gate_torque(
+            _torque_of_state(t, s, p, axis),
+            s.torque_applied_nm[axis],
+            t.velocity_rad_s[axis],
+            p.torque_limit_nm[axis],
+            p.torque_rate_nm[axis],
+            p.velocity_limit_rad_s[axis],
+            is_powered(s.state),
+        )
+        t.torque_applied_nm[axis] = torque
+        t.gate_flags[axis] = flags
+        cut = cut or (flags & _NOT_FINITE) != 0
+    if not cut:
+        return 0
+    for axis in range(len(t.position_rad)):
+        t.torque_applied_nm[axis] = 0.0
+    # The machine has seen LAW_NOT_FINITE already unless the gate caught what the law did not.
+    advance(s, p, _F_LAW, 0, False, False)
+    return _F_LAW
+
+
+@compiled
+def _account(t: Record, s: Record, p: Record, axis: int) -> None:
+    """Current of the torque sent; what of it was feed-forward; energies into the tick."""
+    torque = t.torque_applied_nm[axis]
+    s.torque_applied_nm[axis] = torque
+    per_ampere = _torque_per_ampere(p, axis)
+    t.current_command_a[axis] = torque / per_ampere if per_ampere > 0.0 else 0.0
+    wanted = t.torque_wanted_nm[axis]
+    share = torque / wanted if s.state == _ACTIVE and wanted != 0.0 else 0.0
+    s.feedforward_applied_nm[axis] = min(max(share, 0.0), 1.0) * t.feedforward_torque_nm[axis]
+    t.energy_port_j[axis] = s.energy_port_j[axis]
+    t.energy_hand_j[axis] = s.energy_hand_j[axis]
+    t.energy_feedforward_j[axis] = s.energy_feedforward_j[axis]
+
+
+@compiled
+def _report(t: Record, s: Record, faults: int) -> None:
+    """State fields of the tick."""
+    s.faults = faults
+    s.ticks += 1
+    t.sample_age_ticks = s.sample_age_ticks
+    t.target_age_ticks = s.target_age_ticks
+    t.state = s.state
+    t.enabled = 1 if is_powered(s.state) else 0
+    t.authority = s.authority if s.state in (_ACTIVE, _HOLD) else 0.0
+    t.epoch = s.epoch
+    t.faults = faults
+    t.fault_first = s.fault_first

@@ -1,0 +1,128 @@
+"""Passivity observer and controller on the torque the motor actually held (theory reference, section 1.7).
+
+    E += -tau_held (x_k - x_{k-1}) + b dx^2 / T + F_lo |dx|,      E <= bank
+
+tau_held is the torque sent one tick ago, after authority, gate and limits, feed-forward included: the
+motor held exactly this torque while the joint went from x_{k-1} to x_k, so the first term is exact. The
+other two credit what the device itself is guaranteed to dissipate: viscous damping b (Cauchy-Schwarz
+over one period) and dry friction F_lo.
+
+Why the dry-friction credit follows the model. A right feed-forward spends kappa F(v) |dx| by design and
+the device's friction takes it back. Crediting one constant, the least friction over the range, would
+call that activity wherever the Stribeck curve lies above its minimum: slow motion with 90 % of a
+stiction peak would run into a false alarm within seconds. The credit is therefore the guaranteed
+friction at the present speed, F_lo(v) = Fhat_dry(v) - (min Fhat_dry - friction_floor_nm): the learned
+curve lowered by the same uncertainty (validation error and drift) that lowered its minimum to the
+configured floor. Then kappa Fhat_dry <= F_lo, the condition under which the feed-forward is passive at
+all (section 2.2), is also the condition under which it raises no alarm, and a model with less margin
+than that does run the observer down. Outside the trained range only the floor is credited.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtctl.control.friction import BACKWARD, FORWARD, branch_magnitude
+from rtctl.control.jit import compiled
+from rtctl.control.records import Record
+from rtctl.control.vocabulary import Fault
+
+_F_PASSIVITY = int(Fault.PASSIVITY)
+
+FAULT_FACTOR = 1.5
+"""A deficit of this many budgets is the PASSIVITY fault (safety contract)."""
+
+
+@compiled
+def guaranteed_friction(p: Record, model: Record, axis: int, velocity: float) -> float:
+    """Dry friction the device surely has at this velocity, N m, >= 0 (see the module's text)."""
+    floor = max(p.friction_floor_nm[axis], 0.0)
+    branch = FORWARD if velocity >= 0.0 else BACKWARD
+    speed = abs(velocity)
+    if floor == 0.0 or not speed <= model.speed_max_rad_s[branch]:
+        return floor
+    dry = branch_magnitude(model, branch, speed) - model.viscous_nms_rad[branch] * speed
+    lowered = dry - (model.friction_min_nm[branch] - floor)
+    return lowered if lowered > floor else floor
+
+
+@compiled
+def observe_port(s: Record, p: Record, model: Record, axis: int, dx: float, elapsed: int, v: float) -> float:
+    """Advance the port's energy by the last period, J; never above `energy_bank_j`.
+
+    Parameters
+    ----------
+    dx : float
+        Motion since the last tick, rad; 0 on a missed sample, whose motion the next one carries.
+    elapsed : int
+        Grid ticks it took.
+    v : float
+        Velocity estimate, rad/s: only chooses the place on the friction curve.
+    """
+    held = s.torque_applied_nm[axis]
+    dt = p.period_s * max(elapsed, 1)
+    credit = max(p.viscous_nms_rad[axis], 0.0) * dx * dx / dt
+    if dx != 0.0:
+        credit += guaranteed_friction(p, model, axis, v if v * dx > 0.0 else dx / dt) * abs(dx)
+    s.energy_port_j[axis] = min(s.energy_port_j[axis] - held * dx + credit, p.energy_bank_j)
+    return s.energy_port_j[axis]
+
+
+@compiled
+def injected_damping(s: Record, p: Record, axis: int, dx: float, elapsed: int) -> float:
+    """Damping that would pay back a deficit within one period at the present speed, N m s/rad.
+
+    Notes
+    -----
+    alpha = -E/(T v^2) with v = dx/T, capped at `injected_damping_max_nms_rad` (an uncapped controller
+    made a limit cycle of its own in simulation); 0 below one encoder count of motion, where v is noise.
+    """
+    energy = s.energy_port_j[axis]
+    if energy >= 0.0 or abs(dx) < p.count_rad[axis] or dx == 0.0:
+        return 0.0
+    dt = p.period_s * max(elapsed, 1)
+    return min(-energy * dt / (dx * dx), max(p.injected_damping_max_nms_rad[axis], 0.0))
+
+
+@compiled
+def passivity_fault(s: Record, p: Record, axis: int) -> int:
+    """PASSIVITY while the deficit exceeds FAULT_FACTOR budgets."""
+    return _F_PASSIVITY if s.energy_port_j[axis] < -FAULT_FACTOR * p.energy_budget_j else 0
+
+
+@compiled
+def series_po_pc(
+    force: np.ndarray, velocity: np.ndarray, w: np.ndarray, alpha: np.ndarray, f1: np.ndarray
+) -> None:
+    """Hannaford-Ryu series observer and controller over a whole recording (impedance causality).
+
+    Parameters
+    ----------
+    force, velocity : array, shape (n,)
+        f2 (opposing) of the environment and v2 of the port.
+    w, alpha, f1 : array, shape (n,)
+        Written: observed power sum W, damping, and force after the controller.
+
+    Notes
+    -----
+    W(n) = W(n-1) + f2 v2 + alpha(n-1) v2(n-1)^2; alpha(n) = -W/v2^2 if W < 0 and v2 != 0 else 0;
+    f1 = f2 + alpha v2 (Hannaford and Ryu 2002).
+    """
+    total = 0.0
+    injected = 0.0
+    for n in range(len(force)):
+        v = velocity[n]
+        total += force[n] * v + injected
+        damping = -total / (v * v) if total < 0.0 and v != 0.0 else 0.0
+        injected = damping * v * v
+        w[n] = total
+        alpha[n] = damping
+        f1[n] = force[n] + damping * v
+
+
+@compiled
+def parallel_po_pc(
+    force: np.ndarray, velocity: np.ndarray, w: np.ndarray, beta: np.ndarray, v1: np.ndarray
+) -> None:
+    """Parallel form (admittance causality): the dual of `series_po_pc`, with beta = 1/alpha acting on f2."""
+    series_po_pc(velocity, force, w, beta, v1)

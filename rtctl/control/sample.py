@@ -1,0 +1,150 @@
+"""Decide whether this tick's sample may be used, and what it means when it may not.
+
+A sample is missed when the link reports damage, its counter does not advance, a value is not finite or
+out of range, or the position jumps further than the axis can travel. A missed sample never reaches the
+law: the last valid one is held (`state.position_rad`, `current_a`, `force_raw_nm`) and its age grows.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hw.interface import LinkFault
+from rtctl.control.jit import compiled
+from rtctl.control.records import Record
+from rtctl.control.vocabulary import Fault
+
+_CHECKSUM = int(LinkFault.CHECKSUM)
+_LOSS = int(LinkFault.SEQUENCE | LinkFault.LOST)
+_LOST = int(LinkFault.LOST)
+_END = int(LinkFault.END_OF_LOG)
+
+_F_STALE = int(Fault.STALE)
+_F_BAD = int(Fault.BAD_SAMPLE)
+_F_JUMP = int(Fault.JUMP)
+_F_LOST = int(Fault.LINK_LOST)
+_F_END = int(Fault.END_OF_LOG)
+_F_CHECKSUM = int(Fault.CHECKSUM)
+_F_ESTOP = int(Fault.ESTOP)
+
+JUMP_FACTOR = 1.5
+"""A position further away than this many times v_max allows is a jump (safety contract)."""
+
+
+@compiled
+def _in_range(t: Record, p: Record) -> bool:
+    """True when every measured value is finite and within the ranges; comparisons are false for NaN."""
+    for axis in range(len(t.position_rad)):
+        if not p.position_min_rad[axis] <= t.position_rad[axis] <= p.position_max_rad[axis]:
+            return False
+        if not abs(t.current_a[axis]) <= p.current_limit_a[axis]:
+            return False
+        for i in range(3):
+            if not abs(t.force_n[i]) <= p.force_limit_n[axis]:
+                return False
+    return True
+
+
+@compiled
+def _damage(t: Record, s: Record, p: Record) -> int:
+    """Fault that this sample would become if it went on; 0 for a good and fresh one."""
+    link = np.int64(t.link_faults)
+    if link & _CHECKSUM:
+        return _F_CHECKSUM
+    if link & _LOSS or t.sample_count <= s.sample_count:
+        return _F_STALE
+    s.sample_count = t.sample_count
+    return 0 if _in_range(t, p) else _F_BAD
+
+
+@compiled
+def _jumped(t: Record, s: Record, p: Record, elapsed: int) -> bool:
+    """True when an axis moved further than JUMP_FACTOR v_max since the last valid sample."""
+    for axis in range(len(t.position_rad)):
+        reach = JUMP_FACTOR * p.velocity_limit_rad_s[axis] * p.period_s * elapsed
+        if abs(t.position_rad[axis] - s.position_rad[axis]) > reach:
+            return True
+    return False
+
+
+@compiled
+def _take(t: Record, s: Record, p: Record, restart: bool) -> None:
+    """Make this sample the current one; `restart` also forgets where the axis was before."""
+    for axis in range(len(t.position_rad)):
+        s.position_rad[axis] = t.position_rad[axis]
+        s.current_a[axis] = t.current_a[axis]
+        torque = 0.0
+        for i in range(3):
+            torque += p.lever_m[axis, i] * t.force_n[i]
+        s.force_raw_nm[axis] = torque
+        s.jump_count[axis] = 0
+        if restart:
+            s.position_before_rad[axis] = s.position_rad[axis]
+            s.history_count[axis] = 0
+            s.proxy_set_count[axis] = 0
+    s.sample_age_ticks = 0
+
+
+@compiled
+def _link_state(t: Record) -> int:
+    """Faults that hold whatever the sample is worth."""
+    link = np.int64(t.link_faults)
+    faults = 0
+    if link & _LOST:
+        faults |= _F_LOST
+    if link & _END:
+        faults |= _F_END
+    if t.estop != 0:
+        faults |= _F_ESTOP
+    return faults
+
+
+@compiled
+def _count_late(t: Record, s: Record) -> int:
+    """Grid slots skipped just before this tick; keeps the count of late ticks in a row."""
+    skipped = 0 if s.ticks == 0 else max(t.missed_ticks - s.missed_ticks, 0)
+    s.missed_ticks = t.missed_ticks
+    s.late_ticks = s.late_ticks + 1 if skipped > 0 else 0
+    return skipped
+
+
+@compiled
+def accept_sample(t: Record, s: Record, p: Record) -> tuple[int, int]:
+    """Validate the measured fields of tick `t` and take them over, or hold the last valid ones.
+
+    Returns
+    -------
+    faults : int
+        `Fault` bits present now. A missed sample becomes a fault at `stale_limit_ticks`: STALE,
+        BAD_SAMPLE or CHECKSUM after what was wrong with the latest one; the second jump in a row is
+        JUMP at once, and restarts the estimators at the new position (the joint is cut by then).
+    elapsed : int
+        Grid ticks between the last valid sample and this one; 0 when this one was missed.
+
+    Notes
+    -----
+    A sample at the end of a recorded log does not age into STALE: the log's end is not a failure.
+    Before the first valid sample there is nothing to hold, so nothing is stale.
+    """
+    started = s.history_count[0] > 0
+    elapsed = s.sample_age_ticks + 1 + _count_late(t, s)
+    for axis in range(len(t.position_rad)):
+        s.position_before_rad[axis] = s.position_rad[axis]
+    faults = _link_state(t)
+    cause = _damage(t, s, p)
+    if cause == 0 and not started:
+        _take(t, s, p, True)
+        return faults, 1
+    if cause == 0 and not _jumped(t, s, p, elapsed):
+        _take(t, s, p, False)
+        return faults, elapsed
+    if cause == 0:
+        s.jump_count[0] += 1
+        if s.jump_count[0] >= 2:
+            _take(t, s, p, True)
+            return faults | _F_JUMP, 1
+        cause = _F_STALE
+    s.sample_age_ticks = elapsed
+    if started and elapsed >= p.stale_limit_ticks and not faults & _F_END:
+        faults |= cause
+    return faults, 0

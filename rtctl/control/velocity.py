@@ -1,0 +1,198 @@
+"""Velocity from encoder positions: FOAW, difference, low-pass, Kalman (theory reference, section 5).
+
+x position rad, T period s, k newest sample, l samples back, d accepted deviation (band).
+Between two valid samples more than one grid tick may have passed (missed samples, missed ticks); the
+history is then filled along the straight line, so every estimator sees equally spaced positions.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from rtctl.control.jit import compiled
+from rtctl.control.records import HISTORY, Record
+from rtctl.control.vocabulary import VelocityMethod
+
+_FOAW = int(VelocityMethod.FOAW)
+_LOWPASS = int(VelocityMethod.LOWPASS)
+_KALMAN = int(VelocityMethod.KALMAN)
+
+
+def lowpass_alpha(cutoff_hz: float, period_s: float) -> float:
+    """Coefficient per tick of the first-order low-pass y += alpha (x - y) with this cut-off.
+
+    Notes
+    -----
+    alpha = 1 - exp(-2 pi f T): the exact sampled pole. A cut-off of 0 means no filter (alpha = 1).
+    """
+    return 1.0 if cutoff_hz <= 0 else -math.expm1(-2.0 * math.pi * cutoff_hz * period_s)
+
+
+def kalman_gains(count_rad: float, bandwidth_hz: float, period_s: float) -> tuple[float, float]:
+    """Steady gains of the constant-velocity Kalman filter.
+
+    Parameters
+    ----------
+    count_rad : float
+        One encoder count, rad; its variance Delta^2/12 cancels, since the bandwidth is given.
+    bandwidth_hz, period_s : float
+
+    Returns
+    -------
+    gain_position : float
+        Dimensionless.
+    gain_velocity : float
+        1/s.
+
+    Raises
+    ------
+    ValueError
+        When an argument is not positive.
+
+    Notes
+    -----
+    White acceleration of density w_c^4 R T against the measurement variance R gives the continuous
+    filter the bandwidth w_c. In units of R and T the discrete Riccati equation in steady state reduces to
+        q (1 - a) = b^2,     a^2 + a b + b^2/6 = 2 b,     q = (w_c T)^4,
+    with a the position gain and b = T times the velocity gain (derived for this project); solved by
+    bisection in b, on which the difference of the two sides of the first equation is monotone.
+    """
+    if not (count_rad > 0 and bandwidth_hz > 0 and period_s > 0):
+        msg = f"count, bandwidth and period must be positive: {count_rad}, {bandwidth_hz}, {period_s}"
+        raise ValueError(msg)
+    q = (2.0 * math.pi * bandwidth_hz * period_s) ** 4
+
+    def position_gain(b: float) -> float:
+        return 0.5 * (math.sqrt(8.0 * b + b * b / 3.0) - b)
+
+    low, high = 0.0, 3.0 - math.sqrt(3.0)  # the upper end is where the position gain reaches 1
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        if middle * middle > q * (1.0 - position_gain(middle)):
+            high = middle
+        else:
+            low = middle
+    return position_gain(high), high / period_s
+
+
+@compiled
+def push_history(history: np.ndarray, position: float, elapsed: int, window: int) -> None:
+    """Put the newest position in front of `history` (newest first), filling skipped ticks linearly."""
+    before = history[0]
+    moved = min(elapsed, window)
+    for i in range(window - 1, moved - 1, -1):
+        history[i] = history[i - moved]
+    for i in range(moved):
+        history[i] = position + (before - position) * i / elapsed
+
+
+@compiled
+def _line_fits(history: np.ndarray, n: int, intercept: float, slope: float, band: float) -> bool:
+    """True when samples 0..n (relative to the newest) lie within `band` of the line."""
+    newest = history[0]
+    for back in range(n + 1):
+        if not abs(history[back] - newest - (intercept - slope * back)) <= band:
+            return False
+    return True
+
+
+@compiled
+def foaw_velocity(history: np.ndarray, count: int, window: int, band: float, period: float) -> float:
+    """First-order adaptive windowing, best-fit slope (Janabi-Sharifi et al. 2000).
+
+    Parameters
+    ----------
+    history : array, shape (>= window,)
+        Positions, newest first, rad.
+    count : int
+        Valid entries of it.
+    window : int
+        Longest window, samples.
+    band : float
+        Accepted deviation from the line, rad.
+    period : float
+        s.
+
+    Notes
+    -----
+    b_n = 6 sum_{l=0..n} (n - 2l) x_{k-l} / (n (n+1) (n+2)) per tick, a_n = mean(x_k..x_{k-n}) + b_n n/2.
+    Windows grow while |x_{k-l} - (a_n - b_n l)| <= d for all l; n = 1 is always accepted; the last
+    accepted slope is the result. Sums are kept relative to x_k, so large angles lose no digits.
+    """
+    newest = history[0]
+    total = 0.0
+    weighted = 0.0
+    slope = 0.0
+    for n in range(1, min(window, count)):
+        y = history[n] - newest
+        total += y
+        weighted += n * y
+        candidate = 6.0 * (n * total - 2.0 * weighted) / (n * (n + 1.0) * (n + 2.0))
+        intercept = total / (n + 1.0) + 0.5 * candidate * n
+        if n > 1 and not _line_fits(history, n, intercept, candidate, band):
+            break
+        slope = candidate
+    return slope / period
+
+
+@compiled
+def _kalman_velocity(s: Record, p: Record, axis: int, elapsed: int) -> float:
+    """One predict-and-correct step with steady gains over `elapsed` ticks."""
+    predicted = s.kalman_position_rad[axis] + s.kalman_velocity_rad_s[axis] * p.period_s * elapsed
+    innovation = s.position_rad[axis] - predicted
+    s.kalman_position_rad[axis] = predicted + p.kalman_gain_position[axis] * innovation
+    s.kalman_velocity_rad_s[axis] += p.kalman_gain_velocity[axis] * innovation
+    return s.kalman_velocity_rad_s[axis]
+
+
+@compiled
+def _start(s: Record, axis: int) -> None:
+    """Begin at rest at the present position."""
+    s.position_history_rad[axis, 0] = s.position_rad[axis]
+    s.history_count[axis] = 1
+    s.velocity_rad_s[axis] = 0.0
+    s.kalman_position_rad[axis] = s.position_rad[axis]
+    s.kalman_velocity_rad_s[axis] = 0.0
+
+
+@compiled
+def estimate_velocity(s: Record, p: Record, axis: int, elapsed: int) -> tuple[float, float]:
+    """Velocity by the configured method, and the plain backward difference.
+
+    Parameters
+    ----------
+    elapsed : int
+        Grid ticks since the last valid sample; 0 on a missed one.
+
+    Returns
+    -------
+    velocity : float
+        rad/s; a missed sample holds the last estimate.
+    difference : float
+        (x_k - x_{k-1})/T, rad/s: 0 on a missed sample, where the held position does not move.
+    """
+    if elapsed == 0:
+        return s.velocity_rad_s[axis], 0.0
+    if s.history_count[axis] == 0:
+        _start(s, axis)
+        return 0.0, 0.0
+    window = min(max(p.velocity_window_ticks[axis], 2), HISTORY)
+    history = s.position_history_rad[axis]
+    difference = (s.position_rad[axis] - s.position_before_rad[axis]) / (elapsed * p.period_s)
+    push_history(history, s.position_rad[axis], elapsed, window)
+    s.history_count[axis] = min(s.history_count[axis] + elapsed, HISTORY)
+    method = p.velocity_method[axis]
+    velocity = difference
+    if method == _FOAW:
+        velocity = foaw_velocity(
+            history, s.history_count[axis], window, p.velocity_band_rad[axis], p.period_s
+        )
+    elif method == _LOWPASS:
+        keep = (1.0 - p.velocity_alpha[axis]) ** elapsed
+        velocity = difference + keep * (s.velocity_rad_s[axis] - difference)
+    elif method == _KALMAN:
+        velocity = _kalman_velocity(s, p, axis, elapsed)
+    s.velocity_rad_s[axis] = velocity
+    return velocity, difference
