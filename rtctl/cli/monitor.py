@@ -1,0 +1,183 @@
+"""`rtctl monitor`: the live state of a running rig in the terminal."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from rtctl.client import RigClient, RigState
+
+REFRESH_S = 0.2
+LINE_S = 1.0
+SILENCE_S = 5.0
+"""Telemetry may pause this long, for a restart of the daemon."""
+
+_HOME_AND_CLEAR = "\x1b[H\x1b[J"
+
+
+@click.command("monitor")
+@click.option("--rig", help="name of the rig; not needed when one runs")
+@click.option("--runtime-dir", type=click.Path(path_type=Path), help="where the daemon listens")
+@click.option("--json", "as_json", is_flag=True, help="one JSON object per state sample")
+@click.option(
+    "--for", "seconds", type=click.FloatRange(min=0, min_open=True), help="end after this many seconds"
+)
+def command(rig: str | None, runtime_dir: Path | None, *, as_json: bool, seconds: float | None) -> None:
+    """Show state, torques, latency and losses of a running rig. Ctrl-C ends it; the rig runs on."""
+    from rtctl.client import RigClient
+
+    name = rig or _only_rig(runtime_dir)
+    try:
+        with RigClient(name, runtime_dir=runtime_dir) as client:
+            hello = client.hello()
+            end = math.inf if seconds is None else time.monotonic() + seconds
+            if as_json:
+                _json(client, end)
+            else:
+                _show(client, hello, end)
+    except KeyboardInterrupt:
+        click.echo("", err=True)
+
+
+def _only_rig(runtime_dir: Path | None) -> str:
+    """The one rig that runs on this machine."""
+    from rtctl.errors import ClientError
+    from rtctl.protocol import running_rigs, runtime_root
+
+    running = running_rigs(runtime_dir)
+    if not running:
+        raise ClientError(
+            f"no daemon runs (looked in {runtime_dir or runtime_root()}); start one with: rtctl run CONFIG"
+        )
+    if len(running) > 1:
+        raise ClientError(f"several rigs run: {', '.join(running)}; name one with --rig")
+    return running[0]
+
+
+def _json(client: RigClient, end: float) -> None:
+    with client.states() as states:
+        while time.monotonic() < end:
+            sample = _next(states.receive(_wait_s(end)), end)
+            if sample is None:
+                return
+            click.echo(json.dumps(_plain(sample)))
+
+
+def _wait_s(end: float) -> float:
+    return max(0.0, min(SILENCE_S, end - time.monotonic()))
+
+
+def _next(sample: RigState | None, end: float) -> RigState | None:
+    """Pass a sample on; None at the end. Silence before the end means that the daemon is gone."""
+    from rtctl.errors import NoReplyError
+
+    if sample is None and time.monotonic() < end:
+        raise NoReplyError(f"no telemetry for {SILENCE_S:g} s: the daemon has ended")
+    return sample
+
+
+def _plain(sample: RigState) -> dict[str, Any]:
+    """A sample as JSON can say it: names for numbers, null for what is not finite."""
+    fields = {name: _finite(value) for name, value in sample.fields.items()}
+    return {
+        **fields,
+        "age_s": _finite(sample.age_s),
+        "state": sample.state.name,
+        "faults": [fault.name for fault in sample.faults],
+    }
+
+
+def _finite(value: Any) -> Any:  # noqa: ANN401
+    if isinstance(value, list):
+        return [_finite(item) for item in value]
+    return value if not isinstance(value, float) or math.isfinite(value) else None
+
+
+def _show(client: RigClient, hello: dict[str, Any], end: float) -> None:
+    """Refresh a table in place on a terminal; elsewhere write a line now and then."""
+    tty = click.get_text_stream("stdout").isatty()
+    health: dict[str, Any] | None = None
+    due = 0.0
+    with client.states() as states, client.health() as healths:
+        while time.monotonic() < end:
+            sample = _next(states.receive(_wait_s(end)), end)
+            if sample is None:
+                return
+            health = healths.receive(0) or health
+            if time.monotonic() < due:
+                continue
+            due = time.monotonic() + (REFRESH_S if tty else LINE_S)
+            if tty:
+                click.echo(_HOME_AND_CLEAR + "\n".join(table(hello, sample, health, states.lost)))
+            else:
+                click.echo(line(sample, health, states.lost))
+
+
+def table(hello: dict[str, Any], sample: RigState, health: dict[str, Any] | None, lost: int) -> list[str]:
+    """Lines of the live table."""
+    faults = ", ".join(str(fault.name) for fault in sample.faults) or "none"
+    lines = [
+        f"{hello['rig']}   {hello['rate_hz']:g} Hz   rtctl {hello['version']}   Ctrl-C ends, the rig runs on",
+        "",
+        f"state   {sample.state.name:<10} authority {sample.authority:4.0%}   epoch {sample.epoch}",
+        f"faults  {faults}",
+        "",
+        f"{'axis':<12}{'position':>12}{'velocity':>12}{'hand':>12}{'feed-fwd':>12}{'applied':>12}",
+        f"{'':<12}{'rad':>12}{'rad/s':>12}{'N m':>12}{'N m':>12}{'N m':>12}",
+    ]
+    for a, axis in enumerate(hello["axes"]):
+        values = (
+            sample.position_rad[a],
+            sample.velocity_rad_s[a],
+            sample.hand_torque_nm[a],
+            sample.feedforward_torque_nm[a],
+            sample.torque_applied_nm[a],
+        )
+        lines.append(f"{axis['name']:<12}" + "".join(f"{value:>12.4f}" for value in values))
+    lines += [
+        "",
+        *_latency(health),
+        f"missed {sample.missed_ticks}   lost here {lost}   age {sample.age_s * 1e3:.1f} ms",
+    ]
+    return lines
+
+
+def _latency(health: dict[str, Any] | None) -> list[str]:
+    if health is None or health["wakeup_us"] is None:
+        return ["latency: once a second, wait ..."]
+    names = list(health["wakeup_us"])
+    lines = [f"{'us':<12}" + "".join(f"{name:>12}" for name in names)]
+    lines += [
+        f"{phase:<12}" + "".join(f"{health[f'{phase}_us'][n]:>12.1f}" for n in names)
+        for phase in ("wakeup", "cycle")
+    ]
+    return [
+        *lines,
+        f"rate {health['measured_rate_hz']:.1f} Hz"
+        + ("   WAIVER: no real-time rights" if health["waiver"] else ""),
+    ]
+
+
+def line(sample: RigState, health: dict[str, Any] | None, lost: int) -> str:
+    """One plain line, for a log or a pipe."""
+    faults = ",".join(str(fault.name) for fault in sample.faults) or "-"
+    latency = "-"
+    if health is not None and health["wakeup_us"] is not None:
+        latency = f"{health['wakeup_us']['p50']:.1f}/{health['wakeup_us']['p99']:.1f}"
+    return (
+        f"{sample.timestamp:.3f} {sample.state.name} faults={faults} "
+        f"position_rad={_vector(sample.position_rad)} velocity_rad_s={_vector(sample.velocity_rad_s)} "
+        f"hand_torque_nm={_vector(sample.hand_torque_nm)} "
+        f"feedforward_torque_nm={_vector(sample.feedforward_torque_nm)} wakeup_us_p50/p99={latency} "
+        f"missed={sample.missed_ticks} lost={lost}"
+    )
+
+
+def _vector(values: tuple[float, ...]) -> str:
+    return ",".join(f"{value:.4f}" for value in values)

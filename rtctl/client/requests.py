@@ -1,0 +1,101 @@
+"""Requests and their replies over a DEALER socket: ids matched, late replies never mistaken."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from typing import Any
+
+import msgpack
+import zmq
+
+from rtctl.errors import ClientError, NoReplyError, RefusedError
+
+Reply = dict[str, Any]
+
+
+class Requester:
+    """Sends one request at a time and waits for its reply. Not thread-safe; its owner locks.
+
+    After a request without a reply the socket is thrown away with whatever waits in it, so a request can
+    never reach a daemon that is started later, and its reply never pass for that of another request.
+    """
+
+    def __init__(self, context: zmq.Context[zmq.Socket[bytes]], endpoint: str) -> None:
+        self._context = context
+        self._endpoint = endpoint
+        self._socket: zmq.Socket[bytes] | None = None
+        self._ids = itertools.count(1)
+
+    def call(self, op: str, timeout_s: float, **values: Any) -> Reply:  # noqa: ANN401
+        """Ask for `op` and return the whole reply.
+
+        Raises
+        ------
+        NoReplyError
+            No daemon listens, or it did not answer within `timeout_s`. It may or may not have acted.
+        RefusedError
+            The daemon refused, with code and reason.
+        """
+        identity = next(self._ids)
+        payload: bytes = msgpack.packb({"id": identity, "op": op, **values})
+        deadline = time.monotonic() + timeout_s
+        socket = self._connected()
+        try:
+            reply = self._exchange(socket, payload, identity, deadline)
+        except BaseException:
+            self.close()
+            raise
+        if reply is None:
+            self.close()
+            raise NoReplyError(
+                f"no reply to {op!r} from {self._endpoint} within {timeout_s:g} s: no daemon runs this rig, "
+                "or it is busy; start one with: rtctl run CONFIG"
+            )
+        if not reply.get("ok"):
+            error = reply.get("error") or {}
+            raise RefusedError(str(error.get("code", "unknown")), str(error.get("text", "no reason given")))
+        return reply
+
+    def close(self) -> None:
+        """Drop the socket and what waits in it; the next call makes a new one."""
+        if self._socket is not None:
+            self._socket.close(linger=0)
+            self._socket = None
+
+    def _connected(self) -> zmq.Socket[bytes]:
+        if self._socket is None:
+            self._socket = self._context.socket(zmq.DEALER)
+            self._socket.setsockopt(zmq.LINGER, 0)
+            self._socket.setsockopt(zmq.IMMEDIATE, 1)  # queue nothing for a daemon that is not there
+            self._socket.setsockopt(zmq.RECONNECT_IVL, 20)
+            self._socket.setsockopt(zmq.RECONNECT_IVL_MAX, 500)
+            self._socket.connect(self._endpoint)
+        return self._socket
+
+    @staticmethod
+    def _exchange(socket: zmq.Socket[bytes], payload: bytes, identity: int, deadline: float) -> Reply | None:
+        if not socket.poll(_left_ms(deadline), zmq.POLLOUT):
+            return None
+        socket.send(payload, zmq.NOBLOCK)
+        while socket.poll(_left_ms(deadline), zmq.POLLIN):
+            reply = _unpack(socket.recv_multipart()[-1])
+            if reply.get("id") == identity:
+                return reply
+        return None
+
+
+def _left_ms(deadline: float) -> int:
+    return max(0, round((deadline - time.monotonic()) * 1e3))
+
+
+def _unpack(payload: bytes) -> Reply:
+    try:
+        reply = msgpack.unpackb(payload)
+    except (ValueError, msgpack.UnpackException) as error:
+        raise ClientError(
+            f"a reply that is not msgpack ({error!r}); is something else listening there?"
+        ) from error
+    if not isinstance(reply, dict):
+        raise ClientError("a reply that is not a map; is something else listening there?")
+    return reply

@@ -1,0 +1,108 @@
+"""What a client receives: typed state samples, tick rows, events and health."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rtctl.control.vocabulary import Fault, State
+from rtctl.errors import ClientError
+from rtctl.tick import tick_dtype
+
+Vector = tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class RigState:
+    """One decimated sample of the rig. Vectors have one value per axis; signs as in `rtctl.tick`.
+
+    Attributes
+    ----------
+    timestamp
+        Wall-clock time of the sample, s.
+    monotonic_s
+        The loop's clock at the sample, s.
+    age_s
+        Age when this object was made, s: how long ago the rig was like this. NaN on a virtual clock.
+    fields
+        Every field of the sample by its name in the tick record.
+    """
+
+    timestamp: float
+    monotonic_s: float
+    age_s: float
+    tick: int
+    position_rad: Vector
+    velocity_rad_s: Vector
+    hand_torque_nm: Vector
+    torque_applied_nm: Vector
+    feedforward_torque_nm: Vector
+    state: State
+    epoch: int
+    faults: tuple[Fault, ...]
+    authority: float
+    missed_ticks: int
+    command_seq: int
+    session: int
+    sequence: int
+    fields: Mapping[str, Any]
+
+
+def rig_state(message: Mapping[str, Any], now_s: float | None = None) -> RigState:
+    """Build a sample from one map of `rtctl/state`. Raises ClientError when it is not one."""
+    now = time.monotonic() if now_s is None else now_s
+    try:
+        bits = int(message["faults"])
+        return RigState(
+            timestamp=message["timestamp"],
+            monotonic_s=message["monotonic_s"],
+            age_s=message["age_s"] + now - message["sent_monotonic_s"],
+            tick=int(message["tick"]),
+            position_rad=tuple(message["position_rad"]),
+            velocity_rad_s=tuple(message["velocity_rad_s"]),
+            hand_torque_nm=tuple(message["hand_torque_nm"]),
+            torque_applied_nm=tuple(message["torque_applied_nm"]),
+            feedforward_torque_nm=tuple(message["feedforward_torque_nm"]),
+            state=State(int(message["state"])),
+            epoch=int(message["epoch"]),
+            faults=tuple(fault for fault in Fault if bits & fault),
+            authority=message["authority"],
+            missed_ticks=int(message["missed_ticks"]),
+            command_seq=int(message["command_seq"]),
+            session=int(message["session"]),
+            sequence=int(message["sequence"]),
+            fields=message,
+        )
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        raise ClientError(
+            f"a state sample this client cannot read ({error!r}); is the daemon another version?"
+        ) from error
+
+
+def tick_rows(message: Mapping[str, Any]) -> np.ndarray:
+    """Rebuild the structured array of a batch of `rtctl/ticks`.
+
+    Columns that this version does not know are left out, missing ones are 0.
+
+    Raises
+    ------
+    ClientError
+        A batch whose columns do not fit together.
+    """
+    try:
+        count = int(message["rows"])
+        columns = message["columns"]
+        rows = np.zeros(count, tick_dtype(columns["position_rad"]["shape"][1]))
+        for name in rows.dtype.names or ():
+            if name in columns:
+                column = columns[name]
+                rows[name] = np.frombuffer(column["data"], np.dtype(column["dtype"])).reshape(column["shape"])
+    except (KeyError, IndexError, TypeError, ValueError) as error:
+        raise ClientError(
+            f"a tick batch this client cannot read ({error!r}); is the daemon another version?"
+        ) from error
+    return rows

@@ -1,0 +1,98 @@
+"""The facts of a rig that its telemetry and its gateway tell clients, and the bounds they enforce."""
+
+from __future__ import annotations
+
+import secrets
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from rtctl import __version__
+from rtctl.config import AxisTable, EnvironmentTable, LoadedConfig
+
+Bounds = Mapping[str, tuple[float, float]]
+"""Key of a request -> lowest and highest value accepted."""
+
+SESSION = secrets.randbits(32)
+"""Random number of this run of the daemon; a client that sees it change knows of the restart."""
+
+
+@dataclass(frozen=True)
+class AxisDescription:
+    """One axis: its name and what a client may ask of it."""
+
+    name: str
+    bounds: Bounds
+
+
+@dataclass(frozen=True)
+class RigDescription:
+    """One rig.
+
+    Attributes
+    ----------
+    virtual
+        True when the loop runs on a virtual clock: `time_ns` is then no CLOCK_MONOTONIC time.
+    session
+        See `SESSION`.
+    start_wall_ns
+        Wall-clock time minus the loop's clock, ns: add it to `time_ns` for a time stamp. Taken once, so a
+        step of the wall clock never makes time stamps jump.
+    """
+
+    name: str
+    axes: tuple[AxisDescription, ...]
+    rate_hz: float
+    state_hz: float = 100.0
+    batch_s: float = 0.02
+    virtual: bool = False
+    config_sha256: str = ""
+    version: str = __version__
+    session: int = SESSION
+    start_wall_ns: int = -1
+
+    def __post_init__(self) -> None:
+        if self.start_wall_ns < 0:
+            clock_ns = 0 if self.virtual else time.monotonic_ns()
+            object.__setattr__(self, "start_wall_ns", time.time_ns() - clock_ns)
+
+    @property
+    def n_axes(self) -> int:
+        """Number of axes."""
+        return len(self.axes)
+
+
+def describe(rig: LoadedConfig | RigDescription) -> RigDescription:
+    """The description of a rig from its file; one that is a description already is returned as it is."""
+    if isinstance(rig, RigDescription):
+        return rig
+    loaded, config = rig, rig.config
+    return RigDescription(
+        name=config.rig.name,
+        axes=tuple(AxisDescription(axis.name, _bounds(axis)) for axis in config.axis),
+        rate_hz=config.loop.rate_hz,
+        state_hz=config.telemetry.state_hz,
+        batch_s=config.telemetry.batch_ms * 1e-3,
+        virtual=config.loop.clock == "virtual",
+        config_sha256=loaded.sha256,
+    )
+
+
+def _bounds(axis: AxisTable) -> dict[str, tuple[float, float]]:
+    """What a client may ask: the bounds of the rig file's own [axis.environment], and the axis' travel."""
+    names = ("stiffness_nm_rad", "damping_nms_rad", "center_rad", "pitch_rad")
+    travel = (axis.position_min_rad, axis.position_max_rad)
+    speed = axis.velocity_limit_rad_s
+    return {
+        **{name: _table_bounds(name) for name in names},
+        "position_rad": travel,
+        "velocity_rad_s": (-speed, speed),
+    }
+
+
+def _table_bounds(name: str) -> tuple[float, float]:
+    """Both bounds of a key of [axis.environment], from the one place that states them."""
+    metadata = EnvironmentTable.model_fields[name].metadata
+    low = next(float(item.ge) for item in metadata if hasattr(item, "ge"))
+    high = next(float(item.le) for item in metadata if hasattr(item, "le"))
+    return low, high

@@ -1,0 +1,118 @@
+"""A private place to listen: the rig's runtime folder, and the lock that makes it one daemon's own.
+
+A second bind on a live `ipc://` path succeeds and takes the traffic, so the lock file, not the socket,
+decides who runs the rig. Locks and stale sockets of a daemon that was killed are no obstacle: the kernel
+drops the lock with the process, and binding replaces the socket.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from rtctl.errors import BusyError, ConfigError
+from rtctl.protocol import LOCK_NAME, Endpoints, endpoints_in, rig_directory
+
+
+class RuntimeDirectory:
+    """A rig's runtime folder, held by this process until `release` or the end of the process."""
+
+    def __init__(self, path: Path, lock_fd: int) -> None:
+        self.path = path
+        self.endpoints: Endpoints = endpoints_in(path)
+        self._lock_fd = lock_fd
+
+    @classmethod
+    def acquire(cls, rig: str, root: str | Path | None = None) -> Self:
+        """Make the rig's runtime folder, check that it is private, and take its lock.
+
+        Raises
+        ------
+        BusyError
+            Another process holds the rig; the text names it.
+        ConfigError
+            A folder that is not this user's own or that others may enter, or a path too long for a socket.
+        """
+        directory = rig_directory(rig, None if root is None else Path(root))
+        endpoints_in(directory)
+        _make_private(directory)
+        return cls(directory, _lock(rig, directory / LOCK_NAME))
+
+    def release(self) -> None:
+        """Let another daemon have the rig. Idempotent. The lock file stays: removing it would be a race."""
+        if self._lock_fd >= 0:
+            os.ftruncate(self._lock_fd, 0)
+            os.close(self._lock_fd)
+            self._lock_fd = -1
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.release()
+
+
+def _lock(rig: str, path: Path) -> int:
+    """Take the lock file; returns its descriptor, which holds the lock until it is closed."""
+    fd = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
+    try:
+        fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        holder = os.pread(fd, 32, 0).decode("ascii", "replace").strip() or "unknown"
+        os.close(fd)
+        raise BusyError(
+            f"rig {rig!r} is already run by process {holder} (lock {path}); "
+            "stop that one first, or give this rig another name"
+        ) from None
+    os.ftruncate(fd, 0)
+    os.pwrite(fd, f"{os.getpid()}\n".encode(), 0)
+    return fd
+
+
+def _make_private(directory: Path) -> None:
+    root = directory.parent
+    try:
+        with private_umask():
+            root.mkdir(mode=0o700, parents=True, exist_ok=True)
+            directory.mkdir(mode=0o700, exist_ok=True)
+        sticky = root.lstat().st_mode & stat.S_ISVTX  # as /tmp: others cannot rename or remove what is ours
+        _check(root, {0, os.geteuid()}, 0 if sticky else stat.S_IWGRP | stat.S_IWOTH)
+        _check(directory, {os.geteuid()}, stat.S_IRWXG | stat.S_IRWXO)
+    except OSError as error:
+        raise ConfigError(
+            f"{error.filename}: cannot use it as runtime folder: {error.strerror}; "
+            "set RTCTL_RUNTIME_DIR to a folder of your own"
+        ) from error
+
+
+def _check(path: Path, owners: set[int], forbidden: int) -> None:
+    """Refuse a folder that somebody else owns, that is a link, or that is open to others."""
+    status = path.lstat()
+    if not stat.S_ISDIR(status.st_mode):
+        raise ConfigError(f"{path}: must be a folder, not a link or a file; remove it")
+    if status.st_uid not in owners:
+        raise ConfigError(
+            f"{path}: belongs to user {status.st_uid}, not to {os.geteuid()}; "
+            "set RTCTL_RUNTIME_DIR to a folder of your own"
+        )
+    if status.st_mode & forbidden:
+        mode = stat.S_IMODE(status.st_mode)
+        raise ConfigError(f"{path}: mode {mode:04o} lets others in; run: chmod go-rwx {path}")
+
+
+@contextmanager
+def private_umask() -> Iterator[None]:
+    """Files and sockets made inside are for this user alone."""
+    before = os.umask(0o077)
+    try:
+        yield
+    finally:
+        os.umask(before)

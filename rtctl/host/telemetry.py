@@ -1,0 +1,204 @@
+"""Publishes what the loop recorded: state, full-rate ticks, events, health. Never waits for a subscriber.
+
+Each subscriber has its own queue of `QUEUE_S` seconds. One that falls further behind loses messages; the
+others lose nothing.
+
+Notes
+-----
+A ZeroMQ PUB socket drops silently. With ZMQ_XPUB_NODROP a send that would drop fails instead, but for all
+subscribers at once. So each message is first offered that way; when it is refused because *some* queue is
+full, it is counted in `dropped` and sent again the lossy way, which serves everybody else. libzmq then
+leaves the full queue alone until it is half empty, without telling: `dropped` therefore counts the
+occasions on which a subscriber fell behind (0 means that nobody lost anything here), and each
+subscriber counts its own losses by the running numbers that messages carry.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import zmq
+
+from rtctl.config import LoadedConfig
+from rtctl.host.description import RigDescription, describe
+from rtctl.host.endpoints import private_umask
+from rtctl.host.events import EventDetector
+from rtctl.host.health import HealthWindow
+from rtctl.host.messages import encode
+from rtctl.host.samples import Decimator, state_samples, tick_columns
+from rtctl.protocol import (
+    PROTOCOL_VERSION,
+    TOPIC_EVENT,
+    TOPIC_HEALTH,
+    TOPIC_STATE,
+    TOPIC_TICKS,
+    Endpoints,
+    schema_sha256,
+)
+
+QUEUE_S = 5.0
+"""How far a subscriber may fall behind before it loses messages."""
+
+MOST_ROWS = 2000
+"""Ticks per message at most, so that one message stays below about 1 MB per axis."""
+
+HEALTH_PERIOD_NS = 1_000_000_000
+
+Counts = Callable[[], Mapping[str, int]]
+
+
+class Telemetry:
+    """The PUB socket of one rig.
+
+    Parameters
+    ----------
+    context
+        ZeroMQ context of the host.
+    endpoints
+        Where to listen.
+    rig
+        The rig file, or the description made from it.
+    commands
+        Returns the gateway's counters for `health`.
+    clock_ns
+        CLOCK_MONOTONIC, ns.
+
+    Attributes
+    ----------
+    published, dropped : int
+        Messages published, and those that found a subscriber's queue full (see Notes of the module).
+    """
+
+    def __init__(
+        self,
+        context: zmq.Context[zmq.Socket[bytes]],
+        endpoints: Endpoints,
+        rig: LoadedConfig | RigDescription,
+        *,
+        commands: Counts = dict,
+        clock_ns: Callable[[], int] = time.monotonic_ns,
+    ) -> None:
+        self._rig = describe(rig)
+        self._commands = commands
+        self._clock_ns = clock_ns
+        self._realtime: list[dict[str, Any]] = []
+        self._schema_sha256 = schema_sha256(self._rig.n_axes)
+        self._decimator = Decimator(self._rig.rate_hz, self._rig.state_hz)
+        self._events = EventDetector(self._rig)
+        self._health = HealthWindow()
+        self._next_health_ns = clock_ns() + HEALTH_PERIOD_NS
+        self._states = self._batches = self._healths = self._rows = self._overwritten = 0
+        self.published = self.dropped = 0
+        self._socket = context.socket(zmq.PUB)
+        self._socket.setsockopt(zmq.SNDHWM, queue_messages(self._rig.batch_s))
+        self._socket.setsockopt(zmq.LINGER, 50)
+        self._socket.setsockopt(zmq.XPUB_NODROP, 1)
+        with private_umask():
+            self._socket.bind(endpoints.telemetry)
+
+    def set_realtime(self, grants: Sequence[Mapping[str, Any]]) -> None:
+        """Tell in `health` which real-time rights were granted and which refused, and why."""
+        self._realtime = [dict(grant) for grant in grants]
+
+    def set_commands(self, counts: Counts) -> None:
+        """Tell the gateway's counters in `health`."""
+        self._commands = counts
+
+    def publish(self, rows: np.ndarray, overwritten: int) -> None:
+        """Publish new ticks, and health when a second has passed.
+
+        Parameters
+        ----------
+        rows
+            Complete ticks since the last call, oldest first; may be empty.
+        overwritten
+            Ticks lost so far between the loop and the host, all of them before the last of `rows`.
+        """
+        self._overwritten = overwritten
+        for first in range(0, len(rows), MOST_ROWS):
+            self._publish_ticks(rows[first : first + MOST_ROWS])
+        now_ns = self._clock_ns()
+        if now_ns >= self._next_health_ns:
+            self._next_health_ns = max(self._next_health_ns + HEALTH_PERIOD_NS, now_ns)
+            self._publish_health(now_ns)
+
+    def counts(self) -> dict[str, int]:
+        """Messages published, and occasions on which a subscriber's queue was full."""
+        return {"published": self.published, "dropped": self.dropped}
+
+    def close(self) -> None:
+        """Close the socket. What subscribers have not taken is given 50 ms."""
+        self._socket.close()
+
+    def _publish_ticks(self, rows: np.ndarray) -> None:
+        self._health.add(rows)
+        events = self._events.detect(rows)
+        if events:
+            self._send(TOPIC_EVENT, events)
+        chosen = rows[self._decimator.pick(rows["tick"])]
+        if len(chosen):
+            self._send(TOPIC_STATE, state_samples(chosen, self._rig, self._states, self._clock_ns()))
+            self._states += len(chosen)
+        self._send(TOPIC_TICKS, self._tick_batch(rows))
+        self._batches += 1
+        self._rows += len(rows)
+
+    def _tick_batch(self, rows: np.ndarray) -> dict[str, Any]:
+        return {
+            "session": self._rig.session,
+            "sequence": self._batches,
+            "schema_sha256": self._schema_sha256,
+            "start_wall_ns": self._rig.start_wall_ns,
+            "first_tick": int(rows["tick"][0]),
+            "row": self._rows + self._overwritten,
+            "rows": len(rows),
+            "lost": self._overwritten,
+            "columns": tick_columns(rows),
+        }
+
+    def _publish_health(self, now_ns: int) -> None:
+        rig = self._rig
+        wall_ns = time.time_ns() if rig.virtual else now_ns + rig.start_wall_ns
+        health = {
+            "timestamp": wall_ns * 1e-9,
+            "monotonic_s": now_ns * 1e-9,
+            "session": rig.session,
+            "sequence": self._healths,
+            "protocol": PROTOCOL_VERSION,
+            "version": rig.version,
+            "rig": rig.name,
+            "config_sha256": rig.config_sha256,
+            "schema_sha256": self._schema_sha256,
+            "rate_hz": rig.rate_hz,
+            **self._health.take(),
+            "overwritten": self._overwritten,
+            "telemetry": self.counts(),
+            "commands": dict(self._commands()),
+            "realtime": self._realtime,
+        }
+        self._healths += 1
+        self._send(TOPIC_HEALTH, health)
+
+    def _send(self, topic: bytes, message: Any) -> None:  # noqa: ANN401
+        """Send one message to every subscriber whose queue has room (Notes of the module)."""
+        payload = encode(message)
+        self.published += 1
+        try:
+            self._socket.send(topic, zmq.SNDMORE | zmq.NOBLOCK)
+        except zmq.Again:
+            self.dropped += 1
+            self._socket.setsockopt(zmq.XPUB_NODROP, 0)
+            self._socket.send_multipart((topic, payload), zmq.NOBLOCK)
+            self._socket.setsockopt(zmq.XPUB_NODROP, 1)
+        else:
+            self._socket.send(payload, zmq.NOBLOCK)
+
+
+def queue_messages(batch_s: float) -> int:
+    """Length of a subscriber's queue in messages: `QUEUE_S` of state, ticks and events, and health."""
+    per_second = 3 / batch_s + 2
+    return max(100, math.ceil(QUEUE_S * per_second))

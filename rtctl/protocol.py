@@ -1,0 +1,101 @@
+"""What both ends of the wire agree on: version, topics, bounds, and where a rig's sockets are.
+
+The host (`rtctl.host`) and the client (`rtctl.client`) both import this and nothing of each other.
+`docs/protocol.md` says the same for other languages.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from rtctl import tick
+from rtctl.errors import ConfigError
+
+PROTOCOL_VERSION = 1
+
+TOPIC_STATE = b"rtctl/state"
+TOPIC_TICKS = b"rtctl/ticks"
+TOPIC_EVENT = b"rtctl/event"
+TOPIC_HEALTH = b"rtctl/health"
+
+MAX_REQUEST_BYTES = 4096
+MAX_OUTSTANDING_REQUESTS = 8
+"""Requests one client may have unanswered; the gateway's receive queue holds as many."""
+
+IPC_PATH_BYTES = 107
+"""Longest path of a Unix socket on Linux (`sun_path` of 108 bytes, less the closing zero)."""
+
+LOCK_NAME = "lock"
+_RIG_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,31}")
+
+
+@dataclass(frozen=True)
+class Endpoints:
+    """ZeroMQ addresses of one rig."""
+
+    telemetry: str
+    command: str
+
+
+def runtime_root() -> Path:
+    """Folder that holds one folder per running rig.
+
+    The first of: RTCTL_RUNTIME_DIR, RUNTIME_DIRECTORY (set by systemd), XDG_RUNTIME_DIR/rtctl, and a
+    folder of this user in the temporary directory.
+    """
+    chosen = os.environ.get("RTCTL_RUNTIME_DIR") or os.environ.get("RUNTIME_DIRECTORY", "").split(":")[0]
+    if chosen:
+        return Path(chosen).absolute()
+    session = os.environ.get("XDG_RUNTIME_DIR")
+    if session and Path(session).is_dir():
+        return Path(session).absolute() / "rtctl"
+    return Path(tempfile.gettempdir()).absolute() / f"rtctl-{os.geteuid()}"
+
+
+def rig_directory(rig: str, root: Path | None = None) -> Path:
+    """Folder of the rig called `rig`. Raises ConfigError for a name that is none."""
+    if not _RIG_NAME.fullmatch(rig):
+        raise ConfigError(f"rig name {rig!r}: a letter, then at most 31 letters, digits, - or _")
+    return (root or runtime_root()).absolute() / rig
+
+
+def endpoints_in(directory: Path) -> Endpoints:
+    """Addresses of the sockets in a rig's folder. Raises ConfigError when the path is too long for one."""
+    longest = directory / "telemetry"
+    size = len(os.fsencode(longest))
+    if size > IPC_PATH_BYTES:
+        raise ConfigError(
+            f"{longest}: {size} bytes, a socket's path may have {IPC_PATH_BYTES}; "
+            "set RTCTL_RUNTIME_DIR to a folder with a shorter path"
+        )
+    return Endpoints(telemetry=f"ipc://{longest}", command=f"ipc://{directory / 'command'}")
+
+
+def running_rigs(root: Path | None = None) -> list[str]:
+    """Names of the rigs whose daemons run, by the process ids in their lock files.
+
+    It looks without locking: a look must never make a daemon that starts at that moment believe the rig is
+    taken.
+    """
+    locks = sorted((root or runtime_root()).glob(f"*/{LOCK_NAME}"))
+    return [lock.parent.name for lock in locks if _alive(lock)]
+
+
+def _alive(lock: Path) -> bool:
+    try:
+        os.kill(int(lock.read_text()), 0)
+    except (OSError, ValueError):
+        return False
+    return True
+
+
+def schema_sha256(n_axes: int) -> str:
+    """Fingerprint of the tick record: equal fingerprints mean equal columns, units and meanings."""
+    text = json.dumps(tick.json_schema(n_axes), sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
