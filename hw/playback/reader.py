@@ -57,10 +57,10 @@ class Recording:
 def _text(path: Path) -> str:
     try:
         with path.open("rb") as raw:
-            packed = raw.read(2) == b"\x1f\x8b"
-            raw.seek(0)
-            stream = gzip.GzipFile(fileobj=raw) if packed or path.suffix == ".gz" else raw
-            text = io.TextIOWrapper(stream, encoding="utf-8-sig").read(MAX_CHARACTERS + 1)
+            packed = path.suffix == ".gz" or raw.read(2) == b"\x1f\x8b"
+        opened = gzip.open if packed else Path.open
+        with opened(path, "rt", encoding="utf-8-sig") as stream:
+            text = str(stream.read(MAX_CHARACTERS + 1))
     except EOFError as error:
         raise BackendError(f"{path}: the gzip file is cut off; copy it again") from error
     except (gzip.BadGzipFile, zlib.error) as error:
