@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -101,7 +102,7 @@ def _finite(value: Any) -> Any:  # noqa: ANN401
 
 def _show(client: RigClient, hello: dict[str, Any], end: float) -> None:
     """Refresh a table in place on a terminal; elsewhere write a line now and then."""
-    tty = click.get_text_stream("stdout").isatty()
+    tty = sys.stdout.isatty()
     health: dict[str, Any] | None = None
     due = 0.0
     with client.states() as states, client.health() as healths:

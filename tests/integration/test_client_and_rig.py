@@ -1,0 +1,220 @@
+import math
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import zmq
+from fake_rig import FakeRig
+
+from rtctl.client import RigClient, State
+from rtctl.errors import NoReplyError, RefusedError
+
+
+@pytest.fixture
+def root():
+    with tempfile.TemporaryDirectory(prefix="rt") as folder:
+        yield Path(folder)
+
+
+def until(condition, seconds=10.0):
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, "waited too long"
+        time.sleep(0.01)
+
+
+def test_a_virtual_world_arms_moves_the_proxy_and_stops(root):
+    with FakeRig(root), RigClient("mock", runtime_dir=root) as rig:
+        hello = rig.hello()
+        assert (hello["rig"], [axis["name"] for axis in hello["axes"]]) == ("mock", ["joint"])
+        rig.arm()
+        assert rig.status()["state"] == "ACTIVE"
+        rig.set_target([0.25], [1.0])
+        until(lambda: rig.latest_state().fields["proxy_position_rad"] == [0.25])
+        assert rig.latest_state().state == State.ACTIVE
+        rig.stop()
+        until(lambda: rig.latest_state().state == State.IDLE)
+        with pytest.raises(RefusedError, match="wrong_epoch"):
+            rig.set_target([0.3])
+        rig.status()
+        rig.set_target([0.3])
+
+
+def test_settings_reach_the_tick_of_their_axis(root):
+    with FakeRig(root, names=("base", "tip")), RigClient("mock", runtime_dir=root) as rig:
+        in_force = rig.set_environment("tip", "spring", stiffness_nm_rad=2.5)
+        assert in_force["environment"]["stiffness_nm_rad"] == 2.5
+        rig.set_compensation(0.5)
+        rig.set_compensation(0.75, axis="base")
+        until(lambda: rig.latest_state().command_seq == in_force["command_seq"] + 2)
+        fields = rig.latest_state().fields
+        assert fields["environment_kind"] == [5.0, 1.0]
+        assert fields["compensation"] == [0.75, 0.5]
+        with pytest.raises(RefusedError) as refused:
+            rig.set_environment("tip", "spring", stiffness_nm_rad=1e9)
+        assert refused.value.code == "out_of_bounds"
+
+
+def test_a_fault_is_told_by_event_and_status_and_reset_leaves_it(root):
+    with FakeRig(root) as fake, RigClient("mock", runtime_dir=root) as rig, rig.events() as events:
+        rig.latest_state()
+        rig.arm()
+        fake.loop.trip.set()
+        told = []
+        until(lambda: told.append(next(events)) or told[-1].get("to") == "FAULT")
+        assert told[-2]["name"] == "OVERSPEED"
+        with pytest.raises(RefusedError, match=r"FAULT.*reset"):
+            rig.arm()
+        rig.reset()
+        assert rig.status()["state"] == "IDLE"
+        with pytest.raises(RefusedError, match="no latched fault"):
+            rig.reset()
+
+
+def test_every_tick_arrives_at_three_subscribers_at_10_khz(root):
+    with FakeRig(root, rate_hz=10_000, ring_rows=80_000), RigClient("mock", runtime_dir=root) as rig:
+        streams = [rig.ticks() for _ in range(3)]
+        for stream in streams:
+            collected = [next(stream) for _ in range(60)]
+            ticks = np.concatenate([batch["tick"] for batch in collected])
+            assert (np.diff(ticks) == 1).all()
+            assert np.isnan(collected[0]["temperature_c"]).all()
+            assert stream.lost == 0
+
+
+def test_losses_are_counted_by_the_one_who_lost(root):
+    with (
+        FakeRig(root, batch_s=0.005) as fake,
+        RigClient("mock", runtime_dir=root) as rig,
+        rig.ticks() as ticks,
+    ):
+        next(ticks)
+        fake.reader.next += 50  # as if the loop had overwritten them
+        fake.reader.overwritten += 50
+        until(lambda: len(next(ticks)) and ticks.lost >= 50)
+        assert ticks.lost == 50
+
+
+def test_client_and_streams_survive_a_restart_of_the_daemon(root):
+    with RigClient("mock", runtime_dir=root, timeout_s=0.5) as rig:
+        states = rig.states()
+        with FakeRig(root, session=1):
+            until(lambda: _quiet(rig.hello))
+            assert next(states).session == 1
+        with pytest.raises(NoReplyError):
+            rig.arm()
+        with FakeRig(root, session=2):
+            until(lambda: _quiet(lambda: next(states).session == 2))
+            until(lambda: _quiet(rig.hello))
+            assert rig.status()["state"] == "IDLE", (
+                "the request that got no reply must not arm a later daemon"
+            )
+            assert rig.latest_state().session == 2
+        assert (states.restarts, states.lost) == (1, 0)
+
+
+def _quiet(call):
+    try:
+        return call()
+    except NoReplyError:
+        return None
+
+
+def test_a_late_reply_is_never_taken_for_another(root):
+    from rtctl.host.endpoints import RuntimeDirectory
+
+    with RuntimeDirectory.acquire("mock", root) as runtime, zmq.Context() as context:
+        slow = context.socket(zmq.ROUTER)
+        slow.setsockopt(zmq.LINGER, 0)
+        slow.bind(runtime.endpoints.command)
+        import msgpack
+
+        def answer(count):
+            identity, payload = slow.recv_multipart()
+            request = msgpack.unpackb(payload)
+            for i in range(request["id"] - count, request["id"] + 1):  # stale ids first
+                body = {
+                    "id": i,
+                    "op": request["op"],
+                    "ok": True,
+                    "state": "IDLE",
+                    "epoch": i,
+                    "result": {"n": i},
+                }
+                slow.send_multipart([identity, msgpack.packb(body)])
+
+        with RigClient("mock", runtime_dir=root, timeout_s=0.3) as rig:
+            with pytest.raises(NoReplyError):
+                rig.hello()
+            server = threading.Thread(target=answer, args=(1,))
+            slow.recv_multipart()  # the request nobody answered in time
+            server.start()
+            assert rig.hello() == {"n": 2}
+            server.join()
+        slow.close(linger=0)
+
+
+def test_requests_from_many_threads_take_turns(root):
+    with FakeRig(root), RigClient("mock", runtime_dir=root) as rig:
+        results = []
+
+        def ask():
+            results.extend(rig.status()["state"] for _ in range(20))
+
+        threads = [threading.Thread(target=ask) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        assert results == ["IDLE"] * 80
+
+
+def test_a_late_look_shows_a_fresh_state(root):
+    with FakeRig(root), RigClient("mock", runtime_dir=root) as rig:
+        first = rig.latest_state()
+        time.sleep(0.3)
+        second = rig.latest_state()
+        assert second.tick > first.tick + 200
+        assert 0 <= second.age_s < math.inf
+
+
+def monitor(root, *options, **more):
+    command = [sys.executable, "-m", "rtctl", "monitor", "--runtime-dir", str(root), *options]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **more)
+
+
+def test_monitor_writes_one_json_object_per_sample(root):
+    import json
+
+    with FakeRig(root):
+        process = monitor(root, "--json", "--for", "0.5")
+        out, err = process.communicate(timeout=60)
+    assert process.returncode == 0, err
+    samples = [json.loads(line) for line in out.splitlines()]
+    assert len(samples) > 5
+    assert samples[0]["state"] == "IDLE"
+    assert samples[0]["temperature_c"] == [None]
+
+
+def test_monitor_shows_lines_and_ctrl_c_ends_it_cleanly(root):
+    with FakeRig(root):
+        process = monitor(root, "--rig", "mock")
+        assert "IDLE" in process.stdout.readline()
+        os.kill(process.pid, signal.SIGINT)
+        _, err = process.communicate(timeout=60)
+    assert (process.returncode, err.strip()) == (0, "")
+
+
+def test_monitor_without_a_daemon_is_one_clear_line(root):
+    process = monitor(root)
+    out, err = process.communicate(timeout=60)
+    assert (process.returncode, out) == (12, "")
+    assert err.count("\n") == 1
+    assert "rtctl run" in err

@@ -1,0 +1,54 @@
+from rtctl.config import Config, LoadedConfig
+from rtctl.host.description import RigDescription, describe
+
+AXIS = {
+    "name": "joint",
+    "inertia_kgm2": 0.01,
+    "viscous_nms_rad": 0.01,
+    "encoder_counts_per_rev": 1000,
+    "torque_constant_nm_a": 0.1,
+    "lever_m": [0, 0.1, 0],
+    "torque_limit_nm": 1.0,
+    "torque_rate_nm_s": 100,
+    "velocity_limit_rad_s": 12,
+    "position_min_rad": -1,
+    "position_max_rad": 2,
+}
+
+
+def loaded(tmp_path, **tables):
+    config = Config.model_validate(
+        {"schema": 1, "rig": {"name": "m"}, "axis": [AXIS], "device": [{"kind": "mock"}], **tables}
+    )
+    return LoadedConfig.model_construct(path=tmp_path / "m.toml", sha256="ab" * 32, config=config, options={})
+
+
+def test_bounds_come_from_the_rig_file_and_its_own_limits(tmp_path):
+    rig = describe(loaded(tmp_path))
+    bounds = rig.axes[0].bounds
+    assert bounds["position_rad"] == (-1.0, 2.0)
+    assert bounds["velocity_rad_s"] == (-12.0, 12.0)
+    assert bounds["pitch_rad"] == (1e-3, 100.0)
+    assert all(low < high for low, high in bounds.values())
+
+
+def test_every_bounded_key_of_the_table_of_operations_has_a_bound(tmp_path):
+    from rtctl.host.operations import OPERATIONS
+
+    bounds = describe(loaded(tmp_path)).axes[0].bounds
+    for operation in OPERATIONS.values():
+        for key in operation.keys:
+            if key.kind in ("number", "numbers"):
+                assert key.low is not None or key.name in bounds
+
+
+def test_a_virtual_clock_starts_its_time_stamps_at_the_wall_time_of_the_start(tmp_path):
+    rig = describe(loaded(tmp_path, loop={"clock": "virtual"}))
+    wall = describe(loaded(tmp_path))
+    assert rig.virtual
+    assert rig.start_wall_ns > wall.start_wall_ns, "a monotonic clock has already run for a while"
+
+
+def test_a_description_describes_itself():
+    rig = RigDescription("m", (), 1000.0)
+    assert describe(rig) is rig

@@ -1,0 +1,129 @@
+import os
+import stat
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+import zmq
+
+from rtctl.errors import BusyError, ConfigError
+from rtctl.host.endpoints import RuntimeDirectory, private_umask
+from rtctl.protocol import endpoints_in, rig_directory, running_rigs, runtime_root
+
+HOLD = """
+import sys
+from rtctl.host.endpoints import RuntimeDirectory
+held = RuntimeDirectory.acquire("mock", sys.argv[1])
+print("held", flush=True)
+sys.stdin.read()
+"""
+
+
+@pytest.fixture
+def root():
+    with tempfile.TemporaryDirectory(prefix="rt") as folder:
+        yield Path(folder)
+
+
+def test_the_folder_is_private_and_says_where_to_connect(root):
+    with RuntimeDirectory.acquire("mock", root / "deeper") as runtime:
+        assert stat.S_IMODE(runtime.path.stat().st_mode) == 0o700
+        assert runtime.endpoints == endpoints_in(root / "deeper" / "mock")
+
+
+def test_a_second_daemon_is_refused_and_told_who_holds_the_rig(root):
+    with RuntimeDirectory.acquire("mock", root):
+        with pytest.raises(BusyError, match=f"process {os.getpid()}"):
+            RuntimeDirectory.acquire("mock", root)
+        RuntimeDirectory.acquire("other", root).release()
+    RuntimeDirectory.acquire("mock", root).release()
+
+
+def test_a_killed_daemon_leaves_nothing_in_the_way(root):
+    process = subprocess.Popen(
+        [sys.executable, "-c", HOLD, str(root)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdout.readline() == "held\n"
+    assert running_rigs(root) == ["mock"]
+    with pytest.raises(BusyError, match=f"process {process.pid}"):
+        RuntimeDirectory.acquire("mock", root)
+    process.kill()
+    process.communicate()
+    assert running_rigs(root) == []
+    RuntimeDirectory.acquire("mock", root).release()
+
+
+def test_a_stale_socket_is_no_obstacle_and_sockets_are_private(root):
+    with RuntimeDirectory.acquire("mock", root) as runtime:
+        path = runtime.path / "command"
+        path.touch()
+        context = zmq.Context()
+        socket = context.socket(zmq.ROUTER)
+        with private_umask():
+            socket.bind(runtime.endpoints.command)
+        assert path.is_socket()
+        assert stat.S_IMODE(path.stat().st_mode) & 0o077 == 0
+        socket.close(linger=0)
+        context.term()
+
+
+def test_a_folder_open_to_others_is_refused_with_the_remedy(root):
+    (root / "mock").mkdir(mode=0o755)
+    with pytest.raises(ConfigError, match="chmod go-rwx"):
+        RuntimeDirectory.acquire("mock", root)
+
+
+def test_a_parent_that_others_may_write_is_refused_unless_sticky(root):
+    root.chmod(0o777)
+    with pytest.raises(ConfigError, match="0777"):
+        RuntimeDirectory.acquire("mock", root)
+    root.chmod(0o1777)
+    RuntimeDirectory.acquire("mock", root).release()
+
+
+def test_a_link_is_refused(root):
+    (root / "elsewhere").mkdir(mode=0o700)
+    (root / "mock").symlink_to(root / "elsewhere")
+    with pytest.raises(ConfigError, match="not a link"):
+        RuntimeDirectory.acquire("mock", root)
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give a folder away")
+def test_a_folder_of_somebody_else_is_refused(root):
+    (root / "mock").mkdir(mode=0o700)
+    os.chown(root / "mock", 12345, 12345)
+    with pytest.raises(ConfigError, match="belongs to user 12345"):
+        RuntimeDirectory.acquire("mock", root)
+
+
+def test_a_file_in_the_way_is_a_named_error(root):
+    (root / "file").touch()
+    with pytest.raises(ConfigError, match=r"RTCTL_RUNTIME_DIR|not a link or a file"):
+        RuntimeDirectory.acquire("mock", root / "file")
+
+
+def test_a_path_too_long_for_a_socket_is_refused_before_anything_is_made(root):
+    deep = root / ("d" * 100)
+    with pytest.raises(ConfigError, match="107"):
+        RuntimeDirectory.acquire("mock", deep)
+    assert not deep.exists()
+
+
+@pytest.mark.parametrize("name", ["", "../mock", "a/b", "1st", "x" * 33, "a b"])
+def test_names_that_could_leave_the_folder_are_refused(root, name):
+    with pytest.raises(ConfigError, match="rig name"):
+        rig_directory(name, root)
+
+
+def test_the_root_follows_the_environment_in_order(root, monkeypatch):
+    for name in ("RTCTL_RUNTIME_DIR", "RUNTIME_DIRECTORY", "XDG_RUNTIME_DIR"):
+        monkeypatch.delenv(name, raising=False)
+    assert runtime_root().name == f"rtctl-{os.geteuid()}"
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(root))
+    assert runtime_root() == root / "rtctl"
+    monkeypatch.setenv("RUNTIME_DIRECTORY", "/run/one:/run/two")
+    assert runtime_root() == Path("/run/one")
+    monkeypatch.setenv("RTCTL_RUNTIME_DIR", "/run/mine")
+    assert runtime_root() == Path("/run/mine")

@@ -1,0 +1,154 @@
+import math
+
+import msgpack
+import pytest
+
+from rtctl.host.description import AxisDescription, RigDescription
+from rtctl.host.messages import MAX_ID, Refusal, Request, decode
+from rtctl.host.operations import OPERATIONS
+
+BOUNDS = {
+    "stiffness_nm_rad": (0.0, 100.0),
+    "damping_nms_rad": (0.0, 10.0),
+    "center_rad": (-10.0, 10.0),
+    "pitch_rad": (0.001, 10.0),
+    "position_rad": (-3.0, 3.0),
+    "velocity_rad_s": (-20.0, 20.0),
+}
+TIGHT = {**BOUNDS, "position_rad": (-0.5, 0.5), "stiffness_nm_rad": (0.0, 1.0)}
+RIG = RigDescription("mock", (AxisDescription("base", BOUNDS), AxisDescription("tip", TIGHT)), 1000.0)
+TARGET = {"id": 1, "op": "target", "epoch": 3, "position_rad": [0.1, 0.2]}
+
+
+def ask(**message):
+    return decode(msgpack.packb(message), RIG)
+
+
+def refused(code, **message):
+    outcome = ask(**message)
+    assert isinstance(outcome, Refusal), outcome
+    assert outcome.code == code, outcome
+    return outcome
+
+
+def test_every_operation_without_required_keys_is_accepted_bare():
+    for op, operation in OPERATIONS.items():
+        if not any(key.required for key in operation.keys):
+            assert ask(id=1, op=op, epoch=2) == Request(1, op, 2)
+
+
+def test_arm_and_target_need_an_epoch_so_that_a_stop_voids_them():
+    assert "epoch" in refused("missing_key", id=1, op="arm").text
+    refused("missing_key", **{k: v for k, v in TARGET.items() if k != "epoch"})
+    assert isinstance(ask(id=1, op="stop"), Request)
+
+
+def test_a_target_carries_one_value_per_axis_each_within_its_own_axis_bounds():
+    assert ask(**TARGET).values == {"position_rad": [0.1, 0.2]}
+    assert "position_rad[1]" in refused("out_of_bounds", **{**TARGET, "position_rad": [0.1, 0.6]}).text
+    refused("wrong_type", **{**TARGET, "position_rad": [0.1]})
+    refused("wrong_type", **{**TARGET, "position_rad": 0.1})
+    refused("wrong_type", **{**TARGET, "position_rad": [0.1, "0.2"]})
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e308, 2**64 - 1])
+def test_numbers_that_are_not_finite_or_too_large_are_refused_everywhere(value):
+    refused("out_of_bounds", **{**TARGET, "velocity_rad_s": [0.0, value]})
+    refused("out_of_bounds", id=1, op="compensation", share=value)
+    refused("out_of_bounds", id=1, op="environment", axis=0, kind="spring", stiffness_nm_rad=value)
+
+
+def test_an_axis_is_given_by_name_or_index_and_its_own_bounds_hold():
+    spring = {"id": 1, "op": "environment", "kind": "spring", "stiffness_nm_rad": 2}
+    assert ask(**spring, axis="base").values == {"axis": 0, "kind": "spring", "stiffness_nm_rad": 2.0}
+    assert ask(**spring, axis=0).values["axis"] == 0
+    refused("out_of_bounds", **spring, axis="tip")
+    for wrong in ("elbow", 2, -1):
+        refused("unknown_axis", **spring, axis=wrong)
+    for wrong in (True, 0.0, None, [0]):
+        refused("wrong_type", **spring, axis=wrong)
+
+
+def test_choices_are_exact_also_in_type():
+    wall = {"id": 1, "op": "environment", "axis": 0, "kind": "wall"}
+    assert ask(**wall, side=-1).values["side"] == -1
+    refused("out_of_bounds", **wall, side=0)
+    for wrong in (True, 1.0, "1", None):
+        refused("wrong_type", **wall, side=wrong)
+    refused("out_of_bounds", **{**wall, "kind": "honey"})
+    refused("wrong_type", **{**wall, "kind": 1})
+    refused("wrong_type", **{**wall, "kind": ["wall"]})
+
+
+def test_unknown_keys_and_operations_are_named():
+    assert "'gain'" in refused("unknown_key", id=1, op="compensation", share=1, gain=2).text
+    assert "compensation" in refused("unknown_op", id=1, op="explode").text
+    refused("unknown_op", id=1, op=["arm"])
+    refused("unknown_op", id=1)
+
+
+def test_booleans_are_no_numbers():
+    refused("wrong_type", id=1, op="compensation", share=True)
+    refused("wrong_type", id=1, op="stop", epoch=True)
+    assert refused("malformed", id=True, op="stop").id is None
+
+
+def test_ids_are_bounded_and_come_back_with_the_refusal():
+    for good in (0, MAX_ID, "a", "x" * 64):
+        assert refused("unknown_op", id=good, op="none").id == good
+    for bad in (-1, MAX_ID + 1, "", 1.5, None, [1]):
+        assert refused("malformed", id=bad, op="hello").id is None
+
+
+def test_epochs_are_bounded_integers():
+    refused("out_of_bounds", id=1, op="arm", epoch=-1)
+    refused("wrong_type", id=1, op="arm", epoch=1.0)
+    refused("wrong_type", id=1, op="arm", epoch=None)
+
+
+@pytest.mark.parametrize(
+    "payload",
+    [
+        b"",
+        b"\xc1",
+        b"\x80",
+        msgpack.packb([1]),
+        msgpack.packb(7),
+        msgpack.packb({"id": 1, "op": "stop"}) + b"\xc0",
+        msgpack.packb({"id": 1, "op": "stop"})[:-1],
+        msgpack.packb({1: "id", "op": "stop"}),
+        msgpack.packb({b"id": 1, "op": "stop"}),
+        msgpack.packb({"id": 1, "op": b"stop"}),
+        msgpack.packb({"id": 1, "op": "stop", "x": msgpack.Timestamp(1)}),
+        msgpack.packb({"id": 1, "op": "x" * 65}),
+        b"\x82\xa2id\x01\xa2op\xa4\xff\xff\xff\xff",
+        b"\x91" * 4096,
+        b"\x81\xa1a" * 1300,
+        b"\xdf\x05\xf5\xe1\x00",
+        b"\xdd\x05\xf5\xe1\x00",
+        b"\xdb\x05\xf5\xe1\x00",
+        b"\xc9\x05\xf5\xe1\x00\x01",
+    ],
+)
+def test_what_is_not_one_small_map_is_malformed(payload):
+    outcome = decode(payload, RIG)
+    assert isinstance(outcome, Refusal)
+    assert (outcome.code, outcome.id) == ("malformed", None)
+
+
+def test_a_key_given_twice_is_malformed_instead_of_the_last_winning():
+    twice = b"\x83\xa2id\x01\xa2op\xa4stop\xa2op\xa3arm"
+    assert "twice" in decode(twice, RIG).text
+
+
+def test_more_than_4096_bytes_are_refused_unread():
+    assert decode(b"\x80" * 4097, RIG).code == "too_large"
+
+
+def test_texts_of_refusals_stay_short_whatever_was_sent():
+    for message in (
+        {"id": 1, "op": "a" * 64},
+        {"id": 1, "op": "hello", "k" * 64: 1},
+        {**TARGET, "position_rad": [[]]},
+    ):
+        assert len(ask(**message).text) < 300

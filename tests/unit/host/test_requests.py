@@ -1,0 +1,167 @@
+import time
+
+import numpy as np
+import pytest
+
+from rtctl.control.vocabulary import Environment, Fault, State
+from rtctl.host.description import AxisDescription, RigDescription
+from rtctl.host.messages import Refusal, Request
+from rtctl.host.operations import OPERATIONS
+from rtctl.host.requests import Requests
+from rtctl.protocol import Endpoints
+from rtctl.shm import CommandWriter, Memory
+from rtctl.tick import new_ticks
+
+RIG = RigDescription("mock", (AxisDescription("base", {}), AxisDescription("tip", {})), 1000.0)
+
+
+class Desk:
+    def __init__(self):
+        self.memory = Memory.create(2, 8, 1_000_000)
+        self.writer = CommandWriter(self.memory)
+        self.row = new_ticks(1, 2)
+        self.row["time_ns"], self.row["state"], self.row["fault_first"] = time.monotonic_ns(), State.IDLE, -1
+        self.requests = Requests(self.writer, RIG, Endpoints("ipc://t", "ipc://c"), lambda: self.row)
+
+    def ask(self, op, epoch=None, **values):
+        return self.requests.perform(Request(1, op, epoch, values), self.requests.newest())
+
+    def refused(self, code, op, epoch=None, **values):
+        before = self.writer.command.tobytes()
+        outcome = self.ask(op, epoch, **values)
+        assert isinstance(outcome, Refusal), outcome
+        assert outcome.code == code
+        assert self.writer.command.tobytes() == before
+        return outcome.text
+
+    @property
+    def sent(self):
+        return self.memory.slots[int(self.memory.header[0]["mailbox_seq"]) % len(self.memory.slots)][
+            "command"
+        ]
+
+
+@pytest.fixture
+def desk():
+    made = Desk()
+    yield made
+    made.memory.close()
+
+
+def test_every_operation_of_the_table_has_a_handler(desk):
+    assert set(desk.requests._handlers) == set(OPERATIONS)
+
+
+def test_arm_raises_the_counter_once_in_the_epoch_of_the_newest_tick(desk):
+    desk.row["epoch"] = 5
+    assert desk.ask("arm", 5) == {"command_seq": 1}
+    assert (desk.sent["arm_count"], desk.sent["epoch"]) == (1, 5)
+
+
+def test_an_old_epoch_voids_every_request_but_stop(desk):
+    desk.row["epoch"] = 5
+    assert "5 is in force" in desk.refused("wrong_epoch", "arm", 4)
+    desk.refused("wrong_epoch", "compensation", 4, share=1.0)
+    assert desk.ask("stop", 4) == {"command_seq": 1}
+
+
+def test_nothing_arms_until_the_loop_has_taken_a_stop(desk):
+    seq = desk.ask("stop")["command_seq"]
+    assert "stop" in desk.refused("not_ready", "arm", 0)
+    desk.writer.command["environment_kind"] = Environment.REMOTE
+    desk.refused("wrong_epoch", "target", 0, position_rad=[0.0, 0.0])
+    desk.row["command_seq"] = seq
+    assert desk.ask("arm", 0) == {"command_seq": 2}
+
+
+@pytest.mark.parametrize("state", [s for s in State if s != State.IDLE])
+def test_arming_starts_from_idle_only_and_the_refusal_names_the_state(desk, state):
+    desk.row["state"] = state
+    assert state.name in desk.refused("not_ready", "arm", 0)
+
+
+def test_a_refused_arm_names_what_is_missing(desk):
+    desk.row["faults"] = Fault.STALE | Fault.JUMP
+    assert "STALE, JUMP" in desk.refused("not_ready", "arm", 0)
+    desk.row["faults"], desk.row["estop"] = 0, 1
+    assert "emergency stop" in desk.refused("not_ready", "arm", 0)
+
+
+def test_a_loop_that_stands_still_cannot_be_armed(desk):
+    desk.row["time_ns"] = time.monotonic_ns() - 1_500_000_000
+    assert "does not run" in desk.refused("not_ready", "arm", 0)
+
+
+def test_before_the_first_tick_the_state_is_init_and_arming_is_refused(desk):
+    desk.row = None
+    assert "does not run" in desk.refused("not_ready", "arm", 0)
+    assert desk.ask("status")["position_rad"] == [0.0, 0.0]
+
+
+def test_reset_needs_a_latched_fault_and_never_opens_lockout(desk):
+    assert "no latched fault" in desk.refused("not_ready", "reset")
+    desk.row["state"] = State.LOCKOUT
+    assert "restarts" in desk.refused("not_ready", "reset")
+    desk.row["state"] = State.FAULT
+    assert desk.ask("reset") == {"command_seq": 1}
+
+
+def test_the_force_is_not_tared_while_torque_may_flow(desk):
+    for state in (State.ARMING, State.ACTIVE, State.HOLD, State.STOPPING):
+        desk.row["state"] = state
+        desk.refused("not_ready", "tare")
+    desk.row["state"] = State.IDLE
+    desk.ask("tare")
+    assert desk.sent["tare_count"] == 1
+
+
+def test_an_environment_changes_only_its_axis_and_only_the_keys_given(desk):
+    desk.ask("environment", axis=1, kind="wall", stiffness_nm_rad=3.0, side=-1)
+    result = desk.ask("environment", axis=1, kind="wall", center_rad=0.5)
+    assert desk.sent["environment_kind"].tolist() == [Environment.FREE, Environment.WALL]
+    assert desk.sent["environment_stiffness_nm_rad"].tolist() == [0.0, 3.0]
+    assert desk.sent["environment_side"].tolist() == [0, -1]
+    assert result["environment"] == {
+        "kind": "wall",
+        "stiffness_nm_rad": 3.0,
+        "damping_nms_rad": 0.0,
+        "center_rad": 0.5,
+        "side": -1,
+        "pitch_rad": 0.0,
+    }
+
+
+def test_a_target_needs_a_remote_environment_and_counts_as_fresh(desk):
+    desk.refused("not_remote", "target", 0, position_rad=[0.1, 0.2])
+    desk.ask("environment", axis=0, kind="remote")
+    desk.ask("target", 0, position_rad=[0.1, 0.2], velocity_rad_s=[1.0, 2.0])
+    desk.ask("target", 0, position_rad=[0.3, 0.4])
+    assert desk.sent["target_count"] == 2
+    assert desk.sent["target_position_rad"].tolist() == [0.3, 0.4]
+    assert desk.sent["target_velocity_rad_s"].tolist() == [0.0, 0.0]
+
+
+def test_compensation_goes_to_one_axis_or_to_all(desk):
+    desk.ask("compensation", share=0.5)
+    desk.ask("compensation", share=1.0, axis=1)
+    assert desk.sent["compensation"].tolist() == [0.5, 1.0]
+
+
+def test_status_names_faults_and_the_first_cause(desk):
+    desk.row["faults"] = Fault.OVERSPEED
+    desk.row["fault_first"] = 5
+    status = desk.ask("status")
+    assert [fault["name"] for fault in status["faults"]] == ["OVERSPEED"]
+    assert status["fault_first"]["name"] == "OVERSPEED"
+    assert "faster" in status["fault_first"]["text"]
+
+
+def test_results_hold_plain_python_values_only(desk):
+    def walk(value):
+        assert not isinstance(value, np.generic | np.ndarray), value
+        for item in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
+            walk(item)
+
+    for op in ("hello", "status", "schema"):
+        walk(desk.ask(op))
+    walk(desk.ask("environment", axis=0, kind="detents", pitch_rad=0.5))

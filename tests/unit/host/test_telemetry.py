@@ -1,0 +1,168 @@
+import tempfile
+import time
+from pathlib import Path
+
+import msgpack
+import numpy as np
+import pytest
+import zmq
+
+from rtctl.control.vocabulary import State
+from rtctl.host.description import AxisDescription, RigDescription
+from rtctl.host.telemetry import MOST_ROWS, Telemetry, queue_messages
+from rtctl.protocol import TOPIC_EVENT, TOPIC_HEALTH, TOPIC_STATE, TOPIC_TICKS, Endpoints
+from rtctl.tick import new_ticks
+
+RIG = RigDescription("mock", (AxisDescription("a", {}),), 1000.0, session=7)
+
+
+class Clock:
+    ns = 0
+
+    def __call__(self):
+        return self.ns
+
+
+class Air:
+    """A telemetry socket and subscribers to it."""
+
+    def __init__(self, folder):
+        self.endpoints = Endpoints(f"ipc://{folder}/t", f"ipc://{folder}/c")
+        self.context = zmq.Context()
+        self.clock = Clock()
+        self.tick = 0
+        self.subscribers = []
+
+    def open(self, rig=RIG):
+        self.telemetry = Telemetry(self.context, self.endpoints, rig, clock_ns=self.clock)
+        return self.telemetry
+
+    def subscribe(self, topic=b"", hwm=100_000, **options):
+        socket = self.context.socket(zmq.SUB)
+        socket.setsockopt(zmq.LINGER, 0)
+        socket.setsockopt(zmq.RCVHWM, hwm)
+        for name, value in options.items():
+            socket.setsockopt(getattr(zmq, name), value)
+        socket.subscribe(topic)
+        socket.connect(self.endpoints.telemetry)
+        self.subscribers.append(socket)
+        return socket
+
+    def rows(self, n=10):
+        out = new_ticks(n, 1)
+        out["tick"] = np.arange(self.tick, self.tick + n)
+        out["time_ns"], out["state"], out["fault_first"] = out["tick"] * 1_000_000, State.IDLE, -1
+        self.tick += n
+        return out
+
+    def settle(self, *sockets):
+        """Publish until every subscriber hears; then empty them."""
+        deadline = time.monotonic() + 10
+        for socket in sockets:
+            while not socket.poll(10):
+                assert time.monotonic() < deadline
+                self.clock.ns += 1_000_000_000
+                self.telemetry.publish(self.rows(10), 0)
+        time.sleep(0.05)
+        for socket in sockets:
+            drain(socket)
+
+    def close(self):
+        for socket in self.subscribers:
+            socket.close(linger=0)
+        self.telemetry.close()
+        self.context.term()
+
+
+@pytest.fixture
+def air():
+    with tempfile.TemporaryDirectory(prefix="rt") as folder:
+        made = Air(Path(folder))
+        yield made
+        made.close()
+
+
+def drain(socket, wait_ms=50):
+    messages = []
+    while socket.poll(wait_ms):
+        topic, payload = socket.recv_multipart()
+        messages.append((topic, msgpack.unpackb(payload)))
+    return messages
+
+
+def test_every_message_is_a_topic_and_one_payload(air):
+    air.open()
+    socket = air.subscribe()
+    air.settle(socket)
+    air.clock.ns += 1_000_000_000
+    rows = air.rows(20)
+    rows["state"][5:] = State.ARMING
+    air.telemetry.publish(rows, 0)
+    assert [topic for topic, _ in drain(socket)] == [TOPIC_EVENT, TOPIC_STATE, TOPIC_TICKS, TOPIC_HEALTH]
+
+
+def test_batches_number_every_row_and_the_lost_ones_too(air):
+    air.open()
+    socket = air.subscribe(TOPIC_TICKS)
+    air.settle(socket)
+    start = air.tick
+    air.telemetry.publish(air.rows(7), 0)
+    air.tick += 3  # overwritten in shared memory before the host read them
+    air.telemetry.publish(air.rows(5), 3)
+    first, second = (message for _, message in drain(socket))
+    assert (first["row"], first["rows"], first["lost"], first["first_tick"]) == (start, 7, 0, start)
+    assert (second["row"], second["rows"], second["lost"]) == (start + 10, 5, 3)
+    assert second["sequence"] == first["sequence"] + 1
+
+
+def test_a_flood_of_rows_is_cut_into_messages_of_bounded_size(air):
+    air.open()
+    socket = air.subscribe(TOPIC_TICKS)
+    air.settle(socket)
+    air.telemetry.publish(air.rows(2 * MOST_ROWS + 1), 0)
+    assert [message["rows"] for _, message in drain(socket)] == [MOST_ROWS, MOST_ROWS, 1]
+
+
+def test_health_comes_once_a_second_also_when_the_loop_is_silent(air):
+    air.open()
+    socket = air.subscribe(TOPIC_HEALTH)
+    air.settle(socket)
+    air.telemetry.set_commands(lambda: {"malformed": 3})
+    air.telemetry.set_realtime([{"right": "scheduling", "granted": False, "detail": "no"}])
+    for _ in range(30):
+        air.clock.ns += 100_000_000
+        air.telemetry.publish(air.rows(0), 5)
+    messages = [message for _, message in drain(socket)]
+    assert len(messages) == 3
+    last = messages[-1]
+    assert (last["overwritten"], last["commands"], last["wakeup_us"]) == (5, {"malformed": 3}, None)
+    assert last["realtime"][0]["granted"] is False
+
+
+def test_nothing_is_dropped_while_nobody_listens(air):
+    telemetry = air.open()
+    for _ in range(2000):
+        telemetry.publish(air.rows(1), 0)
+    assert telemetry.counts()["dropped"] == 0
+
+
+def test_a_stalled_subscriber_is_counted_and_takes_nothing_from_the_others(air):
+    telemetry = air.open()
+    stalled = air.subscribe(TOPIC_TICKS, hwm=1, RCVBUF=4096)
+    listening = air.subscribe(TOPIC_TICKS)
+    air.settle(stalled, listening)
+    got, start = [], air.tick
+    for _ in range(900):
+        telemetry.publish(air.rows(60), 0)
+        got += drain(listening, 0)
+    got += drain(listening)
+    assert telemetry.counts()["dropped"] >= 1
+    assert [message["row"] for _, message in got] == list(range(start, air.tick, 60))
+    late = drain(stalled)
+    assert len(late) < 900, "the stalled one must have lost some, or the test proves nothing"
+
+
+def test_queues_hold_seconds_at_any_batch_length():
+    assert queue_messages(0.02) >= 5 * 3 * 50
+    assert queue_messages(0.001) >= 5 * 3 * 1000
+    assert queue_messages(1.0) >= 100

@@ -1,0 +1,94 @@
+import subprocess
+import sys
+
+import msgpack
+import numpy as np
+import pytest
+
+from rtctl.client import Fault, RigClient, State
+from rtctl.client.samples import rig_state, tick_rows
+from rtctl.errors import ClientError, ConfigError, NoReplyError
+from rtctl.host.description import AxisDescription, RigDescription
+from rtctl.host.samples import state_samples, tick_columns
+from rtctl.tick import new_ticks
+
+RIG = RigDescription("mock", (AxisDescription("a", {}), AxisDescription("b", {})), 1000.0, session=7)
+
+
+def rows(n=3):
+    out = new_ticks(n, 2)
+    out["tick"], out["time_ns"] = np.arange(n), np.arange(n) * 1_000_000
+    out["state"], out["faults"], out["fault_first"] = State.FAULT, Fault.STALE | Fault.JUMP, 2
+    out["position_rad"] = np.arange(2 * n).reshape(n, 2) / 7
+    return out
+
+
+def test_a_state_sample_is_typed():
+    (message,) = msgpack.unpackb(msgpack.packb(state_samples(rows(1), RIG, 9, 5_000_000)))
+    sample = rig_state(message, now_s=0.007)
+    assert (sample.state, sample.faults) == (State.FAULT, (Fault.STALE, Fault.JUMP))
+    assert sample.position_rad == (0.0, 1 / 7)
+    assert sample.age_s == pytest.approx(0.007)
+    assert (sample.sequence, sample.session, sample.tick) == (9, 7, 0)
+
+
+def test_tick_batches_come_back_bit_for_bit():
+    some = rows()
+    again = tick_rows(msgpack.unpackb(msgpack.packb({"rows": 3, "columns": tick_columns(some)})))
+    assert again.tobytes() == some.tobytes()
+
+
+def test_columns_of_another_version_are_tolerated_and_broken_ones_named():
+    columns = tick_columns(rows())
+    del columns["friction_gate"]
+    columns["novelty"] = {"dtype": "<f8", "shape": [3], "data": b"\0" * 24}
+    assert (tick_rows({"rows": 3, "columns": columns})["friction_gate"] == 0).all()
+    columns["position_rad"] = {"dtype": "<f8", "shape": [3, 2], "data": b"\0" * 8}
+    with pytest.raises(ClientError, match="another version"):
+        tick_rows({"rows": 3, "columns": columns})
+
+
+def test_a_sample_that_is_none_is_a_named_error():
+    for message in ({}, {"faults": "x"}, {"faults": float("nan")}):
+        with pytest.raises(ClientError, match="cannot read"):
+            rig_state(message)
+
+
+def test_no_daemon_is_a_named_error_that_says_what_to_do(tmp_path):
+    with RigClient("mock", runtime_dir="/tmp/rtctl-none", timeout_s=0.05) as client:
+        with pytest.raises(NoReplyError, match="rtctl run"):
+            client.hello()
+        with pytest.raises(NoReplyError):
+            client.latest_state()
+        with pytest.raises(NoReplyError):
+            next(client.states())
+
+
+def test_a_bad_name_and_a_closed_client_are_named_errors():
+    with pytest.raises(ConfigError):
+        RigClient("../mock")
+    client = RigClient("mock", runtime_dir="/tmp/rtctl-none")
+    client.close()
+    client.close()
+    with pytest.raises(ClientError, match="closed"):
+        client.status()
+
+
+def test_the_client_stays_light():
+    code = "import sys, rtctl.client; print(*sys.modules)"
+    loaded = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    ).stdout.split()
+    assert "zmq" in loaded
+    for heavy in (
+        "numba",
+        "llvmlite",
+        "sklearn",
+        "scipy",
+        "pydantic",
+        "matplotlib",
+        "click",
+        "rtctl.host",
+        "rtctl.config",
+    ):
+        assert heavy not in loaded
