@@ -1,0 +1,235 @@
+"""`docs/protocol.md` is enough: a client from that text alone, and the text held against the code."""
+
+import json
+import re
+import struct
+import tempfile
+import time
+from pathlib import Path
+
+import msgpack
+import pytest
+import zmq
+
+DOCUMENT = Path(__file__).parents[2] / "docs" / "protocol.md"
+
+# -- the client: pyzmq, msgpack and the document; nothing of rtctl ------------------------------------------
+
+
+class DocumentClient:
+    def __init__(self, directory, rig, kind=zmq.DEALER):
+        self.context = zmq.Context()
+        self.command = self.context.socket(kind)
+        self.command.setsockopt(zmq.LINGER, 0)
+        self.command.setsockopt(zmq.IMMEDIATE, 1)
+        self.command.connect(f"ipc://{directory}/{rig}/command")
+        self.telemetry = self.context.socket(zmq.SUB)
+        self.telemetry.setsockopt(zmq.LINGER, 0)
+        self.telemetry.setsockopt(zmq.RCVHWM, 10_000)
+        self.telemetry.subscribe(b"rtctl/")
+        self.telemetry.connect(f"ipc://{directory}/{rig}/telemetry")
+        self.next_id = 0
+
+    def close(self):
+        self.command.close()
+        self.telemetry.close()
+        self.context.term()
+
+    def ask(self, op, **keys):
+        self.next_id += 1
+        self.command.send(msgpack.packb({"id": self.next_id, "op": op, **keys}))
+        assert self.command.poll(2000), "no reply"
+        reply = msgpack.unpackb(self.command.recv())
+        assert reply["id"] == self.next_id
+        assert reply["op"] == op
+        return reply
+
+    def hear(self, seconds):
+        """Payloads of some seconds by topic."""
+        heard = {}
+        end = time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0:
+            if self.telemetry.poll(left * 1000):
+                topic, payload = self.telemetry.recv_multipart()
+                heard.setdefault(topic.decode(), []).append(msgpack.unpackb(payload))
+        return heard
+
+
+def read_column(column):
+    """Values of a column, as nested lists for two dimensions."""
+    letter = {"<i8": "q", "<u8": "Q", "<f8": "d"}[column["dtype"]]
+    shape = column["shape"]
+    count = shape[0] * (shape[1] if len(shape) == 2 else 1)
+    values = struct.unpack(f"<{count}{letter}", column["data"])
+    if len(shape) == 1:
+        return list(values)
+    return [list(values[8 * r * shape[1] // 8 :][: shape[1]]) for r in range(shape[0])]
+
+
+# -- the rig it talks to ------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def root():
+    with tempfile.TemporaryDirectory(prefix="rt") as folder:
+        yield Path(folder)
+
+
+@pytest.fixture
+def rig(root):
+    from fake_rig import FakeRig
+
+    with FakeRig(root, names=("base", "tip")) as running:
+        yield running
+
+
+@pytest.fixture
+def client(rig, root):
+    made = DocumentClient(root, "mock")
+    yield made
+    made.close()
+
+
+def wait_for_state(client, name):
+    deadline = time.monotonic() + 5
+    while client.ask("status")["state"] != name:
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def test_it_arms_moves_the_proxy_and_stops(client):
+    hello = client.ask("hello")
+    assert hello["result"]["protocol"] == 1
+    axes = [axis["name"] for axis in hello["result"]["axes"]]
+    assert axes == ["base", "tip"]
+    assert hello["result"]["axes"][0]["bounds"]["position_rad"] == [-3.0, 3.0]
+    armed = client.ask("arm", epoch=hello["epoch"])
+    assert armed["ok"]
+    wait_for_state(client, "ACTIVE")
+    seq = client.ask("target", epoch=armed["epoch"], position_rad=[0.5, -0.5])["result"]["command_seq"]
+    samples = [sample for batch in client.hear(0.3)["rtctl/state"] for sample in batch]
+    taken = [sample for sample in samples if sample["command_seq"] >= seq]
+    assert taken[0]["proxy_position_rad"] == [0.5, -0.5]
+    assert client.ask("stop")["ok"]
+    wait_for_state(client, "IDLE")
+    void = client.ask("target", epoch=armed["epoch"], position_rad=[0, 0])
+    assert (void["ok"], void["error"]["code"]) == (False, "wrong_epoch")
+
+
+def test_a_req_client_is_answered_too(rig, root):
+    client = DocumentClient(root, "mock", zmq.REQ)
+    assert client.ask("hello")["ok"]
+    assert client.ask("status")["result"]["fault_first"] is None
+    client.close()
+
+
+def test_it_reads_every_tick_from_the_columns(client):
+    batches = client.hear(0.4)["rtctl/ticks"]
+    assert len(batches) > 5
+    expected = None
+    for batch in batches:
+        assert expected in (None, batch["row"]), "a loss that is none"
+        expected = batch["row"] + batch["rows"]
+        ticks = read_column(batch["columns"]["tick"])
+        assert ticks == list(range(batch["first_tick"], batch["first_tick"] + batch["rows"]))
+        positions = read_column(batch["columns"]["position_rad"])
+        assert all(len(row) == 2 for row in positions)
+    wall_s = (read_column(batches[-1]["columns"]["time_ns"])[-1] + batches[-1]["start_wall_ns"]) / 1e9
+    assert abs(wall_s - time.time_ns() / 1e9) < 60
+
+
+def test_it_follows_events_and_health(client, rig):
+    client.hear(0.1)
+    rig.loop.trip.set()
+    heard = client.hear(1.2)
+    events = [event for batch in heard["rtctl/event"] for event in batch]
+    assert [event["event"] for event in events] == ["fault", "state"]
+    assert (events[0]["name"], events[0]["first_cause"]) == ("OVERSPEED", True)
+    assert (events[1]["from"], events[1]["to"]) == ("IDLE", "FAULT")
+    health = heard["rtctl/health"][-1]
+    assert health["state"] == "FAULT"
+    assert health["wakeup_us"]["p50"] == 3.0
+    assert health["telemetry"]["dropped"] == 0
+
+
+def test_samples_are_all_float64_and_numbered(client):
+    samples = [sample for batch in client.hear(0.3)["rtctl/state"] for sample in batch]
+    numbers = [sample["sequence"] for sample in samples]
+    assert numbers == [numbers[0] + i for i in range(len(numbers))]
+    for value in samples[0].values():
+        assert all(type(leaf) is float for leaf in (value if isinstance(value, list) else [value]))
+
+
+@pytest.mark.parametrize(
+    ("code", "op", "keys"),
+    [
+        ("unknown_op", "dance", {}),
+        ("unknown_key", "stop", {"now": 1}),
+        ("missing_key", "arm", {}),
+        ("wrong_type", "target", {"epoch": 1, "position_rad": [1.0]}),
+        ("unknown_axis", "environment", {"axis": "elbow", "kind": "free"}),
+        ("out_of_bounds", "compensation", {"share": 1.5}),
+        ("wrong_epoch", "arm", {"epoch": 77}),
+        ("not_ready", "reset", {}),
+    ],
+)
+def test_refusals_carry_the_documented_codes(client, code, op, keys):
+    client.next_id += 1
+    client.command.send(msgpack.packb({"id": client.next_id, "op": op, **keys}))
+    reply = msgpack.unpackb(client.command.recv())
+    assert (reply["ok"], reply["error"]["code"]) == (False, code)
+    assert reply["error"]["text"]
+
+
+def test_a_target_without_a_remote_axis_is_refused_as_documented(client):
+    for axis in (0, 1):
+        epoch = client.ask("environment", axis=axis, kind="free")["epoch"]
+    assert client.ask("target", epoch=epoch, position_rad=[0, 0])["error"]["code"] == "not_remote"
+
+
+# -- the text held against the code ------------------------------------------------------------------------
+
+
+def test_the_examples_are_byte_exact():
+    examples = re.findall(r"```(?:request|reply)\n(.*)\n(.*)\n```", DOCUMENT.read_text())
+    assert len(examples) >= 4
+    for text, octets in examples:
+        assert msgpack.packb(json.loads(text)).hex(" ") == octets
+
+
+def test_every_operation_key_topic_state_fault_and_code_is_documented():
+    from rtctl import protocol
+    from rtctl.control.vocabulary import Environment, Fault, State
+    from rtctl.host.operations import OPERATIONS
+
+    text = DOCUMENT.read_text()
+    words = set(re.findall(r"`([^`\s]+)`", text))
+    assert set(OPERATIONS) <= words
+    assert {key.name for operation in OPERATIONS.values() for key in operation.keys} <= words
+    assert {getattr(protocol, name).decode() for name in dir(protocol) if name.startswith("TOPIC_")} <= words
+    for state in State:
+        assert f"{int(state)} `{state.name}`" in " ".join(text.split())
+    for fault in Fault:
+        assert f"{int(fault).bit_length() - 1} `{fault.name}`" in " ".join(text.split())
+    for kind in Environment:
+        assert f"{int(kind)} `{kind.name.lower()}`" in text
+
+
+def test_the_document_names_every_key_that_is_sent(client, rig):
+    words = set(re.findall(r"`([^`\s]+)`", DOCUMENT.read_text()))
+    client.hear(0.1)
+    rig.loop.trip.set()
+    heard = client.hear(1.2)
+    sent = set(client.ask("hello")["result"]) | set(client.ask("status")["result"])
+    sent |= set(heard["rtctl/ticks"][0]) | set(heard["rtctl/health"][0])
+    sent |= {key for event in heard["rtctl/event"][0] for key in event}
+    assert sent <= words, sent - words
+
+
+def test_the_document_names_every_refusal_code_in_the_source():
+    from rtctl.host import messages, requests
+
+    source = Path(messages.__file__).read_text() + Path(requests.__file__).read_text()
+    codes = set(re.findall(r'(?:_RefuseError|Refusal)\(\s*"([a-z_]+)"', source))
+    assert len(codes) >= 8
+    assert codes <= set(re.findall(r"\| `([a-z_]+)` \|", DOCUMENT.read_text()))
