@@ -6,6 +6,7 @@ import json
 import math
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -61,26 +62,22 @@ def _only_rig(runtime_dir: Path | None) -> str:
     return running[0]
 
 
-def _json(client: RigClient, end: float) -> None:
-    with client.states() as states:
-        while time.monotonic() < end:
-            sample = _next(states.receive(_wait_s(end)), end)
-            if sample is None:
-                return
-            click.echo(json.dumps(_plain(sample)))
-
-
-def _wait_s(end: float) -> float:
-    return max(0.0, min(SILENCE_S, end - time.monotonic()))
-
-
-def _next(sample: RigState | None, end: float) -> RigState | None:
-    """Pass a sample on; None at the end. Silence before the end means that the daemon is gone."""
+def _samples(client: RigClient, end: float) -> Iterator[tuple[RigState, int]]:
+    """Samples until `end`, each with the number lost so far. Silence means that the daemon is gone."""
     from rtctl.errors import NoReplyError
 
-    if sample is None and time.monotonic() < end:
-        raise NoReplyError(f"no telemetry for {SILENCE_S:g} s: the daemon has ended")
-    return sample
+    with client.states() as states:
+        while (left_s := end - time.monotonic()) > 0:
+            sample = states.receive(min(SILENCE_S, left_s))
+            if sample is not None:
+                yield sample, states.lost
+            elif left_s > SILENCE_S:
+                raise NoReplyError(f"no telemetry for {SILENCE_S:g} s: the daemon has ended")
+
+
+def _json(client: RigClient, end: float) -> None:
+    for sample, _lost in _samples(client, end):
+        click.echo(json.dumps(_plain(sample)))
 
 
 def _plain(sample: RigState) -> dict[str, Any]:
@@ -105,19 +102,16 @@ def _show(client: RigClient, hello: dict[str, Any], end: float) -> None:
     tty = sys.stdout.isatty()
     health: dict[str, Any] | None = None
     due = 0.0
-    with client.states() as states, client.health() as healths:
-        while time.monotonic() < end:
-            sample = _next(states.receive(_wait_s(end)), end)
-            if sample is None:
-                return
+    with client.health() as healths:
+        for sample, lost in _samples(client, end):
             health = healths.receive(0) or health
             if time.monotonic() < due:
                 continue
             due = time.monotonic() + (REFRESH_S if tty else LINE_S)
             if tty:
-                click.echo(_HOME_AND_CLEAR + "\n".join(table(hello, sample, health, states.lost)))
+                click.echo(_HOME_AND_CLEAR + "\n".join(table(hello, sample, health, lost)))
             else:
-                click.echo(line(sample, health, states.lost))
+                click.echo(line(sample, health, lost))
 
 
 def table(hello: dict[str, Any], sample: RigState, health: dict[str, Any] | None, lost: int) -> list[str]:

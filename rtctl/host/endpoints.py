@@ -44,6 +44,10 @@ class RuntimeDirectory:
         _make_private(directory)
         return cls(directory, _lock(rig, directory / LOCK_NAME))
 
+    def describe(self) -> list[str]:
+        """Lines that tell a person where to connect."""
+        return [f"telemetry {self.endpoints.telemetry}", f"commands  {self.endpoints.command}"]
+
     def release(self) -> None:
         """Let another daemon have the rig. Idempotent. The lock file stays: removing it would be a race."""
         if self._lock_fd >= 0:

@@ -31,6 +31,7 @@ def test_the_folder_is_private_and_says_where_to_connect(root):
     with RuntimeDirectory.acquire("mock", root / "deeper") as runtime:
         assert stat.S_IMODE(runtime.path.stat().st_mode) == 0o700
         assert runtime.endpoints == endpoints_in(root / "deeper" / "mock")
+        assert any(runtime.endpoints.command in line for line in runtime.describe())
 
 
 def test_a_second_daemon_is_refused_and_told_who_holds_the_rig(root):
