@@ -23,6 +23,15 @@ MAX_STEPS = 64
 
 
 @compiled
+def detent_energy(offset: float, k: float, pitch: float) -> float:
+    """V above its valley, J, at `offset` = p - c: k (P/2 pi)^2 (1 - cos(2 pi offset/P)), >= 0."""
+    if not (pitch > 0.0 and math.isfinite(offset)):
+        return 0.0
+    half_sine = math.sin(math.pi * offset / pitch)
+    return 2.0 * k * (pitch / (2.0 * math.pi) * half_sine) ** 2
+
+
+@compiled
 def detent_force(p: float, before: float, k: float, center: float, pitch: float) -> tuple[float, float]:
     """Force opposing a proxy that went from `before` to `p`, N m, and its slope in p, N m/rad.
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 
-from rtctl.control.detents import detent_proxy
+from rtctl.control.detents import detent_energy, detent_proxy
 from rtctl.control.jit import compiled
 from rtctl.control.records import Record
 from rtctl.control.vocabulary import Environment
@@ -83,6 +83,35 @@ def _remote_force(s: Record, p: Record, c: Record, axis: int, difference: float)
 
 
 @compiled
+def environment_energy(c: Record, axis: int, proxy: float) -> float:
+    """Potential energy of the environment with the proxy at `proxy`, J, >= 0."""
+    kind = c.environment_kind[axis]
+    k = max(c.environment_stiffness_nm_rad[axis], 0.0)
+    offset = proxy - c.environment_center_rad[axis]
+    if kind == _SPRING:
+        return 0.5 * k * offset * offset
+    if kind == _WALL:
+        depth = max(offset if c.environment_side[axis] >= 0 else -offset, 0.0)
+        return 0.5 * k * depth * depth
+    if kind == _DETENTS:
+        return detent_energy(offset, k, c.environment_pitch_rad[axis])
+    return 0.0
+
+
+@compiled
+def _store(s: Record, p: Record, c: Record, axis: int, changed: bool) -> None:
+    """Write the energy stored now, and what a change of environment added to it, for the observer."""
+    stretch = s.position_rad[axis] - s.proxy_position_rad[axis]
+    own = environment_energy(c, axis, s.proxy_position_rad[axis])
+    stored = own + 0.5 * p.coupling_stiffness_nm_rad[axis] * stretch * stretch
+    if not math.isfinite(stored):
+        own, stored = 0.0, 0.0
+    s.energy_grant_j[axis] = max(stored - s.stored_energy_j[axis], 0.0) if changed else 0.0
+    s.environment_energy_j[axis] = own
+    s.stored_energy_j[axis] = stored
+
+
+@compiled
 def coupling_torque(
     s: Record, p: Record, c: Record, axis: int, elapsed: int, difference: float, disabled: bool
 ) -> float:
@@ -112,15 +141,19 @@ def coupling_torque(
     stiffness = p.coupling_stiffness_nm_rad[axis] + b
     if stiffness <= 0.0:
         s.proxy_position_rad[axis] = x
+        s.stored_energy_j[axis] = 0.0
         return 0.0
+    before = s.proxy_position_rad[axis]
+    # The same proxy in the same environment stores the same energy to the last bit.
+    changed = environment_energy(c, axis, before) != s.environment_energy_j[axis]
     if c.environment_kind[axis] == _REMOTE:
         force = _remote_force(s, p, c, axis, difference)
     else:
-        before = s.proxy_position_rad[axis]
         drive = p.coupling_stiffness_nm_rad[axis] * x + b * (x - s.position_before_rad[axis] + before)
         proxy = solve_proxy(c, axis, drive, stiffness, before, dt)
         force = drive - stiffness * proxy
         s.proxy_position_rad[axis] = proxy
     if not math.isfinite(s.proxy_position_rad[axis]):
         s.proxy_position_rad[axis] = x
+    _store(s, p, c, axis, changed)
     return -force

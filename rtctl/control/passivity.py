@@ -1,11 +1,18 @@
 """Passivity observer and controller on the torque the motor actually held (theory reference, section 1.7).
 
-    E += -tau_held (x_k - x_{k-1}) + b dx^2 / T + F_lo |dx|,      E <= bank
+    E += -tau_held (x_k - x_{k-1}) + b dx^2 / T + F_lo |dx|,      E <= a U + bank
 
 tau_held is the torque sent one tick ago, after authority, gate and limits, feed-forward included: the
 motor held exactly this torque while the joint went from x_{k-1} to x_k, so the first term is exact. The
 other two credit what the device itself is guaranteed to dissipate: viscous damping b (Cauchy-Schwarz
 over one period) and dry friction F_lo.
+
+U is the energy in the virtual spring and coupling. It belongs to the hand that put it there and will be
+given back, so only what exceeds it counts as banked: a cap without U would forget the energy of every
+spring stronger than the bank and call its return active. a is the authority: the world felt is a U. What
+the operator's own request puts into a U is granted: U da while the authority rises, and the step in U at
+a change of environment, at most one change per soft start, so that switching parameters back and forth
+is no source of energy.
 
 Why the dry-friction credit follows the model. A right feed-forward spends kappa F(v) |dx| by design and
 the device's friction takes it back. Crediting one constant, the least friction over the range, would
@@ -25,8 +32,9 @@ import numpy as np
 from rtctl.control.friction import BACKWARD, FORWARD, branch_magnitude
 from rtctl.control.jit import compiled
 from rtctl.control.records import Record
-from rtctl.control.vocabulary import Fault
+from rtctl.control.vocabulary import Fault, State
 
+_ACTIVE = int(State.ACTIVE)
 _F_PASSIVITY = int(Fault.PASSIVITY)
 
 FAULT_FACTOR = 1.5
@@ -47,8 +55,22 @@ def guaranteed_friction(p: Record, model: Record, axis: int, velocity: float) ->
 
 
 @compiled
+def _grant(s: Record, p: Record, axis: int) -> float:
+    """Energy that the operator's request, not the hand, put into the world felt, J."""
+    s.grant_age_ticks[axis] += 1
+    if s.state != _ACTIVE:
+        return 0.0
+    if s.authority < 1.0:
+        return s.stored_energy_j[axis] / max(p.soft_start_ticks, 1)
+    if s.energy_grant_j[axis] <= 0.0 or s.grant_age_ticks[axis] < p.soft_start_ticks:
+        return 0.0
+    s.grant_age_ticks[axis] = 0
+    return s.energy_grant_j[axis]
+
+
+@compiled
 def observe_port(s: Record, p: Record, model: Record, axis: int, dx: float, elapsed: int, v: float) -> float:
-    """Advance the port's energy by the last period, J; never above `energy_bank_j`.
+    """Advance the port's energy by the last period, J; never more than `energy_bank_j` above what is stored.
 
     Parameters
     ----------
@@ -64,7 +86,8 @@ def observe_port(s: Record, p: Record, model: Record, axis: int, dx: float, elap
     credit = max(p.viscous_nms_rad[axis], 0.0) * dx * dx / dt
     if dx != 0.0:
         credit += guaranteed_friction(p, model, axis, v if v * dx > 0.0 else dx / dt) * abs(dx)
-    s.energy_port_j[axis] = min(s.energy_port_j[axis] - held * dx + credit, p.energy_bank_j)
+    energy = s.energy_port_j[axis] - held * dx + credit + _grant(s, p, axis)
+    s.energy_port_j[axis] = min(energy, s.authority * s.stored_energy_j[axis] + p.energy_bank_j)
     return s.energy_port_j[axis]
 
 

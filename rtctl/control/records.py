@@ -153,6 +153,10 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "feedforward_applied_nm": (),
             "ramp_step_nm": (),
             "energy_port_j": (),
+            "stored_energy_j": (),  # in the coupling and the environment: returned, so never capped
+            "environment_energy_j": (),  # the environment's part of it
+            "energy_grant_j": (),  # put there by the last change of environment
+            "grant_age_ticks": (),
             "energy_hand_j": (),
             "energy_feedforward_j": (),
             "jump_count": (),
