@@ -1,0 +1,173 @@
+"""Motion and rigid-body dynamics of one axis from a recorded log, without delay between the signals.
+
+Velocity, acceleration and torque all pass the same zero-phase low-pass: both sides of the balance
+``tau = J a + F(v) + bias`` stay aligned in time and lose the same bandwidth.
+
+=======  ==========  ===============================================
+v, a     rad/s, ...  velocity, acceleration
+tau      N m         motor torque plus hand torque
+J, b     kg m^2, ..  inertia, viscous friction (N m s/rad)
+f+, f-   N m         torque level of slow motion forwards, backwards
+=======  ==========  ===============================================
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtctl.errors import DataError
+
+CUTOFF_HZ = 20.0
+"""Default low-pass: hand motion lies below it, structural vibration and encoder steps above."""
+
+SPEED_MIN_RAD_S = 0.03
+"""Default least speed: below it pre-sliding and the estimate of the direction spoil the samples."""
+
+SAMPLES_PER_CUTOFF = 10
+"""Samples kept per period of the cut-off frequency: more would only repeat each other."""
+
+SAMPLES_MIN = 40
+"""Fewest friction samples of one direction."""
+
+RANK_TOLERANCE = 1e-6
+"""Least singular value of the regression against its largest, columns scaled to unit size."""
+
+
+@dataclass(frozen=True)
+class AxisLog:
+    """One axis of a log: arrays of one length on an even grid; `torque_nm` is motor plus hand torque."""
+
+    rate_hz: float
+    position_rad: np.ndarray
+    torque_nm: np.ndarray
+    source: str
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A log differentiated and filtered: time (s), v, a, tau, of one length, the filter's ends cut off."""
+
+    time_s: np.ndarray
+    velocity_rad_s: np.ndarray
+    acceleration_rad_s2: np.ndarray
+    torque_nm: np.ndarray
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """Result of `regress`: tau = J a + b v + f+ (v > 0) or f- (v < 0).
+
+    `level_forward_nm` > `level_backward_nm` for a rig with friction; `rms_nm` is the residual, `n` the
+    number of samples.
+    """
+
+    inertia_kgm2: float
+    viscous_nms_rad: float
+    level_forward_nm: float
+    level_backward_nm: float
+    rms_nm: float
+    n: int
+
+    @property
+    def midpoint_nm(self) -> float:
+        """Half way between the two levels: the sensor's bias if friction is alike in both directions."""
+        return 0.5 * (self.level_forward_nm + self.level_backward_nm)
+
+    @property
+    def coulomb_nm(self) -> float:
+        """Half the distance of the two levels: the mean Coulomb friction of both directions."""
+        return 0.5 * (self.level_forward_nm - self.level_backward_nm)
+
+
+def smooth(signal: np.ndarray, rate_hz: float, cutoff_hz: float) -> np.ndarray:
+    """Low-pass without delay: second-order Butterworth, forwards and backwards (-6 dB at the cut-off)."""
+    from scipy.signal import butter, sosfiltfilt
+
+    sections = butter(2, cutoff_hz, fs=rate_hz, output="sos")
+    return np.asarray(sosfiltfilt(sections, signal))
+
+
+def differentiate(log: AxisLog, cutoff_hz: float = CUTOFF_HZ) -> Motion:
+    """Velocity, acceleration and torque of a log through one zero-phase filter, thinned out alike.
+
+    Raises
+    ------
+    DataError
+        A cut-off the rate cannot carry, or a log shorter than ten periods of it.
+
+    Notes
+    -----
+    Central differences of the filtered position. One period of the cut-off is dropped at each end, where
+    the filter does not know what came before.
+    """
+    if not 0 < cutoff_hz <= 0.2 * log.rate_hz:
+        raise DataError(
+            f"{log.source}: cut-off {cutoff_hz:g} Hz must lie in 0..{0.2 * log.rate_hz:g} Hz (rate / 5)"
+        )
+    edge = max(2, round(log.rate_hz / cutoff_hz))
+    n = len(log.position_rad)
+    if n < 10 * edge:
+        raise DataError(
+            f"{log.source}: {n} samples are too few for a cut-off of {cutoff_hz:g} Hz; {10 * edge} are needed"
+        )
+    step = 1.0 / log.rate_hz
+    velocity = np.gradient(smooth(log.position_rad, log.rate_hz, cutoff_hz), step)
+    acceleration = np.gradient(velocity, step)
+    kept = slice(edge, n - edge, max(1, edge // SAMPLES_PER_CUTOFF))
+    return Motion(
+        time_s=(np.arange(n) * step)[kept],
+        velocity_rad_s=velocity[kept],
+        acceleration_rad_s2=acceleration[kept],
+        torque_nm=smooth(log.torque_nm, log.rate_hz, cutoff_hz)[kept],
+    )
+
+
+def regress(motion: Motion, speed_min_rad_s: float = SPEED_MIN_RAD_S, source: str = "log") -> Dynamics:
+    """Inertia, viscous friction and the torque level of each direction by least squares.
+
+    Raises
+    ------
+    DataError
+        Too little motion in one direction, or an acceleration too small to see an inertia.
+
+    Notes
+    -----
+    tau = J a + b v + f+ H(v) + f- H(-v) over the samples with |v| >= `speed_min_rad_s`. A bias of the
+    torque sensor and a difference of friction between the directions cannot be told apart from motion
+    alone: both move f+ and f- together.
+    """
+    v = motion.velocity_rad_s
+    moving = np.abs(v) >= speed_min_rad_s
+    require_both_directions(v[moving], source)
+    columns = (motion.acceleration_rad_s2, v, (v > 0).astype(float), (v < 0).astype(float))
+    matrix = np.stack(columns, axis=1)[moving]
+    torque = motion.torque_nm[moving]
+    scale = np.sqrt((matrix**2).mean(axis=0))
+    solution, _, rank, _ = np.linalg.lstsq(
+        matrix / np.where(scale > 0, scale, 1.0), torque, rcond=RANK_TOLERANCE
+    )
+    if rank < len(columns):
+        raise DataError(f"{source}: the motion is too even to tell inertia, viscous and dry friction apart")
+    inertia, viscous, forward, backward = solution / scale
+    residual = torque - matrix @ np.array([inertia, viscous, forward, backward])
+    return Dynamics(
+        inertia_kgm2=float(inertia),
+        viscous_nms_rad=float(viscous),
+        level_forward_nm=float(forward),
+        level_backward_nm=float(backward),
+        rms_nm=float(np.sqrt(np.mean(residual**2))),
+        n=int(moving.sum()),
+    )
+
+
+def require_both_directions(velocity: np.ndarray, source: str) -> None:
+    """Raise DataError when one direction has fewer than `SAMPLES_MIN` samples."""
+    for name, n in (("forwards", int((velocity > 0).sum())), ("backwards", int((velocity < 0).sum()))):
+        if n < SAMPLES_MIN:
+            raise DataError(
+                f"{source}: {n} samples of motion {name}, at least {SAMPLES_MIN} are needed "
+                "in each direction; use a longer log, a higher cut-off or a lower least speed"
+            )
