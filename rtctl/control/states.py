@@ -152,12 +152,18 @@ def lowest_bit(bits: int) -> int:
 
 
 @compiled
+def _latch(s: Record, faults: int) -> None:
+    """Keep the first cause of a stop; later ones do not replace it."""
+    if s.fault_first < 0:
+        s.fault_first = lowest_bit(faults & (CUT | RAMP | _ESTOP_PRESSED))
+
+
+@compiled
 def _enter(s: Record, state: int, faults: int) -> None:
     """Counters, epoch and latch on a change of state."""
     if state in (_STOPPING, _FAULT, _ESTOP):
         s.epoch += 1
-    if state in (_FAULT, _ESTOP, _STOPPING) and s.fault_first < 0:
-        s.fault_first = lowest_bit(faults & (CUT | RAMP | _ESTOP_PRESSED))
+        _latch(s, faults)
     if state == _IDLE and s.state in (_FAULT, _ESTOP):
         s.fault_first = -1
     if state in (_ARMING, _ACTIVE):
@@ -191,6 +197,7 @@ def advance(s: Record, p: Record, faults: int, requests: int, arm_allowed: bool,
     ready = s.good_ticks >= p.ready_ticks and not faults
     if s.state == _STOPPING:
         s.stop_target = stop_target(s.stop_target, faults, requests)
+        _latch(s, faults)
     state = next_state(
         s.state,
         faults,
