@@ -1,0 +1,141 @@
+"""`rtctl check`: is this rig file's coupling provably passive?"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from rtctl.errors import StabilityError
+
+if TYPE_CHECKING:
+    from rtctl.friction.margins import FrictionFigures
+    from rtctl.stability_report import AxisReport
+
+_File = click.Path(dir_okay=False, path_type=Path)
+
+
+@click.command("check")
+@click.argument("config", type=_File)
+@click.option("--json", "as_json", is_flag=True, help="one JSON object with every figure, for scripts")
+@click.option("--plot", type=_File, help="draw the region of passive couplings (PNG)")
+def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
+    """Check a rig file: bounds, friction model, and whether its coupling is provably passive.
+
+    The exact sampled-data test decides; the other tests are reported. Exit code 5 when it fails.
+    """
+    from rtctl import stability_report
+    from rtctl.config import load
+
+    report = stability_report.examine(load(config))
+    if plot is not None:
+        from rtctl import stability_figure
+
+        stability_figure.draw(report, plot)
+    if as_json:
+        body = report.to_dict()
+        if not report.ok:
+            body |= {"error": StabilityError.__name__, "exit_code": StabilityError.exit_code}
+        click.echo(json.dumps(body, indent=2, allow_nan=False))
+        if not report.ok:
+            sys.exit(StabilityError.exit_code)
+        return
+    click.echo(f"{report.path}\nrig {report.rig}, {1 / report.period_s:g} Hz")
+    for axis in report.axes:
+        click.echo(f"\naxis {axis.name}")
+        for label, figure, note in _lines(axis):
+            click.echo(f"  {label:<32}{figure:>24}  {note}".rstrip())
+    if plot is not None:
+        click.echo(f"\nplot: {plot}")
+    report.require()
+    click.echo("\nOK: passive with every passive hand and every passive virtual environment")
+
+
+def _mark(passed: bool) -> str:
+    return "OK" if passed else "FAIL"
+
+
+def _lines(axis: AxisReport) -> list[tuple[str, str, str]]:
+    """Label, figure with unit, and note of every line of one axis."""
+    exact, paper = axis.sampled_data_margin_nms_rad, axis.adams_hannaford_margin_nms_rad
+    lines = [
+        ("coupling stiffness k_c", f"{axis.stiffness_nm_rad:.4g} N m/rad", ""),
+        ("coupling damping b_c", f"{axis.damping_nms_rad:.4g} N m s/rad", f"delay {axis.delay_ticks} ticks"),
+        (
+            "guaranteed device damping b",
+            f"{axis.device_damping_nms_rad:.4g} N m s/rad",
+            _source(axis.friction),
+        ),
+        (
+            "sampled-data margin",
+            f"{exact:+.4g} N m s/rad",
+            f"{_mark(axis.ok)}  gates; k_c up to {axis.sampled_data_k_max_nm_rad:.4g} at this b_c",
+        ),
+        (
+            "Adams-Hannaford margin",
+            f"{paper:+.4g} N m s/rad",
+            f"{_mark(paper >= 0)}  report; k_c up to {axis.adams_hannaford_k_max_nm_rad:.4g} at this b_c",
+        ),
+    ]
+    lines += _friction_lines(axis.friction) if axis.friction else []
+    felt, k_e = axis.felt_stiffness_nm_rad, axis.environment_stiffness_nm_rad
+    lines += [
+        (
+            "encoder count",
+            f"{axis.count_rad:.4g} rad",
+            f"asks {axis.quantisation_torque_nm:.3g} N m of dry friction",
+        ),
+        (
+            "recommended coupling",
+            f"{axis.recommended_stiffness_nm_rad:.4g} N m/rad",
+            f"with b_c = {axis.recommended_damping_nms_rad:.3g} N m s/rad",
+        ),
+        (
+            "ring on the coupling, hand off",
+            f"{axis.ring_hz:.3g} Hz",
+            f"damping ratio {axis.ring_damping_ratio:.3g}",
+        ),
+    ]
+    if felt is not None:
+        lines.append(("felt stiffness", f"{felt:.4g} N m/rad", f"of {k_e:.4g} in the virtual environment"))
+    return lines
+
+
+def _source(found: FrictionFigures | None) -> str:
+    if found is None:
+        return "viscous_nms_rad of the rig file; no friction model"
+    beyond = found.beyond_damping_nms_rad
+    if beyond is not None and beyond < found.secant_damping_nms_rad:
+        return f"beyond the trained range; within it {found.secant_damping_nms_rad:.4g}"
+    return f"secant damping with feed-forward, least at {found.secant_speed_rad_s:.3g} rad/s"
+
+
+def _friction_lines(found: FrictionFigures) -> list[tuple[str, str, str]]:
+    two, capped = found.two_line_margin_nm, found.two_line_capped_margin_nm
+    local = found.slope_damping_nms_rad
+    return [
+        (
+            "two-line margin",
+            f"{two:+.4g} N m",
+            f"{_mark(two >= 0)}  report; any sign error of the feed-forward",
+        ),
+        ("  capped below dry friction", f"{capped:+.4g} N m", f"{_mark(capped >= 0)}  report"),
+        (
+            "least local damping",
+            f"{local:+.4g} N m s/rad",
+            "report; below 0 stick-slip needs the hand's damping",
+        ),
+        (
+            "least friction, lower bound",
+            f"{found.friction_floor_nm:.4g} N m",
+            f"model error {found.error_max_nm:.3g} N m",
+        ),
+        (
+            "most feed-forward",
+            f"{found.feedforward_max_nm:.4g} N m",
+            f"share that surely passes {found.gain_max:.3g}",
+        ),
+    ]

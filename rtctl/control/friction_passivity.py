@@ -1,0 +1,128 @@
+"""What friction feed-forward leaves of the device's passivity, from sampled friction curves.
+
+Pure functions. Curves are arrays over one common grid of speeds `v`, rising, of one direction:
+
+========  ===========  =================================================================
+v         rad/s        speed, v[0] >= 0
+F_lo      N m          friction the device surely has at that speed
+ff        N m          most the feed-forward may give at that speed
+b_c, k_c               damping (N m s/rad) and stiffness (N m/rad) of the virtual coupling
+T         s            control period
+Delta     rad          one encoder count
+c_1       N m s/rad    slope of the two lines
+========  ===========  =================================================================
+
+Theory reference, section 2. NaN in a curve gives NaN, which passes no `>= 0`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+def feedforward_limit(
+    v: np.ndarray, friction_nm: np.ndarray, viscous: float, gain: float, viscous_gain: float, cap_nm: float
+) -> np.ndarray:
+    """Most torque the feed-forward can give at each speed, N m.
+
+    Notes
+    -----
+    ``min(kappa (Fhat - b_v v) + kappa_v b_v v, cap)``, not below 0: kappa acts on the Coulomb and Stribeck
+    part, kappa_v on the viscous part (`viscous`, N m s/rad), as the law does.
+    """
+    part = viscous * v
+    return np.clip(gain * (friction_nm - part) + viscous_gain * part, 0.0, cap_nm)
+
+
+def secant_damping(v: np.ndarray, F_lo: np.ndarray, ff: np.ndarray) -> tuple[float, float]:
+    """Damping guaranteed whatever the speed, N m s/rad, and the speed where it is least, rad/s.
+
+    Notes
+    -----
+    b_sec = min over v > 0 of (F_lo - ff)/v, theory 2.2: then (F - ff) v >= b_sec v^2, so it takes the place
+    of b in the passivity margins. Grid points at v = 0 are left out.
+    """
+    moving = v > 0
+    secant = (F_lo[moving] - ff[moving]) / v[moving]
+    at = int(np.argmin(secant))
+    return float(secant[at]), float(v[moving][at])
+
+
+def slope_damping(v: np.ndarray, F: np.ndarray, ff: np.ndarray) -> float:
+    """Least local damping, N m s/rad: min over v of d/dv (F - ff); negative means stick-slip may start."""
+    return float(np.min(np.diff(F - ff) / np.diff(v)))
+
+
+def gain_max(v: np.ndarray, F_lo: np.ndarray, F_hat: np.ndarray, b_need: float) -> float:
+    """Largest share of the whole curve that may be fed forward, 0 to 1: min (F_lo - b_need v)/Fhat (2.2)."""
+    return float(np.clip(np.min((F_lo - b_need * v) / F_hat), 0.0, 1.0))
+
+
+def runaway_speed(F_c: float, b_v: float, gain: float, overestimate: float = 1.0) -> float:
+    """Speed a free device runs away to under Coulomb over-compensation, rad/s; 0 if it does not (2.1).
+
+    `overestimate` is the model's Coulomb friction over the true one.
+    """
+    return max(0.0, (gain * overestimate - 1) * F_c / b_v)
+
+
+def tanh_speed_min(gain: float, friction_at_rest_nm: float, damping_nms_rad: float) -> float:
+    """Least speed scale of a tanh feed-forward that does not hunt at rest, rad/s (2.5).
+
+    `damping_nms_rad` is bristle damping, viscous damping and the hand's: sigma1 + sigma2 + b_hand.
+    """
+    return gain * friction_at_rest_nm / damping_nms_rad
+
+
+@dataclass(frozen=True)
+class TwoLine:
+    """Result of the two-line test: margin (N m), slope c_1 (N m s/rad), and the two intercepts (N m)."""
+
+    margin_nm: float
+    slope_nms_rad: float
+    feedforward_line_nm: float
+    friction_line_nm: float
+
+
+def two_line_margin(
+    v: np.ndarray, F_lo: np.ndarray, ff: np.ndarray, *, k_c: float, b_c: float, T: float, Delta: float
+) -> TwoLine:
+    """Torque left between a line above the feed-forward and a line below the friction.
+
+    At least 0: passive for every passive hand, whatever sign or delay error the feed-forward has, with the
+    encoder's quantisation.
+
+    Notes
+    -----
+    Theory reference 2.4: c_0 = max_v (ff - c_1 v), c_a = min_v (F_lo - (b_c + k_c T/2 + c_1) v),
+    margin = c_a - c_0 - k_c Delta/2 - b_c Delta/T - c_1 Delta/T, best over c_1 >= 0. The margin is concave
+    in c_1, and each c_1 is a valid certificate, so halving on the sign of its slope cannot err towards
+    unsafe.
+    """
+    if np.isnan(F_lo).any() or np.isnan(ff).any():
+        return TwoLine(np.nan, np.nan, np.nan, np.nan)
+    need = b_c + k_c * T / 2
+
+    def at(c: float) -> tuple[TwoLine, float]:
+        above = ff - c * v
+        below = F_lo - (need + c) * v
+        j, i = int(np.argmax(above)), int(np.argmin(below))
+        c_0, c_a = float(above[j]), float(below[i])
+        margin = c_a - c_0 - k_c * Delta / 2 - (b_c + c) * Delta / T
+        return TwoLine(margin, c, c_0, c_a), float(v[j] - v[i] - Delta / T)
+
+    low = 0.0
+    best, slope = at(low)
+    if slope <= 0:
+        return best
+    high = 1.0
+    while at(high)[1] > 0 and high < 1e12:
+        high *= 2
+    for _ in range(80):
+        middle = 0.5 * (low + high)
+        found, slope = at(middle)
+        best = max(best, found, key=lambda line: line.margin_nm)
+        low, high = (middle, high) if slope > 0 else (low, middle)
+    return best

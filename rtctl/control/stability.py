@@ -1,0 +1,233 @@
+"""Passivity margins of the two-port with virtual coupling, computed from the config before anything moves.
+
+Pure functions of numbers; no friction here (see `friction_passivity`), no file, no clock.
+
+Symbols (theory reference, section 1), all at the link:
+
+======  =============  ==================================================================
+b       N m s/rad      damping the device surely has, friction compensation taken off
+k_c     N m/rad        stiffness of the virtual coupling
+b_c     N m s/rad      damping of the virtual coupling
+T       s              control period
+d       ticks          whole ticks from reading a sample to its torque at the motor
+K       N m s/rad      k_c T / 2
+B       N m s/rad      b_c + K
+theta   rad            w T / 2, in (0, pi/2]
+======  =============  ==================================================================
+
+Every margin is a surplus of device damping: `b` minus the least `b` that passes, N m s/rad. Zero or more
+means passive with every passive hand and every passive virtual environment; NaN in `b` gives NaN, which
+passes no `>= 0`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+_GRID = 4096
+"""Points of the frequency sweep for delays of two ticks and more."""
+
+
+def _require_coupling(k_c: float, b_c: float, T: float, d: int = 0) -> None:
+    for name, value in (("k_c", k_c), ("b_c", b_c)):
+        if not (math.isfinite(value) and value >= 0):
+            msg = f"{name} must be finite and not negative, not {value}"
+            raise ValueError(msg)
+    if not (math.isfinite(T) and T > 0):
+        msg = f"T must be finite and positive, not {T}"
+        raise ValueError(msg)
+    if d < 0:
+        msg = f"d must not be negative, not {d}"
+        raise ValueError(msg)
+
+
+def damping_needed_sampled_data(k_c: float, b_c: float, T: float, d: int = 0) -> float:
+    """Least device damping for which the sampled loop is passive, N m s/rad.
+
+    Raises
+    ------
+    ValueError
+        For a negative or non-finite `k_c`, `b_c`, `T`, or a negative `d`.
+
+    Notes
+    -----
+    Condition (SD-1) of the theory reference, 1.2: ``b B >= sin^2((1+d) theta) (B^2 + K^2 cot^2 theta)``
+    for all theta. Closed forms: d = 0 is Colgate and Brown's wall bound, ``b_c + k_c T/2``; d = 1 is a
+    parabola in cos^2 theta. For d >= 2 the right side is a trigonometric polynomial of degree 1 + d in
+    2 theta; by M. Riesz's lemma its peak exceeds the largest of samples `h` apart by at most
+    ``1/cos((1+d) h/2)``, so the swept value times that factor is never too small.
+    """
+    _require_coupling(k_c, b_c, T, d)
+    K = k_c * T / 2
+    B = b_c + K
+    if B == 0:
+        return 0.0
+    if d == 0:
+        return B
+    if d == 1:
+        spread = b_c * (B + K)  # B^2 - K^2 without cancellation
+        q = 1.0 if 2 * spread <= B * B else B * B / (2 * spread)
+        return 4 * (B * B * q - spread * q * q) / B
+    order = 1 + d
+    theta = np.linspace(0, np.pi / 2, _GRID + 1)[1:]
+    wave = np.sin(order * theta) ** 2
+    swept = max(float(np.max(wave * (B * B + (K / np.tan(theta)) ** 2))), (order * K) ** 2)
+    return swept / B / math.cos(order * np.pi / (2 * _GRID))
+
+
+def margin_sampled_data(b: float, k_c: float, b_c: float, T: float, d: int = 0) -> float:
+    """Surplus of device damping over what the exact sampled-data two-port needs, N m s/rad.
+
+    This is the margin that gates operation. Raises ValueError as `damping_needed_sampled_data`.
+    """
+    return b - damping_needed_sampled_data(k_c, b_c, T, d)
+
+
+def damping_needed_adams_hannaford(k_c: float, b_c: float, T: float) -> float:
+    """Least device damping by the papers' Llewellyn test, N m s/rad. Optimistic for an encoder.
+
+    Notes
+    -----
+    Theory reference 1.1: ``2 b B >= max over c in [0,1] of B^2 c (1-c) + K^2 c^3/(1+c)``. The maximum lies
+    at c = 1 if ``K^2 >= 0.8 B^2``, else at the root of ``2 c^3 + 3 c^2 = B^2/(B^2 - K^2)``.
+    """
+    _require_coupling(k_c, b_c, T)
+    K = k_c * T / 2
+    B = b_c + K
+    if B == 0:
+        return 0.0
+    if K * K >= 0.8 * B * B:
+        return K * K / (4 * B)
+    rho = B * B / (b_c * (B + K))
+    c = math.cosh(math.acosh(2 * rho - 1) / 3) - 0.5
+    return (B * B * c * (1 - c) + K * K * c**3 / (1 + c)) / (2 * B)
+
+
+def margin_adams_hannaford(b: float, k_c: float, b_c: float, T: float) -> float:
+    """Surplus of device damping by the papers' Llewellyn test, N m s/rad. Reported, never a gate.
+
+    It treats the velocity as sampled directly; a loop that samples position needs four times the damping
+    at b_c = 0 and more as b_c grows (theory reference 1.2).
+    """
+    return b - damping_needed_adams_hannaford(k_c, b_c, T)
+
+
+def _largest_stiffness(needed: Callable[[float], float], b: float, high: float) -> float:
+    """Largest k_c with needed(k_c) <= b; `needed` rises with k_c and exceeds b at `high`. 0 without any."""
+    if not needed(0.0) <= b:
+        return 0.0
+    low = 0.0
+    while True:
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            return low
+        if needed(middle) <= b:
+            low = middle
+        else:
+            high = middle
+
+
+def k_max_sampled_data(b: float, b_c: float, T: float, d: int = 0) -> float:
+    """Largest coupling stiffness the exact sampled-data test passes at this b_c, N m/rad.
+
+    0 where none passes (b below b_c, or NaN). Raises ValueError as `damping_needed_sampled_data`.
+
+    Notes
+    -----
+    The damping needed rises with k_c (the derivative of K^2/(b_c + K) is positive), so the bound is
+    found by halving; at theta -> 0 it is at least (1+d)^2 K^2/B, which brackets it.
+    """
+    _require_coupling(0.0, b_c, T, d)
+    if not b >= b_c:
+        return 0.0
+    if d == 0:
+        return 2 * (b - b_c) / T
+    high = 4.1 / T * max(b_c, 2 * b / (1 + d) ** 2)
+    return _largest_stiffness(lambda k: damping_needed_sampled_data(k, b_c, T, d), b, high)
+
+
+def k_max_adams_hannaford(b: float, b_c: float, T: float) -> float:
+    """Largest coupling stiffness the papers' Llewellyn test passes at this b_c, N m/rad; 0 without any."""
+    _require_coupling(0.0, b_c, T)
+    if not b >= 0:
+        return 0.0
+    return _largest_stiffness(
+        lambda k: damping_needed_adams_hannaford(k, b_c, T), b, 2.1 / T * max(b_c, 8 * b)
+    )
+
+
+def recommended_coupling(
+    b: float, T: float, d: int = 0, *, share: float = 0.7, damping_share: float = 0.2
+) -> tuple[float, float]:
+    """Coupling (k_c N m/rad, b_c N m s/rad) that leaves a margin.
+
+    Parameters
+    ----------
+    b : float
+        Guaranteed device damping, N m s/rad. Not positive or NaN: (0, 0).
+    share : float
+        Share of `b` spent on the coupling (eta), 0.6 to 0.8.
+    damping_share : float
+        Share of that spent on b_c (r), 0.1 to 0.4.
+
+    Notes
+    -----
+    Theory reference 1.3, with the delay inside: b_c = r eta b, and k_c the largest that eta b allows, which
+    for d = 0 is 2 (1 - r) eta b / T.
+    """
+    if not b > 0:
+        return 0.0, 0.0
+    spent = share * b
+    b_c = damping_share * spent
+    return k_max_sampled_data(spent, b_c, T, d), b_c
+
+
+def felt_stiffness(k_c: float, k_e: float) -> float:
+    """Stiffness the hand feels through coupling and environment in series, N m/rad (theory 1.3)."""
+    return 0.0 if k_c == 0 or k_e == 0 else k_c * k_e / (k_c + k_e)
+
+
+def coupling_ring(J: float, b: float, k_c: float, b_c: float) -> tuple[float, float]:
+    """Frequency (rad/s) and damping ratio of the device ringing on its coupling, hand off (theory 1.3)."""
+    if k_c == 0:
+        return 0.0, math.inf
+    return math.sqrt(k_c / J), (b + b_c) / (2 * math.sqrt(k_c * J))
+
+
+def admittance_mass_min(J: float, b: float, K_v: float, T: float, b_a: float = 0.0) -> float:
+    """Least virtual inertia an admittance display may render, kg m^2.
+
+    Parameters
+    ----------
+    J, b : float
+        Device inertia, kg m^2, and damping, N m s/rad.
+    K_v : float
+        Gain of the inner velocity loop, N m s/rad.
+    b_a : float
+        Virtual damping rendered beside the inertia, N m s/rad.
+
+    Notes
+    -----
+    Dual of the impedance display, theory reference 1.6. With D = b + K_v, g = 2J/T, c and s the cosine and
+    sine of theta, Llewellyn's condition is, for all theta,
+    ``m_a >= T/2 { K_v/(2D) [ (D^2c^2 + g^2)/(sqrt(D^2c^2 + g^2s^2) + D c^2) + g ] - b_a/s^2 }``.
+    For b_a = 0 it binds at theta -> 0: ``T K_v/8 (1 + g/D)^2``.
+    """
+    _require_coupling(K_v, b_a, T)
+    D, g = b + K_v, 2 * J / T
+    if b_a == 0:
+        return T * K_v / 8 * (1 + g / D) ** 2
+
+    def bound(s2: np.ndarray) -> np.ndarray:
+        c2 = 1 - s2
+        root = np.sqrt(D * D * c2 + g * g * s2)
+        bracket = (D * D * c2 + g * g) / (root + D * c2) + g
+        return T / 2 * (K_v / (2 * D) * bracket - b_a / s2)
+
+    grid = np.geomspace(1e-10, 1.0, 20001)
+    best = int(np.argmax(bound(grid)))
+    fine = np.linspace(grid[max(best - 1, 0)], grid[min(best + 1, grid.size - 1)], 20001)
+    return max(0.0, float(np.max(bound(fine))))

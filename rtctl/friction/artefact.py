@@ -1,0 +1,228 @@
+"""The friction model file: written atomically, and believed only after every check.
+
+Data only: JSON, no code. Reading verifies, in this order, the JSON, the schema and bounds of every key,
+the checksum and the exact spelling, the knots, the positivity of the curve, and the self-test vectors
+through the compiled coefficients. One byte changed anywhere is refused.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+from pydantic import ValidationError
+
+from rtctl.errors import ModelError
+from rtctl.friction.compile import PiecewiseCubic
+from rtctl.friction.document import FORMAT, SCHEMA, BranchDocument, ModelDocument, checksum, render
+from rtctl.friction.model import Branch, FrictionModel
+
+__all__ = ["Branch", "FrictionModel", "load", "require_rig", "save"]
+
+MAX_BYTES = 4_000_000
+"""Largest file read: 1024 segments per branch at full precision need a tenth of it."""
+
+_REMEDY = "fit the model again (rtctl fit) or restore the file from its source"
+
+_SCALARS = (
+    "n_points",
+    "speed_max_rad_s",
+    "friction_min_nm",
+    "friction_max_nm",
+    "viscous_nms_rad",
+    "train_mean_error_nm",
+    "train_rmse_nm",
+    "train_max_error_nm",
+    "validation_rmse_nm",
+    "validation_max_error_nm",
+    "hyper_parameters",
+    "intercept",
+)
+
+
+def _refuse(path: Path, key: str, what: str, remedy: str = _REMEDY) -> NoReturn:
+    raise ModelError(f"{path}: {key}: {what}; {remedy}")
+
+
+def save(model: FrictionModel, path: str | Path) -> None:
+    """Write a model file: temporary file, fsync, rename. The old file stays whole until the new one is.
+
+    Raises
+    ------
+    ModelError
+        A model that `load` would refuse, or a path that cannot be written.
+    """
+    path = Path(path)
+    document = _document(model)
+    try:
+        document["sha256"] = checksum(document)
+        text = render(document)
+    except ValueError as error:
+        _refuse(path, "(file)", "the model holds a number that is not finite", f"not written ({error})")
+    _verified(path, text.encode())
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        with temporary.open("w", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+        folder = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        _refuse(path, "(file)", f"cannot write: {error.strerror}", "choose a folder you may write to")
+
+
+def load(path: str | Path) -> FrictionModel:
+    """Read a model file and verify everything in it.
+
+    Raises
+    ------
+    ModelError
+        Naming the file, the key, what is wrong and the remedy.
+    """
+    path = Path(path)
+    try:
+        with path.open("rb") as file:
+            raw = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        _refuse(
+            path, "(file)", f"cannot read the model: {error.strerror}", "correct the path, or run rtctl fit"
+        )
+    if len(raw) > MAX_BYTES:
+        _refuse(path, "(file)", f"larger than {MAX_BYTES} bytes, so not a model file")
+    return _verified(path, raw)
+
+
+def require_rig(model: FrictionModel, rig: str, path: str | Path) -> None:
+    """Refuse a model that was made for another rig (ModelError)."""
+    if model.rig != rig:
+        remedy = "identify this rig (rtctl fit --rig), or correct [rig] name"
+        _refuse(Path(path), "rig", f"the model was made for rig {model.rig!r}, this is {rig!r}", remedy)
+
+
+def _verified(path: Path, raw: bytes) -> FrictionModel:
+    try:
+        data = json.loads(raw.decode(), parse_constant=_not_a_number)
+    except (ValueError, RecursionError) as error:
+        _refuse(path, "(file)", f"not a model file, or cut short: {error}")
+    if not isinstance(data, dict) or data.get("format") != FORMAT:
+        _refuse(path, "format", f"this is not an {FORMAT}")
+    if data.get("schema") != SCHEMA:
+        _refuse(
+            path,
+            "schema",
+            f"version {data.get('schema')!r} is not {SCHEMA}",
+            "fit it with this rtctl version",
+        )
+    try:
+        document = ModelDocument.model_validate(data)
+    except ValidationError as error:
+        fault = error.errors(include_url=False)[0]
+        _refuse(path, ".".join(str(part) for part in fault["loc"]), fault["msg"])
+    if checksum(data) != document.sha256 or render(data).encode() != raw:
+        _refuse(path, "sha256", "the checksum does not match: the file was edited or damaged")
+    model = _model(document)
+    for name, branch in zip(("forward", "backward"), model.branches, strict=True):
+        _check_branch(path, f"branches.{name}", branch)
+    _check_whole(path, model, document.friction_max_nm)
+    return model
+
+
+def _not_a_number(word: str) -> NoReturn:
+    msg = f"{word} is not a number"
+    raise ValueError(msg)
+
+
+def _check_branch(path: Path, key: str, branch: Branch) -> None:
+    knots, coefficients = branch.curve.knots, branch.curve.coefficients
+    if len(knots) != len(coefficients) or len(branch.support_vectors) != len(branch.dual_coef):
+        _refuse(
+            path, key, "knots and coefficients, or support vectors and dual coefficients, differ in number"
+        )
+    if knots[0] != 0 or not (np.diff(knots) > 0).all() or knots[-1] > branch.speed_max_rad_s:
+        _refuse(path, f"{key}.knots", "must begin at 0 and rise strictly within the trained range")
+    speeds = branch.curve.extreme_speeds(branch.speed_max_rad_s)
+    values = branch.magnitude(speeds)
+    if not (values > 0).all():
+        at = speeds[int(np.argmin(values))]
+        _refuse(path, f"{key}.coefficients", f"the friction is not positive at {at:.4g} rad/s")
+    if not abs(values.max() - branch.friction_max_nm) <= 1e-9 * (1 + branch.friction_max_nm):
+        _refuse(path, f"{key}.friction_max_nm", "is not the largest value of the curve")
+    speeds = branch.curve.extreme_speeds(branch.speed_max_rad_s, branch.viscous_nms_rad)
+    dry = branch.magnitude(speeds) - branch.viscous_nms_rad * speeds
+    if not abs(dry.min() - branch.friction_min_nm) <= 1e-9 * (1 + branch.friction_max_nm):
+        _refuse(path, f"{key}.friction_min_nm", "is not the least dry friction of the curve")
+
+
+def _check_whole(path: Path, model: FrictionModel, friction_max_nm: float) -> None:
+    if friction_max_nm != model.friction_max_nm:
+        _refuse(path, "friction_max_nm", "is not the larger of both branches")
+    velocity, expected = model.self_test.T
+    branch = (velocity < 0).astype(int)
+    if not (np.abs(velocity) <= np.array([b.speed_max_rad_s for b in model.branches])[branch]).all():
+        _refuse(path, "self_test", "a vector lies outside the trained range")
+    if set(branch) != {0, 1}:
+        _refuse(path, "self_test", "the vectors cover one direction only")
+    error = np.abs(model.magnitude(velocity) - expected)
+    bound = np.array([b.rounding_bound_nm for b in model.branches])[branch]
+    if not (error <= bound).all():
+        at = int(np.argmax(error - bound))
+        _refuse(
+            path,
+            f"self_test.{at}",
+            f"the compiled curve gives {model.magnitude(velocity[at]):.12g} N m at {velocity[at]:.6g} rad/s, "
+            f"not {expected[at]:.12g}",
+        )
+
+
+def _document(model: FrictionModel) -> dict[str, Any]:
+    def branch(b: Branch) -> dict[str, Any]:
+        out = {name: getattr(b, name) for name in _SCALARS}
+        out["support_vectors"] = b.support_vectors.tolist()
+        out["dual_coef"] = b.dual_coef.tolist()
+        out["knots"] = b.curve.knots.tolist()
+        out["coefficients"] = b.curve.coefficients.tolist()
+        return out
+
+    return {
+        "format": FORMAT,
+        "schema": SCHEMA,
+        "kind": model.kind,
+        "rig": model.rig,
+        "created": model.created,
+        "versions": dict(model.versions),
+        "data_sha256": model.data_sha256,
+        "friction_max_nm": model.friction_max_nm,
+        "speed_fade_rad_s": model.speed_fade_rad_s,
+        "branches": {"forward": branch(model.branches[0]), "backward": branch(model.branches[1])},
+        "self_test": model.self_test.tolist(),
+    }
+
+
+def _model(document: ModelDocument) -> FrictionModel:
+    def branch(d: BranchDocument) -> Branch:
+        return Branch(
+            support_vectors=np.array(d.support_vectors, dtype=float),
+            dual_coef=np.array(d.dual_coef, dtype=float),
+            curve=PiecewiseCubic(np.array(d.knots, dtype=float), np.array(d.coefficients, dtype=float)),
+            **{name: getattr(d, name) for name in _SCALARS},
+        )
+
+    return FrictionModel(
+        rig=document.rig,
+        kind=document.kind,
+        branches=(branch(document.branches.forward), branch(document.branches.backward)),
+        speed_fade_rad_s=document.speed_fade_rad_s,
+        data_sha256=document.data_sha256,
+        created=document.created,
+        versions=document.versions,
+        self_test=np.array(document.self_test, dtype=float),
+    )

@@ -1,0 +1,99 @@
+"""The model file's document: its schema, its one rendering as text, its checksum.
+
+A model file is JSON with exactly one valid spelling: what `render` writes. Any other text of the same
+numbers is treated as edited.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from rtctl.config import Name, Table
+from rtctl.control.records import MAX_SEGMENTS
+from rtctl.friction.model import SELF_TEST_VECTORS
+
+FORMAT = "rtctl friction model"
+SCHEMA = 1
+
+Number = Annotated[float, Field(ge=-1e15, le=1e15)]
+Torque = Annotated[float, Field(ge=0, le=1e6)]
+Speed = Annotated[float, Field(ge=0, le=1e4)]
+Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+Text = Annotated[str, Field(max_length=80)]
+
+
+class BranchDocument(Table):
+    """One direction; the fields are those of `rtctl.friction.model.Branch`."""
+
+    n_points: int = Field(ge=1, le=10**9)
+    speed_max_rad_s: float = Field(gt=0, le=1e4)
+    friction_min_nm: float = Field(ge=-1e6, le=1e6)
+    friction_max_nm: Torque
+    viscous_nms_rad: Torque
+    train_mean_error_nm: Torque
+    train_rmse_nm: Torque
+    train_max_error_nm: Torque
+    validation_rmse_nm: Torque
+    validation_max_error_nm: Torque
+    hyper_parameters: dict[Text, Number] = Field(max_length=16)
+    intercept: Number
+    support_vectors: list[Speed] = Field(min_length=1, max_length=MAX_SEGMENTS)
+    dual_coef: list[Number] = Field(min_length=1, max_length=MAX_SEGMENTS)
+    knots: list[Speed] = Field(min_length=1, max_length=MAX_SEGMENTS)
+    coefficients: list[Annotated[list[Number], Field(min_length=4, max_length=4)]] = Field(
+        min_length=1, max_length=MAX_SEGMENTS
+    )
+
+
+class BranchesDocument(Table):
+    """Both directions."""
+
+    forward: BranchDocument
+    backward: BranchDocument
+
+
+class ModelDocument(Table):
+    """A whole model file. `kind` says how the curve was compiled; more kinds may follow."""
+
+    format: Literal["rtctl friction model"]
+    schema_version: Literal[1] = Field(alias="schema")
+    kind: Literal["spline"]
+    rig: Name
+    created: Text
+    versions: dict[Text, Text] = Field(max_length=16)
+    data_sha256: Sha256
+    friction_max_nm: Torque
+    speed_fade_rad_s: float = Field(gt=0, le=1e4)
+    branches: BranchesDocument
+    self_test: list[Annotated[list[Number], Field(min_length=2, max_length=2)]] = Field(
+        min_length=SELF_TEST_VECTORS, max_length=SELF_TEST_VECTORS
+    )
+    sha256: Sha256
+
+
+def checksum(document: dict[str, Any]) -> str:
+    """SHA-256 (hex) over the rendered document without its `sha256`."""
+    content = {key: value for key, value in document.items() if key != "sha256"}
+    return hashlib.sha256(render(content).encode()).hexdigest()
+
+
+def render(document: dict[str, Any]) -> str:
+    """Write the document as text: one key a line, one row of a table a line. Raises ValueError for NaN."""
+    return _value(document, 0) + "\n"
+
+
+def _value(value: Any, depth: int) -> str:  # noqa: ANN401
+    rows: list[str] = []
+    if isinstance(value, dict) and value:
+        rows = [f"{json.dumps(key)}: {_value(item, depth + 1)}" for key, item in value.items()]
+    elif isinstance(value, list) and value and isinstance(value[0], list):
+        rows = [_value(item, depth + 1) for item in value]
+    if not rows:
+        return json.dumps(value, allow_nan=False)
+    opening, closing = "{}" if isinstance(value, dict) else "[]"
+    pad = "  " * (depth + 1)
+    return opening + "\n" + ",\n".join(pad + row for row in rows) + "\n" + "  " * depth + closing

@@ -1,0 +1,227 @@
+"""Learn a friction model: one spline-kernel epsilon-SVR of |v| per direction, then compile it.
+
+scikit-learn is imported when a fit runs, so that reading this module costs nothing.
+"""
+
+from __future__ import annotations
+
+import platform
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+
+from rtctl import __version__
+from rtctl.control.records import MAX_SEGMENTS
+from rtctl.errors import DataError
+from rtctl.friction import kernels
+from rtctl.friction.compile import compile_spline
+from rtctl.friction.model import Branch, FrictionModel, self_test_vectors
+from rtctl.friction.points import FrictionPoints
+
+EPSILON_NM = 0.005
+"""Default width of the epsilon tube, N m: about the noise of an averaged point (theory reference, 7)."""
+
+C_LIST = (10.0, 100.0, 1e3, 1e4)
+"""C tried by cross-validation; steep Stribeck curves need the large ones."""
+
+FADE_SHARE = 0.1
+"""Default fade beyond the trained range, share of it."""
+
+FOLDS = 5
+MAX_ITERATIONS = 5_000_000
+
+
+@dataclass(frozen=True)
+class Regression:
+    """A trained epsilon-SVR of one direction: support vectors (rad/s), dual coefficients, intercept (N m)."""
+
+    support_vectors: np.ndarray
+    dual_coef: np.ndarray
+    intercept: float
+
+    def predict(self, speed: np.ndarray) -> np.ndarray:
+        """Friction at each speed >= 0, N m."""
+        value: np.ndarray = (
+            kernels.spline(speed[:, None], self.support_vectors[:, None]) @ self.dual_coef + self.intercept
+        )
+        return value
+
+
+def train(speed: np.ndarray, friction_nm: np.ndarray, c: float, epsilon_nm: float) -> Regression:
+    """Train the epsilon-SVR with the spline kernel on one direction.
+
+    Raises
+    ------
+    DataError
+        When the regression does not converge, or keeps no support vector.
+    """
+    model: Any = _sklearn_svr(c, epsilon_nm).fit(kernels.spline(speed[:, None], speed[:, None]), friction_nm)
+    if model.fit_status_ != 0 or model.n_iter_ >= MAX_ITERATIONS:
+        raise DataError(
+            f"the regression did not converge at C = {c:g}; choose a smaller C or a larger epsilon"
+        )
+    if not len(model.support_):
+        raise DataError(
+            f"all points lie within epsilon = {epsilon_nm:g} N m of a constant; choose a smaller epsilon"
+        )
+    return Regression(speed[model.support_], model.dual_coef_[0], float(model.intercept_[0]))
+
+
+def _sklearn_svr(c: float, epsilon_nm: float) -> Any:  # noqa: ANN401
+    from sklearn.svm import SVR
+
+    # the kernel matrix is given: support_vectors_ would be empty with a callable, and each call slow
+    return SVR(
+        kernel="precomputed", C=c, epsilon=epsilon_nm, tol=1e-5, cache_size=500, max_iter=MAX_ITERATIONS
+    )
+
+
+def validation_errors(speed: np.ndarray, friction_nm: np.ndarray, c: float, epsilon_nm: float) -> np.ndarray:
+    """Errors (N m) on held-out points, by cross-validation in blocks of equal speed.
+
+    Notes
+    -----
+    All points of one speed are held out together, so that a repeat cannot vouch for itself. The lowest and
+    highest speed always train: the model is never used beyond them, and break-away at v = 0 cannot be
+    guessed from motion.
+    """
+    levels, block = np.unique(speed, return_inverse=True)
+    fold = np.where((block == 0) | (block == len(levels) - 1), -1, block % min(FOLDS, len(levels) - 2))
+    errors = []
+    for k in range(fold.max() + 1):
+        held = fold == k
+        regression = train(speed[~held], friction_nm[~held], c, epsilon_nm)
+        errors.append(regression.predict(speed[held]) - friction_nm[held])
+    return np.concatenate(errors)
+
+
+def viscous_slope(speed: np.ndarray, friction_nm: np.ndarray) -> float:
+    """Viscous slope contained in the points, N m s/rad, not below 0.
+
+    Notes
+    -----
+    Theil-Sen: the median of the slopes between all pairs of points with different speeds in the upper half
+    of the range, where the Stribeck part has died out; an outlier cannot tilt it. With fewer than 4 such
+    points, all points are used. A falling curve has no viscous part: 0.
+    """
+    upper = speed >= 0.5 * speed.max()
+    if len(np.unique(speed[upper])) < 4:
+        upper = np.ones(len(speed), dtype=bool)
+    v, f = speed[upper], friction_nm[upper]
+    i, j = np.triu_indices(len(v), 1)
+    apart = v[j] != v[i]
+    return max(0.0, float(np.median((f[j] - f[i])[apart] / (v[j] - v[i])[apart])))
+
+
+def fit_branch(
+    speed: np.ndarray, friction_nm: np.ndarray, *, c: float | None = None, epsilon_nm: float = EPSILON_NM
+) -> Branch:
+    """Learn one direction.
+
+    Parameters
+    ----------
+    speed, friction_nm : ndarray, shape (n,)
+        |v| (rad/s, >= 0) and friction magnitude (N m).
+    c : float, optional
+        Bound on the dual coefficients. By default the one of `C_LIST` with the least held-out RMSE, the
+        smaller one when two are within 2 %.
+
+    Raises
+    ------
+    DataError
+        A regression that fails, or a curve that is not positive over the range.
+    """
+    tried = {
+        value: validation_errors(speed, friction_nm, value, epsilon_nm)
+        for value in (C_LIST if c is None else (c,))
+    }
+    rmse = {value: float(np.sqrt(np.mean(errors**2))) for value, errors in tried.items()}
+    chosen = min(value for value in tried if rmse[value] <= 1.02 * min(rmse.values()))
+    regression = train(speed, friction_nm, chosen, epsilon_nm)
+    curve = compile_spline(regression.support_vectors, regression.dual_coef, regression.intercept)
+    if len(curve.knots) > MAX_SEGMENTS:
+        raise DataError(
+            f"{len(curve.knots)} support vectors, at most {MAX_SEGMENTS}; choose a larger epsilon"
+        )
+    speed_max, viscous = float(speed.max()), viscous_slope(speed, friction_nm)
+    places = curve.extreme_speeds(speed_max)
+    if not (curve(places) > 0).all():
+        at = places[int(np.argmin(curve(places)))]
+        raise DataError(
+            f"the learned friction is not positive at {at:.4g} rad/s; add points there or lower C"
+        )
+    dry = curve.extreme_speeds(speed_max, viscous)
+    error = np.abs(curve(speed) - friction_nm)
+    return Branch(
+        support_vectors=regression.support_vectors,
+        dual_coef=regression.dual_coef,
+        intercept=regression.intercept,
+        curve=curve,
+        speed_max_rad_s=speed_max,
+        n_points=len(speed),
+        train_mean_error_nm=float(error.mean()),
+        train_rmse_nm=float(np.sqrt(np.mean(error**2))),
+        train_max_error_nm=float(error.max()),
+        validation_rmse_nm=rmse[chosen],
+        validation_max_error_nm=float(np.abs(tried[chosen]).max()),
+        friction_min_nm=float((curve(dry) - viscous * dry).min()),
+        friction_max_nm=float(curve(places).max()),
+        viscous_nms_rad=viscous,
+        hyper_parameters={"C": chosen, "epsilon_nm": epsilon_nm},
+    )
+
+
+def fit_points(
+    points: FrictionPoints,
+    *,
+    rig: str,
+    c: float | None = None,
+    epsilon_nm: float = EPSILON_NM,
+    fade_rad_s: float | None = None,
+) -> FrictionModel:
+    """Learn the friction model of one axis from measured points, one regression per direction.
+
+    Parameters
+    ----------
+    rig : str
+        Name of the rig the points were measured on; the model is refused on any other.
+    fade_rad_s : float, optional
+        The feed-forward fades to 0 over this much beyond the trained range; default a tenth of it.
+
+    Raises
+    ------
+    DataError
+        Naming the file, the direction, what went wrong and the remedy.
+    """
+    import sklearn
+
+    branches = []
+    for direction in (1, -1):
+        try:
+            branches.append(fit_branch(*points.branch(direction), c=c, epsilon_nm=epsilon_nm))
+        except DataError as error:
+            raise DataError(f"{points.source}: direction {direction:+d}: {error}") from error
+    forward, backward = branches
+    return FrictionModel(
+        rig=rig,
+        kind="spline",
+        branches=(forward, backward),
+        speed_fade_rad_s=fade_rad_s or FADE_SHARE * max(forward.speed_max_rad_s, backward.speed_max_rad_s),
+        data_sha256=points.sha256,
+        created=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
+        versions={
+            "python": platform.python_version(),
+            "rtctl": __version__,
+            "numpy": np.__version__,
+            "scikit-learn": sklearn.__version__,
+        },
+        self_test=self_test_vectors((forward, backward)),
+    )
+
+
+def compile_error_nm(branch: Branch, n: int = 4001) -> float:
+    """Largest difference of compiled curve and kernel sum over the trained range, N m."""
+    speed = np.linspace(0, branch.speed_max_rad_s, n)
+    return float(np.max(np.abs(branch.curve(speed) - branch.kernel_sum(speed))))

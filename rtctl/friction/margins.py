@@ -1,0 +1,120 @@
+"""What a friction model and its feed-forward leave of one axis' passivity: curves in, figures out.
+
+Friction is taken at its lower bound: the model minus its largest known error minus `drift_nm`, never
+below 0. Beyond the trained range it is taken to rise from there with the rig file's `viscous_nms_rad`
+only, while the feed-forward fades out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from rtctl.config import AxisTable
+from rtctl.control import friction_passivity as friction
+from rtctl.control import stability
+from rtctl.friction.model import FrictionModel
+
+GATED_POLICIES = ("hybrid", "intent", "stop_gated")
+"""Policies whose torque goes to zero with the hand's; the law caps the others below the dry friction."""
+
+_GRID = 4000
+
+
+@dataclass(frozen=True)
+class FrictionFigures:
+    """What the friction model and its feed-forward do to one axis. Torques in N m, dampings in N m s/rad."""
+
+    model: str
+    error_max_nm: float
+    speed_max_rad_s: float
+    secant_damping_nms_rad: float
+    secant_speed_rad_s: float
+    beyond_damping_nms_rad: float | None
+    slope_damping_nms_rad: float
+    gain_max: float
+    friction_floor_nm: float
+    feedforward_max_nm: float
+    two_line_margin_nm: float
+    two_line_capped_margin_nm: float
+
+
+@dataclass(frozen=True)
+class _Curves:
+    """One direction over a grid of speeds: model, lower bound of friction, most feed-forward.
+
+    `ff` is of the configured policy; `ff_capped` the same capped below the least dry friction.
+    """
+
+    v: np.ndarray
+    F_hat: np.ndarray
+    F_lo: np.ndarray
+    ff: np.ndarray
+    ff_capped: np.ndarray
+
+
+def _curves(model: FrictionModel, branch: int, axis: AxisTable, v: np.ndarray) -> _Curves:
+    """Sample the curves of one direction, with the feed-forward as the compiled law limits it."""
+    part, table = model.branches[branch], axis.friction
+    end = part.speed_max_rad_s
+    F_hat = part.magnitude(v)
+    past = np.maximum(v - end, 0.0)
+    F_lo = np.maximum(F_hat - part.error_max_nm - table.drift_nm, 0.0) + axis.viscous_nms_rad * past
+    fade = np.clip(1 - past / model.speed_fade_rad_s, 0.0, 1.0)
+    within = np.minimum(v, end)
+    limit = friction.feedforward_limit(
+        within, F_hat, part.viscous_nms_rad, table.gain, table.viscous_gain, np.inf
+    )
+    cap = 0.0 if table.policy == "off" else table.cap_share * axis.torque_limit_nm
+    ungated = min(cap, max(0.0, table.gain * float(model.friction_min_nm.min())))
+    capped = np.minimum(limit * fade, ungated)
+    ff = np.minimum(limit * fade, cap) if table.policy in GATED_POLICIES else capped
+    return _Curves(v, F_hat, F_lo, ff, capped)
+
+
+def _grid(model: FrictionModel, branch: int, start: float, end: float) -> np.ndarray:
+    """Speeds from start to end: even, dense near 0, and every knot of the model."""
+    knots = model.branches[branch].curve.knots
+    inside = knots[(knots > start) & (knots < end)]
+    fine = end * np.geomspace(1e-4, 1, _GRID // 4)
+    grid = np.concatenate([np.linspace(start, end, _GRID), fine[(fine > start) & (fine < end)], inside])
+    return np.unique(grid)
+
+
+def friction_figures(
+    model: FrictionModel, path: Path, axis: AxisTable, T: float, count: float
+) -> FrictionFigures:
+    """Figures of one axis, the worse of its two directions.
+
+    `T` is the control period, s, `count` one encoder count, rad; `path` is only named in the result.
+    """
+    k_c, b_c = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad
+    need = stability.damping_needed_sampled_data(k_c, b_c, T, axis.coupling.delay_ticks)
+    trained, beyond, lines, capped = [], [], [], []
+    for branch, part in enumerate(model.branches):
+        end = min(part.speed_max_rad_s, axis.velocity_limit_rad_s)
+        c = _curves(model, branch, axis, _grid(model, branch, 0.0, end))
+        trained.append(c)
+        if axis.velocity_limit_rad_s > end:
+            out = _curves(model, branch, axis, _grid(model, branch, end, axis.velocity_limit_rad_s))
+            beyond.append(friction.secant_damping(out.v, out.F_lo, out.ff)[0])
+        coupling = {"k_c": k_c, "b_c": b_c, "T": T, "Delta": count}
+        lines.append(friction.two_line_margin(c.v, c.F_lo, c.ff, **coupling).margin_nm)
+        capped.append(friction.two_line_margin(c.v, c.F_lo, c.ff_capped, **coupling).margin_nm)
+    secant, at = min(friction.secant_damping(c.v, c.F_lo, c.ff) for c in trained)
+    return FrictionFigures(
+        model=str(path),
+        error_max_nm=float(model.error_max_nm.max()),
+        speed_max_rad_s=min(part.speed_max_rad_s for part in model.branches),
+        secant_damping_nms_rad=secant,
+        secant_speed_rad_s=at,
+        beyond_damping_nms_rad=min(beyond) if beyond else None,
+        slope_damping_nms_rad=min(friction.slope_damping(c.v, c.F_hat, c.ff) for c in trained),
+        gain_max=min(friction.gain_max(c.v, c.F_lo, c.F_hat, need) for c in trained),
+        friction_floor_nm=min(float(c.F_lo.min()) for c in trained),
+        feedforward_max_nm=max(float(c.ff.max()) for c in trained),
+        two_line_margin_nm=min(lines),
+        two_line_capped_margin_nm=min(capped),
+    )

@@ -1,0 +1,142 @@
+"""A friction model in memory: two branches of |v|, their support vectors, and the compiled curve.
+
+Branch 0 holds for v >= 0, branch 1 for v < 0, as in the `MODEL` record. All arrays of speeds are |v|.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtctl.control.records import LOOKUP_CELLS, MODEL
+from rtctl.friction.compile import PiecewiseCubic, kernel_sum, rounding_bound
+
+SELF_TEST_VECTORS = 64
+"""Self-test vectors of a model file, half of them per branch."""
+
+
+@dataclass(frozen=True)
+class Branch:
+    """One direction.
+
+    `validation_max_error_nm` is the largest error on speeds held out of training, `train_...` on the
+    training points. `friction_min_nm` is the least dry friction (curve minus `viscous_nms_rad` times
+    speed) and `friction_max_nm` the largest value of the curve over 0..`speed_max_rad_s`.
+    """
+
+    support_vectors: np.ndarray
+    dual_coef: np.ndarray
+    intercept: float
+    curve: PiecewiseCubic
+    speed_max_rad_s: float
+    n_points: int
+    train_mean_error_nm: float
+    train_rmse_nm: float
+    train_max_error_nm: float
+    validation_rmse_nm: float
+    validation_max_error_nm: float
+    friction_min_nm: float
+    friction_max_nm: float
+    viscous_nms_rad: float
+    hyper_parameters: dict[str, float]
+
+    def magnitude(self, speed: np.ndarray) -> np.ndarray:
+        """Friction at each speed >= 0, N m; held at the end of the trained range beyond it."""
+        return self.curve(np.minimum(speed, self.speed_max_rad_s))
+
+    def kernel_sum(self, speed: np.ndarray) -> np.ndarray:
+        """Evaluate the regression uncompiled at each speed >= 0, N m; not held beyond the trained range."""
+        return kernel_sum(speed, self.support_vectors, self.dual_coef, self.intercept)
+
+    @property
+    def rounding_bound_nm(self) -> float:
+        """Most the compiled curve may differ from the kernel sum, N m."""
+        return rounding_bound(self.support_vectors, self.dual_coef, self.speed_max_rad_s)
+
+    @property
+    def error_max_nm(self) -> float:
+        """Largest known error of the curve, trained and held-out points together, N m."""
+        return max(self.train_max_error_nm, self.validation_max_error_nm)
+
+
+@dataclass(frozen=True)
+class FrictionModel:
+    """Learned friction of one axis of one rig."""
+
+    rig: str
+    kind: str
+    branches: tuple[Branch, Branch]
+    speed_fade_rad_s: float
+    data_sha256: str
+    created: str
+    versions: dict[str, str]
+    self_test: np.ndarray
+    """Shape (64, 2): signed velocity (rad/s) and friction magnitude (N m), by the kernel sum."""
+
+    def magnitude(self, velocity: np.ndarray | float) -> np.ndarray:
+        """Friction magnitude at each signed velocity (rad/s), N m; NaN for NaN.
+
+        The same function as the loop's compiled `friction_magnitude`: branch 1 below zero, values held at
+        the end of the trained range.
+        """
+        v = np.asarray(velocity, dtype=float)
+        forward, backward = (branch.magnitude(np.abs(v)) for branch in self.branches)
+        return np.where(v < 0, backward, forward)
+
+    @property
+    def friction_min_nm(self) -> np.ndarray:
+        """Least dry friction per branch, N m, shape (2,)."""
+        return np.array([branch.friction_min_nm for branch in self.branches])
+
+    @property
+    def error_max_nm(self) -> np.ndarray:
+        """Largest known error per branch, N m, shape (2,)."""
+        return np.array([branch.error_max_nm for branch in self.branches])
+
+    @property
+    def friction_max_nm(self) -> float:
+        """Largest torque the model ever gives, N m."""
+        return max(branch.friction_max_nm for branch in self.branches)
+
+    def record(self) -> np.ndarray:
+        """Compiled record for the loop: shape (1,), dtype `MODEL`, look-up filled.
+
+        Notes
+        -----
+        Cell c of the look-up holds the segment in force at its left edge, taken a hair early, because the
+        evaluation may round a speed just below the edge into the cell; it then walks forward.
+        """
+        out = np.zeros(1, MODEL)
+        row = out[0]
+        for d, branch in enumerate(self.branches):
+            knots, n = branch.curve.knots, len(branch.curve.knots)
+            row["n_segments"][d] = n
+            row["knot_rad_s"][d, :n] = knots
+            row["knot_rad_s"][d, n:] = branch.speed_max_rad_s
+            row["coefficient"][d, :n] = branch.curve.coefficients
+            scale = LOOKUP_CELLS / branch.speed_max_rad_s
+            edges = np.arange(LOOKUP_CELLS) * (1 - 1e-12) / scale
+            row["lookup"][d] = np.searchsorted(knots, edges, side="right") - 1
+            row["lookup_scale"][d] = scale
+            row["speed_max_rad_s"][d] = branch.speed_max_rad_s
+            row["friction_min_nm"][d] = branch.friction_min_nm
+            row["viscous_nms_rad"][d] = branch.viscous_nms_rad
+        row["speed_fade_rad_s"] = self.speed_fade_rad_s
+        return out
+
+
+def self_test_vectors(branches: tuple[Branch, Branch]) -> np.ndarray:
+    """Vectors (velocity, kernel sum) over the trained range of both branches, shape (64, 2).
+
+    Half way between regular speeds, so that a shifted knot or a swapped branch shows; v = 0 and both ends
+    included. The last row of each branch is its end.
+    """
+    rows = []
+    half = SELF_TEST_VECTORS // 2
+    for sign, branch in zip((1.0, -1.0), branches, strict=True):
+        # squared spacing: dense near zero, where the Stribeck curve bends
+        share = np.linspace(0 if sign > 0 else 1 / half, 1, half) ** 2
+        speed = share * branch.speed_max_rad_s
+        rows.append(np.column_stack([sign * speed, branch.kernel_sum(speed)]))
+    return np.concatenate(rows)

@@ -1,0 +1,171 @@
+"""Measured friction points of one axis, from a CSV file.
+
+Columns, any order, others ignored:
+
+=====================  =======  ==================================================================
+velocity_rad_s         rad/s    signed velocity of the run; 0 for a break-away point
+friction_torque_nm     N m      friction overcome, with the sign of the motion
+direction              +1, -1   optional: direction of a break-away point (else its torque's sign)
+std_nm, count          N m, 1   optional: spread and number of measurements behind the point
+=====================  =======  ==================================================================
+
+Lines that begin with `#` are comments.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from rtctl.errors import DataError
+
+POINTS_MIN = 8
+"""Fewest points of one direction."""
+
+SPEEDS_MIN = 4
+"""Fewest different speeds of one direction."""
+
+POINTS_MAX = 2000
+"""Most points of one direction: the regression's time grows with their square. Average before."""
+
+_REQUIRED = ("velocity_rad_s", "friction_torque_nm")
+_LIMIT = {"velocity_rad_s": 1e4, "friction_torque_nm": 1e6, "direction": 1, "std_nm": 1e6, "count": 1e12}
+
+
+@dataclass(frozen=True)
+class FrictionPoints:
+    """Points of both directions. Arrays of one length.
+
+    `velocity_rad_s` signed, `friction_nm` the magnitude (> 0), `direction` +1 or -1, `std_nm` and `count`
+    NaN where the file does not say. `source` names the file in messages, `sha256` is of its bytes.
+    """
+
+    velocity_rad_s: np.ndarray
+    friction_nm: np.ndarray
+    direction: np.ndarray
+    std_nm: np.ndarray
+    count: np.ndarray
+    source: str
+    sha256: str
+
+    @classmethod
+    def from_rows(cls, rows: Iterable[Iterable[float]], source: str, sha256: str) -> FrictionPoints:
+        """Points from rows of (velocity, friction, direction, std, count), in the units above."""
+        table = np.array([tuple(row) for row in rows], dtype=float).reshape(-1, 5)
+        velocity, friction, direction, std, count = table.T
+        return cls(velocity, friction, direction, std, count, source, sha256)
+
+    def branch(self, direction: int) -> tuple[np.ndarray, np.ndarray]:
+        """(speed rad/s, friction N m) of one direction, by rising speed."""
+        chosen = self.direction == direction
+        speed, friction = np.abs(self.velocity_rad_s[chosen]), self.friction_nm[chosen]
+        order = np.lexsort((friction, speed))
+        return speed[order], friction[order]
+
+
+def read_points(path: str | Path) -> FrictionPoints:
+    """Read a CSV file of friction points.
+
+    Raises
+    ------
+    DataError
+        Naming the file, the row and column, what is wrong there, and the remedy.
+    """
+    path = Path(path)
+    try:
+        raw = path.read_bytes()
+        lines = raw.decode("utf-8-sig").splitlines()
+    except OSError as error:
+        raise DataError(f"{path}: cannot read the points: {error.strerror}; correct the path") from error
+    except UnicodeDecodeError as error:
+        raise DataError(f"{path}: not a text file ({error}); save it as CSV in UTF-8") from error
+    numbered = [
+        (i, line) for i, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")
+    ]
+    if not numbered:
+        raise DataError(f"{path}: the file is empty; it needs the columns {', '.join(_REQUIRED)}")
+    header = [name.strip() for name in next(csv.reader([numbered[0][1]]))]
+    for name in _REQUIRED:
+        if name not in header:
+            raise DataError(f"{path}: row {numbered[0][0]}: column {name} is missing; rename or add it")
+    if len(set(header)) != len(header):
+        raise DataError(f"{path}: row {numbered[0][0]}: a column name occurs twice; remove one")
+    rows = [_row(path, number, line, header) for number, line in numbered[1:]]
+    points = FrictionPoints.from_rows(rows, str(path), hashlib.sha256(raw).hexdigest())
+    _require_enough(points)
+    return points
+
+
+def _row(path: Path, number: int, line: str, header: list[str]) -> tuple[float, ...]:
+    cells = next(csv.reader([line]))
+    if len(cells) != len(header):
+        raise DataError(
+            f"{path}: row {number}: {len(cells)} cells, the header has {len(header)}; complete the row"
+        )
+    record = dict(zip(header, cells, strict=True))
+
+    def number_in(column: str) -> float:
+        text = record.get(column, "").strip()
+        if not text and column not in _REQUIRED:
+            return math.nan
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not abs(value) <= _LIMIT[column]:
+            limit = f"a finite number within +-{_LIMIT[column]:g}"
+            raise DataError(
+                f"{path}: row {number}: column {column}: {text!r} is not {limit}; correct or drop the row"
+            )
+        return value
+
+    velocity, torque, given = (number_in(name) for name in (*_REQUIRED, "direction"))
+    if torque == 0:
+        raise DataError(f"{path}: row {number}: column friction_torque_nm: 0 is not friction; drop the row")
+    if not math.isnan(given) and abs(given) != 1:
+        raise DataError(f"{path}: row {number}: column direction: {given:g} is neither +1 nor -1; correct it")
+    direction = (
+        math.copysign(1, velocity)
+        if velocity
+        else given
+        if not math.isnan(given)
+        else math.copysign(1, torque)
+    )
+    if not math.isnan(given) and given != direction:
+        raise DataError(
+            f"{path}: row {number}: column direction: {given:g} contradicts velocity {velocity:g}; correct it"
+        )
+    if torque * direction < 0:
+        raise DataError(
+            f"{path}: row {number}: column friction_torque_nm: {torque:g} N m points against the motion "
+            f"({velocity:g} rad/s, direction {direction:+g}); give friction the sign of the motion"
+        )
+    return velocity, abs(torque), direction, number_in("std_nm"), number_in("count")
+
+
+def _require_enough(points: FrictionPoints) -> None:
+    for direction in (1, -1):
+        speed, friction = points.branch(direction)
+        where = f"{points.source}: direction {direction:+d}"
+        if len(speed) < POINTS_MIN:
+            raise DataError(
+                f"{where}: {len(speed)} points, at least {POINTS_MIN} are needed; measure more speeds"
+            )
+        if len(speed) > POINTS_MAX:
+            raise DataError(f"{where}: {len(speed)} points, at most {POINTS_MAX}; average them by speed")
+        if len(np.unique(speed)) < SPEEDS_MIN:
+            raise DataError(
+                f"{where}: column velocity_rad_s: only {len(np.unique(speed))} different speeds, "
+                f"at least {SPEEDS_MIN} are needed; measure more speeds"
+            )
+        if np.ptp(friction) == 0:
+            raise DataError(
+                f"{where}: column friction_torque_nm: constant at {friction[0]:g} N m; "
+                "a measured friction is never constant: check the current sensor"
+            )
