@@ -87,10 +87,10 @@ def bristle_gains(z: float, v: float, g: float, h: float, p: np.record, axis: in
     """
     s0 = p.bristle_stiffness_nm_rad[axis]
     a = plastic_share(z, v, g / s0, p.elastic_share[axis]) * s0 * abs(v) / g
-    if a * h < 1e-9:
-        return 1.0, h
-    lost = -math.expm1(-a * h)
-    return 1.0 - lost, lost / a
+    if a * h < 1e-5:
+        return 1.0 - a * h, h * (1.0 - 0.5 * a * h)
+    keep = math.exp(-a * h)  # quicker than expm1, and 1 - keep is still good to 1e-11 here
+    return keep, (1.0 - keep) / a
 
 
 @compiled
@@ -113,25 +113,17 @@ def coupled_step(
     c = s0 + s1/h:  v' = [J v/h + torque - c E z + s1 z/h] / [J/h + c gain + b + drag].
     The bristle cannot stretch beyond break-away; where a step would, it is held there and v' solved anew.
     """
+    rate = 1.0 / h
     g = dry_friction(v, x, p, axis)
     s0, s1 = p.bristle_stiffness_nm_rad[axis], p.bristle_damping_nms_rad[axis]
     b = p.viscous_nms_rad[axis] * direction_scale(v, p, axis)
     keep, gain = bristle_gains(z, v, g, h, p, axis)
-    c = s0 + s1 / h
-    push = inertia * v / h + torque + s1 * z / h
-    v_new = (push - c * keep * z) / (inertia / h + c * gain + b + drag)
+    c = s0 + s1 * rate
+    push = inertia * rate * v + torque + s1 * rate * z
+    v_new = (push - c * keep * z) / (inertia * rate + c * gain + b + drag)
     z_new = keep * z + gain * v_new
-    z_max = bristle_limit(p, axis)
-    if abs(z_new) > z_max:
-        z_new = math.copysign(z_max, z_new)
-        v_new = (push - c * z_new) / (inertia / h + b + drag)
-    friction = s0 * z_new + s1 * (z_new - z) / h + b * v_new
+    if s0 * abs(z_new) > p.bristle_max_nm[axis]:
+        z_new = math.copysign(p.bristle_max_nm[axis] / s0, z_new)
+        v_new = (push - c * z_new) / (inertia * rate + b + drag)
+    friction = s0 * z_new + s1 * rate * (z_new - z) + b * v_new
     return v_new, z_new, friction
-
-
-@compiled
-def bristle_limit(p: np.record, axis: int) -> float:
-    """Deflection of the bristle at the highest break-away torque of the joint, rad."""
-    scale = max(p.friction_scale_positive[axis], p.friction_scale_negative[axis])
-    highest = max(p.breakaway_nm[axis], p.coulomb_nm[axis]) * scale * (1.0 + abs(p.modulation_share[axis]))
-    return float(highest / p.bristle_stiffness_nm_rad[axis])

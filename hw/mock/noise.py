@@ -19,6 +19,7 @@ _10 = np.uint64(10)
 _17 = np.uint64(17)
 _19 = np.uint64(19)
 _45 = np.uint64(45)
+_63_BITS = np.uint64(2**63 - 1)
 _UNIT = 2.0**-53
 
 
@@ -28,10 +29,10 @@ def uniform(rng: np.ndarray) -> float:
 
     Notes
     -----
-    xoshiro256+, but the output adds the words without their lowest bits: the sum then cannot overflow,
-    which plain Python (compilation switched off) would warn about.
+    xoshiro256+, but the output adds the words without their lowest bits, modulo 2^63: the sum then cannot
+    overflow 64 bits, which plain Python (compilation switched off) would warn about.
     """
-    total = (rng[0] >> _1) + (rng[3] >> _1)
+    total = ((rng[0] >> _1) + (rng[3] >> _1)) & _63_BITS
     t = rng[1] << _17
     rng[2] ^= rng[0]
     rng[3] ^= rng[1]

@@ -76,6 +76,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             ("viscous_nms_rad", "<f8", axis),
             ("bristle_stiffness_nm_rad", "<f8", axis),
             ("bristle_damping_nms_rad", "<f8", axis),
+            ("bristle_max_nm", "<f8", axis),  # highest break-away torque anywhere: the bristle holds no more
             ("elastic_share", "<f8", axis),  # z_ba / z_ss of the elasto-plastic model; negative: LuGre
             ("friction_scale_positive", "<f8", axis),
             ("friction_scale_negative", "<f8", axis),
@@ -213,6 +214,8 @@ def _fill_friction(p: np.void, axis: int, table: Options) -> None:
     p["elastic_share"][axis] = table["elastic_share"] if table["model"] == "elasto_plastic" else -1.0
     p["friction_scale_positive"][axis] = table["scale_positive"]
     p["friction_scale_negative"][axis] = table["scale_negative"]
+    highest = table["breakaway_nm"] * max(table["scale_positive"], table["scale_negative"])
+    p["bristle_max_nm"][axis] = highest * (1 + abs(table["modulation_share"]))
     p["modulation_share"][axis] = table["modulation_share"]
     p["modulation_per_rad"][axis] = 2 * math.pi / table["modulation_period_rad"]
 
