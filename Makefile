@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 export PYTHONUNBUFFERED = 1
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: run test lint bench setup setup-bench docs clean
+.PHONY: run test lint bench setup setup-bench docs model clean
 setup: $(VENV)/.ready-dev
 
 $(VENV)/bin/python:
@@ -40,6 +40,11 @@ bench: $(VENV)/.ready-bench
 
 docs: $(VENV)/.ready-dev
 	$(BIN)/python -m rtctl schema --markdown > docs/tick.md
+
+# The friction model of the mock rig: measured on the mock through its sensors, then learned.
+model: $(VENV)/.ready
+	$(BIN)/python -m rtctl.friction.mock_points configs/friction/mock_points.csv
+	$(BIN)/rtctl fit configs/friction/mock_points.csv --rig mock --epsilon 0.002 --out configs/friction/mock.json
 
 clean:
 	rm -rf $(VENV) build dist out

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from enum import IntEnum
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -37,6 +38,7 @@ class Hand(IntEnum):
     PUSH = 4
 
 
+@cache
 def params_dtype(n_axes: int) -> np.dtype[np.void]:
     """Parameters of a simulated rig of `n_axes` axes."""
     axis = (n_axes,)
@@ -102,6 +104,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
     )
 
 
+@cache
 def state_dtype(n_axes: int) -> np.dtype[np.void]:
     """State of a simulated rig: the truth behind the sensors."""
     axis = (n_axes,)
@@ -147,7 +150,7 @@ def plant_records(options: Options, rig: Rig) -> tuple[np.ndarray, np.ndarray]:
     Raises
     ------
     BackendError
-        If a per-axis table has neither one entry nor one per axis.
+        If a per-axis table has neither one entry nor one per axis, or the levers depend on each other.
     """
     params = np.zeros(1, params_dtype(rig.n_axes))
     state = np.zeros(1, state_dtype(rig.n_axes))
@@ -185,7 +188,12 @@ def _fill_force(p: np.void, table: Options, rig: Rig) -> None:
     p["force_drift_n"] = table["drift_n_sqrt_s"] * math.sqrt(rig.period_s)
     p["force_bias_n"] = table["bias_n"]
     p["force_crosstalk"] = table["crosstalk"]
-    p["tip_per_joint"] = np.linalg.pinv(rig.lever_m)
+    p["tip_per_joint"] = inverse = np.linalg.pinv(rig.lever_m)
+    if not np.allclose(rig.lever_m @ inverse, np.eye(rig.n_axes), atol=1e-9):
+        raise BackendError(
+            f"mock: lever_m {rig.lever_m.tolist()}: no force at the tip gives these joints independent torques; "
+            "at most three axes with levers in different directions can be simulated"
+        )
 
 
 def _fill_axis(p: np.void, axis: int, table: Options, rig: Rig) -> None:
