@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntFlag
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -82,6 +82,14 @@ class Backend(Protocol):
 
     def close(self) -> None:
         """Release the device. Idempotent, never raises."""
+
+
+@runtime_checkable
+class CompiledBackend(Protocol):
+    """A backend with compiled parts: they are compiled or loaded before the first cycle, not in it."""
+
+    def warm_up(self, tick: np.ndarray) -> None:
+        """Compile (or load) what `read` and `write` call, for ticks like `tick`; changes nothing."""
 
 
 @dataclass(frozen=True)

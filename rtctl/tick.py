@@ -12,6 +12,7 @@ is `hand_torque_nm * velocity_rad_s`.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, Literal
 
 import numpy as np
@@ -109,6 +110,7 @@ FIELDS: tuple[Field, ...] = (
 FIELD: dict[str, Field] = {field.name: field for field in FIELDS}
 
 
+@cache
 def tick_dtype(n_axes: int = 1) -> np.dtype[np.void]:
     """Structured dtype of a tick of a rig with `n_axes` axes (little endian, 8-byte words throughout)."""
     if n_axes < 1:

@@ -48,10 +48,10 @@ def _full(loaded: LoadedConfig, seconds: float) -> np.ndarray:
     writer = CommandWriter(memory)
     writer.command[:] = plan.command
     writer.send()
-    warm_up(memory)
     device = loaded.config.device[0]
     backend = registry.create(device.kind, loaded.options, loaded.config.hardware())
     backend.open()
+    warm_up(memory, backend)
     stop = Stop()
     clock = _StopAfter(n, stop, writer)
     realtime.acquire(loaded.config.loop.priority, loaded.config.loop.cpu)

@@ -10,6 +10,8 @@ against torn and reordered stores, not against malice: both processes are ours.
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from rtctl.control.jit import compiled
@@ -20,6 +22,7 @@ _ONE = np.uint64(1)
 _TWO = np.uint64(2)
 
 
+@cache
 def slot_dtype(n_axes: int) -> np.dtype[np.void]:
     """A mailbox slot: the command and, last, its checksum."""
     return np.dtype([("command", command_dtype(n_axes)), ("checksum", "<u8")])

@@ -7,6 +7,7 @@ one rig size is one compiled version.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,7 @@ def _record(scalars: dict[str, str], axis: dict[str, Shape], n_axes: int) -> np.
     return np.dtype(fields)
 
 
+@cache
 def params_dtype(n_axes: int) -> np.dtype[np.void]:
     """Parameters: fixed while the loop runs."""
     return _record(
@@ -103,6 +105,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
     )
 
 
+@cache
 def state_dtype(n_axes: int) -> np.dtype[np.void]:
     """State of the law between two ticks. All zero is the state before the first tick."""
     return _record(
@@ -165,6 +168,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
     )
 
 
+@cache
 def command_dtype(n_axes: int) -> np.dtype[np.void]:
     """The newest command: what the host asks of the loop. Counters make edges that cannot be lost.
 

@@ -84,6 +84,7 @@ class RunStatistics:
             "state": State(int(last["state"])).name,
             "ticks": self.ticks,
             "missed_ticks": int(last["missed_ticks"]),
+            "first_tick_ns": self._first_ns,
             "rate_hz": round((self.ticks - 1) / span_s, 3) if span_s > 0 else 0.0,
             "wakeup_us": self.wakeup.summary_us(),
             "cycle_us": self.cycle.summary_us(),

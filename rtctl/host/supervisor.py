@@ -106,6 +106,7 @@ class Host:
         self.gateway = Gateway(
             self.context, self.runtime.endpoints, self.writer, self.loaded, self.reader.latest
         )
+        self.telemetry.set_commands(self.gateway.counts)
         self._wake_read, self._wake_write = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
         self._old_wakeup = signal.set_wakeup_fd(self._wake_write, warn_on_full_buffer=False)
         self._old_handlers = {s: signal.signal(s, self._on_signal) for s in (signal.SIGINT, signal.SIGTERM)}
@@ -250,7 +251,7 @@ class Host:
             os.close(self._wake_read)
             os.close(self._wake_write)
         if hasattr(self, "context"):
-            self.context.destroy(linger=0)
+            self.context.term()
         if hasattr(self, "memory"):
             self.memory.close()
         if hasattr(self, "runtime"):

@@ -56,10 +56,10 @@ def main() -> int:
     order = json.loads(sys.stdin.readline())
     memory = Memory.attach(int(sys.argv[1]))
     began = time.monotonic()
-    warm_up(memory)
     backend = _open(order)
     if backend is None:
         return 1
+    warm_up(memory, backend)
     compile_s = time.monotonic() - began
     virtual = order["clock"] == "virtual"
     grants, held = ([], []) if virtual or order["realtime"] == "off" else realtime.acquire(order["priority"], order["cpu"])

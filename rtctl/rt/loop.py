@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hw.interface import Backend
+from hw.interface import Backend, CompiledBackend
 from rtctl.control import law, mailbox
 from rtctl.control.jit import compiled, records
 from rtctl.control.records import state_dtype
@@ -20,6 +20,7 @@ from rtctl.shm import Memory, words
 from rtctl.tick import FIELD, FIELDS, new_ticks, tick_dtype
 
 _SHUTDOWN = int(State.SHUTDOWN)
+_NOW = 1 << 62  # a shutdown count no host reaches: always a rise
 _LEADING = [field.name for field in FIELDS].index("sample_count")
 """Words before `sample_count` are the loop's own scalars, one word each, in the order of `FIELDS`."""
 
@@ -70,8 +71,10 @@ class Cycle:
         mailbox.publish(self.memory.header, self.memory.ring_words, self.tick_words)
 
 
-def warm_up(memory: Memory) -> None:
+def warm_up(memory: Memory, backend: Backend) -> None:
     """Compile (or load) everything the loop calls, on copies: nothing shared is touched, nothing moves."""
+    if isinstance(backend, CompiledBackend):
+        backend.warm_up(new_ticks(1, memory.n_axes))
     scratch = Memory.create(memory.n_axes, 8, int(memory.header[0]["period_ns"]))
     cycle = Cycle(scratch)
     cycle.params[:] = memory.params
@@ -123,7 +126,7 @@ def run_loop(backend: Backend, memory: Memory, clock: Clock, stop: Stop, *, waiv
             if stop.requests:
                 if stop.requests > 1:
                     break
-                cycle.command["shutdown_count"][0] = -1
+                cycle.command["shutdown_count"][0] = _NOW
             decide_()  # 3 decide: newest command, law, gate
             t_law = now()
             write(tick)  # 4 write to the devices

@@ -1,0 +1,90 @@
+"""The loop against an empty loop, cyclictest and the wall clock: each in a process of its own, interleaved."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+from rtctl.bench import cyclictest
+from rtctl.bench.cyclictest import Latencies
+from rtctl.bench.row import Row
+from rtctl.config import load
+from rtctl.errors import RtctlError
+
+
+def probe(kind: str, config: Path, seconds: float) -> np.ndarray:
+    """Run `rtctl.bench.probe` in a process of its own; see there for the rows."""
+    command = [sys.executable, "-m", "rtctl.bench.probe", kind, str(config), str(seconds)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise RtctlError(f"the measuring process failed: {done.stderr.strip().splitlines()[-1]}")
+    return np.array(json.loads(done.stdout))
+
+
+def last_core() -> int:
+    """The core the loop takes by default."""
+    return sorted(os.sched_getaffinity(0))[-1]
+
+
+def cycle_rows(config: Path, rounds: int, seconds: float) -> list[Row]:
+    """Work of one cycle, plant included, beside an empty loop of the same shape, in turn."""
+    full, empty = [], []
+    for _ in range(rounds):
+        empty.append(probe("empty", config, seconds))
+        full.append(probe("loop", config, seconds))
+    work, bare = np.concatenate(full, axis=1), np.concatenate(empty, axis=1)
+    done_us = [np.percentile(part[0] + part[1], 99) / 1e3 for part in (work, bare)]
+    work_us, bare_us = ([np.percentile(part[1], p) / 1e3 for p in (50, 99)] for part in (work, bare))
+    rate = f"{len(work[0])} ticks"
+    return [
+        Row("cycle on the mock, p50", work_us[0], "us", f"{rate}; empty loop {bare_us[0]:.2f} us", 6.0),
+        Row("cycle on the mock, p99", work_us[1], "us", f"{rate}; empty loop {bare_us[1]:.2f} us"),
+        Row("deadline to command sent, p99, against empty loop", done_us[0] / done_us[1], "x",
+            f"loop {done_us[0]:.1f} us, empty loop {done_us[1]:.1f} us", 2.0),
+    ]  # fmt: skip
+
+
+def wakeup_rows(config: Path, rounds: int, seconds: float) -> list[Row]:
+    """Wake-up latency beside cyclictest at the same priority, interval and core, in turn."""
+    loaded = load(config)
+    interval_us = round(1e6 / loaded.config.loop.rate_hz)
+    ours, theirs = Latencies.of(np.zeros(0)), Latencies.of(np.zeros(0))
+    for _ in range(rounds):
+        theirs += cyclictest.run(seconds, interval_us, loaded.config.loop.priority, last_core())
+        ours += Latencies.of(probe("loop", config, seconds)[0])
+    rows = []
+    for percent in (50.0, 99.0):
+        mine, reference = ours.percentile_us(percent), theirs.percentile_us(percent)
+        text = f"ours {mine:.1f} us, cyclictest {reference:.1f} us, {rounds} x {seconds:g} s each"
+        rows.append(Row(f"wake-up against cyclictest, p{percent:g}", mine / max(reference, 1e-9), "x", text, 1.3))
+    return rows
+
+
+def start_rows(config: Path, rounds: int) -> list[Row]:
+    """Time from starting `rtctl run` to its first tick, compiled code in the cache."""
+    seconds = []
+    for i in range(rounds + 1):
+        began = time.monotonic_ns()
+        summary = run_daemon(config, 0.3)
+        if i:  # the first one fills the cache
+            seconds.append((summary["first_tick_ns"] - began) / 1e9)
+    text = f"median of {rounds}, slowest {max(seconds):.2f} s"
+    return [Row("start of rtctl run to first tick", float(np.median(seconds)), "s", text, 3.0)]
+
+
+def run_daemon(config: Path, seconds: float, *more: str) -> dict[str, float]:
+    """`rtctl run CONFIG --for SECONDS --json`; returns its summary."""
+    command = [sys.executable, "-m", "rtctl", "run", str(config), "--for", str(seconds), "--json", *more]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise RtctlError(f"rtctl run failed: {done.stderr.strip() or done.stdout.strip()}")
+    summary: dict[str, float] = json.loads(done.stdout.splitlines()[-1])
+    return summary
+
+
