@@ -55,14 +55,21 @@ def guaranteed_friction(p: Record, model: Record, axis: int, velocity: float) ->
 
 
 @compiled
-def _grant(s: Record, p: Record, axis: int) -> float:
-    """Energy that the operator's request, not the hand, put into the world felt, J."""
-    s.grant_age_ticks[axis] += 1
-    if s.state != _ACTIVE:
+def _rise(s: Record, p: Record) -> float:
+    """How much the authority rises in this tick."""
+    if s.state != _ACTIVE or s.authority >= 1.0:
         return 0.0
-    if s.authority < 1.0:
-        return s.stored_energy_j[axis] / max(p.soft_start_ticks, 1)
-    if s.energy_grant_j[axis] <= 0.0 or s.grant_age_ticks[axis] < p.soft_start_ticks:
+    return min(1.0 - s.authority, 1.0 / max(p.soft_start_ticks, 1))
+
+
+@compiled
+def _grant(s: Record, p: Record, axis: int, rise: float) -> float:
+    """Energy that the operator's request, not the hand, puts into the world felt, J."""
+    s.grant_age_ticks[axis] += 1
+    if rise > 0.0:
+        return rise * s.stored_energy_j[axis]
+    changed = s.state == _ACTIVE and s.energy_grant_j[axis] > 0.0
+    if not changed or s.grant_age_ticks[axis] < p.soft_start_ticks:
         return 0.0
     s.grant_age_ticks[axis] = 0
     return s.energy_grant_j[axis]
@@ -86,8 +93,10 @@ def observe_port(s: Record, p: Record, model: Record, axis: int, dx: float, elap
     credit = max(p.viscous_nms_rad[axis], 0.0) * dx * dx / dt
     if dx != 0.0:
         credit += guaranteed_friction(p, model, axis, v if v * dx > 0.0 else dx / dt) * abs(dx)
-    energy = s.energy_port_j[axis] - held * dx + credit + _grant(s, p, axis)
-    s.energy_port_j[axis] = min(energy, s.authority * s.stored_energy_j[axis] + p.energy_bank_j)
+    rise = _rise(s, p)
+    energy = s.energy_port_j[axis] - held * dx + credit + _grant(s, p, axis, rise)
+    felt = (s.authority + rise) * s.stored_energy_j[axis]
+    s.energy_port_j[axis] = min(energy, felt + p.energy_bank_j)
     return s.energy_port_j[axis]
 
 

@@ -1,0 +1,197 @@
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from law_rig import LEVER, B, LawRig, Plant, T
+
+from rtctl.control.vocabulary import Fault, Policy, State
+
+
+def moving(policy, speed, hand_nm=0.0, ticks=120, **params):
+    """An armed rig moving at constant speed with a constant hand torque."""
+    rig = LawRig(friction_policy=int(policy), **params).friction().arm()
+    rig.force_n[1] = hand_nm / LEVER
+    for k in range(ticks):
+        rig.tick(speed * T * (k + 1))
+    assert rig["velocity_rad_s"] == pytest.approx(speed, rel=1e-2, abs=1e-9)
+    return rig
+
+
+def dry(speed):
+    """Coulomb and Stribeck part of the rig's model."""
+    return 0.25 + 0.1 * math.exp(-((speed / 0.1) ** 2))
+
+
+def test_off_gives_nothing():
+    assert moving(Policy.OFF, 0.5, hand_nm=0.1)["feedforward_torque_nm"] == 0.0
+
+
+@pytest.mark.parametrize("speed", [0.5, -0.5, 2.0])
+@pytest.mark.parametrize("policy", [Policy.SIGN, Policy.DEADBAND, Policy.TANH, Policy.DITHER, Policy.STOP])
+def test_ungated_policies_are_capped_at_the_least_friction(policy, speed):
+    rig = moving(policy, speed, friction_ungated_cap_nm=0.2)
+    assert rig["feedforward_torque_nm"] == pytest.approx(math.copysign(0.2, speed), rel=1e-6)
+    assert rig["friction_gate"] == 1.0
+
+
+@pytest.mark.parametrize("policy", [Policy.HYBRID, Policy.INTENT, Policy.STOP_GATED])
+def test_force_gated_policies_give_the_whole_curve_with_a_hand_and_nothing_without(policy):
+    with_hand = moving(policy, 0.06, hand_nm=0.2)
+    assert with_hand["feedforward_torque_nm"] == pytest.approx(0.9 * dry(0.06), rel=2e-2)
+    assert with_hand["feedforward_torque_nm"] > 0.225
+    assert moving(policy, 0.06)["feedforward_torque_nm"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_viscous_part_has_its_own_gain():
+    rig = moving(Policy.HYBRID, 2.0, hand_nm=0.2, friction_gain=0.8, friction_viscous_gain=0.5)
+    assert rig["feedforward_torque_nm"] == pytest.approx(0.8 * 0.25 + 0.5 * B * 2.0, rel=1e-3)
+    assert rig["friction_model_nm"] == pytest.approx(0.25 + B * 2.0, rel=1e-3)
+
+
+def test_the_hard_cap_holds_for_gated_policies():
+    assert moving(Policy.HYBRID, 1.0, hand_nm=1.0, friction_cap_nm=0.1)["feedforward_torque_nm"] <= 0.1
+
+
+def test_the_direction_at_rest_is_the_hands_and_in_motion_the_joints():
+    assert moving(Policy.HYBRID, 0.0, hand_nm=-0.02)["friction_sign"] == pytest.approx(-0.4)
+    assert moving(Policy.HYBRID, 0.5, hand_nm=-0.2)["friction_sign"] == pytest.approx(1.0, abs=1e-6)
+    assert moving(Policy.HYBRID, 0.05, hand_nm=-0.2)["friction_sign"] == pytest.approx(
+        (1 - math.exp(-1)) * math.tanh(2.5) - math.exp(-1), abs=0.02
+    )
+
+
+def test_the_deadband_is_dead_and_tanh_is_soft():
+    assert moving(Policy.DEADBAND, 0.009)["feedforward_torque_nm"] == 0.0
+    assert moving(Policy.TANH, 0.01)["friction_sign"] == pytest.approx(math.tanh(0.5), rel=0.05)
+
+
+def test_dither_alternates_at_rest_with_its_period():
+    rig = LawRig(friction_policy=int(Policy.DITHER)).friction().arm()
+    signs = [rig.tick()["friction_sign"] for _ in range(48)]
+    assert sum(signs) == pytest.approx(0.0)
+    assert sum(a != b for a, b in pairwise(signs)) in (7, 8)
+
+
+def test_the_stop_operator_turns_over_its_distance_whatever_the_speed():
+    for speed in (0.02, 0.5):
+        rig = moving(Policy.STOP, speed, ticks=300)
+        assert rig["friction_sign"] == 1.0
+        back = 0
+        while rig["friction_sign"] > -1.0:
+            back += 1
+            rig.tick(rig.position[0] - speed * T)
+        assert back * speed * T == pytest.approx(2e-3, abs=speed * T * 1.01)
+
+
+def test_the_gate_follows_the_hand_with_its_low_pass_and_dead_band():
+    rig = LawRig(friction_policy=int(Policy.HYBRID)).friction().arm()
+    rig.force_n[1] = 0.0019 / LEVER
+    assert rig.run(100)["friction_gate"] == 0.0
+    rig.force_n[1] = -1.0
+    assert rig.tick()["friction_gate"] == pytest.approx(0.1)
+    assert rig.tick()["friction_gate"] == pytest.approx(0.19)
+    assert rig.run(200)["friction_gate"] == pytest.approx(1.0)
+    rig.force_n[1] = 0.017 / LEVER
+    assert rig.run(200)["friction_gate"] == pytest.approx(0.5)
+
+
+def test_compensation_scales_and_is_limited_to_its_range():
+    for asked, given in ((0.5, 0.5), (7.0, 1.0), (-1.0, 0.0), (math.nan, 0.0)):
+        rig = moving(Policy.HYBRID, 1.0, hand_nm=0.2)
+        full = rig["feedforward_torque_nm"]
+        rig.command["compensation"] = asked
+        rig.tick(rig.position[0] + T)
+        assert rig["compensation"] == given
+        assert rig["feedforward_torque_nm"] == pytest.approx(given * full, rel=1e-3)
+
+
+def test_outside_the_trained_range_the_feedforward_fades_and_the_model_reads_zero():
+    inside, half, outside = (moving(Policy.HYBRID, v, hand_nm=0.2) for v in (3.9, 4.25, 4.6))
+    assert inside["friction_model_nm"] > 0.25
+    assert half["friction_model_nm"] == outside["friction_model_nm"] == 0.0
+    assert half["feedforward_torque_nm"] == pytest.approx(0.5 * inside["feedforward_torque_nm"], rel=1e-2)
+    assert outside["feedforward_torque_nm"] == 0.0
+
+
+def test_the_branch_follows_the_direction_and_not_a_noisy_velocity():
+    rig = LawRig(friction_policy=int(Policy.INTENT)).friction().arm()
+    rig.model["coefficient"][:, 1] *= 2.0
+    rig.force_n[1] = -1.0
+    assert rig.run(60)["feedforward_torque_nm"] == pytest.approx(-0.9 * 0.7, rel=1e-2)
+    rig.force_n[1] = 1.0
+    assert rig.run(60)["feedforward_torque_nm"] == pytest.approx(0.9 * 0.35, rel=1e-2)
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_a_model_that_is_not_finite_is_no_friction_and_a_fault(bad):
+    rig = moving(Policy.HYBRID, 0.0, hand_nm=0.2)
+    rig.model["coefficient"] = bad
+    rig.tick()
+    assert rig["feedforward_torque_nm"] == 0.0
+    assert rig.faults == Fault.LAW_NOT_FINITE
+    assert rig.mode is State.FAULT
+    assert rig["torque_applied_nm"] == 0.0
+
+
+class BristlePlant(Plant):
+    """LuGre joint (theory reference, section 4: coupled exponential step, 20 sub-steps) and a hand spring."""
+
+    sigma0, sigma1 = 250.0, 1.0
+
+    def __init__(self, velocity=0.0):
+        super().__init__(velocity=velocity)
+        self.z = 0.0
+        self.hand_torque = 0.0
+
+    def advance(self, torque, hand=0.0):
+        h = T / 20
+        for _ in range(20):
+            g = 0.25 + 0.1 * math.exp(-((self.v / 0.1) ** 2))
+            a = self.sigma0 * abs(self.v) / g
+            e = math.exp(-a * h)
+            phi = -math.expm1(-a * h) / (a * h) if a > 0 else 1.0
+            c = self.sigma0 + self.sigma1 / h
+            drive = self.inertia * self.v / h + torque + hand - c * e * self.z + self.sigma1 * self.z / h
+            self.v = drive / (self.inertia / h + c * h * phi + B)
+            self.z = e * self.z + h * phi * self.v
+            self.x += h * self.v
+        return self.x
+
+
+def kick(policy, model_gain=1.0, **params):
+    """Hands off after a kick: RMS speed of the last 0.5 s of 1.5 s, and the energies."""
+    rig = LawRig(friction_policy=int(policy), friction_ungated_cap_nm=0.9, energy_budget_j=1e3, **params)
+    rig.friction(gain=model_gain).arm()
+    rig.params["friction_floor_nm"] = 0.25  # what the joint really has
+    rig.params["injected_damping_max_nms_rad"] = 0.0
+    plant = BristlePlant(velocity=0.5)
+    speeds = []
+    count = float(rig.params["count_rad"][0, 0])
+    for k in range(1500):
+        rig.tick(math.floor(plant.x / count) * count)
+        plant.advance(rig["torque_applied_nm"])
+        if k >= 1000:
+            speeds.append(plant.v)
+    return float(np.sqrt(np.mean(np.square(speeds)))), rig
+
+
+@pytest.mark.parametrize("model_gain", [1.0, 1.25])
+@pytest.mark.parametrize("policy", [Policy.HYBRID, Policy.INTENT, Policy.STOP_GATED])
+def test_hands_off_after_a_kick_the_force_gated_policies_come_to_rest(policy, model_gain):
+    rms, rig = kick(policy, model_gain)
+    assert rms < 1e-3
+    assert rig["energy_feedforward_j"] >= -1e-6
+    assert rig["energy_feedforward_j"] < 1e-6
+
+
+def test_hands_off_after_a_kick_sign_and_steep_tanh_hunt_as_the_theory_says():
+    assert kick(Policy.SIGN)[0] > 0.03
+    assert kick(Policy.TANH)[0] > 0.03
+    assert kick(Policy.TANH, friction_tanh_rad_s=0.25)[0] < 1e-3
+
+
+def test_a_model_a_quarter_too_high_runs_away_ungated():
+    rms, rig = kick(Policy.SIGN, model_gain=1.25)
+    assert rms > 0.3
+    assert rig["energy_port_j"] < 0.0
