@@ -170,8 +170,8 @@ def _refusal(path: Path, axis: AxisReport) -> str:
         return (
             f"{where}.friction.gain: axis {axis.name}: the feed-forward may exceed the friction: at "
             f"{found.secant_speed_rad_s:.3g} rad/s it leaves {b:.4g} N m s/rad of damping, the bound is > 0; "
-            f"no coupling passes; a gain of at most {_down(found.gain_max)} does for this coupling, or a better "
-            f"model (its largest error is {found.error_max_nm:.3g} N m)"
+            f"no coupling passes; a gain of at most {_down(found.gain_max)} does for this coupling, or a "
+            f"better model (its largest error is {found.error_max_nm:.3g} N m)"
         )
     if axis.damping_nms_rad > b:
         return (
@@ -181,7 +181,8 @@ def _refusal(path: Path, axis: AxisReport) -> str:
     return (
         f"{where}.coupling.stiffness_nm_rad: axis {axis.name}: {axis.stiffness_nm_rad:g} is not provably "
         f"passive; the largest that passes is {k_max} N m/rad with damping_nms_rad = "
-        f"{axis.damping_nms_rad:g}, delay_ticks = {axis.delay_ticks} and {b:.4g} N m s/rad of guaranteed damping; {pair}"
+        f"{axis.damping_nms_rad:g}, delay_ticks = {axis.delay_ticks} and {b:.4g} N m s/rad of "
+        f"guaranteed damping; {pair}"
     )
 
 

@@ -15,19 +15,14 @@ if TYPE_CHECKING:
 _File = click.Path(dir_okay=False, path_type=Path)
 
 
-class _Positive(click.ParamType[float]):
-    """A finite number above 0; click's own ranges let NaN and infinity through."""
+_POSITIVE = click.FloatRange(min=0, min_open=True, max=1e9)
 
-    name = "number"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:  # noqa: ANN401
-        try:
-            number = float(value)
-        except ValueError:
-            number = math.nan
-        if not (math.isfinite(number) and 0 < number <= 1e9):
-            self.fail(f"{value!r} is not a number above 0 and at most 1e9", param, ctx)
-        return number
+def _number(_: click.Context, option: click.Parameter, value: float | None) -> float | None:
+    """Refuse NaN, which click's own ranges let through."""
+    if value is not None and math.isnan(value):
+        raise click.BadParameter("NaN is not a number above 0", param=option)
+    return value
 
 
 @click.command("fit")
@@ -35,15 +30,24 @@ class _Positive(click.ParamType[float]):
 @click.option("--out", type=_File, required=True, help="model file to write (JSON)")
 @click.option("--rig", default="mock", show_default=True, help="name of the rig the points were measured on")
 @click.option(
-    "--C", "c", type=_Positive(), help="bound on the dual coefficients; default: by cross-validation"
+    "--C",
+    "c",
+    type=_POSITIVE,
+    callback=_number,
+    help="bound on the dual coefficients; default: by cross-validation",
 )
 @click.option(
-    "--epsilon", "epsilon_nm", type=_Positive(), help="width of the epsilon tube, N m; default 0.005"
+    "--epsilon",
+    "epsilon_nm",
+    type=_POSITIVE,
+    callback=_number,
+    help="width of the epsilon tube, N m; default 0.005",
 )
 @click.option(
     "--fade",
     "fade_rad_s",
-    type=_Positive(),
+    type=_POSITIVE,
+    callback=_number,
     help="fade beyond the trained range, rad/s; default a tenth of it",
 )
 @click.option("--plot", type=_File, help="draw points and learned curve (PNG)")

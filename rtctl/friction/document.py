@@ -41,8 +41,8 @@ class BranchDocument(Table):
     validation_max_error_nm: Torque
     hyper_parameters: dict[Text, Number] = Field(max_length=16)
     intercept: Number
-    support_vectors: list[Speed] = Field(min_length=1, max_length=MAX_SEGMENTS)
-    dual_coef: list[Number] = Field(min_length=1, max_length=MAX_SEGMENTS)
+    support_vectors: list[Speed] = Field(max_length=MAX_SEGMENTS)
+    dual_coef: list[Number] = Field(max_length=MAX_SEGMENTS)
     knots: list[Speed] = Field(min_length=1, max_length=MAX_SEGMENTS)
     coefficients: list[Annotated[list[Number], Field(min_length=4, max_length=4)]] = Field(
         min_length=1, max_length=MAX_SEGMENTS

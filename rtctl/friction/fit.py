@@ -52,19 +52,17 @@ class Regression:
 def train(speed: np.ndarray, friction_nm: np.ndarray, c: float, epsilon_nm: float) -> Regression:
     """Train the epsilon-SVR with the spline kernel on one direction.
 
+    Points that all lie within epsilon of a constant give that constant, without a support vector.
+
     Raises
     ------
     DataError
-        When the regression does not converge, or keeps no support vector.
+        When the regression does not converge.
     """
     model: Any = _sklearn_svr(c, epsilon_nm).fit(kernels.spline(speed[:, None], speed[:, None]), friction_nm)
     if model.fit_status_ != 0 or model.n_iter_ >= MAX_ITERATIONS:
         raise DataError(
             f"the regression did not converge at C = {c:g}; choose a smaller C or a larger epsilon"
-        )
-    if not len(model.support_):
-        raise DataError(
-            f"all points lie within epsilon = {epsilon_nm:g} N m of a constant; choose a smaller epsilon"
         )
     return Regression(speed[model.support_], model.dual_coef_[0], float(model.intercept_[0]))
 

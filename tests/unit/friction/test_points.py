@@ -1,0 +1,109 @@
+"""Reading friction points: what is taken, and how bad files are refused."""
+
+import hashlib
+
+import numpy as np
+import pytest
+
+from rtctl.errors import DataError
+from rtctl.friction.points import read_points
+
+SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0]
+
+
+def _lines():
+    header = ["velocity_rad_s,friction_torque_nm,direction"]
+    return header + [f"{s * v},{s * (0.25 + 0.05 * v)},{s}" for s in (1, -1) for v in SPEEDS]
+
+
+def _write(path, lines):
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_points_are_split_by_direction_and_sorted(tmp_path):
+    lines = _lines()
+    path = _write(tmp_path / "p.csv", [lines[0], *reversed(lines[1:]), "0,0.35,1", "0,-0.37,-1"])
+    points = read_points(path)
+    speed, friction = points.branch(-1)
+    assert speed.tolist() == [0.0, *SPEEDS]
+    assert friction[0] == 0.37
+    assert points.branch(1)[1][0] == 0.35
+    assert points.sha256 == hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def test_a_break_away_point_without_direction_follows_its_torque(tmp_path):
+    lines = [
+        "velocity_rad_s,friction_torque_nm",
+        *(line.rsplit(",", 1)[0] for line in _lines()[1:]),
+        "0,-0.4",
+    ]
+    assert read_points(_write(tmp_path / "p.csv", lines)).branch(-1)[1][0] == 0.4
+
+
+def test_comments_blank_lines_and_other_columns_are_ignored(tmp_path):
+    lines = ["# a rig", "note," + _lines()[0] + ",std_nm,count", ""]
+    lines += ["x," + line + ",0.004,100" for line in _lines()[1:]]
+    points = read_points(_write(tmp_path / "p.csv", lines))
+    assert len(points.friction_nm) == 16
+    assert points.std_nm.tolist() == [0.004] * 16
+    assert points.count.tolist() == [100] * 16
+
+
+def test_missing_optional_columns_are_nan(tmp_path):
+    assert np.isnan(read_points(_write(tmp_path / "p.csv", _lines())).std_nm).all()
+
+
+@pytest.mark.parametrize(
+    ("row", "text", "named"),
+    [
+        (0, "velocity,friction_torque_nm,direction", ["row 1", "velocity_rad_s", "missing"]),
+        (0, "velocity_rad_s,velocity_rad_s,friction_torque_nm", ["row 1", "twice"]),
+        (3, "nan,0.25,1", ["row 4", "velocity_rad_s", "nan"]),
+        (3, "0.05,inf,1", ["row 4", "friction_torque_nm", "inf"]),
+        (3, "0.05,,1", ["row 4", "friction_torque_nm"]),
+        (3, "0.05,abc,1", ["row 4", "friction_torque_nm", "abc"]),
+        (3, "1e9,0.25,1", ["row 4", "velocity_rad_s", "10000"]),
+        (3, "0.05,0.25", ["row 4", "2 cells"]),
+        (3, "0.05,-0.25,1", ["row 4", "friction_torque_nm", "against the motion"]),
+        (3, "0,-0.25,1", ["row 4", "friction_torque_nm", "against the motion"]),
+        (3, "0.05,0,1", ["row 4", "friction_torque_nm", "drop the row"]),
+        (3, "0.05,0.25,-1", ["row 4", "direction", "contradicts"]),
+        (3, "0.05,0.25,0.5", ["row 4", "direction", "+1 nor -1"]),
+    ],
+)
+def test_a_bad_row_is_refused_naming_file_row_column_and_remedy(tmp_path, row, text, named):
+    lines = _lines()
+    lines[row] = text
+    path = _write(tmp_path / "p.csv", lines)
+    with pytest.raises(DataError) as caught:
+        read_points(path)
+    for part in [str(path), *named]:
+        assert part in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("lines", "named"),
+    [
+        ([], "empty"),
+        (_lines()[:1], "at least 8"),
+        (_lines()[:9], "direction -1: 0 points"),
+        (_lines()[:-1], "direction -1: 7 points"),
+        ([_lines()[0], *(["0.1,0.25,1"] * 7), "0.1,0.26,1", *_lines()[9:]], "only 1 different speeds"),
+        ([_lines()[0], *(f"{v},0.25,1" for v in SPEEDS), *_lines()[9:]], "constant at 0.25"),
+        ([_lines()[0], *_lines()[1:9] * 251, *_lines()[9:]], "at most 2000"),
+    ],
+)
+def test_too_few_one_sided_or_constant_points_are_refused(tmp_path, lines, named):
+    path = _write(tmp_path / "p.csv", lines)
+    with pytest.raises(DataError, match=named) as caught:
+        read_points(path)
+    assert str(path) in str(caught.value)
+
+
+def test_a_file_that_is_absent_or_binary_is_refused(tmp_path):
+    with pytest.raises(DataError, match="cannot read"):
+        read_points(tmp_path / "absent.csv")
+    (tmp_path / "b.csv").write_bytes(b"\xff\xfe\x00\x80")
+    with pytest.raises(DataError, match="not a text file"):
+        read_points(tmp_path / "b.csv")
