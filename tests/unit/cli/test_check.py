@@ -1,0 +1,235 @@
+"""`rtctl check`: figures against hand calculation, refusals with their remedy, JSON and plot."""
+
+import dataclasses
+import json
+import sys
+
+import numpy as np
+import pytest
+
+from rtctl.__main__ import main
+from rtctl.config import Config, LoadedConfig
+from rtctl.errors import ModelError, StabilityError
+from rtctl.friction import artefact
+from rtctl.friction.fit import fit_points
+from rtctl.friction.points import FrictionPoints
+from rtctl.stability_report import examine
+
+RIG = """
+schema = 1
+[rig]
+name = "bench"
+[[axis]]
+name = "joint"
+inertia_kgm2 = 0.012
+viscous_nms_rad = 0.05
+encoder_counts_per_rev = 160000
+torque_constant_nm_a = 0.0134
+gear_ratio = 80.0
+lever_m = [0.0, 0.1, 0.0]
+torque_limit_nm = 2.0
+torque_rate_nm_s = 200.0
+velocity_limit_rad_s = {limit}
+[axis.coupling]
+stiffness_nm_rad = {k_c}
+damping_nms_rad = {b_c}
+delay_ticks = {d}
+[axis.environment]
+kind = "spring"
+stiffness_nm_rad = 40.0
+[axis.friction]
+model = "{model}"
+gain = {gain}
+policy = "{policy}"
+drift_nm = {drift}
+[[device]]
+kind = "mock"
+"""
+DEFAULTS = {
+    "k_c": 60.0,
+    "b_c": 0.01,
+    "d": 0,
+    "model": "",
+    "gain": 0.9,
+    "policy": "hybrid",
+    "drift": 0.0,
+    "limit": 2.0,
+}
+
+
+@pytest.fixture(scope="module")
+def model():
+    v = np.concatenate([[0.0], np.geomspace(0.01, 2, 60)])
+    rows = [(s * x, 0.25 + 0.1 * np.exp(-((x / 0.1) ** 2)) + 0.05 * x, s, 0, 1) for s in (1, -1) for x in v]
+    points = FrictionPoints.from_rows(rows, "p.csv", "0" * 64)
+    return fit_points(points, rig="bench", epsilon_nm=1e-4, c=1e4)
+
+
+@pytest.fixture
+def rig(tmp_path, model):
+    artefact.save(model, tmp_path / "model.json")
+
+    def write(**changes):
+        path = tmp_path / "rig.toml"
+        path.write_text(RIG.format(**(DEFAULTS | changes)))
+        return path
+
+    return write
+
+
+def _load(path):
+    import tomllib
+
+    config = Config.model_validate(tomllib.loads(path.read_text()))
+    return LoadedConfig(path=path, sha256="0" * 64, config=config, options={})
+
+
+def _run(monkeypatch, capsys, *arguments):
+    monkeypatch.setattr(sys, "argv", ["rtctl", *map(str, arguments)])
+    code = 0
+    try:
+        main()
+    except SystemExit as stop:
+        code = stop.code or 0
+    streams = capsys.readouterr()
+    return code, streams.out, streams.err
+
+
+def test_without_a_model_the_rig_files_damping_gates(rig):
+    (axis,) = examine(_load(rig())).axes
+    assert axis.ok
+    assert axis.device_damping_nms_rad == 0.05
+    assert axis.sampled_data_margin_nms_rad == pytest.approx(0.05 - 0.01 - 0.03)
+    assert axis.sampled_data_k_max_nm_rad == pytest.approx(80)
+    assert axis.adams_hannaford_k_max_nm_rad == pytest.approx(419.0890, abs=1e-4)
+    assert axis.felt_stiffness_nm_rad == pytest.approx(24)
+    assert axis.quantisation_torque_nm == pytest.approx(60 * 3.927e-5 / 2 + 0.01 * 3.927e-2, rel=1e-4)
+    assert axis.friction is None
+
+
+def test_a_coupling_exactly_at_its_bound_passes(rig):
+    assert examine(_load(rig(k_c=80.0))).ok
+    assert not examine(_load(rig(k_c=80.001))).ok
+
+
+def test_with_a_model_the_secant_damping_of_the_theory_gates(rig):
+    (axis,) = examine(_load(rig(model="model.json"))).axes
+    figures = axis.friction
+    # theory 2.2 at kappa .9: .0625, less the model's error at 2 rad/s
+    assert axis.device_damping_nms_rad == pytest.approx(0.0625 - figures.error_max_nm / 2, abs=2e-4)
+    assert figures.secant_speed_rad_s == pytest.approx(2.0)
+    assert figures.slope_damping_nms_rad == pytest.approx(-0.0358, abs=0.02)
+
+
+def test_drift_lowers_the_guaranteed_damping(rig):
+    plain = examine(_load(rig(model="model.json"))).axes[0].device_damping_nms_rad
+    drifted = examine(_load(rig(model="model.json", drift=0.01))).axes[0].device_damping_nms_rad
+    assert plain - drifted == pytest.approx(0.01 / 2, abs=1e-6)
+
+
+def test_policies_without_a_force_gate_are_capped_below_dry_friction(rig, model):
+    gated = examine(_load(rig(model="model.json"))).axes[0].friction
+    ungated = examine(_load(rig(model="model.json", policy="tanh"))).axes[0].friction
+    assert gated.two_line_margin_nm < 0 < gated.two_line_capped_margin_nm
+    assert ungated.two_line_margin_nm == ungated.two_line_capped_margin_nm
+    assert ungated.feedforward_max_nm == pytest.approx(0.9 * model.friction_min_nm.min())
+    assert gated.feedforward_max_nm == pytest.approx(0.9 * 0.35, abs=0.9 * gated.error_max_nm)
+
+
+def test_no_feed_forward_keeps_the_whole_friction(rig, model):
+    figures = examine(_load(rig(model="model.json", policy="off"))).axes[0].friction
+    assert figures.feedforward_max_nm == 0
+    expected = min((branch.magnitude(2.0) - branch.error_max_nm) / 2 for branch in model.branches)
+    assert figures.secant_damping_nms_rad == pytest.approx(expected, rel=1e-9)
+    assert expected == pytest.approx(0.175, abs=figures.error_max_nm)
+
+
+def test_beyond_the_trained_range_only_the_rig_files_damping_counts(rig):
+    near = examine(_load(rig(model="model.json", policy="off"))).axes[0]
+    far = examine(_load(rig(model="model.json", policy="off", limit=20.0))).axes[0]
+    assert near.friction.beyond_damping_nms_rad is None
+    assert far.friction.beyond_damping_nms_rad == pytest.approx((0.35 + 0.05 * 18) / 20, abs=1e-3)
+    assert far.device_damping_nms_rad < near.device_damping_nms_rad
+
+
+def test_the_largest_stiffness_of_the_refusal_passes(rig):
+    refusal = examine(_load(rig(k_c=100.0, d=1))).refusal()
+    bound = refusal.split("largest that passes is ")[1].split()[0]
+    assert examine(_load(rig(k_c=float(bound), d=1))).ok
+    assert not examine(_load(rig(k_c=float(bound) * 1.001, d=1))).ok
+
+
+def test_the_recommended_pair_of_the_refusal_passes(rig):
+    text = examine(_load(rig(k_c=100.0, b_c=0.06))).refusal()
+    assert "axis[0].coupling.damping_nms_rad" in text
+    assert "bound 0.05" in text
+    pair = [float(part.split(" = ")[1]) for part in text.split("recommended: ")[1].split(", ")]
+    assert examine(_load(rig(k_c=pair[0], b_c=pair[1]))).ok
+
+
+def test_a_feed_forward_that_may_exceed_friction_is_refused_with_a_gain_that_passes(rig):
+    report = examine(_load(rig(model="model.json", gain=1.0, drift=0.05)))
+    assert not report.ok
+    assert "axis[0].friction.gain" in report.refusal()
+    gain = float(report.refusal().split("gain of at most ")[1].split()[0])
+    assert 0 < gain < 1
+    assert examine(_load(rig(model="model.json", gain=gain, drift=0.05))).ok
+    with pytest.raises(StabilityError):
+        report.require()
+
+
+def test_a_model_of_another_rig_or_a_damaged_one_is_refused(rig, model, tmp_path):
+    path = rig(model="model.json")
+    artefact.save(dataclasses.replace(model, rig="other"), tmp_path / "model.json")
+    with pytest.raises(ModelError, match="rig"):
+        examine(_load(path))
+    (tmp_path / "model.json").write_text("{}")
+    with pytest.raises(ModelError, match="format"):
+        examine(_load(path))
+
+
+def test_a_passing_file_prints_ok_and_exits_0(rig, monkeypatch, capsys, tmp_path):
+    picture = tmp_path / "region.png"
+    code, out, err = _run(monkeypatch, capsys, "check", rig(model="model.json"), "--plot", picture)
+    assert (code, err) == (0, "")
+    assert "OK: passive with every passive hand" in out
+    assert "sampled-data margin" in out
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_failing_file_exits_5_naming_file_axis_key_value_and_bound(rig, monkeypatch, capsys):
+    path = rig(k_c=100.0)
+    code, out, err = _run(monkeypatch, capsys, "check", path)
+    assert code == 5
+    assert "FAIL  gates" in out
+    assert err.count("\n") == 1
+    for part in (str(path), "axis[0].coupling.stiffness_nm_rad", "joint", "100", "80 N m/rad", "recommended"):
+        assert part in err
+
+
+def test_json_is_one_object_with_and_without_success(rig, monkeypatch, capsys):
+    code, out, _ = _run(monkeypatch, capsys, "check", rig(), "--json")
+    assert code == 0
+    assert json.loads(out)["ok"] is True
+    code, out, err = _run(monkeypatch, capsys, "check", rig(k_c=100.0), "--json")
+    body = json.loads(out)
+    assert (code, err) == (5, "")
+    assert (body["ok"], body["error"], body["exit_code"]) == (False, "StabilityError", 5)
+    assert body["axes"][0]["sampled_data_k_max_nm_rad"] == pytest.approx(80)
+
+
+def test_json_holds_no_infinity(rig, monkeypatch, capsys):
+    _, out, _ = _run(monkeypatch, capsys, "check", rig(k_c=0.0, b_c=0.0), "--json")
+    assert json.loads(out, parse_constant=pytest.fail)["axes"][0]["ring_damping_ratio"] is None
+
+
+def test_a_plot_that_cannot_be_written_is_a_named_error(rig, monkeypatch, capsys, tmp_path):
+    code, _, err = _run(monkeypatch, capsys, "check", rig(), "--plot", tmp_path / "no" / "where.png")
+    assert code == 10
+    assert "cannot write the plot" in err
+
+
+def test_a_missing_rig_file_exits_3(monkeypatch, capsys, tmp_path):
+    code, _, err = _run(monkeypatch, capsys, "check", tmp_path / "absent.toml")
+    assert code == 3
+    assert "absent.toml" in err
