@@ -6,11 +6,13 @@ resolution; noise, bias and unevenness are switched on in the rig file.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from hw.mock.records import GRIPS, SINES
+
+T = TypeVar("T")
 
 
 class _Table(BaseModel):
@@ -142,7 +144,7 @@ class MockOptions(_Table):
         default=1, ge=0, le=2**63 - 1, description="of all noise; same seed, same run, bit for bit"
     )
     substeps: int = Field(
-        default=0, ge=0, le=1000, description="plant steps per period; 0: as many as 60 us need"
+        default=0, ge=0, le=1000, description="plant steps per period; 0: as many as 100 us need"
     )
     time_to_live_ticks: int = Field(
         10, ge=1, le=50, description="a current is held this long without a new one"
@@ -151,5 +153,14 @@ class MockOptions(_Table):
     estop_from_s: float = _number(0, 1e9, "emergency stop pressed from here", 0.0)
     estop_to_s: float = _number(0, 1e9, "to here; equal: never", 0.0)
     force: ForceOptions = ForceOptions()
-    axis: tuple[AxisOptions, ...] = Field(default=(AxisOptions(),), min_length=1, max_length=8, strict=False)
-    hand: tuple[HandOptions, ...] = Field(default=(HandOptions(),), min_length=1, max_length=8, strict=False)
+    axis: tuple[AxisOptions, ...] = Field(default=(AxisOptions(),), strict=False)
+    hand: tuple[HandOptions, ...] = Field(default=(HandOptions(),), strict=False)
+
+    @field_validator("axis", "hand")
+    @classmethod
+    def _some(cls, tables: tuple[T, ...]) -> tuple[T, ...]:
+        # as Field(min_length=1) one bad table would be reported as "too short" besides
+        if not 1 <= len(tables) <= 8:
+            msg = f"needs 1 to 8 tables, not {len(tables)}"
+            raise ValueError(msg)
+        return tables

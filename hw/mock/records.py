@@ -24,7 +24,7 @@ GRIPS = 8
 DELAY_LINE = 17
 """Length of the line of commanded currents: delays of 0 to 16 periods."""
 
-SUBSTEP_S = 60e-6
+SUBSTEP_S = 100e-6
 """Longest sub-step of the plant: theory section 4 finds .14 % speed error at 100 us."""
 
 
