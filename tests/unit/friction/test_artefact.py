@@ -8,7 +8,6 @@ import sys
 import numpy as np
 import pytest
 
-from hw.jit import JIT_DISABLED
 from rtctl.control.friction import friction_magnitude
 from rtctl.control.jit import records
 from rtctl.errors import ModelError
@@ -77,7 +76,6 @@ def test_saving_leaves_no_temporary_file_and_replaces_whole(model, path):
     assert [p.name for p in path.parent.iterdir()] == ["m.json"]
 
 
-@pytest.mark.skipif(JIT_DISABLED, reason="slow as plain Python")
 def test_the_loops_compiled_evaluation_is_the_models_magnitude(model):
     record = records(model.record())
     velocity = np.concatenate(
