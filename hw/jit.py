@@ -16,10 +16,11 @@ from typing import Any, TypeVar, cast
 
 import numba
 import numpy as np
+from numba.core import config as numba_config
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-JIT_DISABLED = bool(numba.config.DISABLE_JIT)
+JIT_DISABLED = bool(numba_config.DISABLE_JIT)  # type: ignore[attr-defined] # set at import, untyped
 
 
 def cache_root() -> Path:
@@ -50,7 +51,7 @@ def compiler(*roots: Path) -> Callable[[F], F]:
     folder = str(cache_root() / "compiled" / source_key(*roots))
 
     def compiled(function: F) -> F:
-        numba.config.CACHE_DIR = folder
+        numba_config.CACHE_DIR = folder  # type: ignore[attr-defined] # read by njit below
         return cast("F", numba.njit(cache=True, error_model="numpy")(function))
 
     return compiled

@@ -16,7 +16,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from hw import registry
-from hw.interface import Rig
+from hw.interface import BackendError, Rig
 from rtctl.errors import ConfigError
 
 
@@ -36,7 +36,9 @@ Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,31}$")]
 class RigTable(Table):
     """[rig]"""
 
-    name: Name = Field(description="rig name: lock file, telemetry, model files and service instance carry it")
+    name: Name = Field(
+        description="rig name: lock file, telemetry, model files and service instance carry it"
+    )
     description: str = Field("", max_length=200)
 
 
@@ -44,9 +46,12 @@ class LoopTable(Table):
     """[loop]"""
 
     rate_hz: float = _number(100, 20_000, "control rate", default=1000.0)
-    clock: Literal["wall", "virtual"] = Field("wall", description="virtual: as fast as it can, simulated rigs only")
+    clock: Literal["wall", "virtual"] = Field(
+        "wall", description="virtual: as fast as it can, simulated rigs only"
+    )
     realtime: Literal["require", "prefer", "off"] = Field(
-        "prefer", description="require: refuse to start without real-time rights; a real rig needs them to arm"
+        "prefer",
+        description="require: refuse to start without real-time rights; a real rig needs them to arm",
     )
     priority: int = _number(1, 98, "SCHED_FIFO priority", default=80)
     cpu: int = _number(-1, 1023, "core of the loop; -1: the last core of the machine", default=-1)
@@ -75,7 +80,9 @@ class CouplingTable(Table):
 
     stiffness_nm_rad: float = _number(0, 1e6, "k_c", default=0.0)
     damping_nms_rad: float = _number(0, 1e4, "b_c", default=0.0)
-    delay_ticks: int = _number(0, 20, "whole ticks from reading a sample to its torque at the motor", default=0)
+    delay_ticks: int = _number(
+        0, 20, "whole ticks from reading a sample to its torque at the motor", default=0
+    )
 
 
 class EnvironmentTable(Table):
@@ -93,19 +100,25 @@ class FrictionTable(Table):
     """[axis.friction]"""
 
     model: str = Field("", max_length=500, description="model file, relative to the rig file; empty: none")
-    policy: Literal[
-        "off", "hybrid", "sign", "deadband", "tanh", "dither", "intent", "stop", "stop_gated"
-    ] = "hybrid"
+    policy: Literal["off", "hybrid", "sign", "deadband", "tanh", "dither", "intent", "stop", "stop_gated"] = (
+        "hybrid"
+    )
     gain: float = _number(0, 1, "kappa: share of Coulomb and Stribeck friction compensated", default=0.9)
     viscous_gain: float = _number(0, 1, "kappa_v: share of the viscous part compensated", default=0.0)
     cap_share: float = _number(0, 0.3, "cap of the feed-forward, share of the torque limit", default=0.3)
     tanh_rad_s: float = _number(1e-4, 10, "speed scale of tanh", default=0.02)
-    blend_rad_s: float = _number(1e-4, 10, "hybrid: speed above which motion decides, not intent", default=0.05)
+    blend_rad_s: float = _number(
+        1e-4, 10, "hybrid: speed above which motion decides, not intent", default=0.05
+    )
     deadband_rad_s: float = _number(0, 10, "deadband policy", default=0.01)
     dither_hz: float = _number(1, 1000, "dither policy: frequency", default=80.0)
-    intent_nm: float = _number(1e-5, 1e3, "hand torque at which intent saturates; 0.2 F_c is usual", default=0.05)
+    intent_nm: float = _number(
+        1e-5, 1e3, "hand torque at which intent saturates; 0.2 F_c is usual", default=0.05
+    )
     gate_deadband_nm: float = _number(0, 1e3, "hand torque below which the gate stays shut", default=0.002)
-    gate_nm: float = _number(1e-5, 1e3, "hand torque that opens the gate fully; 0.1 F_c is usual", default=0.03)
+    gate_nm: float = _number(
+        1e-5, 1e3, "hand torque that opens the gate fully; 0.1 F_c is usual", default=0.03
+    )
     gate_lowpass_s: float = _number(0, 1, "time constant of the gate", default=0.01)
     stop_rad: float = _number(1e-7, 1, "stop policy: F_c / sigma0", default=0.001)
     drift_nm: float = _number(0, 1e3, "how far friction may have drifted below the model", default=0.0)
@@ -223,7 +236,9 @@ class LoadedConfig(Table):
     path: Path
     sha256: str
     config: Config
-    options: dict[str, Any] = Field(description="validated options of the device, plain values, absolute paths")
+    options: dict[str, Any] = Field(
+        description="validated options of the device, plain values, absolute paths"
+    )
 
     def model_path(self, axis: AxisTable) -> Path | None:
         """Absolute path of an axis' friction model, or None."""
@@ -232,8 +247,17 @@ class LoadedConfig(Table):
 
 def _lines(path: Path, prefix: str, error: ValidationError) -> list[str]:
     out = []
-    for fault in error.errors(include_url=False):
-        where = prefix + "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in fault["loc"])
+    found = error.errors(include_url=False)
+    for fault in found:
+        deeper = any(
+            len(other["loc"]) > len(fault["loc"]) and other["loc"][: len(fault["loc"])] == fault["loc"]
+            for other in found
+        )
+        if fault["type"] == "too_short" and deeper:  # only says that the entries below it were refused
+            continue
+        where = prefix + "".join(
+            f"[{part}]" if isinstance(part, int) else f".{part}" for part in fault["loc"]
+        )
         key = where.lstrip(".") or "(file)"
         given = fault.get("input")
         shown = "" if isinstance(given, dict | list | tuple | BaseModel) else f" (got {given!r})"
@@ -284,7 +308,7 @@ def _device_options(path: Path, data: dict[str, Any]) -> tuple[dict[str, Any], l
         valid = model.model_validate(options, context={"folder": path.parent})
     except ValidationError as error:
         return {}, _lines(path, "device[0].options", error)
-    except registry.BackendError as error:
+    except BackendError as error:
         return {}, [f"{path}: device[0].kind: {error}"]
     dumped: dict[str, Any] = valid.model_dump(mode="json")
     return dumped, []

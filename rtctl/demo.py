@@ -75,8 +75,12 @@ class Demo:
         for part in self._at_authority(rows):
             self._take(host, part)
         index = min(max(self._entered, 0), len(self.phases) - 1)
-        self.progress(self._ticks / self.rate_hz, self.total_s, self.phases[index].name, self.phases[index].rms_nm())
-        if self._ticks >= round(self.total_s * self.rate_hz) or (len(rows) and rows["state"][-1] == State.FAULT):
+        self.progress(
+            self._ticks / self.rate_hz, self.total_s, self.phases[index].name, self.phases[index].rms_nm()
+        )
+        if self._ticks >= round(self.total_s * self.rate_hz) or (
+            len(rows) and rows["state"][-1] == State.FAULT
+        ):
             host.finish()
 
     @staticmethod

@@ -146,6 +146,9 @@ def _fill_friction(p: np.void, a: int, axis: AxisTable, config: Config, path: Pa
     p["friction_intent_nm"][a] = friction.intent_nm
     p["friction_gate_deadband_nm"][a] = friction.gate_deadband_nm
     p["friction_gate_nm"][a] = friction.gate_nm
-    p["friction_gate_alpha"][a] = -math.expm1(-config.period_s / friction.gate_lowpass_s) if friction.gate_lowpass_s else 1.0
+    p["friction_gate_alpha"][a] = (
+        -math.expm1(-config.period_s / friction.gate_lowpass_s) if friction.gate_lowpass_s else 1.0
+    )
     p["friction_stop_rad"][a] = friction.stop_rad
-    return model.record()[0]
+    record: np.ndarray = model.record()[0]
+    return record

@@ -180,7 +180,9 @@ class RingReader:
             head = int(memory.header[0]["head"])
             if head == 0:
                 return None
-            row = memory.ring.view(np.ndarray)[(head - 1) % memory.ring_rows : (head - 1) % memory.ring_rows + 1].copy()
+            row = memory.ring.view(np.ndarray)[
+                (head - 1) % memory.ring_rows : (head - 1) % memory.ring_rows + 1
+            ].copy()
             if mailbox.seals_fit(words(row))[0]:
                 return row
         return None

@@ -66,8 +66,22 @@ def rows(model_path: Path) -> list[Row]:
     return [
         Row("friction, inside the law", ns, "ns", "random velocities, both directions", 10.0),
         Row("friction, one call from Python", us, "us", "same model", 0.5),
-        Row("friction, faster than scikit-learn", skl_us / us, "x", f"SVR.predict, {n_sv} SVs: {skl_us:.3g} us", 100.0, ">="),
-        Row("friction, faster than onnxruntime", ort_us / us, "x", f"same SVR in ONNX: {ort_us:.3g} us", 5.0, ">="),
+        Row(
+            "friction, faster than scikit-learn",
+            skl_us / us,
+            "x",
+            f"SVR.predict, {n_sv} SVs: {skl_us:.3g} us",
+            100.0,
+            ">=",
+        ),
+        Row(
+            "friction, faster than onnxruntime",
+            ort_us / us,
+            "x",
+            f"same SVR in ONNX: {ort_us:.3g} us",
+            5.0,
+            ">=",
+        ),
     ]
 
 
@@ -80,5 +94,7 @@ def _onnx_call(svr: object) -> Callable[[np.ndarray], object]:
     graph = convert_sklearn(svr, initial_types=[("x", FloatTensorType([None, 1]))])
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = 1
-    session = onnxruntime.InferenceSession(graph.SerializeToString(), options, providers=["CPUExecutionProvider"])
+    session = onnxruntime.InferenceSession(
+        graph.SerializeToString(), options, providers=["CPUExecutionProvider"]
+    )
     return lambda x: session.run(None, {"x": x.astype(np.float32)})

@@ -62,7 +62,9 @@ def wakeup_rows(config: Path, rounds: int, seconds: float) -> list[Row]:
     for percent in (50.0, 99.0):
         mine, reference = ours.percentile_us(percent), theirs.percentile_us(percent)
         text = f"ours {mine:.1f} us, cyclictest {reference:.1f} us, {rounds} x {seconds:g} s each"
-        rows.append(Row(f"wake-up against cyclictest, p{percent:g}", mine / max(reference, 1e-9), "x", text, 1.3))
+        rows.append(
+            Row(f"wake-up against cyclictest, p{percent:g}", mine / max(reference, 1e-9), "x", text, 1.3)
+        )
     return rows
 
 
@@ -86,5 +88,3 @@ def run_daemon(config: Path, seconds: float, *more: str) -> dict[str, float]:
         raise RtctlError(f"rtctl run failed: {done.stderr.strip() or done.stdout.strip()}")
     summary: dict[str, float] = json.loads(done.stdout.splitlines()[-1])
     return summary
-
-

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import sys
+from typing import Any
 
 import numpy as np
 
@@ -66,7 +67,7 @@ def _empty(loaded: LoadedConfig, seconds: float) -> np.ndarray:
     n = round(seconds * loaded.config.loop.rate_hz)
     clock = WallClock()
     out = np.zeros((4, n), np.int64)
-    word = memoryview(np.zeros(16, np.int64))
+    word: Any = memoryview(np.zeros(16, np.int64))  # type: ignore[arg-type]
     realtime.acquire(loaded.config.loop.priority, loaded.config.loop.cpu)
     now, deadline, slot, missed, record_ns = clock.now, clock.now() + period, 0, 0, 0
     for i in range(n):

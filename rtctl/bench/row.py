@@ -43,4 +43,7 @@ def table(rows: list[Row]) -> list[str]:
         ok = {None: "", True: "ok", False: "NO"}[row.ok]
         cells.append((row.name, f"{row.value:.4g}", row.unit, target, ok, row.against))
     widths = [max(len(line[i]) for line in cells) for i in range(6)]
-    return ["  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)).rstrip() for line in cells]
+    return [
+        "  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)).rstrip()
+        for line in cells
+    ]

@@ -26,10 +26,10 @@ COMMANDS: dict[str, str] = {
 
 
 class _LazyGroup(click.Group):
-    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
+    def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
 
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         module = COMMANDS.get(cmd_name)
         return importlib.import_module(module).command if module else None
 
@@ -52,7 +52,11 @@ def report(error: RtctlError, *, as_json: bool) -> None:
     """Show an error: lines on stderr, or one JSON object on stdout for scripts."""
     faults = list(getattr(error, "faults", ()))
     if as_json:
-        body: dict[str, Any] = {"error": type(error).__name__, "message": str(error), "exit_code": error.exit_code}
+        body: dict[str, Any] = {
+            "error": type(error).__name__,
+            "message": str(error),
+            "exit_code": error.exit_code,
+        }
         if isinstance(error, ConfigError):
             body["faults"] = faults
         click.echo(json.dumps(body))

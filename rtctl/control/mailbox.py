@@ -60,7 +60,7 @@ def compiled_checksum(row: np.ndarray, n: int) -> np.uint64:
 
 
 @compiled
-def take(header, slot_words, command_words) -> int:  # noqa: ANN001 - record arrays
+def take(header: np.ndarray, slot_words: np.ndarray, command_words: np.ndarray) -> int:
     """Copy the newest command into `command_words[0]` if it is new and whole. Returns 1 then, else 0.
 
     A slot whose checksum does not fit is being overwritten: it is left alone, counted, and looked at again
@@ -82,7 +82,7 @@ def take(header, slot_words, command_words) -> int:  # noqa: ANN001 - record arr
 
 
 @compiled
-def publish(header, ring_words, tick_words) -> None:  # noqa: ANN001 - record arrays
+def publish(header: np.ndarray, ring_words: np.ndarray, tick_words: np.ndarray) -> None:
     """Seal the tick, copy it into the ring's next row, then raise the head."""
     n = tick_words.shape[1]
     tick_words[0, n - 1] = compiled_checksum(tick_words[0], n - 1)

@@ -44,7 +44,9 @@ class Histogram:
 
     def summary_us(self) -> dict[str, float]:
         """p50, p99, p99.9 and max, us, rounded to 10 ns."""
-        out = {name: round(self.percentile_us(p), 2) for name, p in (("p50", 50), ("p99", 99), ("p99.9", 99.9))}
+        out = {
+            name: round(self.percentile_us(p), 2) for name, p in (("p50", 50), ("p99", 99), ("p99.9", 99.9))
+        }
         return {**out, "max": round(self.max_ns / 1e3, 2)}
 
 

@@ -62,7 +62,11 @@ def main() -> int:
     warm_up(memory, backend)
     compile_s = time.monotonic() - began
     virtual = order["clock"] == "virtual"
-    grants, held = ([], []) if virtual or order["realtime"] == "off" else realtime.acquire(order["priority"], order["cpu"])
+    grants, held = (
+        ([], [])
+        if virtual or order["realtime"] == "off"
+        else realtime.acquire(order["priority"], order["cpu"])
+    )
     granted = bool(grants) and realtime.complete(grants)
     _say("ready", grants=[grant.as_dict() for grant in grants], compile_s=round(compile_s, 3))
     clock: Clock = VirtualClock(memory.header) if virtual else WallClock()
@@ -80,7 +84,8 @@ def main() -> int:
         backend.close()
         for fd in held:
             os.close(fd)
-    _say("ended", reason="shutdown" if stop.requests < 2 else "cut", detail="")
+    modules = sorted({name.partition(".")[0] for name in sys.modules})
+    _say("ended", reason="shutdown" if stop.requests < 2 else "cut", detail="", modules=modules)
     return 0
 
 

@@ -6,7 +6,7 @@ import errno
 import os
 import time
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numba import types
@@ -15,15 +15,15 @@ from hw.jit import JIT_DISABLED, compiler
 
 compiled = compiler(Path(__file__).parent)
 
-_CLOCK_MONOTONIC = 1
-_TIMER_ABSTIME = 1
+_CLOCK_MONOTONIC = np.int32(1)
+_TIMER_ABSTIME = np.int32(1)
 
 # Resolved by name in the C library: the wake-up is then measured where it happens, not after Python has
 # come back from a foreign call (which costs several us at p99).
-_nanosleep = types.ExternalFunction(
+_nanosleep: Any = types.ExternalFunction(
     "clock_nanosleep", types.int32(types.int32, types.int32, types.voidptr, types.voidptr)
 )
-_gettime = types.ExternalFunction("clock_gettime", types.int32(types.int32, types.voidptr))
+_gettime: Any = types.ExternalFunction("clock_gettime", types.int32(types.int32, types.voidptr))
 
 
 @compiled
@@ -32,11 +32,11 @@ def _wait(timespec: np.ndarray, deadline_ns: int) -> int:
     timespec[0], timespec[1] = deadline_ns // 1_000_000_000, deadline_ns % 1_000_000_000
     result = 4
     while result == 4:  # EINTR: a signal came in between; its handler runs when we return
-        result = _nanosleep(types.int32(_CLOCK_MONOTONIC), types.int32(_TIMER_ABSTIME), timespec.ctypes, 0)
+        result = _nanosleep(_CLOCK_MONOTONIC, _TIMER_ABSTIME, timespec.ctypes, 0)
     if result != 0:
         return -result
-    _gettime(types.int32(_CLOCK_MONOTONIC), timespec.ctypes)
-    return timespec[0] * 1_000_000_000 + timespec[1]
+    _gettime(_CLOCK_MONOTONIC, timespec.ctypes)
+    return int(timespec[0] * 1_000_000_000 + timespec[1])
 
 
 class Clock(Protocol):

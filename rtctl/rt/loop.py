@@ -26,7 +26,16 @@ _LEADING = [field.name for field in FIELDS].index("sample_count")
 
 
 @compiled
-def decide(header, slot_words, command_words, tick, state, params, command, model) -> None:  # noqa: ANN001
+def decide(
+    header: np.ndarray,
+    slot_words: np.ndarray,
+    command_words: np.ndarray,
+    tick: np.ndarray,
+    state: np.ndarray,
+    params: np.ndarray,
+    command: np.ndarray,
+    model: np.ndarray,
+) -> None:
     """Take the newest command and run the law: one compiled call per cycle."""
     mailbox.take(header, slot_words, command_words)
     law.step(tick, state, params, command, model)
@@ -49,7 +58,9 @@ class Cycle:
         self.state = records(np.zeros(1, state_dtype(n)))
         self.params = records(memory.params.copy())
         self.model = records(memory.model.copy())
-        self.command = records(np.zeros(2, mailbox.slot_dtype(n)["command"]))  # row 1 is scratch of the intake
+        self.command = records(
+            np.zeros(2, mailbox.slot_dtype(n)["command"])
+        )  # row 1 is scratch of the intake
         self.command_words = words(self.command)
         self.tick_words = words(self.tick)
 

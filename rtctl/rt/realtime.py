@@ -52,7 +52,9 @@ def acquire(priority: int, cpu: int) -> tuple[list[Grant], list[int]]:
     gc.collect()
     gc.freeze()
     gc.disable()
-    grants.append(Grant("gc-freeze", granted=True, required=False, detail="garbage collector off, objects frozen"))
+    grants.append(
+        Grant("gc-freeze", granted=True, required=False, detail="garbage collector off, objects frozen")
+    )
     return grants, held
 
 
@@ -109,4 +111,9 @@ def _dma_latency(held: list[int]) -> Grant:
 
 def _timer_slack() -> Grant:
     ok = ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0) == 0
-    return Grant("timer-slack", granted=ok, required=False, detail="1 ns" if ok else "prctl refused it; harmless under SCHED_FIFO")
+    return Grant(
+        "timer-slack",
+        granted=ok,
+        required=False,
+        detail="1 ns" if ok else "prctl refused it; harmless under SCHED_FIFO",
+    )

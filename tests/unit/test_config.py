@@ -84,7 +84,9 @@ def test_bounds_are_in_the_message(write, key, low, high):
 
 
 def test_inconsistent_pairs_are_named(write):
-    (line,) = faults(write(GOOD.replace("[[device]]", "position_min_rad = 2\nposition_max_rad = 1\n[[device]]")))
+    (line,) = faults(
+        write(GOOD.replace("[[device]]", "position_min_rad = 2\nposition_max_rad = 1\n[[device]]"))
+    )
     assert "position_min_rad 2.0 must be below position_max_rad 1.0" in line
     (line,) = faults(write(GOOD.replace("[0.0, 0.1, 0.0]", "[0.0, 0.0, 0.0]")))
     assert "lever_m" in line

@@ -2,6 +2,7 @@
 
 import os
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -170,6 +171,6 @@ def test_attaching_to_something_else_is_refused():
 
 
 def test_nothing_with_a_name_is_left_behind(memory):
-    assert os.readlink(f"/proc/self/fd/{memory.fd}").startswith("/memfd:")
+    assert str(Path(f"/proc/self/fd/{memory.fd}").readlink()).startswith("/memfd:")
     memory.close()
     memory.close()

@@ -34,7 +34,11 @@ def test_the_json_schema_accepts_a_tick_and_refuses_a_wrong_one():
     row = tick.new_ticks(1, 2)[0]
     body = {name: np.asarray(row[name]).tolist() for name in row.dtype.names}
     jsonschema.validate(body, schema)
-    for bad in ({**body, "extra": 1}, {**body, "position_rad": [0.0]}, {k: v for k, v in body.items() if k != "tick"}):
+    for bad in (
+        {**body, "extra": 1},
+        {**body, "position_rad": [0.0]},
+        {k: v for k, v in body.items() if k != "tick"},
+    ):
         with pytest.raises(jsonschema.ValidationError):
             jsonschema.validate(bad, schema)
 

@@ -1,0 +1,38 @@
+"""Virtual time: speed of the compiled closed loop, and what the compensation does for the hand in it."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+
+from rtctl.bench.row import Row
+from rtctl.config import load
+from rtctl.simulation import Simulation
+
+
+def speed_rows(config: Path, rounds: int, seconds: float) -> list[Row]:
+    """How much faster than real time law and plant run, compiled end to end, armed and moving."""
+    simulation = Simulation(load(config))
+    simulation.arm()
+    speeds = []
+    for _ in range(rounds):
+        began = time.perf_counter()
+        simulation.run(seconds)
+        speeds.append(seconds / (time.perf_counter() - began))
+    text = f"median of {rounds} x {seconds:g} s, slowest {min(speeds):.0f}"
+    return [Row("virtual time, law and plant", float(np.median(speeds)), "x real time", text, 500.0, ">=")]
+
+
+def torque_rows(config: Path, motion: str, measure_s: float) -> list[Row]:
+    """RMS torque of the hand over the same motion without and with compensation."""
+    rms = []
+    for compensation in (0.0, 1.0):
+        simulation = Simulation(load(config))
+        simulation.arm(compensation=compensation)
+        simulation.run(2.0)
+        trace = simulation.run(measure_s)
+        rms.append(float(np.sqrt(np.mean(trace["hand_torque_nm"][:, 0] ** 2))))
+    text = f"off {rms[0]:.4f} N m, on {rms[1]:.4f} N m, {measure_s:g} s"
+    return [Row(f"hand torque reduction, {motion}", 100 * (1 - rms[1] / rms[0]), "%", text, 75.0, ">=")]

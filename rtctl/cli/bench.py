@@ -1,0 +1,63 @@
+"""`rtctl bench`: what this machine and this code do, each figure beside its reference."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+
+import click
+
+from rtctl.bench.row import Row
+
+GROUPS = ("friction", "virtual", "start", "cycle", "wakeup", "streams")
+
+
+@click.command("bench")
+@click.argument("groups", nargs=-1, type=click.Choice(GROUPS))
+@click.option("--quick", is_flag=True, help="shorter runs: a look, not a measurement")
+@click.option("--json", "as_json", is_flag=True, help="one JSON object with all rows")
+def command(groups: tuple[str, ...], *, quick: bool, as_json: bool) -> None:
+    """Measure side by side: friction evaluation, virtual time, start, cycle, wake-up, telemetry streams.
+
+    Give GROUPS to run only some. The whole takes about five minutes and wants an otherwise idle machine;
+    wakeup and streams need cyclictest (Debian rt-tests), friction the extra rtctl[bench].
+    Exit code 0 whatever the figures are; `ok` in each row says whether its target was met.
+    """
+    from rtctl.bench.row import table
+    from rtctl.errors import RtctlError
+
+    chosen = groups or GROUPS
+    measured: list[Row] = []
+    skipped: dict[str, str] = {}
+    for name in chosen:
+        click.echo(f"measuring {name} ...", err=True)
+        try:
+            measured += _group(name, quick=quick)()
+        except (RtctlError, ModuleNotFoundError) as error:
+            skipped[name] = str(error)
+    if as_json:
+        click.echo(json.dumps({"rows": [row.as_dict() for row in measured], "skipped": skipped}))
+        return
+    click.echo("\n".join(table(measured)))
+    for name, why in skipped.items():
+        click.echo(f"not measured: {name}: {why}", err=True)
+
+
+def _group(name: str, *, quick: bool) -> Callable[[], list[Row]]:
+    from rtctl.bench import friction, loop, streams, virtual
+    from rtctl.demo import shipped_config
+
+    mock = shipped_config("mock.toml")
+    short = 0.2 if quick else 1.0
+    return {
+        "friction": lambda: friction.rows(mock.parent / "friction" / "mock.json"),
+        "virtual": lambda: [
+            *virtual.speed_rows(mock, 5, 20 * short),
+            *virtual.torque_rows(mock, "fast sine", 20.0),
+            *virtual.torque_rows(shipped_config("mock-triangle.toml"), "slow triangle", 36.0),
+        ],
+        "start": lambda: loop.start_rows(mock, 1 if quick else 5),
+        "cycle": lambda: loop.cycle_rows(mock, 1 if quick else 4, 10 * short),
+        "wakeup": lambda: loop.wakeup_rows(mock, 1 if quick else 4, max(5.0, 15 * short)),
+        "streams": lambda: streams.rows(shipped_config("mock-10khz.toml"), 60 * short),
+    }[name]

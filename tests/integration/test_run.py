@@ -1,0 +1,227 @@
+"""`rtctl run` as a process: it starts, runs, ends and fails as promised."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from rtctl.client import RigClient
+from rtctl.control.vocabulary import State
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+
+
+def start(config, folder, *more):
+    command = [
+        sys.executable,
+        "-m",
+        "rtctl",
+        "run",
+        str(config),
+        "--runtime-dir",
+        str(folder),
+        "--json",
+        *more,
+    ]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def finish(process, timeout=60):
+    out, err = process.communicate(timeout=timeout)
+    return process.returncode, (json.loads(out.splitlines()[-1]) if out.strip() else None), err
+
+
+def children(pid):
+    return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+@pytest.fixture
+def folder(tmp_path):
+    path = tmp_path / "run"
+    path.mkdir(mode=0o700)
+    return path
+
+
+@pytest.fixture
+def running(folder):
+    process = start(CONFIGS / "mock.toml", folder, "--for", "60")
+    client = RigClient("mock", runtime_dir=str(folder), timeout_s=30.0)
+    client.hello()
+    yield process, client
+    client.close()
+    process.kill()
+    process.communicate()
+
+
+def test_a_run_for_some_seconds_ends_with_the_promised_summary(folder):
+    code, summary, err = finish(start(CONFIGS / "mock.toml", folder, "--arm", "--for", "2"))
+    assert code == 0, err
+    assert set(summary) >= {
+        "state", "ticks", "missed_ticks", "rate_hz", "wakeup_us", "cycle_us", "telemetry", "energy_j", "faults",
+    }  # fmt: skip
+    for latency in ("wakeup_us", "cycle_us"):
+        assert set(summary[latency]) == {"p50", "p99", "p99.9", "max"}
+    assert set(summary["telemetry"]) == {"published", "dropped"}
+    assert summary["state"] == "SHUTDOWN"
+    assert summary["ticks"] > 500
+    assert summary["faults"] == []
+    assert {grant["right"] for grant in summary["realtime"]} >= {
+        "sched-fifo",
+        "mlockall",
+        "affinity",
+        "gc-freeze",
+    }
+
+
+def test_a_virtual_clock_runs_ahead_of_time_and_loses_no_tick(folder, tmp_path):
+    text = (CONFIGS / "mock.toml").read_text().replace('clock = "wall"', 'clock = "virtual"')
+    text = text.replace('"friction/', f'"{CONFIGS}/friction/')
+    config = tmp_path / "virtual.toml"
+    config.write_text(text)
+    code, summary, err = finish(start(config, folder, "--arm", "--for", "2"))
+    assert code == 0, err
+    assert summary["overwritten"] == 0
+    assert summary["missed_ticks"] == 0
+    assert summary["ticks"] > 4000
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_while_active_ramps_the_torque_down_and_exits_0(running, number):
+    process, client = running
+    client.arm()
+    ticks = client.ticks()
+    next(ticks)
+    process.send_signal(number)
+    rows = []
+    while (batch := ticks.receive(1.0)) is not None:
+        rows.append(batch)
+    code, summary, err = finish(process)
+    assert code == 0, err
+    assert summary["state"] == "SHUTDOWN"
+    states = [State(int(s)) for batch in rows for s in batch["state"]]
+    assert State.STOPPING in states
+    torque = [
+        float(t)
+        for batch in rows
+        for t, s in zip(batch["torque_applied_nm"][:, 0], batch["state"], strict=True)
+        if s == State.STOPPING
+    ]
+    assert all(abs(b) <= abs(a) + 1e-12 for a, b in zip(torque, torque[1:], strict=False))
+
+
+def test_a_second_daemon_on_the_same_rig_is_refused_and_the_first_runs_on(running, folder):
+    process, client = running
+    code, body, _ = finish(start(CONFIGS / "mock.toml", folder, "--for", "1"))
+    assert code == 8
+    assert str(process.pid) in body["message"]
+    assert client.status()["state"] is not None
+
+
+def test_a_killed_host_takes_the_loop_with_it_and_leaves_no_obstacle(running, folder):
+    process, client = running
+    (loop,) = children(process.pid)
+    client.close()
+    process.kill()
+    process.communicate()
+    deadline = time.monotonic() + 5
+    while Path(f"/proc/{loop}").exists() and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert not Path(f"/proc/{loop}").exists()
+    code, summary, err = finish(start(CONFIGS / "mock.toml", folder, "--for", "0.5"))
+    assert code == 0, err
+    assert summary["ticks"] > 0
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSEGV])
+def test_a_dead_loop_is_reported_as_such(running, number):
+    process, _ = running
+    (loop,) = children(process.pid)
+    os.kill(loop, number)
+    code, body, _ = finish(process)
+    assert code == 9
+    assert body["error"] == "LoopDiedError"
+
+
+def test_a_stalled_loop_is_noticed_and_killed(running):
+    process, _ = running
+    (loop,) = children(process.pid)
+    os.kill(loop, signal.SIGSTOP)
+    code, body, _ = finish(process)
+    assert code == 9
+    assert "stopped advancing" in body["message"]
+    assert not Path(f"/proc/{loop}").exists()
+
+
+def test_the_loop_process_has_no_network_learner_or_config_library(running):
+    """Looks at what the real process has mapped, and at its modules as it reported them when it was ready."""
+    process, client = running
+    (loop,) = children(process.pid)
+    maps = Path(f"/proc/{loop}/maps").read_text()
+    for library in ("zmq", "sklearn", "pydantic_core")  # scipy comes with numba:
+        assert library not in maps
+    process.send_signal(signal.SIGINT)
+    _, summary, _ = finish(process)
+    modules = set(summary["loop_modules"])
+    assert not modules & {"zmq", "sklearn", "asyncio", "pydantic", "msgpack", "matplotlib", "click"}
+    assert {"numpy", "numba", "rtctl", "hw"} <= modules
+
+
+def test_a_config_that_cannot_be_proved_stable_is_refused_before_anything_starts(folder, tmp_path):
+    text = (CONFIGS / "mock.toml").read_text().replace('"friction/', f'"{CONFIGS}/friction/')
+    lines = [
+        "stiffness_nm_rad = 5000.0" if "stiffness_nm_rad = 60" in line else line for line in text.splitlines()
+    ]
+    config = tmp_path / "stiff.toml"
+    config.write_text("\n".join(lines))
+    code, body, _ = finish(start(config, folder))
+    assert code == 5
+    assert "5000" in body["message"]
+    assert str(config) in body["message"]
+
+
+def test_a_missing_model_is_refused_by_name(folder, tmp_path):
+    text = (CONFIGS / "mock.toml").read_text()
+    config = tmp_path / "rig.toml"
+    config.write_text(text)
+    code, body, _ = finish(start(config, folder))
+    assert code == 4
+    assert "friction/mock.json" in body["message"]
+
+
+def test_all_config_faults_come_in_one_json_object(folder, tmp_path):
+    config = tmp_path / "rig.toml"
+    config.write_text(
+        (CONFIGS / "mock.toml").read_text().replace("rate_hz = ", "rate_hertz = 1\nrate_hz = -")
+    )
+    code, body, _ = finish(start(config, folder))
+    assert code == 3
+    assert len(body["faults"]) == 2
+
+
+def test_without_real_time_rights_a_simulated_rig_warns_and_runs(folder):
+    command = [sys.executable, "-m", "rtctl", "run", str(CONFIGS / "mock.toml"), "--runtime-dir", str(folder)]
+    command += ["--for", "1", "--json"]
+    limited = (
+        "import resource, os, ctypes, sys;"
+        "resource.setrlimit(resource.RLIMIT_MEMLOCK, (65536, 65536));"
+        "resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0));"
+        "[ctypes.CDLL(None).prctl(24, c, 0, 0, 0) for c in (14, 23)];"  # drop CAP_IPC_LOCK, CAP_SYS_NICE for children
+        "ctypes.CDLL(None).prctl(38, 1, 0, 0, 0);"
+        "os.execv(sys.argv[1], sys.argv[1:])"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", limited, *command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    code, summary, err = finish(process)
+    assert code == 0, err
+    assert summary["ticks"] > 0
+    granted = {grant["right"]: grant["granted"] for grant in summary["realtime"]}
+    assert granted["sched-fifo"] is False
+    assert granted["mlockall"] is False
+    assert summary["waiver"] is True
+    assert "LimitRTPRIO" in err
