@@ -1,0 +1,144 @@
+"""`rtctl playback`: the controller over a recorded log."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from rtctl.playback_job import Job
+
+
+def _column(ctx: click.Context, param: click.Parameter, text: str | None) -> dict[str, Any] | None:
+    """Read NAME[:SCALE[:OFFSET]]."""
+    if text is None:
+        return None
+    name, *numbers = text.split(":")
+    if not name or len(numbers) > 2:
+        raise click.BadParameter(f"{text!r} is not NAME[:SCALE[:OFFSET]]", ctx, param)
+    try:
+        return {"column": name, **dict(zip(("scale", "offset"), map(float, numbers), strict=False))}
+    except ValueError as error:
+        raise click.BadParameter(f"{text!r}: scale and offset must be numbers", ctx, param) from error
+
+
+_NUMBER = click.FloatRange(1e-9, 1e9)
+
+
+@click.command("playback")
+@click.argument("config", required=False, type=click.Path(path_type=Path))
+@click.option("--log", type=click.Path(path_type=Path), help="log to run over; default: the one CONFIG names")
+@click.option(
+    "--fit-from",
+    type=click.Path(path_type=Path),
+    multiple=True,
+    help="learn friction from this log of free motion (same columns); may be given several times",
+)
+@click.option("--time", callback=_column, metavar="COLUMN", help="time column, s")
+@click.option("--position", callback=_column, metavar="COLUMN", help="joint angle, rad")
+@click.option("--motor-torque", callback=_column, metavar="COLUMN", help="motor torque at the link, N m")
+@click.option(
+    "--hand-torque", callback=_column, metavar="COLUMN", help="torque of the hand on the joint, N m"
+)
+@click.option("--inertia-kgm2", type=_NUMBER, help="inertia; default: CONFIG's, or by regression in each log")
+@click.option("--fit-inertia", is_flag=True, help="inertia by regression in each log, also with CONFIG")
+@click.option("--torque-limit-nm", type=_NUMBER, default=1.0, show_default=True, help="without CONFIG")
+@click.option("--lever-m", type=_NUMBER, default=0.1, show_default=True, help="without CONFIG")
+@click.option("--counts-per-rev", type=_NUMBER, default=100_000.0, show_default=True, help="without CONFIG")
+@click.option(
+    "--bias",
+    type=click.Choice(["midpoint", "zero"]),
+    default="midpoint",
+    show_default=True,
+    help="zero of the torque sensor: half way between the directions, in each log; or as recorded",
+)
+@click.option(
+    "--train-share", type=click.FloatRange(0.1, 1.0), default=1.0, help="train on the first part only"
+)
+@click.option("--cutoff-hz", type=click.FloatRange(0.1, 1e4), default=20.0, show_default=True)
+@click.option("--speed-min-rad-s", type=click.FloatRange(0, 100), default=0.03, show_default=True)
+@click.option("--epsilon-nm", type=_NUMBER, default=0.001, show_default=True, help="tube of the regression")
+@click.option("--save-model", type=click.Path(path_type=Path), help="keep the learned model in this file")
+@click.option("--plot", type=click.Path(path_type=Path), help="write a figure (PNG)")
+@click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout")
+def command(config: Path | None, *, as_json: bool, **options: Any) -> None:  # noqa: ANN401
+    """Run the real control loop over a recorded log and report what compensation would have done.
+
+    Friction is learned from --fit-from, or CONFIG's model is used. The rig and the columns come from CONFIG
+    (a rig file whose device is playback), or from --time, --position, ... A COLUMN is NAME[:SCALE[:OFFSET]];
+    a negative scale turns a sign. Nothing moves: hand and motion stay the recorded ones. See docs/playback.md.
+    """
+    from rtctl.playback_job import Job, run
+
+    job = Job(config=config, **options)
+    result = run(job)
+    click.echo(json.dumps(result) if as_json else "\n".join(_lines(result, job)))
+
+
+def _lines(result: dict[str, Any], job: Job) -> list[str]:
+    log = result["log"]
+    lines = [f"log      {log['file']} ({log['samples']} friction samples, {result['rate_hz']:.6g} Hz)"]
+    lines.append(_dynamics(log))
+    for each in result["fit"]["logs"] if "fit" in result else ():
+        lines += [f"fit from {each['file']}", _dynamics(each)]
+    if "fit" in result:
+        fit = result["fit"]
+        lines.append(
+            f"model    {fit['points']} points, support vectors {fit['support_vectors']} (forward, backward)"
+        )
+    for name, title in (("held_out", "held-out part of the training logs"), ("prediction", "the log")):
+        if name in result:
+            lines.append(_prediction(title, result[name]))
+    lines += _interaction(result["interaction"]) if "interaction" in result else []
+    lines += [f"figure   {job.plot}"] if job.plot else []
+    return lines
+
+
+def _dynamics(log: dict[str, Any]) -> str:
+    found = log["regression"]
+    return (
+        f"         regression: inertia {found['inertia_kgm2']:.4g} kg m^2, "
+        f"viscous {found['viscous_nms_rad']:.4g} N m s/rad, "
+        f"levels {1e3 * found['level_forward_nm']:+.1f} / {1e3 * found['level_backward_nm']:+.1f} mN m, "
+        f"residual {1e3 * found['rms_nm']:.2f} mN m\n"
+        f"         taken: inertia {log['inertia_kgm2']:.4g} kg m^2, bias {1e3 * log['bias_nm']:+.1f} mN m"
+    )
+
+
+def _prediction(title: str, found: dict[str, Any]) -> str:
+    if found.get("trained_on_it"):
+        title += " (which is among the training logs)"
+    return (
+        f"friction of {title}: RMS {1e3 * found['friction_rms_nm']:.2f} mN m, "
+        f"error {1e3 * found['rmse_nm']:.2f} mN m\n"
+        f"         (forward {1e3 * found['rmse_forward_nm']:.2f}, backward {1e3 * found['rmse_backward_nm']:.2f}; "
+        f"one curve for both directions {1e3 * found['rmse_symmetric_nm']:.2f}), "
+        f"{100 * found['in_range_share']:.1f} % in the trained range"
+    )
+
+
+def _interaction(found: dict[str, Any]) -> list[str]:
+    ended = (
+        f"{found['first_fault']} at {found['stopped_at_s']:.3f} s"
+        if found["first_fault"]
+        else "the end of the log"
+    )
+    lines = [
+        f"loop     {found['ticks']} ticks up to {ended}, {found['counted_ticks']} of them counted (full authority)",
+        f"         faults: {found['faults']}; torque limited in {found['limited_ticks']} ticks; "
+        f"{100 * found['in_range_share']:.1f} % in the trained range",
+        "RMS, mN m     share   hand felt   feed-forward     left   reduction | inertia   friction   friction left",
+    ]
+    for name in ("all", "forward", "backward", "slow"):
+        part = found[name]
+        milli = {key: 1e3 * value for key, value in part.items()}
+        lines.append(
+            f"  {name:<10} {100 * part['share']:5.1f} %   {milli['hand_rms_nm']:9.2f}   "
+            f"{milli['feedforward_rms_nm']:12.2f}   {milli['left_rms_nm']:6.2f}   {100 * part['reduction']:7.1f} % | "
+            f"{milli['inertia_rms_nm']:7.2f}   {milli['friction_rms_nm']:8.2f}   {milli['friction_left_rms_nm']:13.2f}"
+        )
+    lines.append("left = hand minus feed-forward: what the hand would have felt, had it moved the same way")
+    return lines
