@@ -1,0 +1,213 @@
+"""What `hw.interface.Backend` promises, run against every backend there is.
+
+A new backend adds one row to `ROWS`: a function that makes it, ready for `open`, for a rig of its axes.
+"""
+
+import inspect
+import json
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from hw import registry
+from hw.interface import CHANNEL_FIELDS, Rig
+from rtctl.control.jit import records
+from rtctl.tick import FIELDS, new_ticks
+
+SAMPLES = 60
+
+
+def rig(n_axes):
+    return Rig(
+        n_axes=n_axes,
+        period_s=1e-3,
+        gear_ratio=np.full(n_axes, 80.0),
+        gear_efficiency=np.full(n_axes, 0.72),
+        torque_constant_nm_a=np.full(n_axes, 0.0134),
+        encoder_counts_per_rev=np.full(n_axes, 160_000.0),
+        lever_m=np.array([[0.0, 0.1, 0.0], [0.0, 0.0, 0.1]])[:n_axes],
+    )
+
+
+def mock(n_axes, folder):
+    hands = [{"kind": "sine", "start_s": 0.0}, {"kind": "triangle", "start_s": 0.0}][:n_axes]
+    return {"hand": hands, "force": {"noise_n": 0.01}, "axis": [{"current_noise_a": 0.01}]}
+
+
+def playback(n_axes, folder):
+    lines = [
+        f"{k / 1000!r},{0.01 * k!r},{0.1 * math.sin(k)!r},{0.05 * math.cos(k)!r}" for k in range(SAMPLES)
+    ]
+    (folder / "log.csv").write_text("t,x,q,h\n" + "\n".join(lines) + "\n")
+    axis = {"position": {"column": "x"}, "motor_torque": {"column": "q"}, "hand_torque": {"column": "h"}}
+    return {"file": "log.csv", "time": {"column": "t"}, "axis": [axis]}
+
+
+ROWS = {"mock": ("mock", 1, mock), "mock, two axes": ("mock", 2, mock), "playback": ("playback", 1, playback)}
+
+
+class Subject:
+    """A backend under test, and ticks of its size."""
+
+    def __init__(self, row, folder):
+        self.kind, self.n_axes, table = ROWS[row]
+        valid = registry.options_model(self.kind).model_validate(
+            table(self.n_axes, folder), context={"folder": folder}
+        )
+        self.options = valid.model_dump(mode="json")
+        self.backend = registry.create(self.kind, self.options, rig(self.n_axes))
+
+    def tick(self, slot=0):
+        tick = records(new_ticks(1, self.n_axes))
+        tick["tick"] = slot
+        return tick
+
+
+@pytest.fixture(params=ROWS)
+def subject(request, tmp_path):
+    made = Subject(request.param, tmp_path)
+    yield made
+    made.backend.close()
+
+
+@pytest.fixture
+def running(subject):
+    subject.backend.open()
+    return subject
+
+
+def test_channels_are_known_and_none_is_both_given_and_taken(subject):
+    provides, consumes = subject.backend.provides, subject.backend.consumes
+    assert isinstance(provides, frozenset)
+    assert isinstance(consumes, frozenset)
+    assert provides | consumes <= set(CHANNEL_FIELDS)
+    assert not provides & consumes
+    assert provides
+
+
+def test_the_methods_are_those_of_the_interface(subject):
+    for name, arguments in {"open": [], "read": ["tick"], "write": ["tick"], "stop": [], "close": []}.items():
+        assert list(inspect.signature(getattr(subject.backend, name)).parameters) == arguments
+
+
+def test_stop_is_safe_before_open_and_after_close_and_often(subject):
+    subject.backend.stop()
+    subject.backend.open()
+    subject.backend.stop()
+    subject.backend.stop()
+    subject.backend.close()
+    subject.backend.stop()
+
+
+def test_open_and_close_may_be_repeated(subject):
+    subject.backend.close()
+    subject.backend.open()
+    subject.backend.open()
+    subject.backend.read(subject.tick())
+    subject.backend.close()
+    subject.backend.close()
+
+
+def test_every_fresh_sample_advances_the_count_by_one(running):
+    for slot in range(SAMPLES):
+        tick = running.tick(slot)
+        running.backend.read(tick)
+        assert tick["sample_count"][0] == slot + 1
+        running.backend.write(tick)
+
+
+def test_reading_writes_the_given_channels_and_nothing_else(running, request):
+    if running.kind == "playback":
+        reason = "playback also clears estop and temperature_c, which another device of a rig may provide"
+        request.applymarker(pytest.mark.xfail(reason=reason, strict=True))
+    allowed = {CHANNEL_FIELDS[channel] for channel in running.backend.provides} | {
+        "sample_count",
+        "link_faults",
+    }
+    for sentinel in (77, -55):
+        tick = running.tick()
+        for field in FIELDS:
+            tick[field.name] = sentinel if field.kind != "bits" else 77
+        tick["tick"] = 0
+        before = tick.copy()
+        running.backend.read(tick)
+        changed = {field.name for field in FIELDS if not np.array_equal(tick[field.name], before[field.name])}
+        assert changed <= allowed
+        assert "sample_count" in changed
+        assert "position_rad" in changed
+        assert tick["link_faults"][0] == 0, "a good sample clears what an earlier one left"
+
+
+def test_writing_changes_nothing_in_the_tick(running):
+    tick = running.tick()
+    running.backend.read(tick)
+    tick["enabled"], tick["current_command_a"], tick["torque_applied_nm"] = 1, 0.3, 0.2
+    before = tick.tobytes()
+    running.backend.write(tick)
+    assert tick.tobytes() == before
+
+
+def test_measurements_are_finite_whatever_is_sent(running):
+    for slot, value in enumerate([0.0, math.nan, math.inf, -math.inf, 1e308, -1e308, 0.5]):
+        tick = running.tick(slot)
+        running.backend.read(tick)
+        for channel in running.backend.provides:
+            assert np.isfinite(tick[CHANNEL_FIELDS[channel]]).all(), channel
+        tick["enabled"], tick["current_command_a"], tick["torque_applied_nm"] = 1, value, value
+        running.backend.write(tick)
+
+
+def test_missed_slots_are_no_error(running):
+    for slot in (0, 1, 5, 6, 40):
+        tick = running.tick(slot)
+        running.backend.read(tick)
+        running.backend.write(tick)
+    assert tick["sample_count"][0] > 0
+
+
+def test_ticks_may_be_rows_of_a_ring(running):
+    ring = records(new_ticks(4, running.n_axes))
+    for slot in range(4):
+        ring["tick"][slot] = slot
+        running.backend.read(ring[slot : slot + 1])
+        running.backend.write(ring[slot : slot + 1])
+    assert ring["sample_count"].tolist() == [1, 2, 3, 4]
+
+
+def test_two_backends_with_the_same_options_show_the_same(running, tmp_path):
+    other = registry.create(running.kind, running.options, rig(running.n_axes))
+    other.open()
+    for slot in range(20):
+        a, b = running.tick(slot), running.tick(slot)
+        running.backend.read(a)
+        other.read(b)
+        assert a.tobytes() == b.tobytes()
+        running.backend.write(a)
+        other.write(b)
+    other.close()
+
+
+def test_the_options_are_plain_data_and_refuse_unknown_keys(subject, tmp_path):
+    model = registry.options_model(subject.kind)
+    dump = json.loads(json.dumps(subject.options))
+    assert model.model_validate(dump, context={"folder": tmp_path}).model_dump(mode="json") == subject.options
+    with pytest.raises(ValueError, match="no_such_key"):
+        model.model_validate({**dump, "no_such_key": 1}, context={"folder": tmp_path})
+
+
+@pytest.mark.parametrize("kind", sorted({kind for kind, _, _ in ROWS.values()}))
+def test_the_loop_process_gets_a_backend_without_the_config_library(kind):
+    module = registry.lookup(kind).factory.partition(":")[0]
+    heavy = "{'pydantic', 'zmq', 'sklearn', 'asyncio', 'rtctl'}"
+    code = f"import sys, {module}; bad = {heavy} & set(sys.modules); sys.exit(', '.join(bad) if bad else 0)"
+    shown = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60
+    )
+    assert shown.returncode == 0, shown.stderr
+
+
+def test_every_built_in_backend_is_in_this_suite():
+    assert set(registry.BUILT_IN) == {kind for kind, _, _ in ROWS.values()}
