@@ -61,8 +61,22 @@ FIELDS: tuple[Field, ...] = (
     _loop("missed_ticks", "1", "grid slots skipped since the loop started"),
     _loop("waiver", "1", "1 while the rig runs without granted real-time rights"),
     # measured: written by the backend
-    Field("sample_count", "int", "scalar", "1", "backend", "device sample counter; must advance for a fresh sample"),
-    Field("link_faults", "bits", "scalar", "1", "backend", "faults of the link this cycle (hw.interface.LinkFault)"),
+    Field(
+        "sample_count",
+        "int",
+        "scalar",
+        "1",
+        "backend",
+        "device sample counter; must advance for a fresh sample",
+    ),
+    Field(
+        "link_faults",
+        "bits",
+        "scalar",
+        "1",
+        "backend",
+        "faults of the link this cycle (hw.interface.LinkFault)",
+    ),
     Field("estop", "int", "scalar", "1", "backend", "1 while the emergency stop input is pressed"),
     _axis("position_rad", "rad", "joint angle, link side, unwrapped", "backend"),
     _axis("current_a", "A", "motor current from the Hall sensor", "backend"),
@@ -71,7 +85,9 @@ FIELDS: tuple[Field, ...] = (
     # command in force: copied by the law from the newest command
     Field("command_seq", "int", "scalar", "1", "law", "sequence number of the command in force"),
     Field("target_age_ticks", "int", "scalar", "1", "law", "ticks since the renderer's last target"),
-    Field("environment_kind", "int", "axis", "1", "law", "virtual environment in force (control.environment)"),
+    Field(
+        "environment_kind", "int", "axis", "1", "law", "virtual environment in force (control.environment)"
+    ),
     _axis("compensation", "1", "share of the configured friction feed-forward in force, 0 to 1"),
     # estimates
     Field("sample_age_ticks", "int", "scalar", "1", "law", "ticks since the last valid sample; 0 is fresh"),
@@ -82,8 +98,12 @@ FIELDS: tuple[Field, ...] = (
     _axis("hand_torque_raw_nm", "N m", "torque of the hand on the joint before tare and filter"),
     # law
     _axis("proxy_position_rad", "rad", "position of the virtual object behind the coupling"),
-    _axis("coupling_torque_nm", "N m", "torque of the virtual coupling on the joint (minus the virtual force)"),
-    _axis("friction_model_nm", "N m", "learned friction magnitude at this speed, 0 outside the trained range"),
+    _axis(
+        "coupling_torque_nm", "N m", "torque of the virtual coupling on the joint (minus the virtual force)"
+    ),
+    _axis(
+        "friction_model_nm", "N m", "learned friction magnitude at this speed, 0 outside the trained range"
+    ),
     _axis("friction_sign", "1", "direction given to the feed-forward, -1 to 1"),
     _axis("friction_gate", "1", "force gate of the feed-forward, 0 to 1"),
     _axis("feedforward_torque_nm", "N m", "friction feed-forward"),
@@ -92,14 +112,20 @@ FIELDS: tuple[Field, ...] = (
     _axis("torque_wanted_nm", "N m", "sum of the law's torques, before authority and gate"),
     _axis("torque_applied_nm", "N m", "torque sent: after authority and gate"),
     _axis("current_command_a", "A", "motor current sent"),
-    _axis("energy_port_j", "J", "passivity observer: energy the controller has absorbed, with credited dissipation"),
+    _axis(
+        "energy_port_j",
+        "J",
+        "passivity observer: energy the controller has absorbed, with credited dissipation",
+    ),
     _axis("energy_hand_j", "J", "net energy the hand has put into the device"),
     _axis("energy_feedforward_j", "J", "net energy the feed-forward has put into the device"),
     # state
     Field("state", "int", "scalar", "1", "law", "state of the machine (control.states.State)"),
     Field("enabled", "int", "scalar", "1", "law", "1 when the actuator is to be enabled"),
     Field("authority", "float", "scalar", "1", "law", "soft-start share of the torque, 0 to 1"),
-    Field("epoch", "int", "scalar", "1", "law", "increases at every stop; commands of an older epoch are void"),
+    Field(
+        "epoch", "int", "scalar", "1", "law", "increases at every stop; commands of an older epoch are void"
+    ),
     Field("faults", "bits", "scalar", "1", "law", "faults present now (control.faults.Fault)"),
     Field("fault_first", "int", "scalar", "1", "law", "bit number of the latched first cause, -1 without"),
     Field("gate_flags", "bits", "axis", "1", "law", "what the gate did to the torque (control.gate)"),

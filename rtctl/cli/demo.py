@@ -12,7 +12,9 @@ import click
 
 @click.command("demo")
 @click.option("--config", type=click.Path(path_type=Path), help="another simulated rig than the shipped mock")
-@click.option("--measure", type=click.FloatRange(1, 600), default=8.0, show_default=True, help="seconds per phase")
+@click.option(
+    "--measure", type=click.FloatRange(1, 600), default=8.0, show_default=True, help="seconds per phase"
+)
 @click.option("--json", "as_json", is_flag=True, help="end with one JSON object on stdout")
 def command(config: Path | None, measure: float, *, as_json: bool) -> None:
     """Feel the difference: a simulated hand moves a simulated rig, friction compensation off, then on."""
@@ -26,8 +28,12 @@ def command(config: Path | None, measure: float, *, as_json: bool) -> None:
         raise ConfigError(f"{loaded.path}: the demonstration arms by itself, so it runs simulated rigs only")
     demo = Demo(loaded.config.loop.rate_hz, measure, _progress(quiet=as_json))
     if not as_json:
-        click.echo(f"The rig of {loaded.path.name}: a simulated joint with gearbox friction, moved by a simulated hand,")
-        click.echo(f"controlled in real time at {loaded.config.loop.rate_hz:g} Hz. Friction compensation off, then on.")
+        click.echo(
+            f"The rig of {loaded.path.name}: a simulated joint with gearbox friction, moved by a simulated hand,"
+        )
+        click.echo(
+            f"controlled in real time at {loaded.config.loop.rate_hz:g} Hz. Friction compensation off, then on."
+        )
     with Host(loaded, observers=[demo], announce=lambda text: click.echo(f"rtctl: {text}", err=True)) as host:
         summary = host.run()
     off, on = (phase.rms_nm() for phase in demo.phases)

@@ -15,7 +15,9 @@ import click
 @click.option("--arm", is_flag=True, help="arm as soon as the rig is ready; simulated rigs only")
 @click.option("--runtime-dir", type=click.Path(), help="folder of sockets and lock, instead of the default")
 @click.option("--json", "as_json", is_flag=True, help="end with one JSON object on stdout")
-def command(config: Path, seconds: float | None, runtime_dir: str | None, *, arm: bool, as_json: bool) -> None:
+def command(
+    config: Path, seconds: float | None, runtime_dir: str | None, *, arm: bool, as_json: bool
+) -> None:
     """Run the rig of CONFIG: loop, telemetry, commands.
 
     The rig starts unarmed; a client arms it (see docs/protocol.md). Ctrl-C ramps the torque down and exits 0;
@@ -27,7 +29,9 @@ def command(config: Path, seconds: float | None, runtime_dir: str | None, *, arm
 
     loaded = load(config)
     if arm and not loaded.config.simulated:
-        raise ConfigError(f"{config}: --arm is for simulated rigs; a real rig is armed by its operator's client")
+        raise ConfigError(
+            f"{config}: --arm is for simulated rigs; a real rig is armed by its operator's client"
+        )
     with Host(
         loaded,
         observers=[AutoArm()] if arm else [],
@@ -35,7 +39,9 @@ def command(config: Path, seconds: float | None, runtime_dir: str | None, *, arm
         announce=lambda text: click.echo(f"rtctl: {text}", err=True),
     ) as host:
         if not as_json:
-            click.echo(f"running {loaded.config.rig.name} at {loaded.config.loop.rate_hz:g} Hz; Ctrl-C to stop")
+            click.echo(
+                f"running {loaded.config.rig.name} at {loaded.config.loop.rate_hz:g} Hz; Ctrl-C to stop"
+            )
             for line in host.runtime.describe():
                 click.echo(f"  {line}")
         summary = host.run(seconds)

@@ -89,7 +89,9 @@ class LoopProcess:
         """After the end: raise the named error of what went wrong, or return when it was asked to end."""
         if self.ended is None:
             code = self._process.poll()
-            raise LoopDiedError(f"the loop process died without a word (exit status {code}); torque was on its own: check the device")
+            raise LoopDiedError(
+                f"the loop process died without a word (exit status {code}); torque was on its own: check the device"
+            )
         if self.ended["reason"] not in ("shutdown", "cut"):
             error = _ERRORS.get(self.ended["reason"], LoopDiedError)
             raise error(f"{self.ended['reason']}: {self.ended['detail']}")

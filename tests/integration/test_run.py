@@ -162,7 +162,7 @@ def test_the_loop_process_has_no_network_learner_or_config_library(running):
     process, client = running
     (loop,) = children(process.pid)
     maps = Path(f"/proc/{loop}/maps").read_text()
-    for library in ("zmq", "sklearn", "pydantic_core")  # scipy comes with numba:
+    for library in ("zmq", "sklearn", "pydantic_core"):
         assert library not in maps
     process.send_signal(signal.SIGINT)
     _, summary, _ = finish(process)
