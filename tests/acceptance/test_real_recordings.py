@@ -1,0 +1,97 @@
+"""The first run on real input: recordings of a haptic teleoperation rig (TU/e, MIT licence), kept elsewhere.
+
+The master lever is moved by a hand; its strain gauge gives the torque of the hand. On the slave lever in
+free motion the motor overcomes inertia and friction alone.
+"""
+
+from pathlib import Path
+
+import pytest
+
+from rtctl.playback_job import Job, run
+
+DATA = Path(__file__).parents[2].parent / "shared" / "data" / "tue_haptic_1dof"
+
+pytestmark = [
+    pytest.mark.realdata,
+    pytest.mark.skipif(not DATA.is_dir(), reason=f"no recordings in {DATA}"),
+]
+
+INERTIA_KGM2 = 1 / 631.36
+"""The maker's figure for one lever."""
+
+
+def free_motion(letter):
+    return DATA / f"question1{letter}_free_motion.csv.gz"
+
+
+def job(judged, *trained, **more):
+    return Job(
+        log=free_motion(judged),
+        fit_from=tuple(free_motion(letter) for letter in trained),
+        time={"column": "time_s"},
+        torque_limit_nm=1.125,
+        lever_m=0.075,
+        counts_per_rev=300_000.0,
+        **more,
+    )
+
+
+MASTER = {"position": {"column": "pos_master_rad"}, "hand_torque": {"column": "neg_torque_human_nm"}}
+SLAVE = {
+    "position": {"column": "pos_slave_rad"},
+    "motor_torque": {"column": "torque_cmd_slave_nm"},
+    "bias": "zero",
+    "inertia_kgm2": INERTIA_KGM2,
+}
+
+
+@pytest.fixture(scope="module")
+def master():
+    return run(job("f", "e", **MASTER))
+
+
+@pytest.fixture(scope="module")
+def slave():
+    return run(job("f", "d", "e", "f", train_share=0.6, **SLAVE))
+
+
+def test_a_whole_recording_goes_through_the_loop_without_a_fault(master):
+    found = master["interaction"]
+    assert found["first_fault"] is None
+    assert found["ticks"] >= 8814
+    assert found["counted_ticks"] > 6000
+
+
+def test_compensation_learned_from_one_recording_takes_most_of_the_hands_effort_in_another(master):
+    whole = master["interaction"]["all"]
+    assert 0.030 < whole["hand_rms_nm"] < 0.040
+    assert whole["left_rms_nm"] < 0.010
+    assert whole["reduction"] > 0.7
+    for direction in ("forward", "backward"):
+        assert master["interaction"][direction]["reduction"] > 0.7
+
+
+def test_the_feed_forward_never_exceeds_what_the_hand_needed(master):
+    for part in ("forward", "backward", "slow"):
+        found = master["interaction"][part]
+        assert found["feedforward_rms_nm"] < found["hand_rms_nm"]
+
+
+def test_the_slave_lever_has_the_makers_inertia_and_asymmetric_friction(slave):
+    for log in slave["fit"]["logs"]:
+        found = log["regression"]
+        assert found["inertia_kgm2"] == pytest.approx(INERTIA_KGM2, rel=0.1)
+        assert found["level_forward_nm"] == pytest.approx(0.02, abs=0.006)
+        assert found["level_backward_nm"] == pytest.approx(-0.04, abs=0.008)
+
+
+def test_one_curve_per_direction_predicts_unseen_friction_far_better_than_one_for_both(slave):
+    found = slave["held_out"]
+    assert found["rmse_nm"] <= 6.8e-3
+    assert found["rmse_symmetric_nm"] > 1.5 * found["rmse_nm"]
+
+
+def test_friction_of_one_controllers_run_predicts_anothers():
+    found = run(job("f", "e", **SLAVE))["prediction"]
+    assert found["rmse_nm"] <= 6.8e-3

@@ -1,0 +1,91 @@
+"""Friction points measured on the mock are those of its true curve, within a laboratory's error."""
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hw.mock.friction import static_friction
+from hw.mock.jit import records
+from hw.mock.records import plant_records
+from rtctl.config import load
+from rtctl.friction import artefact, mock_points
+from rtctl.friction.points import read_points
+
+CONFIGS = Path(__file__).parents[3] / "configs"
+
+
+@pytest.fixture(scope="module")
+def loaded():
+    return load(CONFIGS / "mock.toml")
+
+
+@pytest.fixture(scope="module")
+def curve(loaded):
+    params = records(plant_records(loaded.options, loaded.config.hardware())[0])
+    params["modulation_share"] = 0  # points average over the whole turn
+
+    def friction_nm(velocity_rad_s, direction):
+        return abs(static_friction(velocity_rad_s or direction * 1e-12, 0.0, params[0], 0))
+
+    return friction_nm
+
+
+def test_points_measured_now_lie_on_the_true_curve(loaded, curve):
+    points = mock_points.measure(loaded, levels=6, measurements=20)
+    assert [(p.direction, p.velocity_rad_s == 0) for p in points[:2]] == [(1, True), (1, False)]
+    assert len(points) == 14
+    for p in points:
+        assert p.direction * p.friction_torque_nm == pytest.approx(
+            curve(p.velocity_rad_s, p.direction), abs=0.005
+        )
+        assert 0 < p.std_nm < 0.02
+        assert p.count == 20
+
+
+def test_the_points_come_from_the_sensors_and_not_from_the_truth(loaded, curve):
+    wrong = {**loaded.options, "axis": [{**loaded.options["axis"][0], "torque_scale": 0.8}]}
+    points = mock_points.measure(loaded.model_copy(update={"options": wrong}), levels=2, measurements=5)
+    for p in points:  # a motor 20 % weaker than the data sheet needs 25 % more current
+        expected = curve(p.velocity_rad_s, p.direction) / 0.8
+        assert p.direction * p.friction_torque_nm == pytest.approx(expected, abs=0.01)
+
+
+def test_the_shipped_points_are_the_54_speeds_and_break_away_of_both_directions(curve):
+    points = read_points(CONFIGS / "friction" / "mock_points.csv")
+    speeds = np.concatenate([[0.0], np.geomspace(0.005, 2.0, 54)])
+    for direction in (1, -1):
+        measured_at, friction_nm = points.branch(direction)
+        assert measured_at == pytest.approx(speeds, rel=1e-6)
+        true_nm = np.array([curve(direction * v, direction) for v in speeds])
+        assert np.max(np.abs(friction_nm - true_nm)) < 0.004
+        assert np.sqrt(np.mean((friction_nm - true_nm) ** 2)) < 0.0012
+    assert np.all(points.count == 100)
+
+
+def test_the_shipped_model_was_learned_from_the_shipped_points_and_follows_the_true_curve(curve):
+    model = artefact.load(CONFIGS / "friction" / "mock.json")
+    assert model.data_sha256 == read_points(CONFIGS / "friction" / "mock_points.csv").sha256
+    assert model.rig == "mock"
+    speeds = np.linspace(0, 2, 801)
+    for direction, branch in zip((1, -1), model.branches, strict=True):
+        true_nm = np.array([curve(direction * v, direction) for v in speeds])
+        error_nm = branch.magnitude(speeds) - true_nm
+        assert np.max(np.abs(error_nm)) < 0.005
+        assert np.sqrt(np.mean(error_nm**2)) < 0.0025
+
+
+def test_the_file_names_its_columns_and_reads_back(tmp_path):
+    point = mock_points.Point(-0.5, -0.3, 0.004, 100, -1)
+    mock_points.write_csv([point], tmp_path / "points.csv")
+    with (tmp_path / "points.csv").open() as file:
+        row = next(csv.DictReader(file))
+    assert list(row) == ["velocity_rad_s", "friction_torque_nm", "std_nm", "count", "direction"]
+    assert math.isclose(float(row["friction_torque_nm"]), -0.3)
+
+
+def test_wrong_usage_is_told(tmp_path):
+    with pytest.raises(SystemExit, match="usage"):
+        mock_points.main([])
