@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from enum import IntEnum
 from functools import cache
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -39,7 +38,6 @@ class Hand(IntEnum):
     PUSH = 4
 
 
-@cache
 @cache
 def params_dtype(n_axes: int) -> np.dtype[np.void]:
     """Parameters of a simulated rig of `n_axes` axes."""
@@ -106,7 +104,6 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
     )
 
 
-@cache
 @cache
 def state_dtype(n_axes: int) -> np.dtype[np.void]:
     """State of a simulated rig: the truth behind the sensors."""
