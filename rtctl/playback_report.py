@@ -93,7 +93,8 @@ def judge(options: Mapping[str, Any], rig: Rig, settings: Settings) -> Judged:
     inertia = dynamics.inertia_kgm2 if settings.inertia_kgm2 is None else settings.inertia_kgm2
     if not inertia > 0:
         raise DataError(
-            f"{log.source}: the regression gives inertia {inertia:.3g} kg m^2; give --inertia-kgm2"
+            f"{log.source}: the regression gives inertia {inertia:.3g} kg m^2: "
+            "turn the sign of the torque (scale = -1), or give the inertia"
         )
     bias = dynamics.midpoint_nm if settings.bias == "midpoint" else 0.0
     samples = friction_samples(

@@ -6,6 +6,8 @@ recorded one. What a run over a log can and cannot tell is written in docs/playb
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from hw.interface import BackendError, LinkFault, LinkLost, Options, Rig
@@ -46,6 +48,16 @@ def tip_force(hand_torque_nm: np.ndarray, lever_m: np.ndarray) -> np.ndarray:
     return np.asarray(hand_torque_nm @ inverse.T)
 
 
+def _view(array: Any) -> Any:  # noqa: ANN401 - memoryview's stubs know neither numpy nor floats
+    """Plain memory of an array: a read costs 0.7 us with it, 0.9 us (1.3 us repeating) with numpy."""
+    return memoryview(array)
+
+
+def _flat(array: np.ndarray) -> Any:  # noqa: ANN401
+    """All numbers of an array, row by row."""
+    return _view(np.ascontiguousarray(array, dtype=np.float64).reshape(-1))
+
+
 class PlaybackBackend:
     """A recorded log as the sensor stream. `options` are those of `PlaybackOptions`, dumped."""
 
@@ -64,7 +76,7 @@ class PlaybackBackend:
         self.torque_applied_nm = np.zeros(rig.n_axes)
         self._loop = bool(options.get("loop", False))
         self._tick: np.ndarray | None = None
-        self._shift = np.zeros(rig.n_axes)
+        self._shift = [0.0] * rig.n_axes
         self._next = self._count = self._n = 0
 
     def open(self) -> None:
@@ -83,10 +95,10 @@ class PlaybackBackend:
         force = recording.force_n
         if recording.hand_torque_nm is not None:
             force = tip_force(recording.hand_torque_nm, self._rig.lever_m)
-        self._positions = recording.position_rad
-        self._currents = zeros if recording.current_a is None else np.ascontiguousarray(recording.current_a)
-        self._forces = np.zeros((n, 3)) if force is None else np.ascontiguousarray(force)
-        self._shift[:] = 0.0
+        self._positions = _flat(recording.position_rad)
+        self._currents = _flat(zeros if recording.current_a is None else recording.current_a)
+        self._forces = _flat(np.zeros((n, 3)) if force is None else force)
+        self._shift = [0.0] * self._rig.n_axes
         self._next, self._count, self._n = 0, 0, n
         self._tick = None
         self.recording = recording
@@ -95,12 +107,10 @@ class PlaybackBackend:
         """Keep views of the fields: looking them up costs more than filling them."""
         self._tick = tick
         row = tick.view(np.ndarray)
-        self._sample_count, self._link_faults = row["sample_count"], row["link_faults"]
-        self._position, self._current, self._force = (
-            row["position_rad"][0],
-            row["current_a"][0],
-            row["force_n"][0],
-        )
+        self._sample_count, self._link_faults = _view(row["sample_count"]), _view(row["link_faults"])
+        self._position = _view(row["position_rad"][0])
+        self._current = _view(row["current_a"][0])
+        self._force = _view(row["force_n"][0])
         self._applied = row["torque_applied_nm"][0]
         row["estop"], row["temperature_c"] = 0, 0.0
         self._link_faults[0] = 0
@@ -111,29 +121,34 @@ class PlaybackBackend:
             if self.recording is None:
                 raise LinkLost("playback is not open")
             self._bind(tick)
-        i = self._next
-        if i == self._n:
+        if self._next == self._n:
             if not self._loop:
-                self._repeat_last()
+                self._put(self._n - 1)
+                self._link_faults[0] = _END_OF_LOG
                 return
-            self._shift += self._positions[-1] - self._positions[0]
-            i = 0
-        if self._loop:
-            np.add(self._positions[i], self._shift, self._position)
-        else:
-            self._position[:] = self._positions[i]
-        self._current[:] = self._currents[i]
-        self._force[:] = self._forces[i]
+            self._start_over()
         self._count += 1
-        self._sample_count[0] = self._count
-        self._next = i + 1
+        self._put(self._next)
+        self._next += 1
 
-    def _repeat_last(self) -> None:
-        self._position[:] = self._positions[-1]
-        self._current[:] = self._currents[-1]
-        self._force[:] = self._forces[-1]
+    def _put(self, i: int) -> None:
+        """Write sample `i` and the count of samples so far."""
+        n = len(self._shift)
+        if self._loop:
+            for axis in range(n):
+                self._position[axis] = self._positions[i * n + axis] + self._shift[axis]
+        else:
+            self._position[:] = self._positions[i * n : i * n + n]
+        self._current[:] = self._currents[i * n : i * n + n]
+        self._force[:] = self._forces[3 * i : 3 * i + 3]
         self._sample_count[0] = self._count
-        self._link_faults[0] = _END_OF_LOG
+
+    def _start_over(self) -> None:
+        """Go on from the first sample, the angle where it ended."""
+        n = len(self._shift)
+        for axis in range(n):
+            self._shift[axis] += self._positions[(self._n - 1) * n + axis] - self._positions[axis]
+        self._next = 0
 
     def write(self, tick: np.ndarray) -> None:
         """Keep the torque the motor would have got."""

@@ -106,7 +106,9 @@ def read_columns(path: Path, names: tuple[str, ...], delimiter: str = ",") -> di
             comments=None,
         )
     except ValueError as error:
-        raise BackendError(f"{path}: {error}; every cell of a mapped column must be a number") from error
+        raise BackendError(
+            f"{path}: {error} (rows from 0 below the header); every cell of a mapped column must be a number"
+        ) from error
     if len(table) < MIN_SAMPLES:
         raise BackendError(f"{path}: {len(table)} row(s); at least {MIN_SAMPLES} are needed")
     bad = np.argwhere(~np.isfinite(table))
