@@ -49,9 +49,9 @@ def branch_magnitude(model: Record, branch: int, speed: float) -> float:
     u = min(max(speed, knot[0]), knot[n])
     cell = min(max(u * model.lookup_scale[branch], 0.0), LOOKUP_CELLS - 1.0)
     j = min(max(int(model.lookup[branch, int(cell)]), 0), n - 1)
-    while j < n - 1 and u >= knot[j + 1]:
+    while u >= knot[j + 1] and j < n - 1:
         j += 1
-    while j > 0 and u < knot[j]:
+    while u < knot[j] and j > 0:
         j -= 1
     h = u - knot[j]
     c = model.coefficient[branch, j]
@@ -61,4 +61,4 @@ def branch_magnitude(model: Record, branch: int, speed: float) -> float:
 @compiled
 def friction_magnitude(model: Record, velocity: float) -> float:
     """Friction magnitude (N m, viscous part included) at a signed velocity in rad/s; NaN stays NaN."""
-    return branch_magnitude(model, FORWARD if velocity >= 0.0 else BACKWARD, abs(velocity))
+    return branch_magnitude(model, int(velocity < 0.0), abs(velocity))  # a jump here would be mispredicted

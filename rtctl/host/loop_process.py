@@ -64,20 +64,20 @@ class LoopProcess:
         return self._stdout.fileno()
 
     def poll(self) -> bool:
-        """Take in what the loop has said. False once the process has ended."""
+        """Take in what the loop has said. False once the process has ended and all it said is here."""
+        alive = self._process.poll() is None  # before reading: what it says and then ends is still read
         while True:
             try:
                 data = os.read(self._stdout.fileno(), 65536)
             except BlockingIOError:
                 break
             if not data:
-                self._process.wait()
                 break
             self._pending += data
         *lines, self._pending = self._pending.split(b"\n")
         for line in lines:
             self._hear(json.loads(line))
-        return self._process.poll() is None
+        return alive
 
     def _hear(self, message: dict[str, Any]) -> None:
         if message["message"] == "ready":
