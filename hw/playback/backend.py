@@ -112,7 +112,6 @@ class PlaybackBackend:
         self._current = _view(row["current_a"][0])
         self._force = _view(row["force_n"][0])
         self._applied = row["torque_applied_nm"][0]
-        row["estop"], row["temperature_c"] = 0, 0.0
         self._link_faults[0] = 0
 
     def read(self, tick: np.ndarray) -> None:

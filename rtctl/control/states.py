@@ -63,7 +63,7 @@ def is_powered(state: int) -> bool:
 @compiled
 def _from_rest(state: int, faults: int, requests: int, may_arm: bool, may_reset: bool) -> int:
     """INIT, IDLE, FAULT, ESTOP: nothing is enabled."""
-    if requests & TERMINATE or (faults & _END_OF_LOG and state != _FAULT):
+    if requests & TERMINATE or faults & _END_OF_LOG:  # also from FAULT: nothing more will come
         return _SHUTDOWN
     if faults & LATCHING_AT_REST and state != _ESTOP:
         return _FAULT

@@ -7,38 +7,24 @@ have passed are skipped and counted, never caught up. Every way out ends in `bac
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from hw.interface import Backend, CompiledBackend
 from rtctl.control import law, mailbox
-from rtctl.control.jit import compiled, records
-from rtctl.control.records import state_dtype
+from rtctl.control.jit import records
+from rtctl.control.records import command_dtype, state_dtype
 from rtctl.control.vocabulary import State
 from rtctl.rt.clock import Clock
-from rtctl.shm import Memory, words
+from rtctl.shm import HEADER, CommandWriter, Memory, words
 from rtctl.tick import FIELD, FIELDS, new_ticks, tick_dtype
 
 _SHUTDOWN = int(State.SHUTDOWN)
+_MAILBOX_SEQ = (HEADER.names or ()).index("mailbox_seq")
 _NOW = 1 << 62  # a shutdown count no host reaches: always a rise
 _LEADING = [field.name for field in FIELDS].index("sample_count")
 """Words before `sample_count` are the loop's own scalars, one word each, in the order of `FIELDS`."""
-
-
-@compiled
-def decide(
-    header: np.ndarray,
-    slot_words: np.ndarray,
-    command_words: np.ndarray,
-    tick: np.ndarray,
-    state: np.ndarray,
-    params: np.ndarray,
-    command: np.ndarray,
-    model: np.ndarray,
-) -> None:
-    """Take the newest command and run the law: one compiled call per cycle."""
-    mailbox.take(header, slot_words, command_words)
-    law.step(tick, state, params, command, model)
 
 
 @dataclass
@@ -58,24 +44,18 @@ class Cycle:
         self.state = records(np.zeros(1, state_dtype(n)))
         self.params = records(memory.params.copy())
         self.model = records(memory.model.copy())
-        self.command = records(
-            np.zeros(2, mailbox.slot_dtype(n)["command"])
-        )  # row 1 is scratch of the intake
+        self.command = records(np.zeros(2, command_dtype(n)))  # row 1 is scratch of the intake
         self.command_words = words(self.command)
         self.tick_words = words(self.tick)
+        header: Any = memory.header.view(np.int64)
+        self._newest_seq: Any = memoryview(header)  # looked at every cycle: cheaper than a call
+        self._seq: Any = memoryview(self.command_words.view(np.int64)[0])
 
     def decide(self) -> None:
-        """Command intake and law."""
-        decide(
-            self.memory.header,
-            self.memory.slot_words,
-            self.command_words,
-            self.tick,
-            self.state,
-            self.params,
-            self.command,
-            self.model,
-        )
+        """Take the newest command if there is a new one; then the law."""
+        if self._newest_seq[_MAILBOX_SEQ] != self._seq[0]:
+            mailbox.take(self.memory.header, self.memory.slot_words, self.command_words)
+        law.step(self.tick, self.state, self.params, self.command, self.model)
 
     def record(self) -> None:
         """Seal the tick and put it into the ring."""
@@ -89,6 +69,7 @@ def warm_up(memory: Memory, backend: Backend) -> None:
     scratch = Memory.create(memory.n_axes, 8, int(memory.header[0]["period_ns"]))
     cycle = Cycle(scratch)
     cycle.params[:] = memory.params
+    CommandWriter(scratch).send()
     cycle.decide()
     cycle.record()
     scratch.close()
