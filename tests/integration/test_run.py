@@ -1,5 +1,6 @@
 """`rtctl run` as a process: it starts, runs, ends and fails as promised."""
 
+import itertools
 import json
 import os
 import signal
@@ -111,7 +112,7 @@ def test_a_signal_while_active_ramps_the_torque_down_and_exits_0(running, number
         for t, s in zip(batch["torque_applied_nm"][:, 0], batch["state"], strict=True)
         if s == State.STOPPING
     ]
-    assert all(abs(b) <= abs(a) + 1e-12 for a, b in zip(torque, torque[1:], strict=False))
+    assert all(abs(b) <= abs(a) + 1e-12 for a, b in itertools.pairwise(torque))
 
 
 def test_a_second_daemon_on_the_same_rig_is_refused_and_the_first_runs_on(running, folder):
@@ -159,7 +160,7 @@ def test_a_stalled_loop_is_noticed_and_killed(running):
 
 def test_the_loop_process_has_no_network_learner_or_config_library(running):
     """Looks at what the real process has mapped, and at its modules as it reported them when it was ready."""
-    process, client = running
+    process, _client = running
     (loop,) = children(process.pid)
     maps = Path(f"/proc/{loop}/maps").read_text()
     for library in ("zmq", "sklearn", "pydantic_core"):
