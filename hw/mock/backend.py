@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hw.interface import Options, Rig
+from hw.jit import JIT_DISABLED
 from hw.mock.jit import records
 from hw.mock.plant import plant_read, plant_write
 from hw.mock.records import plant_records
@@ -37,11 +38,11 @@ class MockBackend:
 
     def read(self, tick: np.ndarray) -> None:
         """Show the sensors at slot `tick["tick"]`."""
-        plant_read(records(tick), self.state, self.params)
+        plant_read(records(tick) if JIT_DISABLED else tick, self.state, self.params)
 
     def write(self, tick: np.ndarray) -> None:
         """Apply the current sent and let one period pass."""
-        plant_write(records(tick), self.state, self.params)
+        plant_write(records(tick) if JIT_DISABLED else tick, self.state, self.params)
 
     def stop(self) -> None:
         """Motor torque-free from now on. Cannot raise."""

@@ -77,7 +77,8 @@ def _empty(loaded: LoadedConfig, seconds: float) -> np.ndarray:
             skipped = late // period
             missed, slot, deadline = missed + skipped, slot + skipped, deadline + skipped * period
             late -= skipped * period
-        word[0], word[1], word[2], word[8], word[9] = slot, deadline, late, missed, 0
+            word[8] = missed
+        word[0], word[1], word[2] = slot, deadline, late
         t_read = now()
         t_law = now()
         t_write = now()

@@ -44,10 +44,20 @@ def command(
             )
             for line in host.runtime.describe():
                 click.echo(f"  {line}")
+            for grant in _grants(host.loop.grants):
+                click.echo(f"  {grant}")
         summary = host.run(seconds)
     click.echo(json.dumps(summary) if as_json else "\n".join(_lines(summary)))
     if summary["state"] in ("FAULT", "ESTOP", "LOCKOUT") or summary.get("fault_first"):
         raise FaultError(f"the run ended with a latched fault: {summary.get('fault_first')}")
+
+
+def _grants(grants: list[dict[str, Any]]) -> list[str]:
+    """One line per real-time right: granted or refused, and how or why."""
+    return [
+        f"{grant['right']:<16} {'granted' if grant['granted'] else 'REFUSED'}: {grant['detail']}"
+        for grant in grants
+    ]
 
 
 def _lines(summary: dict[str, Any]) -> list[str]:

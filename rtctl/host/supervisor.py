@@ -123,7 +123,9 @@ class Host:
             if waited > 2.0 and not told:
                 self.announce("compiling the control law (first start only, about 20 s) ...")
                 told = True
-            if waited > READY_TIMEOUT_S or self._signals:
+            if self._signals:
+                raise KeyboardInterrupt
+            if waited > READY_TIMEOUT_S:
                 raise LoopDiedError(f"the loop process was not ready after {waited:.0f} s")
             time.sleep(0.005)
         for grant in self.loop.grants:

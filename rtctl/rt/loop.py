@@ -18,7 +18,7 @@ from rtctl.control.records import command_dtype, state_dtype
 from rtctl.control.vocabulary import State
 from rtctl.rt.clock import Clock
 from rtctl.shm import HEADER, CommandWriter, Memory, words
-from rtctl.tick import FIELD, FIELDS, new_ticks, tick_dtype
+from rtctl.tick import FIELDS, new_ticks, tick_dtype
 
 _SHUTDOWN = int(State.SHUTDOWN)
 _MAILBOX_SEQ = (HEADER.names or ()).index("mailbox_seq")
@@ -49,17 +49,19 @@ class Cycle:
         self.tick_words = words(self.tick)
         header: Any = memory.header.view(np.int64)
         self._newest_seq: Any = memoryview(header)  # looked at every cycle: cheaper than a call
+        self._law = (self.tick, self.state, self.params, self.command, self.model)
+        self._row = (memory.header, memory.ring_words, self.tick_words)
         self._seq: Any = memoryview(self.command_words.view(np.int64)[0])
 
     def decide(self) -> None:
         """Take the newest command if there is a new one; then the law."""
         if self._newest_seq[_MAILBOX_SEQ] != self._seq[0]:
             mailbox.take(self.memory.header, self.memory.slot_words, self.command_words)
-        law.step(self.tick, self.state, self.params, self.command, self.model)
+        law.step(*self._law)
 
     def record(self) -> None:
         """Seal the tick and put it into the ring."""
-        mailbox.publish(self.memory.header, self.memory.ring_words, self.tick_words)
+        mailbox.publish(*self._row)
 
 
 def warm_up(memory: Memory, backend: Backend) -> None:
@@ -102,6 +104,7 @@ def run_loop(backend: Backend, memory: Memory, clock: Clock, stop: Stop, *, waiv
     state_word = tick_dtype(memory.n_axes).fields["state"][1] // 8  # type: ignore[index]
     read, decide_, write, record, now = backend.read, cycle.decide, backend.write, cycle.record, clock.now
     slot, missed, record_ns = 0, 0, 0
+    word[9] = waiver
     deadline = start = clock.now() + period
     memory.header[0]["start_ns"] = start
     try:
@@ -112,7 +115,8 @@ def run_loop(backend: Backend, memory: Memory, clock: Clock, stop: Stop, *, waiv
                 skipped = late // period
                 missed, slot, deadline = missed + skipped, slot + skipped, deadline + skipped * period
                 late -= skipped * period
-            word[0], word[1], word[2], word[8], word[9] = slot, deadline, late, missed, waiver
+                word[8] = missed
+            word[0], word[1], word[2] = slot, deadline, late
             read(tick)  # 2 read the devices
             t_read = now()
             if stop.requests:
@@ -137,4 +141,3 @@ def run_loop(backend: Backend, memory: Memory, clock: Clock, stop: Stop, *, waiv
 assert [FIELDS[i].name for i in range(_LEADING)] == [
     "tick", "time_ns", "wakeup_ns", "read_ns", "law_ns", "write_ns", "record_ns", "cycle_ns", "missed_ticks", "waiver",
 ], "run_loop stores these by position"  # fmt: skip
-assert FIELD["tick"].kind == "int"
