@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
-from hw.interface import Backend, BackendError, LinkFault, Rig
+from hw.interface import Backend, BackendError, Rig
 from hw.playback.backend import PlaybackBackend
 from hw.playback.options import PlaybackOptions
 from hw.playback.reader import TORQUE_UNITS, Recording
@@ -30,9 +30,6 @@ from rtctl.shm import CommandWriter, Memory, RingReader
 
 ARM_EVERY_TICKS = 50
 """How often the operator tries to arm while the rig is IDLE."""
-
-PATIENCE_TICKS = 200
-"""Ticks after the end of the log before the operator ends the loop: a ramp takes 50."""
 
 SPARE_ROWS = 1000
 """Rows of the ring beyond the log: the ramp after its end, and the rows no reader may touch."""
@@ -119,7 +116,7 @@ def config_for_log(options: Mapping[str, Any], rate_hz: float, axis: Mapping[str
 class Operator:
     """A backend with someone beside it who arms the rig whenever it is ready to be."""
 
-    def __init__(self, backend: Backend, memory: Memory, command: np.ndarray, stop: Stop) -> None:
+    def __init__(self, backend: Backend, memory: Memory, command: np.ndarray) -> None:
         self.provides, self.consumes = backend.provides, backend.consumes
         self.open, self.write, self.stop, self.close = (
             backend.open,
@@ -130,18 +127,13 @@ class Operator:
         self._read = backend.read
         self._writer = CommandWriter(memory)
         self._writer.command[:] = command
-        self._stop = stop
-        self._reads = self._reads_after_end = 0
+        self._reads = 0
         self._writer.send()
 
     def read(self, tick: np.ndarray) -> None:
-        """Read the device; every now and then, arm; after the end, leave a rig that has faulted."""
+        """Read the device; every now and then, arm."""
         self._read(tick)
         self._reads += 1
-        if int(tick["link_faults"][0]) & LinkFault.END_OF_LOG:
-            self._reads_after_end += 1
-            if self._reads_after_end >= PATIENCE_TICKS:  # a latched fault waits for a person; nobody is here
-                self._stop.requests = 2
         if self._reads % ARM_EVERY_TICKS == 0 and int(tick["state"][0]) == State.IDLE:
             command = self._writer.command
             command["arm_count"] += 1
@@ -188,8 +180,7 @@ def run_log(loaded: LoadedConfig) -> np.ndarray:
     memory = Memory.create(plan.n_axes, len(backend.recording or ()) + SPARE_ROWS, plan.period_ns)
     try:
         memory.params[:], memory.model[:] = plan.params, plan.model
-        stop = Stop()
-        run_loop(Operator(backend, memory, plan.command, stop), memory, VirtualClock(), stop)
+        run_loop(Operator(backend, memory, plan.command), memory, VirtualClock(), Stop())
         rows = RingReader(memory, from_start=True).read()
     finally:
         backend.close()

@@ -124,7 +124,9 @@ def test_a_fault_in_the_middle_ends_the_torque_and_the_run_still_ends(report, tm
     broken = write_log(tmp_path / "jump.csv", jump_at=4.0)
     rows = run_log(rig_with(tmp_path, broken, report[1] / "model.json", name="playback"))
     assert np.abs(rows["torque_applied_nm"]).max() > 0.5 * COULOMB
-    assert rows["state"][-1] == State.FAULT
+    assert State.FAULT in rows["state"]
+    assert rows["state"][-1] == State.SHUTDOWN
+    assert rows["fault_first"][-1] >= 0
     assert not rows["torque_applied_nm"][rows["sample_count"] > 4002].any()
     assert rows["link_faults"][-1] == LinkFault.END_OF_LOG
 
