@@ -11,6 +11,7 @@ import hashlib
 import os
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -55,6 +56,20 @@ def compiler(*roots: Path) -> Callable[[F], F]:
         return cast("F", numba.njit(cache=True, error_model="numpy")(function))
 
     return compiled
+
+
+def bound(function: Callable[..., Any], *arguments: np.ndarray) -> Callable[[], Any]:
+    """A compiled function tied to the arrays it will always be called with: compiled now, called without looking.
+
+    Numba finds out the types of all arguments at each call, which costs more than the control law itself
+    (0.86 us against 0.27 us for five records). Here that is done once; the call then goes straight to the
+    machine code. The arrays are kept alive and must be changed in place only.
+    """
+    if JIT_DISABLED:
+        return partial(function, *arguments)
+    dispatcher: Any = function
+    types = tuple(numba.typeof(array) for array in arguments)  # type: ignore[no-untyped-call]
+    return partial(dispatcher.compile(types), *arguments)
 
 
 def records(array: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hw.interface import Options, Rig
-from hw.jit import JIT_DISABLED
+from hw.jit import bound
 from hw.mock.jit import records
 from hw.mock.plant import plant_read, plant_write
 from hw.mock.records import plant_records
@@ -26,23 +26,31 @@ class MockBackend:
     def __init__(self, options: Options, rig: Rig) -> None:
         params, state = plant_records(options, rig)
         self.params, self.state = records(params), records(state)
+        self._tick: np.ndarray | None = None
 
     def open(self) -> None:
         """Nothing to acquire."""
 
     def warm_up(self, tick: np.ndarray) -> None:
         """Compile (or load) what `read` and `write` call, for ticks like `tick`; changes nothing."""
-        scratch, state = records(tick.copy()), records(self.state.copy())
-        plant_read(scratch, state, self.params)
-        plant_write(scratch, state, self.params)
+        self._bind(tick)
+
+    def _bind(self, tick: np.ndarray) -> None:
+        self._tick = tick
+        self._read = bound(plant_read, records(tick), self.state, self.params)
+        self._write = bound(plant_write, records(tick), self.state, self.params)
 
     def read(self, tick: np.ndarray) -> None:
         """Show the sensors at slot `tick["tick"]`."""
-        plant_read(records(tick) if JIT_DISABLED else tick, self.state, self.params)
+        if tick is not self._tick:
+            self._bind(tick)
+        self._read()
 
     def write(self, tick: np.ndarray) -> None:
         """Apply the current sent and let one period pass."""
-        plant_write(records(tick) if JIT_DISABLED else tick, self.state, self.params)
+        if tick is not self._tick:
+            self._bind(tick)
+        self._write()
 
     def stop(self) -> None:
         """Motor torque-free from now on. Cannot raise."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from hw.interface import Backend, CompiledBackend
 from rtctl.control import law, mailbox
-from rtctl.control.jit import records
+from rtctl.control.jit import bound, records
 from rtctl.control.records import command_dtype, state_dtype
 from rtctl.control.vocabulary import State
 from rtctl.rt.clock import Clock
@@ -49,19 +49,17 @@ class Cycle:
         self.tick_words = words(self.tick)
         header: Any = memory.header.view(np.int64)
         self._newest_seq: Any = memoryview(header)  # looked at every cycle: cheaper than a call
-        self._law = (self.tick, self.state, self.params, self.command, self.model)
-        self._row = (memory.header, memory.ring_words, self.tick_words)
         self._seq: Any = memoryview(self.command_words.view(np.int64)[0])
+        self._take = bound(mailbox.take, memory.header, memory.slot_words, self.command_words)
+        self._step = bound(law.step, self.tick, self.state, self.params, self.command, self.model)
+        self.record = bound(mailbox.publish, memory.header, memory.ring_words, self.tick_words)
+        """Seal the tick and put it into the ring."""
 
     def decide(self) -> None:
         """Take the newest command if there is a new one; then the law."""
         if self._newest_seq[_MAILBOX_SEQ] != self._seq[0]:
-            mailbox.take(self.memory.header, self.memory.slot_words, self.command_words)
-        law.step(*self._law)
-
-    def record(self) -> None:
-        """Seal the tick and put it into the ring."""
-        mailbox.publish(*self._row)
+            self._take()
+        self._step()
 
 
 def warm_up(memory: Memory, backend: Backend) -> None:
@@ -103,6 +101,8 @@ def run_loop(backend: Backend, memory: Memory, clock: Clock, stop: Stop, *, waiv
     word = memoryview(cycle.tick_words.view(np.int64)[0])  # fields by word: the cheapest store from Python
     state_word = tick_dtype(memory.n_axes).fields["state"][1] // 8  # type: ignore[index]
     read, decide_, write, record, now = backend.read, cycle.decide, backend.write, cycle.record, clock.now
+    if isinstance(backend, CompiledBackend):
+        backend.warm_up(tick)
     slot, missed, record_ns = 0, 0, 0
     word[9] = waiver
     deadline = start = clock.now() + period
