@@ -17,6 +17,7 @@ from rtctl.control.force import hand_torque, tare_done
 from rtctl.control.gate import gate_torque
 from rtctl.control.jit import compiled
 from rtctl.control.passivity import injected_damping, observe_port, passivity_fault
+from rtctl.control.program import in_program, program_torque
 from rtctl.control.records import Record
 from rtctl.control.sample import accept_sample
 from rtctl.control.states import advance, is_powered
@@ -79,9 +80,11 @@ def step(
         t.proxy_position_rad[axis] = s.proxy_position_rad[axis]
         # 6. friction feed-forward
         faults |= friction_feedforward(t, s, p, model[axis], axis, dx)
+        # or, in their place, an excitation program
+        program = program_torque(t, s, p, c, axis, elapsed)
         # 7. energy of the last period, and damping where it ran out
         faults |= _observe(t, s, p, model[axis], axis, dx, elapsed, powered)
-        faults |= _sum_torques(t, p, axis)
+        faults |= _sum_torques(t, s, axis, program)
     faults |= _F_OVERRUN if s.late_ticks >= LATE_LIMIT else 0
     faults |= intake.target_fault(s, p, c)
     # 8. state machine
@@ -122,7 +125,7 @@ def _observe(
     s.hand_torque_before_nm[axis] = t.hand_torque_nm[axis]
     s.energy_feedforward_j[axis] += s.feedforward_applied_nm[axis] * dx
     t.injected_damping_nms_rad[axis] = 0.0
-    if not powered:
+    if not powered or in_program(s, axis):  # a program is a source by intent, behind guards of its own
         s.energy_port_j[axis] = 0.0
         return 0
     observe_port(s, p, model, axis, dx, elapsed, t.velocity_rad_s[axis])
@@ -131,10 +134,14 @@ def _observe(
 
 
 @compiled
-def _sum_torques(t: Record, p: Record, axis: int) -> int:
+def _sum_torques(t: Record, s: Record, axis: int, program: float) -> int:
     """Wanted torque of ACTIVE; its damping share is written beside it."""
+    if in_program(s, axis):
+        t.coupling_torque_nm[axis] = 0.0
+        t.feedforward_torque_nm[axis] = 0.0
     t.damping_torque_nm[axis] = -t.injected_damping_nms_rad[axis] * t.velocity_difference_rad_s[axis]
     wanted = t.coupling_torque_nm[axis] + t.feedforward_torque_nm[axis] + t.damping_torque_nm[axis]
+    wanted += program
     t.torque_wanted_nm[axis] = wanted
     return 0 if math.isfinite(wanted) else _F_LAW
 

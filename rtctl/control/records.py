@@ -30,7 +30,11 @@ Shape = tuple[int, ...]
 def _record(scalars: dict[str, str], axis: dict[str, Shape], n_axes: int) -> np.dtype[np.void]:
     fields: list[tuple[str, str] | tuple[str, str, Shape]] = [*scalars.items()]
     for name, extra in axis.items():
-        kind = "<i8" if name.endswith(("_kind", "_method", "_policy", "_ticks", "_count", "_side")) else "<f8"
+        kind = (
+            "<i8"
+            if name.endswith(("_kind", "_method", "_policy", "_ticks", "_count", "_side", "_flags"))
+            else "<f8"
+        )
         fields.append((name, kind, (n_axes, *extra)))
     return np.dtype(fields)
 
@@ -163,6 +167,16 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "energy_hand_j": (),
             "energy_feedforward_j": (),
             "jump_count": (),
+            # excitation program
+            "program_kind": (),
+            "program_flags": (),
+            "program_seen_count": (),
+            "program_ticks": (),  # ticks since it started
+            "program_start_rad": (),
+            "program_reference_rad": (),
+            "program_speed_rad_s": (),  # reference speed
+            "program_velocity_rad_s": (),  # the program's own estimate
+            "program_ramp_nm": (),
         },
         n_axes,
     )
@@ -197,6 +211,23 @@ def command_dtype(n_axes: int) -> np.dtype[np.void]:
             "target_position_rad": (),
             "target_velocity_rad_s": (),
             "compensation": (),  # 0..1
+            # excitation program (control.program): starts at a rise of `program_count`
+            "program_count": (),
+            "program_kind": (),  # vocabulary.Program
+            "program_limit_ticks": (),  # it ends after this long whatever happens
+            "program_velocity_rad_s": (),
+            "program_acceleration_rad_s2": (),
+            "program_stiffness_nm_rad": (),
+            "program_damping_nms_rad": (),
+            "program_alpha": (),  # low-pass coefficient per tick of its velocity
+            "program_torque_max_nm": (),
+            "program_ramp_nm_s": (),  # signed
+            "program_fast_nm": (),  # below this the ramp is quicker
+            "program_slip_rad": (),  # RAMP: displacement that ends it
+            "program_min_rad": (),  # travel
+            "program_max_rad": (),
+            "program_hand_nm": (),  # largest |hand torque - zero|
+            "program_hand_zero_nm": (),
         },
         n_axes,
     )

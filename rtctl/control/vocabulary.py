@@ -45,6 +45,31 @@ class Policy(IntEnum):
     STOP_GATED = 8
 
 
+class Program(IntEnum):
+    """Excitation program of one axis (control.program)."""
+
+    OFF = 0
+    BRAKE = 1
+    SERVO = 2
+    RAMP = 3
+
+
+class ProgramFlag(IntFlag):
+    """Why a program ended in BRAKE."""
+
+    REFUSED = 1
+    """Its numbers are not finite or outside the rig's limits."""
+    HAND = 2
+    """Torque on the force sensor above the program's limit: a hand is on the rig."""
+    TRAVEL = 4
+    DONE = 8
+    """Its time was over."""
+    SLIPPED = 16
+    """RAMP: the joint broke away."""
+    LIMIT = 32
+    """RAMP: the largest torque was reached and nothing moved."""
+
+
 class State(IntEnum):
     """States of the machine (safety contract)."""
 

@@ -1,0 +1,197 @@
+"""Excitation programs: motions the rig makes by itself, for identification, with nobody's hand on it.
+
+| kind | torque |
+|---|---|
+| BRAKE | -d v, at most the share HOLD may use; at rest no torque at all |
+| SERVO | k (x_r - x) + d (v_r - v): PI on the velocity, its integral taken exactly, as position |
+| RAMP | open loop: rises by `program_ramp_nm_s` until the joint slips, FAST_RAMP times that below `program_fast_nm` |
+
+x position, v velocity, x_r and v_r their references; v_r approaches the wanted speed with bounded
+acceleration. A program replaces the law's other torques and goes through the same authority, gate and
+state machine. It is a source of energy by intent, so the passivity observer rests meanwhile; in its place
+four guards are checked every tick: hand torque, travel, duration, slip. A guard that trips ends the
+program in BRAKE, and nothing but a new request leaves it: the host's delay never matters.
+
+Why v is the low-passed backward difference and not the configured estimator: at low speed a long window
+is late by up to half its length, and d must exceed the steepest fall of the Stribeck curve or the joint
+stick-slips; both together have no phase margin on a light rig.
+"""
+
+from __future__ import annotations
+
+import math
+
+from rtctl.control.jit import compiled
+from rtctl.control.records import Record
+from rtctl.control.vocabulary import Program, ProgramFlag, State
+
+_ACTIVE = int(State.ACTIVE)
+_OFF = int(Program.OFF)
+_BRAKE = int(Program.BRAKE)
+_SERVO = int(Program.SERVO)
+_RAMP = int(Program.RAMP)
+_REFUSED = int(ProgramFlag.REFUSED)
+_HAND = int(ProgramFlag.HAND)
+_TRAVEL = int(ProgramFlag.TRAVEL)
+_DONE = int(ProgramFlag.DONE)
+_SLIPPED = int(ProgramFlag.SLIPPED)
+_LIMIT = int(ProgramFlag.LIMIT)
+
+FAST_RAMP = 10.0
+"""The ramp is this many times quicker below `program_fast_nm`."""
+
+BRAKE_SHARE = 0.2
+"""BRAKE uses at most this share of the torque limit, as HOLD does."""
+
+
+@compiled
+def in_program(s: Record, axis: int) -> bool:
+    """True while a program makes this axis' torque."""
+    return s.program_kind[axis] != _OFF
+
+
+@compiled
+def take_program(s: Record, c: Record, p: Record, axis: int) -> None:
+    """Start the program asked for, once per rise of `program_count`.
+
+    A request is used up in the tick that sees it: one that arrives in any state but ACTIVE, or that was
+    made in an epoch before the last stop, is void, so nothing queued before a stop can move the rig.
+    """
+    asked = c.program_count[axis] > s.program_seen_count[axis]
+    s.program_seen_count[axis] = c.program_count[axis]
+    if s.state != _ACTIVE:
+        s.program_kind[axis] = _OFF
+        s.program_flags[axis] = 0
+        return
+    if not asked or c.epoch != s.epoch:
+        return
+    before = s.program_kind[axis]
+    s.program_kind[axis] = c.program_kind[axis]
+    s.program_flags[axis] = 0
+    s.program_ticks[axis] = 0
+    s.program_ramp_nm[axis] = 0.0
+    s.program_start_rad[axis] = s.position_rad[axis]
+    if before == _OFF:
+        s.program_velocity_rad_s[axis] = 0.0
+    if before != _SERVO:  # from one servo motion into the next the reference runs on without a step
+        s.program_reference_rad[axis] = s.position_rad[axis]
+        s.program_speed_rad_s[axis] = s.program_velocity_rad_s[axis]
+    if not _valid(c, p, axis):
+        s.program_kind[axis] = _BRAKE
+        s.program_flags[axis] = _REFUSED
+
+
+@compiled
+def _valid(c: Record, p: Record, axis: int) -> bool:
+    """Finite, of a known kind, and within the rig's limits; NaN is in no range."""
+    kind = c.program_kind[axis]
+    if kind in (_OFF, _BRAKE):
+        return True
+    return (
+        kind in (_SERVO, _RAMP)
+        and abs(c.program_velocity_rad_s[axis]) <= p.velocity_limit_rad_s[axis]
+        and 0.0 < c.program_acceleration_rad_s2[axis] < math.inf
+        and 0.0 < c.program_torque_max_nm[axis] <= p.torque_limit_nm[axis]
+        and 0.0 <= c.program_stiffness_nm_rad[axis] < math.inf
+        and 0.0 <= c.program_damping_nms_rad[axis] < math.inf
+        and 0.0 < c.program_alpha[axis] <= 1.0
+        and abs(c.program_ramp_nm_s[axis]) < math.inf
+        and 0.0 <= c.program_fast_nm[axis] < math.inf
+        and 0.0 < c.program_slip_rad[axis] < math.inf
+        and 0.0 < c.program_hand_nm[axis] < math.inf
+        and abs(c.program_hand_zero_nm[axis]) < math.inf
+        and p.position_min_rad[axis] <= c.program_min_rad[axis] < c.program_max_rad[axis]
+        and c.program_max_rad[axis] <= p.position_max_rad[axis]
+    )
+
+
+@compiled
+def _tripped(t: Record, s: Record, c: Record, axis: int) -> int:
+    """Guards that end the program now, as `ProgramFlag` bits."""
+    flags = 0
+    if not abs(t.hand_torque_nm[axis] - c.program_hand_zero_nm[axis]) <= c.program_hand_nm[axis]:
+        flags |= _HAND
+    x, v = s.position_rad[axis], s.program_velocity_rad_s[axis]
+    # outside the travel the way back stays open
+    outward = v if s.program_kind[axis] == _SERVO else c.program_ramp_nm_s[axis]
+    if (x <= c.program_min_rad[axis] and outward < 0.0) or (x >= c.program_max_rad[axis] and outward > 0.0):
+        flags |= _TRAVEL
+    if s.program_ticks[axis] >= c.program_limit_ticks[axis]:
+        flags |= _DONE
+    if s.program_kind[axis] == _RAMP:
+        if abs(x - s.program_start_rad[axis]) >= c.program_slip_rad[axis]:
+            flags |= _SLIPPED
+        if abs(s.program_ramp_nm[axis]) >= c.program_torque_max_nm[axis]:
+            flags |= _LIMIT
+    return flags
+
+
+@compiled
+def _servo(s: Record, c: Record, axis: int, dt: float) -> float:
+    """Torque of the speed servo; moves its references by `dt` seconds."""
+    most = c.program_torque_max_nm[axis]
+    step = c.program_acceleration_rad_s2[axis] * dt
+    change = c.program_velocity_rad_s[axis] - s.program_speed_rad_s[axis]
+    s.program_speed_rad_s[axis] += min(max(change, -step), step)
+    x_r = s.program_reference_rad[axis] + s.program_speed_rad_s[axis] * dt
+    k = c.program_stiffness_nm_rad[axis]
+    if k > 0.0:  # a joint that cannot follow must not wind the reference up
+        x = s.position_rad[axis]
+        x_r = min(max(x_r, x - most / k), x + most / k)
+    s.program_reference_rad[axis] = x_r
+    slip = s.program_speed_rad_s[axis] - s.program_velocity_rad_s[axis]
+    torque = k * (x_r - s.position_rad[axis]) + c.program_damping_nms_rad[axis] * slip
+    return min(max(torque, -most), most)
+
+
+@compiled
+def _ramp(s: Record, c: Record, axis: int, dt: float) -> float:
+    """Torque of the open-loop ramp."""
+    before = s.program_ramp_nm[axis]
+    quick = FAST_RAMP if abs(before) < c.program_fast_nm[axis] else 1.0
+    most = c.program_torque_max_nm[axis]
+    s.program_ramp_nm[axis] = min(max(before + quick * c.program_ramp_nm_s[axis] * dt, -most), most)
+    return s.program_ramp_nm[axis]
+
+
+@compiled
+def program_torque(t: Record, s: Record, p: Record, c: Record, axis: int, elapsed: int) -> float:
+    """Torque of the program in force on this axis, N m; 0 without one. Writes the program's tick fields.
+
+    Parameters
+    ----------
+    elapsed : int
+        Grid ticks since the last valid sample; 0 on a missed one.
+    """
+    take_program(s, c, p, axis)
+    torque = 0.0
+    if in_program(s, axis):
+        dt = p.period_s * elapsed
+        if elapsed > 0:
+            error = t.velocity_difference_rad_s[axis] - s.program_velocity_rad_s[axis]
+            alpha = c.program_alpha[axis]
+            s.program_velocity_rad_s[axis] += (alpha if 0.0 < alpha <= 1.0 else 1.0) * error
+        if s.program_kind[axis] != _BRAKE:
+            s.program_flags[axis] |= _tripped(t, s, c, axis)
+            if s.program_flags[axis] != 0:
+                s.program_kind[axis] = _BRAKE
+        s.program_ticks[axis] += 1
+        torque = _torque(s, p, c, axis, dt)
+    t.program_kind[axis] = s.program_kind[axis]
+    t.program_flags[axis] = s.program_flags[axis]
+    t.program_torque_nm[axis] = torque
+    return torque
+
+
+@compiled
+def _torque(s: Record, p: Record, c: Record, axis: int, dt: float) -> float:
+    """Torque of the kind in force."""
+    if s.program_kind[axis] == _SERVO:
+        return _servo(s, c, axis, dt)
+    if s.program_kind[axis] == _RAMP:
+        return _ramp(s, c, axis, dt)
+    damping = c.program_damping_nms_rad[axis]
+    if not 0.0 <= damping < math.inf:
+        damping = p.hold_damping_nms_rad[axis]
+    cap = BRAKE_SHARE * p.torque_limit_nm[axis]
+    return min(max(-damping * s.program_velocity_rad_s[axis], -cap), cap)
