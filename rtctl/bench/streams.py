@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 from rtctl.bench import cyclictest
 from rtctl.bench.loop import last_core, run_daemon
@@ -31,17 +32,18 @@ def rows(config: Path, seconds: float) -> list[Row]:
     lost = sum(one["lost"] + one["gaps"] - one["missed"] for one in seen)
     ticks, missed = int(summary["ticks"]), int(summary["missed_ticks"])
     text = f"{ticks} ticks recorded; {[one['received'] for one in seen]} received since each joined"
+    faults = f"; rig faults: {summary['fault_first']}" if summary["fault_first"] else ""
     return [
         Row(f"{loaded.config.loop.rate_hz:g} Hz, ticks arrived at the worst of {SUBSCRIBERS}", 100 * arrived, "%", text, 100.0, ">="),
         Row("ticks lost on the way, all subscribers", lost, "ticks", "running numbers in the messages", 0.0),
         Row("missed ticks against cyclictest", missed / max(1, reference), "x",
-            f"ours {missed}, cyclictest {reference} at {interval_us} us, {seconds:g} s each", 1.2),
+            f"ours {missed}, cyclictest {reference} at {interval_us} us, {seconds:g} s each{faults}", 1.2),
     ]  # fmt: skip
 
 
 def _daemon_with_subscribers(
     config: Path, rig: str, seconds: float
-) -> tuple[dict[str, float], list[dict[str, int]]]:
+) -> tuple[dict[str, Any], list[dict[str, int]]]:
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "rtctl.bench.subscriber", rig, folder]
         environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}

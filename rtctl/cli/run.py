@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -48,8 +49,10 @@ def command(
                 click.echo(f"  {grant}")
         summary = host.run(seconds)
     click.echo(json.dumps(summary) if as_json else "\n".join(_lines(summary)))
-    if summary["state"] in ("FAULT", "ESTOP", "LOCKOUT") or summary.get("fault_first"):
-        raise FaultError(f"the run ended with a latched fault: {summary.get('fault_first')}")
+    if summary["state"] in ("FAULT", "ESTOP", "LOCKOUT") or summary["fault_first"]:
+        if as_json:  # the summary says it; nothing may follow it
+            sys.exit(FaultError.exit_code)
+        raise FaultError(f"the run ended with a latched fault: {summary['fault_first']}")
 
 
 def _grants(grants: list[dict[str, Any]]) -> list[str]:

@@ -36,9 +36,6 @@ _NOT_FINITE = int(GateFlag.NOT_FINITE)
 OVERSPEED_FACTOR = 1.2
 """Above this many v_max the torque is cut (safety contract)."""
 
-LATE_LIMIT = 3
-"""Late ticks in a row that are an OVERRUN (safety contract)."""
-
 HOLD_SHARE = 0.2
 """HOLD's damping may use at most this share of the torque limit (safety contract)."""
 
@@ -85,7 +82,7 @@ def step(
         # 7. energy of the last period, and damping where it ran out
         faults |= _observe(t, s, p, model[axis], axis, dx, elapsed, powered)
         faults |= _sum_torques(t, s, axis, program)
-    faults |= _F_OVERRUN if s.late_ticks >= LATE_LIMIT else 0
+    faults |= _F_OVERRUN if 0 < p.late_limit_ticks <= s.late_ticks else 0
     faults |= intake.target_fault(s, p, c)
     # 8. state machine
     changed = advance(s, p, faults, requests, arm_allowed and tare_done(s, p), intake.holding(s, p, c))

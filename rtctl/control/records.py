@@ -51,6 +51,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             "target_hold_ticks": "<i8",  # age of a renderer target that causes HOLD
             "target_stop_ticks": "<i8",  # age that causes STOPPING
             "stale_limit_ticks": "<i8",  # sample age that causes a CUT
+            "late_limit_ticks": "<i8",  # late ticks in a row that are an OVERRUN; 0: counted only
             "energy_budget_j": "<f8",  # passivity: deficit tolerated before damping is injected
             "energy_bank_j": "<f8",  # passivity: most energy that may be saved up
         },

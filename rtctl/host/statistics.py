@@ -78,7 +78,14 @@ class RunStatistics:
     def summary(self) -> dict[str, Any]:
         """The summary `rtctl run --json` ends with (without telemetry counts)."""
         if self.last is None:
-            return {"state": State.INIT.name, "ticks": 0, "missed_ticks": 0, "rate_hz": 0.0, "faults": []}
+            return {
+                "state": State.INIT.name,
+                "ticks": 0,
+                "missed_ticks": 0,
+                "rate_hz": 0.0,
+                "faults": [],
+                "fault_first": None,
+            }
         last = self.last[0]
         span_s = (int(last["time_ns"]) - self._first_ns) / 1e9
         first_cause = int(last["fault_first"])

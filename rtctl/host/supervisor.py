@@ -226,7 +226,6 @@ class Host:
             "telemetry": self.telemetry.counts(),
             "overwritten": self.reader.overwritten,
             "realtime": self.loop.grants,
-            "loop_modules": (self.loop.ended or {}).get("modules", []),
         }
 
     # -- end

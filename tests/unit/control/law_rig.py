@@ -67,6 +67,7 @@ class LawRig:
             "target_hold_ticks": 20,
             "target_stop_ticks": 100,
             "stale_limit_ticks": 3,
+            "late_limit_ticks": 3,
             "energy_budget_j": 0.02,
             "energy_bank_j": 0.02,
         }.items():

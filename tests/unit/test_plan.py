@@ -1,0 +1,68 @@
+"""From the rig file to the arrays of the law."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rtctl import plan
+from rtctl.config import load
+from rtctl.control.vocabulary import Environment, Policy
+from rtctl.errors import ModelError
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+
+
+def rig(tmp_path, *changes):
+    text = (CONFIGS / "mock.toml").read_text().replace('"friction/', f'"{CONFIGS}/friction/')
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    path = tmp_path / "rig.toml"
+    path.write_text(text)
+    return load(path)
+
+
+def test_units_and_periods_are_converted_once(tmp_path):
+    built = plan.build(rig(tmp_path))
+    p = built.params[0]
+    assert built.period_ns == 1_000_000
+    assert built.ring_rows == 8000
+    assert p["count_rad"][0] == pytest.approx(2 * np.pi / 160000)
+    assert p["torque_rate_nm"][0] == pytest.approx(rig(tmp_path).config.axis[0].torque_rate_nm_s * 1e-3)
+    assert built.command[0]["environment_kind"][0] == Environment.FREE
+    assert p["friction_policy"][0] == Policy.HYBRID
+
+
+def test_the_feedforward_is_capped_at_its_share_of_the_torque_limit(tmp_path):
+    loaded = rig(tmp_path)
+    axis, p = loaded.config.axis[0], plan.build(loaded).params[0]
+    assert p["friction_cap_nm"][0] == pytest.approx(axis.friction.cap_share * axis.torque_limit_nm)
+    assert 0 < p["friction_floor_nm"][0] < p["friction_ungated_cap_nm"][0] / axis.friction.gain
+
+
+def test_slow_loops_keep_the_cycle_counts_and_fast_ones_the_times_of_the_safety_contract(tmp_path):
+    for rate, ticks in ((100, 500), (1000, 500)):
+        built = plan.build(rig(tmp_path, ("rate_hz = 1000.0", f"rate_hz = {rate}.0"), ("= 60.0", "= 5.0")))
+        assert built.params[0]["soft_start_ticks"] == ticks
+        assert built.params[0]["ready_ticks"] == ticks
+    fast = plan.build(rig(tmp_path, ("rate_hz = 1000.0", "rate_hz = 10000.0")))
+    assert fast.params[0]["soft_start_ticks"] == 5000
+
+
+def test_late_ticks_are_only_counted_on_a_simulated_rig_that_need_not_be_punctual(tmp_path):
+    assert plan.build(rig(tmp_path)).params[0]["late_limit_ticks"] == 0
+    strict = rig(tmp_path, ('realtime = "prefer"', 'realtime = "require"'))
+    assert plan.build(strict).params[0]["late_limit_ticks"] == 3
+
+
+def test_without_compensation_no_model_is_needed(tmp_path):
+    built = plan.build(rig(tmp_path, ('policy = "hybrid"', 'policy = "off"')))
+    assert built.params[0]["friction_policy"][0] == Policy.OFF
+    assert not built.model["n_segments"].any()
+
+
+def test_a_model_of_another_rig_is_refused_with_both_names_and_the_remedy(tmp_path):
+    other = rig(tmp_path, ('name = "mock"', 'name = "bench7"'))
+    with pytest.raises(ModelError, match=r"'mock'.*'bench7'.*rtctl fit"):
+        plan.build(other)
