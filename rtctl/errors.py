@@ -9,10 +9,12 @@
     ├── BusyError             exit 8   another daemon holds this rig, or an address is in use
     ├── LoopDiedError         exit 9   the loop process ended or stalled on its own
     ├── DataError             exit 10  measured data that cannot be used (points, logs)
+    │   └── UnidentifiableError        the data cannot tell a parameter that was asked for
     ├── FaultError            exit 11  the run ended in a latched fault
-    └── ClientError           exit 12  a client could not do what was asked
-        ├── NoReplyError               the daemon did not answer in time
-        └── RefusedError               the daemon refused, and said why
+    ├── ClientError           exit 12  a client could not do what was asked
+    │   ├── NoReplyError               the daemon did not answer in time
+    │   └── RefusedError               the daemon refused, and said why
+    └── HandOnRigError        exit 13  a hand was on the rig where there must be none
 
 Exit code 2 is click's own: wrong command-line usage.
 """
@@ -78,6 +80,14 @@ class DataError(RtctlError):
     exit_code = 10
 
 
+class UnidentifiableError(DataError):
+    """A parameter the data cannot tell; `reason` is for programs, the text for people."""
+
+    def __init__(self, reason: str, text: str) -> None:
+        super().__init__(text)
+        self.reason = reason
+
+
 class FaultError(RtctlError):
     """A run that ended in a latched fault."""
 
@@ -100,3 +110,9 @@ class RefusedError(ClientError):
     def __init__(self, code: str, text: str) -> None:
         super().__init__(f"{code}: {text}")
         self.code = code
+
+
+class HandOnRigError(RtctlError):
+    """A hand (or a load) on the force sensor of a rig that must move by itself."""
+
+    exit_code = 13

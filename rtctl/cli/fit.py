@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 if TYPE_CHECKING:
+    from rtctl.friction.ladder import Ladder
     from rtctl.friction.model import FrictionModel
 
 _File = click.Path(dir_okay=False, path_type=Path)
@@ -22,6 +24,14 @@ def _number(_: click.Context, option: click.Parameter, value: float | None) -> f
     """Refuse NaN, which click's own ranges let through."""
     if value is not None and math.isnan(value):
         raise click.BadParameter("NaN is not a number above 0", param=option)
+    return value
+
+
+def _range(
+    _: click.Context, option: click.Parameter, value: tuple[float, float] | None
+) -> tuple[float, float] | None:
+    if value is not None and not -100 <= value[0] <= value[1] <= 300:
+        raise click.BadParameter("must be -100 <= MIN <= MAX <= 300 degrees C", param=option)
     return value
 
 
@@ -50,6 +60,46 @@ def _number(_: click.Context, option: click.Parameter, value: float | None) -> f
     callback=_number,
     help="fade beyond the trained range, rad/s; default a tenth of it",
 )
+@click.option(
+    "--ladder",
+    "climb",
+    is_flag=True,
+    help="compare every formula, machine and kernel; same as --search halving",
+)
+@click.option(
+    "--search",
+    type=click.Choice(["none", "halving", "full"]),
+    help="hyper-parameters: successive halving, or every combination of the papers' grids; default none",
+)
+@click.option(
+    "--kernel",
+    type=click.Choice(["all", "spline", "rbf", "polynomial", "formula"]),
+    default="all",
+    show_default=True,
+    help="rungs of the ladder to climb",
+)
+@click.option(
+    "--symmetric",
+    type=click.Choice(["auto", "yes", "no"]),
+    default="auto",
+    show_default=True,
+    help="one curve for both directions: by evidence, always, or never (with --search)",
+)
+@click.option(
+    "--backend",
+    type=click.Choice(["loky", "dask", "threading", "sequential"]),
+    default="loky",
+    show_default=True,
+    help="what runs the search; dask uses a cluster (DASK_SCHEDULER_ADDRESS), or a local one",
+)
+@click.option("--jobs", type=click.IntRange(1, 4096), help="workers of the search; default all cores")
+@click.option(
+    "--temperature",
+    type=(float, float),
+    callback=_range,
+    metavar="MIN MAX",
+    help="range of temperature the points were measured in, degrees C; stored in the model",
+)
 @click.option("--plot", type=_File, help="draw points and learned curve (PNG)")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object with every figure, for scripts")
 def command(
@@ -60,20 +110,48 @@ def command(
     c: float | None,
     epsilon_nm: float | None,
     fade_rad_s: float | None,
+    climb: bool,
+    search: str | None,
+    kernel: str,
+    symmetric: str,
+    backend: str,
+    jobs: int | None,
+    temperature: tuple[float, float] | None,
     plot: Path | None,
     as_json: bool,
 ) -> None:
     """Learn the friction of a rig: one spline-kernel epsilon-SVR per direction, compiled exactly.
 
+    With --ladder, every formula (Coulomb, Coulomb + viscous, Tustin, Gaussian, Lorentzian) and
+    support-vector machine (epsilon, nu; spline, RBF, polynomial kernel) is compared by cross-validation in
+    blocks of speed, and the simplest within one standard error of the best is written.
+
     POINTS is a CSV file with the columns velocity_rad_s and friction_torque_nm (both signed), and for
     break-away points at zero velocity optionally direction (+1 or -1). At least 8 points per direction.
     """
+    from rtctl.cli import ladder_report
     from rtctl.friction import artefact, fit
     from rtctl.friction.points import read_points
+    from rtctl.friction.timing import evaluation_ns
 
+    strategy = search or ("halving" if climb or kernel != "all" else "none")
+    if strategy != "none" and (c is not None or epsilon_nm is not None):
+        raise click.UsageError("--C and --epsilon fix what a search chooses; drop them, or use --search none")
+    if strategy == "none" and (climb or kernel != "all"):
+        raise click.UsageError("--search none compares nothing; drop it, or --ladder and --kernel")
     measured = read_points(points)
-    model = fit.fit_points(
-        measured, rig=rig, c=c, epsilon_nm=epsilon_nm or fit.EPSILON_NM, fade_rad_s=fade_rad_s
+    ladder: Ladder | None = None
+    if strategy == "none":
+        model = fit.fit_points(
+            measured, rig=rig, c=c, epsilon_nm=epsilon_nm or fit.EPSILON_NM, fade_rad_s=fade_rad_s
+        )
+    else:
+        ladder, model = ladder_report.climb(
+            measured, strategy, kernel, symmetric, backend, jobs, rig, fade_rad_s
+        )
+    low, high = temperature or (None, None)
+    model = replace(
+        model, temperature_min_c=low, temperature_max_c=high, evaluation_ns=evaluation_ns(model.record())
     )
     artefact.save(model, out)
     if plot is not None:
@@ -82,28 +160,42 @@ def command(
         figure.draw(model, measured, plot)
     rows = _rows(model)
     if as_json:
-        body = {"model": str(out), "rig": model.rig, "data_sha256": model.data_sha256, "directions": rows}
+        body: dict[str, Any] = {
+            "model": str(out),
+            "rig": model.rig,
+            "data_sha256": model.data_sha256,
+            "directions": rows,
+        }
+        body |= {"kind": model.kind, "evaluation_ns": model.evaluation_ns}
+        if ladder is not None:
+            body |= ladder_report.body(ladder)
         click.echo(json.dumps(body, indent=2, allow_nan=False))
         return
-    click.echo(f"{'':34}{'v >= 0':>14}{'v < 0':>14}")
+    if ladder is not None:
+        ladder_report.show(ladder)
+    click.echo(f"{model.kind:34}{'v >= 0':>14}{'v < 0':>14}")
     for label, key, scale, shape in _TABLE:
-        click.echo(f"{label:<34}" + "".join(f"{format(row[key] * scale, shape):>14}" for row in rows))
+        cells = [format(row[key] * scale, shape) if key in row else "-" for row in rows]
+        click.echo(f"{label:<34}" + "".join(f"{cell:>14}" for cell in cells))
     click.echo(f"\nmodel: {out}" + (f"\nplot:  {plot}" if plot else ""))
 
 
 _TABLE: tuple[tuple[str, str, float, str], ...] = (
     ("points", "points", 1, "d"),
     ("support vectors", "support_vectors", 1, "d"),
-    ("C", "C", 1, "g"),
-    ("epsilon, mN m", "epsilon_nm", 1e3, "g"),
+    ("C", "C", 1, ".6g"),
+    ("epsilon, mN m", "epsilon_nm", 1e3, ".4g"),
     ("mean training error, mN m", "train_mean_error_nm", 1e3, ".3f"),
     ("max training error, mN m", "train_max_error_nm", 1e3, ".3f"),
     ("RMS held-out error, mN m", "validation_rmse_nm", 1e3, ".3f"),
     ("max held-out error, mN m", "validation_max_error_nm", 1e3, ".3f"),
     ("compile error, N m", "compile_error_nm", 1, ".1e"),
+    ("its proved bound, N m", "compile_bound_nm", 1, ".1e"),
     ("trained range, rad/s", "speed_max_rad_s", 1, ".4g"),
     ("least dry friction, N m", "friction_min_nm", 1, ".4g"),
     ("viscous slope, N m s/rad", "viscous_nms_rad", 1, ".4g"),
+    ("secant damping, N m s/rad", "secant_damping_nms_rad", 1, ".4g"),
+    ("least slope, N m s/rad", "slope_damping_nms_rad", 1, ".4g"),
 )
 
 
@@ -123,6 +215,10 @@ def _rows(model: FrictionModel) -> list[dict[str, Any]]:
             "validation_rmse_nm": branch.validation_rmse_nm,
             "validation_max_error_nm": branch.validation_max_error_nm,
             "compile_error_nm": compile_error_nm(branch),
+            "compile_bound_nm": branch.rounding_bound_nm,
+            "friction_lower_nm": branch.friction_lower_nm,
+            "secant_damping_nms_rad": branch.secant_damping_nms_rad,
+            "slope_damping_nms_rad": branch.slope_damping_nms_rad,
             "speed_max_rad_s": branch.speed_max_rad_s,
             "friction_min_nm": branch.friction_min_nm,
             "friction_max_nm": branch.friction_max_nm,

@@ -1,8 +1,9 @@
 """The friction model file: written atomically, and believed only after every check.
 
 Data only: JSON, no code. Reading verifies, in this order, the JSON, the schema and bounds of every key,
-the checksum and the exact spelling, the knots, the positivity of the curve, and the self-test vectors
-through the compiled coefficients. One byte changed anywhere is refused.
+the checksum and the exact spelling, the knots, the positivity of the curve, the self-test vectors
+through the compiled coefficients, and that compile bound and passivity quantities are those of the curve.
+One byte changed anywhere is refused.
 """
 
 from __future__ import annotations
@@ -16,9 +17,11 @@ import numpy as np
 from pydantic import ValidationError
 
 from rtctl.errors import ModelError
+from rtctl.friction.baselines import NAMES
 from rtctl.friction.compile import PiecewiseCubic
 from rtctl.friction.document import FORMAT, SCHEMA, BranchDocument, ModelDocument, checksum, render
 from rtctl.friction.model import Branch, FrictionModel
+from rtctl.friction.tables import sampled_error
 
 __all__ = ["Branch", "FrictionModel", "load", "require_rig", "save"]
 
@@ -39,8 +42,22 @@ _SCALARS = (
     "validation_rmse_nm",
     "validation_max_error_nm",
     "hyper_parameters",
+    "parameters",
     "intercept",
 )
+
+_DERIVED = {
+    "compile_bound_nm": "rounding_bound_nm",
+    "friction_lower_nm": "friction_lower_nm",
+    "secant_damping_nms_rad": "secant_damping_nms_rad",
+    "slope_damping_nms_rad": "slope_damping_nms_rad",
+}
+"""Key of the file -> property of the branch it must equal."""
+
+_WHOLE = ("temperature_min_c", "temperature_max_c", "evaluation_ns", "selection")
+
+_PARAMETERS = {"spline": (), "rbf": ("sigma_rad_s",), "polynomial": ("degree",), **NAMES}
+"""Kind -> the parameters its curve has."""
 
 
 def _refuse(path: Path, key: str, what: str, remedy: str = _REMEDY) -> NoReturn:
@@ -133,6 +150,8 @@ def _verified(path: Path, raw: bytes) -> FrictionModel:
     for name, branch in zip(("forward", "backward"), model.branches, strict=True):
         _check_branch(path, f"branches.{name}", branch)
     _check_whole(path, model, document.friction_max_nm)
+    for name, branch in zip(("forward", "backward"), model.branches, strict=True):
+        _check_compiled(path, f"branches.{name}", branch, getattr(document.branches, name))
     return model
 
 
@@ -141,7 +160,33 @@ def _not_a_number(word: str) -> NoReturn:
     raise ValueError(msg)
 
 
+def _check_parameters(path: Path, key: str, branch: Branch) -> None:
+    p = branch.parameters
+    if set(p) != set(_PARAMETERS[branch.kind]):
+        _refuse(path, f"{key}.parameters", f"are not those of a {branch.kind} curve")
+    if branch.kind in NAMES and len(branch.support_vectors):
+        _refuse(path, f"{key}.support_vectors", f"a {branch.kind} curve has none")
+    degree = p.get("degree", 1.0)
+    if not all(p.get(name, 1.0) > 0 for name in ("sigma_rad_s", "stribeck_rad_s")):
+        _refuse(path, f"{key}.parameters", "sigma_rad_s and stribeck_rad_s must be above 0")
+    if not (1 <= degree <= 12 and degree == round(degree)):
+        _refuse(path, f"{key}.parameters", f"degree {degree:g} is not a whole number from 1 to 12")
+
+
+def _check_compiled(path: Path, key: str, branch: Branch, document: BranchDocument) -> None:
+    for name, derived in _DERIVED.items():
+        stored, found = getattr(document, name), getattr(branch, derived)
+        if not abs(stored - found) <= 1e-9 + 1e-6 * abs(found):
+            _refuse(path, f"{key}.{name}", f"is {stored:.6g}, the curve itself gives {found:.6g}")
+    seen = sampled_error(branch.source, branch.curve, branch.speed_max_rad_s)
+    if not seen <= document.compile_bound_nm * (1 + 1e-6) + 1e-12:
+        _refuse(
+            path, f"{key}.coefficients", f"are off the learned curve by {seen:.3g} N m, more than was proved"
+        )
+
+
 def _check_branch(path: Path, key: str, branch: Branch) -> None:
+    _check_parameters(path, key, branch)
     knots, coefficients = branch.curve.knots, branch.curve.coefficients
     if len(knots) != len(coefficients) or len(branch.support_vectors) != len(branch.dual_coef):
         _refuse(
@@ -186,6 +231,7 @@ def _check_whole(path: Path, model: FrictionModel, friction_max_nm: float) -> No
 def _document(model: FrictionModel) -> dict[str, Any]:
     def branch(b: Branch) -> dict[str, Any]:
         out = {name: getattr(b, name) for name in _SCALARS}
+        out.update({name: getattr(b, derived) for name, derived in _DERIVED.items()})
         out["support_vectors"] = b.support_vectors.tolist()
         out["dual_coef"] = b.dual_coef.tolist()
         out["knots"] = b.curve.knots.tolist()
@@ -200,6 +246,7 @@ def _document(model: FrictionModel) -> dict[str, Any]:
         "created": model.created,
         "versions": dict(model.versions),
         "data_sha256": model.data_sha256,
+        **{name: getattr(model, name) for name in _WHOLE},
         "friction_max_nm": model.friction_max_nm,
         "speed_fade_rad_s": model.speed_fade_rad_s,
         "branches": {"forward": branch(model.branches[0]), "backward": branch(model.branches[1])},
@@ -213,6 +260,7 @@ def _model(document: ModelDocument) -> FrictionModel:
             support_vectors=np.array(d.support_vectors, dtype=float),
             dual_coef=np.array(d.dual_coef, dtype=float),
             curve=PiecewiseCubic(np.array(d.knots, dtype=float), np.array(d.coefficients, dtype=float)),
+            kind=document.kind,
             **{name: getattr(d, name) for name in _SCALARS},
         )
 
@@ -224,5 +272,6 @@ def _model(document: ModelDocument) -> FrictionModel:
         data_sha256=document.data_sha256,
         created=document.created,
         versions=document.versions,
+        **{name: getattr(document, name) for name in _WHOLE},
         self_test=np.array(document.self_test, dtype=float),
     )

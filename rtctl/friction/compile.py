@@ -42,6 +42,30 @@ class PiecewiseCubic:
             found += [start + r.real for r in roots if r.imag == 0 and 0 < r.real < end - start]
         return np.array([speed for speed in found if speed <= speed_max])
 
+    def least_slope(self, speed_max: float) -> float:
+        """Least slope over 0..`speed_max`, N m s/rad: at an end of a piece, or where its curvature is zero."""
+        c1, c2, c3 = self.coefficients[:, 1:].T
+        width = np.diff(np.append(self.knots, speed_max))
+        vertex = np.divide(-c2, 3 * c3, out=np.zeros_like(c2), where=c3 != 0)
+        places = np.stack([np.zeros_like(width), width, np.clip(vertex, 0, width)])
+        return float(np.min(c1 + places * (2 * c2 + 3 * places * c3)))
+
+    def least_secant(self, speed_max: float, loss: float) -> float:
+        """Least (curve - `loss`)/v over 0 < v <= `speed_max`, N m s/rad; 0 where the difference is below 0.
+
+        Notes
+        -----
+        Within a piece the secant is stationary where slope times speed is the value: a cubic in h.
+        """
+        places = [speed_max, *self.knots[self.knots > 0]]
+        ends = np.append(self.knots[1:], speed_max)
+        for start, end, (c0, c1, c2, c3) in zip(self.knots, ends, self.coefficients, strict=True):
+            cubic = [2 * c3, 3 * c3 * start + c2, 2 * c2 * start, c1 * start - c0 + loss]
+            roots = np.roots(np.array(cubic))
+            places += [start + r.real for r in roots if abs(r.imag) < 1e-9 and 0 < r.real < end - start]
+        at = np.array(places)
+        return float(np.min(np.maximum(self(at) - loss, 0.0) / at))
+
 
 def compile_spline(support_vectors: np.ndarray, dual_coef: np.ndarray, intercept: float) -> PiecewiseCubic:
     """Turn a spline-kernel SVR into the same function as a piecewise cubic, C2, knots at the support vectors.

@@ -17,12 +17,16 @@ from rtctl.control.records import MAX_SEGMENTS
 from rtctl.friction.model import SELF_TEST_VECTORS
 
 FORMAT = "rtctl friction model"
-SCHEMA = 1
+SCHEMA = 2
 
 Number = Annotated[float, Field(ge=-1e15, le=1e15)]
 Torque = Annotated[float, Field(ge=0, le=1e6)]
 Speed = Annotated[float, Field(ge=0, le=1e4)]
 Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+Kind = Literal[
+    "spline", "rbf", "polynomial", "coulomb", "coulomb_viscous", "tustin", "gaussian", "lorentzian"
+]
+Temperature = Annotated[float, Field(ge=-100, le=300)]
 Text = Annotated[str, Field(max_length=80)]
 
 
@@ -39,7 +43,12 @@ class BranchDocument(Table):
     train_max_error_nm: Torque
     validation_rmse_nm: Torque
     validation_max_error_nm: Torque
+    compile_bound_nm: Torque
+    friction_lower_nm: Torque
+    secant_damping_nms_rad: Torque
+    slope_damping_nms_rad: Number
     hyper_parameters: dict[Text, Number] = Field(max_length=16)
+    parameters: dict[Text, Number] = Field(max_length=16)
     intercept: Number
     support_vectors: list[Speed] = Field(max_length=MAX_SEGMENTS)
     dual_coef: list[Number] = Field(max_length=MAX_SEGMENTS)
@@ -57,15 +66,19 @@ class BranchesDocument(Table):
 
 
 class ModelDocument(Table):
-    """A whole model file. `kind` says how the curve was compiled; more kinds may follow."""
+    """A whole model file. `kind` says what was learned: a sum of kernels, or a formula."""
 
     format: Literal["rtctl friction model"]
-    schema_version: Literal[1] = Field(alias="schema")
-    kind: Literal["spline"]
+    schema_version: Literal[2] = Field(alias="schema")
+    kind: Kind
     rig: Name
     created: Text
     versions: dict[Text, Text] = Field(max_length=16)
     data_sha256: Sha256
+    temperature_min_c: Temperature | None
+    temperature_max_c: Temperature | None
+    evaluation_ns: Annotated[float, Field(ge=0, le=1e9)] | None
+    selection: str = Field(max_length=1000)
     friction_max_nm: Torque
     speed_fade_rad_s: float = Field(gt=0, le=1e4)
     branches: BranchesDocument

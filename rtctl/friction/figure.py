@@ -33,7 +33,7 @@ def draw(model: FrictionModel, points: FrictionPoints, path: str | Path) -> None
     plot.axvline(0, color="black", linewidth=0.5)
     plot.set_xlabel("velocity [rad/s]")
     plot.set_ylabel("friction overcome [N m]")
-    plot.set_title(f"Learned friction of rig {model.rig}, one spline-kernel regression per direction")
+    plot.set_title(f"Learned friction of rig {model.rig}: {model.kind}, one curve per direction")
     plot.legend(fontsize="small")
     plot.grid(visible=True, alpha=0.3)
     try:
@@ -51,18 +51,21 @@ def _draw_branch(
 ) -> None:
     names = (lambda text: text) if sign > 0 else (lambda _: None)  # each label once
     v = np.linspace(0, branch.speed_max_rad_s, 1000)
-    curve, epsilon = branch.magnitude(v), branch.hyper_parameters["epsilon_nm"]
-    plot.fill_between(
-        sign * v,
-        sign * (curve - epsilon),
-        sign * (curve + epsilon),
-        alpha=0.2,
-        color="tab:blue",
-        label=names(f"epsilon tube, {1e3 * epsilon:g} mN m"),
-    )
+    curve, epsilon = branch.magnitude(v), branch.hyper_parameters.get("epsilon_nm")
+    if epsilon is not None:  # a formula has no tube
+        plot.fill_between(
+            sign * v,
+            sign * (curve - epsilon),
+            sign * (curve + epsilon),
+            alpha=0.2,
+            color="tab:blue",
+            label=names(f"epsilon tube, {1e3 * epsilon:.3g} mN m at v > 0"),
+        )
     plot.plot(sign * speed, sign * friction_nm, ".", color="tab:gray", label=names("points"))
     plot.plot(sign * v, sign * curve, color="tab:blue", label=names("learned friction"))
     at = branch.support_vectors
+    if not len(at):
+        return
     plot.plot(
         sign * at,
         sign * branch.magnitude(at),

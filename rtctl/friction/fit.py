@@ -1,5 +1,7 @@
 """Learn a friction model: one spline-kernel epsilon-SVR of |v| per direction, then compile it.
 
+`ladder` compares this with other machines, kernels and formulas; both end in `describe_branch`.
+
 scikit-learn is imported when a fit runs, so that reading this module costs nothing.
 """
 
@@ -13,12 +15,13 @@ from typing import Any
 import numpy as np
 
 from rtctl import __version__
-from rtctl.control.records import MAX_SEGMENTS
-from rtctl.errors import DataError
+from rtctl.errors import DataError, ModelError
 from rtctl.friction import kernels
-from rtctl.friction.compile import compile_spline
+from rtctl.friction.blocks import TRAINS, folds_by_speed
+from rtctl.friction.curves import Curve
 from rtctl.friction.model import Branch, FrictionModel, self_test_vectors
 from rtctl.friction.points import FrictionPoints
+from rtctl.friction.tables import compile_curve
 
 EPSILON_NM = 0.005
 """Default width of the epsilon tube, N m: about the noise of an averaged point (theory reference, 7)."""
@@ -29,7 +32,6 @@ C_LIST = (10.0, 100.0, 1e3, 1e4)
 FADE_SHARE = 0.1
 """Default fade beyond the trained range, share of it."""
 
-FOLDS = 5
 MAX_ITERATIONS = 5_000_000
 
 
@@ -77,18 +79,10 @@ def _sklearn_svr(c: float, epsilon_nm: float) -> Any:  # noqa: ANN401
 
 
 def validation_errors(speed: np.ndarray, friction_nm: np.ndarray, c: float, epsilon_nm: float) -> np.ndarray:
-    """Errors (N m) on held-out points, by cross-validation in blocks of equal speed.
-
-    Notes
-    -----
-    All points of one speed are held out together, so that a repeat cannot vouch for itself. The lowest and
-    highest speed always train: the model is never used beyond them, and break-away at v = 0 cannot be
-    guessed from motion.
-    """
-    levels, block = np.unique(speed, return_inverse=True)
-    fold = np.where((block == 0) | (block == len(levels) - 1), -1, block % min(FOLDS, len(levels) - 2))
+    """Errors (N m) on held-out points, by cross-validation in blocks of equal speed (`blocks`)."""
+    fold = folds_by_speed(speed)
     errors = []
-    for k in range(fold.max() + 1):
+    for k in np.unique(fold[fold != TRAINS]):
         held = fold == k
         regression = train(speed[~held], friction_nm[~held], c, epsilon_nm)
         errors.append(regression.predict(speed[held]) - friction_nm[held])
@@ -138,12 +132,42 @@ def fit_branch(
     rmse = {value: float(np.sqrt(np.mean(errors**2))) for value, errors in tried.items()}
     chosen = min(value for value in tried if rmse[value] <= 1.02 * min(rmse.values()))
     regression = train(speed, friction_nm, chosen, epsilon_nm)
-    curve = compile_spline(regression.support_vectors, regression.dual_coef, regression.intercept)
-    if len(curve.knots) > MAX_SEGMENTS:
-        raise DataError(
-            f"{len(curve.knots)} support vectors, at most {MAX_SEGMENTS}; choose a larger epsilon"
-        )
+    return describe_branch(
+        Curve("spline", {}, regression.support_vectors, regression.dual_coef, regression.intercept),
+        speed,
+        friction_nm,
+        tried[chosen],
+        {"C": chosen, "epsilon_nm": epsilon_nm},
+    )
+
+
+def describe_branch(
+    source: Curve,
+    speed: np.ndarray,
+    friction_nm: np.ndarray,
+    held_out_errors: np.ndarray,
+    hyper_parameters: dict[str, float],
+) -> Branch:
+    """Compile a learned curve and gather what the model file says about it.
+
+    Parameters
+    ----------
+    source : Curve
+    speed, friction_nm : ndarray, shape (n,)
+        Points of this direction.
+    held_out_errors : ndarray
+        Errors (N m) on points held out of training.
+
+    Raises
+    ------
+    DataError
+        A curve that is not positive over the range, or that cannot be compiled.
+    """
     speed_max, viscous = float(speed.max()), viscous_slope(speed, friction_nm)
+    try:
+        curve, _ = compile_curve(source, speed_max)
+    except ModelError as error:
+        raise DataError(str(error)) from error
     places = curve.extreme_speeds(speed_max)
     if not (curve(places) > 0).all():
         at = places[int(np.argmin(curve(places)))]
@@ -151,23 +175,25 @@ def fit_branch(
             f"the learned friction is not positive at {at:.4g} rad/s; add points there or lower C"
         )
     dry = curve.extreme_speeds(speed_max, viscous)
-    error = np.abs(curve(speed) - friction_nm)
+    residual = np.abs(curve(speed) - friction_nm)
     return Branch(
-        support_vectors=regression.support_vectors,
-        dual_coef=regression.dual_coef,
-        intercept=regression.intercept,
+        support_vectors=source.support_vectors,
+        dual_coef=source.dual_coef,
+        intercept=source.intercept,
         curve=curve,
         speed_max_rad_s=speed_max,
         n_points=len(speed),
-        train_mean_error_nm=float(error.mean()),
-        train_rmse_nm=float(np.sqrt(np.mean(error**2))),
-        train_max_error_nm=float(error.max()),
-        validation_rmse_nm=rmse[chosen],
-        validation_max_error_nm=float(np.abs(tried[chosen]).max()),
+        train_mean_error_nm=float(residual.mean()),
+        train_rmse_nm=float(np.sqrt(np.mean(residual**2))),
+        train_max_error_nm=float(residual.max()),
+        validation_rmse_nm=float(np.sqrt(np.mean(held_out_errors**2))),
+        validation_max_error_nm=float(np.abs(held_out_errors).max()),
         friction_min_nm=float((curve(dry) - viscous * dry).min()),
         friction_max_nm=float(curve(places).max()),
         viscous_nms_rad=viscous,
-        hyper_parameters={"C": chosen, "epsilon_nm": epsilon_nm},
+        hyper_parameters=hyper_parameters,
+        kind=source.kind,
+        parameters=dict(source.parameters),
     )
 
 
@@ -193,19 +219,31 @@ def fit_points(
     DataError
         Naming the file, the direction, what went wrong and the remedy.
     """
-    import sklearn
-
     branches = []
     for direction in (1, -1):
         try:
             branches.append(fit_branch(*points.branch(direction), c=c, epsilon_nm=epsilon_nm))
         except DataError as error:
             raise DataError(f"{points.source}: direction {direction:+d}: {error}") from error
+    return assemble(points, (branches[0], branches[1]), rig=rig, fade_rad_s=fade_rad_s)
+
+
+def assemble(
+    points: FrictionPoints,
+    branches: tuple[Branch, Branch],
+    *,
+    rig: str,
+    fade_rad_s: float | None = None,
+    selection: str = "",
+) -> FrictionModel:
+    """Make a model of two branches: provenance, fade and self-test vectors."""
+    import sklearn
+
     forward, backward = branches
     return FrictionModel(
         rig=rig,
-        kind="spline",
-        branches=(forward, backward),
+        kind=forward.kind,
+        branches=branches,
         speed_fade_rad_s=fade_rad_s or FADE_SHARE * max(forward.speed_max_rad_s, backward.speed_max_rad_s),
         data_sha256=points.sha256,
         created=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
@@ -215,11 +253,12 @@ def fit_points(
             "numpy": np.__version__,
             "scikit-learn": sklearn.__version__,
         },
-        self_test=self_test_vectors((forward, backward)),
+        self_test=self_test_vectors(branches),
+        selection=selection,
     )
 
 
 def compile_error_nm(branch: Branch, n: int = 4001) -> float:
-    """Largest difference of compiled curve and kernel sum over the trained range, N m."""
+    """Largest difference of compiled and learned curve over the trained range, N m."""
     speed = np.linspace(0, branch.speed_max_rad_s, n)
     return float(np.max(np.abs(branch.curve(speed) - branch.kernel_sum(speed))))

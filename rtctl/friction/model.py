@@ -5,12 +5,14 @@ Branch 0 holds for v >= 0, branch 1 for v < 0, as in the `MODEL` record. All arr
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from rtctl.control.records import LOOKUP_CELLS, MODEL
-from rtctl.friction.compile import PiecewiseCubic, kernel_sum, rounding_bound
+from rtctl.friction.compile import PiecewiseCubic
+from rtctl.friction.curves import Curve
+from rtctl.friction.tables import error_bound
 
 SELF_TEST_VECTORS = 64
 """Self-test vectors of a model file, half of them per branch."""
@@ -22,7 +24,8 @@ class Branch:
 
     `validation_max_error_nm` is the largest error on speeds held out of training, `train_...` on the
     training points. `friction_min_nm` is the least dry friction (curve minus `viscous_nms_rad` times
-    speed) and `friction_max_nm` the largest value of the curve over 0..`speed_max_rad_s`.
+    speed) and `friction_max_nm` the largest value of the curve over 0..`speed_max_rad_s`. `kind` and
+    `parameters` are those of `curves.Curve`; `hyper_parameters` are what the training was given or found.
     """
 
     support_vectors: np.ndarray
@@ -40,19 +43,42 @@ class Branch:
     friction_max_nm: float
     viscous_nms_rad: float
     hyper_parameters: dict[str, float]
+    kind: str = "spline"
+    parameters: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def source(self) -> Curve:
+        """The learned curve, uncompiled."""
+        return Curve(self.kind, self.parameters, self.support_vectors, self.dual_coef, self.intercept)
 
     def magnitude(self, speed: np.ndarray) -> np.ndarray:
         """Friction at each speed >= 0, N m; held at the end of the trained range beyond it."""
         return self.curve(np.minimum(speed, self.speed_max_rad_s))
 
     def kernel_sum(self, speed: np.ndarray) -> np.ndarray:
-        """Evaluate the regression uncompiled at each speed >= 0, N m; not held beyond the trained range."""
-        return kernel_sum(speed, self.support_vectors, self.dual_coef, self.intercept)
+        """Evaluate the learned curve uncompiled at each speed >= 0, N m; not held beyond the trained range."""
+        return self.source(speed)
 
     @property
     def rounding_bound_nm(self) -> float:
-        """Most the compiled curve may differ from the kernel sum, N m."""
-        return rounding_bound(self.support_vectors, self.dual_coef, self.speed_max_rad_s)
+        """Most the compiled curve may differ from the learned one, N m: proved for tables, else rounding."""
+        return error_bound(self.source, self.curve, self.speed_max_rad_s)
+
+    @property
+    def friction_lower_nm(self) -> float:
+        """Lower bound of friction: the least value of the curve minus its largest known error, >= 0, N m."""
+        values = self.magnitude(self.curve.extreme_speeds(self.speed_max_rad_s))
+        return max(0.0, float(values.min()) - self.error_max_nm)
+
+    @property
+    def secant_damping_nms_rad(self) -> float:
+        """Damping this friction is worth to a passivity proof: least (curve - largest error) / v, N m s/rad."""
+        return self.curve.least_secant(self.speed_max_rad_s, self.error_max_nm)
+
+    @property
+    def slope_damping_nms_rad(self) -> float:
+        """Least slope of the curve, N m s/rad: below 0 on a Stribeck flank, where a servo may stick-slip."""
+        return self.curve.least_slope(self.speed_max_rad_s)
 
     @property
     def error_max_nm(self) -> float:
@@ -72,7 +98,14 @@ class FrictionModel:
     created: str
     versions: dict[str, str]
     self_test: np.ndarray
-    """Shape (64, 2): signed velocity (rad/s) and friction magnitude (N m), by the kernel sum."""
+    """Shape (64, 2): signed velocity (rad/s) and friction magnitude (N m), by the uncompiled curve."""
+    temperature_min_c: float | None = None
+    temperature_max_c: float | None = None
+    """Range of temperature the points were measured in, degrees C; None: not said."""
+    evaluation_ns: float | None = None
+    """Time of one evaluation at the slowest speed, ns, on the machine that fitted; None: not measured."""
+    selection: str = ""
+    """Why this model was chosen, in words."""
 
     def magnitude(self, velocity: np.ndarray | float) -> np.ndarray:
         """Friction magnitude at each signed velocity (rad/s), N m; NaN for NaN.

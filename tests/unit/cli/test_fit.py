@@ -86,3 +86,55 @@ def test_a_bad_rig_name_or_folder_is_a_model_error(csv, monkeypatch, capsys, tmp
     code, _, err = _run(monkeypatch, capsys, "fit", csv, "--out", tmp_path / "no" / "m.json")
     assert code == 4
     assert "cannot write" in err
+
+
+def test_the_ladder_is_shown_with_its_reason_and_the_winner_written(csv, monkeypatch, capsys, tmp_path):
+    out, plot = tmp_path / "m.json", tmp_path / "m.png"
+    code, text, _ = _run(
+        monkeypatch, capsys, "fit", csv, "--out", out, "--ladder", "--kernel", "formula", "--backend", "sequential",
+        "--plot", plot,
+    )  # fmt: skip
+    assert code == 0
+    for family in ("coulomb", "coulomb_viscous", "tustin", "gaussian", "lorentzian"):
+        assert f"\n{family} " in "\n" + text
+    assert "<- chosen" in text
+    assert "Chosen: gaussian" in text
+    model = artefact.load(out)
+    assert model.kind == "gaussian"
+    assert model.selection in text
+    assert plot.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_search_of_one_kernel_reports_every_rung_as_json(csv, monkeypatch, capsys, tmp_path):
+    code, text, _ = _run(
+        monkeypatch, capsys, "fit", csv, "--out", tmp_path / "m.json", "--kernel", "spline", "--symmetric", "yes",
+        "--backend", "sequential", "--temperature", "20", "30", "--json",
+    )  # fmt: skip
+    assert code == 0
+    found = json.loads(text[text.index("{") :])
+    assert [row["family"] for row in found["ladder"]] == ["epsilon-spline", "nu-spline"]
+    assert found["chosen"] in ("epsilon-spline", "nu-spline")
+    assert found["runner_up"] != found["chosen"]
+    assert found["symmetric"] is True
+    assert found["kind"] == "spline"
+    assert found["evaluation_ns"] > 0
+    assert all(row["held_out_rmse_nm"] > 0 and row["held_out_se_nm"] > 0 for row in found["ladder"])
+    assert artefact.load(tmp_path / "m.json").temperature_max_c == 30
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        ("--ladder", "--C", "10"),
+        ("--search", "full", "--epsilon", "0.01"),
+        ("--search", "none", "--kernel", "rbf"),
+        ("--temperature", "30", "20"),
+        ("--temperature", "nan", "20"),
+        ("--backend", "cloud"),
+    ],
+)
+def test_options_that_contradict_each_other_are_wrong_usage(csv, monkeypatch, capsys, tmp_path, wrong):
+    code, _, err = _run(monkeypatch, capsys, "fit", csv, "--out", tmp_path / "m.json", *wrong)
+    assert code == 2
+    assert any(word in err for word in wrong if word.startswith("--"))
+    assert not (tmp_path / "m.json").exists()

@@ -11,7 +11,7 @@ import pytest
 from rtctl.control.friction import friction_magnitude
 from rtctl.control.jit import records
 from rtctl.errors import ModelError
-from rtctl.friction import artefact, fit
+from rtctl.friction import artefact, fit, ladder
 from rtctl.friction.document import checksum, render
 from rtctl.friction.points import FrictionPoints
 
@@ -64,7 +64,7 @@ def test_a_saved_model_is_read_back_bit_for_bit(model, path):
 
 def test_the_file_says_where_it_comes_from(path):
     document = json.loads(path.read_text())
-    assert document["schema"] == 1
+    assert document["schema"] == 2
     assert document["rig"] == "mock"
     assert set(document["versions"]) == {"python", "rtctl", "numpy", "scikit-learn"}
     assert len(document["self_test"]) == 64
@@ -128,8 +128,8 @@ def test_a_huge_file_is_refused_unread(tmp_path):
 
 
 def test_a_newer_schema_is_refused_as_such(path):
-    with pytest.raises(ModelError, match="schema: version 2 is not 1"):
-        artefact.load(_forge(path, lambda d: d.update(schema=2)))
+    with pytest.raises(ModelError, match="schema: version 3 is not 2"):
+        artefact.load(_forge(path, lambda d: d.update(schema=3)))
 
 
 @pytest.mark.parametrize("word", ["NaN", "Infinity", "-Infinity"])
@@ -213,3 +213,49 @@ def test_reading_a_model_imports_no_learner_and_no_plots():
         "bad = {'sklearn', 'matplotlib', 'scipy', 'pickle5', 'joblib'} & set(sys.modules); assert not bad, bad"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.fixture(scope="module")
+def rbf_model():
+    rows = [(s * v, 0.25 + 0.1 * np.exp(-((v / 0.3) ** 2)) + 0.05 * v, s, 0, 1) for s in (1, -1) for v in V]
+    points = FrictionPoints.from_rows(rows, "points.csv", "0" * 64)
+    found = ladder.ascend(points, ladder.Options(families=("epsilon-rbf",), backend="sequential", n_jobs=1))
+    return dataclasses.replace(
+        ladder.learn(points, found, rig="mock"),
+        temperature_min_c=20.0,
+        temperature_max_c=31.5,
+        evaluation_ns=9.5,
+    )
+
+
+@pytest.fixture
+def rbf_path(rbf_model, tmp_path):
+    artefact.save(rbf_model, tmp_path / "rbf.json")
+    return tmp_path / "rbf.json"
+
+
+def test_range_of_temperature_and_evaluation_time_are_kept(rbf_path):
+    again = artefact.load(rbf_path)
+    assert (again.temperature_min_c, again.temperature_max_c, again.evaluation_ns) == (20.0, 31.5, 9.5)
+    assert json.loads(rbf_path.read_text())["branches"]["forward"]["compile_bound_nm"] > 0
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        (lambda d: d.update(kind="gaussian"), "forward.parameters"),
+        (lambda d: d.update(kind="spline"), "forward.parameters"),
+        (lambda d: _branch(d)["parameters"].update(sigma_rad_s=0.0), "sigma_rad_s"),
+        (lambda d: _branch(d)["parameters"].update(sigma_rad_s=0.21), "forward"),
+        (lambda d: _branch(d).update(compile_bound_nm=1e-9), "compile_bound_nm"),
+        (lambda d: _branch(d).update(compile_bound_nm=1e-3), "compile_bound_nm"),
+        (lambda d: _branch(d).update(friction_lower_nm=0.3), "friction_lower_nm"),
+        (lambda d: _branch(d).update(secant_damping_nms_rad=1.0), "secant_damping_nms_rad"),
+        (lambda d: _branch(d).update(slope_damping_nms_rad=0.0), "slope_damping_nms_rad"),
+        (lambda d: _branch(d)["coefficients"][-2].__setitem__(3, 99.0), "forward"),
+        (lambda d: _branch(d)["dual_coef"].__setitem__(0, _branch(d)["dual_coef"][0] + 1e-4), "forward"),
+    ],
+)
+def test_a_forged_table_with_a_right_checksum_is_refused_by_key(rbf_path, change, named):
+    with pytest.raises(ModelError, match=named):
+        artefact.load(_forge(rbf_path, change))

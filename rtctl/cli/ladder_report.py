@@ -1,0 +1,83 @@
+"""The ladder of `rtctl fit --ladder` at the terminal: progress bar, table, JSON."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from rtctl.friction.ladder import Ladder
+    from rtctl.friction.model import FrictionModel
+    from rtctl.friction.points import FrictionPoints
+
+
+def climb(
+    measured: FrictionPoints,
+    strategy: str,
+    kernel: str,
+    symmetric: str,
+    backend: str,
+    jobs: int | None,
+    rig: str,
+    fade_rad_s: float | None,
+) -> tuple[Ladder, FrictionModel]:
+    """Search the ladder with a progress bar on stderr; learn the chosen rung."""
+    from rtctl.friction import ladder
+    from rtctl.friction.grids import families
+
+    options = ladder.Options(
+        families=families(kernel),
+        strategy=strategy,
+        symmetric=symmetric,
+        backend=backend,
+        n_jobs=jobs or -1,
+    )
+    with click.progressbar(length=1, label="searching", file=sys.stderr, show_eta=False) as bar:
+
+        def progress(done: int, of: int) -> None:
+            bar.length = of
+            bar.update(done - bar.pos)
+
+        found = ladder.ascend(measured, options, progress)
+    return found, ladder.learn(measured, found, rig=rig, fade_rad_s=fade_rad_s)
+
+
+def body(ladder: Ladder) -> dict[str, Any]:
+    """Ladder as JSON: one row per rung, null where a rung was refused."""
+    rows = [
+        {
+            "family": rung.family,
+            "held_out_rmse_nm": None if rung.refused else rung.rmse_nm,
+            "held_out_se_nm": None if rung.refused else rung.se_nm,
+            "terms": [score.n_terms for score in rung.scores],
+            "tried": rung.tried,
+            "failed": rung.failures,
+            "refused": rung.refused,
+        }
+        for rung in ladder.choice.rungs
+    ]
+    runner_up = ladder.choice.runner_up
+    return {
+        "ladder": rows,
+        "chosen": ladder.choice.chosen.family,
+        "runner_up": runner_up.family if runner_up else None,
+        "symmetric": ladder.symmetric,
+        "explanation": ladder.explanation,
+    }
+
+
+def show(ladder: Ladder) -> None:
+    """Ladder as a table, and the reason of the choice."""
+    click.echo(f"{'rung':<20}{'held out, mN m':>18}{'numbers':>12}{'tried':>7}{'failed':>8}")
+    for rung in ladder.choice.rungs:
+        lost = sum(rung.failures.values())
+        if rung.refused:
+            click.echo(f"{rung.family:<20}  refused: {rung.refused}")
+            continue
+        error = f"{1e3 * rung.rmse_nm:.3f} +- {1e3 * rung.se_nm:.3f}"
+        numbers = " + ".join(f"{score.n_terms:.0f}" for score in rung.scores)
+        mark = "  <- chosen" if rung is ladder.choice.chosen else ""
+        click.echo(f"{rung.family:<20}{error:>18}{numbers:>12}{rung.tried:>7}{lost:>8}{mark}")
+    click.echo(f"\n{ladder.explanation}\n")

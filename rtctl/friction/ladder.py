@@ -1,0 +1,161 @@
+"""The ladder of models: search every rung, choose with a reason, and learn the chosen one for the loop."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rtctl.errors import DataError
+from rtctl.friction import fit, grids, search
+from rtctl.friction.machines import Candidate, FailedFitError, train
+from rtctl.friction.model import Branch, FrictionModel
+from rtctl.friction.points import FrictionPoints
+from rtctl.friction.search import Score, Side
+from rtctl.friction.selection import Choice, Rung, choose, climb, within_one_standard_error
+
+SEARCHES = ("full", "halving")
+SYMMETRIC = ("auto", "yes", "no")
+
+_POOLED_MAX = 12
+"""Most candidates of the chosen rung that are tried on both directions as one curve."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to climb: `families` of `grids.FAMILIES`, `strategy` of `SEARCHES`, symmetry, workers."""
+
+    families: tuple[str, ...] = grids.FAMILIES
+    strategy: str = "halving"
+    symmetric: str = "auto"
+    backend: str = "loky"
+    n_jobs: int = -1
+    break_away_weight: float = search.BREAK_AWAY_WEIGHT
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """What was found. `symmetric`: one curve serves both directions; `symmetric_rung` what was tried of it."""
+
+    choice: Choice
+    sides: tuple[Side, ...]
+    symmetric: bool
+    symmetric_rung: Rung | None
+    explanation: str
+
+
+def ascend(
+    points: FrictionPoints, options: Options | None = None, progress: search.Progress | None = None
+) -> Ladder:
+    """Search all rungs by cross-validation in blocks of speed, and choose.
+
+    The result is the same whatever the backend and the number of workers.
+
+    Raises
+    ------
+    DataError
+        Nothing could be learned, or an unknown family, or dask asked for and not installed.
+    """
+    options = options or Options()
+    directions = (0,) if options.symmetric == "yes" else (1, -1)
+    sides = tuple(search.side(points, d, options.break_away_weight) for d in directions)
+    look = search.full if options.strategy == "full" else search.halving
+    with search.workers(options.backend, options.n_jobs) as pool:
+        scores = look(pool, _tasks(options.families, sides), sides, progress)
+        choice = choose([climb(family, scores, sides) for family in options.families])
+        if options.symmetric != "auto":
+            note = " One symmetric curve, as asked." if options.symmetric == "yes" else ""
+            return Ladder(choice, sides, bool(note), None, choice.explanation + note)
+        pooled = search.side(points, 0, options.break_away_weight)
+        tried = search.score_all(pool, _pooled_tasks(choice.chosen, scores), [pooled])
+    rung = climb(choice.chosen.family, tried, [pooled])
+    as_good = not rung.refused and rung.rmse_nm <= choice.chosen.rmse_nm + choice.chosen.se_nm
+    if as_good:
+        note = (
+            f" One symmetric curve is as good ({1e3 * rung.rmse_nm:.3g} mN m), so both directions share it."
+        )
+        return Ladder(choice, (pooled,), True, rung, choice.explanation + note)
+    said = "could not be learned" if rung.refused else f"errs {1e3 * rung.rmse_nm:.3g} mN m"
+    note = f" The directions differ: one symmetric curve {said}."
+    return Ladder(choice, sides, False, rung, choice.explanation + note)
+
+
+def _tasks(families: Sequence[str], sides: Sequence[Side]) -> list[tuple[Candidate, int]]:
+    try:
+        return [
+            (one, at)
+            for family in families
+            for at, data in enumerate(sides)
+            for one in grids.candidates(family, data.speed, data.friction_nm)
+        ]
+    except ValueError as error:
+        raise DataError(str(error)) from error
+
+
+def _pooled_tasks(chosen: Rung, scores: Sequence[Score]) -> list[tuple[Candidate, int]]:
+    """Candidates good for either direction, each once, the chosen ones first."""
+    candidates = []
+    for direction in (1, -1):
+        near = within_one_standard_error(
+            score
+            for score in scores
+            if score.candidate.family == chosen.family and score.direction == direction
+        )
+        candidates += [score.candidate for score in near[: _POOLED_MAX // 2]]
+    return [(one, 0) for i, one in enumerate(candidates) if one not in candidates[:i]]
+
+
+def learn(
+    points: FrictionPoints,
+    ladder: Ladder,
+    *,
+    rig: str,
+    rung: Rung | None = None,
+    fade_rad_s: float | None = None,
+) -> FrictionModel:
+    """Train the chosen candidates on all points and compile them.
+
+    Parameters
+    ----------
+    rung : Rung, optional
+        Another rung than the chosen one, to look at.
+
+    Raises
+    ------
+    DataError
+        A curve that is not positive, or that cannot be compiled; the direction is named.
+    """
+    if rung is None:
+        rung = ladder.symmetric_rung if ladder.symmetric and ladder.symmetric_rung else ladder.choice.chosen
+    branches = []
+    for direction in (1, -1):
+        at = next(i for i, score in enumerate(rung.scores) if score.direction in (0, direction))
+        score = rung.scores[at]
+        data = search.side(points, score.direction, _weight(ladder))
+        try:
+            branches.append(_branch(score, data, *points.branch(direction)))
+        except (DataError, FailedFitError) as error:
+            what = f"{points.source}: direction {direction:+d}: {rung.family}: {error}"
+            raise DataError(f"{what}; choose another family (--kernel)") from error
+    model = fit.assemble(
+        points, (branches[0], branches[1]), rig=rig, fade_rad_s=fade_rad_s, selection=ladder.explanation
+    )
+    return replace(model, kind=branches[0].kind)
+
+
+def _weight(ladder: Ladder) -> float:
+    data = ladder.sides[0]
+    return float(np.max(data.weight))
+
+
+def _branch(score: Score, data: Side, speed: np.ndarray, friction_nm: np.ndarray) -> Branch:
+    """Train on `data` (one direction, or both), describe on the points of one direction."""
+    one = score.candidate
+    trained = train(one, data.speed, data.friction_nm, data.weight)
+    hyper = {"symmetric": 1.0} if score.direction == 0 else {}
+    if one.machine != "formula":
+        hyper |= {"C": one.c, "epsilon_nm": trained.epsilon_nm, **one.parameters}
+    if one.machine == "nu":
+        hyper["nu"] = one.tube
+    return fit.describe_branch(trained.curve, speed, friction_nm, score.errors, hyper)

@@ -1,0 +1,294 @@
+"""Search, choice and learning: blocked folds, survived failures, one answer whatever the backend."""
+
+import numpy as np
+import pytest
+import sklearn.svm
+
+from rtctl.errors import DataError
+from rtctl.friction import artefact, grids, ladder, search, selection
+from rtctl.friction.blocks import TRAINS, folds_by_speed, folds_by_time
+from rtctl.friction.machines import Candidate, FailedFitError, train
+from rtctl.friction.points import FrictionPoints
+from rtctl.friction.search import Score
+
+V = np.concatenate([[0.0], np.geomspace(0.01, 2, 24)])
+
+
+def stribeck(v):
+    return 0.25 + 0.1 * np.exp(-((v / 0.15) ** 2)) + 0.05 * v
+
+
+def points(forward=stribeck, backward=lambda v: 1.1 * stribeck(v), noise=0.002, seed=5, v=V):
+    rng = np.random.default_rng(seed)
+    rows = [
+        (sign * x, curve(x) + rng.normal(0, noise), sign, np.nan, np.nan)
+        for sign, curve in ((1, forward), (-1, backward))
+        for x in v
+    ]
+    return FrictionPoints.from_rows(rows, "points.csv", "0" * 64)
+
+
+def options(**more):
+    return ladder.Options(**{"backend": "sequential", "n_jobs": 1, **more})
+
+
+# ---- folds
+
+
+def test_all_points_of_one_speed_share_a_fold_and_both_ends_always_train():
+    speed = np.repeat(np.linspace(0, 1, 12), 3)
+    fold = folds_by_speed(speed)
+    for level in np.unique(speed):
+        assert len(np.unique(fold[speed == level])) == 1
+    assert (fold[(speed == 0) | (speed == 1)] == TRAINS).all()
+    assert set(fold) == {TRAINS, 0, 1, 2, 3, 4}
+
+
+def test_folds_by_time_are_five_stretches_of_the_log():
+    time_s = np.linspace(10, 20, 1000)
+    fold = folds_by_time(time_s)
+    assert (np.diff(fold) >= 0).all()
+    assert np.bincount(fold).tolist() == pytest.approx([200] * 5, abs=1)
+    for bad in (np.full(9, 1.0), np.array([0.0, np.nan, 1.0]), np.array([0.0, 0.01, 9.99, 10.0])):
+        with pytest.raises(DataError):
+            folds_by_time(bad)
+
+
+def test_the_search_holds_out_whole_speeds_so_that_a_repeat_cannot_vouch_for_itself():
+    # repeats at each speed share an offset that no smooth curve of other speeds can know
+    speed = np.repeat(np.linspace(0.1, 1.0, 15), 4)
+    offset = np.where(np.arange(15) % 2, 0.05, -0.05)
+    friction_nm = 0.3 + np.repeat(offset, 4)
+    wiggly = Candidate("epsilon", "rbf", 1e3, 1e-3, {"sigma_rad_s": 0.02})
+    blocked = search.Side(1, speed, friction_nm, np.ones(60), folds_by_speed(speed))
+    shuffled = search.Side(1, speed, friction_nm, np.ones(60), np.arange(60) % 5)
+    assert search.cross_validate(wiggly, shuffled).rmse_nm < 0.003  # what shuffled folds would have believed
+    assert search.cross_validate(wiggly, blocked).rmse_nm > 0.04
+
+
+def test_no_point_is_predicted_by_a_curve_that_saw_its_speed(monkeypatch):
+    data = search.side(points(v=np.repeat(V, 2)), 1)
+    seen = []
+
+    def spy(candidate, speed, *rest, **more):
+        seen.append(set(speed))
+        return train(candidate, speed, *rest, **more)
+
+    monkeypatch.setattr(search, "train", spy)
+    search.cross_validate(Candidate("epsilon", "spline", 100.0, 0.003), data)
+    assert len(seen) == 5
+    for k, speeds in enumerate(seen):
+        assert speeds.isdisjoint(data.speed[data.fold == k])
+        assert {0.0, 2.0} <= speeds
+
+
+# ---- machines
+
+
+def test_break_away_points_weigh_more():
+    data = search.side(points(), 1, break_away_weight=4.0)
+    assert data.weight[data.speed == 0].tolist() == [4.0]
+    assert set(data.weight[data.speed > 0]) == {1.0}
+    stiff = Candidate("epsilon", "polynomial", 0.01, 1e-3, {"degree": 2.0})
+    off = [
+        abs(
+            train(stiff, data.speed, data.friction_nm, np.where(data.speed == 0, w, 1.0)).curve(np.zeros(1))[
+                0
+            ]
+            - data.friction_nm[0]
+        )
+        for w in (1.0, 20.0)
+    ]
+    assert off[1] < 0.5 * off[0]
+
+
+def test_a_nu_machine_reports_the_tube_it_found():
+    data = search.side(points(), 1)
+    found = train(Candidate("nu", "spline", 100.0, 0.3), data.speed, data.friction_nm, np.ones(25))
+    again = train(
+        Candidate("epsilon", "spline", 100.0, found.epsilon_nm), data.speed, data.friction_nm, np.ones(25)
+    )
+    assert 0 < found.epsilon_nm < 0.01
+    assert np.abs(found.curve(V) - again.curve(V)).max() < 2e-4
+
+
+@pytest.fixture
+def broken_nu(monkeypatch):
+    """NuSVR that fails as scikit-learn's does now and then: by ValueError, or by NaN coefficients."""
+    real = sklearn.svm.NuSVR
+
+    class Broken(real):
+        def fit(self, *arguments, **more):
+            if self.nu == 0.1:
+                msg = "The dual coefficients or intercepts are not finite."
+                raise ValueError(msg)
+            super().fit(*arguments, **more)
+            if self.nu == 0.2:
+                self.intercept_ = np.array([np.nan])
+            return self
+
+    monkeypatch.setattr(sklearn.svm, "NuSVR", Broken)
+
+
+def test_a_non_finite_solution_is_a_failed_fit(broken_nu):
+    data = search.side(points(), 1)
+    for nu in (0.1, 0.2):
+        with pytest.raises(FailedFitError, match="not finite"):
+            train(Candidate("nu", "spline", 10.0, nu), data.speed, data.friction_nm, data.weight)
+
+
+@pytest.mark.parametrize("strategy", ladder.SEARCHES)
+def test_a_non_finite_nusvr_inside_a_search_is_survived_and_counted(broken_nu, strategy):
+    found = ladder.ascend(points(), options(families=("nu-spline",), strategy=strategy, symmetric="no"))
+    rung = found.choice.chosen
+    assert rung.failures["not finite"] == 2 * 2 * len(grids.SPLINE_C)  # two nus, two directions
+    assert all(score.candidate.tube not in (0.1, 0.2) for score in rung.scores)
+    assert np.isfinite(rung.rmse_nm)
+
+
+# ---- choice
+
+
+def score(family, rmse, terms, direction=1, se_share=0.1):
+    machine, _, kind = family.rpartition("-")
+    sign = np.where(np.arange(50) % 2, 1 + se_share, 1 - se_share)
+    return Score(Candidate(machine or "formula", kind), direction, rmse * sign, terms)
+
+
+def test_of_scores_within_one_standard_error_the_one_with_fewest_numbers_is_chosen():
+    best, sparse, worse = (score("nu-rbf", r, n) for r, n in ((1.0, 20), (1.005, 8), (1.2, 2)))
+    assert sparse.rmse_nm < best.rmse_nm + best.se_nm < worse.rmse_nm
+    assert selection.within_one_standard_error([best, sparse, worse]) == [sparse, best]
+    failed = Score(Candidate("nu", "rbf"), 1, np.zeros(0), 0.0, "not finite")
+    assert selection.within_one_standard_error([failed]) == []
+    assert failed.rmse_nm == np.inf
+
+
+def test_the_standard_error_is_that_of_repeated_draws():
+    rng = np.random.default_rng(1)
+    draws = rng.normal(0, 2, (4000, 60))
+    spread = np.sqrt((draws**2).mean(axis=1)).std()
+    assert np.mean([search.standard_error(draw) for draw in draws[:200]]) == pytest.approx(spread, rel=0.05)
+    assert search.standard_error(np.zeros(5)) == 0.0
+
+
+def test_the_explanation_names_choice_and_runner_up_and_says_when_a_formula_is_as_good():
+    rungs = [selection.Rung(f, (score(f, r, n),)) for f, r, n in (
+        ("gaussian", 0.00101, 4), ("epsilon-spline", 0.001, 9), ("coulomb", 0.03, 1)
+    )]  # fmt: skip
+    choice = selection.choose(rungs)
+    assert choice.chosen.family == "gaussian"
+    assert choice.runner_up.family == "epsilon-spline"
+    assert "gaussian" in choice.explanation
+    assert "Runner-up: epsilon-spline" in choice.explanation
+    assert "A parametric model is as good" in choice.explanation
+    without = selection.choose(rungs[1:])
+    assert without.chosen.family == "epsilon-spline"
+    assert "No parametric model is as good: the best, coulomb, errs 30 times" in without.explanation
+
+
+def test_a_ladder_whose_every_rung_is_refused_is_a_data_error():
+    with pytest.raises(DataError, match="nu-rbf: not finite"):
+        selection.choose([selection.Rung("nu-rbf", (), "not finite")])
+
+
+# ---- the whole
+
+
+def test_an_unidentifiable_formula_is_refused_by_name_and_not_chosen():
+    straight = points(forward=lambda v: 0.25 + 0.05 * v, backward=lambda v: 0.3 + 0.05 * v)
+    found = ladder.ascend(straight, options(families=grids.FORMULAS, symmetric="no"))
+    by_name = {rung.family: rung for rung in found.choice.rungs}
+    for family in ("tustin", "gaussian", "lorentzian"):
+        assert by_name[family].refused
+        assert by_name[family].rmse_nm == np.inf
+    assert found.choice.chosen.family == "coulomb_viscous"
+
+
+def test_a_curve_no_formula_has_is_left_to_a_machine():
+    bumpy = points(
+        forward=lambda v: 0.3 + 0.05 * np.sin(4 * v),
+        backward=lambda v: 0.3 + 0.05 * np.sin(4 * v),
+        noise=1e-3,
+    )
+    found = ladder.ascend(bumpy, options(families=(*grids.FORMULAS, "epsilon-spline")))
+    assert found.choice.chosen.family == "epsilon-spline"
+    assert "No parametric model is as good" in found.explanation
+
+
+def test_directions_alike_share_one_curve_and_directions_that_differ_do_not():
+    families = ("gaussian", "epsilon-spline")
+    alike = ladder.ascend(points(backward=stribeck), options(families=families))
+    assert alike.symmetric
+    assert "as good" in alike.explanation
+    model = ladder.learn(points(backward=stribeck), alike, rig="mock")
+    assert model.magnitude(0.7) == model.magnitude(-0.7)
+    differ = ladder.ascend(points(), options(families=families))
+    assert not differ.symmetric
+    assert "The directions differ" in differ.explanation
+    model = ladder.learn(points(), differ, rig="mock")
+    assert model.magnitude(-0.7) == pytest.approx(1.1 * model.magnitude(0.7), rel=0.02)
+
+
+def test_symmetric_by_order_is_one_curve_however_wrong():
+    found = ladder.ascend(points(), options(families=("epsilon-spline",), symmetric="yes"))
+    model = ladder.learn(points(), found, rig="mock")
+    assert found.symmetric
+    assert model.magnitude(1.0) == model.magnitude(-1.0)
+    assert model.branches[0].hyper_parameters["symmetric"] == 1.0
+
+
+@pytest.mark.parametrize("backend", ["threading", "loky"])
+def test_every_backend_finds_the_same(backend):
+    few = {"families": ("gaussian", "epsilon-spline"), "symmetric": "no"}
+    one = ladder.ascend(points(), options(**few))
+    other = ladder.ascend(points(), options(**few, backend=backend) if backend == "threading" else ladder.Options(
+        **few, backend=backend, n_jobs=2
+    ))  # fmt: skip
+    assert one.explanation == other.explanation
+    for a, b in zip(one.choice.rungs, other.choice.rungs, strict=True):
+        assert np.array_equal(a.errors, b.errors)
+        assert [s.candidate for s in a.scores] == [s.candidate for s in b.scores]
+
+
+def test_progress_is_told_up_to_the_end():
+    told = []
+    ladder.ascend(
+        points(),
+        options(families=("epsilon-spline",), symmetric="no"),
+        lambda done, of: told.append((done, of)),
+    )
+    assert told[-1][0] == told[-1][1]
+    assert len(told) > 3
+
+
+@pytest.mark.parametrize("family", grids.FAMILIES)
+def test_the_winner_of_every_rung_can_be_saved_read_and_run(family, tmp_path):
+    measured = points()
+    found = ladder.ascend(measured, options(families=(family,), symmetric="no"))
+    model = ladder.learn(measured, found, rig="mock")
+    artefact.save(model, tmp_path / "m.json")
+    again = artefact.load(tmp_path / "m.json")
+    assert np.array_equal(again.record(), model.record())
+    assert again.kind == family.split("-")[-1]
+    assert again.selection == found.explanation
+    v = np.linspace(-2, 2, 4001)
+    side = (v < 0).astype(int)
+    source = np.where(side, again.branches[1].kernel_sum(np.abs(v)), again.branches[0].kernel_sum(np.abs(v)))
+    assert np.abs(again.magnitude(v) - source).max() <= max(b.rounding_bound_nm for b in again.branches)
+    assert max(b.rounding_bound_nm for b in again.branches) <= 1.01e-6 * again.friction_max_nm
+
+
+def test_the_grids_have_the_papers_sizes():
+    sizes = {f: len(grids.candidates(f, V, stribeck(V))) for f in grids.FAMILIES}
+    assert sizes["epsilon-rbf"] == sizes["nu-rbf"] == 105
+    assert sizes["epsilon-spline"] == sizes["nu-spline"] == 40
+    with pytest.raises(ValueError, match="unknown family"):
+        grids.candidates("epsilon-magic", V, stribeck(V))
+
+
+def test_the_noise_of_points_is_estimated_from_them_alone():
+    v = np.sort(np.random.default_rng(2).uniform(0, 2, 400))
+    f = stribeck(v) + np.random.default_rng(3).normal(0, 0.004, 400)
+    assert grids.noise_nm(v, f) == pytest.approx(0.004, rel=0.15)
+    assert grids.noise_nm(v, np.full(400, 0.3)) == pytest.approx(3e-4)
