@@ -1,8 +1,7 @@
 """The rig file: TOML, validated strictly, every fault reported at once.
 
 Only the host and the command line import this module; the loop process gets plain arrays (`rtctl.plan`).
-Every number has both bounds here, where it is read; unknown keys, NaN, infinities and strings in place of
-numbers are refused.
+The tables and their bounds stand in `rtctl.config_tables`.
 """
 
 from __future__ import annotations
@@ -10,175 +9,23 @@ from __future__ import annotations
 import hashlib
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from hw import registry
 from hw.interface import BackendError, Rig
+from rtctl.config_tables import (
+    AxisTable,
+    DeviceTable,
+    LoopTable,
+    PassivityTable,
+    RigTable,
+    Table,
+    TelemetryTable,
+)
 from rtctl.errors import ConfigError
-
-
-class Table(BaseModel):
-    """Base of all tables: strict types, no unknown keys, finite numbers, immutable."""
-
-    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
-
-
-def _number(low: float, high: float, text: str, **more: Any) -> Any:  # noqa: ANN401
-    return Field(ge=low, le=high, description=text, **more)
-
-
-Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,31}$")]
-
-
-class RigTable(Table):
-    """[rig]"""
-
-    name: Name = Field(
-        description="rig name: lock file, telemetry, model files and service instance carry it"
-    )
-    description: str = Field("", max_length=200)
-
-
-class LoopTable(Table):
-    """[loop]"""
-
-    rate_hz: float = _number(100, 20_000, "control rate", default=1000.0)
-    clock: Literal["wall", "virtual"] = Field(
-        "wall", description="virtual: as fast as it can, simulated rigs only"
-    )
-    realtime: Literal["require", "prefer", "off"] = Field(
-        "prefer",
-        description="require: refuse to start without real-time rights; a real rig needs them to arm",
-    )
-    priority: int = _number(1, 98, "SCHED_FIFO priority", default=80)
-    cpu: int = _number(-1, 1023, "core of the loop; -1: the last core of the machine", default=-1)
-    ring_s: float = _number(8, 120, "seconds of ticks kept in shared memory", default=8.0)
-
-
-class VelocityTable(Table):
-    """[axis.velocity]"""
-
-    method: Literal["foaw", "difference", "lowpass", "kalman"] = "foaw"
-    window: int = _number(2, 64, "FOAW: longest window, samples", default=16)
-    band_counts: float = _number(0.1, 100, "FOAW: tolerated deviation, encoder counts", default=1.0)
-    cutoff_hz: float = _number(0.1, 5000, "low-pass cut-off or Kalman bandwidth", default=30.0)
-
-
-class ForceTable(Table):
-    """[axis.force]"""
-
-    lowpass_hz: float = _number(0, 5000, "low-pass of the hand torque; 0 is off", default=0.0)
-    tare_s: float = _number(0, 10, "time at rest over which the bias is averaged before arming", default=0.3)
-    limit_n: float = _number(0.01, 1e4, "range of the sensor", default=50.0)
-
-
-class CouplingTable(Table):
-    """[axis.coupling]"""
-
-    stiffness_nm_rad: float = _number(0, 1e6, "k_c", default=0.0)
-    damping_nms_rad: float = _number(0, 1e4, "b_c", default=0.0)
-    delay_ticks: int = _number(
-        0, 20, "whole ticks from reading a sample to its torque at the motor", default=0
-    )
-
-
-class EnvironmentTable(Table):
-    """[axis.environment]: the environment at start; a client may change it later within these bounds."""
-
-    kind: Literal["free", "spring", "wall", "damper", "detents", "remote"] = "free"
-    stiffness_nm_rad: float = _number(0, 1e6, "spring, wall: k; detents: greatest slope", default=0.0)
-    damping_nms_rad: float = _number(0, 1e4, "damper, wall: b", default=0.0)
-    center_rad: float = _number(-1e3, 1e3, "rest angle, wall face, or centre of a detent", default=0.0)
-    side: Literal[-1, 1] = Field(1, description="wall: +1 resists motion to larger angles")
-    pitch_rad: float = _number(1e-3, 100, "detents: distance", default=0.2)
-
-
-class FrictionTable(Table):
-    """[axis.friction]"""
-
-    model: str = Field("", max_length=500, description="model file, relative to the rig file; empty: none")
-    policy: Literal["off", "hybrid", "sign", "deadband", "tanh", "dither", "intent", "stop", "stop_gated"] = (
-        "hybrid"
-    )
-    gain: float = _number(0, 1, "kappa: share of Coulomb and Stribeck friction compensated", default=0.9)
-    viscous_gain: float = _number(0, 1, "kappa_v: share of the viscous part compensated", default=0.0)
-    cap_share: float = _number(0, 0.3, "cap of the feed-forward, share of the torque limit", default=0.3)
-    tanh_rad_s: float = _number(1e-4, 10, "speed scale of tanh", default=0.02)
-    blend_rad_s: float = _number(
-        1e-4, 10, "hybrid: speed above which motion decides, not intent", default=0.05
-    )
-    deadband_rad_s: float = _number(0, 10, "deadband policy", default=0.01)
-    dither_hz: float = _number(1, 1000, "dither policy: frequency", default=80.0)
-    intent_nm: float = _number(
-        1e-5, 1e3, "hand torque at which intent saturates; 0.2 F_c is usual", default=0.05
-    )
-    gate_deadband_nm: float = _number(0, 1e3, "hand torque below which the gate stays shut", default=0.002)
-    gate_nm: float = _number(
-        1e-5, 1e3, "hand torque that opens the gate fully; 0.1 F_c is usual", default=0.03
-    )
-    gate_lowpass_s: float = _number(0, 1, "time constant of the gate", default=0.01)
-    stop_rad: float = _number(1e-7, 1, "stop policy: F_c / sigma0", default=0.001)
-    drift_nm: float = _number(0, 1e3, "how far friction may have drifted below the model", default=0.0)
-
-
-class AxisTable(Table):
-    """[[axis]]"""
-
-    name: Name
-    inertia_kgm2: float = _number(1e-9, 1e3, "J at the link")
-    viscous_nms_rad: float = _number(0, 1e4, "b: guaranteed viscous damping at the link, amplifier as in use")
-    encoder_counts_per_rev: float = _number(1, 1e9, "counts per turn of the link")
-    gear_ratio: float = _number(1e-3, 1e4, "motor turns per link turn", default=1.0)
-    gear_efficiency: float = _number(0.01, 1, "gearbox efficiency", default=1.0)
-    torque_constant_nm_a: float = _number(1e-6, 1e3, "k_t of the motor")
-    lever_m: tuple[float, float, float] = Field(
-        strict=False, description="joint torque = lever . tip force in sensor axes"
-    )
-    torque_limit_nm: float = _number(1e-6, 1e4, "largest torque ever sent, at the link")
-    torque_rate_nm_s: float = _number(1e-3, 1e7, "largest slope of the torque sent")
-    velocity_limit_rad_s: float = _number(1e-3, 1e4, "v_max")
-    position_min_rad: float = _number(-1e6, 1e6, "end of travel", default=-1e3)
-    position_max_rad: float = _number(-1e6, 1e6, "end of travel", default=1e3)
-    current_limit_a: float = _number(1e-3, 1e4, "range of the current sensor", default=100.0)
-    velocity: VelocityTable = VelocityTable()
-    force: ForceTable = ForceTable()
-    coupling: CouplingTable = CouplingTable()
-    environment: EnvironmentTable = EnvironmentTable()
-    friction: FrictionTable = FrictionTable()
-
-    @model_validator(mode="after")
-    def _pairs(self) -> AxisTable:
-        if self.position_min_rad >= self.position_max_rad:
-            msg = f"position_min_rad {self.position_min_rad} must be below position_max_rad {self.position_max_rad}"
-            raise ValueError(msg)
-        if not any(self.lever_m) or any(abs(x) > 10 for x in self.lever_m):
-            msg = f"lever_m {self.lever_m}: needs a component other than 0, each within -10..10 m"
-            raise ValueError(msg)
-        return self
-
-
-class PassivityTable(Table):
-    """[passivity]"""
-
-    budget_j: float = _number(1e-6, 100, "deficit of a port before damping is injected", default=0.02)
-    bank_j: float = _number(0, 100, "most energy a port may save up", default=0.02)
-
-
-class DeviceTable(Table):
-    """[[device]]"""
-
-    kind: Name = Field(description="backend: mock, playback, or an installed one")
-    options: dict[str, Any] = Field(default_factory=dict, description="the backend's own options")
-
-
-class TelemetryTable(Table):
-    """[telemetry]"""
-
-    state_hz: float = _number(1, 1000, "rate of the decimated state samples", default=100.0)
-    batch_ms: float = _number(1, 1000, "ticks per message, as time", default=20.0)
 
 
 class Config(Table):

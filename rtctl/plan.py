@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from rtctl.config import AxisTable, Config, LoadedConfig
+from rtctl.config import Config, LoadedConfig
+from rtctl.config_tables import AxisTable
 from rtctl.control.records import new_records
 from rtctl.control.velocity import kalman_gains, lowpass_alpha
 from rtctl.control.vocabulary import Environment, Policy, VelocityMethod

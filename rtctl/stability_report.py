@@ -19,7 +19,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from rtctl.config import AxisTable, LoadedConfig
+from rtctl.config import LoadedConfig
+from rtctl.config_tables import AxisTable
 from rtctl.control import stability
 from rtctl.errors import StabilityError
 from rtctl.friction import artefact

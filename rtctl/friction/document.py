@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from rtctl.config import Name, Table
+from rtctl.config_tables import Name, Table
 from rtctl.control.records import MAX_SEGMENTS
 from rtctl.friction.model import SELF_TEST_VECTORS
 

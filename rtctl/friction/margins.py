@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rtctl.config import AxisTable
+from rtctl.config_tables import AxisTable
 from rtctl.control import friction_passivity as friction
 from rtctl.control import stability
 from rtctl.friction.model import FrictionModel

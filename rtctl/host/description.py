@@ -8,7 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from rtctl import __version__
-from rtctl.config import AxisTable, EnvironmentTable, LoadedConfig
+from rtctl.config import LoadedConfig
+from rtctl.config_tables import AxisTable, EnvironmentTable
 
 Bounds = Mapping[str, tuple[float, float]]
 """Key of a request -> lowest and highest value accepted."""
