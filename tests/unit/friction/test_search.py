@@ -1,5 +1,7 @@
 """Search, choice and learning: blocked folds, survived failures, one answer whatever the backend."""
 
+import sys
+
 import numpy as np
 import pytest
 import sklearn.svm
@@ -292,3 +294,23 @@ def test_the_noise_of_points_is_estimated_from_them_alone():
     f = stribeck(v) + np.random.default_rng(3).normal(0, 0.004, 400)
     assert grids.noise_nm(v, f) == pytest.approx(0.004, rel=0.15)
     assert grids.noise_nm(v, np.full(400, 0.3)) == pytest.approx(3e-4)
+
+
+def test_a_real_dask_cluster_finds_the_same():
+    distributed = pytest.importorskip("distributed", reason="the extra rtctl[dask] is not installed")
+    few = {"families": ("gaussian", "epsilon-spline"), "symmetric": "no"}
+    one = ladder.ascend(points(), options(**few))
+    with (
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        distributed.Client(cluster),
+    ):
+        other = ladder.ascend(points(), ladder.Options(**few, backend="dask", n_jobs=2))
+    assert one.explanation == other.explanation
+    for a, b in zip(one.choice.rungs, other.choice.rungs, strict=True):
+        assert np.array_equal(a.errors, b.errors)
+
+
+def test_dask_without_its_extra_is_refused_with_the_remedy(monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(DataError, match=r"rtctl\[dask\]"):
+        ladder.ascend(points(), ladder.Options(families=("coulomb",), backend="dask"))

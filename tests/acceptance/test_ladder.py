@@ -1,0 +1,101 @@
+"""The papers' comparison on the simulated rig: learned curves against its true static friction."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hw.mock.friction import static_friction
+from hw.mock.jit import records
+from hw.mock.records import plant_records
+from rtctl.config import load
+from rtctl.friction import ladder, mock_points
+from rtctl.friction.points import read_points
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+FAMILIES = ("coulomb", "coulomb_viscous", "gaussian", "epsilon-spline", "epsilon-rbf")
+COULOMB_NM = 0.25
+
+
+@pytest.fixture(scope="module")
+def loaded():
+    return load(CONFIGS / "mock.toml")
+
+
+@pytest.fixture(scope="module")
+def points():
+    return read_points(CONFIGS / "friction" / "mock_points.csv")
+
+
+@pytest.fixture(scope="module")
+def found(points):
+    return ladder.ascend(points, ladder.Options(families=FAMILIES, strategy="full", n_jobs=2))
+
+
+@pytest.fixture(scope="module")
+def models(points, found):
+    return {
+        rung.family: ladder.learn(points, found, rig="mock", rung=rung)
+        for rung in found.choice.rungs
+        if not rung.refused
+    }
+
+
+@pytest.fixture(scope="module")
+def test_set(loaded):
+    """28 other speeds and break-away of both directions, measured by another noise."""
+    again = loaded.model_copy(update={"options": {**loaded.options, "seed": 7}})
+    return mock_points.measure(again, levels=28)
+
+
+@pytest.mark.parametrize("family", ["gaussian", "epsilon-spline", "epsilon-rbf"])
+def test_the_learned_curve_is_within_2_percent_of_the_true_friction(loaded, models, family):
+    params = records(plant_records(loaded.options, loaded.config.hardware())[0])
+    params["modulation_share"] = 0  # points average over the whole turn
+    speed = np.linspace(0.005, 2, 2000)
+    for direction, branch in zip((1, -1), models[family].branches, strict=True):
+        true_nm = np.array([abs(static_friction(direction * v, 0.0, params[0], 0)) for v in speed])
+        assert np.sqrt(np.mean((branch.magnitude(speed) - true_nm) ** 2)) <= 0.02 * COULOMB_NM
+
+
+@pytest.mark.parametrize("family", ["gaussian", "epsilon-spline", "epsilon-rbf"])
+def test_the_mean_prediction_error_is_about_the_mean_training_error(models, test_set, family):
+    model = models[family]
+    velocity = np.array([p.velocity_rad_s or p.direction * 1e-12 for p in test_set])
+    measured_nm = np.abs([p.friction_torque_nm for p in test_set])
+    prediction = np.mean(np.abs(model.magnitude(velocity) - measured_nm))
+    training = np.mean([branch.train_mean_error_nm for branch in model.branches])
+    assert len(test_set) == 2 * 29
+    assert prediction <= 1.15 * training
+
+
+def test_the_spline_kernel_needs_a_fifth_of_the_points_and_the_rbf_about_half(models):
+    assert max(len(branch.support_vectors) for branch in models["epsilon-spline"].branches) <= 12
+    assert max(len(branch.support_vectors) for branch in models["epsilon-rbf"].branches) <= 30
+    assert models["epsilon-spline"].branches[0].n_points == 55
+
+
+def test_the_formula_the_rig_is_built_on_is_said_to_be_as_good(found, models):
+    assert found.choice.chosen.family == "gaussian"
+    assert "A parametric model is as good" in found.explanation
+    assert not found.symmetric
+    parameters = models["gaussian"].branches[0].parameters
+    assert parameters["stribeck_rad_s"] == pytest.approx(0.1, rel=0.02)
+    assert parameters["breakaway_nm"] == pytest.approx(0.35, rel=0.01)
+    assert parameters["coulomb_nm"] == pytest.approx(0.25, rel=0.01)
+
+
+def test_every_compiled_winner_is_within_a_millionth_of_full_scale(models):
+    for model in models.values():
+        assert max(branch.rounding_bound_nm for branch in model.branches) <= 1.01e-6 * model.friction_max_nm
+
+
+def test_the_halving_search_finds_the_same_winner_or_one_within_a_standard_error(points, found):
+    quick = ladder.ascend(
+        points, ladder.Options(families=FAMILIES, strategy="halving", n_jobs=2, symmetric="no")
+    ).choice
+    full = found.choice
+    same = quick.chosen.family == full.chosen.family
+    assert same or quick.chosen.rmse_nm <= full.chosen.rmse_nm + full.chosen.se_nm
+    splines = [next(r for r in choice.rungs if r.family == "epsilon-spline") for choice in (quick, full)]
+    assert splines[0].rmse_nm <= splines[1].rmse_nm + splines[1].se_nm
