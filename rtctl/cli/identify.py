@@ -1,0 +1,206 @@
+"""`rtctl identify`: measure the friction of a rig by moving it."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from rtctl.config import LoadedConfig
+    from rtctl.identify.dataset import Dataset
+    from rtctl.identify.settings import Rig, Settings
+
+WARNING = (
+    "The rig of {rig} will move by itself: about {minutes:.0f} minutes, up to {speed:g} rad/s, over its whole "
+    "travel.\nTake every hand and tool off it. Ctrl-C stops it at any moment and keeps what was measured."
+)
+
+
+def _options(command: Any) -> Any:  # noqa: ANN401
+    """Options that fill `Settings`; their names are its fields."""
+    positive = click.FloatRange(min=0, max=1e6, min_open=True)
+    none_or_more = click.FloatRange(min=0, max=1e6)
+    levels = click.IntRange(2, 500)
+    table: tuple[tuple[str, str, Any, Any, str], ...] = (
+        ("--axis", "axis", click.IntRange(0, 7), 0, "number of the axis"),
+        ("--speed-min", "speed_min_rad_s", positive, 0.005, "lowest speed, rad/s"),
+        ("--speed-max", "speed_max_rad_s", positive, 2.0, "highest speed, rad/s"),
+        ("--train", "train_levels", levels, 54, "speeds to train on, per direction"),
+        ("--test", "test_levels", click.IntRange(0, 500), 28, "other speeds to test on, per direction"),
+        ("--measurements", "measurements", click.IntRange(2, 10_000), 100, "measurements behind each point"),
+        ("--spots", "spots", click.IntRange(1, 1000), 20, "places over which those of a point are spread"),
+        ("--window", "window_s", click.FloatRange(0.02, 10), 0.1, "seconds one measurement averages"),
+        ("--warm-up", "warm_up_s", none_or_more, 30.0, "seconds of motion before the first point"),
+        ("--bias", "bias_s", click.FloatRange(0.5, 600), 5.0, "seconds at rest for the sensors' bias"),
+        ("--ramp", "ramp_nm_s", positive, 0.05, "slope of the break-away ramp, N m/s"),
+        (
+            "--hand-limit",
+            "hand_limit_nm",
+            none_or_more,
+            0.0,
+            "hand torque that pauses, N m; 0: 2 % of the limit",
+        ),
+        ("--margin", "margin_rad", positive, 0.05, "kept free at both ends of the travel, rad"),
+        ("--seed", "seed", click.IntRange(0, 2**31 - 1), 1, "of the order of the speeds and the places"),
+    )
+    for flag, name, kind, default, text in reversed(table):
+        command = click.option(flag, name, type=kind, default=default, show_default=True, help=text)(command)
+    return command
+
+
+@click.command("identify")
+@click.argument("config", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="folder of the data set")
+@click.option("--simulate", is_flag=True, help="the simulated rig in this process, as fast as it goes")
+@click.option("--resume", is_flag=True, help="continue the data set in --out")
+@click.option("--yes", is_flag=True, help="do not ask whether the rig is free to move")
+@click.option("--runtime-dir", type=click.Path(), help="folder of sockets and lock, instead of the default")
+@click.option("--json", "as_json", is_flag=True, help="end with one JSON object on stdout")
+@_options
+def command(
+    config: Path,
+    *,
+    out: Path,
+    simulate: bool,
+    resume: bool,
+    yes: bool,
+    runtime_dir: str | None,
+    as_json: bool,
+    **options: Any,  # noqa: ANN401
+) -> None:
+    """Measure the friction of the rig of CONFIG by moving it: break-away and constant speeds, both directions.
+
+    Nobody may touch the rig meanwhile. The data set holds points_train.csv and points_test.csv for
+    `rtctl fit`, and the ticks behind every point. Exit code 130: stopped by Ctrl-C, continue with --resume.
+    """
+    from rtctl.config import load
+    from rtctl.identify.dataset import Dataset
+    from rtctl.identify.settings import Settings, rig_of, without_feedforward
+
+    settings = Settings(**options)
+    loaded = without_feedforward(load(config))
+    rig = rig_of(loaded, settings)
+    if not simulate and not loaded.config.simulated and not yes:
+        _ask(loaded, settings)
+    make = Dataset.resume if resume else Dataset.create
+    dataset = make(out, loaded, settings, simulated=loaded.config.simulated)
+    began = time.monotonic()
+    progress = _Bar(quiet=as_json)
+    try:
+        run = _simulated if simulate else _real
+        complete = run(loaded, rig, settings, dataset, progress, runtime_dir)
+    except KeyboardInterrupt:
+        complete = False
+    finally:
+        progress.end()
+    _report(dataset, time.monotonic() - began, complete=complete, as_json=as_json)
+
+
+def _ask(loaded: LoadedConfig, settings: Settings) -> None:
+    speeds = 2 * (settings.train_levels + settings.test_levels)
+    minutes = (speeds * (12 + 0.2 * settings.measurements) + 2 * 5 * settings.measurements) / 60
+    click.echo(
+        WARNING.format(rig=loaded.config.rig.name, minutes=minutes, speed=settings.speed_max_rad_s), err=True
+    )
+    click.confirm("Is the rig free to move, and nobody touching it?", abort=True, err=True)
+
+
+def _simulated(
+    loaded: LoadedConfig, rig: Rig, settings: Settings, dataset: Dataset, progress: _Bar, _folder: str | None
+) -> bool:
+    from rtctl.identify.session import identify
+    from rtctl.identify.simulated import drive
+    from rtctl.simulation import Simulation
+
+    simulation = Simulation(loaded)
+    drive(simulation, identify(rig, settings, dataset, progress, progress.notice), rig.axis)
+    return True
+
+
+def _real(
+    loaded: LoadedConfig,
+    rig: Rig,
+    settings: Settings,
+    dataset: Dataset,
+    progress: _Bar,
+    runtime_dir: str | None,
+) -> bool:
+    from rtctl.host.supervisor import Host
+    from rtctl.identify.observer import Identifier
+    from rtctl.identify.session import identify
+
+    identifier = Identifier(identify(rig, settings, dataset, progress, progress.notice), rig.axis)
+    with Host(loaded, observers=[identifier], runtime_dir=runtime_dir, announce=progress.notice) as host:
+        host.run()
+    return identifier.complete
+
+
+class _Bar:
+    """Progress on stderr: bar, point, time left by the pace so far."""
+
+    def __init__(self, *, quiet: bool) -> None:
+        self._quiet, self._live = quiet, sys.stderr.isatty()
+        self._began, self._shown, self._total_s = time.monotonic(), -10.0, 0.0
+
+    def __call__(self, done_s: float, total_s: float, text: str) -> None:
+        now = time.monotonic()
+        if total_s != self._total_s:
+            self._began, self._total_s, self._shown = now, total_s, -10.0
+        if self._quiet or (not self._live and now - self._shown < 2.0 and text != "done"):
+            return
+        self._shown = now
+        share = min(done_s / total_s, 1.0)
+        spent = now - self._began
+        left = f"{spent * (1 - share) / share:5.0f} s left" if share > 0.01 else ""
+        line = f"[{'#' * round(30 * share):<30}] {100 * share:3.0f} % {left:<13} {text}"
+        click.echo(f"\r{line:<90}" if self._live else line, err=True, nl=not self._live)
+
+    def notice(self, text: str) -> None:
+        """Say something to the person at the rig."""
+        if text:
+            self.end()
+            click.echo(f"rtctl: {text}", err=True)
+
+    def end(self) -> None:
+        """Leave the line of the bar."""
+        if self._live and not self._quiet:
+            click.echo("", err=True)
+
+
+def _report(dataset: Dataset, wall_s: float, *, complete: bool, as_json: bool) -> None:
+    from rtctl.identify.plan import tasks
+    from rtctl.identify.settings import Settings
+
+    document = dataset.document
+    points = document["points"]
+    wanted = len(tasks(Settings(**document["settings"])))
+    summary = {
+        "dataset": str(dataset.folder),
+        "rig": document["rig"],
+        "complete": document["complete"],
+        "points": len(points),
+        "points_wanted": wanted,
+        "train": sum(point["use"] == "train" for point in points),
+        "test": sum(point["use"] == "test" for point in points),
+        "measurements": sum(point["count"] for point in points),
+        "discarded": sum(point["discarded"] for point in points),
+        "worst_std_nm": max((point["std_nm"] for point in points), default=None),
+        "bias": document["sessions"][-1]["bias"] if document["sessions"] else None,
+        "wall_s": round(wall_s, 2),
+    }
+    if as_json:
+        click.echo(json.dumps(summary))
+    else:
+        click.echo(f"{len(points)} of {wanted} points in {dataset.folder}, {wall_s:.0f} s")
+        if complete:
+            click.echo(
+                f"next: rtctl fit {dataset.folder / 'points_train.csv'} --rig {document['rig']} --out MODEL.json"
+            )
+    if not complete:
+        click.echo("rtctl: stopped; the points measured are kept, continue with --resume", err=True)
+        sys.exit(130)

@@ -1,0 +1,247 @@
+"""Motions of one axis as generators: they yield orders, receive ticks, and return what they saw.
+
+A motion never trusts the time between its orders: every program carries its own limits (travel, hand,
+slip, duration), which the law guards at its own rate.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Generator
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+import numpy as np
+
+from rtctl.control.vocabulary import Fault, Program, ProgramFlag, State
+from rtctl.errors import DataError, FaultError, HandOnRigError
+from rtctl.identify.settings import TURN_RAD, Rig, Settings
+
+T = TypeVar("T")
+
+LOOK_S = 0.05
+ACCELERATION_RAD_S2 = 10.0
+SPARE_S = 0.15
+"""Time a host may be late in ending a motion; the planned travel leaves room for it."""
+REST_S = 0.3
+REST_PATIENCE_S = 5.0
+HAND_PATIENCE_S = 60.0
+PAUSES = 10
+FOLLOW_S = 1.0
+JOG_CROSSING_S = 1.2
+SLIP_RAD = 0.02
+"""Displacement that ends a ramp: well above what a joint creeps (6 mrad on the mock) before it breaks away."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """What the procedure wants next: command fields (of its axis) or none, and how much to see before it goes on."""
+
+    fields: dict[str, float] = field(default_factory=dict)
+    look_s: float = LOOK_S
+    arm: bool = False
+
+
+Steps = Generator[Order, np.ndarray, T]
+
+
+class HandSeen(Exception):  # noqa: N818 - an event inside the procedure, not an error of the program
+    """The law ended a program because of torque on the force sensor."""
+
+
+class Motion:
+    """Gives orders for one axis and keeps what it last saw.
+
+    Attributes
+    ----------
+    last
+        Newest tick seen.
+    hand_zero_nm
+        Hand torque that counts as none: follows the slow drift of the force sensor.
+    low_rad, high_rad
+        Travel to use; set by `choose_travel`.
+    notice
+        Receives what a person must know now; an empty text when it is over.
+    """
+
+    def __init__(
+        self, rig: Rig, settings: Settings, notice: Callable[[str], None] = lambda _text: None
+    ) -> None:
+        self.rig, self.settings, self.notice = rig, settings, notice
+        self.hand_zero_nm = 0.0
+        self.low_rad, self.high_rad = rig.position_min_rad, rig.position_max_rad
+        self.last: Any = None
+        self._count = 0
+
+    # -- what is
+
+    @property
+    def position_rad(self) -> float:
+        """Newest position."""
+        return float(self.last["position_rad"][self.rig.axis])
+
+    def choose_travel(self) -> None:
+        """Use the travel around the present position: all of it, or one and a half turns either way."""
+        here, margin = self.position_rad, self.settings.margin_rad
+        self.low_rad = max(self.rig.position_min_rad + margin, here - 1.5 * TURN_RAD)
+        self.high_rad = min(self.rig.position_max_rad - margin, here + 1.5 * TURN_RAD)
+
+    def room_rad(self, direction: int) -> float:
+        """Travel left in a direction."""
+        end = self.high_rad if direction > 0 else self.low_rad
+        return (end - self.position_rad) * direction
+
+    def stopping_rad(self, speed_rad_s: float) -> float:
+        """Travel needed to stop from a speed, with the host late."""
+        return speed_rad_s**2 / (2 * ACCELERATION_RAD_S2) + SPARE_S * speed_rad_s
+
+    # -- orders
+
+    def order(self, kind: Program, limit_s: float, **values: float) -> dict[str, float]:
+        """Fields of a new program; `values` without the prefix `program_`."""
+        rig = self.rig
+        self._count += 1
+        fields = {
+            "count": self._count,
+            "kind": int(kind),
+            "limit_ticks": round(limit_s / rig.period_s),
+            "velocity_rad_s": 0.0,
+            "acceleration_rad_s2": ACCELERATION_RAD_S2,
+            "stiffness_nm_rad": rig.stiffness_nm_rad,
+            "damping_nms_rad": rig.damping_nms_rad,
+            "alpha": rig.period_s / (rig.period_s + rig.filter_s),
+            "torque_max_nm": 0.9 * rig.torque_limit_nm,
+            "ramp_nm_s": 0.0,
+            "fast_nm": 0.0,
+            "slip_rad": SLIP_RAD,
+            "min_rad": max(rig.position_min_rad, self.low_rad - 0.5 * self.settings.margin_rad),
+            "max_rad": min(rig.position_max_rad, self.high_rad + 0.5 * self.settings.margin_rad),
+            "hand_nm": rig.hand_limit_nm,
+            "hand_zero_nm": self.hand_zero_nm,
+            **values,
+        }
+        return {f"program_{name}": float(value) for name, value in fields.items()}
+
+    def see(self, order: Order) -> Steps[np.ndarray]:
+        """Give an order and return the ticks that followed.
+
+        Raises
+        ------
+        FaultError
+            The rig is not ACTIVE any more.
+        HandSeen
+            The program was ended by the force sensor.
+        """
+        rows = yield from self.see_any(order)
+        if int(self.last["state"]) != State.ACTIVE:
+            first = int(self.last["fault_first"])
+            cause = Fault(1 << first).name if first >= 0 else "a stop"
+            raise FaultError(
+                f"identification ended by {cause}: the rig went to {State(int(self.last['state'])).name}; "
+                "the points measured so far are kept, remove the cause and continue with --resume"
+            )
+        if int(self.last["program_flags"][self.rig.axis]) & ProgramFlag.HAND:
+            raise HandSeen
+        return rows
+
+    def see_any(self, order: Order) -> Steps[np.ndarray]:
+        """As `see`, in any state and whatever the flags."""
+        rows = yield order
+        while len(rows) == 0:
+            rows = yield Order(look_s=order.look_s)
+        self.last = rows[-1]
+        return rows
+
+    def watch(self, seconds: float, order: Order | None = None) -> Steps[np.ndarray]:
+        """Give an order (or none) and return all ticks of the next `seconds`."""
+        parts = [(yield from self.see(order or Order(look_s=seconds)))]
+        wanted = max(1, round(seconds / self.rig.period_s))
+        while sum(map(len, parts)) < wanted:
+            missing = wanted - sum(map(len, parts))
+            parts.append((yield from self.see(Order(look_s=missing * self.rig.period_s))))
+        return np.concatenate(parts)
+
+    # -- motions
+
+    def turn(self, velocity_rad_s: float, limit_s: float = 3600.0) -> Order:
+        """Order to turn at a speed."""
+        return Order(self.order(Program.SERVO, limit_s, velocity_rad_s=velocity_rad_s))
+
+    def rest(self) -> Steps[None]:
+        """Come to rest with the motor off: stop by the servo, then brake until nothing moves."""
+        speed = abs(float(self.last["velocity_rad_s"][self.rig.axis]))
+        stop_s = speed / ACCELERATION_RAD_S2
+        if stop_s > self.rig.period_s:
+            yield from self.watch(stop_s, Order(self.order(Program.SERVO, stop_s + 1.0), stop_s))
+        rows = yield from self.watch(REST_S, Order(self.order(Program.BRAKE, 3600.0), REST_S))
+        waited = REST_S
+        while np.ptp(rows["position_rad"][:, self.rig.axis]) > 4 * self.rig.count_rad:
+            if waited > REST_PATIENCE_S:
+                raise FaultError(
+                    "the joint does not come to rest with the motor off: something else moves it "
+                    "(gravity, a spring); friction cannot be identified on it"
+                )
+            rows = yield from self.watch(REST_S)
+            waited += REST_S
+
+    def wait_for_free_rig(self, pauses: int = 0) -> Steps[None]:
+        """Brake until the force sensor has been quiet for a second.
+
+        Parameters
+        ----------
+        pauses
+            How often it was waited in vain before: a hand that only drags is quiet while nothing moves.
+
+        Raises
+        ------
+        HandOnRigError
+            It is not quiet within `HAND_PATIENCE_S`, or after `PAUSES` pauses.
+        """
+        self.notice("hand on the rig: take it off")
+        quiet_s = waited_s = most_nm = 0.0
+        order = Order(self.order(Program.BRAKE, 3600.0))
+        while quiet_s < 1.0:
+            rows = yield from self.see(order)
+            order = Order()
+            seconds = len(rows) * self.rig.period_s
+            torque = np.abs(rows["hand_torque_nm"][:, self.rig.axis] - self.hand_zero_nm)
+            most_nm = max(most_nm, float(torque.max()))
+            quiet_s = quiet_s + seconds if np.all(torque <= self.rig.hand_limit_nm) else 0.0
+            waited_s += seconds
+            if (waited_s > HAND_PATIENCE_S and quiet_s == 0.0) or pauses >= PAUSES:
+                raise HandOnRigError(
+                    f"torque on the force sensor (up to {most_nm:.3f} N m, limit {self.rig.hand_limit_nm:g}) after "
+                    f"{waited_s:.0f} s and {pauses} pauses: nobody may touch the rig while its friction is "
+                    "identified. Take the hand off (or raise --hand-limit) and continue with --resume"
+                )
+        self.notice("")
+
+    def advance(self, distance_rad: float, speed_rad_s: float) -> Steps[None]:
+        """Turn by about `distance_rad` (signed) at a speed, and stay in motion: what follows decides.
+
+        Ends early at the end of the travel. Raises DataError when the joint does not follow.
+        """
+        direction = 1 if distance_rad > 0 else -1
+        goal = self.position_rad + distance_rad
+        patience_s = FOLLOW_S + 2.0 * abs(distance_rad) / speed_rad_s
+        order: Order | None = self.turn(direction * speed_rad_s)
+        while (goal - self.position_rad) * direction > 0:
+            if self.room_rad(direction) <= self.stopping_rad(speed_rad_s):
+                break
+            look_s = abs(goal - self.position_rad) / speed_rad_s
+            look_s = min(max(look_s, self.rig.period_s), LOOK_S)
+            rows = yield from self.see(Order(order.fields if order else {}, look_s))
+            order = None
+            patience_s -= len(rows) * self.rig.period_s
+            if patience_s < 0:
+                raise DataError(
+                    f"the joint does not follow: at {self.position_rad:.3f} rad it should have passed "
+                    f"{goal:.3f}, with up to {0.9 * self.rig.torque_limit_nm:g} N m (90 % of torque_limit_nm); "
+                    "free the joint, or correct the torque constant, the sign or the limit in the rig file"
+                )
+
+    def jog_speed_rad_s(self) -> float:
+        """Speed of moves between measurements: short travels are crossed slower."""
+        travel = self.high_rad - self.low_rad
+        most = min(0.5, self.settings.speed_max_rad_s)
+        return min(most, max(0.05, travel / JOG_CROSSING_S)) if math.isfinite(travel) else most

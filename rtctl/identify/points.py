@@ -1,0 +1,201 @@
+"""The motions behind one friction point, and what is made of their ticks."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rtctl.control.vocabulary import Program, ProgramFlag
+from rtctl.errors import DataError
+from rtctl.identify.motion import (
+    ACCELERATION_RAD_S2,
+    LOOK_S,
+    SPARE_S,
+    HandSeen,
+    Motion,
+    Order,
+    Steps,
+)
+from rtctl.identify.plan import Task
+from rtctl.identify.settings import TURN_RAD
+from rtctl.identify.signals import Measurement, break_away, is_steady, measure
+
+COUNTS_PER_WINDOW = 12
+WINDOW_MAX_S = 2.0
+STEADY_RAD, STEADY_MIN_S, STEADY_MAX_S = 0.004, 0.1, 1.0
+"""The steady-state test looks at the time for this travel (dry friction settles over a distance), within bounds."""
+SETTLE_S, SETTLE_RAD = 2.0, 0.03
+"""Patience of the steady-state test: this time plus the time for this travel."""
+FAST_SHARE = 0.6
+"""The ramp is quick up to this share of the smallest break-away torque seen."""
+DISCARDS_PER_MEASUREMENT = 3
+
+
+@dataclass
+class Collected:
+    """Measurements of one point, the ticks they came from, and how many tries were thrown away."""
+
+    measurements: list[Measurement] = field(default_factory=list)
+    rows: list[np.ndarray] = field(default_factory=list)
+    discarded: int = 0
+
+    def take(self, measurement: Measurement, rows: np.ndarray) -> None:
+        """Keep one measurement."""
+        self.measurements.append(measurement)
+        self.rows.append(rows)
+
+    def discard(self, wanted: int, what: str) -> None:
+        """Count a try that gave nothing; too many are an error. Raises DataError."""
+        self.discarded += 1
+        if self.discarded > DISCARDS_PER_MEASUREMENT * wanted:
+            raise DataError(
+                f"{what}: {self.discarded} tries gave only {len(self.measurements)} of {wanted} measurements; "
+                "the motion never becomes steady there: check the gearbox for backlash or a hard spot, "
+                "leave out the speed (--speed-min, --speed-max) or raise --warm-up"
+            )
+
+
+def window_s(motion: Motion, speed_rad_s: float) -> float:
+    """Length of one measurement: as set, but enough counts, and no more than half of the travel left."""
+    wanted = max(motion.settings.window_s, COUNTS_PER_WINDOW * motion.rig.count_rad / speed_rad_s)
+    room = motion.high_rad - motion.low_rad - run_up_rad(motion, speed_rad_s)
+    return min(wanted, WINDOW_MAX_S, max(0.5 * room / speed_rad_s, 0.02))
+
+
+def steady_s(speed_rad_s: float) -> float:
+    """Length of the steady-state test's window."""
+    return min(max(STEADY_RAD / speed_rad_s, STEADY_MIN_S), STEADY_MAX_S)
+
+
+def run_up_rad(motion: Motion, speed_rad_s: float) -> float:
+    """Travel of a run beside its measurements: speeding up, becoming steady, stopping."""
+    up = speed_rad_s**2 / (2 * ACCELERATION_RAD_S2)
+    return up + (steady_s(speed_rad_s) + 2 * LOOK_S) * speed_rad_s + motion.stopping_rad(speed_rad_s)
+
+
+def fastest_rad_s(motion: Motion) -> float:
+    """Highest speed at which the travel leaves room for a run with a window of 20 ms."""
+    travel = motion.high_rad - motion.low_rad
+    b = STEADY_MIN_S + 2 * LOOK_S + SPARE_S + 0.04
+    root = math.sqrt(b * b + 4 * travel / ACCELERATION_RAD_S2)
+    return 0.5 * ACCELERATION_RAD_S2 * (root - b)
+
+
+def make_room(motion: Motion, direction: int, run_rad: float) -> Steps[None]:
+    """Go back so that a run of `run_rad` in `direction` fits, unless it fits already."""
+    if motion.room_rad(direction) >= run_rad:
+        return
+    travel = motion.high_rad - motion.low_rad
+    goal_room = min(max(run_rad, TURN_RAD), travel)
+    yield from motion.rest()
+    jog = motion.jog_speed_rad_s()
+    yield from motion.advance(-direction * (goal_room - motion.room_rad(direction)), jog)
+    yield from motion.rest()
+
+
+def settle(motion: Motion, velocity_rad_s: float) -> Steps[bool]:
+    """Turn at a speed until torque and speed are steady; False when patience or travel ends first."""
+    rig, speed = motion.rig, abs(velocity_rad_s)
+    direction = 1 if velocity_rad_s > 0 else -1
+    window = max(16, round(steady_s(speed) / rig.period_s))
+    patience = round((SETTLE_S + SETTLE_RAD / speed) / rig.period_s)
+    look_s = max(LOOK_S, 0.2 * window * rig.period_s)
+    seen = yield from motion.see(Order(motion.turn(velocity_rad_s).fields, look_s))
+    ticks = len(seen)
+    while True:
+        seen = seen[-window:]
+        position, torque = seen["position_rad"][:, rig.axis], seen["motor_torque_nm"][:, rig.axis]
+        full = len(seen) == window
+        if full and is_steady(position, torque, rig.period_s, velocity_rad_s, rig.count_rad):
+            return True
+        if ticks > patience or motion.room_rad(direction) <= motion.stopping_rad(speed):
+            return False
+        rows = yield from motion.see(Order(look_s=look_s))
+        ticks += len(rows)
+        seen = np.concatenate([seen, rows])
+
+
+def _run(motion: Motion, task: Task, got: Collected, step_rad: float, bias_nm: float) -> Steps[None]:
+    """One run at one place: move on, become steady, take some measurements while travel is left."""
+    settings, rig, speed, direction = motion.settings, motion.rig, task.speed_rad_s, task.direction
+    length_s = window_s(motion, speed)
+    left = settings.measurements - len(got.measurements)
+    wanted = min(left, -(-settings.measurements // settings.spots))
+    jog = motion.jog_speed_rad_s()
+    travel = motion.high_rad - motion.low_rad
+    run = min(run_up_rad(motion, speed) + wanted * length_s * speed, travel)
+    step = min(step_rad, travel - run) if speed < jog else 0.0
+    yield from make_room(motion, direction, step + run)
+    step = min(step, motion.room_rad(direction) - run)
+    if step > 0.0:
+        yield from motion.advance(direction * step, jog)
+    if not (yield from settle(motion, direction * speed)):
+        got.discard(settings.measurements, task.name)
+        yield from motion.rest()
+        return
+    while wanted > 0 and motion.room_rad(direction) > motion.stopping_rad(speed) + length_s * speed:
+        rows = (yield from motion.watch(length_s))[: round(length_s / rig.period_s)]
+        got.take(measure(rows, rig.axis, rig.period_s, rig.inertia_kgm2, bias_nm), rows)
+        wanted -= 1
+
+
+def _slip(motion: Motion, task: Task, got: Collected, step_rad: float, bias_nm: float) -> Steps[None]:
+    """One break-away: move on in the direction of the ramp, rest, ramp until the joint slips."""
+    rig, settings, direction = motion.rig, motion.settings, task.direction
+    jog = motion.jog_speed_rad_s()
+    travel, stop = motion.high_rad - motion.low_rad, motion.stopping_rad(jog) + 0.5 * settings.margin_rad
+    step = min(step_rad, 0.5 * travel)
+    yield from make_room(motion, direction, min(step + stop, travel))
+    yield from motion.advance(direction * step, jog)
+    yield from motion.rest()
+    least = min((abs(m.torque_nm) for m in got.measurements), default=0.0)
+    limit_s = 2.0 * rig.torque_limit_nm / settings.ramp_nm_s
+    fields = motion.order(
+        Program.RAMP, limit_s, ramp_nm_s=direction * settings.ramp_nm_s, fast_nm=FAST_SHARE * least
+    )
+    parts = [(yield from motion.see(Order(fields, 4 * LOOK_S)))]
+    while not int(parts[-1]["program_flags"][-1, rig.axis]):
+        parts.append((yield from motion.see(Order(look_s=4 * LOOK_S))))
+    rows = np.concatenate(parts)
+    flags = ProgramFlag(int(rows["program_flags"][-1, rig.axis]))
+    if ProgramFlag.LIMIT in flags:
+        raise DataError(
+            f"{task.name}: the joint did not move at {0.9 * rig.torque_limit_nm:g} N m, 90 % of "
+            "torque_limit_nm; free the joint, or correct the torque constant or the limit in the rig file"
+        )
+    ended = int(np.argmax(rows["program_flags"][:, rig.axis] != 0))
+    found = break_away(rows[:ended], rig.axis, rig.period_s, rig.count_rad, bias_nm)
+    if found is None or ProgramFlag.SLIPPED not in flags or found.torque_nm * direction <= 0:
+        got.discard(settings.measurements, task.name)
+        return
+    got.take(found, rows[:ended])
+
+
+def collect(motion: Motion, task: Task, bias_nm: float) -> Steps[Collected]:
+    """Measure one point: `settings.measurements` measurements spread over the travel.
+
+    Raises
+    ------
+    DataError
+        The joint does not move, or never moves steadily.
+    HandOnRigError
+        A hand stays on the rig.
+    """
+    settings = motion.settings
+    random = np.random.default_rng([settings.seed, task.number])
+    places = settings.measurements if task.speed_rad_s == 0 else settings.spots
+    span = min(TURN_RAD, motion.high_rad - motion.low_rad)
+    got, pauses = Collected(), 0
+    while len(got.measurements) < settings.measurements:
+        # uneven steps: even ones could meet a gear's ripple always at the same phase
+        step = span / places * float(random.uniform(0.5, 1.5))
+        part = _slip if task.speed_rad_s == 0 else _run
+        before = len(got.measurements)
+        try:
+            yield from part(motion, task, got, step, bias_nm)
+        except HandSeen:
+            pauses = 0 if len(got.measurements) > before else pauses + 1
+            yield from motion.wait_for_free_rig(pauses)
+    return got

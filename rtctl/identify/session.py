@@ -1,0 +1,227 @@
+"""The whole identification as one procedure: bias, arming, warm-up, points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Protocol
+
+import numpy as np
+
+from rtctl.control.vocabulary import Fault, State
+from rtctl.errors import DataError, FaultError, HandOnRigError
+from rtctl.identify.motion import HandSeen, Motion, Order, Steps
+from rtctl.identify.plan import Task, tasks
+from rtctl.identify.points import Collected, collect, fastest_rad_s, run_up_rad, steady_s, window_s
+from rtctl.identify.settings import TURN_RAD, Rig, Settings
+
+ARM_PATIENCE_S = 30.0
+ZERO_LIMITS = 5.0
+"""The force sensor may drift by this many hand limits; then it is no drift any more."""
+
+Progress = Callable[[float, float, str], None]
+"""Receives expected seconds done and in all, and what is being done."""
+
+
+@dataclass(frozen=True)
+class Bias:
+    """What the sensors show with the motor off and nobody there."""
+
+    motor_torque_nm: float
+    motor_torque_std_nm: float
+    current_a: float
+    force_n: tuple[float, float, float]
+    force_std_n: tuple[float, float, float]
+    temperature_c: float
+
+
+@dataclass(frozen=True)
+class Point:
+    """One friction point: mean over `count` measurements. Torque has the sign of the motion it opposes."""
+
+    name: str
+    use: str
+    direction: int
+    target_rad_s: float
+    velocity_rad_s: float
+    friction_torque_nm: float
+    std_nm: float
+    count: int
+    discarded: int
+    acceleration_rms_rad_s2: float
+    hand_torque_nm: float
+    force_n: tuple[float, float, float]
+    temperature_c: float
+
+
+class Store(Protocol):
+    """Where points go as soon as they are complete."""
+
+    def has(self, task: Task) -> bool:
+        """True when the point is there already (a resumed identification)."""
+
+    def begin(self, bias: Bias) -> None:
+        """A session on the rig has begun."""
+
+    def add(self, point: Point, rows: list[np.ndarray]) -> None:
+        """Keep a point and the ticks it came from."""
+
+
+def expected_s(motion: Motion, task: Task) -> float:
+    """Rough time one point takes on the rig, s; for the progress bar only."""
+    settings = motion.settings
+    turn_s = TURN_RAD / motion.jog_speed_rad_s()
+    if task.speed_rad_s == 0:
+        return turn_s + settings.measurements * (0.5 + 0.16 / settings.ramp_nm_s)
+    settle_s = 1.5 * steady_s(task.speed_rad_s) + 0.3
+    return turn_s + settings.spots * settle_s + settings.measurements * window_s(motion, task.speed_rad_s)
+
+
+def identify(
+    rig: Rig, settings: Settings, store: Store, progress: Progress, notice: Callable[[str], None]
+) -> Steps[None]:
+    """Run a whole identification.
+
+    Raises
+    ------
+    DataError, FaultError, HandOnRigError
+        As the motions; what was complete is in the store.
+    """
+    motion = Motion(rig, settings, notice)
+    todo = [task for task in tasks(settings) if not store.has(task)]
+    if not todo:
+        return
+    progress(0.0, 1.0, "sensor bias")
+    bias = yield from read_bias(motion)
+    store.begin(bias)
+    progress(0.0, 1.0, "arming")
+    yield from arm(motion)
+    motion.choose_travel()
+    _require_room(motion)
+    total_s = settings.warm_up_s + sum(expected_s(motion, task) for task in todo)
+    progress(0.0, total_s, "warm-up")
+    yield from warm_up(motion)
+    done_s = settings.warm_up_s
+    for task in todo:
+        progress(done_s, total_s, task.name)
+        got = yield from collect(motion, task, bias.motor_torque_nm)
+        point = summarise(task, got)
+        store.add(point, got.rows)
+        _follow_zero(motion, point)
+        done_s += expected_s(motion, task)
+    progress(done_s, total_s, "done")
+    yield from motion.rest()
+
+
+def summarise(task: Task, got: Collected) -> Point:
+    """Mean, standard deviation and count of a point's measurements."""
+    rows = [asdict(measurement) for measurement in got.measurements]
+    column = {name: np.array([row[name] for row in rows], dtype=float) for name in rows[0]}
+    torque, acceleration = column["torque_nm"], column["acceleration_rad_s2"]
+    force = column["force_n"].mean(axis=0)
+    return Point(
+        name=task.name,
+        use=task.use,
+        direction=task.direction,
+        target_rad_s=task.direction * task.speed_rad_s,
+        velocity_rad_s=float(column["velocity_rad_s"].mean()),
+        friction_torque_nm=float(torque.mean()),
+        std_nm=float(torque.std(ddof=1)) if len(torque) > 1 else 0.0,
+        count=len(torque),
+        discarded=got.discarded,
+        acceleration_rms_rad_s2=float(np.sqrt(np.mean(acceleration**2))),
+        hand_torque_nm=float(column["hand_torque_nm"].mean()),
+        force_n=(float(force[0]), float(force[1]), float(force[2])),
+        temperature_c=float(column["temperature_c"].mean()),
+    )
+
+
+def read_bias(motion: Motion) -> Steps[Bias]:
+    """Sensor means with the motor off. Raises HandOnRigError when the force is not at rest meanwhile."""
+    rig, parts, seconds = motion.rig, list[np.ndarray](), 0.0
+    while seconds < motion.settings.bias_s:
+        rows = yield from motion.see_any(Order())
+        rows = rows[(rows["enabled"] == 0) & (rows["sample_age_ticks"] == 0)]
+        parts.append(rows)
+        seconds += max(len(rows), 1) * rig.period_s
+    rows = np.concatenate(parts)
+    if len(rows) < 8:
+        raise FaultError("no fresh samples while the motor was off; check the device (rtctl monitor)")
+    torque = rows["hand_torque_raw_nm"][:, rig.axis]
+    blocks = torque[: len(torque) // 8 * 8].reshape(8, -1).mean(axis=1)
+    if float(np.ptp(blocks)) > rig.hand_limit_nm:
+        raise HandOnRigError(
+            f"the hand torque moves by {float(np.ptp(blocks)):.3f} N m with the motor off, more than "
+            f"{rig.hand_limit_nm:g}: take the hand off the rig and start again"
+        )
+    motor, force = rows["motor_torque_nm"][:, rig.axis], rows["force_n"]
+    mean, std = force.mean(axis=0), force.std(axis=0)
+    return Bias(
+        motor_torque_nm=float(motor.mean()),
+        motor_torque_std_nm=float(motor.std()),
+        current_a=float(rows["current_a"][:, rig.axis].mean()),
+        force_n=(float(mean[0]), float(mean[1]), float(mean[2])),
+        force_std_n=(float(std[0]), float(std[1]), float(std[2])),
+        temperature_c=float(rows["temperature_c"][:, rig.axis].mean()),
+    )
+
+
+def arm(motion: Motion) -> Steps[None]:
+    """Bring the rig to ACTIVE with full authority. Raises FaultError when it does not get there."""
+    waited_s = 0.0
+    while True:
+        idle = int(motion.last["state"]) in (State.INIT, State.IDLE)
+        rows = yield from motion.see_any(Order(look_s=0.2, arm=idle))
+        if int(motion.last["state"]) == State.ACTIVE and float(motion.last["authority"]) >= 1.0:
+            return
+        waited_s += len(rows) * motion.rig.period_s
+        if waited_s > ARM_PATIENCE_S:
+            raise FaultError(
+                f"not armed after {ARM_PATIENCE_S:g} s: state {State(int(motion.last['state'])).name}, "
+                f"faults {Fault(int(motion.last['faults']))!r}; the rig must stand still, untouched"
+            )
+
+
+def warm_up(motion: Motion) -> Steps[None]:
+    """Turn to and fro for `warm_up_s`: cold grease would read as friction."""
+    rig, spent = motion.rig, 0.0
+    direction = 1 if motion.room_rad(1) >= motion.room_rad(-1) else -1
+    speed = motion.jog_speed_rad_s()
+    began, pauses = int(motion.last["tick"]), 0
+    while spent < motion.settings.warm_up_s:
+        try:
+            left_rad = speed * (motion.settings.warm_up_s - spent)
+            reach = min(motion.room_rad(direction), TURN_RAD, max(left_rad, 0.1))
+            yield from motion.advance(direction * reach, speed)
+            yield from motion.rest()
+        except HandSeen:
+            pauses += 1
+            yield from motion.wait_for_free_rig(pauses)
+        direction = -direction
+        spent = (int(motion.last["tick"]) - began) * rig.period_s
+
+
+def _require_room(motion: Motion) -> None:
+    settings, travel = motion.settings, motion.high_rad - motion.low_rad
+    speed = settings.speed_max_rad_s
+    if not (motion.room_rad(1) > 0 and motion.room_rad(-1) > 0):
+        raise DataError(
+            f"the joint stands at {motion.position_rad:.3f} rad, outside its travel less the margin "
+            f"({motion.low_rad:.3f} to {motion.high_rad:.3f}); move it towards the middle"
+        )
+    if run_up_rad(motion, speed) + 0.04 * speed > travel:
+        raise DataError(
+            f"a travel of {travel:.3f} rad is too short for {speed:g} rad/s; "
+            f"give --speed-max {0.98 * fastest_rad_s(motion):.2f} or less"
+        )
+
+
+def _follow_zero(motion: Motion, point: Point) -> None:
+    """Take the slow drift of the force sensor out of the hand guard. Raises HandOnRigError when it is too much."""
+    motion.hand_zero_nm = point.hand_torque_nm
+    limit = ZERO_LIMITS * motion.rig.hand_limit_nm
+    if not abs(motion.hand_zero_nm) <= limit:
+        raise HandOnRigError(
+            f"the force sensor has moved by {motion.hand_zero_nm:.3f} N m since it was tared, more than "
+            f"{limit:g}: something leans on the rig, or the sensor drifts; remove it and continue with --resume"
+        )

@@ -1,0 +1,127 @@
+"""What an identification is to do, and what it must know of the rig."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from rtctl.config import LoadedConfig
+from rtctl.errors import ConfigError
+
+TURN_RAD = 2 * math.pi
+CHATTER_SHARE = 0.01
+"""One encoder count may move the servo's torque by this share of the torque limit."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Options of an identification; every one changes the data, so a resumed one must have the same."""
+
+    axis: int = 0
+    speed_min_rad_s: float = 0.005
+    speed_max_rad_s: float = 2.0
+    train_levels: int = 54
+    test_levels: int = 28
+    measurements: int = 100
+    spots: int = 20
+    """Places along the travel over which the measurements of a point are spread."""
+    window_s: float = 0.1
+    """Time one measurement averages over; longer where the joint moves too few counts in it."""
+    warm_up_s: float = 30.0
+    bias_s: float = 5.0
+    ramp_nm_s: float = 0.05
+    hand_limit_nm: float = 0.0
+    """Torque on the force sensor that means a hand; 0: 2 % of the torque limit."""
+    margin_rad: float = 0.05
+    """Kept free at both ends of the travel."""
+    seed: int = 1
+
+
+@dataclass(frozen=True)
+class Rig:
+    """Facts of the axis to identify, link side."""
+
+    name: str
+    axis: int
+    period_s: float
+    count_rad: float
+    inertia_kgm2: float
+    torque_limit_nm: float
+    velocity_limit_rad_s: float
+    position_min_rad: float
+    position_max_rad: float
+    hand_limit_nm: float
+
+    @property
+    def filter_s(self) -> float:
+        """Time constant of the servo's velocity: as short as the encoder's quantum allows.
+
+        Notes
+        -----
+        With d = J / (4 tau) one count moves the torque by d count / tau = J count / (4 tau^2), which is
+        to stay below CHATTER_SHARE of the limit.
+        """
+        quiet = math.sqrt(self.inertia_kgm2 * self.count_rad / (4 * CHATTER_SHARE * self.torque_limit_nm))
+        return max(2 * self.period_s, quiet)
+
+    @property
+    def damping_nms_rad(self) -> float:
+        """Gain d of the servo: a quarter of what the filter's lag would make oscillate."""
+        return self.inertia_kgm2 / (4 * self.filter_s)
+
+    @property
+    def stiffness_nm_rad(self) -> float:
+        """Gain k of the servo: damping ratio sqrt(3)/2 with d."""
+        return self.damping_nms_rad**2 / (3 * self.inertia_kgm2)
+
+
+def rig_of(loaded: LoadedConfig, settings: Settings) -> Rig:
+    """Facts of the axis `settings.axis` of a rig file.
+
+    Raises
+    ------
+    ConfigError
+        No such axis, a speed above the rig's limit, or a travel shorter than its margins.
+    """
+    config = loaded.config
+    if not 0 <= settings.axis < config.n_axes:
+        raise ConfigError(f"{loaded.path}: axis {settings.axis}: the rig has axes 0 to {config.n_axes - 1}")
+    axis = config.axis[settings.axis]
+    if not 0 < settings.speed_min_rad_s < settings.speed_max_rad_s <= 0.8 * axis.velocity_limit_rad_s:
+        raise ConfigError(
+            f"{loaded.path}: speeds {settings.speed_min_rad_s:g} to {settings.speed_max_rad_s:g} rad/s: they "
+            f"must rise from above 0 to at most 80 % of velocity_limit_rad_s = {axis.velocity_limit_rad_s:g}"
+        )
+    if axis.position_max_rad - axis.position_min_rad <= 4 * settings.margin_rad:
+        raise ConfigError(
+            f"{loaded.path}: travel {axis.position_min_rad:g} to {axis.position_max_rad:g} rad is too short "
+            f"for a margin of {settings.margin_rad:g} rad at both ends; give --margin a smaller one"
+        )
+    return Rig(
+        name=config.rig.name,
+        axis=settings.axis,
+        period_s=config.period_s,
+        count_rad=TURN_RAD / axis.encoder_counts_per_rev,
+        inertia_kgm2=axis.inertia_kgm2,
+        torque_limit_nm=axis.torque_limit_nm,
+        velocity_limit_rad_s=axis.velocity_limit_rad_s,
+        position_min_rad=axis.position_min_rad,
+        position_max_rad=axis.position_max_rad,
+        hand_limit_nm=settings.hand_limit_nm or 0.02 * axis.torque_limit_nm,
+    )
+
+
+def without_feedforward(loaded: LoadedConfig) -> LoadedConfig:
+    """The same rig with friction feed-forward off and a free environment: what is measured is friction alone."""
+    axes = tuple(
+        axis.model_copy(
+            update={
+                "friction": axis.friction.model_copy(update={"policy": "off"}),
+                "environment": axis.environment.model_copy(update={"kind": "free"}),
+            }
+        )
+        for axis in loaded.config.axis
+    )
+    config = loaded.config.model_copy(update={"axis": axes})
+    free: LoadedConfig = loaded.model_copy(update={"config": config})
+    return free

@@ -1,0 +1,123 @@
+"""What the ticks say: is the motion steady, where did the joint break away, what was the friction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+BLOCKS = 8
+"""Blocks into which a window is averaged before its slope is tested: the servo's chatter averages out."""
+STEADY_SHARE = 0.01
+"""Change of the mean torque over the window, share of the torque, that still counts as steady."""
+SPEED_SHARE = 0.03
+MOVING_COUNTS = 8
+LOOK_BACK_S = 0.01
+"""Break-away: this many counts within this time mean that the joint slides (.03 rad/s on 160000 counts)."""
+
+
+def is_steady(
+    position_rad: np.ndarray, torque_nm: np.ndarray, period_s: float, speed_rad_s: float, count_rad: float
+) -> bool:
+    """True when neither torque nor speed still changes over the window, and the speed is the wanted one.
+
+    Parameters
+    ----------
+    position_rad, torque_nm : array, shape (n,)
+        At least 16 consecutive ticks.
+    speed_rad_s : float
+        Wanted speed, signed.
+
+    Notes
+    -----
+    A straight line through the means of 8 blocks. Its rise over the window must be at most 1 % of the
+    torque or within twice its own standard error, and that error itself at most 3 % (a window too noisy to
+    tell is not steady). NaN is never steady.
+    """
+    n = len(torque_nm) // BLOCKS * BLOCKS
+    if n < 2 * BLOCKS:
+        return False
+    means = torque_nm[-n:].reshape(BLOCKS, -1).mean(axis=1)
+    level = float(np.mean(means))
+    x = (np.arange(BLOCKS) - 0.5 * (BLOCKS - 1)) / BLOCKS
+    rise = float(x @ means / (x @ x))
+    residual = means - level - rise * x
+    error = float(np.sqrt(residual @ residual / (BLOCKS - 2) / (x @ x)))
+    tolerance = STEADY_SHARE * abs(level)
+    window_s = (len(position_rad) - 1) * period_s
+    speed = float(position_rad[-1] - position_rad[0]) / window_s
+    slack = SPEED_SHARE * abs(speed_rad_s) + 2 * count_rad / window_s
+    return (
+        abs(rise) <= max(tolerance, 2 * error)
+        and error <= 3 * tolerance
+        and abs(speed - speed_rad_s) <= slack
+    )
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """One measurement: means over one window (break-away: just before the slip)."""
+
+    torque_nm: float
+    velocity_rad_s: float
+    acceleration_rad_s2: float
+    hand_torque_nm: float
+    force_n: tuple[float, float, float]
+    temperature_c: float
+
+
+def measure(rows: np.ndarray, axis: int, period_s: float, inertia_kgm2: float, bias_nm: float) -> Measurement:
+    """Friction over one window of steady motion.
+
+    Notes
+    -----
+    friction = motor torque - bias - J a, with velocity and acceleration from the parabola that fits the
+    positions best. J a is small when the motion is steady, and has no error of its own worth naming.
+    """
+    position = rows["position_rad"][:, axis]
+    n = len(position)
+    t = (np.arange(n) - 0.5 * (n - 1)) * period_s
+    square = t * t - np.mean(t * t)
+    velocity = float(t @ position / (t @ t))
+    acceleration = 2.0 * float(square @ position / (square @ square))
+    torque = float(np.mean(rows["motor_torque_nm"][:, axis])) - bias_nm - inertia_kgm2 * acceleration
+    return _measurement(rows, axis, torque, velocity, acceleration)
+
+
+def _measurement(rows: np.ndarray, axis: int, torque: float, v: float, a: float) -> Measurement:
+    force = rows["force_n"].mean(axis=0)
+    return Measurement(
+        torque_nm=torque,
+        velocity_rad_s=v,
+        acceleration_rad_s2=a,
+        hand_torque_nm=float(np.mean(rows["hand_torque_nm"][:, axis])),
+        force_n=(float(force[0]), float(force[1]), float(force[2])),
+        temperature_c=float(np.mean(rows["temperature_c"][:, axis])),
+    )
+
+
+def break_away_row(position_rad: np.ndarray, look_back: int, moving_rad: float) -> int:
+    """Row where the last slide began: `look_back` rows before the first one of it that moved `moving_rad` since.
+
+    A lurch that comes to rest again (gear play, the start of a ramp) is no break-away. Returns -1 when the
+    joint does not slide at the end, or was never at rest before.
+    """
+    moved = np.abs(position_rad[look_back:] - position_rad[:-look_back]) >= moving_rad
+    if not moved[-1] or moved.all():
+        return -1
+    began = len(moved) - int(np.argmin(moved[::-1]))
+    return began if began > look_back else -1
+
+
+def break_away(
+    rows: np.ndarray, axis: int, period_s: float, count_rad: float, bias_nm: float
+) -> Measurement | None:
+    """Break-away torque of one ramp: mean motor torque over `LOOK_BACK_S` before the slip; None without one."""
+    look_back = max(4, round(LOOK_BACK_S / period_s))
+    if len(rows) <= 2 * look_back:
+        return None
+    began = break_away_row(rows["position_rad"][:, axis], look_back, MOVING_COUNTS * count_rad)
+    if began < 0:
+        return None
+    last = rows[began - look_back + 1 : began + 1]
+    return _measurement(last, axis, float(np.mean(last["motor_torque_nm"][:, axis])) - bias_nm, 0.0, 0.0)

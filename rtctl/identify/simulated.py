@@ -1,0 +1,45 @@
+"""Drives an identification on the simulated rig, in one process, far faster than real time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtctl.identify.motion import Order, Steps
+from rtctl.simulation import Simulation
+
+CHUNK_S = 5.0
+"""Longest piece simulated at once: how long a Ctrl-C may wait, in simulated time."""
+
+
+def drive(simulation: Simulation, steps: Steps[None], axis: int) -> None:
+    """Run a procedure to its end on a simulation of the rig.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Ctrl-C, after the simulated rig was stopped like a real one. Errors of the procedure likewise.
+    """
+    simulation.command["compensation"] = 0.0
+    try:
+        order = next(steps)
+        while True:
+            rows = _follow(simulation, order, axis)
+            order = steps.send(rows)
+    except StopIteration:
+        return
+    finally:
+        simulation.run(0.1, stop_count=int(simulation.command["stop_count"][0]) + 1)
+
+
+def _follow(simulation: Simulation, order: Order, axis: int) -> np.ndarray:
+    command = simulation.command
+    for name, value in order.fields.items():
+        command[name][0, axis] = value
+    if order.fields:
+        command["seq"] += 1
+    if order.arm:
+        command["arm_count"] += 1
+        command["epoch"] = simulation.state["epoch"][0]
+        command["seq"] += 1
+    seconds = min(order.look_s, CHUNK_S)
+    return simulation.run(seconds).view(np.ndarray)

@@ -1,0 +1,138 @@
+"""The data set on disk: whole at any moment, readable by the fit, resumed only with what belongs to it."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from identified import CONFIG, SMALL, run
+
+from rtctl.config import load
+from rtctl.errors import DataError
+from rtctl.friction.points import read_points
+from rtctl.identify import dataset as module
+from rtctl.identify.dataset import Dataset, read_document, write_whole
+from rtctl.identify.plan import tasks
+
+MORE = replace(SMALL, train_levels=8)
+
+
+@pytest.fixture(scope="module")
+def loaded():
+    return load(CONFIG)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory, loaded):
+    """A finished data set."""
+    store = Dataset.create(tmp_path_factory.mktemp("whole") / "set", loaded, MORE, simulated=True)
+    run(settings=MORE, store=store)
+    return store.folder
+
+
+def test_the_fit_reads_its_points(whole):
+    points = read_points(whole / "points_train.csv")
+    document = read_document(whole)
+    train = [point for point in document["points"] if point["use"] == "train"]
+    assert len(points.branch(1)[0]) == len(points.branch(-1)[0]) == 9
+    assert sorted(points.std_nm) == pytest.approx(sorted(p["std_nm"] for p in train), abs=1e-6)
+    assert set(points.count) == {12}
+    lines = (whole / "points_test.csv").read_text().splitlines()
+    assert len(lines) == 2 + 4
+
+
+def test_it_says_where_it_comes_from(whole, loaded):
+    document = read_document(whole)
+    assert document["complete"]
+    assert document["rig"] == "mock"
+    assert document["config_sha256"] == loaded.sha256
+    assert document["settings"]["seed"] == 1
+    (session,) = document["sessions"]
+    assert session["bias"]["temperature_c"] == 25.0
+    assert {"rtctl", "numpy", "numba", "python"} <= session["versions"].keys()
+    assert session["date"].startswith("20")
+
+
+def test_the_ticks_behind_a_point_give_the_point_again(whole):
+    document = read_document(whole)
+    bias_nm = document["sessions"][0]["bias"]["motor_torque_nm"]
+    point = next(p for p in document["points"] if p["target_rad_s"] == 2.0)
+    with np.load(whole / "ticks" / f"{point['name']}.npz", allow_pickle=False) as ticks:
+        starts = ticks["measurement_start"]
+        assert len(starts) == point["count"]
+        means = [part.mean() for part in np.split(ticks["current_a"], starts[1:])]
+        assert {"tick", "position_rad", "force_n", "temperature_c", "torque_applied_nm"} <= set(ticks)
+    per_ampere = 80 * 0.72 * 0.0134
+    assert np.mean(means) * per_ampere - bias_nm == pytest.approx(point["friction_torque_nm"], abs=1e-3)
+
+
+def test_nothing_but_whole_files_is_left(whole):
+    names = {path.name for path in whole.iterdir()}
+    assert names == {"dataset.json", "points_train.csv", "points_test.csv", "ticks"}
+    assert len(list((whole / "ticks").iterdir())) == len(tasks(MORE))
+
+
+def test_a_cut_off_identification_is_continued_to_the_same_plan(tmp_path, loaded):
+    store = Dataset.create(tmp_path / "set", loaded, SMALL, simulated=True)
+    seen = []
+
+    def cut(rows):
+        seen.append(len(rows))
+        if len(store.document["points"]) == 5:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run(store=store, watch=cut)
+    before = read_document(tmp_path / "set")
+    assert not before["complete"]
+    assert len(before["points"]) == 5
+    again = Dataset.resume(tmp_path / "set", loaded, SMALL, simulated=True)
+    run(store=again)
+    after = read_document(tmp_path / "set")
+    assert after["complete"]
+    assert after["points"][:5] == before["points"]
+    assert [point["name"] for point in after["points"]] == [task.name for task in tasks(SMALL)]
+    assert [session["points_before"] for session in after["sessions"]] == [0, 5]
+    assert after["points"][-1]["session"] == 1
+
+
+def test_other_settings_or_another_rig_file_are_not_mixed_in(whole, loaded):
+    with pytest.raises(DataError, match=r"settings .*measurements 12 then, 13 now"):
+        Dataset.resume(whole, loaded, replace(MORE, measurements=13), simulated=True)
+    with pytest.raises(DataError, match="rig file"):
+        Dataset.resume(whole, load(CONFIG.parent / "mock.toml"), MORE, simulated=True)
+
+
+def test_a_folder_in_use_is_not_written_into(whole, loaded):
+    with pytest.raises(DataError, match="not empty"):
+        Dataset.create(whole, loaded, MORE, simulated=True)
+
+
+@pytest.mark.parametrize("content", ["", "{", "[]", '{"schema": 99}', '{"schema": 1}'])
+def test_a_damaged_header_is_refused(tmp_path, loaded, content):
+    (tmp_path / "dataset.json").write_text(content)
+    with pytest.raises(DataError, match="begin a new --out"):
+        Dataset.resume(tmp_path, loaded, SMALL, simulated=True)
+
+
+def test_nothing_to_resume_is_said(tmp_path, loaded):
+    with pytest.raises(DataError, match="nothing to resume"):
+        Dataset.resume(tmp_path / "none", loaded, SMALL, simulated=True)
+
+
+def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
+    path = tmp_path / "file.json"
+    write_whole(path, b"old")
+
+    def full(_descriptor):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(module.os, "fsync", full)
+    with pytest.raises(DataError, match="No space left"):
+        write_whole(path, b"new")
+    assert path.read_bytes() == b"old"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["file.json"]
+
+
+def test_no_number_that_is_not_finite_gets_into_the_header(whole):
+    json.loads((whole / "dataset.json").read_text(), parse_constant=pytest.fail)

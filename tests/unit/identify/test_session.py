@@ -1,0 +1,167 @@
+"""The procedure on the simulated rig: right points, limits kept, hands seen, errors named."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from identified import CONFIG, SMALL, Kept, run, true_friction_nm, variant
+
+from rtctl.config import load
+from rtctl.control.vocabulary import State
+from rtctl.errors import ConfigError, DataError, FaultError, HandOnRigError
+from rtctl.identify.settings import rig_of, without_feedforward
+
+HAND = '[[device.options.hand]]\nkind = "none"                       # nobody holds the rig\n'
+GRIP = '[[device.options.hand]]\nkind = "rest"\nstiffness_nm_rad = 1.0\ndamping_nms_rad = 0.2\n'
+LIMITED = (
+    "current_limit_a = 10.0",
+    "position_min_rad = -0.5\nposition_max_rad = 0.6\ncurrent_limit_a = 10.0",
+)
+SLOWER = replace(SMALL, speed_max_rad_s=1.0)
+
+
+def errors_nm(points):
+    return np.array([p.friction_torque_nm - true_friction_nm(p.velocity_rad_s, p.direction) for p in points])
+
+
+@pytest.fixture(scope="module")
+def kept():
+    return run()
+
+
+def test_every_point_is_there_with_its_count_and_spread(kept):
+    assert len(kept.points) == 2 * (1 + 4 + 2)
+    assert {point.count for point in kept.points} == {12}
+    assert all(0 < point.std_nm < 0.02 for point in kept.points)
+    assert all(len(rows) == 12 for rows in kept.rows)
+
+
+def test_points_are_the_true_friction_within_two_percent_of_coulomb(kept):
+    assert np.sqrt(np.mean(errors_nm(kept.points) ** 2)) < 0.02 * 0.25
+
+
+def test_points_are_at_the_planned_speeds_in_both_directions(kept):
+    for point in kept.points:
+        assert point.velocity_rad_s == pytest.approx(point.target_rad_s, rel=0.03)
+        assert np.sign(point.friction_torque_nm) == point.direction
+
+
+def test_the_bias_of_the_sensors_is_noted(kept):
+    (bias,) = kept.sessions
+    assert bias.current_a == pytest.approx(0.01, abs=3e-4)
+    assert bias.force_n == pytest.approx((0.3, -0.2, 0.5), abs=0.02)
+    assert bias.temperature_c == 25.0
+    assert kept.points[0].temperature_c == 25.0
+
+
+def test_the_rig_is_left_at_rest_and_disarmed(kept):
+    assert kept.simulation.state["state"][0] == State.IDLE
+    assert abs(kept.simulation.truth[-1]["velocity_rad_s"][0]) < 1e-6
+    assert kept.simulation.tick["torque_applied_nm"][0, 0] == 0.0
+
+
+def test_it_is_the_same_identification_every_time(kept):
+    assert [p.friction_torque_nm for p in run().points] == [p.friction_torque_nm for p in kept.points]
+
+
+def test_a_limited_travel_is_kept_and_the_runs_are_split(tmp_path):
+    lowest, highest = [], []
+
+    def watch(rows):
+        lowest.append(rows["position_rad"].min())
+        highest.append(rows["position_rad"].max())
+        assert np.all(rows["faults"] == 0)
+
+    settings = replace(SMALL, speed_max_rad_s=1.0, measurements=20, spots=10)
+    kept = run(variant(tmp_path, LIMITED), settings, watch=watch)
+    assert -0.5 < min(lowest) < -0.3
+    assert 0.4 < max(highest) < 0.6
+    fast = next(i for i, p in enumerate(kept.points) if p.target_rad_s == 1.0)
+    starts = np.array([rows["tick"][0] for rows in kept.rows[fast]])
+    assert np.sum(np.diff(starts) > 500) >= 5, "20 windows at 1 rad/s do not fit into one run over 1.1 rad"
+    assert np.sqrt(np.mean(errors_nm(kept.points) ** 2)) < 0.03 * 0.25
+
+
+def test_a_travel_too_short_for_the_speed_is_refused_with_the_speed_that_fits(tmp_path):
+    path = variant(tmp_path, LIMITED)
+    with pytest.raises(DataError, match=r"too short for 2 rad/s; give --speed-max (\d\.\d+)") as error:
+        run(path)
+    fits = float(str(error.value).split("--speed-max ")[1].split()[0])
+    run(path, replace(SMALL, speed_max_rad_s=fits, measurements=2, spots=1, test_levels=0))
+
+
+def test_points_that_are_there_are_not_measured_again(kept):
+    had = [point.name for point in kept.points[:9]]
+    again = run(store=Kept(had))
+    assert [point.name for point in again.points] == [point.name for point in kept.points[9:]]
+    assert run(store=Kept(point.name for point in kept.points)).sessions == []
+
+
+def test_a_hand_pauses_the_motion_and_it_goes_on_when_the_hand_is_gone(tmp_path):
+    path = variant(tmp_path, LIMITED, (HAND, GRIP + "grips_s = [[30.0, 34.0]]\n"))
+    seen = []
+    kept = run(
+        path, SLOWER, watch=lambda rows: seen.append(rows[["tick", "torque_applied_nm", "state"]].copy())
+    )
+    assert kept.notices[:2] == ["hand on the rig: take it off", ""]
+    rows = np.concatenate(seen)
+    held = rows[(rows["tick"] > 31_000) & (rows["tick"] < 34_000)]
+    assert np.abs(held["torque_applied_nm"]).max() < 0.5
+    assert len(kept.points) == 14
+    assert np.sqrt(np.mean(errors_nm(kept.points) ** 2)) < 0.03 * 0.25
+
+
+def test_a_hand_that_stays_is_a_named_error(tmp_path):
+    path = variant(tmp_path, LIMITED, (HAND, GRIP + "grips_s = [[30.0, 1e6]]\n"))
+    with pytest.raises(HandOnRigError, match="Take the hand off"):
+        run(path, SLOWER, store=(store := Kept()))
+    assert len(store.points) < 14
+
+
+def test_a_hand_that_only_drags_is_a_named_error_too(tmp_path):
+    drag = GRIP.replace("stiffness_nm_rad = 1.0", "stiffness_nm_rad = 0.0") + "start_s = 20.0\n"
+    drag += "grips_s = [[30.0, 1e6]]\n"
+    with pytest.raises(HandOnRigError, match="pauses"):
+        run(variant(tmp_path, LIMITED, (HAND, drag)), SLOWER)
+
+
+def test_a_hand_that_moves_before_arming_is_a_named_error(tmp_path):
+    moving = '[[device.options.hand]]\nkind = "sine"\nstart_s = 0.0\n'
+    with pytest.raises(HandOnRigError, match="with the motor off"):
+        run(variant(tmp_path, (HAND, moving)))
+
+
+def test_an_emergency_stop_ends_it_with_its_name(tmp_path):
+    path = variant(tmp_path, ("seed = 1 ", "estop_from_s = 20.0\nestop_to_s = 21.0\nseed = 1 "))
+    with pytest.raises(FaultError, match="ended by ESTOP"):
+        run(path)
+
+
+def test_a_joint_too_stiff_to_move_is_said(tmp_path):
+    stuck = (
+        "coulomb_nm = 0.25                   # F_c\nbreakaway_nm = 0.35                 # F_s",
+        "coulomb_nm = 2.5\nbreakaway_nm = 3.5",
+    )
+    with pytest.raises(DataError, match="does not follow"):
+        run(variant(tmp_path, stuck))
+
+
+def test_feedforward_and_environment_are_off_whatever_the_rig_file_says():
+    loaded = without_feedforward(load(CONFIG.parent / "mock-spring.toml"))
+    (axis,) = loaded.config.axis
+    assert (axis.friction.policy, axis.environment.kind) == ("off", "free")
+    assert loaded.sha256 == load(CONFIG.parent / "mock-spring.toml").sha256
+
+
+@pytest.mark.parametrize("wrong", [{"axis": 1}, {"speed_max_rad_s": 5.0}, {"speed_min_rad_s": 3.0}])
+def test_settings_that_do_not_fit_the_rig_are_refused(wrong):
+    with pytest.raises(ConfigError):
+        rig_of(load(CONFIG), replace(SMALL, **wrong))
+
+
+def test_the_servo_is_softer_on_a_coarse_encoder():
+    rig = rig_of(load(CONFIG), SMALL)
+    coarse = replace(rig, count_rad=80 * rig.count_rad)
+    for now in (rig, coarse):
+        assert now.damping_nms_rad * now.count_rad / now.filter_s <= 0.0101 * now.torque_limit_nm
+    assert coarse.damping_nms_rad < 0.2 * rig.damping_nms_rad

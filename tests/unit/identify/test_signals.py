@@ -1,0 +1,137 @@
+"""Steady state, break-away and friction of a window, on signals whose truth is known."""
+
+import math
+
+import numpy as np
+import pytest
+
+from rtctl.identify.signals import break_away, break_away_row, is_steady, measure
+from rtctl.tick import new_ticks
+
+T = 1e-3
+COUNT = 2 * math.pi / 160_000
+
+
+def encoder(position):
+    return np.floor(np.asarray(position) / COUNT) * COUNT
+
+
+def ticks(position, torque, **fields):
+    rows = new_ticks(len(position))
+    rows["position_rad"][:, 0] = position
+    rows["motor_torque_nm"][:, 0] = torque
+    for name, value in fields.items():
+        rows[name] = value
+    return rows
+
+
+def window(n=200, speed=0.1, drift=0.0, noise=0.0, level=0.3, seed=0):
+    time = np.arange(n) * T
+    random = np.random.default_rng(seed)
+    return encoder(speed * time), level + drift * time / (n * T) + noise * random.standard_normal(n)
+
+
+def steady(position, torque, speed=0.1):
+    return is_steady(position, torque, T, speed, COUNT)
+
+
+def test_constant_torque_at_the_wanted_speed_is_steady():
+    assert steady(*window(noise=0.004))
+
+
+@pytest.mark.parametrize("drift", [0.02, -0.02])
+def test_a_torque_that_still_changes_is_not(drift):
+    assert not steady(*window(drift=drift))
+    assert not steady(*window(drift=drift, noise=0.004))
+
+
+def test_a_window_too_noisy_to_tell_is_not():
+    assert not steady(*window(noise=0.3))
+
+
+def test_another_speed_is_not():
+    assert not steady(*window(), speed=0.12)
+    assert not steady(*window(), speed=-0.1)
+
+
+@pytest.mark.parametrize("part", [0, 1])
+def test_nan_is_never_steady(part):
+    signals = window()
+    signals[part][-1] = math.nan
+    assert not steady(*signals)
+
+
+def test_too_few_ticks_are_not():
+    assert not steady(*window(n=12))
+
+
+def test_a_settling_bristle_is_steady_only_after_its_time_constant():
+    time = np.arange(4000) * T
+    torque = 0.35 - 0.1 * np.exp(-time / 0.3)
+    position = encoder(0.005 * time)
+    seen = [
+        k
+        for k in range(800, 4000, 50)
+        if is_steady(position[k - 800 : k], torque[k - 800 : k], T, 0.005, COUNT)
+    ]
+    assert seen
+    first = seen[0]
+    assert abs(torque[first - 800 : first].mean() - 0.35) < 0.005
+
+
+def test_friction_is_motor_torque_less_bias_and_inertia_times_acceleration():
+    time = np.arange(100) * T
+    rows = ticks(
+        encoder(0.5 * time + 0.5 * 2.0 * time**2),
+        0.3 + 0.008 + 0.012 * 2.0,
+        hand_torque_nm=0.001,
+        force_n=[0.1, 0.2, 0.3],
+        temperature_c=31.0,
+    )
+    found = measure(rows, 0, T, 0.012, 0.008)
+    assert found.torque_nm == pytest.approx(0.3, abs=1e-3)
+    assert found.acceleration_rad_s2 == pytest.approx(2.0, abs=0.05)
+    assert found.velocity_rad_s == pytest.approx(0.6, abs=2e-3)
+    assert found.force_n == pytest.approx((0.1, 0.2, 0.3))
+    assert (found.hand_torque_nm, found.temperature_c) == pytest.approx((0.001, 31.0))
+
+
+def ramp(slip_at_s=4.0, slope=0.05, creep_rad_s=0.0005, sign=1):
+    time = np.arange(5000) * T
+    slipping = np.clip(time - slip_at_s, 0, None)
+    return sign * (creep_rad_s * time + 2.0 * slipping**2), sign * slope * time
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_break_away_is_the_torque_where_the_joint_began_to_slide(sign):
+    position, torque = ramp(sign=sign)
+    rows = ticks(encoder(position), torque + 0.007)
+    found = break_away(rows, 0, T, COUNT, 0.007)
+    assert found.torque_nm == pytest.approx(sign * 0.2, abs=2e-3)
+
+
+def test_creep_before_the_slip_is_not_taken_for_it():
+    position, _ = ramp(creep_rad_s=0.02)
+    began = break_away_row(encoder(position), 10, 8 * COUNT)
+    assert began == pytest.approx(4000, abs=15)
+
+
+def test_a_joint_that_never_slips_gives_no_break_away():
+    position, torque = ramp(slip_at_s=9.0)
+    assert break_away(ticks(encoder(position), torque), 0, T, COUNT, 0.0) is None
+
+
+def test_a_joint_that_was_not_at_rest_gives_no_break_away():
+    time = np.arange(500) * T
+    assert break_away(ticks(0.5 * time, 0.05 * time), 0, T, COUNT, 0.0) is None
+
+
+def test_a_ramp_of_a_few_ticks_gives_no_break_away():
+    assert break_away(ticks(np.zeros(5), np.zeros(5)), 0, T, COUNT, 0.0) is None
+
+
+def test_a_lurch_that_comes_to_rest_again_is_no_break_away():
+    position, torque = ramp()
+    position = position + np.where(np.arange(5000) > 1000, 0.002, 0.0)
+    found = break_away(ticks(encoder(position), torque), 0, T, COUNT, 0.0)
+    assert found.torque_nm == pytest.approx(0.2, abs=2e-3)
