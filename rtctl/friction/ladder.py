@@ -76,7 +76,7 @@ def ascend(
             f" One symmetric curve is as good ({1e3 * rung.rmse_nm:.3g} mN m), so both directions share it."
         )
         return Ladder(choice, (pooled,), True, rung, choice.explanation + note)
-    said = "could not be learned" if rung.refused else f"errs {1e3 * rung.rmse_nm:.3g} mN m"
+    said = f"could not be learned ({rung.refused})" if rung.refused else f"errs {1e3 * rung.rmse_nm:.3g} mN m"
     note = f" The directions differ: one symmetric curve {said}."
     return Ladder(choice, sides, False, rung, choice.explanation + note)
 

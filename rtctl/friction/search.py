@@ -147,7 +147,10 @@ def _chunk(
 
 @contextlib.contextmanager
 def workers(backend: str, n_jobs: int) -> Iterator[Any]:
-    """Pool of joblib workers. Dask: the cluster of the current client, or a local one for the time.
+    """Pool of joblib workers.
+
+    Dask: the cluster of the current client, else the one that DASK_SCHEDULER_ADDRESS names, else a local one
+    for the time of the search.
 
     Raises
     ------
@@ -158,20 +161,27 @@ def workers(backend: str, n_jobs: int) -> Iterator[Any]:
 
     with contextlib.ExitStack() as stack:
         if backend == "dask":
-            try:
-                from distributed import Client, LocalCluster, get_client
-            except ImportError as error:
-                raise DataError("--backend dask needs dask: pip install 'rtctl[dask]'") from error
-            try:
-                get_client()
-            except ValueError:
-                many = n_jobs if n_jobs > 0 else joblib.cpu_count()
-                cluster: Any = LocalCluster
-                local = cluster(n_workers=many, threads_per_worker=1, dashboard_address=None)
-                client: Any = Client
-                stack.enter_context(client(stack.enter_context(local)))
+            _enter_dask(stack, n_jobs if n_jobs > 0 else joblib.cpu_count())
         stack.enter_context(joblib.parallel_config(backend=backend, n_jobs=n_jobs))
         yield stack.enter_context(joblib.Parallel(return_as="generator"))
+
+
+def _enter_dask(stack: contextlib.ExitStack, n_workers: int) -> None:
+    try:
+        import dask.config
+        from distributed import Client, LocalCluster, get_client
+    except ImportError as error:
+        raise DataError("--backend dask needs dask: pip install 'rtctl[dask]'") from error
+    client: Any = Client
+    cluster: Any = LocalCluster
+    address = dask.config.get("scheduler-address", None)
+    try:
+        get_client()
+    except ValueError:  # no client yet
+        if not address:
+            local = cluster(n_workers=n_workers, threads_per_worker=1, dashboard_address=None)
+            address = stack.enter_context(local)
+        stack.enter_context(client(address))
 
 
 def score_all(

@@ -1,0 +1,52 @@
+"""The choice: smallest error within one standard error, then fewest numbers, and the reason in words."""
+
+import numpy as np
+import pytest
+
+from rtctl.errors import DataError
+from rtctl.friction import search, selection
+from rtctl.friction.machines import Candidate
+from rtctl.friction.search import Score
+
+
+def score(family, rmse, terms, direction=1, se_share=0.1):
+    machine, _, kind = family.rpartition("-")
+    sign = np.where(np.arange(50) % 2, 1 + se_share, 1 - se_share)
+    return Score(Candidate(machine or "formula", kind), direction, rmse * sign, terms)
+
+
+def test_of_scores_within_one_standard_error_the_one_with_fewest_numbers_is_chosen():
+    best, sparse, worse = (score("nu-rbf", r, n) for r, n in ((1.0, 20), (1.005, 8), (1.2, 2)))
+    assert sparse.rmse_nm < best.rmse_nm + best.se_nm < worse.rmse_nm
+    assert selection.within_one_standard_error([best, sparse, worse]) == [sparse, best]
+    failed = Score(Candidate("nu", "rbf"), 1, np.zeros(0), 0.0, "not finite")
+    assert selection.within_one_standard_error([failed]) == []
+    assert failed.rmse_nm == np.inf
+
+
+def test_the_standard_error_is_that_of_repeated_draws():
+    rng = np.random.default_rng(1)
+    draws = rng.normal(0, 2, (4000, 60))
+    spread = np.sqrt((draws**2).mean(axis=1)).std()
+    assert np.mean([search.standard_error(draw) for draw in draws[:200]]) == pytest.approx(spread, rel=0.05)
+    assert search.standard_error(np.zeros(5)) == 0.0
+
+
+def test_the_explanation_names_choice_and_runner_up_and_says_when_a_formula_is_as_good():
+    rungs = [selection.Rung(f, (score(f, r, n),)) for f, r, n in (
+        ("gaussian", 0.00101, 4), ("epsilon-spline", 0.001, 9), ("coulomb", 0.03, 1)
+    )]  # fmt: skip
+    choice = selection.choose(rungs)
+    assert choice.chosen.family == "gaussian"
+    assert choice.runner_up.family == "epsilon-spline"
+    assert "gaussian" in choice.explanation
+    assert "Runner-up: epsilon-spline" in choice.explanation
+    assert "A parametric model is as good" in choice.explanation
+    without = selection.choose(rungs[1:])
+    assert without.chosen.family == "epsilon-spline"
+    assert "No parametric model is as good: the best, coulomb, errs 30 times" in without.explanation
+
+
+def test_a_ladder_whose_every_rung_is_refused_is_a_data_error():
+    with pytest.raises(DataError, match="nu-rbf: not finite"):
+        selection.choose([selection.Rung("nu-rbf", (), "not finite")])
