@@ -98,7 +98,7 @@ def _range(
     type=(float, float),
     callback=_range,
     metavar="MIN MAX",
-    help="range of temperature the points were measured in, degrees C; stored in the model",
+    help="range of temperature the points were measured in, degrees C; default the temperature_c column",
 )
 @click.option("--plot", type=_File, help="draw points and learned curve (PNG)")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object with every figure, for scripts")
@@ -131,7 +131,7 @@ def command(
     """
     from rtctl.cli import ladder_report
     from rtctl.friction import artefact, fit
-    from rtctl.friction.points import read_points
+    from rtctl.friction.points import read_points, temperature_range
     from rtctl.friction.timing import evaluation_ns
 
     strategy = search or ("halving" if climb or kernel != "all" else "none")
@@ -149,7 +149,7 @@ def command(
         ladder, model = ladder_report.climb(
             measured, strategy, kernel, symmetric, backend, jobs, rig, fade_rad_s
         )
-    low, high = temperature or (None, None)
+    low, high = temperature or temperature_range(points) or (None, None)
     model = replace(
         model, temperature_min_c=low, temperature_max_c=high, evaluation_ns=evaluation_ns(model.record())
     )

@@ -7,6 +7,7 @@ velocity_rad_s         rad/s    signed velocity of the run; 0 for a break-away p
 friction_torque_nm     N m      friction overcome, with the sign of the motion
 direction              +1, -1   optional: direction of a break-away point (else its torque's sign)
 std_nm, count          N m, 1   optional: spread and number of measurements behind the point
+temperature_c          deg C    optional: see `temperature_range`
 =====================  =======  ==================================================================
 
 Lines that begin with `#` are comments.
@@ -100,6 +101,37 @@ def read_points(path: str | Path) -> FrictionPoints:
     points = FrictionPoints.from_rows(rows, str(path), hashlib.sha256(raw).hexdigest())
     _require_enough(points)
     return points
+
+
+def temperature_range(path: str | Path) -> tuple[float, float] | None:
+    """Least and greatest `temperature_c` of a CSV file of points that `read_points` took, degrees C.
+
+    None without that column, or without a temperature in it.
+
+    Raises
+    ------
+    DataError
+        A temperature outside -100..300 degrees C.
+    """
+    lines = Path(path).read_text("utf-8-sig").splitlines()
+    rows = csv.DictReader(line for line in lines if line.strip() and not line.lstrip().startswith("#"))
+    found = []
+    for row in rows:
+        text = next(
+            (cell for name, cell in row.items() if name and name.strip() == "temperature_c"), ""
+        ).strip()
+        try:
+            value = float(text or "nan")
+        except ValueError:
+            value = math.inf
+        if math.isnan(value):
+            continue
+        if not -100 <= value <= 300:
+            raise DataError(
+                f"{path}: column temperature_c: {text!r} is not a temperature in degrees C; correct it"
+            )
+        found.append(value)
+    return (min(found), max(found)) if found else None
 
 
 def _row(path: Path, number: int, line: str, header: list[str]) -> tuple[float, ...]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rtctl.errors import DataError
-from rtctl.friction.points import read_points
+from rtctl.friction.points import read_points, temperature_range
 
 SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0]
 
@@ -107,3 +107,19 @@ def test_a_file_that_is_absent_or_binary_is_refused(tmp_path):
     (tmp_path / "b.csv").write_bytes(b"\xff\xfe\x00\x80")
     with pytest.raises(DataError, match="not a text file"):
         read_points(tmp_path / "b.csv")
+
+
+def test_the_range_of_temperature_is_read_where_it_is_told(tmp_path):
+    lines = _lines()
+    assert temperature_range(_write(tmp_path / "p.csv", lines)) is None
+    told = ["# warm", lines[0] + ",temperature_c", *(f"{line},{20 + i}" for i, line in enumerate(lines[1:]))]
+    told[-1] = lines[-1] + ","
+    path = _write(tmp_path / "p.csv", told)
+    assert temperature_range(path) == (20.0, 20.0 + len(lines) - 3)
+    assert len(read_points(path).friction_nm) == 16
+    for bad in ("warm", "400", "inf"):
+        told[3] = lines[2] + "," + bad
+        with pytest.raises(DataError, match="temperature_c"):
+            temperature_range(_write(tmp_path / "p.csv", told))
+    told[3] = lines[2] + ",nan"
+    assert temperature_range(_write(tmp_path / "p.csv", told))[0] == 20.0
