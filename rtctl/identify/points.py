@@ -125,20 +125,23 @@ def _run(motion: Motion, task: Task, got: Collected, step_rad: float, bias_nm: f
     wanted = min(left, -(-settings.measurements // settings.spots))
     jog = motion.jog_speed_rad_s()
     travel = motion.high_rad - motion.low_rad
-    run = min(run_up_rad(motion, speed) + wanted * length_s * speed, travel)
+    run = min(run_up_rad(motion, speed) + wanted * length_s * speed + SPARE_S * jog, travel)
     step = min(step_rad, travel - run) if speed < jog else 0.0
     yield from make_room(motion, direction, step + run)
     step = min(step, motion.room_rad(direction) - run)
     if step > 0.0:
         yield from motion.advance(direction * step, jog)
-    if not (yield from settle(motion, direction * speed)):
-        got.discard(settings.measurements, task.name)
-        yield from motion.rest()
-        return
-    while wanted > 0 and motion.room_rad(direction) > motion.stopping_rad(speed) + length_s * speed:
+    steady = yield from settle(motion, direction * speed)
+    before = len(got.measurements)
+    while (
+        steady and wanted > 0 and motion.room_rad(direction) > motion.stopping_rad(speed) + length_s * speed
+    ):
         rows = (yield from motion.watch(length_s))[: round(length_s / rig.period_s)]
         got.take(measure(rows, rig.axis, rig.period_s, rig.inertia_kgm2, bias_nm), rows)
         wanted -= 1
+    if len(got.measurements) == before:  # not steady, or only when the travel was over
+        got.discard(settings.measurements, task.name)
+        yield from motion.rest()
 
 
 def _slip(motion: Motion, task: Task, got: Collected, step_rad: float, bias_nm: float) -> Steps[None]:
@@ -187,10 +190,12 @@ def collect(motion: Motion, task: Task, bias_nm: float) -> Steps[Collected]:
     random = np.random.default_rng([settings.seed, task.number])
     places = settings.measurements if task.speed_rad_s == 0 else settings.spots
     span = min(TURN_RAD, motion.high_rad - motion.low_rad)
-    got, pauses = Collected(), 0
+    got, pauses, before = Collected(), 0, -1
     while len(got.measurements) < settings.measurements:
         # uneven steps: even ones could meet a gear's ripple always at the same phase
         step = span / places * float(random.uniform(0.5, 1.5))
+        if len(got.measurements) == before:  # nothing came of the last place: take all the travel there is
+            step = 0.0
         part = _slip if task.speed_rad_s == 0 else _run
         before = len(got.measurements)
         try:
