@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import sys
 import time
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +16,9 @@ if TYPE_CHECKING:
     from rtctl.config import LoadedConfig
     from rtctl.identify.dataset import Dataset
     from rtctl.identify.settings import Rig, Settings
+
+LOG_MODULE = "rtctl.cli.identify_log"
+"""Its `command` takes over when `--log` is given."""
 
 WARNING = (
     "The rig of {rig} will move by itself: about {minutes:.0f} minutes, up to {speed:g} rad/s, over its whole "
@@ -53,7 +58,23 @@ def _options(command: Any) -> Any:  # noqa: ANN401
     return command
 
 
-@click.command("identify")
+class _Identify(click.Command):
+    """With `--log` the command line is that of identification from recordings, in its own module."""
+
+    def make_context(
+        self,
+        info_name: str | None,
+        args: list[str],
+        parent: click.Context | None = None,
+        **extra: Any,  # noqa: ANN401
+    ) -> click.Context:
+        if any(arg == "--log" or arg.startswith("--log=") for arg in args) and find_spec(LOG_MODULE):
+            other: click.Command = importlib.import_module(LOG_MODULE).command
+            return other.make_context(info_name, args, parent, **extra)
+        return super().make_context(info_name, args, parent, **extra)
+
+
+@click.command("identify", cls=_Identify)
 @click.argument("config", type=click.Path(path_type=Path))
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="folder of the data set")
 @click.option("--simulate", is_flag=True, help="the simulated rig in this process, as fast as it goes")

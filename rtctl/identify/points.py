@@ -137,6 +137,8 @@ def _run(motion: Motion, task: Task, got: Collected, step_rad: float, bias_nm: f
         steady and wanted > 0 and motion.room_rad(direction) > motion.stopping_rad(speed) + length_s * speed
     ):
         rows = (yield from motion.watch(length_s))[: round(length_s / rig.period_s)]
+        if np.any(rows["program_flags"][:, rig.axis]):
+            break  # a guard ended the run while the host was late: the joint brakes
         got.take(measure(rows, rig.axis, rig.period_s, rig.inertia_kgm2, bias_nm), rows)
         wanted -= 1
     if len(got.measurements) == before:  # not steady, or only when the travel was over

@@ -7,8 +7,11 @@ import sys
 import time
 from pathlib import Path
 
+import click
 import pytest
+from click.testing import CliRunner
 
+from rtctl.cli import cli, identify
 from rtctl.friction.points import read_points
 
 CONFIG = Path(__file__).parents[2] / "configs" / "mock-identify.toml"
@@ -59,6 +62,20 @@ def test_a_simulated_identification_ends_in_points_that_the_fit_takes(tmp_path):
     assert len(read_points(out / "points_train.csv").branch(-1)[0]) == 9
     again = call("identify", CONFIG, "--simulate", "--out", out, *QUICK, "--json")
     assert (again.returncode, json.loads(again.stdout)["error"]) == (10, "DataError")
+
+
+def test_a_log_on_the_command_line_is_given_to_its_own_command(monkeypatch):
+    taken = []
+
+    @click.command()
+    @click.option("--log", multiple=True)
+    def command(log):
+        taken.append(log)
+
+    monkeypatch.setattr(identify, "LOG_MODULE", __name__)
+    monkeypatch.setitem(globals(), "command", command)
+    assert CliRunner().invoke(cli, ["identify", "--log", "a.csv", "--log=b.csv"]).exit_code == 0
+    assert taken == [("a.csv", "b.csv")]
 
 
 def points_in(out):
