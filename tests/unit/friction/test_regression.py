@@ -1,0 +1,123 @@
+"""Inertia and friction by joint least squares: right values, honest intervals, refusals that help."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rtctl.config import load
+from rtctl.errors import DataError
+from rtctl.friction.dynamics import AxisLog
+from rtctl.friction.regression import derivatives, joint_fit, regressors
+from rtctl.simulation import Simulation
+
+RATE_HZ = 500.0
+TRUTH = {"inertia_kgm2": 0.012, "viscous_nms_rad": 0.05, "coulomb_nm": 0.25, "offset_nm": 0.02}
+SINES = ((0.4, 0.4), (0.15, 1.1), (0.06, 2.3))
+
+
+def coloured(seed, n):
+    """Noise that repeats itself over a tenth of a second, as drift and vibration do."""
+    white = np.random.default_rng(seed).normal(0, 0.004, n + 50)
+    return np.convolve(white, np.ones(50) / np.sqrt(50), mode="valid")[:n]
+
+
+def log(seed=1, sines=SINES, seconds=25.0, **changed):
+    truth = {**TRUTH, **changed}
+    t = np.arange(round(seconds * RATE_HZ)) / RATE_HZ
+    w = [(a, 2 * np.pi * f) for a, f in sines]
+    x = sum(a * np.sin(k * t) for a, k in w)
+    v = sum(a * k * np.cos(k * t) for a, k in w)
+    acceleration = -sum(a * k**2 * np.sin(k * t) for a, k in w)
+    torque = truth["inertia_kgm2"] * acceleration + truth["viscous_nms_rad"] * v + truth["offset_nm"]
+    torque = torque + truth["coulomb_nm"] * np.sign(v) + coloured(seed, len(t))
+    return AxisLog(RATE_HZ, x, torque, "made-up log", "0" * 64)
+
+
+def fitted(recorded, **options):
+    return joint_fit(regressors(recorded, **options))
+
+
+def test_parameters_come_out_within_the_figures_and_the_intervals_hold_them_as_often_as_they_say():
+    runs = [fitted(log(seed)).symmetric.parameters for seed in range(40)]
+    for name, truth in TRUTH.items():
+        assert np.mean([each[name].value for each in runs]) == pytest.approx(truth, rel=0.01)
+        assert sum(each[name].holds(truth) for each in runs) >= 34, name  # 38 expected, 34 at 1.5 %
+
+
+def test_the_intervals_are_not_wider_than_the_spread_of_the_estimates_demands():
+    runs = [fitted(log(seed)).symmetric.parameters for seed in range(40)]
+    for name in TRUTH:
+        spread = np.std([each[name].value for each in runs], ddof=1)
+        claimed = np.median([each[name].standard_error for each in runs])
+        assert 0.5 < claimed / spread < 1.7, name
+
+
+def test_directions_that_differ_are_found_apart():
+    recorded = log()
+    v = np.gradient(recorded.position_rad) * RATE_HZ
+    torque = recorded.torque_nm + np.where(v > 0, 0.05 * v + 0.03, 0.0)
+    found = fitted(AxisLog(RATE_HZ, recorded.position_rad, torque, "x", "0")).per_direction.parameters
+    assert found["viscous_forward_nms_rad"].value == pytest.approx(0.10, rel=0.05)
+    assert found["viscous_backward_nms_rad"].value == pytest.approx(0.05, rel=0.05)
+    assert found["level_forward_nm"].value == pytest.approx(0.30, rel=0.03)
+    assert found["level_backward_nm"].value == pytest.approx(-0.23, rel=0.03)
+
+
+def test_derivatives_of_a_cubic_are_exact():
+    t = np.arange(50) * 0.01
+    v, a = derivatives(t**3, 0.01)
+    np.testing.assert_allclose(v[2:-2], 3 * t[2:-2] ** 2, atol=1e-12)
+    np.testing.assert_allclose(a[2:-2], 6 * t[2:-2], atol=1e-9)
+
+
+def test_25_seconds_of_a_hand_on_the_mock_give_the_parameters_of_the_rig():
+    """Coulomb and viscous friction with the mock's own bristles; torque from its Hall and force sensors."""
+    loaded = load(Path(__file__).parents[3] / "configs" / "mock.toml")
+    axis, hand = loaded.options["axis"][0], loaded.options["hand"][0]
+    plain = {"breakaway_nm": 0.25, "coulomb_nm": 0.25, "modulation_share": 0.0, "scale_negative": 1.0}
+    options = {
+        **loaded.options,
+        "axis": [{**axis, "friction": {**axis["friction"], **plain}}],
+        "hand": [{**hand, "kind": "sines", "sines": SINES, "stiffness_nm_rad": 20.0, "damping_nms_rad": 0.5}],
+    }
+    simulation = Simulation(loaded.model_copy(update={"options": options}))
+    simulation.run(1.5)
+    ticks = simulation.run(25.0)
+    per_ampere = 80 * 0.72 * 0.0134
+    torque = ticks["current_a"][:, 0] * per_ampere + ticks["force_n"] @ np.array([0.0, 0.1, 0.0])
+    fit = fitted(AxisLog(1000.0, ticks["position_rad"][:, 0], torque, "mock", "0"))
+    found = fit.symmetric.parameters
+    assert found["inertia_kgm2"].value == pytest.approx(0.012, rel=0.01)
+    assert found["viscous_nms_rad"].value == pytest.approx(0.05, rel=0.03)
+    assert found["coulomb_nm"].value == pytest.approx(0.25, rel=0.02)
+    bias = 0.01 * per_ampere - 0.2 * 0.1  # of the Hall sensor and of the force sensor, which drifts besides
+    assert found["offset_nm"].value == pytest.approx(bias, abs=0.05 * 0.25)
+    assert fit.symmetric.relative_error < 0.02
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda x, tau: (np.zeros_like(x), tau), "too little motion"),
+        (lambda x, tau: (np.linspace(0, 20, len(x)), tau), "backwards"),
+        (lambda x, tau: (x, -tau), "turn its sign"),
+        (lambda x, tau: (x[:200], tau[:200]), "too few"),
+    ],
+)
+def test_a_log_that_cannot_be_used_is_refused_with_the_remedy(change, message):
+    recorded = log()
+    x, torque = change(recorded.position_rad, recorded.torque_nm)
+    with pytest.raises(DataError, match=message):
+        fitted(AxisLog(RATE_HZ, x, torque, "bad log", "0"))
+
+
+def test_a_cut_off_the_rate_cannot_carry_is_refused():
+    with pytest.raises(DataError, match="cut-off"):
+        regressors(log(), cutoff_hz=200.0)
+
+
+def test_motion_at_high_speed_only_is_refused():
+    x = 2.0 * np.abs((np.arange(12500) / RATE_HZ / 5) % 2 - 1)  # a triangle: two speeds, no acceleration
+    with pytest.raises(DataError, match="slow motion"):
+        fitted(AxisLog(RATE_HZ, x, np.sign(np.gradient(x)) * 0.2, "triangle", "0"))
