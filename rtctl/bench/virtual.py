@@ -11,6 +11,9 @@ from rtctl.bench.row import Row
 from rtctl.config import load
 from rtctl.simulation import Simulation
 
+RELEASE_S = 5.0
+"""The fast sine passes its middle then, at full speed."""
+
 
 def speed_rows(config: Path, rounds: int, seconds: float) -> list[Row]:
     """How much faster than real time law and plant run, compiled end to end, armed and moving."""
@@ -36,3 +39,18 @@ def torque_rows(config: Path, motion: str, measure_s: float) -> list[Row]:
         rms.append(float(np.sqrt(np.mean(trace["hand_torque_nm"][:, 0] ** 2))))
     text = f"off {rms[0]:.4f} N m, on {rms[1]:.4f} N m, {measure_s:g} s"
     return [Row(f"hand torque reduction, {motion}", 100 * (1 - rms[1] / rms[0]), "%", text, 75.0, ">=")]
+
+
+def kick_rows(config: Path) -> list[Row]:
+    """RMS speed of the joint after the hand has let go of it in full motion, compensation on."""
+    simulation = Simulation(load(config))
+    grip = simulation.plant_params[0]
+    grip["grip_count"][0], grip["grip_from_s"][0, 0], grip["grip_to_s"][0, 0] = 1, 0.0, RELEASE_S
+    simulation.arm()
+    simulation.run(RELEASE_S - simulation.time_s)
+    kick_rad_s = abs(float(simulation.plant_state["velocity_rad_s"][0, 0]))
+    simulation.run(1.0)
+    simulation.run(4.0)
+    speed_rad_s = float(np.sqrt(np.mean(simulation.truth["velocity_rad_s"] ** 2)))
+    text = f"let go at {kick_rad_s:.2f} rad/s; true speed from 1 to 5 s later"
+    return [Row("hands-off speed after a kick", speed_rad_s, "rad/s", text, 1e-3)]

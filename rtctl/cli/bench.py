@@ -55,6 +55,7 @@ def _group(name: str, *, quick: bool) -> Callable[[], list[Row]]:
             *virtual.speed_rows(mock, 5, 20 * short),
             *virtual.torque_rows(mock, "fast sine", 20.0),
             *virtual.torque_rows(shipped_config("mock-triangle.toml"), "slow triangle", 36.0),
+            *virtual.kick_rows(mock),
         ],
         "start": lambda: loop.start_rows(mock, 1 if quick else 5),
         "cycle": lambda: loop.cycle_rows(mock, 1 if quick else 4, 10 * short),
