@@ -101,6 +101,14 @@ def _range(
     help="range of temperature the points were measured in, degrees C; default the temperature_c column",
 )
 @click.option("--plot", type=_File, help="draw points and learned curve (PNG)")
+@click.option(
+    "--report",
+    "report_dir",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="write report.html with figures and tables there; runs --search halving unless told otherwise",
+)
+@click.option("--test", "test_points", type=_File, help="points to judge the fit by, in the report")
+@click.option("--config", type=_File, help="rig file, for the recommended gain and cap in the report")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object with every figure, for scripts")
 def command(
     points: Path,
@@ -118,6 +126,9 @@ def command(
     jobs: int | None,
     temperature: tuple[float, float] | None,
     plot: Path | None,
+    report_dir: Path | None,
+    test_points: Path | None,
+    config: Path | None,
     as_json: bool,
 ) -> None:
     """Learn the friction of a rig: one spline-kernel epsilon-SVR per direction, compiled exactly.
@@ -129,16 +140,18 @@ def command(
     POINTS is a CSV file with the columns velocity_rad_s and friction_torque_nm (both signed), and for
     break-away points at zero velocity optionally direction (+1 or -1). At least 8 points per direction.
     """
-    from rtctl.cli import ladder_report
+    from rtctl.cli import fit_report, ladder_report
     from rtctl.friction import artefact, fit
     from rtctl.friction.points import read_points, temperature_range
     from rtctl.friction.timing import evaluation_ns
 
-    strategy = search or ("halving" if climb or kernel != "all" else "none")
+    reported = report_dir is not None and c is None and epsilon_nm is None
+    strategy = search or ("halving" if climb or kernel != "all" or reported else "none")
     if strategy != "none" and (c is not None or epsilon_nm is not None):
         raise click.UsageError("--C and --epsilon fix what a search chooses; drop them, or use --search none")
     if strategy == "none" and (climb or kernel != "all"):
         raise click.UsageError("--search none compares nothing; drop it, or --ladder and --kernel")
+    plan = fit_report.prepare(report_dir, test_points, config, rig)
     measured = read_points(points)
     ladder: Ladder | None = None
     if strategy == "none":
@@ -158,6 +171,16 @@ def command(
         from rtctl.friction import figure
 
         figure.draw(model, measured, plot)
+    page = None
+    if plan is not None:
+        options = {
+            "search": strategy,
+            "kernel": kernel,
+            "symmetric": symmetric,
+            "C": c,
+            "epsilon_nm": epsilon_nm,
+        }
+        page = fit_report.write(plan, measured, model, ladder, options)
     rows = _rows(model)
     if as_json:
         body: dict[str, Any] = {
@@ -167,6 +190,7 @@ def command(
             "directions": rows,
         }
         body |= {"kind": model.kind, "evaluation_ns": model.evaluation_ns}
+        body |= {"report": str(page)} if page else {}
         if ladder is not None:
             body |= ladder_report.body(ladder)
         click.echo(json.dumps(body, indent=2, allow_nan=False))
@@ -177,7 +201,9 @@ def command(
     for label, key, scale, shape in _TABLE:
         cells = [format(row[key] * scale, shape) if key in row else "-" for row in rows]
         click.echo(f"{label:<34}" + "".join(f"{cell:>14}" for cell in cells))
-    click.echo(f"\nmodel: {out}" + (f"\nplot:  {plot}" if plot else ""))
+    click.echo(
+        f"\nmodel: {out}" + (f"\nplot:  {plot}" if plot else "") + (f"\nreport: {page}" if page else "")
+    )
 
 
 _TABLE: tuple[tuple[str, str, float, str], ...] = (

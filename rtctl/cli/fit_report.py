@@ -1,0 +1,67 @@
+"""`rtctl fit --report`: what it needs is read before the search, so that a mistake costs no time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from rtctl.config import LoadedConfig
+    from rtctl.friction.ladder import Ladder
+    from rtctl.friction.model import FrictionModel
+    from rtctl.friction.points import FrictionPoints
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Where the report goes, and what else it looks at."""
+
+    folder: Path
+    test: FrictionPoints | None
+    loaded: LoadedConfig | None
+
+
+def prepare(folder: Path | None, test: Path | None, config: Path | None, rig: str) -> Plan | None:
+    """Read test points and rig file, and look whether the report may be written; None without --report.
+
+    Raises
+    ------
+    click.UsageError
+        --test or --config without --report.
+    DataError
+        A folder in the way, test points that cannot be used, or a rig file of another rig.
+    """
+    if folder is None:
+        if test is not None or config is not None:
+            raise click.UsageError("--test and --config are for the report; add --report DIR")
+        return None
+    from rtctl.config import load
+    from rtctl.errors import DataError
+    from rtctl.friction import report
+    from rtctl.friction.points import read_points
+
+    report.require_place(folder)
+    loaded = None if config is None else load(config)
+    if loaded is not None and loaded.config.rig.name != rig:
+        raise DataError(
+            f"{config}: is of rig {loaded.config.rig.name}, the fit of {rig}; correct --rig or --config"
+        )
+    return Plan(folder, None if test is None else read_points(test), loaded)
+
+
+def write(
+    plan: Plan,
+    measured: FrictionPoints,
+    model: FrictionModel,
+    ladder: Ladder | None,
+    options: dict[str, Any],
+) -> Path:
+    """Write the report; returns its page."""
+    from rtctl.friction import report, report_evidence
+
+    evidence = report_evidence.gather(measured, model, ladder, plan.test)
+    report.write(plan.folder, evidence, options, plan.loaded)
+    return plan.folder / report.PAGE

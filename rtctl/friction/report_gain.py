@@ -1,0 +1,93 @@
+"""Which compensation gain and cap a friction model allows, by the two-line test of the rig file."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from rtctl.config import LoadedConfig
+from rtctl.config_tables import AxisTable
+from rtctl.control import friction_passivity as friction
+from rtctl.friction.margins import friction_figures
+from rtctl.friction.model import FrictionModel
+
+_HALVINGS = 10
+_GRID = 4000
+
+
+@dataclass(frozen=True)
+class AxisGain:
+    """Figures of one axis. Torques in N m.
+
+    `gain` passes the two-line test when the feed-forward is capped at `cap_nm` = gain times the least dry
+    friction, whatever its sign errors; `gain_uncapped` passes it without that cap. 0: not even none does,
+    `margin_at_zero_nm` says by how much. `gain_sampled_data` is the share of the whole curve that leaves
+    the damping the sampled-data test needs.
+    """
+
+    axis: str
+    gain: float
+    cap_nm: float
+    margin_nm: float
+    gain_uncapped: float
+    gain_sampled_data: float
+    margin_at_zero_nm: float
+
+
+@dataclass(frozen=True)
+class Gains:
+    """`gain_model` needs no rig: the share of the curve that is surely below the true friction."""
+
+    gain_model: float
+    friction_min_nm: float
+    axes: tuple[AxisGain, ...]
+    config: str = ""
+    config_sha256: str = ""
+
+
+def recommend(model: FrictionModel, loaded: LoadedConfig | None) -> Gains:
+    """Largest gains that pass, of the model alone and, with a rig file, of each of its axes.
+
+    Notes
+    -----
+    Theory reference 2.2 and 2.4: kappa <= min over v of F_lo(v)/Fhat(v); the two-line margin falls as kappa
+    rises, so the largest kappa with margin >= 0 is found by halving, from the safe side.
+    """
+    alone = []
+    for branch in model.branches:
+        v = np.unique(np.append(np.linspace(0, branch.speed_max_rad_s, _GRID), branch.curve.knots))
+        v = v[v <= branch.speed_max_rad_s]
+        F_hat = branch.magnitude(v)
+        alone.append(friction.gain_max(v, np.maximum(F_hat - branch.error_max_nm, 0.0), F_hat, 0.0))
+    least = float(model.friction_min_nm.min())
+    if loaded is None:
+        return Gains(min(alone), least, ())
+    axes = tuple(_of_axis(model, axis, loaded.config.period_s) for axis in loaded.config.axis)
+    return Gains(min(alone), least, axes, loaded.path.name, loaded.sha256)
+
+
+def _of_axis(model: FrictionModel, axis: AxisTable, T: float) -> AxisGain:
+    count = 2 * math.pi / axis.encoder_counts_per_rev
+
+    def margins(gain: float) -> tuple[float, float, float]:
+        """(capped, uncapped margin; share of the sampled-data test) at a gain, with a gated policy."""
+        table = axis.friction.model_copy(update={"gain": gain, "policy": "hybrid"})
+        figures = friction_figures(model, Path(), axis.model_copy(update={"friction": table}), T, count)
+        return figures.two_line_capped_margin_nm, figures.two_line_margin_nm, figures.gain_max
+
+    def largest(which: int) -> float:
+        if margins(1.0)[which] >= 0:
+            return 1.0
+        low, high = 0.0, 1.0
+        for _ in range(_HALVINGS):
+            middle = (low + high) / 2
+            low, high = (middle, high) if margins(middle)[which] >= 0 else (low, middle)
+        return low
+
+    gain = largest(0)
+    cap = min(gain * float(model.friction_min_nm.min()), axis.friction.cap_share * axis.torque_limit_nm)
+    at_zero = margins(0.0)
+    return AxisGain(axis.name, gain, cap, margins(gain)[0], largest(1), at_zero[2], at_zero[0])
