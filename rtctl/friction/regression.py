@@ -12,8 +12,9 @@ Symmetric ``tau = J a + b v + F_c s + o``; per direction ``tau = J a + b+ v+ + b
 where offset and a difference of Coulomb friction cannot be told apart: both are in f+ and f-.
 
 The intervals cover what is random in a log. A torque recorded early or late against the position, or
-bristles that still bend, shift the parameters besides: a tenth of a millisecond moves the viscous friction
-of the mock by about .4 %, more than its interval.
+bristles that still bend, shift the parameters besides: d seconds of delay add J d w^2 to the viscous friction
+seen at the angular frequency w, and a tenth of a millisecond may be more than its interval. Correct a known
+delay before (`rtctl.friction.regressors.advanced`).
 """
 
 from __future__ import annotations
@@ -23,27 +24,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtctl.errors import DataError
-from rtctl.friction.dynamics import (
-    CUTOFF_HZ,
-    RANK_TOLERANCE,
-    SAMPLES_MIN,
-    SAMPLES_PER_CUTOFF,
-    SPEED_MIN_RAD_S,
-    AxisLog,
-    require_both_directions,
-    smooth,
-)
-
-SETTLE_RAD = 0.01
-"""Travel after a reversal before friction counts as that of sliding; at most `SETTLE_SHARE` of the range."""
-
-SETTLE_SHARE = 0.05
-
-SPAN_MIN_RAD = 0.005
-"""Least range of position that is called motion."""
-
-LOW_SPEED_SHARE = 0.25
-"""Speeds below this share of the largest tell Coulomb from viscous friction."""
+from rtctl.friction.dynamics import RANK_TOLERANCE, SAMPLES_MIN, require_both_directions
+from rtctl.friction.regressors import Regressors
 
 BLOCK_PERIODS = 10
 """Shortest block of the standard errors, periods of the cut-off: residuals of two blocks are then independent."""
@@ -52,21 +34,6 @@ BLOCKS_MIN, BLOCKS_MAX = 6, 20
 
 CONDITION_MAX = 200.0
 """Largest condition number of the scaled regression before its parameters are refused."""
-
-
-@dataclass(frozen=True)
-class Regressors:
-    """Filtered, thinned-out signals of a log. Arrays of one length; `sliding` marks the rows to regress on."""
-
-    time_s: np.ndarray
-    position_rad: np.ndarray
-    velocity_rad_s: np.ndarray
-    acceleration_rad_s2: np.ndarray
-    direction: np.ndarray
-    torque_nm: np.ndarray
-    sliding: np.ndarray
-    cutoff_hz: float
-    source: str
 
 
 @dataclass(frozen=True)
@@ -101,82 +68,11 @@ class Regression:
 
 @dataclass(frozen=True)
 class JointFit:
-    """Both fits of one log."""
+    """Both fits of one log, and what a reader of the numbers must know besides (`warnings`)."""
 
     symmetric: Regression
     per_direction: Regression
-
-
-def derivatives(position: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """First and second derivative by five-point central differences; two samples at each end are zero.
-
-    Notes
-    -----
-    The error is (w T)^4/30 of the first and (w T)^4/90 of the second, against (w T)^2/6 and (w T)^2/12 of
-    three points, so a log of 100 Hz does as well as one of 1 kHz.
-    """
-    x = position
-    v, a = np.zeros_like(x), np.zeros_like(x)
-    v[2:-2] = (8 * (x[3:-1] - x[1:-3]) - (x[4:] - x[:-4])) / (12 * step)
-    a[2:-2] = (16 * (x[3:-1] + x[1:-3]) - (x[4:] + x[:-4]) - 30 * x[2:-2]) / (12 * step**2)
-    return v, a
-
-
-def regressors(
-    log: AxisLog, cutoff_hz: float = CUTOFF_HZ, speed_min_rad_s: float = SPEED_MIN_RAD_S
-) -> Regressors:
-    """Filter every column and the torque by one zero-phase low-pass, and thin them out on the same instants.
-
-    Raises
-    ------
-    DataError
-        A cut-off the rate cannot carry, a log too short for it, or hardly any motion.
-
-    Notes
-    -----
-    The direction is a column of the regression and is filtered too: around a reversal both sides of the
-    balance are then blurred alike. Rows within a period of the cut-off, or `SETTLE_RAD` of travel, of
-    a reversal are not `sliding`: there bristles bend before the contact slips.
-    """
-    rate, n = log.rate_hz, len(log.position_rad)
-    if not 0 < cutoff_hz <= 0.2 * rate:
-        raise DataError(f"{log.source}: cut-off {cutoff_hz:g} Hz must lie in 0..{0.2 * rate:g} Hz (rate / 5)")
-    edge = max(4, round(rate / cutoff_hz))
-    if n < 10 * edge:
-        raise DataError(
-            f"{log.source}: {n} samples are too few for a cut-off of {cutoff_hz:g} Hz; {10 * edge} are needed"
-        )
-    span = float(np.ptp(log.position_rad))
-    if span < SPAN_MIN_RAD:
-        raise DataError(
-            f"{log.source}: the position covers {span:.3g} rad only, too little motion; record wider motion, "
-            "or correct the unit of the position"
-        )
-    x = smooth(log.position_rad, rate, cutoff_hz)
-    v, a = derivatives(x, 1 / rate)
-    direction = np.sign(v)
-    sliding = _sliding(x, v, min(SETTLE_RAD, SETTLE_SHARE * span), speed_min_rad_s, edge)
-    kept = slice(edge, n - edge, max(1, edge // SAMPLES_PER_CUTOFF))
-    return Regressors(
-        time_s=(np.arange(n) / rate)[kept],
-        position_rad=x[kept],
-        velocity_rad_s=v[kept],
-        acceleration_rad_s2=a[kept],
-        direction=smooth(direction, rate, cutoff_hz)[kept],
-        torque_nm=smooth(log.torque_nm, rate, cutoff_hz)[kept],
-        sliding=sliding[kept],
-        cutoff_hz=cutoff_hz,
-        source=log.source,
-    )
-
-
-def _sliding(x: np.ndarray, v: np.ndarray, settle_rad: float, speed_min: float, reach: int) -> np.ndarray:
-    """Rows that move, and have moved far enough since the last reversal, `reach` samples inside."""
-    begins = np.flatnonzero(np.diff(np.sign(v), prepend=np.sign(v[0]) + 1))
-    run = np.cumsum(np.isin(np.arange(len(v)), begins)) - 1
-    good = (np.abs(x - x[begins][run]) >= settle_rad) & (np.abs(v) >= speed_min)
-    wide = np.convolve(~good, np.ones(2 * reach + 1), mode="same")
-    return np.asarray(wide < 0.5)
+    warnings: tuple[str, ...] = ()
 
 
 def joint_fit(signals: Regressors) -> JointFit:
@@ -187,8 +83,13 @@ def joint_fit(signals: Regressors) -> JointFit:
     DataError
         One direction only, no low speeds, a motion too even to tell the parameters apart, or parameters
         of the wrong sign; each with the remedy.
+
+    Notes
+    -----
+    Few slow rows are a warning as long as the condition number says that the parameters can be told apart:
+    the standard errors then carry what the few rows leave open.
     """
-    _require_speeds(signals)
+    require_both_directions(signals.velocity_rad_s[signals.sliding], signals.source)
     v, a, s = signals.velocity_rad_s, signals.acceleration_rad_s2, signals.direction
     one = np.ones_like(v)
     ahead, back = 0.5 * (1 + s), 0.5 * (1 - s)
@@ -204,18 +105,17 @@ def joint_fit(signals: Regressors) -> JointFit:
         },
     )
     _require_signs(symmetric, signals.source)
-    return JointFit(symmetric, per_direction)
+    return JointFit(symmetric, per_direction, (*signals.warnings, *_few_slow(signals)))
 
 
-def _require_speeds(signals: Regressors) -> None:
-    speed = np.abs(signals.velocity_rad_s[signals.sliding])
-    require_both_directions(signals.velocity_rad_s[signals.sliding], signals.source)
-    slow = int((speed < LOW_SPEED_SHARE * speed.max()).sum())
-    if slow < SAMPLES_MIN // 2:
-        raise DataError(
-            f"{signals.source}: {slow} samples of slow motion (below {LOW_SPEED_SHARE * speed.max():.3g} rad/s): "
-            "Coulomb and viscous friction cannot be told apart; record slow motion too, or lower --speed-min-rad-s"
-        )
+def _few_slow(signals: Regressors) -> tuple[str, ...]:
+    slow, below = signals.slow()
+    if slow >= SAMPLES_MIN // 2:
+        return ()
+    return (
+        f"{signals.source}: {slow} samples of slow motion only (below {below:.3g} rad/s): Coulomb and viscous "
+        "friction are told apart by the faster motion; record slow motion too, or lower --speed-min-rad-s",
+    )
 
 
 def _require_signs(fit: Regression, source: str) -> None:
@@ -240,6 +140,9 @@ def _solve(signals: Regressors, columns: dict[str, np.ndarray]) -> Regression:
     singular = np.linalg.svd(scaled, compute_uv=False)
     condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
     if not condition <= min(CONDITION_MAX, 1 / RANK_TOLERANCE):
+        few = _few_slow(signals)
+        if few:
+            raise DataError(f"{few[0]}; and that is not enough here (condition number {condition:.3g})")
         raise DataError(
             f"{signals.source}: the motion is too even to tell {', '.join(columns)} apart (condition number "
             f"{condition:.3g}, at most {CONDITION_MAX:g}); record quick and slow motion with changing speed"

@@ -8,7 +8,8 @@ import pytest
 from rtctl.config import load
 from rtctl.errors import DataError
 from rtctl.friction.dynamics import AxisLog
-from rtctl.friction.regression import derivatives, joint_fit, regressors
+from rtctl.friction.regression import joint_fit
+from rtctl.friction.regressors import advanced, derivatives, pooled, regressors
 from rtctl.simulation import Simulation
 
 RATE_HZ = 500.0
@@ -121,3 +122,27 @@ def test_motion_at_high_speed_only_is_refused():
     x = 2.0 * np.abs((np.arange(12500) / RATE_HZ / 5) % 2 - 1)  # a triangle: two speeds, no acceleration
     with pytest.raises(DataError, match="slow motion"):
         fitted(AxisLog(RATE_HZ, x, np.sign(np.gradient(x)) * 0.2, "triangle", "0"))
+
+
+def test_strokes_too_short_for_the_usual_margin_are_used_with_a_warning():
+    """As on the brisk recordings of a real lever: a whole period beside each reversal leaves no slow rows."""
+    brisk = log(sines=((0.1, 3.5), (0.06, 2.2)))
+    with_half = fitted(brisk)
+    assert any("half a period" in warning for warning in with_half.warnings)
+    assert with_half.symmetric.parameters["inertia_kgm2"].value == pytest.approx(0.012, rel=0.03)
+    assert fitted(log()).warnings == ()
+
+
+def test_a_torque_recorded_late_is_put_back_where_it_belongs():
+    t = np.arange(1000) / 500.0
+    late = np.sin(2 * np.pi * 2.0 * (t - 0.001))
+    np.testing.assert_allclose(
+        advanced(late, 500.0, 0.001)[2:-2], np.sin(2 * np.pi * 2.0 * t)[2:-2], atol=1e-6
+    )
+
+
+def test_logs_pooled_narrow_the_intervals():
+    parts = [regressors(log(seed)) for seed in (1, 2, 3, 4)]
+    one, all_of_them = (joint_fit(each).symmetric.parameters for each in (parts[0], pooled(parts)))
+    assert all_of_them["offset_nm"].standard_error < 0.8 * one["offset_nm"].standard_error
+    assert all_of_them["offset_nm"].value == pytest.approx(TRUTH["offset_nm"], abs=0.01)
