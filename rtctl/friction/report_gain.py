@@ -23,7 +23,8 @@ class AxisGain:
     """Figures of one axis. Torques in N m.
 
     `gain` passes the two-line test when the feed-forward is capped at `cap_nm` = gain times the least dry
-    friction, whatever its sign errors; `gain_uncapped` passes it without that cap. 0: not even none does,
+    friction, whatever its sign errors; `cap_share` is that cap as the rig file names it. The law keeps
+    the cap itself for the ungated policies only: hybrid needs the `cap_share`. `gain_uncapped` passes it without that cap. 0: not even none does,
     `margin_at_zero_nm` says by how much. `gain_sampled_data` is the share of the whole curve that leaves
     the damping the sampled-data test needs.
     """
@@ -31,6 +32,7 @@ class AxisGain:
     axis: str
     gain: float
     cap_nm: float
+    cap_share: float
     margin_nm: float
     gain_uncapped: float
     gain_sampled_data: float
@@ -90,4 +92,5 @@ def _of_axis(model: FrictionModel, axis: AxisTable, T: float) -> AxisGain:
     gain = largest(0)
     cap = min(gain * float(model.friction_min_nm.min()), axis.friction.cap_share * axis.torque_limit_nm)
     at_zero = margins(0.0)
-    return AxisGain(axis.name, gain, cap, margins(gain)[0], largest(1), at_zero[2], at_zero[0])
+    share = cap / axis.torque_limit_nm
+    return AxisGain(axis.name, gain, cap, share, margins(gain)[0], largest(1), at_zero[2], at_zero[0])

@@ -90,7 +90,7 @@ def _gain(gains: Gains) -> str:
         else:
             words.append(
                 f"Axis {axis.axis}: gain up to {axis.gain:.3f}, with the feed-forward capped at {axis.cap_nm:.4g} N m "
-                "(gain times the least dry friction). At that gain the test has nothing left: stay below it."
+                f"(gain times the least dry friction; cap_share = {axis.cap_share:.4g} in the rig file). At that gain the test has nothing left: stay below it."
             )
     return _paragraph(" ".join(words)) + _table(report_tables.gains(gains)) + f"<p>{escape(model)}</p>"
 

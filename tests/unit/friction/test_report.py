@@ -174,6 +174,7 @@ def test_the_recommended_gain_is_the_largest_that_passes_the_two_line_test(model
     assert margin(found.gain) == found.margin_nm >= 0
     assert margin(found.gain + 0.002) < 0
     assert found.cap_nm == pytest.approx(found.gain * model.friction_min_nm.min())
+    assert found.cap_share * axis.torque_limit_nm == pytest.approx(found.cap_nm)
     alone = report_gain.recommend(model, None)
     assert alone.axes == ()
     assert alone.gain_model == pytest.approx(
