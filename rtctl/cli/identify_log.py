@@ -1,0 +1,157 @@
+"""`rtctl identify --log`: inertia and friction from recordings, without moving anything."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import json
+import tomllib
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rtctl.errors import ConfigError
+
+if TYPE_CHECKING:
+    from rtctl.friction.points import FrictionPoints
+    from rtctl.friction.regression import JointFit, Regression
+
+ROLES = {
+    "time": "time",
+    "position": "position",
+    "current": "current",
+    "torque": "motor_torque",
+    "external": "hand_torque",
+}
+"""Name on the command line -> role of the playback reader."""
+
+_POSITIVE = click.FloatRange(min=0, max=1e9, min_open=True)
+
+
+@click.command("identify")
+@click.option(
+    "--log",
+    "logs",
+    type=click.Path(path_type=Path),
+    multiple=True,
+    required=True,
+    help="CSV; may be repeated",
+)
+@click.option(
+    "--column", "columns", multiple=True, metavar="ROLE=NAME[:UNIT[:SCALE]]", help=f"ROLE: {', '.join(ROLES)}"
+)
+@click.option("--map", "map_file", type=click.Path(path_type=Path), help="the same as TOML, a table per role")
+@click.option("--rate-hz", type=_POSITIVE, help="rate of logs without a time column")
+@click.option(
+    "--torque-constant", type=_POSITIVE, default=1.0, show_default=True, help="N m/A, for a current"
+)
+@click.option("--gear-ratio", type=_POSITIVE, default=1.0, show_default=True, help="for a current")
+@click.option("--gear-efficiency", type=click.FloatRange(0.01, 1), default=1.0, show_default=True)
+@click.option("--counts-per-rev", type=_POSITIVE, default=1.0, help="for a position in counts")
+@click.option(
+    "--torque-delay", type=click.FloatRange(-1, 1), help="motor torque late by, s; default: half a period"
+)
+@click.option("--cutoff-hz", type=click.FloatRange(0.1, 1e4), default=20.0, show_default=True)
+@click.option("--speed-min-rad-s", type=click.FloatRange(0, 100), default=0.03, show_default=True)
+@click.option("--keep-offset", is_flag=True, help="leave the offset in the friction samples")
+@click.option("--out", type=click.Path(path_type=Path), help="folder for points.csv and regression.json")
+@click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout")
+def command(
+    logs: tuple[Path, ...],
+    *,
+    columns: tuple[str, ...],
+    map_file: Path | None,
+    rate_hz: float | None,
+    torque_delay: float | None,
+    cutoff_hz: float,
+    speed_min_rad_s: float,
+    keep_offset: bool,
+    out: Path | None,
+    as_json: bool,
+    **gearing: float,
+) -> None:
+    """Find inertia, viscous and Coulomb friction and offset in recordings of a joint in motion.
+
+    Every torque on the joint must be mapped: the motor's (torque or current), and the hand's (external) if
+    one was on the rig. Several logs are one regression.
+    """
+    from rtctl.friction.log_input import Gearing, options_of, read_log, samples
+    from rtctl.friction.logs import level_points
+    from rtctl.friction.regression import joint_fit
+    from rtctl.friction.regressors import pooled, regressors
+
+    gearing["torque_constant_nm_a"] = gearing.pop("torque_constant")
+    tables = _tables(columns, map_file)
+    parts = [read_log(options_of(log, tables, rate_hz), Gearing(**gearing), torque_delay) for log in logs]
+    signals = pooled([regressors(part, cutoff_hz, speed_min_rad_s) for part in parts])
+    fit = joint_fit(signals)
+    document: dict[str, Any] = {"logs": [{"file": part.source, "sha256": part.sha256} for part in parts]}
+    document |= {**asdict(fit), "cutoff_hz": cutoff_hz, "torque_delay_s": torque_delay}
+    if out:
+        sha256 = hashlib.sha256("".join(part.sha256 for part in parts).encode()).hexdigest()
+        points = level_points(samples(signals, fit, sha256, remove_offset=not keep_offset))
+        _write(out, points, document)
+    click.echo(json.dumps(document) if as_json else "\n".join(_lines(fit, out)))
+
+
+def _tables(columns: tuple[str, ...], map_file: Path | None) -> dict[str, dict[str, Any]]:
+    """Option tables of the reader, by its roles; the command line overrides the file."""
+    given: dict[str, Any] = {}
+    if map_file:
+        try:
+            given = tomllib.loads(map_file.read_text("utf-8"))
+        except (OSError, ValueError) as error:
+            raise ConfigError(f"{map_file}: cannot read the map of columns: {error}") from error
+    for text in columns:
+        role, _, rest = text.partition("=")
+        name, unit, scale = (*rest.split(":"), "", "")[:3]
+        if not name or rest.count(":") > 2:
+            raise click.BadParameter(f"{text!r} is not ROLE=NAME[:UNIT[:SCALE]]")
+        try:
+            given[role] = {"column": name} | ({"unit": unit} if unit else {})
+            given[role] |= {"scale": float(scale)} if scale else {}
+        except ValueError as error:
+            raise click.BadParameter(f"{text!r}: the scale must be a number") from error
+    unknown = sorted(set(given) - set(ROLES))
+    if unknown:
+        raise ConfigError(f"unknown role {unknown[0]!r} of a column; there are {', '.join(ROLES)}")
+    if "position" not in given or not {"current", "torque", "external"} & set(given):
+        raise ConfigError("map position and a torque: --column position=NAME:UNIT --column torque=NAME:UNIT")
+    return {ROLES[role]: table for role, table in given.items()}
+
+
+def _write(out: Path, points: FrictionPoints, document: dict[str, Any]) -> None:
+    from rtctl.identify.dataset import write_whole
+
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["velocity_rad_s", "friction_torque_nm", "direction", "std_nm", "count"])
+    for v, f, d, std, n in zip(
+        points.velocity_rad_s, points.friction_nm, points.direction, points.std_nm, points.count, strict=True
+    ):
+        writer.writerow([repr(float(v)), repr(float(f * d)), int(d), repr(float(std)), int(n)])
+    out.mkdir(parents=True, exist_ok=True)
+    write_whole(out / "points.csv", text.getvalue().encode())
+    write_whole(out / "regression.json", json.dumps(document, indent=1).encode())
+
+
+def _lines(fit: JointFit, out: Path | None) -> list[str]:
+    lines = [*_table("symmetric", fit.symmetric), *_table("per direction", fit.per_direction)]
+    lines += [f"warning: {text}" for text in fit.warnings]
+    return [*lines, f"friction points: {out / 'points.csv'}"] if out else lines
+
+
+def _table(title: str, found: Regression) -> list[str]:
+    lines = [
+        f"{title}: {found.n} rows, condition number {found.condition:.3g}, relative error "
+        f"{100 * found.relative_error:.2f} %, residual {1e3 * found.rms_nm:.3g} mN m",
+        f"  {'':<26} {'value':>12} {'std. error':>12}   95 % interval",
+    ]
+    for name, each in found.parameters.items():
+        lines.append(
+            f"  {name:<26} {each.value:12.6g} {each.standard_error:12.2g}   {each.low:.6g} .. {each.high:.6g}"
+        )
+    return lines

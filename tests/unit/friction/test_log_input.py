@@ -1,0 +1,50 @@
+"""Logs that must not be used are refused with file, column and remedy."""
+
+import numpy as np
+import pytest
+
+from rtctl.errors import DataError
+from rtctl.friction.log_input import Gearing, options_of, read_log
+
+COLUMNS = {
+    "time": {"column": "t"},
+    "position": {"column": "x"},
+    "motor_torque": {"column": "tau"},
+}
+
+
+def signals(n=5000, rate=500.0):
+    t = np.arange(n) / rate
+    return t, 0.4 * np.sin(2.5 * t), 0.25 * np.cos(2.5 * t) + 0.01 * np.sin(40 * t)
+
+
+def read(tmp_path, t, x, tau, columns=COLUMNS, **options):
+    path = tmp_path / "log.csv"
+    rows = "\n".join(f"{a:.6f},{b:.9g},{c:.9g}" for a, b, c in zip(t, x, tau, strict=True))
+    path.write_text(f"t,x,tau\n{rows}\n")
+    return read_log(options_of(path, columns, None), Gearing(), **options)
+
+
+def test_a_late_motor_torque_is_put_back_by_half_a_period_unless_told_otherwise(tmp_path):
+    t, x, _ = signals()
+    late = np.cos(2.5 * (t - 0.001))
+    assert np.abs(read(tmp_path, t, x, late).torque_nm - np.cos(2.5 * t))[2:-2].max() < 1e-6
+    assert np.abs(read(tmp_path, t, x, late, torque_delay_s=0.0).torque_nm - late).max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda t, x, tau: (t, x, np.clip(tau, -0.2, 0.2)), "motor torque: clipped"),
+        (lambda t, x, tau: (t, x, 0 * tau), "constant"),
+        (lambda t, x, tau: (t, np.degrees(x) * 10, tau), "position.*unit"),
+        (lambda t, x, tau: (t, x, 1e5 * tau), "unit of the torque"),
+        (lambda t, x, tau: (0 * t, x, tau), "time does not increase"),
+        (lambda t, x, tau: (t[::-1], x, tau), "time does not increase"),
+        (lambda t, x, tau: (np.where(np.arange(len(t)) == 70, t - 0.002, t), x, tau), "uneven sampling"),
+        (lambda t, x, tau: (t, np.where(t == 1.0, np.nan, x), tau), "'x' row 501.*not a finite number"),
+    ],
+)
+def test_a_log_that_cannot_be_used_is_refused(tmp_path, change, message):
+    with pytest.raises(DataError, match=message):
+        read(tmp_path, *change(*signals()))
