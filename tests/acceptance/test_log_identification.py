@@ -1,0 +1,62 @@
+"""Identification from 25 s of a hand's motion on the simulated rig: right values, and intervals that hold them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rtctl.config import load
+from rtctl.friction.dynamics import AxisLog
+from rtctl.friction.regression import joint_fit
+from rtctl.friction.regressors import regressors
+from rtctl.simulation import Simulation
+
+SEEDS = 20
+TRUTH = {"inertia_kgm2": 0.012, "viscous_nms_rad": 0.05, "coulomb_nm": 0.25, "offset_nm": 0.0}
+FIGURE = {
+    "inertia_kgm2": 0.01 * 0.012,
+    "viscous_nms_rad": 0.03 * 0.05,
+    "coulomb_nm": 0.02 * 0.25,
+    "offset_nm": 0.05 * 0.25,
+}
+PER_AMPERE = 80 * 0.72 * 0.0134
+BIAS_NM = 0.01 * PER_AMPERE - 0.2 * 0.1
+"""Of the Hall sensor and of the force sensor (N m at the joint)."""
+
+
+def recording(seed, substeps):
+    loaded = load(Path(__file__).parents[2] / "configs" / "mock.toml")
+    axis, hand = loaded.options["axis"][0], loaded.options["hand"][0]
+    plain = {"breakaway_nm": 0.25, "coulomb_nm": 0.25, "modulation_share": 0.0, "scale_negative": 1.0}
+    sines = ((0.4, 0.4), (0.15, 1.1), (0.06, 2.3))
+    options = {
+        **loaded.options,
+        "seed": seed,
+        "axis": [{**axis, "friction": {**axis["friction"], **plain}}],
+        "hand": [{**hand, "kind": "sines", "sines": sines, "stiffness_nm_rad": 20.0, "damping_nms_rad": 0.5}],
+    }
+    if "force" in options:
+        options["force"] = {**options["force"], **{k: 0.0 for k in options["force"] if k == "drift_n_sqrt_s"}}
+    simulation = Simulation(loaded.model_copy(update={"options": options}))
+    simulation.plant_params["substeps"] = substeps
+    simulation.run(1.5)
+    ticks = simulation.run(25.0)
+    torque = ticks["current_a"][:, 0] * PER_AMPERE + ticks["force_n"] @ np.array([0.0, 0.1, 0.0])
+    return AxisLog(1000.0, ticks["position_rad"][:, 0], torque - BIAS_NM, "mock", "0")
+
+
+@pytest.fixture(scope="module")
+def runs():
+    """The plant's first-order step of 100 us has a lag of its own; at 10 us it is no part of the truth."""
+    return [joint_fit(regressors(recording(seed, 100))).symmetric.parameters for seed in range(1, SEEDS + 1)]
+
+
+@pytest.mark.parametrize("name", TRUTH)
+def test_every_run_meets_the_figure(runs, name):
+    assert max(abs(run[name].value - TRUTH[name]) for run in runs) <= FIGURE[name]
+
+
+@pytest.mark.parametrize("name", TRUTH)
+def test_the_intervals_hold_the_truth_as_often_as_they_say(runs, name):
+    """Force-sensor drift is off: the offset would not be one number. Measured 19, 19, 20, 18 of 20."""
+    assert sum(run[name].holds(TRUTH[name]) for run in runs) >= 17  # 19 expected, fewer than 17 at 1.6 %
