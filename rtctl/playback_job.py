@@ -15,12 +15,13 @@ from rtctl.config import LoadedConfig
 from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import ConfigError
 from rtctl.friction import artefact
+from rtctl.friction.log_input import of_file
 from rtctl.friction.model import FrictionModel
 from rtctl.playback_plot import save_plot
 from rtctl.playback_report import Judged, Learned, Settings, Trace, in_range_share, interaction, judge, learn
 from rtctl.playback_report import prediction as predict
 from rtctl.playback_report import trace as trace_of
-from rtctl.playback_run import changed, config_for_log, fault_names, load_log, of_file, run_log, with_bias
+from rtctl.playback_run import changed, config_for_log, fault_names, load_log, run_log, with_bias
 
 INTENT_SHARE, GATE_SHARE = 0.2, 0.1
 """Intent and gate of the feed-forward, share of the Coulomb friction (theory reference, section 6)."""

@@ -29,10 +29,11 @@ from rtctl.friction.dynamics import (
     smooth,
 )
 from rtctl.friction.fit import fit_points
+from rtctl.friction.log_input import of_file
 from rtctl.friction.logs import FrictionSamples, axis_log, friction_samples, level_points, pool
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.points import FrictionPoints
-from rtctl.playback_run import load_log, of_file
+from rtctl.playback_run import load_log
 
 EPSILON_NM = 0.001
 """Default tube, N m: a friction of a few hundredths of a newton metre would vanish in a wider one."""

@@ -17,7 +17,6 @@ from pydantic import ValidationError
 
 from hw.interface import Backend, BackendError, Rig
 from hw.playback.backend import PlaybackBackend
-from hw.playback.options import PlaybackOptions
 from hw.playback.reader import TORQUE_UNITS, Recording
 from hw.playback.reader import load as load_recording
 from rtctl.config import Config, LoadedConfig
@@ -41,22 +40,6 @@ def load_log(options: Mapping[str, Any], rig: Rig) -> Recording:
         return load_recording(options, rig)
     except BackendError as error:
         raise DeviceError(str(error)) from error
-
-
-def of_file(options: Mapping[str, Any], file: Path) -> dict[str, Any]:
-    """The same columns in another file, whole: window and repetition belong to the file they were set for.
-
-    Raises
-    ------
-    ConfigError
-        There is no such file.
-    """
-    table = {**options, "file": str(file), "start_s": 0.0, "end_s": None, "loop": False}
-    try:
-        return PlaybackOptions.model_validate(table, context={"folder": Path.cwd()}).model_dump(mode="json")
-    except ValidationError as error:
-        faults = tuple(fault["msg"] for fault in error.errors(include_url=False))
-        raise ConfigError(f"{file}: {'; '.join(faults)}", faults) from error
 
 
 def with_bias(options: Mapping[str, Any], rig: Rig, bias_nm: float) -> dict[str, Any]:

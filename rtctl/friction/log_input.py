@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import ValidationError
 
 from hw.interface import BackendError, Rig
+from hw.playback.options import PlaybackOptions
 from hw.playback.reader import Recording
 from hw.playback.reader import load as load_recording
-from rtctl.errors import DataError
+from rtctl.errors import ConfigError, DataError
 from rtctl.friction.dynamics import AxisLog
 from rtctl.friction.logs import FrictionSamples, axis_log
 from rtctl.friction.regression import JointFit
@@ -59,7 +61,7 @@ def read_log(options: Mapping[str, Any], gearing: Gearing, torque_delay_s: float
     Parameters
     ----------
     options
-        Validated options of the playback backend (`rtctl.playback_run.of_file`), one axis.
+        Validated options of the playback backend (`of_file`), one axis.
     torque_delay_s
         How late the motor torque is recorded against the position. None: half a period.
 
@@ -136,6 +138,22 @@ def samples(signals: Regressors, fit: JointFit, sha256: str, *, remove_offset: b
     )
 
 
+def of_file(options: Mapping[str, Any], file: Path) -> dict[str, Any]:
+    """The same columns in another file, whole: window and repetition belong to the file they were set for.
+
+    Raises
+    ------
+    ConfigError
+        There is no such file.
+    """
+    table = {**options, "file": str(file), "start_s": 0.0, "end_s": None, "loop": False}
+    try:
+        return PlaybackOptions.model_validate(table, context={"folder": Path.cwd()}).model_dump(mode="json")
+    except ValidationError as error:
+        faults = tuple(fault["msg"] for fault in error.errors(include_url=False))
+        raise ConfigError(f"{file}: {'; '.join(faults)}", faults) from error
+
+
 def options_of(file: Path, columns: Mapping[str, Any], rate_hz: float | None) -> dict[str, Any]:
     """Options of the playback reader for one file. `columns`: role -> option table.
 
@@ -144,8 +162,6 @@ def options_of(file: Path, columns: Mapping[str, Any], rate_hz: float | None) ->
     ConfigError
         A table or a file that cannot be.
     """
-    from rtctl.playback_run import of_file
-
     axis = {name: table for name, table in columns.items() if name != "time"}
     time = {} if rate_hz else {"time": columns.get("time", {"column": "time_s"})}
     return of_file({**time, "rate_hz": rate_hz, "axis": [axis]}, file)
