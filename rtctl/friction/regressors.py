@@ -147,7 +147,7 @@ def regressors(
     warning = (
         f"{log.source}: strokes too short for the usual margin beside reversals: half a period of the cut-off "
         f"({1e3 * FALLBACK_PERIODS / cutoff_hz:.3g} ms) is left out instead of a whole one; Coulomb friction may "
-        "be a little low; slower, longer strokes avoid it"
+        "be biased (by how much was not measured); slower, longer strokes avoid it"
     )
     return replace(with_margin(FALLBACK_PERIODS), warnings=(warning,))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from dataclasses import asdict
@@ -97,8 +98,12 @@ class LoopProcess:
             raise error(f"{self.ended['reason']}: {self.ended['detail']}")
 
     def terminate(self) -> None:
-        """Ask it to ramp down; a second call cuts."""
+        """Ask it to ramp down."""
         self._process.terminate()
+
+    def cut(self) -> None:
+        """Have it drop the torque now. A signal of its own: two pending SIGTERMs would merge into one."""
+        self._process.send_signal(signal.SIGUSR1)
 
     def kill(self) -> None:
         """End it now, whatever it does."""

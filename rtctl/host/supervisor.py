@@ -30,6 +30,7 @@ from rtctl.shm import CommandWriter, Memory, RingReader
 
 STALL_S = 0.010
 STALL_PERIODS = 3
+HOST_SLACK_S = 0.25  # the host looks once per batch at worst, and may itself be kept waiting by the system
 READY_TIMEOUT_S = 120.0  # the first start compiles
 STOP_TIMEOUT_S = 2.0
 
@@ -185,8 +186,7 @@ class Host:
             self.writer.send()
         if self._signals > 1:
             self._signals = 1
-            self.loop.terminate()
-            self.loop.terminate()
+            self.loop.cut()
         if now - self._ending_since > STOP_TIMEOUT_S:
             self.loop.kill()
 
@@ -195,14 +195,10 @@ class Host:
         head, seen = int(self.memory.header[0]["head"]), self._last_head
         if head != seen[0] or head == 0 or self.loaded.config.loop.clock == "virtual":
             self._last_head = (head, now)
-        elif now - seen[1] > STALL_PERIODS * self.plan.period_s + STALL_S + self._poll_slack_s():
+        elif now - seen[1] > STALL_PERIODS * self.plan.period_s + STALL_S + HOST_SLACK_S:
             self.loop.kill()
             self.loop.wait(1.0)
             raise LoopDiedError(f"the loop stopped advancing at tick {head}; it was killed")
-
-    def _poll_slack_s(self) -> float:
-        """The host looks once per batch at worst, and may itself have been kept waiting by the system."""
-        return 0.25
 
     # -- commands of the host itself (the gateway serves everybody else)
 

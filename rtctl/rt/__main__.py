@@ -52,7 +52,11 @@ def main() -> int:
     def _request(_signal: int, _frame: object) -> None:
         stop.requests += 1
 
+    def _cut(_signal: int, _frame: object) -> None:
+        stop.requests = 2
+
     signal.signal(signal.SIGTERM, _request)
+    signal.signal(signal.SIGUSR1, _cut)
     order = json.loads(sys.stdin.readline())
     memory = Memory.attach(int(sys.argv[1]))
     began = time.monotonic()

@@ -117,6 +117,36 @@ def test_a_signal_while_active_ramps_the_torque_down_and_exits_0(running, number
     assert all(abs(b) <= abs(a) + 1e-12 for a, b in itertools.pairwise(torque))
 
 
+def test_a_second_signal_cuts_a_ramp_short(folder, tmp_path):
+    """At 100 Hz the ramp takes half a second: time for the second signal to come in the middle of it."""
+    text = (CONFIGS / "mock.toml").read_text().replace('"friction/', f'"{CONFIGS}/friction/')
+    text = text.replace("rate_hz = 1000.0", "rate_hz = 100.0").replace(
+        "stiffness_nm_rad = 60.0", "stiffness_nm_rad = 5.0"
+    )
+    config = tmp_path / "slow.toml"
+    config.write_text(text)
+    process = start(config, folder, "--for", "60")
+    try:
+        with RigClient("mock", runtime_dir=str(folder), timeout_s=30.0) as client:
+            ticks = client.ticks()
+            next(ticks)
+            client.arm(timeout_s=30.0)
+            while (
+                abs(next(ticks)["torque_applied_nm"][-1, 0]) < 0.05
+            ):  # a torque that takes time to ramp down
+                pass
+            process.send_signal(signal.SIGINT)
+            while not (next(ticks)["state"] == State.STOPPING).any():
+                pass
+            process.send_signal(signal.SIGINT)
+            code, summary, err = finish(process)
+    finally:
+        process.kill()
+        process.communicate()
+    assert code == 0, err
+    assert summary["state"] == "STOPPING", "cut in the middle of the ramp, not at its end"
+
+
 def test_a_second_daemon_on_the_same_rig_is_refused_and_the_first_runs_on(running, folder):
     process, client = running
     code, body, _ = finish(start(CONFIGS / "mock.toml", folder, "--for", "1"))
