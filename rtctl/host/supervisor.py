@@ -117,7 +117,10 @@ class Host:
     def _wait_ready(self) -> None:
         """Wait for the loop to be compiled and open, telling a person when it takes long."""
         told = False
-        while not self.loop.ready:
+        header = self.memory.header[0]
+        while (
+            not self.loop.ready or header["head"] == 0
+        ):  # clients are answered once there is a tick to speak of
             if not self.loop.poll():
                 self.loop.raise_if_failed()
             waited = time.monotonic() - self.began
