@@ -139,7 +139,8 @@ def _simulated(
     from rtctl.simulation import Simulation
 
     simulation = Simulation(loaded)
-    drive(simulation, identify(rig, settings, dataset, progress, progress.notice), rig.axis)
+    steps = identify(rig, settings, dataset, progress, progress.notice)
+    drive(simulation, steps, rig.axis, dataset.ticks)
     return True
 
 
@@ -155,7 +156,8 @@ def _real(
     from rtctl.identify.observer import Identifier
     from rtctl.identify.session import identify
 
-    identifier = Identifier(identify(rig, settings, dataset, progress, progress.notice), rig.axis)
+    steps = identify(rig, settings, dataset, progress, progress.notice)
+    identifier = Identifier(steps, rig.axis, dataset.ticks)
     with Host(loaded, observers=[identifier], runtime_dir=runtime_dir, announce=progress.notice) as host:
         host.run()
     return identifier.complete

@@ -140,7 +140,7 @@ def gather(
         chosen=chosen,
         boundary_rad_s=math.sqrt(float(moving.min()) * float(moving.max())),
         lost=lost,
-        extra={name: column for name in EXTRA_COLUMNS if (column := _column(points, name)) is not None},
+        extra={name: column for name in EXTRA_COLUMNS if (column := extra_column(points, name)) is not None},
     )
 
 
@@ -214,7 +214,7 @@ def _errors(curve: Curve, points: FrictionPoints, direction: int) -> Errors:
     return Errors(speed, curve(speed) - friction_nm)
 
 
-def _column(points: FrictionPoints, name: str) -> np.ndarray | None:
+def extra_column(points: FrictionPoints, name: str) -> np.ndarray | None:
     """Optional column of the file the points are from, one number per point; None when absent."""
     try:
         lines = Path(points.source).read_text("utf-8-sig").splitlines()

@@ -3,7 +3,7 @@
     dataset.json        provenance, settings, sessions, points
     points_train.csv    what `rtctl fit` reads
     points_test.csv     points at other speeds, to judge the fit by
-    ticks/NAME.npz      the ticks behind each point (RAW_FIELDS), without pickle
+    ticks/NAME.npz      every tick of the bias, the warm-up and each point (`ticks.FIELDS`), without pickle
 
 Every file is written beside its name and renamed, so a cut-off leaves the last complete state.
 """
@@ -16,6 +16,7 @@ import io
 import json
 import os
 import platform
+from collections.abc import Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
@@ -30,13 +31,31 @@ from rtctl.errors import DataError
 from rtctl.identify.plan import Task, tasks
 from rtctl.identify.session import Bias, Point
 from rtctl.identify.settings import Settings
+from rtctl.identify.signals import Measurement
+from rtctl.identify.ticks import TickBlock
 
 SCHEMA = 1
 HEADER = "dataset.json"
-RAW_FIELDS = ("tick", "position_rad", "current_a", "force_n", "temperature_c", "torque_applied_nm")
-"""Fields kept of the ticks behind each point: what was measured, and what was sent."""
-COLUMNS = ("velocity_rad_s", "friction_torque_nm", "std_nm", "count", "direction", "temperature_c")
-_NUMBER = {"velocity_rad_s": ".9g", "count": "d", "direction": "d", "temperature_c": ".2f"}
+COLUMNS = (
+    "velocity_rad_s",
+    "friction_torque_nm",
+    "std_nm",
+    "count",
+    "direction",
+    "temperature_c",
+    "position_rad",
+    "time_s",
+)
+"""Columns of the points. `position_rad` is the mean over the places a point was measured at; `time_s` runs from
+the begin of the first session, over all of them."""
+_NUMBER = {
+    "velocity_rad_s": ".9g",
+    "count": "d",
+    "direction": "d",
+    "temperature_c": ".2f",
+    "position_rad": ".6f",
+    "time_s": ".3f",
+}
 
 
 def write_whole(path: Path, content: bytes) -> None:
@@ -65,10 +84,13 @@ class Dataset:
         Where it lives.
     document
         What `dataset.json` holds.
+    ticks
+        Give it every tick of the rig; it is kept with the point, the bias or the warm-up it belongs to.
     """
 
-    def __init__(self, folder: Path, document: dict[str, Any], axis: int) -> None:
-        self.folder, self.document, self._axis = folder, document, axis
+    def __init__(self, folder: Path, document: dict[str, Any], axis: int, period_s: float) -> None:
+        self.folder, self.document = folder, document
+        self.ticks = TickBlock(axis, round(1e9 * period_s))
         self._names = {point["name"] for point in document["points"]}
 
     @classmethod
@@ -101,7 +123,7 @@ class Dataset:
             "sessions": [],
             "points": [],
         }
-        dataset = cls(folder, document, settings.axis)
+        dataset = cls(folder, document, settings.axis, loaded.config.period_s)
         dataset.save()
         return dataset
 
@@ -127,17 +149,19 @@ class Dataset:
                     f"{folder}: was begun with another {what} ({_difference(before, now)}); "
                     "points of two would not belong together: use the same, or begin a new --out"
                 )
-        return cls(folder, document, settings.axis)
+        return cls(folder, document, settings.axis, loaded.config.period_s)
 
     def has(self, task: Task) -> bool:
         """True when the point of `task` is complete."""
         return task.name in self._names
 
     def begin(self, bias: Bias) -> None:
-        """Note a session: when, with which versions, and what the sensors showed at rest."""
+        """Note a session: when, with which versions, and what the sensors showed at rest, tick by tick."""
+        now = datetime.now(UTC)
         self.document["sessions"].append(
             {
-                "date": datetime.now(UTC).isoformat(timespec="seconds"),
+                "date": now.isoformat(timespec="seconds"),
+                "began_s": self._began_s(now),
                 "versions": {
                     "rtctl": __version__,
                     "python": platform.python_version(),
@@ -147,33 +171,52 @@ class Dataset:
                 "host": platform.node(),
                 "bias": asdict(bias),
                 "points_before": len(self._names),
+                "ticks_sha256": {},
             }
         )
+        self._keep_of_session("bias")
+
+    def warmed_up(self) -> None:
+        """Keep the ticks of arming and warm-up."""
+        self._keep_of_session("warm_up")
+
+    def _keep_of_session(self, what: str) -> None:
+        number = len(self.document["sessions"]) - 1
+        name = f"session{number:02d}_{what}"
+        self.document["sessions"][-1]["ticks_sha256"][name] = self._keep(name)
         self.save()
 
-    def add(self, point: Point, rows: list[np.ndarray]) -> None:
+    def _began_s(self, now: datetime) -> float:
+        """Seconds from the first session to one that begins now; simulated time outruns the wall's."""
+        if not self.document["sessions"]:
+            return 0.0
+        passed = now - datetime.fromisoformat(self.document["sessions"][0]["date"])
+        return max(
+            [passed.total_seconds(), *(self._time_s(point) or 0.0 for point in self.document["points"])]
+        )
+
+    def _time_s(self, point: dict[str, Any]) -> float | None:
+        """Time of a point since the first session began; None in a data set begun before times were kept."""
+        session = self.document["sessions"][point["session"]]
+        known = "time_s" in point and "began_s" in session
+        return float(point["time_s"] + session["began_s"]) if known else None
+
+    def add(self, point: Point, measurements: Sequence[Measurement]) -> None:
         """Keep one complete point: its ticks first, then its figures."""
-        buffer = io.BytesIO()
-        np.savez_compressed(buffer, **self._raw(rows))  # type: ignore[arg-type] # stub takes allow_pickle only
-        content = buffer.getvalue()
-        write_whole(self.folder / "ticks" / f"{point.name}.npz", content)
         entry = {
             **asdict(point),
             "session": len(self.document["sessions"]) - 1,
-            "ticks_sha256": hashlib.sha256(content).hexdigest(),
+            "ticks_sha256": self._keep(point.name, measurements),
         }
         self.document["points"].append(entry)
         self._names.add(point.name)
         self.save()
 
-    def _raw(self, rows: list[np.ndarray]) -> dict[str, np.ndarray]:
-        """Columns of the ticks, of this axis, and where each measurement begins in them."""
-        ends = np.cumsum([len(part) for part in rows])
-        columns: dict[str, np.ndarray] = {"measurement_start": np.concatenate([[0], ends[:-1]])}
-        for name in RAW_FIELDS:
-            values = np.concatenate([part[name] for part in rows])
-            columns[name] = values if name in ("tick", "force_n") else values[:, self._axis]
-        return columns
+    def _keep(self, name: str, measurements: Sequence[Measurement] = ()) -> str:
+        """Write the ticks since the last call; returns their SHA-256."""
+        content = self.ticks.take([(one.first_tick, one.ticks) for one in measurements])
+        write_whole(self.folder / "ticks" / f"{name}.npz", content)
+        return hashlib.sha256(content).hexdigest()
 
     def save(self) -> None:
         """Write the header and the points."""
@@ -191,8 +234,13 @@ class Dataset:
         writer = csv.writer(out, lineterminator="\n")
         writer.writerow(COLUMNS)
         for point in sorted(chosen, key=lambda p: (-p["direction"], abs(p["target_rad_s"]))):
-            writer.writerow([format(point[name], _NUMBER.get(name, ".7f")) for name in COLUMNS])
+            known = {**point, "time_s": self._time_s(point)}
+            writer.writerow([_cell(name, known.get(name)) for name in COLUMNS])
         return out.getvalue()
+
+
+def _cell(column: str, value: float | None) -> str:
+    return "" if value is None else format(value, _NUMBER.get(column, ".7f"))
 
 
 def read_document(folder: Path) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 import numpy as np
 
@@ -16,7 +17,8 @@ class Identifier:
     """Observer: hands every batch of ticks to the procedure and gives its orders to the loop.
 
     A tick counts as an answer to an order only from the first one that ran under it (`command_seq`).
-    Errors of the procedure leave through `Host.run`, whose end ramps the torque down.
+    Errors of the procedure leave through `Host.run`, whose end ramps the torque down. `watch` receives every
+    tick of the procedure's time, before the procedure does.
 
     Attributes
     ----------
@@ -24,8 +26,10 @@ class Identifier:
         True once the procedure came to its end; False when the run was ended before (Ctrl-C).
     """
 
-    def __init__(self, steps: Steps[None], axis: int) -> None:
-        self._steps, self._axis = steps, axis
+    def __init__(
+        self, steps: Steps[None], axis: int, watch: Callable[[np.ndarray], None] = lambda _rows: None
+    ) -> None:
+        self._steps, self._axis, self._watch = steps, axis, watch
         self._order: Order | None = None
         self._since_seq = 0
         self._armed_at = 0.0
@@ -42,6 +46,7 @@ class Identifier:
             host.set_compensation(0.0)
             self._advance(host, None)
             return
+        self._watch(rows)
         rows = rows[rows["command_seq"] >= self._since_seq]
         if len(rows):
             self._waiting.append(rows)

@@ -35,16 +35,10 @@ DISCARDS_PER_MEASUREMENT = 3
 
 @dataclass
 class Collected:
-    """Measurements of one point, the ticks they came from, and how many tries were thrown away."""
+    """Measurements of one point, and how many tries were thrown away."""
 
     measurements: list[Measurement] = field(default_factory=list)
-    rows: list[np.ndarray] = field(default_factory=list)
     discarded: int = 0
-
-    def take(self, measurement: Measurement, rows: np.ndarray) -> None:
-        """Keep one measurement."""
-        self.measurements.append(measurement)
-        self.rows.append(rows)
 
     def discard(self, wanted: int, what: str) -> None:
         """Count a try that gave nothing; too many are an error. Raises DataError."""
@@ -139,7 +133,7 @@ def _run(motion: Motion, task: Task, got: Collected, step_rad: float, bias_nm: f
         rows = (yield from motion.watch(length_s))[: round(length_s / rig.period_s)]
         if np.any(rows["program_flags"][:, rig.axis]):
             break  # a guard ended the run while the host was late: the joint brakes
-        got.take(measure(rows, rig.axis, rig.period_s, rig.inertia_kgm2, bias_nm), rows)
+        got.measurements.append(measure(rows, rig.axis, rig.period_s, rig.inertia_kgm2, bias_nm))
         wanted -= 1
     if len(got.measurements) == before:  # not steady, or only when the travel was over
         got.discard(settings.measurements, task.name)
@@ -175,7 +169,7 @@ def _slip(motion: Motion, task: Task, got: Collected, step_rad: float, bias_nm: 
     if found is None or ProgramFlag.SLIPPED not in flags or found.torque_nm * direction <= 0:
         got.discard(settings.measurements, task.name)
         return
-    got.take(found, rows[:ended])
+    got.measurements.append(found)
 
 
 def collect(motion: Motion, task: Task, bias_nm: float) -> Steps[Collected]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Protocol
 
@@ -14,6 +14,7 @@ from rtctl.identify.motion import HandSeen, Motion, Order, Steps
 from rtctl.identify.plan import Task, tasks
 from rtctl.identify.points import Collected, collect, fastest_rad_s, run_up_rad, steady_s, window_s
 from rtctl.identify.settings import TURN_RAD, Rig, Settings
+from rtctl.identify.signals import Measurement
 
 ARM_PATIENCE_S = 30.0
 ZERO_LIMITS = 5.0
@@ -25,7 +26,7 @@ Progress = Callable[[float, float, str], None]
 
 @dataclass(frozen=True)
 class Bias:
-    """What the sensors show with the motor off and nobody there."""
+    """What the sensors show with the motor off and nobody there. `time_s`: when it began, loop's clock."""
 
     motor_torque_nm: float
     motor_torque_std_nm: float
@@ -33,6 +34,7 @@ class Bias:
     force_n: tuple[float, float, float]
     force_std_n: tuple[float, float, float]
     temperature_c: float
+    time_s: float
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,10 @@ class Point:
     hand_torque_nm: float
     force_n: tuple[float, float, float]
     temperature_c: float
+    position_rad: float
+    """Mean over the measurements."""
+    time_s: float
+    """Middle between the first and the last measurement, s since the session began."""
 
 
 class Store(Protocol):
@@ -61,10 +67,13 @@ class Store(Protocol):
         """True when the point is there already (a resumed identification)."""
 
     def begin(self, bias: Bias) -> None:
-        """A session on the rig has begun."""
+        """A session on the rig has begun; the ticks so far are those of its bias."""
 
-    def add(self, point: Point, rows: list[np.ndarray]) -> None:
-        """Keep a point and the ticks it came from."""
+    def warmed_up(self) -> None:
+        """The warm-up is over: the ticks since the bias are its own."""
+
+    def add(self, point: Point, measurements: Sequence[Measurement]) -> None:
+        """Keep a point and what it is the mean of."""
 
 
 def expected_s(motion: Motion, task: Task) -> float:
@@ -101,20 +110,21 @@ def identify(
     total_s = settings.warm_up_s + sum(expected_s(motion, task) for task in todo)
     progress(0.0, total_s, "warm-up")
     yield from warm_up(motion)
+    store.warmed_up()
     done_s = settings.warm_up_s
     for task in todo:
         progress(done_s, total_s, task.name)
         got = yield from collect(motion, task, bias.motor_torque_nm)
-        point = summarise(task, got)
-        store.add(point, got.rows)
+        point = summarise(task, got, bias.time_s)
+        store.add(point, got.measurements)
         _follow_zero(motion, point)
         done_s += expected_s(motion, task)
     progress(done_s, total_s, "done")
     yield from motion.rest()
 
 
-def summarise(task: Task, got: Collected) -> Point:
-    """Mean, standard deviation and count of a point's measurements."""
+def summarise(task: Task, got: Collected, began_s: float) -> Point:
+    """Mean, standard deviation and count of a point's measurements; `began_s` is when its session began."""
     rows = [asdict(measurement) for measurement in got.measurements]
     column = {name: np.array([row[name] for row in rows], dtype=float) for name in rows[0]}
     torque, acceleration = column["torque_nm"], column["acceleration_rad_s2"]
@@ -133,6 +143,8 @@ def summarise(task: Task, got: Collected) -> Point:
         hand_torque_nm=float(column["hand_torque_nm"].mean()),
         force_n=(float(force[0]), float(force[1]), float(force[2])),
         temperature_c=float(column["temperature_c"].mean()),
+        position_rad=float(column["position_rad"].mean()),
+        time_s=0.5 * float(column["time_s"].min() + column["time_s"].max()) - began_s,
     )
 
 
@@ -163,6 +175,7 @@ def read_bias(motion: Motion) -> Steps[Bias]:
         force_n=(float(mean[0]), float(mean[1]), float(mean[2])),
         force_std_n=(float(std[0]), float(std[1]), float(std[2])),
         temperature_c=float(rows["temperature_c"][:, rig.axis].mean()),
+        time_s=1e-9 * int(rows["time_ns"][0]),
     )
 
 

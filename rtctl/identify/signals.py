@@ -56,7 +56,10 @@ def is_steady(
 
 @dataclass(frozen=True)
 class Measurement:
-    """One measurement: means over one window (break-away: just before the slip)."""
+    """One measurement: means over one window (break-away: just before the slip).
+
+    `time_s` is the middle of the window on the loop's clock; `first_tick` and `ticks` say which ticks it is.
+    """
 
     torque_nm: float
     velocity_rad_s: float
@@ -64,6 +67,10 @@ class Measurement:
     hand_torque_nm: float
     force_n: tuple[float, float, float]
     temperature_c: float
+    position_rad: float
+    time_s: float
+    first_tick: int
+    ticks: int
 
 
 def measure(rows: np.ndarray, axis: int, period_s: float, inertia_kgm2: float, bias_nm: float) -> Measurement:
@@ -93,6 +100,10 @@ def _measurement(rows: np.ndarray, axis: int, torque: float, v: float, a: float)
         hand_torque_nm=float(np.mean(rows["hand_torque_nm"][:, axis])),
         force_n=(float(force[0]), float(force[1]), float(force[2])),
         temperature_c=float(np.mean(rows["temperature_c"][:, axis])),
+        position_rad=float(np.mean(rows["position_rad"][:, axis])),
+        time_s=0.5e-9 * (int(rows["time_ns"][0]) + int(rows["time_ns"][-1])),
+        first_tick=int(rows["tick"][0]),
+        ticks=len(rows),
     )
 
 

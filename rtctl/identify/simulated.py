@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from rtctl.identify.motion import Order, Steps
@@ -11,8 +13,13 @@ CHUNK_S = 5.0
 """Longest piece simulated at once: how long a Ctrl-C may wait, in simulated time."""
 
 
-def drive(simulation: Simulation, steps: Steps[None], axis: int) -> None:
-    """Run a procedure to its end on a simulation of the rig.
+def drive(
+    simulation: Simulation,
+    steps: Steps[None],
+    axis: int,
+    watch: Callable[[np.ndarray], None] = lambda _rows: None,
+) -> None:
+    """Run a procedure to its end on a simulation of the rig. `watch` receives every tick.
 
     Raises
     ------
@@ -24,6 +31,7 @@ def drive(simulation: Simulation, steps: Steps[None], axis: int) -> None:
         order = next(steps)
         while True:
             rows = _follow(simulation, order, axis)
+            watch(rows)
             order = steps.send(rows)
     except StopIteration:
         return

@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 import click
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -112,3 +113,9 @@ def test_on_the_real_loop_ctrl_c_keeps_the_points_and_resume_completes_them(tmp_
         true += 0.05 * abs(point["velocity_rad_s"])
         true *= 1.0 if point["direction"] > 0 else 1.06
         assert abs(point["friction_torque_nm"]) == pytest.approx(true, abs=0.02)
+    for point in document["points"]:
+        with np.load(out / "ticks" / f"{point['name']}.npz", allow_pickle=False) as ticks:
+            assert np.all(np.diff(ticks["tick"]) > 0)
+            assert len(ticks["measurement_start"]) == point["count"]
+            last = ticks["measurement_start"][-1] + ticks["measurement_rows"][-1]
+            assert last <= len(ticks["tick"])

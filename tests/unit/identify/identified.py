@@ -36,7 +36,7 @@ class Kept:
     """A store in memory that also follows what the joint did."""
 
     def __init__(self, present=()):
-        self.points, self.rows, self.sessions = [], [], []
+        self.points, self.measurements, self.sessions, self.warm_ups = [], [], [], 0
         self.present = set(present)
 
     def has(self, task):
@@ -45,9 +45,15 @@ class Kept:
     def begin(self, bias):
         self.sessions.append(bias)
 
-    def add(self, point, rows):
+    def warmed_up(self):
+        self.warm_ups += 1
+
+    def ticks(self, rows):
+        pass
+
+    def add(self, point, measurements):
         self.points.append(point)
-        self.rows.append(rows)
+        self.measurements.append(measurements)
         self.present.add(point.name)
 
 
@@ -59,7 +65,7 @@ def run(path=CONFIG, settings=SMALL, store=None, watch=None):
     simulation = Simulation(loaded)
     notices = []
     steps = identify(rig, settings, store, lambda *_: None, notices.append)
-    drive(simulation, steps if watch is None else _watched(steps, watch), rig.axis)
+    drive(simulation, steps if watch is None else _watched(steps, watch), rig.axis, store.ticks)
     store.notices, store.simulation = notices, simulation
     return store
 

@@ -1,5 +1,6 @@
 """The data set on disk: whole at any moment, readable by the fit, resumed only with what belongs to it."""
 
+import hashlib
 import json
 from dataclasses import replace
 
@@ -9,10 +10,12 @@ from identified import CONFIG, SMALL, run
 
 from rtctl.config import load
 from rtctl.errors import DataError
+from rtctl.friction import report_evidence
 from rtctl.friction.points import read_points
 from rtctl.identify import dataset as module
 from rtctl.identify.dataset import Dataset, read_document, write_whole
 from rtctl.identify.plan import tasks
+from rtctl.identify.ticks import FIELDS
 
 MORE = replace(SMALL, train_levels=8)
 
@@ -58,18 +61,51 @@ def test_the_ticks_behind_a_point_give_the_point_again(whole):
     bias_nm = document["sessions"][0]["bias"]["motor_torque_nm"]
     point = next(p for p in document["points"] if p["target_rad_s"] == 2.0)
     with np.load(whole / "ticks" / f"{point['name']}.npz", allow_pickle=False) as ticks:
-        starts = ticks["measurement_start"]
+        starts, rows = ticks["measurement_start"], ticks["measurement_rows"]
         assert len(starts) == point["count"]
-        means = [part.mean() for part in np.split(ticks["current_a"], starts[1:])]
-        assert {"tick", "position_rad", "force_n", "temperature_c", "torque_applied_nm"} <= set(ticks)
+        windows = [slice(start, start + n) for start, n in zip(starts, rows, strict=True)]
+        means = [ticks["current_a"][window].mean() for window in windows]
+        positions = [ticks["position_rad"][window].mean() for window in windows]
+        times_s = 1e-9 * (ticks["first_time_ns"] + (ticks["tick"] - ticks["tick"][0]) * ticks["period_ns"])
+        middle_s = 0.5 * (times_s[windows[0]].mean() + times_s[windows[-1]].mean())
     per_ampere = 80 * 0.72 * 0.0134
     assert np.mean(means) * per_ampere - bias_nm == pytest.approx(point["friction_torque_nm"], abs=1e-3)
+    assert np.mean(positions) == pytest.approx(point["position_rad"], abs=1e-12)
+    assert middle_s - document["sessions"][0]["bias"]["time_s"] == pytest.approx(point["time_s"], abs=1e-6)
+
+
+def test_every_tick_from_the_bias_to_the_last_point_is_kept(whole):
+    document = read_document(whole)
+    names = [*document["sessions"][0]["ticks_sha256"], *(point["name"] for point in document["points"])]
+    seen = []
+    for name in names:
+        with np.load(whole / "ticks" / f"{name}.npz", allow_pickle=False) as ticks:
+            assert set(FIELDS) <= set(ticks)
+            assert len(ticks["force_n"]) == len(ticks["tick"])
+            seen.append(ticks["tick"])
+    assert names[:2] == ["session00_bias", "session00_warm_up"]
+    assert np.all(np.diff(np.concatenate(seen)) == 1)
+
+
+def test_each_file_of_ticks_is_the_one_the_header_means(whole):
+    document = read_document(whole)
+    named = {point["name"]: point["ticks_sha256"] for point in document["points"]}
+    for name, wanted in {**named, **document["sessions"][0]["ticks_sha256"]}.items():
+        assert hashlib.sha256((whole / "ticks" / f"{name}.npz").read_bytes()).hexdigest() == wanted
+
+
+def test_residuals_against_position_and_time_can_be_drawn(whole):
+    points = read_points(whole / "points_train.csv")
+    times_s, positions = (report_evidence.extra_column(points, name) for name in ("time_s", "position_rad"))
+    assert len(times_s) == len(positions) == len(points.direction)
+    assert np.isfinite(positions).all()
+    assert len(np.unique(times_s)) == len(times_s)
 
 
 def test_nothing_but_whole_files_is_left(whole):
     names = {path.name for path in whole.iterdir()}
     assert names == {"dataset.json", "points_train.csv", "points_test.csv", "ticks"}
-    assert len(list((whole / "ticks").iterdir())) == len(tasks(MORE))
+    assert len(list((whole / "ticks").iterdir())) == len(tasks(MORE)) + 2
 
 
 def test_a_cut_off_identification_is_continued_to_the_same_plan(tmp_path, loaded):
@@ -94,6 +130,35 @@ def test_a_cut_off_identification_is_continued_to_the_same_plan(tmp_path, loaded
     assert [point["name"] for point in after["points"]] == [task.name for task in tasks(SMALL)]
     assert [session["points_before"] for session in after["sessions"]] == [0, 5]
     assert after["points"][-1]["session"] == 1
+    text = (tmp_path / "set" / "points_train.csv").read_text().splitlines()[2:]
+    times_s = np.sort([float(line.split(",")[-1]) for line in text])
+    assert len(np.unique(times_s)) == len(times_s), "the second session begins where the first ended"
+    assert after["sessions"][1]["began_s"] > before["points"][-1]["time_s"] - 1e-9
+
+
+def test_a_data_set_begun_before_positions_were_kept_is_continued(tmp_path, loaded):
+    store = Dataset.create(tmp_path / "set", loaded, SMALL, simulated=True)
+    with pytest.raises(KeyboardInterrupt):
+        run(store=store, watch=_cut_after(store, 3))
+    document = read_document(tmp_path / "set")
+    for one in document["points"]:
+        del one["position_rad"], one["time_s"]
+    for one in document["sessions"]:
+        del one["began_s"], one["ticks_sha256"]
+    (tmp_path / "set" / "dataset.json").write_text(json.dumps(document))
+    run(store=Dataset.resume(tmp_path / "set", loaded, SMALL, simulated=True))
+    rows = [line.split(",") for line in (tmp_path / "set" / "points_train.csv").read_text().splitlines()[2:]]
+    before = sum(point["use"] == "train" for point in document["points"])
+    assert sum(row[-1] == "" for row in rows) == before > 0
+    assert all(row[-1] == row[-2] == "" or float(row[-1]) > 0 for row in rows)
+
+
+def _cut_after(store, n_points):
+    def cut(_rows):
+        if len(store.document["points"]) == n_points:
+            raise KeyboardInterrupt
+
+    return cut
 
 
 def test_other_settings_or_another_rig_file_are_not_mixed_in(whole, loaded):

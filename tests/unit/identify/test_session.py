@@ -33,7 +33,19 @@ def test_every_point_is_there_with_its_count_and_spread(kept):
     assert len(kept.points) == 2 * (1 + 4 + 2)
     assert {point.count for point in kept.points} == {12}
     assert all(0 < point.std_nm < 0.02 for point in kept.points)
-    assert all(len(rows) == 12 for rows in kept.rows)
+    assert all(len(measurements) == 12 for measurements in kept.measurements)
+    assert kept.warm_ups == 1
+
+
+def test_points_say_where_and_when_they_were_measured(kept):
+    times = [point.time_s for point in kept.points]
+    assert times == sorted(times)
+    assert times[0] > 5.0 + 2.0, "bias and warm-up come first"
+    for point, measurements in zip(kept.points, kept.measurements, strict=True):
+        assert point.position_rad == pytest.approx(np.mean([m.position_rad for m in measurements]))
+        assert (
+            measurements[0].time_s < point.time_s + 1e-3 * kept.sessions[0].time_s < measurements[-1].time_s
+        )
 
 
 def test_points_are_the_true_friction_within_two_percent_of_coulomb(kept):
@@ -77,7 +89,7 @@ def test_a_limited_travel_is_kept_and_the_runs_are_split(tmp_path):
     assert -0.5 < min(lowest) < -0.3
     assert 0.4 < max(highest) < 0.6
     fast = next(i for i, p in enumerate(kept.points) if p.target_rad_s == 1.0)
-    starts = np.array([rows["tick"][0] for rows in kept.rows[fast]])
+    starts = np.array([measurement.first_tick for measurement in kept.measurements[fast]])
     assert np.sum(np.diff(starts) > 500) >= 5, "20 windows at 1 rad/s do not fit into one run over 1.1 rad"
     assert np.sqrt(np.mean(errors_nm(kept.points) ** 2)) < 0.03 * 0.25
 
