@@ -7,6 +7,7 @@
 | g | dry friction in steady sliding at this speed, place and direction | N m |
 | s0, s1, b | bristle stiffness, bristle damping, viscous friction | N m/rad, N m s/rad |
 | J, h | inertia, step | kg m^2, s |
+| w | velocity of a step, between those at its ends | rad/s |
 
 References
 ----------
@@ -78,19 +79,41 @@ def plastic_share(z: float, v: float, z_ss: float, elastic_share: float) -> floa
 
 
 @compiled
-def bristle_gains(z: float, v: float, g: float, h: float, p: np.record, axis: int) -> tuple[float, float]:
-    """Exponential step of the bristle: z' = E z + gain v'. Returns (E, gain), gain in s.
+def bristle_gains(slope: float, v: float, h: float, rate: float) -> tuple[float, float, float, float]:
+    """Exponential step of the bristle: z' = E z + gain v, on average over it m z + n v. Returns (E, gain, m, n).
+
+    `slope` is alpha s0 / g in 1/rad, `rate` 1 / h.
 
     Notes
     -----
-    a = alpha s0 |v| / g,  E = exp(-a h),  gain = (1 - E) / a  (h where a vanishes); theory section 4.
+    a = slope |v|,  E = exp(-a h),  gain = (1 - E) / a,  m = gain / h,  n = (1 - m) / a (1, h, 1 and h / 2
+    where a vanishes); theory section 4. gain and n in s.
     """
-    s0 = p.bristle_stiffness_nm_rad[axis]
-    a = plastic_share(z, v, g / s0, p.elastic_share[axis]) * s0 * abs(v) / g
-    if a * h < 1e-5:
-        return 1.0 - a * h, h * (1.0 - 0.5 * a * h)
-    keep = math.exp(-a * h)  # quicker than expm1, and 1 - keep is still good to 1e-11 here
-    return keep, (1.0 - keep) / a
+    q = slope * abs(v) * h
+    if q < 1e-5:
+        mean = 1.0 - 0.5 * q
+        return 1.0 - q, h * mean, mean, h * (0.5 - q / 6.0)
+    keep = math.exp(-q)  # quicker than expm1, and 1 - keep is still good to 1e-11 here
+    length = h / q
+    gain = (1.0 - keep) * length
+    mean = gain * rate
+    if q < 1e-3:  # 1 - mean loses digits
+        return keep, gain, mean, h * (0.5 - q * (1.0 / 6.0 - q / 24.0))
+    return keep, gain, mean, (1.0 - mean) * length
+
+
+@compiled
+def implicit_share(inertia: float, damping: float, stiffness: float, h: float) -> float:
+    """Where in a step of `h` its torques are taken: 1/2 (the middle) for a fine step, 1 (the end) for a coarse one.
+
+    Notes
+    -----
+    theta = (3 + r) / (6 + r) with r = h damping / J + h^2 stiffness / J. The step is then of second order, and
+    for a damped mass its amplification is the Pade approximant (6 - 2r) / (6 + 4r + r^2) of exp(-r): bounded
+    for every r, and nil where the middle alone would ring.
+    """
+    r = h * (damping + h * stiffness) / inertia
+    return (3.0 + r) / (6.0 + r)
 
 
 @compiled
@@ -98,32 +121,53 @@ def coupled_step(
     v: float,
     z: float,
     x: float,
+    acceleration: float,
     torque: float,
     drag: float,
     inertia: float,
     h: float,
+    share: float,
     p: np.record,
     axis: int,
-) -> tuple[float, float, float]:
-    """Advance velocity and bristle by `h` under `torque` - `drag` v'. Returns (v', z', friction torque).
+) -> tuple[float, float, float, float]:
+    """Advance velocity and bristle by `h` under `torque` - `drag` w. Returns (v', z', w, friction at the end).
+
+    w is the velocity of the step, v + theta (v' - v) with theta = `share`: the position moves by h w.
+    `torque` is that at theta h into the step; `acceleration` (rad/s^2, as of the start) only foresees the
+    velocity at which friction is read.
 
     Notes
     -----
-    Linear in v', so it needs no iteration and is stable for every stiffness; theory section 4, with
-    c = s0 + s1/h:  v' = [J v/h + torque - c E z + s1 z/h] / [J/h + c gain + b + drag].
-    The bristle cannot stretch beyond break-away; where a step would, it is held there and v' solved anew.
+    Linear in w, so it needs no iteration and is stable for every stiffness; of second order (theory
+    section 4 is theta = 1, of first order). With mu = 2 theta - 1, the bristle under constant w is
+    z' = E z + gain w, on average m z + (1 - m) w / a where m = gain / h, and
+    J (v' - v) / h = torque - drag w - s0 [(1 - mu) average + mu z'] - s1 (z' - z) / h - b w.
+    The bristle cannot stretch beyond break-away; where a step would, it is held there and w solved anew.
     """
     rate = 1.0 / h
-    g = dry_friction(v, x, p, axis)
+    ahead = (1.0 - share) * h
+    v_mid = v + ahead * acceleration
+    g = dry_friction(v_mid, x + ahead * v, p, axis)
     s0, s1 = p.bristle_stiffness_nm_rad[axis], p.bristle_damping_nms_rad[axis]
-    b = p.viscous_nms_rad[axis] * direction_scale(v, p, axis)
-    keep, gain = bristle_gains(z, v, g, h, p, axis)
-    c = s0 + s1 * rate
-    push = inertia * rate * v + torque + s1 * rate * z
-    v_new = (push - c * keep * z) / (inertia * rate + c * gain + b + drag)
-    z_new = keep * z + gain * v_new
+    b = p.viscous_nms_rad[axis] * direction_scale(v_mid, p, axis)
+    slope = plastic_share(z, v_mid, g / s0, p.elastic_share[axis]) * s0 / g
+    keep, gain, mean_keep, mean_gain = bristle_gains(slope, v_mid, h, rate)
+    end = 2.0 * share - 1.0
+    s_keep = s0 * ((1.0 - end) * mean_keep + end * keep)
+    s_gain = s0 * ((1.0 - end) * mean_gain + end * gain)
+    push = inertia * rate / share
+    load = push + b + drag
+    w = (push * v + torque + (s1 * rate * (1.0 - keep) - s_keep) * z) / (load + s_gain + s1 * rate * gain)
+    z_new = keep * z + gain * w
     if s0 * abs(z_new) > p.bristle_max_nm[axis]:
         z_new = math.copysign(p.bristle_max_nm[axis] / s0, z_new)
-        v_new = (push - c * z_new) / (inertia * rate + b + drag)
-    friction = s0 * z_new + s1 * rate * (z_new - z) + b * v_new
-    return v_new, z_new, friction
+        spring = s0 * (0.5 * (1.0 - end) * (z + z_new) + end * z_new)
+        w = (push * v + torque - spring - s1 * rate * (z_new - z)) / load
+        v_new = v + (w - v) / share
+        return v_new, z_new, w, s0 * z_new + s1 * rate * (z_new - z) + b * v_new
+    v_new = v + (w - v) / share
+    # at the end of the step: dz/dt under constant w, and the change to v' as far as the bristle still stretches
+    slip = slope * abs(v_mid) * z
+    stretch = 1.0 - math.copysign(slope, v_mid) * z
+    z_rate = keep * (w - slip + (v_new - w) * stretch)
+    return v_new, z_new, w, s0 * z_new + s1 * z_rate + b * v_new

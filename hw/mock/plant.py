@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from hw.mock import hand
-from hw.mock.friction import coupled_step
+from hw.mock.friction import coupled_step, implicit_share
 from hw.mock.jit import compiled
 from hw.mock.records import DELAY_LINE
 from hw.mock.sensors import sense_axes, sense_force
@@ -38,22 +38,30 @@ def _advance_axis(
     x_end, v_end = hand.wanted(time_s + duration_s, p, axis)
     dx, dv = (x_end - x_d) / steps, (v_end - v_d) / steps
     inertia = p.inertia_kgm2[axis] + m_h
-    drag = k_h * h + b_h
-    motor, friction, v_before = s.motor_torque_nm[axis], 0.0, v
+    motor, friction = s.motor_torque_nm[axis], s.friction_torque_nm[axis]
+    damping = b_h + p.bristle_damping_nms_rad[axis] + p.viscous_nms_rad[axis]
+    share = implicit_share(inertia, damping, k_h + p.bristle_stiffness_nm_rad[axis], h)
+    drag = b_h + share * h * k_h
+    a = (motor + s.hand_torque_nm[axis] - friction) / p.inertia_kgm2[axis]
     ripple = p.ripple_nm[axis]
     for _ in range(steps):
+        torque = motor + k_h * (x_d + share * dx - x) + b_h * (v_d + share * dv)
+        if ripple != 0.0:
+            torque += ripple * math.sin(p.ripple_per_rad[axis] * (x + (1.0 - share) * h * v))
+        v_before = v
+        v, z, v_step, friction = coupled_step(v, z, x, a, torque, drag, inertia, h, share, p, axis)
+        a = (v - v_before) / h
+        x += h * v_step
         x_d += dx
         v_d += dv
-        torque = motor + k_h * (x_d - x) + b_h * v_d
-        if ripple != 0.0:
-            torque += ripple * math.sin(p.ripple_per_rad[axis] * x)
-        v_before = v
-        v, z, friction = coupled_step(v, z, x, torque, drag, inertia, h, p, axis)
-        x += h * v
     s.position_rad[axis], s.velocity_rad_s[axis], s.bristle_rad[axis] = x, v, z
     s.friction_torque_nm[axis] = friction
-    # between hand and handle: the hand's own mass is on the hand's side of the sensor
-    s.hand_torque_nm[axis] = k_h * (x_d - x) + b_h * (v_d - v) - m_h * (v - v_before) / h
+    hand_torque = k_h * (x_end - x) + b_h * (v_end - v)
+    if m_h > 0.0:
+        # between hand and handle: the hand's own mass is on the hand's side of the sensor
+        pull = motor - friction + ripple * math.sin(p.ripple_per_rad[axis] * x)
+        hand_torque -= m_h * (hand_torque + pull) / inertia
+    s.hand_torque_nm[axis] = hand_torque
     s.hand_position_rad[axis], s.hand_velocity_rad_s[axis] = x_end, v_end
 
 

@@ -25,7 +25,7 @@ DELAY_LINE = 17
 """Length of the line of commanded currents: delays of 0 to 16 periods."""
 
 SUBSTEP_S = 100e-6
-"""Longest sub-step of the plant: theory section 4 finds .14 % speed error at 100 us."""
+"""Longest sub-step of the plant: 3.5e-6 speed error at 100 us against 1 us (`coupled_step`)."""
 
 
 class Hand(IntEnum):

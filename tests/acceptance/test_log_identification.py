@@ -24,7 +24,7 @@ BIAS_NM = 0.01 * PER_AMPERE - 0.2 * 0.1
 """Of the Hall sensor and of the force sensor (N m at the joint)."""
 
 
-def recording(seed, substeps):
+def recording(seed):
     loaded = load(Path(__file__).parents[2] / "configs" / "mock.toml")
     axis, hand = loaded.options["axis"][0], loaded.options["hand"][0]
     plain = {"breakaway_nm": 0.25, "coulomb_nm": 0.25, "modulation_share": 0.0, "scale_negative": 1.0}
@@ -38,7 +38,6 @@ def recording(seed, substeps):
     if "force" in options:
         options["force"] = {**options["force"], **{k: 0.0 for k in options["force"] if k == "drift_n_sqrt_s"}}
     simulation = Simulation(loaded.model_copy(update={"options": options}))
-    simulation.plant_params["substeps"] = substeps
     simulation.run(1.5)
     ticks = simulation.run(25.0)
     torque = ticks["current_a"][:, 0] * PER_AMPERE + ticks["force_n"] @ np.array([0.0, 0.1, 0.0])
@@ -47,8 +46,8 @@ def recording(seed, substeps):
 
 @pytest.fixture(scope="module")
 def runs():
-    """The plant's first-order step of 100 us has a lag of its own; at 10 us it is no part of the truth."""
-    return [joint_fit(regressors(recording(seed, 100))).symmetric.parameters for seed in range(1, SEEDS + 1)]
+    """At the plant's default step."""
+    return [joint_fit(regressors(recording(seed))).symmetric.parameters for seed in range(1, SEEDS + 1)]
 
 
 @pytest.mark.parametrize("name", TRUTH)

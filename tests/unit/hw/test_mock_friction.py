@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from hw.interface import Rig
-from hw.mock.friction import bristle_gains, coupled_step, dry_friction, plastic_share, static_friction
+from hw.mock.friction import (
+    bristle_gains,
+    coupled_step,
+    dry_friction,
+    implicit_share,
+    plastic_share,
+    static_friction,
+)
 from hw.mock.jit import compiled, records
 from hw.mock.options import MockOptions
 from hw.mock.records import plant_records
@@ -29,14 +36,20 @@ def friction(**fields):
 
 
 @compiled
-def respond(p, amplitude_nm, mean_nm, frequency_hz, h, steps, every):
+def respond(p, amplitude_nm, mean_nm, frequency_hz, h, steps, every, backward=False):
     """Velocity and position under a sinusoidal torque, each `every`-th step; the largest |z| last."""
     out = np.zeros((steps // every, 2))
-    x, v, z, z_max = 0.0, 0.0, 0.0, 0.0
+    x, v, z, a, z_max = 0.0, 0.0, 0.0, 0.0, 0.0
+    q = p[0]
+    share = implicit_share(0.012, q.bristle_damping_nms_rad[0], q.bristle_stiffness_nm_rad[0], h)
+    if backward:
+        share = 1.0
     for k in range(steps):
-        torque = mean_nm + amplitude_nm * math.sin(2 * math.pi * frequency_hz * (k + 1) * h)
-        v, z, _ = coupled_step(v, z, x, torque, 0.0, 0.012, h, p[0], 0)
-        x += h * v
+        torque = mean_nm + amplitude_nm * math.sin(2 * math.pi * frequency_hz * (k + share) * h)
+        before = v
+        v, z, w, _ = coupled_step(v, z, x, a, torque, 0.0, 0.012, h, share, q, 0)
+        a = (v - before) / h
+        x += h * w
         z_max = max(z_max, abs(z))
         if (k + 1) % every == 0:
             out[(k + 1) // every - 1, 0] = v
@@ -88,7 +101,9 @@ def test_steady_sliding_gives_the_static_curve(model, speed):
     v, z, force = speed, 0.0, 0.0
     h = min(1e-3, 1e-4 / abs(speed))
     for _ in range(round(0.03 / abs(speed) / h)):
-        v, z, force = coupled_step(v, z, 0.0, 0.0, 0.0, 1e9, h, p, 0)  # so heavy that it keeps its speed
+        v, z, _, force = coupled_step(
+            v, z, 0.0, 0.0, 0.0, 0.0, 1e9, h, 0.5, p, 0
+        )  # so heavy that it keeps its speed
     assert v == pytest.approx(speed, rel=1e-6)
     assert force == pytest.approx(static_friction(speed, 0.0, p, 0), rel=1e-6)
 
@@ -108,10 +123,12 @@ def test_the_bristle_step_is_the_exact_solution_for_a_constant_speed():
     p, z, v = friction(), 3e-4, 0.2
     g = dry_friction(v, 0.0, p, 0)
     for h in (1e-9, 1e-6, 60e-6, 1e-3, 0.1):
-        keep, gain = bristle_gains(z, v, g, h, p, 0)
-        a = 250.0 * v / g
-        exact = g / 250.0 + (z - g / 250.0) * math.exp(-a * h)
+        keep, gain, mean_keep, mean_gain = bristle_gains(250.0 / g, v, h, 1 / h)
+        a, z_ss = 250.0 * v / g, g / 250.0
+        exact = z_ss + (z - z_ss) * math.exp(-a * h)
         assert keep * z + gain * v == pytest.approx(exact, rel=1e-9)
+        average = z_ss - (z - z_ss) * math.expm1(-a * h) / (a * h)
+        assert mean_keep * z + mean_gain * v == pytest.approx(average, rel=1e-7)
 
 
 def test_the_bristle_step_agrees_on_both_sides_of_its_series():
@@ -119,23 +136,48 @@ def test_the_bristle_step_agrees_on_both_sides_of_its_series():
     g = dry_friction(1e-3, 0.0, p, 0)
     h = 1e-5 * g / (250.0 * 1e-3)
     below, above = (
-        bristle_gains(0.0, 1e-3, g, 0.999999 * h, p, 0),
-        bristle_gains(0.0, 1e-3, g, 1.000001 * h, p, 0),
+        bristle_gains(250.0 / g, 1e-3, 0.999999 * h, 1 / (0.999999 * h)),
+        bristle_gains(250.0 / g, 1e-3, 1.000001 * h, 1 / (1.000001 * h)),
     )
     assert above[1] / below[1] == pytest.approx(1.000002, rel=1e-9)
     assert above[0] == pytest.approx(below[0], abs=1e-10)
+    assert above[3] / below[3] == pytest.approx(1.000002, rel=1e-9)
+    series, closed = (
+        bristle_gains(250.0 / g, 1e-3, q * 100 * h, 0.01 / (q * h))[3] / q for q in (0.999999, 1.000001)
+    )
+    assert closed == pytest.approx(series, rel=1e-6)
 
 
-def test_the_coupled_step_converges_with_the_step_as_the_theory_reference_found():
-    p = params()
-    reference, _ = respond(p, 0.6, 0.0, 1.0, 1e-6, 2_000_000, 1000)
-    size = np.sqrt(np.mean(reference[:, 0] ** 2))
-    error = {}
-    for h in (1e-3, 1e-4):
-        run, _ = respond(p, 0.6, 0.0, 1.0, h, round(2 / h), round(1e-3 / h))
-        error[h] = np.sqrt(np.mean((run[:, 0] - reference[:, 0]) ** 2)) / size
-    assert error[1e-3] == pytest.approx(0.014, rel=0.1), "1.4 % in the theory reference"
-    assert error[1e-4] == pytest.approx(0.0014, rel=0.1), ".14 % there"
+@pytest.fixture(scope="module")
+def fine():
+    return respond(params(), 0.6, 0.0, 1.0, 1e-6, 2_000_000, 1000)[0]
+
+
+def velocity_error(fine, h, **how):
+    run, _ = respond(params(), 0.6, 0.0, 1.0, h, round(2 / h), round(1e-3 / h), **how)
+    return np.sqrt(np.mean((run[:, 0] - fine[:, 0]) ** 2) / np.mean(fine[:, 0] ** 2))
+
+
+def test_the_backward_step_is_the_one_of_the_theory_reference(fine):
+    assert velocity_error(fine, 1e-3, backward=True) == pytest.approx(0.014, rel=0.1), "1.4 % there"
+    assert velocity_error(fine, 1e-4, backward=True) == pytest.approx(0.0014, rel=0.1), ".14 % there"
+
+
+def test_the_step_is_of_second_order(fine):
+    coarse, usual = velocity_error(fine, 1e-3), velocity_error(fine, 1e-4)
+    assert usual < 3e-5
+    assert usual < coarse / 50
+
+
+@pytest.mark.parametrize("damping", [0.0, 1e-3, 1.0, 1e3, 1e6])
+def test_the_implicit_share_is_the_middle_for_fine_steps_and_never_lets_a_step_grow(damping):
+    for h in (1e-6, 1e-4, 1e-2, 1.0):
+        share = implicit_share(J, damping, 0.0, h)
+        r = h * damping / J
+        factor = 1 - r / (1 + share * r)
+        assert 0.5 <= share < 1
+        assert abs(factor) <= 1
+        assert factor == pytest.approx((6 - 2 * r) / (6 + 4 * r + r * r), abs=1e-9)
 
 
 @pytest.mark.parametrize("stiffness", [250.0, 2750.0, 1e5, 1e7])
