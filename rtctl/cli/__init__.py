@@ -19,6 +19,8 @@ COMMANDS: dict[str, str] = {
     "identify": "rtctl.cli.identify",
     "fit": "rtctl.cli.fit",
     "monitor": "rtctl.cli.monitor",
+    "events": "rtctl.cli.events",
+    "incident": "rtctl.cli.incident",
     "playback": "rtctl.cli.playback",
     "schema": "rtctl.cli.schema",
     "bench": "rtctl.cli.bench",

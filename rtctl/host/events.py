@@ -10,6 +10,40 @@ from rtctl.control.vocabulary import State
 from rtctl.host.description import RigDescription
 from rtctl.host.faults import fault_entries
 
+_STOPPED = (State.STOPPING, State.FAULT, State.ESTOP, State.LOCKOUT)
+_CAUSE: dict[tuple[State, State], str] = {
+    (State.INIT, State.IDLE): "started",
+    (State.IDLE, State.ARMING): "arm request",
+    (State.ARMING, State.ACTIVE): "arming passed",
+    (State.ACTIVE, State.HOLD): "targets too old",
+    (State.HOLD, State.ACTIVE): "targets are back",
+    (State.FAULT, State.IDLE): "reset request",
+    (State.ESTOP, State.IDLE): "reset request",
+    (State.STOPPING, State.IDLE): "ramp finished",
+    (State.STOPPING, State.SHUTDOWN): "ramp finished",
+}
+_REQUEST = {State.STOPPING: "stop or shutdown request", State.SHUTDOWN: "shutdown request"}
+
+
+def _transition(row: np.void, before: State, after: State) -> dict[str, Any]:
+    """From, to and cause of a change of state; `fault` names the fault behind it, None for none."""
+    fault = _fault_behind(row) if after in _STOPPED else None
+    cause = fault or _CAUSE.get((before, after)) or _REQUEST.get(after, "")
+    return {
+        "from": before.name,
+        "to": after.name,
+        "cause": cause,
+        "fault": fault,
+        "command_seq": int(row["command_seq"]),
+    }
+
+
+def _fault_behind(row: np.void) -> str | None:
+    """The latched first cause, or the lowest fault present, or None."""
+    first, present = int(row["fault_first"]), int(row["faults"])
+    bits = 1 << first if first >= 0 else present
+    return fault_entries(bits)[0]["name"] if bits else None
+
 
 class EventDetector:
     """Compares every tick with the one before, over all calls. Starts from INIT without faults."""
@@ -40,8 +74,8 @@ class EventDetector:
             ]
             events += [self._event(rows[i], "fault_cleared", entry) for entry in fault_entries(before & ~now)]
             if states[i] != state_before[i]:
-                names = {"from": State(int(state_before[i])).name, "to": State(int(states[i])).name}
-                events.append(self._event(rows[i], "state", names))
+                before_after = State(int(state_before[i])), State(int(states[i]))
+                events.append(self._event(rows[i], "state", _transition(rows[i], *before_after)))
         return events
 
     def _event(self, row: np.void, kind: str, more: dict[str, Any]) -> dict[str, Any]:

@@ -21,11 +21,14 @@ from rtctl import stability_report
 from rtctl.config import LoadedConfig
 from rtctl.control.vocabulary import State
 from rtctl.errors import LoopDiedError, StabilityError
+from rtctl.host.description import describe
 from rtctl.host.endpoints import RuntimeDirectory
+from rtctl.host.flight_recorder import FlightRecorder
 from rtctl.host.gateway import Gateway
 from rtctl.host.loop_process import LoopProcess
 from rtctl.host.statistics import RunStatistics
 from rtctl.host.telemetry import Telemetry
+from rtctl.recording.state_folder import state_folder
 from rtctl.shm import CommandWriter, Memory, RingReader
 
 STALL_S = 0.010
@@ -103,11 +106,12 @@ class Host:
         self.writer.send()
         self.loop = LoopProcess(self.loaded, self.memory)
         self.context = zmq.Context()
-        self.telemetry = Telemetry(self.context, self.runtime.endpoints, self.loaded)
-        self.gateway = Gateway(
-            self.context, self.runtime.endpoints, self.writer, self.loaded, self.reader.latest
-        )
+        rig = describe(self.loaded)
+        self.telemetry = Telemetry(self.context, self.runtime.endpoints, rig)
+        self.gateway = Gateway(self.context, self.runtime.endpoints, self.writer, rig, self.reader.latest)
         self.telemetry.set_commands(self.gateway.counts)
+        self.flight = FlightRecorder(state_folder(rig.name), rig)
+        self.telemetry.set_log(self.flight.status)
         self._wake_read, self._wake_write = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
         self._old_wakeup = signal.set_wakeup_fd(self._wake_write, warn_on_full_buffer=False)
         self._old_handlers = {s: signal.signal(s, self._on_signal) for s in (signal.SIGINT, signal.SIGTERM)}
@@ -174,6 +178,7 @@ class Host:
         rows = self.reader.read()
         self.statistics.update(rows)
         self.telemetry.publish(rows, self.reader.overwritten)
+        self.flight.observe(rows)
         for observer in self.observers:
             observer(self, rows)
 
@@ -225,6 +230,7 @@ class Host:
             "telemetry": self.telemetry.counts(),
             "overwritten": self.reader.overwritten,
             "realtime": self.loop.grants,
+            "log": self.flight.status(),
         }
 
     # -- end
@@ -232,15 +238,18 @@ class Host:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._close()
+        self._close(error)
 
-    def _close(self) -> None:
+    def _close(self, error: BaseException | None = None) -> None:
         loop = getattr(self, "loop", None)
         if loop is not None:
             if loop.poll():
                 loop.terminate()
                 loop.wait(1.0)
             loop.close()
+        flight = getattr(self, "flight", None)
+        if flight is not None:
+            flight.close(error)
         for name in ("gateway", "telemetry"):
             part = getattr(self, name, None)
             if part is not None:

@@ -86,6 +86,7 @@ class Telemetry:
         self._commands = commands
         self._clock_ns = clock_ns
         self._realtime: list[dict[str, Any]] = []
+        self._log: Callable[[], Mapping[str, Any]] = dict
         self._schema_sha256 = schema_sha256(self._rig.n_axes)
         self._decimator = Decimator(self._rig.rate_hz, self._rig.state_hz)
         self._events = EventDetector(self._rig)
@@ -107,6 +108,10 @@ class Telemetry:
     def set_commands(self, counts: Counts) -> None:
         """Tell the gateway's counters in `health`."""
         self._commands = counts
+
+    def set_log(self, status: Callable[[], Mapping[str, Any]]) -> None:
+        """Tell in `health` how the event log is doing (`FlightRecorder.status`)."""
+        self._log = status
 
     def publish(self, rows: np.ndarray, overwritten: int) -> None:
         """Publish new ticks, and health when a second has passed.
@@ -179,6 +184,7 @@ class Telemetry:
             "telemetry": self.counts(),
             "commands": dict(self._commands()),
             "realtime": self._realtime,
+            "log": dict(self._log()),
         }
         self._healths += 1
         self._send(TOPIC_HEALTH, health)

@@ -1,0 +1,79 @@
+"""`rtctl events`: what happened to a rig, from its event log."""
+
+from __future__ import annotations
+
+import json
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import click
+
+
+@click.command("events")
+@click.argument("rig", metavar="CONFIG|RIG")
+@click.option("--last", type=click.IntRange(0), default=50, show_default=True, help="so many of the newest")
+@click.option("--follow", is_flag=True, help="then go on showing new ones; Ctrl-C ends")
+@click.option("--state-dir", type=click.Path(path_type=Path), help="folder that holds one folder per rig")
+@click.option("--json", "as_json", is_flag=True, help="the log's own lines, one JSON object each")
+def command(rig: str, last: int, state_dir: Path | None, *, follow: bool, as_json: bool) -> None:
+    """Show changes of state, faults and incidents of a rig, whether it runs now or not.
+
+    The log is kept under $RTCTL_STATE_DIR, $STATE_DIRECTORY (systemd) or ~/.local/state/rtctl.
+    """
+    from rtctl.cli.rig_argument import rig_name
+    from rtctl.errors import DataError
+    from rtctl.recording import event_log
+    from rtctl.recording.state_folder import written_folder
+
+    folder = written_folder(rig_name(rig), state_dir)
+    if not event_log.log_files(folder) and not follow:
+        raise DataError(f"no event log in {folder}: the rig has not run for this user; see --state-dir")
+    following = event_log.follow(folder) if follow else iter(())
+    events, torn = event_log.read_events(folder, last)
+    for event in events:
+        click.echo(json.dumps(event) if as_json else line(event))
+    if torn:
+        click.echo(f"rtctl: {torn} line(s) cut off by a crash were skipped", err=True)
+    try:
+        for event in following:
+            click.echo(json.dumps(event) if as_json else line(event))
+    except KeyboardInterrupt:
+        click.echo("", err=True)
+
+
+def line(event: dict[str, Any]) -> str:
+    """One event as a line for a person."""
+    when = datetime.fromtimestamp(event["timestamp"]).astimezone()
+    head = f"{when:%Y-%m-%d %H:%M:%S}.{when.microsecond // 1000:03d} tick {event['tick']:>9}"
+    return f"{head}  {_text(event)}"
+
+
+def _text(event: dict[str, Any]) -> str:
+    kind = event["event"]
+    match kind:
+        case "state":
+            return f"{event['from']} -> {event['to']}: {event.get('cause') or 'the law'} (command {event.get('command_seq')})"
+        case "fault":
+            first = ", first cause" if event.get("first_cause") else ""
+            return f"fault {event['name']}{first}: {event['text']}{_left_out(event)}"
+        case "fault_cleared":
+            return f"fault {event['name']} is gone{_left_out(event)}"
+        case "fault_repeated":
+            return f"fault {event['name']}{_left_out(event)}"
+        case "incident":
+            return f"incident of {event['ticks']} ticks: rtctl incident {event['file']}"
+        case "started":
+            return f"rtctl {event['version']} started, process {event['pid']}, config {event['config_sha256'][:12]}"
+        case "ended":
+            return f"ended{': ' if event['cause'] else ''}{event['cause']}"
+        case "log_gap":
+            return f"{event['lost']} events could not be written here"
+        case _:
+            return str(kind)
+
+
+def _left_out(event: dict[str, Any]) -> str:
+    """A fault that flickers: how many of its events before this one were not written."""
+    count = event.get("suppressed", 0)
+    return f" ({count} like it before, not listed)" if count else ""

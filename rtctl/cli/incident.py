@@ -1,0 +1,35 @@
+"""`rtctl incident`: the ticks around a fault, as text and as a picture."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+
+@click.command("incident")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--plot", type=click.Path(path_type=Path), help="write a PNG of the signals around the fault")
+@click.option("--json", "as_json", is_flag=True, help="one JSON object: about, trigger, events, extremes")
+def command(file: Path, plot: Path | None, *, as_json: bool) -> None:
+    """Show what led to the incident in FILE (`rtctl events` names the files)."""
+    from rtctl.cli.events import line
+    from rtctl.recording.incident import read_incident
+    from rtctl.recording.incident_report import extremes, summary
+
+    incident = read_incident(file)
+    if as_json:
+        body = {"about": incident.about, "trigger": incident.trigger, "events": incident.events}
+        click.echo(json.dumps({**body, "ticks": len(incident.ticks), "extremes": extremes(incident)}))
+    else:
+        click.echo("\n".join(summary(incident)))
+        click.echo("\nevents")
+        for event in incident.events:
+            click.echo(f"  {line(event)}")
+    if plot is not None:
+        from rtctl.recording.incident_plot import plot_incident
+
+        plot_incident(incident, plot)
+        if not as_json:
+            click.echo(f"\npicture: {plot}")

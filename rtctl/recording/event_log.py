@@ -1,0 +1,178 @@
+"""The event log: JSON lines, rotated by size, whole after a crash, honest when the disk is full.
+
+A line is written at once and forced to the disk. What a crash cut off is one line without an end, which
+readers skip and count; the next run starts on a line of its own. A write that fails leaves no half line:
+the log is `broken`, its events are counted in `dropped`, and the first write that works again is preceded
+by a line `log_gap` that says how many are missing.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, suppress
+from pathlib import Path
+from typing import Any, BinaryIO
+
+Event = dict[str, Any]
+
+CURRENT = "events.jsonl"
+MAX_BYTES = 4 << 20
+KEPT_FILES = 4
+FOLLOW_S = 0.2
+
+
+def log_files(folder: Path) -> list[Path]:
+    """Files of the log that exist, oldest first."""
+    rotated = [folder / _rotated(k) for k in range(1, KEPT_FILES)]
+    return [path for path in (*reversed(rotated), folder / CURRENT) if path.is_file()]
+
+
+def _rotated(k: int) -> str:
+    return f"events.{k}.jsonl"
+
+
+class EventLog:
+    """Appends to the log of one folder. Never raises for what the disk does.
+
+    Attributes
+    ----------
+    written, dropped : int
+        Events on disk, and events lost to a disk that refused them.
+    broken : str or None
+        Why the last write failed.
+    """
+
+    def __init__(self, folder: Path, max_bytes: int = MAX_BYTES) -> None:
+        self._folder = folder
+        self._max_bytes = max_bytes
+        self._fd = -1
+        self._size = 0
+        self._gap = 0
+        self.written = self.dropped = 0
+        self.broken: str | None = None
+
+    def append(self, events: list[Event]) -> None:
+        """Write the events, one line each."""
+        lines = [_line(event) for event in events]
+        if self._gap:
+            lines.insert(0, _line({**_times(events), "event": "log_gap", "lost": self._gap}))
+        try:
+            self._write(lines)
+        except OSError as error:
+            self.close()
+            self.broken = f"{error.filename or self._folder / CURRENT}: {error.strerror or error}"
+            self.dropped += len(events)
+            self._gap += len(events)
+            return
+        self.broken, self._gap = None, 0
+        self.written += len(events)
+
+    def close(self) -> None:
+        """Close the file. Idempotent."""
+        if self._fd >= 0:
+            os.close(self._fd)
+            self._fd = -1
+
+    def _write(self, lines: list[bytes]) -> None:
+        data = b"".join(lines)
+        if self._fd < 0:
+            self._open()
+        if self._size and self._size + len(data) > self._max_bytes:
+            self._rotate()
+        try:
+            done = os.write(self._fd, data)
+            while done < len(data):
+                done += os.write(self._fd, data[done:])
+            os.fdatasync(self._fd)
+        except OSError:
+            with suppress(OSError):  # else the next run of `_open` ends the half line
+                os.ftruncate(self._fd, self._size)
+            raise
+        self._size += len(data)
+
+    def _open(self) -> None:
+        self._folder.mkdir(mode=0o750, parents=True, exist_ok=True)
+        path = self._folder / CURRENT
+        self._fd = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC, 0o640)
+        self._size = os.fstat(self._fd).st_size
+        if self._size and os.pread(self._fd, 1, self._size - 1) != b"\n":  # cut off by a crash
+            self._size += os.write(self._fd, b"\n")
+
+    def _rotate(self) -> None:
+        self.close()
+        for k in range(KEPT_FILES - 1, 0, -1):
+            source = self._folder / (_rotated(k - 1) if k > 1 else CURRENT)
+            if source.exists():
+                source.replace(self._folder / _rotated(k))
+        self._open()
+
+
+def _line(event: Event) -> bytes:
+    return json.dumps(event, allow_nan=False, separators=(",", ":")).encode() + b"\n"
+
+
+def _times(events: list[Event]) -> Event:
+    names = ("timestamp", "monotonic_s", "session")
+    return {name: events[0][name] for name in names if name in events[0]}
+
+
+def read_events(folder: Path, last: int | None = None) -> tuple[list[Event], int]:
+    """Events of all files, oldest first, at most the `last` ones; and the number of lines that are torn."""
+    events: list[Event] = []
+    torn = 0
+    for path in log_files(folder):
+        found, bad = _parse(path.read_bytes().split(b"\n"))
+        events += found
+        torn += bad
+    return (events if last is None else events[max(0, len(events) - last) :]), torn
+
+
+def _parse(lines: Iterable[bytes]) -> tuple[list[Event], int]:
+    events, torn = [], 0
+    for line in lines:
+        if not line:
+            continue
+        try:
+            event = json.loads(line)
+        except ValueError:
+            torn += 1
+            continue
+        if isinstance(event, dict):
+            events.append(event)
+    return events, torn
+
+
+def follow(folder: Path, poll_s: float = FOLLOW_S) -> Iterator[Event]:
+    """Events written from now on, for ever; over rotations, and also when there is no log yet."""
+    path = folder / CURRENT
+    with ExitStack() as stack:
+        file = stack.enter_context(path.open("rb")) if path.exists() else None
+        if file is not None:
+            file.seek(0, os.SEEK_END)
+        pending = b""
+        while True:
+            data = file.read() if file is not None else b""
+            *lines, pending = (pending + data).split(b"\n")
+            yield from _parse(lines)[0]
+            if data:
+                continue
+            if _replaced(path, file):
+                stack.close()
+                file, pending = stack.enter_context(path.open("rb")), b""
+            else:
+                time.sleep(poll_s)
+
+
+def _replaced(path: Path, file: BinaryIO | None) -> bool:
+    """True when the log's name now stands for another file, or has come into being."""
+    try:
+        now = path.stat()
+    except FileNotFoundError:
+        return False
+    if file is None:
+        return True
+    open_file = os.fstat(file.fileno())
+    return (now.st_ino, now.st_dev) != (open_file.st_ino, open_file.st_dev)

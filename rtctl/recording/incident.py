@@ -1,0 +1,183 @@
+"""Incidents: the ticks around a fault, as one compressed npz file each; the flight recorder's tape.
+
+An npz file holds one array per tick field (first dimension: tick) and `incident`, a JSON text with rig,
+versions, the transition that caused it, and the events inside the window.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import zipfile
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rtctl.errors import DataError
+from rtctl.recording.event_log import Event
+from rtctl.tick import tick_dtype
+
+BEFORE_TICKS = 200
+AFTER_TICKS = 50
+MOST_TICKS = 2000
+"""A window that faults keep extending ends here."""
+
+FOLDER = "incidents"
+KEPT_FILES = 64
+KEPT_BYTES = 64 << 20
+
+_TO_INCIDENT = ("FAULT", "ESTOP", "LOCKOUT")
+
+
+@dataclass
+class Incident:
+    """Ticks around one transition.
+
+    Attributes
+    ----------
+    trigger
+        The event that caused it; its tick is in `ticks` unless the loop died.
+    ticks
+        Rows of the tick record, in order.
+    events
+        Events inside the window, the trigger among them.
+    about
+        Rig, session, version, config.
+    """
+
+    trigger: Event
+    ticks: np.ndarray
+    events: list[Event] = field(default_factory=list)
+    about: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """File name: sorts by time, says what happened."""
+        when = datetime.fromtimestamp(self.trigger["timestamp"], UTC)
+        what = self.trigger.get("to", self.trigger["event"])
+        cause = "".join(c if c.isalnum() or c == "_" else "-" for c in str(self.trigger.get("cause", "")))
+        return f"{when:%Y%m%dT%H%M%S.%f}Z-{what}-{cause[:40]}-tick{self.trigger['tick']}.npz"
+
+
+def is_incident(event: Event) -> bool:
+    """True for a change of state that a fault or an emergency stop caused."""
+    if event["event"] != "state":
+        return False
+    return event["to"] in _TO_INCIDENT or (event["to"] == "STOPPING" and event.get("fault") is not None)
+
+
+class Capture:
+    """Cuts incidents out of the stream of ticks. Pure: no file, no clock.
+
+    A further incident inside an open window extends it instead of starting a second one: a ramp that ends
+    in FAULT is one incident.
+    """
+
+    def __init__(self, before: int = BEFORE_TICKS, after: int = AFTER_TICKS) -> None:
+        self._before, self._after = before, after
+        self._kept: np.ndarray | None = None
+        self._events: list[Event] = []
+        self._trigger: Event | None = None
+        self._parts: list[np.ndarray] = []
+        self._left = 0
+
+    def feed(self, rows: np.ndarray, events: list[Event]) -> list[Incident]:
+        """Take the next ticks, in order, and their events; returns the incidents that are complete."""
+        if len(rows) == 0:
+            return []
+        self._events = (self._events + events)[-1000:]
+        done: list[Incident] = []
+        at = 0
+        for event in filter(is_incident, events):
+            i = int(np.searchsorted(rows["tick"], event["tick"]))
+            done += self._take(rows[at:i])
+            if self._trigger is None:
+                self._trigger, self._parts = event, [self._history(rows[:i])]
+            self._parts.append(rows[max(at, i) : i + 1])
+            at, self._left = i + 1, self._after
+        done += self._take(rows[at:])
+        self._kept = self._history(rows)
+        return done
+
+    def flush(self, trigger: Event | None = None) -> list[Incident]:
+        """End of the run: what is open as it is; with `trigger`, the last ticks as an incident of their own."""
+        if self._trigger is None and trigger is not None and self._kept is not None:
+            self._trigger, self._parts = trigger, [self._kept]
+            self._events.append(trigger)
+        return [] if self._trigger is None else [self._finish()]
+
+    def _take(self, rows: np.ndarray) -> list[Incident]:
+        """Let the open window have these rows; returns it when that completes it."""
+        if self._trigger is None:
+            return []
+        more = rows[: self._left]
+        self._parts.append(more)
+        self._left -= len(more)
+        full = self._left == 0 or sum(map(len, self._parts)) >= MOST_TICKS
+        return [self._finish()] if full else []
+
+    def _history(self, rows: np.ndarray) -> np.ndarray:
+        """The last `before` ticks up to the end of `rows`, copied."""
+        if len(rows) >= self._before or self._kept is None:
+            return rows[max(0, len(rows) - self._before) :].copy()
+        return np.concatenate((self._kept, rows))[-self._before :]
+
+    def _finish(self) -> Incident:
+        assert self._trigger is not None
+        ticks = np.concatenate(self._parts)
+        first, last = (int(ticks["tick"][0]), int(ticks["tick"][-1])) if len(ticks) else (0, 0)
+        inside = [e for e in self._events if first <= e["tick"] <= last or e is self._trigger]
+        incident = Incident(self._trigger, ticks, inside)
+        self._trigger, self._parts = None, []
+        return incident
+
+
+def write_incident(folder: Path, incident: Incident) -> Path:
+    """Write one file, whole or not at all, and remove the oldest ones above the limits. Raises OSError."""
+    folder.mkdir(mode=0o750, parents=True, exist_ok=True)
+    path = folder / incident.name
+    part = path.with_suffix(".part")
+    body = {"about": incident.about, "trigger": incident.trigger, "events": incident.events}
+    columns: dict[str, Any] = {name: incident.ticks[name] for name in incident.ticks.dtype.names or ()}
+    try:
+        with part.open("wb") as file:
+            np.savez_compressed(file, incident=np.array(json.dumps(body)), **columns)
+            file.flush()
+            os.fsync(file.fileno())
+        part.replace(path)
+    except OSError:
+        part.unlink(missing_ok=True)
+        raise
+    prune(folder)
+    return path
+
+
+def prune(folder: Path, files: int = KEPT_FILES, size: int = KEPT_BYTES) -> None:
+    """Remove the oldest incidents until at most `files` and `size` bytes are left, and leftovers of a crash."""
+    for leftover in folder.glob("*.part"):
+        leftover.unlink(missing_ok=True)
+    total = 0
+    for k, path in enumerate(sorted(folder.glob("*.npz"), reverse=True)):
+        total += path.stat().st_size
+        if k >= files or (k and total > size):
+            path.unlink(missing_ok=True)
+
+
+def read_incident(path: Path) -> Incident:
+    """Read a file of `write_incident`. Raises DataError for anything else."""
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            body = json.loads(str(archive["incident"]))
+            n_axes = archive["position_rad"].shape[1]
+            ticks = np.zeros(len(archive["tick"]), tick_dtype(n_axes))
+            for name in ticks.dtype.names or ():
+                if name in archive.files:
+                    ticks[name] = archive[name]
+    except OSError as error:
+        raise DataError(f"{path}: cannot be read: {error.strerror or error}") from error
+    except (KeyError, ValueError, IndexError, EOFError, zipfile.BadZipFile) as error:
+        raise DataError(f"{path}: not an incident file of rtctl ({error})") from error
+    return Incident(body["trigger"], ticks, body["events"], body["about"])

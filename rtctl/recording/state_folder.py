@@ -1,0 +1,36 @@
+"""Where a rig's event log and incidents are kept from one run to the next."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from rtctl.protocol import rig_directory
+
+SYSTEM_STATE = Path("/var/lib/rtctl")
+"""Where systemd puts `StateDirectory=rtctl` of the shipped unit."""
+
+
+def state_root() -> Path:
+    """Folder that holds one folder per rig.
+
+    The first of: RTCTL_STATE_DIR, STATE_DIRECTORY (set by systemd), XDG_STATE_HOME/rtctl, and
+    `.local/state/rtctl` in the home folder.
+    """
+    chosen = os.environ.get("RTCTL_STATE_DIR") or os.environ.get("STATE_DIRECTORY", "").split(":")[0]
+    if chosen:
+        return Path(chosen).absolute()
+    base = os.environ.get("XDG_STATE_HOME") or str(Path.home() / ".local" / "state")
+    return Path(base).absolute() / "rtctl"
+
+
+def state_folder(rig: str, root: Path | None = None) -> Path:
+    """Folder of the rig called `rig`, which need not exist. Raises ConfigError for a name that is none."""
+    return rig_directory(rig, root or state_root())
+
+
+def written_folder(rig: str, root: Path | None = None) -> Path:
+    """The folder to read: this user's, or the system service's where only that one has been written."""
+    own = state_folder(rig, root)
+    system = SYSTEM_STATE / rig
+    return system if root is None and not own.is_dir() and system.is_dir() else own

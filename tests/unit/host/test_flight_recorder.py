@@ -1,0 +1,145 @@
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rtctl.control.vocabulary import Fault, State
+from rtctl.errors import LoopDiedError
+from rtctl.host import flight_recorder
+from rtctl.host.description import AxisDescription, RigDescription
+from rtctl.host.flight_recorder import FlightRecorder
+from rtctl.recording import event_log
+from rtctl.recording.event_log import read_events
+from rtctl.recording.incident import read_incident
+from rtctl.tick import new_ticks
+
+RIG = RigDescription(
+    "mock", (AxisDescription("a", {}),), 1000.0, session=7, virtual=True, start_wall_ns=10**18
+)
+
+
+def rows(first, n, state=State.ACTIVE, fault=0):
+    out = new_ticks(n, 1)
+    out["tick"] = np.arange(first, first + n)
+    out["time_ns"], out["state"], out["faults"] = out["tick"] * 1_000_000, state, int(fault)
+    out["fault_first"] = int(fault).bit_length() - 1
+    return out
+
+
+def test_each_transition_and_fault_is_logged_once_with_tick_and_both_times(tmp_path):
+    recorder = FlightRecorder(tmp_path, RIG)
+    recorder.observe(rows(0, 300))
+    recorder.observe(rows(300, 300, State.FAULT, Fault.JUMP))
+    recorder.observe(rows(600, 300, State.IDLE))
+    recorder.close()
+    recorder.close()
+    events, torn = read_events(tmp_path)
+    kinds = [(e["event"], e["tick"]) for e in events if e["event"] != "incident"]
+    assert torn == 0
+    assert kinds == [
+        ("started", -1), ("state", 0), ("fault", 300), ("state", 300), ("fault_cleared", 600), ("state", 600), ("ended", 899),
+    ]  # fmt: skip
+    fault = next(e for e in events if e["event"] == "state" and e["to"] == "FAULT")
+    assert (fault["monotonic_s"], fault["cause"]) == (pytest.approx(0.3), "JUMP")
+    assert fault["timestamp"] == pytest.approx(1e9 + 0.3)
+    assert [e["sequence"] for e in events if "sequence" in e] == list(range(5))
+    (incident,) = [e for e in events if e["event"] == "incident"]
+    assert len(read_incident(Path(incident["file"])).ticks) == 251
+    status = recorder.status()
+    assert (status["broken"], status["written"], status["dropped"], status["incidents"]) == (None, 8, 0, 1)
+
+
+def test_a_disk_that_hangs_never_holds_up_the_host(tmp_path, monkeypatch):
+    release, entered = threading.Event(), threading.Event()
+
+    def hang(_fd):
+        entered.set()
+        assert release.wait(30)
+
+    monkeypatch.setattr(event_log.os, "fdatasync", hang)
+    monkeypatch.setattr(flight_recorder, "END_S", 0.01)
+    recorder = FlightRecorder(tmp_path, RIG)
+    assert entered.wait(10)
+    for k in range(2000):
+        recorder.observe(rows(k, 1, State.IDLE if k % 2 else State.ACTIVE))
+    assert recorder.status()["dropped"] > 1000
+    assert recorder.status()["dropped"] <= 2000
+    recorder.close()
+    release.set()
+    monkeypatch.setattr(flight_recorder, "END_S", 10.0)
+    recorder.close()
+    assert not recorder._thread.is_alive()
+
+
+def test_a_missing_folder_is_told_and_nothing_else_happens(tmp_path):
+    (tmp_path / "file").write_text("")
+    recorder = FlightRecorder(tmp_path / "file" / "rig", RIG)
+    recorder.observe(rows(0, 300))
+    recorder.observe(rows(300, 300, State.FAULT, Fault.JUMP))
+    recorder.close()
+    status = recorder.status()
+    assert "file" in status["broken"]
+    assert (status["written"], status["incidents"], status["incidents_lost"]) == (0, 0, 1)
+    assert status["dropped"] == 5
+
+
+def test_a_disk_that_fills_up_for_real(tmp_path):
+    """A limit on the size of files stands for the end of the disk: writes fail in the middle of a line."""
+    import resource
+    import subprocess
+    import sys
+
+    code = (
+        "import resource, signal, sys; sys.path[:0] = sys.argv[2:];"
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (3000, 3000));"
+        "from pathlib import Path; from test_flight_recorder import *;"
+        "r = FlightRecorder(Path(sys.argv[1]), RIG);"
+        "[r.observe(rows(400 * k, 400, *((State.FAULT, Fault.JUMP) if k % 2 else ()))) for k in range(20)];"
+        "r.close(); s = r.status(); print(s['broken']); print(s['dropped'], s['incidents_lost'])"
+    )
+    out = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path), str(Path(__file__).parent), *sys.path],
+        capture_output=True, text=True, timeout=60,
+    )  # fmt: skip
+    assert out.returncode == 0, out.stderr
+    broken, counts = out.stdout.splitlines()
+    assert "File too large" in broken
+    assert int(counts.split()[0]) > 0
+    assert int(counts.split()[1]) == 10
+    events, torn = read_events(tmp_path)
+    assert torn == 0
+    assert len(events) > 5
+    assert resource.getrlimit(resource.RLIMIT_FSIZE)[0] == resource.RLIM_INFINITY
+    assert not list((tmp_path / "incidents").iterdir())
+
+
+def test_the_end_of_a_loop_that_died_is_told_with_its_last_ticks(tmp_path):
+    recorder = FlightRecorder(tmp_path, RIG)
+    recorder.observe(rows(0, 300))
+    recorder.close(LoopDiedError("gone"))
+    events, _ = read_events(tmp_path)
+    (ended,) = [e for e in events if e["event"] == "ended"]
+    assert ended["cause"] == "LoopDiedError: gone"
+    (incident,) = [e for e in events if e["event"] == "incident"]
+    assert len(read_incident(Path(incident["file"])).ticks) == 200
+
+
+def test_a_fault_that_flickers_is_counted_instead_of_filling_the_log(tmp_path):
+    recorder = FlightRecorder(tmp_path, RIG)
+    flicker = rows(0, 100_000, State.IDLE)
+    flicker["faults"][::2] = int(Fault.JUMP)
+    flicker["state"][50_001:] = State.FAULT
+    flicker["faults"][50_001] = int(Fault.STALE)
+    for batch in np.split(flicker, range(20, 100_000, 20)):
+        recorder.observe(batch)
+    recorder.close()
+    events, _ = read_events(tmp_path)
+    assert len(events) < 120
+    told = [e for e in events if e.get("name") == "JUMP"]
+    listed = sum(e["event"] != "fault_repeated" for e in told)
+    changes = int((np.diff(np.concatenate(([0], flicker["faults"] & np.uint64(Fault.JUMP)))) != 0).sum())
+    assert listed + sum(e.get("suppressed", 0) for e in told) == changes
+    assert any(e.get("name") == "STALE" and e["event"] == "fault" for e in events)
+    assert any(e.get("to") == "FAULT" for e in events)
