@@ -87,6 +87,10 @@ class EnvironmentTable(Table):
     pitch_rad: float = _number(1e-3, 100, "detents: distance", default=0.2)
 
 
+CAP_SHARE_MAX = 0.3
+"""Most of the torque limit that the feed-forward may take."""
+
+
 class FrictionTable(Table):
     """[axis.friction]"""
 
@@ -96,7 +100,9 @@ class FrictionTable(Table):
     )
     gain: float = _number(0, 1, "kappa: share of Coulomb and Stribeck friction compensated", default=0.9)
     viscous_gain: float = _number(0, 1, "kappa_v: share of the viscous part compensated", default=0.0)
-    cap_share: float = _number(0, 0.3, "cap of the feed-forward, share of the torque limit", default=0.3)
+    cap_share: float = _number(
+        0, CAP_SHARE_MAX, "cap of the feed-forward, share of the torque limit", default=CAP_SHARE_MAX
+    )
     tanh_rad_s: float = _number(1e-4, 10, "speed scale of tanh", default=0.02)
     blend_rad_s: float = _number(
         1e-4, 10, "hybrid: speed above which motion decides, not intent", default=0.05

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,14 +30,19 @@ def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
     """
     from rtctl import stability_report
     from rtctl.config import load
+    from rtctl.friction import advice
 
-    report = stability_report.examine(load(config))
+    loaded = load(config)
+    report = stability_report.examine(loaded)
+    advices = advice.advise(loaded)
     if plot is not None:
         from rtctl import stability_figure
 
         stability_figure.draw(report, plot)
     if as_json:
         body = report.to_dict()
+        body["recommended"] = [asdict(one) for one in advices]
+        body["warnings"] = [one.text for one in advices if not one.ok]
         if not report.ok:
             body |= {"error": StabilityError.__name__, "exit_code": StabilityError.exit_code}
         click.echo(json.dumps(body, indent=2, allow_nan=False))
@@ -48,6 +54,12 @@ def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
         click.echo(f"\naxis {axis.name}")
         for label, figure, note in _lines(axis):
             click.echo(f"  {label:<32}{figure:>24}  {note}".rstrip())
+    for one in advices:
+        if one.text:
+            click.echo(f"\n{'note' if one.ok else 'WARNING'}: {one.text}")
+        if one.temperature_min_c is not None and one.temperature_max_c is not None:
+            at = f"{one.temperature_min_c:.0f}-{one.temperature_max_c:.0f} degC"
+            click.echo(f"\naxis {one.axis}: friction was learned at {at}; the daemon warns outside")
     if plot is not None:
         click.echo(f"\nplot: {plot}")
     report.require()

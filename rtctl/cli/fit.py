@@ -86,6 +86,15 @@ def _range(
     help="one curve for both directions: by evidence, always, or never (with --search)",
 )
 @click.option(
+    "--folds",
+    "held_out",
+    type=click.Choice(["auto", "speed", "time"]),
+    default="auto",
+    show_default=True,
+    help="what cross-validation holds out together; auto: time for samples of a log (time_s, not averaged), "
+    "else speed",
+)
+@click.option(
     "--backend",
     type=click.Choice(["loky", "dask", "threading", "sequential"]),
     default="loky",
@@ -108,7 +117,7 @@ def _range(
     help="write report.html with figures and tables there; runs --search halving unless told otherwise",
 )
 @click.option("--test", "test_points", type=_File, help="points to judge the fit by, in the report")
-@click.option("--config", type=_File, help="rig file, for the recommended gain and cap in the report")
+@click.option("--config", type=_File, help="rig file, for the recommended gain and cap")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object with every figure, for scripts")
 def command(
     points: Path,
@@ -122,6 +131,7 @@ def command(
     search: str | None,
     kernel: str,
     symmetric: str,
+    held_out: str,
     backend: str,
     jobs: int | None,
     temperature: tuple[float, float] | None,
@@ -135,13 +145,13 @@ def command(
 
     With --ladder, every formula (Coulomb, Coulomb + viscous, Tustin, Gaussian, Lorentzian) and
     support-vector machine (epsilon, nu; spline, RBF, polynomial kernel) is compared by cross-validation in
-    blocks of speed, and the simplest within one standard error of the best is written.
+    blocks of speed or time, and the simplest within one standard error of the best is written.
 
     POINTS is a CSV file with the columns velocity_rad_s and friction_torque_nm (both signed), and for
     break-away points at zero velocity optionally direction (+1 or -1). At least 8 points per direction.
     """
-    from rtctl.cli import fit_report, ladder_report
-    from rtctl.friction import artefact, fit
+    from rtctl.cli import fit_advice, fit_report, ladder_report
+    from rtctl.friction import artefact, blocks, fit
     from rtctl.friction.points import read_points, temperature_range
     from rtctl.friction.timing import evaluation_ns
 
@@ -153,14 +163,20 @@ def command(
         raise click.UsageError("--search none compares nothing; drop it, or --ladder and --kernel")
     plan = fit_report.prepare(report_dir, test_points, config, rig)
     measured = read_points(points)
+    folds = blocks.way_for(measured, held_out)
     ladder: Ladder | None = None
     if strategy == "none":
         model = fit.fit_points(
-            measured, rig=rig, c=c, epsilon_nm=epsilon_nm or fit.EPSILON_NM, fade_rad_s=fade_rad_s
+            measured,
+            rig=rig,
+            c=c,
+            epsilon_nm=epsilon_nm or fit.EPSILON_NM,
+            fade_rad_s=fade_rad_s,
+            folds=folds,
         )
     else:
         ladder, model = ladder_report.climb(
-            measured, strategy, kernel, symmetric, backend, jobs, rig, fade_rad_s
+            measured, strategy, kernel, symmetric, backend, jobs, rig, fade_rad_s, folds
         )
     low, high = temperature or temperature_range(points) or (None, None)
     model = replace(
@@ -171,16 +187,15 @@ def command(
         from rtctl.friction import figure
 
         figure.draw(model, measured, plot)
-    page = None
-    if plan is not None:
-        options = {
-            "search": strategy,
-            "kernel": kernel,
-            "symmetric": symmetric,
-            "C": c,
-            "epsilon_nm": epsilon_nm,
-        }
-        page = fit_report.write(plan, measured, model, ladder, options)
+    options = {
+        "search": strategy,
+        "kernel": kernel,
+        "symmetric": symmetric,
+        "folds": held_out,
+        "C": c,
+        "epsilon_nm": epsilon_nm,
+    }
+    page = fit_report.write(plan, measured, model, ladder, options, folds)
     rows = _rows(model)
     if as_json:
         body: dict[str, Any] = {
@@ -189,7 +204,8 @@ def command(
             "data_sha256": model.data_sha256,
             "directions": rows,
         }
-        body |= {"kind": model.kind, "evaluation_ns": model.evaluation_ns}
+        body |= {"kind": model.kind, "evaluation_ns": model.evaluation_ns, "folds": folds}
+        body |= fit_advice.body(model, plan.loaded, out)
         body |= {"report": str(page)} if page else {}
         if ladder is not None:
             body |= ladder_report.body(ladder)
@@ -201,6 +217,8 @@ def command(
     for label, key, scale, shape in _TABLE:
         cells = [format(row[key] * scale, shape) if key in row else "-" for row in rows]
         click.echo(f"{label:<34}" + "".join(f"{cell:>14}" for cell in cells))
+    click.echo(f"\n{blocks.describe(measured, folds)}")
+    fit_advice.show(model, plan.loaded, out)
     click.echo(
         f"\nmodel: {out}" + (f"\nplot:  {plot}" if plot else "") + (f"\nreport: {page}" if page else "")
     )

@@ -17,33 +17,32 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Plan:
-    """Where the report goes, and what else it looks at."""
+    """Where the report goes (None: nowhere), and what else is looked at."""
 
-    folder: Path
+    folder: Path | None
     test: FrictionPoints | None
     loaded: LoadedConfig | None
 
 
-def prepare(folder: Path | None, test: Path | None, config: Path | None, rig: str) -> Plan | None:
-    """Read test points and rig file, and look whether the report may be written; None without --report.
+def prepare(folder: Path | None, test: Path | None, config: Path | None, rig: str) -> Plan:
+    """Read test points and rig file, and look whether the report may be written.
 
     Raises
     ------
     click.UsageError
-        --test or --config without --report.
+        --test without --report.
     DataError
         A folder in the way, test points that cannot be used, or a rig file of another rig.
     """
-    if folder is None:
-        if test is not None or config is not None:
-            raise click.UsageError("--test and --config are for the report; add --report DIR")
-        return None
+    if folder is None and test is not None:
+        raise click.UsageError("--test is for the report; add --report DIR")
     from rtctl.config import load
     from rtctl.errors import DataError
     from rtctl.friction import report
     from rtctl.friction.points import read_points
 
-    report.require_place(folder)
+    if folder is not None:
+        report.require_place(folder)
     loaded = None if config is None else load(config)
     if loaded is not None and loaded.config.rig.name != rig:
         raise DataError(
@@ -58,10 +57,13 @@ def write(
     model: FrictionModel,
     ladder: Ladder | None,
     options: dict[str, Any],
-) -> Path:
-    """Write the report; returns its page."""
+    folds: str,
+) -> Path | None:
+    """Write the report; returns its page, None when none is wanted."""
+    if plan.folder is None:
+        return None
     from rtctl.friction import report, report_evidence
 
-    evidence = report_evidence.gather(measured, model, ladder, plan.test)
+    evidence = report_evidence.gather(measured, model, ladder, plan.test, folds)
     report.write(plan.folder, evidence, options, plan.loaded)
     return plan.folder / report.PAGE

@@ -6,6 +6,7 @@ import importlib
 import json
 import sys
 import time
+from dataclasses import asdict
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +15,7 @@ import click
 
 if TYPE_CHECKING:
     from rtctl.config import LoadedConfig
+    from rtctl.friction.truth import Deviation
     from rtctl.identify.dataset import Dataset
     from rtctl.identify.settings import Rig, Settings
 
@@ -119,7 +121,8 @@ def command(
         complete = False
     finally:
         progress.end()
-    _report(dataset, time.monotonic() - began, complete=complete, as_json=as_json)
+    truth = _truth(loaded, rig.axis, dataset) if loaded.config.simulated else ()
+    _report(dataset, time.monotonic() - began, truth, complete=complete, as_json=as_json)
 
 
 def _ask(loaded: LoadedConfig, settings: Settings) -> None:
@@ -195,7 +198,23 @@ class _Bar:
             click.echo("", err=True)
 
 
-def _report(dataset: Dataset, wall_s: float, *, complete: bool, as_json: bool) -> None:
+def _truth(loaded: LoadedConfig, axis: int, dataset: Dataset) -> tuple[Deviation, ...]:
+    """How far the points are from the simulated rig's own friction law; empty where none is known."""
+    from rtctl.friction import truth
+
+    if not truth.is_known(loaded):
+        return ()
+    points = dataset.document["points"]
+    # a break-away is measured at rest, whatever the last counts say
+    velocities = [point["target_rad_s"] and point["velocity_rad_s"] for point in points]
+    torques = [point["friction_torque_nm"] for point in points]
+    directions = [point["direction"] for point in points]
+    return truth.of_points(loaded, axis, zip(velocities, torques, directions, strict=True))
+
+
+def _report(
+    dataset: Dataset, wall_s: float, truth: tuple[Deviation, ...], *, complete: bool, as_json: bool
+) -> None:
     from rtctl.identify.plan import tasks
     from rtctl.identify.settings import Settings
 
@@ -215,11 +234,16 @@ def _report(dataset: Dataset, wall_s: float, *, complete: bool, as_json: bool) -
         "worst_std_nm": max((point["std_nm"] for point in points), default=None),
         "bias": document["sessions"][-1]["bias"] if document["sessions"] else None,
         "wall_s": round(wall_s, 2),
+        "truth": [asdict(one) for one in truth],
     }
     if as_json:
         click.echo(json.dumps(summary))
     else:
         click.echo(f"{len(points)} of {wanted} points in {dataset.folder}, {wall_s:.0f} s")
+        if truth:
+            click.echo("points against the true friction of the simulated rig:")
+        for one in truth:
+            click.echo(f"  {one}, {one.speeds} speeds")
         if complete:
             click.echo(
                 f"next: rtctl fit {dataset.folder / 'points_train.csv'} --rig {document['rig']} --out MODEL.json"

@@ -22,6 +22,7 @@ def climb(
     jobs: int | None,
     rig: str,
     fade_rad_s: float | None,
+    folds: str,
 ) -> tuple[Ladder, FrictionModel]:
     """Search the ladder with a progress bar on stderr; learn the chosen rung."""
     from rtctl.friction import ladder
@@ -33,6 +34,7 @@ def climb(
         symmetric=symmetric,
         backend=backend,
         n_jobs=jobs or -1,
+        folds=folds,
     )
     with click.progressbar(length=1, label="searching", file=sys.stderr, show_eta=False) as bar:
 
@@ -64,6 +66,7 @@ def body(ladder: Ladder) -> dict[str, Any]:
         "chosen": ladder.choice.chosen.family,
         "runner_up": runner_up.family if runner_up else None,
         "symmetric": ladder.symmetric,
+        "folds": ladder.folds,
         "explanation": ladder.explanation,
     }
 

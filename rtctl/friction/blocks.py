@@ -1,6 +1,8 @@
 """Folds of a cross-validation in blocks: what belongs together is held out together.
 
 Shuffled folds put a point's neighbour, or its repeat, in the training set, and then reward over-fitting.
+Points that are means of many measurements are held out by speed. Samples of a log are held out by time: what
+was measured just before and after one shares its temperature, its place and its noise, whatever the speed.
 """
 
 from __future__ import annotations
@@ -8,10 +10,56 @@ from __future__ import annotations
 import numpy as np
 
 from rtctl.errors import DataError
+from rtctl.friction.points import FrictionPoints
 
 FOLDS = 5
 TRAINS = -1
 """Fold of points that always train."""
+
+WAYS = ("speed", "time")
+"""What may be held out together."""
+
+
+def way_for(points: FrictionPoints, wanted: str = "auto") -> str:
+    """Way of `WAYS` to hold these points out: the wanted one, or the one they ask for ("auto").
+
+    Raises
+    ------
+    DataError
+        "time" is wanted, and not every point has a time.
+    """
+    timed = points.time_s is not None and bool(np.isfinite(points.time_s).all())
+    if wanted == "time" and not timed:
+        raise DataError(
+            f"{points.source}: folds by time need the column time_s with a number in every row; "
+            "add it, or use --folds speed"
+        )
+    if wanted != "auto":
+        return wanted
+    single = bool((np.isnan(points.count) | (points.count <= 1)).all())
+    return "time" if timed and single else "speed"
+
+
+def describe(points: FrictionPoints, way: str) -> str:
+    """Say in a sentence how the points were held out, and what for."""
+    if way == "time":
+        return f"Held out in {FOLDS} stretches of time: neighbours in time are alike, whatever their speed."
+    known = "" if points.time_s is None else " (time_s is there; --folds time holds out by it)"
+    return f"Held out in {FOLDS} folds by speed, all points of one speed together{known}."
+
+
+def folds_of(points: FrictionPoints, directions: tuple[int, ...], way: str) -> np.ndarray:
+    """Fold of each point of one direction, or of both one after the other, in the order of `branch`.
+
+    By time, the lowest and the highest speed train always too: the model is never used beyond them.
+    """
+    rows = np.concatenate([points.rows_of(direction) for direction in directions])
+    speed = np.abs(points.velocity_rad_s[rows])
+    if way != "time" or points.time_s is None:
+        return folds_by_speed(speed)
+    ends = (speed == speed.min()) | (speed == speed.max())
+    fold: np.ndarray = np.where(ends, TRAINS, folds_by_time(points.time_s[rows]))
+    return fold
 
 
 def folds_by_speed(speed: np.ndarray, n_folds: int = FOLDS) -> np.ndarray:

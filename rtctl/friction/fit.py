@@ -17,7 +17,7 @@ import numpy as np
 from rtctl import __version__
 from rtctl.errors import DataError, ModelError
 from rtctl.friction import kernels
-from rtctl.friction.blocks import TRAINS, folds_by_speed
+from rtctl.friction.blocks import TRAINS, folds_by_speed, folds_of
 from rtctl.friction.curves import Curve
 from rtctl.friction.model import Branch, FrictionModel, self_test_vectors
 from rtctl.friction.points import FrictionPoints
@@ -78,9 +78,15 @@ def _sklearn_svr(c: float, epsilon_nm: float) -> Any:  # noqa: ANN401
     )
 
 
-def validation_errors(speed: np.ndarray, friction_nm: np.ndarray, c: float, epsilon_nm: float) -> np.ndarray:
-    """Errors (N m) on held-out points, by cross-validation in blocks of equal speed (`blocks`)."""
-    fold = folds_by_speed(speed)
+def validation_errors(
+    speed: np.ndarray,
+    friction_nm: np.ndarray,
+    c: float,
+    epsilon_nm: float,
+    fold: np.ndarray | None = None,
+) -> np.ndarray:
+    """Errors (N m) on held-out points, by cross-validation in blocks: `fold`, or equal speed (`blocks`)."""
+    fold = folds_by_speed(speed) if fold is None else fold
     errors = []
     for k in np.unique(fold[fold != TRAINS]):
         held = fold == k
@@ -108,7 +114,12 @@ def viscous_slope(speed: np.ndarray, friction_nm: np.ndarray) -> float:
 
 
 def fit_branch(
-    speed: np.ndarray, friction_nm: np.ndarray, *, c: float | None = None, epsilon_nm: float = EPSILON_NM
+    speed: np.ndarray,
+    friction_nm: np.ndarray,
+    *,
+    c: float | None = None,
+    epsilon_nm: float = EPSILON_NM,
+    fold: np.ndarray | None = None,
 ) -> Branch:
     """Learn one direction.
 
@@ -119,6 +130,8 @@ def fit_branch(
     c : float, optional
         Bound on the dual coefficients. By default the one of `C_LIST` with the least held-out RMSE, the
         smaller one when two are within 2 %.
+    fold : ndarray, shape (n,), optional
+        Fold of each point; by default in blocks of equal speed.
 
     Raises
     ------
@@ -126,7 +139,7 @@ def fit_branch(
         A regression that fails, or a curve that is not positive over the range.
     """
     tried = {
-        value: validation_errors(speed, friction_nm, value, epsilon_nm)
+        value: validation_errors(speed, friction_nm, value, epsilon_nm, fold)
         for value in (C_LIST if c is None else (c,))
     }
     rmse = {value: float(np.sqrt(np.mean(errors**2))) for value, errors in tried.items()}
@@ -204,6 +217,7 @@ def fit_points(
     c: float | None = None,
     epsilon_nm: float = EPSILON_NM,
     fade_rad_s: float | None = None,
+    folds: str = "speed",
 ) -> FrictionModel:
     """Learn the friction model of one axis from measured points, one regression per direction.
 
@@ -213,6 +227,8 @@ def fit_points(
         Name of the rig the points were measured on; the model is refused on any other.
     fade_rad_s : float, optional
         The feed-forward fades to 0 over this much beyond the trained range; default a tenth of it.
+    folds : str
+        What is held out together, of `blocks.WAYS`.
 
     Raises
     ------
@@ -222,7 +238,8 @@ def fit_points(
     branches = []
     for direction in (1, -1):
         try:
-            branches.append(fit_branch(*points.branch(direction), c=c, epsilon_nm=epsilon_nm))
+            fold = folds_of(points, (direction,), folds)
+            branches.append(fit_branch(*points.branch(direction), c=c, epsilon_nm=epsilon_nm, fold=fold))
         except DataError as error:
             raise DataError(f"{points.source}: direction {direction:+d}: {error}") from error
     return assemble(points, (branches[0], branches[1]), rig=rig, fade_rad_s=fade_rad_s)

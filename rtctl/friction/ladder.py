@@ -24,7 +24,7 @@ _POOLED_MAX = 12
 
 @dataclass(frozen=True)
 class Options:
-    """How to climb: `families` of `grids.FAMILIES`, `strategy` of `SEARCHES`, symmetry, workers."""
+    """How to climb: `families` of `grids.FAMILIES`, `strategy` of `SEARCHES`, symmetry, workers, `blocks.WAYS`."""
 
     families: tuple[str, ...] = grids.FAMILIES
     strategy: str = "halving"
@@ -32,23 +32,28 @@ class Options:
     backend: str = "loky"
     n_jobs: int = -1
     break_away_weight: float = search.BREAK_AWAY_WEIGHT
+    folds: str = "speed"
 
 
 @dataclass(frozen=True)
 class Ladder:
-    """What was found. `symmetric`: one curve serves both directions; `symmetric_rung` what was tried of it."""
+    """What was found. `symmetric`: one curve serves both directions; `symmetric_rung` what was tried of it.
+
+    `folds` is how it was held out, of `blocks.WAYS`.
+    """
 
     choice: Choice
     sides: tuple[Side, ...]
     symmetric: bool
     symmetric_rung: Rung | None
     explanation: str
+    folds: str = "speed"
 
 
 def ascend(
     points: FrictionPoints, options: Options | None = None, progress: search.Progress | None = None
 ) -> Ladder:
-    """Search all rungs by cross-validation in blocks of speed, and choose.
+    """Search all rungs by cross-validation in blocks of speed or time, and choose.
 
     The result is the same whatever the backend and the number of workers.
 
@@ -59,15 +64,16 @@ def ascend(
     """
     options = options or Options()
     directions = (0,) if options.symmetric == "yes" else (1, -1)
-    sides = tuple(search.side(points, d, options.break_away_weight) for d in directions)
+    weight, folds = options.break_away_weight, options.folds
+    sides = tuple(search.side(points, d, weight, folds) for d in directions)
     look = search.full if options.strategy == "full" else search.halving
     with search.workers(options.backend, options.n_jobs) as pool:
         scores = look(pool, _tasks(options.families, sides), sides, progress)
         choice = choose([climb(family, scores, sides) for family in options.families])
         if options.symmetric != "auto":
             note = " One symmetric curve, as asked." if options.symmetric == "yes" else ""
-            return Ladder(choice, sides, bool(note), None, choice.explanation + note)
-        pooled = search.side(points, 0, options.break_away_weight)
+            return Ladder(choice, sides, bool(note), None, choice.explanation + note, folds)
+        pooled = search.side(points, 0, weight, folds)
         tried = search.score_all(pool, _pooled_tasks(choice.chosen, scores), [pooled])
     rung = climb(choice.chosen.family, tried, [pooled])
     as_good = not rung.refused and rung.rmse_nm <= choice.chosen.rmse_nm + choice.chosen.se_nm
@@ -75,10 +81,10 @@ def ascend(
         note = (
             f" One symmetric curve is as good ({1e3 * rung.rmse_nm:.3g} mN m), so both directions share it."
         )
-        return Ladder(choice, (pooled,), True, rung, choice.explanation + note)
+        return Ladder(choice, (pooled,), True, rung, choice.explanation + note, folds)
     said = f"could not be learned ({rung.refused})" if rung.refused else f"errs {1e3 * rung.rmse_nm:.3g} mN m"
     note = f" The directions differ: one symmetric curve {said}."
-    return Ladder(choice, sides, False, rung, choice.explanation + note)
+    return Ladder(choice, sides, False, rung, choice.explanation + note, folds)
 
 
 def _tasks(families: Sequence[str], sides: Sequence[Side]) -> list[tuple[Candidate, int]]:
@@ -132,7 +138,7 @@ def learn(
     for direction in (1, -1):
         at = next(i for i, score in enumerate(rung.scores) if score.direction in (0, direction))
         score = rung.scores[at]
-        data = search.side(points, score.direction, _weight(ladder))
+        data = search.side(points, score.direction, _weight(ladder), ladder.folds)
         try:
             branches.append(_branch(score, data, *points.branch(direction)))
         except (DataError, FailedFitError) as error:

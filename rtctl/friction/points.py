@@ -7,6 +7,7 @@ velocity_rad_s         rad/s    signed velocity of the run; 0 for a break-away p
 friction_torque_nm     N m      friction overcome, with the sign of the motion
 direction              +1, -1   optional: direction of a break-away point (else its torque's sign)
 std_nm, count          N m, 1   optional: spread and number of measurements behind the point
+time_s                 s        optional: when the point was measured, see `blocks`
 temperature_c          deg C    optional: see `temperature_range`
 =====================  =======  ==================================================================
 
@@ -36,7 +37,14 @@ POINTS_MAX = 2000
 """Most points of one direction: the regression's time grows with their square. Average before."""
 
 _REQUIRED = ("velocity_rad_s", "friction_torque_nm")
-_LIMIT = {"velocity_rad_s": 1e4, "friction_torque_nm": 1e6, "direction": 1, "std_nm": 1e6, "count": 1e12}
+_LIMIT = {
+    "velocity_rad_s": 1e4,
+    "friction_torque_nm": 1e6,
+    "direction": 1,
+    "std_nm": 1e6,
+    "count": 1e12,
+    "time_s": 1e12,
+}
 
 
 @dataclass(frozen=True)
@@ -44,7 +52,8 @@ class FrictionPoints:
     """Points of both directions. Arrays of one length.
 
     `velocity_rad_s` signed, `friction_nm` the magnitude (> 0), `direction` +1 or -1, `std_nm` and `count`
-    NaN where the file does not say. `source` names the file in messages, `sha256` is of its bytes.
+    NaN where the file does not say. `source` names the file in messages, `sha256` is of its bytes. `time_s` is
+    NaN where the file does not say, and None without that column.
     """
 
     velocity_rad_s: np.ndarray
@@ -54,20 +63,28 @@ class FrictionPoints:
     count: np.ndarray
     source: str
     sha256: str
+    time_s: np.ndarray | None = None
 
     @classmethod
     def from_rows(cls, rows: Iterable[Iterable[float]], source: str, sha256: str) -> FrictionPoints:
-        """Points from rows of (velocity, friction, direction, std, count), in the units above."""
-        table = np.array([tuple(row) for row in rows], dtype=float).reshape(-1, 5)
-        velocity, friction, direction, std, count = table.T
-        return cls(velocity, friction, direction, std, count, source, sha256)
+        """Points from rows of (velocity, friction, direction, std, count[, time]), in the units above."""
+        table = np.array([tuple(row) for row in rows], dtype=float)
+        table = table.reshape(len(table), -1) if len(table) else table.reshape(0, 5)
+        velocity, friction, direction, std, count = table.T[:5]
+        time_s = table[:, 5] if table.shape[1] > 5 else None
+        return cls(velocity, friction, direction, std, count, source, sha256, time_s)
+
+    def rows_of(self, direction: int) -> np.ndarray:
+        """Index of each point of one direction, by rising speed: the order of `branch`."""
+        chosen = np.flatnonzero(self.direction == direction)
+        order = np.lexsort((self.friction_nm[chosen], np.abs(self.velocity_rad_s[chosen])))
+        rows: np.ndarray = chosen[order]
+        return rows
 
     def branch(self, direction: int) -> tuple[np.ndarray, np.ndarray]:
         """(speed rad/s, friction N m) of one direction, by rising speed."""
-        chosen = self.direction == direction
-        speed, friction = np.abs(self.velocity_rad_s[chosen]), self.friction_nm[chosen]
-        order = np.lexsort((friction, speed))
-        return speed[order], friction[order]
+        rows = self.rows_of(direction)
+        return np.abs(self.velocity_rad_s[rows]), self.friction_nm[rows]
 
 
 def read_points(path: str | Path) -> FrictionPoints:
@@ -98,6 +115,8 @@ def read_points(path: str | Path) -> FrictionPoints:
     if len(set(header)) != len(header):
         raise DataError(f"{path}: row {numbered[0][0]}: a column name occurs twice; remove one")
     rows = [_row(path, number, line, header) for number, line in numbered[1:]]
+    if "time_s" not in header:
+        rows = [row[:-1] for row in rows]
     points = FrictionPoints.from_rows(rows, str(path), hashlib.sha256(raw).hexdigest())
     _require_enough(points)
     return points
@@ -106,7 +125,7 @@ def read_points(path: str | Path) -> FrictionPoints:
 def temperature_range(path: str | Path) -> tuple[float, float] | None:
     """Least and greatest `temperature_c` of a CSV file of points that `read_points` took, degrees C.
 
-    None without that column, or without a temperature in it.
+    None without that column, or without a temperature in it: 0 throughout is a rig without a sensor.
 
     Raises
     ------
@@ -131,7 +150,7 @@ def temperature_range(path: str | Path) -> tuple[float, float] | None:
                 f"{path}: column temperature_c: {text!r} is not a temperature in degrees C; correct it"
             )
         found.append(value)
-    return (min(found), max(found)) if found else None
+    return (min(found), max(found)) if any(found) else None
 
 
 def _row(path: Path, number: int, line: str, header: list[str]) -> tuple[float, ...]:
@@ -178,7 +197,7 @@ def _row(path: Path, number: int, line: str, header: list[str]) -> tuple[float, 
             f"{path}: row {number}: column friction_torque_nm: {torque:g} N m points against the motion "
             f"({velocity:g} rad/s, direction {direction:+g}); give friction the sign of the motion"
         )
-    return velocity, abs(torque), direction, number_in("std_nm"), number_in("count")
+    return velocity, abs(torque), direction, number_in("std_nm"), number_in("count"), number_in("time_s")
 
 
 def _require_enough(points: FrictionPoints) -> None:

@@ -169,6 +169,7 @@ def _document(
         "rig": model.rig,
         "chosen": evidence.chosen,
         "explanation": model.selection,
+        "folds": evidence.folds,
         "boundary_rad_s": evidence.boundary_rad_s,
         "ladder": report_tables.ladder_rows(evidence),
         "errors": report_tables.error_rows(evidence),

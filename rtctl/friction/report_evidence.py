@@ -15,7 +15,7 @@ import numpy as np
 
 from rtctl.errors import DataError
 from rtctl.friction import fit, search
-from rtctl.friction.blocks import TRAINS, folds_by_speed
+from rtctl.friction.blocks import TRAINS, folds_of
 from rtctl.friction.curves import FORMULAS, Curve
 from rtctl.friction.ladder import Ladder
 from rtctl.friction.machines import Candidate, FailedFitError, train
@@ -72,7 +72,8 @@ class Learned:
 class Evidence:
     """Everything a report says. `boundary_rad_s` parts low from high speed.
 
-    `lost` names the families that could not be trained on all points, and why.
+    `lost` names the families that could not be trained on all points, and why. `folds` is how points were held
+    out, of `blocks.WAYS`.
     """
 
     points: FrictionPoints
@@ -85,6 +86,7 @@ class Evidence:
     boundary_rad_s: float
     lost: dict[str, str] = field(default_factory=dict)
     extra: dict[str, np.ndarray] = field(default_factory=dict)
+    folds: str = "speed"
 
     def of(self, family: str) -> list[Learned]:
         """Both directions of one family; empty when it was not learned."""
@@ -108,17 +110,23 @@ def interval_nm(rung: Rung) -> tuple[float, float]:
 
 
 def gather(
-    points: FrictionPoints, model: FrictionModel, ladder: Ladder | None, test: FrictionPoints | None = None
+    points: FrictionPoints,
+    model: FrictionModel,
+    ladder: Ladder | None,
+    test: FrictionPoints | None = None,
+    folds: str = "speed",
 ) -> Evidence:
     """Learn every rung again on all points, and gather its errors.
 
-    Without a ladder: the fitted model and the formulas, which cost nothing.
+    Without a ladder: the fitted model and the formulas, which cost nothing. `folds` says how the points were
+    held out; a ladder knows it itself.
     """
+    folds = folds if ladder is None else ladder.folds
     lost: dict[str, str] = {}
     if ladder is None:
-        learned = [_of_model(model, points, test, at) for at in (0, 1)]
+        learned = [_of_model(model, points, test, at, folds) for at in (0, 1)]
         chosen, weight = learned[0].family, search.BREAK_AWAY_WEIGHT
-        rungs = (*_formulas(points), _rung(model, learned))
+        rungs = (*_formulas(points, folds), _rung(model, learned))
     else:
         rungs, weight = ladder.choice.rungs, float(np.max(ladder.sides[0].weight))
         learned, chosen = [], ladder.choice.chosen.family
@@ -126,7 +134,7 @@ def gather(
         if not rung.refused and (ladder or rung.family != chosen):
             shown = ladder.symmetric_rung if ladder and ladder.symmetric and rung.family == chosen else rung
             try:
-                learned += [_learned(points, test, shown or rung, direction, weight) for direction in (1, -1)]
+                learned += [_learned(points, test, shown or rung, d, weight, folds) for d in (1, -1)]
             except FailedFitError as error:  # it learned every fold, and the whole must not fail for it
                 lost[rung.family] = error.reason
     moving = np.abs(points.velocity_rad_s[points.velocity_rad_s != 0])
@@ -141,11 +149,12 @@ def gather(
         boundary_rad_s=math.sqrt(float(moving.min()) * float(moving.max())),
         lost=lost,
         extra={name: column for name in EXTRA_COLUMNS if (column := extra_column(points, name)) is not None},
+        folds=folds,
     )
 
 
-def _formulas(points: FrictionPoints) -> tuple[Rung, ...]:
-    sides = [search.side(points, direction) for direction in (1, -1)]
+def _formulas(points: FrictionPoints, folds: str) -> tuple[Rung, ...]:
+    sides = [search.side(points, direction, folds=folds) for direction in (1, -1)]
     return tuple(
         climb(name, [search.cross_validate(Candidate("formula", name), data) for data in sides], sides)
         for name in FORMULAS
@@ -167,11 +176,16 @@ def _rung(model: FrictionModel, learned: list[Learned]) -> Rung:
 
 
 def _learned(
-    points: FrictionPoints, test: FrictionPoints | None, rung: Rung, direction: int, weight: float
+    points: FrictionPoints,
+    test: FrictionPoints | None,
+    rung: Rung,
+    direction: int,
+    weight: float,
+    folds: str,
 ) -> Learned:
     """Train one rung's candidate as `ladder.learn` does; look at one direction of it."""
     score = next(score for score in rung.scores if score.direction in (0, direction))
-    data = search.side(points, score.direction, weight)
+    data = search.side(points, score.direction, weight, folds)
     trained = train(score.candidate, data.speed, data.friction_nm, data.weight)
     n = len(points.branch(1)[0])
     of_all = np.arange(len(data.speed)) < n if direction > 0 else np.arange(len(data.speed)) >= n
@@ -190,12 +204,14 @@ def _learned(
     )
 
 
-def _of_model(model: FrictionModel, points: FrictionPoints, test: FrictionPoints | None, at: int) -> Learned:
+def _of_model(
+    model: FrictionModel, points: FrictionPoints, test: FrictionPoints | None, at: int, folds: str
+) -> Learned:
     """One branch of a model of `fit.fit_points`, with the errors its cross-validation held out."""
     branch, direction = model.branches[at], (1, -1)[at]
     speed, friction_nm = points.branch(direction)
     c, epsilon_nm = (branch.hyper_parameters[name] for name in ("C", "epsilon_nm"))
-    fold = folds_by_speed(speed)
+    fold = folds_of(points, (direction,), folds)
     held = np.concatenate([speed[fold == k] for k in np.unique(fold[fold != TRAINS])])
     return Learned(
         family=f"epsilon-{branch.kind}",
@@ -204,7 +220,7 @@ def _of_model(model: FrictionModel, points: FrictionPoints, test: FrictionPoints
         epsilon_nm=epsilon_nm,
         limit=np.full(len(branch.dual_coef), c),
         trained=_errors(branch.source, points, direction),
-        held_out=Errors(held, fit.validation_errors(speed, friction_nm, c, epsilon_nm)),
+        held_out=Errors(held, fit.validation_errors(speed, friction_nm, c, epsilon_nm, fold)),
         predicted=None if test is None else _errors(branch.source, test, direction),
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,13 +10,16 @@ from pathlib import Path
 import numpy as np
 
 from rtctl.config import LoadedConfig
-from rtctl.config_tables import AxisTable
+from rtctl.config_tables import CAP_SHARE_MAX, AxisTable
 from rtctl.control import friction_passivity as friction
 from rtctl.friction.margins import friction_figures
 from rtctl.friction.model import FrictionModel
 
 _HALVINGS = 10
 _GRID = 4000
+
+START_SHARE = 0.9
+"""Of the largest gain that passes: what a rig file should begin with. The rest is for what no test knows."""
 
 
 @dataclass(frozen=True)
@@ -24,9 +28,10 @@ class AxisGain:
 
     `gain` passes the two-line test when the feed-forward is capped at `cap_nm` = gain times the least dry
     friction, whatever its sign errors; `cap_share` is that cap as the rig file names it. The law keeps
-    the cap itself for the ungated policies only: hybrid needs the `cap_share`. `gain_uncapped` passes it without that cap. 0: not even none does,
-    `margin_at_zero_nm` says by how much. `gain_sampled_data` is the share of the whole curve that leaves
-    the damping the sampled-data test needs.
+    the cap itself for the ungated policies only: hybrid needs the `cap_share`. `gain_uncapped` passes it
+    without that cap. 0: not even none does, `margin_at_zero_nm` says by how much. `gain_sampled_data` is the
+    share of the whole curve that leaves the damping the sampled-data test needs. `viscous_gain` and
+    `drift_nm` are those of the rig file, which all of this holds for; its gain and cap do not matter.
     """
 
     axis: str
@@ -37,6 +42,31 @@ class AxisGain:
     gain_uncapped: float
     gain_sampled_data: float
     margin_at_zero_nm: float
+    viscous_gain: float
+    drift_nm: float
+
+    @property
+    def start_gain(self) -> float:
+        """Gain to begin with: `START_SHARE` of the largest, rounded down to .01; 0 when none passes."""
+        return math.floor(100 * START_SHARE * self.gain) / 100
+
+    @property
+    def start_cap_share(self) -> float:
+        """`cap_share` that belongs to `start_gain`, rounded down to .0001."""
+        share = self.cap_share * self.start_gain / self.gain if self.gain > 0 else 0.0
+        return math.floor(1e4 * share) / 1e4
+
+    def snippet(self, model: str) -> str:
+        """Lines for the rig file, ready to paste; `model` is the model's path relative to it."""
+        lines = [
+            f"[axis.friction]                     # axis {self.axis}",
+            f"model = {json.dumps(model)}",
+            f"gain = {self.start_gain:g}".ljust(36) + f"# {START_SHARE:g} of the largest that passes",
+            f"viscous_gain = {self.viscous_gain:g}",
+            f"cap_share = {self.start_cap_share:g}".ljust(36) + "# gain times the least dry friction",
+            f"drift_nm = {self.drift_nm:g}",
+        ]
+        return "\n".join(lines)
 
 
 @dataclass(frozen=True)
@@ -67,16 +97,18 @@ def recommend(model: FrictionModel, loaded: LoadedConfig | None) -> Gains:
     least = float(model.friction_min_nm.min())
     if loaded is None:
         return Gains(min(alone), least, ())
-    axes = tuple(_of_axis(model, axis, loaded.config.period_s) for axis in loaded.config.axis)
+    axes = tuple(of_axis(model, axis, loaded.config.period_s) for axis in loaded.config.axis)
     return Gains(min(alone), least, axes, loaded.path.name, loaded.sha256)
 
 
-def _of_axis(model: FrictionModel, axis: AxisTable, T: float) -> AxisGain:
+def of_axis(model: FrictionModel, axis: AxisTable, T: float) -> AxisGain:
+    """Recommend for one axis; `T` is the control period, s."""
     count = 2 * math.pi / axis.encoder_counts_per_rev
 
     def margins(gain: float) -> tuple[float, float, float]:
         """(capped, uncapped margin; share of the sampled-data test) at a gain, with a gated policy."""
-        table = axis.friction.model_copy(update={"gain": gain, "policy": "hybrid"})
+        update = {"gain": gain, "policy": "hybrid", "cap_share": CAP_SHARE_MAX}
+        table = axis.friction.model_copy(update=update)
         figures = friction_figures(model, Path(), axis.model_copy(update={"friction": table}), T, count)
         return figures.two_line_capped_margin_nm, figures.two_line_margin_nm, figures.gain_max
 
@@ -90,7 +122,17 @@ def _of_axis(model: FrictionModel, axis: AxisTable, T: float) -> AxisGain:
         return low
 
     gain = largest(0)
-    cap = min(gain * float(model.friction_min_nm.min()), axis.friction.cap_share * axis.torque_limit_nm)
+    cap = min(gain * float(model.friction_min_nm.min()), CAP_SHARE_MAX * axis.torque_limit_nm)
     at_zero = margins(0.0)
-    share = cap / axis.torque_limit_nm
-    return AxisGain(axis.name, gain, cap, share, margins(gain)[0], largest(1), at_zero[2], at_zero[0])
+    return AxisGain(
+        axis=axis.name,
+        gain=gain,
+        cap_nm=cap,
+        cap_share=cap / axis.torque_limit_nm,
+        margin_nm=margins(gain)[0],
+        gain_uncapped=largest(1),
+        gain_sampled_data=at_zero[2],
+        margin_at_zero_nm=at_zero[0],
+        viscous_gain=axis.friction.viscous_gain,
+        drift_nm=axis.friction.drift_nm,
+    )

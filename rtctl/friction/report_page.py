@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from html import escape
 from typing import Any
 
-from rtctl.friction import report_tables
+from rtctl.friction import blocks, report_tables
 from rtctl.friction.report_evidence import EXTRA_COLUMNS, Evidence
 from rtctl.friction.report_gain import Gains
 from rtctl.friction.report_tables import Table
@@ -16,7 +16,7 @@ from rtctl.friction.report_tables import Table
 _STYLE = """body{font:15px/1.5 sans-serif;max-width:66em;margin:2em auto;padding:0 1em;color:#222}
 figure{margin:1.5em 0}img{max-width:100%}figcaption,caption{color:#555;font-size:.9em;text-align:left;padding:.4em 0}
 table{border-collapse:collapse;margin:1.2em 0;font-size:.85em}th,td{border-bottom:1px solid #ddd;padding:.2em .7em}
-th{text-align:left;background:#f4f4f4}td{font-variant-numeric:tabular-nums}.key{background:#eef5ff;padding:.7em 1em}"""
+pre{background:#f8f8f8;padding:.7em 1em;overflow-x:auto}th{text-align:left;background:#f4f4f4}td{font-variant-numeric:tabular-nums}.key{background:#eef5ff;padding:.7em 1em}"""
 
 
 @dataclass(frozen=True)
@@ -53,6 +53,7 @@ def page(evidence: Evidence, gains: Gains, document: Mapping[str, Any], pictures
         _table(report_tables.errors(evidence)),
         "<h2>Ladder of models</h2>",
         by_name["ladder"],
+        _paragraph(blocks.describe(evidence.points, evidence.folds)),
         _table(report_tables.ladder(evidence)),
         "<h2>Residuals</h2>",
         *residuals,
@@ -92,7 +93,10 @@ def _gain(gains: Gains) -> str:
                 f"Axis {axis.axis}: gain up to {axis.gain:.3f}, with the feed-forward capped at {axis.cap_nm:.4g} N m "
                 f"(gain times the least dry friction; cap_share = {axis.cap_share:.4g} in the rig file). At that gain the test has nothing left: stay below it."
             )
-    return _paragraph(" ".join(words)) + _table(report_tables.gains(gains)) + f"<p>{escape(model)}</p>"
+    passing = [axis for axis in gains.axes if axis.margin_at_zero_nm >= 0]
+    paste = "".join(f"<pre>{escape(axis.snippet('MODEL.json'))}</pre>" for axis in passing)
+    table = _table(report_tables.gains(gains))
+    return _paragraph(" ".join(words)) + paste + table + f"<p>{escape(model)}</p>"
 
 
 def _absent(evidence: Evidence) -> str:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.errors import DataError, UnidentifiableError
-from rtctl.friction.blocks import TRAINS, folds_by_speed
+from rtctl.friction.blocks import TRAINS, folds_of
 from rtctl.friction.curves import KERNELS, gram
 from rtctl.friction.machines import MAX_ITERATIONS, Candidate, FailedFitError, train
 from rtctl.friction.points import FrictionPoints
@@ -81,15 +81,18 @@ def standard_error(errors: np.ndarray) -> float:
     return float(squares.std(ddof=1) / np.sqrt(len(squares)) / (2 * rmse))
 
 
-def side(points: FrictionPoints, direction: int, break_away_weight: float = BREAK_AWAY_WEIGHT) -> Side:
-    """Points of one direction (0: both as one) with their weights and their folds by speed."""
-    if direction:
-        speed, friction_nm = points.branch(direction)
-    else:
-        both = [np.concatenate(pair) for pair in zip(points.branch(1), points.branch(-1), strict=True)]
-        speed, friction_nm = both
+def side(
+    points: FrictionPoints,
+    direction: int,
+    break_away_weight: float = BREAK_AWAY_WEIGHT,
+    folds: str = "speed",
+) -> Side:
+    """Points of one direction (0: both as one) with their weights and their folds (`blocks.WAYS`)."""
+    directions = (direction,) if direction else (1, -1)
+    parts = [points.branch(one) for one in directions]
+    speed, friction_nm = (np.concatenate(column) for column in zip(*parts, strict=True))
     weight = np.where(speed == 0, break_away_weight, 1.0)
-    return Side(direction, speed, friction_nm, weight, folds_by_speed(speed))
+    return Side(direction, speed, friction_nm, weight, folds_of(points, directions, folds))
 
 
 def cross_validate(

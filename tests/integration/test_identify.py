@@ -60,6 +60,8 @@ def test_a_simulated_identification_ends_in_points_that_the_fit_takes(tmp_path):
     summary = json.loads(done.stdout)
     assert summary["complete"]
     assert (summary["points"], summary["train"], summary["test"]) == (22, 18, 4)
+    assert [one["direction"] for one in summary["truth"]] == [1, -1]
+    assert all(0 < one["rms_share"] < 0.03 and one["speeds"] == 10 for one in summary["truth"])
     assert len(read_points(out / "points_train.csv").branch(-1)[0]) == 9
     again = call("identify", CONFIG, "--simulate", "--out", out, *QUICK, "--json")
     assert (again.returncode, json.loads(again.stdout)["error"]) == (10, "DataError")

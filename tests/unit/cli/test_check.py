@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import re
 import sys
 
 import numpy as np
@@ -195,6 +196,49 @@ def test_a_passing_file_prints_ok_and_exits_0(rig, monkeypatch, capsys, tmp_path
     assert "OK: passive with every passive hand" in out
     assert "sampled-data margin" in out
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def _advice(text):
+    found = re.search(r"recommends gain = ([\d.]+) with cap_share = ([\d.]+)", text)
+    return found and tuple(float(number) for number in found.groups())
+
+
+def test_a_gain_and_cap_that_fail_the_two_line_test_are_warned_of_with_those_that_pass(
+    rig, monkeypatch, capsys
+):
+    _, out, _ = _run(monkeypatch, capsys, "check", rig(model="model.json"))
+    assert "WARNING: axis joint: gain = 0.9 with cap_share = 0.3 fails the two-line test" in out
+    assert "force gate" in out
+    gain, cap_share = _advice(out)
+    path = rig(model="model.json", gain=gain)
+    path.write_text(path.read_text().replace("[[device]]", f"cap_share = {cap_share}\n[[device]]"))
+    # the table before [[device]] is [axis.friction]
+    code, out, _ = _run(monkeypatch, capsys, "check", path)
+    assert code == 0
+    assert "two-line" in out
+    assert "WARNING" not in out
+    assert "recommends" not in out
+    _, out, _ = _run(monkeypatch, capsys, "check", path, "--json")
+    body = json.loads(out)
+    assert body["warnings"] == []
+    assert body["recommended"][0]["gain"] == body["recommended"][0]["gain_recommended"] == gain
+    assert body["recommended"][0]["margin_nm"] > 0
+
+
+def test_less_than_recommended_is_a_note_and_no_feed_forward_is_nothing(rig, monkeypatch, capsys):
+    _, out, _ = _run(monkeypatch, capsys, "check", rig(model="model.json", gain=0.2))
+    assert "WARNING" not in out
+    assert "note: axis joint: gain = 0.2 with cap_share = 0.3 passes" in out
+    assert _advice(out)
+    _, out, _ = _run(monkeypatch, capsys, "check", rig(model="model.json", policy="off"))
+    assert "recommends" not in out
+
+
+def test_a_coupling_that_leaves_no_gain_is_said(rig, monkeypatch, capsys):
+    path = rig(model="model.json", k_c=10.0, b_c=0.0)
+    path.write_text(path.read_text().replace("160000", "20"))
+    _, out, _ = _run(monkeypatch, capsys, "check", path)
+    assert "no gain passes it with this coupling and encoder" in out
 
 
 def test_a_failing_file_exits_5_naming_file_axis_key_value_and_bound(rig, monkeypatch, capsys):

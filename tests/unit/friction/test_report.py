@@ -3,7 +3,9 @@
 import base64
 import html
 import json
+import os
 import re
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -183,6 +185,26 @@ def test_the_recommended_gain_is_the_largest_that_passes_the_two_line_test(model
     )
 
 
+def test_the_suggested_gain_and_cap_pass_the_two_line_test_with_room(model, loaded):
+    (found,) = report_gain.recommend(model, loaded).axes
+    axis = loaded.config.axis[0]
+    table = tomllib.loads(found.snippet("m.json"))["axis"]["friction"]
+    assert set(table) == {"model", "gain", "viscous_gain", "cap_share", "drift_nm"}
+    assert 0.8 * found.gain < table["gain"] < found.gain
+    assert table["cap_share"] * axis.torque_limit_nm <= table["gain"] * model.friction_min_nm.min()
+    pasted = axis.model_copy(update={"friction": axis.friction.model_copy(update=table)})
+    count = 2 * np.pi / axis.encoder_counts_per_rev
+    assert friction_figures(model, Path(), pasted, loaded.config.period_s, count).two_line_margin_nm > 0
+
+
+def test_the_recommendation_does_not_depend_on_the_gain_and_cap_that_are_set(model, loaded):
+    axis = loaded.config.axis[0]
+    other = axis.friction.model_copy(update={"gain": 0.1, "cap_share": 0.01, "policy": "off"})
+    config = loaded.config.model_copy(update={"axis": (axis.model_copy(update={"friction": other}),)})
+    changed = loaded.model_copy(update={"config": config})
+    assert report_gain.recommend(model, changed).axes == report_gain.recommend(model, loaded).axes
+
+
 def _grids(model):
     return [(branch, np.linspace(0, branch.speed_max_rad_s, 4000)) for branch in model.branches]
 
@@ -254,6 +276,13 @@ def test_the_command_writes_model_and_report(monkeypatch, capsys, tmp_path):
     document = json.loads((folder / "report.json").read_text())
     assert document["prediction_on"] == "test points"
     assert document["provenance"]["options"]["search"] == "none"
+    assert document["folds"] == "speed"
+    assert "Held out in 5 folds by speed" in (folder / "report.html").read_text()
+    pasted = tomllib.loads(said[said.index("[axis.friction]") : said.index("learned curve")])["axis"][
+        "friction"
+    ]
+    assert pasted["model"] == Path(os.path.relpath(out, rig.parent)).as_posix()
+    assert "gain = " in (folder / "report.html").read_text()
     assert len(document["gain"]["axes"]) == 1
 
 
@@ -262,6 +291,9 @@ def test_a_mistake_is_told_before_anything_is_fitted(monkeypatch, capsys, tmp_pa
     code, _, err = _run(monkeypatch, capsys, "--out", out, "--test", POINTS)
     assert code == 2
     assert "--report" in err
+    code, _, err = _run(monkeypatch, capsys, "--out", out, "--folds", "time")
+    assert code == 10
+    assert "column time_s" in err
     code, _, err = _run(
         monkeypatch, capsys, "--out", out, "--report", tmp_path / "r", "--config", rig, "--rig", "x"
     )

@@ -1,0 +1,74 @@
+"""`rtctl fit --config`: what to write into the rig file, and how far from the truth a simulated rig's model is."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from rtctl.config import LoadedConfig
+    from rtctl.friction.model import FrictionModel
+    from rtctl.friction.report_gain import AxisGain
+    from rtctl.friction.truth import Deviation
+
+
+def body(model: FrictionModel, loaded: LoadedConfig | None, out: Path) -> dict[str, Any]:
+    """Recommended tables and, of the mock, the deviation from the truth; empty without a rig file."""
+    if loaded is None:
+        return {}
+    named = _named(out, loaded)
+    axes = [
+        {
+            **asdict(axis),
+            "start_gain": axis.start_gain,
+            "start_cap_share": axis.start_cap_share,
+            "snippet": axis.snippet(named),
+        }
+        for axis in _axes(model, loaded)
+    ]
+    return {"recommended": axes, "truth": [asdict(one) for one in _truth(model, loaded)]}
+
+
+def show(model: FrictionModel, loaded: LoadedConfig | None, out: Path) -> None:
+    """Print the table to paste into the rig file, per axis, and the deviation from the truth."""
+    if loaded is None:
+        return
+    for axis in _axes(model, loaded):
+        if axis.margin_at_zero_nm < 0:
+            click.echo(
+                f"\naxis {axis.axis}: no gain passes the two-line test: without compensation {-axis.margin_at_zero_nm:.4g} "
+                "N m are missing; lower the coupling's stiffness or damping, or use a finer encoder"
+            )
+            continue
+        click.echo(
+            f"\nfor {loaded.path.name} (largest gain that passes the two-line test: {axis.gain:.3f}):\n"
+        )
+        click.echo(axis.snippet(_named(out, loaded)))
+    deviations = _truth(model, loaded)
+    if deviations:
+        click.echo("\nlearned curve against the true friction of the simulated rig:")
+    for one in deviations:
+        click.echo(f"  {one}")
+
+
+def _axes(model: FrictionModel, loaded: LoadedConfig) -> tuple[AxisGain, ...]:
+    from rtctl.friction import report_gain
+
+    return report_gain.recommend(model, loaded).axes
+
+
+def _named(out: Path, loaded: LoadedConfig) -> str:
+    """Path of the model as the rig file names it: relative to its folder."""
+    return Path(os.path.relpath(out.resolve(), loaded.path.parent)).as_posix()
+
+
+def _truth(model: FrictionModel, loaded: LoadedConfig) -> tuple[Deviation, ...]:
+    """Deviation from the friction law of the mock, when the rig file is of one with a single axis."""
+    from rtctl.friction import truth
+
+    known = truth.is_known(loaded) and loaded.config.n_axes == 1
+    return truth.of_model(loaded, 0, model) if known else ()

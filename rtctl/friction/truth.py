@@ -1,0 +1,105 @@
+"""What was measured or learned, against the friction law of the simulated rig, which the rig file states.
+
+For the mock alone: no real rig's true friction is known. Nothing that measures or learns imports this.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from hw.mock.friction import static_friction
+from hw.mock.records import plant_records
+from rtctl.config import LoadedConfig
+from rtctl.friction.model import FrictionModel
+
+_GRID = 2000
+SPEED_MIN_RAD_S = 0.005
+"""Slowest speed at which a learned curve is judged: below it no run measures."""
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """Measured or learned minus true friction of one direction, magnitudes.
+
+    `rms_share` and `worst_share` are shares of the rig's Coulomb friction `coulomb_nm` over `speeds` moving
+    points, or over the learned range; `break_away_share` is that of the break-away point, None without one.
+    """
+
+    direction: int
+    coulomb_nm: float
+    speeds: int
+    rms_nm: float
+    rms_share: float
+    worst_share: float
+    break_away_share: float | None
+
+    def __str__(self) -> str:
+        away = "" if self.break_away_share is None else f", break-away {100 * self.break_away_share:+.2f} %"
+        return (
+            f"direction {self.direction:+d}: RMS {100 * self.rms_share:.2f} % of F_c = {self.coulomb_nm:g} N m, "
+            f"largest {100 * self.worst_share:.2f} %{away}"
+        )
+
+
+def is_known(loaded: LoadedConfig) -> bool:
+    """True when the rig file's device is the mock, whose friction law is stated there."""
+    return loaded.config.device[0].kind == "mock"
+
+
+def true_friction_nm(loaded: LoadedConfig, axis: int, velocity_rad_s: np.ndarray) -> np.ndarray:
+    """True static friction of an axis of the mock at signed velocities, magnitude, mean over a turn, N m."""
+    params = plant_records(loaded.options, loaded.config.hardware())[0]
+    params["modulation_share"] = 0.0  # its mean over a turn
+    return np.array([abs(static_friction(float(v), 0.0, params[0], axis)) for v in velocity_rad_s])
+
+
+def of_points(
+    loaded: LoadedConfig, axis: int, points: Iterable[tuple[float, float, int]]
+) -> tuple[Deviation, ...]:
+    """Deviation of measured points, one per direction that has a moving point.
+
+    Parameters
+    ----------
+    points
+        (velocity rad/s, friction torque N m, both signed; direction +1 or -1) of each.
+    """
+    table = np.array(list(points), dtype=float).reshape(-1, 3)
+    found = []
+    for direction in (1, -1):
+        velocity, torque, _ = table[table[:, 2] == direction].T
+        still = velocity == 0
+        if still.all():
+            continue
+        true_nm = true_friction_nm(loaded, axis, np.where(still, direction * 1e-12, velocity))
+        error = np.abs(torque) - true_nm
+        found.append(_deviation(loaded, axis, direction, error[~still], error[still]))
+    return tuple(found)
+
+
+def of_model(loaded: LoadedConfig, axis: int, model: FrictionModel) -> tuple[Deviation, ...]:
+    """Deviation of a learned model over its trained range above `SPEED_MIN_RAD_S`, one per direction."""
+    found = []
+    for direction, branch in zip((1, -1), model.branches, strict=True):
+        velocity = direction * np.linspace(SPEED_MIN_RAD_S, branch.speed_max_rad_s, _GRID)
+        error = model.magnitude(velocity) - true_friction_nm(loaded, axis, velocity)
+        found.append(_deviation(loaded, axis, direction, error, np.zeros(0)))
+    return tuple(found)
+
+
+def _deviation(
+    loaded: LoadedConfig, axis: int, direction: int, moving_nm: np.ndarray, still_nm: np.ndarray
+) -> Deviation:
+    coulomb = float(plant_records(loaded.options, loaded.config.hardware())[0]["coulomb_nm"][0, axis])
+    rms = float(np.sqrt(np.mean(moving_nm**2)))
+    return Deviation(
+        direction=direction,
+        coulomb_nm=coulomb,
+        speeds=len(moving_nm),
+        rms_nm=rms,
+        rms_share=rms / coulomb,
+        worst_share=float(np.abs(moving_nm).max()) / coulomb,
+        break_away_share=float(still_nm.mean()) / coulomb if len(still_nm) else None,
+    )
