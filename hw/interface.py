@@ -28,6 +28,9 @@ CHANNEL_FIELDS: dict[str, str] = {
 }
 """Channel name -> the tick field that carries it."""
 
+WHOLE_RIG_CHANNELS = frozenset({"force", "estop"})
+"""Channels with one value for the rig; the others have one per axis."""
+
 
 class LinkFault(IntFlag):
     """Bits of `tick["link_faults"]`: what went wrong on the link in this cycle."""
@@ -36,6 +39,8 @@ class LinkFault(IntFlag):
     SEQUENCE = 2
     LOST = 4
     END_OF_LOG = 8
+    DEVICE = 16  # the device itself reports a fault: overload, invalid measurement, drive error
+    OVER_BUDGET = 32  # a device took longer than the time set aside for it
 
 
 class BackendError(Exception):
@@ -92,6 +97,22 @@ class CompiledBackend(Protocol):
         """Compile (or load) what `read` and `write` call, for ticks like `tick`; changes nothing."""
 
 
+@runtime_checkable
+class CountingBackend(Protocol):
+    """A backend that counts what its link has seen; `rtctl probe` shows it."""
+
+    def counts(self) -> dict[str, int]:
+        """Totals since `open`: frames, checksum errors, lost frames, ... by name."""
+
+
+@dataclass(frozen=True)
+class Channels:
+    """What a device provides and consumes: names of `CHANNEL_FIELDS`."""
+
+    provides: frozenset[str]
+    consumes: frozenset[str]
+
+
 @dataclass(frozen=True)
 class BackendInfo:
     """Registry entry. Both targets are `module:attribute`, imported only when used.
@@ -100,12 +121,15 @@ class BackendInfo:
     `options` names a pydantic model that validates the device's table in the rig file; it is imported
     only by the host.
     `simulated`: no real actuator, so refused real-time rights only warn.
+    `channels`: those of every device of this kind. None: they depend on the options; the host then makes
+    the backend, without opening it, and looks at its `provides` and `consumes`.
     """
 
     factory: str
     options: str
     simulated: bool
     summary: str
+    channels: Channels | None = None
 
 
 Options = Mapping[str, Any]

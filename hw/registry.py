@@ -10,7 +10,7 @@ from functools import cache
 from importlib.metadata import entry_points
 from typing import Any
 
-from hw.interface import Backend, BackendError, BackendInfo, Options, Rig
+from hw.interface import Backend, BackendError, BackendInfo, Channels, Options, Rig
 
 GROUP = "rtctl.backends"
 
@@ -20,6 +20,10 @@ BUILT_IN = {
         options="hw.mock.options:MockOptions",
         simulated=True,
         summary="simulated rig: motor, gearbox, friction, sensors, a hand",
+        channels=Channels(
+            provides=frozenset({"position", "current", "force", "temperature", "estop"}),
+            consumes=frozenset({"current_command"}),
+        ),
     ),
     "playback": BackendInfo(
         factory="hw.playback.backend:PlaybackBackend",
@@ -56,6 +60,15 @@ def _resolve(target: str) -> Any:  # noqa: ANN401
 def options_model(kind: str) -> Any:  # noqa: ANN401
     """The pydantic model of the backend's options (host side only)."""
     return _resolve(lookup(kind).options)
+
+
+def channels(kind: str, options: Options, rig: Rig) -> Channels:
+    """What such a device provides and consumes, without opening it. `options` are validated ones."""
+    declared = lookup(kind).channels
+    if declared is not None:
+        return declared
+    backend = create(kind, options, rig)
+    return Channels(provides=backend.provides, consumes=backend.consumes)
 
 
 def create(kind: str, options: Options, rig: Rig) -> Backend:

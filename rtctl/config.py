@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import tomllib
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -16,6 +17,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from hw import registry
 from hw.interface import BackendError, Rig
+from hw.rig import Member
+from rtctl.config_devices import Composition
 from rtctl.config_tables import (
     AxisTable,
     DeviceTable,
@@ -36,7 +39,7 @@ class Config(Table):
     loop: LoopTable = LoopTable()
     axis: tuple[AxisTable, ...] = Field(min_length=1, max_length=8, strict=False)
     passivity: PassivityTable = PassivityTable()
-    device: tuple[DeviceTable, ...] = Field(min_length=1, max_length=1, strict=False)
+    device: tuple[DeviceTable, ...] = Field(min_length=1, max_length=8, strict=False)
     telemetry: TelemetryTable = TelemetryTable()
 
     @model_validator(mode="after")
@@ -74,6 +77,16 @@ class Config(Table):
             lever_m=np.array([axis.lever_m for axis in self.axis], dtype=float),
         )
 
+    def composition(self, options: Sequence[Mapping[str, Any]]) -> Composition:
+        """The devices with their validated options, one of each."""
+        return Composition(
+            tables=self.device,
+            options=options,
+            axis_names=[axis.name for axis in self.axis],
+            absent=self.rig.absent,
+            hardware=self.hardware(),
+        )
+
 
 class LoadedConfig(Table):
     """A validated rig file with where it came from."""
@@ -84,8 +97,13 @@ class LoadedConfig(Table):
     sha256: str
     config: Config
     options: dict[str, Any] = Field(
-        description="validated options of the device, plain values, absolute paths"
+        description="validated options of the first device, plain values, absolute paths"
     )
+    more_options: tuple[dict[str, Any], ...] = Field((), description="those of the other devices, in order")
+
+    def members(self) -> tuple[Member, ...]:
+        """The devices as the loop process gets them."""
+        return self.config.composition((self.options, *self.more_options)).members()
 
     def model_path(self, axis: AxisTable) -> Path | None:
         """Absolute path of an axis' friction model, or None."""
@@ -137,25 +155,32 @@ def load(path: str | Path) -> LoadedConfig:
         faults += _lines(path, "", error)
     options, more = _device_options(path, data)
     faults += more
+    if config is not None and not faults:
+        faults += [f"{path}: {line}" for line in config.composition(options).faults()]
     if config is None or faults:
         raise ConfigError(f"{path}: {len(faults)} fault(s) in the rig file", tuple(faults))
-    return LoadedConfig(path=path, sha256=hashlib.sha256(raw).hexdigest(), config=config, options=options)
+    digest = hashlib.sha256(raw).hexdigest()
+    return LoadedConfig(
+        path=path, sha256=digest, config=config, options=options[0], more_options=tuple(options[1:])
+    )
 
 
-def _device_options(path: Path, data: dict[str, Any]) -> tuple[dict[str, Any], list[str]]:
-    """Validate the first device's options against its backend's own model."""
+def _device_options(path: Path, data: dict[str, Any]) -> tuple[list[dict[str, Any]], list[str]]:
+    """Validate every device's options against its backend's own model."""
     devices = data.get("device")
-    if not isinstance(devices, list) or not devices or not isinstance(devices[0], dict):
-        return {}, []
-    kind, options = devices[0].get("kind"), devices[0].get("options", {})
-    if not isinstance(kind, str):
-        return {}, []
-    try:
-        model = registry.options_model(kind)
-        valid = model.model_validate(options, context={"folder": path.parent})
-    except ValidationError as error:
-        return {}, _lines(path, "device[0].options", error)
-    except BackendError as error:
-        return {}, [f"{path}: device[0].kind: {error}"]
-    dumped: dict[str, Any] = valid.model_dump(mode="json")
-    return dumped, []
+    valid: list[dict[str, Any]] = []
+    faults: list[str] = []
+    for i, device in enumerate(devices if isinstance(devices, list) else []):
+        kind = device.get("kind") if isinstance(device, dict) else None
+        if not isinstance(kind, str):
+            continue  # the table's own fault
+        try:
+            model = registry.options_model(kind)
+            options = model.model_validate(device.get("options", {}), context={"folder": path.parent})
+        except ValidationError as error:
+            faults += _lines(path, f"device[{i}].options", error)
+        except BackendError as error:
+            faults.append(f"{path}: device[{i}].kind: {error}")
+        else:
+            valid.append(options.model_dump(mode="json"))
+    return valid, faults

@@ -31,6 +31,11 @@ class RigTable(Table):
         description="rig name: lock file, telemetry, model files and service instance carry it"
     )
     description: str = Field("", max_length=200)
+    absent: tuple[Literal["current", "force"], ...] = Field(
+        (),
+        strict=False,
+        description="sensors this rig does not have; their channels read 0 and what needs them does nothing",
+    )
 
 
 class LoopTable(Table):
@@ -165,9 +170,28 @@ class PassivityTable(Table):
 
 
 class DeviceTable(Table):
-    """[[device]]"""
+    """[[device]]: together the devices provide every channel once and take the command of every axis once."""
 
     kind: Name = Field(description="backend: mock, playback, or an installed one")
+    name: Name | None = Field(None, description="names the device in errors; default: its kind")
+    axes: tuple[Name, ...] = Field(
+        (), strict=False, description="axes it serves, in its own order; empty: all"
+    )
+    channels: tuple[str, ...] = Field(
+        (), strict=False, description="channels the rig uses of those it has; empty: all"
+    )
+    rate_hz: float | None = Field(
+        None, ge=1, le=100_000, description="rate of a free-running sensor; default: a sample in every cycle"
+    )
+    max_age_ticks: int | None = Field(
+        None,
+        ge=0,
+        le=10_000,
+        description="oldest sample that counts as fresh; default: 0, or loop rate over rate_hz, rounded up",
+    )
+    budget_us: float | None = Field(
+        None, ge=5, le=5000, description="time its reading may take; default: its share of 40 % of the period"
+    )
     options: dict[str, Any] = Field(default_factory=dict, description="the backend's own options")
 
 

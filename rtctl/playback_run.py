@@ -146,9 +146,9 @@ def run_log(loaded: LoadedConfig) -> np.ndarray:
     DataError
         The rig never became ACTIVE, with the first fault's name where there was one.
     """
-    if loaded.config.device[0].kind != "playback":
+    if [device.kind for device in loaded.config.device] != ["playback"]:
         raise ConfigError(
-            f"{loaded.path}: device[0].kind must be playback, not {loaded.config.device[0].kind}"
+            f"{loaded.path}: device[0].kind must be playback, not {loaded.config.device[0].kind}, and the only device"
         )
     if loaded.options.get("loop"):
         raise ConfigError(

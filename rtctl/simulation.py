@@ -87,9 +87,11 @@ class Simulation:
         ModelError
             As `rtctl.plan.build`.
         """
-        kind = loaded.config.device[0].kind
-        if kind != "mock":
-            raise ConfigError(f"{loaded.path}: device[0].kind: only 'mock' can be simulated, not {kind!r}")
+        kinds = [device.kind for device in loaded.config.device]
+        if kinds != ["mock"]:
+            raise ConfigError(
+                f"{loaded.path}: device[0].kind: only 'mock' can be simulated, alone, not {', '.join(kinds)}"
+            )
         self.plan: Plan = build(loaded)
         plant_params, plant_state = plant_records(loaded.options, loaded.config.hardware())
         self.plant_params, self.plant_state = records(plant_params), records(plant_state)

@@ -81,7 +81,12 @@ FIELDS: tuple[Field, ...] = (
     _axis("position_rad", "rad", "joint angle, link side, unwrapped", "backend"),
     _axis("current_a", "A", "motor current from the Hall sensor", "backend"),
     Field("force_n", "float", "xyz", "N", "backend", "force of the hand on the tip, sensor axes, untared"),
-    _axis("temperature_c", "degC", "motor temperature; 0 where the rig has no sensor", "backend"),
+    _axis(
+        "temperature_c",
+        "degC",
+        "motor temperature; NaN (null in JSON) where the rig has no sensor",
+        "backend",
+    ),
     # command in force: copied by the law from the newest command
     Field("command_seq", "int", "scalar", "1", "law", "sequence number of the command in force"),
     Field("target_age_ticks", "int", "scalar", "1", "law", "ticks since the renderer's last target"),

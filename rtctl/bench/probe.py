@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from hw import registry
+from hw.rig import compose
 from rtctl import plan as planning
 from rtctl.config import LoadedConfig, load
 from rtctl.rt import realtime
@@ -49,8 +49,7 @@ def _full(loaded: LoadedConfig, seconds: float) -> np.ndarray:
     writer = CommandWriter(memory)
     writer.command[:] = plan.command
     writer.send()
-    device = loaded.config.device[0]
-    backend = registry.create(device.kind, loaded.options, loaded.config.hardware())
+    backend = compose(loaded.members(), loaded.config.hardware())
     backend.open()
     warm_up(memory, backend)
     stop = Stop()

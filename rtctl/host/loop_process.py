@@ -29,8 +29,7 @@ class LoopProcess:
             for name, value in asdict(config.hardware()).items()
         }
         order = {
-            "kind": config.device[0].kind,
-            "options": loaded.options,
+            "devices": [asdict(member) for member in loaded.members()],
             "rig": rig,
             "clock": config.loop.clock,
             "realtime": config.loop.realtime,

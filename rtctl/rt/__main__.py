@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from hw import registry
 from hw.interface import Backend, BackendError, Rig
+from hw.rig import Member, compose
 from rtctl.rt import realtime
 from rtctl.rt.clock import Clock, VirtualClock, WallClock
 from rtctl.rt.loop import Stop, run_loop, warm_up
@@ -35,7 +35,7 @@ def _rig(data: dict[str, Any]) -> Rig:
 
 def _open(order: dict[str, Any]) -> Backend | None:
     try:
-        backend = registry.create(order["kind"], order["options"], _rig(order["rig"]))
+        backend = compose([Member.from_dict(device) for device in order["devices"]], _rig(order["rig"]))
         backend.open()
     except BackendError as error:
         _say("ended", reason="device", detail=str(error))

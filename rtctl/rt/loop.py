@@ -105,6 +105,7 @@ def run_loop(backend: Backend, memory: Memory, clock: Clock, stop: Stop, *, waiv
         backend.warm_up(tick)
     slot, missed, record_ns = 0, 0, 0
     word[9] = waiver
+    tick["temperature_c"] = np.nan  # no sensor, no value; a backend that has one overwrites it
     deadline = start = clock.now() + period
     memory.header[0]["start_ns"] = start
     try:

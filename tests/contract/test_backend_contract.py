@@ -14,6 +14,7 @@ import pytest
 
 from hw import registry
 from hw.interface import CHANNEL_FIELDS, Rig
+from hw.rig import Member, compose
 from rtctl.control.jit import records
 from rtctl.tick import FIELDS, new_ticks
 
@@ -46,7 +47,22 @@ def playback(n_axes, folder):
     return {"file": "log.csv", "time": {"column": "t"}, "axis": [axis]}
 
 
-ROWS = {"mock": ("mock", 1, mock), "mock, two axes": ("mock", 2, mock), "playback": ("playback", 1, playback)}
+ROWS = {
+    "mock": ("mock", 1, mock),
+    "mock, two axes": ("mock", 2, mock),
+    "playback": ("playback", 1, playback),
+    "a rig of two devices": ("mock", 2, mock),
+}
+
+
+def split(kind, options, n_axes):
+    """The backend's motor and its force sensor as two devices of one rig."""
+    drive = ("position", "current", "temperature", "current_command")
+    members = [
+        Member(kind, options, label, tuple(range(n_axes)), channels, budget_ns=0)
+        for label, channels in (("finger", ("force", "estop")), ("drive", drive))
+    ]
+    return compose(members, rig(n_axes))
 
 
 class Subject:
@@ -58,7 +74,13 @@ class Subject:
             table(self.n_axes, folder), context={"folder": folder}
         )
         self.options = valid.model_dump(mode="json")
-        self.backend = registry.create(self.kind, self.options, rig(self.n_axes))
+        self.split = row == "a rig of two devices"
+        self.backend = self.make()
+
+    def make(self):
+        if self.split:
+            return split(self.kind, self.options, self.n_axes)
+        return registry.create(self.kind, self.options, rig(self.n_axes))
 
     def tick(self, slot=0):
         tick = records(new_ticks(1, self.n_axes))
@@ -175,7 +197,7 @@ def test_ticks_may_be_rows_of_a_ring(running):
 
 
 def test_two_backends_with_the_same_options_show_the_same(running, tmp_path):
-    other = registry.create(running.kind, running.options, rig(running.n_axes))
+    other = running.make()
     other.open()
     for slot in range(20):
         a, b = running.tick(slot), running.tick(slot)

@@ -165,3 +165,9 @@ def test_an_unarmed_rig_sends_no_torque(memory):
     rows = run(memory, backend, stop=stop)
     assert not np.any(backend.written)
     assert not rows["enabled"].any()
+
+
+def test_a_rig_without_a_temperature_sensor_shows_no_temperature(memory):
+    stop = Stop()
+    rows = run(memory, FakeBackend(ask_stop_at(stop, 20)), stop=stop)
+    assert np.isnan(rows["temperature_c"]).all()

@@ -1,0 +1,285 @@
+"""Several devices as one backend: each provides some channels of the rig, together they provide every one.
+
+Each device reads and writes a tick of its own, so it sees exactly what it would see alone, and nothing it
+writes beyond its channels reaches the rig. The rig's `sample_count` advances only in a cycle in which every
+device that provides a channel is fresh: its own count rose in this cycle or, where the rig file allows that
+for a sensor slower than the loop, at most `max_age_ticks` cycles ago.
+
+No device may hold up another for longer than its budget: the devices of the position are read first, and
+after one that overran its budget the rest of this cycle's reads are left out and the slow device rests for
+up to two cycles. What was left out ages. A device that overran three times in a row rests so long that its
+sample goes stale, which stops the rig.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hw import registry
+from hw.interface import (
+    CHANNEL_FIELDS,
+    Backend,
+    BackendError,
+    CompiledBackend,
+    CountingBackend,
+    LinkFault,
+    Options,
+    Rig,
+)
+from hw.rig_words import Exchange, device_dtype, subset
+
+STOP_TIMEOUT_S = 0.1
+"""How long `stop` and `close` wait for a device that hangs."""
+
+REST_TICKS = 2
+"""Most cycles a device rests after it overran its budget: one more and a lone hiccup would be a stale sample."""
+
+SLOW_READS = 3
+SLOW_REST_TICKS = 10
+"""After this many overruns in a row a device rests so long: its sample goes stale."""
+
+READ_ORDER = ("position", "current", "force", "estop", "temperature")
+"""Who is read first: what the law needs most is delayed by nobody."""
+
+_OVER_BUDGET = int(LinkFault.OVER_BUDGET)
+_STACK_BYTES = (
+    256 * 1024
+)  # of a stopping thread: with locked memory the default 8 MB would be filled in first
+_NEVER = 1 << 40
+
+
+@dataclass(frozen=True)
+class Member:
+    """One device of a rig, as plain data.
+
+    Attributes
+    ----------
+    kind, options
+        Backend and its validated options.
+    label
+        Names the device in every error, such as `device[1] 'finger'`.
+    axes
+        Indices of the rig's axes it serves; its own axes are these, in this order.
+    channels
+        Those of its channels the rig uses.
+    max_age_ticks
+        Oldest sample that still counts as fresh, in cycles; 0: a new one is due in every cycle.
+    budget_ns
+        Time its `read` may take; 0: no limit (simulated devices).
+    """
+
+    kind: str
+    options: Options
+    label: str
+    axes: tuple[int, ...]
+    channels: tuple[str, ...]
+    max_age_ticks: int = 0
+    budget_ns: int = 0
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Member:
+        """Back from JSON."""
+        return cls(**{**data, "axes": tuple(data["axes"]), "channels": tuple(data["channels"])})
+
+
+def compose(members: Sequence[Member], rig: Rig) -> Backend:
+    """The backend of a rig. One device that serves it all, fresh in every cycle, is handed out as it is."""
+    first = members[0]
+    made = [registry.create(member.kind, member.options, subset(rig, member.axes)) for member in members]
+    whole = len(first.axes) == rig.n_axes and set(first.channels) == made[0].provides | made[0].consumes
+    if len(members) == 1 and whole and first.max_age_ticks == 0:
+        return made[0]
+    return Composite([_Device(member, backend) for member, backend in zip(members, made, strict=True)])
+
+
+class _Device:
+    """One member at work: its backend, its own tick, its freshness."""
+
+    def __init__(self, member: Member, backend: Backend) -> None:
+        self.member, self.backend = member, backend
+        self.provides = frozenset(member.channels) & backend.provides
+        self.consumes = frozenset(member.channels) & backend.consumes
+        self.age = _NEVER
+        self.rest = self.overruns = self.overruns_in_a_row = 0
+        self.tick: np.ndarray | None = None
+
+    def bind(self, tick: np.ndarray) -> None:
+        """Prepare the exchange with `tick`; the device's own tick stays the same one."""
+        if self.tick is None:
+            self.tick = np.zeros(1, device_dtype(tick.dtype, len(self.member.axes)))
+            self.tick["temperature_c"] = np.nan
+        fields = [CHANNEL_FIELDS[channel] for channel in sorted(self.provides)]
+        self.exchange = Exchange(tick, self.tick, self.member.axes, fields, commanded=bool(self.consumes))
+
+    def read(self) -> None:
+        """Read the device and see whether there is a new sample. Raises BackendError naming it."""
+        assert self.tick is not None
+        before = self.exchange.sample_count()
+        self.exchange.lead_in()
+        self._named(self.backend.read, self.tick)
+        self.age = 0 if self.exchange.sample_count() > before else self.age + 1
+
+    def over(self, spent_ns: int) -> bool:
+        """True when the reading took longer than its budget; the device then rests."""
+        if spent_ns <= self.member.budget_ns:
+            self.overruns_in_a_row = 0
+            return False
+        self.overruns += 1
+        self.overruns_in_a_row += 1
+        slow = self.overruns_in_a_row >= SLOW_READS
+        self.rest = SLOW_REST_TICKS if slow else min(spent_ns // self.member.budget_ns, REST_TICKS)
+        return True
+
+    def write(self) -> None:
+        """Send the device its part of the command. Raises BackendError naming it."""
+        assert self.tick is not None
+        self.exchange.command()
+        self._named(self.backend.write, self.tick)
+
+    def open(self) -> None:
+        """Acquire the device. Raises BackendError naming it."""
+        self._named(self.backend.open)
+
+    def _named(self, action: Callable[..., None], *arguments: np.ndarray) -> None:
+        try:
+            action(*arguments)
+        except BackendError as error:
+            raise type(error)(f"{self.member.label}: {error}") from error
+
+    @property
+    def fresh(self) -> bool:
+        """Not older than it may be."""
+        return self.age <= self.member.max_age_ticks
+
+
+class Composite:
+    """Several devices as one backend. Made by `compose`."""
+
+    def __init__(self, devices: Sequence[_Device]) -> None:
+        self._devices = sorted(devices, key=_rank)
+        self._sensors = [device for device in self._devices if device.provides]
+        self._writers = [device for device in self._devices if device.backend.consumes]
+        self.provides = frozenset().union(*(device.provides for device in devices))
+        self.consumes = frozenset().union(*(device.consumes for device in devices))
+        self._tick: np.ndarray | None = None
+        self._count = 0
+
+    def open(self) -> None:
+        """Open every device; when one cannot be opened, close the others. Raises BackendError naming it."""
+        try:
+            for device in self._devices:
+                device.open()
+        except BackendError:
+            self.close()
+            raise
+
+    def warm_up(self, tick: np.ndarray) -> None:
+        """Have the devices compile (or load) what they call, for their own ticks; changes nothing."""
+        self._bind(tick)
+        for device in self._devices:
+            if isinstance(device.backend, CompiledBackend) and device.tick is not None:
+                device.backend.warm_up(device.tick)
+
+    def _bind(self, tick: np.ndarray) -> None:
+        for device in self._devices:
+            device.bind(tick)
+        row = tick.view(np.ndarray)
+        self._sample_count = memoryview(row["sample_count"])  # type: ignore[arg-type] # as in playback
+        self._link_faults: Any = memoryview(row["link_faults"])  # type: ignore[arg-type]
+        self._estop: Any = memoryview(row["estop"])  # type: ignore[arg-type]
+        self._tick = tick
+
+    def read(self, tick: np.ndarray) -> None:
+        """Read the devices within their budgets and merge what they show. Raises LinkLost naming the device."""
+        if tick is not self._tick:
+            self._bind(tick)
+        faults = self._read_all()
+        estop, due, new = 0, True, False
+        for device in self._sensors:
+            device.exchange.deliver()
+            due = due and device.fresh
+            new = new or device.age == 0
+            if "estop" in device.provides and device.exchange.estop():
+                estop = 1
+        if due and new:
+            self._count += 1
+        self._sample_count[0], self._link_faults[0] = self._count, faults
+        if "estop" in self.provides:
+            self._estop[0] = estop
+
+    def _read_all(self) -> int:
+        faults, late = 0, False
+        for device in self._devices:
+            if late or device.rest:
+                device.rest = max(device.rest - 1, 0)
+                device.age += 1
+                continue
+            budget = device.member.budget_ns
+            began = time.monotonic_ns() if budget else 0
+            device.read()
+            faults |= device.exchange.link_faults()
+            if budget and device.over(time.monotonic_ns() - began):
+                late = True
+                faults |= _OVER_BUDGET
+        return faults
+
+    def write(self, tick: np.ndarray) -> None:
+        """Send every actuator its part. Raises LinkLost naming the device."""
+        if tick is not self._tick:
+            self._bind(tick)
+        for device in self._writers:
+            device.write()
+
+    def stop(self) -> None:
+        """Stop every device at once, actuators too when a sensor raises or hangs. Never raises."""
+        _reach_all([device.backend.stop for device in self._devices])
+
+    def close(self) -> None:
+        """Release every device. Never raises."""
+        _reach_all([device.backend.close for device in self._devices])
+
+    def counts(self) -> dict[str, int]:
+        """What the links have seen, each name after its device's, and how often a budget was overrun."""
+        out: dict[str, int] = {}
+        for device in self._devices:
+            counted = device.backend.counts() if isinstance(device.backend, CountingBackend) else {}
+            for name, value in {**counted, "over_budget": device.overruns}.items():
+                out[f"{device.member.label} {name}"] = value
+        return out
+
+
+def _rank(device: _Device) -> int:
+    ranks = [READ_ORDER.index(channel) for channel in device.provides if channel in READ_ORDER]
+    return min(ranks, default=len(READ_ORDER))
+
+
+def _reach_all(actions: Sequence[Callable[[], None]]) -> None:
+    """Call all at once and wait a moment: none can keep the others from being called."""
+
+    def _quietly(action: Callable[[], None]) -> None:
+        with contextlib.suppress(Exception):  # whatever one device does, the others are stopped
+            action()
+
+    before = threading.stack_size(_STACK_BYTES)
+    waiting = []
+    try:
+        for action in actions:
+            thread = threading.Thread(target=_quietly, args=(action,), daemon=True)
+            try:
+                thread.start()
+            except RuntimeError:  # no more threads: one after the other is better than not at all
+                _quietly(action)
+            else:
+                waiting.append(thread)
+    finally:
+        threading.stack_size(before)
+    deadline = time.monotonic() + STOP_TIMEOUT_S
+    for thread in waiting:
+        thread.join(max(deadline - time.monotonic(), 0.0))

@@ -1,0 +1,155 @@
+"""How a device's own tick and the rig's tick exchange words: what of which goes where, worked out once.
+
+A tick is a row of 8-byte words. A device that serves some of the rig's axes has a tick with these axes only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from hw.interface import CHANNEL_FIELDS, Rig
+
+_XYZ = CHANNEL_FIELDS["force"]
+_MEASURED = frozenset(
+    CHANNEL_FIELDS[channel] for channel in ("position", "current", "force", "temperature", "estop")
+) | {"sample_count", "link_faults"}
+
+
+def subset(rig: Rig, axes: Sequence[int]) -> Rig:
+    """The rig as a device sees it that serves only `axes`."""
+    if list(axes) == list(range(rig.n_axes)):
+        return rig
+    index = list(axes)
+    arrays = {
+        name: getattr(rig, name)[index]
+        for name in (
+            "gear_ratio",
+            "gear_efficiency",
+            "torque_constant_nm_a",
+            "encoder_counts_per_rev",
+            "lever_m",
+        )
+    }
+    return replace(rig, n_axes=len(index), **arrays)
+
+
+def device_dtype(dtype: np.dtype[np.void], n_axes: int) -> np.dtype[np.void]:
+    """The tick's dtype with `n_axes` axes in place of the rig's."""
+    fields: list[tuple[Any, ...]] = []
+    for name in dtype.names or ():
+        base, shape = dtype[name].base, dtype[name].shape
+        if not shape:
+            fields.append((name, base))
+        else:
+            fields.append((name, base, shape if name == _XYZ else (n_axes,)))
+    return np.dtype(fields)
+
+
+def _pairs(rig: np.dtype[np.void], own: np.dtype[np.void], name: str, axes: Sequence[int]) -> list[Any]:
+    """Word numbers (in the rig's tick, in the device's) of one field."""
+    rig_at, own_at = rig.fields[name][1] // 8, own.fields[name][1] // 8  # type: ignore[index]
+    shape = own[name].shape
+    if not shape:
+        return [(rig_at, own_at)]
+    if name == _XYZ:
+        return [(rig_at + i, own_at + i) for i in range(shape[0])]
+    return [(rig_at + axis, own_at + i) for i, axis in enumerate(axes)]
+
+
+class _Copy:
+    """Copies words from one row to another: slices where they are adjacent, else by index."""
+
+    MOST_SLICES = 6
+
+    def __init__(self, pairs: Sequence[tuple[int, int]], source: np.ndarray, target: np.ndarray) -> None:
+        runs: list[list[int]] = []
+        for at, to in sorted(pairs):
+            if runs and at == runs[-1][0] + runs[-1][2] and to == runs[-1][1] + runs[-1][2]:
+                runs[-1][2] += 1
+            else:
+                runs.append([at, to, 1])
+        self._indexed = len(runs) > self.MOST_SLICES
+        self._source, self._target = source, target
+        self._from = np.array([at for at, _ in pairs])
+        self._to = np.array([to for _, to in pairs])
+        read: Any = memoryview(source)  # type: ignore[arg-type] # its stubs do not know numpy
+        write: Any = memoryview(target)  # type: ignore[arg-type]
+        self._slices = [(read[at : at + n], write, slice(to, to + n)) for at, to, n in runs]
+
+    def __call__(self) -> None:
+        if self._indexed:
+            self._target[self._to] = self._source[self._from]
+            return
+        for part, target, where in self._slices:
+            target[where] = part
+
+
+def _words(tick: np.ndarray) -> np.ndarray:
+    return tick.view(np.ndarray).view(np.int64).reshape(-1)
+
+
+class Exchange:
+    """Everything that passes between the rig's tick and one device's, as ready-made copies.
+
+    Parameters
+    ----------
+    tick, own
+        The rig's one-row tick and the device's.
+    axes
+        The rig's axes in the order of the device's.
+    fields
+        Measured fields the device provides.
+    commanded
+        Whether the device gets the command; one that does not is told zero and disabled, and the time.
+    """
+
+    def __init__(
+        self,
+        tick: np.ndarray,
+        own: np.ndarray,
+        axes: Sequence[int],
+        fields: Sequence[str],
+        *,
+        commanded: bool,
+    ) -> None:
+        names = tick.dtype.names or ()
+        lead = names[: names.index("sample_count")]
+        rest = [name for name in names if name not in _MEASURED] if commanded else lead
+        rig_words, own_words = _words(tick), _words(own)
+
+        def _of(fields: Sequence[str]) -> list[tuple[int, int]]:
+            return [pair for name in fields for pair in _pairs(tick.dtype, own.dtype, name, axes)]
+
+        def _back(pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
+            return [(to, at) for at, to in pairs]
+
+        self.lead_in = _Copy(_of(lead), rig_words, own_words)
+        """Show the device which cycle it is."""
+        self.command = _Copy(_of(rest), rig_words, own_words)
+        """Show it the command."""
+        measured = [name for name in fields if name != "estop"]
+        self.deliver = _Copy(_back(_of(measured)), own_words, rig_words)
+        """Show the rig what it has measured."""
+        word: Any = memoryview(own_words)  # type: ignore[arg-type]
+        self._word = word
+        at = own.dtype.fields
+        assert at is not None
+        self._sample_count, self._link_faults, self._estop = (
+            at[name][1] // 8 for name in ("sample_count", "link_faults", "estop")
+        )
+
+    def sample_count(self) -> int:
+        """The device's own count of samples."""
+        return int(self._word[self._sample_count])
+
+    def link_faults(self) -> int:
+        """The faults of its link."""
+        return int(self._word[self._link_faults])
+
+    def estop(self) -> int:
+        """Its emergency stop input."""
+        return int(self._word[self._estop])

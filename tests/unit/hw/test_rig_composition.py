@@ -1,0 +1,431 @@
+"""Several devices as one backend: exactly-once channels, freshness, budgets, and a stop that reaches all."""
+
+import threading
+
+import numpy as np
+import pytest
+
+from hw import registry
+from hw.interface import BackendError, BackendInfo, Channels, LinkFault, LinkLost, Rig
+from hw.mock.backend import MockBackend
+from hw.mock.options import MockOptions
+from hw.rig import Composite, Member, compose
+from rtctl.control.jit import records
+from rtctl.tick import FIELDS, new_ticks
+
+MADE = {}
+
+
+class Fake:
+    """A device that does what its script says; options: name, provides, consumes."""
+
+    def __init__(self, options, rig):
+        self.name, self.rig = options["name"], rig
+        self.provides, self.consumes = frozenset(options["provides"]), frozenset(options.get("consumes", ()))
+        self.calls, self.count, self.values, self.faults = [], 0, {}, 0
+        self.fresh, self.on = True, {}
+        MADE[self.name] = self
+
+    def _called(self, what):
+        self.calls.append(what)
+        self.on.get(what, lambda: None)()
+
+    def open(self):
+        self._called("open")
+
+    def read(self, tick):
+        self._called("read")
+        tick["position_rad"] = tick["current_a"] = 1000.0  # whatever it writes beyond its channels is lost
+        if self.fresh:
+            self.count += 1
+            for field, value in self.values.items():
+                tick[field] = value
+        tick["sample_count"], tick["link_faults"] = self.count, self.faults
+
+    def write(self, tick):
+        self._called("write")
+        self.sent = tick.copy()
+
+    def stop(self):
+        self._called("stop")
+
+    def close(self):
+        self._called("close")
+
+    def counts(self):
+        return {"frames": self.count}
+
+
+def rig(n_axes=1):
+    return Rig(
+        n_axes=n_axes,
+        period_s=1e-3,
+        gear_ratio=np.arange(1.0, n_axes + 1),
+        gear_efficiency=np.ones(n_axes),
+        torque_constant_nm_a=np.ones(n_axes),
+        encoder_counts_per_rev=np.full(n_axes, 4096.0),
+        lever_m=np.arange(3.0 * n_axes).reshape(n_axes, 3),
+    )
+
+
+@pytest.fixture(autouse=True)
+def fakes(monkeypatch):
+    info = BackendInfo(factory=f"{__name__}:Fake", options="", simulated=False, summary="")
+    monkeypatch.setitem(registry.BUILT_IN, "fake", info)
+    registry.lookup.cache_clear()
+    yield
+    registry.lookup.cache_clear()
+    MADE.clear()
+
+
+def member(name, provides, consumes=(), axes=(0,), channels=None, **more):
+    return Member(
+        kind="fake",
+        options={"name": name, "provides": list(provides), "consumes": list(consumes)},
+        label=f"device '{name}'",
+        axes=axes,
+        channels=tuple(channels if channels is not None else (*provides, *consumes)),
+        **more,
+    )
+
+
+DRIVE = ("position", "current", "estop")
+
+
+def drive_and_finger(**finger):
+    backend = compose([member("drive", DRIVE, ["torque"]), member("finger", ["force"], **finger)], rig())
+    return backend, MADE["drive"], MADE["finger"]
+
+
+def read(backend, tick=None):
+    tick = new_ticks() if tick is None else tick
+    backend.read(tick)
+    return tick
+
+
+def test_one_device_that_serves_the_whole_rig_is_handed_out_as_it_is():
+    backend = compose([member("drive", [*DRIVE, "force"], ["torque"])], rig())
+    assert type(backend) is Fake
+
+
+def test_one_device_of_which_only_some_channels_are_used_is_wrapped():
+    backend = compose(
+        [member("drive", [*DRIVE, "force"], ["torque"], channels=["position", "torque"])], rig()
+    )
+    assert isinstance(backend, Composite)
+    assert (backend.provides, backend.consumes) == ({"position"}, {"torque"})
+
+
+def test_each_channel_comes_from_its_own_device_and_nothing_else_is_touched():
+    backend, drive, finger = drive_and_finger()
+    drive.values = {"position_rad": 0.5, "current_a": 2.0, "force_n": [9, 9, 9], "velocity_rad_s": 5.0}
+    finger.values = {"force_n": [1, 2, 3], "current_a": 77.0, "estop": 1, "state": 3}
+    tick = new_ticks()
+    before = tick.copy()
+    read(backend, tick)
+    assert tick["position_rad"][0, 0] == 0.5
+    assert tick["current_a"][0, 0] == 2.0
+    assert tick["force_n"][0].tolist() == [1, 2, 3]
+    assert tick["estop"][0] == 0
+    changed = {f.name for f in FIELDS if tick[f.name].tobytes() != before[f.name].tobytes()}
+    assert changed == {"position_rad", "current_a", "force_n", "sample_count"}
+
+
+def test_the_actuator_gets_the_command_and_the_sensor_gets_none():
+    backend, drive, finger = drive_and_finger()
+    tick = new_ticks()
+    tick["tick"], tick["enabled"], tick["torque_applied_nm"], tick["current_command_a"] = 7, 1, 0.25, 0.5
+    read(backend, tick)
+    backend.write(tick)
+    sent = drive.sent
+    assert (sent["tick"][0], sent["enabled"][0], sent["torque_applied_nm"][0, 0]) == (7, 1, 0.25)
+    assert sent["current_command_a"][0, 0] == 0.5
+    assert "write" not in finger.calls
+
+
+def test_an_actuator_the_rig_does_not_drive_is_told_zero_and_disabled():
+    backend = compose(
+        [
+            member("drive", DRIVE, ["torque"]),
+            member("spare", ["force"], ["torque"], channels=["force"]),
+        ],
+        rig(),
+    )
+    tick = new_ticks()
+    tick["tick"], tick["enabled"], tick["torque_applied_nm"] = 7, 1, 0.25
+    backend.write(tick)
+    sent = MADE["spare"].sent
+    assert (sent["tick"][0], sent["enabled"][0], sent["torque_applied_nm"][0, 0]) == (7, 0, 0.0)
+
+
+def test_the_count_advances_only_when_every_device_is_fresh():
+    backend, drive, finger = drive_and_finger()
+    counts = []
+    for drive_fresh, finger_fresh in [(1, 1), (1, 1), (0, 1), (1, 0), (0, 0), (1, 1)]:
+        drive.fresh, finger.fresh = drive_fresh, finger_fresh
+        counts.append(int(read(backend)["sample_count"][0]))
+    assert counts == [1, 2, 2, 2, 2, 3]
+
+
+def test_a_sensor_at_half_the_rate_is_fresh_until_it_really_stops():
+    backend, _, finger = drive_and_finger(max_age_ticks=2)
+    counts = []
+    for slot in range(12):
+        finger.fresh = slot % 2 == 0 and slot <= 4
+        counts.append(int(read(backend)["sample_count"][0]))
+    assert counts == [1, 2, 3, 4, 5, 6, 7, 7, 7, 7, 7, 7], "fresh through tick 6, two ticks after the last"
+
+
+def test_a_held_sample_is_shown_again_whatever_tick_it_is_asked_for():
+    backend, _, finger = drive_and_finger(max_age_ticks=2)
+    finger.values = {"force_n": [1, 2, 3]}
+    read(backend)
+    finger.fresh = False
+    assert read(backend)["force_n"][0].tolist() == [1, 2, 3]
+
+
+def test_nothing_is_fresh_before_every_device_has_shown_a_sample():
+    backend, _, finger = drive_and_finger(max_age_ticks=2)
+    finger.fresh = False
+    assert read(backend)["sample_count"][0] == 0
+
+
+def test_the_position_alone_makes_no_tick_fresh_when_no_device_has_anything_new():
+    backend = compose(
+        [member("a", ["position"], ["torque"], max_age_ticks=5), member("b", ["force"], max_age_ticks=5)],
+        rig(),
+    )
+    read(backend)
+    MADE["a"].fresh = MADE["b"].fresh = False
+    assert read(backend)["sample_count"][0] == 1
+
+
+def test_a_count_that_falls_back_is_no_fresh_sample():
+    backend, drive, _ = drive_and_finger()
+    tick = new_ticks()
+    read(backend, tick)
+    read(backend, tick)
+    drive.count = 0
+    assert read(backend, tick)["sample_count"][0] == 2
+
+
+def test_link_faults_of_all_devices_are_merged_and_clear_again():
+    backend, drive, finger = drive_and_finger()
+    drive.faults, finger.faults = LinkFault.CHECKSUM, LinkFault.DEVICE
+    assert read(backend)["link_faults"][0] == LinkFault.CHECKSUM | LinkFault.DEVICE
+    drive.faults = finger.faults = 0
+    assert read(backend)["link_faults"][0] == 0
+
+
+@pytest.mark.parametrize("pressed", ["drive", "pendant"])
+def test_any_pressed_emergency_stop_counts(pressed):
+    backend = compose(
+        [member("drive", [*DRIVE, "force"], ["torque"]), member("pendant", ["estop"], max_age_ticks=3)], rig()
+    )
+    MADE[pressed].values = {"estop": 1}
+    assert read(backend)["estop"][0] == 1
+
+
+def test_two_drives_serve_an_axis_each():
+    backend = compose(
+        [
+            member("elbow", ["position", "current"], ["torque"], axes=(1,)),
+            member("shoulder", ["position", "current"], ["torque"], axes=(0,)),
+            member("finger", ["force"], axes=(0, 1)),
+        ],
+        rig(2),
+    )
+    shoulder, elbow = MADE["shoulder"], MADE["elbow"]
+    assert elbow.rig.gear_ratio.tolist() == [2.0]
+    assert elbow.rig.lever_m.tolist() == [[3.0, 4.0, 5.0]]
+    shoulder.values = {"position_rad": [0.1], "current_a": [1.0]}
+    elbow.values = {"position_rad": [0.2], "current_a": [2.0]}
+    MADE["finger"].values = {"force_n": [1, 2, 3]}
+    tick = records(new_ticks(1, 2))
+    tick["torque_applied_nm"] = [[5.0, 6.0]]
+    read(backend, tick)
+    backend.write(tick)
+    assert tick["position_rad"][0].tolist() == [0.1, 0.2]
+    assert tick["current_a"][0].tolist() == [1.0, 2.0]
+    assert tick["force_n"][0].tolist() == [1, 2, 3]
+    assert shoulder.sent["torque_applied_nm"].tolist() == [[5.0]]
+    assert elbow.sent["torque_applied_nm"].tolist() == [[6.0]]
+
+
+def test_three_axes_are_not_taken_for_the_three_forces():
+    backend = compose(
+        [
+            member("a", ["position"], ["torque"], axes=(2, 0)),
+            member("b", ["position", "force"], ["torque"], axes=(1,)),
+        ],
+        rig(3),
+    )
+    MADE["a"].values = {"position_rad": [3.0, 1.0]}
+    MADE["b"].values = {"position_rad": [2.0], "force_n": [7, 8, 9]}
+    tick = read(backend, new_ticks(1, 3))
+    assert tick["position_rad"][0].tolist() == [1.0, 2.0, 3.0]
+    assert tick["force_n"][0].tolist() == [7, 8, 9]
+
+
+def test_temperature_is_nan_until_the_sensor_has_shown_one():
+    backend = compose(
+        [member("drive", [*DRIVE, "force"], ["torque"]), member("probe", ["temperature"], max_age_ticks=9)],
+        rig(),
+    )
+    MADE["probe"].fresh = False
+    assert np.isnan(read(backend)["temperature_c"][0, 0])
+
+
+def test_the_position_is_read_first_whatever_the_order_of_the_file():
+    order = []
+    backend = compose(
+        [member("warmth", ["temperature"]), member("finger", ["force"]), member("drive", DRIVE, ["torque"])],
+        rig(),
+    )
+    for name in MADE:
+        MADE[name].on = {"read": lambda name=name: order.append(name)}
+    read(backend)
+    assert order == ["drive", "finger", "warmth"]
+
+
+class Hands:
+    """Time that passes only when a device takes it."""
+
+    def __init__(self, monkeypatch):
+        self.ns = 0
+        monkeypatch.setattr("hw.rig.time.monotonic_ns", lambda: self.ns)
+
+    def take(self, ns):
+        self.ns += ns
+
+
+def test_a_device_over_its_budget_delays_nobody_and_rests(monkeypatch):
+    hands = Hands(monkeypatch)
+    backend = compose(
+        [
+            member("drive", DRIVE, ["torque"], budget_ns=1000),
+            member("finger", ["force"], budget_ns=1000, max_age_ticks=2),
+            member("warmth", ["temperature"], max_age_ticks=5),
+        ],
+        rig(),
+    )
+    drive, finger, warmth = MADE["drive"], MADE["finger"], MADE["warmth"]
+    read(backend)
+    finger.on = {"read": lambda: hands.take(5000)}
+    tick = read(backend)
+    assert tick["link_faults"][0] == LinkFault.OVER_BUDGET
+    assert warmth.calls.count("read") == 1, "left out after the slow one"
+    assert tick["sample_count"][0] == 2
+    for _ in range(2):
+        assert read(backend)["link_faults"][0] == 0
+    assert finger.calls.count("read") == 2, "rests two cycles"
+    assert drive.calls.count("read") == 4
+    assert warmth.calls.count("read") == 3
+    read(backend)
+    assert finger.calls.count("read") == 3
+    assert backend.counts()["device 'finger' over_budget"] == 2
+
+
+def test_a_slow_position_makes_the_tick_stale_not_fresh(monkeypatch):
+    hands = Hands(monkeypatch)
+    backend = compose(
+        [member("drive", DRIVE, ["torque"], budget_ns=1000), member("finger", ["force"], max_age_ticks=1)],
+        rig(),
+    )
+    MADE["drive"].on = {"read": lambda: hands.take(9000)}
+    counts = [int(read(backend)["sample_count"][0]) for _ in range(18)]
+    assert counts[:7] == [0, 0, 0, 1, 1, 1, 2], "a lone hiccup costs two cycles"
+    assert counts[7:17] == [2] * 10, "three in a row: stale for long enough to stop the rig"
+
+
+def lose():
+    raise LinkLost("unplugged")
+
+
+@pytest.mark.parametrize("what", ["read", "write", "open"])
+def test_a_lost_link_names_the_device(what):
+    backend, drive, _ = drive_and_finger()
+    drive.on = {what: lose}
+    with pytest.raises(LinkLost, match="device 'drive': unplugged"):
+        backend.open() if what == "open" else getattr(backend, what)(new_ticks())
+
+
+def test_when_one_cannot_be_opened_the_others_are_closed_again():
+    backend, drive, finger = drive_and_finger()
+
+    def _refuse():
+        raise BackendError("no such port")
+
+    finger.on = {"open": _refuse}
+    with pytest.raises(BackendError, match="device 'finger': no such port"):
+        backend.open()
+    assert drive.calls == ["open", "close"]
+
+
+@pytest.mark.parametrize("what", ["stop", "close"])
+def test_stop_and_close_reach_every_device_though_one_raises_and_one_hangs(what, monkeypatch):
+    backend = compose(
+        [member("a", ["force"]), member("b", ["estop"]), member("drive", ["position"], ["torque"])], rig()
+    )
+    reached, forever = threading.Event(), threading.Event()
+    monkeypatch.setattr("hw.rig.STOP_TIMEOUT_S", 0.02)
+    MADE["a"].on = {what: lambda: forever.wait(60)}
+    MADE["b"].on = {what: lambda: 1 / 0}
+    MADE["drive"].on = {what: reached.set}
+    getattr(backend, what)()
+    assert reached.wait(60)
+    forever.set()
+
+
+def test_stop_works_without_threads(monkeypatch):
+    backend, drive, finger = drive_and_finger()
+
+    def _none_left(self):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(threading.Thread, "start", _none_left)
+    backend.stop()
+    assert drive.calls == finger.calls == ["stop"]
+
+
+def test_a_thousand_stops_leave_no_thread():
+    backend, drive, _ = drive_and_finger()
+    before = threading.active_count()
+    for _ in range(1000):
+        backend.stop()
+    assert threading.active_count() <= before
+    assert drive.calls.count("stop") == 1000
+
+
+def test_a_split_mock_moves_as_a_whole_one():
+    """The mock's motor as one device, the mock's force sensor alone as another: the motor moves the same."""
+    options = MockOptions(axis=[{}], hand=[{"kind": "none"}]).model_dump(mode="json")
+    whole = MockBackend(options, rig())
+    drive = Member("mock", options, "drive", (0,), ("position", "current", "current_command"))
+    finger = Member("mock", options, "finger", (0,), ("force",))
+    split = compose([drive, finger], rig())
+    a, b = records(new_ticks()), records(new_ticks())
+    for slot in range(200):
+        for backend, tick in ((whole, a), (split, b)):
+            tick["tick"] = slot
+            backend.read(tick)
+            tick["enabled"], tick["current_command_a"] = 1, 2.0 * np.sin(slot / 20)
+            backend.write(tick)
+        assert a["position_rad"].tobytes() == b["position_rad"].tobytes()
+    assert abs(a["position_rad"][0, 0]) > 1e-3
+
+
+def test_a_member_survives_json():
+    import json
+    from dataclasses import asdict
+
+    one = member("drive", DRIVE, ["torque"], max_age_ticks=2, budget_ns=5)
+    assert Member.from_dict(json.loads(json.dumps(asdict(one)))) == one
+
+
+def test_channels_are_declared_or_asked_of_a_device_that_is_not_opened(monkeypatch):
+    found = registry.channels("fake", {"name": "x", "provides": ["force"], "consumes": []}, rig())
+    assert found == Channels(frozenset({"force"}), frozenset())
+    assert MADE["x"].calls == []
+    declared = registry.channels("mock", {}, rig())
+    assert declared == Channels(MockBackend.provides, MockBackend.consumes)
