@@ -140,6 +140,13 @@ def _write(out: Path, points: FrictionPoints, document: dict[str, Any]) -> None:
 
 def _lines(fit: JointFit, out: Path | None) -> list[str]:
     lines = [*_table("symmetric", fit.symmetric), *_table("per direction", fit.per_direction)]
+    for each in fit.offsets:
+        drift = (
+            f"drift of {1e3 * each.drift_range_nm:.3g} mN m about it removed"
+            if each.terms
+            else "taken as constant"
+        )
+        lines.append(f"{each.parameter}: {each.source}, {drift}")
     lines += [f"warning: {text}" for text in fit.warnings]
     return [*lines, f"friction points: {out / 'points.csv'}"] if out else lines
 

@@ -17,7 +17,7 @@ from hw.playback.reader import load as load_recording
 from rtctl.errors import ConfigError, DataError
 from rtctl.friction.dynamics import AxisLog
 from rtctl.friction.logs import FrictionSamples, axis_log
-from rtctl.friction.regression import JointFit
+from rtctl.friction.regression import JointFit, offset_rows
 from rtctl.friction.regressors import Regressors, advanced
 
 SPEED_MAX_RAD_S = 100.0
@@ -127,12 +127,12 @@ def _require_unclipped(signal: np.ndarray, where: str) -> None:
 
 
 def samples(signals: Regressors, fit: JointFit, sha256: str, *, remove_offset: bool) -> FrictionSamples:
-    """Friction of the sliding rows: torque - inertia * acceleration (- offset)."""
+    """Friction of the sliding rows: torque - inertia * acceleration (- offset and its drift)."""
     found = fit.symmetric.parameters
     rows = signals.sliding
     friction = signals.torque_nm - found["inertia_kgm2"].value * signals.acceleration_rad_s2
     if remove_offset:
-        friction = friction - found["offset_nm"].value
+        friction = friction - offset_rows(signals, fit)
     return FrictionSamples(
         signals.time_s[rows], signals.velocity_rad_s[rows], friction[rows], signals.source, sha256
     )

@@ -9,7 +9,8 @@ s        1           direction of motion, +1 or -1, low-passed as everything els
 =======  ==========  ==========================================================
 
 Symmetric ``tau = J a + b v + F_c s + o``; per direction ``tau = J a + b+ v+ + b- v- + f+ H(s) + f- H(-s)``,
-where offset and a difference of Coulomb friction cannot be told apart: both are in f+ and f-.
+where offset and a difference of Coulomb friction cannot be told apart: both are in f+ and f-. In both the
+offset of each log drifts slowly (`rtctl.friction.offsets`); o, f+ and f- are those of its mean.
 
 The intervals cover what is random in a log. A torque recorded early or late against the position, or
 bristles that still bend, shift the parameters besides: d seconds of delay add J d w^2 to the viscous friction
@@ -25,29 +26,12 @@ import numpy as np
 
 from rtctl.errors import DataError
 from rtctl.friction.dynamics import RANK_TOLERANCE, SAMPLES_MIN, require_both_directions
+from rtctl.friction.intervals import Estimate, covariance, estimates, time_blocks
+from rtctl.friction.offsets import Offset, OffsetColumns, offset_columns
 from rtctl.friction.regressors import Regressors
-
-BLOCK_PERIODS = 10
-"""Shortest block of the standard errors, periods of the cut-off: residuals of two blocks are then independent."""
-
-BLOCKS_MIN, BLOCKS_MAX = 6, 20
 
 CONDITION_MAX = 200.0
 """Largest condition number of the scaled regression before its parameters are refused."""
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """One parameter: value, standard error and 95 % interval, in the parameter's unit."""
-
-    value: float
-    standard_error: float
-    low: float
-    high: float
-
-    def holds(self, truth: float) -> bool:
-        """Whether the 95 % interval contains `truth`."""
-        return self.low <= truth <= self.high
 
 
 @dataclass(frozen=True)
@@ -68,10 +52,15 @@ class Regression:
 
 @dataclass(frozen=True)
 class JointFit:
-    """Both fits of one log, and what a reader of the numbers must know besides (`warnings`)."""
+    """Both fits, the offset of each log, and what a reader of the numbers must know besides (`warnings`).
+
+    `drift_nm` are the coefficients of the drift columns (`rtctl.friction.offsets`).
+    """
 
     symmetric: Regression
     per_direction: Regression
+    offsets: tuple[Offset, ...]
+    drift_nm: tuple[float, ...]
     warnings: tuple[str, ...] = ()
 
 
@@ -91,10 +80,12 @@ def joint_fit(signals: Regressors) -> JointFit:
     """
     require_both_directions(signals.velocity_rad_s[signals.sliding], signals.source)
     v, a, s = signals.velocity_rad_s, signals.acceleration_rad_s2, signals.direction
-    one = np.ones_like(v)
     ahead, back = 0.5 * (1 + s), 0.5 * (1 - s)
-    symmetric = _solve(signals, {"inertia_kgm2": a, "viscous_nms_rad": v, "coulomb_nm": s, "offset_nm": one})
-    per_direction = _solve(
+    offset = offset_columns(signals)
+    levels = dict(zip(offset.names, offset.logs.T, strict=True))
+    columns = {"inertia_kgm2": a, "viscous_nms_rad": v, "coulomb_nm": s, **levels}
+    symmetric, drift = _solve(signals, columns, offset, offset.drift)
+    per_direction, _ = _solve(
         signals,
         {
             "inertia_kgm2": a,
@@ -103,9 +94,13 @@ def joint_fit(signals: Regressors) -> JointFit:
             "level_forward_nm": ahead,
             "level_backward_nm": back,
         },
+        offset,
+        np.hstack([offset.relative(signals.sliding), offset.drift]),
     )
     _require_signs(symmetric, signals.source)
-    return JointFit(symmetric, per_direction, (*signals.warnings, *_few_slow(signals)))
+    offsets = tuple(offset.describe(drift, signals.sources, signals.sliding))
+    coefficients = tuple(float(each) for each in drift)
+    return JointFit(symmetric, per_direction, offsets, coefficients, (*signals.warnings, *_few_slow(signals)))
 
 
 def _few_slow(signals: Regressors) -> tuple[str, ...]:
@@ -132,69 +127,48 @@ def _require_signs(fit: Regression, source: str) -> None:
         )
 
 
-def _solve(signals: Regressors, columns: dict[str, np.ndarray]) -> Regression:
-    rows = signals.sliding
-    matrix, torque = np.column_stack(list(columns.values()))[rows], signals.torque_nm[rows]
+def _solve(
+    signals: Regressors, columns: dict[str, np.ndarray], offset: OffsetColumns, nuisance: np.ndarray
+) -> tuple[Regression, np.ndarray]:
+    """Fit the named `columns` and the `nuisance` ones; the coefficients of the latter."""
+    rows, block = signals.sliding, time_blocks(signals)
+    matrix, torque = np.column_stack([*columns.values(), nuisance])[rows], signals.torque_nm[rows]
     scale = np.sqrt((matrix**2).mean(axis=0))
-    scaled = matrix / np.where(scale > 0, scale, 1.0)
-    singular = np.linalg.svd(scaled, compute_uv=False)
-    condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
-    if not condition <= min(CONDITION_MAX, 1 / RANK_TOLERANCE):
-        few = _few_slow(signals)
-        if few:
-            raise DataError(f"{few[0]}; and that is not enough here (condition number {condition:.3g})")
-        raise DataError(
-            f"{signals.source}: the motion is too even to tell {', '.join(columns)} apart (condition number "
-            f"{condition:.3g}, at most {CONDITION_MAX:g}); record quick and slow motion with changing speed"
-        )
+    scale[scale == 0] = 1.0
+    scaled = matrix / scale
+    condition = _condition(signals, scaled, columns)
     solution = np.linalg.lstsq(scaled, torque, rcond=None)[0]
     residual = torque - scaled @ solution
-    covariance, blocks = _covariance(
-        scaled, residual, signals.time_s[rows], signals.cutoff_hz, signals.source
-    )
-    return Regression(
-        parameters=_estimates(columns, solution / scale, np.sqrt(np.diag(covariance)) / scale, blocks),
+    slow = len(offset.owner)
+    error = np.sqrt(np.diag(covariance(scaled, residual, block, slow))) / scale
+    freedom = [offset.freedom(name, signals.log[rows], block) for name in columns]
+    found = Regression(
+        parameters=estimates(list(columns), solution / scale, error, freedom),
         condition=condition,
         relative_error=float(np.sqrt(np.mean(residual**2) / np.mean(torque**2))),
         rms_nm=float(np.sqrt(np.mean(residual**2))),
         n=len(torque),
-        blocks=blocks,
+        blocks=int(block[-1]) + 1,
+    )
+    return found, (solution / scale)[len(columns) :]
+
+
+def _condition(signals: Regressors, scaled: np.ndarray, columns: dict[str, np.ndarray]) -> float:
+    singular = np.linalg.svd(scaled, compute_uv=False)
+    condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
+    if condition <= min(CONDITION_MAX, 1 / RANK_TOLERANCE):
+        return condition
+    few = _few_slow(signals)
+    if few:
+        raise DataError(f"{few[0]}; and that is not enough here (condition number {condition:.3g})")
+    raise DataError(
+        f"{signals.source}: the motion is too even to tell {', '.join(columns)} apart (condition number "
+        f"{condition:.3g}, at most {CONDITION_MAX:g}); record quick and slow motion with changing speed"
     )
 
 
-def _estimates(
-    names: dict[str, np.ndarray], value: np.ndarray, error: np.ndarray, blocks: int
-) -> dict[str, Estimate]:
-    from scipy.stats import t
-
-    half = float(t.ppf(0.975, blocks - 1)) * error
-    return {
-        name: Estimate(float(x), float(e), float(x - h), float(x + h))
-        for name, x, e, h in zip(names, value, error, half, strict=True)
-    }
-
-
-def _covariance(
-    X: np.ndarray, residual: np.ndarray, time_s: np.ndarray, cutoff_hz: float, source: str
-) -> tuple[np.ndarray, int]:
-    """Covariance of the solution and the number of blocks it rests on.
-
-    Notes
-    -----
-    Residuals of a filtered log repeat each other, so the textbook formula is several times too narrow.
-    The scores X'e are summed over G long blocks of time, which are independent of each other, and
-    ``(X'X)^-1 (sum_g s_g s_g') (X'X)^-1 * G/(G-1)`` with a t distribution of G - 1 degrees of freedom
-    gives the interval (Bester, Conley and Hansen, J. Econometrics 165, 2011).
-    """
-    longest = (time_s[-1] - time_s[0]) * cutoff_hz / BLOCK_PERIODS
-    blocks = int(min(BLOCKS_MAX, longest))
-    if blocks < BLOCKS_MIN:
-        raise DataError(
-            f"{source}: {time_s[-1] - time_s[0]:.3g} s are too short for intervals; "
-            f"{BLOCKS_MIN * BLOCK_PERIODS / cutoff_hz:.3g} s are needed at a cut-off of {cutoff_hz:g} Hz"
-        )
-    part = np.array_split(np.arange(len(residual)), blocks)
-    scores = np.array([X[rows].T @ residual[rows] for rows in part])
-    bread = np.linalg.inv(X.T @ X)
-    spread = scores.T @ scores * blocks / (blocks - 1)
-    return bread @ spread @ bread, blocks
+def offset_rows(signals: Regressors, fit: JointFit) -> np.ndarray:
+    """Offset of every row of the signals that were fitted, its drift included, N m."""
+    columns = offset_columns(signals)
+    level = np.array([fit.symmetric.parameters[name].value for name in columns.names])
+    return np.asarray(columns.logs @ level + columns.drift @ fit.drift_nm)

@@ -36,7 +36,10 @@ FALLBACK_PERIODS = 0.5
 
 @dataclass(frozen=True)
 class Regressors:
-    """Filtered, thinned-out signals of a log. Arrays of one length; `sliding` marks the rows to regress on."""
+    """Filtered, thinned-out signals of one log or several. Arrays of one length.
+
+    `sliding` marks the rows to regress on, `log` is each row's index into `sources`.
+    """
 
     time_s: np.ndarray
     position_rad: np.ndarray
@@ -45,9 +48,15 @@ class Regressors:
     direction: np.ndarray
     torque_nm: np.ndarray
     sliding: np.ndarray
+    log: np.ndarray
     cutoff_hz: float
-    source: str
+    sources: tuple[str, ...]
     warnings: tuple[str, ...] = ()
+
+    @property
+    def source(self) -> str:
+        """All files, for messages."""
+        return ", ".join(self.sources)
 
     def slow(self) -> tuple[int, float]:
         """Number of sliding rows below `LOW_SPEED_SHARE` of the largest speed, and that speed in rad/s."""
@@ -137,8 +146,9 @@ def regressors(
             direction=smooth(np.sign(v), rate, cutoff_hz)[kept],
             torque_nm=torque[kept],
             sliding=sliding[kept],
+            log=np.zeros(len(x[kept]), int),
             cutoff_hz=cutoff_hz,
-            source=log.source,
+            sources=(log.source,),
         )
 
     usual = with_margin(MARGIN_PERIODS if margin_periods is None else margin_periods)
@@ -172,7 +182,7 @@ def _checked(log: AxisLog, cutoff_hz: float) -> tuple[int, float]:
 
 
 def pooled(parts: list[Regressors]) -> Regressors:
-    """Rows of several logs as one, their times one after the other."""
+    """Rows of several logs (each a part of its own) as one, their times one after the other."""
     if len(parts) == 1:
         return parts[0]
     ends = np.cumsum([0.0, *(part.time_s[-1] for part in parts)])
@@ -183,8 +193,9 @@ def pooled(parts: list[Regressors]) -> Regressors:
             for name in ("position_rad", "velocity_rad_s", "acceleration_rad_s2", "direction", "torque_nm")
         },
         sliding=np.concatenate([part.sliding for part in parts]),
+        log=np.repeat(np.arange(len(parts)), [len(part.log) for part in parts]),
         cutoff_hz=parts[0].cutoff_hz,
-        source=", ".join(part.source for part in parts),
+        sources=tuple(part.source for part in parts),
         warnings=tuple(warning for part in parts for warning in part.warnings),
     )
 

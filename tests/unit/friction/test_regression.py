@@ -1,5 +1,6 @@
 """Inertia and friction by joint least squares: right values, honest intervals, refusals that help."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from rtctl.config import load
 from rtctl.errors import DataError
 from rtctl.friction.dynamics import AxisLog
-from rtctl.friction.regression import joint_fit
+from rtctl.friction.regression import joint_fit, offset_rows
 from rtctl.friction.regressors import advanced, derivatives, pooled, regressors
 from rtctl.simulation import Simulation
 
@@ -144,5 +145,54 @@ def test_a_torque_recorded_late_is_put_back_where_it_belongs():
 def test_logs_pooled_narrow_the_intervals():
     parts = [regressors(log(seed)) for seed in (1, 2, 3, 4)]
     one, all_of_them = (joint_fit(each).symmetric.parameters for each in (parts[0], pooled(parts)))
-    assert all_of_them["offset_nm"].standard_error < 0.8 * one["offset_nm"].standard_error
-    assert all_of_them["offset_nm"].value == pytest.approx(TRUTH["offset_nm"], abs=0.01)
+    assert all_of_them["coulomb_nm"].standard_error < 0.8 * one["coulomb_nm"].standard_error
+
+
+def test_each_pooled_log_keeps_its_own_offset():
+    zeros = (0.02, -0.05, 0.30)
+    signals = pooled([regressors(log(seed, offset_nm=zero)) for seed, zero in enumerate(zeros)])
+    fit = joint_fit(signals)
+    found = fit.symmetric.parameters
+    assert [each.parameter for each in fit.offsets] == ["offset_1_nm", "offset_2_nm", "offset_3_nm"]
+    for each, zero in zip(fit.offsets, zeros, strict=True):
+        assert found[each.parameter].value == pytest.approx(zero, abs=0.01)
+        assert found[each.parameter].holds(zero)
+    assert found["coulomb_nm"].value == pytest.approx(0.25, rel=0.02)
+    per = fit.per_direction.parameters
+    assert per["level_forward_nm"].value - per["level_backward_nm"].value == pytest.approx(0.5, rel=0.02)
+    removed = offset_rows(signals, fit)
+    for k, zero in enumerate(zeros):
+        assert removed[signals.log == k].mean() == pytest.approx(zero, abs=0.01)
+
+
+def drifting(drift_nm, seconds=25.0, **changed):
+    recorded = log(seconds=seconds, **changed)
+    share = np.linspace(0, 1, len(recorded.torque_nm))
+    return replace(recorded, torque_nm=recorded.torque_nm + drift_nm * share)
+
+
+def test_a_drifting_zero_leaves_the_other_parameters_alone_and_its_mean_is_the_offset():
+    still, moved = (regressors(drifting(drift)) for drift in (0.0, 0.2))
+    fit = joint_fit(moved)
+    found, plain = fit.symmetric.parameters, joint_fit(still).symmetric.parameters
+    share = moved.time_s[moved.sliding].mean() / 25.0
+    assert found["offset_nm"].value == pytest.approx(plain["offset_nm"].value + 0.2 * share, abs=0.002)
+    for name in ("inertia_kgm2", "viscous_nms_rad", "coulomb_nm"):
+        assert found[name].value == pytest.approx(plain[name].value, rel=0.01)
+        assert found[name].standard_error < 2 * plain[name].standard_error
+    assert fit.offsets[0].drift_range_nm == pytest.approx(0.2, rel=0.15)
+    removed = offset_rows(moved, fit) - TRUTH["offset_nm"]
+    assert np.abs(removed - 0.2 * moved.time_s / 25.0).max() < 0.03
+
+
+def test_a_log_too_short_to_tell_drift_from_friction_keeps_a_constant_offset():
+    assert joint_fit(regressors(log(seconds=4.0))).offsets[0].terms == 0
+    assert joint_fit(regressors(log())).offsets[0].terms >= 3
+
+
+def test_a_pooled_log_without_motion_is_named():
+    still = replace(log(), source="still.csv")
+    still = replace(still, position_rad=0.01 * still.position_rad)
+    signals = pooled([regressors(log()), regressors(still)])
+    with pytest.raises(DataError, match=r"still\.csv: no steady sliding"):
+        joint_fit(signals)
