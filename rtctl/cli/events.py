@@ -61,6 +61,10 @@ def _text(event: dict[str, Any]) -> str:
             return f"fault {event['name']} is gone{_left_out(event)}"
         case "fault_repeated":
             return f"fault {event['name']}{_left_out(event)}"
+        case "warning":
+            return f"warning {event['name']}: {event['text']}"
+        case "warning_cleared":
+            return f"warning {event['name']} of axis {event['axis']} is gone"
         case "incident":
             return f"incident of {event['ticks']} ticks: rtctl incident {event['file']}"
         case "started":

@@ -139,6 +139,7 @@ def table(hello: dict[str, Any], sample: RigState, health: dict[str, Any] | None
         "",
         *_latency(health),
         *([f"EVENT LOG BROKEN: {_log_fault(health)}"] if _log_fault(health) else []),
+        *[f"WARNING: {warning['text']}" for warning in _warnings(health)],
         f"missed {sample.missed_ticks}   lost here {lost}   age {sample.age_s * 1e3:.1f} ms",
     ]
     return lines
@@ -147,6 +148,12 @@ def table(hello: dict[str, Any], sample: RigState, health: dict[str, Any] | None
 def _log_fault(health: dict[str, Any] | None) -> str:
     """Why the daemon cannot write its event log; empty while it can."""
     return (health or {}).get("log", {}).get("broken") or ""
+
+
+def _warnings(health: dict[str, Any] | None) -> list[dict[str, str]]:
+    """Warnings the daemon gives: nothing that stops the rig."""
+    found: list[dict[str, str]] = (health or {}).get("warnings", [])
+    return found
 
 
 def _latency(health: dict[str, Any] | None) -> list[str]:
@@ -176,7 +183,9 @@ def line(sample: RigState, health: dict[str, Any] | None, lost: int) -> str:
         f"position_rad={_vector(sample.position_rad)} velocity_rad_s={_vector(sample.velocity_rad_s)} "
         f"hand_torque_nm={_vector(sample.hand_torque_nm)} "
         f"feedforward_torque_nm={_vector(sample.feedforward_torque_nm)} wakeup_us_p50/p99={latency} "
-        f"missed={sample.missed_ticks} lost={lost}" + (" log=BROKEN" if _log_fault(health) else "")
+        f"missed={sample.missed_ticks} lost={lost}"
+        + (" log=BROKEN" if _log_fault(health) else "")
+        + "".join(f" warning={warning['name']}:{warning['axis']}" for warning in _warnings(health))
     )
 
 

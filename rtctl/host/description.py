@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from rtctl import __version__
 from rtctl.config import LoadedConfig
 from rtctl.config_tables import AxisTable, EnvironmentTable
+from rtctl.friction import artefact
 
 Bounds = Mapping[str, tuple[float, float]]
 """Key of a request -> lowest and highest value accepted."""
@@ -20,10 +21,15 @@ SESSION = secrets.randbits(32)
 
 @dataclass(frozen=True)
 class AxisDescription:
-    """One axis: its name and what a client may ask of it."""
+    """One axis: its name and what a client may ask of it.
+
+    `trained_c` is the range of temperature its friction was learned at, degC: None without a model in use, or
+    one that does not say.
+    """
 
     name: str
     bounds: Bounds
+    trained_c: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -70,13 +76,25 @@ def describe(rig: LoadedConfig | RigDescription) -> RigDescription:
     loaded, config = rig, rig.config
     return RigDescription(
         name=config.rig.name,
-        axes=tuple(AxisDescription(axis.name, _bounds(axis)) for axis in config.axis),
+        axes=tuple(
+            AxisDescription(axis.name, _bounds(axis), _trained_c(loaded, axis)) for axis in config.axis
+        ),
         rate_hz=config.loop.rate_hz,
         state_hz=config.telemetry.state_hz,
         batch_s=config.telemetry.batch_ms * 1e-3,
         virtual=config.loop.clock == "virtual",
         config_sha256=loaded.sha256,
     )
+
+
+def _trained_c(loaded: LoadedConfig, axis: AxisTable) -> tuple[float, float] | None:
+    path = loaded.model_path(axis)
+    if path is None or axis.friction.policy == "off":
+        return None
+    model = artefact.load(path)
+    low, high = model.temperature_min_c, model.temperature_max_c
+    # 0 throughout: a rig without a sensor (files of the first versions)
+    return (low, high) if low is not None and high is not None and (low or high) else None
 
 
 def _bounds(axis: AxisTable) -> dict[str, tuple[float, float]]:

@@ -1,4 +1,4 @@
-"""Events from ticks: one per change of state, one per fault that appears or goes."""
+"""Events from ticks: one per change of state, one per fault or warning that appears or goes."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from rtctl.control.vocabulary import State
 from rtctl.host.description import RigDescription
 from rtctl.host.faults import fault_entries
+from rtctl.host.temperature import TemperatureWatch
 
 _STOPPED = (State.STOPPING, State.FAULT, State.ESTOP, State.LOCKOUT)
 _CAUSE: dict[tuple[State, State], str] = {
@@ -53,9 +54,13 @@ class EventDetector:
         self._state = int(State.INIT)
         self._faults = 0
         self._sequence = 0
+        self._temperature = TemperatureWatch(rig)
 
     def detect(self, rows: np.ndarray) -> list[dict[str, Any]]:
-        """Events of these ticks in order; faults come before the change of state they cause."""
+        """Events of these ticks in order; faults come before the change of state they cause.
+
+        Warnings come last: slow things are judged by the newest tick alone.
+        """
         if len(rows) == 0:
             return []
         states, faults = rows["state"], rows["faults"]
@@ -76,7 +81,9 @@ class EventDetector:
             if states[i] != state_before[i]:
                 before_after = State(int(state_before[i])), State(int(states[i]))
                 events.append(self._event(rows[i], "state", _transition(rows[i], *before_after)))
-        return events
+        return events + [
+            self._event(rows[-1], kind, more) for kind, more in self._temperature.changes(rows[-1])
+        ]
 
     def _event(self, row: np.void, kind: str, more: dict[str, Any]) -> dict[str, Any]:
         loop_ns = int(row["time_ns"])

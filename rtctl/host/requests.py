@@ -17,6 +17,7 @@ from rtctl.control.vocabulary import Environment, State
 from rtctl.host.description import RigDescription
 from rtctl.host.faults import fault_entries
 from rtctl.host.messages import Refusal, Request
+from rtctl.host.temperature import temperature_warnings
 from rtctl.protocol import PROTOCOL_VERSION, Endpoints, schema_sha256
 from rtctl.shm import CommandWriter
 
@@ -121,6 +122,7 @@ class Requests:
             "missed_ticks": int(row["missed_ticks"]),
             "faults": fault_entries(int(row["faults"])),
             "fault_first": fault_entries(1 << first)[0] if first >= 0 else None,
+            "warnings": temperature_warnings(self._rig, row),
             "command_seq_in_force": int(row["command_seq"]),
             "target_age_ticks": int(row["target_age_ticks"]),
             "position_rad": row["position_rad"].tolist(),

@@ -30,6 +30,7 @@ from rtctl.host.events import EventDetector
 from rtctl.host.health import HealthWindow
 from rtctl.host.messages import encode
 from rtctl.host.samples import Decimator, state_samples, tick_columns
+from rtctl.host.temperature import temperature_warnings
 from rtctl.protocol import (
     PROTOCOL_VERSION,
     TOPIC_EVENT,
@@ -91,6 +92,7 @@ class Telemetry:
         self._decimator = Decimator(self._rig.rate_hz, self._rig.state_hz)
         self._events = EventDetector(self._rig)
         self._health = HealthWindow()
+        self._newest: np.void | None = None
         self._next_health_ns = clock_ns() + HEALTH_PERIOD_NS
         self._states = self._batches = self._healths = self._rows = self._overwritten = 0
         self.published = self.dropped = 0
@@ -141,6 +143,7 @@ class Telemetry:
 
     def _publish_ticks(self, rows: np.ndarray) -> None:
         self._health.add(rows)
+        self._newest = rows[-1].copy()
         events = self._events.detect(rows)
         if events:
             self._send(TOPIC_EVENT, events)
@@ -180,6 +183,7 @@ class Telemetry:
             "schema_sha256": self._schema_sha256,
             "rate_hz": rig.rate_hz,
             **self._health.take(),
+            "warnings": [] if self._newest is None else temperature_warnings(rig, self._newest),
             "overwritten": self._overwritten,
             "telemetry": self.counts(),
             "commands": dict(self._commands()),

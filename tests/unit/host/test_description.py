@@ -1,4 +1,10 @@
+import dataclasses
+from pathlib import Path
+
+import pytest
+
 from rtctl.config import Config, LoadedConfig
+from rtctl.friction import artefact
 from rtctl.host.description import RigDescription, describe
 
 AXIS = {
@@ -47,6 +53,25 @@ def test_a_virtual_clock_starts_its_time_stamps_at_the_wall_time_of_the_start(tm
     wall = describe(loaded(tmp_path))
     assert rig.virtual
     assert rig.start_wall_ns > wall.start_wall_ns, "a monotonic clock has already run for a while"
+
+
+@pytest.mark.parametrize(
+    ("range_c", "policy", "expected"),
+    [
+        ((22.0, 31.0), "hybrid", (22.0, 31.0)),
+        ((22.0, 31.0), "off", None),
+        ((None, None), "hybrid", None),
+        ((0.0, 0.0), "hybrid", None),
+    ],
+)
+def test_the_temperatures_of_the_model_in_use_are_known(tmp_path, range_c, policy, expected):
+    low, high = range_c
+    shipped = artefact.load(Path(__file__).parents[3] / "configs" / "friction" / "mock.json")
+    model = dataclasses.replace(shipped, rig="m", temperature_min_c=low, temperature_max_c=high)
+    artefact.save(model, tmp_path / "model.json")
+    friction = {"model": "model.json", "policy": policy}
+    rig = describe(loaded(tmp_path, axis=[{**AXIS, "friction": friction}]))
+    assert rig.axes[0].trained_c == expected
 
 
 def test_a_description_describes_itself():

@@ -1,4 +1,5 @@
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -154,6 +155,16 @@ def test_status_names_faults_and_the_first_cause(desk):
     assert [fault["name"] for fault in status["faults"]] == ["OVERSPEED"]
     assert status["fault_first"]["name"] == "OVERSPEED"
     assert "faster" in status["fault_first"]["text"]
+
+
+def test_status_warns_of_a_motor_outside_the_learned_temperatures(desk):
+    assert desk.ask("status")["warnings"] == []
+    base = replace(RIG.axes[0], trained_c=(22.0, 31.0))
+    desk.requests._rig = replace(RIG, axes=(base, RIG.axes[1]))
+    desk.row["temperature_c"] = 47.0, 47.0
+    (warning,) = desk.ask("status")["warnings"]
+    assert (warning["name"], warning["axis"]) == ("TEMPERATURE", "base")
+    assert "the motor is at 47" in warning["text"]
 
 
 def test_results_hold_plain_python_values_only(desk):

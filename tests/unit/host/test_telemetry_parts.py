@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import msgpack
 import numpy as np
@@ -9,6 +10,7 @@ from rtctl.host.events import EventDetector
 from rtctl.host.faults import FAULT_TEXT, fault_entries
 from rtctl.host.health import HealthWindow
 from rtctl.host.samples import Decimator, state_samples, tick_columns
+from rtctl.host.temperature import temperature_warnings
 from rtctl.tick import FIELDS, new_ticks
 
 RIG = RigDescription(
@@ -106,6 +108,44 @@ def test_the_first_cause_is_marked():
     some = rows(1)
     some["faults"], some["fault_first"] = Fault.STALE | Fault.OVERSPEED, 5
     assert [e.get("first_cause") for e in EventDetector(RIG).detect(some)] == [False, True, None]
+
+
+def warm(*temperatures_c, first=0):
+    some = rows(3, first)
+    some["temperature_c"] = temperatures_c
+    return some
+
+
+TRAINED = replace(RIG, axes=(AxisDescription("a", {}, (22.0, 31.0)), AxisDescription("b", {})))
+
+
+def test_a_motor_outside_the_learned_temperatures_is_one_event_until_it_is_back():
+    detector = EventDetector(TRAINED)
+    detector.detect(rows(1))
+    assert detector.detect(warm(36.0, 90.0)) == []
+    (event,) = detector.detect(warm(47.2, 90.0, first=10))
+    assert (event["event"], event["name"], event["axis"], event["tick"]) == (
+        "warning",
+        "TEMPERATURE",
+        "a",
+        12,
+    )
+    assert event["text"] == (
+        "axis a: friction was learned at 22-31 degC, the motor is at 47: expect the compensation to be off"
+    )
+    assert detector.detect(warm(48.0, 0.0, first=20)) == []
+    assert detector.detect(warm(35.5, 0.0, first=30)) == [], "within the margin, but only just"
+    (gone,) = detector.detect(warm(34.9, 0.0, first=40))
+    assert (gone["event"], gone["axis"], gone["sequence"]) == ("warning_cleared", "a", event["sequence"] + 1)
+    (cold,) = detector.detect(warm(16.9, 0.0, first=50))
+    assert "the motor is at 17" in cold["text"]
+
+
+def test_no_sensor_no_range_and_no_number_are_no_warning():
+    for value in (0.0, math.nan):
+        assert temperature_warnings(TRAINED, warm(value, value)[-1]) == []
+    assert temperature_warnings(RIG, warm(90.0, 90.0)[-1]) == []
+    assert temperature_warnings(TRAINED, new_ticks(1, 2)[0]) == [], "before the first tick"
 
 
 def test_every_fault_has_a_text_and_unknown_bits_a_name():
