@@ -58,6 +58,10 @@ def compiler(*roots: Path) -> Callable[[F], F]:
     return compiled
 
 
+compiled = compiler(Path(__file__).parent)
+"""Compiles a function whose sources all lie in `hw`."""
+
+
 def bound(function: Callable[..., Any], *arguments: np.ndarray) -> Callable[[], Any]:
     """A compiled function tied to the arrays it will always be called with: compiled now, called without looking.
 

@@ -101,6 +101,11 @@ class LoadedConfig(Table):
     )
     more_options: tuple[dict[str, Any], ...] = Field((), description="those of the other devices, in order")
 
+    @property
+    def scripted_faults(self) -> int:
+        """How many faults are scripted into its simulated devices (docs/faults.md)."""
+        return sum(len(options.get("faults", ())) for options in (self.options, *self.more_options))
+
     def members(self) -> tuple[Member, ...]:
         """The devices as the loop process gets them."""
         return self.config.composition((self.options, *self.more_options)).members()
@@ -131,13 +136,21 @@ def _lines(path: Path, prefix: str, error: ValidationError) -> list[str]:
     return out
 
 
-def load(path: str | Path) -> LoadedConfig:
+def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
     """Read and validate a rig file.
+
+    Parameters
+    ----------
+    path
+        TOML file.
+    script
+        Schedule of faults (docs/faults.md) for its simulated device, in place of the rig file's own.
 
     Raises
     ------
     ConfigError
-        Naming the file and, one line each, every key at fault, its value and its bound.
+        Naming the file and, one line each, every key at fault, its value and its bound. Also when `script`
+        is given for a rig that is not simulated, or has no one device to take it.
     """
     path = Path(path).resolve()
     try:
@@ -153,6 +166,8 @@ def load(path: str | Path) -> LoadedConfig:
         config = Config.model_validate(data)
     except ValidationError as error:
         faults += _lines(path, "", error)
+    if script is not None and config is not None:
+        faults += _put_script(path, config, data, Path(script).resolve())
     options, more = _device_options(path, data)
     faults += more
     if config is not None and not faults:
@@ -176,7 +191,8 @@ def _device_options(path: Path, data: dict[str, Any]) -> tuple[list[dict[str, An
             continue  # the table's own fault
         try:
             model = registry.options_model(kind)
-            options = model.model_validate(device.get("options", {}), context={"folder": path.parent})
+            context = {"folder": path.parent, **_facts(data, device)}
+            options = model.model_validate(device.get("options", {}), context=context)
         except ValidationError as error:
             faults += _lines(path, f"device[{i}].options", error)
         except BackendError as error:
@@ -184,3 +200,36 @@ def _device_options(path: Path, data: dict[str, Any]) -> tuple[list[dict[str, An
         else:
             valid.append(options.model_dump(mode="json"))
     return valid, faults
+
+
+def _facts(data: dict[str, Any], device: dict[str, Any]) -> dict[str, Any]:
+    """What a device's options may be checked against, as far as the rig file has it."""
+    facts: dict[str, Any] = {}
+    axes = device.get("axes") or data.get("axis")
+    if isinstance(axes, list):
+        facts["n_axes"] = len(axes)
+    if isinstance(data.get("loop"), dict):
+        facts["clock"] = data["loop"].get("clock")
+    return facts
+
+
+def _put_script(path: Path, config: Config, data: dict[str, Any], script: Path) -> list[str]:
+    """Write the schedule into the options of the one device that takes one; or say why not."""
+    takers = []
+    for i, device in enumerate(config.device):
+        try:
+            simulated = registry.lookup(device.kind).simulated
+            takes = "faults" in registry.options_model(device.kind).model_fields
+        except BackendError:
+            return []  # told where its options are checked
+        if not simulated:
+            return [
+                f"{path}: device[{i}].kind: {device.kind!r} is no simulation: no faults are scripted into this rig"
+            ]
+        takers += [i] if takes else []
+    if len(takers) != 1:
+        remedy = "name the schedule in the options of one" if takers else "use a mock"
+        return [f"{path}: device: {len(takers)} devices take scripted faults; {remedy}"]
+    table = data["device"][takers[0]]
+    table["options"] = {**table.get("options", {}), "faults": str(script)}
+    return []

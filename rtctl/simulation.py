@@ -6,11 +6,15 @@ clock, processes and network. Needs a rig file whose device is the mock.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hw.mock.plant import plant_read, plant_write
+from hw.fault_options import read_faults
+from hw.fault_script import fill_schedule
+from hw.mock.plant import next_slot, plant_read, plant_write
 from hw.mock.records import plant_records
 from rtctl.config import LoadedConfig
 from rtctl.control import law
@@ -61,7 +65,7 @@ def simulate(
             if k == every - 1:
                 trace[row] = tick[0]
                 truth[row] = plant_state[0]
-            tick[0].tick += 1
+            next_slot(tick, plant_state)
 
 
 class Simulation:
@@ -92,6 +96,7 @@ class Simulation:
             raise ConfigError(
                 f"{loaded.path}: device[0].kind: only 'mock' can be simulated, alone, not {', '.join(kinds)}"
             )
+        self._loaded = loaded
         self.plan: Plan = build(loaded)
         plant_params, plant_state = plant_records(loaded.options, loaded.config.hardware())
         self.plant_params, self.plant_state = records(plant_params), records(plant_state)
@@ -106,6 +111,26 @@ class Simulation:
     def time_s(self) -> float:
         """Simulated time since the first tick, s."""
         return int(self.tick["tick"][0]) * self.plan.period_s
+
+    def script(self, faults: str | Path | Sequence[Mapping[str, Any]]) -> None:
+        """Script these faults into the rig, in place of any before; times count from the first tick of all.
+
+        Parameters
+        ----------
+        faults
+            A schedule file, or tables as in one (docs/faults.md).
+
+        Raises
+        ------
+        ConfigError
+            A fault that does not exist, or is out of bounds; the text names key, value and bound.
+        """
+        rig = self._loaded.config.hardware()
+        try:
+            tables = read_faults(faults, {"n_axes": rig.n_axes})
+        except ValueError as error:
+            raise ConfigError(str(error)) from error
+        fill_schedule(self.plant_params, tables, rig)
 
     def change(self, **fields: Any) -> None:  # noqa: ANN401
         """Send a command: set fields of the command record, each a number or one per axis."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from hw.fault_script import raise_in_write, raise_or_stall
 from hw.interface import Options, Rig
 from hw.jit import bound
 from hw.mock.jit import records
@@ -27,6 +28,8 @@ class MockBackend:
         params, state = plant_records(options, rig)
         self.params, self.state = records(params), records(state)
         self._tick: np.ndarray | None = None
+        self._scripted = bool(params["fault_count"][0])
+        self._period_s = rig.period_s
 
     def open(self) -> None:
         """Nothing to acquire."""
@@ -41,16 +44,20 @@ class MockBackend:
         self._write = bound(plant_write, records(tick), self.state, self.params)
 
     def read(self, tick: np.ndarray) -> None:
-        """Show the sensors at slot `tick["tick"]`."""
+        """Show the sensors at slot `tick["tick"]`. Raises LinkLost, and blocks, only where a fault is scripted."""
         if tick is not self._tick:
             self._bind(tick)
         self._read()
+        if self._scripted:
+            raise_or_stall(self.state, self._period_s)
 
     def write(self, tick: np.ndarray) -> None:
-        """Apply the current sent and let one period pass."""
+        """Apply the current sent and let one period pass. Raises LinkLost only as a scripted fault."""
         if tick is not self._tick:
             self._bind(tick)
         self._write()
+        if self._scripted:
+            raise_in_write(self.state)
 
     def stop(self) -> None:
         """Motor torque-free from now on. Cannot raise."""

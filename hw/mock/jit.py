@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from hw.jit import compiler, records
-
-compiled = compiler(Path(__file__).parent.parent)
+from hw.jit import compiled, records
 
 __all__ = ["compiled", "records"]

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
+from hw.fault_options import Faults
 from hw.mock.records import GRIPS, SINES
 
 T = TypeVar("T")
@@ -75,10 +76,19 @@ class AxisOptions(_Table):
     encoder_rounds: bool = Field(
         default=False, description="false: counts truncate downward, as real ones do"
     )
+    encoder_bits: int = Field(default=0, ge=0, le=32, description="width of its counter; 0: endless")
     ripple_nm: float = _number(0, 1e3, "gearbox vibration: torque ripple at the link", 0.0)
     ripple_order: float = _number(0.01, 1e3, "gear-mesh periods per motor turn", 1.0)
     start_position_rad: float = _number(-1e3, 1e3, "joint angle at the first tick", 0.0)
     friction: FrictionOptions = FrictionOptions()
+
+    @field_validator("encoder_bits")
+    @classmethod
+    def _wide_enough(cls, bits: int) -> int:
+        if 0 < bits < 8:
+            msg = f"encoder_bits {bits}: must be 0 (endless) or 8 to 32"
+            raise ValueError(msg)
+        return bits
 
 
 class HandOptions(_Table):
@@ -155,6 +165,7 @@ class MockOptions(_Table):
     force: ForceOptions = ForceOptions()
     axis: tuple[AxisOptions, ...] = Field(default=(AxisOptions(),), strict=False)
     hand: tuple[HandOptions, ...] = Field(default=(HandOptions(),), strict=False)
+    faults: Faults = ()
 
     @field_validator("axis", "hand")
     @classmethod

@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 
+from hw import faults
 from hw.mock import hand
 from hw.mock.friction import coupled_step, implicit_share
 from hw.mock.jit import compiled
@@ -74,8 +75,11 @@ def advance(s: np.record, p: np.record, periods: int, steps: int) -> None:
         line = s.current_line_a[axis]
         if s.held_ticks > p.time_to_live_ticks:
             line[0] = 0.0
-        s.current_a[axis] = line[p.torque_delay_ticks[axis]]
-        s.motor_torque_nm[axis] = s.current_a[axis] * p.torque_per_ampere[axis]
+        current, direction = line[p.torque_delay_ticks[axis]], 1.0
+        if p.fault_count > 0:
+            current, direction = faults.driven(s, p, axis, current, s.current_a[axis])
+        s.current_a[axis] = current
+        s.motor_torque_nm[axis] = direction * current * p.torque_per_ampere[axis]
         _advance_axis(s, p, axis, time_s, periods * p.period_s, steps)
         for k in range(DELAY_LINE - 1, 0, -1):
             line[k] = line[k - 1]
@@ -111,6 +115,20 @@ def plant_read(tick: np.ndarray, state: np.ndarray, params: np.ndarray) -> None:
     t.estop = 1 if p.estop_from_s <= time_s < p.estop_to_s else 0
     sense_axes(t, s, p)
     sense_force(t, s, p)
+    if p.fault_count > 0:
+        faults.inject(t, s, p, s.tick - s.first_tick)
+
+
+@compiled
+def _take_current(t: np.record, s: np.record, p: np.record) -> None:
+    """Take over the current sent."""
+    s.held_ticks = 0
+    for axis in range(len(t.current_command_a)):
+        current = t.current_command_a[axis]
+        if t.enabled == 0 or not math.isfinite(current):
+            current = 0.0
+        limit = p.current_max_a[axis]
+        s.current_line_a[axis, 0] = min(max(current, -limit), limit)
 
 
 @compiled
@@ -122,12 +140,17 @@ def plant_write(tick: np.ndarray, state: np.ndarray, params: np.ndarray) -> None
     """
     t, s, p = tick[0], state[0], params[0]
     _catch_up(s, p, t.tick)
-    s.held_ticks = 0
-    for axis in range(len(t.current_command_a)):
-        current = t.current_command_a[axis]
-        if t.enabled == 0 or not math.isfinite(current):
-            current = 0.0
-        limit = p.current_max_a[axis]
-        s.current_line_a[axis, 0] = min(max(current, -limit), limit)
+    if p.fault_count > 0:
+        s.fault_enabled_ticks = s.fault_enabled_ticks + 1 if t.enabled != 0 else 0
+    if p.fault_count == 0 or s.fault_unplugged == 0:
+        _take_current(t, s, p)
     if s.tick == t.tick:
         advance(s, p, 1, p.substeps)
+
+
+@compiled
+def next_slot(tick: np.ndarray, state: np.ndarray) -> None:
+    """Go on to the slot that follows in virtual time, past those that a scripted stall makes the loop miss."""
+    missed = state[0].fault_stall_ticks
+    tick[0].missed_ticks += missed
+    tick[0].tick += 1 + missed

@@ -13,6 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from hw.encoder import ENCODER_STATE
+from hw.fault_script import FAULT_STREAM, fill_schedule
+from hw.faults import memory_fields, schedule_fields
+from hw.generator import seed_words
 from hw.interface import BackendError, Options, Rig
 
 SINES = 4
@@ -70,6 +74,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             ("ripple_per_rad", "<f8", axis),  # phase of the gear mesh per link angle
             ("count_rad", "<f8", axis),
             ("encoder_offset", "<f8", axis),  # .5 rounds, 0 truncates
+            ("encoder_bits", "<i8", axis),  # width of the counter; 0: endless
             # friction
             ("coulomb_nm", "<f8", axis),
             ("breakaway_nm", "<f8", axis),
@@ -100,6 +105,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             ("grip_count", "<i8", axis),  # 0: always holds
             ("grip_from_s", "<f8", (n_axes, GRIPS)),
             ("grip_to_s", "<f8", (n_axes, GRIPS)),
+            *schedule_fields(),
         ]
     )
 
@@ -129,19 +135,10 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             ("hand_torque_nm", "<f8", axis),
             ("hand_position_rad", "<f8", axis),  # where the hand wants the joint
             ("hand_velocity_rad_s", "<f8", axis),
+            ("encoder", "<i8", (n_axes, ENCODER_STATE)),  # of the counters of finite width
+            *memory_fields(n_axes),
         ]
     )
-
-
-def seed_words(seed: int) -> np.ndarray:
-    """Four words of generator state from `seed` by splitmix64 (Steele, Lea, Flood 2014)."""
-    mask, words, z = (1 << 64) - 1, [], seed & ((1 << 64) - 1)
-    for _ in range(4):
-        z = (z + 0x9E3779B97F4A7C15) & mask
-        x = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & mask
-        x = ((x ^ (x >> 27)) * 0x94D049BB133111EB) & mask
-        words.append(x ^ (x >> 31))
-    return np.array(words, np.uint64)
 
 
 def plant_records(options: Options, rig: Rig) -> tuple[np.ndarray, np.ndarray]:
@@ -167,6 +164,8 @@ def plant_records(options: Options, rig: Rig) -> tuple[np.ndarray, np.ndarray]:
     for axis, table in enumerate(_per_axis(options, "hand", rig.n_axes)):
         _fill_hand(p, axis, table)
     state["rng"] = seed_words(options["seed"])
+    state["fault_rng"] = seed_words(options["seed"] ^ FAULT_STREAM)
+    fill_schedule(params, options["faults"], rig)
     return params, state
 
 
@@ -212,6 +211,7 @@ def _fill_axis(p: np.void, axis: int, table: Options, rig: Rig) -> None:
     p["ripple_per_rad"][axis] = rig.gear_ratio[axis] * table["ripple_order"]
     p["count_rad"][axis] = 2 * math.pi / rig.encoder_counts_per_rev[axis]
     p["encoder_offset"][axis] = 0.5 if table["encoder_rounds"] else 0.0
+    p["encoder_bits"][axis] = table["encoder_bits"]
 
 
 def _fill_friction(p: np.void, axis: int, table: Options) -> None:

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from hw.encoder import unwrap, wrap
 from hw.mock.jit import compiled
 from hw.mock.noise import normal
 
@@ -19,10 +20,20 @@ def quantised(value: float, quantum: float, offset: float) -> float:
 
 
 @compiled
+def encoder_angle(s: np.record, p: np.record, axis: int) -> float:
+    """Angle a driver makes of the encoder: counts, through a counter of finite width where there is one."""
+    quantum, bits = p.count_rad[axis], p.encoder_bits[axis]
+    if bits == 0:
+        return quantised(s.position_rad[axis], quantum, p.encoder_offset[axis])
+    count = math.floor(s.position_rad[axis] / quantum + p.encoder_offset[axis])
+    return float(unwrap(wrap(count, bits), bits, s.encoder[axis]) * quantum)
+
+
+@compiled
 def sense_axes(t: np.record, s: np.record, p: np.record) -> None:
     """Encoder, Hall current and temperature of every axis."""
     for axis in range(len(t.position_rad)):
-        t.position_rad[axis] = quantised(s.position_rad[axis], p.count_rad[axis], p.encoder_offset[axis])
+        t.position_rad[axis] = encoder_angle(s, p, axis)
         current = s.current_a[axis] + p.current_bias_a[axis]
         if p.current_noise_a[axis] > 0.0:
             current += p.current_noise_a[axis] * normal(s)

@@ -14,10 +14,22 @@ import click
 @click.argument("config", type=click.Path(path_type=Path))
 @click.option("--for", "seconds", type=click.FloatRange(0.01, 1e9), help="stop after this many seconds")
 @click.option("--arm", is_flag=True, help="arm as soon as the rig is ready; simulated rigs only")
+@click.option(
+    "--faults",
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    help="script these faults into the device, in place of the rig file's own; mock rigs only (docs/faults.md)",
+)
 @click.option("--runtime-dir", type=click.Path(), help="folder of sockets and lock, instead of the default")
 @click.option("--json", "as_json", is_flag=True, help="end with one JSON object on stdout")
 def command(
-    config: Path, seconds: float | None, runtime_dir: str | None, *, arm: bool, as_json: bool
+    config: Path,
+    seconds: float | None,
+    faults: Path | None,
+    runtime_dir: str | None,
+    *,
+    arm: bool,
+    as_json: bool,
 ) -> None:
     """Run the rig of CONFIG: loop, telemetry, commands.
 
@@ -28,7 +40,7 @@ def command(
     from rtctl.errors import ConfigError, FaultError
     from rtctl.host.supervisor import AutoArm, Host
 
-    loaded = load(config)
+    loaded = load(config, faults)
     if arm and not loaded.config.simulated:
         raise ConfigError(
             f"{config}: --arm is for simulated rigs; a real rig is armed by its operator's client"
@@ -45,6 +57,8 @@ def command(
             )
             for line in host.runtime.describe():
                 click.echo(f"  {line}")
+            if scripted := loaded.scripted_faults:
+                click.echo(f"  {scripted} scripted fault(s): this run is meant to go wrong")
             for grant in _grants(host.loop.grants):
                 click.echo(f"  {grant}")
         summary = host.run(seconds)

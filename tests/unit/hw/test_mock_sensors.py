@@ -5,12 +5,13 @@ import math
 import numpy as np
 import pytest
 
+from hw.generator import seed_words, uniform
 from hw.interface import Rig
 from hw.mock.backend import MockBackend
 from hw.mock.jit import compiled, records
-from hw.mock.noise import normal, uniform
+from hw.mock.noise import normal
 from hw.mock.options import MockOptions
-from hw.mock.records import seed_words, state_dtype
+from hw.mock.records import state_dtype
 from hw.mock.sensors import quantised
 from rtctl.tick import new_ticks
 

@@ -1,0 +1,180 @@
+"""The scripted faults there are, as one table: what each is called in a schedule, and what it does.
+
+A fault acts on a channel by an effect; both are small integers in the compiled records (`hw.faults`).
+`KINDS` gives the pairs that mean something, with the bounds of their value; everything else (the rig
+file's checks, the table in docs/faults.md, random campaigns) is made from it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+
+class Channel(IntEnum):
+    """Where a fault acts."""
+
+    POSITION = 1
+    CURRENT = 2
+    FORCE = 3
+    TEMPERATURE = 4
+    ESTOP = 5
+    LINK = 6
+    ACTUATOR = 7
+    LOOP = 8
+
+
+class Effect(IntEnum):
+    """What a fault does there."""
+
+    # to a reading: position, current, force, temperature
+    NAN = 1
+    INF = 2
+    OFFSET = 3
+    HOLD = 4  # link side: of a reading; actuator: of the current
+    SET = 5
+    DRIFT = 6
+    SCALE = 7
+    NEGATE = 8
+    MIRROR = 9
+    WRAP = 10
+    # to the link
+    STALE = 20
+    DROP = 21
+    CHECKSUM = 22
+    SEQUENCE = 23
+    OLDER = 24
+    LOST = 25
+    RAISE_READ = 26
+    RAISE_WRITE = 27
+    # to the actuator, besides HOLD and SCALE
+    DEAD = 30
+    REVERSE = 31
+    LIMP = 32
+    # to the rest
+    PRESSED = 40
+    STALL = 41
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind of fault. `value` must lie within `low` and `high`; without a unit it has no value.
+
+    `default` is the value when the schedule gives none; None: it must give one.
+    """
+
+    channel: Channel
+    name: str
+    effect: Effect
+    meaning: str
+    unit: str = ""
+    low: float = 0.0
+    high: float = 0.0
+    default: float | None = 0.0
+
+
+def _readings() -> tuple[Kind, ...]:
+    position, current = Channel.POSITION, Channel.CURRENT
+    force, temperature = Channel.FORCE, Channel.TEMPERATURE
+    return (
+        Kind(position, "nan", Effect.NAN, "reads NaN"),
+        Kind(position, "inf", Effect.INF, "reads infinite, with the sign of `value`", "sign", -1, 1, 1.0),
+        Kind(position, "jump", Effect.OFFSET, "reads `value` too much", "rad", -1e6, 1e6, None),
+        Kind(position, "frozen", Effect.HOLD, "repeats the last reading while the counter advances"),
+        Kind(position, "out_of_range", Effect.SET, "reads `value`", "rad", -1e12, 1e12, 1e6),
+        Kind(position, "drift", Effect.DRIFT, "error grows from zero by `value`", "rad/s", -1e3, 1e3, None),
+        Kind(position, "sign", Effect.MIRROR, "runs backwards from the last reading on"),
+        Kind(position, "wrap", Effect.WRAP, "is not unwrapped: signed counter", "bits", 2, 32, None),
+        Kind(current, "nan", Effect.NAN, "reads NaN"),
+        Kind(current, "inf", Effect.INF, "reads infinite, with the sign of `value`", "sign", -1, 1, 1.0),
+        Kind(current, "stuck", Effect.HOLD, "repeats the last reading"),
+        Kind(current, "offset", Effect.OFFSET, "reads `value` too much", "A", -1e4, 1e4, None),
+        Kind(current, "scale", Effect.SCALE, "reads `value` times the current", "1", -100, 100, None),
+        Kind(current, "sign", Effect.NEGATE, "reads with the wrong sign"),
+        Kind(force, "nan", Effect.NAN, "reads NaN"),
+        Kind(force, "inf", Effect.INF, "reads infinite, with the sign of `value`", "sign", -1, 1, 1.0),
+        Kind(force, "saturated", Effect.SET, "reads `value`, whatever the hand does", "N", -1e5, 1e5, None),
+        Kind(force, "frozen", Effect.HOLD, "repeats the last reading"),
+        Kind(force, "offset", Effect.OFFSET, "reads `value` too much", "N", -1e5, 1e5, None),
+        Kind(temperature, "value", Effect.SET, "reads `value`", "degC", -273.15, 1e4, None),
+        Kind(
+            temperature, "ramp", Effect.DRIFT, "error grows from zero by `value`", "degC/s", -1e3, 1e3, None
+        ),
+        Kind(temperature, "missing", Effect.NAN, "reads NaN, as without a sensor"),
+    )
+
+
+def _devices() -> tuple[Kind, ...]:
+    link, actuator = Channel.LINK, Channel.ACTUATOR
+    return (
+        Kind(Channel.ESTOP, "pressed", Effect.PRESSED, "the emergency stop input is pressed"),
+        Kind(link, "stale", Effect.STALE, "the counter stands still; the values go on"),
+        Kind(link, "drop", Effect.DROP, "no sample arrives, the last one still stands; the device counts on"),
+        Kind(link, "checksum", Effect.CHECKSUM, "LinkFault.CHECKSUM on the sample that came"),
+        Kind(link, "sequence", Effect.SEQUENCE, "LinkFault.SEQUENCE on the sample that came"),
+        Kind(
+            link,
+            "older",
+            Effect.OLDER,
+            "the last values, with a counter `value` back; 1 is a duplicate",
+            "samples",
+            1,
+            1e9,
+            1.0,
+        ),
+        Kind(
+            link,
+            "lost",
+            Effect.LOST,
+            "unplugged: LinkFault.LOST, nothing arrives either way; `value` 1: the counter begins anew after",
+            "1",
+            0,
+            1,
+        ),
+        Kind(link, "raise_read", Effect.RAISE_READ, "as lost, and the backend raises LinkLost in read"),
+        Kind(
+            link, "raise_write", Effect.RAISE_WRITE, "the backend raises LinkLost in write; nothing is sent"
+        ),
+        Kind(actuator, "dead", Effect.DEAD, "no current, no torque"),
+        Kind(actuator, "stuck", Effect.HOLD, "keeps the last current, also when disabled"),
+        Kind(actuator, "scale", Effect.SCALE, "drives `value` times the current", "1", -100, 100, None),
+        Kind(actuator, "sign", Effect.REVERSE, "wired the wrong way round: torque reversed, current as sent"),
+        Kind(
+            actuator,
+            "limp",
+            Effect.LIMP,
+            "no current once it has been enabled longer than `value`",
+            "s",
+            0,
+            1e6,
+            None,
+        ),
+        Kind(
+            Channel.LOOP,
+            "stall",
+            Effect.STALL,
+            "reading blocks so long that `value` slots are missed",
+            "slots",
+            1,
+            1e4,
+            1.0,
+        ),
+    )
+
+
+KINDS: dict[tuple[str, str], Kind] = {
+    (kind.channel.name.lower(), kind.name): kind for kind in (*_readings(), *_devices())
+}
+"""(channel, kind) as in a schedule -> the kind."""
+
+
+def markdown_table() -> str:
+    """Table of all kinds for docs/faults.md."""
+    lines = ["| channel | kind | what happens while it is due | value |", "|---|---|---|---|"]
+    for (channel, name), kind in KINDS.items():
+        value = ""
+        if kind.unit:
+            given = "required" if kind.default is None else f"default {kind.default:g}"
+            value = f"{kind.unit}, {kind.low:g} to {kind.high:g}, {given}"
+        lines.append(f"| `{channel}` | `{name}` | {kind.meaning} | {value} |")
+    return "\n".join(lines) + "\n"

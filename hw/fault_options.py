@@ -1,0 +1,191 @@
+"""Schedules of faults as they are written: `[[fault]]` tables in a TOML file. Host side only."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    TypeAdapter,
+    ValidationError,
+    ValidationInfo,
+    model_validator,
+)
+
+from hw.fault_kinds import KINDS, Channel
+from hw.faults import FAULTS
+
+MAX_S = 1e9
+MAX_TICKS = 10**15
+
+Seconds = Annotated[float, Field(ge=0, le=MAX_S)]
+Ticks = Annotated[int, Field(ge=0, le=MAX_TICKS)]
+
+
+class FaultOptions(BaseModel):
+    """[[fault]]: one scripted fault. Times count from the device's first sample."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
+
+    channel: str = Field(description="position, current, force, temperature, estop, link, actuator, loop")
+    kind: str = Field(description="what goes wrong there; docs/faults.md lists them")
+    axis: int | None = Field(None, ge=0, le=7, description="joint, or axis of the force sensor; default all")
+    at_s: Seconds | None = Field(None, description="when it begins; or at_tick")
+    at_tick: Ticks | None = None
+    for_s: Seconds | None = Field(None, description="how long it is due, 0 for ever; or for_ticks")
+    for_ticks: Ticks | None = None
+    every_s: Seconds | None = Field(None, description="comes again after this long; or every_ticks")
+    every_ticks: Ticks | None = None
+    probability: float = Field(1.0, ge=0, le=1, description="of acting in each tick in which it is due")
+    value: float = Field(0.0, ge=-1e12, le=1e12, description="in the unit of its kind")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _kind_and_value(cls, table: Any) -> Any:  # noqa: ANN401
+        if not isinstance(table, Mapping):
+            return table
+        channel, name = table.get("channel"), table.get("kind")
+        if not isinstance(channel, str) or not isinstance(name, str):
+            return table
+        if (channel, name) not in KINDS:
+            raise ValueError(_no_such_kind(channel, name))
+        kind, value = KINDS[channel, name], table.get("value")
+        if value is None:
+            if kind.default is None:
+                msg = f"value: {channel} {name} needs one, {kind.low:g} to {kind.high:g} {kind.unit}"
+                raise ValueError(msg)
+            return {**table, "value": kind.default}
+        if isinstance(value, int | float) and not kind.low <= value <= kind.high:
+            bound = f"must be {kind.low:g} to {kind.high:g} {kind.unit}" if kind.unit else "it has none"
+            msg = f"value: {value} of {channel} {name}: {bound}"
+            raise ValueError(msg)
+        return table
+
+    @model_validator(mode="after")
+    def _times(self, info: ValidationInfo) -> FaultOptions:
+        for first, second in (("at_s", "at_tick"), ("for_s", "for_ticks")):
+            if (getattr(self, first) is None) == (getattr(self, second) is None):
+                never = "; 0 is for ever" if first == "for_s" else ""
+                msg = f"{first}, {second}: give one of the two{never}"
+                raise ValueError(msg)
+        if self.every_s is not None and self.every_ticks is not None:
+            msg = "every_s, every_ticks: give one of the two, or none"
+            raise ValueError(msg)
+        if (self.every_s or self.every_ticks) and not (self.for_s or self.for_ticks):
+            msg = "every: a fault that is due for ever cannot come again; give for_s or for_ticks"
+            raise ValueError(msg)
+        self._fits(info.context or {})
+        return self
+
+    def _fits(self, rig: Mapping[str, Any]) -> None:
+        """Check what only the rig file can tell, where its facts are given."""
+        kind = KINDS[self.channel, self.kind]
+        axes = 3 if kind.channel == Channel.FORCE else rig.get("n_axes")
+        if self.axis is not None and axes is not None and self.axis >= axes:
+            msg = f"axis: {self.axis} is not there; must be below {axes}"
+            raise ValueError(msg)
+        if kind.channel == Channel.LOOP and rig.get("clock") == "virtual":
+            msg = 'channel loop: nothing stalls on a virtual clock; set [loop] clock = "wall"'
+            raise ValueError(msg)
+
+
+def _no_such_kind(channel: str, name: str) -> str:
+    channels = sorted({known for known, _ in KINDS})
+    if channel not in channels:
+        return f"channel: no channel {channel!r}; there are: {', '.join(channels)}"
+    kinds = ", ".join(kind for known, kind in KINDS if known == channel)
+    return f"kind: {channel} has no kind {name!r}; it has: {kinds}"
+
+
+class Schedule(BaseModel):
+    """A file of faults."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+
+    description: str = Field("", max_length=1000)
+    fault: tuple[FaultOptions, ...] = Field(min_length=1, max_length=FAULTS, strict=False)
+
+
+def load_schedule(path: Path, context: Mapping[str, Any] | None = None) -> tuple[FaultOptions, ...]:
+    """Read a schedule.
+
+    Parameters
+    ----------
+    path
+        TOML file.
+    context
+        Facts of the rig, where known: `n_axes`, `clock`.
+
+    Raises
+    ------
+    ValueError
+        The text names the file and every fault in it: key, value, bound.
+    """
+    try:
+        data = tomllib.loads(path.read_bytes().decode())
+        return Schedule.model_validate(data, context=dict(context or {})).fault
+    except OSError as error:
+        msg = f"{path}: cannot read the faults: {error.strerror}"
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        msg = f"{path}: not a TOML file: {error}"
+    except ValidationError as error:
+        msg = "; ".join(_told(f"{path}: ", fault) for fault in _each(error))
+    raise ValueError(msg)
+
+
+def read_faults(
+    faults: str | Path | Sequence[Mapping[str, Any]], context: Mapping[str, Any] | None = None
+) -> list[dict[str, Any]]:
+    """Faults from a file or from tables, validated, as `hw.fault_script.fill_schedule` takes them.
+
+    Raises
+    ------
+    ValueError
+        As `load_schedule`.
+    """
+    if isinstance(faults, str | Path):
+        found = load_schedule(Path(faults), context)
+    else:
+        try:
+            found = _TABLES.validate_python(list(faults), context=dict(context or {}))
+        except ValidationError as error:
+            raise ValueError("; ".join(_told("fault", fault) for fault in _each(error))) from error
+    return [fault.model_dump(mode="json") for fault in found]
+
+
+_TABLES = TypeAdapter(Annotated[tuple[FaultOptions, ...], Field(max_length=FAULTS, strict=False)])
+
+
+def _each(error: ValidationError) -> list[Any]:
+    return list(error.errors(include_url=False))
+
+
+def _told(source: str, fault: Any) -> str:  # noqa: ANN401
+    where = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in fault["loc"])
+    where = where.removeprefix(".")
+    given = fault.get("input")
+    shown = "" if isinstance(given, Mapping | list | tuple | BaseModel) else f" (got {given!r})"
+    return f"{source}{where}: {fault['msg'].removeprefix('Value error, ')}{shown}"
+
+
+def _from_file(given: Any, info: ValidationInfo) -> Any:  # noqa: ANN401
+    """Tables as they are; for a path, the tables in the file."""
+    if not isinstance(given, str):
+        return given
+    context: dict[str, Any] = info.context or {}
+    path = Path(context.get("folder", Path()), given).expanduser().resolve()
+    return load_schedule(path, context)
+
+
+Faults = Annotated[
+    tuple[FaultOptions, ...],
+    BeforeValidator(_from_file),
+    Field(max_length=FAULTS, strict=False, description="scripted faults: a file, or the tables themselves"),
+]
+"""An option of a backend: a path relative to the rig file, or a list of tables. docs/faults.md."""

@@ -1,0 +1,114 @@
+"""Schedules of faults: what is refused, and how it is said."""
+
+import json
+
+import pytest
+from pydantic import ValidationError
+
+from hw.fault_options import load_schedule, read_faults
+from hw.mock.options import MockOptions
+
+GOOD = {"channel": "position", "kind": "jump", "at_tick": 5, "for_ticks": 1, "value": 0.1}
+
+
+def changed(**changes):
+    return {key: value for key, value in {**GOOD, **changes}.items() if value is not ...}
+
+
+BAD = [
+    (changed(channel="postion"), "no channel 'postion'; there are: actuator, current, estop"),
+    (changed(kind="jmup"), "position has no kind 'jmup'; it has: nan, inf, jump"),
+    (changed(kind=...), "kind: Field required"),
+    (changed(channel=3), "channel: Input should be a valid string"),
+    (changed(value=...), "value: position jump needs one, -1e+06 to 1e+06 rad"),
+    (changed(value=2e6), "value: 2000000.0 of position jump: must be -1e+06 to 1e+06 rad"),
+    (changed(value=float("nan")), "value: nan of position jump"),
+    (changed(value="0.1"), "value: Input should be a valid number"),
+    (changed(kind="nan"), "value: 0.1 of position nan: it has none"),
+    (changed(at_s=1.0), "at_s, at_tick: give one of the two"),
+    (changed(at_tick=...), "at_s, at_tick: give one of the two"),
+    (changed(for_ticks=...), "for_s, for_ticks: give one of the two; 0 is for ever"),
+    (changed(for_s=1.0), "for_s, for_ticks: give one of the two; 0 is for ever"),
+    (changed(every_s=1.0, every_ticks=1), "every_s, every_ticks: give one of the two, or none"),
+    (changed(for_ticks=0, every_s=1.0), "cannot come again"),
+    (changed(at_tick=-1), "at_tick: Input should be greater than or equal to 0 (got -1)"),
+    (changed(at_tick=1.5), "at_tick: Input should be a valid integer"),
+    (changed(at_tick=..., at_s=float("inf")), "at_s: Input should be a finite number"),
+    (changed(for_ticks=..., for_s=-0.1), "for_s: Input should be greater than or equal to 0"),
+    (changed(probability=1.01), "probability: Input should be less than or equal to 1 (got 1.01)"),
+    (changed(axis=-1), "axis: Input should be greater than or equal to 0"),
+    (changed(axis=2), "axis: 2 is not there; must be below 2"),
+    (changed(channel="force", kind="nan", value=..., axis=3), "axis: 3 is not there; must be below 3"),
+    (changed(length=3), "length: Extra inputs are not permitted"),
+    (changed(channel="loop", kind="stall", value=1.0), "nothing stalls on a virtual clock"),
+]
+
+
+@pytest.mark.parametrize(("table", "text"), BAD)
+def test_a_bad_fault_is_refused_with_key_value_and_bound(table, text):
+    with pytest.raises(ValueError) as refused:
+        read_faults([GOOD, table], {"n_axes": 2, "clock": "virtual"})
+    assert str(refused.value).startswith("fault[1]")
+    assert text in str(refused.value)
+
+
+def test_a_good_fault_passes_with_its_default_value():
+    (fault,) = read_faults([changed(kind="out_of_range", value=...)])
+    assert fault["value"] == 1e6
+    assert fault["probability"] == 1.0
+    assert read_faults([fault]) == [fault], "the dump is a schedule again"
+
+
+def test_too_many_faults_are_refused():
+    assert len(read_faults([GOOD] * 32)) == 32
+    with pytest.raises(ValueError, match="at most 32"):
+        read_faults([GOOD] * 33)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[[fault]]\nchannel = 'link'\nkind = 'drop'\nat_s = 1", "fault[0]: for_s, for_ticks: give one"),
+        ("[[fualt]]\n", "fault: Field required"),
+        ("[[fault]]\n= 1", "not a TOML file"),
+        ("fault = []", "at least 1"),
+        (b"\xff\xfe", "not a TOML file"),
+    ],
+)
+def test_a_bad_file_is_named(tmp_path, text, said):
+    path = tmp_path / "bad.toml"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    with pytest.raises(ValueError) as refused:
+        load_schedule(path)
+    assert str(refused.value).startswith(f"{path}: ")
+    assert said in str(refused.value)
+
+
+def test_all_faults_of_a_file_are_told_at_once(tmp_path):
+    path = tmp_path / "bad.toml"
+    path.write_text("[[fault]]\nchannel = 'link'\n[[fault]]\nchannel = 'link'\nkind = 'x'\n")
+    with pytest.raises(
+        ValueError, match=r"(?s)fault\[0\]\.kind.*fault\[0\].*fault\[1\]|fault\[0\].*fault\[1\]"
+    ):
+        load_schedule(path)
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(ValueError, match=r"absent\.toml: cannot read the faults: No such file"):
+        load_schedule(tmp_path / "absent.toml")
+
+
+def test_the_mock_takes_a_file_beside_the_rig_file_or_the_tables(tmp_path):
+    (tmp_path / "faults.toml").write_text(
+        "[[fault]]\nchannel = 'position'\nkind = 'jump'\nat_tick = 5\nfor_ticks = 1\nvalue = 0.1\n"
+    )
+    from_file = MockOptions.model_validate({"faults": "faults.toml"}, context={"folder": tmp_path})
+    assert from_file == MockOptions.model_validate({"faults": [GOOD]})
+    dump = json.loads(json.dumps(from_file.model_dump(mode="json")))
+    assert MockOptions.model_validate(dump) == from_file
+
+
+@pytest.mark.parametrize("bits", [-1, 7, 33, 12.0])
+def test_a_width_no_counter_has_is_refused(bits):
+    with pytest.raises(ValidationError, match="encoder_bits"):
+        MockOptions.model_validate({"axis": [{"encoder_bits": bits}]})
