@@ -31,6 +31,12 @@ BUILT_IN = {
         simulated=True,
         summary="a recorded log (CSV) as the sensor stream",
     ),
+    "serial": BackendInfo(
+        factory="hw.serial.backend:SerialBackend",
+        options="hw.serial.options:SerialOptions",
+        simulated=False,
+        summary="a board on a serial port that speaks rtctl-frame (docs/serial-protocol.md)",
+    ),
 }
 
 

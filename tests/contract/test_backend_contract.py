@@ -11,6 +11,7 @@ import sys
 
 import numpy as np
 import pytest
+import serial_boards
 
 from hw import registry
 from hw.interface import CHANNEL_FIELDS, Rig
@@ -47,12 +48,34 @@ def playback(n_axes, folder):
     return {"file": "log.csv", "time": {"column": "t"}, "axis": [axis]}
 
 
+def serial(n_axes, folder, which):
+    board = serial_boards.board(n_axes, lambda name: folder_of_boards(folder, which), which)
+    return {"port": board.port}
+
+
+def folder_of_boards(folder, which):
+    made = folder / f"board-{which}"
+    made.mkdir()
+    return made
+
+
 ROWS = {
     "mock": ("mock", 1, mock),
     "mock, two axes": ("mock", 2, mock),
     "playback": ("playback", 1, playback),
     "a rig of two devices": ("mock", 2, mock),
+    "serial over pty": ("serial", 1, serial),
+    "serial over pty, two axes": ("serial", 2, serial),
 }
+
+WRAPPERS = {"serial": lambda backend, n_axes: serial_boards.InLockstep(backend, 35 + 10 * n_axes)}
+"""Kinds whose device answers in its own time: the wrapper waits for it before a read."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _boards_end_with_the_module():
+    yield
+    serial_boards.close_all()
 
 
 def split(kind, options, n_axes):
@@ -68,11 +91,11 @@ def split(kind, options, n_axes):
 class Subject:
     """A backend under test, and ticks of its size."""
 
-    def __init__(self, row, folder):
+    def __init__(self, row, folder, which="first"):
+        self.row, self.folder = row, folder
         self.kind, self.n_axes, table = ROWS[row]
-        valid = registry.options_model(self.kind).model_validate(
-            table(self.n_axes, folder), context={"folder": folder}
-        )
+        given = table(self.n_axes, folder, which) if self.kind == "serial" else table(self.n_axes, folder)
+        valid = registry.options_model(self.kind).model_validate(given, context={"folder": folder})
         self.options = valid.model_dump(mode="json")
         self.split = row == "a rig of two devices"
         self.backend = self.make()
@@ -80,7 +103,12 @@ class Subject:
     def make(self):
         if self.split:
             return split(self.kind, self.options, self.n_axes)
-        return registry.create(self.kind, self.options, rig(self.n_axes))
+        made = registry.create(self.kind, self.options, rig(self.n_axes))
+        return WRAPPERS.get(self.kind, lambda backend, _: backend)(made, self.n_axes)
+
+    def twin(self):
+        """Another one with the same options and an equal device of its own."""
+        return Subject(self.row, self.folder, "second").backend
 
     def tick(self, slot=0):
         tick = records(new_ticks(1, self.n_axes))
@@ -197,7 +225,7 @@ def test_ticks_may_be_rows_of_a_ring(running):
 
 
 def test_two_backends_with_the_same_options_show_the_same(running, tmp_path):
-    other = running.make()
+    other = running.twin()
     other.open()
     for slot in range(20):
         a, b = running.tick(slot), running.tick(slot)

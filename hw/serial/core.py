@@ -1,0 +1,171 @@
+"""What every board on a serial port has in common: open, drain to the newest, send, stop, lose, find again.
+
+A subclass says how bytes become a tick and a tick becomes bytes. It runs in the loop process.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable
+
+import numpy as np
+
+from hw.interface import BackendError, LinkLost, Options, Rig
+from hw.serial.framing import PACKET_MAX
+from hw.serial.link import BACKLOGGED, DRAINED, MORE
+from hw.serial.port import CHUNK, Port, send_once
+
+CHUNKS_PER_READ = 8
+"""Most reads of one cycle. A loop that stood still for a second at 1 kHz is up to date after two cycles."""
+
+BACKLOG = CHUNK // 2
+"""From this many bytes on the loop has stood still, or the board floods it. The kernel keeps the oldest
+4095 bytes and drops the newest, so the last packet of a backlog may be of any age."""
+
+RESTART_PACKETS = 16
+"""So many samples in a row from before the last one: the board has started over, its position is void."""
+
+BITS_PER_BYTE = 10
+"""Start bit, eight data bits, stop bit."""
+
+
+class SerialCore:
+    """A board on a serial port. `bind` of the subclass makes `_receive` and `_send` for one tick array."""
+
+    provides: frozenset[str]
+    consumes: frozenset[str]
+
+    def __init__(self, options: Options, rig: Rig) -> None:
+        self._path, self._baud = str(options["port"]), int(options["baud"])
+        self._rig = rig
+        self._port: Port | None = None
+        self._tick: np.ndarray | None = None
+        self.chunk = np.zeros(CHUNK, np.uint8)
+        self.packet = np.zeros(PACKET_MAX, np.uint8)
+        self._packet_bytes = memoryview(self.packet)  # type: ignore[arg-type] # numpy offers the buffer
+        self.meta = np.zeros(2, np.int64)
+        self._size = memoryview(self.meta)  # type: ignore[arg-type]
+        self._receive: Callable[[], int] | None = None
+        self._send: Callable[[], int] | None = None
+        self._unsent = 0
+        self.unsent = 0
+        """Commands the line had no room for, since the start."""
+
+    # -- what a subclass gives ---------------------------------------------------------------------
+    def _bind(self, tick: np.ndarray) -> tuple[Callable[[], int], Callable[[], int]]:
+        """Compiled `receive() -> samples out of order in a row` and `send() -> bytes in packet`."""
+        raise NotImplementedError
+
+    def _stop_packet(self) -> bytes:
+        """What makes the board torque-free; empty when the board has no such packet."""
+        raise NotImplementedError
+
+    def _greet(self, port: Port) -> None:
+        """Make sure the right board answers. Raises BackendError."""
+
+    def _forget(self) -> None:
+        """A new connection begins: nothing of the old byte stream may be continued."""
+
+    # -- the backend -------------------------------------------------------------------------------
+    def open(self) -> None:
+        """Open the port and make sure of the board. Idempotent. Raises BackendError."""
+        if self._port is not None:
+            return
+        port = Port(self._path, self._baud)
+        self._forget()
+        self._unsent = 0
+        try:
+            self._greet(port)
+        except BaseException:
+            port.close()
+            raise
+        self._views = [memoryview(self.chunk)]  # type: ignore[arg-type]
+        self._port = port
+
+    def fileno(self) -> int:
+        """Descriptor of the open port, to wait on; -1 while closed."""
+        return -1 if self._port is None else self._port.fd
+
+    def warm_up(self, tick: np.ndarray) -> None:
+        """Compile (or load) what `read` and `write` call, for ticks like `tick`; changes nothing."""
+        self._receive, self._send = self._bind(tick)
+        self._tick = tick
+
+    def read(self, tick: np.ndarray) -> None:
+        """Write the newest sample into the tick. Never blocks; bounded work. Raises LinkLost.
+
+        A backlog is taken in but nothing of it shown as fresh: after it comes what is really new.
+        """
+        port = self._port
+        if port is None:
+            raise LinkLost(f"serial port {self._path}: not open")
+        if tick is not self._tick:
+            self.warm_up(tick)
+        receive, size = self._receive, self._size
+        assert receive is not None
+        size[0] = n = port.read_into(self._views)
+        size[1] = DRAINED
+        if n >= BACKLOG:
+            self._catch_up(port, receive)
+        if receive() >= RESTART_PACKETS:
+            raise LinkLost(
+                f"serial port {self._path}: the board has started over (its samples are older than those before); "
+                "its position is no longer known: stop, and start again"
+            )
+
+    def _catch_up(self, port: Port, receive: Callable[[], int]) -> None:
+        """Take in a backlog up to its last chunk; that one is left to the caller."""
+        size = self._size
+        size[1] = MORE
+        for _ in range(CHUNKS_PER_READ - 1):
+            receive()
+            size[0] = n = port.read_into(self._views)
+            if n < BACKLOG:
+                break
+        size[1] = BACKLOGGED
+
+    def write(self, tick: np.ndarray) -> None:
+        """Send the tick's command; the newest always goes first. Never blocks. Raises LinkLost."""
+        port = self._port
+        if port is None:
+            raise LinkLost(f"serial port {self._path}: not open")
+        if tick is not self._tick:
+            self.warm_up(tick)
+        send = self._send
+        assert send is not None
+        if port.write(self._packet_bytes[: send()]):
+            self._unsent = 0
+            return
+        self.unsent += 1
+        self._unsent += 1
+        port.discard_output()  # what waits there is older than this one
+        if self._unsent >= RESTART_PACKETS:
+            raise LinkLost(f"serial port {self._path}: the board takes no more commands (line full)")
+
+    def stop(self) -> None:
+        """Make the board torque-free: a stop packet ahead of anything queued. Never raises."""
+        packet = self._stop_packet()
+        port = self._port
+        if port is not None:
+            port.discard_output()
+            with contextlib.suppress(LinkLost):
+                if port.write(packet):
+                    return
+        send_once(self._path, self._baud, packet)
+
+    def close(self) -> None:
+        """Release the port. Idempotent, never raises."""
+        port, self._port = self._port, None
+        if port is not None:
+            port.close()
+
+
+def require_line_rate(path: str, baud: int, period_s: float, bytes_in: int, bytes_out: int) -> None:
+    """Refuse a bit rate at which a cycle's packets do not fit into a cycle. Raises BackendError."""
+    needed = max(bytes_in, bytes_out) * BITS_PER_BYTE / period_s
+    if needed > 0.9 * baud:
+        raise BackendError(
+            f"serial port {path}: baud {baud} is too slow: {max(bytes_in, bytes_out)} bytes each {period_s * 1e3:g} ms "
+            f"need at least {needed / 0.9:.0f}; raise baud or lower [loop] rate_hz "
+            "(USB boards ignore the number: write any high one)"
+        )

@@ -1,0 +1,122 @@
+"""The simulated board: the reference firmware around the simulated rig, one call per board cycle."""
+
+from __future__ import annotations
+
+import math
+import time
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hw.interface import Rig
+from hw.jit import records
+from hw.mock.backend import MockBackend
+from hw.mock.options import MockOptions
+from hw.serial.firmware import Board, Taken
+from hw.serial.firmware_line import Line
+from hw.serial.observation import Observation, row_dtype
+
+DEFAULT_AXIS = {
+    "encoder_counts_per_rev": 160_000.0,
+    "gear_ratio": 80.0,
+    "gear_efficiency": 0.72,
+    "torque_constant_nm_a": 0.0134,
+    "lever_m": [0.0, 0.1, 0.0],
+}
+"""The axis of configs/mock.toml."""
+
+
+def read_rig(path: Path | None, rate_hz: float | None) -> tuple[Rig, dict[str, Any]]:
+    """Facts of the rig and options of the simulated plant, out of a rig file (its mock device, if any)."""
+    table = tomllib.loads(path.read_text()) if path else {}
+    axes = [{**DEFAULT_AXIS, **axis} for axis in table.get("axis", [{}])]
+    rate_hz = rate_hz or table.get("loop", {}).get("rate_hz", 1000.0)
+    mocks = [device for device in table.get("device", []) if device.get("kind") == "mock"]
+    options = MockOptions.model_validate(mocks[0].get("options", {}) if mocks else {})
+    facts = {name: np.array([axis[name] for axis in axes], dtype=float) for name in DEFAULT_AXIS}
+    rig = Rig(n_axes=len(axes), period_s=1.0 / rate_hz, **facts)
+    return rig, options.model_dump(mode="json")
+
+
+def _tick_dtype(n_axes: int) -> np.dtype[np.void]:
+    """The fields of a tick that the plant reads and writes."""
+    axis = (n_axes,)
+    return np.dtype(
+        [
+            ("tick", "<i8"),
+            ("sample_count", "<i8"),
+            ("link_faults", "<u8"),
+            ("estop", "<i8"),
+            ("enabled", "<i8"),
+            ("position_rad", "<f8", axis),
+            ("current_a", "<f8", axis),
+            ("force_n", "<f8", (3,)),
+            ("temperature_c", "<f8", axis),
+            ("current_command_a", "<f8", axis),
+        ]
+    )
+
+
+class Simulation:
+    """Board, plant and line together; `cycle` is one period of the board."""
+
+    def __init__(self, rig: Rig, options: dict[str, Any], line: Line, name: str, first_count: int) -> None:
+        self.rig, self.options, self.line = rig, options, line
+        self.name, self.first_count = name, first_count
+        self.observation: Observation | None = None
+        self._torque_per_ampere = rig.gear_ratio * rig.gear_efficiency * rig.torque_constant_nm_a
+        self._row = np.zeros(1, row_dtype(rig.n_axes))
+        self.tick = records(np.zeros(1, _tick_dtype(rig.n_axes)))
+        self.power_up()
+
+    def power_up(self) -> None:
+        """Everything starts over."""
+        self.board = Board(self.rig.n_axes, self.name, round(self.rig.period_s * 1e6))
+        self.plant = MockBackend(self.options, self.rig)
+        self.plant.warm_up(self.tick)
+        self.slot = -1
+
+    def listen(self) -> Taken:
+        """Take in what the host sent; an identify is answered at once."""
+        taken = self.board.take(self.line.read())
+        if taken.identifies:
+            self.line.send(self.board.identity_packet())
+        return taken
+
+    def cycle(self, slot: int) -> None:
+        """Sense at `slot`, send, drive the motor until the next."""
+        self.sense(slot)
+        self.send()
+        self.apply()
+
+    def sense(self, slot: int) -> None:
+        """Let the board's clock and the plant come to `slot`, and measure."""
+        self.board.begin_cycle(max(slot - self.slot, 1))
+        self.slot = slot
+        self.tick["tick"] = slot
+        self.plant.read(self.tick)
+
+    def send(self) -> None:
+        """Send the sample as a state packet."""
+        turns = self.tick["position_rad"][0] / (2 * math.pi)
+        counts = np.rint(turns * self.rig.encoder_counts_per_rev).astype(np.int64) + self.first_count
+        time_us = round(self.slot * self.rig.period_s * 1e6)
+        self.line.send_sample(self.board.state_packet(self.tick, counts, time_us))
+
+    def apply(self) -> None:
+        """Drive the motor with the command in force and put it on record."""
+        board, row = self.board, self._row[0]
+        value = board.output
+        current_a = value / self._torque_per_ampere if board.command[0]["torque_mode"] else value
+        self.tick["enabled"], self.tick["current_command_a"] = int(board.enabled), current_a
+        self.plant.write(self.tick)
+        if self.observation is None:
+            return
+        row["time_ns"], row["slot"], row["enabled"] = time.monotonic_ns(), self.slot, board.enabled
+        row["status"], row["command_age"] = int(board.status), board.age
+        row["command_sequence"] = board.command[0]["sequence"]
+        row["current_a"], row["torque_nm"] = current_a, current_a * self._torque_per_ampere
+        row["position_rad"] = self.plant.state["position_rad"][0]
+        self.observation.append(self._row[0])

@@ -1,0 +1,219 @@
+"""The host's end of an `rtctl-frame` link, compiled: newest good state packet to tick, tick to command packet.
+
+A state packet is fresh when both its sequence number and its sample time are after those of the last one
+accepted, by less than half their range. Duplicates, older ones, and new packets around an old sample are
+counted and never shown. Nothing out of a backlog is shown as fresh: newer packets may have been lost behind it.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+
+from hw.encoder import ENCODER_STATE, unwrap
+from hw.interface import LinkFault
+from hw.jit import compiled
+from hw.serial import deframer, frame
+from hw.serial.framing import seal, unseal
+
+_CHECKSUM = int(LinkFault.CHECKSUM)
+_SEQUENCE = int(LinkFault.SEQUENCE)
+_DEVICE = int(LinkFault.DEVICE | LinkFault.LOST)  # LOST: the law cuts at once
+_ESTOP = int(frame.Status.ESTOP)
+_HELD = int(frame.Status.HELD)
+
+MORE, DRAINED, BACKLOGGED = 0, 1, 2
+"""What a chunk is: more will follow in this cycle; all there is; the last of a backlog."""
+
+
+@cache
+def link_dtype(n_axes: int) -> np.dtype[np.void]:
+    """Settings and state of a link to a board of `n_axes` axes."""
+    axis = (n_axes,)
+    return np.dtype(
+        [
+            # settings
+            ("rad_per_count", "<f8", axis),  # signed
+            ("offset_rad", "<f8", axis),
+            ("motor_sign", "<f8", axis),  # of current and command
+            ("torque_mode", "<i8"),
+            ("time_to_live", "<i8"),
+            ("show_current", "<i8"),
+            ("show_force", "<i8"),
+            ("show_temperature", "<i8"),
+            ("show_estop", "<i8"),
+            ("unusable_status", "<i8"),  # status bits that make a sample unusable
+            # newest accepted sample
+            ("started", "<i8"),
+            ("sequence", "<i8"),
+            ("time_us", "<i8"),
+            ("status", "<i8"),
+            ("command_acknowledged", "<i8"),
+            ("encoder", "<i8", (n_axes, ENCODER_STATE)),
+            ("position_counts", "<i8", axis),  # unwrapped, also over a re-plug
+            ("current_a", "<f8", axis),
+            ("temperature_c", "<f8", axis),
+            ("force_n", "<f8", (3,)),
+            # this cycle
+            ("fresh", "<i8"),
+            ("damaged_now", "<i8"),
+            ("older_now", "<i8"),
+            # since the start
+            ("sample_count", "<i8"),
+            ("good", "<i8"),
+            ("damaged", "<i8"),
+            ("older", "<i8"),
+            ("older_in_row", "<i8"),
+            ("lost", "<i8"),  # gaps of the sequence number, packets
+            ("foreign", "<i8"),  # undamaged packets of another type, version or number of axes
+            ("identified", "<i8"),
+            # commands
+            ("command_sequence", "<i8"),
+            ("enabled_in_row", "<i8"),
+        ]
+    )
+
+
+@compiled
+def _accept(link: np.ndarray, state: np.ndarray) -> None:
+    """Make the state packet the newest sample, unless it is no newer than that."""
+    ln, s = link[0], state[0]
+    ln.good += 1
+    if ln.started:
+        ahead = (s.sequence - ln.sequence) & 0xFFFF
+        later_us = (s.time_us - ln.time_us) & 0xFFFFFFFF
+        if not (0 < ahead < 0x8000 and 0 < later_us < 0x80000000):
+            ln.older += 1
+            ln.older_in_row += 1
+            ln.older_now = 1
+            return
+        ln.lost += ahead - 1
+    ln.started, ln.fresh, ln.older_in_row = 1, 1, 0
+    ln.sequence, ln.time_us, ln.status = s.sequence, s.time_us, s.status
+    ln.command_acknowledged = s.command_sequence
+    for axis in range(len(ln.position_counts)):
+        ln.position_counts[axis] = unwrap(s.position_counts[axis], 32, ln.encoder[axis])
+        ln.current_a[axis] = ln.motor_sign[axis] * (s.current_ua[axis] * 1e-6)
+        ln.temperature_c[axis] = s.temperature_cdeg[axis] * 1e-2
+    for k in range(3):
+        ln.force_n[k] = s.force_un[k] * 1e-6
+
+
+@compiled
+def absorb(
+    chunk: np.ndarray,
+    n: int,
+    link: np.ndarray,
+    stream: np.ndarray,
+    state: np.ndarray,
+    identity: np.ndarray,
+    body: np.ndarray,
+) -> None:
+    """Take in `chunk[:n]`: every whole packet in it is checked and counted, the newest sample kept."""
+    ln, at = link[0], 0
+    while True:
+        at, length = deframer.next_packet(stream, chunk, at, n)
+        if length == 0:
+            return
+        size = unseal(stream[0].pending, length, body)
+        if size < 0:
+            ln.damaged += 1
+            ln.damaged_now = 1
+        elif frame.decode_state(body, size, state):
+            _accept(link, state)
+        elif frame.decode_identity(body, size, identity):
+            ln.identified = 1
+        else:
+            ln.foreign += 1
+
+
+@compiled
+def _dropped(ln: np.record) -> bool:
+    """True when the board is torque-free by its own decision although it has seen `enable`."""
+    since = (ln.command_sequence - ln.command_acknowledged) & 0xFFFF
+    return bool((ln.status & _HELD) != 0 and since < ln.enabled_in_row)
+
+
+@compiled
+def show(tick: np.ndarray, link: np.ndarray, end: int) -> None:
+    """Write the newest sample into the tick; fresh only if it is and nothing newer may be waiting."""
+    t, ln = tick[0], link[0]
+    faults = 0
+    if ln.fresh and end == DRAINED:
+        ln.sample_count += 1
+    elif ln.damaged_now:
+        faults = _CHECKSUM
+    elif ln.older_now:
+        faults = _SEQUENCE
+    if ln.status & ln.unusable_status or _dropped(ln):
+        faults |= _DEVICE
+    ln.fresh, ln.damaged_now, ln.older_now = 0, 0, 0
+    t.sample_count = ln.sample_count
+    t.link_faults = faults
+    for axis in range(len(ln.position_counts)):
+        t.position_rad[axis] = ln.position_counts[axis] * ln.rad_per_count[axis] + ln.offset_rad[axis]
+        if ln.show_current:
+            t.current_a[axis] = ln.current_a[axis]
+        if ln.show_temperature:
+            t.temperature_c[axis] = ln.temperature_c[axis]
+    if ln.show_force:
+        for k in range(3):
+            t.force_n[k] = ln.force_n[k]
+    if ln.show_estop:
+        t.estop = 1 if ln.status & _ESTOP else 0
+
+
+@compiled
+def receive(
+    tick: np.ndarray,
+    chunk: np.ndarray,
+    meta: np.ndarray,
+    link: np.ndarray,
+    stream: np.ndarray,
+    state: np.ndarray,
+    identity: np.ndarray,
+    body: np.ndarray,
+) -> int:
+    """Take in `chunk[:meta[0]]`; unless `meta[1]` is MORE, write the tick.
+
+    Returns
+    -------
+    int
+        How many packets in a row were no newer than the last accepted one.
+    """
+    absorb(chunk, meta[0], link, stream, state, identity, body)
+    if meta[1] != MORE:
+        show(tick, link, meta[1])
+    return int(link[0].older_in_row)
+
+
+@compiled
+def send(
+    tick: np.ndarray, link: np.ndarray, command: np.ndarray, body: np.ndarray, packet: np.ndarray
+) -> int:
+    """Write the command packet of this tick; returns its length.
+
+    Disabled, or a value of any axis not finite: every value 0 and enable 0.
+    """
+    t, ln, c = tick[0], link[0], command[0]
+    enable = t.enabled != 0
+    for axis in range(len(c.value)):
+        value = t.torque_applied_nm[axis] if ln.torque_mode else t.current_command_a[axis]
+        enable = enable and math.isfinite(value)
+        c.value[axis] = frame.micro(ln.motor_sign[axis] * value)
+    if not enable:
+        for axis in range(len(c.value)):
+            c.value[axis] = 0
+    ln.enabled_in_row = ln.enabled_in_row + 1 if enable else 0
+    ln.command_sequence = (ln.command_sequence + 1) & 0xFFFF
+    c.sequence, c.enable = ln.command_sequence, 1 if enable else 0
+    c.torque_mode, c.time_to_live = ln.torque_mode, ln.time_to_live
+    return seal(body, frame.encode_command(command, body), packet)
+
+
+@compiled
+def request(kind: int, sequence: int, body: np.ndarray, packet: np.ndarray) -> int:
+    """Write a stop or identify packet; returns its length."""
+    return seal(body, frame.encode_request(kind, sequence, body), packet)

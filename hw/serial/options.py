@@ -1,0 +1,78 @@
+"""What can be said about a board on a serial port in a rig file: `[device.options]`. Host side only."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+
+Channel = Literal["current", "force", "temperature", "estop"]
+
+
+class SerialTable(BaseModel):
+    """Base of all tables: strict types, no unknown keys, finite numbers, immutable."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
+
+
+class PortOptions(SerialTable):
+    """The port itself, whatever is spoken on it."""
+
+    port: str = Field(
+        min_length=1,
+        max_length=500,
+        pattern=r"^/",
+        description="path of the port; /dev/serial/by-id/... stays with the board",
+    )
+    baud: int = Field(921_600, ge=9600, le=12_000_000, description="bit rate; USB boards ignore it")
+
+
+class AxisOptions(SerialTable):
+    """[[device.options.axis]]: how the board's numbers relate to the joint."""
+
+    position_sign: Literal[-1, 1] = Field(1, description="-1: counts fall as the joint angle rises")
+    position_offset_rad: float = Field(0.0, ge=-1e3, le=1e3, description="joint angle at count 0")
+    motor_sign: Literal[-1, 1] = Field(
+        1, description="-1: a positive current (or torque) of the board drives the joint to smaller angles"
+    )
+
+
+class SerialOptions(PortOptions):
+    """[device.options] of `kind = "serial"`. `axis`: one table for all axes, or one per axis."""
+
+    identity: str | None = Field(
+        None,
+        min_length=1,
+        max_length=16,
+        pattern=r"^[\x20-\x7e]+$",
+        description="serial number the board must give; default: the first one met",
+    )
+    channels: Annotated[tuple[Channel, ...], Field(strict=False)] = Field(
+        ("current", "force", "temperature", "estop"),
+        max_length=4,
+        description="what the board measures besides the position",
+    )
+    command: Literal["current", "torque"] = Field(
+        "current", description="torque: the board does its own current"
+    )
+    time_to_live_cycles: int = Field(
+        10, ge=1, le=50, description="board cycles a command is held without a new one"
+    )
+    open_timeout_s: float = Field(3.0, ge=0.1, le=30, description="patience for a board that boots")
+    axis: tuple[AxisOptions, ...] = Field((AxisOptions(),), strict=False)
+
+    @field_validator("channels")
+    @classmethod
+    def _once(cls, channels: tuple[Channel, ...]) -> tuple[Channel, ...]:
+        if len(set(channels)) != len(channels):
+            msg = f"channels {list(channels)}: each at most once"
+            raise ValueError(msg)
+        return channels
+
+    @field_validator("axis")
+    @classmethod
+    def _some(cls, tables: tuple[AxisOptions, ...]) -> tuple[AxisOptions, ...]:
+        if not 1 <= len(tables) <= 8:
+            msg = f"needs 1 to 8 tables, not {len(tables)}"
+            raise ValueError(msg)
+        return tables

@@ -1,0 +1,196 @@
+"""A serial port as a descriptor: opened by pyserial, used without it. Nothing here blocks once it is open.
+
+Facts this file rests on (measured on Linux ptys, and read in the kernel's n_tty):
+
+* with VMIN = 1 and O_NONBLOCK an empty port gives EAGAIN, a hang-up gives an empty read; with pyserial's
+  own VMIN = 0 both look the same;
+* TCOFLUSH throws away what waits for the wire, so a stop packet need not queue behind old commands;
+* a lock by flock (pyserial's `exclusive`) keeps a second daemon out, but not a stop sent by another process
+  after this one hangs. TIOCEXCL would.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import fcntl
+import os
+import struct
+import termios
+import time
+from pathlib import Path
+
+import serial
+
+from hw.interface import BackendError, LinkLost
+
+CHUNK = 4096
+"""The kernel's line discipline holds at most 4095 bytes; one read takes them all."""
+
+DRAIN_S = 0.05
+"""Longest wait for a stop packet to leave before a port is closed."""
+
+_GONE = {errno.EIO, errno.ENODEV, errno.ENXIO, errno.EBADF, errno.EPIPE, errno.ENOENT}
+
+
+def holders(path: str) -> list[str]:
+    """Processes that have `path` open, as `name (pid N)`, as far as this user may see them."""
+    wanted = os.path.realpath(path)
+    found = []
+    for process in Path("/proc").glob("[0-9]*"):
+        if process.name == str(os.getpid()):
+            continue
+        with contextlib.suppress(OSError):
+            if any(os.path.realpath(fd) == wanted for fd in (process / "fd").iterdir()):
+                found.append(f"{(process / 'comm').read_text().strip()} (pid {process.name})")
+    return found
+
+
+def latency_timer_ms(path: str) -> int | None:
+    """How long an FTDI adapter collects bytes before it passes them on, ms; None for other ports."""
+    timer = Path("/sys/bus/usb-serial/devices", Path(path).resolve().name, "latency_timer")
+    try:
+        return int(timer.read_text())
+    except (OSError, ValueError):
+        return None
+
+
+def _refusal(path: str, error: Exception) -> BackendError:
+    number = getattr(error, "errno", None)
+    if number in (errno.EACCES, errno.EPERM):
+        remedy = "permission denied: add the user to the port's group (usually: sudo usermod -aG dialout $USER), log in again"
+    elif number in (errno.ENOENT, errno.ENODEV, errno.ENXIO):
+        remedy = (
+            "no such port: is the board plugged in and powered? ls -l /dev/serial/by-id names those there are"
+        )
+    elif number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in str(error):
+        by = ", ".join(holders(path)) or "a process of another user (sudo fuser -v shows it)"
+        remedy = f"the port is in use by {by}: end it, or name another port"
+    elif number == errno.ENOTTY or os.strerror(errno.ENOTTY) in str(error):
+        remedy = "not a serial port"
+    else:
+        remedy = str(error)
+    return BackendError(f"serial port {path}: {remedy}")
+
+
+class Port:
+    """One open port.
+
+    Attributes
+    ----------
+    fd : int
+        The non-blocking descriptor, -1 once closed.
+    low_latency : bool
+        Whether the driver took the low-latency mode (a pty and most CDC devices have none).
+    """
+
+    def __init__(self, path: str, baud: int) -> None:
+        """Open exclusively, raw, 8N1, without flow control. Raises BackendError with the remedy."""
+        self.path, self.baud, self.fd, self.low_latency = path, baud, -1, False
+        try:
+            self._serial = serial.Serial(path, baud, timeout=0, write_timeout=0, exclusive=True)
+        except (serial.SerialException, ValueError, OSError) as error:
+            raise _refusal(path, error) from error
+        try:
+            self._prepare(self._serial.fileno())
+        except (termios.error, OSError) as error:
+            self._serial.close()
+            raise BackendError(f"serial port {path}: {error}") from error
+
+    def _prepare(self, fd: int) -> None:
+        os.set_blocking(fd, False)
+        settings = termios.tcgetattr(fd)
+        settings[6][termios.VMIN], settings[6][termios.VTIME] = 1, 0
+        termios.tcsetattr(fd, termios.TCSANOW, settings)
+        termios.tcflush(fd, termios.TCIOFLUSH)
+        with contextlib.suppress(ValueError, OSError, NotImplementedError):
+            self._serial.set_low_latency_mode(True)
+            self.low_latency = True
+        self.fd = fd
+
+    def read_into(self, views: list[memoryview]) -> int:
+        """Bytes read into the only one of `views`; 0 when none wait. Raises LinkLost."""
+        try:
+            n = os.readv(self.fd, views)
+        except BlockingIOError:
+            return 0
+        except OSError as error:
+            raise self._lost(error) from error
+        if n == 0:
+            raise LinkLost(f"serial port {self.path}: hung up; the board was unplugged or reset")
+        return n
+
+    def write(self, packet: memoryview | bytes) -> bool:
+        """Send a packet, or none of it if the line is full. False then. Raises LinkLost."""
+        try:
+            return os.write(self.fd, packet) == len(packet)
+        except BlockingIOError:
+            return False
+        except OSError as error:
+            raise self._lost(error) from error
+
+    def _lost(self, error: OSError) -> LinkLost:
+        if error.errno in _GONE:
+            return LinkLost(f"serial port {self.path}: {error.strerror}; the board was unplugged or reset")
+        return LinkLost(f"serial port {self.path}: {error.strerror}")
+
+    def discard_output(self) -> None:
+        """Throw away what has not left yet. Never raises."""
+        discard_output(self.fd)
+
+    def close(self) -> None:
+        """Let the last packet leave (at most `DRAIN_S`) and release the port. Never raises."""
+        if self.fd < 0:
+            return
+        _drain(self.fd)
+        self.fd = -1
+        with contextlib.suppress(OSError, serial.SerialException, termios.error):
+            self._serial.close()
+
+
+def discard_output(fd: int) -> None:
+    """Throw away what has not left `fd` yet. Never raises."""
+    with contextlib.suppress(OSError, termios.error):
+        termios.tcflush(fd, termios.TCOFLUSH)
+
+
+def _drain(fd: int) -> None:
+    """Wait for the output to leave, then drop the rest: the kernel's own close may wait 30 s for it."""
+    end = time.monotonic() + DRAIN_S
+    with contextlib.suppress(OSError, termios.error):
+        while struct.unpack("i", fcntl.ioctl(fd, termios.TIOCOUTQ, b"\0\0\0\0"))[0]:
+            if time.monotonic() > end:
+                termios.tcflush(fd, termios.TCOFLUSH)
+                return
+            time.sleep(1e-3)
+
+
+def send_once(path: str, baud: int, packet: bytes) -> bool:
+    """Open `path` for a moment, whoever else holds it, and send `packet` before anything queued.
+
+    Returns
+    -------
+    bool
+        Whether all of it went out. Never raises, never blocks longer than `DRAIN_S`.
+    """
+    sent = False
+    with contextlib.suppress(OSError, termios.error):
+        fd = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK | os.O_CLOEXEC)
+        try:
+            if os.isatty(fd):
+                _make_raw(fd, baud)
+                termios.tcflush(fd, termios.TCOFLUSH)
+                sent = os.write(fd, packet) == len(packet)
+                _drain(fd)
+        finally:
+            os.close(fd)
+    return sent
+
+
+def _make_raw(fd: int, baud: int) -> None:
+    settings = termios.tcgetattr(fd)
+    speed = getattr(termios, f"B{baud}", settings[4])
+    raw_control = (settings[2] & ~(termios.CSIZE | termios.PARENB)) | termios.CS8 | termios.CLOCAL
+    settings[0], settings[1], settings[2], settings[3] = 0, 0, raw_control, 0
+    settings[4] = settings[5] = speed
+    termios.tcsetattr(fd, termios.TCSANOW, settings)

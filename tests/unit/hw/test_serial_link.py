@@ -1,0 +1,327 @@
+"""What the host's end of a link makes of packets: freshness, order, units, signs, wraps."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hw.interface import BackendError, LinkFault, Rig
+from hw.serial import link
+from hw.serial.backend import SerialBackend
+from hw.serial.firmware import Board
+from hw.serial.options import SerialOptions
+from rtctl.control.jit import records
+from rtctl.tick import new_ticks
+
+COUNTS = 160_000
+DROPPED = LinkFault.DEVICE | LinkFault.LOST
+
+
+def rig(n_axes=1, period_s=1e-3):
+    return Rig(
+        n_axes=n_axes,
+        period_s=period_s,
+        gear_ratio=np.full(n_axes, 80.0),
+        gear_efficiency=np.full(n_axes, 0.72),
+        torque_constant_nm_a=np.full(n_axes, 0.0134),
+        encoder_counts_per_rev=np.full(n_axes, float(COUNTS)),
+        lever_m=np.array([[0.0, 0.1, 0.0], [0.0, 0.0, 0.1]])[:n_axes],
+    )
+
+
+class Wire:
+    """A backend that gets its bytes from the test instead of a port."""
+
+    def __init__(self, n_axes=1, **options):
+        valid = SerialOptions.model_validate({"port": "/dev/none", **options})
+        self.backend = SerialBackend(valid.model_dump(mode="json"), rig(n_axes))
+        self.board = Board(n_axes, "SIM-0001", 1000)
+        self.tick = records(new_ticks(1, n_axes))
+        self.measured = records(new_ticks(1, n_axes))
+        self.backend.warm_up(self.tick)
+        self.time_us, self.counts = 0, np.zeros(n_axes, np.int64)
+        self.feed(b"\0")
+
+    def packet(self, step_us=1000):
+        self.time_us += step_us
+        return self.board.state_packet(self.measured, self.counts, self.time_us)
+
+    def feed(self, data, end=link.DRAINED):
+        backend = self.backend
+        backend.chunk[: len(data)] = np.frombuffer(data, np.uint8)
+        backend.meta[:] = len(data), end
+        backend._receive()
+        return self.tick
+
+    def sent(self):
+        n = self.backend._send()
+        return self.backend.packet[:n].tobytes()
+
+    @property
+    def count(self):
+        return int(self.tick["sample_count"][0])
+
+    @property
+    def faults(self):
+        return LinkFault(int(self.tick["link_faults"][0]))
+
+
+def test_units_and_signs():
+    wire = Wire(axis=[{"position_sign": -1, "position_offset_rad": 0.5, "motor_sign": -1}])
+    wire.counts[:] = COUNTS // 4
+    wire.measured["current_a"], wire.measured["temperature_c"] = 1.25, 31.5
+    wire.measured["force_n"] = [1.5, -2.5, 0.000001]
+    wire.board.estop = True
+    tick = wire.feed(wire.packet())
+    assert tick["position_rad"][0, 0] == pytest.approx(0.5 - math.pi / 2, abs=1e-12)
+    assert tick["current_a"][0, 0] == pytest.approx(-1.25)
+    assert tick["temperature_c"][0, 0] == pytest.approx(31.5)
+    assert tick["force_n"][0] == pytest.approx([1.5, -2.5, 1e-6])
+    assert tick["estop"][0] == 1
+
+
+def test_channels_the_board_does_not_have_are_left_alone():
+    wire = Wire(channels=[])
+    wire.tick["current_a"], wire.tick["force_n"], wire.tick["temperature_c"], wire.tick["estop"] = 7, 7, 7, 7
+    wire.board.estop = True
+    wire.feed(wire.packet())
+    for name in ("current_a", "force_n", "temperature_c", "estop"):
+        assert (wire.tick[name] == 7).all()
+    assert wire.count == 1
+
+
+def test_only_the_newest_of_several_packets_is_shown():
+    wire = Wire()
+    first = wire.packet()
+    wire.counts[:] = 5
+    wire.feed(first + wire.packet())
+    assert wire.count == 1
+    assert round(wire.tick["position_rad"][0, 0] * COUNTS / 2 / math.pi) == 5
+
+
+def test_a_sample_is_fresh_once():
+    wire = Wire()
+    wire.feed(wire.packet())
+    for _ in range(3):
+        wire.feed(b"")
+        assert wire.count == 1
+        assert wire.faults == 0
+
+
+@pytest.mark.parametrize("again", ["duplicate", "older", "old sample in a new packet"])
+def test_nothing_older_is_ever_accepted(again):
+    wire = Wire()
+    older = wire.packet()
+    wire.counts[:] = 5
+    newest = wire.packet()
+    wire.feed(newest)
+    data = {"duplicate": newest, "older": older}.get(again) or wire.packet(step_us=0)
+    before = wire.tick["position_rad"].copy()
+    wire.feed(data)
+    assert wire.count == 1
+    assert wire.faults == LinkFault.SEQUENCE
+    assert (wire.tick["position_rad"] == before).all()
+    wire.feed(wire.packet())
+    assert wire.count == 2
+    assert wire.faults == 0
+
+
+def test_sequence_and_clock_run_over_their_ends():
+    wire = Wire()
+    wire.board.sequence, wire.time_us = 65_530, 2**32 - 5000
+    for k in range(12):
+        wire.feed(wire.packet())
+        assert wire.count == k + 1
+    assert wire.backend.link["older"][0] == 0
+    assert wire.backend.link["lost"][0] == 0
+
+
+def test_a_gap_is_counted_and_the_new_sample_taken():
+    wire = Wire()
+    wire.feed(wire.packet())
+    wire.packet(), wire.packet()
+    wire.feed(wire.packet())
+    assert wire.count == 2
+    assert wire.faults == 0
+    assert wire.backend.link["lost"][0] == 2
+
+
+def test_damage_is_a_checksum_fault_unless_a_good_sample_follows_at_once():
+    wire = Wire()
+    wire.feed(wire.packet())
+    bad = bytearray(wire.packet())
+    bad[7] ^= 0x10
+    wire.feed(bytes(bad))
+    assert wire.faults == LinkFault.CHECKSUM
+    assert wire.count == 1
+    wire.feed(bytes(bad) + wire.packet())
+    assert wire.faults == 0
+    assert wire.count == 2
+    assert wire.backend.counts() == {
+        "good": 2,
+        "damaged": 2,
+        "older": 0,
+        "lost": 1,
+        "foreign": 0,
+        "unsent": 0,
+    }
+
+
+def test_nothing_out_of_a_backlog_is_fresh():
+    wire = Wire()
+    wire.feed(wire.packet(), link.BACKLOGGED)
+    assert wire.count == 0
+    wire.feed(wire.packet())
+    assert wire.count == 1
+
+
+@pytest.mark.parametrize("start", [0, 2**31 - 3, -(2**31) + 2, 2**32 - 3])
+@pytest.mark.parametrize("step", [1, -1, 1000, -1000])
+def test_the_counter_may_run_over_its_end_in_both_directions(start, step):
+    wire = Wire()
+    position = []
+    for k in range(8):
+        wire.counts[:] = start + k * step
+        position.append(wire.feed(wire.packet())["position_rad"][0, 0])
+    assert np.diff(position) == pytest.approx(np.full(7, step * 2 * math.pi / COUNTS), rel=1e-6)
+
+
+@settings(deadline=None)
+@given(st.lists(st.integers(-(2**31) + 1, 2**31 - 1), max_size=20))
+def test_unwrapped_counts_are_the_sum_of_the_steps(steps):
+    wire = Wire()
+    total = 0
+    for step in steps:
+        total += step
+        wire.counts[:] = total
+        wire.feed(wire.packet())
+    assert wire.backend.link["position_counts"][0, 0] == total
+
+
+def command(wire):
+    board = Board(wire.backend._rig.n_axes, "other", 1000)
+    taken = board.take(b"\0" + wire.sent())
+    assert taken.commands == 1 or not board.held
+    return board
+
+
+def test_commands_are_in_fixed_point_with_the_motors_sign():
+    wire = Wire(axis=[{"motor_sign": -1}])
+    wire.tick["enabled"], wire.tick["current_command_a"] = 1, 1.2345678
+    board = command(wire)
+    assert board.command["enable"][0] == 1
+    assert board.command["value"][0, 0] == -1_234_567
+    assert board.command["torque_mode"][0] == 0
+    assert board.command["time_to_live"][0] == 10
+
+
+def test_torque_commands_take_the_torque():
+    wire = Wire(command="torque", time_to_live_cycles=3)
+    assert wire.backend.consumes == {"torque"}
+    wire.tick["enabled"], wire.tick["torque_applied_nm"], wire.tick["current_command_a"] = 1, -0.25, 9.0
+    board = command(wire)
+    assert board.command["value"][0, 0] == -250_000
+    assert board.command["torque_mode"][0] == 1
+    assert board.command["time_to_live"][0] == 3
+
+
+@pytest.mark.parametrize(
+    ("value", "wanted"), [(1e9, 2**31 - 1), (-1e9, -(2**31) + 1), (2147.4836469, 2**31 - 2)]
+)
+def test_a_command_saturates_and_never_wraps(value, wanted):
+    wire = Wire()
+    wire.tick["enabled"], wire.tick["current_command_a"] = 1, value
+    assert command(wire).command["value"][0, 0] == pytest.approx(wanted, abs=1)
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_a_value_that_is_not_finite_disables_every_axis(bad):
+    wire = Wire(n_axes=2)
+    wire.tick["enabled"], wire.tick["current_command_a"] = 1, [[0.5, bad]]
+    board = command(wire)
+    assert board.command["enable"][0] == 0
+    assert (board.command["value"] == 0).all()
+
+
+def test_a_disabled_tick_sends_zeros():
+    wire = Wire()
+    wire.tick["enabled"], wire.tick["current_command_a"] = 0, 1.0
+    board = command(wire)
+    assert board.command["enable"][0] == 0
+    assert (board.command["value"] == 0).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "channels", "usable"),
+    [
+        ("drive_fault", [], False),
+        ("force_missing", ["force"], False),
+        ("force_missing", ["current"], True),
+        ("temperature_missing", ["temperature"], False),
+        ("temperature_missing", ["force"], True),
+    ],
+)
+def test_a_board_that_reports_a_failure_of_what_is_used_is_as_good_as_lost(name, channels, usable):
+    wire = Wire(channels=channels)
+    setattr(wire.board, name, True)
+    wire.feed(wire.packet())
+    assert wire.faults == (0 if usable else DROPPED)
+
+
+def test_a_board_that_went_torque_free_by_itself_while_enabled_is_as_good_as_lost():
+    wire = Wire()
+    wire.board.take(b"\0")
+
+    def exchange(enabled):
+        wire.tick["enabled"], wire.tick["current_command_a"] = enabled, 0.1 * enabled
+        wire.board.take(wire.sent())
+        wire.board.begin_cycle()
+        wire.feed(wire.packet())
+        return wire.faults
+
+    assert exchange(0) == 0
+    assert exchange(1) == 0
+    wire.board.begin_cycle(20)  # no command for longer than its time to live
+    assert wire.board.held
+    assert exchange(1) == DROPPED
+    assert exchange(0) == 0, "a command with enable 0 ends the hold"
+    assert exchange(1) == 0
+
+
+def test_a_hold_from_power_up_is_no_fault_of_a_disabled_rig():
+    wire = Wire()
+    for _ in range(3):
+        wire.feed(wire.packet())
+        assert wire.faults == 0
+
+
+def test_a_bit_rate_that_cannot_carry_the_packets_is_refused():
+    with pytest.raises(BackendError, match=r"baud 115200 is too slow.*need at least"):
+        Wire(n_axes=1, baud=115_200)
+
+
+def test_tables_for_another_number_of_axes_are_refused():
+    with pytest.raises(BackendError, match="axis has 3 tables"):
+        Wire(n_axes=2, axis=[{}, {}, {}])
+
+
+@pytest.mark.parametrize(
+    ("options", "key"),
+    [
+        ({"port": "ttyUSB0"}, "port"),
+        ({"baud": 300}, "baud"),
+        ({"channels": ["force", "force"]}, "channels"),
+        ({"channels": ["torque"]}, "channels"),
+        ({"time_to_live_cycles": 51}, "time_to_live_cycles"),
+        ({"axis": []}, "axis"),
+        ({"axis": [{"motor_sign": 2}]}, "motor_sign"),
+        ({"identity": ""}, "identity"),
+        ({"identity": "x" * 17}, "identity"),
+        ({"identity": "naïve"}, "identity"),
+    ],
+)
+def test_bad_options_are_refused_by_key(options, key):
+    with pytest.raises(ValueError, match=key):
+        SerialOptions.model_validate({"port": "/dev/ttyUSB0", **options})
