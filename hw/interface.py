@@ -130,6 +130,8 @@ class BackendInfo:
     simulated: bool
     summary: str
     channels: Channels | None = None
+    follows: bool = True
+    """The current measured answers the torque sent; False for a recording."""
 
 
 Options = Mapping[str, Any]

@@ -30,6 +30,7 @@ BUILT_IN = {
         options="hw.playback.options:PlaybackOptions",
         simulated=True,
         summary="a recorded log (CSV) as the sensor stream",
+        follows=False,
     ),
     "serial": BackendInfo(
         factory="hw.serial.backend:SerialBackend",

@@ -45,9 +45,10 @@ class LoopTable(Table):
     clock: Literal["wall", "virtual"] = Field(
         "wall", description="virtual: as fast as it can, simulated rigs only"
     )
-    realtime: Literal["require", "prefer", "off"] = Field(
+    realtime: Literal["require", "prefer", "waive", "off"] = Field(
         "prefer",
-        description="require: refuse to start without real-time rights; a real rig needs them to arm",
+        description="require: refuse to start without real-time rights; prefer: start, but a real rig does not "
+        "arm without them; waive: a real rig arms with a quarter of its torque; off: do not even ask, else as waive",
     )
     priority: int = _number(1, 98, "SCHED_FIFO priority", default=80)
     cpu: int = _number(-1, 1023, "core of the loop; -1: the last core of the machine", default=-1)
@@ -69,6 +70,21 @@ class ForceTable(Table):
     lowpass_hz: float = _number(0, 5000, "low-pass of the hand torque; 0 is off", default=0.0)
     tare_s: float = _number(0, 10, "time at rest over which the bias is averaged before arming", default=0.3)
     limit_n: float = _number(0.01, 1e4, "range of the sensor", default=50.0)
+
+
+class TemperatureTable(Table):
+    """[axis.temperature]"""
+
+    sensor: bool = Field(False, description="the motor has one; if it falls silent the torque is ramped down")
+    warn_c: float = _number(-40, 300, "from here on the torque limit falls", default=70.0)
+    trip_c: float = _number(-40, 300, "here it is zero, and the rig stops", default=90.0)
+
+    @model_validator(mode="after")
+    def _order(self) -> TemperatureTable:
+        if self.trip_c < self.warn_c + 1:
+            msg = f"trip_c {self.trip_c} must be at least 1 above warn_c {self.warn_c}"
+            raise ValueError(msg)
+        return self
 
 
 class CouplingTable(Table):
@@ -140,6 +156,12 @@ class AxisTable(Table):
         strict=False, description="joint torque = lever . tip force in sensor axes"
     )
     torque_limit_nm: float = _number(1e-6, 1e4, "largest torque ever sent, at the link")
+    torque_continuous_nm: float = _number(
+        0, 1e4, "largest mean |torque| over 250 ms; 0: as torque_limit_nm", default=0.0
+    )
+    arming_share: float = _number(
+        0, 0.05, "torque of the arming test, share of the limit; 0: no test", default=0.05
+    )
     torque_rate_nm_s: float = _number(1e-3, 1e7, "largest slope of the torque sent")
     velocity_limit_rad_s: float = _number(1e-3, 1e4, "v_max")
     position_min_rad: float = _number(-1e6, 1e6, "end of travel", default=-1e3)
@@ -147,6 +169,7 @@ class AxisTable(Table):
     current_limit_a: float = _number(1e-3, 1e4, "range of the current sensor", default=100.0)
     velocity: VelocityTable = VelocityTable()
     force: ForceTable = ForceTable()
+    temperature: TemperatureTable = TemperatureTable()
     coupling: CouplingTable = CouplingTable()
     environment: EnvironmentTable = EnvironmentTable()
     friction: FrictionTable = FrictionTable()
@@ -155,6 +178,9 @@ class AxisTable(Table):
     def _pairs(self) -> AxisTable:
         if self.position_min_rad >= self.position_max_rad:
             msg = f"position_min_rad {self.position_min_rad} must be below position_max_rad {self.position_max_rad}"
+            raise ValueError(msg)
+        if self.torque_continuous_nm > self.torque_limit_nm:
+            msg = f"torque_continuous_nm {self.torque_continuous_nm} must not exceed torque_limit_nm {self.torque_limit_nm}"
             raise ValueError(msg)
         if not any(self.lever_m) or any(abs(x) > 10 for x in self.lever_m):
             msg = f"lever_m {self.lever_m}: needs a component other than 0, each within -10..10 m"

@@ -8,8 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from hw import registry
 from rtctl.config import Config, LoadedConfig
 from rtctl.config_tables import AxisTable
+from rtctl.control.gate import WINDOW_S
 from rtctl.control.records import new_records
 from rtctl.control.velocity import kalman_gains, lowpass_alpha
 from rtctl.control.vocabulary import Environment, Policy, VelocityMethod
@@ -22,6 +24,9 @@ TARGET_HOLD_TICKS = 20
 TARGET_STOP_TICKS = 100
 STALE_LIMIT_TICKS = 3
 LATE_LIMIT_TICKS = 3
+WAIVER_SHARE = 0.25
+ARMING_PART_S = 0.02
+ARMING_TRAVEL_SHARE = 0.25
 MIN_SOFT_START_TICKS = 500
 """Safety contract: authority ramps over at least 500 cycles, `ready` needs 500 green ones, RAMP takes 50."""
 
@@ -50,6 +55,7 @@ def build(loaded: LoadedConfig) -> Plan:
     config = loaded.config
     params, _, command, model = new_records(config.n_axes)
     _fill_scalars(params[0], config)
+    params[0]["follow_kind"] = all(registry.lookup(device.kind).follows for device in config.device)
     for a, axis in enumerate(config.axis):
         _fill_axis(params[0], a, axis, config.period_s)
         _fill_command(command[0], a, axis)
@@ -79,8 +85,27 @@ def _fill_scalars(p: np.void, config: Config) -> None:
     # A simulated rig on a laptop without real-time rights counts its late ticks and goes on: nobody holds it.
     lenient = config.simulated and config.loop.realtime != "require"
     p["late_limit_ticks"] = 0 if lenient else LATE_LIMIT_TICKS
+    p["waiver_share"] = _waiver_share(config)
+    p["arming_ticks"] = max(2, math.floor(ARMING_PART_S * rate_hz))
+    p["window_share"] = -math.expm1(-2 * config.period_s / WINDOW_S)
     p["energy_budget_j"] = config.passivity.budget_j
     p["energy_bank_j"] = config.passivity.bank_j
+
+
+def _waiver_share(config: Config) -> float:
+    """Share of the torque limit without real-time rights: all of it where nobody holds the rig."""
+    if config.simulated:
+        return 1.0
+    return WAIVER_SHARE if config.loop.realtime in ("waive", "off") else 0.0
+
+
+def _fill_arming(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
+    """Bound of the motion in ARMING, and a test torque that moves even a joint without friction far less."""
+    part_s = float(p["arming_ticks"]) * period_s
+    travel_rad = ARMING_TRAVEL_SHARE * axis.velocity_limit_rad_s * 4 * part_s
+    gentle_nm = axis.inertia_kgm2 * travel_rad / (4 * part_s**2)  # a t^2 is the way of +tau then -tau
+    p["arming_travel_rad"][a] = travel_rad
+    p["arming_torque_nm"][a] = min(axis.arming_share * axis.torque_limit_nm, gentle_nm)
 
 
 def _fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
@@ -98,6 +123,12 @@ def _fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
         "velocity_limit_rad_s",
     ):
         p[name][a] = getattr(axis, name)
+    _fill_arming(p, a, axis, period_s)
+    p["torque_continuous_nm"][a] = axis.torque_continuous_nm or axis.torque_limit_nm
+    p["follow_delay_ticks"][a] = axis.coupling.delay_ticks
+    p["temperature_kind"][a] = axis.temperature.sensor
+    p["temperature_warn_c"][a] = axis.temperature.warn_c
+    p["temperature_trip_c"][a] = axis.temperature.trip_c
     count_rad = 2 * math.pi / axis.encoder_counts_per_rev
     p["count_rad"][a] = count_rad
     p["torque_rate_nm"][a] = axis.torque_rate_nm_s * period_s

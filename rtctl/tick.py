@@ -90,6 +90,15 @@ FIELDS: tuple[Field, ...] = (
     # command in force: copied by the law from the newest command
     Field("command_seq", "int", "scalar", "1", "law", "sequence number of the command in force"),
     Field("target_age_ticks", "int", "scalar", "1", "law", "ticks since the renderer's last target"),
+    Field("lease_held", "int", "scalar", "1", "law", "1 while a renderer holds the lease to send targets"),
+    Field(
+        "targets_refused",
+        "int",
+        "scalar",
+        "1",
+        "law",
+        "targets refused so far: void epoch, no lease, not finite",
+    ),
     Field(
         "environment_kind", "int", "axis", "1", "law", "virtual environment in force (control.environment)"
     ),
@@ -118,6 +127,11 @@ FIELDS: tuple[Field, ...] = (
     Field("program_flags", "bits", "axis", "1", "law", "why the program ended in BRAKE (ProgramFlag)"),
     _axis("program_torque_nm", "N m", "torque of the excitation program, which replaces the law's others"),
     _axis("torque_wanted_nm", "N m", "sum of the law's torques, before authority and gate"),
+    _axis(
+        "torque_share",
+        "1",
+        "share of the torque limit that state, temperature, waiver and 250 ms window leave",
+    ),
     _axis("torque_applied_nm", "N m", "torque sent: after authority and gate"),
     _axis("current_command_a", "A", "motor current sent"),
     _axis(
@@ -128,13 +142,13 @@ FIELDS: tuple[Field, ...] = (
     _axis("energy_hand_j", "J", "net energy the hand has put into the device"),
     _axis("energy_feedforward_j", "J", "net energy the feed-forward has put into the device"),
     # state
-    Field("state", "int", "scalar", "1", "law", "state of the machine (control.states.State)"),
+    Field("state", "int", "scalar", "1", "law", "state of the machine (control.vocabulary.State)"),
     Field("enabled", "int", "scalar", "1", "law", "1 when the actuator is to be enabled"),
     Field("authority", "float", "scalar", "1", "law", "soft-start share of the torque, 0 to 1"),
     Field(
         "epoch", "int", "scalar", "1", "law", "increases at every stop; commands of an older epoch are void"
     ),
-    Field("faults", "bits", "scalar", "1", "law", "faults present now (control.faults.Fault)"),
+    Field("faults", "bits", "scalar", "1", "law", "faults present now (control.vocabulary.Fault)"),
     Field("fault_first", "int", "scalar", "1", "law", "bit number of the latched first cause, -1 without"),
     Field("gate_flags", "bits", "axis", "1", "law", "what the gate did to the torque (control.gate)"),
     # integrity

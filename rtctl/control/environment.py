@@ -69,11 +69,11 @@ def solve_proxy(c: Record, axis: int, drive: float, stiffness: float, before: fl
 
 
 @compiled
-def _remote_force(s: Record, p: Record, c: Record, axis: int, difference: float) -> float:
+def _remote_force(s: Record, p: Record, axis: int, difference: float) -> float:
     """Coupling force towards the renderer's target, extrapolated no further than `target_hold_ticks`."""
     age = min(s.target_age_ticks, p.target_hold_ticks)
-    velocity = c.target_velocity_rad_s[axis]
-    target = c.target_position_rad[axis] + velocity * p.period_s * age
+    velocity = s.target_velocity_rad_s[axis]
+    target = s.target_position_rad[axis] + velocity * p.period_s * age
     if s.target_age_ticks > p.target_hold_ticks:
         velocity = 0.0
     s.proxy_position_rad[axis] = target
@@ -147,7 +147,7 @@ def coupling_torque(
     # The same proxy in the same environment stores the same energy to the last bit.
     changed = environment_energy(c, axis, before) != s.environment_energy_j[axis]
     if c.environment_kind[axis] == _REMOTE:
-        force = _remote_force(s, p, c, axis, difference)
+        force = _remote_force(s, p, axis, difference)
     else:
         drive = p.coupling_stiffness_nm_rad[axis] * x + b * (x - s.position_before_rad[axis] + before)
         proxy = solve_proxy(c, axis, drive, stiffness, before, dt)

@@ -1,7 +1,8 @@
-"""The last stage before the motor: finite, over-speed, absolute and rate limits.
+"""The last stage before the motor: finite, over-speed, absolute, rate and 250 ms limits, encoded value.
 
 It shares no code with the law, so that one mistake cannot pass both. Its only inputs are the torque the
-law wants, the torque that was sent, the velocity, and four limits.
+law wants, the torque that was sent, the velocity, and the limits. What it finds broken in itself (its own
+memory, its limits, the value to be encoded) is a VIOLATION: the caller locks the rig out.
 """
 
 from __future__ import annotations
@@ -14,6 +15,18 @@ _ABSOLUTE = int(GateFlag.ABSOLUTE)
 _RATE = int(GateFlag.RATE)
 _DISABLED = int(GateFlag.DISABLED)
 _OVERSPEED = int(GateFlag.OVERSPEED)
+_SHARE = int(GateFlag.SHARE)
+_WINDOW = int(GateFlag.WINDOW)
+_VIOLATION = int(GateFlag.VIOLATION)
+
+WINDOW_S = 0.25
+"""Length of the window of the continuous limit."""
+
+FOLD_BACK = 0.8
+"""The limit falls from here, as a share of the continuous one, linearly to the continuous limit itself."""
+
+SLACK = 1e-9
+"""Relative rounding granted to a check of the gate's own results."""
 
 
 @compiled
@@ -23,8 +36,68 @@ def _finite(x: float) -> bool:
 
 
 @compiled
+def _clamped(x: float, low: float, high: float) -> float:
+    if x > high:
+        return high
+    return low if x < low else x
+
+
+@compiled
+def window_limit(mean: float, limit: float, continuous: float, share: float) -> float:
+    """Largest |torque| that the 250 ms window leaves, N m.
+
+    Parameters
+    ----------
+    mean : float
+        Mean |torque| over the window, N m.
+    limit, continuous : float
+        Peak and continuous limit, N m.
+    share : float
+        What one tick counts (`push_window`).
+
+    Notes
+    -----
+    From FOLD_BACK c on the limit falls on a line through (c, c); a constant demand settles where the line
+    meets its own mean, at c. It also never lets one tick carry the mean beyond c.
+    """
+    if not continuous < limit:  # also NaN
+        return limit
+    start = FOLD_BACK * continuous
+    slope = (limit - continuous) / (continuous - start)
+    ahead = mean + (continuous - mean) / share
+    return _clamped(min(limit - slope * (mean - start), ahead), 0.0, limit)
+
+
+@compiled
+def push_window(mean: float, torque: float, share: float) -> float:
+    """Mean |torque| of the window after one more tick, N m.
+
+    Parameters
+    ----------
+    mean : float
+        Before, N m. 0 before the first tick.
+    share : float
+        What one tick counts: 1 - exp(-2 T / 250 ms).
+
+    Notes
+    -----
+    The window is exponential, with the time constant of half a rectangular one of 250 ms: a rectangular
+    one lets a constant demand come through in bursts of its own length. While this mean stays below c, the
+    plain mean of any 250 ms stays below 1.5 c, and that of long times below c.
+    """
+    return mean + share * (abs(torque) - mean)
+
+
+@compiled
 def gate_torque(
-    wanted: float, previous: float, velocity: float, limit: float, rate: float, v_limit: float, enabled: bool
+    wanted: float,
+    previous: float,
+    velocity: float,
+    limit: float,
+    allowed: float,
+    rate: float,
+    v_limit: float,
+    enabled: bool,
 ) -> tuple[float, int]:
     """Torque that may be sent, and `GateFlag` bits saying what was done to the wanted one.
 
@@ -34,8 +107,13 @@ def gate_torque(
         Torque asked for now and torque sent in the last tick, N m.
     velocity : float
         rad/s.
-    limit, rate : float
-        Largest |torque|, N m, and largest change per tick, N m. Not positive or not finite means 0.
+    limit : float
+        Largest |torque| ever, N m.
+    allowed : float
+        Largest |torque| at present (state, temperature, waiver, window), N m. Above it |torque| falls by
+        `rate` per tick, and never rises. NaN means 0.
+    rate : float
+        Largest change per tick, N m.
     v_limit : float
         Above this speed torque * velocity <= 0.
     enabled : bool
@@ -45,31 +123,57 @@ def gate_torque(
     -------
     torque : float
         Always finite, |torque| <= limit, and within `rate` of `previous` unless it was cut to 0 by
-        DISABLED, NOT_FINITE or OVERSPEED.
+        DISABLED, NOT_FINITE, OVERSPEED or VIOLATION.
     flags : int
-        NOT_FINITE means cut: the caller disables the rig in the same tick.
+        NOT_FINITE means cut, VIOLATION lock-out: the caller acts on them in the same tick.
     """
+    if not (limit > 0.0 and rate > 0.0 and _finite(limit) and _finite(rate)):
+        return 0.0, _VIOLATION
+    if not abs(previous) <= limit * (1.0 + SLACK):
+        return 0.0, _VIOLATION
     if not enabled:
         return 0.0, _DISABLED
-    if not (_finite(wanted) and _finite(previous) and _finite(velocity)):
+    if not (_finite(wanted) and _finite(velocity)):
         return 0.0, _NOT_FINITE
-    if not (limit > 0.0 and rate > 0.0 and _finite(limit) and _finite(rate)):
-        return 0.0, _ABSOLUTE
     flags = 0
     torque = wanted
-    if torque > limit or torque < -limit:
-        torque = limit if torque > 0.0 else -limit
+    if abs(torque) > limit:
+        torque = _clamped(torque, -limit, limit)
         flags |= _ABSOLUTE
-    if torque > previous + rate:
-        torque = previous + rate
+    ceiling = allowed if allowed > 0.0 else 0.0
+    ceiling = _clamped(max(ceiling, abs(previous) - rate), 0.0, limit)
+    if abs(torque) > ceiling:
+        torque = _clamped(torque, -ceiling, ceiling)
+        flags |= _SHARE
+    if abs(torque - previous) > rate:
+        torque = _clamped(torque, previous - rate, previous + rate)
         flags |= _RATE
-    elif torque < previous - rate:
-        torque = previous - rate
-        flags |= _RATE
-    # The last torque was within limits too, unless limits or state were damaged: never trust it.
-    if torque > limit or torque < -limit:
-        torque = limit if torque > 0.0 else -limit
-        flags |= _ABSOLUTE
+    torque = _clamped(torque, -limit, limit)  # previous may stand SLACK above it
     if not -v_limit <= velocity <= v_limit and torque * velocity > 0.0:
         return 0.0, flags | _OVERSPEED
     return torque, flags
+
+
+@compiled
+def encoded_fits(torque: float, encoded: float, per_unit: float, limit: float) -> bool:
+    """True when the value to be encoded says the torque the gate let pass, within the limit.
+
+    Parameters
+    ----------
+    torque : float
+        From `gate_torque`, N m.
+    encoded : float
+        What goes to the device, in its unit (A, or N m with `per_unit` 1).
+    per_unit : float
+        Torque of one unit, N m.
+    """
+    if not (_finite(torque) and _finite(encoded) and abs(torque) <= limit):
+        return False
+    said = encoded * per_unit
+    return abs(said) <= limit * (1.0 + SLACK) and abs(said - torque) <= SLACK * limit
+
+
+@compiled
+def window_flag(allowed: float, torque: float) -> int:
+    """WINDOW while the window's limit `allowed` is what bounds `torque`."""
+    return _WINDOW if abs(torque) >= allowed else 0

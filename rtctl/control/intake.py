@@ -6,6 +6,8 @@ late or twice. A request is used up in the tick that sees it, granted or not.
 
 from __future__ import annotations
 
+import math
+
 from rtctl.control import states
 from rtctl.control.force import restart_tare
 from rtctl.control.jit import compiled
@@ -28,23 +30,49 @@ def _rising_requests(s: Record, c: Record) -> int:
         requests |= states.STOP
     if c.reset_count > s.reset_seen:
         requests |= states.RESET
-    if c.shutdown_count > s.shutdown_seen:
+    if c.shutdown_count > 0:  # a level, not an edge: the end of the process is never forgotten
         requests |= states.TERMINATE
     s.arm_seen = c.arm_count
     s.stop_seen = c.stop_count
     s.reset_seen = c.reset_count
-    s.shutdown_seen = c.shutdown_count
     return requests
 
 
 @compiled
-def _age_target(s: Record, p: Record, c: Record) -> None:
-    """Age of the renderer's last target; a target of an older epoch is void, and none at all is lost."""
-    fresh = c.target_count > s.target_seen and c.epoch == s.epoch
-    s.target_age_ticks = 0 if fresh else s.target_age_ticks + 1
-    if c.target_count == 0:
-        s.target_age_ticks = max(s.target_age_ticks, p.target_stop_ticks + 1)
+def _holds_lease(s: Record, c: Record) -> bool:
+    """True when the newest target may count: of this epoch, finite, from whoever holds the lease or takes a free one."""
+    if c.target_epoch != s.epoch or c.target_lease == 0:
+        return False
+    if s.lease != 0 and s.lease != c.target_lease:
+        return False
+    for axis in range(len(c.target_position_rad)):
+        if not (math.isfinite(c.target_position_rad[axis]) and math.isfinite(c.target_velocity_rad_s[axis])):
+            return False
+    return True
+
+
+@compiled
+def _take_target(s: Record, p: Record, c: Record) -> None:
+    """Take over a fresh target of the lease holder, or let the last one age until the lease ends.
+
+    A target stays in the command's slot; only the rise of `target_count` makes it fresh, once. What a
+    refused one says never reaches the law.
+    """
+    risen = c.target_count > s.target_seen
     s.target_seen = c.target_count
+    if risen and _holds_lease(s, c):
+        s.lease = c.target_lease
+        s.target_age_ticks = 0
+        for axis in range(len(c.target_position_rad)):
+            s.target_position_rad[axis] = c.target_position_rad[axis]
+            s.target_velocity_rad_s[axis] = c.target_velocity_rad_s[axis]
+        return
+    s.targets_refused += int(risen)
+    s.target_age_ticks += 1
+    if s.lease == 0:  # nobody: as silent as can be
+        s.target_age_ticks = max(s.target_age_ticks, p.target_stop_ticks + 1)
+    elif s.target_age_ticks > p.target_stop_ticks:
+        s.lease = 0
 
 
 @compiled
@@ -69,7 +97,7 @@ def take_command(t: Record, s: Record, p: Record, c: Record) -> tuple[int, bool]
     if s.ticks == 0:
         s.fault_first = -1
     requests = _rising_requests(s, c)
-    _age_target(s, p, c)
+    _take_target(s, p, c)
     retare = c.tare_count > s.tare_seen and not states.is_powered(s.state)
     s.tare_seen = c.tare_count
     t.command_seq = c.seq

@@ -10,11 +10,10 @@ import math
 
 import numpy as np
 
-from rtctl.control import intake
+from rtctl.control import arming, detectors, gate, intake
 from rtctl.control.environment import coupling_torque
 from rtctl.control.feedforward import friction_feedforward
 from rtctl.control.force import hand_torque, tare_done
-from rtctl.control.gate import gate_torque
 from rtctl.control.jit import compiled
 from rtctl.control.passivity import injected_damping, observe_port, passivity_fault
 from rtctl.control.program import in_program, program_torque
@@ -24,14 +23,16 @@ from rtctl.control.states import advance, is_powered
 from rtctl.control.velocity import estimate_velocity
 from rtctl.control.vocabulary import Fault, GateFlag, State
 
+_ARMING = int(State.ARMING)
 _ACTIVE = int(State.ACTIVE)
 _HOLD = int(State.HOLD)
 _STOPPING = int(State.STOPPING)
 _FAULT = int(State.FAULT)
 _F_LAW = int(Fault.LAW_NOT_FINITE)
 _F_OVERSPEED = int(Fault.OVERSPEED)
-_F_OVERRUN = int(Fault.OVERRUN)
+_F_GATE = int(Fault.GATE)
 _NOT_FINITE = int(GateFlag.NOT_FINITE)
+_VIOLATION = int(GateFlag.VIOLATION)
 
 OVERSPEED_FACTOR = 1.2
 """Above this many v_max the torque is cut (safety contract)."""
@@ -64,12 +65,15 @@ def step(
     # 1. what is asked
     requests, arm_allowed = intake.take_command(t, s, p, c)
     # 2. what was measured
-    faults, elapsed = accept_sample(t, s, p)
+    skipped = detectors.count_late(t, s)
+    faults, elapsed = accept_sample(t, s, p, skipped)
+    faults |= detectors.late_fault(s, p, skipped) | detectors.realtime_fault(t, p)
     powered = is_powered(s.state)
     for axis in range(len(t.position_rad)):
         dx = s.position_rad[axis] - s.position_before_rad[axis]
         # 3. velocity, 4. force
         faults |= _estimate(t, s, p, axis, elapsed, powered)
+        faults |= _detect(t, s, p, axis, elapsed, skipped)
         # 5. virtual world behind the coupling
         t.coupling_torque_nm[axis] = coupling_torque(
             s, p, c, axis, elapsed, t.velocity_difference_rad_s[axis], not powered
@@ -82,13 +86,13 @@ def step(
         # 7. energy of the last period, and damping where it ran out
         faults |= _observe(t, s, p, model[axis], axis, dx, elapsed, powered)
         faults |= _sum_torques(t, s, axis, program)
-    faults |= _F_OVERRUN if 0 < p.late_limit_ticks <= s.late_ticks else 0
     faults |= intake.target_fault(s, p, c)
     # 8. state machine
-    changed = advance(s, p, faults, requests, arm_allowed and tare_done(s, p), intake.holding(s, p, c))
+    may_arm = arm_allowed and tare_done(s, p)
+    changed = advance(s, p, t.tick, faults, requests, may_arm, arming.tested(s, p), intake.holding(s, p, c))
     if changed and s.state == _STOPPING:
         _plan_ramp(s, p)
-    # 9. gate, 10. current, 11. energies
+    # 9. gate and current, 10. energies
     faults |= _send(t, s, p)
     for axis in range(len(t.position_rad)):
         _account(t, s, p, axis)
@@ -105,6 +109,21 @@ def _estimate(t: Record, s: Record, p: Record, axis: int, elapsed: int, powered:
     t.hand_torque_raw_nm[axis] = s.force_raw_nm[axis]
     t.hand_torque_nm[axis] = hand_torque(s, p, axis, elapsed > 0, not powered)
     return _F_OVERSPEED if abs(velocity) > OVERSPEED_FACTOR * p.velocity_limit_rad_s[axis] else 0
+
+
+@compiled
+def _detect(t: Record, s: Record, p: Record, axis: int, elapsed: int, skipped: int) -> int:
+    """Faults of one axis that show over time; the share of the limit that heat and a waiver leave."""
+    share = detectors.temperature_share(t, s, p, axis)
+    if t.waiver != 0:
+        share *= min(max(p.waiver_share, 0.0), 1.0)
+    t.torque_share[axis] = share
+    return (
+        detectors.temperature_fault(s, p, axis)
+        | detectors.follow_fault(t, s, p, axis, elapsed, skipped)
+        | detectors.window_fault(s, p, axis)
+        | arming.arming_faults(t, s, p, axis, elapsed)
+    )
 
 
 @compiled
@@ -176,6 +195,8 @@ def _torque_of_state(t: Record, s: Record, p: Record, axis: int) -> float:
         return s.authority * t.torque_wanted_nm[axis]
     if s.state == _STOPPING:
         return _ramp_torque(s, axis)
+    if s.state == _ARMING:
+        return arming.pulse_torque(s, p, axis)
     if s.state == _HOLD:
         t.damping_torque_nm[axis] = _hold_torque(t, p, axis)
         t.torque_wanted_nm[axis] = t.damping_torque_nm[axis]
@@ -184,38 +205,74 @@ def _torque_of_state(t: Record, s: Record, p: Record, axis: int) -> float:
 
 
 @compiled
+def _state_share(state: int) -> float:
+    """Share of the torque limit that a state may use (safety contract)."""
+    if state == _ARMING:
+        return arming.MAX_SHARE
+    return HOLD_SHARE if state == _HOLD else 1.0
+
+
+@compiled
+def _gate(t: Record, s: Record, p: Record, axis: int) -> int:
+    """Put one axis through the gate, encode its current, check what was encoded; `GateFlag` bits."""
+    limit = p.torque_limit_nm[axis]
+    window_limit = gate.window_limit(
+        s.window_mean_nm[axis], limit, p.torque_continuous_nm[axis], p.window_share
+    )
+    # A ramp only falls, and must not be stretched by a share that its start exceeded.
+    share = 1.0 if s.state == _STOPPING else t.torque_share[axis] * _state_share(s.state)
+    allowed = min(share * limit, window_limit)
+    torque, flags = gate.gate_torque(
+        _torque_of_state(t, s, p, axis),
+        s.torque_applied_nm[axis],
+        t.velocity_rad_s[axis],
+        limit,
+        allowed,
+        p.torque_rate_nm[axis],
+        p.velocity_limit_rad_s[axis],
+        is_powered(s.state),
+    )
+    per_ampere = _torque_per_ampere(p, axis)
+    current = torque / per_ampere if per_ampere > 0.0 else 0.0
+    if not gate.encoded_fits(torque, current, per_ampere, limit):
+        flags |= _VIOLATION
+    if window_limit < limit:
+        flags |= gate.window_flag(window_limit, torque)
+    t.torque_share[axis] = allowed / limit
+    t.torque_applied_nm[axis] = torque
+    t.current_command_a[axis] = current
+    t.gate_flags[axis] = flags
+    return flags
+
+
+@compiled
 def _send(t: Record, s: Record, p: Record) -> int:
-    """Put every axis through the gate; one axis that is not finite cuts all of them in this tick."""
-    cut = False
+    """Gate every axis; one that is not finite cuts all of them in this tick, a broken gate locks out."""
+    flags = 0
     for axis in range(len(t.position_rad)):
-        torque, flags = gate_torque(
-            _torque_of_state(t, s, p, axis),
-            s.torque_applied_nm[axis],
-            t.velocity_rad_s[axis],
-            p.torque_limit_nm[axis],
-            p.torque_rate_nm[axis],
-            p.velocity_limit_rad_s[axis],
-            is_powered(s.state),
-        )
-        t.torque_applied_nm[axis] = torque
-        t.gate_flags[axis] = flags
-        cut = cut or (flags & _NOT_FINITE) != 0
-    if not cut:
+        flags |= _gate(t, s, p, axis)
+    fault = 0
+    if flags & _VIOLATION:
+        fault = _F_GATE
+    elif flags & _NOT_FINITE:
+        fault = _F_LAW
+    if fault == 0:
         return 0
     for axis in range(len(t.position_rad)):
         t.torque_applied_nm[axis] = 0.0
+        t.current_command_a[axis] = 0.0
     # The machine has seen LAW_NOT_FINITE already unless the gate caught what the law did not.
-    advance(s, p, _F_LAW, 0, False, False)
-    return _F_LAW
+    advance(s, p, t.tick, fault, 0, False, False, False)
+    return fault
 
 
 @compiled
 def _account(t: Record, s: Record, p: Record, axis: int) -> None:
-    """Current of the torque sent; what of it was feed-forward; energies into the tick."""
+    """Keep the torque sent; what of it was feed-forward; energies into the tick."""
     torque = t.torque_applied_nm[axis]
     s.torque_applied_nm[axis] = torque
-    per_ampere = _torque_per_ampere(p, axis)
-    t.current_command_a[axis] = torque / per_ampere if per_ampere > 0.0 else 0.0
+    detectors.remember_torque(s, axis)
+    s.window_mean_nm[axis] = gate.push_window(s.window_mean_nm[axis], torque, p.window_share)
     wanted = t.torque_wanted_nm[axis]
     share = torque / wanted if s.state == _ACTIVE and wanted != 0.0 else 0.0
     s.feedforward_applied_nm[axis] = min(max(share, 0.0), 1.0) * t.feedforward_torque_nm[axis]
@@ -231,6 +288,8 @@ def _report(t: Record, s: Record, faults: int) -> None:
     s.ticks += 1
     t.sample_age_ticks = s.sample_age_ticks
     t.target_age_ticks = s.target_age_ticks
+    t.lease_held = 1 if s.lease != 0 else 0
+    t.targets_refused = s.targets_refused
     t.state = s.state
     t.enabled = 1 if is_powered(s.state) else 0
     t.authority = s.authority if s.state in (_ACTIVE, _HOLD) else 0.0

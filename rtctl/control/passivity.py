@@ -36,9 +36,11 @@ from rtctl.control.vocabulary import Fault, State
 
 _ACTIVE = int(State.ACTIVE)
 _F_PASSIVITY = int(Fault.PASSIVITY)
+_F_GROSS = int(Fault.PASSIVITY_GROSS)
 
 FAULT_FACTOR = 1.5
-"""A deficit of this many budgets is the PASSIVITY fault (safety contract)."""
+GROSS_FACTOR = 3.0
+"""Deficits of this many budgets are PASSIVITY (ramp) and PASSIVITY_GROSS (cut) (safety contract)."""
 
 
 @compiled
@@ -118,8 +120,11 @@ def injected_damping(s: Record, p: Record, axis: int, dx: float, elapsed: int) -
 
 @compiled
 def passivity_fault(s: Record, p: Record, axis: int) -> int:
-    """PASSIVITY while the deficit exceeds FAULT_FACTOR budgets."""
-    return _F_PASSIVITY if s.energy_port_j[axis] < -FAULT_FACTOR * p.energy_budget_j else 0
+    """PASSIVITY and PASSIVITY_GROSS while the deficit exceeds their budgets; NaN is the worst deficit."""
+    deficit = -s.energy_port_j[axis]
+    if deficit <= FAULT_FACTOR * p.energy_budget_j:
+        return 0
+    return _F_PASSIVITY if deficit <= GROSS_FACTOR * p.energy_budget_j else _F_GROSS
 
 
 @compiled

@@ -12,6 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from rtctl.control import window
+
+LOCKOUT_FAULTS = 3
+"""This many faults within a minute close the rig (`states.LOCKOUT_S`)."""
+
 Record = Any
 """One row of these dtypes (or of the tick) inside compiled code: fields are attributes."""
 
@@ -24,11 +29,18 @@ MAX_SEGMENTS = 1024
 LOOKUP_CELLS = 1024
 """Cells of the uniform grid that finds the segment of a speed."""
 
+HELD = 32
+"""Torques sent that are remembered, to compare with what the motor is measured to give."""
+
 Shape = tuple[int, ...]
 
 
-def _record(scalars: dict[str, str], axis: dict[str, Shape], n_axes: int) -> np.dtype[np.void]:
+def _record(
+    scalars: dict[str, str], axis: dict[str, Shape], n_axes: int, marks: dict[str, int] | None = None
+) -> np.dtype[np.void]:
+    """Scalars, then integer arrays of the given lengths, then per-axis fields."""
     fields: list[tuple[str, str] | tuple[str, str, Shape]] = [*scalars.items()]
+    fields += [(name, "<i8", (length,)) for name, length in (marks or {}).items()]
     for name, extra in axis.items():
         kind = (
             "<i8"
@@ -52,6 +64,9 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             "target_stop_ticks": "<i8",  # age that causes STOPPING
             "stale_limit_ticks": "<i8",  # sample age that causes a CUT
             "late_limit_ticks": "<i8",  # late ticks in a row that are an OVERRUN; 0: counted only
+            "waiver_share": "<f8",  # share of the torque limit without real-time rights; 0: not armed at all
+            "arming_ticks": "<i8",  # one of the four parts of the test pulse
+            "window_share": "<f8",  # what one tick counts in the 250 ms window of the gate
             "energy_budget_j": "<f8",  # passivity: deficit tolerated before damping is injected
             "energy_bank_j": "<f8",  # passivity: most energy that may be saved up
         },
@@ -71,8 +86,17 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             "current_limit_a": (),
             # limits
             "torque_limit_nm": (),
+            "torque_continuous_nm": (),  # largest mean |torque| over 250 ms
             "torque_rate_nm": (),  # largest change of applied torque per tick
             "velocity_limit_rad_s": (),
+            # detectors and test pulse
+            "follow_kind": (),  # 1: the measured current must follow the torque sent
+            "follow_delay_ticks": (),  # the measurement may be this much late
+            "temperature_kind": (),  # 1: the motor has a temperature sensor
+            "temperature_warn_c": (),
+            "temperature_trip_c": (),
+            "arming_torque_nm": (),
+            "arming_travel_rad": (),
             # velocity estimator (velocity.Method)
             "velocity_method": (),
             "velocity_window_ticks": (),
@@ -133,10 +157,13 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "tare_seen": "<i8",
             "target_seen": "<i8",
             "target_age_ticks": "<i8",
-            "shutdown_seen": "<i8",
             "clear_ticks": "<i8",  # ticks in FAULT without any fault present
             "stop_target": "<i8",  # state that STOPPING ends in
-            "seal_reserved": "<i8",
+            "fault_total": "<i8",  # faults so far
+            "late_count": "<i8",  # late ticks among the last 1000
+            "checksum_count": "<i8",  # damaged frames among them
+            "lease": "<i8",  # nonce of the renderer that may send targets; 0: none
+            "targets_refused": "<i8",
         },
         {
             "position_rad": (),
@@ -168,6 +195,20 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "energy_hand_j": (),
             "energy_feedforward_j": (),
             "jump_count": (),
+            "target_position_rad": (),  # the lease holder's last
+            "target_velocity_rad_s": (),
+            # detectors, gate and test pulse
+            "held_nm": (HELD,),  # torques sent, ring by `ticks`
+            "lag_ticks": (),
+            "cold_ticks": (),  # ticks without a temperature
+            "heat_share": (),
+            "window_mean_nm": (),
+            "test_start_rad": (),
+            "test_pulse_rad": (),
+            "test_moved_rad": (),
+            "test_product_nm2": (),
+            "test_square_nm2": (),
+            "test_hand_nm": (),
             # excitation program
             "program_kind": (),
             "program_flags": (),
@@ -180,6 +221,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "program_ramp_nm": (),
         },
         n_axes,
+        {"late_marks": window.WORDS, "checksum_marks": window.WORDS, "fault_tick": LOCKOUT_FAULTS},
     )
 
 
@@ -201,6 +243,8 @@ def command_dtype(n_axes: int) -> np.dtype[np.void]:
             "tare_count": "<i8",
             "shutdown_count": "<i8",
             "target_count": "<i8",
+            "target_epoch": "<i8",  # epoch the target was made for
+            "target_lease": "<i8",  # nonce of whoever sent it; 0 holds no lease
         },
         {
             "environment_kind": (),  # environment.Kind

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from hw.interface import LinkFault
+from rtctl.control import window
 from rtctl.control.jit import compiled
 from rtctl.control.records import Record
 from rtctl.control.vocabulary import Fault
@@ -26,6 +27,11 @@ _F_LOST = int(Fault.LINK_LOST)
 _F_END = int(Fault.END_OF_LOG)
 _F_CHECKSUM = int(Fault.CHECKSUM)
 _F_ESTOP = int(Fault.ESTOP)
+_F_DEVICE = int(Fault.DEVICE)
+_DEVICE = int(LinkFault.DEVICE)
+
+CHECKSUM_OF_1000 = 50
+"""More damaged frames than this among 1000 ticks are a fault (safety contract: 5 %)."""
 
 JUMP_FACTOR = 1.5
 """A position further away than this many times v_max allows is a jump (safety contract)."""
@@ -86,10 +92,15 @@ def _take(t: Record, s: Record, p: Record, restart: bool) -> None:
 
 
 @compiled
-def _link_state(t: Record) -> int:
+def _link_state(t: Record, s: Record) -> int:
     """Faults that hold whatever the sample is worth."""
     link = np.int64(t.link_faults)
     faults = 0
+    s.checksum_count += window.push(s.checksum_marks, s.ticks, link & _CHECKSUM != 0)
+    if s.checksum_count > CHECKSUM_OF_1000:
+        faults |= _F_CHECKSUM
+    if link & _DEVICE:
+        faults |= _F_DEVICE
     if link & _LOST:
         faults |= _F_LOST
     if link & _END:
@@ -100,17 +111,13 @@ def _link_state(t: Record) -> int:
 
 
 @compiled
-def _count_late(t: Record, s: Record) -> int:
-    """Grid slots skipped just before this tick; keeps the count of late ticks in a row."""
-    skipped = 0 if s.ticks == 0 else max(t.missed_ticks - s.missed_ticks, 0)
-    s.missed_ticks = t.missed_ticks
-    s.late_ticks = s.late_ticks + 1 if skipped > 0 else 0
-    return skipped
-
-
-@compiled
-def accept_sample(t: Record, s: Record, p: Record) -> tuple[int, int]:
+def accept_sample(t: Record, s: Record, p: Record, skipped: int) -> tuple[int, int]:
     """Validate the measured fields of tick `t` and take them over, or hold the last valid ones.
+
+    Parameters
+    ----------
+    skipped : int
+        Grid slots that passed without a tick just before this one.
 
     Returns
     -------
@@ -127,10 +134,10 @@ def accept_sample(t: Record, s: Record, p: Record) -> tuple[int, int]:
     Before the first valid sample there is nothing to hold, so nothing is stale.
     """
     started = s.history_count[0] > 0
-    elapsed = s.sample_age_ticks + 1 + _count_late(t, s)
+    elapsed = s.sample_age_ticks + 1 + skipped
     for axis in range(len(t.position_rad)):
         s.position_before_rad[axis] = s.position_rad[axis]
-    faults = _link_state(t)
+    faults = _link_state(t, s)
     cause = _damage(t, s, p)
     if cause == 0 and not started:
         _take(t, s, p, True)

@@ -1,45 +1,22 @@
-"""The state machine of the safety contract: what the present state, faults and requests lead to.
+"""The state machine of the safety contract, as one table.
 
-`next_state` is a function of numbers to a number; `enter` does what changing state means for the
-counters. Priority: ESTOP > CUT > RAMP > HOLD > requests. No fault clears itself into motion.
+`TRANSITIONS` is read from the top: the first row whose state and event are present decides, so its order
+is the order of priority (LOCKOUT > ESTOP > CUT > RAMP > HOLD > requests). `next_state` is that and nothing
+else; `advance` finds out which events are present and keeps the counters. No fault clears itself into
+motion: the only row that ends in ARMING needs a fresh request.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from enum import IntFlag
+
+import numpy as np
+
+from rtctl.control import faults as fault_table
 from rtctl.control.jit import compiled
-from rtctl.control.records import Record
-from rtctl.control.vocabulary import Fault, State
-
-_INIT = int(State.INIT)
-_IDLE = int(State.IDLE)
-_ARMING = int(State.ARMING)
-_ACTIVE = int(State.ACTIVE)
-_HOLD = int(State.HOLD)
-_STOPPING = int(State.STOPPING)
-_FAULT = int(State.FAULT)
-_ESTOP = int(State.ESTOP)
-_LOCKOUT = int(State.LOCKOUT)
-_SHUTDOWN = int(State.SHUTDOWN)
-
-CUT = int(
-    Fault.STALE
-    | Fault.BAD_SAMPLE
-    | Fault.CHECKSUM
-    | Fault.JUMP
-    | Fault.LINK_LOST
-    | Fault.LAW_NOT_FINITE
-    | Fault.OVERSPEED
-)
-"""Faults that take the torque away in the tick they are seen."""
-
-RAMP = int(Fault.OVERRUN | Fault.PASSIVITY | Fault.TARGET_LOST)
-"""Faults that ramp the torque down before disabling."""
-
-LATCHING_AT_REST = int(Fault.LINK_LOST | Fault.LAW_NOT_FINITE)
-"""Faults that are latched even while no torque can leave; the others just make the rig not ready."""
-
-_END_OF_LOG = int(Fault.END_OF_LOG)
-_ESTOP_PRESSED = int(Fault.ESTOP)
+from rtctl.control.records import LOCKOUT_FAULTS, Record
+from rtctl.control.vocabulary import State
 
 ARM = 1
 STOP = 2
@@ -47,99 +24,182 @@ RESET = 4
 TERMINATE = 8
 """Request bits."""
 
-ARMING_TICKS = 10
-"""Ticks enabled at zero torque before ACTIVE; the micro-test will take their place."""
-
 CLEAR_TICKS = 1000
 """The cause of a fault must have been absent this long before a reset is accepted."""
+
+LOCKOUT_S = 60.0
+"""LOCKOUT_FAULTS faults within this time close the rig."""
+
+
+class Event(IntFlag):
+    """What may move the machine; several can be present in one tick."""
+
+    ALWAYS = 1 << 0
+    LOCKOUT = 1 << 1
+    ESTOP = 1 << 2
+    CUT = 1 << 3
+    RAMP = 1 << 4
+    STOP = 1 << 5
+    END = 1 << 6
+    TERMINATE = 1 << 7
+    LATCH = 1 << 8
+    ARM = 1 << 9
+    RESET = 1 << 10
+    TESTED = 1 << 11
+    SILENT = 1 << 12
+    FOLLOWED = 1 << 13
+    RAMPED_TO_IDLE = 1 << 14
+    RAMPED_TO_FAULT = 1 << 15
+    RAMPED_TO_SHUTDOWN = 1 << 16
+
+
+@dataclass(frozen=True)
+class Transition:
+    """In any of `states`, `event` leads to `to`; `who` may bring it about."""
+
+    states: tuple[State, ...]
+    event: Event
+    to: State
+    who: str
+    meaning: str
+
+
+_S = State
+_CLOSED = (_S.LOCKOUT, _S.SHUTDOWN)
+_OPEN = tuple(state for state in State if state not in _CLOSED)
+_POWERED = (_S.ARMING, _S.ACTIVE, _S.HOLD, _S.STOPPING)
+_MOVING = (_S.ARMING, _S.ACTIVE, _S.HOLD)
+_REST = (_S.INIT, _S.IDLE, _S.FAULT, _S.ESTOP)
+
+TRANSITIONS: tuple[Transition, ...] = (
+    Transition((_S.LOCKOUT,), Event.TERMINATE, _S.SHUTDOWN, "system", "the process is ended"),
+    Transition(_OPEN, Event.LOCKOUT, _S.LOCKOUT, "fault", "a fault of reaction LOCKOUT"),
+    Transition(_REST, Event.TERMINATE, _S.SHUTDOWN, "system", "the process is ended"),
+    Transition(_OPEN, Event.ESTOP, _S.ESTOP, "fault", "emergency stop pressed"),
+    Transition(_POWERED, Event.CUT, _S.FAULT, "fault", "a fault of reaction CUT"),
+    Transition(_REST, Event.END, _S.SHUTDOWN, "system", "the recording played back is over"),
+    Transition((_S.INIT, _S.IDLE), Event.LATCH, _S.FAULT, "fault", "a fault that is latched at rest too"),
+    Transition((_S.INIT,), Event.ALWAYS, _S.IDLE, "system", "the self-tests passed before the first tick"),
+    Transition((_S.IDLE,), Event.STOP, _S.IDLE, "anyone", "a stop voids an arm request of the same tick"),
+    Transition((_S.IDLE,), Event.ARM, _S.ARMING, "operator", "a fresh request while ready and tared"),
+    Transition((_S.FAULT,), Event.RESET, _S.IDLE, "operator", "cause absent for 1000 ticks"),
+    Transition((_S.ESTOP,), Event.RESET, _S.IDLE, "operator", "released"),
+    Transition(_MOVING, Event.RAMP, _S.STOPPING, "fault", "a fault of reaction RAMP"),
+    Transition(_MOVING, Event.END, _S.STOPPING, "system", "the recording played back is over"),
+    Transition(_MOVING, Event.STOP, _S.STOPPING, "anyone", "stop asked for, or the renderer lost"),
+    Transition(_MOVING, Event.TERMINATE, _S.STOPPING, "system", "the process is ended"),
+    Transition((_S.ARMING,), Event.TESTED, _S.ACTIVE, "system", "the test pulse passed"),
+    Transition((_S.ACTIVE,), Event.SILENT, _S.HOLD, "lease holder", "no target for 20 ticks"),
+    Transition((_S.HOLD,), Event.FOLLOWED, _S.ACTIVE, "lease holder", "a target of the same epoch and lease"),
+    Transition((_S.STOPPING,), Event.RAMPED_TO_SHUTDOWN, _S.SHUTDOWN, "system", "ramp over, process ending"),
+    Transition((_S.STOPPING,), Event.RAMPED_TO_FAULT, _S.FAULT, "system", "ramp over, a fault caused it"),
+    Transition((_S.STOPPING,), Event.RAMPED_TO_IDLE, _S.IDLE, "system", "ramp over"),
+)
+
+_FROM = np.array([sum(1 << int(state) for state in row.states) for row in TRANSITIONS])
+_EVENT = np.array([int(row.event) for row in TRANSITIONS])
+_TO = np.array([int(row.to) for row in TRANSITIONS])
+_POWERED_BITS = sum(1 << int(state) for state in _POWERED)
+
+_IDLE, _ARMING, _ACTIVE, _HOLD = int(_S.IDLE), int(_S.ARMING), int(_S.ACTIVE), int(_S.HOLD)
+_STOPPING, _FAULT, _ESTOP = int(_S.STOPPING), int(_S.FAULT), int(_S.ESTOP)
+_LOCKOUT, _SHUTDOWN = int(_S.LOCKOUT), int(_S.SHUTDOWN)
+
+_E_ALWAYS, _E_LOCKOUT, _E_ESTOP = int(Event.ALWAYS), int(Event.LOCKOUT), int(Event.ESTOP)
+_E_CUT, _E_RAMP, _E_STOP, _E_END = int(Event.CUT), int(Event.RAMP), int(Event.STOP), int(Event.END)
+_E_TERMINATE, _E_LATCH = int(Event.TERMINATE), int(Event.LATCH)
+_E_ARM, _E_RESET, _E_TESTED = int(Event.ARM), int(Event.RESET), int(Event.TESTED)
+_E_SILENT, _E_FOLLOWED = int(Event.SILENT), int(Event.FOLLOWED)
+_E_TO_IDLE, _E_TO_FAULT = int(Event.RAMPED_TO_IDLE), int(Event.RAMPED_TO_FAULT)
+_E_TO_SHUTDOWN = int(Event.RAMPED_TO_SHUTDOWN)
+
+_F_CUT, _F_RAMP, _F_STOP, _F_END = fault_table.CUT, fault_table.RAMP, fault_table.STOP, fault_table.END
+_F_ESTOP, _F_LOCKOUT = fault_table.ESTOP, fault_table.LOCKOUT
+_F_LATCH, _F_LATCHED = fault_table.LATCHING_AT_REST, fault_table.LATCHED
 
 
 @compiled
 def is_powered(state: int) -> bool:
     """True in the states where the actuator is enabled."""
-    return state in (_ARMING, _ACTIVE, _HOLD, _STOPPING)
+    return (_POWERED_BITS >> state) & 1 != 0
 
 
 @compiled
-def _from_rest(state: int, faults: int, requests: int, may_arm: bool, may_reset: bool) -> int:
-    """INIT, IDLE, FAULT, ESTOP: nothing is enabled."""
-    if requests & TERMINATE or faults & _END_OF_LOG:  # also from FAULT: nothing more will come
-        return _SHUTDOWN
-    if faults & LATCHING_AT_REST and state != _ESTOP:
-        return _FAULT
-    if state == _INIT:
-        return _IDLE
-    if state == _IDLE:
-        return _ARMING if requests & ARM and may_arm else _IDLE
-    if state == _FAULT:
-        return _IDLE if requests & RESET and may_reset else _FAULT
-    return _IDLE if requests & RESET else _ESTOP
-
-
-@compiled
-def _from_power(state: int, faults: int, requests: int, ticks: int, hold: bool) -> int:
-    """ARMING, ACTIVE, HOLD: a torque may be leaving."""
-    if faults & (RAMP | _END_OF_LOG) or requests & (STOP | TERMINATE):
-        return _STOPPING
-    if state == _ARMING:
-        return _ACTIVE if ticks >= ARMING_TICKS else _ARMING
-    return _HOLD if hold else _ACTIVE
-
-
-@compiled
-def next_state(
-    state: int,
-    faults: int,
-    requests: int,
-    ticks: int,
-    may_arm: bool,
-    may_reset: bool,
-    hold: bool,
-    ramped: bool,
-    stop_target: int,
-) -> int:
-    """State after this tick's faults and requests.
+def next_state(state: int, events: int) -> int:
+    """State that the first fitting row of `TRANSITIONS` leads to; `state` itself when none fits.
 
     Parameters
     ----------
     state : int
-        `State` before.
-    faults : int
-        `Fault` bits present now.
-    requests : int
-        ARM, STOP, RESET, TERMINATE bits that rose in this tick.
-    ticks : int
-        Ticks spent in `state`.
-    may_arm : bool
-        Ready, tared, the request's epoch is the present one, no fault present.
-    may_reset : bool
-        The latched cause has been absent for CLEAR_TICKS.
-    hold : bool
-        A remote environment's target is too old.
-    ramped : bool
-        STOPPING has brought the torque to zero, or used up its time.
-    stop_target : int
-        Where STOPPING leads.
+        `State`.
+    events : int
+        `Event` bits present in this tick.
     """
-    if state in (_SHUTDOWN, _LOCKOUT):
-        return state
-    if faults & _ESTOP_PRESSED:
-        return _ESTOP
-    if not is_powered(state):
-        return _from_rest(state, faults, requests, may_arm, may_reset)
-    if faults & CUT:
-        return _FAULT
-    if state == _STOPPING:
-        return stop_target if ramped else _STOPPING
-    return _from_power(state, faults, requests, ticks, hold)
+    for row in range(len(_TO)):
+        if (_FROM[row] >> state) & 1 and events & _EVENT[row]:
+            return int(_TO[row])
+    return state
+
+
+@compiled
+def fault_events(faults: int) -> int:
+    """Events that the `Fault` bits present bring about."""
+    events = _E_ALWAYS
+    if faults == 0:
+        return events
+    if faults & _F_LOCKOUT:
+        events |= _E_LOCKOUT
+    if faults & _F_ESTOP:
+        events |= _E_ESTOP
+    if faults & _F_CUT:
+        events |= _E_CUT
+    if faults & _F_RAMP:
+        events |= _E_RAMP
+    if faults & _F_STOP:
+        events |= _E_STOP
+    if faults & _F_END:
+        events |= _E_END
+    if faults & _F_LATCH:
+        events |= _E_LATCH
+    return events
+
+
+@compiled
+def request_events(requests: int, may_arm: bool, may_reset: bool) -> int:
+    """Events that the request bits bring about.
+
+    `may_arm`: ready, tared, of the present epoch. `may_reset`: the cause has been absent long enough.
+    """
+    events = 0
+    if requests & STOP:
+        events |= _E_STOP
+    if requests & TERMINATE:
+        events |= _E_TERMINATE
+    if requests & ARM and may_arm:
+        events |= _E_ARM
+    if requests & RESET and may_reset:
+        events |= _E_RESET
+    return events
 
 
 @compiled
 def stop_target(target: int, faults: int, requests: int) -> int:
     """Where a stop leads after this tick: SHUTDOWN outranks FAULT, FAULT outranks IDLE."""
-    if requests & TERMINATE or faults & _END_OF_LOG or target == _SHUTDOWN:
+    if requests & TERMINATE or faults & _F_END or target == _SHUTDOWN:
         return _SHUTDOWN
-    return _FAULT if faults & RAMP or target == _FAULT else _IDLE
+    return _FAULT if faults & _F_RAMP or target == _FAULT else _IDLE
+
+
+@compiled
+def _ramp_events(s: Record, p: Record) -> int:
+    """The end of the ramp: nothing is left of the torque, or the time for it is over."""
+    if s.ticks_in_state < p.stop_ticks:
+        for axis in range(len(s.torque_applied_nm)):
+            if s.torque_applied_nm[axis] != 0.0:
+                return 0
+    if s.stop_target == _SHUTDOWN:
+        return _E_TO_SHUTDOWN
+    return _E_TO_FAULT if s.stop_target == _FAULT else _E_TO_IDLE
 
 
 @compiled
@@ -155,16 +215,27 @@ def lowest_bit(bits: int) -> int:
 def _latch(s: Record, faults: int) -> None:
     """Keep the first cause of a stop; later ones do not replace it."""
     if s.fault_first < 0:
-        s.fault_first = lowest_bit(faults & (CUT | RAMP | _ESTOP_PRESSED))
+        s.fault_first = lowest_bit(faults & _F_LATCHED)
+
+
+@compiled
+def _locks_out(s: Record, p: Record, tick: int) -> bool:
+    """Note one more fault at grid slot `tick`; True when it is the last one of too many in LOCKOUT_S."""
+    for i in range(LOCKOUT_FAULTS - 1):
+        s.fault_tick[i] = s.fault_tick[i + 1]
+    s.fault_tick[LOCKOUT_FAULTS - 1] = tick
+    s.fault_total += 1
+    return s.fault_total >= LOCKOUT_FAULTS and (tick - s.fault_tick[0]) * p.period_s <= LOCKOUT_S
 
 
 @compiled
 def _enter(s: Record, state: int, faults: int) -> None:
     """Counters, epoch and latch on a change of state."""
-    if state in (_STOPPING, _FAULT, _ESTOP):
+    if state in (_STOPPING, _FAULT, _ESTOP, _LOCKOUT):
         s.epoch += 1
+        s.lease = 0
         _latch(s, faults)
-    if state == _IDLE and s.state in (_FAULT, _ESTOP):
+    if state == _IDLE:
         s.fault_first = -1
     if state in (_ARMING, _ACTIVE):
         s.authority = 0.0
@@ -175,45 +246,54 @@ def _enter(s: Record, state: int, faults: int) -> None:
 
 
 @compiled
-def _ramped(s: Record, p: Record) -> bool:
-    """True when nothing is left to ramp down, or the time for it is over."""
-    for axis in range(len(s.torque_applied_nm)):
-        if s.torque_applied_nm[axis] != 0.0:
-            return s.ticks_in_state >= p.stop_ticks
-    return True
-
-
-@compiled
-def advance(s: Record, p: Record, faults: int, requests: int, arm_allowed: bool, hold: bool) -> bool:
+def advance(
+    s: Record,
+    p: Record,
+    tick: int,
+    faults: int,
+    requests: int,
+    arm_allowed: bool,
+    tested: bool,
+    silent: bool,
+) -> bool:
     """Run the machine one tick on the state record; True when the state changed.
 
     Parameters
     ----------
+    tick : int
+        Grid slot, the machine's clock.
+    faults, requests : int
+        `Fault` bits present now; ARM, STOP, RESET, TERMINATE bits that rose in this tick.
     arm_allowed : bool
         Tare complete and the request's epoch valid; readiness and faults are judged here.
+    tested : bool
+        The test pulse of ARMING is over and found nothing.
+    silent : bool
+        A remote environment's target is too old to follow.
     """
     s.ticks_in_state += 1
     s.clear_ticks = 0 if faults else s.clear_ticks + 1
     ready = s.good_ticks >= p.ready_ticks and not faults
+    events = fault_events(faults)
+    if requests:
+        if requests & STOP and not is_powered(s.state):
+            s.epoch += 1  # a stop also voids whatever was queued while disabled
+            s.lease = 0
+        may_reset = s.clear_ticks >= CLEAR_TICKS or s.state == _ESTOP
+        events |= request_events(requests, arm_allowed and ready, may_reset)
+    if tested:
+        events |= _E_TESTED
+    events |= _E_SILENT if silent else _E_FOLLOWED
     if s.state == _STOPPING:
         s.stop_target = stop_target(s.stop_target, faults, requests)
         _latch(s, faults)
-    state = next_state(
-        s.state,
-        faults,
-        requests,
-        s.ticks_in_state,
-        arm_allowed and ready,
-        s.clear_ticks >= CLEAR_TICKS,
-        hold,
-        _ramped(s, p),
-        s.stop_target,
-    )
-    if requests & STOP and not is_powered(s.state):
-        s.epoch += 1  # a stop also voids whatever was queued while disabled
+        events |= _ramp_events(s, p)
+    state = next_state(s.state, events)
     if state == s.state:
         _count(s, p, faults)
         return False
+    if state == _FAULT and _locks_out(s, p, tick):
+        state = _LOCKOUT
     if state == _STOPPING:
         s.stop_target = stop_target(_IDLE, faults, requests)
     _enter(s, state, faults)
@@ -232,3 +312,12 @@ def _count(s: Record, p: Record, faults: int) -> None:
         s.authority = min(1.0, s.authority + 1.0 / max(p.soft_start_ticks, 1))
     elif s.state == _HOLD:
         s.authority = 1.0
+
+
+def markdown_table() -> str:
+    """The transitions for `docs/safety.md`, in order of priority."""
+    lines = ["| in | on | goes to | brought about by | meaning |", "|---|---|---|---|---|"]
+    for row in TRANSITIONS:
+        states = ", ".join(state.name for state in row.states)
+        lines.append(f"| {states} | {row.event.name} | {row.to.name} | {row.who} | {row.meaning} |")
+    return "\n".join(lines) + "\n"

@@ -86,7 +86,7 @@ class State(IntEnum):
 
 
 class Fault(IntFlag):
-    """Faults, one bit each; `fault_first` in the tick is the bit's number."""
+    """Faults, one bit each; `fault_first` in the tick is the bit's number. Rows of `control.faults.TABLE`."""
 
     STALE = 1 << 0
     BAD_SAMPLE = 1 << 1
@@ -100,6 +100,35 @@ class Fault(IntFlag):
     TARGET_LOST = 1 << 9
     ESTOP = 1 << 10
     CHECKSUM = 1 << 11
+    STALLED = 1 << 12
+    ACTUATOR_LAG = 1 << 13
+    ACTUATOR_WRONG = 1 << 14
+    OVERTEMPERATURE = 1 << 15
+    PASSIVITY_GROSS = 1 << 16
+    OVERTORQUE = 1 << 17
+    GATE = 1 << 18
+    WIRING = 1 << 19
+    ARMING_MOVED = 1 << 20
+    REALTIME = 1 << 21
+    DEVICE = 1 << 22
+
+
+class Reaction(IntEnum):
+    """What a fault does while torque may leave (safety contract)."""
+
+    REFUSE = 0
+    """Nothing while powered; the rig is not ready to arm."""
+    STOP = 1
+    """Ramp down, then IDLE: nothing is broken."""
+    RAMP = 2
+    """Ramp down, then FAULT."""
+    CUT = 3
+    """Zero torque and disabled in the tick that sees it: FAULT."""
+    ESTOP = 4
+    LOCKOUT = 5
+    """Zero torque; only a person who restarts the process gets any further."""
+    END = 6
+    """Ramp down, then SHUTDOWN: the recording played back is over."""
 
 
 class GateFlag(IntFlag):
@@ -110,3 +139,9 @@ class GateFlag(IntFlag):
     RATE = 4
     DISABLED = 8
     OVERSPEED = 16
+    SHARE = 32
+    """The share of the limit that the state, the temperature or a waiver leaves."""
+    WINDOW = 64
+    """The mean of the last 250 ms nears the continuous limit."""
+    VIOLATION = 128
+    """The gate found its own inputs or output broken: LOCKOUT."""

@@ -1,23 +1,11 @@
-"""Names and texts of faults, for people and programs. The bits are `rtctl.control.vocabulary.Fault`."""
+"""Faults by name, for people and programs. The rows are `rtctl.control.faults.TABLE`."""
 
 from __future__ import annotations
 
+from rtctl.control.faults import ROW
 from rtctl.control.vocabulary import Fault
 
-FAULT_TEXT: dict[Fault, str] = {
-    Fault.STALE: "the device sends no fresh samples: check its power and cable",
-    Fault.BAD_SAMPLE: "samples are not finite or out of range: check sensor range and wiring",
-    Fault.JUMP: "the position jumped further than the joint can move in a tick: check the encoder",
-    Fault.LINK_LOST: "the device is gone: plug it in and restart the daemon",
-    Fault.END_OF_LOG: "the recording that is played back has ended",
-    Fault.OVERSPEED: "the joint is faster than its limit",
-    Fault.OVERRUN: "the loop was late too often: see `rtctl bench`, real-time rights and other load",
-    Fault.LAW_NOT_FINITE: "the control law gave a value that is not finite: report this as a defect",
-    Fault.PASSIVITY: "a port gave out more energy than its budget: lower stiffness or compensation",
-    Fault.TARGET_LOST: "the renderer stopped sending targets",
-    Fault.ESTOP: "the emergency stop is pressed",
-    Fault.CHECKSUM: "frames from the device fail their checksum: check cable, shield and baud rate",
-}
+FAULT_TEXT: dict[Fault, str] = {fault: row.text for fault, row in ROW.items()}
 
 
 def fault_entries(bits: int) -> list[dict[str, str]]:

@@ -24,6 +24,9 @@ from rtctl.shm import CommandWriter
 Result = dict[str, Any]
 LatestRow = Callable[[], np.ndarray | None]
 
+ONLY_LEASE = 1
+"""Nonce of the one renderer."""
+
 STALLED_S = 1.0
 """A newest tick older than this means that the loop does not run."""
 
@@ -217,6 +220,7 @@ class Requests:
             return Refusal("not_remote", "no axis has the environment `remote`; set it first")
         command["target_position_rad"] = request.values["position_rad"]
         command["target_velocity_rad_s"] = request.values.get("velocity_rad_s", 0.0)
+        command["target_epoch"], command["target_lease"] = row["epoch"], ONLY_LEASE
         return self._edge("target_count", row)
 
     def _compensation(self, request: Request, row: np.void) -> Result | Refusal:

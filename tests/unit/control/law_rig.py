@@ -14,6 +14,7 @@ T = 1e-3
 J, B = 0.012, 0.05
 COUNT = 2 * math.pi / 160_000
 LEVER = 0.1
+LEASE = 77
 
 NOMINAL = {
     "inertia_kgm2": J,
@@ -27,7 +28,9 @@ NOMINAL = {
     "force_limit_n": 50.0,
     "current_limit_a": 20.0,
     "torque_limit_nm": 3.0,
+    "torque_continuous_nm": 3.0,
     "torque_rate_nm": 1.0,
+    "arming_travel_rad": 0.1,
     "velocity_limit_rad_s": 10.0,
     "velocity_window_ticks": 16,
     "velocity_band_rad": COUNT,
@@ -68,6 +71,9 @@ class LawRig:
             "target_stop_ticks": 100,
             "stale_limit_ticks": 3,
             "late_limit_ticks": 3,
+            "waiver_share": 1.0,
+            "arming_ticks": 3,
+            "window_share": 0.008,
             "energy_budget_j": 0.02,
             "energy_bank_j": 0.02,
         }.items():
@@ -102,16 +108,19 @@ class LawRig:
         return self
 
     def request(self, *names):
-        """Raise request counters of the command."""
+        """Raise request counters of the command. A target is one of the present epoch, by renderer `LEASE`."""
         for name in names:
             self.command[name] += 1
+            if name == "target_count":
+                self.command["target_epoch"] = self.state["epoch"]
+                self.command["target_lease"] = LEASE
 
     def arm(self):
         """Bring the rig to ACTIVE with full authority at the present position."""
         self.run(40)
         self.command["epoch"] = self.state["epoch"]
         self.request("arm_count")
-        self.run(12 + int(self.params["soft_start_ticks"][0]))
+        self.run(4 * int(self.params["arming_ticks"][0]) + 2 + int(self.params["soft_start_ticks"][0]))
         assert self.mode is State.ACTIVE
         assert self["authority"] == 1.0
         return self

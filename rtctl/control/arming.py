@@ -1,0 +1,100 @@
+"""The test pulse of ARMING: does a small torque show up in the current, and move the joint its own way?
+
+Four parts of `arming_ticks` each (20 ms; 80 ms together): no torque, +tau, -tau, no torque. tau is at most
+5 % of the limit, and so small that a joint without any friction moves by less than the bound.
+
+* Current (where it is measured): sum(measured sent) / sum(sent^2) over the pulses must reach
+  CURRENT_SHARE; a wrong sign gives a negative one, a dead drive or sensor none.
+* Direction: judged only if the joint was at rest before and no hand pulls harder than half of tau. Moving
+  the wrong way by more than SIGN_COUNTS during +tau is a fault; not moving is none, since stiction may
+  hold the joint against 5 %.
+* Bounded motion: the joint must stay within `arming_travel_rad` of where it started.
+"""
+
+from __future__ import annotations
+
+from rtctl.control.detectors import held_torque
+from rtctl.control.jit import compiled
+from rtctl.control.records import Record
+from rtctl.control.vocabulary import Fault, State
+
+_ARMING = int(State.ARMING)
+_F_WIRING = int(Fault.WIRING)
+_F_MOVED = int(Fault.ARMING_MOVED)
+
+MAX_SHARE = 0.05
+"""Share of the torque limit the test may use at most (safety contract)."""
+
+CURRENT_SHARE = 0.25
+SIGN_COUNTS = 4
+HAND_SHARE = 0.5
+PARTS = 4
+
+
+@compiled
+def pulse_torque(s: Record, p: Record, axis: int) -> float:
+    """Torque of the test at `ticks_in_state`, N m."""
+    part = s.ticks_in_state // max(p.arming_ticks, 1)
+    torque = min(p.arming_torque_nm[axis], MAX_SHARE * p.torque_limit_nm[axis])
+    if part == 1:
+        return torque
+    return -torque if part == 2 else 0.0
+
+
+@compiled
+def tested(s: Record, p: Record) -> bool:
+    """True when the next tick of ARMING is past the last part."""
+    return s.state == _ARMING and s.ticks_in_state + 1 >= PARTS * p.arming_ticks
+
+
+@compiled
+def _restart(s: Record, axis: int) -> None:
+    s.test_start_rad[axis] = s.position_rad[axis]
+    s.test_pulse_rad[axis] = s.position_rad[axis]
+    s.test_moved_rad[axis] = 0.0
+    s.test_product_nm2[axis] = 0.0
+    s.test_square_nm2[axis] = 0.0
+    s.test_hand_nm[axis] = 0.0
+
+
+@compiled
+def _wrong_way(s: Record, p: Record, axis: int) -> bool:
+    """True when the joint, at rest and left alone, went against the positive pulse."""
+    counts = SIGN_COUNTS * p.count_rad[axis]
+    at_rest = abs(s.test_pulse_rad[axis] - s.test_start_rad[axis]) <= counts
+    alone = s.test_hand_nm[axis] <= HAND_SHARE * p.arming_torque_nm[axis]
+    return at_rest and alone and s.test_moved_rad[axis] < -counts
+
+
+@compiled
+def _no_current(s: Record, p: Record, axis: int) -> bool:
+    """True when the current is measured and does not answer the pulses."""
+    sent = s.test_square_nm2[axis]
+    return p.follow_kind[axis] != 0 and sent > 0.0 and not s.test_product_nm2[axis] >= CURRENT_SHARE * sent
+
+
+@compiled
+def arming_faults(t: Record, s: Record, p: Record, axis: int, elapsed: int) -> int:
+    """Follow the test by this tick's sample; WIRING and ARMING_MOVED as they are found.
+
+    Called before the state machine advances: `ticks_in_state` still counts the ticks that were sent.
+    """
+    if s.state != _ARMING:
+        _restart(s, axis)
+        return 0
+    n = p.arming_ticks
+    sent_ticks = s.ticks_in_state + 1  # ticks of the test sent before this sample
+    if sent_ticks == n:
+        s.test_pulse_rad[axis] = s.position_rad[axis]
+    if sent_ticks == 2 * n:
+        s.test_moved_rad[axis] = s.position_rad[axis] - s.test_pulse_rad[axis]
+    if elapsed > 0:
+        expected = held_torque(s, axis, 1 + p.follow_delay_ticks[axis])
+        s.test_product_nm2[axis] += expected * t.motor_torque_nm[axis]
+        s.test_square_nm2[axis] += expected * expected
+    s.test_hand_nm[axis] = max(s.test_hand_nm[axis], abs(t.hand_torque_nm[axis]))
+    if not abs(s.position_rad[axis] - s.test_start_rad[axis]) <= p.arming_travel_rad[axis]:
+        return _F_MOVED
+    if sent_ticks >= PARTS * n and (_wrong_way(s, p, axis) or _no_current(s, p, axis)):
+        return _F_WIRING
+    return 0

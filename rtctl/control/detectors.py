@@ -1,0 +1,131 @@
+"""Faults that show only over time: late ticks, an actuator that does not follow, heat.
+
+Each is a pure function of tick, state and parameters that returns `Fault` bits; NaN never passes a
+comparison that would excuse it.
+"""
+
+from __future__ import annotations
+
+from rtctl.control import window
+from rtctl.control.jit import compiled
+from rtctl.control.records import HELD, Record
+from rtctl.control.vocabulary import Fault
+
+_F_OVERRUN = int(Fault.OVERRUN)
+_F_STALLED = int(Fault.STALLED)
+_F_LAG = int(Fault.ACTUATOR_LAG)
+_F_WRONG = int(Fault.ACTUATOR_WRONG)
+_F_HOT = int(Fault.OVERTEMPERATURE)
+_F_REALTIME = int(Fault.REALTIME)
+_F_OVERTORQUE = int(Fault.OVERTORQUE)
+
+LATE_OF_1000 = 10
+"""More late ticks than this among 1000 are an OVERRUN."""
+
+STALL_PERIODS = 10
+"""One tick this many whole periods late is STALLED."""
+
+LAG_SHARE = 0.2
+LAG_TICKS = 20
+WRONG_SHARE = 0.5
+"""Gap between commanded and measured torque, as shares of the limit, and how long the smaller one may last."""
+
+WINDOW_FACTOR = 1.1
+"""Mean torque of the window above this many continuous limits is OVERTORQUE."""
+
+
+@compiled
+def count_late(t: Record, s: Record) -> int:
+    """Grid slots skipped just before this tick; keeps the counts in a row and of the last 1000 ticks."""
+    skipped = 0 if s.ticks == 0 else max(t.missed_ticks - s.missed_ticks, 0)
+    s.missed_ticks = t.missed_ticks
+    s.late_ticks = s.late_ticks + 1 if skipped > 0 else 0
+    s.late_count += window.push(s.late_marks, s.ticks, skipped > 0)
+    return skipped
+
+
+@compiled
+def late_fault(s: Record, p: Record, skipped: int) -> int:
+    """OVERRUN or STALLED; nothing on a rig whose late ticks are only counted."""
+    if p.late_limit_ticks <= 0:
+        return 0
+    if skipped >= STALL_PERIODS:
+        return _F_STALLED
+    return _F_OVERRUN if s.late_ticks >= p.late_limit_ticks or s.late_count > LATE_OF_1000 else 0
+
+
+@compiled
+def realtime_fault(t: Record, p: Record) -> int:
+    """REALTIME while the rig runs without rights that nobody waived."""
+    return _F_REALTIME if t.waiver != 0 and not p.waiver_share > 0.0 else 0
+
+
+@compiled
+def remember_torque(s: Record, axis: int) -> None:
+    """Keep the torque just sent for `follow_fault`."""
+    s.held_nm[axis, s.ticks % HELD] = s.torque_applied_nm[axis]
+
+
+@compiled
+def held_torque(s: Record, axis: int, ticks_ago: int) -> float:
+    """Torque sent this many ticks before the present one (1: the last), N m."""
+    return float(s.held_nm[axis, (s.ticks - ticks_ago) % HELD])
+
+
+@compiled
+def follow_fault(t: Record, s: Record, p: Record, axis: int, elapsed: int, skipped: int) -> int:
+    """ACTUATOR_LAG or ACTUATOR_WRONG: does the measured torque lie among those sent lately?
+
+    Notes
+    -----
+    The measurement may show any torque sent since the last valid sample, or within the declared delay
+    before it, or, after skipped slots, the zero of a device whose time to live ran out. Its distance from
+    that range is the gap.
+    """
+    if p.follow_kind[axis] == 0 or elapsed == 0:
+        return 0
+    low = high = 0.0 if skipped > 0 else held_torque(s, axis, 1)
+    for ago in range(1, min(elapsed + p.follow_delay_ticks[axis], HELD) + 1):
+        torque = held_torque(s, axis, ago)
+        low, high = min(low, torque), max(high, torque)
+    measured = t.motor_torque_nm[axis]
+    gap = max(low - measured, measured - high, 0.0)
+    limit = p.torque_limit_nm[axis]
+    s.lag_ticks[axis] = 0 if gap <= LAG_SHARE * limit else s.lag_ticks[axis] + 1
+    if not gap <= WRONG_SHARE * limit:
+        return _F_WRONG
+    return _F_LAG if s.lag_ticks[axis] >= LAG_TICKS else 0
+
+
+@compiled
+def temperature_share(t: Record, s: Record, p: Record, axis: int) -> float:
+    """Share of the torque limit that the motor's temperature leaves: 1 up to the warning, 0 at the trip.
+
+    A sensor that is configured and silent (NaN) keeps the last share; `temperature_fault` counts it.
+    """
+    if p.temperature_kind[axis] == 0:
+        return 1.0
+    temperature = t.temperature_c[axis]
+    if not -100.0 < temperature < 500.0:
+        s.cold_ticks[axis] += 1
+        return 1.0 - s.heat_share[axis]
+    s.cold_ticks[axis] = 0
+    warn, trip = p.temperature_warn_c[axis], p.temperature_trip_c[axis]
+    s.heat_share[axis] = min(max((temperature - warn) / (trip - warn), 0.0), 1.0)
+    return 1.0 - s.heat_share[axis]
+
+
+@compiled
+def temperature_fault(s: Record, p: Record, axis: int) -> int:
+    """OVERTEMPERATURE at the trip, or when the configured sensor is silent as long as a stale sample."""
+    if p.temperature_kind[axis] == 0:
+        return 0
+    silent = s.cold_ticks[axis] >= p.stale_limit_ticks
+    return _F_HOT if silent or not s.heat_share[axis] < 1.0 else 0
+
+
+@compiled
+def window_fault(s: Record, p: Record, axis: int) -> int:
+    """OVERTORQUE while the mean of 250 ms is above what the gate defends."""
+    continuous = p.torque_continuous_nm[axis]
+    return _F_OVERTORQUE if s.window_mean_nm[axis] > WINDOW_FACTOR * continuous else 0

@@ -1,0 +1,244 @@
+"""The fault table of the safety contract: one row per fault, from which reactions, texts and docs follow.
+
+The masks below are what the compiled state machine reads; `rtctl.host.faults` shows the texts and
+`docs/safety.md` the table.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rtctl.control.vocabulary import Fault, Reaction
+
+CLEARED = "cause absent for 1000 ticks, then an operator's reset"
+
+
+@dataclass(frozen=True)
+class FaultRow:
+    """One fault: what it does, how it is seen, how it is left, and what a person should do.
+
+    `latches_at_rest`: it leads to FAULT even while no torque can leave; the others only make the rig not
+    ready. `within_ticks`: from the first bad tick to the reaction, that tick counted.
+    """
+
+    fault: Fault
+    reaction: Reaction
+    within_ticks: int
+    detection: str
+    text: str
+    clears: str = CLEARED
+    latches_at_rest: bool = False
+
+    @property
+    def name(self) -> str:
+        """The fault's name in events, status and documents."""
+        return str(self.fault.name)
+
+
+TABLE: tuple[FaultRow, ...] = (
+    FaultRow(
+        Fault.STALE,
+        Reaction.CUT,
+        3,
+        "no fresh sample for 3 ticks: counter stuck, frame lost, late or older than the last; ages 1 and 2 hold the last value",
+        "the device sends no fresh samples: check its power and cable",
+    ),
+    FaultRow(
+        Fault.BAD_SAMPLE,
+        Reaction.CUT,
+        3,
+        "a measured value is not finite or outside its range in 3 samples in a row; single ones are discarded",
+        "samples are not finite or out of range: check sensor range and wiring",
+    ),
+    FaultRow(
+        Fault.JUMP,
+        Reaction.CUT,
+        2,
+        "the position moves by more than 1.5 v_max per tick, twice in a row; a single one is discarded",
+        "the position jumped further than the joint can move in a tick: check the encoder",
+    ),
+    FaultRow(
+        Fault.CHECKSUM,
+        Reaction.CUT,
+        3,
+        "frames fail their checksum 3 times in a row, or in more than 5 % of 1000 ticks",
+        "frames from the device fail their checksum: check cable, shield and baud rate",
+    ),
+    FaultRow(
+        Fault.LINK_LOST,
+        Reaction.CUT,
+        1,
+        "the device reports end of file, an I/O error or that it is gone",
+        "the device is gone: plug it in again, wait until it is found, reset",
+        latches_at_rest=True,
+    ),
+    FaultRow(
+        Fault.DEVICE,
+        Reaction.CUT,
+        1,
+        "the drive or sensor sets a fault bit of its own",
+        "the drive or sensor reports a fault of its own: see its display or manual, clear it there",
+    ),
+    FaultRow(
+        Fault.ACTUATOR_LAG,
+        Reaction.RAMP,
+        20,
+        "commanded and Hall-measured torque differ by more than 20 % of the limit for 20 ticks",
+        "the motor does not give the torque asked for: check supply, current limit of the drive, torque constant",
+    ),
+    FaultRow(
+        Fault.ACTUATOR_WRONG,
+        Reaction.CUT,
+        1,
+        "commanded and Hall-measured torque differ by more than 50 % of the limit",
+        "the motor's torque is far from the one asked for: check wiring, drive and Hall sensor",
+    ),
+    FaultRow(
+        Fault.OVERSPEED,
+        Reaction.CUT,
+        1,
+        "speed above 1.2 v_max; above v_max torque times velocity is kept at or below zero",
+        "the joint is faster than its limit",
+    ),
+    FaultRow(
+        Fault.OVERTORQUE,
+        Reaction.RAMP,
+        1,
+        "mean |torque| of 250 ms above 1.1 times the continuous limit, which the gate defends",
+        "the torque stayed above the continuous limit in spite of the gate: report this as a defect",
+    ),
+    FaultRow(
+        Fault.GATE,
+        Reaction.LOCKOUT,
+        1,
+        "the gate finds limits, its own memory or the encoded value broken",
+        "the last stage before the motor found itself broken: restart the daemon, report this as a defect",
+        clears="a person restarts the process",
+        latches_at_rest=True,
+    ),
+    FaultRow(
+        Fault.OVERTEMPERATURE,
+        Reaction.RAMP,
+        1,
+        "motor at its trip temperature, or its configured sensor silent for 3 ticks; torque is derated from the warning on",
+        "the motor is too hot, or its temperature sensor is missing: let it cool, check the sensor",
+    ),
+    FaultRow(
+        Fault.OVERRUN,
+        Reaction.RAMP,
+        3,
+        "3 late ticks in a row, or more than 1 % of 1000",
+        "the loop was late too often: see `rtctl doctor`, real-time rights and other load",
+    ),
+    FaultRow(
+        Fault.STALLED,
+        Reaction.CUT,
+        1,
+        "one tick more than 10 periods late: nothing of it is sent",
+        "the loop stood still for more than 10 periods: see `rtctl doctor`, real-time rights and other load",
+    ),
+    FaultRow(
+        Fault.REALTIME,
+        Reaction.REFUSE,
+        1,
+        "a real rig runs without the real-time rights asked for, and its rig file does not waive them",
+        "no real-time rights: see `rtctl doctor`, or waive them (loop.realtime = 'waive': a quarter of the torque)",
+        clears="restart with the rights, or with the waiver",
+    ),
+    FaultRow(
+        Fault.PASSIVITY,
+        Reaction.RAMP,
+        1,
+        "a port gave out more than 1.5 budgets of energy; damping is injected from the first deficit on",
+        "a port gave out more energy than its budget: lower stiffness or compensation",
+    ),
+    FaultRow(
+        Fault.PASSIVITY_GROSS,
+        Reaction.CUT,
+        1,
+        "a port gave out more than 3 budgets of energy",
+        "a port gave out three times its energy budget: check signs and wiring, lower stiffness or compensation",
+    ),
+    FaultRow(
+        Fault.WIRING,
+        Reaction.CUT,
+        80,
+        "the test pulse of ARMING moves the joint, or its current, the wrong way or not at all",
+        "the test pulse found current or motion of the wrong sign: check motor polarity, encoder direction, Hall sensor",
+    ),
+    FaultRow(
+        Fault.ARMING_MOVED,
+        Reaction.CUT,
+        1,
+        "the joint moves further in ARMING than a quarter of v_max allows",
+        "the joint moved too far during the test pulse: hold it still while arming",
+    ),
+    FaultRow(
+        Fault.LAW_NOT_FINITE,
+        Reaction.CUT,
+        1,
+        "a model, an estimate or a torque is not finite",
+        "the control law gave a value that is not finite: report this as a defect",
+        latches_at_rest=True,
+    ),
+    FaultRow(
+        Fault.TARGET_LOST,
+        Reaction.STOP,
+        1,
+        "no target of the lease holder for 100 ticks; HOLD from 20 on",
+        "the renderer stopped sending targets: start it again, then arm",
+        clears="a new lease and an operator's arm",
+    ),
+    FaultRow(
+        Fault.ESTOP,
+        Reaction.ESTOP,
+        1,
+        "the emergency-stop input is open",
+        "the emergency stop is pressed",
+        clears="released, then an operator's reset",
+    ),
+    FaultRow(
+        Fault.END_OF_LOG,
+        Reaction.END,
+        1,
+        "the recording that is played back has ended",
+        "the recording that is played back has ended",
+        clears="nothing more will come: the daemon ends",
+    ),
+)
+
+ROW: dict[Fault, FaultRow] = {row.fault: row for row in TABLE}
+
+
+def mask(reaction: Reaction) -> int:
+    """Bits of all faults with this reaction."""
+    return sum(int(row.fault) for row in TABLE if row.reaction is reaction)
+
+
+CUT = mask(Reaction.CUT)
+RAMP = mask(Reaction.RAMP)
+STOP = mask(Reaction.STOP)
+ESTOP = mask(Reaction.ESTOP)
+LOCKOUT = mask(Reaction.LOCKOUT)
+END = mask(Reaction.END)
+REFUSE = mask(Reaction.REFUSE)
+LATCHING_AT_REST = sum(
+    int(row.fault) for row in TABLE if row.latches_at_rest and row.reaction is Reaction.CUT
+)
+"""Faults that are latched even while no torque can leave."""
+
+LATCHED = CUT | RAMP | STOP | ESTOP | LOCKOUT
+"""Faults that may be the first cause of a stop."""
+
+
+def markdown_table() -> str:
+    """The table for `docs/safety.md`."""
+    lines = [
+        "| fault | reaction | within | detected by | cleared by | what to do |",
+        "|---|---|---|---|---|---|",
+    ]
+    lines += [
+        f"| `{row.name}` | {row.reaction.name} | {row.within_ticks} | {row.detection} | {row.clears} | {row.text} |"
+        for row in TABLE
+    ]
+    return "\n".join(lines) + "\n"

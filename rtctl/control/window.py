@@ -1,0 +1,36 @@
+"""How many of the last 1000 ticks had some mark: an exact sliding count in sixteen words."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtctl.control.jit import compiled
+
+TICKS = 1000
+"""Length of the window."""
+
+_BITS = 63
+WORDS = (TICKS + _BITS - 1) // _BITS
+"""Words of 63 marks each (the sign bit stays free)."""
+
+
+@compiled
+def push(words: np.ndarray, tick: int, marked: bool) -> int:
+    """Write the mark of `tick` over the one 1000 ticks ago; returns how much the count changed (-1, 0, 1).
+
+    Parameters
+    ----------
+    words : int array, shape (WORDS,)
+        Zeroed before the first tick.
+    tick : int
+        Ticks counted one by one from 0.
+    """
+    place = tick % TICKS
+    word = place // _BITS
+    bit = np.int64(1) << np.int64(place % _BITS)
+    before = words[word] & bit != 0
+    if marked:
+        words[word] |= bit
+    else:
+        words[word] &= ~bit
+    return int(marked) - int(before)
