@@ -39,7 +39,7 @@ bench: $(VENV)/.ready-bench
 	$(BIN)/rtctl bench
 
 docs: $(VENV)/.ready-dev
-	$(BIN)/python -m rtctl schema --markdown > docs/tick.md
+	$(BIN)/python -m rtctl schema --fill docs/tick.md --fill docs/safety.md --fill docs/protocol.md
 
 # The friction model of the mock rig: measured on the mock through its sensors, then learned.
 model: $(VENV)/.ready

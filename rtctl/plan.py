@@ -55,7 +55,9 @@ def build(loaded: LoadedConfig) -> Plan:
     config = loaded.config
     params, _, command, model = new_records(config.n_axes)
     _fill_scalars(params[0], config)
-    params[0]["follow_kind"] = all(registry.lookup(device.kind).follows for device in config.device)
+    for member in loaded.members():
+        if "current" in member.channels and registry.lookup(member.kind).follows:
+            params[0]["follow_kind"][list(member.axes)] = 1
     for a, axis in enumerate(config.axis):
         _fill_axis(params[0], a, axis, config.period_s)
         _fill_command(command[0], a, axis)

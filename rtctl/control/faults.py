@@ -104,7 +104,7 @@ TABLE: tuple[FaultRow, ...] = (
         Fault.OVERTORQUE,
         Reaction.RAMP,
         1,
-        "mean |torque| of 250 ms above 1.1 times the continuous limit, which the gate defends",
+        "mean torque magnitude of 250 ms above 1.1 times the continuous limit, which the gate defends",
         "the torque stayed above the continuous limit in spite of the gate: report this as a defect",
     ),
     FaultRow(

@@ -12,8 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.control import window
-
 LOCKOUT_FAULTS = 3
 """This many faults within a minute close the rig (`states.LOCKOUT_S`)."""
 
@@ -28,6 +26,9 @@ MAX_SEGMENTS = 1024
 
 LOOKUP_CELLS = 1024
 """Cells of the uniform grid that finds the segment of a speed."""
+
+MARK_WORDS = 16
+"""Words of 63 marks each that hold the marks of the last 1000 ticks (`control.window`)."""
 
 HELD = 32
 """Torques sent that are remembered, to compare with what the motor is measured to give."""
@@ -221,7 +222,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "program_ramp_nm": (),
         },
         n_axes,
-        {"late_marks": window.WORDS, "checksum_marks": window.WORDS, "fault_tick": LOCKOUT_FAULTS},
+        {"late_marks": MARK_WORDS, "checksum_marks": MARK_WORDS, "fault_tick": LOCKOUT_FAULTS},
     )
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from rtctl.control.jit import compiled
+from rtctl.control.records import MARK_WORDS
 
 TICKS = 1000
 """Length of the window."""
 
 _BITS = 63
-WORDS = (TICKS + _BITS - 1) // _BITS
-"""Words of 63 marks each (the sign bit stays free)."""
+assert MARK_WORDS * _BITS >= TICKS, "the sign bit of each word stays free"
 
 
 @compiled
@@ -20,7 +20,7 @@ def push(words: np.ndarray, tick: int, marked: bool) -> int:
 
     Parameters
     ----------
-    words : int array, shape (WORDS,)
+    words : int array, shape (MARK_WORDS,)
         Zeroed before the first tick.
     tick : int
         Ticks counted one by one from 0.

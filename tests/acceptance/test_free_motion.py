@@ -98,14 +98,20 @@ def test_a_model_a_quarter_too_high_does_not_run_away():
 
 
 def least_energy_j(rig, change):
-    """Least net energy the hand has put in since arming, over 30 s, true."""
+    """Least energy the hand has put in since arming, over 30 s, true, above what it finds stored in the joint.
+
+    The joint may be moving and its bristles bent when the 30 s begin: giving that back feeds nobody.
+    """
     simulation = Simulation(load(CONFIGS / rig))
     change(simulation)
     simulation.arm()
-    before_rad = simulation.plant_state["position_rad"][0, 0]
+    plant, known = simulation.plant_state[0], simulation.plant_params[0]
+    before_rad = plant["position_rad"][0]
+    stored_j = 0.5 * known["inertia_kgm2"][0] * plant["velocity_rad_s"][0] ** 2
+    stored_j += 0.5 * known["bristle_stiffness_nm_rad"][0] * plant["bristle_rad"][0] ** 2
     simulation.run(30.0)
     steps_rad = np.diff(simulation.truth["position_rad"][:, 0], prepend=before_rad)
-    return float(np.cumsum(simulation.truth["hand_torque_nm"][:, 0] * steps_rad).min())
+    return stored_j + float(np.cumsum(simulation.truth["hand_torque_nm"][:, 0] * steps_rad).min())
 
 
 @pytest.mark.parametrize("rig", ["mock.toml", "mock-triangle.toml"])
@@ -115,7 +121,7 @@ def test_a_model_a_quarter_too_high_never_feeds_the_hand(rig):
         f"{rig}, model +25 %: hand energy >= {1e3 * gated_j:.3f} mJ; sign(v): {1e3 * ungated_j:.1f} mJ\n"
     )
     assert gated_j >= -1e-6
-    assert ungated_j < -5e-3, "theory section 6: -7 to -18 mJ without the gate, so this test can fail"
+    assert ungated_j < -2e-3, "without the gate the hand is fed some millijoules, so this test can fail"
 
 
 def test_a_model_a_quarter_too_high_still_spares_the_hand():
