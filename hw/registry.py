@@ -14,6 +14,8 @@ from hw.interface import Backend, BackendError, BackendInfo, Channels, Options, 
 
 GROUP = "rtctl.backends"
 
+_FORCE = Channels(provides=frozenset({"force"}), consumes=frozenset())
+
 BUILT_IN = {
     "mock": BackendInfo(
         factory="hw.mock.backend:MockBackend",
@@ -37,6 +39,27 @@ BUILT_IN = {
         options="hw.serial.options:SerialOptions",
         simulated=False,
         summary="a board on a serial port that speaks rtctl-frame (docs/serial-protocol.md)",
+    ),
+    "rokubi": BackendInfo(
+        factory="hw.force.serial_sensor:make_rokubi",
+        options="hw.force.options:RokubiOptions",
+        simulated=False,
+        summary="force sensor: Bota Systems Rokubi, SensONE, LaxONE on a serial port",
+        channels=_FORCE,
+    ),
+    "optoforce": BackendInfo(
+        factory="hw.force.serial_sensor:make_optoforce",
+        options="hw.force.options:OptoForceOptions",
+        simulated=False,
+        summary="force sensor: OptoForce / OnRobot DAQ on a serial port",
+        channels=_FORCE,
+    ),
+    "rdt": BackendInfo(
+        factory="hw.force.rdt_backend:RdtBackend",
+        options="hw.force.options:RdtOptions",
+        simulated=False,
+        summary="force sensor: ATI Net F/T and Axia, OnRobot HEX, Schunk over UDP (RDT)",
+        channels=_FORCE,
     ),
 }
 

@@ -9,6 +9,7 @@ import math
 import subprocess
 import sys
 
+import force_devices
 import numpy as np
 import pytest
 import serial_boards
@@ -59,6 +60,14 @@ def folder_of_boards(folder, which):
     return made
 
 
+def sensor(kind):
+    def _table(_n_axes, _folder, _which):
+        device = force_devices.play(kind)
+        return {**device.options, **device.where}
+
+    return _table
+
+
 ROWS = {
     "mock": ("mock", 1, mock),
     "mock, two axes": ("mock", 2, mock),
@@ -66,9 +75,13 @@ ROWS = {
     "a rig of two devices": ("mock", 2, mock),
     "serial over pty": ("serial", 1, serial),
     "serial over pty, two axes": ("serial", 2, serial),
+    **{kind: (kind, 1, sensor(kind)) for kind in force_devices.SENSORS},
 }
 
-WRAPPERS = {"serial": lambda backend, n_axes: serial_boards.InLockstep(backend, 35 + 10 * n_axes)}
+WRAPPERS = {
+    "serial": lambda backend, n_axes: serial_boards.InLockstep(backend, 35 + 10 * n_axes),
+    **{kind: lambda backend, _: force_devices.Fed(backend) for kind in force_devices.SENSORS},
+}
 """Kinds whose device answers in its own time: the wrapper waits for it before a read."""
 
 
@@ -76,6 +89,7 @@ WRAPPERS = {"serial": lambda backend, n_axes: serial_boards.InLockstep(backend, 
 def _boards_end_with_the_module():
     yield
     serial_boards.close_all()
+    force_devices.close_all()
 
 
 def split(kind, options, n_axes):
@@ -94,7 +108,7 @@ class Subject:
     def __init__(self, row, folder, which="first"):
         self.row, self.folder = row, folder
         self.kind, self.n_axes, table = ROWS[row]
-        given = table(self.n_axes, folder, which) if self.kind == "serial" else table(self.n_axes, folder)
+        given = table(self.n_axes, folder, which) if self.kind in WRAPPERS else table(self.n_axes, folder)
         valid = registry.options_model(self.kind).model_validate(given, context={"folder": folder})
         self.options = valid.model_dump(mode="json")
         self.split = row == "a rig of two devices"
@@ -136,6 +150,14 @@ def test_channels_are_known_and_none_is_both_given_and_taken(subject):
     assert provides | consumes <= set(CHANNEL_FIELDS)
     assert not provides & consumes
     assert provides
+    declared = registry.lookup(subject.kind).channels
+    assert declared is None or declared.provides >= provides
+
+
+def test_a_new_backend_shows_its_channels_before_it_is_opened(subject):
+    found = registry.channels(subject.kind, subject.options, rig(subject.n_axes))
+    assert found.provides >= subject.backend.provides
+    assert found.consumes >= subject.backend.consumes
 
 
 def test_the_methods_are_those_of_the_interface(subject):
@@ -184,7 +206,7 @@ def test_reading_writes_the_given_channels_and_nothing_else(running):
         changed = {field.name for field in FIELDS if not np.array_equal(tick[field.name], before[field.name])}
         assert changed <= allowed
         assert "sample_count" in changed
-        assert "position_rad" in changed
+        assert changed & {CHANNEL_FIELDS[channel] for channel in running.backend.provides}
         assert tick["link_faults"][0] == 0, "a good sample clears what an earlier one left"
 
 

@@ -1,0 +1,90 @@
+"""Options of the force sensors: `[device.options]`. Host side only."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from hw.force import optoforce, rdt, rokubi
+
+Entry = Annotated[float, Field(ge=-100, le=100)]
+Row = Annotated[tuple[Entry, Entry, Entry], Field(strict=False)]
+Matrix = Annotated[tuple[Row, Row, Row], Field(strict=False)]
+Counts = Annotated[float, Field(ge=1e-3, le=1e9)]
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
+
+
+class SensorOptions(_Table):
+    """What every force sensor may be told."""
+
+    matrix: Matrix = Field(
+        default=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
+        description="force of the hand on the tip = matrix . sensor's force: axes, signs, cross-talk",
+    )
+    open_timeout_s: float = Field(
+        1.0, ge=0, le=10, description="wait for the first sample when opening; 0: do not wait"
+    )
+
+    @model_validator(mode="after")
+    def _senses(self) -> SensorOptions:
+        if not any(any(row) for row in self.matrix):
+            msg = "matrix is all zeros: every force would be 0"
+            raise ValueError(msg)
+        return self
+
+
+class SerialSensorOptions(SensorOptions):
+    """A sensor on a serial port."""
+
+    port: str = Field(
+        min_length=1,
+        max_length=500,
+        description="device file; one below /dev/serial/by-id survives re-plugging",
+    )
+
+
+class RokubiOptions(SerialSensorOptions):
+    """[device.options] of kind rokubi: Bota Systems' serial sensors."""
+
+    baud: int = Field(rokubi.BAUD, ge=9600, le=4_000_000)
+    stop_at_close: bool = Field(
+        default=False,
+        description="leave the sensor silent in its configuration mode; the next start wakes it",
+    )
+
+
+class OptoForceOptions(SerialSensorOptions):
+    """[device.options] of kind optoforce: the OptoForce / OnRobot DAQ."""
+
+    baud: int = Field(optoforce.BAUD, ge=9600, le=4_000_000)
+    layout: Literal["3-axis", "6-axis", "4x3-axis"] = "3-axis"
+    sensor: int = Field(1, ge=1, le=4, description="which of the four, with layout 4x3-axis")
+    counts_per_n: tuple[Counts, Counts, Counts] = Field(
+        strict=False, description="sensitivity of x, y, z from the sensor's own data sheet"
+    )
+    output_hz: Literal[1000, 333, 100] = Field(1000, description="rate the DAQ is set to when opening")
+    filter_hz: Literal[0, 500, 150, 50, 15] = Field(0, description="cut-off of the DAQ's filter; 0: none")
+
+    @model_validator(mode="after")
+    def _one_sensor(self) -> OptoForceOptions:
+        if self.sensor != 1 and self.layout != "4x3-axis":
+            msg = f"sensor {self.sensor}: only layout '4x3-axis' has more than one"
+            raise ValueError(msg)
+        return self
+
+
+class RdtOptions(SensorOptions):
+    """[device.options] of kind rdt: ATI Net F/T and Axia, OnRobot HEX, Schunk, over UDP."""
+
+    host: str = Field(min_length=1, max_length=253, description="address of the sensor")
+    port: int = Field(rdt.PORT, ge=1, le=65535)
+    counts_per_n: Counts = Field(
+        1e6, description="from the sensor's configuration page; ATI usually 1000000, OnRobot HEX 10000"
+    )
+    lost_after_s: float = Field(
+        0.02, ge=0.002, le=1.0, description="silence after which the sensor counts as lost"
+    )

@@ -1,0 +1,171 @@
+"""A force sensor that streams RDT records over UDP. Runs in the loop process: no pydantic here."""
+
+from __future__ import annotations
+
+import contextlib
+import select
+import socket
+import time
+
+import numpy as np
+
+from hw.force import rdt
+from hw.force.reading import Reading
+from hw.force.sample import ForceSample
+from hw.interface import BackendError, LinkFault, LinkLost, Options, Rig
+
+DRAIN_MOST = 256
+"""Datagrams taken in one cycle. A cycle that finds more shows nothing fresh: newer ones wait behind them."""
+
+ASK_AGAIN_S = 0.5
+"""How often a silent sensor is asked to stream: one that was switched off forgets that it was asked."""
+
+_LOST, _CHECKSUM = int(LinkFault.LOST), int(LinkFault.CHECKSUM)
+_HALF = 1 << 31
+_WRAP = (1 << 32) - 1
+
+
+class RdtBackend:
+    """ATI Net F/T, Axia, OnRobot HEX, Schunk: `options` are those of `RdtOptions`, dumped.
+
+    UDP has no hang-up: a sensor that is silent for `lost_after_s` shows as `LinkFault.LOST`, and is asked
+    again and again to stream. A record older than the last one is never used.
+    """
+
+    provides = frozenset({"force"})
+    consumes: frozenset[str] = frozenset()
+
+    def __init__(self, options: Options, rig: Rig) -> None:
+        self._where = (str(options["host"]), int(options["port"]))
+        self._name = f"RDT sensor {self._where[0]}:{self._where[1]}"
+        scale = 1.0 / options["counts_per_n"]
+        self._matrix = [[scale * entry for entry in row] for row in options["matrix"]]
+        self._lost_after_ns = round(options["lost_after_s"] * 1e9)
+        self._open_timeout_s = float(options["open_timeout_s"])
+        self._socket: socket.socket | None = None
+        self._buffer = bytearray(2048)
+        self._view = memoryview(self._buffer)
+        self._sample = ForceSample(self._matrix)
+        self._reset()
+
+    def _reset(self) -> None:
+        self._sample.forget()
+        self._number = -1
+        self._heard_ns = self._asked_ns = 0
+        self._received = self._lost = self._older = self._malformed = 0
+
+    def open(self) -> None:
+        """Ask the sensor to stream and wait for its first record. Raises BackendError."""
+        if self._socket is not None:
+            return
+        try:
+            family, _, _, _, address = socket.getaddrinfo(*self._where, type=socket.SOCK_DGRAM)[0]
+            made = socket.socket(family, socket.SOCK_DGRAM)
+        except OSError as error:
+            raise BackendError(f"{self._name}: {error.strerror or error}: check host") from error
+        try:
+            made.setblocking(False)
+            made.connect(address)
+        except OSError as error:
+            made.close()
+            raise BackendError(f"{self._name}: {error.strerror}: is the network up?") from error
+        self._reset()
+        self._socket = made
+        self._heard_ns = time.monotonic_ns()
+        self._ask(self._heard_ns)
+        if self._open_timeout_s and not self._first(made):
+            self.close()
+            raise BackendError(
+                f"{self._name}: no record within {self._open_timeout_s:g} s: is it on, is RDT enabled on its "
+                f"configuration page, does a firewall drop UDP port {self._where[1]}?"
+            )
+
+    def _first(self, made: socket.socket) -> bool:
+        """Wait for something to arrive; it is left for the first read."""
+        end = time.monotonic() + self._open_timeout_s
+        while (left := end - time.monotonic()) > 0:
+            if select.select([made], [], [], left)[0]:
+                try:
+                    made.recv(1, socket.MSG_PEEK)
+                except OSError:  # refused by the host there: its stream is not up yet
+                    time.sleep(0.01)
+                    self._ask(time.monotonic_ns())
+                else:
+                    return True
+        return False
+
+    def _ask(self, now_ns: int) -> None:
+        self._asked_ns = now_ns
+        if self._socket is not None:
+            with contextlib.suppress(OSError):
+                self._socket.send(rdt.request(rdt.START_REALTIME))
+
+    def read(self, tick: np.ndarray) -> None:
+        """Show the newest record. Raises LinkLost when not open."""
+        if self._socket is None:
+            raise LinkLost(f"{self._name}: not open")
+        before = self._malformed
+        newest, drained = self._drain(self._socket)
+        faults = 0 if self._malformed == before else _CHECKSUM
+        now_ns = time.monotonic_ns()
+        if newest is not None:
+            self._heard_ns = now_ns
+            if drained:
+                faults |= self._sample.take(newest)
+        elif now_ns - self._heard_ns > self._lost_after_ns:
+            faults |= _LOST
+            self._number = -1  # after a restart the sensor counts from the beginning
+            if now_ns - self._asked_ns > ASK_AGAIN_S * 1e9:
+                self._ask(now_ns)
+        self._sample.show(tick, faults)
+
+    def _drain(self, made: socket.socket) -> tuple[Reading | None, bool]:
+        """The newest record waiting, and whether none is left behind it."""
+        newest = None
+        for _ in range(DRAIN_MOST):
+            try:
+                n = made.recv_into(self._buffer)
+            except BlockingIOError:
+                return newest, True
+            except OSError:  # refused: nobody listens there just now; silence tells
+                return newest, True
+            if n != rdt.LENGTH:
+                self._malformed += 1
+                continue
+            number, reading = rdt.decode(self._view[: rdt.LENGTH])
+            step = (number - self._number) & _WRAP
+            if self._number >= 0 and not 0 < step < _HALF:
+                self._older += 1
+                continue
+            if self._number >= 0:
+                self._lost += step - 1
+            self._number, newest = number, reading
+            self._received += 1
+        return newest, False
+
+    def write(self, tick: np.ndarray) -> None:
+        """Nothing: a sensor takes no command."""
+        if self._socket is None:
+            raise LinkLost(f"{self._name}: not open")
+
+    def stop(self) -> None:
+        """Nothing: a sensor has no actuator."""
+
+    def close(self) -> None:
+        """Ask the sensor to stop streaming and release the socket."""
+        made, self._socket = self._socket, None
+        if made is not None:
+            with contextlib.suppress(OSError):
+                made.send(rdt.request(rdt.STOP))
+            made.close()
+
+    def counts(self) -> dict[str, int]:
+        """What the link has seen since `open`."""
+        return {
+            "received": self._received,
+            "lost": self._lost,
+            "older": self._older,
+            "malformed": self._malformed,
+            "refused": self._sample.refused,
+            "repeated": self._sample.repeated,
+        }

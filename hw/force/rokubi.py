@@ -1,0 +1,60 @@
+"""Frames of Bota Systems' serial force-torque sensors (Rokubi, SensONE, LaxONE): pure bytes <-> numbers.
+
+37 bytes, little endian: 0xAA, status u16, forces 3 x f32 (N), torques 3 x f32 (N m), time stamp u32 (us),
+temperature f32 (degC), CRC-16/X-25 of all but the header and itself. Free-running from power-up; `R` returns to
+running from the configuration mode, which `C` enters and which is silent.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from enum import IntFlag
+
+from hw.force.checksum import crc16_x25
+from hw.force.reading import Reading
+
+HEADER = b"\xaa"
+LENGTH = 37
+BAUD = 460_800
+START, STOP = b"R", b"C"
+
+_FRAME = struct.Struct("<BH6fIfH")
+_CRC_OF = slice(1, LENGTH - 2)
+_NOT_FINITE = 1 << 16
+
+
+class Status(IntFlag):
+    """Bits of the status word. Any of them makes the sample unusable."""
+
+    LATE = 1  # the sensor's own cycle took too long
+    OVERRANGE = 2
+    INVALID = 4
+    RAW = 8  # not calibrated numbers
+    NOT_FINITE = _NOT_FINITE  # ours: a force that is no number, under a right checksum
+
+
+def intact(frame: bytes) -> bool:
+    """True when the checksum of a whole frame is right."""
+    return crc16_x25(frame[_CRC_OF]) == frame[-2] | frame[-1] << 8
+
+
+def decode(frame: bytes) -> Reading:
+    """Time stamp in us, status, and force in N of an intact frame."""
+    _, status, fx, fy, fz, *_torques, stamp, _temperature, _crc = _FRAME.unpack(frame)
+    force = (fx, fy, fz)
+    if not (math.isfinite(fx) and math.isfinite(fy) and math.isfinite(fz)):
+        status |= _NOT_FINITE
+    return Reading(stamp, status, force)
+
+
+def encode(
+    force_n: tuple[float, float, float],
+    stamp_us: int = 0,
+    status: int = 0,
+    torque_nm: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    temperature_c: float = 25.0,
+) -> bytes:
+    """A frame as the sensor sends it, for simulators and tests."""
+    body = struct.pack("<H6fIf", status, *force_n, *torque_nm, stamp_us & 0xFFFFFFFF, temperature_c)
+    return HEADER + body + crc16_x25(body).to_bytes(2, "little")

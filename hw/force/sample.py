@@ -1,0 +1,71 @@
+"""From a sensor's reading to the tick's force: what is fresh, what is refused, and what of it is shown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from hw.force.reading import Reading
+from hw.interface import LinkFault
+
+_DEVICE = int(LinkFault.DEVICE)
+
+
+class ForceSample:
+    """The newest usable force of one sensor, and the count of samples.
+
+    Parameters
+    ----------
+    matrix
+        Rig force = matrix . reading: unit, axes, signs and cross-talk in one, shape (3, 3).
+
+    Attributes
+    ----------
+    count : int
+        Fresh samples so far.
+    refused, repeated : int
+        Readings the device did not vouch for, and readings shown before.
+    """
+
+    def __init__(self, matrix: Sequence[Sequence[float]]) -> None:
+        self._rows = [tuple(float(x) for x in row) for row in matrix]
+        self._mark: int | None = None
+        self._force = (0.0, 0.0, 0.0)
+        self._tick: np.ndarray | None = None
+        self.count = self.refused = self.repeated = 0
+
+    def take(self, reading: Reading) -> int:
+        """Use a reading if it is a new one the device vouches for. Returns bits of `LinkFault`."""
+        if reading.mark == self._mark:
+            self.repeated += 1
+            return 0
+        self._mark = reading.mark
+        if reading.status:
+            self.refused += 1
+            return _DEVICE
+        x, y, z = reading.force
+        (a, b, c), (d, e, f), (g, h, i) = self._rows
+        self._force = (a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z)
+        self.count += 1
+        return 0
+
+    def forget(self) -> None:
+        """The link starts anew: its first reading is a new one. The count goes on."""
+        self._mark = None
+
+    def show(self, tick: np.ndarray, faults: int) -> None:
+        """Write force, count and faults into the tick."""
+        if tick is not self._tick:
+            self._bind(tick)
+        force = self._view
+        force[0], force[1], force[2] = self._force
+        self._sample_count[0], self._link_faults[0] = self.count, faults
+
+    def _bind(self, tick: np.ndarray) -> None:
+        row = tick.view(np.ndarray)
+        self._tick = tick
+        self._view: Any = memoryview(row["force_n"][0])
+        self._sample_count: Any = memoryview(row["sample_count"])  # type: ignore[arg-type] # as in playback
+        self._link_faults: Any = memoryview(row["link_faults"])  # type: ignore[arg-type]
