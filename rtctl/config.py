@@ -208,8 +208,12 @@ def _facts(data: dict[str, Any], device: dict[str, Any]) -> dict[str, Any]:
     axes = device.get("axes") or data.get("axis")
     if isinstance(axes, list):
         facts["n_axes"] = len(axes)
-    if isinstance(data.get("loop"), dict):
-        facts["clock"] = data["loop"].get("clock")
+    loop = data.get("loop", {})
+    if isinstance(loop, dict):
+        facts["clock"] = loop.get("clock")
+        rate_hz = loop.get("rate_hz", LoopTable().rate_hz)
+        if isinstance(rate_hz, int | float) and rate_hz > 0:
+            facts["rate_hz"] = float(rate_hz)
     return facts
 
 
