@@ -110,6 +110,16 @@ class LoadedConfig(Table):
         """The devices as the loop process gets them."""
         return self.config.composition((self.options, *self.more_options)).members()
 
+    def device_report(self) -> list[tuple[str, list[tuple[str, str, str]]]]:
+        """Per device that has something to tell (such as the load of its bus): label, figure, note of each line."""
+        told = []
+        for device, options in zip(self.config.device, (self.options, *self.more_options), strict=True):
+            model = registry.options_model(device.kind)
+            if hasattr(model, "report"):
+                valid = model.model_validate(options, context={"folder": self.path.parent})
+                told.append((device.kind, valid.report(self.config.loop.rate_hz)))
+        return told
+
     def model_path(self, axis: AxisTable) -> Path | None:
         """Absolute path of an axis' friction model, or None."""
         return (self.path.parent / axis.friction.model).resolve() if axis.friction.model else None

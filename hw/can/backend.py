@@ -217,6 +217,15 @@ class CanBackend:
             raise LinkLost("the CAN bus is not open")
         self._send(self.bus, self._enabled[0] != 0)
 
+    def counts(self) -> dict[str, int]:
+        """Samples taken, frames refused here by reason, and what the controller reported."""
+        health = {} if self.bus is None else self.bus.health.counts
+        return {
+            "samples": self._count,
+            **self.sample.counts,
+            **{f"bus_{name}": n for name, n in health.items()},
+        }
+
     def stop(self) -> None:
         """Every actuator torque-free now; tries for STOP_S when the interface's queue is full. Cannot raise."""
         bus = self.bus

@@ -78,7 +78,9 @@ class WithDevice:
         more = {"fd": True} if table["fd"] else {}
         self.bus = can.Bus(**arguments, **more, ignore_config=True)
         # opened before the backend's socket: what it has received, the backend has
-        self.witness = can.Bus(interface="socketcan", channel=HOST, fd=True, ignore_config=True) if HOST else None
+        self.witness = (
+            can.Bus(interface="socketcan", channel=HOST, fd=True, ignore_config=True) if HOST else None
+        )
         drives = make_drives(sim_kind, range(1, n_axes + 1))
         self.sim = DriveSim(self.bus, drives, Inertia(n_axes, TORQUE_CONSTANT_NM_A), fd=table["fd"])
         self._sent = False
