@@ -16,6 +16,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
+from hw.fault_options import SampleFaults
+
 MAX_DURATION_S = 1e6
 
 Scale = Annotated[float, Field(ge=-1e9, le=1e9, description="factor; negative turns the sign")]
@@ -102,6 +104,8 @@ class PlaybackOptions(_Table):
     )
     loop: bool = Field(False, description="start over at the end; see docs/playback.md about the seam")
     start_s: float = Field(0.0, ge=0, le=MAX_DURATION_S, description="skip this much of the log")
+    faults: SampleFaults = ()
+    seed: int = Field(1, ge=0, le=2**63 - 1, description="of the chance of scripted faults")
     end_s: float | None = Field(None, ge=0, le=MAX_DURATION_S, description="stop here; default: the end")
 
     @field_validator("file")
