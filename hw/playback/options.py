@@ -55,6 +55,12 @@ class PositionColumn(Column):
     unit: Literal["rad", "deg", "rev", "counts"] = "rad"
 
 
+class VelocityColumn(Column):
+    """Joint velocity, link side."""
+
+    unit: Literal["rad/s", "deg/s", "rev/s", "rpm"] = "rad/s"
+
+
 class CurrentColumn(Column):
     """Motor current."""
 
@@ -80,6 +86,9 @@ class AxisColumns(_Table):
     current: CurrentColumn | None = None
     motor_torque: TorqueColumn | None = Field(None, description="in place of current")
     hand_torque: TorqueColumn | None = Field(None, description="in place of the force columns")
+    velocity: VelocityColumn | None = Field(
+        None, description="for identification; the control law estimates its own from the position"
+    )
 
     @model_validator(mode="after")
     def _one_motor_signal(self) -> Self:
@@ -126,7 +135,7 @@ class PlaybackOptions(_Table):
         if self.end_s is not None and self.end_s <= self.start_s:
             msg = f"end_s {self.end_s} must be after start_s {self.start_s}"
             raise ValueError(msg)
-        for name in ("hand_torque", "current", "motor_torque"):
+        for name in ("hand_torque", "current", "motor_torque", "velocity"):
             given = [getattr(axis, name) is not None for axis in self.axis]
             if any(given) and not all(given):
                 msg = f"{name} must be given for every axis, or for none"

@@ -41,7 +41,15 @@ def test_a_late_motor_torque_is_put_back_by_half_a_period_unless_told_otherwise(
         (lambda t, x, tau: (t, x, 1e5 * tau), "unit of the torque"),
         (lambda t, x, tau: (0 * t, x, tau), "time does not increase"),
         (lambda t, x, tau: (t[::-1], x, tau), "time does not increase"),
-        (lambda t, x, tau: (np.where(np.arange(len(t)) == 70, t - 0.002, t), x, tau), "uneven sampling"),
+        (lambda t, x, tau: (np.where(np.arange(len(t)) == 70, t - 0.001, t), x, tau), "uneven sampling"),
+        (
+            lambda t, x, tau: (np.where(np.arange(len(t)) == 70, t - 0.002, t), x, tau),
+            "1 duplicated timestamps",
+        ),
+        (
+            lambda t, x, tau: (np.where(np.arange(len(t)) == 70, t - 0.003, t), x, tau),
+            "unsorted time: row 71",
+        ),
         (lambda t, x, tau: (t, np.where(t == 1.0, np.nan, x), tau), "'x' row 501.*not a finite number"),
     ],
 )
