@@ -70,7 +70,8 @@ def read_log(
     Notes
     -----
     A current measured at slot k was held since slot k - 1, so on average it is half a period old. The
-    external torque of a sensor is taken as of its own instant.
+    external torque of a sensor is taken as of its own instant. What a longer delay leaves without torque at the
+    ends of the log is cut off.
     """
     rig = gearing.rig()
     try:
@@ -83,7 +84,20 @@ def read_log(
     if motor is None:
         return log
     delay_s = 0.5 / log.rate_hz if torque_delay_s is None else torque_delay_s
-    return replace(log, torque_nm=log.torque_nm - motor + advanced(motor, log.rate_hz, delay_s))
+    aligned = log.torque_nm - motor + advanced(motor, log.rate_hz, delay_s)
+    return _without_ends(replace(log, torque_nm=aligned), abs(round(delay_s * log.rate_hz)))
+
+
+def _without_ends(log: AxisLog, samples: int) -> AxisLog:
+    """The log without so many samples at both ends."""
+    kept = slice(samples, len(log.position_rad) - samples)
+    velocity = log.velocity_rad_s
+    return replace(
+        log,
+        position_rad=log.position_rad[kept],
+        torque_nm=log.torque_nm[kept],
+        velocity_rad_s=None if velocity is None else velocity[kept],
+    )
 
 
 def samples(signals: Regressors, fit: JointFit, sha256: str, *, remove_offset: bool) -> FrictionSamples:

@@ -118,7 +118,8 @@ def regressors(
     torque = smooth(log.torque_nm, rate, cutoff_hz)
     if torque_delay_s:
         torque = advanced(torque, rate, torque_delay_s)
-    kept = slice(edge, n - edge, max(1, edge // SAMPLES_PER_CUTOFF))
+    ends = edge + abs(round(torque_delay_s * rate))
+    kept = slice(ends, n - ends, max(1, edge // SAMPLES_PER_CUTOFF))
 
     def with_margin(periods: float) -> Regressors:
         reach = max(1, round(periods * edge))

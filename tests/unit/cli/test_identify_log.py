@@ -82,15 +82,15 @@ def test_the_report_knows_its_points_the_speeds_and_the_offset_of_each_log(
 
 
 def test_a_velocity_column_is_used_and_checked(monkeypatch, capsys, log):
-    arguments = ("--log", log, *MAPPED, "--json", "--column")
-    code, text, _ = run(monkeypatch, capsys, *arguments, "velocity=speed:rpm")
+    arguments = ("--log", log, *MAPPED, "--column")
+    code, text, _ = run(monkeypatch, capsys, *arguments, "velocity=speed:rpm", "--json")
     assert code == 0
     assert json.loads(text)["symmetric"]["parameters"]["inertia_kgm2"]["value"] == pytest.approx(
         0.012, rel=0.02
     )
     code, _, error = run(monkeypatch, capsys, *arguments, "velocity=speed:deg/s")
     assert code == 10
-    assert "column velocity: 0.1667 times" in error
+    assert "column velocity: 0.1667 times the derivative of the position" in error
 
 
 def test_the_rig_file_finds_a_wrong_unit(monkeypatch, capsys, log, tmp_path):

@@ -32,6 +32,15 @@ def test_a_late_motor_torque_is_put_back_by_half_a_period_unless_told_otherwise(
     assert np.abs(read(tmp_path, t, x, late, torque_delay_s=0.0).torque_nm - late).max() < 1e-6
 
 
+def test_a_delay_of_many_samples_is_exact_and_what_it_leaves_open_is_cut_off(tmp_path):
+    t, x, _ = signals()
+    early = np.cos(2.5 * (t + 0.0207))
+    found = read(tmp_path, t, x, early, torque_delay_s=-0.0207)
+    assert len(found.torque_nm) == len(found.position_rad) == len(t) - 20
+    assert np.abs(found.torque_nm - np.cos(2.5 * t[10:-10]))[2:-2].max() < 1e-6
+    np.testing.assert_allclose(found.position_rad, x[10:-10], atol=1e-8)
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
