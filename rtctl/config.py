@@ -22,6 +22,7 @@ from rtctl.config_devices import Composition
 from rtctl.config_tables import (
     AxisTable,
     DeviceTable,
+    GatewayTable,
     LoopTable,
     PassivityTable,
     RigTable,
@@ -41,12 +42,21 @@ class Config(Table):
     passivity: PassivityTable = PassivityTable()
     device: tuple[DeviceTable, ...] = Field(min_length=1, max_length=8, strict=False)
     telemetry: TelemetryTable = TelemetryTable()
+    gateway: GatewayTable = GatewayTable()
 
     @model_validator(mode="after")
     def _unique_axes(self) -> Config:
         names = [axis.name for axis in self.axis]
         if len(set(names)) != len(names):
             msg = f"axis names must differ, not {names}"
+            raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _ports_differ(self) -> Config:
+        first, viewer = self.gateway.port, self.telemetry.plotjuggler_port
+        if self.gateway.bind and self.telemetry.plotjuggler and first <= viewer <= first + 2:
+            msg = f"telemetry.plotjuggler_port {viewer} is one of the gateway's ports {first} to {first + 2}; give another"
             raise ValueError(msg)
         return self
 
@@ -110,15 +120,10 @@ class LoadedConfig(Table):
         """The devices as the loop process gets them."""
         return self.config.composition((self.options, *self.more_options)).members()
 
-    def device_report(self) -> list[tuple[str, list[tuple[str, str, str]]]]:
-        """Per device that has something to tell (such as the load of its bus): label, figure, note of each line."""
-        told = []
-        for device, options in zip(self.config.device, (self.options, *self.more_options), strict=True):
-            model = registry.options_model(device.kind)
-            if hasattr(model, "report"):
-                valid = model.model_validate(options, context={"folder": self.path.parent})
-                told.append((device.kind, valid.report(self.config.loop.rate_hz)))
-        return told
+    def keys_folder(self) -> Path | None:
+        """Absolute path of the folder of keys, or None where the rig is not reached by TCP."""
+        folder = self.config.gateway.curve_dir
+        return (self.path.parent / folder).resolve() if folder else None
 
     def model_path(self, axis: AxisTable) -> Path | None:
         """Absolute path of an axis' friction model, or None."""
@@ -218,12 +223,8 @@ def _facts(data: dict[str, Any], device: dict[str, Any]) -> dict[str, Any]:
     axes = device.get("axes") or data.get("axis")
     if isinstance(axes, list):
         facts["n_axes"] = len(axes)
-    loop = data.get("loop", {})
-    if isinstance(loop, dict):
-        facts["clock"] = loop.get("clock")
-        rate_hz = loop.get("rate_hz", LoopTable().rate_hz)
-        if isinstance(rate_hz, int | float) and rate_hz > 0:
-            facts["rate_hz"] = float(rate_hz)
+    if isinstance(data.get("loop"), dict):
+        facts["clock"] = data["loop"].get("clock")
     return facts
 
 

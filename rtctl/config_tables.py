@@ -6,6 +6,7 @@ numbers are refused.
 
 from __future__ import annotations
 
+import ipaddress
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -226,3 +227,44 @@ class TelemetryTable(Table):
 
     state_hz: float = _number(1, 1000, "rate of the decimated state samples", default=100.0)
     batch_ms: float = _number(1, 1000, "ticks per message, as time", default=20.0)
+    plotjuggler: bool = Field(
+        False, description="also publish the state samples on 127.0.0.1 without keys, read-only, for viewers"
+    )
+    plotjuggler_port: int = _number(1024, 65_000, "TCP port of that publication", default=9872)
+
+
+class GatewayTable(Table):
+    """[gateway]: clients on other machines. Clients of this machine always reach the daemon by ipc."""
+
+    bind: str = Field(
+        "", max_length=15, description="IPv4 address to listen on, 127.0.0.1 for tunnels; empty: no TCP"
+    )
+    port: int = _number(
+        1024, 65_000, "TCP port of requests; targets and telemetry take the next two", default=9860
+    )
+    curve_dir: str = Field(
+        "", max_length=500, description="folder of keys, relative to the rig file; made by `rtctl keys new`"
+    )
+
+    @model_validator(mode="after")
+    def _keys_for_tcp(self) -> GatewayTable:
+        if self.bind:
+            _check_address(self.bind)
+        if self.bind and not self.curve_dir:
+            msg = f"bind {self.bind}: TCP needs keys; make them with `rtctl keys new` and name their folder as curve_dir"
+            raise ValueError(msg)
+        if self.curve_dir and not self.bind:
+            msg = f"curve_dir {self.curve_dir!r} has no effect without bind; give an address or remove it"
+            raise ValueError(msg)
+        return self
+
+
+def _check_address(text: str) -> None:
+    try:
+        address = ipaddress.IPv4Address(text)
+    except ValueError:
+        msg = f"bind {text!r}: an IPv4 address of this machine, such as 127.0.0.1, not a name or a wildcard"
+        raise ValueError(msg) from None
+    if address.is_multicast or address.is_reserved:
+        msg = f"bind {text}: no address a machine can have"
+        raise ValueError(msg)

@@ -105,11 +105,12 @@ class NoReplyError(ClientError):
 
 
 class RefusedError(ClientError):
-    """The daemon refused a request; `code` is for programs, the text for people."""
+    """The daemon refused a request; `code` is for programs, `reason` and the text for people."""
 
     def __init__(self, code: str, text: str) -> None:
         super().__init__(f"{code}: {text}")
         self.code = code
+        self.reason = text
 
 
 class HandOnRigError(RtctlError):

@@ -28,6 +28,15 @@ MAX_REQUEST_BYTES = 4096
 MAX_OUTSTANDING_REQUESTS = 8
 """Requests one client may have unanswered; the gateway's receive queue holds as many."""
 
+ROLES = ("observer", "renderer", "operator")
+"""What a client may be, each including what the ones before it may do."""
+
+CONNECTIONS = 16
+"""Clients that may be connected to one endpoint at a time."""
+
+HANDSHAKE_MS = 2000
+"""A connection that has not authenticated itself within this time is closed."""
+
 IPC_PATH_BYTES = 107
 """Longest path of a Unix socket on Linux (`sun_path` of 108 bytes, less the closing zero)."""
 
@@ -37,10 +46,11 @@ _RIG_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,31}")
 
 @dataclass(frozen=True)
 class Endpoints:
-    """ZeroMQ addresses of one rig."""
+    """ZeroMQ addresses of one rig: telemetry to hear, requests to ask, targets to send."""
 
     telemetry: str
     command: str
+    targets: str = ""
 
 
 def runtime_root() -> Path:
@@ -74,7 +84,20 @@ def endpoints_in(directory: Path) -> Endpoints:
             f"{longest}: {size} bytes, a socket's path may have {IPC_PATH_BYTES}; "
             "set RTCTL_RUNTIME_DIR to a folder with a shorter path"
         )
-    return Endpoints(telemetry=f"ipc://{longest}", command=f"ipc://{directory / 'command'}")
+    return Endpoints(
+        telemetry=f"ipc://{longest}",
+        command=f"ipc://{directory / 'command'}",
+        targets=f"ipc://{directory / 'targets'}",
+    )
+
+
+def tcp_endpoints(address: str, port: int) -> Endpoints:
+    """Addresses over TCP: requests on `port`, targets on the next, telemetry on the one after it."""
+    return Endpoints(
+        telemetry=f"tcp://{address}:{port + 2}",
+        command=f"tcp://{address}:{port}",
+        targets=f"tcp://{address}:{port + 1}",
+    )
 
 
 def running_rigs(root: Path | None = None) -> list[str]:

@@ -63,7 +63,9 @@ class Control:
             setattr(simulation.board, inputs[order], value == "1")
         elif order == "cycles" and value.isdecimal():
             for _ in range(int(value)):
-                step(simulation)
+                simulation.apply()
+                simulation.sense(simulation.slot + 1)
+                simulation.send()
         elif order == "unplug":
             simulation.line.unplug()
         elif order == "plug":
@@ -72,7 +74,6 @@ class Control:
             simulation.name = simulation.board.serial_number = value
         elif order == "reset":
             simulation.power_up()
-            simulation.sense()
         elif order == "quit":
             self.ended = True
         else:
@@ -112,14 +113,6 @@ def _die_with_parent(parent: int) -> None:
         sys.exit(1)
 
 
-def step(simulation: Simulation) -> None:
-    """Drive the motor over one period, then measure and send."""
-    simulation.apply()
-    simulation.advance()
-    simulation.sense()
-    simulation.send()
-
-
 def run_on_clock(simulation: Simulation, control: Control | None, ending: Ending) -> None:
     """Cycle on an absolute grid; a late process skips slots, as the board's clock would have gone on."""
     period_ns = round(simulation.rig.period_s * 1e9)
@@ -130,18 +123,15 @@ def run_on_clock(simulation: Simulation, control: Control | None, ending: Ending
             time.sleep(wait_ns * 1e-9)
         if control:
             control.poll()
-        simulation.advance(passed)
         simulation.listen()
-        simulation.sense()
-        simulation.send()
-        simulation.apply()
+        simulation.cycle(simulation.slot + passed)
         passed = max((time.monotonic_ns() - start) // period_ns - slot, 1)
         slot += passed
 
 
 def run_in_step(simulation: Simulation, control: Control | None, ending: Ending) -> None:
     """Drive the motor for one period per command, then send the next sample; an identify gets the newest."""
-    simulation.sense()
+    simulation.sense(0)
     while not ending.asked and not (control and control.ended):
         waited = [
             ending.fd,
@@ -151,13 +141,17 @@ def run_in_step(simulation: Simulation, control: Control | None, ending: Ending)
         ready = select.select(waited, [], [])[0]
         if control and 0 in ready:
             control.poll()
+            if simulation.slot < 0:
+                simulation.sense(0)
         if simulation.line.fd not in ready:
             continue
         taken = simulation.listen()
         if taken.identifies:
             simulation.send()
-        if taken.commands or taken.stops:
-            step(simulation)
+        for _ in range(min(taken.commands + taken.stops, 1)):
+            simulation.apply()
+            simulation.sense(simulation.slot + 1)
+            simulation.send()
 
 
 def _arguments() -> argparse.Namespace:

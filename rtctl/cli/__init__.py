@@ -23,6 +23,7 @@ COMMANDS: dict[str, str] = {
     "incident": "rtctl.cli.incident",
     "playback": "rtctl.cli.playback",
     "schema": "rtctl.cli.schema",
+    "keys": "rtctl.cli.keys",
     "bench": "rtctl.cli.bench",
 }
 """Command name -> the module whose `command` it is."""

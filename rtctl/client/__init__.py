@@ -9,10 +9,11 @@
 Light on purpose: NumPy, pyzmq and msgpack. `docs/protocol.md` describes the same for other languages.
 """
 
+from rtctl.client.lease import Lease
 from rtctl.client.rig import RigClient
 from rtctl.client.samples import RigState
 from rtctl.client.streams import Stream
 from rtctl.control.vocabulary import Fault, State
 from rtctl.protocol import Endpoints
 
-__all__ = ["Endpoints", "Fault", "RigClient", "RigState", "State", "Stream"]
+__all__ = ["Endpoints", "Fault", "Lease", "RigClient", "RigState", "State", "Stream"]

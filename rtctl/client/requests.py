@@ -9,6 +9,7 @@ from typing import Any
 import msgpack
 import zmq
 
+from rtctl.client.connection import Connection
 from rtctl.errors import ClientError, NoReplyError, RefusedError
 
 Reply = dict[str, Any]
@@ -21,9 +22,9 @@ class Requester:
     never reach a daemon that is started later, and its reply never pass for that of another request.
     """
 
-    def __init__(self, context: zmq.Context[zmq.Socket[bytes]], endpoint: str) -> None:
-        self._context = context
-        self._endpoint = endpoint
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        self._endpoint = connection.endpoints.command
         self._socket: zmq.Socket[bytes] | None = None
         self._ids = itertools.count(1)
 
@@ -50,7 +51,7 @@ class Requester:
             self.close()
             raise NoReplyError(
                 f"no reply to {op!r} from {self._endpoint} within {timeout_s:g} s: no daemon runs this rig, "
-                "or it is busy; start one with: rtctl run CONFIG"
+                "or it is busy, or it does not know this client's key; start one with: rtctl run CONFIG"
             )
         if not reply.get("ok"):
             error = reply.get("error") or {}
@@ -65,12 +66,8 @@ class Requester:
 
     def _connected(self) -> zmq.Socket[bytes]:
         if self._socket is None:
-            self._socket = self._context.socket(zmq.DEALER)
-            self._socket.setsockopt(zmq.LINGER, 0)
-            self._socket.setsockopt(zmq.IMMEDIATE, 1)  # queue nothing for a daemon that is not there
-            self._socket.setsockopt(zmq.RECONNECT_IVL, 20)
-            self._socket.setsockopt(zmq.RECONNECT_IVL_MAX, 500)
-            self._socket.connect(self._endpoint)
+            options = {zmq.IMMEDIATE: 1}  # queue nothing for a daemon that is not there
+            self._socket = self._connection.socket(zmq.DEALER, self._endpoint, options)
         return self._socket
 
     @staticmethod

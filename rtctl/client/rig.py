@@ -5,32 +5,29 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, Self
 
-import numpy as np
 import zmq
 
+from rtctl.client.connection import Connection, remote_endpoints
+from rtctl.client.lease import Lease
+from rtctl.client.listener import Listener
 from rtctl.client.requests import Reply, Requester
-from rtctl.client.samples import RigState
-from rtctl.client.streams import Stream, event_stream, health_stream, state_stream, tick_stream
 from rtctl.control.vocabulary import State
-from rtctl.errors import ClientError, NoReplyError, RefusedError
+from rtctl.errors import ClientError, RefusedError
+from rtctl.keys import ClientKey
 from rtctl.protocol import Endpoints, endpoints_in, rig_directory
 
 Kind = Literal["free", "spring", "wall", "damper", "detents", "remote"]
-
-FRESH_S = 0.25
-"""`latest_state` keeps reading until what it has was sent within this time."""
 
 _POLL_S = 0.01
 _ASK_AGAIN_S = 0.2
 _CLOSED = (State.LOCKOUT, State.SHUTDOWN)
 
 
-class RigClient:
+class RigClient(Listener):
     """A connection to the daemon of one rig.
 
     Requests may come from any thread: they take turns. Each stream belongs to one thread at a time, and so
@@ -46,6 +43,8 @@ class RigClient:
         Where the daemons of this machine listen; default as for `rtctl run`.
     timeout_s
         Longest wait for a reply or for telemetry.
+    address, key
+        `HOST:PORT` of a rig on another machine, and this client's key file (`rtctl keys new`).
 
     Raises
     ------
@@ -60,16 +59,19 @@ class RigClient:
         endpoints: Endpoints | None = None,
         runtime_dir: str | Path | None = None,
         timeout_s: float = 2.0,
+        address: str | None = None,
+        key: str | Path | None = None,
     ) -> None:
         root = None if runtime_dir is None else Path(runtime_dir)
-        self.endpoints = endpoints or endpoints_in(rig_directory(rig, root))
-        self.timeout_s = timeout_s
+        if address is not None:
+            endpoints = remote_endpoints(address)
+        client_key = None if key is None else ClientKey.load(key)
+        addresses = endpoints or endpoints_in(rig_directory(rig, root))
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
-        self._requester = Requester(self._context, self.endpoints.command)
+        super().__init__(Connection(self._context, addresses, client_key), timeout_s)
+        self._requester = Requester(self._connection)
         self._lock = threading.Lock()
-        self._newest: Stream[RigState] | None = None
-        self._last: RigState | None = None
-        self._streams: list[Stream[Any]] = []
+        self._lease: Lease | None = None
         self._epoch: int | None = None
 
     def __enter__(self) -> Self:
@@ -82,10 +84,11 @@ class RigClient:
 
     def close(self) -> None:
         """Close every stream and connection. Does not stop the rig. Idempotent."""
+        if self._lease is not None:
+            self._lease.abandon()
         with self._lock:
             self._requester.close()
-        for stream in self._streams:
-            stream.close()
+        self.close_streams()
         self._context.term()
 
     # -- asking
@@ -188,10 +191,12 @@ class RigClient:
         center_rad: float | None = None,
         side: Literal[-1, 1] | None = None,
         pitch_rad: float | None = None,
+        lease: Lease | None = None,
     ) -> dict[str, Any]:
         """Set the virtual environment of one axis; values left out stay. Returns what is then in force.
 
-        Raises RefusedError for a value out of bounds (see `hello`).
+        A client with the role renderer gives its `lease`. Raises RefusedError for a value out of bounds (see
+        `hello`).
         """
         given = {
             "stiffness_nm_rad": stiffness_nm_rad,
@@ -199,24 +204,53 @@ class RigClient:
             "center_rad": center_rad,
             "side": side,
             "pitch_rad": pitch_rad,
+            "lease": None if lease is None else lease.text,
         }
         values = {name: value for name, value in given.items() if value is not None}
         return self._result("environment", axis=axis, kind=kind, **values)
 
+    def lease(self) -> Lease:
+        """Be the one who moves the proxy of the remote environments: the way for a renderer.
+
+        The lease belongs to the epoch this client last saw when arming or asking for the status.
+
+        Raises
+        ------
+        RefusedError
+            `lease_taken` (the text says by whom, and what to do), `wrong_epoch`, `forbidden`.
+        """
+        if self._epoch is None:
+            self.status()
+        assert self._epoch is not None
+        if self._lease is not None:
+            self._lease.release()
+        self._lease = Lease(self._connection, self._epoch, self.timeout_s)
+        return self._lease
+
     def set_target(
         self, position_rad: Sequence[float], velocity_rad_s: Sequence[float] | None = None
     ) -> None:
-        """Send the proxy of the remote environments, one value per axis; at least every 20 ticks.
+        """Send the proxy of the remote environments, one value per axis, and wait for the reply.
 
-        Targets are valid in the epoch this client last saw when arming or asking for the status: after a
-        stop they are refused with `wrong_epoch` until it asks again.
+        Takes the lease when this client has none; `Lease.set_target` is quicker, and does not wait. Targets are
+        valid in the epoch this client last saw when arming or asking for the status: after a stop they are
+        refused (`wrong_epoch`, `lease_lost`) until it asks again.
         """
-        values = {"position_rad": [float(x) for x in position_rad]}
+        values: dict[str, Any] = {"position_rad": [float(x) for x in position_rad]}
         if velocity_rad_s is not None:
             values["velocity_rad_s"] = [float(x) for x in velocity_rad_s]
         if self._epoch is None:
             self.status()
-        self._call("target", epoch=self._epoch, **values)
+        if self._lease is None or self._lease.epoch != self._epoch:
+            self.lease()
+        assert self._lease is not None
+        try:
+            self._call("target", epoch=self._epoch, lease=self._lease.text, **values)
+        except RefusedError as refused:
+            if refused.code == "lease_lost":
+                self._lease.abandon()
+                self._lease = None
+            raise
 
     def set_compensation(self, share: float, axis: str | int | None = None) -> None:
         """Share of the configured friction feed-forward, 0 to 1, on one axis or on all."""
@@ -225,53 +259,7 @@ class RigClient:
             values["axis"] = axis
         self._call("compensation", **values)
 
-    # -- telemetry
-
-    def states(self) -> Stream[RigState]:
-        """Decimated samples, from now on."""
-        return self._opened(state_stream(self._context, self.endpoints.telemetry, self.timeout_s))
-
-    def ticks(self) -> Stream[np.ndarray]:
-        """Every tick, as structured arrays of `rtctl.tick.tick_dtype`, from now on."""
-        return self._opened(tick_stream(self._context, self.endpoints.telemetry, self.timeout_s))
-
-    def events(self) -> Stream[dict[str, Any]]:
-        """Changes of state, and faults with their texts, from now on."""
-        return self._opened(event_stream(self._context, self.endpoints.telemetry, self.timeout_s))
-
-    def health(self) -> Stream[dict[str, Any]]:
-        """Rate, latency percentiles, missed ticks and counters, once a second from now on."""
-        return self._opened(health_stream(self._context, self.endpoints.telemetry, self.timeout_s))
-
-    def latest_state(self) -> RigState:
-        """The newest sample. Waits only when there is no fresh one; the sample's `age_s` is as of now.
-
-        Raises
-        ------
-        NoReplyError
-            No fresh sample within the client's `timeout_s`.
-        """
-        if self._newest is None:
-            self._newest = self.states()
-        deadline = time.monotonic() + self.timeout_s
-        while True:
-            while (sample := self._newest.receive(0)) is not None:
-                self._last = sample
-            now = time.monotonic()
-            if self._last is not None and now - self._last.fields["sent_monotonic_s"] < FRESH_S:
-                age = self._last.fields["age_s"] + now - self._last.fields["sent_monotonic_s"]
-                return replace(self._last, age_s=age)
-            if now > deadline:
-                raise NoReplyError(
-                    f"no fresh state from {self.endpoints.telemetry} within {self.timeout_s:g} s"
-                )
-            self._last = self._newest.receive(deadline - now) or self._last
-
     # -- inside
-
-    def _opened(self, stream: Stream[Any]) -> Stream[Any]:
-        self._streams.append(stream)
-        return stream
 
     def _edge(self, op: str) -> None:
         """Ask for an edge in the epoch the daemon is in now."""

@@ -13,6 +13,9 @@ from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import ClientError
 from rtctl.tick import tick_dtype
 
+STALE_S = 0.1
+"""Age of a sample from which it no longer tells what the rig does."""
+
 Vector = tuple[float, ...]
 
 
@@ -28,6 +31,10 @@ class RigState:
         The loop's clock at the sample, s.
     age_s
         Age when this object was made, s: how long ago the rig was like this. NaN on a virtual clock.
+    energy_hand_j, energy_port_j
+        Net energy the hand has put in; what the passivity observer has seen the controller absorb. J.
+    lease_held
+        A renderer moves the proxy.
     fields
         Every field of the sample by its name in the tick record.
     """
@@ -41,15 +48,23 @@ class RigState:
     hand_torque_nm: Vector
     torque_applied_nm: Vector
     feedforward_torque_nm: Vector
+    energy_hand_j: Vector
+    energy_port_j: Vector
     state: State
     epoch: int
     faults: tuple[Fault, ...]
     authority: float
+    lease_held: bool
     missed_ticks: int
     command_seq: int
     session: int
     sequence: int
     fields: Mapping[str, Any]
+
+    @property
+    def stale(self) -> bool:
+        """True when the rig was like this more than `STALE_S` ago: do not act on it."""
+        return self.age_s > STALE_S
 
 
 def rig_state(message: Mapping[str, Any], now_s: float | None = None) -> RigState:
@@ -67,10 +82,13 @@ def rig_state(message: Mapping[str, Any], now_s: float | None = None) -> RigStat
             hand_torque_nm=tuple(message["hand_torque_nm"]),
             torque_applied_nm=tuple(message["torque_applied_nm"]),
             feedforward_torque_nm=tuple(message["feedforward_torque_nm"]),
+            energy_hand_j=tuple(message["energy_hand_j"]),
+            energy_port_j=tuple(message["energy_port_j"]),
             state=State(int(message["state"])),
             epoch=int(message["epoch"]),
             faults=tuple(fault for fault in Fault if bits & fault),
             authority=message["authority"],
+            lease_held=bool(message.get("lease_held", 0)),
             missed_ticks=int(message["missed_ticks"]),
             command_seq=int(message["command_seq"]),
             session=int(message["session"]),

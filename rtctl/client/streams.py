@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections import deque
 from collections.abc import Callable
@@ -12,6 +13,7 @@ import msgpack
 import numpy as np
 import zmq
 
+from rtctl.client.connection import Connection
 from rtctl.client.samples import RigState, rig_state, tick_rows
 from rtctl.errors import ClientError, NoReplyError
 from rtctl.protocol import TOPIC_EVENT, TOPIC_HEALTH, TOPIC_STATE, TOPIC_TICKS
@@ -34,31 +36,31 @@ class Stream(Generic[Item]):
         Items published while this stream was open that did not arrive here.
     restarts : int
         Times the daemon was seen to have been restarted.
+    outdated : int
+        Items left out because they were too old when they were read.
     """
 
     def __init__(
         self,
-        context: zmq.Context[zmq.Socket[bytes]],
-        endpoint: str,
+        connection: Connection,
         topic: bytes,
         items: Callable[[Any], list[tuple[int, int, int, Item]]],
         timeout_s: float,
+        too_old: Callable[[Item], bool] = lambda _item: False,
     ) -> None:
         self._items = items
-        self._endpoint = endpoint
+        self._too_old = too_old
+        self._endpoint = connection.endpoints.telemetry
         self._timeout_s = timeout_s
         self._waiting: deque[Item] = deque()
         self._session: int | None = None
         self._expected = 0
         self.lost = 0
         self.restarts = 0
-        self._socket = context.socket(zmq.SUB)
-        self._socket.setsockopt(zmq.LINGER, 0)
-        self._socket.setsockopt(zmq.RCVHWM, QUEUE_MESSAGES)
-        self._socket.setsockopt(zmq.RECONNECT_IVL, 20)
-        self._socket.setsockopt(zmq.RECONNECT_IVL_MAX, 500)
+        self.outdated = 0
+        options = {zmq.RCVHWM: QUEUE_MESSAGES}
+        self._socket = connection.socket(zmq.SUB, self._endpoint, options)
         self._socket.setsockopt(zmq.SUBSCRIBE, topic)
-        self._socket.connect(endpoint)
 
     def __iter__(self) -> Self:
         return self
@@ -106,50 +108,45 @@ class Stream(Generic[Item]):
             elif first > self._expected:
                 self.lost += first - self._expected
             self._expected = first + count
-            self._waiting.append(item)
+            if self._too_old(item):
+                self.outdated += 1
+            else:
+                self._waiting.append(item)
 
 
-def state_stream(
-    context: zmq.Context[zmq.Socket[bytes]], endpoint: str, timeout_s: float
-) -> Stream[RigState]:
-    """Decimated samples."""
+def state_stream(connection: Connection, timeout_s: float, max_age_s: float = math.inf) -> Stream[RigState]:
+    """Decimated samples, those older than `max_age_s` when they are read left out."""
 
     def items(message: Any) -> list[tuple[int, int, int, RigState]]:  # noqa: ANN401
         samples = [rig_state(sample) for sample in message]
         return [(sample.session, sample.sequence, 1, sample) for sample in samples]
 
-    return Stream(context, endpoint, TOPIC_STATE, items, timeout_s)
+    return Stream(connection, TOPIC_STATE, items, timeout_s, lambda sample: sample.age_s > max_age_s)
 
 
-def tick_stream(
-    context: zmq.Context[zmq.Socket[bytes]], endpoint: str, timeout_s: float
-) -> Stream[np.ndarray]:
+def tick_stream(connection: Connection, timeout_s: float) -> Stream[np.ndarray]:
     """Every tick, as structured arrays; `lost` counts ticks."""
 
     def items(message: Any) -> list[tuple[int, int, int, np.ndarray]]:  # noqa: ANN401
         rows = tick_rows(message)
         return [(message["session"], message["row"], len(rows), rows)]
 
-    return Stream(context, endpoint, TOPIC_TICKS, items, timeout_s)
+    return Stream(connection, TOPIC_TICKS, items, timeout_s)
 
 
-def event_stream(
-    context: zmq.Context[zmq.Socket[bytes]], endpoint: str, timeout_s: float
-) -> Stream[dict[str, Any]]:
+def event_stream(connection: Connection, timeout_s: float) -> Stream[dict[str, Any]]:
     """Events, as the maps of the protocol."""
 
     def items(message: Any) -> list[tuple[int, int, int, dict[str, Any]]]:  # noqa: ANN401
         return [(event["session"], event["sequence"], 1, event) for event in message]
 
-    return Stream(context, endpoint, TOPIC_EVENT, items, timeout_s)
+    return Stream(connection, TOPIC_EVENT, items, timeout_s)
 
 
-def health_stream(
-    context: zmq.Context[zmq.Socket[bytes]], endpoint: str, timeout_s: float
-) -> Stream[dict[str, Any]]:
+def health_stream(connection: Connection, timeout_s: float) -> Stream[dict[str, Any]]:
     """Health, as the map of the protocol."""
 
     def items(message: Any) -> list[tuple[int, int, int, dict[str, Any]]]:  # noqa: ANN401
         return [(message["session"], message["sequence"], 1, message)]
 
-    return Stream(context, endpoint, TOPIC_HEALTH, items, timeout_s)
+    return Stream(connection, TOPIC_HEALTH, items, timeout_s)

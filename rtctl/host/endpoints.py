@@ -46,7 +46,11 @@ class RuntimeDirectory:
 
     def describe(self) -> list[str]:
         """Lines that tell a person where to connect."""
-        return [f"telemetry {self.endpoints.telemetry}", f"commands  {self.endpoints.command}"]
+        return [
+            f"telemetry {self.endpoints.telemetry}",
+            f"commands  {self.endpoints.command}",
+            f"targets   {self.endpoints.targets}",
+        ]
 
     def release(self) -> None:
         """Let another daemon have the rig. Idempotent. The lock file stays: removing it would be a race."""

@@ -1,59 +1,82 @@
-"""The command socket: framing, bounded work, counters. What a request means is in `requests`."""
+"""The endpoints clients talk to: framing, bounded work, counters. What a request means is in `requests`."""
 
 from __future__ import annotations
 
 import errno
+import time
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
+import numpy as np
 import zmq
 
 from rtctl.config import LoadedConfig
 from rtctl.control.vocabulary import State
+from rtctl.host.access import Access
+from rtctl.host.authenticator import Caller
 from rtctl.host.description import RigDescription, describe
-from rtctl.host.endpoints import private_umask
-from rtctl.host.messages import Refusal, Request, decode, encode
+from rtctl.host.doors import user_id
+from rtctl.host.messages import Refusal, Request, decode, decode_target, encode
+from rtctl.host.rates import RateLimit
 from rtctl.host.requests import LatestRow, Requests
-from rtctl.protocol import MAX_OUTSTANDING_REQUESTS, MAX_REQUEST_BYTES, Endpoints
+from rtctl.host.targets import OPTIONS as TARGET_OPTIONS
+from rtctl.host.targets import TargetInbox
+from rtctl.protocol import CONNECTIONS, MAX_OUTSTANDING_REQUESTS, Endpoints
 from rtctl.shm import CommandWriter
 
 REQUESTS_PER_CALL = 32
-"""Most messages handled before the host looks after the ticks again."""
+"""Most requests handled in one turn of the host, before it looks after the ticks again."""
+
+PAUSE_S = 0.001
+"""Rest after a turn that did not get through what waits: a flood gets this share of a core, no more."""
+
+NOMINAL_LEAST_HZ = 100.0
+BURST = MAX_OUTSTANDING_REQUESTS * CONNECTIONS
+
+OPTIONS = {
+    zmq.RCVHWM: MAX_OUTSTANDING_REQUESTS,
+    zmq.SNDHWM: REQUESTS_PER_CALL,
+    zmq.ROUTER_HANDOVER: 0,  # nobody takes over another client's identity
+    zmq.ROUTER_MANDATORY: 1,  # an undeliverable reply is an error, so it is counted
+}
 
 
 @dataclass
 class Counters:
-    """What came in: messages received, requests carried out or refused, messages that were no request,
-    replies that could not be delivered.
+    """What came in: messages received, requests carried out or refused (`limited` of these for asking too
+    often, `forbidden` for their role), messages that were no request, replies that could not be delivered.
     """
 
     received: int = 0
     accepted: int = 0
     refused: int = 0
+    limited: int = 0
+    forbidden: int = 0
     malformed: int = 0
     replies_lost: int = 0
 
 
 class Gateway:
-    """Answers requests on a ROUTER socket. Never blocks, never raises for what a client sends.
+    """Answers requests and takes targets. Never blocks, never raises for what a client sends.
 
     Parameters
     ----------
     context
         ZeroMQ context of the host.
     endpoints
-        Where to listen.
+        Where to listen by ipc.
     writer
         The host's end of the command mailbox.
     rig
         The rig file, or the description made from it.
     latest
         Returns the newest tick as an array of one row, or None before the first.
+    access
+        Who may come in; default: this machine, by ipc.
 
     Attributes
     ----------
-    socket : zmq.Socket
-        For the host's poller.
     counters : Counters
         Told in `health`.
     """
@@ -65,70 +88,109 @@ class Gateway:
         writer: CommandWriter,
         rig: LoadedConfig | RigDescription,
         latest: LatestRow,
+        *,
+        access: Access | None = None,
+        clock_s: Callable[[], float] = time.monotonic,
     ) -> None:
         self._rig = describe(rig)
-        self._requests = Requests(writer, self._rig, endpoints, latest)
+        self.access = access or Access(context, endpoints)
+        self._requests = Requests(writer, self._rig, endpoints, latest, self.access.remote)
         self.counters = Counters()
-        self.socket = context.socket(zmq.ROUTER)
-        self.socket.setsockopt(zmq.LINGER, 0)
-        self.socket.setsockopt(zmq.RCVHWM, MAX_OUTSTANDING_REQUESTS)
-        self.socket.setsockopt(zmq.SNDHWM, REQUESTS_PER_CALL)
-        self.socket.setsockopt(zmq.MAXMSGSIZE, MAX_REQUEST_BYTES)
-        self.socket.setsockopt(zmq.ROUTER_HANDOVER, 0)  # nobody takes over another client's identity
-        self.socket.setsockopt(
-            zmq.ROUTER_MANDATORY, 1
-        )  # an undeliverable reply is an error, so it is counted
-        with private_umask():
-            self.socket.bind(endpoints.command)
+        rate_hz = 2.0 * max(self._rig.rate_hz, NOMINAL_LEAST_HZ)
+        self._request_rate = RateLimit(rate_hz, BURST, clock_s)
+        self._target_rate = RateLimit(rate_hz, BURST, clock_s)
+        self.doors = self.access.routers("command", 0, OPTIONS)
+        self.inbox = TargetInbox(
+            self.access.routers("targets", 1, TARGET_OPTIONS), self.access.caller, self._carry_out_target
+        )
+        self._polled: list[zmq.Socket[bytes]] = []
+        self._poller: zmq.Poller | None = None
 
-    def serve(self, limit: int = REQUESTS_PER_CALL) -> int:
-        """Handle the messages that wait, at most `limit`; returns how many."""
+    @property
+    def socket(self) -> zmq.Socket[bytes]:
+        """The socket of requests by ipc."""
+        return self.doors[0].socket
+
+    def register(self, poller: zmq.Poller) -> None:
+        """Have `poller` wake up for everything `serve` handles, also when sockets are replaced later."""
+        self._poller = poller
+        for socket in self._polled:
+            poller.unregister(socket)
+        doors = (*self.doors, *self.inbox.doors)
+        self._polled = [self.access.authenticator.socket, *(door.socket for door in doors)]
+        for socket in self._polled:
+            poller.register(socket, zmq.POLLIN)
+
+    def serve(self, limit: int = REQUESTS_PER_CALL) -> bool:
+        """Let clients in and handle what waits, at most `limit` requests.
+
+        Returns True when more waits: the caller then rests for `PAUSE_S` before the next turn.
+        """
+        self.access.authenticator.serve()
+        if self.access.look() and self._poller is not None:
+            self.register(self._poller)
+        flooded = self.inbox.serve()
+        share = max(1, limit // len(self.doors))
+        for door in self.doors:
+            flooded |= self._serve_socket(door.socket, share) == share
+        return flooded
+
+    def counts(self) -> dict[str, Any]:
+        """The counters by name."""
+        return {
+            **asdict(self.counters),
+            "targets": self.inbox.counts(),
+            "connections": self.access.counts(),
+        }
+
+    def close(self) -> None:
+        """Close the sockets; unsent replies are dropped."""
+        self.access.close()
+
+    def _serve_socket(self, socket: zmq.Socket[bytes], limit: int) -> int:
+        """Handle at most `limit` requests of one socket; returns how many there were."""
         for handled in range(limit):
             try:
-                identity, envelope, payload = self._receive()
+                identity, envelope, frame = self._receive(socket)
             except zmq.Again:
                 return handled
             self.counters.received += 1
-            reply = self._answer(payload)
-            if reply is not None:
-                self._send([identity, *envelope, encode(reply)])
+            reply = None if frame is None else self._answer(frame.bytes, self.access.caller(user_id(frame)))
+            if reply is None:
+                self.counters.malformed += 1
+            else:
+                self._send(socket, [identity, *envelope, encode(reply)])
         return limit
 
-    def counts(self) -> dict[str, int]:
-        """The counters by name."""
-        return asdict(self.counters)
-
-    def close(self) -> None:
-        """Close the socket; unsent replies are dropped."""
-        self.socket.close(linger=0)
-
-    def _receive(self) -> tuple[bytes, list[bytes], bytes | None]:
+    @staticmethod
+    def _receive(socket: zmq.Socket[bytes]) -> tuple[bytes, list[bytes], zmq.Frame | None]:
         """One message: identity, the empty delimiter if the client sent one, and the payload frame.
 
         The payload is None when there is not exactly one. Surplus frames are read away one by one and
         never kept.
         """
-        identity = self.socket.recv(zmq.NOBLOCK)
+        identity = socket.recv(zmq.NOBLOCK)
         envelope: list[bytes] = []
-        payload: bytes | None = None
+        payload: zmq.Frame | None = None
         count = 0
-        while self.socket.getsockopt(zmq.RCVMORE):
-            frame = self.socket.recv(zmq.NOBLOCK)
-            if count == 0 and not frame and not envelope:
+        more = bool(socket.getsockopt(zmq.RCVMORE))
+        while more:
+            frame = socket.recv(zmq.NOBLOCK, copy=False)
+            more = frame.more
+            if count == 0 and len(frame) == 0 and not envelope:
                 envelope = [b""]
                 continue
             count += 1
             payload = frame if count == 1 else None
         return identity, envelope, payload
 
-    def _answer(self, payload: bytes | None) -> dict[str, Any] | None:
+    def _answer(self, payload: bytes, caller: Caller | None) -> dict[str, Any] | None:
         """The reply to a payload, or None where nobody can be answered."""
-        request = Refusal("malformed", "frames") if payload is None else decode(payload, self._rig)
+        request = decode(payload, self._rig)
         if isinstance(request, Refusal) and request.id is None:
-            self.counters.malformed += 1
             return None
         row = self._requests.newest()
-        outcome = self._requests.perform(request, row) if isinstance(request, Request) else request
+        outcome = self._outcome(request, row, caller)
         reply = {
             "id": request.id,
             "op": request.op,
@@ -138,13 +200,37 @@ class Gateway:
         }
         if isinstance(outcome, Refusal):
             self.counters.refused += 1
+            self.counters.forbidden += outcome.code == "forbidden"
             return {**reply, "error": {"code": outcome.code, "text": outcome.text}}
         self.counters.accepted += 1
         return {**reply, "result": outcome}
 
-    def _send(self, frames: list[bytes]) -> None:
+    def _outcome(
+        self,
+        request: Request | Refusal,
+        row: np.void,
+        caller: Caller | None,
+    ) -> dict[str, Any] | Refusal:
+        """Carry out a request, unless its sender is nobody any more or asks too often. Stops always count."""
+        if caller is None:
+            return Refusal("forbidden", "this key has been revoked")
+        if not self._request_rate.allows(caller.user_id) and request.op != "stop":
+            self.counters.limited += 1
+            return Refusal("too_fast", "more than twice the loop's rate; send targets to their own endpoint")
+        return self._requests.perform(request, row, caller) if isinstance(request, Request) else request
+
+    def _carry_out_target(self, payload: bytes, caller: Caller) -> bool:
+        """Hand the target of one frame to the loop, if it may count."""
+        if not self._target_rate.allows(caller.user_id):
+            return False
+        request = decode_target(payload, self._rig)
+        if isinstance(request, Refusal):
+            return False
+        return not isinstance(self._requests.perform(request, self._requests.newest(), caller), Refusal)
+
+    def _send(self, socket: zmq.Socket[bytes], frames: list[bytes]) -> None:
         try:
-            self.socket.send_multipart(frames, zmq.NOBLOCK)
+            socket.send_multipart(frames, zmq.NOBLOCK)
         except zmq.Again:
             self.counters.replies_lost += 1
         except zmq.ZMQError as error:

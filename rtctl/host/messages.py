@@ -8,6 +8,7 @@ message, and returns either a `Request` whose every value is known, finite and w
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass, field
 from typing import Any, TypeGuard
 
@@ -23,6 +24,7 @@ MAX_ID = 2**53
 _MAX_TEXT = 64
 _MAX_KEYS = 16
 _MAX_ITEMS = 8
+_LEASE_TEXT = re.compile(r"[0-9a-f]{16}")
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,20 @@ def decode(payload: bytes, rig: RigDescription) -> Request | Refusal:
         return Request(identity, op, epoch, _values(message, operation, rig))
     except _RefuseError as refused:
         return Refusal(refused.code, str(refused), identity, op)
+
+
+def decode_target(payload: bytes, rig: RigDescription) -> Request | Refusal:
+    """Decode one message of the endpoint for targets: the keys of the operation `target` and `epoch`.
+
+    `id` and `op` need not be there and mean nothing. Codes of refusals as for `decode`.
+    """
+    try:
+        message = _unpack(payload)
+        operation = OPERATIONS["target"]
+        epoch = _epoch(message, required=True)
+        return Request(0, "target", epoch, _values(message, operation, rig))
+    except _RefuseError as refused:
+        return Refusal(refused.code, str(refused))
 
 
 def _unpack(payload: bytes) -> dict[str, Any]:
@@ -171,6 +187,10 @@ def _value(value: Any, key: Key, rig: RigDescription, axis: int | None) -> Any: 
     if key.kind == "choice":
         if isinstance(value, bool | float) or not isinstance(value, str | int) or value not in key.choices:
             raise _choice_error(value, key)
+        return value
+    if key.kind == "lease":
+        if not isinstance(value, str) or not _LEASE_TEXT.fullmatch(value):
+            raise _RefuseError("wrong_type", f"{key.name}: the 16 characters that `lease` gave")
         return value
     if key.kind == "number":
         return _number(value, key, key.name, rig.axes[axis or 0])

@@ -8,30 +8,31 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from rtctl import tick
-from rtctl.control.vocabulary import Environment, State
+from rtctl.control.vocabulary import State
+from rtctl.host.authenticator import Caller
+from rtctl.host.command_slot import CommandSlot
 from rtctl.host.description import RigDescription
 from rtctl.host.faults import fault_entries
+from rtctl.host.lease import LeaseDesk
 from rtctl.host.messages import Refusal, Request
+from rtctl.host.operations import OPERATIONS, allowed
+from rtctl.host.steering import CLOSED, Steering
 from rtctl.host.temperature import temperature_warnings
 from rtctl.protocol import PROTOCOL_VERSION, Endpoints, schema_sha256
 from rtctl.shm import CommandWriter
 
 Result = dict[str, Any]
+Handler = Callable[[Request, np.void, Caller], Result | Refusal]
 LatestRow = Callable[[], np.ndarray | None]
-
-ONLY_LEASE = 1
-"""Nonce of the one renderer."""
 
 STALLED_S = 1.0
 """A newest tick older than this means that the loop does not run."""
-
-_ENVIRONMENT_KEYS = ("stiffness_nm_rad", "damping_nms_rad", "center_rad", "side", "pitch_rad")
-_CLOSED = (State.LOCKOUT, State.SHUTDOWN)
 
 
 class Requests:
@@ -44,20 +45,29 @@ class Requests:
     rig
         Names, axes and bounds.
     endpoints
-        Told in `hello`.
+        Told in `hello` to clients of this machine.
     latest
         Returns the newest tick as an array of one row, or None before the first.
+    remote
+        Told in `hello` to clients with a key.
     """
 
     def __init__(
-        self, writer: CommandWriter, rig: RigDescription, endpoints: Endpoints, latest: LatestRow
+        self,
+        writer: CommandWriter,
+        rig: RigDescription,
+        endpoints: Endpoints,
+        latest: LatestRow,
+        remote: Endpoints | None = None,
     ) -> None:
-        self._writer = writer
+        self._slot = CommandSlot(writer)
         self._rig = rig
         self._endpoints = endpoints
+        self._remote = remote or endpoints
         self._latest = latest
-        self._stop_seq = 0
-        self._handlers: dict[str, Callable[[Request, np.void], Result | Refusal]] = {
+        self._desk = LeaseDesk(rig.rate_hz)
+        self._steering = Steering(self._slot, rig, self._desk)
+        self._handlers: dict[str, Handler] = {
             "hello": self._hello,
             "status": self._status,
             "schema": self._schema,
@@ -65,9 +75,11 @@ class Requests:
             "stop": self._stop,
             "reset": self._reset,
             "tare": self._tare,
-            "environment": self._environment,
-            "target": self._target,
-            "compensation": self._compensation,
+            "lease": self._steering.lease,
+            "release": self._steering.release,
+            "environment": self._steering.environment,
+            "target": self._steering.target,
+            "compensation": self._steering.compensation,
         }
 
     def newest(self) -> np.void:
@@ -76,24 +88,30 @@ class Requests:
         record: np.void = (tick.new_ticks(1, self._rig.n_axes) if row is None else row)[0]
         return record
 
-    def perform(self, request: Request, row: np.void) -> Result | Refusal:
-        """Do what `request` asks, judged by the tick `row`; the result, or why it is refused."""
+    def perform(self, request: Request, row: np.void, caller: Caller) -> Result | Refusal:
+        """Do what `request` of `caller` asks, judged by the tick `row`; the result, or why it is refused."""
+        if not allowed(request.op, caller.role):
+            return Refusal(
+                "forbidden",
+                f"{request.op} is for the role {OPERATIONS[request.op].role}; {caller.name} is {caller.role}",
+            )
         if request.epoch is not None and request.op != "stop" and request.epoch != row["epoch"]:
             return Refusal(
                 "wrong_epoch",
                 f"epoch {request.epoch} is void, {row['epoch']} is in force: a stop came between",
             )
-        return self._handlers[request.op](request, row)
+        return self._handlers[request.op](request, row, caller)
 
     # -- asking
 
-    def _hello(self, _request: Request, _row: np.void) -> Result:
+    def _hello(self, _request: Request, _row: np.void, caller: Caller) -> Result:
         rig = self._rig
         return {
             "protocol": PROTOCOL_VERSION,
             "version": rig.version,
             "rig": rig.name,
             "session": rig.session,
+            "role": caller.role,
             "rate_hz": rig.rate_hz,
             "state_hz": rig.state_hz,
             "virtual_clock": rig.virtual,
@@ -101,19 +119,19 @@ class Requests:
                 {"name": axis.name, "bounds": {k: list(v) for k, v in axis.bounds.items()}}
                 for axis in rig.axes
             ],
-            "endpoints": {"telemetry": self._endpoints.telemetry, "command": self._endpoints.command},
+            "endpoints": asdict(self._remote if caller.user_id.startswith("key:") else self._endpoints),
             "config_sha256": rig.config_sha256,
             "schema_sha256": schema_sha256(rig.n_axes),
         }
 
-    def _schema(self, _request: Request, _row: np.void) -> Result:
+    def _schema(self, _request: Request, _row: np.void, _caller: Caller) -> Result:
         return {
             "schema": tick.json_schema(self._rig.n_axes),
             "schema_sha256": schema_sha256(self._rig.n_axes),
         }
 
-    def _status(self, _request: Request, row: np.void) -> Result:
-        command = self._writer.command[0]
+    def _status(self, _request: Request, row: np.void, _caller: Caller) -> Result:
+        lease = self._desk.present(int(row["epoch"]))
         first = int(row["fault_first"])
         return {
             "tick": int(row["tick"]),
@@ -130,28 +148,18 @@ class Requests:
             "target_age_ticks": int(row["target_age_ticks"]),
             "position_rad": row["position_rad"].tolist(),
             "velocity_rad_s": row["velocity_rad_s"].tolist(),
-            "axes": [self._axis_in_force(a, command) for a in range(self._rig.n_axes)],
-        }
-
-    def _axis_in_force(self, a: int, command: np.void) -> Result:
-        return {
-            "axis": self._rig.axes[a].name,
-            "environment": {
-                "kind": Environment(int(command["environment_kind"][a])).name.lower(),
-                **{key: command[f"environment_{key}"][a].item() for key in _ENVIRONMENT_KEYS},
-            },
-            "compensation": float(command["compensation"][a]),
-            "target_position_rad": float(command["target_position_rad"][a]),
-            "target_velocity_rad_s": float(command["target_velocity_rad_s"][a]),
+            "lease_holder": None if lease is None else lease.holder,
+            "lease_in_force": bool(row["lease_held"]),
+            "axes": [self._steering.axis_in_force(a) for a in range(self._rig.n_axes)],
         }
 
     # -- moving the state machine
 
-    def _arm(self, _request: Request, row: np.void) -> Result | Refusal:
+    def _arm(self, _request: Request, row: np.void, _caller: Caller) -> Result | Refusal:
         why = self._not_ready_to_arm(row)
         if why:
             return Refusal("not_ready", why)
-        return self._edge("arm_count", row)
+        return {"command_seq": self._slot.arm(int(row["epoch"]))}
 
     def _not_ready_to_arm(self, row: np.void) -> str:
         state = State(int(row["state"]))
@@ -159,7 +167,7 @@ class Requests:
         age_s = (time.monotonic_ns() - int(row["time_ns"])) * 1e-9
         if row["time_ns"] == 0 or (not self._rig.virtual and age_s > STALLED_S):
             return "the loop does not run: its newest tick is missing or older than 1 s"
-        if int(row["command_seq"]) < self._stop_seq:
+        if self._slot.stop_pending(row):
             return "a stop is on its way to the loop; ask for the status, then arm again"
         if row["estop"]:
             return f"state {state.name}: the emergency stop is pressed; release it"
@@ -171,70 +179,24 @@ class Requests:
             return f"state IDLE with faults present: {faults}"
         return ""
 
-    def _stop(self, _request: Request, row: np.void) -> Result:
-        result = self._edge("stop_count", row)
-        self._stop_seq = int(result["command_seq"])
-        return result
+    def _stop(self, _request: Request, _row: np.void, _caller: Caller) -> Result:
+        self._desk.end("a stop ended it")
+        return {"command_seq": self._slot.stop()}
 
-    def _reset(self, _request: Request, row: np.void) -> Result | Refusal:
+    def _reset(self, _request: Request, row: np.void, _caller: Caller) -> Result | Refusal:
         state = State(int(row["state"]))
-        if state in _CLOSED:
+        if state in CLOSED:
             return Refusal(
                 "not_ready", f"state {state.name}: only a person who restarts the daemon leaves it"
             )
         if state not in (State.FAULT, State.ESTOP):
             return Refusal("not_ready", f"state {state.name}: there is no latched fault to reset")
-        return self._edge("reset_count", row)
+        return {"command_seq": self._slot.edge("reset_count")}
 
-    def _tare(self, _request: Request, row: np.void) -> Result | Refusal:
+    def _tare(self, _request: Request, row: np.void, _caller: Caller) -> Result | Refusal:
         state = State(int(row["state"]))
         if state not in (State.INIT, State.IDLE, State.FAULT, State.ESTOP):
             return Refusal(
                 "not_ready", f"state {state.name}: the force is tared at rest, with no hand on the device"
             )
-        return self._edge("tare_count", row)
-
-    def _edge(self, counter: str, row: np.void) -> Result:
-        self._writer.command[counter] += 1
-        return self._send(row)
-
-    # -- setting values
-
-    def _environment(self, request: Request, row: np.void) -> Result | Refusal:
-        if closed := self._closed(row):
-            return closed
-        axis, command = request.values["axis"], self._writer.command[0]
-        command["environment_kind"][axis] = Environment[request.values["kind"].upper()]
-        for key in _ENVIRONMENT_KEYS:
-            if key in request.values:
-                command[f"environment_{key}"][axis] = request.values[key]
-        return {**self._send(row), **self._axis_in_force(axis, command)}
-
-    def _target(self, request: Request, row: np.void) -> Result | Refusal:
-        if closed := self._closed(row):
-            return closed
-        command = self._writer.command[0]
-        if int(row["command_seq"]) < self._stop_seq:
-            return Refusal("wrong_epoch", "a stop is on its way to the loop")
-        if not (command["environment_kind"] == Environment.REMOTE).any():
-            return Refusal("not_remote", "no axis has the environment `remote`; set it first")
-        command["target_position_rad"] = request.values["position_rad"]
-        command["target_velocity_rad_s"] = request.values.get("velocity_rad_s", 0.0)
-        command["target_epoch"], command["target_lease"] = row["epoch"], ONLY_LEASE
-        return self._edge("target_count", row)
-
-    def _compensation(self, request: Request, row: np.void) -> Result | Refusal:
-        if closed := self._closed(row):
-            return closed
-        axis = request.values.get("axis", slice(None))
-        self._writer.command[0]["compensation"][axis] = request.values["share"]
-        return self._send(row)
-
-    def _closed(self, row: np.void) -> Refusal | None:
-        state = State(int(row["state"]))
-        return Refusal("not_ready", f"state {state.name}: the rig is closed") if state in _CLOSED else None
-
-    def _send(self, row: np.void) -> Result:
-        """Publish the command in the epoch of the newest tick; a stop meanwhile voids it."""
-        self._writer.command["epoch"] = row["epoch"]
-        return {"command_seq": self._writer.send()}
+        return {"command_seq": self._slot.edge("tare_count")}

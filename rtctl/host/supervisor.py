@@ -21,11 +21,13 @@ from rtctl import stability_report
 from rtctl.config import LoadedConfig
 from rtctl.control.vocabulary import State
 from rtctl.errors import LoopDiedError, StabilityError
+from rtctl.host.access import Access, Openings
 from rtctl.host.description import describe
 from rtctl.host.endpoints import RuntimeDirectory
 from rtctl.host.flight_recorder import FlightRecorder
-from rtctl.host.gateway import Gateway
+from rtctl.host.gateway import PAUSE_S, Gateway
 from rtctl.host.loop_process import LoopProcess
+from rtctl.host.notices import Notices
 from rtctl.host.statistics import RunStatistics
 from rtctl.host.telemetry import Telemetry
 from rtctl.recording.state_folder import state_folder
@@ -104,11 +106,15 @@ class Host:
         self.writer = CommandWriter(self.memory)
         self.writer.command[:] = plan.command
         self.writer.send()
-        self.loop = LoopProcess(self.loaded, self.memory)
+        endpoints = self.runtime.endpoints
         self.context = zmq.Context()
+        self.access = Access(self.context, endpoints, Openings.of(self.loaded), Notices())
+        self.loop = LoopProcess(self.loaded, self.memory)
         rig = describe(self.loaded)
-        self.telemetry = Telemetry(self.context, self.runtime.endpoints, rig)
-        self.gateway = Gateway(self.context, self.runtime.endpoints, self.writer, rig, self.reader.latest)
+        self.telemetry = Telemetry(self.context, endpoints, rig, access=self.access)
+        self.gateway = Gateway(
+            self.context, endpoints, self.writer, rig, self.reader.latest, access=self.access
+        )
         self.telemetry.set_commands(self.gateway.counts)
         self.flight = FlightRecorder(state_folder(rig.name), rig)
         self.telemetry.set_log(self.flight.status)
@@ -152,7 +158,7 @@ class Host:
         """
         batch_s = self.loaded.config.telemetry.batch_ms / 1e3
         poller = zmq.Poller()
-        poller.register(self.gateway.socket, zmq.POLLIN)
+        self.gateway.register(poller)
         poller.register(self.loop.fileno(), zmq.POLLIN)
         poller.register(self._wake_read, zmq.POLLIN)
         end = None if seconds is None else time.monotonic() + seconds
@@ -160,7 +166,8 @@ class Host:
         while True:
             timeout_ms = max(0, round((next_batch - time.monotonic()) * 1e3))
             poller.poll(timeout_ms)
-            self.gateway.serve()
+            if self.gateway.serve():
+                time.sleep(PAUSE_S)  # a flood waits in its senders
             alive = self.loop.poll()
             now = time.monotonic()
             if now >= next_batch or not alive:
@@ -250,7 +257,7 @@ class Host:
         flight = getattr(self, "flight", None)
         if flight is not None:
             flight.close(error)
-        for name in ("gateway", "telemetry"):
+        for name in ("gateway", "telemetry", "access"):
             part = getattr(self, name, None)
             if part is not None:
                 part.close()

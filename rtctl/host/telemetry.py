@@ -2,15 +2,6 @@
 
 Each subscriber has its own queue of `QUEUE_S` seconds. One that falls further behind loses messages; the
 others lose nothing.
-
-Notes
------
-A ZeroMQ PUB socket drops silently. With ZMQ_XPUB_NODROP a send that would drop fails instead, but for all
-subscribers at once. So each message is first offered that way; when it is refused because *some* queue is
-full, it is counted in `dropped` and sent again the lossy way, which serves everybody else. libzmq then
-leaves the full queue alone until it is half empty, without telling: `dropped` therefore counts the
-occasions on which a subscriber fell behind (0 means that nobody lost anything here), and each
-subscriber counts its own losses by the running numbers that messages carry.
 """
 
 from __future__ import annotations
@@ -24,11 +15,14 @@ import numpy as np
 import zmq
 
 from rtctl.config import LoadedConfig
+from rtctl.host import publisher
+from rtctl.host.access import Access
 from rtctl.host.description import RigDescription, describe
 from rtctl.host.endpoints import private_umask
 from rtctl.host.events import EventDetector
 from rtctl.host.health import HealthWindow
 from rtctl.host.messages import encode
+from rtctl.host.publisher import Publisher
 from rtctl.host.samples import Decimator, state_samples, tick_columns
 from rtctl.host.temperature import temperature_warnings
 from rtctl.protocol import (
@@ -49,7 +43,7 @@ MOST_ROWS = 2000
 
 HEALTH_PERIOD_NS = 1_000_000_000
 
-Counts = Callable[[], Mapping[str, int]]
+Counts = Callable[[], Mapping[str, Any]]
 
 
 class Telemetry:
@@ -63,6 +57,8 @@ class Telemetry:
         Where to listen.
     rig
         The rig file, or the description made from it.
+    access
+        Who may listen by TCP; None: ipc only.
     commands
         Returns the gateway's counters for `health`.
     clock_ns
@@ -70,8 +66,10 @@ class Telemetry:
 
     Attributes
     ----------
+    socket : zmq.Socket
+        The one by ipc.
     published, dropped : int
-        Messages published, and those that found a subscriber's queue full (see Notes of the module).
+        Messages published, and those that found a subscriber's queue full (see `rtctl.host.publisher`).
     """
 
     def __init__(
@@ -80,6 +78,7 @@ class Telemetry:
         endpoints: Endpoints,
         rig: LoadedConfig | RigDescription,
         *,
+        access: Access | None = None,
         commands: Counts = dict,
         clock_ns: Callable[[], int] = time.monotonic_ns,
     ) -> None:
@@ -96,12 +95,20 @@ class Telemetry:
         self._next_health_ns = clock_ns() + HEALTH_PERIOD_NS
         self._states = self._batches = self._healths = self._rows = self._overwritten = 0
         self.published = self.dropped = 0
-        self._socket = context.socket(zmq.PUB)
-        self._socket.setsockopt(zmq.SNDHWM, queue_messages(self._rig.batch_s))
-        self._socket.setsockopt(zmq.LINGER, 50)
-        self._socket.setsockopt(zmq.XPUB_NODROP, 1)
+        options = publisher.options(queue_messages(self._rig.batch_s))
+        doors = [] if access is None else access.publishers(options)
+        viewers = [] if access is None else access.viewers(options)
+        self.socket = context.socket(zmq.PUB)
+        for option, value in options.items():
+            self.socket.setsockopt(option, value)
+        self.socket.setsockopt(zmq.LINGER, 50)
         with private_umask():
-            self._socket.bind(endpoints.telemetry)
+            self.socket.bind(endpoints.telemetry)
+        self._publishers = [
+            Publisher(self),
+            *(Publisher(door) for door in doors),
+            *(Publisher(door, frozenset({TOPIC_STATE})) for door in viewers),
+        ]
 
     def set_realtime(self, grants: Sequence[Mapping[str, Any]]) -> None:
         """Tell in `health` which real-time rights were granted and which refused, and why."""
@@ -139,7 +146,7 @@ class Telemetry:
 
     def close(self) -> None:
         """Close the socket. What subscribers have not taken is given 50 ms."""
-        self._socket.close()
+        self.socket.close()
 
     def _publish_ticks(self, rows: np.ndarray) -> None:
         self._health.add(rows)
@@ -194,18 +201,11 @@ class Telemetry:
         self._send(TOPIC_HEALTH, health)
 
     def _send(self, topic: bytes, message: Any) -> None:  # noqa: ANN401
-        """Send one message to every subscriber whose queue has room (Notes of the module)."""
+        """Send one message to every subscriber whose queue has room."""
         payload = encode(message)
         self.published += 1
-        try:
-            self._socket.send(topic, zmq.SNDMORE | zmq.NOBLOCK)
-        except zmq.Again:
-            self.dropped += 1
-            self._socket.setsockopt(zmq.XPUB_NODROP, 0)
-            self._socket.send_multipart((topic, payload), zmq.NOBLOCK)
-            self._socket.setsockopt(zmq.XPUB_NODROP, 1)
-        else:
-            self._socket.send(payload, zmq.NOBLOCK)
+        for sender in self._publishers:
+            self.dropped += not sender.send(topic, payload)
 
 
 def queue_messages(batch_s: float) -> int:

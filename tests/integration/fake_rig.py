@@ -18,13 +18,15 @@ from rtctl.control import mailbox
 from rtctl.control.jit import records
 from rtctl.control.records import command_dtype
 from rtctl.control.vocabulary import Environment, Fault, State
+from rtctl.host.access import Access, Openings
 from rtctl.host.description import AxisDescription, RigDescription
 from rtctl.host.endpoints import RuntimeDirectory
-from rtctl.host.gateway import Gateway
+from rtctl.host.gateway import PAUSE_S, Gateway
 from rtctl.host.telemetry import Telemetry
 from rtctl.shm import CommandWriter, Memory, RingReader, words
 from rtctl.tick import new_ticks
 
+IPC_ONLY = Openings()
 BOUNDS = {
     "stiffness_nm_rad": (0.0, 100.0),
     "damping_nms_rad": (0.0, 10.0),
@@ -104,8 +106,16 @@ class FakeRig:
     """Both threads. A context manager; `loop.trip.set()` causes a fault."""
 
     def __init__(
-        self, root: Path, *, names=("joint",), rate_hz: float = 1000.0, ring_rows: int = 8000, **more
+        self,
+        root: Path,
+        *,
+        names=("joint",),
+        rate_hz: float = 1000.0,
+        ring_rows: int = 8000,
+        openings: Openings = IPC_ONLY,
+        **more,
     ) -> None:
+        self.openings, self.notices = openings, []
         warm_up(len(names))
         self.description = description(names, rate_hz=rate_hz, **more)
         self.runtime = RuntimeDirectory.acquire("mock", root)
@@ -121,8 +131,13 @@ class FakeRig:
     def __enter__(self):
         self.context = zmq.Context()
         endpoints = self.runtime.endpoints
-        self.telemetry = Telemetry(self.context, endpoints, self.description)
-        self.gateway = Gateway(self.context, endpoints, self.writer, self.description, self.reader.latest)
+        self.access = Access(
+            self.context, endpoints, self.openings, lambda *notice: self.notices.append(notice)
+        )
+        self.telemetry = Telemetry(self.context, endpoints, self.description, access=self.access)
+        self.gateway = Gateway(
+            self.context, endpoints, self.writer, self.description, self.reader.latest, access=self.access
+        )
         self.telemetry.set_commands(self.gateway.counts)
         for thread in self._threads:
             thread.start()
@@ -145,9 +160,12 @@ class FakeRig:
 
     def _run_host(self) -> None:
         due = time.monotonic()
+        poller = zmq.Poller()
+        self.gateway.register(poller)
         while not self._end.is_set():
-            self.gateway.socket.poll(2)
-            self.gateway.serve()
+            poller.poll(2)
+            if self.gateway.serve():
+                time.sleep(PAUSE_S)
             if time.monotonic() >= due:
                 due += self.description.batch_s
                 self.telemetry.publish(self.reader.read(), self.reader.overwritten)

@@ -23,6 +23,10 @@ class DocumentClient:
         self.command.setsockopt(zmq.LINGER, 0)
         self.command.setsockopt(zmq.IMMEDIATE, 1)
         self.command.connect(f"ipc://{directory}/{rig}/command")
+        self.targets = self.context.socket(zmq.DEALER)
+        self.targets.setsockopt(zmq.LINGER, 0)
+        self.targets.setsockopt(zmq.CONFLATE, 1)
+        self.targets.connect(f"ipc://{directory}/{rig}/targets")
         self.telemetry = self.context.socket(zmq.SUB)
         self.telemetry.setsockopt(zmq.LINGER, 0)
         self.telemetry.setsockopt(zmq.RCVHWM, 10_000)
@@ -32,6 +36,7 @@ class DocumentClient:
 
     def close(self):
         self.command.close()
+        self.targets.close()
         self.telemetry.close()
         self.context.term()
 
@@ -106,14 +111,39 @@ def test_it_arms_moves_the_proxy_and_stops(client):
     armed = client.ask("arm", epoch=hello["epoch"])
     assert armed["ok"]
     wait_for_state(client, "ACTIVE")
-    seq = client.ask("target", epoch=armed["epoch"], position_rad=[0.5, -0.5])["result"]["command_seq"]
+    given = client.ask("lease", epoch=armed["epoch"])["result"]
+    assert (len(given["lease"]), len(given["target_position_rad"])) == (16, 2)
+    mine = {"epoch": armed["epoch"], "lease": given["lease"]}
+    seq = client.ask("target", **mine, position_rad=[0.5, -0.5])["result"]["command_seq"]
     samples = [sample for batch in client.hear(0.3)["rtctl/state"] for sample in batch]
     taken = [sample for sample in samples if sample["command_seq"] >= seq]
     assert taken[0]["proxy_position_rad"] == [0.5, -0.5]
     assert client.ask("stop")["ok"]
     wait_for_state(client, "IDLE")
-    void = client.ask("target", epoch=armed["epoch"], position_rad=[0, 0])
+    void = client.ask("target", **mine, position_rad=[0, 0])
     assert (void["ok"], void["error"]["code"]) == (False, "wrong_epoch")
+    void = client.ask("target", epoch=void["epoch"], lease=given["lease"], position_rad=[0, 0])
+    assert (void["ok"], void["error"]["code"]) == (False, "lease_lost")
+
+
+def test_it_streams_targets_to_their_own_endpoint_while_it_holds_the_lease(client, root):
+    epoch = client.ask("hello")["epoch"]
+    lease = client.ask("lease", epoch=epoch)["result"]["lease"]
+    assert client.ask("lease", epoch=epoch, lease=lease)["result"]["lease"] == lease
+    second = DocumentClient(root, "mock")
+    assert second.ask("lease", epoch=epoch)["error"]["code"] == "lease_taken"
+    assert second.ask("status")["result"]["lease_holder"]
+    second.close()
+    heard = []
+    deadline = time.monotonic() + 5
+    while [0.25, -0.25] not in heard:
+        target = {"lease": lease, "epoch": epoch, "position_rad": [0.25, -0.25], "velocity_rad_s": [0, 0]}
+        client.targets.send(msgpack.packb(target))
+        samples = [sample for batch in client.hear(0.05).get("rtctl/state", []) for sample in batch]
+        heard = [sample["proxy_position_rad"] for sample in samples]
+        assert time.monotonic() < deadline
+    assert client.ask("release", lease=lease)["ok"]
+    assert client.ask("lease", epoch=epoch, lease=lease)["error"]["code"] == "lease_lost"
 
 
 def test_a_req_client_is_answered_too(rig, root):
@@ -166,7 +196,7 @@ def test_samples_are_all_float64_and_numbered(client):
         ("unknown_op", "dance", {}),
         ("unknown_key", "stop", {"now": 1}),
         ("missing_key", "arm", {}),
-        ("wrong_type", "target", {"epoch": 1, "position_rad": [1.0]}),
+        ("wrong_type", "target", {"epoch": 1, "lease": "0" * 16, "position_rad": [1.0]}),
         ("unknown_axis", "environment", {"axis": "elbow", "kind": "free"}),
         ("out_of_bounds", "compensation", {"share": 1.5}),
         ("wrong_epoch", "arm", {"epoch": 77}),
@@ -184,7 +214,10 @@ def test_refusals_carry_the_documented_codes(client, code, op, keys):
 def test_a_target_without_a_remote_axis_is_refused_as_documented(client):
     for axis in (0, 1):
         epoch = client.ask("environment", axis=axis, kind="free")["epoch"]
-    assert client.ask("target", epoch=epoch, position_rad=[0, 0])["error"]["code"] == "not_remote"
+    lease = client.ask("lease", epoch=epoch)["result"]["lease"]
+    assert (
+        client.ask("target", epoch=epoch, lease=lease, position_rad=[0, 0])["error"]["code"] == "not_remote"
+    )
 
 
 # -- the text held against the code ------------------------------------------------------------------------
@@ -227,9 +260,10 @@ def test_the_document_names_every_key_that_is_sent(client, rig):
 
 
 def test_the_document_names_every_refusal_code_in_the_source():
-    from rtctl.host import messages, requests
+    from rtctl.host import gateway, lease, messages, requests, steering
 
-    source = Path(messages.__file__).read_text() + Path(requests.__file__).read_text()
+    modules = (gateway, lease, messages, requests, steering)
+    source = "".join(Path(module.__file__).read_text() for module in modules)
     codes = set(re.findall(r'(?:_RefuseError|Refusal)\(\s*"([a-z_]+)"', source))
-    assert len(codes) >= 8
+    assert len(codes) >= 12
     assert codes <= set(re.findall(r"\| `([a-z_]+)` \|", DOCUMENT.read_text()))

@@ -5,6 +5,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rtctl.host.authenticator import Caller
 from rtctl.host.description import AxisDescription, RigDescription
 from rtctl.host.messages import Refusal, Request, decode
 from rtctl.host.operations import OPERATIONS
@@ -24,7 +25,14 @@ LIMITS = {
 RIG = RigDescription("mock", (AxisDescription("base", LIMITS), AxisDescription("tip", LIMITS)), 1000.0)
 VALID = [
     msgpack.packb(
-        {"id": 7, "op": "target", "epoch": 1, "position_rad": [0.5, -0.5], "velocity_rad_s": [1.0, 0]}
+        {
+            "id": 7,
+            "op": "target",
+            "epoch": 1,
+            "lease": "0" * 16,
+            "position_rad": [0.5, -0.5],
+            "velocity_rad_s": [1.0, 0],
+        }
     ),
     msgpack.packb(
         {"id": "a", "op": "environment", "axis": "tip", "kind": "wall", "side": 1, "stiffness_nm_rad": 9.5}
@@ -141,7 +149,7 @@ def test_a_refused_message_leaves_the_command_as_it_was(payload):
     requests = Requests(writer, RIG, Endpoints("ipc://a", "ipc://b"), lambda: row)
     outcome = decode(payload, RIG)
     if isinstance(outcome, Request):
-        outcome = requests.perform(outcome, row[0])
+        outcome = requests.perform(outcome, row[0], Caller("ipc:1", "me", "operator"))
     if isinstance(outcome, Refusal):
         assert writer.command.tobytes() == before.tobytes()
         assert memory.header[0]["mailbox_seq"] == 0

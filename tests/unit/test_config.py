@@ -141,3 +141,35 @@ def test_every_number_of_the_rig_file_has_both_bounds():
 
 def test_the_example_above_is_toml():
     assert tomllib.loads(GOOD)["axis"][0]["name"] == "joint"
+
+
+@pytest.mark.parametrize(
+    ("tables", "key", "text"),
+    [
+        ('[gateway]\nbind = "127.0.0.1"', "gateway", "rtctl keys new"),
+        ('[gateway]\nbind = "*"\ncurve_dir = "keys"', "gateway", "wildcard"),
+        ('[gateway]\nbind = "localhost"\ncurve_dir = "keys"', "gateway", "not a name"),
+        ('[gateway]\nbind = "224.0.0.1"\ncurve_dir = "keys"', "gateway", "no address"),
+        ('[gateway]\ncurve_dir = "keys"', "gateway", "no effect"),
+        ('[gateway]\nbind = "127.0.0.1"\ncurve_dir = "k"\nport = 80', "gateway.port", "1024"),
+        ("[gateway]\ncurve = false", "gateway.curve", "remove it"),
+        ('[telemetry]\nplotjuggler = "0.0.0.0"', "telemetry.plotjuggler", "bool"),
+        (
+            '[gateway]\nbind = "127.0.0.1"\ncurve_dir = "k"\nport = 9871\n[telemetry]\nplotjuggler = true',
+            "",
+            "give another",
+        ),
+    ],
+)
+def test_what_would_open_the_rig_to_others_is_refused_with_its_key(write, tables, key, text):
+    (line,) = faults(write(GOOD + tables))
+    assert key in line
+    assert text in line
+
+
+def test_nothing_but_ipc_is_open_by_default_and_keys_are_found_beside_the_rig_file(write, tmp_path):
+    closed = load(write(GOOD))
+    assert (closed.config.gateway.bind, closed.config.telemetry.plotjuggler) == ("", False)
+    assert closed.keys_folder() is None
+    opened = load(write(GOOD + '[gateway]\nbind = "127.0.0.1"\ncurve_dir = "keys"'))
+    assert opened.keys_folder() == tmp_path / "keys"

@@ -17,7 +17,7 @@ BOUNDS = {
 }
 TIGHT = {**BOUNDS, "position_rad": (-0.5, 0.5), "stiffness_nm_rad": (0.0, 1.0)}
 RIG = RigDescription("mock", (AxisDescription("base", BOUNDS), AxisDescription("tip", TIGHT)), 1000.0)
-TARGET = {"id": 1, "op": "target", "epoch": 3, "position_rad": [0.1, 0.2]}
+TARGET = {"id": 1, "op": "target", "epoch": 3, "lease": "00000000000000ab", "position_rad": [0.1, 0.2]}
 
 
 def ask(**message):
@@ -44,7 +44,7 @@ def test_arm_and_target_need_an_epoch_so_that_a_stop_voids_them():
 
 
 def test_a_target_carries_one_value_per_axis_each_within_its_own_axis_bounds():
-    assert ask(**TARGET).values == {"position_rad": [0.1, 0.2]}
+    assert ask(**TARGET).values == {"lease": "00000000000000ab", "position_rad": [0.1, 0.2]}
     assert "position_rad[1]" in refused("out_of_bounds", **{**TARGET, "position_rad": [0.1, 0.6]}).text
     refused("wrong_type", **{**TARGET, "position_rad": [0.1]})
     refused("wrong_type", **{**TARGET, "position_rad": 0.1})

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from rtctl.control.vocabulary import Environment, Fault, State
+from rtctl.host.authenticator import Caller
 from rtctl.host.description import AxisDescription, RigDescription
 from rtctl.host.messages import Refusal, Request
 from rtctl.host.operations import OPERATIONS
@@ -16,16 +17,20 @@ from rtctl.tick import new_ticks
 RIG = RigDescription("mock", (AxisDescription("base", {}), AxisDescription("tip", {})), 1000.0)
 
 
+OPERATOR = Caller("ipc:1:1:1", "ipc:1:1:1", "operator")
+
+
 class Desk:
     def __init__(self):
         self.memory = Memory.create(2, 8, 1_000_000)
+        self.caller = OPERATOR
         self.writer = CommandWriter(self.memory)
         self.row = new_ticks(1, 2)
         self.row["time_ns"], self.row["state"], self.row["fault_first"] = time.monotonic_ns(), State.IDLE, -1
         self.requests = Requests(self.writer, RIG, Endpoints("ipc://t", "ipc://c"), lambda: self.row)
 
     def ask(self, op, epoch=None, **values):
-        return self.requests.perform(Request(1, op, epoch, values), self.requests.newest())
+        return self.requests.perform(Request(1, op, epoch, values), self.requests.newest(), self.caller)
 
     def refused(self, code, op, epoch=None, **values):
         before = self.writer.command.tobytes()
@@ -70,7 +75,8 @@ def test_nothing_arms_until_the_loop_has_taken_a_stop(desk):
     seq = desk.ask("stop")["command_seq"]
     assert "stop" in desk.refused("not_ready", "arm", 0)
     desk.writer.command["environment_kind"] = Environment.REMOTE
-    desk.refused("wrong_epoch", "target", 0, position_rad=[0.0, 0.0])
+    desk.refused("wrong_epoch", "target", 0, lease="0" * 16, position_rad=[0.0, 0.0])
+    desk.refused("wrong_epoch", "lease", 0)
     desk.row["command_seq"] = seq
     assert desk.ask("arm", 0) == {"command_seq": 2}
 
@@ -133,10 +139,11 @@ def test_an_environment_changes_only_its_axis_and_only_the_keys_given(desk):
 
 
 def test_a_target_needs_a_remote_environment_and_counts_as_fresh(desk):
-    desk.refused("not_remote", "target", 0, position_rad=[0.1, 0.2])
+    lease = desk.ask("lease", 0)["lease"]
+    desk.refused("not_remote", "target", 0, lease=lease, position_rad=[0.1, 0.2])
     desk.ask("environment", axis=0, kind="remote")
-    desk.ask("target", 0, position_rad=[0.1, 0.2], velocity_rad_s=[1.0, 2.0])
-    desk.ask("target", 0, position_rad=[0.3, 0.4])
+    desk.ask("target", 0, lease=lease, position_rad=[0.1, 0.2], velocity_rad_s=[1.0, 2.0])
+    desk.ask("target", 0, lease=lease, position_rad=[0.3, 0.4])
     assert desk.sent["target_count"] == 2
     assert desk.sent["target_position_rad"].tolist() == [0.3, 0.4]
     assert desk.sent["target_velocity_rad_s"].tolist() == [0.0, 0.0]

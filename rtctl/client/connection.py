@@ -1,0 +1,58 @@
+"""How a client reaches a daemon: addresses, its key, and sockets that come back by themselves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import zmq
+
+from rtctl.errors import ConfigError
+from rtctl.keys import ClientKey
+from rtctl.protocol import Endpoints, tcp_endpoints
+
+HEARTBEAT_MS = 500
+"""A connection over TCP that is silent for three of these is taken for broken, and made again."""
+
+_OPTIONS = {zmq.LINGER: 0, zmq.RECONNECT_IVL: 20, zmq.RECONNECT_IVL_MAX: 500}
+
+
+@dataclass(frozen=True)
+class Connection:
+    """Where a rig is, and the key that opens it.
+
+    Parameters
+    ----------
+    context
+        Of the client.
+    endpoints
+        ZeroMQ addresses of the rig.
+    key
+        Needed over TCP; None by ipc.
+    """
+
+    context: zmq.Context[zmq.Socket[bytes]]
+    endpoints: Endpoints
+    key: ClientKey | None = None
+
+    def socket(self, kind: int, endpoint: str, options: dict[zmq.SocketOption, int]) -> zmq.Socket[bytes]:
+        """A socket that connects to `endpoint`, now or once somebody listens there."""
+        made = self.context.socket(kind)
+        for option, value in {**_OPTIONS, **options}.items():
+            made.setsockopt(option, value)
+        if self.key is not None:
+            made.setsockopt(zmq.CURVE_SERVERKEY, self.key.server_key.encode())
+            made.setsockopt(zmq.CURVE_PUBLICKEY, self.key.public_key.encode())
+            made.setsockopt(zmq.CURVE_SECRETKEY, self.key.secret_key.encode())
+        if endpoint.startswith("tcp:"):
+            made.setsockopt(zmq.HEARTBEAT_IVL, HEARTBEAT_MS)
+            made.setsockopt(zmq.HEARTBEAT_TIMEOUT, 3 * HEARTBEAT_MS)
+        made.connect(endpoint)
+        return made
+
+
+def remote_endpoints(address: str) -> Endpoints:
+    """Endpoints of the rig at `HOST:PORT`, PORT being that of requests. Raises ConfigError for anything else."""
+    host, _, port = address.rpartition(":")
+    if not host or not port.isdecimal() or not 0 < int(port) < 65_534:
+        raise ConfigError(f"address {address!r}: HOST:PORT, with [gateway] port of the rig file")
+    return tcp_endpoints(host, int(port))

@@ -1,0 +1,125 @@
+"""The lease of a renderer: kept alive in the background, its loss told, its targets sent without waiting."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from types import TracebackType
+from typing import Self
+
+import msgpack
+import zmq
+
+from rtctl.client.connection import Connection
+from rtctl.client.requests import Requester
+from rtctl.errors import NoReplyError, RefusedError
+
+RENEWALS = 4
+"""Renewals within the time after which a silent holder loses the lease."""
+
+_FINAL = ("lease_lost", "wrong_epoch", "not_ready", "forbidden")
+
+
+class Lease:
+    """The right to move the proxy, from `RigClient.lease`. Use it in one thread.
+
+    A thread of its own renews it. It is lost by a stop or a fault of the rig, by silence (a program that was
+    halted), or with the daemon; it is never taken again by itself, because after a stop somebody has to
+    decide to go on.
+
+    Attributes
+    ----------
+    lost : str
+        Why the lease is lost; empty while it is held.
+    start_rad : tuple of float
+        Where the proxy was when the lease was given, one value per axis, rad: targets that begin here do not
+        make the rig jump.
+    epoch : int
+        The epoch this lease belongs to.
+    """
+
+    def __init__(self, connection: Connection, epoch: int, timeout_s: float) -> None:
+        self._requester = Requester(connection)
+        self._timeout_s = timeout_s
+        self.epoch = epoch
+        self.lost = ""
+        try:
+            result = self._requester.call("lease", timeout_s, epoch=epoch)["result"]
+        except BaseException:
+            self._requester.close()
+            raise
+        self._text: str = result["lease"]
+        self.start_rad = tuple(result["target_position_rad"])
+        self._period_s = result["silence_s"] / RENEWALS
+        self._socket = connection.socket(zmq.DEALER, connection.endpoints.targets, {zmq.CONFLATE: 1})
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._keep, name="rtctl-lease", daemon=True)
+        self._thread.start()
+
+    @property
+    def text(self) -> str:
+        """The lease as requests carry it."""
+        return self._text
+
+    def set_target(
+        self, position_rad: Sequence[float], velocity_rad_s: Sequence[float] | None = None
+    ) -> None:
+        """Send the proxy of the remote axes, one value per axis. Does not wait; only the newest counts.
+
+        Raises
+        ------
+        RefusedError
+            `lease_lost`, once this is known.
+        """
+        if self.lost:
+            raise RefusedError("lease_lost", self.lost)
+        target = {"lease": self._text, "epoch": self.epoch, "position_rad": [float(x) for x in position_rad]}
+        if velocity_rad_s is not None:
+            target["velocity_rad_s"] = [float(x) for x in velocity_rad_s]
+        self._socket.send(msgpack.packb(target), zmq.NOBLOCK)
+
+    def release(self) -> None:
+        """Give the lease back: somebody else may have it. Idempotent."""
+        if self._over.is_set():
+            return
+        self._end()
+        try:
+            if not self.lost:
+                self._requester.call("release", self._timeout_s, lease=self._text)
+        except (RefusedError, NoReplyError):
+            pass  # it is over in any case
+        finally:
+            self.lost = self.lost or "released"
+            self._requester.close()
+
+    def abandon(self) -> None:
+        """Stop renewing without telling the daemon, which notices by itself. Idempotent."""
+        if not self._over.is_set():
+            self._end()
+            self._requester.close()
+            self.lost = self.lost or "the client was closed"
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.release()
+
+    def _end(self) -> None:
+        self._over.set()
+        self._thread.join()
+        self._socket.close(linger=0)
+
+    def _keep(self) -> None:
+        """Renew until released or lost. A reply that does not come is asked for again."""
+        while not self._over.wait(self._period_s):
+            try:
+                self._requester.call("lease", self._period_s, epoch=self.epoch, lease=self._text)
+            except NoReplyError:
+                continue
+            except RefusedError as refused:
+                if refused.code in _FINAL:
+                    self.lost = refused.reason
+                    return

@@ -1,0 +1,198 @@
+"""Every way into the host: ipc in the runtime folder, TCP with keys, viewers of this machine.
+
+By ipc the permissions of the folder decide; over TCP nobody comes in without a CURVE key; the telemetry for
+viewers is off unless asked for, on 127.0.0.1 only, and takes no requests.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import zmq
+
+from rtctl.config import LoadedConfig
+from rtctl.host.authenticator import Authenticator, Caller, Notice
+from rtctl.host.doors import Binding, Door, Options, tcp_binding
+from rtctl.keys import KeyStore
+from rtctl.protocol import Endpoints, tcp_endpoints
+
+LOOK_S = 0.5
+"""How often the folder of keys is looked at."""
+
+REFRESH_S = 0.05
+"""Strangers make the host look there at most this often."""
+
+VIEWER_ADDRESS = "127.0.0.1"
+
+
+@dataclass(frozen=True)
+class Openings:
+    """What a rig file opens besides ipc: TCP for clients with keys, and a port for viewers."""
+
+    bind: str = ""
+    port: int = 0
+    keys: Path | None = None
+    viewer_port: int | None = None
+
+    @classmethod
+    def of(cls, loaded: LoadedConfig) -> Openings:
+        """As the rig file says."""
+        gateway, telemetry = loaded.config.gateway, loaded.config.telemetry
+        viewer_port = telemetry.plotjuggler_port if telemetry.plotjuggler else None
+        return cls(gateway.bind, gateway.port, loaded.keys_folder(), viewer_port)
+
+
+class Access:
+    """Opens the doors of one rig and keeps to its keys.
+
+    Parameters
+    ----------
+    context
+        The host's ZeroMQ context.
+    endpoints
+        The ipc addresses.
+    openings
+        What is opened besides; nothing by default.
+    notice
+        Told, in a line each, of what concerns the keeper of the rig.
+
+    Attributes
+    ----------
+    authenticator : Authenticator
+        Decides about connections and messages.
+    remote : Endpoints or None
+        The TCP addresses.
+
+    Raises
+    ------
+    ConfigError
+        Keys that are missing, or that others could read or change.
+    BusyError
+        A TCP address in use.
+    """
+
+    def __init__(
+        self,
+        context: zmq.Context[zmq.Socket[bytes]],
+        endpoints: Endpoints,
+        openings: Openings = Openings(),
+        notice: Notice = lambda _kind, _text: None,
+        clock_s: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._context = context
+        self._endpoints = endpoints
+        self._openings = openings
+        self._notice = notice
+        self._clock_s = clock_s
+        self._doors: list[Door] = []
+        self._signature: tuple[tuple[str, int, int], ...] = ()
+        self._gone: list[str] = []
+        self._next_look_s = self._next_refresh_s = -math.inf
+        self.remote: Endpoints | None = None
+        self._store = None if openings.keys is None else KeyStore(openings.keys)
+        self._server_secret = b"" if self._store is None else self._store.server().secret_key.encode()
+        self.authenticator = Authenticator(context, notice)
+        if self._store is not None:
+            self.remote = tcp_endpoints(openings.bind, openings.port)
+        self.authenticator.refresh = self._refresh
+        self._read_keys()
+
+    def routers(self, name: str, port_offset: int, options: Options) -> list[Door]:
+        """ROUTER sockets for the endpoint `name` (`command` or `targets`): by ipc and, if asked for, TCP."""
+        doors = [self._door(name, Binding(getattr(self._endpoints, name), "ipc"), zmq.ROUTER, options)]
+        if self.remote is not None:
+            doors.append(self._door(name, self._by_key(port_offset), zmq.ROUTER, options))
+        return doors
+
+    def publishers(self, options: Options) -> list[Door]:
+        """PUB sockets over TCP for all telemetry: for clients with a key."""
+        return [] if self.remote is None else [self._door("telemetry", self._by_key(2), zmq.PUB, options)]
+
+    def viewers(self, options: Options) -> list[Door]:
+        """PUB sockets for the state samples that viewers without keys may see."""
+        port = self._openings.viewer_port
+        if port is None:
+            return []
+        return [self._door("viewer", tcp_binding(VIEWER_ADDRESS, port, "viewer"), zmq.PUB, options)]
+
+    def look(self) -> bool:
+        """Read the keys again if they changed. True when connections were cut: sockets are new then."""
+        for door in self._doors:
+            door.connections.take()
+        now = self._clock_s()
+        if self._store is None or now < self._next_look_s:
+            return False
+        self._next_look_s = now + LOOK_S
+        self._read_keys()
+        if not self._gone:
+            return False
+        for door in self._doors:
+            if door.by_key:
+                door.cut()
+        names = ", ".join(self._gone)
+        self._notice("revoked", f"keys revoked or changed: {names}; connections with keys were cut")
+        self._gone = []
+        return True
+
+    def caller(self, user_id: str) -> Caller | None:
+        """Who a message is from, by the keys of this moment."""
+        return self.authenticator.caller(user_id)
+
+    def counts(self) -> dict[str, int]:
+        """Clients connected now, connections let in and turned away so far."""
+        return {
+            "connected": sum(door.connections.count for door in self._doors),
+            "admitted": self.authenticator.admitted,
+            "turned_away": self.authenticator.refused,
+        }
+
+    def describe(self) -> list[str]:
+        """Lines that tell a person who can get in, and how."""
+        lines = [f"by ipc, without keys: whoever may enter {self._endpoints.command[6:].rpartition('/')[0]}"]
+        if self.remote is not None:
+            lines.append(f"by TCP, with keys:    {self.remote.command} (targets +1, telemetry +2)")
+        lines += [
+            f"for viewers, without keys, read only: {door.address}"
+            for door in self._doors
+            if door.address.startswith(f"tcp://{VIEWER_ADDRESS}") and not door.by_key
+        ]
+        return lines
+
+    def close(self) -> None:
+        """Close every door, and let nobody in any more. Idempotent."""
+        for door in self._doors:
+            door.close()
+        self.authenticator.close()
+
+    def _by_key(self, port_offset: int) -> Binding:
+        address, port = self._openings.bind, self._openings.port + port_offset
+        return tcp_binding(address, port, "curve", self._server_secret)
+
+    def _door(self, name: str, binding: Binding, kind: int, options: Options) -> Door:
+        door = Door(self._context, self.authenticator, name, binding, kind, options)
+        self._doors.append(door)
+        return door
+
+    def _refresh(self) -> None:
+        """Look for a key that was made just now, but not as often as strangers try theirs."""
+        now = self._clock_s()
+        if now >= self._next_refresh_s:
+            self._next_refresh_s = now + REFRESH_S
+            self._read_keys()
+
+    def _read_keys(self) -> None:
+        """Take over the keys if they changed, and note those that hold no more."""
+        if self._store is None or (signature := self._store.signature()) == self._signature:
+            return
+        self._signature = signature
+        before = self.authenticator.keys
+        self.authenticator.keys, faults = self._store.clients()
+        self._gone += [
+            key.name for public, key in before.items() if self.authenticator.keys.get(public) != key
+        ]
+        for fault in faults:
+            self._notice("keys", f"{fault}; nobody is let in by it")

@@ -1,0 +1,90 @@
+"""How many clients are connected to an endpoint, from libzmq's own events and the permissions given.
+
+Notes
+-----
+libzmq has no limit of connections and does not tell which connection a permission was for. But it closes every
+connection that is not authenticated within `HANDSHAKE_MS`: so an older one is a client for certain, and of the
+younger ones no more than permissions were given. The count can be too high for that long after clients have
+come and gone in quick succession, never too low.
+
+libzmq's I/O thread waits when the queue of its monitor is full; so the queue is unlimited here and emptied at
+every turn of the host.
+"""
+
+from __future__ import annotations
+
+import itertools
+import struct
+import time
+from collections import deque
+from collections.abc import Callable
+
+import zmq
+
+from rtctl.protocol import CONNECTIONS, HANDSHAKE_MS
+
+RESERVED = 4
+"""Of the places of an endpoint, those only an operator gets: the others cannot lock an operator out."""
+
+CERTAIN_S = HANDSHAKE_MS / 1e3 + 0.5
+"""A connection older than this has been authenticated."""
+
+_EVENT = struct.Struct("=Hi")
+_NUMBER = itertools.count()
+
+
+class Connections:
+    """Counts the clients connected to one socket, and says whether one more may come."""
+
+    def __init__(
+        self,
+        context: zmq.Context[zmq.Socket[bytes]],
+        socket: zmq.Socket[bytes],
+        clock_s: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._clock_s = clock_s
+        self._watched = socket
+        self._opened: dict[int, float] = {}
+        self._permitted: deque[float] = deque()
+        address = f"inproc://rtctl-connections-{next(_NUMBER)}"
+        socket.monitor(address, zmq.EVENT_ACCEPTED | zmq.EVENT_DISCONNECTED)
+        self._monitor = context.socket(zmq.PAIR)
+        self._monitor.setsockopt(zmq.RCVHWM, 0)
+        self._monitor.setsockopt(zmq.LINGER, 0)
+        self._monitor.connect(address)
+
+    @property
+    def count(self) -> int:
+        """Clients connected, at most (Notes of the module)."""
+        self.take()
+        old = self._clock_s() - CERTAIN_S
+        while self._permitted and self._permitted[0] <= old:
+            self._permitted.popleft()
+        young = sum(opened > old for opened in self._opened.values())
+        return len(self._opened) - young + min(young, len(self._permitted))
+
+    def permit(self, role: str) -> bool:
+        """Whether a client of this role may come in; then its place is taken."""
+        places = CONNECTIONS if role == "operator" else CONNECTIONS - RESERVED
+        if self.count >= places:
+            return False
+        self._permitted.append(self._clock_s())
+        return True
+
+    def take(self) -> None:
+        """Read every event that waits."""
+        while True:
+            try:
+                head, _address = self._monitor.recv_multipart(zmq.NOBLOCK)
+            except zmq.Again:
+                return
+            event, fd = _EVENT.unpack(head)
+            if event == zmq.EVENT_ACCEPTED:
+                self._opened[fd] = self._clock_s()
+            else:
+                self._opened.pop(fd, None)
+
+    def close(self) -> None:
+        """Stop counting. Before the socket is closed."""
+        self._watched.disable_monitor()
+        self._monitor.close(linger=0)

@@ -1,0 +1,157 @@
+"""Sockets of the host: bound by ipc or TCP, bounded in every respect, entered by leave of the authenticator.
+
+Notes
+-----
+A TCP address is held by a listening socket of our own, of which libzmq gets a copy. So all connections of a
+door can be cut by opening it anew, without losing the address for a moment: libzmq knows no other way to
+close a connection that is up.
+
+ZMQ_CONFLATE is used on no socket here: a client that sends one frame of a message of two and waits makes
+libzmq 4.3.5 abort the process (assertion in fq.cpp).
+"""
+
+from __future__ import annotations
+
+import os
+import socket as network
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import zmq
+
+from rtctl.errors import BusyError
+from rtctl.host.authenticator import Authenticator, Entry
+from rtctl.host.connections import Connections
+from rtctl.host.endpoints import private_umask
+from rtctl.protocol import HANDSHAKE_MS, MAX_REQUEST_BYTES
+
+Options = Mapping[int, int] | Mapping[zmq.SocketOption, int]
+"""Integer options of a socket."""
+
+BACKLOG = 128
+"""Connections the kernel keeps while the host is busy."""
+
+
+HEARTBEAT_MS = 1000
+"""A client on the network that does not answer three of these has gone: its place is free again."""
+
+
+@dataclass(frozen=True)
+class Binding:
+    """Where a door is. `listener` holds the address of TCP; `server_secret` is the daemon's CURVE key."""
+
+    address: str
+    entry: Entry
+    listener: network.socket | None = None
+    server_secret: bytes = b""
+
+
+def tcp_binding(host: str, port: int, entry: Entry, server_secret: bytes = b"") -> Binding:
+    """Take a TCP address of this machine.
+
+    Raises
+    ------
+    BusyError
+        It is in use, or is none of this machine.
+    """
+    listener = network.socket(network.AF_INET, network.SOCK_STREAM)
+    try:
+        listener.setsockopt(network.SOL_SOCKET, network.SO_REUSEADDR, 1)
+        listener.bind((host, port))
+        listener.listen(BACKLOG)
+    except OSError as error:
+        listener.close()
+        raise BusyError(
+            f"cannot listen on {host}:{port}: {error.strerror}; choose another [gateway] bind or port"
+        ) from error
+    listener.setblocking(False)
+    return Binding(f"tcp://{host}:{listener.getsockname()[1]}", entry, listener, server_secret)
+
+
+def user_id(frame: zmq.Frame) -> str:
+    """Who sent this frame, as the authenticator named them; empty: nobody it let in."""
+    try:
+        return str(frame.get("User-Id"))
+    except zmq.ZMQError:
+        return ""
+
+
+class Door:
+    """One bound socket, and who is connected to it.
+
+    Parameters
+    ----------
+    context, authenticator
+        Of the host.
+    name
+        Distinguishes the doors of one way of entry.
+    binding
+        Where it is.
+    kind
+        Type of the ZeroMQ socket.
+    options
+        More integer options of the socket.
+    """
+
+    def __init__(
+        self,
+        context: zmq.Context[zmq.Socket[bytes]],
+        authenticator: Authenticator,
+        name: str,
+        binding: Binding,
+        kind: int,
+        options: Options,
+    ) -> None:
+        self._context = context
+        self._authenticator = authenticator
+        self._name = name
+        self._binding = binding
+        self._kind = kind
+        self._options = {int(option): value for option, value in options.items()}
+        self._open()
+
+    @property
+    def address(self) -> str:
+        """Where it is."""
+        return self._binding.address
+
+    @property
+    def by_key(self) -> bool:
+        """Whether keys decide who comes in."""
+        return self._binding.entry == "curve"
+
+    def cut(self) -> None:
+        """Close every connection. Clients that may still come in connect again by themselves."""
+        self._shut()
+        self._open()
+
+    def close(self) -> None:
+        """Close the socket and give the address back; what is unsent is dropped. Idempotent."""
+        if not self.socket.closed:
+            self._shut()
+        if self._binding.listener is not None:
+            self._binding.listener.close()
+
+    def _shut(self) -> None:
+        self.connections.close()
+        self.socket.close(linger=0)
+
+    def _open(self) -> None:
+        binding = self._binding
+        self.socket = self._context.socket(self._kind)
+        self.socket.setsockopt(zmq.LINGER, 0)
+        self.socket.setsockopt(zmq.MAXMSGSIZE, MAX_REQUEST_BYTES)
+        self.socket.setsockopt(zmq.HANDSHAKE_IVL, HANDSHAKE_MS)
+        for option, value in self._options.items():
+            self.socket.setsockopt(option, value)
+        self.connections = Connections(self._context, self.socket)
+        self._authenticator.guard(self.socket, self._name, binding.entry, self.connections)
+        if binding.entry == "curve":  # with an empty secret this fails, as it must
+            self.socket.setsockopt(zmq.HEARTBEAT_IVL, HEARTBEAT_MS)
+            self.socket.setsockopt(zmq.HEARTBEAT_TIMEOUT, 3 * HEARTBEAT_MS)
+            self.socket.setsockopt(zmq.CURVE_SERVER, 1)
+            self.socket.setsockopt(zmq.CURVE_SECRETKEY, binding.server_secret)
+        if binding.listener is not None:
+            self.socket.setsockopt(zmq.USE_FD, os.dup(binding.listener.fileno()))
+        with private_umask():
+            self.socket.bind(binding.address)

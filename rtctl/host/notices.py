@@ -1,0 +1,64 @@
+"""Lines for the journal that never wait and never pile up.
+
+A pipe that nobody reads fills up; a daemon that writes to it then hangs for good. So a line is written only
+where there is room for it at once, and each kind of line once a second; what was left out is counted in the
+next line of its kind.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import time
+from collections.abc import Callable
+
+PERIOD_S = 1.0
+MOST_BYTES = 512
+"""Longest line. A pipe that is ready for writing has room for 4096 bytes, so this never waits."""
+
+_MOST_KINDS = 32
+
+
+class Notices:
+    """Writes lines to a descriptor, at most one of a kind per `PERIOD_S`.
+
+    Attributes
+    ----------
+    left_out : int
+        Lines not written: too many of a kind, or nobody read them.
+    """
+
+    def __init__(self, fd: int = 2, clock_s: Callable[[], float] = time.monotonic) -> None:
+        self._fd = fd
+        self._clock_s = clock_s
+        self._kinds: dict[str, tuple[float, int]] = {}
+        self.left_out = 0
+
+    def __call__(self, kind: str, text: str) -> None:
+        """Write `text` as one line, unless one of this `kind` was written just now."""
+        if kind not in self._kinds and len(self._kinds) >= _MOST_KINDS:
+            self.left_out += 1
+            return
+        now = self._clock_s()
+        last, held_back = self._kinds.get(kind, (-PERIOD_S, 0))
+        if now - last < PERIOD_S:
+            written = False
+        else:
+            more = f" ({held_back} more of this kind)" if held_back else ""
+            written = self._write(f"rtctl: {text}{more}")
+            last = now
+        self._kinds[kind] = (last, 0 if written else held_back + 1)
+        self.left_out += not written
+
+    def _write(self, text: str) -> bool:
+        line = " ".join(text.split()).encode("utf-8", "replace")[: MOST_BYTES - 1] + b"\n"
+        try:
+            poll = select.poll()
+            poll.register(self._fd, select.POLLOUT)
+            ready = poll.poll(0)
+            if not ready or not ready[0][1] & select.POLLOUT:
+                return False
+            os.write(self._fd, line)
+        except OSError:  # closed, or the reader has gone
+            return False
+        return True

@@ -1,0 +1,94 @@
+"""The endpoint for targets: single frames, no replies, of each client only the newest.
+
+A renderer that is quicker than the loop costs the loop nothing: all that waits is read here, and at most one
+target a turn is handed on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+
+import zmq
+
+from rtctl.host.authenticator import Caller
+from rtctl.host.doors import Door, user_id
+
+FRAMES_PER_CALL = 256
+"""Most messages read in one turn from one door."""
+
+OPTIONS = {zmq.RCVHWM: 8, zmq.SNDHWM: 1, zmq.ROUTER_HANDOVER: 0}
+
+
+@dataclass
+class TargetCounters:
+    """Targets received; superseded by newer ones before they were looked at; handed to the loop; refused."""
+
+    received: int = 0
+    superseded: int = 0
+    accepted: int = 0
+    refused: int = 0
+
+
+class TargetInbox:
+    """Reads what waits and keeps the newest frame of each connection.
+
+    Parameters
+    ----------
+    doors
+        ROUTER sockets, ipc and TCP.
+    caller
+        Who a user id is; None: nobody.
+    carry_out
+        Judges one frame and hands it on; True when it was accepted.
+    """
+
+    def __init__(
+        self,
+        doors: list[Door],
+        caller: Callable[[str], Caller | None],
+        carry_out: Callable[[bytes, Caller], bool],
+    ) -> None:
+        self.doors = doors
+        self.counters = TargetCounters()
+        self._caller = caller
+        self._carry_out = carry_out
+
+    def serve(self) -> bool:
+        """Hand on the newest targets. True when more messages wait than one turn reads."""
+        newest: dict[tuple[int, bytes], tuple[str, bytes]] = {}
+        more = False
+        for number, door in enumerate(self.doors):
+            more |= self._read(number, door.socket, newest)
+        for sender, payload in newest.values():
+            caller = self._caller(sender)
+            if caller is not None and self._carry_out(payload, caller):
+                self.counters.accepted += 1
+            else:
+                self.counters.refused += 1
+        return more
+
+    def counts(self) -> dict[str, int]:
+        """The counters by name."""
+        return asdict(self.counters)
+
+    def _read(
+        self, number: int, socket: zmq.Socket[bytes], newest: dict[tuple[int, bytes], tuple[str, bytes]]
+    ) -> bool:
+        counters = self.counters
+        for _ in range(FRAMES_PER_CALL):
+            try:
+                identity = socket.recv(zmq.NOBLOCK)
+            except zmq.Again:
+                return False
+            counters.received += 1
+            frame = socket.recv(zmq.NOBLOCK, copy=False)
+            whole = not frame.more
+            while frame.more:
+                frame = socket.recv(zmq.NOBLOCK, copy=False)
+            if not whole:
+                counters.refused += 1
+                continue
+            counters.superseded += (number, identity) in newest
+            newest[number, identity] = (user_id(frame), frame.bytes)
+        return True

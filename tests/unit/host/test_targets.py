@@ -1,0 +1,188 @@
+import tempfile
+import time
+
+import msgpack
+import pytest
+import zmq
+
+from rtctl.control.vocabulary import Environment, State
+from rtctl.host.description import AxisDescription, RigDescription
+from rtctl.host.gateway import BURST, Gateway
+from rtctl.protocol import Endpoints
+from rtctl.shm import CommandWriter, Memory
+from rtctl.tick import new_ticks
+
+BOUNDS = {"position_rad": (-3.0, 3.0), "velocity_rad_s": (-20.0, 20.0)}
+RIG = RigDescription("mock", (AxisDescription("a", BOUNDS),), 1000.0)
+
+
+class Desk:
+    def __init__(self, folder):
+        self.context = zmq.Context()
+        self.endpoints = Endpoints(f"ipc://{folder}/t", f"ipc://{folder}/c", f"ipc://{folder}/x")
+        self.memory = Memory.create(1, 8, 1_000_000)
+        self.writer = CommandWriter(self.memory)
+        self.writer.command["environment_kind"] = Environment.REMOTE
+        self.row = new_ticks(1, 1)
+        self.row["time_ns"], self.row["state"], self.row["epoch"] = time.monotonic_ns(), State.ACTIVE, 3
+        self.now_s = 50.0
+        self.gateway = Gateway(
+            self.context, self.endpoints, self.writer, RIG, lambda: self.row, clock_s=lambda: self.now_s
+        )
+        self.poller = zmq.Poller()
+        self.gateway.register(self.poller)
+        self.command = self.open("command")
+        self.sockets = [self.command]
+
+    def open(self, name, **options):
+        socket = self.context.socket(zmq.DEALER)
+        socket.setsockopt(zmq.LINGER, 0)
+        for option, value in options.items():
+            socket.setsockopt(getattr(zmq, option), value)
+        socket.connect(getattr(self.endpoints, name))
+        return socket
+
+    def renderer(self, **options):
+        self.sockets.append(self.open("targets", **options))
+        return self.sockets[-1]
+
+    def ask(self, op, **keys):
+        self.command.send(msgpack.packb({"id": 1, "op": op, **keys}))
+        while not self.command.poll(0):
+            self.poller.poll(20)
+            self.gateway.serve()
+        return msgpack.unpackb(self.command.recv())
+
+    def serve(self, received):
+        counters = self.gateway.inbox.counters
+        deadline = time.monotonic() + 10
+        while counters.received < received and time.monotonic() < deadline:
+            self.poller.poll(20)
+            self.gateway.serve()
+        assert counters.received == received
+        return counters
+
+    def close(self):
+        for socket in self.sockets:
+            socket.close(linger=0)
+        self.gateway.close()
+        self.context.term()
+        self.memory.close()
+
+
+@pytest.fixture
+def desk():
+    with tempfile.TemporaryDirectory(prefix="rt") as folder:
+        made = Desk(folder)
+        yield made
+        made.close()
+
+
+def target(lease, position=0.5, epoch=3, **more):
+    return msgpack.packb({"lease": lease, "epoch": epoch, "position_rad": [position], **more})
+
+
+def test_of_what_waits_only_the_newest_reaches_the_loop(desk):
+    lease = desk.ask("lease", epoch=3)["result"]["lease"]
+    renderer = desk.renderer()
+    renderer.send(target(lease, -1.0))
+    desk.serve(1)
+    for i in range(20):
+        renderer.send(target(lease, i / 20))
+    time.sleep(0.1)
+    before = int(desk.memory.header[0]["mailbox_seq"])
+    counters = desk.serve(21)
+    assert desk.writer.command["target_position_rad"][0][0] == 19 / 20
+    assert counters.accepted == int(desk.memory.header[0]["mailbox_seq"]) - before + 1
+    assert counters.accepted + counters.superseded == 21
+    assert counters.superseded > 5
+
+
+def test_junk_of_one_client_neither_hides_nor_delays_the_target_of_another(desk):
+    lease = desk.ask("lease", epoch=3)["result"]["lease"]
+    junk, renderer = desk.renderer(), desk.renderer()
+    for _ in range(50):
+        junk.send(b"\xc1junk")
+    renderer.send(target(lease, 0.75))
+    desk.serve(51)
+    assert desk.writer.command["target_position_rad"][0][0] == 0.75
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        lambda lease: [target("0" * 16)],
+        lambda lease: [target(lease, epoch=2)],
+        lambda lease: [target(lease, float("nan"))],
+        lambda lease: [target(lease, 3.5)],
+        lambda lease: [target(lease, velocity_rad_s=[float("inf")])],
+        lambda lease: [target(lease, gain=3)],
+        lambda lease: [b""],
+        lambda lease: [b"", target(lease)],
+        lambda lease: [target(lease), target(lease)],
+        lambda lease: [msgpack.packb({"id": 1, "op": "stop"})],
+        lambda lease: [b"\xdd\x05\xf5\xe1\x00" + b"\x01" * 38],
+    ],
+)
+def test_what_is_no_valid_target_of_the_holder_changes_a_counter_and_nothing_else(desk, bad):
+    lease = desk.ask("lease", epoch=3)["result"]["lease"]
+    before, seq = desk.writer.command.tobytes(), int(desk.memory.header[0]["mailbox_seq"])
+    desk.renderer().send_multipart(bad(lease))
+    counters = desk.serve(1)
+    assert (counters.accepted, counters.refused) == (0, 1)
+    assert desk.writer.command.tobytes() == before
+    assert desk.memory.header[0]["mailbox_seq"] == seq
+
+
+def test_nothing_sent_before_a_stop_moves_the_rig_after_it(desk):
+    lease = desk.ask("lease", epoch=3)["result"]["lease"]
+    renderer = desk.renderer()
+    renderer.send(target(lease, 0.1))
+    desk.serve(1)
+    renderer.send(target(lease, 0.9))
+    time.sleep(0.05)
+    seq = desk.ask("stop")["result"]["command_seq"]
+    count = int(desk.writer.command["target_count"][0])
+    renderer.send(target(lease, 0.8))
+    desk.serve(3)
+    desk.row["epoch"], desk.row["command_seq"] = 4, seq
+    renderer.send(target(lease, 0.7))
+    renderer.send(target(lease, 0.6, epoch=4))
+    desk.serve(5)
+    assert int(desk.writer.command["target_count"][0]) == count
+    assert int(desk.writer.command["epoch"][0]) == -1, "an arm request still in the slot is void"
+
+
+def test_more_than_twice_the_loops_rate_is_dropped_and_counted(desk):
+    lease = desk.ask("lease", epoch=3)["result"]["lease"]
+    renderer = desk.renderer()
+    for i in range(BURST + 40):
+        renderer.send(target(lease))
+        desk.serve(i + 1)
+    counters = desk.gateway.inbox.counters
+    assert counters.accepted + counters.superseded == BURST
+    assert counters.refused == 40
+    desk.now_s += 0.01
+    renderer.send(target(lease))
+    assert desk.serve(BURST + 41).refused == 40
+
+
+def test_requests_beyond_the_rate_are_refused_but_never_a_stop(desk):
+    for _ in range(BURST):
+        assert desk.ask("hello")["ok"]
+    assert desk.ask("hello")["error"]["code"] == "too_fast"
+    assert desk.ask("stop")["ok"]
+    assert desk.gateway.counters.limited == 1
+    desk.now_s += 1
+    assert desk.ask("hello")["ok"]
+
+
+def test_a_client_that_was_halted_is_told_that_it_lost_the_lease(desk):
+    clock = desk.gateway._requests._desk
+    lease = desk.ask("lease", epoch=3)["result"]["lease"]
+    clock._until_s = -1.0  # its holder was silent for too long
+    lost = desk.ask("target", epoch=3, lease=lease, position_rad=[0.1])
+    assert (lost["ok"], lost["error"]["code"]) == (False, "lease_lost")
+    assert "silent" in lost["error"]["text"]
+    assert desk.ask("status")["result"]["lease_holder"] is None
+    assert desk.ask("lease", epoch=3)["ok"]
