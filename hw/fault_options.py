@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -15,6 +16,7 @@ from pydantic import (
     TypeAdapter,
     ValidationError,
     ValidationInfo,
+    field_validator,
     model_validator,
 )
 
@@ -26,6 +28,10 @@ MAX_TICKS = 10**15
 
 Seconds = Annotated[float, Field(ge=0, le=MAX_S)]
 Ticks = Annotated[int, Field(ge=0, le=MAX_TICKS)]
+
+
+SAMPLE_CHANNELS = ("position", "current", "force", "link", "loop")
+"""Channels that can go wrong in a device that only plays samples."""
 
 
 class FaultOptions(BaseModel):
@@ -109,7 +115,16 @@ class Schedule(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
     description: str = Field("", max_length=1000)
-    fault: tuple[FaultOptions, ...] = Field(min_length=1, max_length=FAULTS, strict=False)
+    fault: tuple[FaultOptions, ...] = Field(max_length=FAULTS, strict=False)
+
+    @field_validator("fault")
+    @classmethod
+    def _some(cls, faults: tuple[FaultOptions, ...]) -> tuple[FaultOptions, ...]:
+        # as Field(min_length=1) one bad table would be reported as "too short" besides
+        if not faults:
+            msg = "needs at least one [[fault]]"
+            raise ValueError(msg)
+        return faults
 
 
 def load_schedule(path: Path, context: Mapping[str, Any] | None = None) -> tuple[FaultOptions, ...]:
@@ -189,3 +204,16 @@ Faults = Annotated[
     Field(max_length=FAULTS, strict=False, description="scripted faults: a file, or the tables themselves"),
 ]
 """An option of a backend: a path relative to the rig file, or a list of tables. docs/faults.md."""
+
+
+def only_samples(faults: tuple[FaultOptions, ...]) -> tuple[FaultOptions, ...]:
+    """Refuse, by ValueError, faults that a device without actuator and other inputs cannot have."""
+    for k, fault in enumerate(faults):
+        if fault.channel not in SAMPLE_CHANNELS:
+            msg = f"[{k}].channel: {fault.channel!r}: a log has only {', '.join(SAMPLE_CHANNELS)}"
+            raise ValueError(msg)
+    return faults
+
+
+SampleFaults = Annotated[Faults, AfterValidator(only_samples)]
+"""As `Faults`, for a device that only plays samples."""

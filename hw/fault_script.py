@@ -12,8 +12,10 @@ from typing import Any
 import numpy as np
 
 from hw.fault_kinds import KINDS, Channel
-from hw.faults import FAULTS, IN_READ, IN_WRITE
+from hw.faults import FAULTS, IN_READ, IN_WRITE, inject, memory_fields, schedule_fields
+from hw.generator import seed_words
 from hw.interface import BackendError, LinkLost, Rig
+from hw.jit import bound, compiled, records
 
 FAULT_STREAM = 0x6661756C7473
 """Turns a device's seed into that of its faults' own stream."""
@@ -80,3 +82,52 @@ def raise_in_write(state: np.ndarray) -> None:
     """After `write`: raises LinkLost when the schedule has `raise_write` due."""
     if state[0]["fault_raise"] == IN_WRITE:
         raise LinkLost("scripted fault: the link was lost in write")
+
+
+@compiled
+def _inject_at_slot(tick: np.ndarray, state: np.ndarray, params: np.ndarray) -> None:
+    """`inject`, with time counted in the loop's slots from the first one seen."""
+    s = state[0]
+    if s.started == 0:
+        s.started = 1
+        s.first_tick = tick[0].tick
+    inject(tick[0], s, params[0], tick[0].tick - s.first_tick)
+
+
+class SampleScript:
+    """Scripted faults of a device that is not compiled itself: they act on the samples it has put into a tick.
+
+    Parameters
+    ----------
+    faults
+        Dumped `FaultOptions`.
+    rig
+        As the device sees it.
+    seed
+        Of the faults' chance.
+    """
+
+    def __init__(self, faults: Sequence[Mapping[str, Any]], rig: Rig, seed: int) -> None:
+        slots = [("started", "<i8"), ("first_tick", "<i8")]
+        facts = [("period_s", "<f8"), ("count_rad", "<f8", (rig.n_axes,))]
+        params = np.zeros(1, np.dtype([*facts, *schedule_fields()]))
+        state = np.zeros(1, np.dtype([*slots, *memory_fields(rig.n_axes)]))
+        params["period_s"] = self._period_s = rig.period_s
+        params["count_rad"] = 2 * np.pi / rig.encoder_counts_per_rev
+        state["fault_rng"] = seed_words(seed ^ FAULT_STREAM)
+        fill_schedule(params, faults, rig)
+        self._params, self._state = records(params), records(state)
+
+    def bind(self, tick: np.ndarray) -> None:
+        """Compile (or load) for ticks like `tick`, which is the one acted on from now on."""
+        self._inject = bound(_inject_at_slot, records(tick), self._state, self._params)
+
+    def after_read(self) -> None:
+        """Act on the sample in the tick: `link_faults` cleared, the device's own count. Raises LinkLost."""
+        self._inject()
+        raise_or_stall(self._state, self._period_s)
+
+    def before_write(self) -> bool:
+        """Whether what is sent arrives. Raises LinkLost where the schedule says so."""
+        raise_in_write(self._state)
+        return not self._state[0]["fault_unplugged"]

@@ -61,6 +61,30 @@ BUILT_IN = {
         summary="force sensor: ATI Net F/T and Axia, OnRobot HEX, Schunk over UDP (RDT)",
         channels=_FORCE,
     ),
+    "can": BackendInfo(
+        factory="hw.can.board:BoardBackend",
+        options="hw.can.board_options:BoardOptions",
+        simulated=False,
+        summary="a board on a CAN bus, by a field map or a DBC file",
+    ),
+    "odrive": BackendInfo(
+        factory="hw.can.backend:OdriveBackend",
+        options="hw.can.options:OdriveOptions",
+        simulated=False,
+        summary="ODrives over CAN Simple",
+    ),
+    "moteus": BackendInfo(
+        factory="hw.can.backend:MoteusBackend",
+        options="hw.can.options:MoteusOptions",
+        simulated=False,
+        summary="moteus controllers over CAN-FD",
+    ),
+    "cia402": BackendInfo(
+        factory="hw.can.backend:Cia402Backend",
+        options="hw.can.options:Cia402Options",
+        simulated=False,
+        summary="CANopen drives (CiA 402) in cyclic synchronous torque",
+    ),
 }
 
 

@@ -120,6 +120,16 @@ class LoadedConfig(Table):
         """The devices as the loop process gets them."""
         return self.config.composition((self.options, *self.more_options)).members()
 
+    def device_report(self) -> list[tuple[str, list[tuple[str, str, str]]]]:
+        """Per device that has something to tell (such as the load of its bus): label, figure, note of each line."""
+        told = []
+        for device, options in zip(self.config.device, (self.options, *self.more_options), strict=True):
+            model = registry.options_model(device.kind)
+            if hasattr(model, "report"):
+                valid = model.model_validate(options, context={"folder": self.path.parent})
+                told.append((device.kind, valid.report(self.config.loop.rate_hz)))
+        return told
+
     def keys_folder(self) -> Path | None:
         """Absolute path of the folder of keys, or None where the rig is not reached by TCP."""
         folder = self.config.gateway.curve_dir
@@ -223,8 +233,12 @@ def _facts(data: dict[str, Any], device: dict[str, Any]) -> dict[str, Any]:
     axes = device.get("axes") or data.get("axis")
     if isinstance(axes, list):
         facts["n_axes"] = len(axes)
-    if isinstance(data.get("loop"), dict):
-        facts["clock"] = data["loop"].get("clock")
+    loop = data.get("loop", {})
+    if isinstance(loop, dict):
+        facts["clock"] = loop.get("clock")
+        rate_hz = loop.get("rate_hz", LoopTable().rate_hz)
+        if isinstance(rate_hz, int | float) and rate_hz > 0:
+            facts["rate_hz"] = float(rate_hz)
     return facts
 
 

@@ -165,6 +165,8 @@ def run_log(loaded: LoadedConfig) -> np.ndarray:
         memory.params[:], memory.model[:] = plan.params, plan.model
         run_loop(Operator(backend, memory, plan.command), memory, VirtualClock(), Stop())
         rows = RingReader(memory, from_start=True).read()
+    except BackendError as error:
+        raise DeviceError(f"{loaded.options['file']}: {error}") from error
     finally:
         backend.close()
         memory.close()

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from hw.fault_script import SampleScript
 from hw.interface import BackendError, LinkFault, LinkLost, Options, Rig
 from hw.playback.reader import Recording, load
 
@@ -74,6 +75,7 @@ class PlaybackBackend:
         self.provides = frozenset(provides)
         self.recording: Recording | None = None
         self.torque_applied_nm = np.zeros(rig.n_axes)
+        self._script: SampleScript | None = None
         self._loop = bool(options.get("loop", False))
         self._tick: np.ndarray | None = None
         self._shift = [0.0] * rig.n_axes
@@ -101,7 +103,15 @@ class PlaybackBackend:
         self._shift = [0.0] * self._rig.n_axes
         self._next, self._count, self._n = 0, 0, n
         self._tick = None
+        if faults := self._options.get("faults"):
+            self._script = SampleScript(faults, self._rig, self._options["seed"])
         self.recording = recording
+
+    def warm_up(self, tick: np.ndarray) -> None:
+        """Compile (or load) what scripted faults call, for ticks like `tick`; changes nothing."""
+        if self._script is not None:
+            self._script.bind(tick)
+            self._tick = None
 
     def _bind(self, tick: np.ndarray) -> None:
         """Keep views of the fields: looking them up costs more than filling them."""
@@ -113,6 +123,8 @@ class PlaybackBackend:
         self._force = _view(row["force_n"][0])
         self._applied = row["torque_applied_nm"][0]
         self._link_faults[0] = 0
+        if self._script is not None:
+            self._script.bind(tick)
 
     def read(self, tick: np.ndarray) -> None:
         """Put the next sample into the tick; after the last one, END_OF_LOG and no fresh sample."""
@@ -120,15 +132,17 @@ class PlaybackBackend:
             if self.recording is None:
                 raise LinkLost("playback is not open")
             self._bind(tick)
-        if self._next == self._n:
-            if not self._loop:
-                self._put(self._n - 1)
-                self._link_faults[0] = _END_OF_LOG
-                return
-            self._start_over()
-        self._count += 1
-        self._put(self._next)
-        self._next += 1
+        if self._next == self._n and not self._loop:
+            self._put(self._n - 1)
+            self._link_faults[0] = _END_OF_LOG
+        else:
+            if self._next == self._n:
+                self._start_over()
+            self._count += 1
+            self._put(self._next)
+            self._next += 1
+        if self._script is not None:
+            self._script.after_read()
 
     def _put(self, i: int) -> None:
         """Write sample `i` and the count of samples so far."""
@@ -141,6 +155,8 @@ class PlaybackBackend:
         self._current[:] = self._currents[i * n : i * n + n]
         self._force[:] = self._forces[3 * i : 3 * i + 3]
         self._sample_count[0] = self._count
+        if self._script is not None:
+            self._link_faults[0] = 0  # the last sample's may still stand
 
     def _start_over(self) -> None:
         """Go on from the first sample, the angle where it ended."""
@@ -155,7 +171,8 @@ class PlaybackBackend:
             if self.recording is None:
                 raise LinkLost("playback is not open")
             self._bind(tick)
-        self.torque_applied_nm[:] = self._applied
+        if self._script is None or self._script.before_write():
+            self.torque_applied_nm[:] = self._applied
 
     def stop(self) -> None:
         """Forget the torque."""
@@ -164,6 +181,7 @@ class PlaybackBackend:
     def close(self) -> None:
         """Release the log. Reading after it raises LinkLost."""
         self.recording = None
+        self._script = None
         self._tick = None
         self._n = self._next = 0
         self.stop()

@@ -16,6 +16,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
+from hw.fault_options import SampleFaults
+
 MAX_DURATION_S = 1e6
 
 Scale = Annotated[float, Field(ge=-1e9, le=1e9, description="factor; negative turns the sign")]
@@ -53,6 +55,12 @@ class PositionColumn(Column):
     unit: Literal["rad", "deg", "rev", "counts"] = "rad"
 
 
+class VelocityColumn(Column):
+    """Joint velocity, link side."""
+
+    unit: Literal["rad/s", "deg/s", "rev/s", "rpm"] = "rad/s"
+
+
 class CurrentColumn(Column):
     """Motor current."""
 
@@ -78,6 +86,9 @@ class AxisColumns(_Table):
     current: CurrentColumn | None = None
     motor_torque: TorqueColumn | None = Field(None, description="in place of current")
     hand_torque: TorqueColumn | None = Field(None, description="in place of the force columns")
+    velocity: VelocityColumn | None = Field(
+        None, description="for identification; the control law estimates its own from the position"
+    )
 
     @model_validator(mode="after")
     def _one_motor_signal(self) -> Self:
@@ -102,6 +113,8 @@ class PlaybackOptions(_Table):
     )
     loop: bool = Field(False, description="start over at the end; see docs/playback.md about the seam")
     start_s: float = Field(0.0, ge=0, le=MAX_DURATION_S, description="skip this much of the log")
+    faults: SampleFaults = ()
+    seed: int = Field(1, ge=0, le=2**63 - 1, description="of the chance of scripted faults")
     end_s: float | None = Field(None, ge=0, le=MAX_DURATION_S, description="stop here; default: the end")
 
     @field_validator("file")
@@ -122,7 +135,7 @@ class PlaybackOptions(_Table):
         if self.end_s is not None and self.end_s <= self.start_s:
             msg = f"end_s {self.end_s} must be after start_s {self.start_s}"
             raise ValueError(msg)
-        for name in ("hand_torque", "current", "motor_torque"):
+        for name in ("hand_torque", "current", "motor_torque", "velocity"):
             given = [getattr(axis, name) is not None for axis in self.axis]
             if any(given) and not all(given):
                 msg = f"{name} must be given for every axis, or for none"

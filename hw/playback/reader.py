@@ -22,6 +22,7 @@ from hw.interface import BackendError, Options, Rig
 # Factors to SI of the units that hw.playback.options admits (pydantic stays out of the loop process).
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 ANGLE_UNITS = {"rad": 1.0, "deg": math.pi / 180, "rev": 2 * math.pi}  # and counts, by the rig's encoder
+VELOCITY_UNITS = {"rad/s": 1.0, "deg/s": math.pi / 180, "rev/s": 2 * math.pi, "rpm": 2 * math.pi / 60}
 CURRENT_UNITS = {"A": 1.0, "mA": 1e-3}
 TORQUE_UNITS = {"N m": 1.0, "mN m": 1e-3}
 FORCE_UNITS = {"N": 1.0, "mN": 1e-3}
@@ -39,8 +40,8 @@ MIN_SAMPLES = 2
 class Recording:
     """A log in SI units on an even time grid. Arrays have `n` rows; absent signals are None.
 
-    `position_rad`, `current_a` (motor side), `hand_torque_nm` (link side) have one column per axis,
-    `force_n` three.
+    `position_rad`, `velocity_rad_s`, `current_a` (motor side), `hand_torque_nm` (link side) have one column per
+    axis, `force_n` three.
     """
 
     path: Path
@@ -49,6 +50,7 @@ class Recording:
     current_a: np.ndarray | None
     hand_torque_nm: np.ndarray | None
     force_n: np.ndarray | None
+    velocity_rad_s: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.position_rad)
@@ -122,11 +124,30 @@ def read_columns(path: Path, names: tuple[str, ...], delimiter: str = ",") -> di
 
 
 def sampling_rate(path: Path, time_s: np.ndarray) -> float:
-    """Rate of an evenly sampled time column, Hz. Raises BackendError naming the first uneven row."""
+    """Rate of an evenly sampled time column, Hz.
+
+    Raises
+    ------
+    BackendError
+        Time that stands still, repeats itself, goes back or is uneven, with how often and the first row.
+    """
     steps = np.diff(time_s)
     mean = (time_s[-1] - time_s[0]) / len(steps)
     if not mean > 0:
         raise BackendError(f"{path}: time does not increase ({time_s[0]} s to {time_s[-1]} s)")
+    same, back = np.flatnonzero(steps == 0), np.flatnonzero(steps < 0)
+    if len(same):
+        raise BackendError(
+            f"{path}: {len(same)} duplicated timestamps, the first {time_s[same[0]]:.6g} s in rows {same[0] + 1} "
+            f"and {same[0] + 2}; remove the repeated rows, or give the rate instead of the time column where "
+            "only the clock is coarse"
+        )
+    if len(back):
+        k = back[0]
+        raise BackendError(
+            f"{path}: unsorted time: row {k + 2} ({time_s[k + 1]:.6g} s) is {-steps[k]:.6g} s before the row above "
+            f"it ({len(back)} such rows); sort the log by time, or cut it where the clock was set back"
+        )
     uneven = np.flatnonzero(np.abs(steps - mean) > MAX_STEP_ERROR * mean)
     if len(uneven):
         k = uneven[0]
@@ -209,6 +230,7 @@ def load(options: Options, rig: Rig) -> Recording:
         position_rad=np.ascontiguousarray(position[kept]),
         current_a=None if current is None else current[kept],
         hand_torque_nm=_cut(_per_axis(table, axes, "hand_torque", TORQUE_UNITS), kept),
+        velocity_rad_s=_cut(_per_axis(table, axes, "velocity", VELOCITY_UNITS), kept),
         force_n=_cut(np.stack([table.si(c, FORCE_UNITS) for c in force], axis=1) if force else None, kept),
     )
 

@@ -1,4 +1,4 @@
-"""The simulated board: the reference firmware around the simulated rig, one call per board cycle."""
+"""The simulated board: the reference firmware around the simulated rig, one step of a board cycle per method."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class Simulation:
         self.board = Board(self.rig.n_axes, self.name, round(self.rig.period_s * 1e6))
         self.plant = MockBackend(self.options, self.rig)
         self.plant.warm_up(self.tick)
-        self.slot = -1
+        self.slot = 0
 
     def listen(self) -> Taken:
         """Take in what the host sent; an identify is answered at once."""
@@ -85,17 +85,14 @@ class Simulation:
             self.line.send(self.board.identity_packet())
         return taken
 
-    def cycle(self, slot: int) -> None:
-        """Sense at `slot`, send, drive the motor until the next."""
-        self.sense(slot)
-        self.send()
-        self.apply()
+    def advance(self, cycles: int = 1) -> None:
+        """Let the board's clock go on: commands grow older."""
+        self.board.begin_cycle(cycles)
+        self.slot += cycles
 
-    def sense(self, slot: int) -> None:
-        """Let the board's clock and the plant come to `slot`, and measure."""
-        self.board.begin_cycle(max(slot - self.slot, 1))
-        self.slot = slot
-        self.tick["tick"] = slot
+    def sense(self) -> None:
+        """Bring the plant to the present slot and measure."""
+        self.tick["tick"] = self.slot
         self.plant.read(self.tick)
 
     def send(self) -> None:

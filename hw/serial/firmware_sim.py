@@ -63,9 +63,7 @@ class Control:
             setattr(simulation.board, inputs[order], value == "1")
         elif order == "cycles" and value.isdecimal():
             for _ in range(int(value)):
-                simulation.apply()
-                simulation.sense(simulation.slot + 1)
-                simulation.send()
+                step(simulation)
         elif order == "unplug":
             simulation.line.unplug()
         elif order == "plug":
@@ -74,6 +72,7 @@ class Control:
             simulation.name = simulation.board.serial_number = value
         elif order == "reset":
             simulation.power_up()
+            simulation.sense()
         elif order == "quit":
             self.ended = True
         else:
@@ -113,6 +112,14 @@ def _die_with_parent(parent: int) -> None:
         sys.exit(1)
 
 
+def step(simulation: Simulation) -> None:
+    """Drive the motor over one period, then measure and send."""
+    simulation.apply()
+    simulation.advance()
+    simulation.sense()
+    simulation.send()
+
+
 def run_on_clock(simulation: Simulation, control: Control | None, ending: Ending) -> None:
     """Cycle on an absolute grid; a late process skips slots, as the board's clock would have gone on."""
     period_ns = round(simulation.rig.period_s * 1e9)
@@ -123,15 +130,18 @@ def run_on_clock(simulation: Simulation, control: Control | None, ending: Ending
             time.sleep(wait_ns * 1e-9)
         if control:
             control.poll()
+        simulation.advance(passed)
         simulation.listen()
-        simulation.cycle(simulation.slot + passed)
+        simulation.sense()
+        simulation.send()
+        simulation.apply()
         passed = max((time.monotonic_ns() - start) // period_ns - slot, 1)
         slot += passed
 
 
 def run_in_step(simulation: Simulation, control: Control | None, ending: Ending) -> None:
     """Drive the motor for one period per command, then send the next sample; an identify gets the newest."""
-    simulation.sense(0)
+    simulation.sense()
     while not ending.asked and not (control and control.ended):
         waited = [
             ending.fd,
@@ -141,17 +151,13 @@ def run_in_step(simulation: Simulation, control: Control | None, ending: Ending)
         ready = select.select(waited, [], [])[0]
         if control and 0 in ready:
             control.poll()
-            if simulation.slot < 0:
-                simulation.sense(0)
         if simulation.line.fd not in ready:
             continue
         taken = simulation.listen()
         if taken.identifies:
             simulation.send()
-        for _ in range(min(taken.commands + taken.stops, 1)):
-            simulation.apply()
-            simulation.sense(simulation.slot + 1)
-            simulation.send()
+        if taken.commands or taken.stops:
+            step(simulation)
 
 
 def _arguments() -> argparse.Namespace:

@@ -150,6 +150,8 @@ def show(tick: np.ndarray, link: np.ndarray, end: int) -> None:
     if ln.status & ln.unusable_status or _dropped(ln):
         faults |= _DEVICE
     ln.fresh, ln.damaged_now, ln.older_now = 0, 0, 0
+    if end == BACKLOGGED:  # any number of packets may have been dropped: the sequence number says nothing now
+        ln.started, ln.older_in_row = 0, 0
     t.sample_count = ln.sample_count
     t.link_faults = faults
     for axis in range(len(ln.position_counts)):

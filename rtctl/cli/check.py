@@ -13,6 +13,7 @@ import click
 from rtctl.errors import StabilityError
 
 if TYPE_CHECKING:
+    from rtctl.config import LoadedConfig
     from rtctl.friction.margins import FrictionFigures
     from rtctl.stability_report import AxisReport
 
@@ -41,6 +42,7 @@ def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
         stability_figure.draw(report, plot)
     if as_json:
         body = report.to_dict()
+        body["devices"] = [{"kind": kind, "lines": lines} for kind, lines in loaded.device_report()]
         body["recommended"] = [asdict(one) for one in advices]
         body["warnings"] = [one.text for one in advices if not one.ok]
         if not report.ok:
@@ -54,6 +56,7 @@ def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
         click.echo(f"\naxis {axis.name}")
         for label, figure, note in _lines(axis):
             click.echo(f"  {label:<32}{figure:>24}  {note}".rstrip())
+    _echo_devices(loaded)
     for one in advices:
         if one.text:
             click.echo(f"\n{'note' if one.ok else 'WARNING'}: {one.text}")
@@ -64,6 +67,13 @@ def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
         click.echo(f"\nplot: {plot}")
     report.require()
     click.echo("\nOK: passive with every passive hand and every passive virtual environment")
+
+
+def _echo_devices(loaded: LoadedConfig) -> None:
+    for kind, lines in loaded.device_report():
+        click.echo(f"\ndevice {kind}")
+        for label, figure, note in lines:
+            click.echo(f"  {label:<32}{figure:>24}  {note}".rstrip())
 
 
 def _mark(passed: bool, *, gates: bool = False) -> str:

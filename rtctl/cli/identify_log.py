@@ -7,7 +7,8 @@ import hashlib
 import io
 import json
 import tomllib
-from dataclasses import asdict
+from collections.abc import Mapping
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,8 @@ import click
 from rtctl.errors import ConfigError
 
 if TYPE_CHECKING:
+    from rtctl.config_tables import AxisTable
+    from rtctl.friction.log_input import Gearing
     from rtctl.friction.points import FrictionPoints
     from rtctl.friction.regression import JointFit, Regression
 
@@ -25,6 +28,7 @@ ROLES = {
     "current": "current",
     "torque": "motor_torque",
     "external": "hand_torque",
+    "velocity": "velocity",
 }
 """Name on the command line -> role of the playback reader."""
 
@@ -46,15 +50,19 @@ _POSITIVE = click.FloatRange(min=0, max=1e9, min_open=True)
 @click.option("--map", "map_file", type=click.Path(path_type=Path), help="the same as TOML, a table per role")
 @click.option("--rate-hz", type=_POSITIVE, help="rate of logs without a time column")
 @click.option(
-    "--torque-constant", type=_POSITIVE, default=1.0, show_default=True, help="N m/A, for a current"
+    "--config", type=click.Path(path_type=Path), help="rig file: gearing, and limits the log must keep to"
 )
-@click.option("--gear-ratio", type=_POSITIVE, default=1.0, show_default=True, help="for a current")
-@click.option("--gear-efficiency", type=click.FloatRange(0.01, 1), default=1.0, show_default=True)
-@click.option("--counts-per-rev", type=_POSITIVE, default=1.0, help="for a position in counts")
+@click.option("--axis", type=click.IntRange(0, 7), default=0, show_default=True, help="number of its axis")
+@click.option("--torque-constant", type=_POSITIVE, help="N m/A, for a current; default: of --config, or 1")
+@click.option("--gear-ratio", type=_POSITIVE, help="for a current; default: of --config, or 1")
+@click.option("--gear-efficiency", type=click.FloatRange(0.01, 1), help="default: of --config, or 1")
+@click.option("--counts-per-rev", type=_POSITIVE, help="for a position in counts; default: of --config, or 1")
 @click.option(
     "--torque-delay", type=click.FloatRange(-1, 1), help="motor torque late by, s; default: half a period"
 )
-@click.option("--cutoff-hz", type=click.FloatRange(0.1, 1e4), default=20.0, show_default=True)
+@click.option(
+    "--cutoff-hz", type=click.FloatRange(0.1, 1e4), help="low-pass; default: 20, or a fifth of a lower rate"
+)
 @click.option("--speed-min-rad-s", type=click.FloatRange(0, 100), default=0.03, show_default=True)
 @click.option("--keep-offset", is_flag=True, help="leave the offset in the friction samples")
 @click.option("--out", type=click.Path(path_type=Path), help="folder for points.csv and regression.json")
@@ -65,36 +73,74 @@ def command(
     columns: tuple[str, ...],
     map_file: Path | None,
     rate_hz: float | None,
+    config: Path | None,
+    axis: int,
     torque_delay: float | None,
-    cutoff_hz: float,
+    cutoff_hz: float | None,
     speed_min_rad_s: float,
     keep_offset: bool,
     out: Path | None,
     as_json: bool,
-    **gearing: float,
+    **gearing: float | None,
 ) -> None:
     """Find inertia, viscous and Coulomb friction and offset in recordings of a joint in motion.
 
     Every torque on the joint must be mapped: the motor's (torque or current), and the hand's (external) if
-    one was on the rig. Several logs are one regression.
+    one was on the rig. Several logs are one regression, each with an offset of its own.
     """
-    from rtctl.friction.log_input import Gearing, options_of, read_log, samples
+    from rtctl.friction.log_input import options_of, read_log, samples
     from rtctl.friction.logs import level_points
+    from rtctl.friction.plausibility import Limits, against_rig
     from rtctl.friction.regression import joint_fit
-    from rtctl.friction.regressors import pooled, regressors
+    from rtctl.friction.regressors import cutoff_for, pooled, regressors
 
-    gearing["torque_constant_nm_a"] = gearing.pop("torque_constant")
-    tables = _tables(columns, map_file)
-    parts = [read_log(options_of(log, tables, rate_hz), Gearing(**gearing), torque_delay) for log in logs]
+    rig_axis = _axis(config, axis) if config else None
+    limits = Limits.of_axis(rig_axis, str(config)) if rig_axis else Limits()
+    tables, geared = _tables(columns, map_file), _gearing(gearing, rig_axis)
+    parts = [read_log(options_of(log, tables, rate_hz), geared, torque_delay, limits) for log in logs]
+    cutoff_hz = cutoff_hz or cutoff_for(parts)
     signals = pooled([regressors(part, cutoff_hz, speed_min_rad_s) for part in parts])
     fit = joint_fit(signals)
+    if rig_axis:
+        fit = replace(fit, warnings=(*fit.warnings, *against_rig(fit, rig_axis, str(config))))
     document: dict[str, Any] = {"logs": [{"file": part.source, "sha256": part.sha256} for part in parts]}
-    document |= {**asdict(fit), "cutoff_hz": cutoff_hz, "torque_delay_s": torque_delay}
+    delays = [0.5 / part.rate_hz if torque_delay is None else torque_delay for part in parts]
+    document |= {**asdict(fit), "cutoff_hz": cutoff_hz, "torque_delay_s": delays}
     if out:
         sha256 = hashlib.sha256("".join(part.sha256 for part in parts).encode()).hexdigest()
         points = level_points(samples(signals, fit, sha256, remove_offset=not keep_offset))
         _write(out, points, document)
     click.echo(json.dumps(document) if as_json else "\n".join(_lines(fit, out)))
+
+
+def _axis(config: Path, axis: int) -> AxisTable:
+    from rtctl.config import load
+
+    axes = load(config).config.axis
+    if axis >= len(axes):
+        raise ConfigError(
+            f"{config}: there is no axis {axis}, it has {len(axes)}; give --axis 0 to {len(axes) - 1}"
+        )
+    return axes[axis]
+
+
+def _gearing(given: Mapping[str, float | None], axis: AxisTable | None) -> Gearing:
+    """What the command line says, else the rig file, else 1."""
+    from rtctl.friction.log_input import Gearing
+
+    rig = (
+        {
+            "torque_constant": axis.torque_constant_nm_a,
+            "gear_ratio": axis.gear_ratio,
+            "gear_efficiency": axis.gear_efficiency,
+            "counts_per_rev": axis.encoder_counts_per_rev,
+        }
+        if axis
+        else {}
+    )
+    value = {name: number or rig.get(name, 1.0) for name, number in given.items()}
+    value["torque_constant_nm_a"] = value.pop("torque_constant")
+    return Gearing(**value)
 
 
 def _tables(columns: tuple[str, ...], map_file: Path | None) -> dict[str, dict[str, Any]]:
@@ -124,7 +170,7 @@ def _tables(columns: tuple[str, ...], map_file: Path | None) -> dict[str, dict[s
 
 
 def _write(out: Path, points: FrictionPoints, document: dict[str, Any]) -> None:
-    from rtctl.identify.dataset import write_whole
+    from rtctl.friction.whole_files import write_together
 
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -133,13 +179,20 @@ def _write(out: Path, points: FrictionPoints, document: dict[str, Any]) -> None:
         points.velocity_rad_s, points.friction_nm, points.direction, points.std_nm, points.count, strict=True
     ):
         writer.writerow([repr(float(v)), repr(float(f * d)), int(d), repr(float(std)), int(n)])
-    out.mkdir(parents=True, exist_ok=True)
-    write_whole(out / "points.csv", text.getvalue().encode())
-    write_whole(out / "regression.json", json.dumps(document, indent=1).encode())
+    rows = text.getvalue().encode()
+    document["points_sha256"] = hashlib.sha256(rows).hexdigest()
+    write_together(out, {"points.csv": rows, "regression.json": json.dumps(document, indent=1).encode()})
 
 
 def _lines(fit: JointFit, out: Path | None) -> list[str]:
+    from rtctl.friction.regression import STRIBECK_RAD_S
+
     lines = [*_table("symmetric", fit.symmetric), *_table("per direction", fit.per_direction)]
+    for name, speed in zip(("forwards", "backwards"), fit.speeds, strict=True):
+        lines.append(
+            f"{name}: {speed.rows} rows, {speed.lowest_rad_s:.3g} to {speed.highest_rad_s:.3g} rad/s, "
+            f"{speed.low_speed_rows} of them below {STRIBECK_RAD_S:g} rad/s"
+        )
     for each in fit.offsets:
         drift = (
             f"drift of {1e3 * each.drift_range_nm:.3g} mN m about it removed"

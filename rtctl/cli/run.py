@@ -18,7 +18,7 @@ import click
     "--faults",
     metavar="FILE",
     type=click.Path(path_type=Path),
-    help="script these faults into the device, in place of the rig file's own; mock rigs only (docs/faults.md)",
+    help="script these faults into the device, in place of the rig file's own; simulated rigs only (docs/faults.md)",
 )
 @click.option("--runtime-dir", type=click.Path(), help="folder of sockets and lock, instead of the default")
 @click.option("--json", "as_json", is_flag=True, help="end with one JSON object on stdout")

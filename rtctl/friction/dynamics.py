@@ -37,13 +37,17 @@ RANK_TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class AxisLog:
-    """One axis of a log: arrays of one length on an even grid; `torque_nm` is motor plus hand torque."""
+    """One axis of a log: arrays of one length on an even grid; `torque_nm` is motor plus hand torque.
+
+    `velocity_rad_s` is a recorded velocity, None where there is none.
+    """
 
     rate_hz: float
     position_rad: np.ndarray
     torque_nm: np.ndarray
     source: str
     sha256: str
+    velocity_rad_s: np.ndarray | None = None
 
 
 @dataclass(frozen=True)

@@ -12,24 +12,14 @@ from pydantic import ValidationError
 
 from hw.interface import BackendError, Rig
 from hw.playback.options import PlaybackOptions
-from hw.playback.reader import Recording
 from hw.playback.reader import load as load_recording
 from rtctl.errors import ConfigError, DataError
 from rtctl.friction.dynamics import AxisLog
 from rtctl.friction.logs import FrictionSamples, axis_log
+from rtctl.friction.plausibility import Limits, require_plausible
 from rtctl.friction.regression import JointFit, offset_rows
-from rtctl.friction.regressors import Regressors, advanced
-
-SPEED_MAX_RAD_S = 100.0
-"""A hand-held joint is slower: beyond it the unit of the position or of the time is wrong."""
-
-TORQUE_MAX_NM = 1e3
-"""Beyond it the unit of the torque is wrong."""
-
-CLIPPED_RUN = 20
-"""As many equal extreme values in a row are a signal that was cut off, unless it has few levels anyway."""
-
-LEVELS_MIN = 32
+from rtctl.friction.regressors import Regressors
+from rtctl.friction.signal_shift import advanced
 
 
 @dataclass(frozen=True)
@@ -55,7 +45,12 @@ class Gearing:
         return Rig(1, 1e-3, ratio, efficiency, constant, counts, np.zeros((1, 3)))
 
 
-def read_log(options: Mapping[str, Any], gearing: Gearing, torque_delay_s: float | None = None) -> AxisLog:
+def read_log(
+    options: Mapping[str, Any],
+    gearing: Gearing,
+    torque_delay_s: float | None = None,
+    limits: Limits | None = None,
+) -> AxisLog:
     """One axis of a log, motor torque plus external torque, ready for the regression.
 
     Parameters
@@ -64,6 +59,8 @@ def read_log(options: Mapping[str, Any], gearing: Gearing, torque_delay_s: float
         Validated options of the playback backend (`of_file`), one axis.
     torque_delay_s
         How late the motor torque is recorded against the position. None: half a period.
+    limits
+        What is plausible. None: what is for any hand-held joint.
 
     Raises
     ------
@@ -73,7 +70,8 @@ def read_log(options: Mapping[str, Any], gearing: Gearing, torque_delay_s: float
     Notes
     -----
     A current measured at slot k was held since slot k - 1, so on average it is half a period old. The
-    external torque of a sensor is taken as of its own instant.
+    external torque of a sensor is taken as of its own instant. What a longer delay leaves without torque at the
+    ends of the log is cut off.
     """
     rig = gearing.rig()
     try:
@@ -81,49 +79,25 @@ def read_log(options: Mapping[str, Any], gearing: Gearing, torque_delay_s: float
     except BackendError as error:
         raise DataError(str(error)) from error
     log = axis_log(recording, rig)
-    _require_plausible(recording, log)
-    if recording.current_a is None:
+    motor = None if recording.current_a is None else axis_log(recording, rig, use="motor").torque_nm
+    require_plausible(recording, log, motor, limits or Limits())
+    if motor is None:
         return log
-    motor = axis_log(recording, rig, use="motor").torque_nm
-    _require_unclipped(motor, f"{log.source}: motor torque")
     delay_s = 0.5 / log.rate_hz if torque_delay_s is None else torque_delay_s
-    return replace(log, torque_nm=log.torque_nm - motor + advanced(motor, log.rate_hz, delay_s))
+    aligned = log.torque_nm - motor + advanced(motor, log.rate_hz, delay_s)
+    return _without_ends(replace(log, torque_nm=aligned), abs(round(delay_s * log.rate_hz)))
 
 
-def _require_plausible(recording: Recording, log: AxisLog) -> None:
-    x = log.position_rad
-    stride = max(1, round(0.05 * log.rate_hz))
-    speed = float(np.abs(x[stride:] - x[:-stride]).max(initial=0.0)) * log.rate_hz / stride
-    if speed > SPEED_MAX_RAD_S:
-        raise DataError(
-            f"{log.source}: column position: {speed:.3g} rad/s is not plausible (at most {SPEED_MAX_RAD_S:g}); "
-            "correct the unit of the position (deg, counts) or of the time"
-        )
-    largest = float(np.abs(log.torque_nm).max())
-    if largest > TORQUE_MAX_NM:
-        raise DataError(
-            f"{log.source}: {largest:.3g} N m of torque is not plausible (at most {TORQUE_MAX_NM:g}); correct the "
-            "unit of the torque, or the torque constant and the gearing"
-        )
-    if np.ptp(log.torque_nm) == 0:
-        raise DataError(f"{log.source}: the torque is constant; map the column that was measured")
-    if recording.hand_torque_nm is not None:
-        _require_unclipped(recording.hand_torque_nm[:, 0], f"{log.source}: external torque")
-
-
-def _require_unclipped(signal: np.ndarray, where: str) -> None:
-    """Refuse a signal that stays at its largest or smallest value: the sensor or the drive cut it off."""
-    if len(np.unique(signal)) < LEVELS_MIN:
-        return  # a coarse or resting signal repeats its extremes by nature
-    for extreme in (signal.max(), signal.min()):
-        at = np.concatenate([[0], (signal == extreme).astype(int), [0]])
-        begins, ends = np.flatnonzero(np.diff(at) > 0), np.flatnonzero(np.diff(at) < 0)
-        longest = int(np.argmax(ends - begins))
-        if ends[longest] - begins[longest] >= CLIPPED_RUN:
-            raise DataError(
-                f"{where}: clipped at {extreme:.4g} N m for {ends[longest] - begins[longest]} samples from row "
-                f"{begins[longest] + 1} on; raise the range of the sensor, or move less briskly"
-            )
+def _without_ends(log: AxisLog, samples: int) -> AxisLog:
+    """The log without so many samples at both ends."""
+    kept = slice(samples, len(log.position_rad) - samples)
+    velocity = log.velocity_rad_s
+    return replace(
+        log,
+        position_rad=log.position_rad[kept],
+        torque_nm=log.torque_nm[kept],
+        velocity_rad_s=None if velocity is None else velocity[kept],
+    )
 
 
 def samples(signals: Regressors, fit: JointFit, sha256: str, *, remove_offset: bool) -> FrictionSamples:

@@ -84,6 +84,7 @@ def axis_log(
         torque_nm=np.sum(torques, axis=0),
         source=str(recording.path),
         sha256=hashlib.sha256(recording.path.read_bytes()).hexdigest(),
+        velocity_rad_s=None if recording.velocity_rad_s is None else recording.velocity_rad_s[:, axis],
     )
 
 

@@ -15,7 +15,7 @@ offset of each log drifts slowly (`rtctl.friction.offsets`); o, f+ and f- are th
 The intervals cover what is random in a log. A torque recorded early or late against the position, or
 bristles that still bend, shift the parameters besides: d seconds of delay add J d w^2 to the viscous friction
 seen at the angular frequency w, and a tenth of a millisecond may be more than its interval. Correct a known
-delay before (`rtctl.friction.regressors.advanced`).
+delay before (`rtctl.friction.signal_shift.advanced`).
 """
 
 from __future__ import annotations
@@ -29,6 +29,12 @@ from rtctl.friction.dynamics import RANK_TOLERANCE, SAMPLES_MIN, require_both_di
 from rtctl.friction.intervals import Estimate, covariance, estimates, time_blocks
 from rtctl.friction.offsets import Offset, OffsetColumns, offset_columns
 from rtctl.friction.regressors import Regressors
+
+STRIBECK_RAD_S = 0.1
+"""Friction rises towards rest below such speeds: Stribeck speeds of geared joints are .02 to .2 rad/s."""
+
+LOW_SPEED_ROWS = 20
+"""Fewest rows of a direction below it that say something about it."""
 
 CONDITION_MAX = 200.0
 """Largest condition number of the scaled regression before its parameters are refused."""
@@ -51,16 +57,27 @@ class Regression:
 
 
 @dataclass(frozen=True)
+class Speeds:
+    """Speeds of the rows of one direction: how many, range, and how many below `STRIBECK_RAD_S`."""
+
+    rows: int
+    lowest_rad_s: float
+    highest_rad_s: float
+    low_speed_rows: int
+
+
+@dataclass(frozen=True)
 class JointFit:
     """Both fits, the offset of each log, and what a reader of the numbers must know besides (`warnings`).
 
-    `drift_nm` are the coefficients of the drift columns (`rtctl.friction.offsets`).
+    `speeds` are those of the rows forwards and backwards; `drift_nm` are the coefficients of the drift columns (`rtctl.friction.offsets`).
     """
 
     symmetric: Regression
     per_direction: Regression
     offsets: tuple[Offset, ...]
     drift_nm: tuple[float, ...]
+    speeds: tuple[Speeds, Speeds]
     warnings: tuple[str, ...] = ()
 
 
@@ -100,7 +117,9 @@ def joint_fit(signals: Regressors) -> JointFit:
     _require_signs(symmetric, signals.source)
     offsets = tuple(offset.describe(drift, signals.sources, signals.sliding))
     coefficients = tuple(float(each) for each in drift)
-    return JointFit(symmetric, per_direction, offsets, coefficients, (*signals.warnings, *_few_slow(signals)))
+    both = speeds(signals)
+    warnings = (*signals.warnings, *_few_slow(signals), *_no_low_speed(signals, both))
+    return JointFit(symmetric, per_direction, offsets, coefficients, both, warnings)
 
 
 def _few_slow(signals: Regressors) -> tuple[str, ...]:
@@ -110,6 +129,36 @@ def _few_slow(signals: Regressors) -> tuple[str, ...]:
     return (
         f"{signals.source}: {slow} samples of slow motion only (below {below:.3g} rad/s): Coulomb and viscous "
         "friction are told apart by the faster motion; record slow motion too, or lower --speed-min-rad-s",
+    )
+
+
+def speeds(signals: Regressors) -> tuple[Speeds, Speeds]:
+    """Speeds of the sliding rows, forwards and backwards."""
+    v = signals.velocity_rad_s[signals.sliding]
+    found = []
+    for speed in (v[v > 0], -v[v < 0]):
+        below = int((speed < STRIBECK_RAD_S).sum())
+        found.append(Speeds(len(speed), float(speed.min()), float(speed.max()), below))
+    return found[0], found[1]
+
+
+def _no_low_speed(signals: Regressors, both: tuple[Speeds, Speeds]) -> tuple[str, ...]:
+    """What it means that a log has hardly any row in the range of the Stribeck peak."""
+    lacking = [
+        (name, each)
+        for name, each in zip(("forwards", "backwards"), both, strict=True)
+        if each.low_speed_rows < LOW_SPEED_ROWS
+    ]
+    if not lacking:
+        return ()
+    named = ", ".join(
+        f"{each.low_speed_rows} {name}, slowest {each.lowest_rad_s:.3g} rad/s" for name, each in lacking
+    )
+    return (
+        f"{signals.source}: hardly any sliding below {STRIBECK_RAD_S:g} rad/s ({named}): break-away and a "
+        "Stribeck peak are not in this log, the Coulomb friction is what faster motion extrapolates to, and a "
+        "model of these points says nothing about lower speeds; for those record slow, steady strokes, or run "
+        "`rtctl identify CONFIG`",
     )
 
 

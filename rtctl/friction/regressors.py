@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,6 +16,11 @@ from rtctl.friction.dynamics import (
     AxisLog,
     smooth,
 )
+from rtctl.friction.recorded_velocity import aligned_velocity
+from rtctl.friction.signal_shift import advanced, derivatives
+
+CUTOFF_SHARE = 0.2
+"""Highest cut-off, share of the rate."""
 
 SETTLE_RAD = 0.01
 """Travel after a reversal before friction counts as that of sliding; at most `SETTLE_SHARE` of the range."""
@@ -71,31 +77,9 @@ class Regressors:
         return both >= SAMPLES_MIN and self.slow()[0] >= SAMPLES_MIN // 2
 
 
-def derivatives(position: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """First and second derivative by five-point central differences; two samples at each end are zero.
-
-    Notes
-    -----
-    The error is (w T)^4/30 of the first and (w T)^4/90 of the second, against (w T)^2/6 and (w T)^2/12 of
-    three points, so a log of 100 Hz does as well as one of 1 kHz.
-    """
-    x = position
-    v, a = np.zeros_like(x), np.zeros_like(x)
-    v[2:-2] = (8 * (x[3:-1] - x[1:-3]) - (x[4:] - x[:-4])) / (12 * step)
-    a[2:-2] = (16 * (x[3:-1] + x[1:-3]) - (x[4:] + x[:-4]) - 30 * x[2:-2]) / (12 * step**2)
-    return v, a
-
-
-def advanced(signal: np.ndarray, rate_hz: float, delay_s: float) -> np.ndarray:
-    """A signal recorded `delay_s` late against the position, as it was at the instants of the position.
-
-    Notes
-    -----
-    Second-order Taylor series, ``s(t + d) = s + d s' + d^2/2 s''``: the error is (w d)^3/6, 2e-6 for half a
-    period of 1 kHz and 3 Hz of motion. Filter the signal before: derivatives of noise are large.
-    """
-    first, second = derivatives(signal, 1 / rate_hz)
-    return np.asarray(signal + delay_s * first + 0.5 * delay_s**2 * second)
+def cutoff_for(logs: Sequence[AxisLog]) -> float:
+    """Cut-off that suits every one of the logs, Hz: the usual one, or what the lowest rate carries."""
+    return min(CUTOFF_HZ, *(CUTOFF_SHARE * log.rate_hz for log in logs))
 
 
 def regressors(
@@ -118,22 +102,24 @@ def regressors(
     Raises
     ------
     DataError
-        A cut-off the rate cannot carry, a log too short for it, or hardly any motion.
+        A cut-off the rate cannot carry, a log too short for it, hardly any motion, or a recorded velocity
+        that is not that of the position (`rtctl.friction.recorded_velocity`).
 
     Notes
     -----
     The direction is a column of the regression and is filtered too: around a reversal both sides of the
-    balance are then blurred alike. Rows within the margin, or `SETTLE_RAD` of travel, of a reversal are not
+    balance are then blurred alike. A recorded velocity takes the place of the first derivative. Rows within the margin, or `SETTLE_RAD` of travel, of a reversal are not
     `sliding`: there bristles bend before the contact slips.
     """
     edge, span = _checked(log, cutoff_hz)
     rate, n = log.rate_hz, len(log.position_rad)
     x = smooth(log.position_rad, rate, cutoff_hz)
-    v, a = derivatives(x, 1 / rate)
+    v, a, notes = _motion(log, x, cutoff_hz)
     torque = smooth(log.torque_nm, rate, cutoff_hz)
     if torque_delay_s:
         torque = advanced(torque, rate, torque_delay_s)
-    kept = slice(edge, n - edge, max(1, edge // SAMPLES_PER_CUTOFF))
+    ends = edge + abs(round(torque_delay_s * rate))
+    kept = slice(ends, n - ends, max(1, edge // SAMPLES_PER_CUTOFF))
 
     def with_margin(periods: float) -> Regressors:
         reach = max(1, round(periods * edge))
@@ -149,6 +135,7 @@ def regressors(
             log=np.zeros(len(x[kept]), int),
             cutoff_hz=cutoff_hz,
             sources=(log.source,),
+            warnings=notes,
         )
 
     usual = with_margin(MARGIN_PERIODS if margin_periods is None else margin_periods)
@@ -159,14 +146,29 @@ def regressors(
         f"({1e3 * FALLBACK_PERIODS / cutoff_hz:.3g} ms) is left out instead of a whole one; Coulomb friction may "
         "be biased (by how much was not measured); slower, longer strokes avoid it"
     )
-    return replace(with_margin(FALLBACK_PERIODS), warnings=(warning,))
+    return replace(with_margin(FALLBACK_PERIODS), warnings=(*notes, warning))
+
+
+def _motion(
+    log: AxisLog, position: np.ndarray, cutoff_hz: float
+) -> tuple[np.ndarray, np.ndarray, tuple[str, ...]]:
+    """Velocity and acceleration of a log, from its velocity where it has one, and notes about that one."""
+    step = 1 / log.rate_hz
+    v, a = derivatives(position, step)
+    if log.velocity_rad_s is None:
+        return v, a, ()
+    recorded = smooth(log.velocity_rad_s, log.rate_hz, cutoff_hz)
+    v, notes = aligned_velocity(recorded, v, a, log.rate_hz, cutoff_hz, log.source)
+    return v, derivatives(v, step)[0], notes
 
 
 def _checked(log: AxisLog, cutoff_hz: float) -> tuple[int, float]:
     """Samples per period of the cut-off, and the range of the position in rad."""
     rate, n = log.rate_hz, len(log.position_rad)
-    if not 0 < cutoff_hz <= 0.2 * rate:
-        raise DataError(f"{log.source}: cut-off {cutoff_hz:g} Hz must lie in 0..{0.2 * rate:g} Hz (rate / 5)")
+    if not 0 < cutoff_hz <= CUTOFF_SHARE * rate:
+        raise DataError(
+            f"{log.source}: cut-off {cutoff_hz:g} Hz must lie in 0..{CUTOFF_SHARE * rate:g} Hz (rate / 5)"
+        )
     edge = max(4, round(rate / cutoff_hz))
     if n < 10 * edge:
         raise DataError(

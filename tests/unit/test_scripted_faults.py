@@ -9,7 +9,9 @@ import pytest
 
 from hw import registry
 from hw.fault_kinds import markdown_table
+from hw.interface import LinkLost
 from hw.mock.backend import MockBackend
+from hw.rig import Member, compose
 from rtctl.config import load
 from rtctl.control import law
 from rtctl.control.jit import records
@@ -179,3 +181,28 @@ def test_the_tour_goes_through_one_fault_after_another_on_a_shipped_rig():
 def test_the_document_has_the_table_of_kinds_there_are(request):
     text = (request.config.rootpath / "docs" / "faults.md").read_text()
     assert markdown_table() in text, "paste hw.fault_kinds.markdown_table() into docs/faults.md"
+
+
+def test_in_a_rig_of_several_devices_a_fault_stays_in_its_own():
+    """The force comes from a second device, whose link fails; the first goes on."""
+    rig = load(MOCK).config.hardware()
+
+    def member(kind, channels, faults):
+        options = registry.options_model("mock").model_validate({"faults": faults})
+        return Member("mock", options.model_dump(mode="json"), kind, (0,), channels)
+
+    drive = ("position", "current", "temperature", "estop", "current_command")
+    dropped = {"channel": "link", "kind": "checksum", "at_tick": 4, "for_ticks": 2}
+    lost = {"channel": "link", "kind": "raise_read", "at_tick": 8, "for_ticks": 1}
+    backend = compose([member("drive", drive, []), member("finger", ("force",), [dropped, lost])], rig)
+    tick, bits = records(new_ticks(1, 1)), []
+    for k in range(8):
+        tick["tick"] = k
+        backend.read(tick)
+        bits.append(int(tick["link_faults"][0]))
+        backend.write(tick)
+    assert bits == [0, 0, 0, 0, 1, 1, 0, 0]
+    tick["tick"] = 8
+    with pytest.raises(LinkLost, match="finger: scripted fault"):
+        backend.read(tick)
+    backend.close()

@@ -1,13 +1,17 @@
 """`rtctl identify --log`: from recordings to a table and to points that `rtctl fit` reads."""
 
+import hashlib
 import json
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from rtctl.__main__ import main
 from rtctl.friction.points import read_points
+
+CONFIG = Path(__file__).parents[3] / "configs" / "mock.toml"
 
 
 @pytest.fixture
@@ -26,9 +30,10 @@ def log(tmp_path):
     torque = 0.012 * acceleration + 0.05 * v + 0.25 * np.sign(v) + 0.02 + noise
     path = tmp_path / "log.csv"
     rows = "\n".join(
-        f"{a:.4f},{np.degrees(b):.9g},{1e3 * c:.9g}" for a, b, c in zip(t, x, torque, strict=True)
+        f"{a:.4f},{np.degrees(b):.9g},{1e3 * c:.9g},{30 / np.pi * d:.9g}"
+        for a, b, c, d in zip(t, x, torque, v, strict=True)
     )
-    path.write_text(f"time_s,angle,milli\n{rows}\n")
+    path.write_text(f"time_s,angle,milli,speed\n{rows}\n")
     return path
 
 
@@ -57,6 +62,71 @@ def test_a_log_in_degrees_and_millinewtonmetres_gives_the_parameters_and_points(
         assert found[name]["value"] == pytest.approx(truth, rel=0.02)
     speed, friction = read_points(out / "points.csv").branch(1)
     np.testing.assert_allclose(friction, 0.25 + 0.05 * speed, rtol=0.05)
+
+
+def test_the_report_knows_its_points_the_speeds_and_the_offset_of_each_log(
+    monkeypatch, capsys, log, tmp_path
+):
+    out, second = tmp_path / "out", tmp_path / "second.csv"
+    second.write_bytes(log.read_bytes())
+    code, text, _ = run(monkeypatch, capsys, "--log", log, "--log", second, *MAPPED, "--out", out)
+    assert code == 0
+    assert "offset_2_nm" in text
+    assert "below 0.1 rad/s" in text
+    assert "nothing about lower speeds" in text
+    document = json.loads((out / "regression.json").read_text())
+    assert document["points_sha256"] == hashlib.sha256((out / "points.csv").read_bytes()).hexdigest()
+    assert [each["parameter"] for each in document["offsets"]] == ["offset_1_nm", "offset_2_nm"]
+    assert [each["file"] for each in document["logs"]] == [str(log), str(second)]
+    assert document["torque_delay_s"] == [0.0, 0.0]
+
+
+def test_a_velocity_column_is_used_and_checked(monkeypatch, capsys, log):
+    arguments = ("--log", log, *MAPPED, "--column")
+    code, text, _ = run(monkeypatch, capsys, *arguments, "velocity=speed:rpm", "--json")
+    assert code == 0
+    assert json.loads(text)["symmetric"]["parameters"]["inertia_kgm2"]["value"] == pytest.approx(
+        0.012, rel=0.02
+    )
+    code, _, error = run(monkeypatch, capsys, *arguments, "velocity=speed:deg/s")
+    assert code == 10
+    assert "column velocity: 0.1667 times the derivative of the position" in error
+
+
+def test_the_rig_file_finds_a_wrong_unit(monkeypatch, capsys, log, tmp_path):
+    wrong = ("--column", "position=angle:deg", "--column", "torque=milli:N m", "--out", tmp_path / "out")
+    code, _, error = run(monkeypatch, capsys, "--log", log, *wrong, "--config", CONFIG)
+    assert code == 10
+    assert "motor torque" in error
+    assert "at most 2.5 for joint of" in error
+    assert not (tmp_path / "out").exists()
+    code, text, _ = run(monkeypatch, capsys, "--log", log, *MAPPED, "--config", CONFIG)
+    assert code == 0
+    assert "inertia_kgm2 = " not in text, "found and rig file agree"
+
+
+def test_an_axis_the_rig_file_does_not_have_is_refused(monkeypatch, capsys, log):
+    code, _, error = run(monkeypatch, capsys, "--log", log, *MAPPED, "--config", CONFIG, "--axis", "3")
+    assert code == 3
+    assert "there is no axis 3" in error
+
+
+def test_the_gearing_of_the_rig_file_turns_a_current_into_torque(monkeypatch, capsys, log):
+    amperes = ("--column", "position=angle:deg", "--column", f"current=milli:mA:{1 / (80 * 0.72 * 0.0134)}")
+    code, text, _ = run(
+        monkeypatch, capsys, "--log", log, *amperes, "--torque-delay", "0", "--config", CONFIG, "--json"
+    )
+    assert code == 0
+    assert json.loads(text)["symmetric"]["parameters"]["coulomb_nm"]["value"] == pytest.approx(0.25, rel=0.02)
+
+
+def test_when_the_report_cannot_be_written_the_old_points_stay(monkeypatch, capsys, log, tmp_path):
+    (tmp_path / "out" / "regression.json").mkdir(parents=True)
+    (tmp_path / "out" / "points.csv").write_text("old")
+    code, _, error = run(monkeypatch, capsys, "--log", log, *MAPPED, "--out", tmp_path / "out")
+    assert code == 10
+    assert "regression.json: is a folder" in error
+    assert (tmp_path / "out" / "points.csv").read_text() == "old"
 
 
 def test_a_map_in_a_file_does_as_well_and_the_table_shows_intervals(monkeypatch, capsys, log, tmp_path):

@@ -32,6 +32,15 @@ def test_a_late_motor_torque_is_put_back_by_half_a_period_unless_told_otherwise(
     assert np.abs(read(tmp_path, t, x, late, torque_delay_s=0.0).torque_nm - late).max() < 1e-6
 
 
+def test_a_delay_of_many_samples_is_exact_and_what_it_leaves_open_is_cut_off(tmp_path):
+    t, x, _ = signals()
+    early = np.cos(2.5 * (t + 0.0207))
+    found = read(tmp_path, t, x, early, torque_delay_s=-0.0207)
+    assert len(found.torque_nm) == len(found.position_rad) == len(t) - 20
+    assert np.abs(found.torque_nm - np.cos(2.5 * t[10:-10]))[2:-2].max() < 1e-6
+    np.testing.assert_allclose(found.position_rad, x[10:-10], atol=1e-8)
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -41,7 +50,15 @@ def test_a_late_motor_torque_is_put_back_by_half_a_period_unless_told_otherwise(
         (lambda t, x, tau: (t, x, 1e5 * tau), "unit of the torque"),
         (lambda t, x, tau: (0 * t, x, tau), "time does not increase"),
         (lambda t, x, tau: (t[::-1], x, tau), "time does not increase"),
-        (lambda t, x, tau: (np.where(np.arange(len(t)) == 70, t - 0.002, t), x, tau), "uneven sampling"),
+        (lambda t, x, tau: (np.where(np.arange(len(t)) == 70, t - 0.001, t), x, tau), "uneven sampling"),
+        (
+            lambda t, x, tau: (np.where(np.arange(len(t)) == 70, t - 0.002, t), x, tau),
+            "1 duplicated timestamps",
+        ),
+        (
+            lambda t, x, tau: (np.where(np.arange(len(t)) == 70, t - 0.003, t), x, tau),
+            "unsorted time: row 71",
+        ),
         (lambda t, x, tau: (t, np.where(t == 1.0, np.nan, x), tau), "'x' row 501.*not a finite number"),
     ],
 )

@@ -10,7 +10,8 @@ from rtctl.config import load
 from rtctl.errors import DataError
 from rtctl.friction.dynamics import AxisLog
 from rtctl.friction.regression import joint_fit, offset_rows
-from rtctl.friction.regressors import advanced, derivatives, pooled, regressors
+from rtctl.friction.regressors import cutoff_for, pooled, regressors
+from rtctl.friction.signal_shift import advanced, derivatives
 from rtctl.simulation import Simulation
 
 RATE_HZ = 500.0
@@ -131,7 +132,23 @@ def test_strokes_too_short_for_the_usual_margin_are_used_with_a_warning():
     with_half = fitted(brisk)
     assert any("half a period" in warning for warning in with_half.warnings)
     assert with_half.symmetric.parameters["inertia_kgm2"].value == pytest.approx(0.012, rel=0.03)
-    assert fitted(log()).warnings == ()
+    assert not any("half a period" in warning for warning in fitted(log()).warnings)
+
+
+def test_a_log_without_low_speeds_says_so_and_what_follows():
+    brisk = fitted(log())
+    assert any("break-away" in text and "nothing about lower speeds" in text for text in brisk.warnings)
+    slow = fitted(log(sines=((1.0, 0.02), (0.01, 0.3)), seconds=120.0))
+    assert not any("break-away" in text for text in slow.warnings)
+    forwards, backwards = slow.speeds
+    assert 0.03 <= forwards.lowest_rad_s < 0.05 < forwards.highest_rad_s < 0.2
+    assert min(forwards.low_speed_rows, backwards.low_speed_rows) > 100
+
+
+def test_the_default_cut_off_is_what_the_lowest_rate_carries():
+    quick = log()
+    assert cutoff_for([quick]) == 20.0
+    assert cutoff_for([quick, replace(quick, rate_hz=50.0)]) == 10.0
 
 
 def test_a_torque_recorded_late_is_put_back_where_it_belongs():

@@ -7,6 +7,7 @@ from pydantic import ValidationError
 
 from hw.fault_options import load_schedule, read_faults
 from hw.mock.options import MockOptions
+from hw.playback.options import PlaybackOptions
 
 GOOD = {"channel": "position", "kind": "jump", "at_tick": 5, "for_ticks": 1, "value": 0.1}
 
@@ -71,7 +72,7 @@ def test_too_many_faults_are_refused():
         ("[[fault]]\nchannel = 'link'\nkind = 'drop'\nat_s = 1", "fault[0]: for_s, for_ticks: give one"),
         ("[[fualt]]\n", "fault: Field required"),
         ("[[fault]]\n= 1", "not a TOML file"),
-        ("fault = []", "at least 1"),
+        ("fault = []", "fault: needs at least one"),
         (b"\xff\xfe", "not a TOML file"),
     ],
 )
@@ -112,3 +113,14 @@ def test_the_mock_takes_a_file_beside_the_rig_file_or_the_tables(tmp_path):
 def test_a_width_no_counter_has_is_refused(bits):
     with pytest.raises(ValidationError, match="encoder_bits"):
         MockOptions.model_validate({"axis": [{"encoder_bits": bits}]})
+
+
+def test_a_playback_has_no_actuator_to_break(tmp_path):
+    (tmp_path / "log.csv").write_text("x\n0\n0\n")
+    table = {"file": "log.csv", "rate_hz": 1000.0, "axis": [{"position": {"column": "x"}}]}
+    dead = {"channel": "actuator", "kind": "dead", "at_tick": 1, "for_ticks": 0}
+    with pytest.raises(
+        ValidationError, match=r"\[1\]\.channel: 'actuator': a log has only position, current"
+    ):
+        PlaybackOptions.model_validate({**table, "faults": [GOOD, dead]}, context={"folder": tmp_path})
+    PlaybackOptions.model_validate({**table, "faults": [GOOD]}, context={"folder": tmp_path})

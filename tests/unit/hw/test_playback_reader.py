@@ -90,6 +90,7 @@ def test_a_log_without_time_takes_its_rate_from_the_options(tmp_path):
 
 
 GAP = [k / 1000 if k < 20 else (k + 1) / 1000 for k in range(50)]
+TWICE = [*EVEN[:10], EVEN[9], *EVEN[11:30], EVEN[29], *EVEN[31:]]
 BACK = [*EVEN[:30], 0.0285, *EVEN[31:]]
 
 
@@ -108,7 +109,8 @@ BACK = [*EVEN[:30], 0.0285, *EVEN[31:]]
         ("t,x\n0,1\n0.001,2\n0.002,-inf\n", "'x' row 3: -inf"),
         ("t,x\n0,1\nnan,2\n0.002,3\n", "'t' row 2"),
         (rows(GAP, range(50)), r"uneven sampling: row 21 comes 0.002 s"),
-        (rows(BACK, range(50)), "uneven sampling: row 31"),
+        (rows(BACK, range(50)), "unsorted time: row 31 .*1 such rows.*sort the log"),
+        (rows(TWICE, range(50)), "2 duplicated timestamps, the first 0.009 s in rows 10 and 11; remove"),
         (rows([0.0] * 5, range(5)), "does not increase"),
         (rows(EVEN[::-1], range(50)), "does not increase"),
     ],

@@ -169,12 +169,15 @@ def test_damage_is_a_checksum_fault_unless_a_good_sample_follows_at_once():
     }
 
 
-def test_nothing_out_of_a_backlog_is_fresh():
+def test_nothing_out_of_a_backlog_is_fresh_and_what_comes_after_it_is():
     wire = Wire()
-    wire.feed(wire.packet(), link.BACKLOGGED)
-    assert wire.count == 0
     wire.feed(wire.packet())
+    wire.feed(wire.packet(), link.BACKLOGGED)
     assert wire.count == 1
+    wire.board.sequence += 40_000  # the loop stood still for more than half the range of sequence numbers
+    wire.feed(wire.packet(step_us=3_000_000_000))
+    assert wire.count == 2
+    assert wire.faults == 0
 
 
 @pytest.mark.parametrize("start", [0, 2**31 - 3, -(2**31) + 2, 2**32 - 3])

@@ -1,0 +1,165 @@
+"""Any interface python-can drives, behind the same five methods as the raw socket.
+
+Its traps are dealt with here: filters stay off, because `recv(0)` gives None for a frame they drop though
+a wanted one waits behind it; slcan's serial time-out of 1 ms is set to 0, and its acknowledge lines read
+as None; a garbled line raises ValueError or IndexError and counts as damaged.
+"""
+
+from __future__ import annotations
+
+import errno
+from collections.abc import Mapping
+from typing import Any
+
+from hw.can.bus import DRAIN_LIMIT, EXTENDED, REMOTE, Handler
+from hw.can.health import BusHealth
+from hw.interface import BackendError, LinkLost, Options
+
+_FULL = frozenset({errno.ENOBUFS, errno.EAGAIN, errno.ETIMEDOUT})
+
+
+def python_can() -> Any:  # noqa: ANN401
+    """The module `can`. Raises BackendError naming the extra to install."""
+    try:
+        import can
+    except ModuleNotFoundError as error:
+        raise BackendError("this CAN interface needs python-can: pip install 'rtctl[can]'") from error
+    return can
+
+
+def _arguments(options: Options) -> dict[str, Any]:
+    """Arguments of `can.Bus`: the table's own keys, then what the interface needs, then what the user adds."""
+    arguments: dict[str, Any] = {
+        "interface": options["interface"],
+        "channel": options["channel"],
+        "ignore_config": True,
+    }
+    if options["interface"] not in ("socketcan", "virtual", "udp_multicast"):
+        arguments["bitrate"] = options["bitrate"]
+        if options["fd"]:
+            arguments["data_bitrate"] = options["data_bitrate"]
+    if options["interface"] == "slcan":
+        arguments["timeout"] = 0.0  # any other makes every empty poll that long
+    if options["fd"] or options["interface"] == "udp_multicast":
+        arguments["fd"] = options["fd"]
+    return {**arguments, **options["arguments"]}
+
+
+class AdapterFrame:
+    """A python-can message whose data is changed in place."""
+
+    __slots__ = ("buffer", "length", "message", "offset")
+
+    def __init__(self, can_id: int, length: int, *, fd: bool) -> None:
+        self.message = python_can().Message(
+            arbitration_id=can_id & 0x1FFF_FFFF,
+            is_extended_id=bool(can_id & EXTENDED),
+            is_remote_frame=bool(can_id & REMOTE),
+            is_fd=fd,
+            bitrate_switch=fd,
+            dlc=length,
+            data=None if can_id & REMOTE else bytearray(length),
+        )
+        self.buffer: bytearray = self.message.data
+        self.offset, self.length = 0, length
+
+
+class AdapterBus:
+    """One python-can bus. Raises BackendError if it cannot be opened."""
+
+    def __init__(self, options: Options) -> None:
+        can = python_can()
+        self.health = BusHealth()
+        self._name = f"CAN {options['interface']} {options['channel']}"
+        self._fd = bool(options["fd"])
+        self._handlers: dict[int, Handler] = {}
+        self._chatty = options["interface"] == "slcan"
+        self._unread_replies = 0
+        self._errors = (can.CanError, OSError)
+        self._lost = ""
+        try:
+            self._bus = can.Bus(**_arguments(options))
+        except (can.CanError, OSError, ImportError, ValueError, TypeError) as error:
+            raise BackendError(
+                f"{self._name} cannot be opened: {error}; check interface, channel and arguments of "
+                "[device.options.bus], that the adapter is plugged in, and that no other program holds it"
+            ) from error
+        self._recv, self._send = self._bus.recv, self._bus.send
+
+    def subscribe(self, handlers: Mapping[int, Handler]) -> None:
+        """Have `receive` call these; all other frames are dropped here."""
+        self._handlers = dict(handlers)
+
+    def receive(self) -> bool:
+        """Hand every waiting frame to its handler. Raises LinkLost once the adapter is gone."""
+        if self._lost:
+            raise LinkLost(self._lost)
+        recv, handlers = self._recv, self._handlers
+        empties = self._unread_replies + 1 if self._chatty else 1
+        for _ in range(DRAIN_LIMIT):
+            try:
+                message = recv(0)
+            except (ValueError, IndexError):
+                self.health.counts["damaged"] += 1
+                continue
+            except self._errors as error:
+                raise self._gone(error) from error
+            if message is None:
+                empties -= 1
+                if empties <= 0:
+                    self._unread_replies = 0
+                    return True
+                continue
+            can_id = message.arbitration_id
+            if message.is_extended_id:
+                can_id |= EXTENDED
+            if message.is_error_frame:
+                self.health.error_frame(message.arbitration_id, message.data)
+                continue
+            if message.is_remote_frame:
+                can_id |= REMOTE
+            handler = handlers.get(can_id)
+            if handler is not None:
+                handler(message.data, 0, message.dlc)
+        return False
+
+    def _gone(self, error: Exception) -> LinkLost:
+        self._lost = self._lost or f"{self._name} is lost: {error}; plug the adapter in again"
+        return LinkLost(self._lost)
+
+    def outgoing(self, can_id: int, length: int) -> AdapterFrame:
+        """Make a frame that can be sent; its data is all zero."""
+        return AdapterFrame(can_id, length, fd=self._fd)
+
+    def send(self, frame: AdapterFrame) -> bool:
+        """Queue a frame; False when the queue is full. Raises LinkLost."""
+        if self._lost:
+            raise LinkLost(self._lost)
+        try:
+            self._send(frame.message, timeout=0)
+        except self._errors as error:
+            cause = error.__cause__ or error
+            code = getattr(error, "error_code", None) or getattr(cause, "errno", None)
+            if code in _FULL or isinstance(cause, TimeoutError):
+                self.health.refused()
+                return False
+            raise self._gone(error) from error
+        self._unread_replies += 1
+        if self.health.refused_in_a_row:
+            self.health.taken()
+        return True
+
+    def fresh_python_can(self) -> Any:  # noqa: ANN401
+        """The bus itself: most adapters can be opened only once."""
+        return self._bus
+
+    def release(self, bus: Any) -> None:  # noqa: ANN401
+        """Keep it open."""
+
+    def close(self) -> None:
+        """Shut the bus down; an adapter that is gone already is no error."""
+        self._lost = self._lost or f"{self._name}: closed"
+        try:
+            self._bus.shutdown()
+        except self._errors:
+            return

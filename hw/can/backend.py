@@ -1,0 +1,355 @@
+"""Drives on one CAN bus as a backend. Runs in the loop process: no pydantic here.
+
+One cycle: `read` drains the bus, newest frame of each kind winning, and takes the sample when every part of
+it has arrived since the last one; `write` sends one command per axis. Nothing here waits.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+import numpy as np
+
+from hw.can.bus import Bus, Handler, open_bus, require
+from hw.can.cia402 import HEARTBEAT, OPERATIONAL, SYNC, Cia402Axis
+from hw.can.moteus import MoteusAxis
+from hw.can.odrive import OdriveAxis
+from hw.can.sample import Sample
+from hw.interface import BackendError, LinkFault, LinkLost, Options, Rig
+
+SILENT_TICKS = 10
+"""Cycles without a complete sample after which the link counts as lost, besides each sample going stale."""
+
+UNKNOWN_AGE_TICKS = 2
+"""After more missed slots than this what waits in the queue may be old: it is dropped, not shown as fresh."""
+
+STOP_S = 0.02
+"""How long `stop` keeps trying when the queue of the interface is full."""
+
+_LOST = int(LinkFault.LOST)
+
+
+class Drive(Protocol):
+    """One axis of a known protocol."""
+
+    identity: bytes
+
+    def handlers(self) -> Mapping[int, Handler]:
+        """Its frames."""
+
+    def set_up(self, bus: Bus) -> None:
+        """Make it ready, disarmed, and hear it. May block. Raises BackendError."""
+
+    def prime(self, bus: Bus) -> None:
+        """Ask for a sample where none comes unasked."""
+
+    def write(self, bus: Bus, current_a: float, enabled: bool) -> None:
+        """One cycle's command."""
+
+    def link_faults(self) -> int:
+        """`LinkFault` bits of the drive."""
+
+    def status(self) -> str:
+        """What it says about itself, for people."""
+
+    def stop(self, bus: Bus) -> None:
+        """Torque-free now."""
+
+
+class CanBackend:
+    """A bus and its devices. Subclasses say which, and send each cycle's commands.
+
+    Attributes
+    ----------
+    provides, consumes : frozenset of str
+        Channels.
+    sample : Sample
+        Newest values and counters of bad frames.
+    """
+
+    provides: frozenset[str]
+    consumes: frozenset[str]
+
+    def __init__(self, options: Options, rig: Rig) -> None:
+        self._options, self._rig = options, rig
+        self.sample = Sample(rig.n_axes)
+        self.bus: Bus | None = None
+        self._identity: tuple[bytes, ...] | None = None
+        self._tick: np.ndarray | None = None
+        self._count = self._silent = 0
+        self._slot = 0
+        self._taken = Sample(rig.n_axes)
+
+    def _set_up(self, bus: Bus) -> Mapping[int, Handler]:
+        """Make every device ready; returns all handlers. Raises BackendError."""
+        raise NotImplementedError
+
+    def _prime(self, bus: Bus) -> None:
+        raise NotImplementedError
+
+    def _send(self, bus: Bus, enabled: bool) -> None:
+        raise NotImplementedError
+
+    def _stop(self, bus: Bus) -> None:
+        raise NotImplementedError
+
+    def _device_faults(self) -> int:
+        return 0
+
+    def _identities(self) -> tuple[bytes, ...]:
+        return ()
+
+    def open(self) -> None:
+        """Open the bus, set every device up disarmed, and have a first sample. Raises BackendError."""
+        if self.bus is not None:
+            return
+        bus = open_bus(self._options["bus"])
+        try:
+            bus.subscribe(self._set_up(bus))
+            self._check_identity()
+            self.sample.fresh = 0
+            self._prime(bus)
+        except BaseException:
+            bus.close()
+            raise
+        self.bus, self._tick = bus, None
+        self._count = self._silent = 0
+
+    def _check_identity(self) -> None:
+        """A re-opened device must be the one that was opened first."""
+        found = self._identities()
+        require(
+            self._identity is None or self._identity == found,
+            f"the devices on {self._options['bus']['channel']} are others than before: identities "
+            f"{[one.hex() for one in found]} in place of {[one.hex() for one in self._identity or ()]}; "
+            "connect the same ones again, or start anew",
+        )
+        self._identity = found
+
+    def warm_up(self, tick: np.ndarray) -> None:
+        """Forget what has queued up since `open`, and ask for a new sample."""
+        bus = self._open_bus()
+        while not bus.receive():
+            pass
+        self.sample.fresh = self.sample.faults = 0
+        self._prime(bus)
+        self._bind(tick)
+
+    def _open_bus(self) -> Bus:
+        if self.bus is None:
+            raise LinkLost(f"the bus {self._options['bus']['channel']} is not open")
+        return self.bus
+
+    def _bind(self, tick: np.ndarray) -> None:
+        """Keep plain views of the fields: looking them up costs more than filling them."""
+        self._open_bus()
+        row: Any = tick.view(np.ndarray)
+        view: Any = memoryview
+        self._slots, self._counts = view(row["tick"]), view(row["sample_count"])
+        self._faults, self._enabled = view(row["link_faults"].view(np.int64)), view(row["enabled"])
+        self._current = view(row["current_command_a"][0])
+        self._torque = view(row["torque_applied_nm"][0])
+        fields = {
+            "position": ("position_rad", self._taken.position_rad),
+            "current": ("current_a", self._taken.current_a),
+            "temperature": ("temperature_c", self._taken.temperature_c),
+            "force": ("force_n", self._taken.force_n),
+        }
+        shown = [fields[channel] for channel in fields if channel in self.provides]
+        self._shown = [(view(row[name][0]), view(values)) for name, values in shown]
+        self._estop = view(row["estop"]) if "estop" in self.provides else None
+        self._slot = int(self._slots[0])
+        self._tick = tick
+
+    def read(self, tick: np.ndarray) -> None:
+        """Take the newest sample, or show the last one again. Raises LinkLost."""
+        if tick is not self._tick:
+            self._bind_anew(tick)
+        sample, bus = self.sample, self.bus
+        if bus is None:
+            raise LinkLost("the CAN bus is not open")
+        sample.faults = 0
+        drained = bus.receive()
+        slot = self._slots[0]
+        if slot - self._slot > UNKNOWN_AGE_TICKS:
+            sample.fresh = 0
+        self._slot = slot
+        faults = sample.faults | bus.health.link_faults | self._device_faults()
+        self._silent += 1
+        if drained and sample.fresh == sample.needed:
+            self._take()
+        elif self._silent > SILENT_TICKS:
+            faults |= _LOST
+        self._show()
+        self._faults[0] = faults
+
+    def _bind_anew(self, tick: np.ndarray) -> None:
+        slot = self._slot
+        first = self._tick is None
+        self._bind(tick)
+        if not first:
+            self._slot = slot
+
+    def _take(self) -> None:
+        sample, taken = self.sample, self._taken
+        taken.position_rad[:] = sample.position_rad
+        taken.current_a[:] = sample.current_a
+        taken.temperature_c[:] = sample.temperature_c
+        taken.force_n[:] = sample.force_n
+        taken.estop = sample.estop
+        sample.fresh = self._silent = 0
+        self._count += 1
+
+    def _show(self) -> None:
+        for field, values in self._shown:
+            field[:] = values
+        if self._estop is not None:
+            self._estop[0] = self._taken.estop
+        self._counts[0] = self._count
+
+    def write(self, tick: np.ndarray) -> None:
+        """Send this cycle's commands. Raises LinkLost."""
+        if tick is not self._tick:
+            self._bind_anew(tick)
+        if self.bus is None:
+            raise LinkLost("the CAN bus is not open")
+        self._send(self.bus, self._enabled[0] != 0)
+
+    def counts(self) -> dict[str, int]:
+        """Samples taken, frames refused here by reason, and what the controller reported."""
+        health = {} if self.bus is None else self.bus.health.counts
+        return {
+            "samples": self._count,
+            **self.sample.counts,
+            **{f"bus_{name}": n for name, n in health.items()},
+        }
+
+    def stop(self) -> None:
+        """Every actuator torque-free now; tries for STOP_S when the interface's queue is full. Cannot raise."""
+        bus = self.bus
+        if bus is None:
+            return
+        deadline = time.monotonic() + STOP_S
+        while True:
+            refused = bus.health.counts["tx_refused"]
+            try:
+                self._stop(bus)
+            except LinkLost:
+                return
+            if bus.health.counts["tx_refused"] == refused or time.monotonic() > deadline:
+                return
+            time.sleep(5e-4)
+
+    def close(self) -> None:
+        """Stop and release the bus."""
+        self.stop()
+        bus, self.bus, self._tick = self.bus, None, None
+        if bus is not None:
+            bus.close()
+
+
+class DriveBackend(CanBackend):
+    """One drive per axis, all of one protocol."""
+
+    kind: type[Any]
+    name = ""
+
+    def __init__(self, options: Options, rig: Rig) -> None:
+        super().__init__(options, rig)
+        if len(options["axis"]) != rig.n_axes:
+            raise BackendError(
+                f"{self.name}: {len(options['axis'])} [[device.options.axis]] tables for {rig.n_axes} axes; "
+                "give one per axis, in order"
+            )
+        self.drives: Sequence[Drive] = [
+            self.kind(table, options, rig, axis, self.sample) for axis, table in enumerate(options["axis"])
+        ]
+        self.provides = frozenset({"position", "current"}) | (
+            {"temperature"} if self._gives_temperature() else set()
+        )
+        self.consumes = frozenset({"current_command"})
+        self._writers = [drive.write for drive in self.drives]
+
+    def _gives_temperature(self) -> bool:
+        return False
+
+    def _set_up(self, bus: Bus) -> Mapping[int, Handler]:
+        everything: dict[int, Handler] = {}
+        for drive in self.drives:
+            everything |= drive.handlers()
+        for drive in self.drives:
+            bus.subscribe(everything)
+            drive.set_up(bus)
+        return everything
+
+    def _prime(self, bus: Bus) -> None:
+        for drive in self.drives:
+            drive.prime(bus)
+
+    def _send(self, bus: Bus, enabled: bool) -> None:
+        for write, current_a in zip(self._writers, self._current, strict=True):
+            write(bus, current_a, enabled)
+
+    def _stop(self, bus: Bus) -> None:
+        for drive in self.drives:
+            drive.stop(bus)
+
+    def _device_faults(self) -> int:
+        faults = 0
+        for drive in self.drives:
+            faults |= drive.link_faults()
+        return faults
+
+    def _identities(self) -> tuple[bytes, ...]:
+        return tuple(drive.identity for drive in self.drives)
+
+    def status(self) -> list[str]:
+        """What the drives say about themselves."""
+        return [drive.status() for drive in self.drives]
+
+
+class OdriveBackend(DriveBackend):
+    """ODrives over CAN Simple."""
+
+    kind, name = OdriveAxis, "odrive"
+
+    def _gives_temperature(self) -> bool:
+        return bool(self._options["temperature_ms"])
+
+
+class MoteusBackend(DriveBackend):
+    """moteus controllers over CAN-FD."""
+
+    kind, name = MoteusAxis, "moteus"
+
+    def _gives_temperature(self) -> bool:
+        return True
+
+
+class Cia402Backend(DriveBackend):
+    """CiA 402 drives in cyclic synchronous torque; the SYNC and the host's heartbeat are the backend's."""
+
+    kind, name = Cia402Axis, "cia402"
+
+    def _set_up(self, bus: Bus) -> Mapping[int, Handler]:
+        everything = super()._set_up(bus)
+        self._sync = bus.outgoing(SYNC, 0)
+        self._heartbeat = bus.outgoing(HEARTBEAT + int(self._options["source"]), 1)
+        self._heartbeat.buffer[self._heartbeat.offset] = OPERATIONAL
+        self._every = max(1, int(1e-3 * self._options["heartbeat_ms"] / self._rig.period_s))
+        self._since = self._every  # the first cycle sends one: the drives watch from then on
+        return everything
+
+    def _prime(self, bus: Bus) -> None:
+        super()._prime(bus)
+        bus.send(self._sync)
+
+    def _send(self, bus: Bus, enabled: bool) -> None:
+        super()._send(bus, enabled)
+        bus.send(self._sync)
+        self._since += 1
+        if self._since >= self._every:
+            self._since = 0
+            bus.send(self._heartbeat)

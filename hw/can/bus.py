@@ -1,0 +1,88 @@
+"""A bus as the loop uses it: never blocking, newest frames first served, errors as health.
+
+Two of them: `hw.can.raw` for SocketCAN, `hw.can.adapter` for whatever else python-can drives. Identifiers
+carry SocketCAN's flags in their upper bits, so that one integer tells standard 0x10 from extended 0x10.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol
+
+from hw.can.fields import Buffer
+from hw.can.health import BusHealth
+from hw.interface import BackendError, Options
+
+EXTENDED = 0x8000_0000
+REMOTE = 0x4000_0000
+ERROR = 0x2000_0000
+
+Handler = Callable[[Buffer, int, int], None]
+"""`handler(buffer, offset, length)`: data of one frame; must not keep the buffer."""
+
+DRAIN_LIMIT = 256
+"""Most frames taken from the queue in one cycle. More waiting means a backlog: what was taken is old."""
+
+
+class Outgoing(Protocol):
+    """A frame to be sent again and again: its data is `buffer[offset:offset + length]`, changed in place."""
+
+    buffer: bytearray
+    offset: int
+    length: int
+
+
+class Bus(Protocol):
+    """An open bus."""
+
+    health: BusHealth
+
+    def subscribe(self, handlers: Mapping[int, Handler]) -> None:
+        """Have `receive` call these, by identifier; all other frames are dropped."""
+
+    def receive(self) -> bool:
+        """Hand every waiting frame to its handler. False if some may be left. Raises LinkLost."""
+
+    def outgoing(self, can_id: int, length: int) -> Any:  # noqa: ANN401 - each bus has its own Outgoing
+        """Make a frame that can be sent; its data is all zero."""
+
+    def send(self, frame: Any) -> bool:  # noqa: ANN401
+        """Queue a frame; False (and counted) when the queue is full. Never blocks. Raises LinkLost."""
+
+    def fresh_python_can(self) -> Any:  # noqa: ANN401
+        """A python-can bus on the same wire, for set-up before the loop; `release` it afterwards."""
+
+    def release(self, bus: Any) -> None:  # noqa: ANN401
+        """Give back what `fresh_python_can` gave."""
+
+    def close(self) -> None:
+        """Release the interface. Idempotent, never raises."""
+
+
+def open_bus(options: Options) -> Bus:
+    """Open the bus that `options` (a dumped `BusOptions`) name. Raises BackendError with the remedy."""
+    if options["interface"] == "socketcan" and options["raw"]:
+        from hw.can.raw import RawBus
+
+        return RawBus(options["channel"], fd=options["fd"])
+    from hw.can.adapter import AdapterBus
+
+    return AdapterBus(options)
+
+
+def wait_for(bus: Bus, done: Callable[[], bool], seconds: float) -> bool:
+    """Serve the bus until `done()`, at most `seconds`. For set-up only: it sleeps."""
+    deadline = time.monotonic() + seconds
+    while not done():
+        bus.receive()
+        if time.monotonic() > deadline:
+            return done()
+        time.sleep(2e-4)
+    return True
+
+
+def require(condition: bool, text: str) -> None:
+    """Raise BackendError with `text` unless `condition`."""
+    if not condition:
+        raise BackendError(text)

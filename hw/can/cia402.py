@@ -1,0 +1,195 @@
+"""CiA 402 drives over CANopen in cyclic synchronous torque: the codec (pure), and arming one axis.
+
+Every cycle the host sends one RPDO per drive (controlword, target torque) and then one SYNC; at the SYNC
+the drives apply the torque and answer with their TPDO (statusword, position, actual current). Set-up by
+SDO is `hw.can.cia402_setup`, before the loop.
+
+    arm      controlwords 06, 07, 0F, each once the statusword shows that the one before has worked
+    command  target torque (per mille of the rated torque), and 0F, in every cycle
+    disarm   controlword 06 (ready, power stage off) with torque 0; a fault is reset by 80 while disarmed
+    dead man the drive watches the host's heartbeat (object 1016) and stops when it ends
+"""
+
+from __future__ import annotations
+
+import struct
+
+from hw.can.bus import Bus, Handler, wait_for
+from hw.can.fields import Buffer, Unwrap
+from hw.can.load import Traffic
+from hw.can.sample import Sample, Shaft
+from hw.interface import BackendError, LinkFault, Options, Rig
+
+RPDO1, TPDO1, SYNC, HEARTBEAT, EMERGENCY = 0x200, 0x180, 0x080, 0x700, 0x080
+OPERATIONAL = 0x05
+
+COMMAND = struct.Struct("<Hh")
+FEEDBACK = struct.Struct("<Hih")
+
+SHUT_DOWN, SWITCH_ON, ENABLE, DISABLE_VOLTAGE, FAULT_RESET = 0x06, 0x07, 0x0F, 0x00, 0x80
+
+SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED, QUICK_STOP, FAULT, NOT_READY = (
+    "switch on disabled", "ready to switch on", "switched on", "operation enabled", "quick stop active", "fault",
+    "not ready to switch on",
+)  # fmt: skip
+
+ARM_S = 1.0
+RESET_TICKS = 100
+"""While disarmed a fault is reset this often: 80 for one cycle, an edge of bit 7."""
+_DEVICE, _LOST = int(LinkFault.DEVICE), int(LinkFault.LOST)
+
+
+def drive_state(statusword: int) -> str:
+    """State of the drive (CiA 402-2, statusword table)."""
+    if statusword & 0x4F == 0x08 or statusword & 0x4F == 0x0F:
+        return FAULT
+    if statusword & 0x4F == 0x40:
+        return SWITCH_ON_DISABLED
+    return {0x21: READY, 0x23: SWITCHED_ON, 0x27: ENABLED, 0x07: QUICK_STOP}.get(statusword & 0x6F, NOT_READY)
+
+
+_STATES = tuple(drive_state(statusword) for statusword in range(0x80))
+_NEXT = {SWITCH_ON_DISABLED: SHUT_DOWN, READY: SWITCH_ON, SWITCHED_ON: ENABLE, ENABLED: ENABLE}
+
+
+def controlword(state: str, enabled: bool, tick: int) -> int:
+    """What to send to a drive in `state` that shall be enabled, or not."""
+    if not enabled:
+        if state == FAULT and tick % RESET_TICKS == 0:
+            return FAULT_RESET
+        return DISABLE_VOLTAGE if state in (FAULT, QUICK_STOP) else SHUT_DOWN
+    return _NEXT.get(state, DISABLE_VOLTAGE)
+
+
+def per_mille(value: float, rated: float) -> int:
+    """`value` as per mille of `rated`, saturated to 16 bits; NaN is 0."""
+    share = 1000.0 * value / rated
+    if share != share:
+        return 0
+    return 32767 if share >= 32767 else -32768 if share <= -32768 else round(share)
+
+
+def traffic(options: Options, rate_hz: float) -> list[Traffic]:
+    """All frames of the drives and the host."""
+    frames = [Traffic("SYNC", 0, rate_hz), Traffic("host heartbeat", 1, 1000.0 / options["heartbeat_ms"])]
+    for table in options["axis"]:
+        name = f"node {table['node']}"
+        frames += [
+            Traffic(f"{name} RPDO1", COMMAND.size, rate_hz),
+            Traffic(f"{name} TPDO1", FEEDBACK.size, rate_hz),
+            Traffic(f"{name} heartbeat", 1, 1000.0 / options["heartbeat_ms"]),
+        ]
+    return frames
+
+
+class Cia402Axis:
+    """One CiA 402 drive on the bus."""
+
+    def __init__(self, table: Options, options: Options, rig: Rig, axis: int, sample: Sample) -> None:
+        self.node, self._axis, self._sample = int(table["node"]), axis, sample
+        self._shaft = Shaft(table, rig, axis)
+        self._table, self._options = table, options
+        self._bit = sample.need()
+        self._rad_per_count = self._shaft.rad_per_turn / float(table["counts_per_turn"])
+        self._torque_rated_nm = float(table["rated_torque_nm"] or 0.0)
+        self._current_rated_a = float(table["rated_current_a"] or 0.0)
+        self._unwrap = Unwrap(32)
+        self._arm_ticks = round(ARM_S / rig.period_s)
+        self._heartbeat_ticks = max(1, round(5e-3 * options["heartbeat_ms"] / rig.period_s))
+        self._enabled = False
+        self._tick = self._armed_for = self._silent_for = 0
+        self.state, self.emergency, self.nmt = NOT_READY, 0, OPERATIONAL
+        self.identity = b""
+
+    def handlers(self) -> dict[int, Handler]:
+        """What to do with this axis' frames."""
+        return {
+            TPDO1 + self.node: self._on_feedback,
+            HEARTBEAT + self.node: self._on_heartbeat,
+            EMERGENCY + self.node: self._on_emergency,
+        }
+
+    def _on_feedback(self, buffer: Buffer, offset: int, length: int) -> None:
+        if length != FEEDBACK.size:
+            self._sample.damaged()
+            return
+        statusword, counts, current = FEEDBACK.unpack_from(buffer, offset)
+        self.state = _STATES[statusword & 0x7F]
+        sample, shaft, axis = self._sample, self._shaft, self._axis
+        sample.position_rad[axis] = self._unwrap(counts) * self._rad_per_count + shaft.offset_rad
+        sample.current_a[axis] = shaft.direction * 1e-3 * current * self._current_rated_a
+        sample.fresh |= self._bit
+
+    def _on_heartbeat(self, buffer: Buffer, offset: int, length: int) -> None:
+        if length == 1:
+            self.nmt, self._silent_for = buffer[offset] & 0x7F, 0
+
+    def _on_emergency(self, buffer: Buffer, offset: int, length: int) -> None:
+        if length >= 2:
+            self.emergency = buffer[offset] | buffer[offset + 1] << 8
+
+    def set_up(self, bus: Bus) -> None:
+        """Configure by SDO, start the node, hear its first TPDO. Blocks; before the loop only."""
+        from hw.can.cia402_setup import configure
+
+        self._command = bus.outgoing(RPDO1 + self.node, COMMAND.size)
+        self._sync = bus.outgoing(SYNC, 0)
+        self._set(SHUT_DOWN, 0)
+        found = configure(bus, self.node, self._table, self._options)
+        self._torque_rated_nm, self._current_rated_a, self.identity = found
+        self._unwrap = Unwrap(32)
+        bus.subscribe(self.handlers())
+        for _ in range(5):
+            bus.send(self._command)
+            bus.send(self._sync)
+            if wait_for(bus, lambda: bool(self._sample.fresh & self._bit), 0.2):
+                return
+        raise BackendError(
+            f"cia402 node {self.node}: no TPDO after SYNC within 1 s though it answers SDOs: "
+            "check that its PDO mapping may be changed (objects 1600, 1A00) and its NMT state"
+        )
+
+    def prime(self, bus: Bus) -> None:
+        """Ready, torque 0; the backend sends SYNC."""
+        self._set(SHUT_DOWN, 0)
+        bus.send(self._command)
+
+    def _set(self, control: int, target: int) -> None:
+        COMMAND.pack_into(self._command.buffer, self._command.offset, control, target)
+
+    def write(self, bus: Bus, current_a: float, enabled: bool) -> None:
+        """Send this cycle's controlword and torque."""
+        if enabled != self._enabled:
+            self._enabled, self._armed_for = enabled, 0
+        self._tick += 1
+        self._armed_for += 1
+        self._silent_for += 1
+        target = 0
+        if enabled and self.state == ENABLED:
+            torque_nm = self._shaft.limited(current_a) * self._shaft.torque_per_ampere
+            target = per_mille(torque_nm, self._torque_rated_nm)
+        self._set(controlword(self.state, enabled, self._tick), target)
+        bus.send(self._command)
+
+    def link_faults(self) -> int:
+        """DEVICE: fault, or not enabled though told so; LOST: no heartbeat."""
+        faults = 0
+        late = self._enabled and self._armed_for > self._arm_ticks and self.state != ENABLED
+        if self.state == FAULT or late or self.nmt != OPERATIONAL:
+            faults |= _DEVICE
+        if self._silent_for > self._heartbeat_ticks:
+            faults |= _LOST
+        return faults
+
+    def status(self) -> str:
+        """What the drive says about itself."""
+        return f"node {self.node}: {self.state}" + (
+            f", emergency 0x{self.emergency:04x}" if self.emergency else ""
+        )
+
+    def stop(self, bus: Bus) -> None:
+        """Power stage off, torque 0. RPDO1 is event-driven for the controlword, SYNC follows all the same."""
+        self._enabled = False
+        self._set(SHUT_DOWN, 0)
+        bus.send(self._command)
+        bus.send(self._sync)

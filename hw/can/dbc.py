@@ -1,0 +1,101 @@
+"""Field maps out of a DBC file, by cantools. Host side: the loop gets the plain tables this makes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from hw.interface import BackendError
+
+_ENTRY = {"channel", "axis", "message", "signal", "unit", "wrap", "limit"}
+_UNITS = {"deg": "deg", "degree": "deg", "°": "deg", "rad": "rad", "rev": "turn", "turn": "turn", "turns": "turn",
+          "A": "A", "mA": "mA", "N": "N", "mN": "mN", "Nm": "Nm", "N m": "Nm", "mNm": "mNm", "degC": "degC", "°C": "degC",
+          "C": "degC", "count": "count", "counts": "count"}  # fmt: skip
+
+
+def load(path: Path) -> Any:  # noqa: ANN401
+    """The database. Raises BackendError naming the file."""
+    try:
+        import cantools
+    except ModuleNotFoundError as error:
+        raise BackendError("reading a DBC needs cantools: pip install 'rtctl[can]'") from error
+    try:
+        return cantools.database.load_file(path, strict=True)
+    except (OSError, ValueError, cantools.Error) as error:
+        raise BackendError(f"{path}: cannot read the DBC file: {error}") from error
+
+
+def frames(
+    path: Path, entries: Sequence[Any], received: Sequence[str], sent: Sequence[str]
+) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Tables for `receive` and `send` of the options, from entries naming a channel, a message and a signal.
+
+    Raises
+    ------
+    BackendError
+        Naming the file, and the message or signal it does not have or that cannot be used.
+    """
+    database = load(path)
+    tables: dict[tuple[str, str], dict[str, Any]] = {}
+    for entry in entries:
+        if not isinstance(entry, dict) or not {"channel", "message", "signal"} <= set(entry):
+            raise BackendError(f"{path}: a signal needs channel, message and signal, not {entry!r}")
+        unknown = set(entry) - _ENTRY
+        if unknown:
+            raise BackendError(f"{path}: unknown key {sorted(unknown)} of signal {entry['signal']!r}")
+        channel = entry["channel"]
+        if channel not in (*received, *sent):
+            raise BackendError(f"{path}: no channel {channel!r}; one of {', '.join((*received, *sent))}")
+        message = _message(database, path, str(entry["message"]))
+        way = "receive" if channel in received else "send"
+        table = tables.setdefault((way, message.name), _frame(message))
+        table["field"].append(_field(message, path, entry))
+    return (
+        [table for (way, _), table in tables.items() if way == "receive"],
+        [table for (way, _), table in tables.items() if way == "send"],
+    )
+
+
+def _message(database: Any, path: Path, name: str) -> Any:  # noqa: ANN401
+    try:
+        message = database.get_message_by_name(name)
+    except KeyError as error:
+        known = ", ".join(sorted(one.name for one in database.messages)[:20])
+        raise BackendError(f"{path}: no message {name!r}; it has {known}") from error
+    if message.is_multiplexed():
+        raise BackendError(
+            f"{path}: message {name!r} is multiplexed, which is not supported: use plain messages"
+        )
+    return message
+
+
+def _frame(message: Any) -> dict[str, Any]:  # noqa: ANN401
+    return {
+        "id": message.frame_id,
+        "extended": message.is_extended_frame,
+        "length": message.length,
+        "field": [],
+    }
+
+
+def _field(message: Any, path: Path, entry: dict[str, Any]) -> dict[str, Any]:  # noqa: ANN401
+    try:
+        signal = message.get_signal_by_name(entry["signal"])
+    except KeyError as error:
+        known = ", ".join(signal.name for signal in message.signals)
+        raise BackendError(
+            f"{path}: message {message.name} has no signal {entry['signal']!r}; it has {known}"
+        ) from error
+    table = {
+        "start_bit": signal.start,
+        "bits": signal.length,
+        "order": "little" if signal.byte_order == "little_endian" else "big",
+        "type": "float" if signal.is_float else "int" if signal.is_signed else "uint",
+        "scale": float(signal.scale),
+        "offset": float(signal.offset),
+        **{key: value for key, value in entry.items() if key not in ("message", "signal")},
+    }
+    if "unit" not in table and signal.unit in _UNITS:
+        table["unit"] = _UNITS[signal.unit]
+    return table

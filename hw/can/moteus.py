@@ -1,0 +1,246 @@
+"""moteus over CAN-FD: the codec (pure), and what it takes to arm and disarm one controller.
+
+Identifier 0x8000 | source << 8 | destination asks for a reply, which has id << 8 | source. A frame is a row
+of subframes, padded with 0x50 (mjbots' register protocol). Every command carries its own time to live
+(register 0x27): the drive's watchdog, in mode "timeout" after it, needs no set-up.
+
+    arm      the first frame of mode 10 (position) with kp and kd scaled to 0: pure feed-forward torque
+    command  feed-forward torque, greatest torque and time to live, in every cycle; each is answered
+    disarm   mode 0 (stopped), in every cycle; it also clears faults
+
+Angles are turns and torques N m of moteus' output shaft: the motor's own unless rotor_to_output_ratio is set.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+
+from hw.can.bus import EXTENDED, Bus, Handler, wait_for
+from hw.can.fields import Buffer
+from hw.can.load import Traffic, fd_length
+from hw.can.sample import Sample, Shaft
+from hw.interface import BackendError, LinkFault, Options, Rig
+
+STOPPED, FAULT, POSITION, TIMEOUT = 0, 1, 10, 11
+SERIAL_NUMBER = 0x120
+NOP = 0x50
+
+QUERY = bytes([0x11, 0x00, 0x1F, 0x01, 0x1D, 0x04, 0x1D, 0x0E, 0x11, 0x0F])
+"""Read: mode int8; position, velocity, torque f32; Q current f32; temperature f32; fault int8."""
+
+COMMAND = bytes([0x01, 0x00, POSITION, 0x0C, 0x08, 0x20])
+"""Mode, then eight floats from register 0x20."""
+COMMAND_FLOATS = struct.Struct("<8f")
+COMMAND_BYTES = len(COMMAND) + COMMAND_FLOATS.size + len(QUERY)
+
+STOP = bytes([0x01, 0x00, STOPPED])
+
+_SIZES = {0: 1, 1: 2, 2: 4, 3: 4}
+_CODES = {0: "b", 1: "<h", 2: "<i", 3: "<f"}
+
+_REPLY = struct.Struct("<HbHfffHfHfHb")
+_REPLY_HEADS = (0x0021, 0x012F, 0x042D, 0x0E2D, 0x0F21)
+"""The reply to QUERY as the firmware lays it out, with its subframe heads; another layout is parsed slowly."""
+
+_REGISTERS = (0x000, 0x001, 0x004, 0x00E, 0x00F)
+ARM_S = 0.2
+_DEVICE = int(LinkFault.DEVICE)
+
+
+def command_id(node: int, source: int) -> int:
+    """Identifier of a frame to `node` (1 to 127) that is to be answered."""
+    return (0x8000 | source << 8 | node) | EXTENDED
+
+
+def reply_ids(node: int, source: int) -> tuple[int, int]:
+    """Identifier of the reply, as a standard and as an extended one: firmware may send either."""
+    plain = node << 8 | source
+    return (plain, plain | EXTENDED) if plain <= 0x7FF else (plain | EXTENDED, plain | EXTENDED)
+
+
+def encode_command(
+    buffer: bytearray, offset: int, torque_nm: float, torque_max_nm: float, ttl_s: float
+) -> None:
+    """Write the floats of a torque command into a frame made from `command_frame`."""
+    nan = math.nan
+    COMMAND_FLOATS.pack_into(
+        buffer, offset + len(COMMAND), nan, 0.0, torque_nm, 0.0, 0.0, torque_max_nm, nan, ttl_s
+    )  # position and stop position "not set"; velocity, kp and kd scale 0
+
+
+def command_frame() -> bytes:
+    """A torque command of 0 with the query, padded to a CAN-FD length."""
+    whole = COMMAND + bytes(COMMAND_FLOATS.size) + QUERY
+    return whole.ljust(fd_length(len(whole)), bytes([NOP]))
+
+
+def stop_frame() -> bytes:
+    """Stop (torque-free, faults cleared) with the query, padded."""
+    whole = STOP + QUERY
+    return whole.ljust(fd_length(len(whole)), bytes([NOP]))
+
+
+def parse_reply(data: Buffer) -> dict[int, float] | None:
+    """Registers of a reply by number, in native units of their type; None if it is not a whole reply."""
+    found: dict[int, float] = {}
+    at, end = 0, len(data)
+    while at < end:
+        head = data[at]
+        if head == NOP:
+            at += 1
+            continue
+        if not 0x20 <= head <= 0x2F or at + 1 >= end:
+            return None
+        at += 1
+        kind, count = head >> 2 & 3, head & 3
+        if count == 0:
+            count = data[at]
+            at += 1
+        if at >= end or count > 64:
+            return None
+        register, at = data[at], at + 1
+        if register & 0x80:  # two bytes of register number
+            if at >= end or data[at] & 0x80:
+                return None
+            register, at = register & 0x7F | data[at] << 7, at + 1
+        size = _SIZES[kind]
+        if at + size * count > end:
+            return None
+        for k in range(count):
+            found[register + k] = struct.unpack_from(_CODES[kind], data, at + k * size)[0]
+        at += size * count
+    return found
+
+
+def decode_reply(buffer: Buffer, offset: int, length: int) -> tuple[int, float, float, float, int] | None:
+    """Mode, position (turns), Q current (A), temperature (degC), fault code; None if anything is missing.
+
+    A register that reads as integer is taken only where it was asked for as one (mode, fault).
+    """
+    if length >= _REPLY.size:
+        h0, mode, h1, position, _, _, h2, current, h3, temperature, h4, fault = _REPLY.unpack_from(
+            buffer, offset
+        )
+        if (h0, h1, h2, h3, h4) == _REPLY_HEADS:
+            return mode, position, current, temperature, fault
+    found = parse_reply(buffer[offset : offset + length])
+    if found is None or not all(register in found for register in _REGISTERS):
+        return None
+    mode, position, current, temperature, fault = (found[register] for register in _REGISTERS)
+    if not all(isinstance(value, float) for value in (position, current, temperature)):
+        return None
+    if not (isinstance(mode, int) and isinstance(fault, int)):
+        return None
+    return mode, position, current, temperature, fault
+
+
+def traffic(options: Options, rate_hz: float) -> list[Traffic]:
+    """All frames of the drives."""
+    frames = []
+    for table in options["axis"]:
+        name = f"node {table['node']}"
+        frames.append(Traffic(f"{name} command", len(command_frame()), rate_hz, extended=True, fd=True))
+        frames.append(Traffic(f"{name} reply", fd_length(_REPLY.size), rate_hz, extended=True, fd=True))
+    return frames
+
+
+class MoteusAxis:
+    """One moteus controller on the bus."""
+
+    def __init__(self, table: Options, options: Options, rig: Rig, axis: int, sample: Sample) -> None:
+        self.node, self._axis, self._sample = int(table["node"]), axis, sample
+        self._source = int(options["source"])
+        self._shaft = Shaft(table, rig, axis)
+        self._bit = sample.need()
+        self._ttl_s = 1e-3 * float(options["time_to_live_ms"])
+        self._torque_max_nm = abs(self._shaft.current_max_a * self._shaft.torque_per_ampere)
+        self._arm_ticks = round(ARM_S / rig.period_s)
+        self._enabled = False
+        self._armed_for = 0
+        self.mode = self.fault = 0
+        self.identity = b""
+
+    def handlers(self) -> dict[int, Handler]:
+        """What to do with this axis' frames."""
+        return dict.fromkeys(reply_ids(self.node, self._source), self._on_reply)
+
+    def _on_reply(self, buffer: Buffer, offset: int, length: int) -> None:
+        values = decode_reply(buffer, offset, length)
+        if values is None:
+            if not self._on_identity(buffer, offset, length):
+                self._sample.damaged()
+            return
+        self.mode, position, current, temperature, self.fault = values
+        if position - position != 0.0 or current - current != 0.0 or temperature - temperature != 0.0:
+            self._sample.not_finite()
+            return
+        sample, shaft, axis = self._sample, self._shaft, self._axis
+        sample.position_rad[axis] = position * shaft.rad_per_turn + shaft.offset_rad
+        sample.current_a[axis] = shaft.direction * current
+        sample.temperature_c[axis] = temperature
+        sample.fresh |= self._bit
+
+    def _on_identity(self, buffer: Buffer, offset: int, length: int) -> bool:
+        found = parse_reply(buffer[offset : offset + length])
+        if found is None or SERIAL_NUMBER not in found:
+            return False
+        words = [int(found.get(SERIAL_NUMBER + k, 0)) & 0xFFFF_FFFF for k in range(3)]
+        self.identity = struct.pack("<3I", *words)
+        return True
+
+    def set_up(self, bus: Bus) -> None:
+        """Stop it, learn its serial number and state. Blocks; before the loop only."""
+        to = command_id(self.node, self._source)
+        self._command, self._stop = (
+            bus.outgoing(to, len(command_frame())),
+            bus.outgoing(to, len(stop_frame())),
+        )
+        for frame, content in ((self._command, command_frame()), (self._stop, stop_frame())):
+            frame.buffer[frame.offset : frame.offset + frame.length] = content
+        ask = bus.outgoing(to, 8)
+        ask.buffer[ask.offset : ask.offset + 8] = bytes([0x1B, 0xA0, 0x02]).ljust(8, bytes([NOP]))
+        bus.send(ask)
+        wait_for(bus, lambda: bool(self.identity), 0.2)
+        bus.send(self._stop)
+        if not wait_for(bus, lambda: bool(self._sample.fresh & self._bit), 1.0):
+            raise BackendError(
+                f"moteus id {self.node}: no reply within 1 s: check power, wiring and termination, the id, and the bus: "
+                "CAN-FD at 1 / 5 Mbit/s with bit-rate switching (slcan adapters cannot do that)"
+            )
+
+    def prime(self, bus: Bus) -> None:
+        """Stopped, and ask for feedback."""
+        bus.send(self._stop)
+
+    def write(self, bus: Bus, current_a: float, enabled: bool) -> None:
+        """Send this cycle's torque with its time to live, or stop."""
+        if not enabled:
+            self._enabled = False
+            bus.send(self._stop)
+            return
+        if not self._enabled:
+            self._enabled, self._armed_for = True, 0
+        self._armed_for += 1
+        torque_nm = self._shaft.limited(current_a) * self._shaft.torque_per_ampere
+        frame = self._command
+        encode_command(frame.buffer, frame.offset, torque_nm, self._torque_max_nm, self._ttl_s)
+        bus.send(frame)
+
+    def link_faults(self) -> int:
+        """DEVICE: fault or timeout mode, or not armed though told so."""
+        if self.mode == FAULT or (self._enabled and self._ill()):
+            return _DEVICE
+        return 0
+
+    def _ill(self) -> bool:
+        return self._armed_for > self._arm_ticks and self.mode != POSITION
+
+    def status(self) -> str:
+        """What the drive says about itself."""
+        return f"id {self.node}: mode {self.mode}" + (f", fault {self.fault}" if self.fault else "")
+
+    def stop(self, bus: Bus) -> None:
+        """Mode stopped."""
+        self._enabled = False
+        bus.send(self._stop)

@@ -1,0 +1,227 @@
+"""Options of the CAN backends, as they stand in a rig file. Host side only.
+
+The validation context may carry `rate_hz`, `n_axes` and `folder`: with them a config whose frames cannot fit
+on the bus, or that has not one table per axis, is refused here.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, model_validator
+
+from hw.can import cia402, load, moteus, odrive
+from hw.can.load import Load, Traffic
+
+
+class Table(BaseModel):
+    """Base of all tables."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
+
+
+def number(low: float, high: float, text: str, default: float) -> Any:  # noqa: ANN401
+    """A float with both bounds."""
+    return Field(default, ge=low, le=high, description=text)
+
+
+Argument = Annotated[str, Field(max_length=200)] | bool | int | float
+
+
+class BusOptions(Table):
+    """[device.options.bus]"""
+
+    interface: str = Field(
+        "socketcan", pattern=r"^[a-z][a-z0-9_]{0,31}$", description="as python-can names it"
+    )
+    channel: str = Field(min_length=1, max_length=200, description="can0, /dev/ttyACM0, ...")
+    bitrate: int = Field(
+        1_000_000, ge=10_000, le=1_000_000, description="bit/s; socketcan: as `ip link` set it"
+    )
+    fd: bool = Field(False, description="CAN FD frames")
+    data_bitrate: int = Field(5_000_000, ge=10_000, le=8_000_000, description="FD: bit/s of the data phase")
+    raw: bool = Field(True, description="socketcan: our own socket in place of python-can's bus")
+    load_limit: float = number(
+        0.05, 1.0, "greatest worst-case share of the bus' time a config may ask for", 0.9
+    )
+    arguments: dict[Annotated[str, Field(max_length=40)], Argument] = Field(
+        default_factory=dict, max_length=20, description="handed to python-can's Bus as they are"
+    )
+
+
+class BusUser(Table):
+    """What all CAN devices have: a bus, and frames that must fit on it."""
+
+    bus: BusOptions
+
+    def frames(self, rate_hz: float) -> list[Traffic]:
+        """All frames of the device on the bus, both ways."""
+        raise NotImplementedError
+
+    def load(self, rate_hz: float) -> Load:
+        """Load of the bus at a loop rate."""
+        return load.bus_load(self.frames(rate_hz), self.bus.bitrate, self.bus.data_bitrate, 1.0 / rate_hz)
+
+    def report(self, rate_hz: float) -> list[tuple[str, str, str]]:
+        """Label, figure and note for `rtctl check`."""
+        found = self.load(rate_hz)
+        head = (
+            "bus load at worst",
+            f"{100 * found.share:.0f} %",
+            f"of {self.bus.channel}; limit {100 * self.bus.load_limit:.0f} %",
+        )
+        cycle = ("frames of one period", f"{1e6 * found.cycle_s:.0f} us", f"of {1e6 / rate_hz:.0f} us")
+        return [
+            head,
+            cycle,
+            *(("  " + name, "", note) for name, _, note in (line.partition(": ") for line in found.lines)),
+        ]
+
+    @model_validator(mode="after")
+    def _fits(self, info: ValidationInfo) -> Self:
+        rate_hz = (info.context or {}).get("rate_hz")
+        if rate_hz:
+            found = self.load(rate_hz)
+            text = load.fault(found, self.bus.bitrate, 1.0 / rate_hz, self.bus.load_limit)
+            if text:
+                raise ValueError(text)
+        return self
+
+
+class AxisOptions(Table):
+    """[[device.options.axis]] of a drive: one per axis, in order."""
+
+    direction: Literal[1, -1] = Field(1, description="-1 turns the sign of angle, current and torque")
+    shaft: Literal["motor", "link"] = Field(
+        "motor", description="where the drive's angle and torque are meant"
+    )
+    offset_rad: float = number(-1e3, 1e3, "joint angle where the drive shows 0", 0.0)
+    current_max_a: float = number(1e-3, 1e3, "larger commands are cut to it before they are encoded", 20.0)
+
+
+class DriveOptions(BusUser):
+    """Common part of the drives."""
+
+    NODE: ClassVar[str] = "node"
+
+    @model_validator(mode="after")
+    def _axes(self, info: ValidationInfo) -> Self:
+        axes: tuple[Any, ...] = self.axis  # type: ignore[attr-defined]
+        n_axes = (info.context or {}).get("n_axes")
+        if n_axes and len(axes) != n_axes:
+            msg = f"{len(axes)} [[device.options.axis]] tables for {n_axes} axes; give one per axis, in order"
+            raise ValueError(msg)
+        nodes = [axis.node for axis in axes]
+        if len(set(nodes)) != len(nodes):
+            msg = f"axes must have different nodes, not {nodes}"
+            raise ValueError(msg)
+        return self
+
+
+class OdriveAxisOptions(AxisOptions):
+    """[[device.options.axis]] of kind odrive."""
+
+    node: int = Field(ge=0, le=62, description="can.config.node_id")
+
+
+class OdriveOptions(DriveOptions):
+    """[device.options] of kind odrive."""
+
+    feedback: Literal["cyclic", "request"] = Field(
+        "cyclic",
+        description="cyclic: the drive sends by itself; request: asked in every cycle by remote frames",
+    )
+    feedback_ms: float = number(1, 100, "cyclic: encoder_msg_rate_ms and iq_msg_rate_ms of the drive", 1.0)
+    heartbeat_ms: float = number(1, 1000, "heartbeat_msg_rate_ms of the drive", 100.0)
+    temperature_ms: float = number(0, 10_000, "temperature_msg_rate_ms of the drive; 0: none", 0.0)
+    axis: tuple[OdriveAxisOptions, ...] = Field(min_length=1, max_length=8, strict=False)
+
+    def frames(self, rate_hz: float) -> list[Traffic]:
+        """See BusUser."""
+        return odrive.traffic(self.model_dump(), rate_hz)
+
+    @model_validator(mode="after")
+    def _classic(self) -> Self:
+        if self.bus.fd and self.feedback == "request":
+            msg = "CAN FD has no remote frames: feedback = 'cyclic', or fd = false"
+            raise ValueError(msg)
+        return self
+
+
+class MoteusAxisOptions(AxisOptions):
+    """[[device.options.axis]] of kind moteus."""
+
+    node: int = Field(ge=1, le=127, description="id.id")
+
+
+class MoteusOptions(DriveOptions):
+    """[device.options] of kind moteus."""
+
+    source: int = Field(0, ge=0, le=126, description="id of this host")
+    time_to_live_ms: float = number(
+        1, 100, "a command is obeyed this long without a new one; at most 10 periods are allowed", 10.0
+    )
+    axis: tuple[MoteusAxisOptions, ...] = Field(min_length=1, max_length=8, strict=False)
+
+    def frames(self, rate_hz: float) -> list[Traffic]:
+        """See BusUser."""
+        return moteus.traffic(self.model_dump(), rate_hz)
+
+    @model_validator(mode="after")
+    def _consistent(self, info: ValidationInfo) -> Self:
+        if not self.bus.fd:
+            msg = "bus.fd must be true: moteus speaks CAN FD only"
+            raise ValueError(msg)
+        _short_life(self.time_to_live_ms, info)
+        return self
+
+
+class Cia402AxisOptions(AxisOptions):
+    """[[device.options.axis]] of kind cia402."""
+
+    node: int = Field(ge=1, le=127, description="CANopen node id")
+    counts_per_turn: float = number(1, 1e9, "position units (6064) per turn of the shaft", 65536.0)
+    rated_torque_nm: float | None = Field(None, ge=1e-6, le=1e5, description="in place of object 6076")
+    rated_current_a: float | None = Field(None, ge=1e-6, le=1e5, description="in place of object 6075")
+
+
+class Cia402Options(DriveOptions):
+    """[device.options] of kind cia402."""
+
+    source: int = Field(126, ge=1, le=127, description="node id of this host, for its heartbeat")
+    heartbeat_ms: int = Field(5, ge=1, le=1000, description="heartbeats of the host and of the drives")
+    time_to_live_ms: int = Field(
+        10,
+        ge=2,
+        le=1000,
+        description="the drives stop this long after the host's last heartbeat (object 1016)",
+    )
+    sdo_timeout_s: float = number(0.05, 10, "longest wait for an answer during set-up", 0.5)
+    axis: tuple[Cia402AxisOptions, ...] = Field(min_length=1, max_length=8, strict=False)
+
+    def frames(self, rate_hz: float) -> list[Traffic]:
+        """See BusUser."""
+        return cia402.traffic(self.model_dump(), rate_hz)
+
+    @model_validator(mode="after")
+    def _heartbeats(self, info: ValidationInfo) -> Self:
+        if self.time_to_live_ms < 2 * self.heartbeat_ms:
+            msg = (
+                f"time_to_live_ms {self.time_to_live_ms} must be at least twice heartbeat_ms {self.heartbeat_ms}: "
+                "one late heartbeat must not stop the drives"
+            )
+            raise ValueError(msg)
+        if self.source in [axis.node for axis in self.axis]:
+            msg = f"source {self.source} is also the node of a drive"
+            raise ValueError(msg)
+        _short_life(self.time_to_live_ms, info)
+        return self
+
+
+def _short_life(time_to_live_ms: float, info: ValidationInfo) -> None:
+    """The safety contract: without the host no torque after 10 periods (never asked below 10 ms)."""
+    rate_hz = (info.context or {}).get("rate_hz")
+    longest_ms = max(10.0, 1e4 / rate_hz) if rate_hz else 100.0
+    if time_to_live_ms > longest_ms:
+        msg = f"time_to_live_ms {time_to_live_ms} must be at most {longest_ms:g}: 10 periods"
+        raise ValueError(msg)

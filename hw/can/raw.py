@@ -1,0 +1,156 @@
+"""SocketCAN without a library: one socket, one buffer, no allocation beyond the call.
+
+Measured beside python-can's socketcan bus on the same interface (`rtctl bench io`).
+"""
+
+from __future__ import annotations
+
+import errno
+import socket
+import struct
+from collections.abc import Mapping
+from typing import Any
+
+from hw.can.bus import DRAIN_LIMIT, ERROR, EXTENDED, REMOTE, Handler
+from hw.can.health import WANTED, BusHealth
+from hw.interface import BackendError, LinkLost
+
+_HEAD = struct.Struct("=IB")
+CAN_RAW_ERR_FILTER = 2  # linux/can/raw.h; the socket module has it, its stubs do not
+_FD_BRS = 0x01  # send the data phase at the data bit rate
+CLASSIC_BYTES, FD_BYTES, DATA_AT = 16, 72, 8
+
+_FULL = frozenset({errno.ENOBUFS, errno.EAGAIN})
+_REMEDY = {
+    errno.EAFNOSUPPORT: "this kernel has no CAN: 'sudo modprobe can_raw', or use a kernel built with CONFIG_CAN",
+    errno.ENODEV: "there is no such interface: 'ip link show type can' lists them; plug the adapter in, load its driver",
+    errno.ENETDOWN: "the interface is down: 'sudo ip link set {0} up type can bitrate 1000000 restart-ms 100'",
+    errno.EPERM: "not permitted: CAN sockets need no rights, but a sandbox may forbid the AF_CAN address family",
+    errno.ENXIO: "the interface is gone: plug the adapter in again",
+}
+
+
+class RawFrame:
+    """A frame as the kernel takes it."""
+
+    __slots__ = ("buffer", "length", "offset")
+
+    def __init__(self, can_id: int, length: int, *, fd: bool) -> None:
+        self.buffer = bytearray(FD_BYTES if fd else CLASSIC_BYTES)
+        self.offset, self.length = DATA_AT, length
+        struct.pack_into("=IBB", self.buffer, 0, can_id, length, _FD_BRS if fd else 0)
+
+
+def _text(channel: str, error: OSError) -> str:
+    remedy = _REMEDY.get(error.errno or 0, "")
+    return f"CAN interface {channel}: {error.strerror or error}" + (
+        f"; {remedy.format(channel)}" if remedy else ""
+    )
+
+
+class RawBus:
+    """One SocketCAN interface. Raises BackendError if it cannot be opened."""
+
+    def __init__(self, channel: str, *, fd: bool) -> None:
+        self.health = BusHealth()
+        self._channel, self._fd = channel, fd
+        self._handlers: dict[int, Handler] = {}
+        self._buffer = bytearray(FD_BYTES)
+        self._lost = ""
+        try:
+            self._socket = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
+        except OSError as error:
+            raise BackendError(_text(channel, error)) from error
+        try:
+            self._configure()
+        except OSError as error:
+            self._socket.close()
+            raise BackendError(_text(channel, error)) from error
+        self._recv_into, self._send = self._socket.recv_into, self._socket.send
+
+    def _configure(self) -> None:
+        option = self._socket.setsockopt
+        self._socket.setblocking(False)
+        option(socket.SOL_CAN_RAW, CAN_RAW_ERR_FILTER, WANTED)
+        option(socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER, b"")  # nothing until subscribe() asks for it
+        if self._fd:
+            option(socket.SOL_CAN_RAW, socket.CAN_RAW_FD_FRAMES, 1)
+        self._socket.bind((self._channel,))
+        if not _is_up(self._socket, self._channel):
+            raise OSError(errno.ENETDOWN, "network is down")
+
+    def fileno(self) -> int:
+        """Descriptor of the socket."""
+        return self._socket.fileno()
+
+    def subscribe(self, handlers: Mapping[int, Handler]) -> None:
+        """Have `receive` call these; the kernel drops all other frames."""
+        self._handlers = dict(handlers)
+        mask = EXTENDED | REMOTE | 0x1FFF_FFFF
+        packed = b"".join(struct.pack("=II", can_id, mask) for can_id in handlers)
+        self._socket.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER, packed)
+
+    def receive(self) -> bool:
+        """Hand every waiting frame to its handler. Raises LinkLost once the interface is down or gone."""
+        recv_into, buffer, handlers, head = self._recv_into, self._buffer, self._handlers, _HEAD.unpack_from
+        try:
+            for _ in range(DRAIN_LIMIT):
+                recv_into(buffer)
+                can_id, length = head(buffer)
+                handler = handlers.get(can_id)
+                if handler is not None:
+                    handler(buffer, DATA_AT, length)
+                elif can_id & ERROR:
+                    self.health.error_frame(can_id & ~ERROR, buffer[DATA_AT : DATA_AT + length])
+        except BlockingIOError:
+            if self._lost:
+                raise LinkLost(self._lost) from None
+            return True
+        except OSError as error:
+            raise self._gone(error) from error
+        return False
+
+    def _gone(self, error: OSError) -> LinkLost:
+        """Remember it: the kernel tells a socket only once."""
+        self._lost = self._lost or _text(self._channel, error)
+        return LinkLost(self._lost)
+
+    def outgoing(self, can_id: int, length: int) -> RawFrame:
+        """Make a frame that can be sent; its data is all zero."""
+        return RawFrame(can_id, length, fd=self._fd)
+
+    def send(self, frame: RawFrame) -> bool:
+        """Queue a frame; False when the queue is full. Raises LinkLost."""
+        try:
+            self._send(frame.buffer)
+        except OSError as error:
+            if error.errno in _FULL:
+                self.health.refused()
+                return False
+            raise self._gone(error) from error
+        if self.health.refused_in_a_row:
+            self.health.taken()
+        return True
+
+    def fresh_python_can(self) -> Any:  # noqa: ANN401
+        """A python-can bus on the same interface."""
+        from hw.can.adapter import python_can
+
+        return python_can().Bus(interface="socketcan", channel=self._channel, fd=self._fd, ignore_config=True)
+
+    def release(self, bus: Any) -> None:  # noqa: ANN401
+        """Close it."""
+        bus.shutdown()
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._socket.close()
+        self._lost = self._lost or f"CAN interface {self._channel}: closed"
+
+
+def _is_up(sock: socket.socket, channel: str) -> bool:
+    import fcntl
+
+    request = struct.pack("16sh14x", channel.encode(), 0)
+    flags: int = struct.unpack_from("16xh", fcntl.ioctl(sock.fileno(), 0x8913, request))[0]  # SIOCGIFFLAGS
+    return bool(flags & 1)

@@ -1,0 +1,81 @@
+"""The sample being put together from frames: fresh only when every part of it is."""
+
+from __future__ import annotations
+
+import math
+from array import array
+
+from hw.interface import LinkFault, Options, Rig
+
+_CHECKSUM, _SEQUENCE = int(LinkFault.CHECKSUM), int(LinkFault.SEQUENCE)
+
+
+class Sample:
+    """Newest values, and bits telling which arrived since the last complete sample.
+
+    Frame handlers write the values and raise their bit in `fresh`; the backend takes the sample when
+    `fresh == needed`. A part whose number is not finite raises no bit: it has not arrived.
+    """
+
+    __slots__ = (
+        "counts", "current_a", "estop", "faults", "force_n", "fresh", "needed", "position_rad", "temperature_c",
+    )  # fmt: skip
+
+    def __init__(self, n_axes: int) -> None:
+        self.position_rad = array("d", bytes(8 * n_axes))
+        self.current_a = array("d", bytes(8 * n_axes))
+        self.temperature_c = array("d", bytes(8 * n_axes))
+        self.force_n = array("d", bytes(24))
+        self.estop = 0
+        self.fresh = self.needed = 0
+        self.faults = 0
+        """`LinkFault` bits of this cycle's frames."""
+        self.counts = {"damaged": 0, "not_newer": 0, "not_finite": 0}
+
+    def need(self) -> int:
+        """A new bit that a complete sample must have."""
+        bit = 1 << self.needed.bit_length()
+        self.needed |= bit
+        return bit
+
+    def damaged(self) -> None:
+        """A frame has the wrong length, layout or checksum: dropped."""
+        self.counts["damaged"] += 1
+        self.faults |= _CHECKSUM
+
+    def not_newer(self) -> None:
+        """A frame repeats a counter or goes back: dropped."""
+        self.counts["not_newer"] += 1
+        self.faults |= _SEQUENCE
+
+    def not_finite(self) -> None:
+        """A value is NaN or infinite: as if it had not come."""
+        self.counts["not_finite"] += 1
+
+
+class Shaft:
+    """From the drive's shaft to the joint and back, for one axis.
+
+    `direction` turns the sign of everything the drive reports and takes. `shaft` is what its angle and
+    torque mean: the motor (before the gear) or the link (the drive knows the gear).
+    """
+
+    __slots__ = ("current_max_a", "direction", "offset_rad", "rad_per_turn", "torque_per_ampere")
+
+    def __init__(self, table: Options, rig: Rig, axis: int) -> None:
+        ratio = float(rig.gear_ratio[axis])
+        at_motor = table["shaft"] == "motor"
+        self.direction = float(table["direction"])
+        self.offset_rad = float(table["offset_rad"])
+        self.current_max_a = float(table["current_max_a"])
+        self.rad_per_turn = self.direction * 2 * math.pi / (ratio if at_motor else 1.0)
+        self.torque_per_ampere = (
+            self.direction * float(rig.torque_constant_nm_a[axis]) * (1.0 if at_motor else ratio)
+        )
+
+    def limited(self, current_a: float) -> float:
+        """The current within +-`current_max_a`; one that is not finite is 0, as a drive would refuse it."""
+        if current_a - current_a != 0.0:
+            return 0.0
+        limit = self.current_max_a
+        return limit if current_a > limit else -limit if current_a < -limit else current_a

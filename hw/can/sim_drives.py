@@ -1,0 +1,325 @@
+"""Simulated drives: they answer frames as the real ones do, and stop by themselves when commands end.
+
+Each is driven from outside and has no thread or clock: `frame` takes one frame and returns the answers,
+`pass_time` lets time go by and returns what the drive sends unasked. Written from the protocols, apart from
+the codecs they test.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from typing import Protocol
+
+Frame = tuple[int, bytes]
+"""Identifier with SocketCAN's flags, and data."""
+
+REMOTE, EXTENDED = 0x4000_0000, 0x8000_0000
+
+
+class SimDrive(Protocol):
+    """One simulated device."""
+
+    current_a: float
+    """Motor current it lets flow now."""
+
+    def frame(self, can_id: int, data: bytes) -> list[Frame]:
+        """Take a frame from the bus."""
+
+    def pass_time(self, seconds: float, turns: float, current_a: float) -> list[Frame]:
+        """Let time pass; the motor now stands at `turns` and carries `current_a`."""
+
+
+class OdriveSim:
+    """ODrive axis: torque control only with state 8 and mode (torque, pass-through); watchdog."""
+
+    def __init__(
+        self, node: int, torque_constant_nm_a: float, feedback_s: float | None, watchdog_s: float
+    ) -> None:
+        self._node, self._constant = node, torque_constant_nm_a
+        self._feedback_s, self._watchdog_s = feedback_s, watchdog_s
+        self.state, self.error, self.mode = 1, 0, (0, 0)
+        self.torque_nm = self.current_a = self._turns = self._measured_a = 0.0
+        self._unfed_s = self._since_feedback_s = self._since_heartbeat_s = 0.0
+        self.serial = b"\x12\x34\x56\x78\x9a\xbc"
+
+    def _id(self, command: int) -> int:
+        return self._node << 5 | command
+
+    def _estimates(self) -> Frame:
+        return self._id(0x09), struct.pack("<ff", self._turns, 0.0)
+
+    def _iq(self) -> Frame:
+        return self._id(0x14), struct.pack("<ff", self.current_a, self._measured_a)
+
+    def frame(self, can_id: int, data: bytes) -> list[Frame]:
+        """See SimDrive."""
+        command, remote = can_id & 0x1F, bool(can_id & REMOTE)
+        if can_id & 0x7FF != self._id(command):
+            return []
+        if remote:
+            answers = {0x09: self._estimates, 0x14: self._iq, 0x06: self._address}
+            return [answers[command]()] if command in answers else []
+        if command == 0x0E and len(data) >= 4:
+            self.torque_nm, self._unfed_s = struct.unpack_from("<f", data)[0], 0.0
+        elif command == 0x07:
+            wanted = struct.unpack_from("<I", data)[0]
+            self.state = 8 if wanted == 8 and self.error == 0 and self.mode == (1, 1) else 1
+            self._unfed_s = 0.0
+        elif command == 0x0B:
+            self.mode = struct.unpack_from("<II", data)
+        elif command == 0x18:
+            self.error, self._unfed_s = 0, 0.0
+        self._apply()
+        return [self._heartbeat()] if command in (0x07, 0x18) else []
+
+    def _address(self) -> Frame:
+        return self._id(0x06), bytes([self._node]) + self.serial + b"\0"
+
+    def _heartbeat(self) -> Frame:
+        return self._id(0x01), struct.pack("<IBBBB", self.error, self.state, 0, 0, 0)
+
+    def _apply(self) -> None:
+        self.current_a = self.torque_nm / self._constant if self.state == 8 else 0.0
+
+    def pass_time(self, seconds: float, turns: float, current_a: float) -> list[Frame]:
+        """See SimDrive."""
+        self._turns, self._measured_a = turns, current_a
+        self._unfed_s += seconds
+        self._since_feedback_s += seconds
+        self._since_heartbeat_s += seconds
+        if self._unfed_s > self._watchdog_s and self.state == 8:
+            self.error, self.state = 0x1000000, 1
+        self._apply()
+        sent = []
+        if self._feedback_s is not None and self._since_feedback_s >= self._feedback_s - 1e-9:
+            self._since_feedback_s = 0.0
+            sent += [self._estimates(), self._iq()]
+        if self._since_heartbeat_s >= 0.01:
+            self._since_heartbeat_s = 0.0
+            sent.append(self._heartbeat())
+        return sent
+
+
+class MoteusSim:
+    """moteus controller: registers by subframes, position mode with kp = kd = 0, time to live per command."""
+
+    def __init__(self, node: int, torque_constant_nm_a: float) -> None:
+        self._node, self._constant = node, torque_constant_nm_a
+        self.mode, self.fault = 0, 0
+        self.current_a = self._turns = self._measured_a = 0.0
+        self._life_s = math.nan
+        self._serial = (0x11, 0x22, 0x33)
+
+    def frame(self, can_id: int, data: bytes) -> list[Frame]:
+        """See SimDrive."""
+        if can_id & 0xFF != self._node or not can_id & EXTENDED:
+            return []
+        source = can_id >> 8 & 0x7F
+        reply = self._subframes(data)
+        self._apply()
+        if not can_id & 0x8000 or not reply:
+            return []
+        size = next(n for n in (8, 12, 16, 20, 24, 32, 48, 64) if n >= len(reply))
+        return [(self._node << 8 | source | (EXTENDED if self._node > 7 else 0), reply.ljust(size, b"\x50"))]
+
+    def _subframes(self, data: bytes) -> bytes:
+        at, reply = 0, b""
+        while at < len(data):
+            head, at = data[at], at + 1
+            if head == 0x50:
+                continue
+            kind, count = head >> 2 & 3, head & 3
+            if not count:
+                count, at = data[at], at + 1
+            register, at = data[at], at + 1
+            if register & 0x80:
+                register, at = register & 0x7F | data[at] << 7, at + 1
+            if head < 0x10:
+                code, size = (("<b", 1), ("<h", 2), ("<i", 4), ("<f", 4))[kind]
+                values = [struct.unpack_from(code, data, at + k * size)[0] for k in range(count)]
+                at += size * count
+                self._write(register, values)
+            else:
+                reply += self._read(kind, register, count)
+        return reply
+
+    def _write(self, register: int, values: list[float]) -> None:
+        for k, value in enumerate(values):
+            if register + k == 0x000:
+                if value == 0:
+                    self.mode = self.fault = 0
+                elif self.mode not in (1, 11):
+                    self.mode = int(value)
+                self.torque_nm, self._max_nm = 0.0, math.inf
+            elif register + k == 0x022:
+                self.torque_nm = value
+            elif register + k == 0x025:
+                self._max_nm = value
+            elif register + k == 0x027:
+                self._life_s = value
+
+    def _read(self, kind: int, register: int, count: int) -> bytes:
+        torque = self.current_a * self._constant
+        values = {
+            0: self.mode,
+            1: self._turns,
+            2: 0.0,
+            3: torque,
+            4: self._measured_a,
+            14: 31.5,
+            15: self.fault,
+        }
+        values |= {0x120 + k: word for k, word in enumerate(self._serial)}
+        code = "bhif"[kind]
+        numbers = [values.get(register + k, 0) for k in range(count)]
+        typed = [float(n) if kind == 3 else int(n) for n in numbers]
+        where = bytes([register]) if register < 0x80 else bytes([register & 0x7F | 0x80, register >> 7])
+        return bytes([0x20 | kind << 2 | count]) + where + struct.pack(f"<{count}{code}", *typed)
+
+    def _apply(self) -> None:
+        self.current_a = 0.0
+        if self.mode == 10:
+            limited = min(max(self.torque_nm, -self._max_nm), self._max_nm)
+            self.current_a = limited / self._constant
+
+    def pass_time(self, seconds: float, turns: float, current_a: float) -> list[Frame]:
+        """See SimDrive."""
+        self._turns, self._measured_a = turns, current_a
+        if self.mode == 10:
+            self._life_s -= seconds
+            if self._life_s < 0.0:
+                self.mode = 11
+        self._apply()
+        return []
+
+
+class Cia402Sim:
+    """CiA 402 drive: an SDO server for expedited transfers, mapped PDOs, SYNC, heartbeat consumer."""
+
+    def __init__(self, node: int, torque_constant_nm_a: float, counts_per_turn: float) -> None:
+        self._node, self._constant, self._counts = node, torque_constant_nm_a, counts_per_turn
+        self.objects: dict[tuple[int, int], int] = {
+            (0x6075, 0): 5000, (0x6076, 0): round(5000 * torque_constant_nm_a),
+            (0x1018, 1): 0xABC, (0x1018, 2): 0x402, (0x1018, 4): 77 + node, (0x6060, 0): 0,
+        }  # fmt: skip
+        self.state, self.nmt = 0x40, 0x7F
+        self.controlword = self._pending_target = 0
+        self._pending_control = 0
+        self.current_a = self._turns = self._measured_a = 0.0
+        self._unheard_s, self._watching, self._since_beat_s = 0.0, False, 0.0
+
+    @property
+    def _rated_a(self) -> float:
+        return 1e-3 * self.objects[0x6076, 0] / self._constant
+
+    def frame(self, can_id: int, data: bytes) -> list[Frame]:
+        """See SimDrive."""
+        if can_id == 0x600 + self._node and len(data) == 8:
+            return [(0x580 + self._node, self._sdo(data))]
+        if can_id == 0x000 and len(data) == 2 and data[1] in (0, self._node):
+            self.nmt = {0x01: 0x05, 0x80: 0x7F, 0x02: 0x04}.get(data[0], self.nmt)
+        elif can_id == 0x200 + self._node and self.nmt == 0x05:
+            self._pending_control, self._pending_target = struct.unpack("<Hh", data)
+        elif can_id == 0x080 and self.nmt == 0x05:
+            return self._synchronise()
+        elif can_id - 0x700 == self.objects.get((0x1016, 1), 0) >> 16 & 0x7F:
+            self._unheard_s, self._watching = 0.0, True
+        return []
+
+    def _sdo(self, data: bytes) -> bytes:
+        command, index, sub = struct.unpack_from("<BHB", data)
+        if command & 0xE0 == 0x20:
+            size = 4 - (command >> 2 & 3)
+            self.objects[index, sub] = int.from_bytes(data[4 : 4 + size], "little")
+            return struct.pack("<BHB4x", 0x60, index, sub)
+        if (index, sub) not in self.objects:
+            return struct.pack("<BHBI", 0x80, index, sub, 0x0602_0000)
+        return struct.pack("<BHBI", 0x43, index, sub, self.objects[index, sub] & 0xFFFF_FFFF)
+
+    def _synchronise(self) -> list[Frame]:
+        control, self._last = self._pending_control, self.controlword
+        self.controlword = control
+        self._transition(control)
+        enabled = self.state == 0x27 and self.objects.get((0x6060, 0)) == 10
+        self.current_a = 1e-3 * self._pending_target * self._rated_a if enabled else 0.0
+        counts = math.floor(self._turns * self._counts) + 0x8000_0000 & 0xFFFF_FFFF
+        rated_a = 1e-3 * self.objects[0x6075, 0]
+        actual = max(-32768, min(32767, round(1000 * self._measured_a / rated_a)))
+        return [(0x180 + self._node, struct.pack("<Hih", self.state | 0x10, counts - 0x8000_0000, actual))]
+
+    def _transition(self, control: int) -> None:
+        if self.state == 0x08:
+            if control & 0x80 and not self._last & 0x80:
+                self.state = 0x40
+            return
+        if not control & 0x02:
+            self.state = 0x40
+        elif control & 0x07 == 0x06:
+            self.state = 0x21
+        elif control & 0x0F == 0x07 and self.state in (0x21, 0x27):
+            self.state = 0x23
+        elif control & 0x0F == 0x0F and self.state == 0x23:
+            self.state = 0x27
+
+    def pass_time(self, seconds: float, turns: float, current_a: float) -> list[Frame]:
+        """See SimDrive."""
+        self._turns, self._measured_a = turns, current_a
+        self._unheard_s += seconds
+        self._since_beat_s += seconds
+        life_s = 1e-3 * (self.objects.get((0x1016, 1), 0) & 0xFFFF)
+        if self._watching and self._unheard_s > life_s:
+            self.state, self.current_a, self._watching = 0x08, 0.0, False
+        producer_s = 1e-3 * self.objects.get((0x1017, 0), 0)
+        if producer_s and self._since_beat_s >= producer_s:
+            self._since_beat_s = 0.0
+            return [(0x700 + self._node, bytes([self.nmt]))]
+        return []
+
+
+class BoardSim:
+    """A board with a 16-bit encoder counter: answers every command; current holds for its time to live.
+
+    Command 0x200: i16 mA, u8 enable, u8 counter. Feedback 0x101: u16 counts (wraps), i16 mA, u8 counter,
+    u8 flags, u8 unused, checksum (crc8 J1850).
+    """
+
+    COUNTS_PER_TURN = 4096
+
+    def __init__(self, time_to_live_s: float = 0.01) -> None:
+        self.current_a = self._turns = self._measured_a = 0.0
+        self._life_s, self._time_to_live_s, self._counter = 0.0, time_to_live_s, 0
+        self.estop = 0
+
+    def frame(self, can_id: int, data: bytes) -> list[Frame]:
+        """See SimDrive."""
+        if can_id != 0x200 or len(data) != 4:
+            return []
+        milliamps, enable, _ = struct.unpack("<hBB", data)
+        self.current_a, self._life_s = 1e-3 * milliamps * bool(enable), self._time_to_live_s
+        return [self._feedback()]
+
+    def _feedback(self) -> Frame:
+        self._counter = self._counter + 1 & 0xFF
+        counts = math.floor(self._turns * self.COUNTS_PER_TURN) & 0xFFFF
+        milliamps = max(-32768, min(32767, round(1e3 * self._measured_a)))
+        data = struct.pack("<HhBBB", counts, milliamps, self._counter, self.estop, 0)
+        return 0x101, data + bytes([self.crc(data)])
+
+    @staticmethod
+    def crc(data: bytes) -> int:
+        """CRC-8 SAE J1850, bit by bit."""
+        crc = 0xFF
+        for byte in data:
+            crc ^= byte
+            for _ in range(8):
+                crc = (crc << 1 ^ (0x1D if crc & 0x80 else 0)) & 0xFF
+        return crc ^ 0xFF
+
+    def pass_time(self, seconds: float, turns: float, current_a: float) -> list[Frame]:
+        """See SimDrive."""
+        self._turns, self._measured_a = turns, current_a
+        self._life_s -= seconds
+        if self._life_s < 0.0:
+            self.current_a = 0.0
+        return []

@@ -1,0 +1,144 @@
+"""CAN devices for the contract suite: each preset's options, and the simulated device on the other side.
+
+By default both sit on python-can's `virtual` bus. With RTCTL_CAN_HOST and RTCTL_CAN_DEVICE (names of two
+interfaces on one wire, or one vcan twice) the backend uses SocketCAN; `tests/system` runs the suite so.
+"""
+
+import itertools
+import os
+
+import can
+
+from hw.can.drive_sim import TORQUE_CONSTANT_NM_A, DriveSim, make_drives
+from hw.can.sim_plant import Inertia
+
+HOST, DEVICE = os.environ.get("RTCTL_CAN_HOST"), os.environ.get("RTCTL_CAN_DEVICE")
+PERIOD_S = 1e-3
+_numbers = itertools.count()
+
+
+def bus(folder, *, fd=False):
+    if HOST:
+        return {"interface": "socketcan", "channel": HOST, "fd": fd}
+    return {"interface": "virtual", "channel": f"contract-{next(_numbers)}", "fd": fd}
+
+
+def _axes(n_axes, **more):
+    return [{"node": 1 + axis, **more} for axis in range(n_axes)]
+
+
+def odrive(n_axes, folder):
+    return {"bus": bus(folder), "heartbeat_ms": 10.0, "axis": _axes(n_axes)}
+
+
+def odrive_request(n_axes, folder):
+    return {**odrive(n_axes, folder), "feedback": "request"}
+
+
+def moteus(n_axes, folder):
+    return {"bus": bus(folder, fd=True), "axis": _axes(n_axes)}
+
+
+def cia402(n_axes, folder):
+    return {"bus": bus(folder), "axis": _axes(n_axes)}
+
+
+RECEIVE = {
+    "id": 0x101,
+    "counter": {"byte": 4, "bits": 8},
+    "checksum": {"kind": "crc8_j1850", "byte": 7},
+    "field": [
+        {"channel": "position", "byte": 0, "bits": 16, "wrap": True, "unit": "turn", "scale": 1 / 4096 / 80},
+        {"channel": "current", "byte": 2, "bits": 16, "type": "int", "unit": "mA"},
+        {"channel": "estop", "start_bit": 40, "bits": 1},
+    ],
+}
+SEND = {
+    "id": 0x200,
+    "length": 4,
+    "field": [
+        {"channel": "current_command", "byte": 0, "bits": 16, "type": "int", "unit": "mA"},
+        {"channel": "enable", "byte": 2, "bits": 8},
+        {"channel": "counter", "byte": 3, "bits": 8},
+    ],
+}
+
+
+def board(n_axes, folder):
+    return {"bus": bus(folder), "receive": [RECEIVE], "send": [SEND]}
+
+
+class WithDevice:
+    """A backend whose device lives in the test: it answers while the backend opens, then once per read."""
+
+    def __init__(self, backend, options, sim_kind, n_axes):
+        self.backend, table = backend, options["bus"]
+        self.provides, self.consumes = backend.provides, backend.consumes
+        arguments = {"interface": table["interface"], "channel": DEVICE or table["channel"]}
+        more = {"fd": True} if table["fd"] else {}
+        self.bus = can.Bus(**arguments, **more, ignore_config=True)
+        # opened before the backend's socket: what it has received, the backend has
+        self.witness = (
+            can.Bus(interface="socketcan", channel=HOST, fd=True, ignore_config=True) if HOST else None
+        )
+        drives = make_drives(sim_kind, range(1, n_axes + 1))
+        self.sim = DriveSim(self.bus, drives, Inertia(n_axes, TORQUE_CONSTANT_NM_A), fd=table["fd"])
+        self._sent = False
+
+    def open(self):
+        self.sim.start()
+        try:
+            self.backend.open()
+        finally:
+            self.sim.stop()
+        self.settle()
+
+    def read(self, tick):
+        self.sim.advance(PERIOD_S)
+        self.settle()
+        self.backend.read(tick)
+
+    def write(self, tick):
+        self.backend.write(tick)
+        self._sent = True
+
+    def stop(self):
+        self.backend.stop()
+        self._sent = True
+
+    def close(self):
+        self.backend.close()
+
+    def settle(self):
+        """Have the device answer everything sent so far, and the answers arrive."""
+        quiet_s = 5e-3 if HOST else 0.0
+        self.sim.handle(0.5 if HOST and self._sent else quiet_s)
+        self._sent = False
+        while self.sim.handle(quiet_s):
+            pass
+        while self.witness is not None and self.witness.recv(quiet_s) is not None:
+            pass
+
+    def release(self):
+        self.backend.close()
+        self.bus.shutdown()
+        if self.witness is not None:
+            self.witness.shutdown()
+
+    def __getattr__(self, name):
+        return getattr(self.backend, name)
+
+
+def _with(sim_kind):
+    return lambda backend, options, n_axes: WithDevice(backend, options, sim_kind, n_axes)
+
+
+ROWS = {
+    "odrive": ("odrive", 1, odrive, _with("odrive")),
+    "odrive by request, two axes": ("odrive", 2, odrive_request, _with("odrive-request")),
+    "moteus, two axes": ("moteus", 2, moteus, _with("moteus")),
+    "cia402, two axes": ("cia402", 2, cia402, _with("cia402")),
+    "can board": ("can", 1, board, _with("can")),
+}
+
+KINDS = {row[0] for row in ROWS.values()}

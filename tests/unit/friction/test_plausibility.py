@@ -1,0 +1,84 @@
+"""Wrong units in a log are found by the limits of the rig file."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from rtctl.config import load
+from rtctl.errors import DataError
+from rtctl.friction.intervals import Estimate
+from rtctl.friction.log_input import Gearing, options_of, read_log
+from rtctl.friction.plausibility import Limits, against_rig
+
+CONFIG = Path(__file__).parents[3] / "configs" / "mock.toml"
+T = np.arange(5000) / 500.0
+
+
+@pytest.fixture(scope="module")
+def axis():
+    return load(CONFIG).config.axis[0]
+
+
+def read(tmp_path, axis, x, motor, external=None):
+    columns = {"time": {"column": "t"}, "position": {"column": "x"}, "motor_torque": {"column": "m"}}
+    data = [T, x, motor]
+    if external is not None:
+        columns["hand_torque"] = {"column": "e"}
+        data.append(external)
+    path = tmp_path / "log.csv"
+    rows = "\n".join(",".join(f"{value:.9g}" for value in row) for row in zip(*data, strict=True))
+    path.write_text(f"t,x,m,e\n{rows}\n" if external is not None else f"t,x,m\n{rows}\n")
+    return read_log(options_of(path, columns, None), Gearing(), limits=Limits.of_axis(axis, "rig.toml"))
+
+
+def motion(amplitude_rad=0.4):
+    return amplitude_rad * np.sin(2.5 * T)
+
+
+def torque(amplitude_nm=0.3):
+    return amplitude_nm * np.cos(2.5 * T + 0.1)
+
+
+def test_a_log_within_the_limits_of_the_rig_is_read(tmp_path, axis):
+    assert len(read(tmp_path, axis, motion(), torque(), torque(0.5)).torque_nm) == len(T)
+
+
+@pytest.mark.parametrize(
+    ("signals", "message"),
+    [
+        ((motion(8.0), torque()), r"column position: 20 rad/s .*at most 7.5 for joint of rig.toml.*unit"),
+        (
+            (motion(), torque(3.0)),
+            r"motor torque: 3 N m .*at most 2.5 for joint of rig.toml.*unit of the torque",
+        ),
+        ((motion(), torque(), torque(8.0)), r"external torque: 8 N m .*at most 6.25"),
+        ((motion(), torque(3e-4)), r"no torque above 0.0003 N m.*at least 0.002 .*unit of the torque"),
+    ],
+)
+def test_a_log_beyond_the_limits_of_the_rig_is_refused(tmp_path, axis, signals, message):
+    with pytest.raises(DataError, match=message):
+        read(tmp_path, axis, *signals)
+
+
+def test_a_position_outside_the_travel_is_refused(tmp_path, axis):
+    narrow = axis.model_copy(update={"position_min_rad": -0.2, "position_max_rad": 0.6})
+    with pytest.raises(DataError, match=r"-0\.4 to 0\.4 rad leaves the travel -0\.25 to 0\.65 rad of joint"):
+        read(tmp_path, narrow, motion(), torque())
+
+
+def fit(inertia, viscous):
+    found = {
+        "inertia_kgm2": Estimate(inertia, 1e-5, inertia, inertia),
+        "viscous_nms_rad": Estimate(viscous, 1e-3, viscous - 0.002, viscous + 0.002),
+    }
+    return SimpleNamespace(symmetric=SimpleNamespace(parameters=found))
+
+
+def test_parameters_that_contradict_the_rig_file_are_said(axis):
+    assert against_rig(fit(0.013, 0.055), axis, "rig.toml") == ()
+    (inertia,) = against_rig(fit(0.7, 0.055), axis, "rig.toml")
+    assert "inertia_kgm2 = 0.012, the log says 0.7" in inertia
+    (viscous,) = against_rig(fit(0.012, 0.03), axis, "rig.toml")
+    assert "promises more damping than the log shows (at most 0.032)" in viscous

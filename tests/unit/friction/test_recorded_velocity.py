@@ -1,0 +1,91 @@
+"""A velocity column is used in place of the derivative, and refused where it is not that of the position."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rtctl.errors import DataError
+from rtctl.friction.dynamics import AxisLog
+from rtctl.friction.regression import joint_fit
+from rtctl.friction.regressors import regressors
+
+RATE_HZ = 500.0
+SINES = [(a, 2 * np.pi * f) for a, f in ((0.4, 0.4), (0.15, 1.1), (0.06, 2.3))]
+
+
+def velocity(t):
+    return sum(a * k * np.cos(k * t) for a, k in SINES)
+
+
+def log(counts_per_rev=None):
+    t = np.arange(12_500) / RATE_HZ
+    x = sum(a * np.sin(k * t) for a, k in SINES)
+    acceleration = -sum(a * k**2 * np.sin(k * t) for a, k in SINES)
+    torque = 0.012 * acceleration + 0.05 * velocity(t) + 0.25 * np.sign(velocity(t))
+    noise = np.random.default_rng(5).normal(0, 0.01, len(t))
+    if counts_per_rev:
+        step = 2 * np.pi / counts_per_rev
+        x = np.floor(x / step) * step
+    return AxisLog(RATE_HZ, x, torque + noise, "log.csv", "0", velocity(t)), t
+
+
+def test_the_parameters_come_out_from_the_recorded_velocity():
+    recorded, _ = log()
+    found = joint_fit(regressors(recorded)).symmetric.parameters
+    for name, truth in (("inertia_kgm2", 0.012), ("viscous_nms_rad", 0.05), ("coulomb_nm", 0.25)):
+        assert found[name].value == pytest.approx(truth, rel=0.01)
+        assert found[name].holds(truth)
+
+
+def test_it_takes_the_place_of_the_derivative_and_does_better_with_a_coarse_encoder():
+    recorded, _ = log(counts_per_rev=2000)
+    with_it, without = (
+        joint_fit(regressors(each)).symmetric for each in (recorded, replace(recorded, velocity_rad_s=None))
+    )
+    assert with_it.relative_error < 0.8 * without.relative_error
+    assert (
+        with_it.parameters["inertia_kgm2"].standard_error < without.parameters["inertia_kgm2"].standard_error
+    )
+
+
+@pytest.mark.parametrize("delay_s", [0.006, -0.004])
+def test_a_late_velocity_is_put_back_and_said(delay_s):
+    recorded, t = log()
+    late = replace(recorded, velocity_rad_s=velocity(t - delay_s))
+    there, back = regressors(recorded), regressors(late)
+    assert np.abs(there.velocity_rad_s - back.velocity_rad_s).max() < 2e-3
+    word = "6 ms late" if delay_s > 0 else "4 ms early"
+    assert any(word in text and "put right" in text for text in back.warnings)
+    assert joint_fit(back).symmetric.parameters["viscous_nms_rad"].value == pytest.approx(0.05, rel=0.02)
+
+
+def test_the_zero_of_a_tachometer_is_removed_and_said():
+    recorded, t = log()
+    found = regressors(replace(recorded, velocity_rad_s=velocity(t) + 0.1))
+    assert any("zero is off by 0.1 rad/s" in text for text in found.warnings)
+    assert np.abs(found.velocity_rad_s - regressors(recorded).velocity_rad_s).max() < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda v: -v, r"column velocity: turned against the position; turn its sign \(scale -1\)"),
+        (lambda v: np.degrees(v), r"57.* times the derivative .*its unit were deg/s.*give scale 0\.0174533"),
+        (lambda v: 30 / np.pi * v, "its unit were rpm"),
+        (lambda v: 1.1 * v, r"1\.1 times the derivative.*give scale 0\.909"),
+        (lambda v: np.roll(v, 400), "does not follow the position"),
+        (lambda v: 0 * v, "does not follow the position"),
+    ],
+)
+def test_a_velocity_that_disagrees_with_the_position_is_refused_with_the_remedy(change, message):
+    recorded, t = log()
+    with pytest.raises(DataError, match=message):
+        regressors(replace(recorded, velocity_rad_s=change(velocity(t))))
+
+
+def test_a_delay_too_long_to_put_right_is_refused():
+    t = np.arange(12_500) / RATE_HZ
+    slow = AxisLog(RATE_HZ, np.sin(2.5 * t), np.cos(2.5 * t), "log.csv", "0", 2.5 * np.cos(2.5 * (t - 0.04)))
+    with pytest.raises(DataError, match=r"40.1 ms late .* at most 25 ms"):
+        regressors(slow)
