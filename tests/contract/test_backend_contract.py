@@ -11,6 +11,7 @@ import subprocess
 import sys
 
 import can_rows
+import example_package
 import force_devices
 import numpy as np
 import pytest
@@ -70,6 +71,11 @@ def sensor(kind):
     return _table
 
 
+def example(n_axes, folder, which):
+    host, port = example_package.board().socket.getsockname()
+    return {"host": host, "port": port, "lost_after_s": 1.0}
+
+
 ROWS = {
     "mock": ("mock", 1, mock),
     "mock, two axes": ("mock", 2, mock),
@@ -79,20 +85,24 @@ ROWS = {
     "serial over pty, two axes": ("serial", 2, serial),
     **{kind: (kind, 1, sensor(kind)) for kind in force_devices.SENSORS},
     **can_rows.ROWS,
+    "a third party's": (example_package.KIND, 1, example),
 }
 
 WRAPPERS = {
     "serial": lambda backend, n_axes: serial_boards.InLockstep(backend, 35 + 10 * n_axes),
+    example_package.KIND: lambda backend, _: example_package.InStep(backend, example_package.newest_board()),
     **{kind: lambda backend, _: force_devices.Fed(backend) for kind in force_devices.SENSORS},
 }
 """Kinds whose device answers in its own time: the wrapper waits for it before a read."""
 
 
 @pytest.fixture(scope="module", autouse=True)
-def _boards_end_with_the_module():
-    yield
+def _boards_end_with_the_module(tmp_path_factory):
+    with example_package.installed(tmp_path_factory.mktemp("site")):
+        yield
     serial_boards.close_all()
     force_devices.close_all()
+    example_package.close_all()
 
 
 def split(kind, options, n_axes):
@@ -290,4 +300,4 @@ def test_the_loop_process_gets_a_backend_without_the_config_library(kind):
 
 
 def test_every_built_in_backend_is_in_this_suite():
-    assert set(registry.BUILT_IN) == {row[0] for row in ROWS.values()}
+    assert set(registry.BUILT_IN) | {example_package.KIND} == {row[0] for row in ROWS.values()}
