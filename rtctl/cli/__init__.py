@@ -22,6 +22,7 @@ COMMANDS: dict[str, str] = {
     "events": "rtctl.cli.events",
     "incident": "rtctl.cli.incident",
     "playback": "rtctl.cli.playback",
+    "probe": "rtctl.cli.probe",
     "schema": "rtctl.cli.schema",
     "keys": "rtctl.cli.keys",
     "bench": "rtctl.cli.bench",

@@ -1,0 +1,120 @@
+"""`rtctl probe`: what the devices of a rig show, without arming anything."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+
+JSON_SECONDS = 2.0
+
+
+@click.command("probe")
+@click.argument("config", type=click.Path(path_type=Path))
+@click.option("--device", metavar="N", help="only this one: its number or its name in the rig file")
+@click.option(
+    "--seconds",
+    type=click.FloatRange(0.01, 1e6),
+    help="stop after this long; default: Ctrl-C, with --json 2 seconds",
+)
+@click.option(
+    "--poll", is_flag=True, help="send disabled zero commands, for devices that only answer commands"
+)
+@click.option("--runtime-dir", type=click.Path(), help="folder of the rig's lock, instead of the default")
+@click.option("--json", "as_json", is_flag=True, help="end with one JSON object on stdout")
+def command(
+    config: Path,
+    device: str | None,
+    seconds: float | None,
+    runtime_dir: str | None,
+    *,
+    poll: bool,
+    as_json: bool,
+) -> None:
+    """Show what the devices of CONFIG measure: values, rate, age, damaged and lost frames.
+
+    Nothing is armed and no torque is written. Refused while a daemon runs the rig. Exit code 6 when a device
+    cannot be opened, is lost, or shows no sample.
+    """
+    from rtctl.config import load
+    from rtctl.errors import DeviceError
+    from rtctl.host.endpoints import RuntimeDirectory
+    from rtctl.host.probe import devices, watch
+
+    loaded = load(config)
+    found = devices(loaded, device, poll=poll)
+    in_place = not as_json and sys.stdout.isatty()
+    drawn = 0
+
+    def _show() -> None:
+        nonlocal drawn
+        lines = [line for one in found for line in _lines(one.report())]
+        if drawn:
+            click.echo(f"\x1b[{drawn}F\x1b[J", nl=False)
+        drawn = len(lines) if in_place else 0
+        click.echo("\n".join(lines))
+
+    interrupted = False
+    with RuntimeDirectory.acquire(loaded.config.rig.name, runtime_dir):
+        try:
+            until = seconds if seconds is not None or not as_json else JSON_SECONDS
+            watch(
+                found,
+                loaded.config.period_s,
+                until,
+                (lambda: None) if as_json else _show,
+                0.2 if in_place else 1.0,
+            )
+        except KeyboardInterrupt:
+            interrupted = True
+    reports = [one.report() for one in found]
+    bad = [_trouble(one) for one in reports if one["error"] or not one["samples"]]
+    if as_json:
+        click.echo(json.dumps({"ok": not bad, "devices": _finite(reports)}, allow_nan=False))
+        sys.exit(DeviceError.exit_code if bad else 130 if interrupted else 0)
+    _show()
+    if bad:
+        raise DeviceError("; ".join(bad))
+
+
+def _trouble(report: dict[str, Any]) -> str:
+    return f"{report['device']}: {report['error'] or 'opened, but shows no sample'}"
+
+
+def _finite(value: Any) -> Any:  # noqa: ANN401
+    """JSON has no NaN: null in its place."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _lines(report: dict[str, Any]) -> list[str]:
+    age = (
+        "none yet"
+        if report["age_ms"] is None
+        else f"{report['age_ms']:.1f} ms, most {report['age_max_ms']:.1f}"
+    )
+    lines = [
+        f"{report['device']} ({report['kind']}): {report['rate_hz']:.1f} samples/s seen, age {age}, "
+        f"reading {report['read_us']['p50']:.1f} us, most {report['read_us']['max']:.0f}"
+    ]
+    lines += [
+        f"  {value['channel']:<12}{value['of']:<10}{value['value']:>14.6g} {value['unit']:<5}"
+        f" from {value['min']:.6g} to {value['max']:.6g}, std {value['std']:.3g}"
+        for value in report["values"]
+    ]
+    faults = ", ".join(f"{name} {count}" for name, count in report["faults"].items() if count) or "none"
+    lines.append(f"  link faults (cycles): {faults}")
+    if report["counts"]:
+        lines.append(
+            "  link counts: " + ", ".join(f"{name} {count}" for name, count in report["counts"].items())
+        )
+    if report["error"]:
+        lines.append(f"  ERROR {report['error']}")
+    return lines
