@@ -127,7 +127,7 @@ def command(
 
 def _ask(loaded: LoadedConfig, settings: Settings) -> None:
     speeds = 2 * (settings.train_levels + settings.test_levels)
-    minutes = (speeds * (12 + 0.2 * settings.measurements) + 2 * 5 * settings.measurements) / 60
+    minutes = (speeds * (18 + 0.2 * settings.measurements) + 2 * 5 * settings.measurements) / 60
     click.echo(
         WARNING.format(rig=loaded.config.rig.name, minutes=minutes, speed=settings.speed_max_rad_s), err=True
     )

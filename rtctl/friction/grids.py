@@ -26,7 +26,8 @@ TUBE_MIN_SHARE = 0.005
 """Narrowest tube, share of the largest friction. Points of 100 measurements are so quiet that narrower tubes
 would spend twice the support vectors on a curve that no hand, and no current sensor, could tell apart."""
 
-NU = (0.1, 0.2, 0.3, 0.5, 0.7)
+NU = (0.05, 0.1, 0.2, 0.3, 0.5)
+"""Least shares of support vectors. Above one half the tube is narrower than the noise of the points."""
 
 SIGMA_SHARE = (0.05, 0.1, 0.2)
 """Widths of the RBF, share of the trained range; a Stribeck speed is about .05 of it, the gap of fast points .2."""

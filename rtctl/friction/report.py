@@ -22,6 +22,7 @@ from typing import Any
 from rtctl.config import LoadedConfig
 from rtctl.errors import DataError
 from rtctl.friction import report_figures, report_gain, report_page, report_tables
+from rtctl.friction.curves import FORMULAS
 from rtctl.friction.report_evidence import EXTRA_COLUMNS, Evidence
 from rtctl.friction.report_gain import Gains
 from rtctl.friction.report_page import Picture
@@ -115,8 +116,8 @@ def _pictures(evidence: Evidence) -> list[Picture]:
         Picture(
             f"curve_{name}",
             f"{name}{' (the reported model)' if name == evidence.chosen else ''}: friction in N m against speed in "
-            "rad/s, points, learned curve, epsilon tube and support vectors. Left: every speed; right: below "
-            f"{evidence.boundary_rad_s:.3g} rad/s.",
+            f"rad/s, points, learned curve{'' if name in FORMULAS else ', epsilon tube and support vectors'}. Left: "
+            f"every speed; right: below {evidence.boundary_rad_s:.3g} rad/s.",
             report_figures.curves(evidence, name),
         )
         for name in families
@@ -131,12 +132,14 @@ def _pictures(evidence: Evidence) -> list[Picture]:
         ),
         Picture(
             "residuals_speed",
-            f"{against} speed in rad/s (linear below the slowest run, then logarithmic). Shaded: the tube.",
+            f"{against} speed in rad/s (linear below the slowest run, then logarithmic)."
+            f"{'' if evidence.chosen in FORMULAS else ' Shaded: the tube.'}",
             report_figures.residuals(evidence),
         ),
     ]
     for name in evidence.extra:
-        caption = f"{against} {EXTRA_COLUMNS[name]}, training points."
+        mean = " (mean over the places a point was measured at)" if name == "position_rad" else ""
+        caption = f"{against} {EXTRA_COLUMNS[name]}{mean}, training points."
         found.append(
             Picture(
                 f"residuals_{name.split('_')[0]}", caption, report_figures.residuals_against(evidence, name)
@@ -173,6 +176,7 @@ def _document(
         "boundary_rad_s": evidence.boundary_rad_s,
         "ladder": report_tables.ladder_rows(evidence),
         "errors": report_tables.error_rows(evidence),
+        "errors_overall": report_tables.overall_rows(evidence),
         "prediction_on": "test points" if test else "held-out speeds",
         "model": report_tables.model_rows(evidence),
         "support_vectors": learned,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -82,6 +83,7 @@ def ladder(evidence: Evidence) -> bytes:
         colour = "tab:red" if rung.family == evidence.chosen else "tab:blue"
         centre = 1e3 * rung.rmse_nm
         plot.errorbar(centre, at, xerr=[[centre - low], [high - centre]], fmt="o", color=colour, capsize=4)
+    plot.set_ylim(-0.6, len(rungs) - 0.4)
     plot.set_yticks(range(len(rungs)), [rung.family for rung in reversed(rungs)])
     plot.set_xscale("log")
     _label(plot, "held-out RMSE [mN m], 95 % confidence interval", "", "")
@@ -95,8 +97,10 @@ def residuals(evidence: Evidence) -> bytes:
     """Draw residuals of the chosen model against speed: training, held out, test."""
     chosen = evidence.of(evidence.chosen)
     least = float(np.min([one.trained.speed[one.trained.speed > 0].min() for one in chosen]))
+    most = float(np.max([one.trained.speed.max() for one in chosen]))
     figure = _figure(10, 6.4)
-    for plot, one in zip(figure.subplots(2, 1, sharex=True), chosen, strict=True):
+    plots = figure.subplots(2, 1, sharex=True)
+    for plot, one in zip(plots, chosen, strict=True):
         if one.epsilon_nm > 0:
             plot.axhspan(
                 -1e3 * one.epsilon_nm, 1e3 * one.epsilon_nm, color="tab:blue", alpha=0.15, linewidth=0
@@ -107,10 +111,22 @@ def residuals(evidence: Evidence) -> bytes:
             _scatter(plot, one.predicted, "^", "tab:green", "test points")
         plot.axhline(0, color="black", linewidth=0.6)
         plot.set_xscale("symlog", linthresh=least, linscale=0.3)
-        plot.set_xlim(left=-0.1 * least)
-        _label(plot, "speed [rad/s]", "model - measured [mN m]", _SIDES[one.direction])
-    plot.legend(fontsize="small")
+        plot.set_xlim(-0.1 * least, 1.1 * most)
+        plot.set_xticks(_speed_ticks(least, most), minor=False)
+        plot.set_xticks([], minor=True)
+        plot.xaxis.set_major_formatter("{x:g}")
+        _label(plot, "", "model - measured [mN m]", _SIDES[one.direction])
+    plots[-1].set_xlabel("speed [rad/s]")
+    handles, names = plots[0].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower center", ncols=len(names), fontsize="small")
     return _png(figure)
+
+
+def _speed_ticks(least: float, most: float) -> list[float]:
+    """0, and 1, 2 and 5 of every decade between the slowest run and the fastest; far apart when there are many."""
+    decades = range(math.floor(math.log10(least)), math.ceil(math.log10(most)) + 1)
+    fine = (1, 2, 5) if len(decades) <= 5 else (1,)
+    return [0.0, *(x for d in decades for n in fine if least <= (x := n * 10.0**d) <= most)]
 
 
 def _scatter(plot: Axes, errors: Errors, marker: str, colour: str, name: str) -> None:
@@ -143,7 +159,7 @@ def residuals_against(evidence: Evidence, name: str) -> bytes:
         )
     plot.axhline(0, color="black", linewidth=0.6)
     _label(plot, EXTRA_COLUMNS[name], "model - measured [mN m]", "")
-    plot.legend(fontsize="small")
+    figure.legend(loc="outside lower center", ncols=2, fontsize="small")
     return _png(figure)
 
 

@@ -50,6 +50,7 @@ def page(evidence: Evidence, gains: Gains, document: Mapping[str, Any], pictures
         "<h2>Learned curves</h2>",
         *curves,
         "<h2>Errors</h2>",
+        _table(report_tables.overall(evidence)),
         _table(report_tables.errors(evidence)),
         "<h2>Ladder of models</h2>",
         by_name["ladder"],

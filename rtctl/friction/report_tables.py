@@ -62,6 +62,41 @@ def ladder_rows(evidence: Evidence) -> list[dict[str, Any]]:
     ]
 
 
+def overall_rows(evidence: Evidence) -> list[dict[str, Any]]:
+    """Mean and largest absolute error (N m) per family over all speeds of both directions, and their ratio."""
+    rows: list[dict[str, Any]] = []
+    for family in evidence.families:
+        both = evidence.of(family)
+        trained = np.abs(np.concatenate([one.trained.error_nm for one in both]))
+        judged = np.abs(np.concatenate([one.judged.error_nm for one in both]))
+        rows.append(
+            {
+                "family": family,
+                "training_mean_error_nm": float(trained.mean()),
+                "training_max_error_nm": float(trained.max()),
+                "prediction_mean_error_nm": float(judged.mean()),
+                "prediction_max_error_nm": float(judged.max()),
+                "prediction_over_training": float(judged.mean() / trained.mean()) if trained.any() else None,
+            }
+        )
+    return rows
+
+
+def overall(evidence: Evidence) -> Table:
+    """Training and prediction error per model, all speeds of both directions together."""
+    rows = []
+    for row in overall_rows(evidence):
+        ratio = row["prediction_over_training"]
+        cells = [_mnm(row[f"{use}_{what}"]) for use in ("training", "prediction") for what in _STATISTICS]
+        rows.append((row["family"], *cells, "-" if ratio is None else f"{ratio:.2f}"))
+    caption = (
+        "Absolute errors over all speeds and both directions, mN m. A prediction error much above the training "
+        "error means that noise was learned."
+    )
+    header = ("model", "train mean", "max", "predict mean", "max", "predict / train")
+    return Table(caption, header, rows)
+
+
 def errors(evidence: Evidence) -> Table:
     """Training and prediction errors per kernel and regime, as Tables I and II of Bi et al."""
     judged = "the test points" if evidence.test else "speeds held out of training (no test points given)"

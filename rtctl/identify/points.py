@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -31,6 +33,21 @@ SETTLE_S, SETTLE_RAD = 2.0, 0.03
 FAST_SHARE = 0.6
 """The ramp is quick up to this share of the smallest break-away torque seen."""
 DISCARDS_PER_MEASUREMENT = 3
+
+
+@dataclass(frozen=True)
+class Spot:
+    """Where to measure next.
+
+    `place_rad` is a place, whole turns to and fro being the same; None: wherever the joint is. `step_rad` is
+    the travel to move on by instead where the joint cannot turn far enough for places.
+    """
+
+    step_rad: float = 0.0
+    place_rad: float | None = None
+
+
+HERE = Spot()
 
 
 @dataclass
@@ -77,6 +94,15 @@ def fastest_rad_s(motion: Motion) -> float:
     return 0.5 * ACCELERATION_RAD_S2 * (root - b)
 
 
+def gap_to(motion: Motion, direction: int, place_rad: float, passed_rad: float) -> float:
+    """Travel in `direction` to the next place that is whole turns from `place_rad`; 0 when just passed it.
+
+    Just passed: by no more than `passed_rad`.
+    """
+    gap = (place_rad - motion.position_rad) * direction % TURN_RAD
+    return 0.0 if gap > TURN_RAD - passed_rad else gap
+
+
 def make_room(motion: Motion, direction: int, run_rad: float) -> Steps[None]:
     """Go back so that a run of `run_rad` in `direction` fits, unless it fits already."""
     if motion.room_rad(direction) >= run_rad:
@@ -111,7 +137,24 @@ def settle(motion: Motion, velocity_rad_s: float) -> Steps[bool]:
         seen = np.concatenate([seen, rows])
 
 
-def _run(motion: Motion, task: Task, got: Collected, step_rad: float, bias_nm: float) -> Steps[None]:
+def _go_on(motion: Motion, direction: int, spot: Spot, run_rad: float, speed_rad_s: float) -> Steps[None]:
+    """Move on to a spot, with room for a run of `run_rad` at a speed from there."""
+    pace = max(motion.jog_speed_rad_s(), speed_rad_s)
+    travel = motion.high_rad - motion.low_rad
+    if spot.place_rad is not None and TURN_RAD + run_rad <= travel:
+        passed_rad = spot.step_rad
+        if motion.room_rad(direction) < gap_to(motion, direction, spot.place_rad, passed_rad) + run_rad:
+            yield from make_room(motion, direction, TURN_RAD + run_rad)
+        step = gap_to(motion, direction, spot.place_rad, passed_rad)
+    else:
+        step = min(spot.step_rad, max(0.0, travel - run_rad)) if speed_rad_s < pace else 0.0
+        yield from make_room(motion, direction, step + run_rad)
+        step = min(step, motion.room_rad(direction) - run_rad)
+    if step > 0.0:
+        yield from motion.advance(direction * step, pace)
+
+
+def _run(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float) -> Steps[None]:
     """One run at one place: move on, become steady, take some measurements while travel is left."""
     settings, rig, speed, direction = motion.settings, motion.rig, task.speed_rad_s, task.direction
     length_s = window_s(motion, speed)
@@ -120,11 +163,7 @@ def _run(motion: Motion, task: Task, got: Collected, step_rad: float, bias_nm: f
     jog = motion.jog_speed_rad_s()
     travel = motion.high_rad - motion.low_rad
     run = min(run_up_rad(motion, speed) + wanted * length_s * speed + SPARE_S * jog, travel)
-    step = min(step_rad, travel - run) if speed < jog else 0.0
-    yield from make_room(motion, direction, step + run)
-    step = min(step, motion.room_rad(direction) - run)
-    if step > 0.0:
-        yield from motion.advance(direction * step, jog)
+    yield from _go_on(motion, direction, spot, run, speed)
     steady = yield from settle(motion, direction * speed)
     before = len(got.measurements)
     while (
@@ -140,14 +179,12 @@ def _run(motion: Motion, task: Task, got: Collected, step_rad: float, bias_nm: f
         yield from motion.rest()
 
 
-def _slip(motion: Motion, task: Task, got: Collected, step_rad: float, bias_nm: float) -> Steps[None]:
+def _slip(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float) -> Steps[None]:
     """One break-away: move on in the direction of the ramp, rest, ramp until the joint slips."""
     rig, settings, direction = motion.rig, motion.settings, task.direction
     jog = motion.jog_speed_rad_s()
     travel, stop = motion.high_rad - motion.low_rad, motion.stopping_rad(jog) + 0.5 * settings.margin_rad
-    step = min(step_rad, 0.5 * travel)
-    yield from make_room(motion, direction, min(step + stop, travel))
-    yield from motion.advance(direction * step, jog)
+    yield from _go_on(motion, direction, spot, min(stop, 0.5 * travel), 0.0)
     yield from motion.rest()
     least = min((abs(m.torque_nm) for m in got.measurements), default=0.0)
     limit_s = 2.0 * rig.torque_limit_nm / settings.ramp_nm_s
@@ -172,6 +209,31 @@ def _slip(motion: Motion, task: Task, got: Collected, step_rad: float, bias_nm: 
     got.measurements.append(found)
 
 
+def _spots(motion: Motion, task: Task) -> Iterator[Spot]:
+    """Places of a point, without end: even over whole turns, each moved within its share.
+
+    Notes
+    -----
+    Friction that varies over a turn cancels in the mean of even places. Uneven within their share, so that
+    they do not meet a gear's ripple always at the same phase. So many turns that a run ends before the next
+    place begins; otherwise the places would bunch.
+    """
+    settings, speed = motion.settings, task.speed_rad_s
+    random = np.random.default_rng([settings.seed, task.number])
+    places = settings.measurements if speed == 0 else settings.spots
+    run = 0.0
+    if speed > 0:
+        each = -(-settings.measurements // places)
+        run = (2 * steady_s(speed) + each * window_s(motion, speed)) * speed
+    turns = max(1, math.ceil(1.5 * run * places / TURN_RAD))
+    span = min(TURN_RAD, motion.high_rad - motion.low_rad)
+    start = motion.position_rad
+    for number in itertools.count():
+        moved = float(random.uniform(-0.25, 0.25))
+        place = start + task.direction * (number + 0.5 + moved) * turns * TURN_RAD / places
+        yield Spot(span / places * (1.0 + 2.0 * moved), place)
+
+
 def collect(motion: Motion, task: Task, bias_nm: float) -> Steps[Collected]:
     """Measure one point: `settings.measurements` measurements spread over the travel.
 
@@ -183,19 +245,15 @@ def collect(motion: Motion, task: Task, bias_nm: float) -> Steps[Collected]:
         A hand stays on the rig.
     """
     settings = motion.settings
-    random = np.random.default_rng([settings.seed, task.number])
-    places = settings.measurements if task.speed_rad_s == 0 else settings.spots
-    span = min(TURN_RAD, motion.high_rad - motion.low_rad)
     got, pauses, before = Collected(), 0, -1
+    spots = _spots(motion, task)
     while len(got.measurements) < settings.measurements:
-        # uneven steps: even ones could meet a gear's ripple always at the same phase
-        step = span / places * float(random.uniform(0.5, 1.5))
-        if len(got.measurements) == before:  # nothing came of the last place: take all the travel there is
-            step = 0.0
+        # nothing came of the last place: take all the travel there is
+        spot = HERE if len(got.measurements) == before else next(spots)
         part = _slip if task.speed_rad_s == 0 else _run
         before = len(got.measurements)
         try:
-            yield from part(motion, task, got, step, bias_nm)
+            yield from part(motion, task, got, spot, bias_nm)
         except HandSeen:
             pauses = 0 if len(got.measurements) > before else pauses + 1
             yield from motion.wait_for_free_rig(pauses)

@@ -9,6 +9,7 @@ from identified import CONFIG, SMALL, Kept, run, true_friction_nm, variant
 from rtctl.config import load
 from rtctl.control.vocabulary import State
 from rtctl.errors import ConfigError, DataError, FaultError, HandOnRigError
+from rtctl.identify.points import gap_to
 from rtctl.identify.settings import rig_of, without_feedforward
 
 HAND = '[[device.options.hand]]\nkind = "none"                       # nobody holds the rig\n'
@@ -100,6 +101,24 @@ def test_a_travel_too_short_for_the_speed_is_refused_with_the_speed_that_fits(tm
         run(path)
     fits = float(str(error.value).split("--speed-max ")[1].split()[0])
     run(path, replace(SMALL, speed_max_rad_s=fits, measurements=2, spots=1, test_levels=0))
+
+
+def test_the_places_of_a_point_are_even_over_a_turn_so_that_what_varies_over_it_cancels():
+    settings = replace(SMALL, spots=10, measurements=20, test_levels=0, train_levels=5, warm_up_s=0.5)
+    for point, measurements in zip((kept := run(settings=settings)).points, kept.measurements, strict=True):
+        first_harmonic = np.mean(np.exp(1j * np.array([one.position_rad for one in measurements])))
+        assert abs(first_harmonic) < 0.1, point.name
+
+
+def test_a_place_just_passed_is_not_gone_round_to():
+    class Still:
+        position_rad = 1.0
+
+    assert gap_to(Still, 1, 1.5, 0.2) == pytest.approx(0.5)
+    assert gap_to(Still, -1, 0.5, 0.2) == pytest.approx(0.5)
+    assert gap_to(Still, 1, 1.5 - 4 * np.pi, 0.2) == pytest.approx(0.5), "whole turns are the same place"
+    assert gap_to(Still, 1, 0.9, 0.2) == 0.0
+    assert gap_to(Still, 1, 0.7, 0.2) == pytest.approx(2 * np.pi - 0.3)
 
 
 def test_points_that_are_there_are_not_measured_again(kept):
