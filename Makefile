@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 export PYTHONUNBUFFERED = 1
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: run test lint bench setup setup-bench docs model clean
+.PHONY: run test lint bench fuzz setup setup-bench docs model clean
 setup: $(VENV)/.ready-dev
 
 $(VENV)/bin/python:
@@ -37,6 +37,10 @@ lint: $(VENV)/.ready-dev
 
 bench: $(VENV)/.ready-bench
 	$(BIN)/rtctl bench
+
+# Ten million inputs to the command path; a few minutes on two cores. make test feeds it 30 000.
+fuzz: $(VENV)/.ready-dev
+	$(BIN)/python tests/fuzz/command_fuzzer.py 10000000
 
 docs: $(VENV)/.ready-dev
 	$(BIN)/python -m rtctl schema --fill docs/tick.md --fill docs/safety.md --fill docs/protocol.md
