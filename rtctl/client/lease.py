@@ -17,6 +17,9 @@ from rtctl.errors import NoReplyError, RefusedError
 RENEWALS = 4
 """Renewals within the time after which a silent holder loses the lease."""
 
+RELEASE_S = 1.0
+"""A daemon that does not answer a release within this time has let go by itself, or soon will."""
+
 _FINAL = ("lease_lost", "wrong_epoch", "not_ready", "forbidden")
 
 
@@ -85,7 +88,7 @@ class Lease:
         self._end()
         try:
             if not self.lost:
-                self._requester.call("release", self._timeout_s, lease=self._text)
+                self._requester.call("release", min(self._timeout_s, RELEASE_S), lease=self._text)
         except (RefusedError, NoReplyError):
             pass  # it is over in any case
         finally:

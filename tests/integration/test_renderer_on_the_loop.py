@@ -1,0 +1,192 @@
+"""Renderers against the real daemon: the lease as the loop keeps it, halted clients, floods, a silent journal."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import msgpack
+import pytest
+import zmq
+
+from rtctl.client import RigClient, State
+from rtctl.errors import NoReplyError, RefusedError
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    path = tmp_path / "run"
+    path.mkdir(mode=0o700)
+    return path
+
+
+@pytest.fixture
+def config(tmp_path):
+    """The mock rig with a hand that rests."""
+    text = (CONFIGS / "mock.toml").read_text().replace("amplitude_rad = 0.3", "amplitude_rad = 0.0")
+    path = tmp_path / "rig.toml"
+    path.write_text(text.replace('"friction/', f'"{CONFIGS}/friction/'))
+    return path
+
+
+@pytest.fixture
+def daemon(config, folder):
+    command = [sys.executable, "-m", "rtctl", "run", str(config), "--runtime-dir", str(folder)]
+    process = subprocess.Popen(
+        [*command, "--for", "100", "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    yield process
+    process.kill()
+    process.communicate()
+
+
+@pytest.fixture
+def rig(daemon, folder):
+    with RigClient("mock", runtime_dir=folder, timeout_s=120.0) as client:
+        client.hello()  # the first start compiles
+        client.timeout_s = 10.0
+        yield client
+
+
+def until(condition, seconds=20.0):
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, "waited too long"
+        time.sleep(0.005)
+
+
+def armed_with_targets(rig, lease, position):
+    """Arm while targets flow, as a rig with a remote environment needs it."""
+    rig.arm(wait=False)
+    asked = time.monotonic()
+    deadline = asked + 20
+    while rig.latest_state().state != State.ACTIVE:
+        lease.set_target([position])
+        if rig.latest_state().state == State.IDLE and time.monotonic() - asked > 0.2:
+            rig.arm(wait=False)
+            asked = time.monotonic()
+        assert time.monotonic() < deadline, rig.status()
+
+
+def test_a_renderer_moves_the_joint_and_a_stop_ends_its_lease_in_the_loop_too(rig, folder):
+    rig.set_environment(0, "remote")
+    with rig.lease() as lease:
+        here = lease.start_rad[0]
+        armed_with_targets(rig, lease, here)
+        began = rig.latest_state().position_rad[0]
+        steps = iter(range(10**6))
+        until(
+            lambda: (
+                lease.set_target([here + 0.2 * min(1.0, next(steps) / 400)])
+                or rig.latest_state().position_rad[0] > began + 0.05
+            )
+        )
+        moved = rig.latest_state()
+        assert moved.lease_held
+        assert not moved.stale
+        assert moved.fields["target_age_ticks"] < 20
+        with (
+            RigClient("mock", runtime_dir=folder, timeout_s=5.0) as second,
+            pytest.raises(RefusedError, match="lease_taken"),
+        ):
+            second.lease()
+        rig.stop()
+        until(lambda: rig.latest_state().state == State.IDLE)
+        assert not rig.latest_state().lease_held
+        until(lambda: lease.lost)
+        with pytest.raises(RefusedError, match="lease_lost"):
+            lease.set_target([here])
+    proxy = rig.latest_state().fields["proxy_position_rad"]
+    raw = rig._connection.socket(zmq.DEALER, rig.endpoints.targets, {})
+    for epoch in (lease.epoch, rig.status()["epoch"]):
+        raw.send(msgpack.packb({"lease": lease.text, "epoch": epoch, "position_rad": [1.0]}))
+    before = rig.latest_state().tick
+    until(lambda: rig.latest_state().tick > before + 50)
+    assert rig.latest_state().fields["proxy_position_rad"] == proxy
+    assert not rig.latest_state().lease_held
+    raw.close()
+
+
+RENDERER = """
+import sys, time
+from rtctl.client import RigClient
+from rtctl.errors import RefusedError
+with RigClient("mock", runtime_dir=sys.argv[1], timeout_s=20.0) as rig:
+    with rig.lease() as lease:
+        print("holding", flush=True)
+        try:
+            while True:
+                lease.set_target(lease.start_rad)
+                time.sleep(0.005)
+        except RefusedError as refused:
+            print(refused, flush=True)
+"""
+
+
+def test_a_halted_renderer_stops_the_rig_and_is_told_when_it_goes_on(rig, folder):
+    rig.set_environment(0, "remote")
+    renderer = subprocess.Popen(
+        [sys.executable, "-c", RENDERER, str(folder)], stdout=subprocess.PIPE, text=True
+    )
+    try:
+        assert renderer.stdout.readline() == "holding\n"
+        until(lambda: rig.latest_state().lease_held)
+        rig.arm()
+        os.kill(renderer.pid, signal.SIGSTOP)
+        until(lambda: rig.latest_state().state in (State.STOPPING, State.IDLE, State.FAULT))
+        until(lambda: rig.status()["lease_holder"] is None)
+        state, count = rig.status()["state"], rig.latest_state().fields["targets_refused"]
+        os.kill(renderer.pid, signal.SIGCONT)
+        assert "lease_lost" in renderer.stdout.readline()
+        assert renderer.wait(20) == 0
+        assert rig.status()["state"] in (state, "IDLE", "FAULT"), "it must not move again by itself"
+        assert rig.latest_state().fields["targets_refused"] >= count
+    finally:
+        renderer.kill()
+        renderer.communicate()
+
+
+def test_junk_with_nobody_reading_the_journal_hinders_neither_a_stop_nor_the_end(daemon, rig, folder):
+    """Its stderr is a pipe that nobody reads; once such a pipe filled up, and the daemon hung for good."""
+    junk = rig._connection.context.socket(zmq.DEALER)
+    junk.setsockopt(zmq.LINGER, 0)
+    junk.setsockopt(zmq.SNDHWM, 1000)
+    junk.connect(rig.endpoints.command)
+    heard = rig.health()
+    sent, end = 0, time.monotonic() + 3.0
+    while time.monotonic() < end:
+        try:
+            junk.send(b"\xdd\x05\xf5\xe1\x00" + b"\x01" * 38, zmq.NOBLOCK)
+            sent += 1
+        except zmq.Again:
+            if sent % 7 == 0:
+                rig.stop()
+            time.sleep(0.0005)
+    rig.stop()
+    assert sent > 1000
+    until(lambda: next(heard)["commands"]["malformed"] > 1000)
+    junk.close()
+    daemon.send_signal(signal.SIGTERM)
+    out, _err = daemon.communicate(timeout=20)
+    assert daemon.returncode == 0
+    assert json.loads(out.splitlines()[-1])["state"] == "SHUTDOWN"
+
+
+def test_a_client_whose_daemon_ended_says_so_and_the_lease_is_not_taken_again(daemon, rig):
+    rig.set_environment(0, "remote")
+    lease = rig.lease()
+    lease.set_target(lease.start_rad)
+    daemon.send_signal(signal.SIGTERM)
+    daemon.communicate(timeout=20)
+    rig.timeout_s = 0.3
+    with pytest.raises(NoReplyError):
+        rig.status()
+    with pytest.raises(NoReplyError):
+        rig.latest_state()
+    lease.release()
+    assert lease.lost == "released"
