@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 export PYTHONUNBUFFERED = 1
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: run test lint bench fuzz setup setup-bench docs model clean
+.PHONY: run test lint bench fuzz campaign setup setup-bench docs model clean
 setup: $(VENV)/.ready-dev
 
 $(VENV)/bin/python:
@@ -34,6 +34,11 @@ lint: $(VENV)/.ready-dev
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
+
+# Ten times the campaign of `make test`, and every passive rig for 30 s.
+campaign: $(VENV)/.ready
+	$(BIN)/rtctl campaign --rigs 10000 --ticks 10000
+	$(BIN)/rtctl campaign --rigs 1000 --ticks 30000 --passive
 
 bench: $(VENV)/.ready-bench
 	$(BIN)/rtctl bench

@@ -26,6 +26,7 @@ COMMANDS: dict[str, str] = {
     "schema": "rtctl.cli.schema",
     "keys": "rtctl.cli.keys",
     "bench": "rtctl.cli.bench",
+    "campaign": "rtctl.cli.campaign",
 }
 """Command name -> the module whose `command` it is."""
 

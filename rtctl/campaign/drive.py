@@ -1,0 +1,117 @@
+"""One rig of a campaign, compiled: plant, law, monitor, random commands, tick after tick."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hw.mock.plant import plant_read, plant_write
+from rtctl.campaign.events import change_world, operate, render, slots_missed
+from rtctl.campaign.monitor import watch
+from rtctl.control import law
+from rtctl.control.jit import compiled
+from rtctl.control.records import Record
+from rtctl.control.vocabulary import State
+
+_SHUTDOWN, _LOCKOUT = int(State.SHUTDOWN), int(State.LOCKOUT)
+_STATES = len(State)
+
+CLOSED_TICKS = 20
+"""A closed rig is restarted after so many ticks, as a person or systemd would."""
+
+
+@compiled
+def _heard_nothing(plant: Record, plant_p: Record, skipped: int) -> int:
+    """Invariant 20: after more slots than time to live and actuation delay, the motor holds no torque."""
+    if plant.fault_on != 0:
+        return 0
+    for axis in range(len(plant.motor_torque_nm)):
+        silent = skipped > plant_p.time_to_live_ticks + plant_p.torque_delay_ticks[axis]
+        if silent and plant.motor_torque_nm[axis] != 0.0:
+            return 1 << 20
+    return 0
+
+
+@compiled
+def _restart(c: Record) -> None:
+    """Nothing has been asked for yet."""
+    c.epoch, c.arm_count, c.stop_count, c.reset_count = 0, 0, 0, 0
+    c.tare_count, c.shutdown_count, c.target_count = 0, 0, 0
+    c.target_epoch, c.target_lease = 0, 0
+
+
+@compiled
+def drive(
+    params: np.ndarray,
+    state: np.ndarray,
+    command: np.ndarray,
+    model: np.ndarray,
+    plant_params: np.ndarray,
+    plant_state: np.ndarray,
+    tick: np.ndarray,
+    memory: np.ndarray,
+    fresh_state: np.ndarray,
+    fresh_memory: np.ndarray,
+    rng: np.ndarray,
+    ticks: int,
+    passive: bool,
+    visits: np.ndarray,
+    seen: np.ndarray,
+    trace: np.ndarray,
+) -> tuple[int, int]:
+    """Run `ticks` ticks, or up to the first violated invariant.
+
+    Parameters
+    ----------
+    fresh_state, fresh_memory : array, shape (1,)
+        Law and monitor as after a restart of the daemon.
+    passive : bool
+        The rig is left alone but for arming: no stops, no lateness, no change of world.
+    visits : int array, shape (states,)
+        Counts ticks spent in each state.
+    seen : int array, shape (64,)
+        Counts ticks in which each fault bit appeared.
+    trace : array, shape (n,)
+        Ring of the last ticks, row `k % n`; n may be 0.
+
+    Returns
+    -------
+    violated, after : int
+        Bits of `monitor.INVARIANTS` (0: none), and the ticks run by then.
+    """
+    t, s, p, c, m = tick[0], state[0], params[0], command[0], memory[0]
+    silence, closed, faults_before = 0, 0, np.int64(0)
+    for k in range(ticks):
+        skipped = 0
+        if passive:
+            if k % 50 == 0:
+                c.arm_count += 1
+                c.epoch = s.epoch
+        else:
+            operate(s, c, rng)
+            change_world(p, c, rng)
+            silence = render(s, c, rng, silence)
+            skipped = slots_missed(rng)
+        c.seq += 1
+        t.tick += 1 + skipped
+        t.missed_ticks += skipped
+        plant_read(tick, plant_state, plant_params)
+        bad = _heard_nothing(plant_state[0], plant_params[0], skipped)
+        law.step(tick, state, params, command, model)
+        bad |= watch(t, s, p, c, model, m, passive)
+        visits[t.state] += 1
+        faults = np.int64(t.faults)
+        for bit in range(32):
+            seen[bit] += (faults & ~faults_before) >> bit & 1
+        faults_before = faults
+        plant_write(tick, plant_state, plant_params)
+        if len(trace) > 0:
+            trace[k % len(trace)] = tick[0]
+        if bad:
+            return bad, k + 1
+        closed = closed + 1 if t.state in (_SHUTDOWN, _LOCKOUT) else 0
+        if closed > CLOSED_TICKS:
+            closed = 0
+            _restart(c)
+            state[0] = fresh_state[0]
+            memory[0] = fresh_memory[0]
+    return 0, ticks

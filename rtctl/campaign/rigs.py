@@ -1,0 +1,183 @@
+"""Random rigs: inertia, friction, delay, encoder, coupling, environment, hand, and faults on a schedule.
+
+Each rig follows from `(seed, index)` alone, so that one of a million can be made again. The coupling is
+drawn inside its proven region; everything the law is told about the device is true within stated bounds.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hw.fault_kinds import KINDS, Channel, Kind
+from hw.generator import seed_words
+from hw.mock.records import Hand
+from rtctl.campaign.monitor import memory_dtype
+from rtctl.config import LoadedConfig
+from rtctl.control import stability
+from rtctl.control.jit import records
+from rtctl.control.vocabulary import Environment, Policy
+from rtctl.simulation import Simulation
+
+SHARES = {"margin": (0.3, 0.98), "friction": (1.0, 1.3)}
+"""Stiffness used of the proven one; true friction as a share of the model's."""
+
+
+@dataclass
+class Rig:
+    """Everything `drive` needs for one rig."""
+
+    simulation: Simulation
+    memory: np.ndarray
+    rng: np.ndarray
+    faults: list[str]
+
+
+def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: int, ticks: int) -> Rig:
+    """Rig `index` of campaign `seed`.
+
+    Parameters
+    ----------
+    loaded
+        Mock rig that is varied.
+    passive
+        No faults, a passive environment that stays, true figures: the energy claim holds.
+    faults, ticks
+        How many faults to spread over the run.
+    """
+    draw = np.random.default_rng((seed, index))
+    made = Simulation(loaded)
+    p, command, plant = made.params[0], made.command[0], made.plant_params[0]
+    p["ready_ticks"] = draw.integers(20, 500)
+    p["soft_start_ticks"] = draw.integers(50, 600)
+    p["late_limit_ticks"] = 3
+    plant["estop_from_s"] = plant["estop_to_s"] = 0.0
+    for axis in range(made.plan.n_axes):
+        _device(p, plant, made.model[axis], axis, draw)
+        _coupling(p, axis, draw)
+        _world(p, command, axis, draw, passive=passive)
+        _hand(plant, axis, draw)
+    names = [] if passive else _faults(plant, faults, ticks, draw)
+    made.plant_state["rng"] = seed_words(int(draw.integers(1 << 62)))
+    memory = records(np.zeros(1, memory_dtype(made.plan.n_axes)))
+    memory["stop_age"] = -1
+    return Rig(made, memory, seed_words(int(draw.integers(1 << 62))), names)
+
+
+def _log(draw: np.random.Generator, low: float, high: float) -> float:
+    return float(math.exp(draw.uniform(math.log(low), math.log(high))))
+
+
+def _device(p: np.void, plant: np.void, model: np.void, axis: int, draw: np.random.Generator) -> None:
+    """Inertia, damping, delay, encoder, limits, friction; the law is told the truth, friction from below."""
+    period_s = float(p["period_s"])
+    inertia, viscous = _log(draw, 1e-3, 0.1), draw.uniform(0.02, 0.2)
+    plant["inertia_kgm2"][axis] = p["inertia_kgm2"][axis] = inertia
+    p["viscous_nms_rad"][axis] = p["hold_damping_nms_rad"][axis] = viscous
+    p["injected_damping_max_nms_rad"][axis] = viscous
+    plant["viscous_nms_rad"][axis] = viscous * draw.uniform(1.0, 1.3)
+    count = 2 * math.pi / _log(draw, 2e3, 4e5)
+    plant["count_rad"][axis] = p["count_rad"][axis] = p["velocity_band_rad"][axis] = count
+    delay = int(draw.integers(0, 3))
+    plant["torque_delay_ticks"][axis] = p["follow_delay_ticks"][axis] = delay
+    limit = _log(draw, 0.5, 5.0)
+    p["torque_limit_nm"][axis] = p["torque_continuous_nm"][axis] = limit
+    if draw.random() < 0.3:
+        p["torque_continuous_nm"][axis] = limit * draw.uniform(0.2, 0.9)
+    p["torque_rate_nm"][axis] = limit * draw.uniform(0.05, 0.5)
+    p["velocity_limit_rad_s"][axis] = draw.uniform(4.0, 12.0)
+    plant["current_max_a"][axis] = 1e3
+    p["current_limit_a"][axis] = 1e3
+    p["arming_torque_nm"][axis] = min(
+        0.05 * limit,
+        inertia * float(p["arming_travel_rad"][axis]) / (4 * (float(p["arming_ticks"]) * period_s) ** 2),
+    )
+    p["temperature_kind"][axis] = draw.integers(0, 2)
+    p["temperature_warn_c"][axis], p["temperature_trip_c"][axis] = 70.0, 90.0
+    _friction(p, plant, model, axis, draw)
+
+
+def _friction(p: np.void, plant: np.void, model: np.void, axis: int, draw: np.random.Generator) -> None:
+    """Friction of another size, and a model of it that is never too high."""
+    scale = _log(draw, 0.05, 2.0)
+    truth = scale * draw.uniform(*SHARES["friction"])
+    for name in ("coulomb_nm", "breakaway_nm", "bristle_max_nm", "bristle_stiffness_nm_rad"):
+        plant[name][axis] *= truth
+    for name in ("coefficient", "friction_min_nm", "viscous_nms_rad"):
+        model[name] *= scale
+    for name in ("friction_ungated_cap_nm", "friction_floor_nm", "friction_intent_nm", "friction_gate_nm"):
+        p[name][axis] *= scale
+    p["friction_gate_deadband_nm"][axis] *= scale
+    p["friction_cap_nm"][axis] = draw.uniform(0.05, 0.3) * p["torque_limit_nm"][axis]
+    p["friction_policy"][axis] = draw.choice([int(Policy.OFF), int(Policy.HYBRID), int(Policy.STOP_GATED)])
+    p["friction_gain"][axis] = draw.uniform(0.0, 0.9)
+
+
+def _coupling(p: np.void, axis: int, draw: np.random.Generator) -> None:
+    """A coupling inside the region in which the sampled loop is passive."""
+    b, period_s = float(p["viscous_nms_rad"][axis]), float(p["period_s"])
+    delay = int(p["follow_delay_ticks"][axis])
+    share = draw.uniform(*SHARES["margin"])
+    damping = draw.uniform(0.0, 0.3) * b
+    while stability.damping_needed_sampled_data(0.0, damping, period_s, delay) > 0.9 * b:
+        damping *= 0.5
+    most = stability.k_max_sampled_data(b, damping, period_s, delay)
+    p["coupling_stiffness_nm_rad"][axis] = share * most
+    p["coupling_damping_nms_rad"][axis] = damping
+
+
+def _world(p: np.void, command: np.void, axis: int, draw: np.random.Generator, *, passive: bool) -> None:
+    kinds = [kind for kind in Environment if not (passive and kind is Environment.REMOTE)]
+    command["environment_kind"][axis] = int(draw.choice([int(kind) for kind in kinds]))
+    command["environment_stiffness_nm_rad"][axis] = _log(draw, 1.0, 1e4)
+    command["environment_damping_nms_rad"][axis] = draw.uniform(0.0, 0.2)
+    command["environment_center_rad"][axis] = draw.uniform(-0.2, 0.2)
+    command["environment_side"][axis] = draw.choice([-1, 1])
+    command["environment_pitch_rad"][axis] = draw.uniform(0.02, 0.3)
+    command["compensation"][axis] = draw.choice([0.0, 1.0, draw.uniform()])
+
+
+def _hand(plant: np.void, axis: int, draw: np.random.Generator) -> None:
+    """A passive hand: spring, damper, inertia; it rests, sweeps, or pushes."""
+    plant["hand_kind"][axis] = int(
+        draw.choice([int(kind) for kind in (Hand.NONE, Hand.REST, Hand.SINES, Hand.TRIANGLE, Hand.PUSH)])
+    )
+    plant["hand_stiffness_nm_rad"][axis] = _log(draw, 0.1, 50.0)
+    plant["hand_damping_nms_rad"][axis] = _log(draw, 1e-3, 1.0)
+    plant["hand_inertia_kgm2"][axis] = draw.choice([0.0, draw.uniform(0.0, 0.02)])
+    plant["hand_start_s"][axis] = draw.uniform(0.5, 2.0)
+    plant["hand_center_rad"][axis] = draw.uniform(-0.2, 0.2)
+    plant["hand_amplitude_rad"][axis] = draw.uniform(0.05, 0.5)
+    plant["hand_speed_rad_s"][axis] = _log(draw, 0.01, 2.0)
+    plant["hand_sine_rad"][axis] = 0.0
+    plant["hand_sine_rad"][axis, :2] = draw.uniform(0.02, 0.25, 2)
+    plant["hand_sine_rad_s"][axis, :2] = 2 * math.pi * np.exp(draw.uniform(math.log(0.1), math.log(5.0), 2))
+    plant["grip_count"][axis] = 0
+
+
+def _value(kind: Kind, draw: np.random.Generator) -> float:
+    """A value that hurts: small and large, of both signs where the kind allows."""
+    size = _log(draw, 1e-3, 1e3)
+    return float(min(max(size * draw.choice([-1.0, 1.0]), kind.low), kind.high)) if kind.unit else 0.0
+
+
+def _faults(plant: np.void, count: int, ticks: int, draw: np.random.Generator) -> list[str]:
+    """Spread `count` faults over the run; returns their names, for a person."""
+    kinds = [kind for kind in KINDS.values() if kind.channel is not Channel.LOOP]
+    names = []
+    plant["fault_count"] = count
+    for k in range(count):
+        kind = kinds[draw.integers(len(kinds))]
+        plant["fault_channel"][k], plant["fault_effect"][k] = int(kind.channel), int(kind.effect)
+        plant["fault_axis"][k] = -1
+        plant["fault_from_tick"][k] = draw.integers(ticks)
+        plant["fault_ticks"][k] = max(1, round(_log(draw, 1, 400)))
+        plant["fault_every_ticks"][k] = 0
+        plant["fault_probability"][k] = draw.choice([1.0, draw.uniform(0.05, 1.0)])
+        plant["fault_value"][k] = _value(kind, draw)
+        names.append(
+            f"{kind.channel.name.lower()}.{kind.name} at {plant['fault_from_tick'][k]} for {plant['fault_ticks'][k]}"
+        )
+    return names

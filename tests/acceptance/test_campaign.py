@@ -1,0 +1,43 @@
+"""The campaigns of `make test`; `make campaign` runs ten times as many ticks."""
+
+import pytest
+
+from rtctl.campaign.run import Order, run, run_traced
+from rtctl.control.vocabulary import Fault, State
+
+NEVER = {Fault.END_OF_LOG, Fault.REALTIME, Fault.DEVICE, Fault.GATE, Fault.OVERTORQUE}
+"""Faults the schedule cannot provoke: other tests do. The last two would be defects of ours."""
+
+
+def text(result):
+    return "\n".join(violation.text() for violation in result.violations)
+
+
+@pytest.mark.timeout(600)
+def test_ten_million_ticks_of_random_rigs_and_ten_thousand_faults_break_no_invariant():
+    result = run(Order(seed=1, rigs=1000, ticks=10_000, faults=10))
+    assert not result.violations, text(result)
+    assert result.ticks == 10_000_000
+    assert result.faults_scheduled == 10_000
+    seen = result.as_dict()["faults_appeared"]
+    assert {fault for fault in Fault if not seen[fault.name]} <= NEVER
+    assert not seen["GATE"]
+    assert all(result.visits[state] for state in State if state is not State.INIT)
+
+
+@pytest.mark.timeout(600)
+def test_no_passive_rig_runs_into_debt():
+    result = run(Order(seed=2, rigs=100, ticks=30_000, passive=True))
+    assert not result.violations, text(result)
+    assert result.visits[State.ACTIVE] > 0.9 * result.ticks
+
+
+def test_a_rig_follows_from_seed_and_number_alone():
+    order = Order(seed=3, rigs=10, ticks=3000)
+    first, _, ticks = run_traced(order, 5)
+    again, _, same = run_traced(order, 5)
+    other, _, _ = run_traced(order, 6)
+    assert ticks.tobytes() == same.tobytes()
+    assert first.visits.tolist() == again.visits.tolist()
+    assert first.visits.tolist() != other.visits.tolist()
+    assert order.reproduce(5) == "rtctl campaign --seed 3 --rig 5 --ticks 3000 --faults 10"

@@ -1,0 +1,123 @@
+"""The oracle can see: every invariant is broken once by hand, and each time its bit is set."""
+
+import math
+
+import numpy as np
+import pytest
+from law_rig import LawRig
+
+from rtctl.campaign.monitor import INVARIANTS, memory_dtype, watch
+from rtctl.control.jit import records
+from rtctl.control.vocabulary import Fault, State
+
+
+class Watched:
+    """A rig in ACTIVE with the monitor behind it, so far without complaint."""
+
+    def __init__(self):
+        self.rig = LawRig(coupling_stiffness_nm_rad=60.0, friction_cap_nm=0.9)
+        self.memory = records(np.zeros(1, memory_dtype(1)))
+        self.memory["stop_age"] = -1
+        self.rig.environment("spring", environment_stiffness_nm_rad=60.0, environment_center_rad=0.01)
+        self.run(40)
+        self.rig.request("arm_count")
+        self.run(80)
+        assert self.rig.mode is State.ACTIVE
+        assert self.rig["torque_applied_nm"] == pytest.approx(0.3)
+
+    def watch(self, *, passive=True):
+        bits = watch(
+            self.rig.now[0],
+            self.rig.state[0],
+            self.rig.params[0],
+            self.rig.command[0],
+            self.rig.model,
+            self.memory[0],
+            passive,
+        )
+        return {number for number in INVARIANTS if bits >> number & 1}
+
+    def run(self, n, **measured):
+        for _ in range(n):
+            self.rig.tick(**measured)
+            assert self.watch() == set()
+
+    def spoil(self, **fields):
+        """Run one tick, overwrite what it wrote, and judge that."""
+        self.rig.tick()
+        for name, value in fields.items():
+            self.rig.now[name] = value
+        return self.watch()
+
+
+@pytest.mark.parametrize(
+    ("fields", "broken"),
+    [
+        ({"sample_age_ticks": 3}, {1}),
+        ({"state": State.ARMING}, {1, 6}),
+        ({"state": State.IDLE}, {1, 5}),
+        ({"state": State.IDLE, "enabled": 0}, {1, 5}),
+        ({"enabled": 0}, {5}),
+        ({"current_command_a": 3.1 / 1.28}, {2}),
+        ({"torque_applied_nm": 3.1}, {2, 3}),
+        ({"torque_applied_nm": -0.8}, {3}),
+        ({"torque_applied_nm": math.nan}, {4}),
+        ({"torque_applied_nm": math.inf}, {4}),
+        ({"current_command_a": math.nan}, {4}),
+        ({"faults": int(Fault.STALE)}, {8}),
+        ({"faults": int(Fault.GATE)}, {8}),
+        ({"faults": int(Fault.PASSIVITY)}, {8}),
+        ({"faults": int(Fault.DEVICE), "torque_applied_nm": 0.4}, {8, 19}),
+        ({"state": State.STOPPING, "torque_applied_nm": 0.31}, {8}),
+        ({"state": State.FAULT, "enabled": 0, "torque_applied_nm": 0.0}, {9}),
+        ({"lease_held": 1}, {10}),
+        ({"energy_port_j": -0.031}, {13}),
+        ({"energy_port_j": math.nan}, {13}),
+        ({"feedforward_torque_nm": 0.91}, {14}),
+        ({"feedforward_torque_nm": 0.1, "velocity_rad_s": 9.0, "torque_applied_nm": 0.3}, {14}),
+        ({"velocity_rad_s": 10.1}, {15}),
+    ],
+)
+def test_each_invariant_is_seen_when_broken(fields, broken):
+    assert Watched().spoil(**fields) == broken
+
+
+def test_active_out_of_nowhere_is_seen():
+    watched = Watched()
+    watched.memory["state"] = State.IDLE
+    assert watched.spoil() == {6, 7}
+
+
+def test_an_arm_request_of_another_epoch_is_no_excuse():
+    watched = Watched()
+    watched.memory["state"], watched.memory["epoch"] = State.IDLE, 5
+    watched.rig.request("arm_count")
+    assert {6, 7} <= watched.spoil(state=State.ARMING, torque_applied_nm=0.0, epoch=5)
+
+
+def test_a_ramp_or_a_stop_that_takes_too_long_is_seen():
+    watched = Watched()
+    watched.memory["ramp_age"] = 51
+    assert 8 in watched.spoil(state=State.STOPPING)
+    watched = Watched()
+    watched.memory["stop_age"] = 51
+    assert watched.spoil() == {18}
+
+
+def test_a_first_cause_that_changes_is_seen():
+    watched = Watched()
+    watched.memory["state"], watched.memory["fault_first"] = State.FAULT, 3
+    fault = {"state": State.FAULT, "enabled": 0, "torque_applied_nm": 0.0}
+    assert watched.spoil(**fault, fault_first=4) == {9}
+
+
+def test_a_target_nobody_may_send_is_seen_when_it_has_an_effect():
+    watched = Watched()
+    watched.rig.request("target_count")
+    watched.rig.tick()
+    assert watched.watch() == set()
+    watched.rig.request("target_count")
+    watched.rig.command["target_lease"], watched.rig.command["target_position_rad"] = 99, 0.5
+    watched.rig.tick()
+    watched.rig.state["target_position_rad"] = 0.5
+    assert watched.watch() == {10}
