@@ -23,6 +23,7 @@ COMMANDS: dict[str, str] = {
     "incident": "rtctl.cli.incident",
     "playback": "rtctl.cli.playback",
     "probe": "rtctl.cli.probe",
+    "doctor": "rtctl.cli.doctor",
     "schema": "rtctl.cli.schema",
     "keys": "rtctl.cli.keys",
     "bench": "rtctl.cli.bench",

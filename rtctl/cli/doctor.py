@@ -1,0 +1,66 @@
+"""`rtctl doctor`: is this machine, and this rig, fit to run?"""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from rtctl.doctor.line import Line
+
+_COLOURS = {"ok": "green", "warn": "yellow", "fail": "red"}
+
+
+@click.command("doctor")
+@click.argument("config", required=False, type=click.Path(path_type=Path))
+@click.option(
+    "--timing",
+    "seconds",
+    type=click.FloatRange(0.1, 600),
+    default=5.0,
+    show_default=True,
+    help="seconds of the wake-up measurement on the loop's core",
+)
+@click.option("--no-timing", is_flag=True, help="leave the wake-up measurement out")
+@click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout")
+def command(config: Path | None, seconds: float, *, no_timing: bool, as_json: bool) -> None:
+    """Check this machine, and the rig of CONFIG: kernel, rights, devices, versions, model, wake-ups.
+
+    Nothing is changed, opened or armed. Each line is ok, warn or fail, with the command or line that puts it
+    right. Exit code 1 when a line fails.
+    """
+    from rtctl.doctor import wakeup
+    from rtctl.doctor.examine import examine
+
+    def _say(line: Line) -> None:
+        click.echo(
+            f"{click.style(f'{line.status:<4}', fg=_COLOURS[line.status])}  {line.check:<22}{line.found}"
+        )
+        if line.fix:
+            click.echo(f"      {'':<22}-> {line.fix}")
+
+    report = examine(
+        None if config is None else str(config),
+        0.0 if no_timing else seconds,
+        say=(lambda _line: None) if as_json else _say,
+        measuring=lambda s: click.echo(f"measuring wake-ups for {s:g} s ...", err=True),
+    )
+    if as_json:
+        body = {
+            "ok": report.ok,
+            "lines": [line.as_dict() for line in report.lines],
+            "wakeup": None if report.wakeups is None else asdict(report.wakeups),
+        }
+        click.echo(json.dumps(body, allow_nan=False))
+    else:
+        for line in wakeup.histogram(report.wakeups) if report.wakeups else []:
+            click.echo(f"      {line}")
+        failed = sum(line.status == "fail" for line in report.lines)
+        warned = sum(line.status == "warn" for line in report.lines)
+        click.echo(f"{failed} failed, {warned} to improve, {len(report.lines) - failed - warned} ok")
+    sys.exit(0 if report.ok else 1)

@@ -1,0 +1,190 @@
+"""Kernel, processor and rights, read from made-up trees."""
+
+from pathlib import Path
+
+import pytest
+
+from rtctl.doctor import machine, rights
+
+DYNAMIC = "Linux version 6.1.0 (x) #1 SMP PREEMPT_DYNAMIC Debian"
+
+
+def put(root, path, content):
+    target = root / path
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_text(content + "\n")
+    return root
+
+
+@pytest.mark.parametrize(
+    ("version", "command_line", "chosen", "status", "words"),
+    [
+        ("Linux version 6.1.0-rt #1 SMP PREEMPT_RT Debian", "", None, "ok", "PREEMPT_RT"),
+        (DYNAMIC, "quiet preempt=full", None, "ok", "full"),
+        (DYNAMIC, "quiet", "none voluntary (full)", "ok", "full"),
+        (DYNAMIC, "quiet preempt=full", "none (voluntary) full", "warn", "voluntary"),
+        (DYNAMIC, "quiet", None, "warn", "not readable"),
+        ("Linux version 6.1.0 #1 SMP PREEMPT Debian", "", None, "ok", "full preemption"),
+        ("Linux version 6.1.0 #1 SMP Debian", "", None, "warn", "no kernel preemption"),
+    ],
+)
+def test_the_preemption_model_is_told_from_version_boot_and_debug_files(
+    tmp_path, version, command_line, chosen, status, words
+):
+    put(tmp_path, "proc/version", version)
+    put(tmp_path, "proc/cmdline", command_line)
+    if chosen:
+        put(tmp_path, "sys/kernel/debug/sched/preempt", chosen)
+    line = machine.preemption(tmp_path)
+    assert line.status == status
+    assert words in line.found
+    assert bool(line.fix) == (status != "ok")
+
+
+def test_the_real_time_flag_of_the_kernel_decides(tmp_path):
+    put(tmp_path, "proc/version", "Linux version 6.1.0 #1 SMP")
+    put(tmp_path, "sys/kernel/realtime", "1")
+    assert machine.preemption(tmp_path).status == "ok"
+
+
+@pytest.mark.parametrize(
+    ("source", "status"), [("tsc", "ok"), ("arch_sys_counter", "ok"), ("hpet", "warn"), ("acpi_pm", "warn")]
+)
+def test_a_slow_clock_source_is_a_warning(tmp_path, source, status):
+    put(tmp_path, "sys/devices/system/clocksource/clocksource0/current_clocksource", source)
+    assert machine.clock_source(tmp_path).status == status
+
+
+CPU = "sys/devices/system/cpu/"
+
+
+def test_the_governor_is_that_of_the_loops_core(tmp_path):
+    put(tmp_path, CPU + "cpu0/cpufreq/scaling_governor", "performance")
+    put(tmp_path, CPU + "cpu3/cpufreq/scaling_governor", "powersave")
+    assert machine.governor(tmp_path, 0).status == "ok"
+    assert machine.governor(tmp_path, 1).status == "ok", "no frequency scaling there"
+    line = machine.governor(tmp_path, 3)
+    assert line.status == "warn"
+    assert "cpupower -c 3" in line.fix
+
+
+@pytest.mark.parametrize(
+    ("isolated", "status"), [("2-3", "ok"), ("1,3", "ok"), ("", "warn"), ("0-2", "warn")]
+)
+def test_the_loops_core_is_looked_up_in_the_isolated_ones(tmp_path, isolated, status):
+    put(tmp_path, CPU + "isolated", isolated)
+    line = machine.isolation(tmp_path, 3)
+    assert line.status == status
+    if status == "warn":
+        assert "isolcpus=3" in line.fix
+        assert "loop.cpu = 3" in line.fix
+
+
+def test_a_core_that_is_switched_off_fails(tmp_path):
+    put(tmp_path, CPU + "online", "0-1,4")
+    assert machine.core_present(tmp_path, 4).status == "ok"
+    line = machine.core_present(tmp_path, 2)
+    assert line.status == "fail"
+    assert "0, 1, 4" in line.found
+
+
+def test_idle_states_need_the_latency_device(tmp_path, monkeypatch):
+    assert machine.idle_states(tmp_path).status == "warn"
+    put(tmp_path, "dev/cpu_dma_latency", "")
+    assert machine.idle_states(tmp_path).status == "ok"
+    monkeypatch.setattr("os.access", lambda *_: False)
+    line = machine.idle_states(tmp_path)
+    assert line.status == "warn"
+    assert 'KERNEL=="cpu_dma_latency"' in line.fix
+
+
+@pytest.mark.parametrize(
+    ("runtime", "status"), [("950000", "ok"), ("-1", "ok"), ("100000", "warn"), ("0", "warn")]
+)
+def test_throttling_of_real_time_processes(tmp_path, runtime, status):
+    put(tmp_path, "proc/sys/kernel/sched_rt_runtime_us", runtime)
+    put(tmp_path, "proc/sys/kernel/sched_rt_period_us", "1000000")
+    assert machine.throttling(tmp_path).status == status
+
+
+@pytest.mark.parametrize("content", ["", "nonsense", "\x00\xff", "-", "3-", "9" * 400])
+def test_no_file_whatever_it_holds_raises(tmp_path, content):
+    for path in (
+        "proc/version", "proc/cmdline", "proc/self/limits", "proc/self/status", CPU + "isolated", CPU + "online",
+        "proc/sys/kernel/sched_rt_runtime_us", "proc/sys/kernel/sched_rt_period_us", "sys/kernel/debug/sched/preempt",
+        "etc/systemd/system/rtctl@.service",
+    ):  # fmt: skip
+        put(tmp_path, path, content)
+    machine.check(tmp_path, 1)
+    rights.check(tmp_path, "mock", 80)
+
+
+def test_an_empty_tree_raises_nothing(tmp_path):
+    assert len(machine.check(tmp_path, 0)) == 7
+    assert rights.check(tmp_path, "", 80)
+
+
+LIMITS = """Limit                     Soft Limit           Hard Limit           Units
+Max locked memory         {memlock}              8388608              bytes
+Max realtime priority     {rtprio}                    99                   """
+
+
+def shell(root, rtprio, memlock, capabilities="0000000000000000"):
+    put(root, "proc/self/limits", LIMITS.format(rtprio=rtprio, memlock=memlock))
+    put(root, "proc/self/status", f"Name:\tx\nCapEff:\t{capabilities}")
+    return [line.status for line in rights.shell(root, 80)]
+
+
+def test_the_shells_limits_count_or_the_capabilities(tmp_path):
+    assert shell(tmp_path, 0, 8388608) == ["warn", "warn"]
+    assert shell(tmp_path, 80, "unlimited") == ["ok", "ok"]
+    assert shell(tmp_path, 79, "unlimited") == ["warn", "ok"]
+    assert shell(tmp_path, 0, 0, f"{1 << 23 | 1 << 14:016x}") == ["ok", "ok"]
+    fixes = [line.fix for line in rights.shell(tmp_path, 80) if line.fix]
+    assert not fixes
+
+
+UNIT = "[Unit]\nLimitRTPRIO=1\n[Service]\nLimitRTPRIO={rtprio}\nLimitMEMLOCK={memlock}\n"
+
+
+def service(root, rig="mock"):
+    return {line.check: line for line in rights.service(root, rig, 80)}
+
+
+def test_a_unit_that_is_not_installed_is_told_with_the_command(tmp_path):
+    line = service(tmp_path)["service unit"]
+    assert line.status == "warn"
+    assert "systemctl daemon-reload" in line.fix
+
+
+@pytest.mark.parametrize(
+    ("rtprio", "memlock", "statuses"),
+    [
+        ("80", "infinity", ("ok", "ok")),
+        ("99", "1G", ("ok", "ok")),
+        ("70", "infinity", ("fail", "ok")),
+        ("80:99", "64M", ("ok", "fail")),
+        ("80", "65536", ("ok", "fail")),
+    ],
+)
+def test_the_units_limits_are_compared_with_what_the_loop_asks(tmp_path, rtprio, memlock, statuses):
+    put(tmp_path, "usr/lib/systemd/system/rtctl@.service", UNIT.format(rtprio=rtprio, memlock=memlock))
+    found = service(tmp_path)
+    assert (found["service rtprio"].status, found["service memlock"].status) == statuses
+    assert found["service unit"].found == "/usr/lib/systemd/system/rtctl@.service"
+
+
+def test_drop_ins_are_applied_and_those_of_other_rigs_are_not(tmp_path):
+    put(tmp_path, "usr/lib/systemd/system/rtctl@.service", UNIT.format(rtprio="10", memlock="infinity"))
+    put(tmp_path, "etc/systemd/system/rtctl@mock.service.d/rt.conf", "[Service]\nLimitRTPRIO=85")
+    put(tmp_path, "etc/systemd/system/rtctl@other.service.d/zz.conf", "[Service]\nLimitRTPRIO=1")
+    assert service(tmp_path)["service rtprio"].status == "ok"
+    assert service(tmp_path, "third")["service rtprio"].status == "fail"
+    put(tmp_path, "etc/systemd/system/rtctl@.service.d/zz.conf", "[Service]\n#LimitRTPRIO=99\nLimitRTPRIO=2")
+    assert service(tmp_path)["service rtprio"].status == "fail"
+
+
+def test_the_unit_we_ship_grants_what_the_default_priority_asks(tmp_path):
+    ours = Path(__file__).parents[3] / "systemd" / rights.UNIT
+    put(tmp_path, f"etc/systemd/system/{rights.UNIT}", ours.read_text())
+    assert {line.status for line in rights.service(tmp_path, "mock", 80)} == {"ok"}
