@@ -117,7 +117,7 @@ def _range(
     help="write report.html with figures and tables there; runs --search halving unless told otherwise",
 )
 @click.option("--test", "test_points", type=_File, help="points to judge the fit by, in the report")
-@click.option("--config", type=_File, help="rig file, for the recommended gain and cap")
+@click.option("--config", type=_File, help="rig file, for plausible units and the recommended gain and cap")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object with every figure, for scripts")
 def command(
     points: Path,
@@ -163,6 +163,7 @@ def command(
         raise click.UsageError("--search none compares nothing; drop it, or --ladder and --kernel")
     plan = fit_report.prepare(report_dir, test_points, config, rig)
     measured = read_points(points)
+    fit_report.require_plausible(plan, measured)
     folds = blocks.way_for(measured, held_out)
     ladder: Ladder | None = None
     if strategy == "none":

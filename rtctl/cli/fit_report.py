@@ -51,6 +51,15 @@ def prepare(folder: Path | None, test: Path | None, config: Path | None, rig: st
     return Plan(folder, None if test is None else read_points(test), loaded)
 
 
+def require_plausible(plan: Plan, measured: FrictionPoints) -> None:
+    """Refuse points and test points that the rig file rules out. Raises DataError."""
+    from rtctl.friction.points_check import require_plausible_points
+
+    for points in (measured, plan.test):
+        if points is not None and plan.loaded is not None:
+            require_plausible_points(points, plan.loaded)
+
+
 def write(
     plan: Plan,
     measured: FrictionPoints,

@@ -36,6 +36,9 @@ SPEEDS_MIN = 4
 POINTS_MAX = 2000
 """Most points of one direction: the regression's time grows with their square. Average before."""
 
+REPEATS_SHARE = 0.1
+"""A larger share of rows that repeat another one to the last digit is a copy, not a measurement."""
+
 _REQUIRED = ("velocity_rad_s", "friction_torque_nm")
 _LIMIT = {
     "velocity_rad_s": 1e4,
@@ -93,7 +96,7 @@ def read_points(path: str | Path) -> FrictionPoints:
     Raises
     ------
     DataError
-        Naming the file, the row and column, what is wrong there, and the remedy.
+        Naming the file, the row and column, what is wrong there, and the remedy. Rows may be in any order.
     """
     path = Path(path)
     try:
@@ -119,7 +122,20 @@ def read_points(path: str | Path) -> FrictionPoints:
         rows = [row[:-1] for row in rows]
     points = FrictionPoints.from_rows(rows, str(path), hashlib.sha256(raw).hexdigest())
     _require_enough(points)
+    _require_distinct(path, numbered[1:])
     return points
+
+
+def _require_distinct(path: Path, numbered: list[tuple[int, str]]) -> None:
+    """Refuse a file of which a part occurs twice: what is measured again differs in some digit."""
+    first: dict[str, int] = {}
+    repeats = [(number, first[line]) for number, line in numbered if first.setdefault(line, number) != number]
+    if len(repeats) > REPEATS_SHARE * len(numbered):
+        number, before = repeats[0]
+        raise DataError(
+            f"{path}: row {number} repeats row {before} to the last digit, and {len(repeats) - 1} more rows repeat "
+            "others; remove the copies, they would be held out and trained on at once"
+        )
 
 
 def temperature_range(path: str | Path) -> tuple[float, float] | None:

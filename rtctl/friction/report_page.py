@@ -18,6 +18,12 @@ figure{margin:1.5em 0}img{max-width:100%}figcaption,caption{color:#555;font-size
 table{border-collapse:collapse;margin:1.2em 0;font-size:.85em}th,td{border-bottom:1px solid #ddd;padding:.2em .7em}
 pre{background:#f8f8f8;padding:.7em 1em;overflow-x:auto}th{text-align:left;background:#f4f4f4}td{font-variant-numeric:tabular-nums}.key{background:#eef5ff;padding:.7em 1em}"""
 
+_NO_NETWORK = (
+    '<meta http-equiv="Content-Security-Policy" '
+    "content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'\">"
+)
+"""The browser itself refuses every request: a report may be opened anywhere."""
+
 
 @dataclass(frozen=True)
 class Picture:
@@ -66,7 +72,7 @@ def page(evidence: Evidence, gains: Gains, document: Mapping[str, Any], pictures
         "<h2>Provenance</h2>",
         _table(Table("Where this comes from.", ("what", "value"), _flat(document["provenance"]))),
     ]
-    head = f'<meta charset="utf-8"><title>{escape(title)}</title><style>{_STYLE}</style>'
+    head = f'<meta charset="utf-8">{_NO_NETWORK}<title>{escape(title)}</title><style>{_STYLE}</style>'
     body = "\n".join(part for part in parts if part)
     return f'<!DOCTYPE html>\n<html lang="en"><head>{head}</head><body>\n{body}\n</body></html>\n'
 

@@ -65,6 +65,7 @@ def test_the_report_is_one_page_that_needs_nothing_else(evidence, tmp_path):
     assert all(png.startswith(PNG) for png in inline)
     text = re.sub(r"base64,[^\"]+", "", page)
     assert not re.search(r"https?:|//|<script|<link|@import|url\(", text)
+    assert "default-src 'none'; img-src data:; style-src 'unsafe-inline'" in page
     assert page.count("<img") == page.count("<figcaption>") == len(files)
     for family in (*grids.FORMULAS, "epsilon-spline"):
         assert f"<td>{family}</td>" in page
