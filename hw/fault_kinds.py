@@ -10,6 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 
+import numpy as np
+
 
 class Channel(IntEnum):
     """Where a fault acts."""
@@ -166,6 +168,11 @@ KINDS: dict[tuple[str, str], Kind] = {
     (kind.channel.name.lower(), kind.name): kind for kind in (*_readings(), *_devices())
 }
 """(channel, kind) as in a schedule -> the kind."""
+
+
+def campaign_table() -> np.ndarray:
+    """Every kind as a row of numbers, for compiled code that draws faults: channel, effect, low, high of the value."""
+    return np.array([[kind.channel, kind.effect, kind.low, kind.high] for kind in KINDS.values()], float)
 
 
 def markdown_table() -> str:

@@ -416,6 +416,22 @@ def test_a_schedule_can_be_written_into_the_records_directly(clean):
     assert shown["position_rad"].tobytes() == expected.tobytes()
 
 
+def test_an_effect_that_is_not_of_its_channel_does_nothing(clean):
+    known = {(kind.channel, kind.effect) for kind in KINDS.values()}
+    channels = (0, Channel.ESTOP, Channel.LINK, Channel.ACTUATOR, Channel.LOOP, 99)
+    for channel in channels:
+        backend = make()
+        p = backend.params[0]
+        strange = [effect for effect in (0, *Effect, 99) if (channel, effect) not in known][:FAULTS]
+        for k, effect in enumerate(strange):
+            p["fault_channel"][k], p["fault_effect"][k], p["fault_value"][k] = channel, effect, 3.0
+            p["fault_axis"][k], p["fault_probability"][k] = -1, 1.0
+        p["fault_count"] = len(strange)
+        shown, truth = run(backend)
+        assert shown.tobytes() == clean[0].tobytes(), channel
+        assert truth["motor_torque_nm"].tobytes() == clean[1]["motor_torque_nm"].tobytes(), channel
+
+
 def test_filling_again_replaces_what_was_there(clean):
     backend = make([fault("position", "nan")] * FAULTS)
     fill_schedule(backend.params, read_faults([fault("estop", "pressed")]), rig())
