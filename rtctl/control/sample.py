@@ -111,6 +111,14 @@ def _link_state(t: Record, s: Record) -> int:
 
 
 @compiled
+def _forget(s: Record) -> None:
+    """A lost device is cut and latched; whatever it counts and shows when it is back is a new beginning."""
+    s.sample_count = -1
+    for axis in range(len(s.history_count)):
+        s.history_count[axis] = 0
+
+
+@compiled
 def accept_sample(t: Record, s: Record, p: Record, skipped: int) -> tuple[int, int]:
     """Validate the measured fields of tick `t` and take them over, or hold the last valid ones.
 
@@ -138,6 +146,9 @@ def accept_sample(t: Record, s: Record, p: Record, skipped: int) -> tuple[int, i
     for axis in range(len(t.position_rad)):
         s.position_before_rad[axis] = s.position_rad[axis]
     faults = _link_state(t, s)
+    if faults & _F_LOST:
+        started = False
+        _forget(s)
     cause = _damage(t, s, p)
     if cause == 0 and not started:
         _take(t, s, p, True)

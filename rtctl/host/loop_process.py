@@ -39,6 +39,7 @@ class LoopProcess:
         self.ended: dict[str, Any] | None = None
         self.grants: list[dict[str, Any]] = []
         self.ready = False
+        self._notes: list[str] = []
         self.compile_s = 0.0
         self._pending = b""
         self._process = subprocess.Popen(
@@ -82,8 +83,15 @@ class LoopProcess:
     def _hear(self, message: dict[str, Any]) -> None:
         if message["message"] == "ready":
             self.ready, self.grants, self.compile_s = True, message["grants"], message["compile_s"]
+        elif message["message"] == "note":
+            self._notes.append(message["text"])
         elif message["message"] == "ended":
             self.ended = message
+
+    def take_notes(self) -> list[str]:
+        """What the loop has said about its devices since this was asked last."""
+        notes, self._notes = self._notes, []
+        return notes
 
     def raise_if_failed(self) -> None:
         """After the end: raise the named error of what went wrong, or return when it was asked to end."""

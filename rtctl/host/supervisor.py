@@ -169,6 +169,8 @@ class Host:
             if self.gateway.serve():
                 time.sleep(PAUSE_S)  # a flood waits in its senders
             alive = self.loop.poll()
+            for note in self.loop.take_notes():
+                self.announce(f"device {note}")
             now = time.monotonic()
             if now >= next_batch or not alive:
                 self._batch()

@@ -6,6 +6,7 @@ between. Ctrl-C in a terminal reaches the host, which asks for a shutdown; this 
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -21,11 +22,20 @@ from hw.rig import Member, compose
 from rtctl.rt import realtime
 from rtctl.rt.clock import Clock, VirtualClock, WallClock
 from rtctl.rt.loop import Stop, run_loop, warm_up
+from rtctl.rt.replug import Replug
 from rtctl.shm import Memory
 
 
 def _say(kind: str, **body: Any) -> None:  # noqa: ANN401
     os.write(1, (json.dumps({"message": kind, **body}) + "\n").encode())
+
+
+def _note(text: str) -> None:
+    """Tell the host about a device, without ever waiting for it."""
+    os.set_blocking(1, False)
+    with contextlib.suppress(OSError):
+        _say("note", text=text)
+    os.set_blocking(1, True)
 
 
 def _rig(data: dict[str, Any]) -> Rig:
@@ -80,7 +90,8 @@ def main() -> int:
         _say("ended", reason="realtime", detail="real-time rights were refused")
         return 1
     try:
-        run_loop(backend, memory, clock, stop, waiver=not granted and not virtual)
+        device = Replug(backend, _note)
+        run_loop(device, memory, clock, stop, waiver=not granted and not virtual)
     except Exception as error:  # noqa: BLE001 - the one allowed: whatever it was, the actuator is stopped; say it and end
         _say("ended", reason="error", detail=f"{type(error).__name__}: {error}", trace=traceback.format_exc())
         return 1

@@ -28,10 +28,12 @@ def test_the_loop_misses_slots_and_sees_the_emergency_stop_as_scripted(folder):
     assert summary["missed_ticks"] >= 3
 
 
-def test_a_link_that_raises_ends_the_loop_with_its_name(folder):
-    code, error, _ = run(folder, UNPLUGGED, "--for", "5")
-    assert code == 9
-    assert "LinkLost: scripted fault: the link was lost in read" in error["message"]
+def test_a_link_that_raises_is_a_latched_fault_with_its_name_and_the_device_is_found_again(folder):
+    code, summary, stderr = run(folder, UNPLUGGED, "--for", "1.5")
+    assert code == 11, summary
+    assert summary["fault_first"] == "LINK_LOST"
+    assert "device lost: scripted fault: the link was lost in read" in stderr
+    assert "device found again" in stderr
 
 
 def test_a_bad_schedule_starts_nothing(folder):

@@ -114,3 +114,22 @@ def test_the_measured_fields_stay_as_they_were_measured():
         "motor_torque_nm",
     ):
         assert math.isfinite(rig[name])
+
+
+def test_a_device_that_was_lost_begins_anew_and_only_a_reset_and_an_arm_lead_back():
+    rig = started().arm()
+    rig.tick(link_faults=int(LinkFault.LOST), fresh=False)
+    assert rig.mode is State.FAULT
+    assert rig["fault_first"] == Fault.LINK_LOST.value.bit_length() - 1
+    rig.run(700, link_faults=int(LinkFault.LOST), fresh=False)
+    rig.now["sample_count"] = 0  # the device starts counting again, and stands elsewhere
+    rig.run(3, position=2.5)
+    assert rig.faults == Fault(0)
+    assert rig["sample_age_ticks"] == 0
+    assert rig.state["position_rad"][0, 0] == 2.5
+    assert rig["velocity_rad_s"] == 0.0
+    rig.run(1100)
+    assert rig.mode is State.FAULT
+    rig.request("reset_count")
+    assert rig.tick().mode is State.IDLE
+    assert rig.run(500).mode is State.IDLE

@@ -1,0 +1,101 @@
+"""A device that is unplugged becomes a fault, not the end of the daemon; plugged in again, it is found again.
+
+While it is gone every tick carries `LinkFault.LOST`, so the law cuts, latches LINK_LOST, and nothing is
+sent. Opening may take long: it is tried only then, when the rig is without torque anyway, and not in
+every tick. It is the backend's `open` that insists on the same device. What follows is the operator's:
+reset, then arm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from hw.interface import Backend, BackendError, CompiledBackend, LinkFault, LinkLost
+
+_LOST = int(LinkFault.LOST)
+
+REOPEN_TICKS = 500
+"""Ticks between two attempts."""
+
+
+class Replug:
+    """A backend whose LinkLost is caught, shown to the law, and healed when the device is back.
+
+    Parameters
+    ----------
+    backend
+        An open backend.
+    tell
+        Given one line at each loss, at each new reason why it cannot be opened, and at the return. Must not block.
+    """
+
+    def __init__(self, backend: Backend, tell: Callable[[str], None] = lambda _text: None) -> None:
+        self._backend = backend
+        self._tell = tell
+        self._said = ""
+        self._wait = 0  # ticks until the next attempt to open; 0: the device is there
+        self.provides, self.consumes = backend.provides, backend.consumes
+
+    def open(self) -> None:
+        """Acquire the device. Raises BackendError."""
+        self._backend.open()
+
+    def warm_up(self, tick: np.ndarray) -> None:
+        """As the backend's own, where it has one."""
+        if isinstance(self._backend, CompiledBackend):
+            self._backend.warm_up(tick)
+
+    def read(self, tick: np.ndarray) -> None:
+        """Read, or show that there is nothing to read."""
+        if self._wait and not self._found():
+            tick["link_faults"] = _LOST
+            return
+        try:
+            self._backend.read(tick)
+        except LinkLost as error:
+            self._lose(error)
+            tick["link_faults"] = _LOST
+
+    def write(self, tick: np.ndarray) -> None:
+        """Send, unless there is nobody to send to; the next `read` says so."""
+        if self._wait:
+            return
+        try:
+            self._backend.write(tick)
+        except LinkLost as error:
+            self._lose(error)
+
+    def stop(self) -> None:
+        """Make the actuator torque-free now. Never raises."""
+        self._backend.stop()
+
+    def close(self) -> None:
+        """Release the device."""
+        self._backend.close()
+
+    def _lose(self, error: LinkLost) -> None:
+        self._wait = REOPEN_TICKS
+        self._backend.stop()  # whatever part of the rig can still be reached
+        self._say(f"lost: {error}")
+
+    def _found(self) -> bool:
+        """Count down, then try to open the device again."""
+        self._wait -= 1
+        if self._wait:
+            return False
+        self._backend.close()
+        try:
+            self._backend.open()
+        except BackendError as error:
+            self._wait = REOPEN_TICKS
+            self._say(f"not found again: {error}")
+            return False
+        self._say("found again")
+        return True
+
+    def _say(self, text: str) -> None:
+        if text != self._said:
+            self._said = text
+            self._tell(text)
