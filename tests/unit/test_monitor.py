@@ -72,3 +72,11 @@ def test_json_has_names_for_numbers_and_null_for_what_is_not_finite(sample):
     plain = monitor._plain(sample)
     assert (plain["state"], plain["faults"]) == ("FAULT", ["STALE", "JUMP"])
     assert monitor._finite([1.0, float("nan"), [float("inf")]]) == [1.0, None, [None]]
+
+
+def test_a_warning_of_the_daemon_is_shown_and_is_no_fault(sample):
+    warning = {"name": "TEMPERATURE", "axis": "tip", "text": "axis tip: friction was learned at 22-31 degC"}
+    health = {**HEALTH, "warnings": [warning]}
+    assert "WARNING: axis tip: friction was learned at 22-31 degC" in monitor.table(HELLO, sample, health, 0)
+    assert monitor.line(sample, health, 0).endswith(" warning=TEMPERATURE:tip")
+    assert "WARNING" not in "".join(monitor.table(HELLO, sample, HEALTH, 0))

@@ -123,3 +123,9 @@ def test_the_range_of_temperature_is_read_where_it_is_told(tmp_path):
             temperature_range(_write(tmp_path / "p.csv", told))
     told[3] = lines[2] + ",nan"
     assert temperature_range(_write(tmp_path / "p.csv", told))[0] == 20.0
+
+
+def test_a_rig_without_a_temperature_sensor_has_no_range(tmp_path):
+    header, *rows = _lines()
+    told = [f"{header},temperature_c", *(f"{row},0.00" for row in rows)]
+    assert temperature_range(_write(tmp_path / "p.csv", told)) is None
