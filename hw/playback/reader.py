@@ -90,7 +90,10 @@ def read_columns(path: Path, names: tuple[str, ...], delimiter: str = ",") -> di
         Unreadable or truncated file, missing or ambiguous column, a cell that is no finite number
         (with its row, counted from 1 below the header), fewer than two rows.
     """
-    header, _, body = _text(path).partition("\n")
+    text = _text(path)
+    if not text.strip():
+        raise BackendError(f"{path}: the file is empty; a header line and rows are needed")
+    header, _, body = text.partition("\n")
     found = [name.strip().strip('"') for name in header.rstrip("\r").split(delimiter)]
     for name in names:
         if found.count(name) != 1:

@@ -88,7 +88,7 @@ def command(
     Every torque on the joint must be mapped: the motor's (torque or current), and the hand's (external) if
     one was on the rig. Several logs are one regression, each with an offset of its own.
     """
-    from rtctl.friction.log_input import options_of, read_log, samples
+    from rtctl.friction.log_input import options_of, read_log, require_different, samples
     from rtctl.friction.logs import level_points
     from rtctl.friction.plausibility import Limits, against_rig
     from rtctl.friction.regression import joint_fit
@@ -98,6 +98,7 @@ def command(
     limits = Limits.of_axis(rig_axis, str(config)) if rig_axis else Limits()
     tables, geared = _tables(columns, map_file), _gearing(gearing, rig_axis)
     parts = [read_log(options_of(log, tables, rate_hz), geared, torque_delay, limits) for log in logs]
+    require_different(parts)
     cutoff_hz = cutoff_hz or cutoff_for(parts)
     signals = pooled([regressors(part, cutoff_hz, speed_min_rad_s) for part in parts])
     fit = joint_fit(signals)
@@ -188,6 +189,11 @@ def _lines(fit: JointFit, out: Path | None) -> list[str]:
     from rtctl.friction.regression import STRIBECK_RAD_S
 
     lines = [*_table("symmetric", fit.symmetric), *_table("per direction", fit.per_direction)]
+    late = fit.remaining_delay_s
+    if late:
+        lines.append(
+            f"delay left in the torque: {1e3 * late.value:.3g} ms ({1e3 * late.low:.3g} to {1e3 * late.high:.3g})"
+        )
     for name, speed in zip(("forwards", "backwards"), fit.speeds, strict=True):
         lines.append(
             f"{name}: {speed.rows} rows, {speed.lowest_rad_s:.3g} to {speed.highest_rad_s:.3g} rad/s, "

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -88,6 +88,21 @@ def read_log(
     return _without_ends(replace(log, torque_nm=aligned), abs(round(delay_s * log.rate_hz)))
 
 
+def require_different(logs: Sequence[AxisLog]) -> None:
+    """Refuse a log given twice, whatever its name: it would narrow the intervals without adding anything.
+
+    Raises
+    ------
+    DataError
+        Names both files.
+    """
+    first: dict[str, str] = {}
+    for log in logs:
+        if log.sha256 in first:
+            raise DataError(f"{log.source}: the same log as {first[log.sha256]}; give each log once")
+        first[log.sha256] = log.source
+
+
 def _without_ends(log: AxisLog, samples: int) -> AxisLog:
     """The log without so many samples at both ends."""
     kept = slice(samples, len(log.position_rad) - samples)
@@ -124,8 +139,11 @@ def of_file(options: Mapping[str, Any], file: Path) -> dict[str, Any]:
     try:
         return PlaybackOptions.model_validate(table, context={"folder": Path.cwd()}).model_dump(mode="json")
     except ValidationError as error:
-        faults = tuple(fault["msg"] for fault in error.errors(include_url=False))
-        raise ConfigError(f"{file}: {'; '.join(faults)}", faults) from error
+        faults = (
+            f"{'.'.join(str(part) for part in fault['loc'])}: {fault['msg'].removeprefix('Value error, ')}"
+            for fault in error.errors(include_url=False)
+        )
+        raise ConfigError(f"{file}: {'; '.join(faults)}") from error
 
 
 def options_of(file: Path, columns: Mapping[str, Any], rate_hz: float | None) -> dict[str, Any]:

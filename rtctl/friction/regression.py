@@ -33,6 +33,9 @@ from rtctl.friction.regressors import Regressors
 STRIBECK_RAD_S = 0.1
 """Friction rises towards rest below such speeds: Stribeck speeds of geared joints are .02 to .2 rad/s."""
 
+DELAY_SAID_S = 0.5e-3
+"""Delay left in the torque that is worth a word: 1 % of viscous friction at 2 Hz on the nominal rig."""
+
 LOW_SPEED_ROWS = 20
 """Fewest rows of a direction below it that say something about it."""
 
@@ -78,6 +81,7 @@ class JointFit:
     offsets: tuple[Offset, ...]
     drift_nm: tuple[float, ...]
     speeds: tuple[Speeds, Speeds]
+    remaining_delay_s: Estimate | None
     warnings: tuple[str, ...] = ()
 
 
@@ -118,8 +122,47 @@ def joint_fit(signals: Regressors) -> JointFit:
     offsets = tuple(offset.describe(drift, signals.sources, signals.sliding))
     coefficients = tuple(float(each) for each in drift)
     both = speeds(signals)
-    warnings = (*signals.warnings, *_few_slow(signals), *_no_low_speed(signals, both))
-    return JointFit(symmetric, per_direction, offsets, coefficients, both, warnings)
+    late = _remaining_delay(signals, columns, offset)
+    warnings = (
+        *signals.warnings,
+        *_few_slow(signals),
+        *_no_low_speed(signals, both),
+        *_misaligned(signals, late),
+    )
+    return JointFit(symmetric, per_direction, offsets, coefficients, both, late, warnings)
+
+
+def _remaining_delay(
+    signals: Regressors, columns: dict[str, np.ndarray], offset: OffsetColumns
+) -> Estimate | None:
+    """How late the torque is against the position, s.
+
+    Notes
+    -----
+    While the joint slides, a torque late by d is J (a - d da/dt) + b (v - d a) + ...: the coefficient of the
+    jerk is -d J. Friction that is not Coulomb + viscous goes into it too.
+    """
+    try:
+        fit, _ = _solve(signals, {**columns, "jerk": signals.jerk_rad_s3}, offset, offset.drift)
+    except DataError:
+        return None  # jerk and velocity of a single sine are the same signal
+    inertia, jerk = fit.parameters["inertia_kgm2"].value, fit.parameters["jerk"]
+    if not inertia > 0:
+        return None
+    return Estimate(
+        -jerk.value / inertia, jerk.standard_error / inertia, -jerk.high / inertia, -jerk.low / inertia
+    )
+
+
+def _misaligned(signals: Regressors, late: Estimate | None) -> tuple[str, ...]:
+    if late is None or late.holds(0.0) or abs(late.value) < DELAY_SAID_S:
+        return ()
+    word = "late" if late.value > 0 else "early"
+    return (
+        f"{signals.source}: the torque looks {1e3 * abs(late.value):.3g} ms {word} against the position "
+        f"({1e3 * late.low:.3g} to {1e3 * late.high:.3g} ms late): either it is (--torque-delay; viscous friction "
+        "and inertia are then wrong), or friction is not Coulomb + viscous",
+    )
 
 
 def _few_slow(signals: Regressors) -> tuple[str, ...]:

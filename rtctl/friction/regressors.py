@@ -36,6 +36,15 @@ LOW_SPEED_SHARE = 0.25
 MARGIN_PERIODS = 1.0
 """Periods of the cut-off left out beside a reversal: the filter blurs the jump of friction over so much."""
 
+_SIGNALS = (
+    "position_rad",
+    "velocity_rad_s",
+    "acceleration_rad_s2",
+    "jerk_rad_s3",
+    "direction",
+    "torque_nm",
+)
+
 FALLBACK_PERIODS = 0.5
 """Taken with a warning where the usual margin leaves no slow rows: a brisk log has only short strokes."""
 
@@ -51,6 +60,7 @@ class Regressors:
     position_rad: np.ndarray
     velocity_rad_s: np.ndarray
     acceleration_rad_s2: np.ndarray
+    jerk_rad_s3: np.ndarray
     direction: np.ndarray
     torque_nm: np.ndarray
     sliding: np.ndarray
@@ -115,6 +125,7 @@ def regressors(
     rate, n = log.rate_hz, len(log.position_rad)
     x = smooth(log.position_rad, rate, cutoff_hz)
     v, a, notes = _motion(log, x, cutoff_hz)
+    jerk = derivatives(a, 1 / rate)[0]
     torque = smooth(log.torque_nm, rate, cutoff_hz)
     if torque_delay_s:
         torque = advanced(torque, rate, torque_delay_s)
@@ -129,6 +140,7 @@ def regressors(
             position_rad=x[kept],
             velocity_rad_s=v[kept],
             acceleration_rad_s2=a[kept],
+            jerk_rad_s3=jerk[kept],
             direction=smooth(np.sign(v), rate, cutoff_hz)[kept],
             torque_nm=torque[kept],
             sliding=sliding[kept],
@@ -190,10 +202,7 @@ def pooled(parts: list[Regressors]) -> Regressors:
     ends = np.cumsum([0.0, *(part.time_s[-1] for part in parts)])
     return Regressors(
         time_s=np.concatenate([part.time_s + end for part, end in zip(parts, ends, strict=False)]),
-        **{
-            name: np.concatenate([getattr(part, name) for part in parts])
-            for name in ("position_rad", "velocity_rad_s", "acceleration_rad_s2", "direction", "torque_nm")
-        },
+        **{name: np.concatenate([getattr(part, name) for part in parts]) for name in _SIGNALS},
         sliding=np.concatenate([part.sliding for part in parts]),
         log=np.repeat(np.arange(len(parts)), [len(part.log) for part in parts]),
         cutoff_hz=parts[0].cutoff_hz,

@@ -68,6 +68,17 @@ def test_a_measured_current_is_half_a_period_late_whatever_the_drive_delays(dela
     assert errors(position, measured, 1.0)["viscous_nms_rad"] < -0.08
 
 
+@pytest.mark.parametrize("periods", [0.0, 0.5, 1.0])
+def test_the_delay_left_in_a_log_is_found_and_said(periods):
+    """Measured: 2.52, .013 and -2.48 ms of 2.5, 0 and -2.5."""
+    position, measured, _ = driven(0)
+    log = AxisLog(RATE_HZ, position, measured, "mock", "0")
+    fit = joint_fit(regressors(log, torque_delay_s=periods / RATE_HZ))
+    left_s = (0.5 - periods) / RATE_HZ
+    assert fit.remaining_delay_s.value == pytest.approx(left_s, abs=5e-5)
+    assert any("the torque looks 2." in text for text in fit.warnings) is (periods != 0.5)
+
+
 @pytest.mark.parametrize("delay_ticks", [0, 3])
 def test_a_recorded_command_is_early_by_half_a_period_and_by_the_delay_of_the_drive(delay_ticks):
     position, _, command = driven(delay_ticks)

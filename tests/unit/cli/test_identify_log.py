@@ -68,7 +68,8 @@ def test_the_report_knows_its_points_the_speeds_and_the_offset_of_each_log(
     monkeypatch, capsys, log, tmp_path
 ):
     out, second = tmp_path / "out", tmp_path / "second.csv"
-    second.write_bytes(log.read_bytes())
+    head, *rows = log.read_text().splitlines()
+    second.write_text("\n".join([head, *rows[2000:]]))
     code, text, _ = run(monkeypatch, capsys, "--log", log, "--log", second, *MAPPED, "--out", out)
     assert code == 0
     assert "offset_2_nm" in text
@@ -79,6 +80,20 @@ def test_the_report_knows_its_points_the_speeds_and_the_offset_of_each_log(
     assert [each["parameter"] for each in document["offsets"]] == ["offset_1_nm", "offset_2_nm"]
     assert [each["file"] for each in document["logs"]] == [str(log), str(second)]
     assert document["torque_delay_s"] == [0.0, 0.0]
+
+
+def test_a_log_given_twice_is_refused_whatever_its_name(monkeypatch, capsys, log, tmp_path):
+    copy = tmp_path / "copy.csv"
+    copy.write_bytes(log.read_bytes())
+    code, _, error = run(monkeypatch, capsys, "--log", log, "--log", copy, *MAPPED)
+    assert code == 10
+    assert f"copy.csv: the same log as {log}" in error
+
+
+def test_a_file_that_is_not_there_is_said_once(monkeypatch, capsys, tmp_path):
+    code, _, error = run(monkeypatch, capsys, "--log", tmp_path / "gone.csv", *MAPPED)
+    assert code == 3
+    assert error.count("no file") == 1
 
 
 def test_a_velocity_column_is_used_and_checked(monkeypatch, capsys, log):

@@ -97,7 +97,7 @@ BACK = [*EVEN[:30], 0.0285, *EVEN[31:]]
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "no column"),
+        ("", "the file is empty"),
         ("t,x\n", "no rows"),
         ("t,x\n0,1\n", "at least 2"),
         ("t,y\n0,1\n1,2\n", "no column 'x'.*t, y"),
