@@ -52,9 +52,11 @@ def prepare(folder: Path | None, test: Path | None, config: Path | None, rig: st
 
 
 def require_plausible(plan: Plan, measured: FrictionPoints) -> None:
-    """Refuse points and test points that the rig file rules out. Raises DataError."""
-    from rtctl.friction.points_check import require_plausible_points
+    """Refuse points and test points that the rig file rules out, and a test that is none. Raises DataError."""
+    from rtctl.friction.points_check import require_held_out, require_plausible_points
 
+    if plan.test is not None:
+        require_held_out(plan.test, measured)
     for points in (measured, plan.test):
         if points is not None and plan.loaded is not None:
             require_plausible_points(points, plan.loaded)

@@ -26,6 +26,20 @@ def require_plausible_points(points: FrictionPoints, loaded: LoadedConfig) -> No
         raise DataError(refusals[0])
 
 
+def require_held_out(test: FrictionPoints, training: FrictionPoints) -> None:
+    """Refuse to judge a fit by the very file it was made of.
+
+    Raises
+    ------
+    DataError
+        Both files hold the same bytes.
+    """
+    if test.sha256 == training.sha256:
+        raise DataError(
+            f"{test.source}: the same points as {training.source}; --test needs points not trained on"
+        )
+
+
 def _refusal(points: FrictionPoints, limits: Limits, torque_limit_nm: float) -> str:
     speed, torque = float(np.abs(points.velocity_rad_s).max()), float(points.friction_nm.max())
     if speed > limits.speed_rad_s:

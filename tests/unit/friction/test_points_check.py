@@ -8,7 +8,7 @@ import pytest
 from rtctl.config import load
 from rtctl.errors import DataError
 from rtctl.friction.points import read_points
-from rtctl.friction.points_check import require_plausible_points
+from rtctl.friction.points_check import require_held_out, require_plausible_points
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 POINTS = CONFIGS / "friction" / "mock_points.csv"
@@ -66,3 +66,9 @@ def test_a_file_that_holds_its_rows_twice_is_refused_and_a_chance_repeat_is_not(
         read_points(path)
     path.write_text("\n".join([header, *rows, rows[3]]))
     read_points(path)
+
+
+def test_a_fit_is_not_judged_by_the_points_it_was_made_of(points):
+    require_held_out(replace(points, sha256="another"), points)
+    with pytest.raises(DataError, match="points not trained on"):
+        require_held_out(points, points)

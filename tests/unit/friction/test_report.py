@@ -268,9 +268,11 @@ def _run(monkeypatch, capsys, *args):
 
 def test_the_command_writes_model_and_report(monkeypatch, capsys, tmp_path):
     out, folder, rig = tmp_path / "m.json", tmp_path / "r", ROOT / "configs/mock.toml"
+    others = tmp_path / "others.csv"
+    others.write_text("\n".join(POINTS.read_text().splitlines()[:-1]))
     code, said, _ = _run(
         monkeypatch, capsys,
-        "--out", out, "--report", folder, "--search", "none", "--C", 1000, "--test", POINTS, "--config", rig,
+        "--out", out, "--report", folder, "--search", "none", "--C", 1000, "--test", others, "--config", rig,
     )  # fmt: skip
     assert code == 0
     assert f"report: {folder / 'report.html'}" in said
