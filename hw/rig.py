@@ -118,13 +118,13 @@ class _Device:
         fields = [CHANNEL_FIELDS[channel] for channel in sorted(self.provides)]
         self.exchange = Exchange(tick, self.tick, self.member.axes, fields, commanded=bool(self.consumes))
 
-    def read(self) -> None:
+    def read(self, elapsed: int) -> None:
         """Read the device and see whether there is a new sample. Raises BackendError naming it."""
         assert self.tick is not None
         before = self.exchange.sample_count()
         self.exchange.lead_in()
         self._named(self.backend.read, self.tick)
-        self.age = 0 if self.exchange.sample_count() > before else self.age + 1
+        self.age = 0 if self.exchange.sample_count() > before else self.age + elapsed
 
     def over(self, spent_ns: int) -> bool:
         """True when the reading took longer than its budget; the device then rests."""
@@ -144,7 +144,8 @@ class _Device:
         self._named(self.backend.write, self.tick)
 
     def open(self) -> None:
-        """Acquire the device. Raises BackendError naming it."""
+        """Acquire the device; nothing from before is fresh any more. Raises BackendError naming it."""
+        self.age, self.rest, self.overruns_in_a_row = _NEVER, 0, 0
         self._named(self.backend.open)
 
     def _named(self, action: Callable[..., None], *arguments: np.ndarray) -> None:
@@ -169,7 +170,7 @@ class Composite:
         self.provides = frozenset().union(*(device.provides for device in devices))
         self.consumes = frozenset().union(*(device.consumes for device in devices))
         self._tick: np.ndarray | None = None
-        self._count = 0
+        self._count = self._slot = 0
 
     def open(self) -> None:
         """Open every device; when one cannot be opened, close the others. Raises BackendError naming it."""
@@ -194,13 +195,15 @@ class Composite:
         self._sample_count = memoryview(row["sample_count"])  # type: ignore[arg-type] # as in playback
         self._link_faults: Any = memoryview(row["link_faults"])  # type: ignore[arg-type]
         self._estop: Any = memoryview(row["estop"])  # type: ignore[arg-type]
+        self._slots: Any = memoryview(row["tick"])  # type: ignore[arg-type]
         self._tick = tick
 
     def read(self, tick: np.ndarray) -> None:
         """Read the devices within their budgets and merge what they show. Raises LinkLost naming the device."""
         if tick is not self._tick:
             self._bind(tick)
-        faults = self._read_all()
+        before, self._slot = self._slot, self._slots[0]
+        faults = self._read_all(max(self._slot - before, 1))
         estop, due, new = 0, True, False
         for device in self._sensors:
             device.exchange.deliver()
@@ -214,16 +217,17 @@ class Composite:
         if "estop" in self.provides:
             self._estop[0] = estop
 
-    def _read_all(self) -> int:
+    def _read_all(self, elapsed: int) -> int:
+        """Read the devices in turn; `elapsed` is cycles since the last time. Returns bits of `LinkFault`."""
         faults, late = 0, False
         for device in self._devices:
             if late or device.rest:
                 device.rest = max(device.rest - 1, 0)
-                device.age += 1
+                device.age += elapsed
                 continue
             budget = device.member.budget_ns
             began = time.monotonic_ns() if budget else 0
-            device.read()
+            device.read(elapsed)
             faults |= device.exchange.link_faults()
             if budget and device.over(time.monotonic_ns() - began):
                 late = True

@@ -4,6 +4,8 @@ import threading
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from hw import registry
 from hw.interface import BackendError, BackendInfo, Channels, LinkFault, LinkLost, Rig
@@ -174,6 +176,28 @@ def test_a_sensor_at_half_the_rate_is_fresh_until_it_really_stops():
         finger.fresh = slot % 2 == 0 and slot <= 4
         counts.append(int(read(backend)["sample_count"][0]))
     assert counts == [1, 2, 3, 4, 5, 6, 7, 7, 7, 7, 7, 7], "fresh through tick 6, two ticks after the last"
+
+
+def test_cycles_that_were_skipped_count_as_age():
+    backend, _drive, finger = drive_and_finger(max_age_ticks=2)
+    tick = new_ticks()
+    shown = []
+    for slot, fresh in [(0, True), (1, False), (2, False), (5, True), (8, False), (9, True)]:
+        tick["tick"], finger.fresh = slot, fresh
+        shown.append(int(read(backend, tick)["sample_count"][0]))
+    assert shown == [1, 2, 3, 4, 4, 5]
+
+
+def test_after_opening_again_nothing_from_before_is_fresh():
+    backend, _drive, finger = drive_and_finger(max_age_ticks=2)
+    tick = new_ticks()
+    assert read(backend, tick)["sample_count"][0] == 1
+    backend.close()
+    backend.open()
+    finger.fresh = False
+    assert read(backend, tick)["sample_count"][0] == 1
+    finger.fresh = True
+    assert read(backend, tick)["sample_count"][0] == 2
 
 
 def test_a_held_sample_is_shown_again_whatever_tick_it_is_asked_for():
@@ -429,3 +453,34 @@ def test_channels_are_declared_or_asked_of_a_device_that_is_not_opened(monkeypat
     assert MADE["x"].calls == []
     declared = registry.channels("mock", {}, rig())
     assert declared == Channels(MockBackend.provides, MockBackend.consumes)
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    arrivals=st.lists(st.tuples(st.booleans(), st.booleans(), st.booleans()), max_size=60),
+    ages=st.tuples(st.integers(0, 4), st.integers(0, 6)),
+)
+def test_whatever_arrives_when_a_fresh_tick_holds_nothing_too_old(arrivals, ages):
+    backend = compose(
+        [
+            member("drive", DRIVE, ["torque"]),
+            member("finger", ["force"], max_age_ticks=ages[0]),
+            member("warmth", ["temperature"], max_age_ticks=ages[1]),
+        ],
+        rig(),
+    )
+    allowed = {"drive": 0, "finger": ages[0], "warmth": ages[1]}
+    last, count = dict.fromkeys(allowed, -(10**6)), 0
+    tick = new_ticks()
+    for cycle, fresh in enumerate(arrivals):
+        for name, arrived in zip(allowed, fresh, strict=True):
+            MADE[name].fresh = arrived
+            MADE[name].values = {"force_n": [cycle, 0, 0]} if name == "finger" else {}
+            if arrived:
+                last[name] = cycle
+        backend.read(tick)
+        due = all(cycle - last[name] <= age for name, age in allowed.items())
+        count += due
+        assert tick["sample_count"][0] == count
+        if due:
+            assert tick["force_n"][0, 0] == last["finger"]
