@@ -82,8 +82,8 @@ def test_a_renderer_moves_the_joint_and_a_stop_ends_its_lease_in_the_loop_too(ri
         steps = iter(range(10**6))
         until(
             lambda: (
-                lease.set_target([here + 0.2 * min(1.0, next(steps) / 400)])
-                or rig.latest_state().position_rad[0] > began + 0.05
+                lease.set_target([here + 0.03 * min(1.0, next(steps) / 200)])
+                or rig.latest_state().position_rad[0] > began + 0.015
             )
         )
         moved = rig.latest_state()
