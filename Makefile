@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 export PYTHONUNBUFFERED = 1
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: run test lint bench fuzz campaign setup setup-bench docs model clean
+.PHONY: run test test-system lint bench fuzz campaign setup setup-bench docs model clean
 setup: $(VENV)/.ready-dev
 
 $(VENV)/bin/python:
@@ -28,6 +28,10 @@ run: $(VENV)/.ready
 
 test: $(VENV)/.ready-dev
 	$(BIN)/python -m pytest
+
+# Against other people's programs; what is missing on this machine is skipped, with its reason.
+test-system: $(VENV)/.ready-dev
+	$(BIN)/python -m pytest -m system -rs tests/system
 
 lint: $(VENV)/.ready-dev
 	$(BIN)/ruff format --check .

@@ -46,9 +46,7 @@ def daemon():
         text += f'\n[gateway]\nbind = "127.0.0.1"\nport = {port}\ncurve_dir = "keys"\n'
         (folder / "rig.toml").write_text(text)
         command = [sys.executable, "-m", "rtctl", "run", "rig.toml", "--runtime-dir", name, "--for", "500"]
-        process = subprocess.Popen(
-            command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
+        process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
             with RigClient("mock", runtime_dir=folder, timeout_s=120.0) as rig:
                 rig.hello()
@@ -110,7 +108,7 @@ def test_it_subscribes_holds_the_lease_moves_the_joint_and_stops(daemon, client,
     told = json.loads(done.stdout)
     assert told["role"] == "operator"
     assert told["moved_rad"] > 0.015
-    assert told["samples"] > 50
+    assert told["samples"] > 20
     assert told["gaps"] == 0
     status = rig.status()
     assert (status["state"], status["fault_first"], status["lease_holder"]) == ("IDLE", None, None)
