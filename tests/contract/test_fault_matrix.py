@@ -1,0 +1,308 @@
+"""Every fault x every phase of the rig's life x every backend that can be scripted: the exact tick of the reaction.
+
+The rig is brought into a phase (soft start, full authority with torque, HOLD, the middle of a ramp, the test
+pulse), the fault begins at a known tick, and the reaction must come in the tick the contract names: not
+later, and not earlier either.
+"""
+
+import math
+
+import numpy as np
+import pytest
+
+from hw import registry
+from hw.fault_script import fill_schedule
+from rtctl import config, plan
+from rtctl.control import law
+from rtctl.control.faults import ROW
+from rtctl.control.jit import records
+from rtctl.control.records import state_dtype
+from rtctl.control.vocabulary import Environment, Fault, Reaction, State
+from rtctl.demo import shipped_config
+from rtctl.rt.replug import Replug
+from rtctl.tick import new_ticks
+
+LEASE = 5
+PUSH_NM = 1.4
+
+KINDS = {
+    # (channel, kind): (fault, ticks from the first bad one to the reaction, that one counted, value)
+    ("position", "nan"): (Fault.BAD_SAMPLE, 3, 0.0),
+    ("position", "inf"): (Fault.BAD_SAMPLE, 3, 1.0),
+    ("position", "out_of_range"): (Fault.BAD_SAMPLE, 3, 1e6),
+    ("position", "jump"): (Fault.JUMP, 2, 1.0),
+    ("current", "nan"): (Fault.BAD_SAMPLE, 3, 0.0),
+    ("current", "inf"): (Fault.BAD_SAMPLE, 3, -1.0),
+    ("current", "offset"): (Fault.ACTUATOR_WRONG, 1, 4.0),
+    ("force", "nan"): (Fault.BAD_SAMPLE, 3, 0.0),
+    ("force", "saturated"): (Fault.BAD_SAMPLE, 3, 1e5),
+    ("link", "stale"): (Fault.STALE, 3, 0.0),
+    ("link", "drop"): (Fault.STALE, 3, 0.0),
+    ("link", "sequence"): (Fault.STALE, 3, 0.0),
+    ("link", "older"): (Fault.STALE, 3, 100.0),
+    ("link", "checksum"): (Fault.CHECKSUM, 3, 0.0),
+    ("link", "lost"): (Fault.LINK_LOST, 1, 0.0),
+    ("link", "raise_read"): (Fault.LINK_LOST, 1, 0.0),
+    ("link", "raise_write"): (Fault.LINK_LOST, 2, 0.0),
+    ("estop", "pressed"): (Fault.ESTOP, 1, 0.0),
+    ("temperature", "value"): (Fault.OVERTEMPERATURE, 1, 95.0),
+    ("temperature", "missing"): (Fault.OVERTEMPERATURE, 3, 0.0),
+}
+ACTUATOR = {
+    # judged while 75 % of the limit leave: the current shows the last period's torque, so one tick later
+    "dead": (Fault.ACTUATOR_WRONG, 2, 0.0),
+    "scale": (Fault.ACTUATOR_LAG, 21, 0.6),
+}
+PLAYED = [
+    key
+    for key in KINDS
+    if key[0] in ("position", "current", "force", "link") and key != ("current", "offset")
+]
+PHASES = ["test pulse", "soft start", "active", "hold", "stopping"]
+
+
+def scheduled(channel, kind, value, at_tick):
+    return {
+        "channel": channel, "kind": kind, "axis": None, "at_tick": at_tick, "for_ticks": 0, "every_ticks": 0,
+        "probability": 1.0, "value": value,
+    }  # fmt: skip
+
+
+NEVER = scheduled("link", "stale", 0.0, 10**9)
+"""Keeps the script of a backend at work before its fault begins."""
+
+
+class Rig:
+    """A backend, the law, and the loop's order of work; no clock."""
+
+    def __init__(self, path):
+        loaded = config.load(path)
+        made = plan.build(loaded)
+        device = loaded.config.device[0]
+        self.hardware = loaded.config.hardware()
+        self.backend = registry.create(device.kind, {**loaded.options, "faults": [NEVER]}, self.hardware)
+        self.backend.open()
+        self.device = Replug(self.backend)
+        self.params, self.model, self.command = (
+            records(part) for part in (made.params, made.model, made.command)
+        )
+        self.state = records(np.zeros(1, state_dtype(made.n_axes)))
+        self.tick = records(new_ticks(1, made.n_axes))
+        self.targets = self.gone = False
+        self.torque_before = 0.0
+
+    def run(self, n=1):
+        for _ in range(n):
+            self.torque_before = self["torque_applied_nm"]
+            if self.targets:
+                self.command["target_count"] += 1
+                self.command["target_epoch"], self.command["target_lease"] = self.state["epoch"], LEASE
+            self.device.read(self.tick)
+            law.step(self.tick, self.state, self.params, self.command, self.model)
+            self.device.write(self.tick)
+            self.tick["tick"] += 1
+        return self
+
+    def ask(self, name):
+        self.command[name] += 1
+        self.command["epoch"] = self.state["epoch"]
+
+    def fault_now(self, channel, kind, value):
+        """Let a fault begin with the next tick and last."""
+        params = self.backend.params if hasattr(self.backend, "params") else self.backend._script._params
+        fill_schedule(params, [scheduled(channel, kind, value, int(self.tick["tick"][0]))], self.hardware)
+
+    def __getitem__(self, name):
+        return float(np.asarray(self.tick[name]).reshape(1, -1)[0, 0])
+
+    @property
+    def mode(self):
+        return State(int(self["state"]))
+
+    @property
+    def faults(self):
+        return Fault(int(self["faults"]))
+
+
+def edited(folder, name, *changes):
+    text = shipped_config(name).read_text()
+    for old, new in changes:
+        assert old in text, old
+        text = text.replace(old, new)
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+@pytest.fixture
+def mock_rig(tmp_path):
+    path = edited(
+        tmp_path,
+        "mock.toml",
+        ('model = "friction/mock.json"', 'model = ""'),
+        ('kind = "sine"', 'kind = "rest"'),
+        ("[axis.coupling]", "[axis.temperature]\nsensor = true\n\n[axis.coupling]"),
+        ("stiffness_nm_rad = 5.0", "stiffness_nm_rad = 1000.0"),
+        ('realtime = "prefer"', 'realtime = "require"'),
+    )
+    return Rig(path)
+
+
+@pytest.fixture
+def playback_rig(tmp_path):
+    rows = "\n".join(f"{k / 1000!r},{1e-5 * math.sin(k / 50)!r},0.0,0.0" for k in range(4000))
+    (tmp_path / "log.csv").write_text("t,x,q,h\n" + rows + "\n")
+    text = shipped_config("mock.toml").read_text()
+    text = text[: text.index("[[device]]")].replace('model = "friction/mock.json"', 'model = ""')
+    text += (
+        '[[device]]\nkind = "playback"\n[device.options]\nfile = "log.csv"\ntime = { column = "t" }\n'
+        '[[device.options.axis]]\nposition = { column = "x" }\nmotor_torque = { column = "q" }\n'
+        'hand_torque = { column = "h" }\n'
+    )
+    path = tmp_path / "play.toml"
+    path.write_text(text)
+    return Rig(path)
+
+
+def enter(rig, phase):
+    """Bring the rig into `phase`; 900 to 1200 ticks."""
+    remote = phase == "hold"
+    if remote:
+        rig.command["environment_kind"], rig.targets = int(Environment.REMOTE), True
+    else:
+        rig.command["environment_kind"] = int(Environment.SPRING)
+        rig.command["environment_stiffness_nm_rad"], rig.command["environment_center_rad"] = 1e6, 0.025
+    rig.run(900)
+    rig.ask("arm_count")
+    rig.run(1)
+    assert rig.mode is State.ARMING
+    if phase == "test pulse":
+        rig.run(30)
+        assert rig["torque_applied_nm"] > 0.0
+        return
+    rig.run(80)
+    assert rig.mode is State.ACTIVE
+    if phase == "soft start":
+        rig.run(200)
+        assert 0.1 < rig["authority"] < 0.9
+        return
+    rig.run(520)
+    assert rig["authority"] == 1.0
+    if phase == "hold":
+        rig.targets = False
+        rig.run(40)
+        assert rig.mode is State.HOLD
+    elif phase == "stopping":
+        rig.ask("stop_count")
+        rig.run(10)
+        assert rig.mode is State.STOPPING
+
+
+def expect(rig, phase, fault, within):
+    """Run up to the reaction: nothing before, all of it then."""
+    epoch, state = rig["epoch"], rig.mode
+    if within > 1:
+        rig.run(within - 1)
+        assert not rig.faults & fault, "too early"
+        assert rig.mode is state
+    rig.run(1)
+    assert rig.faults & fault, "too late"
+    reaction = ROW[fault].reaction
+    if reaction is Reaction.RAMP:
+        assert rig.mode is State.STOPPING
+        assert abs(rig["torque_applied_nm"]) <= abs(rig.torque_before)
+        rig.run(51)
+        assert rig.mode is State.FAULT
+    else:
+        assert rig.mode is (State.ESTOP if reaction is Reaction.ESTOP else State.FAULT)
+    assert rig["torque_applied_nm"] == 0.0
+    assert rig["current_command_a"] == 0.0
+    assert rig["enabled"] == 0.0
+    assert int(rig["fault_first"]) == fault.value.bit_length() - 1 or phase == "stopping"
+    assert rig["epoch"] > epoch
+
+
+@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("key", KINDS, ids=lambda key: ".".join(key))
+def test_mock(mock_rig, key, phase):
+    fault, within, value = KINDS[key]
+    enter(mock_rig, phase)
+    mock_rig.fault_now(*key, value)
+    expect(mock_rig, phase, fault, within)
+
+
+@pytest.mark.parametrize("phase", ["soft start", "active", "stopping"])
+@pytest.mark.parametrize("key", PLAYED, ids=lambda key: ".".join(key))
+def test_playback(playback_rig, key, phase):
+    fault, within, value = KINDS[key]
+    enter(playback_rig, phase)
+    playback_rig.fault_now(*key, value)
+    expect(playback_rig, phase, fault, within)
+
+
+@pytest.mark.parametrize("kind", ["dead", "scale"])
+def test_a_motor_that_does_not_follow(mock_rig, kind):
+    fault, within, value = ACTUATOR[kind]
+    enter(mock_rig, "active")
+    assert abs(mock_rig["torque_applied_nm"]) == pytest.approx(PUSH_NM, abs=0.2)
+    mock_rig.fault_now("actuator", kind, value)
+    expect(mock_rig, "active", fault, within)
+
+
+@pytest.mark.parametrize("key", [("actuator", "sign"), ("position", "sign"), ("current", "sign")], ids=str)
+def test_what_is_wired_the_wrong_way_round_is_found_by_the_test_pulse(mock_rig, key):
+    mock_rig.backend.params["hand_stiffness_nm_rad"] = 0.0  # nobody holds it
+    mock_rig.run(900)
+    mock_rig.fault_now(*key, 0.0)
+    mock_rig.run(5)
+    mock_rig.ask("arm_count")
+    mock_rig.run(80)
+    assert mock_rig.mode is State.ARMING
+    mock_rig.run(1)
+    assert mock_rig.mode is State.FAULT
+    assert mock_rig.faults == Fault.WIRING
+
+
+def test_late_ticks(mock_rig):
+    enter(mock_rig, "active")
+
+    def late(slots):
+        mock_rig.tick["tick"] += slots
+        mock_rig.tick["missed_ticks"] += slots
+        mock_rig.run(1)
+
+    late(1)
+    late(1)
+    assert mock_rig.mode is State.ACTIVE
+    late(1)
+    assert mock_rig.mode is State.STOPPING
+    assert mock_rig.faults == Fault.OVERRUN
+
+
+def test_a_standstill(mock_rig):
+    enter(mock_rig, "active")
+    mock_rig.tick["tick"] += 10
+    mock_rig.tick["missed_ticks"] += 10
+    mock_rig.run(1)
+    assert mock_rig.mode is State.FAULT
+    assert mock_rig.faults & Fault.STALLED
+    assert mock_rig["torque_applied_nm"] == 0.0
+
+
+def test_every_fault_of_the_table_has_its_place_in_some_test():
+    here = {fault for fault, *_ in [*KINDS.values(), *ACTUATOR.values()]}
+    here |= {Fault.WIRING, Fault.OVERRUN, Fault.STALLED}
+    elsewhere = {
+        Fault.END_OF_LOG: "tests/unit/hw, playback",
+        Fault.OVERSPEED: "test_state_sequences",
+        Fault.LAW_NOT_FINITE: "test_gate",
+        Fault.PASSIVITY: "test_passivity",
+        Fault.PASSIVITY_GROSS: "test_passivity",
+        Fault.TARGET_LOST: "test_state_sequences",
+        Fault.OVERTORQUE: "test_gate",
+        Fault.GATE: "test_gate",
+        Fault.ARMING_MOVED: "test_arming",
+        Fault.REALTIME: "test_state_sequences",
+        Fault.DEVICE: "test_state_sequences",
+    }
+    assert here | set(elsewhere) == set(Fault)
