@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from hw import registry
 from hw.interface import BackendError, Rig
@@ -25,6 +25,7 @@ from rtctl.config_tables import (
     GatewayTable,
     LoopTable,
     PassivityTable,
+    RecordTable,
     RigTable,
     Table,
     TelemetryTable,
@@ -43,6 +44,12 @@ class Config(Table):
     device: tuple[DeviceTable, ...] = Field(min_length=1, max_length=8, strict=False)
     telemetry: TelemetryTable = TelemetryTable()
     gateway: GatewayTable = GatewayTable()
+    record: RecordTable | None = None
+
+    @field_validator("record", mode="before")
+    @classmethod
+    def _record(cls, value: object) -> object:
+        return {True: {}, False: None}[value] if isinstance(value, bool) else value
 
     @model_validator(mode="after")
     def _unique_axes(self) -> Config:

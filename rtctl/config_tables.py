@@ -222,6 +222,19 @@ class DeviceTable(Table):
     options: dict[str, Any] = Field(default_factory=dict, description="the backend's own options")
 
 
+class RecordTable(Table):
+    """[record]: every tick of every run into MCAP files; `record = true` for the defaults"""
+
+    folder: str = Field(
+        "",
+        max_length=500,
+        description="relative to the rig file; empty: `recordings` in the rig's state folder",
+    )
+    file_mb: float = _number(1, 1e6, "a new file begins at this size", default=1000.0)
+    file_minutes: float = _number(0.01, 1e5, "and at this age", default=60.0)
+    free_mb: float = _number(0, 1e7, "room left on the disk: below it recording pauses", default=200.0)
+
+
 class TelemetryTable(Table):
     """[telemetry]"""
 

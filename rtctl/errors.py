@@ -9,7 +9,8 @@
     ├── BusyError             exit 8   another daemon holds this rig, or an address is in use
     ├── LoopDiedError         exit 9   the loop process ended or stalled on its own
     ├── DataError             exit 10  measured data that cannot be used (points, logs)
-    │   └── UnidentifiableError        the data cannot tell a parameter that was asked for
+    │   ├── UnidentifiableError        the data cannot tell a parameter that was asked for
+    │   └── ReplayDiffersError         the law does not give again what was recorded
     ├── FaultError            exit 11  the run ended in a latched fault
     ├── ClientError           exit 12  a client could not do what was asked
     │   ├── NoReplyError               the daemon did not answer in time
@@ -86,6 +87,10 @@ class UnidentifiableError(DataError):
     def __init__(self, reason: str, text: str) -> None:
         super().__init__(text)
         self.reason = reason
+
+
+class ReplayDiffersError(DataError):
+    """A replay whose result is not the recorded one, bit for bit."""
 
 
 class FaultError(RtctlError):

@@ -23,6 +23,8 @@ TOPIC_STATE = b"rtctl/state"
 TOPIC_TICKS = b"rtctl/ticks"
 TOPIC_EVENT = b"rtctl/event"
 TOPIC_HEALTH = b"rtctl/health"
+TOPIC_COMMAND = b"rtctl/command"
+TOPIC_SETUP = b"rtctl/setup"
 
 MAX_REQUEST_BYTES = 4096
 MAX_OUTSTANDING_REQUESTS = 8

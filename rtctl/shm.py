@@ -20,6 +20,7 @@ from __future__ import annotations
 import mmap
 import os
 import time
+from collections import deque
 from typing import Any
 
 import numpy as np
@@ -188,11 +189,19 @@ class RingReader:
         return None
 
 
+SENT_COMMANDS = 20_000
+"""Commands remembered until the loop says which ones it took up; more than any client may send in a batch."""
+
+
 class CommandWriter:
-    """The host's end of the mailbox: edit `command`, then `send()`. The newest command wins."""
+    """The host's end of the mailbox: edit `command`, then `send()`. The newest command wins.
+
+    `sent` holds copies of what was sent, oldest first, for who follows it (`rtctl.host.command_trace`).
+    """
 
     def __init__(self, memory: Memory) -> None:
         self._memory = memory
+        self.sent: deque[np.ndarray] = deque(maxlen=SENT_COMMANDS)
         self._staged = np.zeros(1, mailbox.slot_dtype(memory.n_axes))
         self.command = self._staged["command"]
 
@@ -207,4 +216,5 @@ class CommandWriter:
         staged["checksum"] = mailbox.checksum(staged_words[0, :-1])
         memory.slot_words[seq % MAILBOX_SLOTS] = staged_words[0]
         memory.header[0]["mailbox_seq"] = seq
+        self.sent.append(self.command.copy())
         return seq

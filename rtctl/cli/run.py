@@ -20,12 +20,19 @@ import click
     type=click.Path(path_type=Path),
     help="script these faults into the device, in place of the rig file's own; simulated rigs only (docs/faults.md)",
 )
+@click.option(
+    "--record",
+    "record_to",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="record every tick into this folder, whatever [record] says",
+)
 @click.option("--runtime-dir", type=click.Path(), help="folder of sockets and lock, instead of the default")
 @click.option("--json", "as_json", is_flag=True, help="end with one JSON object on stdout")
 def command(
     config: Path,
     seconds: float | None,
     faults: Path | None,
+    record_to: Path | None,
     runtime_dir: str | None,
     *,
     arm: bool,
@@ -50,6 +57,7 @@ def command(
         observers=[AutoArm()] if arm else [],
         runtime_dir=runtime_dir,
         announce=lambda text: click.echo(f"rtctl: {text}", err=True),
+        record_to=record_to,
     ) as host:
         if not as_json:
             click.echo(
@@ -87,4 +95,15 @@ def _lines(summary: dict[str, Any]) -> list[str]:
         "cycle us:   " + ", ".join(f"{name} {value}" for name, value in cycle.items()),
         f"telemetry: {telemetry['published']} messages, {telemetry['dropped']} dropped",
         f"faults: {', '.join(summary['faults']) or 'none'}",
+        *_recorded(summary["recording"]),
     ]
+
+
+def _recorded(recording: dict[str, Any] | None) -> list[str]:
+    if recording is None:
+        return []
+    lines = [
+        f"recording: {recording['ticks']} ticks, {recording['bytes'] / 1e6:.1f} MB, {recording['dropped']} dropped, "
+        f"{recording['files']} file(s) in {recording['folder']}"
+    ]
+    return lines + ([f"RECORDING BROKEN: {recording['broken']}"] if recording["broken"] else [])

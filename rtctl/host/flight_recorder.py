@@ -64,16 +64,17 @@ class FlightRecorder:
         self._thread = threading.Thread(target=self._work, name="flight-recorder", daemon=True)
         self._thread.start()
 
-    def observe(self, rows: np.ndarray) -> None:
-        """Take the next ticks, in order. Never waits."""
+    def observe(self, rows: np.ndarray) -> list[Event]:
+        """Take the next ticks, in order; returns their events. Never waits."""
         if len(rows) == 0:
-            return
+            return []
         events = self._chatter(self._detector.detect(rows))
         self._time_ns = int(rows["time_ns"][-1])
         self._last = {"tick": int(rows["tick"][-1]), "epoch": int(rows["epoch"][-1])}
         self._put(events)
         for incident in self._capture.feed(rows, events):
             self._put(incident)
+        return events
 
     def status(self) -> dict[str, Any]:
         """How the log is doing, for `health` and the closing summary.

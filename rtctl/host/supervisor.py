@@ -10,6 +10,7 @@ import os
 import signal
 import time
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from types import TracebackType
 from typing import Any, Protocol
 
@@ -24,13 +25,13 @@ from rtctl.errors import LoopDiedError, StabilityError
 from rtctl.host.access import Access, Openings
 from rtctl.host.description import describe
 from rtctl.host.endpoints import RuntimeDirectory
-from rtctl.host.flight_recorder import FlightRecorder
 from rtctl.host.gateway import PAUSE_S, Gateway
 from rtctl.host.loop_process import LoopProcess
 from rtctl.host.notices import Notices
+from rtctl.host.run_record import RunRecord
 from rtctl.host.statistics import RunStatistics
 from rtctl.host.telemetry import Telemetry
-from rtctl.recording.state_folder import state_folder
+from rtctl.recording.setup import setup_of
 from rtctl.shm import CommandWriter, Memory, RingReader
 
 STALL_S = 0.010
@@ -58,6 +59,8 @@ class Host:
         Called in order with every batch of ticks.
     runtime_dir
         Where sockets and lock live; default see `rtctl.host.endpoints`.
+    record_to
+        Record into this folder, whatever the rig file says.
     announce
         Receives one-line notes for a person (starting, compiling, real-time rights refused).
     """
@@ -69,12 +72,14 @@ class Host:
         observers: Sequence[Observer] = (),
         runtime_dir: str | None = None,
         announce: Callable[[str], None] = lambda _text: None,
+        record_to: Path | None = None,
     ) -> None:
         self.loaded = loaded
         self.observers = list(observers)
         self.announce = announce
         self.statistics = RunStatistics()
         self._runtime_dir = runtime_dir
+        self._record_to = record_to
         self._signals = 0
         self._finished = False
         self._ending_since: float | None = None
@@ -116,13 +121,13 @@ class Host:
             self.context, endpoints, self.writer, rig, self.reader.latest, access=self.access
         )
         self.telemetry.set_commands(self.gateway.counts)
-        self.flight = FlightRecorder(state_folder(rig.name), rig)
-        self.telemetry.set_log(self.flight.status)
+        self.record = RunRecord(self.loaded, rig, self.writer, self.telemetry, self._record_to)
         self._wake_read, self._wake_write = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
         self._old_wakeup = signal.set_wakeup_fd(self._wake_write, warn_on_full_buffer=False)
         self._old_handlers = {s: signal.signal(s, self._on_signal) for s in (signal.SIGINT, signal.SIGTERM)}
         self._wait_ready()
         self.telemetry.set_realtime(self.loop.grants)
+        self.record.begin(setup_of(self.loaded, plan, rig.session, rig.start_wall_ns, self.loop.grants))
 
     def _wait_ready(self) -> None:
         """Wait for the loop to be compiled and open, telling a person when it takes long."""
@@ -181,13 +186,15 @@ class Host:
                 self._begin_end(now)
             self._watch(now)
         self.loop.raise_if_failed()
+        self.record.finish()
         return self.summary()
 
     def _batch(self) -> None:
         rows = self.reader.read()
         self.statistics.update(rows)
+        commands = self.record.before_publishing(rows)
         self.telemetry.publish(rows, self.reader.overwritten)
-        self.flight.observe(rows)
+        self.record.keep(self.reader.next - len(rows), rows, commands)
         for observer in self.observers:
             observer(self, rows)
 
@@ -239,7 +246,7 @@ class Host:
             "telemetry": self.telemetry.counts(),
             "overwritten": self.reader.overwritten,
             "realtime": self.loop.grants,
-            "log": self.flight.status(),
+            **self.record.summary(),
         }
 
     # -- end
@@ -256,9 +263,9 @@ class Host:
                 loop.terminate()
                 loop.wait(1.0)
             loop.close()
-        flight = getattr(self, "flight", None)
-        if flight is not None:
-            flight.close(error)
+        record = getattr(self, "record", None)
+        if record is not None:
+            record.close(error)
         for name in ("gateway", "telemetry", "access"):
             part = getattr(self, name, None)
             if part is not None:

@@ -27,8 +27,10 @@ from rtctl.host.samples import Decimator, state_samples, tick_columns
 from rtctl.host.temperature import temperature_warnings
 from rtctl.protocol import (
     PROTOCOL_VERSION,
+    TOPIC_COMMAND,
     TOPIC_EVENT,
     TOPIC_HEALTH,
+    TOPIC_SETUP,
     TOPIC_STATE,
     TOPIC_TICKS,
     Endpoints,
@@ -87,6 +89,9 @@ class Telemetry:
         self._clock_ns = clock_ns
         self._realtime: list[dict[str, Any]] = []
         self._log: Callable[[], Mapping[str, Any]] = dict
+        self._recording: Callable[[], Mapping[str, Any] | None] = lambda: None
+        self._setup: dict[str, Any] | None = None
+        self._newest_command = np.zeros(0)
         self._schema_sha256 = schema_sha256(self._rig.n_axes)
         self._decimator = Decimator(self._rig.rate_hz, self._rig.state_hz)
         self._events = EventDetector(self._rig)
@@ -121,6 +126,23 @@ class Telemetry:
     def set_log(self, status: Callable[[], Mapping[str, Any]]) -> None:
         """Tell in `health` how the event log is doing (`FlightRecorder.status`)."""
         self._log = status
+
+    def set_recording(self, status: Callable[[], Mapping[str, Any]]) -> None:
+        """Tell in `health` how the recording is doing (`Recorder.status`)."""
+        self._recording = status
+
+    def set_setup(self, setup: Mapping[str, Any]) -> None:
+        """Publish this on `rtctl/setup` with every health from now on, for clients that record."""
+        self._setup = dict(setup)
+
+    def publish_commands(self, commands: np.ndarray, newest: np.ndarray) -> None:
+        """Publish commands that came into force in the ticks published next; `newest` goes with the setup."""
+        self._newest_command = newest
+        if len(commands):
+            self._send(TOPIC_COMMAND, self._command_columns(commands))
+
+    def _command_columns(self, commands: np.ndarray) -> dict[str, Any]:
+        return {"session": self._rig.session, "columns": tick_columns(commands)}
 
     def publish(self, rows: np.ndarray, overwritten: int) -> None:
         """Publish new ticks, and health when a second has passed.
@@ -196,9 +218,15 @@ class Telemetry:
             "commands": dict(self._commands()),
             "realtime": self._realtime,
             "log": dict(self._log()),
+            "recording": self._recording(),
         }
         self._healths += 1
         self._send(TOPIC_HEALTH, health)
+        if self._setup is not None:
+            command = (
+                self._command_columns(self._newest_command)["columns"] if len(self._newest_command) else {}
+            )
+            self._send(TOPIC_SETUP, {"session": rig.session, **self._setup, "command": command})
 
     def _send(self, topic: bytes, message: Any) -> None:  # noqa: ANN401
         """Send one message to every subscriber whose queue has room."""

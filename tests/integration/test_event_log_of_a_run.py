@@ -48,7 +48,7 @@ def faulty_run(config, tmp_path, seconds=1.0):
 
     with Host(load(config), observers=[AutoArm(), look], runtime_dir=str(folder)) as host:
         summary = host.run(seconds * 20)
-    return summary, host.flight.status(), rows
+    return summary, host.record.flight.status(), rows
 
 
 def test_a_fault_leaves_one_incident_with_the_rings_own_ticks(state, slow_config, tmp_path):

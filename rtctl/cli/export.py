@@ -1,0 +1,37 @@
+"""`rtctl export`: a recording as npz, Parquet or CSV."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Literal
+
+import click
+
+
+@click.command("export")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--to", "kind", type=click.Choice(["npz", "parquet", "csv"]), required=True, help="format")
+@click.option("--out", type=click.Path(path_type=Path), help="file to write; default: beside FILE")
+@click.option("--fields", help="tick fields, separated by commas; default: all")
+def command(file: Path, kind: Literal["npz", "parquet", "csv"], out: Path | None, fields: str | None) -> None:
+    """Write every tick of the recording in FILE, over all its parts, in another format.
+
+    npz keeps the shape of per-axis fields; Parquet and CSV have a column `field.axis` for each. Parquet needs
+    pyarrow: pip install 'rtctl[parquet]'.
+    """
+    from rtctl.recording.export import export
+    from rtctl.recording.reader import RecordingReader, all_parts
+
+    target = out or file.with_suffix(f".{kind}")
+    chosen = tuple(name.strip() for name in fields.split(",")) if fields else ()
+    tty = sys.stderr.isatty()
+
+    def progress(ticks: int) -> None:
+        if tty:
+            click.echo(f"\r{ticks} ticks", err=True, nl=False)
+
+    ticks = export(RecordingReader(all_parts(file)), kind, target, chosen, progress)
+    if tty:
+        click.echo("", err=True)
+    click.echo(f"{target}: {ticks} ticks")

@@ -1,0 +1,51 @@
+"""`rtctl info`: what stands in a recording."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+
+@click.command("info")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--json", "as_json", is_flag=True, help="one JSON object")
+def command(file: Path, *, as_json: bool) -> None:
+    """Show rig, versions, duration, losses and states of the recording in FILE, over all its parts."""
+    from rtctl.recording.overview import overview
+    from rtctl.recording.reader import RecordingReader, all_parts
+
+    found = overview(RecordingReader(all_parts(file)))
+    click.echo(json.dumps(found) if as_json else "\n".join(_lines(found)))
+
+
+def _lines(found: dict[str, Any]) -> list[str]:
+    about = found["about"]
+    lines = [
+        f"rig {about['rig']} ({', '.join(found['axes'])}) at {float(about['rate_hz']):g} Hz, rtctl {about['version']}, "
+        f"config {about['config_file']} {about['config_sha256'][:12]}",
+        f"{found['ticks']} ticks, {found['duration_s']:.3f} s, slots {found['first_tick']} to {found['last_tick']}",
+        f"{len(found['files'])} file(s), {found['bytes'] / 1e6:.2f} MB, {found['commands']} commands, "
+        + (", ".join(f"{n} {name}" for name, n in found["events"].items()) or "no")
+        + " events",
+        "states: " + ", ".join(f"{name} {s:.3f} s" for name, s in found["states_s"].items()),
+        f"faults: {', '.join(found['faults']) or 'none'}",
+        f"lost ticks: {found['lost']}   slots the loop missed: {found['missed']}",
+        "replay: " + ("yes" if found["replayable"] else "no, it begins in the middle of a run"),
+    ]
+    if found["waiver"] or found["realtime_waivers"]:
+        lines.append(f"WAIVER: ran without real-time rights: {', '.join(found['realtime_waivers'])}")
+    lines += [f"CUT OFF: {part} has no end; every whole chunk was read" for part in found["cut_off"]]
+    if found["bad_chunks"]:
+        lines.append(f"DAMAGED: {found['bad_chunks']} chunk(s) left out")
+    for name, end in found["ends"].items():
+        if end.get("broken"):
+            lines.append(
+                f"BROKEN while recording {name}: {end['broken']}; {end.get('dropped', '?')} ticks dropped"
+            )
+    return [
+        *lines,
+        "attachments: " + ", ".join(f"{n} ({size} B)" for n, size in found["attachments"].items()),
+    ]

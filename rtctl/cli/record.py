@@ -1,0 +1,131 @@
+"""`rtctl record`: every tick of a rig that runs already, into MCAP files."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from rtctl.client.capture import Capture, Run
+    from rtctl.recording.parts import Limits
+    from rtctl.recording.recorder import Recorder
+
+START_S = 5.0
+"""Longest wait for a daemon that runs: it says once a second what it is."""
+
+SHOW_S = 1.0
+
+
+@click.command("record")
+@click.argument("rig", metavar="CONFIG|RIG")
+@click.option(
+    "--out", type=click.Path(path_type=Path, file_okay=False), help="folder; default: that of [record]"
+)
+@click.option(
+    "--for", "seconds", type=click.FloatRange(min=0, min_open=True), help="end after this many seconds"
+)
+@click.option("--runtime-dir", type=click.Path(path_type=Path), help="where the daemon listens")
+@click.option("--json", "as_json", is_flag=True, help="end with one JSON object on stdout")
+def command(
+    rig: str, out: Path | None, seconds: float | None, runtime_dir: Path | None, *, as_json: bool
+) -> None:
+    """Record a rig that runs, from now until Ctrl-C; the rig runs on.
+
+    A recording that is to be replayed bit for bit must begin with the run: say `record = true` in the rig file, or
+    `rtctl run --record FOLDER`. Files open in PlotJuggler and Foxglove; see rtctl info, export, replay.
+    """
+    from rtctl.client.capture import Capture
+    from rtctl.errors import RtctlError
+    from rtctl.protocol import endpoints_in, rig_directory
+
+    name, folder, limits = _target(rig, out)
+    end = math.inf if seconds is None else time.monotonic() + seconds
+    with Capture(endpoints_in(rig_directory(name, runtime_dir))) as capture:
+        _await(capture, name)
+        done = _record(capture, folder, limits, end)
+    for status in done:
+        if not as_json:
+            click.echo(_line(status) + f", in {status['folder']}")
+    if as_json:
+        click.echo(json.dumps({"recordings": done}))
+    broken = [status["broken"] for status in done if status["broken"]]
+    if broken:
+        raise RtctlError(f"the recording is broken: {broken[0]}")
+
+
+def _target(rig: str, out: Path | None) -> tuple[str, Path, Limits | None]:
+    """Name of the rig, folder, and limits of its file."""
+    from rtctl.recording.state_folder import state_folder
+
+    if not (rig.endswith(".toml") or Path(rig).is_file()):
+        return rig, out or state_folder(rig) / "recordings", None
+    from rtctl.config import load
+    from rtctl.host.run_record import limits, recording_folder
+
+    loaded = load(rig)
+    table = loaded.config.record
+    return loaded.config.rig.name, out or recording_folder(loaded), None if table is None else limits(table)
+
+
+def _await(capture: Capture, name: str) -> None:
+    from rtctl.errors import NoReplyError
+
+    deadline = time.monotonic() + START_S
+    while capture.run is None:
+        if time.monotonic() > deadline:
+            raise NoReplyError(f"no daemon runs the rig {name!r}; start it with: rtctl run CONFIG")
+        try:
+            capture.receive(0.2)
+        except NoReplyError as error:
+            raise NoReplyError(f"no daemon runs the rig {name!r}; start it with: rtctl run CONFIG") from error
+
+
+def _record(capture: Capture, folder: Path, limits: Limits | None, end: float) -> list[dict[str, Any]]:
+    """Record run after run until the end, Ctrl-C, or a daemon that stays silent."""
+    from rtctl.errors import NoReplyError
+
+    done: list[dict[str, Any]] = []
+    try:
+        while time.monotonic() < end and capture.run is not None:
+            run, recorder = capture.run, _recorder(capture.run, folder, limits)
+            try:
+                _one_run(capture, run, recorder, end)
+            finally:
+                recorder.close("recording ended")
+                done.append({**recorder.status(), "lost": run.lost})
+    except KeyboardInterrupt:
+        click.echo("", err=True)
+    except NoReplyError as error:
+        click.echo(f"rtctl: {error}", err=True)
+    return done
+
+
+def _recorder(run: Run, folder: Path, limits: Limits | None) -> Recorder:
+    from rtctl.recording.recorder import Recorder
+    from rtctl.recording.setup import Setup
+
+    return Recorder(folder, Setup.unpacked(run.setup), limits)
+
+
+def _one_run(capture: Capture, run: Run, recorder: Recorder, end: float) -> None:
+    due = time.monotonic() + SHOW_S
+    tty = sys.stderr.isatty()
+    while capture.run is run and (now := time.monotonic()) < end:
+        batch = capture.receive(min(0.5, end - now))
+        if batch is not None:
+            recorder.observe(batch.first_row, batch.rows, batch.events, batch.commands)
+        if tty and now > due:
+            due = now + SHOW_S
+            click.echo("\r" + _line({**recorder.status(), "lost": run.lost}), err=True, nl=False)
+
+
+def _line(status: dict[str, Any]) -> str:
+    text = f"{status['ticks']} ticks, {status['bytes'] / 1e6:.1f} MB, {status['files']} file(s), "
+    text += f"{status['dropped']} dropped, {status['lost']} lost on the way"
+    return text + (f", BROKEN: {status['broken']}" if status["broken"] else "")

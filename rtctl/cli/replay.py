@@ -1,0 +1,99 @@
+"""`rtctl replay`: recorded samples through the control law again."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import click
+
+
+@click.command("replay")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--config", type=click.Path(path_type=Path), help="what this rig file would have done instead")
+@click.option("--plot", type=click.Path(path_type=Path), help="with --config: overlay of both, PNG")
+@click.option("--json", "as_json", is_flag=True, help="one JSON object")
+def command(file: Path, config: Path | None, plot: Path | None, *, as_json: bool) -> None:
+    """Send the recorded samples of FILE through the compiled law and compare everything it writes, bit for bit.
+
+    Parts of the recording that lie before FILE are used too. With --config the law of another rig file gets the
+    same samples and commands: the motion stays the recorded one. Exit code 10 when the results differ.
+    """
+    from rtctl.recording.reader import RecordingReader, with_earlier_parts
+
+    if plot is not None and config is None:
+        raise click.UsageError("--plot shows the difference to --config: give both")
+    reader = RecordingReader(with_earlier_parts(file))
+    if config is not None:
+        _other(reader, config, plot, as_json=as_json)
+    else:
+        _same(reader, as_json=as_json)
+
+
+def _same(reader: Any, *, as_json: bool) -> None:  # noqa: ANN401
+    import time
+
+    from rtctl.errors import DataError, ReplayDiffersError
+    from rtctl.recording.replay import Replay
+    from rtctl.recording.setup import law_key
+
+    replay = Replay(reader)
+    began = time.perf_counter()
+    verdict = replay.check()
+    took = time.perf_counter() - began
+    if not verdict.ticks:
+        raise DataError(
+            f"{reader.parts[0]}: no tick to replay{': ' if verdict.stopped else ''}{verdict.stopped}"
+        )
+    same_law = reader.about.get("law_key") == law_key()
+    text = (
+        f"{verdict.ticks} ticks, {verdict.span_s:.3f} s of the rig in {took:.3f} s "
+        f"({verdict.span_s / took:.0f}x; the law alone {verdict.span_s / max(verdict.law_s, 1e-9):.0f}x)"
+    )
+    remark = "" if same_law else "; recorded with other sources of the law"
+    if as_json:
+        click.echo(json.dumps({**asdict(verdict), "took_s": took, "same_law_sources": same_law}))
+    else:
+        click.echo(text)
+        if verdict.stopped:
+            click.echo(f"stopped early: {verdict.stopped}")
+        if verdict.first is None:
+            click.echo(f"state and torque are the same bit for bit, and so is every field of the law{remark}")
+    if verdict.first is not None:
+        fields = ", ".join(
+            f"{name} in {n}" for name, n in sorted(verdict.differing.items(), key=lambda x: -x[1])[:6]
+        )
+        raise ReplayDiffersError(
+            f"the law now gives something else{remark}: first {verdict.first}; ticks: {fields}"
+        )
+
+
+def _other(reader: Any, config: Path, plot: Path | None, *, as_json: bool) -> None:  # noqa: ANN401
+    from rtctl.config import load
+    from rtctl.recording.compare import compare, numbers, plot_comparison
+
+    comparison = compare(reader, load(config))
+    found = numbers(comparison)
+    if plot is not None:
+        plot_comparison(comparison, plot, (reader.about.get("config_file", "recorded"), config.name))
+    if as_json:
+        click.echo(
+            json.dumps({"ticks": comparison.verdict.ticks, "stopped": comparison.verdict.stopped, **found})
+        )
+        return
+    active = found.pop("active_s")
+    click.echo(
+        f"{comparison.verdict.ticks} ticks; ACTIVE {active['recorded']:.3f} s, with {config.name} {active['other']:.3f} s"
+    )
+    if comparison.verdict.stopped:
+        click.echo(f"stopped early: {comparison.verdict.stopped}")
+    click.echo(f"{'RMS, N m':<24}{'axis':<10}{'recorded':>12}{'other':>12}{'difference':>12}")
+    for name, values in found.items():
+        for k, axis in enumerate(comparison.axes):
+            row = "".join(f"{values[which][k]:>12.5f}" for which in ("recorded", "other", "difference"))
+            click.echo(f"{name:<24}{axis:<10}{row}")
+    click.echo(
+        "the motion and the hand are the recorded ones: a rig that had felt these torques would have moved otherwise"
+    )

@@ -1,0 +1,158 @@
+"""Everything a recording needs from a running rig, over one subscription: setup, ticks, events, commands."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import TracebackType
+from typing import Any, Self
+
+import msgpack
+import numpy as np
+import zmq
+
+from rtctl.client.samples import tick_rows
+from rtctl.control.records import command_dtype
+from rtctl.errors import ClientError, NoReplyError
+from rtctl.protocol import TOPIC_COMMAND, TOPIC_EVENT, TOPIC_HEALTH, TOPIC_SETUP, TOPIC_TICKS, Endpoints
+
+SILENCE_S = 3.0
+"""Without a word for so long the daemon has ended (docs/protocol.md)."""
+
+QUEUE_MESSAGES = 5000
+
+
+@dataclass
+class Ticks:
+    """One batch: ticks, the number of the first among all the loop recorded, and what happened in them."""
+
+    first_row: int
+    rows: np.ndarray
+    events: list[dict[str, Any]]
+    commands: np.ndarray
+
+
+@dataclass
+class Run:
+    """The run that is being captured.
+
+    Attributes
+    ----------
+    setup
+        The daemon's `rtctl/setup` message.
+    lost : int
+        Ticks that did not arrive here.
+    """
+
+    session: int
+    setup: Mapping[str, Any]
+    n_axes: int
+    lost: int = 0
+    expected: int | None = None
+    events: list[dict[str, Any]] = field(default_factory=list)
+    commands: list[np.ndarray] = field(default_factory=list)
+
+
+class Capture:
+    """Follows the telemetry of one rig. A context manager.
+
+    `receive` gives batches of the present run; a restart of the daemon shows as another `run`.
+    """
+
+    def __init__(self, endpoints: Endpoints) -> None:
+        self._endpoint = endpoints.telemetry
+        self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+        self._socket = self._context.socket(zmq.SUB)
+        self._socket.setsockopt(zmq.LINGER, 0)
+        self._socket.setsockopt(zmq.RCVHWM, QUEUE_MESSAGES)
+        for topic in (TOPIC_SETUP, TOPIC_TICKS, TOPIC_EVENT, TOPIC_COMMAND, TOPIC_HEALTH):
+            self._socket.setsockopt(zmq.SUBSCRIBE, topic)
+        self._socket.connect(self._endpoint)
+        self._heard = time.monotonic()
+        self.run: Run | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._socket.close(linger=0)
+        self._context.term()
+
+    def receive(self, timeout_s: float) -> Ticks | None:
+        """The next batch of ticks; None when none came within `timeout_s`, or when another run begins.
+
+        Raises
+        ------
+        NoReplyError
+            The daemon has been silent for `SILENCE_S`.
+        ClientError
+            A message this version cannot read.
+        """
+        deadline, before = time.monotonic() + timeout_s, self.run
+        while (left_s := deadline - time.monotonic()) > 0:
+            if not self._socket.poll(max(1, round(left_s * 1e3))):
+                break
+            self._heard = time.monotonic()
+            topic, payload = self._socket.recv_multipart()
+            try:
+                found = self._take(topic, msgpack.unpackb(payload))
+            except (KeyError, TypeError, ValueError, msgpack.UnpackException) as error:
+                raise ClientError(
+                    f"telemetry this client cannot read ({error!r}); is the daemon another version?"
+                ) from error
+            if found is not None or self.run is not before:
+                return found
+        if time.monotonic() - self._heard > SILENCE_S:
+            raise NoReplyError(
+                f"no telemetry from {self._endpoint} for {SILENCE_S:g} s: the daemon has ended"
+            )
+        return None
+
+    def _take(self, topic: bytes, message: Any) -> Ticks | None:  # noqa: ANN401
+        run = self.run
+        if topic == TOPIC_SETUP:
+            if run is None or message["session"] != run.session:
+                self.run = _begin(message)
+            return None
+        if run is None:
+            return None
+        if topic == TOPIC_EVENT:
+            run.events += [event for event in message if event["session"] == run.session]
+        elif message["session"] != run.session:
+            return None
+        elif topic == TOPIC_COMMAND:
+            run.commands.append(_commands(message["columns"], run.n_axes))
+        elif topic == TOPIC_TICKS:
+            return _ticks(run, message)
+        return None
+
+
+def _begin(message: Mapping[str, Any]) -> Run:
+    n_axes = int(message["about"]["n_axes"])
+    known = [_commands(message["command"], n_axes)] if message["command"] else []
+    return Run(message["session"], message, n_axes, commands=known)
+
+
+def _ticks(run: Run, message: Mapping[str, Any]) -> Ticks:
+    rows = tick_rows(message)
+    first = int(message["row"])
+    if run.expected is not None:
+        run.lost += max(0, first - run.expected)
+    run.expected = first + len(rows)
+    none = np.zeros(0, command_dtype(run.n_axes))
+    batch = Ticks(first, rows, run.events, np.concatenate([none, *run.commands]))
+    run.events, run.commands = [], []
+    return batch
+
+
+def _commands(columns: Mapping[str, Any], n_axes: int) -> np.ndarray:
+    rows = int(columns["seq"]["shape"][0])
+    commands = np.zeros(rows, command_dtype(n_axes))
+    for name in commands.dtype.names or ():
+        if name in columns:
+            column = columns[name]
+            commands[name] = np.frombuffer(column["data"], np.dtype(column["dtype"])).reshape(column["shape"])
+    return commands

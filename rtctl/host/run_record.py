@@ -1,0 +1,104 @@
+"""What the host keeps of a run: event log, incidents, commands in force, and a recording if the rig file asks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rtctl.config import LoadedConfig
+from rtctl.config_tables import RecordTable
+from rtctl.host.command_trace import CommandTrace
+from rtctl.host.description import RigDescription
+from rtctl.host.flight_recorder import FlightRecorder
+from rtctl.host.telemetry import Telemetry
+from rtctl.recording.parts import Limits
+from rtctl.recording.recorder import Recorder
+from rtctl.recording.setup import Setup
+from rtctl.recording.state_folder import state_folder
+from rtctl.recording.tick_text import TickText
+from rtctl.shm import CommandWriter
+
+
+class RunRecord:
+    """Hands every batch of ticks to those who keep it. Never waits for a disk (on a wall clock).
+
+    Parameters
+    ----------
+    record_to
+        Folder of a recording, whatever the rig file says; None: as it says.
+    """
+
+    def __init__(
+        self,
+        loaded: LoadedConfig,
+        rig: RigDescription,
+        writer: CommandWriter,
+        telemetry: Telemetry,
+        record_to: Path | None = None,
+    ) -> None:
+        self.rig = rig
+        self._telemetry = telemetry
+        self._trace = CommandTrace(writer, rig.n_axes)
+        self._table = RecordTable() if record_to is not None else loaded.config.record
+        self._folder = record_to or recording_folder(loaded)
+        self.flight = FlightRecorder(state_folder(rig.name), rig)
+        self.recorder: Recorder | None = None
+        telemetry.set_log(self.flight.status)
+        if self._table is not None:
+            TickText(rig.n_axes).warm_up()  # compiles while the loop starts, not while it runs
+
+    def begin(self, setup: Setup) -> None:
+        """Before the first batch: tell clients what they would record, and record if asked to."""
+        self._telemetry.set_setup(setup.packed())
+        if self._table is not None:
+            self.recorder = Recorder(self._folder, setup, limits(self._table), wait=self.rig.virtual)
+            self._telemetry.set_recording(self.recorder.status)
+
+    def before_publishing(self, rows: np.ndarray) -> np.ndarray:
+        """Tell clients which commands came into force in these ticks, and return them."""
+        commands = self._trace.take(rows)
+        self._telemetry.publish_commands(commands, self._trace.newest)
+        return commands
+
+    def keep(self, first_row: int, rows: np.ndarray, commands: np.ndarray) -> None:
+        """Log events and record ticks; `first_row` numbers the first among all the loop recorded."""
+        events = self.flight.observe(rows)
+        if self.recorder is not None:
+            self.recorder.observe(first_row, rows, events, commands, self._trace.lost)
+
+    def summary(self) -> dict[str, Any]:
+        """For the closing summary: `log`, and `recording` (None without one)."""
+        return {
+            "log": self.flight.status(),
+            "recording": None if self.recorder is None else self.recorder.status(),
+        }
+
+    def finish(self) -> None:
+        """After the last batch: let the disk take what is queued, so that the summary is final."""
+        if self.recorder is not None:
+            self.recorder.close("the run ended")
+
+    def close(self, error: BaseException | None = None) -> None:
+        """End everything. Idempotent."""
+        if self.recorder is not None:
+            self.recorder.close("" if error is None else f"{type(error).__name__}: {error}")
+        self.flight.close(error)
+
+
+def recording_folder(loaded: LoadedConfig) -> Path:
+    """Where the rig file wants recordings; without a word, the rig's state folder."""
+    table = loaded.config.record
+    if table is not None and table.folder:
+        return (loaded.path.parent / table.folder).resolve()
+    return state_folder(loaded.config.rig.name) / "recordings"
+
+
+def limits(table: RecordTable) -> Limits:
+    """The table in bytes and seconds."""
+    return Limits(
+        file_bytes=round(table.file_mb * 1e6),
+        file_s=table.file_minutes * 60.0,
+        free_bytes=round(table.free_mb * 1e6),
+    )

@@ -1,0 +1,122 @@
+"""What another rig file would have asked of the same motion: the same samples through two laws."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rtctl.config import LoadedConfig
+from rtctl.control.vocabulary import State
+from rtctl.errors import ConfigError
+from rtctl.plan import build
+from rtctl.recording.reader import RecordingReader
+from rtctl.recording.replay import Replay, Verdict
+from rtctl.recording.setup import LawArrays
+
+TORQUES = (
+    "coupling_torque_nm",
+    "feedforward_torque_nm",
+    "damping_torque_nm",
+    "torque_wanted_nm",
+    "torque_applied_nm",
+)
+SHOWN = ("position_rad", "velocity_rad_s", "hand_torque_nm", *TORQUES)
+
+
+@dataclass
+class Comparison:
+    """Signals of the recording and of the other rig file, tick by tick; arrays of shape (n,) or (n, axes)."""
+
+    time_s: np.ndarray
+    recorded: dict[str, np.ndarray]
+    other: dict[str, np.ndarray]
+    axes: list[str]
+    verdict: Verdict
+
+
+def compare(reader: RecordingReader, other: LoadedConfig) -> Comparison:
+    """Replay with the arrays of another rig file. The motion and the hand stay the recorded ones.
+
+    Commands stay the recorded ones too, but settings that no client changed (environment, compensation)
+    are the other file's.
+
+    Raises
+    ------
+    ConfigError
+        A rig file of another rate or number of axes.
+    DataError, ModelError
+        As `Replay`, and as `rtctl.plan.build`.
+    """
+    plan = build(other)
+    if (plan.n_axes, plan.period_ns) != (reader.n_axes, int(reader.about["period_ns"])):
+        raise ConfigError(
+            f"{other.path}: {plan.n_axes} axes at {other.config.loop.rate_hz:g} Hz, but the recording has "
+            f"{reader.n_axes} at {float(reader.about['rate_hz']):g} Hz; both must be the same"
+        )
+    replay = Replay(reader, LawArrays(plan.params, plan.model, plan.command), commands_from=plan.command)
+    names = (*SHOWN, "state", "time_ns")
+    recorded: dict[str, list[np.ndarray]] = {name: [] for name in names}
+    replayed: dict[str, list[np.ndarray]] = {name: [] for name in names}
+    for rows, again in replay.run():
+        for name in names:
+            recorded[name].append(rows[name])
+            replayed[name].append(again[name])
+    one, two = (
+        {n: np.concatenate(parts or [np.zeros(0)]) for n, parts in x.items()} for x in (recorded, replayed)
+    )
+    time_s = (one["time_ns"] - (one["time_ns"][0] if len(one["time_ns"]) else 0)) * 1e-9
+    return Comparison(time_s, one, two, reader.axes, replay.verdict)
+
+
+def numbers(comparison: Comparison) -> dict[str, Any]:
+    """RMS of each torque of both, and of their difference, N m per axis; time in ACTIVE, s."""
+    active = int(State.ACTIVE)
+    period_s = float(np.median(np.diff(comparison.time_s))) if len(comparison.time_s) > 1 else 0.0
+    found: dict[str, Any] = {
+        "active_s": {
+            "recorded": float((comparison.recorded["state"] == active).sum() * period_s),
+            "other": float((comparison.other["state"] == active).sum() * period_s),
+        }
+    }
+    for name in TORQUES:
+        a, b = comparison.recorded[name], comparison.other[name]
+        found[name] = {"recorded": _rms(a), "other": _rms(b), "difference": _rms(b - a)}
+    return found
+
+
+def _rms(values: np.ndarray) -> list[float]:
+    finite = np.where(np.isfinite(values), values, 0.0)
+    rms: list[float] = np.sqrt(np.mean(finite**2, axis=0)).tolist() if len(values) else []
+    return rms
+
+
+def plot_comparison(comparison: Comparison, path: Path, names: tuple[str, str]) -> None:
+    """Overlay of motion, hand and torques; PNG. Raises OSError."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    shown = ("position_rad", "hand_torque_nm", "feedforward_torque_nm", "torque_applied_nm")
+    axes = range(len(comparison.axes))
+    figure = Figure(figsize=(11, 2.4 * len(shown) + 1), layout="constrained")
+    FigureCanvasAgg(figure)
+    panels = figure.subplots(len(shown), 1, sharex=True)
+    step = max(1, len(comparison.time_s) // 20_000)
+    for panel, name in zip(panels, shown, strict=True):
+        for axis in axes:
+            more = f" {comparison.axes[axis]}" if len(comparison.axes) > 1 else ""
+            pairs = ((comparison.recorded, names[0], "-"), (comparison.other, names[1], "--"))
+            for signals, label, style in pairs[: 1 if name == "position_rad" else 2]:
+                panel.plot(
+                    comparison.time_s[::step], signals[name][::step, axis], style, lw=1, label=label + more
+                )
+        panel.set_ylabel(name)
+        panel.grid(alpha=0.3)
+        panel.legend(loc="upper right", fontsize=7)
+    panels[0].set_title(f"The same samples through two laws: {names[0]} and {names[1]}")
+    panels[-1].set_xlabel("time, s")
+    part = path.with_name(path.name + ".part")
+    figure.savefig(part, format="png", dpi=110)
+    part.replace(path)

@@ -1,0 +1,156 @@
+"""Writing one MCAP file, chunk by chunk, so that a cut-off file keeps every whole chunk.
+
+Schemas, channels, metadata and attachments that are known at the start stand before the first chunk. A write
+that fails is taken back: the file then ends after its last whole chunk.
+"""
+
+from __future__ import annotations
+
+import os
+import struct
+import zlib
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import zstandard
+
+from rtctl.recording import mcap_format as fmt
+from rtctl.recording.mcap_format import Op
+
+LEVEL = 1
+"""zstd level of a running recording: 1.5 us a tick."""
+
+
+class McapFile:
+    """One open file.
+
+    Parameters
+    ----------
+    path
+        Must not exist yet.
+    schemas, channels
+        Schema and channel records, ready made.
+
+    Attributes
+    ----------
+    size : int
+        Bytes written.
+
+    Raises
+    ------
+    OSError
+        From every method that writes; `size` is then the length of the file's good part.
+    """
+
+    def __init__(self, path: Path, schemas: list[bytes], channels: list[bytes], level: int = LEVEL) -> None:
+        self.path = path
+        self.size = 0
+        self._schemas, self._channels = schemas, channels
+        self._compressor = zstandard.ZstdCompressor(level=level)
+        self._attachments: list[bytes] = []
+        self._metadata: list[bytes] = []
+        self._chunks: list[bytes] = []
+        self._counts: dict[int, int] = {}
+        self._start_ns, self._end_ns = 2**63 - 1, 0
+        self._fd = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o640)
+        try:
+            head = fmt.record(Op.HEADER, fmt.string("") + fmt.string("rtctl"))
+            self._write(fmt.MAGIC + head + b"".join(schemas) + b"".join(channels))
+        except OSError:
+            self.abandon()
+            raise
+
+    def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
+        """Write a metadata record."""
+        data, at = fmt.metadata(name, values), self.size
+        self._write(data)
+        index = struct.pack("<QQ", at, len(data)) + fmt.string(name)
+        self._metadata.append(fmt.record(Op.METADATA_INDEX, index))
+
+    def add_attachment(self, name: str, media_type: str, time_ns: int, content: bytes) -> None:
+        """Write an attachment."""
+        data, at = fmt.attachment(name, media_type, time_ns, content), self.size
+        self._write(data)
+        index = struct.pack("<QQQQQ", at, len(data), time_ns, time_ns, len(content))
+        index += fmt.string(name) + fmt.string(media_type)
+        self._attachments.append(fmt.record(Op.ATTACHMENT_INDEX, index))
+
+    def add_chunk(self, records: bytes, index: Mapping[int, tuple[np.ndarray, np.ndarray]]) -> None:
+        """Write message records as one chunk.
+
+        Parameters
+        ----------
+        records
+            Message records, one after another.
+        index
+            Channel id -> times in ns and offsets in `records` of its messages.
+        """
+        index = {channel: pair for channel, pair in index.items() if len(pair[0])}
+        start = min(int(times.min()) for times, _ in index.values())
+        end = max(int(times.max()) for times, _ in index.values())
+        compressed = self._compressor.compress(records)
+        chunk = fmt.chunk(start, end, records, compressed, "zstd")
+        at, offsets, indexes = self.size + len(chunk), {}, b""
+        for channel, (times, places) in index.items():
+            offsets[channel] = at + len(indexes)
+            pairs = np.column_stack((times.astype("<i8"), places.astype("<i8"))).tobytes()
+            indexes += fmt.record(Op.MESSAGE_INDEX, struct.pack("<HI", channel, len(pairs)) + pairs)
+        head = struct.pack("<QQQQ", start, end, self.size, len(chunk)) + fmt.number_map(offsets)
+        tail = struct.pack("<Q", len(indexes)) + fmt.string("zstd")
+        tail += struct.pack("<QQ", len(compressed), len(records))
+        self._write(chunk + indexes)
+        self._chunks.append(fmt.record(Op.CHUNK_INDEX, head + tail))
+        self._start_ns, self._end_ns = min(self._start_ns, start), max(self._end_ns, end)
+        for channel, (times, _) in index.items():
+            self._counts[channel] = self._counts.get(channel, 0) + len(times)
+
+    def close(self) -> None:
+        """Write the summary and close the file."""
+        groups = (
+            (Op.SCHEMA, self._schemas),
+            (Op.CHANNEL, self._channels),
+            (Op.STATISTICS, [self._statistics()]),
+            (Op.CHUNK_INDEX, self._chunks),
+            (Op.ATTACHMENT_INDEX, self._attachments),
+            (Op.METADATA_INDEX, self._metadata),
+        )
+        end = fmt.record(Op.DATA_END, struct.pack("<I", 0))
+        start = self.size + len(end)
+        summary = offsets = b""
+        for op, records in groups:
+            if records:
+                place = struct.pack("<BQQ", op, start + len(summary), sum(map(len, records)))
+                summary += b"".join(records)
+                offsets += fmt.record(Op.SUMMARY_OFFSET, place)
+        footer = struct.pack("<BQQQ", Op.FOOTER, 20, start, start + len(summary))
+        crc = zlib.crc32(summary + offsets + footer)
+        self._write(end + summary + offsets + footer + struct.pack("<I", crc) + fmt.MAGIC)
+        os.fsync(self._fd)
+        self.abandon()
+
+    def abandon(self) -> None:
+        """Close the file as it is; what was written whole stays readable. Idempotent."""
+        if self._fd >= 0:
+            os.close(self._fd)
+            self._fd = -1
+
+    def _statistics(self) -> bytes:
+        start, end = (self._start_ns, self._end_ns) if self._counts else (0, 0)
+        counts = struct.pack(
+            "<QHIIIIQQ", sum(self._counts.values()), len(self._schemas), len(self._channels),
+            len(self._attachments), len(self._metadata), len(self._chunks), start, end,
+        )  # fmt: skip
+        return fmt.record(Op.STATISTICS, counts + fmt.number_map(self._counts))
+
+    def _write(self, data: bytes) -> None:
+        done = 0
+        try:
+            while done < len(data):
+                done += os.write(self._fd, memoryview(data)[done:])
+        except OSError:
+            with suppress(OSError):  # else readers stop at the half record, as after a crash
+                os.ftruncate(self._fd, self.size)
+            raise
+        self.size += len(data)

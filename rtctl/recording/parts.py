@@ -1,0 +1,238 @@
+"""The files of one recording: channels, chunks of bounded age, rotation by size and time."""
+
+from __future__ import annotations
+
+import base64
+import errno
+import os
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import orjson
+
+from rtctl.control.records import command_dtype
+from rtctl.recording import mcap_format as fmt
+from rtctl.recording.mcap_file import LEVEL, McapFile
+from rtctl.recording.setup import Setup
+from rtctl.recording.tick_text import TickText
+from rtctl.tick import json_schema
+
+TICK, EVENT, COMMAND, RAW = 1, 2, 3, 4
+TOPICS = {TICK: "rtctl/tick", EVENT: "rtctl/event", COMMAND: "rtctl/command", RAW: "rtctl/raw"}
+
+CHUNK_BYTES = 1 << 20
+CHUNK_S = 0.5
+"""A crash costs at most this much of a recording."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """When a new file begins, and how much of the disk is left alone."""
+
+    file_bytes: int = 1 << 30
+    file_s: float = 3600.0
+    free_bytes: int = 200 << 20
+
+
+def part_name(setup: Setup, number: int) -> str:
+    """Name of a part: rig, start of the run, session, number; sorts by time."""
+    began_ns = int(setup.about.get("began_wall_ns", setup.about["start_wall_ns"]))
+    when = datetime.fromtimestamp(began_ns * 1e-9, UTC)
+    session = int(setup.about["session"])
+    return f"{setup.about['rig']}-{when:%Y%m%dT%H%M%SZ}-{session:08x}-{number:03d}.mcap"
+
+
+def recorded_schema(n_axes: int) -> dict[str, Any]:
+    """JSON Schema of a recorded tick: that of the tick record without the seal."""
+    schema = json_schema(n_axes)
+    del schema["properties"]["seal"]
+    return {**schema, "required": [name for name in schema["required"] if name != "seal"]}
+
+
+class Parts:
+    """Writes ticks, events and commands into a row of files. Not for several threads.
+
+    Attributes
+    ----------
+    path
+        The file being written, None between two.
+    written : int
+        Ticks on disk.
+    files : list of Path
+        All files so far.
+    """
+
+    def __init__(self, folder: Path, setup: Setup, limits: Limits, level: int = LEVEL) -> None:
+        self._folder, self._setup, self._limits, self._level = folder, setup, limits, level
+        self._text = TickText(setup.n_axes)
+        self._text.warm_up()
+        self._start_wall_ns = int(setup.about["start_wall_ns"])
+        self._file: McapFile | None = None
+        self._records: list[bytes] = []
+        self._size = 0
+        self._index: dict[int, tuple[list[np.ndarray], list[np.ndarray]]] = {}
+        self._rows = 0
+        self._in_force = np.zeros(0, command_dtype(setup.n_axes))
+        self._chunk_ns = self._file_ns = 0
+        self._numbers = dict.fromkeys(TOPICS, 0)
+        self.written = self.bytes = 0
+        self.files: list[Path] = []
+
+    @property
+    def path(self) -> Path | None:
+        """The open file."""
+        return None if self._file is None else self._file.path
+
+    @property
+    def pending(self) -> int:
+        """Ticks not yet on disk."""
+        return self._rows
+
+    def add(
+        self, first_row: int, rows: np.ndarray, events: list[dict[str, Any]], commands: np.ndarray
+    ) -> None:
+        """Take ticks with the events among them and the commands that came into force.
+
+        `first_row` numbers the first tick among all the loop recorded; a gap in these numbers is a loss.
+
+        Raises
+        ------
+        OSError
+            The disk refused; the ticks not yet written are lost, and the next call begins a new file.
+        """
+        if len(rows) == 0:
+            return
+        times = rows["time_ns"] + self._start_wall_ns
+        before, self._in_force = self._in_force, commands[-1:] if len(commands) else self._in_force
+        if not self._rows:
+            self._chunk_ns = int(times[0])
+        if self._file is None:
+            self._open(first_row, rows)
+            commands = np.concatenate((before, commands))  # each part says what was in force before it
+        for command in commands:
+            self._single(COMMAND, int(times[0]), orjson.dumps(command_fields(command)))
+        for event in events:
+            self._single(EVENT, int(event["timestamp"] * 1e9), orjson.dumps(event))
+        for row in rows[self._text.unsayable(rows)]:
+            raw = {"tick": int(row["tick"]), "words": base64.b64encode(row.tobytes()).decode()}
+            self._single(RAW, int(row["time_ns"]) + self._start_wall_ns, orjson.dumps(raw))
+        records, offsets = self._text.encode(rows, TICK, first_row & 0xFFFFFFFF, times)
+        self._append(TICK, records, times, offsets)
+        self._rows += len(rows)
+        if self._size >= CHUNK_BYTES or times[-1] - self._chunk_ns >= CHUNK_S * 1e9:
+            self.flush()
+            self._rotate(int(times[-1]))
+
+    def flush(self) -> None:
+        """Write what is pending as a chunk. Raises OSError as `add`."""
+        if not self._size or self._file is None:
+            return
+        records = b"".join(self._records)
+        index = {k: (np.concatenate(t), np.concatenate(o)) for k, (t, o) in self._index.items()}
+        rows, before = self._rows, self._file.size
+        self._clear()
+        try:
+            self._leave_room(len(records))
+            self._file.add_chunk(records, index)
+        except OSError:
+            self.abandon()
+            raise
+        self.bytes += self._file.size - before
+        self.written += rows
+
+    def close(self, end: Mapping[str, str]) -> None:
+        """Write what is pending, the closing metadata and the summary. Raises OSError as `add`."""
+        self.flush()
+        if self._file is not None:
+            try:
+                self._file.add_metadata("rtctl.end", end)
+                self._file.close()
+            except OSError:
+                self.abandon()
+                raise
+            self._file = None
+
+    def abandon(self) -> None:
+        """Close the file as it is and forget what is pending."""
+        self._clear()
+        if self._file is not None:
+            self._file.abandon()
+            self._file = None
+
+    def _clear(self) -> None:
+        self._records, self._index, self._size, self._rows = [], {}, 0, 0
+
+    def _rotate(self, now_ns: int) -> None:
+        file = self._file
+        if file is None:
+            return
+        if file.size >= self._limits.file_bytes or now_ns - self._file_ns >= self._limits.file_s * 1e9:
+            self.close({"reason": "continued in the next part"})
+
+    def _leave_room(self, size: int) -> None:
+        disk = os.statvfs(self._folder)
+        if disk.f_bavail * disk.f_frsize < self._limits.free_bytes + size:
+            free = self._limits.free_bytes >> 20
+            raise OSError(errno.ENOSPC, f"less than {free} MB would be left on the disk", str(self._folder))
+
+    def _open(self, first_row: int, rows: np.ndarray) -> None:
+        self._folder.mkdir(mode=0o750, parents=True, exist_ok=True)
+        self._leave_room(0)
+        path = self._folder / part_name(self._setup, len(self.files))
+        while path.exists():  # two recordings of one session
+            path = path.with_name(path.stem + "b.mcap")
+        file = McapFile(path, *_declarations(self._setup.n_axes), self._level)
+        try:
+            facts = {
+                "part": str(len(self.files)),
+                "first_row": str(first_row),
+                "first_tick": str(rows["tick"][0]),
+            }
+            facts["waiver"] = str(bool(rows["waiver"][0])).lower()
+            file.add_metadata(
+                "rtctl", {**self._setup.about, **facts, "recorded_wall_ns": str(time.time_ns())}
+            )
+            for name, (media, data) in self._setup.attachments.items():
+                file.add_attachment(name, media, self._start_wall_ns, data)
+        except OSError:
+            file.abandon()
+            raise
+        self._file, self._file_ns = file, int(rows["time_ns"][0]) + self._start_wall_ns
+        self.files.append(path)
+
+    def _single(self, channel: int, time_ns: int, data: bytes) -> None:
+        record = fmt.message(channel, self._numbers[channel], time_ns, data)
+        self._numbers[channel] += 1
+        self._append(channel, record, np.array([time_ns]), np.zeros(1, np.int64))
+
+    def _append(self, channel: int, records: bytes, times: np.ndarray, offsets: np.ndarray) -> None:
+        all_times, all_offsets = self._index.setdefault(channel, ([], []))
+        all_times.append(times)
+        all_offsets.append(offsets + self._size)
+        self._records.append(records)
+        self._size += len(records)
+
+
+def command_fields(command: np.void) -> dict[str, Any]:
+    """A command as JSON can say it; with its bytes where a number in it is not finite."""
+    fields = {name: command[name].tolist() for name in command.dtype.names or ()}
+    floats = [command[name] for name in fields if command.dtype[name].base.kind == "f"]
+    if not all(np.isfinite(value).all() for value in floats):
+        fields["words"] = base64.b64encode(command.tobytes()).decode()
+    return fields
+
+
+def _declarations(n_axes: int) -> tuple[list[bytes], list[bytes]]:
+    """Schema and channel records of a recording."""
+    loose = orjson.dumps({"type": "object", "properties": {}})
+    tick = orjson.dumps(recorded_schema(n_axes))
+    schemas = [
+        fmt.schema(k, topic.replace("/", "."), "jsonschema", tick if k == TICK else loose)
+        for k, topic in TOPICS.items()
+    ]
+    return schemas, [fmt.channel(k, k, topic, "json") for k, topic in TOPICS.items()]

@@ -1,0 +1,209 @@
+"""Reading a recording back: its facts, and its ticks, events and commands chunk by chunk."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import orjson
+
+from rtctl.control.records import command_dtype
+from rtctl.errors import DataError
+from rtctl.recording.mcap_scan import Chunk, Contents, chunks
+from rtctl.recording.parts import COMMAND, EVENT, RAW, TICK, TOPICS
+from rtctl.recording.setup import LAW_NAME, LawArrays, unpack_law
+from rtctl.recording.tick_text import TickText
+from rtctl.tick import tick_dtype
+
+_PART = re.compile(r"(.*)-(\d{3,})\.mcap")
+
+
+@dataclass
+class Batch:
+    """One chunk: ticks with their numbers among all the loop recorded, events, commands."""
+
+    rows: np.ndarray
+    numbers: np.ndarray
+    events: list[dict[str, Any]]
+    commands: np.ndarray
+
+
+@dataclass
+class Recording:
+    """A recording read as a whole.
+
+    Attributes
+    ----------
+    rows, numbers
+        Ticks, shape (n,), and the number of each among all the loop recorded.
+    """
+
+    about: dict[str, str]
+    rows: np.ndarray
+    numbers: np.ndarray
+    events: list[dict[str, Any]]
+    commands: np.ndarray
+    attachments: dict[str, bytes]
+
+
+@dataclass
+class RecordingReader:
+    """Reads the parts of one recording in order.
+
+    Attributes
+    ----------
+    parts
+        Files, in order.
+    about
+        Facts of the recording (`rtctl.recording.setup`), of its first part.
+    ends
+        Closing facts of the parts that were closed.
+    cut
+        Parts that do not end as they should.
+    bad_chunks : int
+        Damaged chunks left out so far.
+    """
+
+    parts: Sequence[Path]
+    about: dict[str, str] = field(default_factory=dict)
+    attachments: dict[str, bytes] = field(default_factory=dict)
+    ends: dict[Path, dict[str, str]] = field(default_factory=dict)
+    cut: list[Path] = field(default_factory=list)
+    whole_chunks: int = 0
+    bad_chunks: int = 0
+
+    def __post_init__(self) -> None:
+        """Read the facts. Raises DataError when the first part has none."""
+        first = Contents()
+        next(chunks(self.parts[0], first), None)
+        self._adopt(first, self.parts[0])
+        self._text = TickText(self.n_axes)
+        self._text.warm_up()
+
+    @property
+    def n_axes(self) -> int:
+        """Number of axes."""
+        return int(self.about["n_axes"])
+
+    @property
+    def axes(self) -> list[str]:
+        """Names of the axes."""
+        names: list[str] = json.loads(self.about["axes"])
+        return names
+
+    @property
+    def from_start(self) -> bool:
+        """True when the first part begins with the first tick of the run."""
+        return self.about.get("first_row") == "0"
+
+    def law(self) -> LawArrays:
+        """The law's arrays at the start of the run. Raises DataError when the recording has none."""
+        if LAW_NAME not in self.attachments:
+            raise DataError(f"{self.parts[0]}: has no {LAW_NAME}; it cannot be replayed")
+        return unpack_law(self.attachments[LAW_NAME], self.n_axes)
+
+    def batches(self) -> Iterator[Batch]:
+        """Chunk by chunk, over all parts."""
+        self.cut, self.ends, self.whole_chunks, self.bad_chunks = [], {}, 0, 0
+        for path in self.parts:
+            contents = Contents()
+            first_row: int | None = None
+            for chunk in chunks(path, contents):
+                if first_row is None:
+                    self._same_run(contents, path)
+                    first_row = int(contents.metadata["rtctl"]["first_row"])
+                batch = self._batch(chunk, contents, first_row)
+                if batch is not None:
+                    yield batch
+            self.whole_chunks += contents.whole_chunks
+            self.bad_chunks += contents.bad_chunks
+            if "rtctl.end" in contents.metadata:
+                self.ends[path] = contents.metadata["rtctl.end"]
+            if not contents.complete:
+                self.cut.append(path)
+
+    def read(self) -> Recording:
+        """Everything at once: needs memory for all ticks."""
+        found = list(self.batches())
+        rows = np.concatenate([b.rows for b in found] or [np.zeros(0, tick_dtype(self.n_axes))])
+        numbers = np.concatenate([b.numbers for b in found] or [np.zeros(0, np.int64)])
+        none = np.zeros(0, command_dtype(self.n_axes))
+        commands = np.concatenate([none, *(b.commands for b in found)])
+        events = [event for b in found for event in b.events]
+        return Recording(self.about, rows, numbers, events, commands, self.attachments)
+
+    def _adopt(self, contents: Contents, path: Path) -> None:
+        if "rtctl" not in contents.metadata or "n_axes" not in contents.metadata["rtctl"]:
+            raise DataError(f"{path}: not a recording of rtctl, or cut off before its first facts")
+        self.about, self.attachments = contents.metadata["rtctl"], contents.attachments
+
+    def _same_run(self, contents: Contents, path: Path) -> None:
+        about = contents.metadata.get("rtctl", {})
+        if about.get("session") != self.about["session"] or about.get("n_axes") != self.about["n_axes"]:
+            raise DataError(f"{path}: a part of another run than {self.parts[0]}")
+
+    def _batch(self, chunk: Chunk, contents: Contents, first_row: int) -> Batch | None:
+        by_topic = {contents.topics.get(k, ""): found for k, found in chunk.messages.items()}
+        ticks = by_topic.get(TOPICS[TICK], [])
+        if not by_topic:
+            return None
+        rows = self._text.decode([data for _, _, data in ticks])
+        for _, _, data in by_topic.get(TOPICS[RAW], []):
+            _restore(rows, orjson.loads(data))
+        sequence = np.array([number for number, _, _ in ticks], np.int64)
+        numbers = first_row + (sequence - first_row) % (1 << 32)
+        events = [orjson.loads(data) for _, _, data in by_topic.get(TOPICS[EVENT], [])]
+        commands = [orjson.loads(data) for _, _, data in by_topic.get(TOPICS[COMMAND], [])]
+        return Batch(rows, numbers, events, _commands(commands, self.n_axes))
+
+
+def _restore(rows: np.ndarray, raw: dict[str, Any]) -> None:
+    """Put back the exact bits of a tick that JSON could not say."""
+    words = base64.b64decode(raw["words"])
+    at = np.flatnonzero(rows["tick"] == raw["tick"])
+    if len(at) and len(words) == rows.dtype.itemsize:
+        seal = rows["seal"][at[0]]
+        rows[at[0]] = np.frombuffer(words, rows.dtype)[0]
+        rows["seal"][at[0]] = seal
+
+
+def _commands(found: list[dict[str, Any]], n_axes: int) -> np.ndarray:
+    dtype = command_dtype(n_axes)
+    commands = np.zeros(len(found), dtype)
+    for k, fields in enumerate(found):
+        for name in dtype.names or ():
+            if name in fields:
+                commands[name][k] = fields[name]
+        if "words" in fields and len(words := base64.b64decode(fields["words"])) == dtype.itemsize:
+            commands[k] = np.frombuffer(words, dtype)[0]
+    return commands
+
+
+def with_earlier_parts(path: Path) -> list[Path]:
+    """The recording's parts from its first one up to `path`, as far as they lie beside it."""
+    match = _PART.fullmatch(path.name)
+    if match is None:
+        return [path]
+    stem, last = match.groups()
+    earlier = [path.with_name(f"{stem}-{k:0{len(last)}d}.mcap") for k in range(int(last))]
+    return [*earlier, path] if all(part.is_file() for part in earlier) else [path]
+
+
+def all_parts(path: Path) -> list[Path]:
+    """The recording's parts up to `path` and those after it."""
+    parts = with_earlier_parts(path)
+    match = _PART.fullmatch(path.name)
+    if match is None:
+        return parts
+    stem, last = match.groups()
+    number = int(last) + 1
+    while (later := path.with_name(f"{stem}-{number:0{len(last)}d}.mcap")).is_file():
+        parts.append(later)
+        number += 1
+    return parts

@@ -1,0 +1,159 @@
+"""Records a run in a thread of its own: the giver of ticks never waits for the disk.
+
+Ticks that do not fit into the queue are dropped and counted, and show in the file as a gap in the numbers
+of the ticks; their events and commands are kept. A disk that refuses marks the recording as broken; a new file is tried every second.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rtctl.control.records import command_dtype
+from rtctl.recording.parts import Limits, Parts
+from rtctl.recording.setup import Setup
+
+QUEUE_S = 5.0
+RETRY_S = 1.0
+END_S = 20.0
+"""Longest wait for the disk at the end."""
+
+_Batch = tuple[int, np.ndarray, list[dict[str, Any]], np.ndarray]
+
+
+class Recorder:
+    """One recording.
+
+    Parameters
+    ----------
+    folder
+        Where its files go; made when it does not exist.
+    setup
+        What the files say beside ticks.
+    limits
+        Rotation, and room left on the disk.
+    wait
+        Wait for room in the queue instead of dropping: for a virtual clock, which waits for its reader.
+    """
+
+    def __init__(
+        self, folder: Path, setup: Setup, limits: Limits | None = None, *, wait: bool = False
+    ) -> None:
+        self.folder = folder
+        self._parts = Parts(folder, setup, limits or Limits())
+        self._most_rows = max(20_000, round(QUEUE_S * float(setup.about["rate_hz"])))
+        self._wait = wait
+        self._queue: deque[_Batch] = deque()
+        self._queued = self._dropped = self._failed = 0
+        self._commands_lost = 0
+        self._held: tuple[list[dict[str, Any]], np.ndarray] = [], np.zeros(0, command_dtype(setup.n_axes))
+        self._broken: str | None = None
+        self._retry_at = 0.0
+        self._reason = ""
+        self._ending = False
+        self._change = threading.Condition()
+        self._thread = threading.Thread(target=self._work, name="recorder", daemon=True)
+        self._thread.start()
+
+    def observe(
+        self,
+        first_row: int,
+        rows: np.ndarray,
+        events: list[dict[str, Any]],
+        commands: np.ndarray,
+        commands_lost: int = 0,
+    ) -> None:
+        """Take ticks in order (see `Parts.add`). Drops them when the queue is full."""
+        if len(rows) == 0:
+            return
+        with self._change:
+            self._commands_lost = commands_lost
+            if self._wait:
+                self._change.wait_for(lambda: self._queued < self._most_rows, END_S)
+            if self._queued and self._queued + len(rows) > self._most_rows:
+                self._dropped += len(rows)
+                self._held = (
+                    (self._held[0] + events)[-1000:],
+                    np.concatenate((self._held[1], commands))[-1000:],
+                )
+                return
+            held_events, held_commands = self._held
+            if held_events or len(held_commands):
+                events, commands = held_events + events, np.concatenate((held_commands, commands))
+                self._held = [], held_commands[:0]
+            self._queue.append((first_row, rows, events, commands))
+            self._queued += len(rows)
+            self._change.notify_all()
+
+    def status(self) -> dict[str, Any]:
+        """How it goes. `broken` is why the disk refused, for good once it did; `dropped` counts lost ticks."""
+        parts = self._parts
+        return {
+            "folder": str(self.folder),
+            "file": None if parts.path is None else parts.path.name,
+            "files": len(parts.files),
+            "ticks": parts.written,
+            "bytes": parts.bytes,
+            "queued": self._queued + parts.pending,
+            "dropped": self._dropped + self._failed,
+            "commands_lost": self._commands_lost,
+            "broken": self._broken,
+        }
+
+    @property
+    def files(self) -> list[Path]:
+        """Files written so far."""
+        return list(self._parts.files)
+
+    def close(self, reason: str = "") -> bool:
+        """Write what is queued and end. False when the disk did not take it within `END_S`. Idempotent."""
+        with self._change:
+            self._ending, self._reason = True, self._reason or reason
+            self._change.notify_all()
+        self._thread.join(END_S)
+        return not self._thread.is_alive()
+
+    def _work(self) -> None:
+        while True:
+            with self._change:
+                self._change.wait_for(lambda: self._queue or self._ending)
+                if not self._queue:
+                    break
+                batch = self._queue.popleft()
+            self._write(batch)
+            with self._change:
+                self._queued -= len(batch[1])
+                self._change.notify_all()
+        end = {
+            "reason": self._reason,
+            "dropped": str(self._dropped + self._failed),
+            "broken": self._broken or "",
+        }
+        end |= {"commands_lost": str(self._commands_lost)}
+        lost = self._parts.pending
+        try:
+            self._parts.close(end)
+        except OSError as error:
+            self._break(error, lost)
+
+    def _write(self, batch: _Batch) -> None:
+        parts, rows = self._parts, batch[1]
+        if self._broken is not None and parts.path is None and time.monotonic() < self._retry_at:
+            self._failed += len(rows)
+            return
+        pending, written = parts.pending, parts.written
+        try:
+            parts.add(*batch)
+        except OSError as error:
+            self._break(error, pending + len(rows) - (parts.written - written))
+
+    def _break(self, error: OSError, lost: int) -> None:
+        self._parts.abandon()
+        self._failed += lost
+        self._broken = f"{error.filename or self.folder}: {error.strerror or error}"
+        self._retry_at = time.monotonic() + RETRY_S

@@ -1,0 +1,154 @@
+"""What a recording says beside its ticks: rig, versions, rig file, friction models, the law's arrays."""
+
+from __future__ import annotations
+
+import io
+import json
+import platform
+import time
+import zipfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+
+import hw
+import rtctl.control
+from hw.jit import source_key
+from rtctl import __version__
+from rtctl.config import LoadedConfig
+from rtctl.control.records import MODEL, command_dtype, params_dtype, state_dtype
+from rtctl.errors import DataError
+from rtctl.plan import Plan
+from rtctl.protocol import schema_sha256
+
+LAW_NAME = "law.npz"
+RIG_NAME = "rig.toml"
+
+
+def law_key() -> str:
+    """Fingerprint of the control law's sources and its compiler: equal keys replay bit for bit."""
+    control = Path(rtctl.control.__file__).parent
+    return source_key(control, Path(hw.__file__).parent)
+
+
+@dataclass(frozen=True)
+class Setup:
+    """Facts as texts, and attachments: name -> (media type, content)."""
+
+    about: Mapping[str, str]
+    attachments: Mapping[str, tuple[str, bytes]]
+
+    @property
+    def n_axes(self) -> int:
+        """Number of axes."""
+        return int(self.about["n_axes"])
+
+    def packed(self) -> dict[str, Any]:
+        """As a map for telemetry."""
+        files = {name: [media, data] for name, (media, data) in self.attachments.items()}
+        return {"about": dict(self.about), "attachments": files}
+
+    @classmethod
+    def unpacked(cls, message: Mapping[str, Any]) -> Setup:
+        """From the map of `packed`."""
+        files = {name: (media, data) for name, (media, data) in message["attachments"].items()}
+        return cls(message["about"], files)
+
+
+@dataclass(frozen=True)
+class LawArrays:
+    """The law's arrays at the start of a run; shapes as in `rtctl.control.records`."""
+
+    params: np.ndarray
+    model: np.ndarray
+    command: np.ndarray
+    state: np.ndarray | None = None
+
+
+def setup_of(
+    loaded: LoadedConfig,
+    plan: Plan,
+    session: int,
+    start_wall_ns: int,
+    realtime: Sequence[Mapping[str, Any]] = (),
+) -> Setup:
+    """Gather everything a reader, or a replay years later, needs to know of a run."""
+    config = loaded.config
+    refused = [grant for grant in realtime if not grant.get("granted", True)]
+    about = {
+        "rig": config.rig.name,
+        "version": __version__,
+        "session": str(session),
+        "n_axes": str(plan.n_axes),
+        "axes": json.dumps([axis.name for axis in config.axis]),
+        "rate_hz": repr(config.loop.rate_hz),
+        "period_ns": str(plan.period_ns),
+        "virtual_clock": str(config.loop.clock == "virtual").lower(),
+        "simulated": str(config.simulated).lower(),
+        "start_wall_ns": str(start_wall_ns),
+        "began_wall_ns": str(time.time_ns()),
+        "config_file": loaded.path.name,
+        "config_sha256": loaded.sha256,
+        "schema_sha256": schema_sha256(plan.n_axes),
+        "law_key": law_key(),
+        "realtime": json.dumps(list(realtime)),
+        "realtime_waivers": json.dumps([grant.get("right", "") for grant in refused]),
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "numba": numba.__version__,
+        "platform": platform.platform(),
+    }
+    law = LawArrays(plan.params, plan.model, plan.command)
+    files: dict[str, tuple[str, bytes]] = {LAW_NAME: ("application/zip", pack_law(law))}
+    if loaded.path.is_file() and loaded.path.suffix == ".toml":
+        files[RIG_NAME] = ("application/toml", loaded.path.read_bytes())
+    for axis in config.axis:
+        path = loaded.model_path(axis)
+        if path is not None and path.is_file():
+            files[f"model-{axis.name}.json"] = ("application/json", path.read_bytes())
+    return Setup(about, files)
+
+
+def pack_law(law: LawArrays) -> bytes:
+    """The arrays as a compressed npz, one array per field, readable without this package."""
+    arrays: dict[str, Any] = {}
+    for part in ("params", "model", "command", "state"):
+        array = getattr(law, part)
+        if array is not None:
+            arrays |= {f"{part}.{name}": array[name] for name in array.dtype.names or ()}
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **arrays)
+    return buffer.getvalue()
+
+
+def unpack_law(data: bytes, n_axes: int) -> LawArrays:
+    """The arrays of `pack_law`.
+
+    Fields this version does not know are left out and missing ones are 0: whether the law still gives the
+    same is for the replay to find out.
+
+    Raises
+    ------
+    DataError
+        Not such an archive, or one of another rig size.
+    """
+    try:
+        with np.load(io.BytesIO(data), allow_pickle=False) as archive:
+            parts = {
+                "params": np.zeros(1, params_dtype(n_axes)),
+                "model": np.zeros(n_axes, MODEL),
+                "command": np.zeros(1, command_dtype(n_axes)),
+                "state": np.zeros(1, state_dtype(n_axes)),
+            }
+            for part, array in parts.items():
+                for name in array.dtype.names or ():
+                    if f"{part}.{name}" in archive.files:
+                        array[name] = archive[f"{part}.{name}"]
+            has_state = any(name.startswith("state.") for name in archive.files)
+    except (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile) as error:
+        raise DataError(f"the law's arrays in the recording cannot be read: {error}") from error
+    return LawArrays(parts["params"], parts["model"], parts["command"], parts["state"] if has_state else None)

@@ -1,0 +1,264 @@
+"""Ticks to JSON messages and back, fast enough for 10 kHz with every field.
+
+orjson writes all floats of a batch in one call (its shortest form reads back as the same 64 bits); a
+compiled pass weaves them and the integers between the keys, one JSON object per tick, each with the header
+of an MCAP message before it. Reading does the same backwards.
+
+Notes
+-----
+JSON knows no NaN and no infinity: both are written as null and read as NaN. `unsayable` finds the rows for
+which that is not exact.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import orjson
+
+from rtctl.control.jit import compiled
+from rtctl.errors import DataError
+from rtctl.tick import FIELDS, Field, tick_dtype
+
+RECORDED = tuple(field for field in FIELDS if field.name != "seal")
+"""Fields of a recorded tick. The seal guards shared memory; readers compute it anew."""
+
+MESSAGE_HEAD = 1 + 8 + 2 + 4 + 8 + 8
+"""Bytes of an MCAP message record before its data: opcode, length, channel, sequence, two times."""
+
+_KIND = {"int": 0, "bits": 1, "float": 2}
+_FLOAT = 2
+_INTEGER_BYTES = 20
+"""Longest 64-bit integer in decimal, with its sign."""
+
+_COMMA, _END, _BRACE, _MINUS, _ZERO = ord(","), ord("]"), ord("}"), ord("-"), ord("0")
+_OPEN = ord("[")
+_TEN = np.uint64(10)
+_QUIET_NAN = np.uint64(0x7FF8000000000000)
+_EXPONENT = np.uint64(0x7FF0000000000000)
+
+
+class TickText:
+    """The codec of one rig size."""
+
+    def __init__(self, n_axes: int) -> None:
+        self._dtype = tick_dtype(n_axes)
+        kinds: list[int] = []
+        pieces: list[bytes] = []
+        words: list[int] = []
+        piece = b"{"
+        for field in RECORDED:
+            first = self._dtype.fields[field.name][1] // 8  # type: ignore[index]
+            piece += b'"%b":' % field.name.encode() + (b"" if field.shape == "scalar" else b"[")
+            for k in range(_count(field, n_axes)):
+                pieces.append(piece if k == 0 else b",")
+                kinds.append(_KIND[field.kind])
+                words.append(first + k)
+            piece = b"," if field.shape == "scalar" else b"],"
+        self._kinds, self._words = np.array(kinds), np.array(words)
+        self._floats = self._words[self._kinds == _FLOAT]
+        self._tail = np.frombuffer(piece[:-1] + b"}", np.uint8)
+        self._piece_end = np.cumsum([len(p) for p in pieces])
+        self._pieces = np.frombuffer(b"".join(pieces), np.uint8)
+
+    def warm_up(self) -> None:
+        """Compile, or load, what `encode` and `decode` call."""
+        data, _ = self.encode(np.zeros(1, self._dtype), 1, 0, np.zeros(1, np.int64))
+        self.decode([data[MESSAGE_HEAD:]])
+
+    def encode(
+        self, rows: np.ndarray, channel: int, first_sequence: int, times_ns: np.ndarray
+    ) -> tuple[bytes, np.ndarray]:
+        """MCAP message records of ticks, one after another, and the offset of each, shape (n,).
+
+        Parameters
+        ----------
+        rows
+            Ticks, shape (n,).
+        channel, first_sequence
+            Channel id and number of the first message.
+        times_ns
+            Log and publish time of each, ns since 1970, shape (n,).
+        """
+        if len(rows) == 0:
+            return b"", np.zeros(0, np.int64)
+        words = _words(rows)
+        numbers = np.ascontiguousarray(words[:, self._floats]).view(np.float64).reshape(-1)
+        text = np.frombuffer(orjson.dumps(numbers, option=orjson.OPT_SERIALIZE_NUMPY), np.uint8)
+        integers = len(self._words) - len(self._floats)
+        fixed = MESSAGE_HEAD + len(self._pieces) + len(self._tail) + integers * _INTEGER_BYTES
+        out = np.empty(len(rows) * fixed + len(text), np.uint8)
+        offsets = np.empty(len(rows), np.int64)
+        times = np.ascontiguousarray(times_ns, np.int64)
+        used = _weave(
+            words, text, self._kinds, self._words, self._pieces, self._piece_end, self._tail,
+            channel, first_sequence, times, out, offsets,
+        )  # fmt: skip
+        return out[:used].tobytes(), offsets
+
+    def decode(self, texts: list[bytes]) -> np.ndarray:
+        """Ticks of JSON objects. Null becomes NaN; fields that are missing are 0, unknown ones are left out.
+
+        Raises
+        ------
+        DataError
+            Text that is not JSON, or not a tick of this rig size.
+        """
+        rows = np.zeros(len(texts), self._dtype)
+        if not texts:
+            return rows
+        text = np.frombuffer(b"".join(texts), np.uint8)
+        floats = np.empty(len(text) + 2, np.uint8)
+        words = rows.view(np.uint64).reshape(len(rows), -1)
+        used = _unweave(
+            text, words, self._kinds, self._words, self._pieces, self._piece_end, self._tail, floats
+        )
+        try:
+            if used > 0:
+                numbers = np.array(orjson.loads(floats[:used].tobytes()), np.float64)
+                words[:, self._floats] = numbers.view(np.uint64).reshape(len(rows), -1)
+            else:
+                _decode_any(texts, rows)
+        except (ValueError, TypeError, KeyError, OverflowError) as error:
+            raise DataError(f"a recorded tick cannot be read: {error}") from error
+        return rows
+
+    def unsayable(self, rows: np.ndarray) -> np.ndarray:
+        """Which rows hold an infinity, or a NaN other than the usual one: JSON would not give them back exactly."""
+        words = _words(rows)[:, self._floats]
+        odd = ((words & _EXPONENT) == _EXPONENT) & (words != _QUIET_NAN)
+        found: np.ndarray = odd.any(axis=1)
+        return found
+
+
+def _count(field: Field, n_axes: int) -> int:
+    return {"scalar": 1, "axis": n_axes, "xyz": 3}[field.shape]
+
+
+def _words(rows: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(rows).view(np.uint64).reshape(len(rows), -1)
+
+
+def _decode_any(texts: list[bytes], rows: np.ndarray) -> None:
+    """Slow way, for ticks that another program or version wrote."""
+    objects = orjson.loads(b"[" + b",".join(texts) + b"]")
+    if len(objects) != len(rows) or not all(isinstance(o, dict) for o in objects):
+        msg = "not one JSON object each"
+        raise ValueError(msg)
+    for field in RECORDED:
+        if field.name in objects[0]:
+            rows[field.name] = np.array([o[field.name] for o in objects], rows.dtype[field.name].base)
+
+
+@compiled
+def _put(out: np.ndarray, at: int, value: int, size: int) -> int:
+    """Write a little-endian number; returns the position after it."""
+    for k in range(size):
+        out[at + k] = (value >> (8 * k)) & 255
+    return at + size
+
+
+@compiled
+def _put_integer(out: np.ndarray, at: int, word: np.uint64, signed: bool) -> int:
+    """Write a 64-bit integer in decimal; returns the position after it."""
+    value = np.uint64(word)
+    if signed and np.int64(value) < 0:
+        out[at] = _MINUS
+        at += 1
+        value = np.uint64(0) - value
+    digits, rest = 1, value // _TEN
+    while rest > 0:
+        digits, rest = digits + 1, rest // _TEN
+    for k in range(digits):
+        out[at + digits - 1 - k] = np.uint64(_ZERO) + value % _TEN
+        value //= _TEN
+    return at + digits
+
+
+@compiled
+def _weave(
+    words: np.ndarray,
+    floats: np.ndarray,
+    kinds: np.ndarray,
+    index: np.ndarray,
+    pieces: np.ndarray,
+    piece_end: np.ndarray,
+    tail: np.ndarray,
+    channel: int,
+    sequence: int,
+    times_ns: np.ndarray,
+    out: np.ndarray,
+    offsets: np.ndarray,
+) -> int:
+    """Write all messages: keys, integers, and the floats from their text `[1.5,...]`; returns the bytes used."""
+    read, at = 1, 0
+    for row in range(len(times_ns)):
+        start = at
+        offsets[row] = start
+        at += MESSAGE_HEAD
+        piece = 0
+        for k in range(len(kinds)):
+            while piece < piece_end[k]:
+                out[at] = pieces[piece]
+                piece, at = piece + 1, at + 1
+            if kinds[k] != _FLOAT:
+                at = _put_integer(out, at, words[row, index[k]], kinds[k] == 0)
+                continue
+            while floats[read] != _COMMA and floats[read] != _END:
+                out[at] = floats[read]
+                read, at = read + 1, at + 1
+            read += 1
+        for k in range(len(tail)):
+            out[at] = tail[k]
+            at += 1
+        head = _put(out, start, 5, 1)
+        head = _put(out, head, at - start - 9, 8)
+        head = _put(out, head, channel, 2)
+        head = _put(out, head, sequence + row, 4)
+        head = _put(out, head, times_ns[row], 8)
+        _put(out, head, times_ns[row], 8)
+    return at
+
+
+@compiled
+def _unweave(
+    text: np.ndarray,
+    words: np.ndarray,
+    kinds: np.ndarray,
+    index: np.ndarray,
+    pieces: np.ndarray,
+    piece_end: np.ndarray,
+    tail: np.ndarray,
+    floats: np.ndarray,
+) -> int:
+    """Read the integers, copy the text of the floats; returns its length, 0 where `_weave` did not write `text`."""
+    at, size, put = 0, len(text), 0
+    for row in range(len(words)):
+        piece = 0
+        for k in range(len(kinds)):
+            while piece < piece_end[k]:
+                if at >= size or text[at] != pieces[piece]:
+                    return 0
+                piece, at = piece + 1, at + 1
+            first = at
+            if kinds[k] == _FLOAT:
+                floats[put] = _COMMA if put else _OPEN
+                put += 1
+                while at < size and text[at] != _COMMA and text[at] != _END and text[at] != _BRACE:
+                    floats[put] = text[at]
+                    put, at = put + 1, at + 1
+                continue
+            negative = at < size and text[at] == _MINUS
+            at += 1 if negative else 0
+            value = np.uint64(0)
+            while at < size and text[at] >= _ZERO and text[at] < _ZERO + 10:
+                value = value * _TEN + np.uint64(text[at] - _ZERO)
+                at += 1
+            if at == first or at - first > _INTEGER_BYTES:
+                return 0
+            words[row, index[k]] = np.uint64(0) - value if negative else value
+        for k in range(len(tail)):
+            if at >= size or text[at] != tail[k]:
+                return 0
+            at += 1
+    floats[put] = _END
+    return put + 1 if at == size else 0

@@ -1,0 +1,70 @@
+import csv
+import json
+import sys
+
+import numpy as np
+import pytest
+from run_maker import run, setup, write
+
+from rtctl.errors import ConfigError, RtctlError
+from rtctl.recording.export import export
+from rtctl.recording.reader import RecordingReader
+from rtctl.recording.tick_text import RECORDED
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    rows, commands = run("mock-2axis.toml", 0.5)
+    rows = rows.copy()
+    rows["temperature_c"][5] = np.nan
+    parts = write(tmp_path_factory.mktemp("r"), rows, commands, setup("mock-2axis.toml"))
+    return RecordingReader(parts.files), rows
+
+
+def test_npz_keeps_every_field_and_its_shape(recorded, tmp_path):
+    reader, rows = recorded
+    seen = []
+    assert export(reader, "npz", tmp_path / "r.npz", progress=seen.append) == len(rows) == seen[-1]
+    with np.load(tmp_path / "r.npz", allow_pickle=False) as found:
+        for field in RECORDED:
+            assert found[field.name].tobytes() == np.ascontiguousarray(rows[field.name]).tobytes(), field.name
+        assert json.loads(str(found["about"]))["rig"] == reader.about["rig"]
+    assert [p.name for p in tmp_path.iterdir()] == ["r.npz"]
+
+
+def test_csv_reads_back_to_the_same_numbers(recorded, tmp_path):
+    reader, rows = recorded
+    export(reader, "csv", tmp_path / "r.csv", ("tick", "position_rad", "force_n", "temperature_c"))
+    with (tmp_path / "r.csv").open() as file:
+        table = list(csv.DictReader(file))
+    axis = reader.axes[1]
+    assert list(table[0])[:3] == ["tick", f"position_rad.{reader.axes[0]}", f"position_rad.{axis}"]
+    assert len(table) == len(rows)
+    again = np.array([float(line[f"position_rad.{axis}"]) for line in table])
+    assert again.tobytes() == np.ascontiguousarray(rows["position_rad"][:, 1]).tobytes()
+    assert table[5][f"temperature_c.{axis}"] == "nan"
+
+
+def test_parquet_reads_back_bit_for_bit(recorded, tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    reader, rows = recorded
+    export(reader, "parquet", tmp_path / "r.parquet")
+    table = parquet.read_table(tmp_path / "r.parquet")
+    assert table.num_rows == len(rows)
+    for field in RECORDED:
+        if field.shape == "axis":
+            column = table[f"{field.name}.{reader.axes[1]}"].to_numpy()
+            assert column.tobytes() == np.ascontiguousarray(rows[field.name][:, 1]).tobytes(), field.name
+    assert table.schema.metadata[b"rig"].decode() == reader.about["rig"]
+
+
+def test_without_pyarrow_parquet_says_what_to_install_and_leaves_nothing(recorded, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(RtctlError, match=r"pip install 'rtctl\[parquet\]'"):
+        export(recorded[0], "parquet", tmp_path / "r.parquet")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_field_that_does_not_exist_is_named(recorded, tmp_path):
+    with pytest.raises(ConfigError, match="speed"):
+        export(recorded[0], "csv", tmp_path / "r.csv", ("tick", "speed"))

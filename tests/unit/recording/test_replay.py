@@ -1,0 +1,112 @@
+import numpy as np
+import pytest
+from run_maker import CONFIGS, run, setup, write
+
+from rtctl.config import load
+from rtctl.errors import ConfigError, DataError
+from rtctl.recording.compare import compare, numbers, plot_comparison
+from rtctl.recording.parts import Limits
+from rtctl.recording.reader import RecordingReader
+from rtctl.recording.replay import Replay
+
+
+@pytest.mark.parametrize("config", ["mock.toml", "mock-2axis.toml", "mock-wall.toml"])
+def test_a_run_is_given_again_bit_for_bit(tmp_path, config):
+    rows, commands = run(config)
+    assert (rows["state"] == 3).sum() > 1000
+    verdict = Replay(RecordingReader(write(tmp_path, rows, commands, setup(config)).files)).check()
+    assert (verdict.first, verdict.differing, verdict.stopped) == (None, {}, "")
+    assert verdict.ticks == len(rows)
+
+
+@pytest.mark.parametrize("field", ["position_rad", "current_a", "force_n", "estop", "torque_applied_nm"])
+def test_a_single_bit_that_differs_is_found_and_named(tmp_path, field):
+    rows, commands = run()
+    rows = rows.copy()
+    at = 2500
+    words = rows[field][at : at + 1].reshape(-1).view(np.uint64).copy()
+    words[1 if field == "force_n" else -1] ^= np.uint64(1 if field == "torque_applied_nm" else 1 << 20)
+    rows[field][at] = words.view(rows[field].dtype).reshape(rows[field][at].shape)
+    verdict = Replay(RecordingReader(write(tmp_path, rows, commands).files)).check()
+    assert verdict.first is not None
+    assert verdict.first.tick == rows["tick"][at]
+    if field == "current_a":
+        assert "motor_torque_nm" in verdict.differing
+    if field == "torque_applied_nm":
+        assert verdict.differing == {"torque_applied_nm": 1}
+        assert "torque_applied_nm[0]" in str(verdict.first)
+
+
+def test_other_parameters_differ(tmp_path):
+    rows, commands = run()
+    reader = RecordingReader(write(tmp_path, rows, commands).files)
+    law = reader.law()
+    law.params["friction_gain"] *= 0.5
+    verdict = Replay(reader, law).check()
+    assert "feedforward_torque_nm" in verdict.differing
+
+
+def test_parts_are_replayed_as_one_and_a_later_one_alone_is_refused(tmp_path):
+    rows, commands = run()
+    files = write(tmp_path, rows, commands, limits=Limits(file_s=0.6, free_bytes=0)).files
+    assert len(files) > 2
+    verdict = Replay(RecordingReader(files)).check()
+    assert (verdict.ticks, verdict.first) == (len(rows), None)
+    with pytest.raises(DataError, match="middle of a run"):
+        Replay(RecordingReader(files[1:]))
+
+
+def test_it_stops_where_ticks_are_missing(tmp_path):
+    from rtctl.recording.parts import Parts
+
+    rows, commands = run()
+    parts = Parts(tmp_path, setup(), Limits(free_bytes=0))
+    parts.add(0, rows[:1000], [], commands)
+    parts.add(1010, rows[1010:], [], commands[:0])
+    parts.close({})
+    verdict = Replay(RecordingReader(parts.files)).check()
+    assert (verdict.ticks, verdict.first) == (1000, None)
+    assert "missing" in verdict.stopped
+
+
+def test_it_stops_where_a_command_is_unknown(tmp_path):
+    rows, commands = run()
+    verdict = Replay(RecordingReader(write(tmp_path, rows, commands[:-1]).files)).check()
+    assert verdict.first is None
+    assert verdict.stopped.startswith(f"command {commands['seq'][-1]}, in force at tick")
+    assert verdict.ticks == int(np.argmax(rows["command_seq"] == commands["seq"][-1]))
+
+
+def test_a_recording_without_the_laws_arrays_is_refused(tmp_path):
+    from rtctl.recording.setup import Setup
+
+    rows, commands = run()
+    bare = Setup(setup().about, {})
+    with pytest.raises(DataError, match=r"law\.npz"):
+        Replay(RecordingReader(write(tmp_path, rows[:50], commands, bare).files))
+
+
+def test_the_same_rig_file_compares_equal_and_another_one_does_not(tmp_path):
+    rows, commands = run()
+    reader = RecordingReader(write(tmp_path, rows, commands).files)
+    same = numbers(compare(reader, load(CONFIGS / "mock.toml")))
+    assert same["torque_applied_nm"]["difference"] == [0.0]
+    assert same["active_s"]["recorded"] == same["active_s"]["other"] > 1.0
+    text = (CONFIGS / "mock.toml").read_text().replace('"friction/', f'"{CONFIGS}/friction/')
+    weak = tmp_path / "weak.toml"
+    weak.write_text(text.replace("gain = 0.9 ", "gain = 0.45 "))
+    other = compare(reader, load(weak))
+    found = numbers(other)["feedforward_torque_nm"]
+    assert 0.4 < found["other"][0] / found["recorded"][0] < 0.6
+    plot_comparison(other, tmp_path / "both.png", ("mock.toml", "weak.toml"))
+    assert (tmp_path / "both.png").stat().st_size > 20_000
+    wall = numbers(compare(reader, load(CONFIGS / "mock-wall.toml")))
+    assert wall["coupling_torque_nm"]["difference"][0] > 0 or wall["torque_applied_nm"]["difference"][0] > 0
+
+
+def test_a_rig_of_another_size_or_rate_is_refused(tmp_path):
+    rows, commands = run()
+    reader = RecordingReader(write(tmp_path, rows[:100], commands).files)
+    for name in ("mock-2axis.toml", "mock-10khz.toml"):
+        with pytest.raises(ConfigError, match=r"axes at .* Hz"):
+            compare(reader, load(CONFIGS / name))
