@@ -33,6 +33,9 @@ from rtctl.friction.regressors import Regressors
 STRIBECK_RAD_S = 0.1
 """Friction rises towards rest below such speeds: Stribeck speeds of geared joints are .02 to .2 rad/s."""
 
+UNEXPLAINED_MAX = 0.7
+"""Largest relative error of a fit that says anything; real logs have .1 to .2."""
+
 DELAY_SAID_S = 0.5e-3
 """Delay left in the torque that is worth a word: 1 % of viscous friction at 2 Hz on the nominal rig."""
 
@@ -91,8 +94,8 @@ def joint_fit(signals: Regressors) -> JointFit:
     Raises
     ------
     DataError
-        One direction only, no low speeds, a motion too even to tell the parameters apart, or parameters
-        of the wrong sign; each with the remedy.
+        One direction only, no low speeds, a motion too even to tell the parameters apart, parameters of the
+        wrong sign, or a torque that has little to do with the motion; each with the remedy.
 
     Notes
     -----
@@ -119,6 +122,7 @@ def joint_fit(signals: Regressors) -> JointFit:
         np.hstack([offset.relative(signals.sliding), offset.drift]),
     )
     _require_signs(symmetric, signals.source)
+    _require_explained(symmetric, signals.source)
     offsets = tuple(offset.describe(drift, signals.sources, signals.sliding))
     coefficients = tuple(float(each) for each in drift)
     both = speeds(signals)
@@ -216,6 +220,15 @@ def _require_signs(fit: Regression, source: str) -> None:
         raise DataError(
             f"{source}: the inertia comes out negative ({inertia.value:.3g} kg m^2): torque and position are "
             "not aligned in time, or a torque is missing; map the external torque too, or correct the time"
+        )
+
+
+def _require_explained(fit: Regression, source: str) -> None:
+    if fit.relative_error > UNEXPLAINED_MAX:
+        raise DataError(
+            f"{source}: the motion explains too little of the torque ({100 * fit.relative_error:.0f} % of it, RMS, is "
+            f"something else, at most {100 * UNEXPLAINED_MAX:.0f} %); map the torque of the same axis, and every torque "
+            "on the joint"
         )
 
 

@@ -109,6 +109,10 @@ def test_25_seconds_of_a_hand_on_the_mock_give_the_parameters_of_the_rig():
         (lambda x, tau: (np.linspace(0, 20, len(x)), tau), "backwards"),
         (lambda x, tau: (x, -tau), "turn its sign"),
         (lambda x, tau: (x[:200], tau[:200]), "too few"),
+        (
+            lambda x, tau: (x, np.random.default_rng(1).normal(0, 0.3, len(x))),
+            "explains too little of the torque",
+        ),
     ],
 )
 def test_a_log_that_cannot_be_used_is_refused_with_the_remedy(change, message):
