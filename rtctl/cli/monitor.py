@@ -26,17 +26,27 @@ _HOME_AND_CLEAR = "\x1b[H\x1b[J"
 @click.command("monitor")
 @click.option("--rig", help="name of the rig; not needed when one runs")
 @click.option("--runtime-dir", type=click.Path(path_type=Path), help="where the daemon listens")
+@click.option("--address", help="HOST:PORT of a rig on another machine")
+@click.option("--key", type=click.Path(path_type=Path), help="key file for that (rtctl keys new)")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object per state sample")
 @click.option(
     "--for", "seconds", type=click.FloatRange(min=0, min_open=True), help="end after this many seconds"
 )
-def command(rig: str | None, runtime_dir: Path | None, *, as_json: bool, seconds: float | None) -> None:
+def command(
+    rig: str | None,
+    runtime_dir: Path | None,
+    address: str | None,
+    key: Path | None,
+    *,
+    as_json: bool,
+    seconds: float | None,
+) -> None:
     """Show state, torques, latency and losses of a running rig. Ctrl-C ends it; the rig runs on."""
     from rtctl.client import RigClient
 
-    name = rig or _only_rig(runtime_dir)
+    name = rig or ("" if address else _only_rig(runtime_dir))
     try:
-        with RigClient(name, runtime_dir=runtime_dir) as client:
+        with RigClient(name, runtime_dir=runtime_dir, address=address, key=key) as client:
             hello = client.hello()
             end = math.inf if seconds is None else time.monotonic() + seconds
             if as_json:

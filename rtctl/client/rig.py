@@ -16,7 +16,7 @@ from rtctl.client.lease import Lease
 from rtctl.client.listener import Listener
 from rtctl.client.requests import Reply, Requester
 from rtctl.control.vocabulary import State
-from rtctl.errors import ClientError, RefusedError
+from rtctl.errors import ClientError, ConfigError, RefusedError
 from rtctl.keys import ClientKey
 from rtctl.protocol import Endpoints, endpoints_in, rig_directory
 
@@ -49,7 +49,7 @@ class RigClient(Listener):
     Raises
     ------
     ConfigError
-        A name that cannot be a rig's, or a path too long for a socket.
+        A name that cannot be a rig's, a path too long for a socket, a key file that is none.
     """
 
     def __init__(
@@ -63,6 +63,10 @@ class RigClient(Listener):
         key: str | Path | None = None,
     ) -> None:
         root = None if runtime_dir is None else Path(runtime_dir)
+        if (address is None) != (key is None):
+            raise ConfigError(
+                "address and key belong together: a rig on the network is reached with a key only"
+            )
         if address is not None:
             endpoints = remote_endpoints(address)
         client_key = None if key is None else ClientKey.load(key)

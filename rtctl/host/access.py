@@ -16,12 +16,15 @@ import zmq
 
 from rtctl.config import LoadedConfig
 from rtctl.host.authenticator import Authenticator, Caller, Notice
-from rtctl.host.doors import Binding, Door, Options, tcp_binding
+from rtctl.host.doors import Binding, Door, Options, allow_descriptors, tcp_binding
 from rtctl.keys import KeyStore
 from rtctl.protocol import Endpoints, tcp_endpoints
 
 LOOK_S = 0.5
 """How often the folder of keys is looked at."""
+
+DESCRIPTORS = 8192
+"""Files and sockets the host may open: strangers hold a connection for as long as a handshake may take."""
 
 REFRESH_S = 0.05
 """Strangers make the host look there at most this often."""
@@ -95,8 +98,9 @@ class Access:
         self.remote: Endpoints | None = None
         self._store = None if openings.keys is None else KeyStore(openings.keys)
         self._server_secret = b"" if self._store is None else self._store.server().secret_key.encode()
-        self.authenticator = Authenticator(context, notice)
+        self.authenticator = Authenticator(context, notice, clock_s)
         if self._store is not None:
+            allow_descriptors(DESCRIPTORS)
             self.remote = tcp_endpoints(openings.bind, openings.port)
         self.authenticator.refresh = self._refresh
         self._read_keys()
@@ -109,15 +113,29 @@ class Access:
         return doors
 
     def publishers(self, options: Options) -> list[Door]:
-        """PUB sockets over TCP for all telemetry: for clients with a key."""
-        return [] if self.remote is None else [self._door("telemetry", self._by_key(2), zmq.PUB, options)]
+        """XPUB sockets over TCP for all telemetry: for clients with a key."""
+        return [] if self.remote is None else [self._door("telemetry", self._by_key(2), zmq.XPUB, options)]
 
     def viewers(self, options: Options) -> list[Door]:
-        """PUB sockets for the state samples that viewers without keys may see."""
+        """XPUB sockets for the state samples that viewers without keys may see."""
         port = self._openings.viewer_port
         if port is None:
             return []
-        return [self._door("viewer", tcp_binding(VIEWER_ADDRESS, port, "viewer"), zmq.PUB, options)]
+        return [self._door("viewer", tcp_binding(VIEWER_ADDRESS, port, "viewer"), zmq.XPUB, options)]
+
+    def expeller(self, door: Door) -> Callable[[str], None]:
+        """What throws a user out of `door`, and keeps them out for a while. The others connect again."""
+
+        def expel(user_id: str) -> None:
+            who = self.caller(user_id)
+            self.authenticator.ban(door.domain, user_id)
+            door.cut()
+            name = user_id if who is None else who.name
+            self._notice(
+                "expelled", f"{name} subscribed to topics that do not exist, again and again: expelled"
+            )
+
+        return expel
 
     def look(self) -> bool:
         """Read the keys again if they changed. True when connections were cut: sockets are new then."""

@@ -7,6 +7,8 @@ permissions have decided already, and the user id names the process as the kerne
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
@@ -20,6 +22,9 @@ from rtctl.keys import Key
 
 ZAP_ADDRESS = "inproc://zeromq.zap.01"
 ANSWERS_PER_CALL = 64
+
+BAN_S = 60.0
+"""How long somebody who was expelled stays out."""
 
 Entry = Literal["ipc", "curve", "viewer"]
 """Who may come in: processes of this machine by ipc; clients with a key; viewers of this machine by TCP."""
@@ -66,8 +71,13 @@ class Authenticator:
     """
 
     def __init__(
-        self, context: zmq.Context[zmq.Socket[bytes]], notice: Notice = lambda _kind, _text: None
+        self,
+        context: zmq.Context[zmq.Socket[bytes]],
+        notice: Notice = lambda _kind, _text: None,
+        clock_s: Callable[[], float] = time.monotonic,
     ) -> None:
+        self._clock_s = clock_s
+        self._banned: dict[tuple[bytes, str], float] = {}
         self.keys: Mapping[str, Key] = {}
         self.refresh: Callable[[], None] = lambda: None
         self.admitted = self.refused = 0
@@ -81,12 +91,13 @@ class Authenticator:
             self.socket.close()
             raise BusyError("this ZeroMQ context has an authenticator already") from error
 
-    def guard(self, socket: zmq.Socket[bytes], name: str, entry: Entry, connections: Connections) -> None:
-        """Have every connection to `socket` decided here. Before it is bound."""
+    def guard(self, socket: zmq.Socket[bytes], name: str, entry: Entry, connections: Connections) -> bytes:
+        """Have every connection to `socket` decided here. Before it is bound. Returns its ZAP domain."""
         domain = f"rtctl.{entry}.{name}".encode()
         socket.setsockopt(zmq.ZAP_DOMAIN, domain)
         socket.setsockopt(zmq.ZAP_ENFORCE_DOMAIN, 1)
         self._domains[domain] = _Domain(entry, connections)
+        return domain
 
     def serve(self) -> None:
         """Answer the connections that wait, a bounded number of them."""
@@ -109,6 +120,12 @@ class Authenticator:
         key = self.keys.get(user_id.removeprefix("key:"))
         return None if key is None else Caller(user_id, key.name, key.role)
 
+    def ban(self, domain: bytes, user_id: str) -> None:
+        """Let this user in at the door of `domain` no more for `BAN_S`; the others stay open to it, for a stop."""
+        now = self._clock_s()
+        self._banned = {which: until for which, until in self._banned.items() if until > now}
+        self._banned[domain, user_id] = now + BAN_S
+
     def close(self) -> None:
         """Let nobody in any more."""
         self.socket.close(linger=0)
@@ -123,6 +140,8 @@ class Authenticator:
             return None, "400 unknown domain"
         peer = address.decode("ascii", "replace")
         user_id, role, why = self._identify(door.entry, peer, mechanism, credentials)
+        if user_id is not None and self._clock_s() < self._banned.get((domain, user_id), -math.inf):
+            user_id, why = None, "300 expelled for a while"
         if user_id is not None and not door.connections.permit(role):
             user_id, why = None, "300 all places are taken"  # 300: it may try again
         if user_id is None:

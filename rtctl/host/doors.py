@@ -13,6 +13,7 @@ libzmq 4.3.5 abort the process (assertion in fq.cpp).
 from __future__ import annotations
 
 import os
+import resource
 import socket as network
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -66,6 +67,14 @@ def tcp_binding(host: str, port: int, entry: Entry, server_secret: bytes = b"") 
         ) from error
     listener.setblocking(False)
     return Binding(f"tcp://{host}:{listener.getsockname()[1]}", entry, listener, server_secret)
+
+
+def allow_descriptors(wanted: int) -> None:
+    """Have this process open up to `wanted` files and sockets, as far as it may allow itself."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    most = wanted if hard == resource.RLIM_INFINITY else min(wanted, hard)
+    if soft != resource.RLIM_INFINITY and soft < most:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
 
 
 def user_id(frame: zmq.Frame) -> str:
@@ -145,7 +154,7 @@ class Door:
         for option, value in self._options.items():
             self.socket.setsockopt(option, value)
         self.connections = Connections(self._context, self.socket)
-        self._authenticator.guard(self.socket, self._name, binding.entry, self.connections)
+        self.domain = self._authenticator.guard(self.socket, self._name, binding.entry, self.connections)
         if binding.entry == "curve":  # with an empty secret this fails, as it must
             self.socket.setsockopt(zmq.HEARTBEAT_IVL, HEARTBEAT_MS)
             self.socket.setsockopt(zmq.HEARTBEAT_TIMEOUT, 3 * HEARTBEAT_MS)

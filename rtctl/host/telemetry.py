@@ -37,6 +37,8 @@ from rtctl.protocol import (
     schema_sha256,
 )
 
+TOPICS = (TOPIC_STATE, TOPIC_TICKS, TOPIC_EVENT, TOPIC_HEALTH)
+
 QUEUE_S = 5.0
 """How far a subscriber may fall behind before it loses messages."""
 
@@ -109,11 +111,12 @@ class Telemetry:
         self.socket.setsockopt(zmq.LINGER, 50)
         with private_umask():
             self.socket.bind(endpoints.telemetry)
-        self._publishers = [
-            Publisher(self),
-            *(Publisher(door) for door in doors),
-            *(Publisher(door, frozenset({TOPIC_STATE})) for door in viewers),
-        ]
+        self._publishers = [Publisher(self, TOPICS)]
+        if access is not None:
+            self._publishers += [
+                *(Publisher(door, TOPICS, access.expeller(door)) for door in doors),
+                *(Publisher(door, [TOPIC_STATE], access.expeller(door)) for door in viewers),
+            ]
 
     def set_realtime(self, grants: Sequence[Mapping[str, Any]]) -> None:
         """Tell in `health` which real-time rights were granted and which refused, and why."""

@@ -102,6 +102,20 @@ def test_losses_are_counted_by_the_one_who_lost(root):
         assert ticks.lost == 50
 
 
+def test_a_halted_subscriber_does_not_take_old_samples_for_new(root):
+    with FakeRig(root), RigClient("mock", runtime_dir=root) as rig:
+        every, fresh = rig.states(), rig.states(max_age_s=0.1)
+        next(every)
+        next(fresh)
+        time.sleep(0.6)  # the program stands still; its queue fills up
+        assert next(every).stale
+        sample = next(fresh)
+        assert sample.age_s <= 0.1
+        assert not sample.stale
+        assert fresh.outdated > 10
+        assert fresh.lost == 0
+
+
 def test_client_and_streams_survive_a_restart_of_the_daemon(root):
     with RigClient("mock", runtime_dir=root, timeout_s=0.5) as rig:
         states = rig.states()

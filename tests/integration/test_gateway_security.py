@@ -190,7 +190,7 @@ def test_the_wrong_server_key_is_refused_by_the_client(rig, root, port):
 
 
 def test_a_revoked_key_is_cut_off_at_once_and_others_come_back_by_themselves(rig, store, client):
-    observer, operator = client("observer"), client("operator", timeout_s=2.0)
+    observer, operator = client("observer", timeout_s=1.0), client("operator", timeout_s=2.0)
     states, kept = observer.states(), operator.states()
     next(states)
     next(kept)
@@ -257,6 +257,52 @@ def test_without_any_authenticator_nobody_gets_in(root):
         assert not door.socket.poll(300)
         asking.close()
         access.close()
+
+
+def test_who_subscribes_to_thousands_of_topics_is_expelled_and_the_others_hear_on(rig, root, port, client):
+    operator = client("operator")
+    states = operator.states()
+    next(states)
+    with zmq.Context() as context:
+        where = remote_endpoints(f"127.0.0.1:{port}")
+        connection = Connection(context, where, ClientKey.load(root / "observer.key"))
+        greedy = connection.socket(zmq.XSUB, where.telemetry, {zmq.SNDHWM: 0})
+        for number in range(2000):
+            greedy.send(b"\x01" + b"x" * 200 + str(number).encode())
+        until(lambda: any(kind == "expelled" for kind, _text in rig.notices))
+        assert "the-observer" in next(text for kind, text in rig.notices if kind == "expelled")
+        greedy.close()
+    until(lambda: states.receive(0.5) is not None)
+    back = client("observer")
+    assert back.states().receive(0.4) is None, "telemetry is closed to it for a while"
+    back.stop()  # a stop is not
+
+
+def test_a_renderer_whose_connection_is_cut_goes_on_with_its_lease_without_a_new_start(rig, store, client):
+    renderer, operator = client("renderer"), client("operator")
+    operator.arm()
+    with renderer.lease() as lease:
+        until(lambda: lease.set_target([0.25]) or rig.writer.command["target_position_rad"][0][0] == 0.25)
+        store.revoke("the-observer")
+        until(lambda: any(kind == "revoked" for kind, _text in rig.notices))
+        until(lambda: lease.set_target([0.5]) or rig.writer.command["target_position_rad"][0][0] == 0.5)
+        assert not lease.lost
+        assert operator.status()["state"] == "ACTIVE"
+
+
+def test_an_observer_moves_nothing_by_the_endpoint_for_targets_either(rig, root, port, client):
+    renderer = client("renderer")
+    with renderer.lease() as lease, zmq.Context() as context:
+        where = remote_endpoints(f"127.0.0.1:{port}")
+        for role in ("observer", "operator"):
+            connection = Connection(context, where, ClientKey.load(root / f"{role}.key"))
+            sending = connection.socket(zmq.DEALER, where.targets, {})
+            refused = rig.gateway.inbox.counters.refused
+            stolen = {"lease": lease.text, "epoch": lease.epoch, "position_rad": [1.0]}
+            sending.send(msgpack.packb(stolen))
+            until(lambda before=refused: rig.gateway.inbox.counters.refused > before)
+            sending.close()
+    assert rig.writer.command["target_count"][0] == 0
 
 
 # -- what is open at all -----------------------------------------------------------------------------------

@@ -92,3 +92,12 @@ def test_the_client_stays_light():
         "rtctl.config",
     ):
         assert heavy not in loaded
+
+
+def test_an_address_needs_a_key_and_a_key_an_address(tmp_path):
+    for half in ({"address": "127.0.0.1:9860"}, {"key": tmp_path / "x.key"}):
+        with pytest.raises(ConfigError, match="belong together"):
+            RigClient(**half)
+    for bad in ("127.0.0.1", ":9860", "host:0", "host:70000", "host:x"):
+        with pytest.raises(ConfigError, match="HOST:PORT"):
+            RigClient(address=bad, key=tmp_path / "x.key")
