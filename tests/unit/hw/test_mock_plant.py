@@ -92,6 +92,21 @@ def test_the_torques_of_motor_hand_and_friction_balance_the_inertia(hand_inertia
     assert np.median(error) < 1e-6
 
 
+@pytest.mark.parametrize("stiffness_nm_rad", [200.0, 1e3, 1e4])
+@pytest.mark.parametrize("damping_nms_rad", [0.0, 1.0, 100.0])
+@pytest.mark.parametrize("period_s", [1e-3, 1e-2])
+def test_a_hand_however_stiff_pulls_the_joint_in_and_rests_even_in_single_coarse_steps(
+    stiffness_nm_rad, damping_nms_rad, period_s
+):
+    hand = {"kind": "rest", "center_rad": 0.2, "start_s": 0.0}
+    hand |= {"stiffness_nm_rad": stiffness_nm_rad, "damping_nms_rad": damping_nms_rad}
+    backend = make(rig(period_s=period_s), substeps=1, hand=[hand])
+    run(backend, np.zeros(round(4.0 / period_s)))
+    travel = abs(truth(backend, "position_rad") - 0.2)
+    assert travel <= 0.35 / stiffness_nm_rad + 0.35 / 250
+    assert abs(truth(backend, "velocity_rad_s")) < 1e-3
+
+
 def test_a_current_becomes_link_torque_through_gear_efficiency_and_torque_constant():
     backend = make(axis=[{"torque_scale": 1.1}])
     run(backend, [0.4])
