@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 export PYTHONUNBUFFERED = 1
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: run test test-system lint bench fuzz campaign setup setup-bench docs model clean
+.PHONY: run test test-system lint bench fuzz campaign setup setup-bench docs model recordings clean
 setup: $(VENV)/.ready-dev
 
 $(VENV)/bin/python:
@@ -58,6 +58,10 @@ docs: $(VENV)/.ready-dev
 model: $(VENV)/.ready
 	$(BIN)/python -m rtctl.friction.mock_points configs/friction/mock_points.csv
 	$(BIN)/rtctl fit configs/friction/mock_points.csv --rig mock --epsilon 0.002 --out configs/friction/mock.json
+
+# What the law gives, written down; `make test` holds the law to it.
+recordings: $(VENV)/.ready-dev
+	$(BIN)/python tests/replay/make_recordings.py
 
 clean:
 	rm -rf $(VENV) build dist out

@@ -57,6 +57,8 @@ def _same(reader: Any, *, as_json: bool) -> None:  # noqa: ANN401
         click.echo(json.dumps({**asdict(verdict), "took_s": took, "same_law_sources": same_law}))
     else:
         click.echo(text)
+        if missing := reader.missing_fields():
+            click.echo(f"recorded before the tick had {', '.join(missing)}: taken as 0, not compared")
         if verdict.stopped:
             click.echo(f"stopped early: {verdict.stopped}")
         if verdict.first is None:

@@ -33,6 +33,8 @@ class Contents:
     ----------
     topics
         Channel id -> topic.
+    schemas
+        Name of a schema -> its text.
     complete
         True once the end of the file has been seen.
     bad_chunks
@@ -40,6 +42,7 @@ class Contents:
     """
 
     topics: dict[int, str] = field(default_factory=dict)
+    schemas: dict[str, bytes] = field(default_factory=dict)
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     attachments: dict[str, bytes] = field(default_factory=dict)
     complete: bool = False
@@ -89,7 +92,11 @@ def _records(file: BinaryIO) -> Iterator[tuple[int, bytes]]:
 def _note(op: int, content: bytes, contents: Contents) -> None:
     cursor = Cursor(content)
     try:
-        if op == Op.CHANNEL:
+        if op == Op.SCHEMA:
+            cursor.number("H")
+            name, _ = cursor.string(), cursor.string()
+            contents.schemas[name] = cursor.take(cursor.number("I"))
+        elif op == Op.CHANNEL:
             channel_id, _ = cursor.numbers("HH")
             contents.topics[channel_id] = cursor.string()
         elif op == Op.METADATA:

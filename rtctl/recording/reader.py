@@ -18,7 +18,7 @@ from rtctl.errors import DataError
 from rtctl.recording.mcap_scan import Chunk, Contents, chunks
 from rtctl.recording.parts import COMMAND, EVENT, RAW, TICK, TOPICS
 from rtctl.recording.setup import LAW_NAME, LawArrays, unpack_law
-from rtctl.recording.tick_text import TickText
+from rtctl.recording.tick_text import RECORDED, TickText
 from rtctl.tick import tick_dtype
 
 _PART = re.compile(r"(.*)-(\d{3,})\.mcap")
@@ -108,6 +108,10 @@ class RecordingReader:
             raise DataError(f"{self.parts[0]}: has no {LAW_NAME}; it cannot be replayed")
         return unpack_law(self.attachments[LAW_NAME], self.n_axes)
 
+    def missing_fields(self) -> list[str]:
+        """Tick fields of this version that the recording does not have; they read as 0."""
+        return [field.name for field in RECORDED if field.name not in self._recorded]
+
     def batches(self) -> Iterator[Batch]:
         """Chunk by chunk, over all parts."""
         self.cut, self.ends, self.whole_chunks, self.bad_chunks = [], {}, 0, 0
@@ -142,6 +146,8 @@ class RecordingReader:
         if "rtctl" not in contents.metadata or "n_axes" not in contents.metadata["rtctl"]:
             raise DataError(f"{path}: not a recording of rtctl, or cut off before its first facts")
         self.about, self.attachments = contents.metadata["rtctl"], contents.attachments
+        schema = contents.schemas.get(TOPICS[TICK].replace("/", "."), b"{}")
+        self._recorded = set(orjson.loads(schema).get("properties", {}))
 
     def _same_run(self, contents: Contents, path: Path) -> None:
         about = contents.metadata.get("rtctl", {})

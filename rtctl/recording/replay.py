@@ -162,7 +162,9 @@ class Replay:
         self._tick, self._tick_words = records(tick), tick.view(np.uint64).reshape(1, -1)
         loop = [f.name for f in FIELDS if f.writer != "law" and f.name not in (*_AFTER_LAW, "seal")]
         self._before, self._after = _field_words(self._n, loop), _field_words(self._n, list(_AFTER_LAW))
-        self._law_words = _field_words(self._n, LAW_FIELDS)
+        missing = reader.missing_fields()
+        self._compared = [name for name in LAW_FIELDS if name not in missing]
+        self._law_words = _field_words(self._n, self._compared)
         self._initial, self._other = own.command, commands_from
         self._commands = np.zeros(1, own.command.dtype)  # number 0: none yet
         self._next: int | None = None
@@ -213,7 +215,7 @@ class Replay:
         if len(commands) == 0:
             return
         commands = commands if self._other is None else self._translated(commands)
-        joined = np.concatenate((self._commands[-1:], commands))
+        joined = np.concatenate((self._commands[-1:], commands))[::-1]  # the newer of two counts
         _, index = np.unique(joined["seq"], return_index=True)
         self._commands = joined[index]
 
@@ -247,7 +249,7 @@ class Replay:
             return
         verdict = self.verdict
         firsts: list[tuple[int, str]] = []
-        for name in LAW_FIELDS:
+        for name in self._compared:
             index = _field_words(self._n, [name])
             bad = (words[:, index] != out[:, index]).any(axis=1)
             if bad.any():
