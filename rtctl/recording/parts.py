@@ -195,7 +195,7 @@ class Parts:
             }
             facts["waiver"] = str(bool(rows["waiver"][0])).lower()
             file.add_metadata(
-                "rtctl", {**self._setup.about, **facts, "recorded_wall_ns": str(time.time_ns())}
+                "rtctl", {"recorded_wall_ns": str(time.time_ns()), **self._setup.about, **facts}
             )
             for name, (media, data) in self._setup.attachments.items():
                 file.add_attachment(name, media, self._start_wall_ns, data)

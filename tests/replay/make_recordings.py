@@ -25,7 +25,8 @@ def setup(run: Run) -> Setup:
     made = setup_of(run.loaded, run.sim.plan, 0, EPOCH_NS)
     plan = run.sim.plan
     law = LawArrays(plan.params, plan.model, run.commands[0], run.state)
-    about = {**made.about, "began_wall_ns": str(EPOCH_NS), "python": "", "platform": sys.platform}
+    about = {**made.about, "python": "", "platform": sys.platform, "law_key": ""}
+    about |= {"began_wall_ns": str(EPOCH_NS), "recorded_wall_ns": str(EPOCH_NS)}
     return Setup(about, {LAW_NAME: ("application/zip", pack_law(law))})
 
 

@@ -93,7 +93,13 @@ def environments(run: Run) -> None:
         "environment_pitch_rad": 0.1,
         "environment_side": 1,
     }
-    for kind in (Environment.SPRING, Environment.WALL, Environment.DAMPER, Environment.DETENTS, Environment.FREE):
+    for kind in (
+        Environment.SPRING,
+        Environment.WALL,
+        Environment.DAMPER,
+        Environment.DETENTS,
+        Environment.FREE,
+    ):
         run.go(0.12, environment_kind=kind, **values)
 
 
@@ -154,8 +160,13 @@ def policy(name: str, **more: Any) -> Scenario:
 SCENARIOS: dict[str, Scenario] = {
     "from-power-up": Scenario("mock.toml", from_power_up),
     "swing-hybrid": Scenario("mock.toml", swing),
-    **{f"swing-{name}": policy(name) for name in ("tanh", "deadband", "dither", "intent", "stop", "stop_gated")},
-    "swing-kalman": Scenario("mock.toml", swing, {"velocity": {"method": "kalman"}, "force": {"lowpass_hz": 200.0}}),
+    **{
+        f"swing-{name}": policy(name)
+        for name in ("tanh", "deadband", "dither", "intent", "stop", "stop_gated")
+    },
+    "swing-kalman": Scenario(
+        "mock.toml", swing, {"velocity": {"method": "kalman"}, "force": {"lowpass_hz": 200.0}}
+    ),
     "swing-lowpass": Scenario("mock.toml", swing, {"velocity": {"method": "lowpass"}}),
     "two-axes": Scenario("mock-2axis.toml", swing),
     "environments": Scenario("mock.toml", environments),

@@ -30,13 +30,17 @@ def test_every_scenario_has_its_small_recording():
 def test_the_law_gives_again_what_was_recorded(path):
     reader = RecordingReader([path])
     missing = sorted(set(reader.missing_fields()) & set(LAW_FIELDS))
-    assert not missing, f"{path.name} was recorded before the tick had {', '.join(missing)}: run `make recordings`"
+    assert not missing, (
+        f"{path.name} was recorded before the tick had {', '.join(missing)}: run `make recordings`"
+    )
     same_compiler = reader.about["numba"] == numba.__version__ and platform.machine() == "x86_64"
     if same_compiler:
         verdict = Replay(reader).check()
         assert verdict.ticks > 300
         assert not verdict.stopped
-        assert verdict.first is None, f"{path.name}: the law now gives something else: {verdict.first}. {REMEDY}"
+        assert verdict.first is None, (
+            f"{path.name}: the law now gives something else: {verdict.first}. {REMEDY}"
+        )
         return
     replay = Replay(reader)  # another compiler or processor may round the last bit differently
     for rows, again in replay.run():
@@ -49,4 +53,6 @@ def test_the_changelog_acknowledges_what_the_law_gives():
     section = CHANGELOG.read_text().split("### Behaviour at the handle")[1].split("\n## ")[0]
     told = re.findall(r"\(recordings ([0-9a-f]{10})\)", section)
     now = digest(FOLDER)
-    assert now in told, f"the reference recordings give {now}, which no line acknowledges. {REMEDY} End it with: (recordings {now})"
+    assert now in told, (
+        f"the reference recordings give {now}, which no line acknowledges. {REMEDY} End it with: (recordings {now})"
+    )
