@@ -50,6 +50,7 @@ bench: $(VENV)/.ready-bench
 # Ten million inputs to the command path; a few minutes on two cores. make test feeds it 30 000.
 fuzz: $(VENV)/.ready-dev
 	$(BIN)/python tests/fuzz/command_fuzzer.py 10000000
+	$(BIN)/python tests/fuzz/force_fuzzer.py 10000000
 
 docs: $(VENV)/.ready-dev
 	$(BIN)/python -m rtctl schema --fill docs/tick.md --fill docs/safety.md --fill docs/protocol.md
