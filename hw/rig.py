@@ -13,8 +13,6 @@ sample goes stale, which stops the rig.
 
 from __future__ import annotations
 
-import contextlib
-import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -33,10 +31,8 @@ from hw.interface import (
     Options,
     Rig,
 )
+from hw.reach import reach_all
 from hw.rig_words import Exchange, device_dtype, subset
-
-STOP_TIMEOUT_S = 0.1
-"""How long `stop` and `close` wait for a device that hangs."""
 
 REST_TICKS = 2
 """Most cycles a device rests after it overran its budget: one more and a lone hiccup would be a stale sample."""
@@ -104,6 +100,9 @@ class _Device:
 
     def __init__(self, member: Member, backend: Backend) -> None:
         self.member, self.backend = member, backend
+        self.budget_ns, self.max_age_ticks = member.budget_ns, member.max_age_ticks
+        self._read: Callable[..., None] = backend.read
+        self._write: Callable[..., None] = backend.write
         self.provides = frozenset(member.channels) & backend.provides
         self.consumes = frozenset(member.channels) & backend.consumes
         self.age = _NEVER
@@ -116,48 +115,63 @@ class _Device:
             self.tick = np.zeros(1, device_dtype(tick.dtype, len(self.member.axes)))
             self.tick["temperature_c"] = np.nan
         fields = [CHANNEL_FIELDS[channel] for channel in sorted(self.provides)]
-        self.exchange = Exchange(tick, self.tick, self.member.axes, fields, commanded=bool(self.consumes))
+        exchange = Exchange(tick, self.tick, self.member.axes, fields, commanded=bool(self.consumes))
+        self.deliver, self._lead_in, self._command = exchange.deliver, exchange.lead_in, exchange.command
+        self._words, self._sample_count = exchange.words, exchange.sample_count
+        self._link_faults, self._estop = exchange.link_faults, exchange.estop
 
-    def read(self, elapsed: int) -> None:
-        """Read the device and see whether there is a new sample. Raises BackendError naming it."""
-        assert self.tick is not None
-        before = self.exchange.sample_count()
-        self.exchange.lead_in()
-        self._named(self.backend.read, self.tick)
-        self.age = 0 if self.exchange.sample_count() > before else self.age + elapsed
+    def read(self, elapsed: int) -> int:
+        """Read the device and see whether there is a new sample. Returns bits of `LinkFault`.
+
+        Raises
+        ------
+        BackendError
+            Naming the device.
+        """
+        words, count = self._words, self._sample_count
+        before = words[count]
+        self._lead_in()
+        try:
+            self._read(self.tick)
+        except BackendError as error:
+            raise self._named(error) from error
+        self.age = 0 if words[count] > before else self.age + elapsed
+        return int(words[self._link_faults])
 
     def over(self, spent_ns: int) -> bool:
         """True when the reading took longer than its budget; the device then rests."""
-        if spent_ns <= self.member.budget_ns:
+        if spent_ns <= self.budget_ns:
             self.overruns_in_a_row = 0
             return False
         self.overruns += 1
         self.overruns_in_a_row += 1
         slow = self.overruns_in_a_row >= SLOW_READS
-        self.rest = SLOW_REST_TICKS if slow else min(spent_ns // self.member.budget_ns, REST_TICKS)
+        self.rest = SLOW_REST_TICKS if slow else min(spent_ns // self.budget_ns, REST_TICKS)
         return True
 
     def write(self) -> None:
         """Send the device its part of the command. Raises BackendError naming it."""
-        assert self.tick is not None
-        self.exchange.command()
-        self._named(self.backend.write, self.tick)
+        self._command()
+        try:
+            self._write(self.tick)
+        except BackendError as error:
+            raise self._named(error) from error
 
     def open(self) -> None:
         """Acquire the device; nothing from before is fresh any more. Raises BackendError naming it."""
         self.age, self.rest, self.overruns_in_a_row = _NEVER, 0, 0
-        self._named(self.backend.open)
-
-    def _named(self, action: Callable[..., None], *arguments: np.ndarray) -> None:
         try:
-            action(*arguments)
+            self.backend.open()
         except BackendError as error:
-            raise type(error)(f"{self.member.label}: {error}") from error
+            raise self._named(error) from error
+
+    def _named(self, error: BackendError) -> BackendError:
+        return type(error)(f"{self.member.label}: {error}")
 
     @property
-    def fresh(self) -> bool:
-        """Not older than it may be."""
-        return self.age <= self.member.max_age_ticks
+    def stopped(self) -> bool:
+        """Whether its emergency stop input is pressed."""
+        return bool(self._words[self._estop])
 
 
 class Composite:
@@ -166,6 +180,7 @@ class Composite:
     def __init__(self, devices: Sequence[_Device]) -> None:
         self._devices = sorted(devices, key=_rank)
         self._sensors = [device for device in self._devices if device.provides]
+        self._stops = [device for device in self._devices if "estop" in device.provides]
         self._writers = [device for device in self._devices if device.backend.consumes]
         self.provides = frozenset().union(*(device.provides for device in devices))
         self.consumes = frozenset().union(*(device.consumes for device in devices))
@@ -204,34 +219,34 @@ class Composite:
             self._bind(tick)
         before, self._slot = self._slot, self._slots[0]
         faults = self._read_all(max(self._slot - before, 1))
-        estop, due, new = 0, True, False
+        due, new = True, False
         for device in self._sensors:
-            device.exchange.deliver()
-            due = due and device.fresh
-            new = new or device.age == 0
-            if "estop" in device.provides and device.exchange.estop():
-                estop = 1
+            device.deliver()
+            if device.age > device.max_age_ticks:
+                due = False
+            elif device.age == 0:
+                new = True
         if due and new:
             self._count += 1
         self._sample_count[0], self._link_faults[0] = self._count, faults
-        if "estop" in self.provides:
-            self._estop[0] = estop
+        if self._stops:
+            self._estop[0] = any(device.stopped for device in self._stops)
 
     def _read_all(self, elapsed: int) -> int:
         """Read the devices in turn; `elapsed` is cycles since the last time. Returns bits of `LinkFault`."""
-        faults, late = 0, False
+        faults, late, now = 0, False, time.monotonic_ns
         for device in self._devices:
             if late or device.rest:
                 device.rest = max(device.rest - 1, 0)
                 device.age += elapsed
-                continue
-            budget = device.member.budget_ns
-            began = time.monotonic_ns() if budget else 0
-            device.read(elapsed)
-            faults |= device.exchange.link_faults()
-            if budget and device.over(time.monotonic_ns() - began):
-                late = True
-                faults |= _OVER_BUDGET
+            elif not device.budget_ns:
+                faults |= device.read(elapsed)
+            else:
+                began = now()
+                faults |= device.read(elapsed)
+                if device.over(now() - began):
+                    late = True
+                    faults |= _OVER_BUDGET
         return faults
 
     def write(self, tick: np.ndarray) -> None:
@@ -243,11 +258,11 @@ class Composite:
 
     def stop(self) -> None:
         """Stop every device at once, actuators too when a sensor raises or hangs. Never raises."""
-        _reach_all([device.backend.stop for device in self._devices])
+        reach_all([device.backend.stop for device in self._devices])
 
     def close(self) -> None:
         """Release every device. Never raises."""
-        _reach_all([device.backend.close for device in self._devices])
+        reach_all([device.backend.close for device in self._devices])
 
     def counts(self) -> dict[str, int]:
         """What the links have seen, each name after its device's, and how often a budget was overrun."""
@@ -262,28 +277,3 @@ class Composite:
 def _rank(device: _Device) -> int:
     ranks = [READ_ORDER.index(channel) for channel in device.provides if channel in READ_ORDER]
     return min(ranks, default=len(READ_ORDER))
-
-
-def _reach_all(actions: Sequence[Callable[[], None]]) -> None:
-    """Call all at once and wait a moment: none can keep the others from being called."""
-
-    def _quietly(action: Callable[[], None]) -> None:
-        with contextlib.suppress(Exception):  # whatever one device does, the others are stopped
-            action()
-
-    before = threading.stack_size(_STACK_BYTES)
-    waiting = []
-    try:
-        for action in actions:
-            thread = threading.Thread(target=_quietly, args=(action,), daemon=True)
-            try:
-                thread.start()
-            except RuntimeError:  # no more threads: one after the other is better than not at all
-                _quietly(action)
-            else:
-                waiting.append(thread)
-    finally:
-        threading.stack_size(before)
-    deadline = time.monotonic() + STOP_TIMEOUT_S
-    for thread in waiting:
-        thread.join(max(deadline - time.monotonic(), 0.0))

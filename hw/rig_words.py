@@ -5,8 +5,9 @@ A tick is a row of 8-byte words. A device that serves some of the rig's axes has
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -60,32 +61,36 @@ def _pairs(rig: np.dtype[np.void], own: np.dtype[np.void], name: str, axes: Sequ
     return [(rig_at + axis, own_at + i) for i, axis in enumerate(axes)]
 
 
-class _Copy:
-    """Copies words from one row to another: slices where they are adjacent, else by index."""
+MOST_SLICES = 6
+"""With more separate runs of words than this, copying by index is cheaper than slice by slice."""
 
-    MOST_SLICES = 6
 
-    def __init__(self, pairs: Sequence[tuple[int, int]], source: np.ndarray, target: np.ndarray) -> None:
-        runs: list[list[int]] = []
-        for at, to in sorted(pairs):
-            if runs and at == runs[-1][0] + runs[-1][2] and to == runs[-1][1] + runs[-1][2]:
-                runs[-1][2] += 1
-            else:
-                runs.append([at, to, 1])
-        self._indexed = len(runs) > self.MOST_SLICES
-        self._source, self._target = source, target
-        self._from = np.array([at for at, _ in pairs])
-        self._to = np.array([to for _, to in pairs])
-        read: Any = memoryview(source)  # type: ignore[arg-type] # its stubs do not know numpy
-        write: Any = memoryview(target)  # type: ignore[arg-type]
-        self._slices = [(read[at : at + n], write, slice(to, to + n)) for at, to, n in runs]
+def copier(pairs: Sequence[tuple[int, int]], source: np.ndarray, target: np.ndarray) -> Callable[[], None]:
+    """A call that copies words from one row to another: slices where they are adjacent, else by index."""
+    runs: list[list[int]] = []
+    for at, to in sorted(pairs):
+        if runs and at == runs[-1][0] + runs[-1][2] and to == runs[-1][1] + runs[-1][2]:
+            runs[-1][2] += 1
+        else:
+            runs.append([at, to, 1])
+    if len(runs) > MOST_SLICES:
+        chosen, places = np.array([at for at, _ in pairs]), np.array([to for _, to in pairs])
 
-    def __call__(self) -> None:
-        if self._indexed:
-            self._target[self._to] = self._source[self._from]
-            return
-        for part, target, where in self._slices:
-            target[where] = part
+        def _by_index() -> None:
+            target[places] = source[chosen]
+
+        return _by_index
+    read: Any = memoryview(source)  # type: ignore[arg-type] # its stubs do not know numpy
+    write: Any = memoryview(target)  # type: ignore[arg-type]
+    steps = [partial(write.__setitem__, slice(to, to + n), read[at : at + n]) for at, to, n in runs]
+    if len(steps) == 1:
+        return steps[0]
+
+    def _slice_by_slice() -> None:
+        for step in steps:
+            step()
+
+    return _slice_by_slice
 
 
 def _words(tick: np.ndarray) -> np.ndarray:
@@ -127,29 +132,17 @@ class Exchange:
         def _back(pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
             return [(to, at) for at, to in pairs]
 
-        self.lead_in = _Copy(_of(lead), rig_words, own_words)
+        self.lead_in = copier(_of(lead), rig_words, own_words)
         """Show the device which cycle it is."""
-        self.command = _Copy(_of(rest), rig_words, own_words)
+        self.command = copier(_of(rest), rig_words, own_words)
         """Show it the command."""
         measured = [name for name in fields if name != "estop"]
-        self.deliver = _Copy(_back(_of(measured)), own_words, rig_words)
+        self.deliver = copier(_back(_of(measured)), own_words, rig_words)
         """Show the rig what it has measured."""
-        word: Any = memoryview(own_words)  # type: ignore[arg-type]
-        self._word = word
+        self.words: Any = memoryview(own_words)  # type: ignore[arg-type]
+        """The device's own tick as words; the numbers of some of them follow."""
         at = own.dtype.fields
         assert at is not None
-        self._sample_count, self._link_faults, self._estop = (
+        self.sample_count, self.link_faults, self.estop = (
             at[name][1] // 8 for name in ("sample_count", "link_faults", "estop")
         )
-
-    def sample_count(self) -> int:
-        """The device's own count of samples."""
-        return int(self._word[self._sample_count])
-
-    def link_faults(self) -> int:
-        """The faults of its link."""
-        return int(self._word[self._link_faults])
-
-    def estop(self) -> int:
-        """Its emergency stop input."""
-        return int(self._word[self._estop])

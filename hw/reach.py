@@ -1,0 +1,39 @@
+"""Calls one thing on every device though one of them raises or hangs."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from collections.abc import Callable, Sequence
+
+STOP_TIMEOUT_S = 0.1
+"""How long to wait for a device that hangs."""
+
+_STACK_BYTES = 256 * 1024
+"""Of a stopping thread: with locked memory the default 8 MB would be filled in first."""
+
+
+def reach_all(actions: Sequence[Callable[[], None]]) -> None:
+    """Call all at once and wait a moment: none can keep the others from being called."""
+
+    def _quietly(action: Callable[[], None]) -> None:
+        with contextlib.suppress(Exception):  # whatever one device does, the others are stopped
+            action()
+
+    before = threading.stack_size(_STACK_BYTES)
+    waiting = []
+    try:
+        for action in actions:
+            thread = threading.Thread(target=_quietly, args=(action,), daemon=True)
+            try:
+                thread.start()
+            except RuntimeError:  # no more threads: one after the other is better than not at all
+                _quietly(action)
+            else:
+                waiting.append(thread)
+    finally:
+        threading.stack_size(before)
+    deadline = time.monotonic() + STOP_TIMEOUT_S
+    for thread in waiting:
+        thread.join(max(deadline - time.monotonic(), 0.0))
