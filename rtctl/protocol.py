@@ -25,6 +25,8 @@ TOPIC_EVENT = b"rtctl/event"
 TOPIC_HEALTH = b"rtctl/health"
 TOPIC_COMMAND = b"rtctl/command"
 TOPIC_SETUP = b"rtctl/setup"
+TOPICS = (TOPIC_STATE, TOPIC_TICKS, TOPIC_EVENT, TOPIC_HEALTH, TOPIC_COMMAND, TOPIC_SETUP)
+"""All of them: a subscriber that asks for others is expelled in the end."""
 
 MAX_REQUEST_BYTES = 4096
 MAX_OUTSTANDING_REQUESTS = 8

@@ -6,11 +6,14 @@ knows. Here it is bound to the client's authenticated user id, so a number that 
 
 from __future__ import annotations
 
+import hashlib
 import math
 import secrets
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+
+import numpy as np
 
 from rtctl.host.messages import Refusal
 
@@ -109,3 +112,13 @@ class LeaseDesk:
         """Take the lease back."""
         if self._lease is not None:
             self._lease, self.ended = None, why
+
+
+def veil_leases(commands: np.ndarray) -> np.ndarray:
+    """Commands as others may see them: each lease replaced by a number that tells it from others, and no more."""
+    veiled = commands.copy()
+    for i in np.flatnonzero(commands["target_lease"]):
+        number = int(commands["target_lease"][i]).to_bytes(8, "big")
+        digest = int.from_bytes(hashlib.blake2b(number, digest_size=8).digest(), "big")
+        veiled["target_lease"][i] = digest >> (64 - NUMBER_BITS) or 1
+    return veiled

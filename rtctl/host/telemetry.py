@@ -21,6 +21,7 @@ from rtctl.host.description import RigDescription, describe
 from rtctl.host.endpoints import private_umask
 from rtctl.host.events import EventDetector
 from rtctl.host.health import HealthWindow
+from rtctl.host.lease import veil_leases
 from rtctl.host.messages import encode
 from rtctl.host.publisher import Publisher
 from rtctl.host.samples import Decimator, state_samples, tick_columns
@@ -33,11 +34,10 @@ from rtctl.protocol import (
     TOPIC_SETUP,
     TOPIC_STATE,
     TOPIC_TICKS,
+    TOPICS,
     Endpoints,
     schema_sha256,
 )
-
-TOPICS = (TOPIC_STATE, TOPIC_TICKS, TOPIC_EVENT, TOPIC_HEALTH)
 
 QUEUE_S = 5.0
 """How far a subscriber may fall behind before it loses messages."""
@@ -145,7 +145,7 @@ class Telemetry:
             self._send(TOPIC_COMMAND, self._command_columns(commands))
 
     def _command_columns(self, commands: np.ndarray) -> dict[str, Any]:
-        return {"session": self._rig.session, "columns": tick_columns(commands)}
+        return {"session": self._rig.session, "columns": tick_columns(veil_leases(commands))}
 
     def publish(self, rows: np.ndarray, overwritten: int) -> None:
         """Publish new ticks, and health when a second has passed.

@@ -1,10 +1,12 @@
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rtctl.host.lease import LeaseDesk
+from rtctl.control.records import command_dtype
+from rtctl.host.lease import LeaseDesk, veil_leases
 from rtctl.host.messages import Refusal
 
 
@@ -85,6 +87,17 @@ def test_nobody_gets_it_while_the_loop_still_follows_the_last_holder(desk):
 
 def test_on_a_slow_rig_silence_takes_longer_than_the_loops_own():
     assert LeaseDesk(100.0).silence_s == 2.0
+
+
+def test_published_commands_tell_leases_apart_and_nothing_else_of_them():
+    commands = np.zeros(4, command_dtype(1))
+    commands["target_lease"] = [0, 5, 5, 2**62 - 1]
+    veiled = veil_leases(commands)
+    none, first, again, other = veiled["target_lease"].tolist()
+    assert none == 0
+    assert first == again != other
+    assert not {first, other} & {5, 2**62 - 1}
+    assert commands["target_lease"].tolist() == [0, 5, 5, 2**62 - 1]
 
 
 steps = st.lists(

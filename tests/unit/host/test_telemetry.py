@@ -166,3 +166,10 @@ def test_queues_hold_seconds_at_any_batch_length():
     assert queue_messages(0.02) >= 5 * 3 * 50
     assert queue_messages(0.001) >= 5 * 3 * 1000
     assert queue_messages(1.0) >= 100
+
+
+def test_every_topic_of_the_protocol_is_sent():
+    from rtctl import protocol
+
+    named = {value for name, value in vars(protocol).items() if name.startswith("TOPIC_")}
+    assert set(protocol.TOPICS) == named
