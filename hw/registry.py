@@ -68,19 +68,19 @@ BUILT_IN = {
         summary="a board on a CAN bus, by a field map or a DBC file",
     ),
     "odrive": BackendInfo(
-        factory="hw.can.backend:OdriveBackend",
+        factory="hw.can.drive_backend:OdriveBackend",
         options="hw.can.options:OdriveOptions",
         simulated=False,
         summary="ODrives over CAN Simple",
     ),
     "moteus": BackendInfo(
-        factory="hw.can.backend:MoteusBackend",
+        factory="hw.can.drive_backend:MoteusBackend",
         options="hw.can.options:MoteusOptions",
         simulated=False,
         summary="moteus controllers over CAN-FD",
     ),
     "cia402": BackendInfo(
-        factory="hw.can.backend:Cia402Backend",
+        factory="hw.can.drive_backend:Cia402Backend",
         options="hw.can.options:Cia402Options",
         simulated=False,
         summary="CANopen drives (CiA 402) in cyclic synchronous torque",

@@ -1,23 +1,20 @@
-"""Drives on one CAN bus as a backend. Runs in the loop process: no pydantic here.
+"""A CAN bus and its devices as a backend. Runs in the loop process: no pydantic here.
 
-One cycle: `read` drains the bus, newest frame of each kind winning, and takes the sample when every part of
-it has arrived since the last one; `write` sends one command per axis. Nothing here waits.
+One cycle: `read` drains the bus, the newest frame of each kind winning, and takes the sample when every part of
+it has arrived since the last one; `write` sends every command. Nothing here waits.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from hw.can.bus import Bus, Handler, open_bus, require
-from hw.can.cia402 import HEARTBEAT, OPERATIONAL, SYNC, Cia402Axis
-from hw.can.moteus import MoteusAxis
-from hw.can.odrive import OdriveAxis
 from hw.can.sample import Sample
-from hw.interface import BackendError, LinkFault, LinkLost, Options, Rig
+from hw.interface import LinkFault, LinkLost, Options, Rig
 
 SILENT_TICKS = 10
 """Cycles without a complete sample after which the link counts as lost, besides each sample going stale."""
@@ -29,33 +26,6 @@ STOP_S = 0.02
 """How long `stop` keeps trying when the queue of the interface is full."""
 
 _LOST = int(LinkFault.LOST)
-
-
-class Drive(Protocol):
-    """One axis of a known protocol."""
-
-    identity: bytes
-
-    def handlers(self) -> Mapping[int, Handler]:
-        """Its frames."""
-
-    def set_up(self, bus: Bus) -> None:
-        """Make it ready, disarmed, and hear it. May block. Raises BackendError."""
-
-    def prime(self, bus: Bus) -> None:
-        """Ask for a sample where none comes unasked."""
-
-    def write(self, bus: Bus, current_a: float, enabled: bool) -> None:
-        """One cycle's command."""
-
-    def link_faults(self) -> int:
-        """`LinkFault` bits of the drive."""
-
-    def status(self) -> str:
-        """What it says about itself, for people."""
-
-    def stop(self, bus: Bus) -> None:
-        """Torque-free now."""
 
 
 class CanBackend:
@@ -89,7 +59,7 @@ class CanBackend:
     def _prime(self, bus: Bus) -> None:
         raise NotImplementedError
 
-    def _send(self, bus: Bus, enabled: bool) -> None:
+    def send(self, bus: Bus, *, enabled: bool) -> None:
         raise NotImplementedError
 
     def _stop(self, bus: Bus) -> None:
@@ -173,16 +143,14 @@ class CanBackend:
         sample.faults = 0
         drained = bus.receive()
         slot = self._slots[0]
-        if slot - self._slot > UNKNOWN_AGE_TICKS:
+        if not drained or slot - self._slot > UNKNOWN_AGE_TICKS:
             sample.fresh = 0
         self._slot = slot
         faults = sample.faults | bus.health.link_faults | self._device_faults()
-        self._silent += 1
-        if drained and sample.fresh == sample.needed:
-            self._take()
-        elif self._silent > SILENT_TICKS:
-            faults |= _LOST
-        self._show()
+        if not self.show():
+            self._silent += 1
+            if self._silent > SILENT_TICKS:
+                faults |= _LOST
         self._faults[0] = faults
 
     def _bind_anew(self, tick: np.ndarray) -> None:
@@ -191,6 +159,18 @@ class CanBackend:
         self._bind(tick)
         if not first:
             self._slot = slot
+
+    def show(self) -> bool:
+        """Fill the tick: with the new sample if it is complete, else with the last one. True for a new one."""
+        new = self.sample.fresh == self.sample.needed
+        if new:
+            self._take()
+        for field, values in self._shown:
+            field[:] = values
+        if self._estop is not None:
+            self._estop[0] = self._taken.estop
+        self._counts[0] = self._count
+        return new
 
     def _take(self) -> None:
         sample, taken = self.sample, self._taken
@@ -202,20 +182,13 @@ class CanBackend:
         sample.fresh = self._silent = 0
         self._count += 1
 
-    def _show(self) -> None:
-        for field, values in self._shown:
-            field[:] = values
-        if self._estop is not None:
-            self._estop[0] = self._taken.estop
-        self._counts[0] = self._count
-
     def write(self, tick: np.ndarray) -> None:
         """Send this cycle's commands. Raises LinkLost."""
         if tick is not self._tick:
             self._bind_anew(tick)
         if self.bus is None:
             raise LinkLost("the CAN bus is not open")
-        self._send(self.bus, self._enabled[0] != 0)
+        self.send(self.bus, enabled=self._enabled[0] != 0)
 
     def counts(self) -> dict[str, int]:
         """Samples taken, frames refused here by reason, and what the controller reported."""
@@ -248,108 +221,3 @@ class CanBackend:
         bus, self.bus, self._tick = self.bus, None, None
         if bus is not None:
             bus.close()
-
-
-class DriveBackend(CanBackend):
-    """One drive per axis, all of one protocol."""
-
-    kind: type[Any]
-    name = ""
-
-    def __init__(self, options: Options, rig: Rig) -> None:
-        super().__init__(options, rig)
-        if len(options["axis"]) != rig.n_axes:
-            raise BackendError(
-                f"{self.name}: {len(options['axis'])} [[device.options.axis]] tables for {rig.n_axes} axes; "
-                "give one per axis, in order"
-            )
-        self.drives: Sequence[Drive] = [
-            self.kind(table, options, rig, axis, self.sample) for axis, table in enumerate(options["axis"])
-        ]
-        self.provides = frozenset({"position", "current"}) | (
-            {"temperature"} if self._gives_temperature() else set()
-        )
-        self.consumes = frozenset({"current_command"})
-        self._writers = [drive.write for drive in self.drives]
-
-    def _gives_temperature(self) -> bool:
-        return False
-
-    def _set_up(self, bus: Bus) -> Mapping[int, Handler]:
-        everything: dict[int, Handler] = {}
-        for drive in self.drives:
-            everything |= drive.handlers()
-        for drive in self.drives:
-            bus.subscribe(everything)
-            drive.set_up(bus)
-        return everything
-
-    def _prime(self, bus: Bus) -> None:
-        for drive in self.drives:
-            drive.prime(bus)
-
-    def _send(self, bus: Bus, enabled: bool) -> None:
-        for write, current_a in zip(self._writers, self._current, strict=True):
-            write(bus, current_a, enabled)
-
-    def _stop(self, bus: Bus) -> None:
-        for drive in self.drives:
-            drive.stop(bus)
-
-    def _device_faults(self) -> int:
-        faults = 0
-        for drive in self.drives:
-            faults |= drive.link_faults()
-        return faults
-
-    def _identities(self) -> tuple[bytes, ...]:
-        return tuple(drive.identity for drive in self.drives)
-
-    def status(self) -> list[str]:
-        """What the drives say about themselves."""
-        return [drive.status() for drive in self.drives]
-
-
-class OdriveBackend(DriveBackend):
-    """ODrives over CAN Simple."""
-
-    kind, name = OdriveAxis, "odrive"
-
-    def _gives_temperature(self) -> bool:
-        return bool(self._options["temperature_ms"])
-
-
-class MoteusBackend(DriveBackend):
-    """moteus controllers over CAN-FD."""
-
-    kind, name = MoteusAxis, "moteus"
-
-    def _gives_temperature(self) -> bool:
-        return True
-
-
-class Cia402Backend(DriveBackend):
-    """CiA 402 drives in cyclic synchronous torque; the SYNC and the host's heartbeat are the backend's."""
-
-    kind, name = Cia402Axis, "cia402"
-
-    def _set_up(self, bus: Bus) -> Mapping[int, Handler]:
-        everything = super()._set_up(bus)
-        self._sync = bus.outgoing(SYNC, 0)
-        self._heartbeat = bus.outgoing(HEARTBEAT + int(self._options["source"]), 1)
-        self._heartbeat.buffer[self._heartbeat.offset] = OPERATIONAL
-        self._every = max(1, int(1e-3 * self._options["heartbeat_ms"] / self._rig.period_s))
-        self._since = self._every  # the first cycle sends one: the drives watch from then on
-        return everything
-
-    def _prime(self, bus: Bus) -> None:
-        super()._prime(bus)
-        bus.send(self._sync)
-
-    def _send(self, bus: Bus, enabled: bool) -> None:
-        super()._send(bus, enabled)
-        bus.send(self._sync)
-        self._since += 1
-        if self._since >= self._every:
-            self._since = 0
-            bus.send(self._heartbeat)

@@ -225,7 +225,7 @@ class BoardBackend(CanBackend):
     def _prime(self, bus: Bus) -> None:
         self._stop(bus)
 
-    def _send(self, bus: Bus, enabled: bool) -> None:
+    def send(self, bus: Bus, *, enabled: bool) -> None:
         for frame in self._sent:
             frame.send(bus, self._current, self._torque, enabled)
 

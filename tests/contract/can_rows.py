@@ -1,7 +1,7 @@
 """CAN devices for the contract suite: each preset's options, and the simulated device on the other side.
 
-By default both sit on python-can's `virtual` bus. With RTCTL_CAN_HOST and RTCTL_CAN_DEVICE (names of two
-interfaces on one wire, or one vcan twice) the backend uses SocketCAN; `tests/system` runs the suite so.
+By default both sit on python-can's `virtual` bus. RTCTL_CAN_WIRES names SocketCAN wires instead, each by the
+interface of the backend and that of the device: `vcan0:vcan0,can0:can1`. `tests/system` runs the suite so.
 """
 
 import itertools
@@ -12,14 +12,14 @@ import can
 from hw.can.drive_sim import TORQUE_CONSTANT_NM_A, DriveSim, make_drives
 from hw.can.sim_plant import Inertia
 
-HOST, DEVICE = os.environ.get("RTCTL_CAN_HOST"), os.environ.get("RTCTL_CAN_DEVICE")
+WIRES = [tuple(wire.split(":")) for wire in os.environ.get("RTCTL_CAN_WIRES", "").split(",") if wire]
 PERIOD_S = 1e-3
 _numbers = itertools.count()
 
 
-def bus(folder, *, fd=False):
-    if HOST:
-        return {"interface": "socketcan", "channel": HOST, "fd": fd}
+def bus(wire, *, fd=False):
+    if wire:
+        return {"interface": "socketcan", "channel": wire[0], "fd": fd}
     return {"interface": "virtual", "channel": f"contract-{next(_numbers)}", "fd": fd}
 
 
@@ -27,20 +27,20 @@ def _axes(n_axes, **more):
     return [{"node": 1 + axis, **more} for axis in range(n_axes)]
 
 
-def odrive(n_axes, folder):
-    return {"bus": bus(folder), "heartbeat_ms": 10.0, "axis": _axes(n_axes)}
+def odrive(n_axes, wire):
+    return {"bus": bus(wire), "heartbeat_ms": 10.0, "axis": _axes(n_axes)}
 
 
-def odrive_request(n_axes, folder):
-    return {**odrive(n_axes, folder), "feedback": "request"}
+def odrive_request(n_axes, wire):
+    return {**odrive(n_axes, wire), "feedback": "request"}
 
 
-def moteus(n_axes, folder):
-    return {"bus": bus(folder, fd=True), "axis": _axes(n_axes)}
+def moteus(n_axes, wire):
+    return {"bus": bus(wire, fd=True), "axis": _axes(n_axes)}
 
 
-def cia402(n_axes, folder):
-    return {"bus": bus(folder), "axis": _axes(n_axes)}
+def cia402(n_axes, wire):
+    return {"bus": bus(wire), "axis": _axes(n_axes)}
 
 
 RECEIVE = {
@@ -64,23 +64,23 @@ SEND = {
 }
 
 
-def board(n_axes, folder):
-    return {"bus": bus(folder), "receive": [RECEIVE], "send": [SEND]}
+def board(n_axes, wire):
+    return {"bus": bus(wire), "receive": [RECEIVE], "send": [SEND]}
 
 
 class WithDevice:
     """A backend whose device lives in the test: it answers while the backend opens, then once per read."""
 
-    def __init__(self, backend, options, sim_kind, n_axes):
-        self.backend, table = backend, options["bus"]
+    def __init__(self, backend, options, sim_kind, n_axes, wire):
+        self.backend, self.wire, table = backend, wire, options["bus"]
         self.provides, self.consumes = backend.provides, backend.consumes
-        arguments = {"interface": table["interface"], "channel": DEVICE or table["channel"]}
+        arguments = {"interface": table["interface"], "channel": wire[1] if wire else table["channel"]}
         more = {"fd": True} if table["fd"] else {}
         self.bus = can.Bus(**arguments, **more, ignore_config=True)
         # opened before the backend's socket: what it has received, the backend has
-        self.witness = (
-            can.Bus(interface="socketcan", channel=HOST, fd=True, ignore_config=True) if HOST else None
-        )
+        self.witness = None
+        if wire:
+            self.witness = can.Bus(interface="socketcan", channel=wire[0], fd=table["fd"], ignore_config=True)
         drives = make_drives(sim_kind, range(1, n_axes + 1))
         self.sim = DriveSim(self.bus, drives, Inertia(n_axes, TORQUE_CONSTANT_NM_A), fd=table["fd"])
         self._sent = False
@@ -111,8 +111,8 @@ class WithDevice:
 
     def settle(self):
         """Have the device answer everything sent so far, and the answers arrive."""
-        quiet_s = 5e-3 if HOST else 0.0
-        self.sim.handle(0.5 if HOST and self._sent else quiet_s)
+        quiet_s = 10e-3 if self.wire else 0.0
+        self.sim.handle(0.5 if self.wire and self._sent else quiet_s)
         self._sent = False
         while self.sim.handle(quiet_s):
             pass
@@ -129,16 +129,26 @@ class WithDevice:
         return getattr(self.backend, name)
 
 
-def _with(sim_kind):
-    return lambda backend, options, n_axes: WithDevice(backend, options, sim_kind, n_axes)
+def _row(kind, n_axes, table, sim_kind, wire):
+    def beside(backend, options, n_axes):
+        return WithDevice(backend, options, sim_kind, n_axes, wire)
 
+    return kind, n_axes, lambda n_axes, folder: table(n_axes, wire), beside
+
+
+_KINDS = {
+    "odrive": ("odrive", 1, odrive, "odrive"),
+    "odrive by request, two axes": ("odrive", 2, odrive_request, "odrive-request"),
+    "moteus, two axes": ("moteus", 2, moteus, "moteus"),
+    "cia402, two axes": ("cia402", 2, cia402, "cia402"),
+    "can board": ("can", 1, board, "can"),
+}
 
 ROWS = {
-    "odrive": ("odrive", 1, odrive, _with("odrive")),
-    "odrive by request, two axes": ("odrive", 2, odrive_request, _with("odrive-request")),
-    "moteus, two axes": ("moteus", 2, moteus, _with("moteus")),
-    "cia402, two axes": ("cia402", 2, cia402, _with("cia402")),
-    "can board": ("can", 1, board, _with("can")),
+    name + (f" on {wire[0]}" if wire else ""): _row(*row, wire)
+    for wire in WIRES or [()]
+    for name, row in _KINDS.items()
+    if not (row[0] == "moteus" and wire and wire[0] != "vcan0")  # the emulated controllers know no CAN FD
 }
 
 KINDS = {row[0] for row in ROWS.values()}

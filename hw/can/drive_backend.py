@@ -1,0 +1,145 @@
+"""Drives on one CAN bus, one per axis, all of one protocol: ODrive, moteus, CiA 402."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+from hw.can.backend import CanBackend
+from hw.can.bus import Bus, Handler
+from hw.can.cia402 import HEARTBEAT, OPERATIONAL, SYNC, Cia402Axis
+from hw.can.moteus import MoteusAxis
+from hw.can.odrive import OdriveAxis
+from hw.interface import BackendError, Options, Rig
+
+
+class Drive(Protocol):
+    """One axis of a known protocol."""
+
+    identity: bytes
+
+    def handlers(self) -> Mapping[int, Handler]:
+        """Its frames."""
+
+    def set_up(self, bus: Bus) -> None:
+        """Make it ready, disarmed, and hear it. May block. Raises BackendError."""
+
+    def prime(self, bus: Bus) -> None:
+        """Ask for a sample where none comes unasked."""
+
+    def write(self, bus: Bus, current_a: float, enabled: bool) -> None:
+        """One cycle's command."""
+
+    def link_faults(self) -> int:
+        """`LinkFault` bits of the drive."""
+
+    def status(self) -> str:
+        """What it says about itself, for people."""
+
+    def stop(self, bus: Bus) -> None:
+        """Torque-free now."""
+
+
+class DriveBackend(CanBackend):
+    """One drive per axis, all of one protocol."""
+
+    kind: type[Any]
+    name = ""
+
+    def __init__(self, options: Options, rig: Rig) -> None:
+        super().__init__(options, rig)
+        if len(options["axis"]) != rig.n_axes:
+            raise BackendError(
+                f"{self.name}: {len(options['axis'])} [[device.options.axis]] tables for {rig.n_axes} axes; "
+                "give one per axis, in order"
+            )
+        self.drives: Sequence[Drive] = [
+            self.kind(table, options, rig, axis, self.sample) for axis, table in enumerate(options["axis"])
+        ]
+        self.provides = frozenset({"position", "current"}) | (
+            {"temperature"} if self._gives_temperature() else set()
+        )
+        self.consumes = frozenset({"current_command"})
+        self._writers = [drive.write for drive in self.drives]
+
+    def _gives_temperature(self) -> bool:
+        return False
+
+    def _set_up(self, bus: Bus) -> Mapping[int, Handler]:
+        everything: dict[int, Handler] = {}
+        for drive in self.drives:
+            everything |= drive.handlers()
+        for drive in self.drives:
+            bus.subscribe(everything)
+            drive.set_up(bus)
+        return everything
+
+    def _prime(self, bus: Bus) -> None:
+        for drive in self.drives:
+            drive.prime(bus)
+
+    def send(self, bus: Bus, *, enabled: bool) -> None:
+        for write, current_a in zip(self._writers, self._current, strict=True):
+            write(bus, current_a, enabled)
+
+    def _stop(self, bus: Bus) -> None:
+        for drive in self.drives:
+            drive.stop(bus)
+
+    def _device_faults(self) -> int:
+        faults = 0
+        for drive in self.drives:
+            faults |= drive.link_faults()
+        return faults
+
+    def _identities(self) -> tuple[bytes, ...]:
+        return tuple(drive.identity for drive in self.drives)
+
+    def status(self) -> list[str]:
+        """What the drives say about themselves."""
+        return [drive.status() for drive in self.drives]
+
+
+class OdriveBackend(DriveBackend):
+    """ODrives over CAN Simple."""
+
+    kind, name = OdriveAxis, "odrive"
+
+    def _gives_temperature(self) -> bool:
+        return bool(self._options["temperature_ms"])
+
+
+class MoteusBackend(DriveBackend):
+    """moteus controllers over CAN-FD."""
+
+    kind, name = MoteusAxis, "moteus"
+
+    def _gives_temperature(self) -> bool:
+        return True
+
+
+class Cia402Backend(DriveBackend):
+    """CiA 402 drives in cyclic synchronous torque; the SYNC and the host's heartbeat are the backend's."""
+
+    kind, name = Cia402Axis, "cia402"
+
+    def _set_up(self, bus: Bus) -> Mapping[int, Handler]:
+        everything = super()._set_up(bus)
+        self._sync = bus.outgoing(SYNC, 0)
+        self._heartbeat = bus.outgoing(HEARTBEAT + int(self._options["source"]), 1)
+        self._heartbeat.buffer[self._heartbeat.offset] = OPERATIONAL
+        self._every = max(1, int(1e-3 * self._options["heartbeat_ms"] / self._rig.period_s))
+        self._since = self._every  # the first cycle sends one: the drives watch from then on
+        return everything
+
+    def _prime(self, bus: Bus) -> None:
+        super()._prime(bus)
+        bus.send(self._sync)
+
+    def send(self, bus: Bus, *, enabled: bool) -> None:
+        super().send(bus, enabled=enabled)
+        bus.send(self._sync)
+        self._since += 1
+        if self._since >= self._every:
+            self._since = 0
+            bus.send(self._heartbeat)

@@ -1,0 +1,11 @@
+"""Device I/O, each beside what a person would write by hand: `rtctl bench io`. One file per kind of link."""
+
+from __future__ import annotations
+
+from rtctl.bench import io_can
+from rtctl.bench.row import Row
+
+
+def rows(short: float) -> list[Row]:
+    """All rows; `short` scales how long is measured (1 is the real thing)."""
+    return io_can.rows(round(20_000 * short))
