@@ -51,6 +51,7 @@ bench: $(VENV)/.ready-bench
 fuzz: $(VENV)/.ready-dev
 	$(BIN)/python tests/fuzz/command_fuzzer.py 10000000
 	$(BIN)/python tests/fuzz/force_fuzzer.py 10000000
+	$(BIN)/python tests/fuzz/can_fuzzer.py 10000000
 
 docs: $(VENV)/.ready-dev
 	$(BIN)/python -m rtctl schema --fill docs/tick.md --fill docs/safety.md --fill docs/protocol.md

@@ -79,12 +79,13 @@ class AdapterBus:
         self._lost = ""
         try:
             self._bus = can.Bus(**_arguments(options))
-        except (can.CanError, OSError, ImportError, ValueError, TypeError) as error:
+        except (can.CanError, OSError, ImportError, NotImplementedError, ValueError, TypeError) as error:
             raise BackendError(
                 f"{self._name} cannot be opened: {error}; check interface, channel and arguments of "
                 "[device.options.bus], that the adapter is plugged in, and that no other program holds it"
             ) from error
-        self._recv, self._send = self._bus.recv, self._bus.send
+        # `recv` looks at the wall clock and at filters; below it lies what an interface implements itself
+        self._recv, self._send = self._bus._recv_internal, self._bus.send
 
     def subscribe(self, handlers: Mapping[int, Handler]) -> None:
         """Have `receive` call these; all other frames are dropped here."""
@@ -98,7 +99,7 @@ class AdapterBus:
         empties = self._unread_replies + 1 if self._chatty else 1
         for _ in range(DRAIN_LIMIT):
             try:
-                message = recv(0)
+                message, _ = recv(0)
             except (ValueError, IndexError):
                 self.health.counts["damaged"] += 1
                 continue

@@ -60,6 +60,7 @@ class CanBackend:
         raise NotImplementedError
 
     def send(self, bus: Bus, *, enabled: bool) -> None:
+        """Send this cycle's commands, as the tick bound last has them."""
         raise NotImplementedError
 
     def _stop(self, bus: Bus) -> None:

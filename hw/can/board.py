@@ -226,6 +226,7 @@ class BoardBackend(CanBackend):
         self._stop(bus)
 
     def send(self, bus: Bus, *, enabled: bool) -> None:
+        """See CanBackend."""
         for frame in self._sent:
             frame.send(bus, self._current, self._torque, enabled)
 

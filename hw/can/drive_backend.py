@@ -79,6 +79,7 @@ class DriveBackend(CanBackend):
             drive.prime(bus)
 
     def send(self, bus: Bus, *, enabled: bool) -> None:
+        """See CanBackend."""
         for write, current_a in zip(self._writers, self._current, strict=True):
             write(bus, current_a, enabled)
 
@@ -137,6 +138,7 @@ class Cia402Backend(DriveBackend):
         bus.send(self._sync)
 
     def send(self, bus: Bus, *, enabled: bool) -> None:
+        """See CanBackend."""
         super().send(bus, enabled=enabled)
         bus.send(self._sync)
         self._since += 1

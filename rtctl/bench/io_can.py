@@ -81,7 +81,8 @@ def rows(cycles: int) -> list[Row]:
         codec_us = _codec_us(backend, cycles)
         backend.close()
     where = f"{channel} ({'raw socket' if on_vcan else 'no CAN in this kernel: both through python-can'})"
-    ratio, target = ours / theirs, 0.4 if on_vcan else 0.6
+    # python-can copies every message deeply on its in-process bus, which both pay: a ratio there is no target
+    ratio, target = ours / theirs, 0.4 if on_vcan else None
     return [
         Row("CAN cycle against plain python-can", ratio, "x", f"{theirs:.1f} us; {cycles} cycles each on {where}", target),
         Row("CAN cycle: read 2 frames, write 1", ours, "us", f"p50, tick filled and faults judged; {where}"),
@@ -90,8 +91,12 @@ def rows(cycles: int) -> list[Row]:
 
 
 def _interleaved(
-    can: Any, device: Any, backend: OdriveBackend, plain: Any, cycles: int
-) -> tuple[float, float]:  # noqa: ANN401
+    can: Any,  # noqa: ANN401 - python-can is imported by `rows` only
+    device: Any,  # noqa: ANN401
+    backend: OdriveBackend,
+    plain: Any,  # noqa: ANN401
+    cycles: int,
+) -> tuple[float, float]:
     """Median microseconds of our cycle and of theirs; each drains before the other is timed."""
     tick = new_ticks(1, 1)
     backend.warm_up(tick)
@@ -111,7 +116,7 @@ def _interleaved(
             bus.receive()
             for frame in frames:
                 device.send(frame)
-            tick["tick"] += 1
+            tick["tick"] += which
             began = time.perf_counter_ns()
             if which:
                 backend.read(tick)

@@ -9,7 +9,7 @@ import click
 
 from rtctl.bench.row import Row
 
-GROUPS = ("friction", "virtual", "start", "cycle", "wakeup", "streams", "flood")
+GROUPS = ("friction", "virtual", "start", "cycle", "wakeup", "streams", "flood", "io")
 
 
 @click.command("bench")
@@ -17,7 +17,8 @@ GROUPS = ("friction", "virtual", "start", "cycle", "wakeup", "streams", "flood")
 @click.option("--quick", is_flag=True, help="shorter runs: a look, not a measurement")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object with all rows")
 def command(groups: tuple[str, ...], *, quick: bool, as_json: bool) -> None:
-    """Measure side by side: friction evaluation, virtual time, start, cycle, wake-up, telemetry streams, floods.
+    """Measure side by side: friction evaluation, virtual time, start, cycle, wake-up, telemetry streams, floods,
+    device I/O.
 
     Give GROUPS to run only some. The whole takes about five minutes and wants an otherwise idle machine;
     wakeup and streams need cyclictest (Debian rt-tests), friction the extra rtctl[bench].
@@ -44,7 +45,7 @@ def command(groups: tuple[str, ...], *, quick: bool, as_json: bool) -> None:
 
 
 def _group(name: str, *, quick: bool) -> Callable[[], list[Row]]:
-    from rtctl.bench import flood, friction, loop, streams, virtual
+    from rtctl.bench import flood, friction, io, loop, streams, virtual
     from rtctl.demo import shipped_config
 
     mock = shipped_config("mock.toml")
@@ -61,5 +62,6 @@ def _group(name: str, *, quick: bool) -> Callable[[], list[Row]]:
         "cycle": lambda: loop.cycle_rows(mock, 1 if quick else 4, 10 * short),
         "wakeup": lambda: loop.wakeup_rows(mock, 1 if quick else 4, max(5.0, 15 * short)),
         "flood": lambda: flood.rows(mock, 10 * short, 1 if quick else 2),
+        "io": lambda: io.rows(short),
         "streams": lambda: streams.rows(shipped_config("mock-10khz.toml"), 60 * short),
     }[name]

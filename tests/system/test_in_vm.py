@@ -51,8 +51,8 @@ def test_can_on_vcan_and_on_two_wired_controllers():
         pytest.skip(missing)
     tests = "tests/system/test_socketcan.py tests/contract/test_backend_contract.py tests/contract/test_can_contract.py"
     command = (
-        f"PYTHONPATH={ROOT} NUMBA_DISABLE_JIT=1 RTCTL_CAN_WIRES=vcan0:vcan0,can0:can1 {sys.executable} -m pytest "
-        f"-q --color=no -p no:cacheprovider --durations=3 {tests} -k 'socketcan or vcan0 or can0'"
+        f"PYTHONPATH={ROOT} NUMBA_DISABLE_JIT=1 PYTEST_DISABLE_PLUGIN_AUTOLOAD=1 RTCTL_CAN_WIRES=vcan0:vcan0,can0:can1 {sys.executable} -m pytest "
+        f"-q --color=no -p pytest_timeout -p no:cacheprovider --durations=3 {tests} -k 'socketcan or vcan0 or can0'"
     )
     done = subprocess.run(
         [VM, command], cwd=ROOT, text=True, capture_output=True, check=False, env=environment()

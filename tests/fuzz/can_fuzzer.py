@@ -1,4 +1,4 @@
-"""Random and mutated frames into every CAN decoder: `python tests/unit/hw/fuzz_can.py 10000000` (`make fuzz`).
+"""Random and mutated frames into every CAN decoder: `python tests/fuzz/can_fuzzer.py 10000000` (`make fuzz`).
 
 A decoder must not raise, must not accept a frame with a wrong checksum, and must leave finite values.
 """

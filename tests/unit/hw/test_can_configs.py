@@ -1,0 +1,155 @@
+"""The shipped rig files of CAN devices, a DBC in place of a field map, and what is refused."""
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hw import registry
+from hw.can.board_options import BoardOptions
+from hw.interface import BackendError, Rig
+from rtctl.config import load
+from rtctl.demo import shipped_config
+from rtctl.errors import ConfigError
+
+DBC = """VERSION ""
+
+BU_: HOST BOARD
+
+BO_ 257 Encoder: 8 BOARD
+ SG_ Counts : 0|16@1+ (1,0) [0|0] "" HOST
+ SG_ Current : 23|16@0- (0.001,0) [0|0] "A" HOST
+
+BO_ 512 Command: 4 HOST
+ SG_ Wanted : 0|16@1- (0.001,0) [0|0] "A" BOARD
+ SG_ Enable : 16|1@1+ (1,0) [0|0] "" BOARD
+"""
+SIGNALS = [
+    {"channel": "position", "message": "Encoder", "signal": "Counts", "unit": "count", "wrap": True},
+    {"channel": "current", "message": "Encoder", "signal": "Current"},
+    {"channel": "current_command", "message": "Command", "signal": "Wanted"},
+    {"channel": "enable", "message": "Command", "signal": "Enable"},
+]
+
+
+def rig():
+    return Rig(1, 1e-3, np.ones(1), np.ones(1), np.ones(1), np.full(1, 4096.0), np.eye(3)[:1])
+
+
+@pytest.mark.parametrize("name", ["odrive", "moteus", "cia402", "board"])
+def test_the_shipped_rig_files_are_valid_and_say_the_load_of_their_bus(name):
+    loaded = load(shipped_config(f"can-{name}.toml"))
+    ((_, lines),) = loaded.device_report()
+    assert lines[0][0] == "bus load at worst"
+    assert registry.create(loaded.config.device[0].kind, loaded.options, loaded.config.hardware())
+
+
+@pytest.mark.parametrize("rate_hz", ["9000.0", "20000"])
+def test_a_rig_file_that_cannot_fit_on_its_bus_is_refused_with_the_numbers(tmp_path, rate_hz):
+    text = (
+        Path(shipped_config("can-odrive.toml"))
+        .read_text()
+        .replace("rate_hz = 1000.0", f"rate_hz = {rate_hz}")
+    )
+    (tmp_path / "rig.toml").write_text(text)
+    with pytest.raises(ConfigError) as refused:
+        load(tmp_path / "rig.toml")
+    (line,) = [line for line in refused.value.faults if "% of the bus" in line]
+    assert "device[0].options" in line
+    assert "lower [loop] rate_hz" in line
+
+
+def test_a_missing_axis_table_is_refused(tmp_path):
+    data = tomllib.loads(Path(shipped_config("can-odrive.toml")).read_text())["device"][0]["options"]
+    model = registry.options_model("odrive")
+    with pytest.raises(ValueError, match=r"1 .* tables for 2 axes"):
+        model.model_validate(data, context={"n_axes": 2})
+
+
+def board(tmp_path, signals=SIGNALS, text=DBC):
+    (tmp_path / "board.dbc").write_text(text)
+    options = {"bus": {"channel": "can0"}, "dbc": "board.dbc", "signal": signals}
+    return BoardOptions.model_validate(options, context={"folder": tmp_path, "rate_hz": 1000.0})
+
+
+def test_a_dbc_becomes_plain_frames_that_need_the_file_no_more(tmp_path):
+    valid = board(tmp_path)
+    dumped = valid.model_dump(mode="json")
+    assert dumped["dbc"] is None
+    receive, send = dumped["receive"][0], dumped["send"][0]
+    assert (receive["id"], receive["length"], send["id"], send["length"]) == (257, 8, 512, 4)
+    assert (
+        receive["field"][1] | {"order": "big", "start_bit": 23, "scale": 0.001, "unit": "A"}
+        == receive["field"][1]
+    )
+    assert BoardOptions.model_validate(dumped).model_dump(mode="json") == dumped
+    backend = registry.create("can", dumped, rig())
+    assert backend.provides == {"position", "current"}
+    assert backend.consumes == {"current_command"}
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"signal": "Nothing"}, "has no signal 'Nothing'; it has Counts, Current"),
+        ({"message": "Nothing"}, "no message 'Nothing'; it has Command, Encoder"),
+        ({"channel": "speed"}, "no channel 'speed'"),
+        ({"shift": 3}, "unknown key"),
+        ({"unit": "mm"}, "unit"),
+    ],
+)
+def test_a_dbc_signal_at_fault_is_named(tmp_path, change, text):
+    with pytest.raises(ValueError, match=text):
+        board(tmp_path, [{**SIGNALS[0], **change}, *SIGNALS[1:]])
+
+
+def test_a_file_that_is_no_dbc_is_named(tmp_path):
+    with pytest.raises(ValueError, match=r"board\.dbc: cannot read the DBC file"):
+        board(tmp_path, text="not a database")
+
+
+FIELD = {"channel": "position", "start_bit": 0, "bits": 16, "unit": "count"}
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"receive": [{"id": 0x800, "field": [FIELD]}]}, "0x800 needs extended = true"),
+        ({"receive": [{"id": 1, "length": 2, "field": [{**FIELD, "start_bit": 8}]}]}, "does not fit"),
+        ({"receive": [{"id": 1, "field": [{**FIELD, "unit": "A"}]}]}, "unit 'A' of position: one of rad"),
+        ({"receive": [{"id": 1, "field": [FIELD, FIELD]}]}, "given twice: position of axis 0"),
+        ({"receive": [{"id": 1, "required": False, "field": [FIELD]}]}, "at least one received frame"),
+        ({"receive": [{"id": 1, "length": 16, "field": [FIELD]}]}, "need bus.fd = true"),
+        ({"receive": [{"id": 1, "length": 9, "field": [FIELD]}]}, "a frame has one of"),
+        (
+            {"receive": [{"id": 1, "checksum": {"kind": "xor8", "byte": 8}, "field": [FIELD]}]},
+            "outside the frame",
+        ),
+        (
+            {"receive": [{"id": 1, "field": [{**FIELD, "type": "float", "bits": 32, "wrap": True}]}]},
+            "wrap is for",
+        ),
+    ],
+)
+def test_impossible_boards_are_refused_with_the_reason(change, text):
+    with pytest.raises(ValueError, match=text):
+        BoardOptions.model_validate({"bus": {"channel": "can0"}, **change})
+
+
+def test_a_field_of_an_axis_the_rig_has_not_is_refused():
+    options = {"bus": {"channel": "can0"}, "receive": [{"id": 1, "field": [{**FIELD, "axis": 1}]}]}
+    valid = BoardOptions.model_validate(options).model_dump(mode="json")
+    with pytest.raises(BackendError, match="names axis 1; there are 0 to 0"):
+        registry.create("can", valid, rig())
+
+
+@pytest.mark.parametrize("missing", ["socketcan", "slcan", "nonsense"])
+def test_a_bus_that_cannot_be_opened_is_named_with_the_remedy(missing, tmp_path):
+    bus = {"interface": missing, "channel": str(tmp_path / "tty") if missing == "slcan" else "can77"}
+    options = registry.options_model("odrive").model_validate({"bus": bus, "axis": [{"node": 1}]})
+    backend = registry.create("odrive", options.model_dump(mode="json"), rig())
+    with pytest.raises(BackendError, match=r"no CAN: 'sudo modprobe|no such interface|cannot be opened"):
+        backend.open()
+    backend.stop()
+    backend.close()
