@@ -32,6 +32,7 @@ COMMANDS: dict[str, str] = {
     "keys": "rtctl.cli.keys",
     "bench": "rtctl.cli.bench",
     "campaign": "rtctl.cli.campaign",
+    "service": "rtctl.cli.service",
 }
 """Command name -> the module whose `command` it is."""
 

@@ -22,12 +22,14 @@ from rtctl import stability_report
 from rtctl.config import LoadedConfig
 from rtctl.control.vocabulary import State
 from rtctl.errors import LoopDiedError, StabilityError
+from rtctl.host import reload
 from rtctl.host.access import Access, Openings
 from rtctl.host.description import describe
 from rtctl.host.endpoints import RuntimeDirectory
 from rtctl.host.gateway import PAUSE_S, Gateway
 from rtctl.host.loop_process import LoopProcess
 from rtctl.host.notices import Notices
+from rtctl.host.notify import Notifier
 from rtctl.host.run_record import RunRecord
 from rtctl.host.statistics import RunStatistics
 from rtctl.host.telemetry import Telemetry
@@ -81,6 +83,7 @@ class Host:
         self._runtime_dir = runtime_dir
         self._record_to = record_to
         self._signals = 0
+        self._hangups = 0
         self._finished = False
         self._ending_since: float | None = None
         self._last_head = (0, 0.0)
@@ -103,6 +106,7 @@ class Host:
             raise StabilityError(report.refusal())
 
     def _start(self) -> None:
+        self.notifier = Notifier()
         plan = self.plan
         self.memory = Memory.create(plan.n_axes, plan.ring_rows, plan.period_ns)
         self.memory.params[:] = plan.params
@@ -125,9 +129,11 @@ class Host:
         self._wake_read, self._wake_write = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
         self._old_wakeup = signal.set_wakeup_fd(self._wake_write, warn_on_full_buffer=False)
         self._old_handlers = {s: signal.signal(s, self._on_signal) for s in (signal.SIGINT, signal.SIGTERM)}
+        self._old_handlers[signal.SIGHUP] = signal.signal(signal.SIGHUP, self._on_hangup)
         self._wait_ready()
         self.telemetry.set_realtime(self.loop.grants)
         self.record.begin(setup_of(self.loaded, plan, rig.session, rig.start_wall_ns, self.loop.grants))
+        self.notifier.ready()
 
     def _wait_ready(self) -> None:
         """Wait for the loop to be compiled and open, telling a person when it takes long."""
@@ -153,6 +159,9 @@ class Host:
 
     def _on_signal(self, _signal: int, _frame: object) -> None:
         self._signals += 1
+
+    def _on_hangup(self, _signal: int, _frame: object) -> None:
+        self._hangups += 1
 
     # -- running
 
@@ -184,6 +193,9 @@ class Host:
                 break
             if self._signals or self._finished or (end is not None and now >= end):
                 self._begin_end(now)
+            if self._hangups:
+                self._hangups = 0
+                reload.reload(self)
             self._watch(now)
         self.loop.raise_if_failed()
         self.record.finish()
@@ -195,6 +207,10 @@ class Host:
         commands = self.record.before_publishing(rows)
         self.telemetry.publish(rows, self.reader.overwritten)
         self.record.keep(self.reader.next - len(rows), rows, commands)
+        self.notifier.alive(int(self.memory.header[0]["head"]))
+        if len(rows):
+            last = rows[-1]
+            self.notifier.status(int(last["state"]), int(last["faults"]), int(last["fault_first"]))
         for observer in self.observers:
             observer(self, rows)
 
@@ -206,6 +222,7 @@ class Host:
         """Ask the loop to shut down; insist when it does not."""
         if self._ending_since is None:
             self._ending_since = now
+            self.notifier.stopping()
             self.writer.command["shutdown_count"] += 1
             self.writer.send()
         if self._signals > 1:
@@ -282,6 +299,8 @@ class Host:
             self.memory.close()
         if hasattr(self, "runtime"):
             self.runtime.release()
+        if hasattr(self, "notifier"):
+            self.notifier.close()
 
 
 class AutoArm:

@@ -1,0 +1,132 @@
+"""`rtctl service`: the rig as a systemd service."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import click
+
+_ROOT = click.option(
+    "--root",
+    type=click.Path(path_type=Path, file_okay=False),
+    default=Path("/"),
+    help="write below this folder instead of into the system (packaging); nothing is started",
+)
+_DRY = click.option("--dry-run", is_flag=True, help="say what would be done, and do nothing")
+
+
+@click.group("service")
+def command() -> None:
+    """Install, remove and look at the rig as a systemd service."""
+
+
+@command.command("install")
+@click.argument("config", type=click.Path(path_type=Path))
+@click.option("--no-start", is_flag=True, help="enable it for the next boot, but do not start it now")
+@_ROOT
+@_DRY
+def install(config: Path, root: Path, *, no_start: bool, dry_run: bool) -> None:
+    """Make the rig of CONFIG a service: sudo rtctl service install configs/rig.toml.
+
+    Copies the rig file (and its friction models) to /etc/rtctl, the unit to /etc/systemd/system, makes the user
+    `rtctl`, enables and starts rtctl@NAME. Doing it again changes only what differs. The rig starts unarmed.
+    """
+    from rtctl import stability_report
+    from rtctl.config import load
+    from rtctl.errors import StabilityError
+    from rtctl.service import plan as service
+
+    loaded = load(config)
+    report = stability_report.examine(loaded)
+    if not report.ok:
+        raise StabilityError(report.refusal())
+    if root == Path("/") and not dry_run:
+        _require_root()
+    made = service.plan(loaded, root, service.own_command(), start=not no_start)
+    service.apply(made, click.echo, _run, dry_run=dry_run)
+    if made.live and not dry_run:
+        click.echo(f"rtctl@{made.name} is installed; see: rtctl service status {made.name}")
+
+
+@command.command("uninstall")
+@click.argument("name")
+@click.option("--purge", is_flag=True, help="also delete its rig file, event log and recordings")
+@_ROOT
+@_DRY
+def uninstall(name: str, root: Path, *, purge: bool, dry_run: bool) -> None:
+    """Stop rig NAME and remove its service. Its rig file and data stay, unless --purge.
+
+    With the last rig the unit, the udev rules and the compiled cache go too.
+    """
+    from rtctl.service import plan as service
+
+    if root == Path("/") and not dry_run:
+        _require_root()
+    others = [rig for rig in service.installed(root) if rig != name]
+    commands, paths = service.removal(name, root, last=not others, purge=purge)
+    for step in commands:
+        click.echo(f"{'would run' if dry_run else 'run'} {' '.join(step)}")
+        if not dry_run:
+            _run(step, check=False)
+    for path in paths:
+        click.echo(f"{'would remove' if dry_run else 'remove'} {path}")
+        if not dry_run:
+            _remove(path)
+    if root == Path("/") and not dry_run:
+        _run(["systemctl", "daemon-reload"])
+    if not paths and not commands:
+        click.echo(f"nothing of rig {name!r} is installed")
+
+
+@command.command("status")
+@click.argument("name")
+def status(name: str) -> None:
+    """Show systemd's view of rig NAME: state, first fault, last journal lines."""
+    sys.exit(_pass(["systemctl", "--no-pager", "status", f"rtctl@{name}.service"]))
+
+
+@command.command("logs")
+@click.argument("name")
+@click.option("-f", "--follow", is_flag=True, help="go on showing new lines")
+@click.option("-n", "--lines", type=click.IntRange(1), default=100, show_default=True)
+def logs(name: str, lines: int, *, follow: bool) -> None:
+    """Show the journal of rig NAME."""
+    more = ["-f"] if follow else []
+    sys.exit(_pass(["journalctl", "--no-pager", "-u", f"rtctl@{name}.service", "-n", str(lines), *more]))
+
+
+def _require_root() -> None:
+    if os.geteuid() != 0:
+        raise click.UsageError("needs root: use sudo, or --root DIR or --dry-run to look first")
+    if not shutil.which("systemctl"):
+        raise click.UsageError(
+            "there is no systemd here: use --root DIR to write the files for another machine"
+        )
+
+
+def _run(command: list[str], *, check: bool = True) -> None:
+    """Run one step. What is missing on a small machine (udev) is said and passed over."""
+    if shutil.which(command[0]) is None:
+        click.echo(f"  {command[0]} is not there: left out")
+        return
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode and check and command[0] != "udevadm":
+        raise click.ClickException(f"{' '.join(command)}: {(done.stderr or done.stdout).strip()}")
+
+
+def _pass(command: list[str], call: Callable[[list[str]], int] = subprocess.call) -> int:
+    if shutil.which(command[0]) is None:
+        raise click.UsageError(f"{command[0]} is not there: this needs systemd")
+    return call(command)
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink()

@@ -1,0 +1,82 @@
+"""Telling systemd how the daemon is: ready, status, alive, reloading, stopping (sd_notify(3)).
+
+Without `NOTIFY_SOCKET` every call does nothing, so the daemon runs the same in a shell. The datagrams are
+sent without waiting: a manager that does not read must not hold up the host.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import time
+
+from rtctl.control.vocabulary import State
+from rtctl.host.faults import fault_entries
+
+
+class Notifier:
+    """The daemon's line to the service manager.
+
+    Attributes
+    ----------
+    dropped
+        Messages that could not be sent.
+    """
+
+    def __init__(self, address: str | None = None) -> None:
+        """`address` is NOTIFY_SOCKET's value; None takes it from the environment."""
+        self.dropped = 0
+        self._status = ""
+        self._head = -1
+        self._socket: socket.socket | None = None
+        given = os.environ.get("NOTIFY_SOCKET", "") if address is None else address
+        if given[:1] in ("/", "@"):
+            self._address = "\0" + given[1:] if given[0] == "@" else given
+            self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
+            self._socket.setblocking(False)
+
+    def ready(self) -> None:
+        """The rig is up: clients are answered."""
+        self._send("READY=1")
+
+    def reloading(self) -> None:
+        """The rig file is being read again; `ready` follows."""
+        self._send(f"RELOADING=1\nMONOTONIC_USEC={time.monotonic_ns() // 1000}")
+
+    def stopping(self) -> None:
+        """The end has begun."""
+        self._send("STOPPING=1")
+
+    def status(self, state: int, faults: int, fault_first: int) -> None:
+        """One line for `systemctl status`, sent when it changes."""
+        names = [entry["name"] for entry in fault_entries(faults)]
+        text = State(state).name
+        if fault_first >= 0:
+            text += f", first cause {fault_entries(1 << fault_first)[0]['name']}"
+        if names:
+            text += f", present: {', '.join(names)}"
+        if text != self._status:
+            self._status = text
+            self._send(f"STATUS={text}")
+
+    def alive(self, head: int) -> None:
+        """Feed the watchdog, but only if the loop has run ticks since the last call (`head` counts them)."""
+        if head != self._head:
+            self._head = head
+            self._send("WATCHDOG=1")
+
+    def close(self) -> None:
+        """Release the socket. Idempotent."""
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
+
+    def _send(self, text: str) -> None:
+        if self._socket is None:
+            return
+        sent = False
+        with contextlib.suppress(OSError):
+            self._socket.sendto(text.encode(), self._address)
+            sent = True
+        self.dropped += not sent

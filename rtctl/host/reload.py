@@ -1,0 +1,109 @@
+"""SIGHUP: what of a changed rig file takes effect without a restart, and what does not.
+
+Only what a client could change too is taken over (environments and the share of compensation are commands,
+not parameters); limits, plant, coupling, models and devices are proved and opened at the start, and stay.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rtctl import plan as planning
+from rtctl.config import Config, load
+from rtctl.control.vocabulary import State
+from rtctl.errors import RtctlError
+
+if TYPE_CHECKING:
+    from rtctl.host.supervisor import Host
+
+AT_REST = (State.INIT, State.IDLE, State.FAULT, State.ESTOP)
+
+
+@dataclass
+class Changes:
+    """Keys of the rig file that differ from what runs."""
+
+    taken: list[str] = field(default_factory=list)
+    restart: list[str] = field(default_factory=list)
+
+    def lines(self) -> list[str]:
+        """For the journal."""
+        if not self.taken and not self.restart:
+            return ["reload: nothing has changed"]
+        out = [f"reload: {key} is in force" for key in self.taken]
+        return out + [f"reload: {key} needs a restart; the old value stays" for key in self.restart]
+
+
+def compare(running: Config, read: Config) -> Changes:
+    """Sort the keys that differ into those that may be taken over and those that need a restart."""
+    changes = Changes()
+    before, after = _flat(running.model_dump()), _flat(read.model_dump())
+    for key in sorted({*before, *after}):
+        if before.get(key) == after.get(key):
+            continue
+        (changes.taken if _reloadable(key) else changes.restart).append(key)
+    return changes
+
+
+def refused(state: int) -> str:
+    """Why nothing is taken over now; empty when it may be."""
+    present = State(state)
+    return "" if present in AT_REST else f"state {present.name}: stop the rig first, then reload"
+
+
+def reload(host: Host) -> None:
+    """Read the rig file again, take over what may be, and tell the journal about the rest.
+
+    A rig file that is wrong changes nothing: the running one stays in force, and the journal names the keys.
+    """
+    host.notifier.reloading()
+    row = host.reader.latest()
+    why = refused(int(row["state"][0])) if row is not None else ""
+    if why:
+        host.announce(f"reload: refused: {why}")
+    else:
+        _take_over(host)
+    host.notifier.ready()
+
+
+def _take_over(host: Host) -> None:
+    try:
+        read = load(host.loaded.path)
+        fresh = planning.build(read)
+    except RtctlError as error:
+        for line in (f"reload: refused: {error}", *getattr(error, "faults", ())):
+            host.announce(line)
+        return
+    changes = compare(host.loaded.config, read.config)
+    if changes.taken and fresh.n_axes == host.plan.n_axes:
+        environment_fields(host.writer.command, fresh.command)
+        host.writer.send()
+    for line in changes.lines():
+        host.announce(line)
+
+
+def environment_fields(command: np.ndarray, fresh: np.ndarray) -> None:
+    """Copy the environments of a freshly planned command into the one in force."""
+    for name in command.dtype.names or ():
+        if name.startswith("environment_"):
+            command[name] = fresh[name]
+
+
+def _reloadable(key: str) -> bool:
+    return ".environment." in key
+
+
+def _flat(value: Any, prefix: str = "") -> dict[str, Any]:  # noqa: ANN401
+    if isinstance(value, dict):
+        items = [(f"{prefix}.{key}" if prefix else str(key), item) for key, item in value.items()]
+    elif isinstance(value, list | tuple) and any(isinstance(item, dict) for item in value):
+        items = [(f"{prefix}[{i}]", item) for i, item in enumerate(value)]
+    else:
+        return {prefix: value}
+    out: dict[str, Any] = {}
+    for key, item in items:
+        out.update(_flat(item, key))
+    return out

@@ -1,0 +1,197 @@
+"""What `rtctl service install` puts where: a list of steps, made before anything is touched."""
+
+from __future__ import annotations
+
+import os
+import sys
+import tomllib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from rtctl.config import LoadedConfig
+from rtctl.errors import ConfigError
+
+UNIT = "rtctl@.service"
+NETWORK_DROP_IN = "rtctl-network.conf"
+NETWORKED_KINDS = ("can", "odrive", "moteus", "cia402", "rdt")
+"""Devices that are reached through the network or CAN, and so need more than Unix sockets."""
+
+HIDDEN = ("/home", "/root", "/run/user")
+"""Folders that the unit hides from the daemon."""
+
+
+@dataclass(frozen=True)
+class File:
+    """A file to write, if it is not there already with this text."""
+
+    path: Path
+    content: bytes
+    mode: int = 0o644
+
+    @property
+    def up_to_date(self) -> bool:
+        """Already there, as it should be."""
+        try:
+            return self.path.read_bytes() == self.content and self.path.stat().st_mode & 0o777 == self.mode
+        except OSError:
+            return False
+
+    def write(self) -> None:
+        """Write it whole, then put it in place."""
+        self.path.parent.mkdir(parents=True, exist_ok=True, mode=0o755)
+        temporary = self.path.with_name(f".{self.path.name}.new")
+        temporary.write_bytes(self.content)
+        temporary.chmod(self.mode)
+        os.replace(temporary, self.path)  # noqa: PTH105 - Path.replace is the same call
+
+
+@dataclass
+class Installation:
+    """Everything an installation consists of."""
+
+    name: str
+    root: Path
+    files: list[File] = field(default_factory=list)
+    commands: list[list[str]] = field(default_factory=list)
+
+    @property
+    def live(self) -> bool:
+        """True when it goes into the running system, not into a folder for packaging."""
+        return self.root == Path("/")
+
+
+def shipped(name: str) -> bytes:
+    """A file of the folder `systemd/`, in a checkout or in an installed package."""
+    package = Path(__file__).parents[1]
+    inside = package / "systemd" / name
+    return (inside if inside.exists() else package.parent / "systemd" / name).read_bytes()
+
+
+def unit_text(command: str) -> bytes:
+    """The unit, with the command that starts rtctl here in place of /usr/bin/rtctl."""
+    return shipped(UNIT).replace(b"/usr/bin/rtctl", command.encode())
+
+
+def own_command() -> str:
+    """How this very rtctl is started. Raises ConfigError when the daemon's user could not reach it."""
+    python = Path(sys.executable)
+    for place in (python, Path(__file__).resolve()):
+        for hidden in HIDDEN:
+            if place.is_relative_to(hidden):
+                raise ConfigError(
+                    f"{place} lies below {hidden}, which the service cannot see (ProtectHome=yes): install rtctl "
+                    "for all users, e.g. python3 -m venv /opt/rtctl; /opt/rtctl/bin/pip install rtctl; then call "
+                    "/opt/rtctl/bin/rtctl service install"
+                )
+    return f"{python} -m rtctl"
+
+
+def plan(loaded: LoadedConfig, root: Path, command: str, *, start: bool) -> Installation:
+    """The installation of a rig.
+
+    Raises
+    ------
+    ConfigError
+        A file the rig file names lies outside its folder by a relative path.
+    """
+    name = loaded.config.rig.name
+    etc, made = root / "etc", Installation(name, root)
+    made.files += [
+        File(etc / "systemd/system" / UNIT, unit_text(command)),
+        File(etc / "sysusers.d/rtctl.conf", shipped("rtctl.sysusers")),
+        File(etc / "udev/rules.d/60-rtctl.rules", shipped("60-rtctl.rules")),
+        File(etc / "rtctl" / f"{name}.toml", loaded.path.read_bytes()),
+    ]
+    made.files += [File(etc / "rtctl" / part, content) for part, content in _named_files(loaded)]
+    drop_in = etc / f"systemd/system/rtctl@{name}.service.d"
+    if needs_network(loaded):
+        made.files.append(File(drop_in / "10-network.conf", shipped(NETWORK_DROP_IN)))
+    if loaded.config.loop.cpu >= 0:
+        cores = f"[Service]\nCPUAffinity=0-{max((os.cpu_count() or 1) - 1, loaded.config.loop.cpu)}\n"
+        made.files.append(File(drop_in / "20-core.conf", cores.encode()))
+    if made.live:
+        made.commands += [
+            ["systemd-sysusers", str(etc / "sysusers.d/rtctl.conf")],
+            ["systemctl", "daemon-reload"],
+            ["udevadm", "control", "--reload"],
+        ]
+        made.commands.append(["systemctl", "enable", *(["--now"] if start else []), f"rtctl@{name}.service"])
+    return made
+
+
+def needs_network(loaded: LoadedConfig) -> bool:
+    """True when the rig file has a device or an endpoint beyond serial ports and Unix sockets."""
+    devices = any(device.kind in NETWORKED_KINDS for device in loaded.config.device)
+    tcp = loaded.config.gateway.bind or loaded.config.telemetry.plotjuggler
+    return devices or bool(tcp)
+
+
+def _strings(value: Any) -> Iterator[str]:  # noqa: ANN401
+    """Every string in the values of a parsed TOML file."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, dict):
+        for item in value.values():
+            yield from _strings(item)
+    elif isinstance(value, list):
+        for item in value:
+            yield from _strings(item)
+
+
+def _named_files(loaded: LoadedConfig) -> list[tuple[Path, bytes]]:
+    """Files beside the rig file that it names (friction models, frames, schedules), to go along with it."""
+    folder, found = loaded.path.parent, {}
+    for text in _strings(tomllib.loads(loaded.path.read_text())):
+        part = Path(text)
+        if not text or part.is_absolute() or not (folder / part).is_file():
+            continue
+        if ".." in part.parts:
+            raise ConfigError(
+                f"{loaded.path}: {text!r} leads out of the rig file's folder; give an absolute path, or move the "
+                "file beside the rig file"
+            )
+        found[part] = (folder / part).read_bytes()
+    return list(found.items())
+
+
+def apply(
+    made: Installation, say: Callable[[str], None], run: Callable[[list[str]], None], *, dry_run: bool
+) -> None:
+    """Carry out the steps, telling each; those already done are left out."""
+    for file in made.files:
+        if file.up_to_date:
+            say(f"unchanged {file.path}")
+            continue
+        say(f"{'would write' if dry_run else 'write'} {file.path}")
+        if not dry_run:
+            file.write()
+    for command in made.commands:
+        say(f"{'would run' if dry_run else 'run'} {' '.join(command)}")
+        if not dry_run:
+            run(command)
+
+
+def removal(name: str, root: Path, *, last: bool, purge: bool) -> tuple[list[list[str]], list[Path]]:
+    """Commands and paths that take rig `name` away; `last`: also what all rigs share; `purge`: also its data."""
+    etc = root / "etc"
+    commands = [["systemctl", "disable", "--now", f"rtctl@{name}.service"]] if root == Path("/") else []
+    paths = [etc / f"systemd/system/rtctl@{name}.service.d"]
+    if purge:
+        paths += [etc / "rtctl" / f"{name}.toml", root / "var/lib/rtctl" / name]
+    if last:
+        paths += [
+            etc / "systemd/system" / UNIT,
+            etc / "sysusers.d/rtctl.conf",
+            etc / "udev/rules.d/60-rtctl.rules",
+            root / "var/cache/rtctl",
+        ]
+        if purge:
+            paths += [etc / "rtctl", root / "var/lib/rtctl"]
+    return commands, [path for path in paths if path.exists()]
+
+
+def installed(root: Path) -> list[str]:
+    """Rigs that have a rig file in /etc/rtctl."""
+    return sorted(path.stem for path in (root / "etc/rtctl").glob("*.toml"))

@@ -1,0 +1,126 @@
+"""`rtctl service` on a folder: what is written, that doing it twice changes nothing, and what is taken away."""
+
+import shutil
+import subprocess
+
+import pytest
+from click.testing import CliRunner
+
+from rtctl.cli.service import command
+from rtctl.demo import shipped_config
+from rtctl.service import plan as service
+
+
+@pytest.fixture(autouse=True)
+def reachable(monkeypatch):
+    monkeypatch.setattr(service, "own_command", lambda: "/opt/rtctl/bin/python -m rtctl")
+
+
+def call(*arguments):
+    return CliRunner().invoke(command, [str(argument) for argument in arguments])
+
+
+def tree(root):
+    return {str(path.relative_to(root)): path.read_bytes() for path in root.rglob("*") if path.is_file()}
+
+
+def test_install_writes_the_unit_the_rig_file_and_its_models_and_is_idempotent(tmp_path):
+    done = call("install", shipped_config("mock.toml"), "--root", tmp_path)
+    assert done.exit_code == 0, done.output
+    files = tree(tmp_path)
+    unit = files["etc/systemd/system/rtctl@.service"].decode()
+    assert "ExecStart=/opt/rtctl/bin/python -m rtctl run /etc/rtctl/%i.toml" in unit
+    assert "ExecStopPost=/opt/rtctl/bin/python -m rtctl stop-rig /etc/rtctl/%i.toml" in unit
+    assert files["etc/rtctl/mock.toml"] == shipped_config("mock.toml").read_bytes()
+    assert files["etc/rtctl/friction/mock.json"] == shipped_config("friction/mock.json").read_bytes()
+    assert {"etc/sysusers.d/rtctl.conf", "etc/udev/rules.d/60-rtctl.rules"} <= set(files)
+    assert not any("10-network" in name for name in files)
+    again = call("install", shipped_config("mock.toml"), "--root", tmp_path)
+    assert again.exit_code == 0
+    assert all(line.startswith("unchanged ") for line in again.output.splitlines())
+    assert tree(tmp_path) == files
+
+
+def test_a_dry_run_says_everything_and_does_nothing(tmp_path):
+    done = call("install", shipped_config("mock.toml"), "--root", tmp_path, "--dry-run")
+    assert done.exit_code == 0
+    assert done.output.count("would write") == 5
+    assert tree(tmp_path) == {}
+    live = call("install", shipped_config("mock.toml"), "--dry-run")
+    assert "would run systemctl enable --now rtctl@mock.service" in live.output
+    assert "would run systemd-sysusers /etc/sysusers.d/rtctl.conf" in live.output
+
+
+def test_a_rig_with_clients_over_tcp_gets_the_network_and_a_chosen_core_stays_allowed(tmp_path):
+    folder = tmp_path / "rig"
+    shutil.copytree(shipped_config("friction"), folder / "friction")
+    text = (
+        shipped_config("mock.toml")
+        .read_text()
+        .replace("[loop]", "[telemetry]\nplotjuggler = true\n\n[loop]\ncpu = 3")
+    )
+    (folder / "rig.toml").write_text(text)
+    assert call("install", folder / "rig.toml", "--root", tmp_path / "out").exit_code == 0
+    drop_ins = tmp_path / "out/etc/systemd/system/rtctl@mock.service.d"
+    assert "PrivateNetwork=no" in (drop_ins / "10-network.conf").read_text()
+    assert "CPUAffinity=0-" in (drop_ins / "20-core.conf").read_text()
+
+
+def test_a_rig_file_that_is_wrong_or_not_provable_installs_nothing(tmp_path):
+    bad = tmp_path / "bad.toml"
+    bad.write_text(shipped_config("mock.toml").read_text().replace("rate_hz = 1000.0", "rate_hz = nan"))
+    assert call("install", bad, "--root", tmp_path / "out").exit_code != 0
+    stiff = tmp_path / "stiff.toml"
+    stiff.write_text(
+        shipped_config("mock.toml").read_text().replace("stiffness_nm_rad = 60.0", "stiffness_nm_rad = 600.0", 1)
+        .replace('"friction/mock.json"', f'"{shipped_config("friction/mock.json")}"')
+    )  # fmt: skip
+    assert call("install", stiff, "--root", tmp_path / "out").exit_code != 0
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_model_outside_the_rig_files_folder_is_refused(tmp_path):
+    (tmp_path / "rig").mkdir()
+    shutil.copy(shipped_config("friction/mock.json"), tmp_path / "mock.json")
+    text = shipped_config("mock.toml").read_text().replace('"friction/mock.json"', '"../mock.json"')
+    (tmp_path / "rig/rig.toml").write_text(text)
+    done = call("install", tmp_path / "rig/rig.toml", "--root", tmp_path / "out")
+    assert done.exit_code != 0
+    assert "leads out of the rig file's folder" in str(done.exception)
+
+
+def test_uninstall_leaves_data_unless_purged_and_nothing_at_all_with_the_last_rig(tmp_path):
+    call("install", shipped_config("mock.toml"), "--root", tmp_path)
+    (tmp_path / "var/lib/rtctl/mock").mkdir(parents=True)
+    first = call("uninstall", "mock", "--root", tmp_path)
+    assert first.exit_code == 0
+    assert set(tree(tmp_path)) == {"etc/rtctl/mock.toml", "etc/rtctl/friction/mock.json"}
+    call("install", shipped_config("mock.toml"), "--root", tmp_path)
+    call("uninstall", "mock", "--purge", "--root", tmp_path)
+    assert tree(tmp_path) == {}
+    assert "nothing of rig 'mock'" in call("uninstall", "mock", "--root", tmp_path).output
+
+
+def test_a_python_the_service_cannot_see_is_refused(monkeypatch):
+    monkeypatch.undo()
+    monkeypatch.setattr(service.sys, "executable", "/home/anna/venv/bin/python")
+    with pytest.raises(service.ConfigError, match="install rtctl for all users"):
+        service.own_command()
+
+
+@pytest.mark.skipif(not shutil.which("systemd-analyze"), reason="no systemd-analyze on this machine")
+@pytest.mark.parametrize(("network", "threshold"), [(False, 18), (True, 22)])
+def test_the_sandbox_is_as_tight_as_promised(network, threshold, tmp_path):
+    unit = service.shipped(service.UNIT).decode()
+    if network:
+        drop_in = service.shipped(service.NETWORK_DROP_IN).decode().partition("[Service]\n")[2]
+        unit = unit.replace("\n[Install]", f"\n{drop_in}\n[Install]")
+    path = tmp_path / "rtctl@test.service"
+    path.write_text(unit)
+    done = subprocess.run(
+        ["systemd-analyze", "security", "--offline=true", f"--threshold={threshold}", str(path)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr

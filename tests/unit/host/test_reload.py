@@ -1,0 +1,49 @@
+"""What SIGHUP takes over."""
+
+from rtctl import config, plan
+from rtctl.control.vocabulary import State
+from rtctl.demo import shipped_config
+from rtctl.host.reload import AT_REST, compare, environment_fields, refused
+
+
+def changed(tmp_path, *pairs):
+    text = shipped_config("mock.toml").read_text().replace('model = "friction/mock.json"', 'model = ""')
+    for old, new in pairs:
+        assert old in text
+        text = text.replace(old, new, 1)
+    path = tmp_path / "rig.toml"
+    path.write_text(text)
+    return config.load(path)
+
+
+def test_an_environment_is_taken_and_a_limit_needs_a_restart(tmp_path):
+    before = changed(tmp_path)
+    after = changed(
+        tmp_path,
+        ('kind = "free"', 'kind = "spring"\nstiffness_nm_rad = 10.0'),
+        ("torque_limit_nm = 2.0", "torque_limit_nm = 1.0"),
+    )
+    changes = compare(before.config, after.config)
+    assert changes.taken == ["axis[0].environment.kind", "axis[0].environment.stiffness_nm_rad"]
+    assert changes.restart == ["axis[0].torque_limit_nm"]
+    assert changes.lines() == [
+        "reload: axis[0].environment.kind is in force",
+        "reload: axis[0].environment.stiffness_nm_rad is in force",
+        "reload: axis[0].torque_limit_nm needs a restart; the old value stays",
+    ]
+    command = plan.build(before).command
+    fresh = plan.build(after).command
+    command["arm_count"], fresh["arm_count"] = 5, 9
+    environment_fields(command, fresh)
+    assert command["environment_stiffness_nm_rad"][0, 0] == 10.0
+    assert command["arm_count"] == 5
+
+
+def test_nothing_changed_is_said(tmp_path):
+    same = changed(tmp_path).config
+    assert compare(same, same).lines() == ["reload: nothing has changed"]
+
+
+def test_only_a_rig_at_rest_is_reloaded():
+    for state in State:
+        assert bool(refused(state)) == (state not in AT_REST)
