@@ -1,65 +1,26 @@
-"""Force sensors over a pty and a loopback socket: units, damage, silence, unplugging, commands."""
+"""Force sensors over a pty and a loopback socket: units, damage, unplugging, commands."""
 
 import threading
 import time
 from pathlib import Path
 
-import numpy as np
 import pytest
+from force_bench import benches, make
 from force_devices import SENSORS, OptoForce, Rdt, Rokubi, force_of
 
-from hw import registry
-from hw.force import optoforce, rdt, rdt_backend, rokubi, serial_sensor
-from hw.interface import BackendError, LinkFault, LinkLost, Rig
+from hw.force import optoforce, rdt, rokubi, serial_sensor
+from hw.interface import BackendError, LinkFault, LinkLost
 from rtctl.tick import new_ticks
-
-RIG = Rig(1, 1e-3, np.ones(1), np.ones(1), np.ones(1), np.ones(1), np.ones((1, 3)))
-
-
-def make(device, **more):
-    options = registry.options_model(device.kind).model_validate({**device.options, **device.where, **more})
-    return registry.create(device.kind, options.model_dump(mode="json"), RIG)
 
 
 def descriptors():
     return sum(1 for _ in Path("/proc/self/fd").iterdir())
 
 
-class Bench:
-    """A played sensor and its backend."""
-
-    def __init__(self, kind, **more):
-        self.device = SENSORS[kind]()
-        self.backend = make(self.device, **more)
-        self.backend.open()
-
-    def send(self, *frames):
-        for frame in frames:
-            self.device.write(frame)
-        self.device.arrived(self.backend)
-        return self.read()
-
-    def read(self):
-        tick = new_ticks()
-        self.backend.read(tick)
-        return tick[0]
-
-    def close(self):
-        self.backend.close()
-        self.device.close()
-
-
 @pytest.fixture
 def bench():
-    made = []
-
-    def _make(kind, **more):
-        made.append(Bench(kind, **more))
-        return made[-1]
-
-    yield _make
-    for one in made:
-        one.close()
+    with benches() as make_bench:
+        yield make_bench
 
 
 @pytest.mark.parametrize("kind", SENSORS)
@@ -215,106 +176,6 @@ def test_the_answer_to_the_configuration_is_no_damage(bench):
     assert (tick["sample_count"], tick["link_faults"]) == (1, 0)
 
 
-def test_rdt_is_asked_to_stream_and_to_stop(bench):
-    at = bench("rdt")
-    assert at.device.heard() == rdt.START_REALTIME
-    at.backend.close()
-    assert at.device.heard() == rdt.STOP
-
-
-def test_an_older_record_is_never_used_and_gaps_are_counted(bench):
-    at = bench("rdt")
-    at.send(Rdt.frame(5))
-    tick = at.send(Rdt.frame(4))
-    assert tick["sample_count"] == 1
-    assert tick["force_n"].tolist() == pytest.approx(force_of(5))
-    at.send(Rdt.frame(9))
-    counts = at.backend.counts()
-    assert (counts["older"], counts["lost"], counts["received"]) == (1, 3, 2)
-
-
-def test_the_newest_of_a_burst_of_records_is_shown_even_out_of_order(bench):
-    at = bench("rdt")
-    tick = at.send(Rdt.frame(2), Rdt.frame(4), Rdt.frame(3))
-    assert tick["force_n"].tolist() == pytest.approx(force_of(4))
-
-
-def test_record_numbers_may_wrap(bench):
-    at = bench("rdt")
-    at.send(Rdt.frame(1, number=2**32 - 1))
-    tick = at.send(Rdt.frame(2, number=0))
-    assert tick["sample_count"] == 2
-    assert at.backend.counts()["lost"] == 0
-
-
-def test_datagrams_of_another_size_are_refused_and_told(bench):
-    at = bench("rdt")
-    at.send(Rdt.frame(1))
-    assert at.send(Rdt.frame(2)[:-1])["link_faults"] == LinkFault.CHECKSUM
-    assert at.send(Rdt.frame(2) + b"\0")["sample_count"] == 1
-    assert at.backend.counts()["malformed"] == 2
-
-
-def test_a_flood_is_not_drained_for_ever_and_shows_nothing_until_it_is(bench, monkeypatch):
-    at = bench("rdt")
-    at.send(Rdt.frame(1))
-    monkeypatch.setattr(rdt_backend, "DRAIN_MOST", 3)
-    for k in range(2, 8):
-        at.device.write(Rdt.frame(k))
-    shown = [at.read() for _ in range(3)]
-    assert [int(tick["sample_count"]) for tick in shown[:2]] == [1, 1]
-    assert at.send(Rdt.frame(8))["force_n"].tolist() == pytest.approx(force_of(8))
-
-
-class Clock:
-    """Stands in for the time module in the backend: only what it needs."""
-
-    def __init__(self):
-        self.ns = 10**9
-
-    def monotonic_ns(self):
-        return self.ns
-
-    def monotonic(self):
-        return self.ns / 1e9
-
-
-def test_a_silent_sensor_is_lost_asked_again_and_taken_back_from_any_number(bench, monkeypatch):
-    clock = Clock()
-    monkeypatch.setattr(rdt_backend, "time", clock)
-    at = bench("rdt", lost_after_s=0.02)
-    at.send(Rdt.frame(50))
-    clock.ns += 19_000_000
-    assert at.read()["link_faults"] == 0
-    clock.ns += 2_000_000
-    assert at.read()["link_faults"] == LinkFault.LOST
-    clock.ns += 600_000_000
-    at.read()
-    assert at.device.heard() == rdt.START_REALTIME
-    tick = at.send(Rdt.frame(1))
-    assert (tick["sample_count"], tick["link_faults"]) == (2, 0)
-
-
-def test_a_host_that_refuses_is_silence_not_an_exception(bench):
-    at = bench("rdt", lost_after_s=0.002)
-    at.device.unplug()
-    at.backend._ask(0)
-    deadline = time.monotonic() + 20
-    while at.read()["link_faults"] != LinkFault.LOST:
-        assert time.monotonic() < deadline
-
-
-def test_records_of_a_stranger_are_not_seen(bench):
-    at, stranger = bench("rdt"), Rdt()
-    at.device.heard()
-    stranger.host = at.backend._socket.getsockname()
-    stranger.write(Rdt.frame(99))
-    tick = at.send(Rdt.frame(1))
-    stranger.close()
-    assert tick["force_n"].tolist() == pytest.approx(force_of(1))
-    assert at.backend.counts()["received"] == 1
-
-
 @pytest.mark.parametrize(
     ("sensor", "noise", "words"),
     [(Rokubi, b"", "nothing came"), (OptoForce, b"", "nothing came")],
@@ -325,14 +186,6 @@ def test_a_port_without_its_sensor_is_refused_with_the_reason(sensor, noise, wor
     with pytest.raises(BackendError, match=words) as caught:
         backend.open()
     assert device.path in str(caught.value)
-    device.close()
-
-
-def test_a_host_without_its_sensor_is_refused_with_the_reason():
-    device = Rdt()
-    backend = make(device, open_timeout_s=0.01)
-    with pytest.raises(BackendError, match="no record within"):
-        backend.open()
     device.close()
 
 

@@ -1,108 +1,27 @@
-"""Several devices as one backend: exactly-once channels, freshness, budgets, and a stop that reaches all."""
+"""Several devices as one backend: exactly-once channels, and when a tick is fresh."""
 
-import threading
+import json
+from dataclasses import asdict
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rig_fakes import DRIVE, MADE, Fake, drive_and_finger, known, member, read, rig
 
 from hw import registry
-from hw.interface import BackendError, BackendInfo, Channels, LinkFault, LinkLost, Rig
+from hw.interface import Channels, LinkFault
 from hw.mock.backend import MockBackend
 from hw.mock.options import MockOptions
 from hw.rig import Composite, Member, compose
 from rtctl.control.jit import records
 from rtctl.tick import FIELDS, new_ticks
 
-MADE = {}
-
-
-class Fake:
-    """A device that does what its script says; options: name, provides, consumes."""
-
-    def __init__(self, options, rig):
-        self.name, self.rig = options["name"], rig
-        self.provides, self.consumes = frozenset(options["provides"]), frozenset(options.get("consumes", ()))
-        self.calls, self.count, self.values, self.faults = [], 0, {}, 0
-        self.fresh, self.on = True, {}
-        MADE[self.name] = self
-
-    def _called(self, what):
-        self.calls.append(what)
-        self.on.get(what, lambda: None)()
-
-    def open(self):
-        self._called("open")
-
-    def read(self, tick):
-        self._called("read")
-        tick["position_rad"] = tick["current_a"] = 1000.0  # whatever it writes beyond its channels is lost
-        if self.fresh:
-            self.count += 1
-            for field, value in self.values.items():
-                tick[field] = value
-        tick["sample_count"], tick["link_faults"] = self.count, self.faults
-
-    def write(self, tick):
-        self._called("write")
-        self.sent = tick.copy()
-
-    def stop(self):
-        self._called("stop")
-
-    def close(self):
-        self._called("close")
-
-    def counts(self):
-        return {"frames": self.count}
-
-
-def rig(n_axes=1):
-    return Rig(
-        n_axes=n_axes,
-        period_s=1e-3,
-        gear_ratio=np.arange(1.0, n_axes + 1),
-        gear_efficiency=np.ones(n_axes),
-        torque_constant_nm_a=np.ones(n_axes),
-        encoder_counts_per_rev=np.full(n_axes, 4096.0),
-        lever_m=np.arange(3.0 * n_axes).reshape(n_axes, 3),
-    )
-
 
 @pytest.fixture(autouse=True)
-def fakes(monkeypatch):
-    info = BackendInfo(factory=f"{__name__}:Fake", options="", simulated=False, summary="")
-    monkeypatch.setitem(registry.BUILT_IN, "fake", info)
-    registry.lookup.cache_clear()
-    yield
-    registry.lookup.cache_clear()
-    MADE.clear()
-
-
-def member(name, provides, consumes=(), axes=(0,), channels=None, **more):
-    return Member(
-        kind="fake",
-        options={"name": name, "provides": list(provides), "consumes": list(consumes)},
-        label=f"device '{name}'",
-        axes=axes,
-        channels=tuple(channels if channels is not None else (*provides, *consumes)),
-        **more,
-    )
-
-
-DRIVE = ("position", "current", "estop")
-
-
-def drive_and_finger(**finger):
-    backend = compose([member("drive", DRIVE, ["torque"]), member("finger", ["force"], **finger)], rig())
-    return backend, MADE["drive"], MADE["finger"]
-
-
-def read(backend, tick=None):
-    tick = new_ticks() if tick is None else tick
-    backend.read(tick)
-    return tick
+def fakes():
+    with known():
+        yield
 
 
 def test_one_device_that_serves_the_whole_rig_is_handed_out_as_it_is():
@@ -312,115 +231,6 @@ def test_the_position_is_read_first_whatever_the_order_of_the_file():
     assert order == ["drive", "finger", "warmth"]
 
 
-class Hands:
-    """Time that passes only when a device takes it."""
-
-    def __init__(self, monkeypatch):
-        self.ns = 0
-        monkeypatch.setattr("hw.rig.time.monotonic_ns", lambda: self.ns)
-
-    def take(self, ns):
-        self.ns += ns
-
-
-def test_a_device_over_its_budget_delays_nobody_and_rests(monkeypatch):
-    hands = Hands(monkeypatch)
-    backend = compose(
-        [
-            member("drive", DRIVE, ["torque"], budget_ns=1000),
-            member("finger", ["force"], budget_ns=1000, max_age_ticks=2),
-            member("warmth", ["temperature"], max_age_ticks=5),
-        ],
-        rig(),
-    )
-    drive, finger, warmth = MADE["drive"], MADE["finger"], MADE["warmth"]
-    read(backend)
-    finger.on = {"read": lambda: hands.take(5000)}
-    tick = read(backend)
-    assert tick["link_faults"][0] == LinkFault.OVER_BUDGET
-    assert warmth.calls.count("read") == 1, "left out after the slow one"
-    assert tick["sample_count"][0] == 2
-    for _ in range(2):
-        assert read(backend)["link_faults"][0] == 0
-    assert finger.calls.count("read") == 2, "rests two cycles"
-    assert drive.calls.count("read") == 4
-    assert warmth.calls.count("read") == 3
-    read(backend)
-    assert finger.calls.count("read") == 3
-    assert backend.counts()["device 'finger' over_budget"] == 2
-
-
-def test_a_slow_position_makes_the_tick_stale_not_fresh(monkeypatch):
-    hands = Hands(monkeypatch)
-    backend = compose(
-        [member("drive", DRIVE, ["torque"], budget_ns=1000), member("finger", ["force"], max_age_ticks=1)],
-        rig(),
-    )
-    MADE["drive"].on = {"read": lambda: hands.take(9000)}
-    counts = [int(read(backend)["sample_count"][0]) for _ in range(18)]
-    assert counts[:7] == [0, 0, 0, 1, 1, 1, 2], "a lone hiccup costs two cycles"
-    assert counts[7:17] == [2] * 10, "three in a row: stale for long enough to stop the rig"
-
-
-def lose():
-    raise LinkLost("unplugged")
-
-
-@pytest.mark.parametrize("what", ["read", "write", "open"])
-def test_a_lost_link_names_the_device(what):
-    backend, drive, _ = drive_and_finger()
-    drive.on = {what: lose}
-    with pytest.raises(LinkLost, match="device 'drive': unplugged"):
-        backend.open() if what == "open" else getattr(backend, what)(new_ticks())
-
-
-def test_when_one_cannot_be_opened_the_others_are_closed_again():
-    backend, drive, finger = drive_and_finger()
-
-    def _refuse():
-        raise BackendError("no such port")
-
-    finger.on = {"open": _refuse}
-    with pytest.raises(BackendError, match="device 'finger': no such port"):
-        backend.open()
-    assert drive.calls == ["open", "close"]
-
-
-@pytest.mark.parametrize("what", ["stop", "close"])
-def test_stop_and_close_reach_every_device_though_one_raises_and_one_hangs(what, monkeypatch):
-    backend = compose(
-        [member("a", ["force"]), member("b", ["estop"]), member("drive", ["position"], ["torque"])], rig()
-    )
-    reached, forever = threading.Event(), threading.Event()
-    monkeypatch.setattr("hw.reach.STOP_TIMEOUT_S", 0.02)
-    MADE["a"].on = {what: lambda: forever.wait(60)}
-    MADE["b"].on = {what: lambda: 1 / 0}
-    MADE["drive"].on = {what: reached.set}
-    getattr(backend, what)()
-    assert reached.wait(60)
-    forever.set()
-
-
-def test_stop_works_without_threads(monkeypatch):
-    backend, drive, finger = drive_and_finger()
-
-    def _none_left(self):
-        raise RuntimeError("can't start new thread")
-
-    monkeypatch.setattr(threading.Thread, "start", _none_left)
-    backend.stop()
-    assert drive.calls == finger.calls == ["stop"]
-
-
-def test_a_thousand_stops_leave_no_thread():
-    backend, drive, _ = drive_and_finger()
-    before = threading.active_count()
-    for _ in range(1000):
-        backend.stop()
-    assert threading.active_count() <= before
-    assert drive.calls.count("stop") == 1000
-
-
 def test_a_split_mock_moves_as_a_whole_one():
     """The mock's motor as one device, the mock's force sensor alone as another: the motor moves the same."""
     options = MockOptions(axis=[{}], hand=[{"kind": "none"}]).model_dump(mode="json")
@@ -440,14 +250,11 @@ def test_a_split_mock_moves_as_a_whole_one():
 
 
 def test_a_member_survives_json():
-    import json
-    from dataclasses import asdict
-
     one = member("drive", DRIVE, ["torque"], max_age_ticks=2, budget_ns=5)
     assert Member.from_dict(json.loads(json.dumps(asdict(one)))) == one
 
 
-def test_channels_are_declared_or_asked_of_a_device_that_is_not_opened(monkeypatch):
+def test_channels_are_declared_or_asked_of_a_device_that_is_not_opened():
     found = registry.channels("fake", {"name": "x", "provides": ["force"], "consumes": []}, rig())
     assert found == Channels(frozenset({"force"}), frozenset())
     assert MADE["x"].calls == []

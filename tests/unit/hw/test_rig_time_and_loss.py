@@ -1,0 +1,125 @@
+"""Several devices as one backend: time budgets, lost links, and a stop that reaches all."""
+
+import threading
+
+import pytest
+from rig_fakes import DRIVE, MADE, drive_and_finger, known, member, read, rig
+
+from hw.interface import BackendError, LinkFault, LinkLost
+from hw.rig import compose
+from rtctl.tick import new_ticks
+
+
+@pytest.fixture(autouse=True)
+def fakes():
+    with known():
+        yield
+
+
+class Hands:
+    """Time that passes only when a device takes it."""
+
+    def __init__(self, monkeypatch):
+        self.ns = 0
+        monkeypatch.setattr("hw.rig.time.monotonic_ns", lambda: self.ns)
+
+    def take(self, ns):
+        self.ns += ns
+
+
+def test_a_device_over_its_budget_delays_nobody_and_rests(monkeypatch):
+    hands = Hands(monkeypatch)
+    backend = compose(
+        [
+            member("drive", DRIVE, ["torque"], budget_ns=1000),
+            member("finger", ["force"], budget_ns=1000, max_age_ticks=2),
+            member("warmth", ["temperature"], max_age_ticks=5),
+        ],
+        rig(),
+    )
+    drive, finger, warmth = MADE["drive"], MADE["finger"], MADE["warmth"]
+    read(backend)
+    finger.on = {"read": lambda: hands.take(5000)}
+    tick = read(backend)
+    assert tick["link_faults"][0] == LinkFault.OVER_BUDGET
+    assert warmth.calls.count("read") == 1, "left out after the slow one"
+    assert tick["sample_count"][0] == 2
+    for _ in range(2):
+        assert read(backend)["link_faults"][0] == 0
+    assert finger.calls.count("read") == 2, "rests two cycles"
+    assert drive.calls.count("read") == 4
+    assert warmth.calls.count("read") == 3
+    read(backend)
+    assert finger.calls.count("read") == 3
+    assert backend.counts()["device 'finger' over_budget"] == 2
+
+
+def test_a_slow_position_makes_the_tick_stale_not_fresh(monkeypatch):
+    hands = Hands(monkeypatch)
+    backend = compose(
+        [member("drive", DRIVE, ["torque"], budget_ns=1000), member("finger", ["force"], max_age_ticks=1)],
+        rig(),
+    )
+    MADE["drive"].on = {"read": lambda: hands.take(9000)}
+    counts = [int(read(backend)["sample_count"][0]) for _ in range(18)]
+    assert counts[:7] == [0, 0, 0, 1, 1, 1, 2], "a lone hiccup costs two cycles"
+    assert counts[7:17] == [2] * 10, "three in a row: stale for long enough to stop the rig"
+
+
+def lose():
+    raise LinkLost("unplugged")
+
+
+@pytest.mark.parametrize("what", ["read", "write", "open"])
+def test_a_lost_link_names_the_device(what):
+    backend, drive, _ = drive_and_finger()
+    drive.on = {what: lose}
+    with pytest.raises(LinkLost, match="device 'drive': unplugged"):
+        backend.open() if what == "open" else getattr(backend, what)(new_ticks())
+
+
+def test_when_one_cannot_be_opened_the_others_are_closed_again():
+    backend, drive, finger = drive_and_finger()
+
+    def _refuse():
+        raise BackendError("no such port")
+
+    finger.on = {"open": _refuse}
+    with pytest.raises(BackendError, match="device 'finger': no such port"):
+        backend.open()
+    assert drive.calls == ["open", "close"]
+
+
+@pytest.mark.parametrize("what", ["stop", "close"])
+def test_stop_and_close_reach_every_device_though_one_raises_and_one_hangs(what, monkeypatch):
+    backend = compose(
+        [member("a", ["force"]), member("b", ["estop"]), member("drive", ["position"], ["torque"])], rig()
+    )
+    reached, forever = threading.Event(), threading.Event()
+    monkeypatch.setattr("hw.reach.STOP_TIMEOUT_S", 0.02)
+    MADE["a"].on = {what: lambda: forever.wait(60)}
+    MADE["b"].on = {what: lambda: 1 / 0}
+    MADE["drive"].on = {what: reached.set}
+    getattr(backend, what)()
+    assert reached.wait(60)
+    forever.set()
+
+
+def test_stop_works_without_threads(monkeypatch):
+    backend, drive, finger = drive_and_finger()
+
+    def _none_left(self):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(threading.Thread, "start", _none_left)
+    backend.stop()
+    assert drive.calls == finger.calls == ["stop"]
+
+
+def test_a_thousand_stops_leave_no_thread():
+    backend, drive, _ = drive_and_finger()
+    before = threading.active_count()
+    for _ in range(1000):
+        backend.stop()
+    assert threading.active_count() <= before
+    assert drive.calls.count("stop") == 1000
