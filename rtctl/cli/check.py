@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from rtctl.stability_report import AxisReport
 
 _File = click.Path(dir_okay=False, path_type=Path)
+_MEMBER_KEYS = ("kind", "axes", "channels", "max_age_ticks", "budget_ns")
 
 
 @click.command("check")
@@ -43,6 +44,13 @@ def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
     if as_json:
         body = report.to_dict()
         body["devices"] = [{"kind": kind, "lines": lines} for kind, lines in loaded.device_report()]
+        body["members"] = [
+            {
+                "device": member.label,
+                **{key: value for key, value in asdict(member).items() if key in _MEMBER_KEYS},
+            }
+            for member in loaded.members()
+        ]
         body["recommended"] = [asdict(one) for one in advices]
         body["warnings"] = [one.text for one in advices if not one.ok]
         if not report.ok:
@@ -70,6 +78,14 @@ def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
 
 
 def _echo_devices(loaded: LoadedConfig) -> None:
+    for member in loaded.members():
+        age = f"a sample counts for {member.max_age_ticks} ticks" if member.max_age_ticks else ""
+        budget = f"{member.budget_ns / 1000:g} us to read" if member.budget_ns else ""
+        notes = "; ".join(note for note in (age, budget) if note)
+        click.echo(
+            f"\n{member.label} ({member.kind}): {', '.join(member.channels)}"
+            + (f"  {notes}" if notes else "")
+        )
     for kind, lines in loaded.device_report():
         click.echo(f"\ndevice {kind}")
         for label, figure, note in lines:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shutil
 import sys
 from pathlib import Path
 from typing import Any
@@ -53,6 +54,9 @@ def command(
     def _show() -> None:
         nonlocal drawn
         lines = [line for one in found for line in _lines(one.report())]
+        if in_place:  # a wrapped line would be left behind by the next drawing
+            width = shutil.get_terminal_size().columns
+            lines = [line[: width - 1] for line in lines]
         if drawn:
             click.echo(f"\x1b[{drawn}F\x1b[J", nl=False)
         drawn = len(lines) if in_place else 0

@@ -72,3 +72,12 @@ def test_a_gap_is_a_config_error_with_its_exit_code(tmp_path):
     assert any(
         "no device takes the torque or current" in line and "'drive'" in line for line in body["faults"]
     )
+
+
+def test_the_check_tells_who_provides_what(tmp_path):
+    command = [sys.executable, "-m", "rtctl", "check", str(rig_file(tmp_path)), "--json"]
+    shown = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    drive, finger = json.loads(shown.stdout)["members"]
+    assert drive["device"] == "device[0] 'drive'"
+    assert drive["channels"] == ["current", "current_command", "position", "temperature"]
+    assert (finger["channels"], finger["max_age_ticks"], finger["axes"]) == (["estop", "force"], 0, [0])

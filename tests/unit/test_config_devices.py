@@ -1,5 +1,7 @@
 """The devices of a rig file make up a whole rig, or the file is refused naming devices and keys."""
 
+from pathlib import Path
+
 import pytest
 
 from hw import registry
@@ -185,3 +187,10 @@ def test_the_mock_alone_is_a_rig_and_costs_no_composition(rig):
 
 def test_more_than_eight_devices_are_refused(faults):
     assert any("device" in line for line in faults(*["pendant"] * 9))
+
+
+def test_the_shipped_rig_of_two_makers_devices_is_whole():
+    path = Path(__file__).parents[2] / "configs" / "drive-and-force-sensor.toml"
+    drive, sensor = load(path).members()
+    assert {"position", "current"} <= set(drive.channels)
+    assert (sensor.channels, sensor.max_age_ticks) == (("force",), 2)
