@@ -40,6 +40,12 @@ BUILT_IN = {
         simulated=False,
         summary="a board on a serial port that speaks rtctl-frame (docs/serial-protocol.md)",
     ),
+    "serial-described": BackendInfo(
+        factory="hw.serial.described:DescribedBackend",
+        options="hw.serial.described_options:DescribedOptions",
+        simulated=False,
+        summary="a board on a serial port with a frame of its own, described in the rig file (docs/serial-described.md)",
+    ),
     "rokubi": BackendInfo(
         factory="hw.force.serial_sensor:make_rokubi",
         options="hw.force.options:RokubiOptions",

@@ -60,7 +60,6 @@ class SerialBackend(SerialCore):
         self._torque = options["command"] == "torque"
         self.provides = frozenset({"position", *options["channels"]})
         self.consumes = frozenset({"torque" if self._torque else "current_command"})
-        self._open_timeout_s = float(options["open_timeout_s"])
         self._wanted: str | None = options["identity"]
         self.identity: str | None = None
         self._body = np.zeros(BODY_MAX + 8, np.uint8)
@@ -70,7 +69,6 @@ class SerialBackend(SerialCore):
         self._stream = records(np.zeros(1, deframer_dtype()))
         self.link = records(_settings(options, rig, self._torque))
         self._before = self.link[0].copy()
-        self._stop = self._packet(frame.TYPE_STOP) * STOP_REPEATS
 
     def counts(self) -> dict[str, int]:
         """Packets since the start by what became of them, and commands that found the line full."""
@@ -88,7 +86,7 @@ class SerialBackend(SerialCore):
         return packet[: link.request(kind, 0, self._body, packet)].tobytes()
 
     def _stop_packet(self) -> bytes:
-        return self._stop
+        return self._packet(frame.TYPE_STOP) * STOP_REPEATS
 
     def _bind(self, tick: np.ndarray) -> tuple[Callable[[], int], Callable[[], int]]:
         row = records(tick)
@@ -117,7 +115,7 @@ class SerialBackend(SerialCore):
     def _greet(self, port: Port) -> None:
         """Ask until the board says who it is; refuse another board than before."""
         self._take_in(0)  # compiles before the clock below starts
-        end = time.monotonic() + self._open_timeout_s
+        end = time.monotonic() + self._patience_s
         views: list[memoryview] = [memoryview(self.chunk)]  # type: ignore[arg-type]
         ask, ask_at = self._packet(frame.TYPE_IDENTIFY), 0.0
         while not self.link[0]["identified"]:
@@ -138,7 +136,7 @@ class SerialBackend(SerialCore):
         """Why no board was found, from what came instead."""
         row, before = self.link[0], self._before
         came = {name: int(row[name] - before[name]) for name in ("foreign", "good", "damaged")}
-        text = f"serial port {self._path}: no board answered within {self._open_timeout_s:g} s: "
+        text = f"serial port {self._path}: no board answered within {self._patience_s:g} s: "
         if came["foreign"]:
             return text + (
                 "packets of another protocol version or number of axes came "

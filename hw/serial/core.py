@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable
+from functools import cached_property
 
 import numpy as np
 
@@ -47,6 +48,8 @@ class SerialCore:
         self._size = memoryview(self.meta)  # type: ignore[arg-type]
         self._receive: Callable[[], int] | None = None
         self._send: Callable[[], int] | None = None
+        self._patience_s = float(options["open_timeout_s"])
+        self._reopen_timeout_s = float(options["reopen_timeout_s"])
         self._unsent = 0
         self.unsent = 0
         """Commands the line had no room for, since the start."""
@@ -66,12 +69,17 @@ class SerialCore:
     def _forget(self) -> None:
         """A new connection begins: nothing of the old byte stream may be continued."""
 
+    @cached_property
+    def _stop_bytes(self) -> bytes:
+        return self._stop_packet()
+
     # -- the backend -------------------------------------------------------------------------------
     def open(self) -> None:
         """Open the port and make sure of the board. Idempotent. Raises BackendError."""
         if self._port is not None:
             return
         port = Port(self._path, self._baud)
+        _ = self._stop_bytes  # compiled now, not when it is needed
         self._forget()
         self._unsent = 0
         try:
@@ -80,6 +88,7 @@ class SerialCore:
             port.close()
             raise
         self._views = [memoryview(self.chunk)]  # type: ignore[arg-type]
+        self._patience_s = self._reopen_timeout_s
         self._port = port
 
     def fileno(self) -> int:
@@ -133,6 +142,8 @@ class SerialCore:
             self.warm_up(tick)
         send = self._send
         assert send is not None
+        if not self.consumes:
+            return
         if port.write(self._packet_bytes[: send()]):
             self._unsent = 0
             return
@@ -144,7 +155,9 @@ class SerialCore:
 
     def stop(self) -> None:
         """Make the board torque-free: a stop packet ahead of anything queued. Never raises."""
-        packet = self._stop_packet()
+        packet = self._stop_bytes
+        if not packet:
+            return
         port = self._port
         if port is not None:
             port.discard_output()

@@ -145,6 +145,12 @@ class Board:
         row["serial_number"][: len(name)] = np.frombuffer(name, np.uint8)
         return self._sealed(frame.encode_identity(record, self._body))
 
+    def rehearse(self, tick: np.ndarray) -> None:
+        """Go through everything once, so that all of it is compiled. The board is of no use afterwards."""
+        command = self._sealed(frame.encode_command(self._incoming, self._body))
+        self.take(command + request_packet(frame.TYPE_STOP) + self.identity_packet())
+        self.state_packet(tick, np.zeros(self.n_axes, np.int64), 0)
+
     def _sealed(self, n: int) -> bytes:
         return self._packet[: seal(self._body, n, self._packet)].tobytes()
 

@@ -14,6 +14,8 @@ from hw.interface import Rig
 from hw.jit import records
 from hw.mock.backend import MockBackend
 from hw.mock.options import MockOptions
+from hw.serial.described_board import DescribedBoard
+from hw.serial.described_options import DescribedOptions
 from hw.serial.firmware import Board, Taken
 from hw.serial.firmware_line import Line
 from hw.serial.observation import Observation, row_dtype
@@ -59,21 +61,40 @@ def _tick_dtype(n_axes: int) -> np.dtype[np.void]:
     )
 
 
+def read_described(path: Path) -> dict[str, Any]:
+    """Options of the first `serial-described` device of a rig file. ValueError if it has none."""
+    for device in tomllib.loads(path.read_text()).get("device", []):
+        if device.get("kind") == "serial-described":
+            return DescribedOptions.model_validate(device.get("options", {})).model_dump(mode="json")
+    msg = f"{path}: no [[device]] of kind 'serial-described'"
+    raise ValueError(msg)
+
+
 class Simulation:
     """Board, plant and line together; `cycle` is one period of the board."""
 
-    def __init__(self, rig: Rig, options: dict[str, Any], line: Line, name: str, first_count: int) -> None:
+    def __init__(
+        self,
+        rig: Rig,
+        options: dict[str, Any],
+        line: Line,
+        name: str,
+        first_count: int,
+        described: dict[str, Any] | None = None,
+    ) -> None:
         self.rig, self.options, self.line = rig, options, line
         self.name, self.first_count = name, first_count
+        self.described = described
         self.observation: Observation | None = None
         self._torque_per_ampere = rig.gear_ratio * rig.gear_efficiency * rig.torque_constant_nm_a
         self._row = np.zeros(1, row_dtype(rig.n_axes))
         self.tick = records(np.zeros(1, _tick_dtype(rig.n_axes)))
+        self._make_board().rehearse(self.tick)
         self.power_up()
 
     def power_up(self) -> None:
         """Everything starts over."""
-        self.board = Board(self.rig.n_axes, self.name, round(self.rig.period_s * 1e6))
+        self.board = self._make_board()
         self.plant = MockBackend(self.options, self.rig)
         self.plant.warm_up(self.tick)
         self.slot = 0
@@ -84,6 +105,11 @@ class Simulation:
         if taken.identifies:
             self.line.send(self.board.identity_packet())
         return taken
+
+    def _make_board(self) -> Board | DescribedBoard:
+        if self.described is not None:
+            return DescribedBoard(self.described, self.rig, int(self.name))
+        return Board(self.rig.n_axes, self.name, round(self.rig.period_s * 1e6))
 
     def advance(self, cycles: int = 1) -> None:
         """Let the board's clock go on: commands grow older."""

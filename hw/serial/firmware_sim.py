@@ -6,7 +6,7 @@ order per line and answers each with one line, `ok ...` or `error ...`:
 
     flip N | drop N | duplicate N | stall N     damage the next N state packets (stall: N silent cycles)
     unplug | plug                               the pty vanishes, or comes back under the same link
-    cycles N                                    with --step: N cycles without a command
+    cycles N | sample                           with --step: N cycles without a command; the newest sample
     estop 0|1, fault 0|1, noforce 0|1           inputs of the board
     identity NAME                               be another board from now on
     reset                                       power-up: sequence, clock, counter and plant start over
@@ -29,10 +29,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hw.serial.firmware_line import Damage, Line
-from hw.serial.firmware_rig import Simulation, read_rig
+from hw.serial.firmware_rig import Simulation, read_described, read_rig
 from hw.serial.observation import Observation
 
 _PR_SET_PDEATHSIG = 1
+
+REALTIME_PRIORITY = 70
 
 
 class Control:
@@ -64,6 +66,8 @@ class Control:
         elif order == "cycles" and value.isdecimal():
             for _ in range(int(value)):
                 step(simulation)
+        elif order == "sample":
+            simulation.send()
         elif order == "unplug":
             simulation.line.unplug()
         elif order == "plug":
@@ -168,9 +172,15 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument(
         "--rate-hz", type=float, help="board cycles per second (default: the rig file's, 1000)"
     )
-    parser.add_argument("--identity", default="SIM-0001", help="serial number of the board")
+    parser.add_argument("--identity", help="serial number of the board (default SIM-0001; described: 1)")
+    parser.add_argument(
+        "--described", type=Path, help="rig file: speak the frame of its serial-described device"
+    )
     parser.add_argument("--first-count", type=int, default=0, help="encoder count at joint angle 0")
     parser.add_argument("--step", action="store_true", help="one cycle per command instead of a clock")
+    parser.add_argument(
+        "--realtime", action="store_true", help="run by SCHED_FIFO, as on time as a real board"
+    )
     parser.add_argument("--control", action="store_true", help="take orders on standard input")
     parser.add_argument("--observe", type=Path, help="file for what the motor gets (hw.serial.observation)")
     parser.add_argument("--seed", type=int, default=1, help="of the damage")
@@ -182,6 +192,16 @@ def _arguments() -> argparse.Namespace:
     )
     parser.add_argument("--delay-packets", type=int, default=0, help="state packets leave this many late")
     return parser.parse_args()
+
+
+def _be_on_time() -> None:
+    """Below the control loop's own default priority, above everything ordinary."""
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(REALTIME_PRIORITY))
+    except OSError as error:
+        sys.stderr.write(
+            f"no real-time priority: {error.strerror}; ulimit -r {REALTIME_PRIORITY} would give it\n"
+        )
 
 
 def main() -> int:
@@ -199,11 +219,15 @@ def main() -> int:
         delay_packets=arguments.delay_packets,
     )
     line = Line(arguments.link, damage, arguments.seed)
-    simulation = Simulation(rig, options, line, arguments.identity, arguments.first_count)
+    described = read_described(arguments.described) if arguments.described else None
+    name = arguments.identity or ("1" if described else "SIM-0001")
+    simulation = Simulation(rig, options, line, name, arguments.first_count, described)
     if arguments.observe:
         simulation.observation = Observation.create(arguments.observe, rig.n_axes)
     control = Control(simulation) if arguments.control else None
     line.plug()
+    if arguments.realtime:
+        _be_on_time()
     _say(f"ready {arguments.link}")
     try:
         (run_in_step if arguments.step else run_on_clock)(simulation, control, ending)

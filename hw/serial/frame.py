@@ -100,6 +100,18 @@ def identity_dtype() -> np.dtype[np.void]:
 
 
 @compiled
+def toward_zero(value: float) -> float:
+    """Whole part of `value` (finite); a whole number missed only by rounding of the arithmetic counts as met.
+
+    So what was read from the wire goes back to the wire as the same number.
+    """
+    nearest = np.rint(value)
+    if abs(nearest - value) <= 2e-15 * abs(value):
+        return float(nearest)
+    return float(math.trunc(value))
+
+
+@compiled
 def micro(value: float) -> int:
     """`value` in millionths, truncated toward zero, saturated at +-(2^31 - 1). NaN gives 0."""
     scaled = value * 1e6
@@ -107,7 +119,7 @@ def micro(value: float) -> int:
         if math.isnan(scaled):
             return 0
         return 2147483647 if scaled > 0.0 else -2147483647
-    return int(scaled)
+    return int(toward_zero(scaled))
 
 
 @compiled

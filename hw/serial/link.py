@@ -20,7 +20,7 @@ from hw.serial.framing import seal, unseal
 
 _CHECKSUM = int(LinkFault.CHECKSUM)
 _SEQUENCE = int(LinkFault.SEQUENCE)
-_DEVICE = int(LinkFault.DEVICE | LinkFault.LOST)  # LOST: the law cuts at once
+_DEVICE = int(LinkFault.DEVICE)
 _ESTOP = int(frame.Status.ESTOP)
 _HELD = int(frame.Status.HELD)
 

@@ -25,6 +25,10 @@ class PortOptions(SerialTable):
         description="path of the port; /dev/serial/by-id/... stays with the board",
     )
     baud: int = Field(921_600, ge=9600, le=12_000_000, description="bit rate; USB boards ignore it")
+    open_timeout_s: float = Field(3.0, ge=0.1, le=30, description="patience at start, for a board that boots")
+    reopen_timeout_s: float = Field(
+        0.2, ge=0.01, le=10, description="patience after a re-plug: the loop waits meanwhile, and tries again"
+    )
 
 
 class AxisOptions(SerialTable):
@@ -58,7 +62,6 @@ class SerialOptions(PortOptions):
     time_to_live_cycles: int = Field(
         10, ge=1, le=50, description="board cycles a command is held without a new one"
     )
-    open_timeout_s: float = Field(3.0, ge=0.1, le=30, description="patience for a board that boots")
     axis: tuple[AxisOptions, ...] = Field((AxisOptions(),), strict=False)
 
     @field_validator("channels")

@@ -55,6 +55,16 @@ def latency_timer_ms(path: str) -> int | None:
         return None
 
 
+def usb_identity(path: str, sys_tty: Path = Path("/sys/class/tty")) -> str | None:
+    """Vendor, product and serial number of the USB device behind a port; None for anything else."""
+    here = (sys_tty / Path(path).resolve().name / "device").resolve()
+    for folder in (here, *here.parents):
+        if (folder / "idVendor").is_file():
+            found = [folder / name for name in ("idVendor", "idProduct", "serial")]
+            return ":".join(file.read_text().strip() for file in found if file.is_file())
+    return None
+
+
 def _refusal(path: str, error: Exception) -> BackendError:
     number = getattr(error, "errno", None)
     if number in (errno.EACCES, errno.EPERM):
@@ -100,6 +110,7 @@ class Port:
     def _prepare(self, fd: int) -> None:
         os.set_blocking(fd, False)
         settings = termios.tcgetattr(fd)
+        settings[2] &= ~termios.HUPCL  # else each attempt to open again would reset boards that reset on DTR
         settings[6][termios.VMIN], settings[6][termios.VTIME] = 1, 0
         termios.tcsetattr(fd, termios.TCSANOW, settings)
         termios.tcflush(fd, termios.TCIOFLUSH)

@@ -13,7 +13,7 @@ from typing import IO, Self
 
 from hw.serial.observation import Observation
 
-PATIENCE_S = 60.0
+PATIENCE_S = 150.0
 """Longest wait for an answer: a first start compiles."""
 
 

@@ -1,6 +1,7 @@
 """Simulated boards for the contract suite: one process per row, powered up anew for every test."""
 
 import fcntl
+import json
 import select
 import struct
 import termios
@@ -19,9 +20,73 @@ start_s = 0.0
 """
 
 
+def _numbers(n_axes, *fields):
+    """Fields one after the other from byte 4 on, each once per axis; and the byte after them."""
+    out, at = [], 4
+    for field in fields:
+        for axis in range(n_axes):
+            out.append({**field, "axis": axis, "offset": at})
+            at += 4
+    return out, at
+
+
+def described(n_axes):
+    """Frames of a board of many axes: 32-bit numbers, big endian, CRC-16 of Modbus; without the port."""
+    position = {"channel": "position", "type": "i32", "unit": "counts"}
+    current = {"channel": "current", "type": "i32", "unit": "mA", "scale": 0.001}
+    sample, end = _numbers(n_axes, position, current)
+    sample += [
+        {"channel": "force", "type": "i16", "component": k, "offset": end + 2 * k, "scale": 5.0, "unit": "mN"}
+        for k in range(3)
+    ]
+    sample += [
+        {"channel": "sequence", "type": "u16", "offset": 2},
+        {"channel": "estop", "type": "u8", "offset": end + 6, "mask": 1},
+        {"channel": "fault", "type": "u8", "offset": end + 6, "mask": 128},
+        {"channel": "identity", "type": "u8", "offset": end + 7},
+    ]
+    commands, stop = _numbers(n_axes, {"channel": "current_command", "type": "f32", "unit": "A"})
+    commands += [{"channel": "enable", "type": "u8", "offset": 3, "mask": 1}]
+    common = {"endian": "big", "checksum": "crc16-modbus"}
+    return {
+        "sample": {"sync": [0xA5, 0x5A], "length": end + 10, "field": sample, **common},
+        "command": {"sync": [0x5A, 0xA5], "length": stop + 2, "field": commands, **common},
+    }
+
+
+def described_bytes(n_axes):
+    """Length of a sample frame."""
+    return described(n_axes)["sample"]["length"]
+
+
+def _device(tables):
+    lines = ["[[device]]", 'kind = "serial-described"', "[device.options]", 'port = "/dev/none"']
+    for name, table in tables.items():
+        lines.append(f"[device.options.{name}]")
+        for key, value in table.items():
+            if key == "field":
+                rows = ", ".join(
+                    "{" + ", ".join(f"{k} = {json.dumps(v)}" for k, v in field.items()) + "}"
+                    for field in value
+                )
+                lines.append(f"field = [{rows}]")
+            else:
+                lines.append(f"{key} = {json.dumps(value)}")
+    return "\n".join(lines) + "\n"
+
+
+def described_board(n_axes, make_folder, which="first"):
+    """A board that speaks `described(n_axes)`, just powered up and plugged in."""
+    folder = make_folder("described")
+    (folder / "frame.toml").write_text(_device(described(n_axes)))
+    found = board(n_axes, lambda _: folder, "described " + which, "--described", str(folder / "frame.toml"))
+    found.order("identity 1")
+    return found
+
+
 def board(n_axes, make_folder, which="first", *arguments):
     """The board of this many axes, in lockstep with its host; just powered up and plugged in."""
-    key = (n_axes, which, arguments)
+    key = (n_axes, which)
     if key not in _BOARDS:
         folder = make_folder("board")
         rig = folder / "rig.toml"
@@ -33,6 +98,11 @@ def board(n_axes, make_folder, which="first", *arguments):
     return found
 
 
+def at_port(port):
+    """The board behind a port."""
+    return next(found for found in _BOARDS.values() if found.port == port)
+
+
 def close_all():
     while _BOARDS:
         _BOARDS.popitem()[1].close()
@@ -41,8 +111,15 @@ def close_all():
 class InLockstep:
     """A serial backend whose `read` first waits for the answer to the command before: for tests in step."""
 
-    def __init__(self, backend, answer_bytes):
+    def __init__(self, backend, answer_bytes, board=None):
         self._backend, self._answer_bytes, self._awaited = backend, answer_bytes, False
+        if board is not None:  # a described board sends nothing unasked, and cannot be asked
+            self._greet, backend._greet = backend._greet, self._have_it_send
+            self._board = board
+
+    def _have_it_send(self, port):
+        self._board.order("sample")
+        self._greet(port)
 
     def __getattr__(self, name):
         return getattr(self._backend, name)

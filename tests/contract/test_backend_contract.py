@@ -57,6 +57,16 @@ def serial(n_axes, folder, which):
     return {"port": board.port}
 
 
+def described(n_axes, folder, which):
+    board = serial_boards.described_board(n_axes, lambda name: folder_of_boards(folder, which), which)
+    return {"port": board.port, **serial_boards.described(n_axes)}
+
+
+def in_step_with_described(backend, n_axes):
+    board = serial_boards.at_port(backend._path)
+    return serial_boards.InLockstep(backend, serial_boards.described_bytes(n_axes), board)
+
+
 def folder_of_boards(folder, which):
     made = folder / f"board-{which}"
     made.mkdir()
@@ -83,6 +93,8 @@ ROWS = {
     "a rig of two devices": ("mock", 2, mock),
     "serial over pty": ("serial", 1, serial),
     "serial over pty, two axes": ("serial", 2, serial),
+    "described frame over pty": ("serial-described", 1, described),
+    "described frame over pty, two axes": ("serial-described", 2, described),
     **{kind: (kind, 1, sensor(kind)) for kind in force_devices.SENSORS},
     **can_rows.ROWS,
     "a third party's": (example_package.KIND, 1, example),
@@ -90,6 +102,7 @@ ROWS = {
 
 WRAPPERS = {
     "serial": lambda backend, n_axes: serial_boards.InLockstep(backend, 35 + 10 * n_axes),
+    "serial-described": in_step_with_described,
     example_package.KIND: lambda backend, _: example_package.InStep(backend, example_package.newest_board()),
     **{kind: lambda backend, _: force_devices.Fed(backend) for kind in force_devices.SENSORS},
 }

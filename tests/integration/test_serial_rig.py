@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hw.interface import LinkFault
 from hw.serial.frame import Status
 from hw.serial.simulated_board import SimulatedBoard
 from rtctl.client import RigClient
@@ -31,7 +32,9 @@ def folder(tmp_path):
 
 @pytest.fixture
 def board(tmp_path):
-    with SimulatedBoard(tmp_path, "--rig", str(CONFIGS / "mock.toml"), "--rate-hz", "400") as made:
+    with SimulatedBoard(
+        tmp_path, "--rig", str(CONFIGS / "mock.toml"), "--rate-hz", "400", "--realtime"
+    ) as made:
         yield made
 
 
@@ -58,22 +61,24 @@ def daemon(board, folder, tmp_path):
 
 @pytest.fixture
 def client(daemon, folder):
-    made = RigClient("serial", runtime_dir=str(folder), timeout_s=60.0)
+    made = RigClient("serial", runtime_dir=str(folder), timeout_s=150.0)
     made.hello()
     yield made
     made.close()
 
 
 def arm(client):
-    """ACTIVE; tried again when a late cycle of a busy machine stopped the rig meanwhile."""
-    for left in range(5, -1, -1):
+    """ACTIVE; tried again while the board is late, or when a late cycle of a busy machine stopped the rig."""
+    end = time.monotonic() + 90
+    while True:
         try:
             client.arm(timeout_s=20)
         except ClientError:
-            if not left:
+            if time.monotonic() > end:
                 raise
             with contextlib.suppress(ClientError):
                 client.reset(timeout_s=10)
+            time.sleep(0.2)
         else:
             return
 
@@ -132,10 +137,15 @@ def test_a_loop_that_is_gone_leaves_a_torque_free_motor_within_the_time_to_live(
         daemon.communicate(timeout=30)
 
 
-def test_unplugging_ends_the_run_and_says_so(daemon, client, board):
+def test_an_unplugged_board_is_a_latched_fault_and_is_found_again_without_torque(client, board):
     arm(client)
+    await_torque(board)
     board.order("unplug")
-    out, err = daemon.communicate(timeout=30)
-    body = json.loads(out.splitlines()[-1])
-    assert daemon.returncode != 0
-    assert "unplugged" in json.dumps(body) + err
+    with client.ticks() as ticks:
+        batch = next(rows for rows in ticks if LinkFault(int(rows["link_faults"][-1])) & LinkFault.LOST)
+        assert batch["enabled"][-1] == 0
+        board.order("plug")
+        batch = next(rows for rows in ticks if not rows["link_faults"].any())
+    assert batch["state"][-1] in (State.FAULT, State.LOCKOUT)
+    assert not batch["enabled"].any()
+    assert board.observation.rows()[-1]["current_a"] == 0

@@ -149,8 +149,15 @@ def test_fixed_point_saturates_and_truncates_toward_zero(value):
         assert got == 0
         return
     exact = value * 1e6
-    assert abs(got) <= min(abs(exact), 2**31 - 1)
-    assert got == (math.trunc(exact) if abs(exact) < 2**31 - 1 else math.copysign(2**31 - 1, value))
+    assert abs(got) <= min(abs(exact) * (1 + 2e-15), 2**31 - 1)
+    assert abs(got) >= min(abs(exact) - 1, 2**31 - 1)
+    assert got * value >= 0
+
+
+@settings(deadline=None)
+@given(st.integers(-(2**31) + 1, 2**31 - 1))
+def test_what_was_read_goes_back_as_the_same_number(number):
+    assert frame.micro(number * 1e-6) == number
 
 
 @compiled

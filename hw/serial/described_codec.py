@@ -1,0 +1,241 @@
+"""Described frames to ticks and ticks to described frames, compiled.
+
+Freshness: with a `sequence` field a frame counts only when it is ahead of the last one by less than half the
+field's range; without one every frame with a right checksum is new, and a duplicate cannot be told. A frame
+with a number that is not finite is a failure of the device, never a sample.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+
+from hw.encoder import ENCODER_STATE, unwrap
+from hw.interface import LinkFault
+from hw.jit import compiled
+from hw.serial.described_plan import Target
+from hw.serial.layout import next_frame, read_raw, seal_frame, wire_value, write_bytes, write_raw
+from hw.serial.link import BACKLOGGED, DRAINED, MORE
+
+_CHECKSUM, _SEQUENCE = int(LinkFault.CHECKSUM), int(LinkFault.SEQUENCE)
+_DEVICE = int(LinkFault.DEVICE)
+
+_POSITION, _CURRENT, _FORCE = int(Target.POSITION), int(Target.CURRENT), int(Target.FORCE)
+_TEMPERATURE, _ESTOP, _SEQUENCE_FIELD = int(Target.TEMPERATURE), int(Target.ESTOP), int(Target.SEQUENCE)
+_FAULT, _IDENTITY, _COMMAND, _ENABLE = (
+    int(Target.FAULT),
+    int(Target.IDENTITY),
+    int(Target.COMMAND),
+    int(Target.ENABLE),
+)
+
+
+FIELDS_MAX = 64
+"""Most fields of a frame."""
+
+
+@cache
+def described_dtype(n_axes: int) -> np.dtype[np.void]:
+    """State of a link to a described board."""
+    axis = (n_axes,)
+    return np.dtype(
+        [
+            ("torque_mode", "<i8"),
+            ("show_current", "<i8"),
+            ("show_force", "<i8"),
+            ("show_temperature", "<i8"),
+            ("show_estop", "<i8"),
+            ("started", "<i8"),
+            ("sequence", "<i8"),
+            ("encoder", "<i8", (n_axes, ENCODER_STATE)),
+            ("position_rad", "<f8", axis),
+            ("current_a", "<f8", axis),
+            ("temperature_c", "<f8", axis),
+            ("force_n", "<f8", (3,)),
+            ("estop", "<i8"),
+            ("fault", "<i8"),
+            ("identity", "<i8"),
+            ("fresh", "<i8"),
+            ("damaged_now", "<i8"),
+            ("older_now", "<i8"),
+            ("sample_count", "<i8"),
+            ("good", "<i8"),
+            ("damaged", "<i8"),
+            ("older", "<i8"),
+            ("older_in_row", "<i8"),
+            ("lost", "<i8"),
+            ("invalid", "<i8"),
+            ("command_sequence", "<i8"),
+            ("raw", "<f8", (FIELDS_MAX,)),  # scratch
+        ]
+    )
+
+
+@compiled
+def _in_order(d: np.record, raw: np.ndarray, fields: np.ndarray) -> bool:
+    """Check the sequence number, if there is one, and take it over."""
+    for k in range(len(fields)):
+        if fields[k].target == _SEQUENCE_FIELD:
+            span = np.int64(1) << (8 * fields[k].size)
+            now = np.int64(raw[k])
+            ahead = (now - d.sequence) & (span - 1)
+            if d.started:
+                if not 0 < ahead < span // 2:
+                    return False
+                d.lost += ahead - 1
+            d.sequence = now
+    return True
+
+
+@compiled
+def _store(d: np.record, raw: np.ndarray, fields: np.ndarray) -> None:
+    """Take over the numbers of a frame that counts."""
+    d.estop, d.fault = 0, 0
+    for k in range(len(fields)):
+        f, i = fields[k], fields[k].index
+        value = (raw[k] - f.zero) * f.scale
+        on = ((np.int64(raw[k]) & f.mask) != 0) != (f.invert != 0) if f.mask else False
+        if f.target == _POSITION and f.bits:
+            d.position_rad[i] = (unwrap(int(np.int64(raw[k])), f.bits, d.encoder[i]) - f.zero) * f.scale
+        elif f.target == _POSITION:
+            d.position_rad[i] = value
+        elif f.target == _CURRENT:
+            d.current_a[i] = value
+        elif f.target == _FORCE:
+            d.force_n[i] = value
+        elif f.target == _TEMPERATURE:
+            d.temperature_c[i] = value
+        elif f.target == _ESTOP and on:
+            d.estop = 1
+        elif f.target == _FAULT and on:
+            d.fault = 1
+        elif f.target == _IDENTITY:
+            d.identity = np.int64(raw[k])
+
+
+@compiled
+def absorb(
+    chunk: np.ndarray, n: int, link: np.ndarray, stream: np.ndarray, layout: np.ndarray, fields: np.ndarray
+) -> None:
+    """Take in `chunk[:n]`: every whole frame in it is checked and counted, the newest sample kept."""
+    d, at, big, raw = link[0], 0, layout[0].big_endian, link[0].raw
+    while True:
+        at, found, broken = next_frame(stream, chunk, at, n, layout)
+        if broken:
+            d.damaged += broken
+            d.damaged_now = 1
+        if not found:
+            return
+        d.good += 1
+        finite = True
+        for k in range(len(fields)):
+            raw[k] = read_raw(stream[0].pending, 0, fields[k], big)
+            finite = finite and math.isfinite(raw[k])
+        if not finite:
+            d.invalid += 1
+            d.fault = 1
+        elif not _in_order(d, raw, fields):
+            d.older += 1
+            d.older_in_row += 1
+            d.older_now = 1
+        else:
+            _store(d, raw, fields)
+            d.started, d.fresh, d.older_in_row = 1, 1, 0
+
+
+@compiled
+def show(tick: np.ndarray, link: np.ndarray, end: int) -> None:
+    """Write the newest sample into the tick; fresh only if it is and not out of a backlog."""
+    t, d = tick[0], link[0]
+    faults = 0
+    if d.fresh and end == DRAINED:
+        d.sample_count += 1
+    elif d.damaged_now:
+        faults = _CHECKSUM
+    elif d.older_now:
+        faults = _SEQUENCE
+    if d.fault:
+        faults |= _DEVICE
+    d.fresh, d.damaged_now, d.older_now = 0, 0, 0
+    if end == BACKLOGGED:
+        d.started, d.older_in_row = 0, 0
+    t.sample_count, t.link_faults = d.sample_count, faults
+    for axis in range(len(d.position_rad)):
+        t.position_rad[axis] = d.position_rad[axis]
+        if d.show_current:
+            t.current_a[axis] = d.current_a[axis]
+        if d.show_temperature:
+            t.temperature_c[axis] = d.temperature_c[axis]
+    if d.show_force:
+        for k in range(3):
+            t.force_n[k] = d.force_n[k]
+    if d.show_estop:
+        t.estop = d.estop
+
+
+@compiled
+def receive(
+    tick: np.ndarray,
+    chunk: np.ndarray,
+    meta: np.ndarray,
+    link: np.ndarray,
+    stream: np.ndarray,
+    layout: np.ndarray,
+    fields: np.ndarray,
+) -> int:
+    """As `hw.serial.link.receive`: take in `chunk[:meta[0]]`, write the tick unless `meta[1]` is MORE."""
+    absorb(chunk, meta[0], link, stream, layout, fields)
+    if meta[1] != MORE:
+        show(tick, link, meta[1])
+    return int(link[0].older_in_row)
+
+
+@compiled
+def write_number(frame: np.ndarray, f: np.record, big: int, value: float) -> None:
+    """Write `value`, in the channel's unit, as field `f` says."""
+    write_raw(frame, f, big, wire_value(f, value))
+
+
+@compiled
+def send(
+    tick: np.ndarray, link: np.ndarray, packet: np.ndarray, layout: np.ndarray, fields: np.ndarray
+) -> int:
+    """Write the command frame of this tick; returns its length.
+
+    Disabled, or a value of any axis not finite: every command 0 and the enable bits off.
+    """
+    t, d, x = tick[0], link[0], layout[0]
+    enable = t.enabled != 0
+    for axis in range(len(t.current_command_a)):
+        value = t.torque_applied_nm[axis] if d.torque_mode else t.current_command_a[axis]
+        enable = enable and math.isfinite(value)
+    for k in range(x.length):
+        packet[k] = x.template[k]
+    d.command_sequence += 1
+    for k in range(len(fields)):
+        f = fields[k]
+        if f.target == _COMMAND:
+            value = t.torque_applied_nm[f.index] if d.torque_mode else t.current_command_a[f.index]
+            write_number(packet, f, x.big_endian, value if enable else 0.0)
+        elif f.target == _ENABLE:
+            _switch(packet, f, x.big_endian, enable)
+        elif f.target == _SEQUENCE_FIELD:
+            write_bytes(packet, f.at, f.size, x.big_endian, d.command_sequence)
+    seal_frame(packet, layout)
+    return int(x.length)
+
+
+@compiled
+def _switch(packet: np.ndarray, f: np.record, big: int, on: bool) -> None:
+    """Set or clear the field's bits; what constants put beside them stays."""
+    if on != (f.invert != 0):
+        _or_bits(packet, f, big, f.mask)
+
+
+@compiled
+def _or_bits(packet: np.ndarray, f: np.record, big: int, bits: int) -> None:
+    for k in range(f.size):
+        at = f.at + (f.size - 1 - k if big else k)
+        packet[at] |= np.uint8((bits >> (8 * k)) & 0xFF)

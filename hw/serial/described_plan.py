@@ -1,0 +1,127 @@
+"""From validated options of a described board to the arrays its codec runs on. At start, never in the loop."""
+
+from __future__ import annotations
+
+import math
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+
+from hw.interface import BackendError, Options, Rig
+from hw.serial.checksums import KINDS, SIZE
+from hw.serial.layout import FLOAT, SIGNED, UNSIGNED, field_dtype, layout_dtype
+
+
+class Target(IntEnum):
+    """What a field of a described frame is."""
+
+    POSITION = 0
+    CURRENT = 1
+    FORCE = 2
+    TEMPERATURE = 3
+    ESTOP = 4
+    SEQUENCE = 5
+    FAULT = 6
+    IDENTITY = 7
+    COMMAND = 8
+    ENABLE = 9
+
+
+TARGETS = {
+    "position": Target.POSITION,
+    "current": Target.CURRENT,
+    "force": Target.FORCE,
+    "temperature": Target.TEMPERATURE,
+    "estop": Target.ESTOP,
+    "sequence": Target.SEQUENCE,
+    "fault": Target.FAULT,
+    "identity": Target.IDENTITY,
+    "current_command": Target.COMMAND,
+    "torque": Target.COMMAND,
+    "enable": Target.ENABLE,
+}
+
+TYPES = {
+    "u8": (UNSIGNED, 1),
+    "i8": (SIGNED, 1),
+    "u16": (UNSIGNED, 2),
+    "i16": (SIGNED, 2),
+    "u24": (UNSIGNED, 3),
+    "i24": (SIGNED, 3),
+    "u32": (UNSIGNED, 4),
+    "i32": (SIGNED, 4),
+    "f32": (FLOAT, 4),
+}
+
+UNITS = {
+    "rad": 1.0,
+    "deg": math.pi / 180,
+    "rev": 2 * math.pi,
+    "A": 1.0,
+    "mA": 1e-3,
+    "N": 1.0,
+    "mN": 1e-3,
+    "N m": 1.0,
+    "mN m": 1e-3,
+    "degC": 1.0,
+    "": 1.0,
+}
+
+PER_AXIS = {"position", "current", "temperature", "current_command", "torque"}
+
+
+def layout_of(table: Options) -> np.ndarray:
+    """The layout record of a frame table (`[device.options.sample]` or `.command`)."""
+    record = np.zeros(1, layout_dtype())
+    row = record[0]
+    row["length"], row["big_endian"] = table["length"], table["endian"] == "big"
+    row["n_sync"] = len(table["sync"])
+    row["checksum"], row["checksum_size"] = KINDS[table["checksum"]], SIZE[table["checksum"]]
+    row["checksum_big"] = (table["checksum_endian"] or table["endian"]) == "big"
+    row["checksum_at"], row["checksum_from"] = (
+        table["length"] - SIZE[table["checksum"]],
+        table["checksum_from"],
+    )
+    row["template"][: len(table["sync"])] = table["sync"]
+    for constant in table["constant"]:
+        at = constant["offset"]
+        row["template"][at : at + len(constant["bytes"])] = constant["bytes"]
+    return record
+
+
+def fields_of(table: Options, rig: Rig, where: str) -> np.ndarray:
+    """The field records of a frame table, in its order. Raises BackendError for an axis the rig has not."""
+    tables = list(table["field"])
+    record = np.zeros(len(tables), field_dtype())
+    for row, field in zip(record, tables, strict=True):
+        _fill(row, field, rig, where)
+    return record
+
+
+def _fill(row: Any, field: Options, rig: Rig, where: str) -> None:  # noqa: ANN401
+    name = field["channel"]
+    row["kind"], row["size"] = TYPES[field["type"]]
+    row["target"], row["at"] = TARGETS[name], field["offset"]
+    row["index"] = field["axis"] if name in PER_AXIS else field["component"]
+    if name in PER_AXIS and field["axis"] >= rig.n_axes:
+        raise BackendError(
+            f"{where}: field {name!r} is for axis {field['axis']}, the device has axes 0 to {rig.n_axes - 1}"
+        )
+    row["zero"], row["mask"], row["invert"] = field["zero"], field["mask"], field["invert"]
+    if field["unit"] == "counts":
+        unit = 2 * math.pi / float(rig.encoder_counts_per_rev[field["axis"]])
+    else:
+        unit = UNITS[field["unit"]]
+    row["scale"] = field["scale"] * unit
+    whole = name == "position" and row["kind"] != FLOAT
+    row["bits"] = (field["wrap_bits"] or 8 * int(row["size"])) if whole else 0
+
+
+def require_every_axis(fields: np.ndarray, target: Target, n_axes: int, where: str) -> None:
+    """Raise BackendError unless each axis has exactly one field of this kind."""
+    given = sorted(int(field["index"]) for field in fields if field["target"] == target)
+    if given != list(range(n_axes)):
+        raise BackendError(
+            f"{where}: {target.name.lower()} is given for axes {given}; each of axes 0 to {n_axes - 1} needs it once"
+        )
