@@ -14,6 +14,14 @@ from hw.interface import Backend, BackendError, BackendInfo, Channels, Options, 
 
 GROUP = "rtctl.backends"
 
+DISTRIBUTIONS = {
+    "serial": "rtctl[serial]",
+    "can": "rtctl[can]",
+    "cantools": "rtctl[can]",
+    "canopen": "rtctl[can]",
+}
+"""What to install for a module that is missing, where it is not called like the module."""
+
 _FORCE = Channels(provides=frozenset({"force"}), consumes=frozenset())
 
 BUILT_IN = {
@@ -114,7 +122,9 @@ def _resolve(target: str) -> Any:  # noqa: ANN401
     try:
         return getattr(importlib.import_module(module), attribute)
     except ModuleNotFoundError as error:
-        raise BackendError(f"{target} needs the Python package {error.name!r}: pip install it") from error
+        missing = (error.name or "").partition(".")[0]
+        wanted = DISTRIBUTIONS.get(missing, missing)
+        raise BackendError(f"{target} needs the Python module {missing!r}: pip install {wanted!r}") from error
 
 
 def options_model(kind: str) -> Any:  # noqa: ANN401

@@ -102,6 +102,7 @@ class Config(Table):
             axis_names=[axis.name for axis in self.axis],
             absent=self.rig.absent,
             hardware=self.hardware(),
+            clock=self.loop.clock,
         )
 
 

@@ -43,6 +43,7 @@ class Composition:
     axis_names: Sequence[str]
     absent: Sequence[str]
     hardware: Rig
+    clock: str = "wall"
 
     @property
     def simulated(self) -> bool:
@@ -80,7 +81,7 @@ class Composition:
             return [str(error)]
         if out:
             return out
-        out = self._overlaps() + self._gaps() + self._budget_faults()
+        out = self._overlaps() + self._gaps() + self._budget_faults() + self._clock_faults()
         for i in range(len(self.tables)):
             out += self._age_faults(i)
         return out
@@ -203,6 +204,19 @@ class Composition:
             for channel in self.absent
             for i in range(len(self.tables))
             if channel in self._provided(i)
+        ]
+
+    def _clock_faults(self) -> list[str]:
+        """A virtual clock does not wait: nothing real can be run by it."""
+        real = [
+            label
+            for label, table in zip(self.labels, self.tables, strict=True)
+            if not registry.lookup(table.kind).simulated
+        ]
+        if self.clock == "wall" or not real:
+            return []
+        return [
+            f'loop.clock: {self.clock!r} does not wait, and {_and(real)} is not simulated: set clock = "wall"'
         ]
 
     @property

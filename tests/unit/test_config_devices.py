@@ -54,8 +54,8 @@ def kinds(monkeypatch):
 
 @pytest.fixture
 def rig(tmp_path):
-    def _load(*devices, axes=("joint",), head=HEAD, rate_hz=1000):
-        text = head + f"[loop]\nrate_hz = {rate_hz}\n"
+    def _load(*devices, axes=("joint",), head=HEAD, rate_hz=1000, clock="wall"):
+        text = head + f'[loop]\nrate_hz = {rate_hz}\nclock = "{clock}"\n'
         text += "".join(AXIS.format(name=name) for name in axes)
         for device in devices:
             kind, _, more = device.partition("\n")
@@ -166,6 +166,14 @@ def test_the_position_must_be_new_in_every_cycle(faults):
     assert "device[0].rate_hz: 500 is below loop.rate_hz 1000" in line
     (line,) = faults("drive\nmax_age_ticks = 1", "finger")
     assert "position bears 0" in line
+
+
+def test_a_virtual_clock_runs_nothing_real(rig, faults):
+    assert rig("mock", clock="virtual")
+    mock = 'mock\nchannels = ["position", "current", "current_command"]'
+    (line,) = faults(mock, "finger", clock="virtual")
+    assert "loop.clock" in line
+    assert "device[1] 'finger' is not simulated" in line
 
 
 def test_ages_are_bounded_in_time_not_in_ticks(rig):
