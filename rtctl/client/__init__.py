@@ -6,6 +6,14 @@
 ...     for sample in rig.states():
 ...         draw(sample.position_rad[0], sample.hand_torque_nm[0])
 
+A renderer that moves the virtual object itself holds the lease:
+
+>>> with RigClient("mock") as rig, rig.lease() as lease:  # doctest: +SKIP
+...     rig.set_environment(0, "remote")
+...     rig.arm(meanwhile=lambda: lease.set_target(lease.start_rad))
+...     for sample in rig.states(max_age_s=0.1):
+...         lease.set_target(world(sample))
+
 Light on purpose: NumPy, pyzmq and msgpack. `docs/protocol.md` describes the same for other languages.
 """
 

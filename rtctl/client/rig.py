@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, Self
@@ -22,7 +22,8 @@ from rtctl.protocol import Endpoints, endpoints_in, rig_directory
 
 Kind = Literal["free", "spring", "wall", "damper", "detents", "remote"]
 
-_POLL_S = 0.01
+LEASE_POLL_S = 0.05
+_POLL_S = 0.005
 _ASK_AGAIN_S = 0.2
 _CLOSED = (State.LOCKOUT, State.SHUTDOWN)
 
@@ -113,10 +114,17 @@ class RigClient(Listener):
 
     # -- the state machine
 
-    def arm(self, *, wait: bool = True, timeout_s: float = 10.0) -> None:
+    def arm(
+        self,
+        *,
+        wait: bool = True,
+        timeout_s: float = 10.0,
+        meanwhile: Callable[[], object] = lambda: None,
+    ) -> None:
         """Enable the actuator. With `wait`, return when the rig is ACTIVE.
 
-        While the rig is still getting ready (IDLE) the request is repeated.
+        While the rig is still getting ready (IDLE) the request is repeated. `meanwhile` is called every few
+        milliseconds: a renderer sends its targets there, without which a remote environment stops at once.
 
         Raises
         ------
@@ -141,6 +149,7 @@ class RigClient(Listener):
             if state == State.IDLE and time.monotonic() - asked > _ASK_AGAIN_S:
                 self._edge("arm")
                 asked = time.monotonic()
+            meanwhile()
             time.sleep(_POLL_S)
 
     def stop(self) -> None:
@@ -213,10 +222,11 @@ class RigClient(Listener):
         values = {name: value for name, value in given.items() if value is not None}
         return self._result("environment", axis=axis, kind=kind, **values)
 
-    def lease(self) -> Lease:
+    def lease(self, wait_s: float = 0.5) -> Lease:
         """Be the one who moves the proxy of the remote environments: the way for a renderer.
 
-        The lease belongs to the epoch this client last saw when arming or asking for the status.
+        The lease belongs to the epoch this client last saw when arming or asking for the status. While another
+        client has it, or has only just let go, it is asked for again for up to `wait_s`.
 
         Raises
         ------
@@ -228,8 +238,16 @@ class RigClient(Listener):
         assert self._epoch is not None
         if self._lease is not None:
             self._lease.release()
-        self._lease = Lease(self._connection, self._epoch, self.timeout_s)
-        return self._lease
+        deadline = time.monotonic() + wait_s
+        while True:
+            try:
+                self._lease = Lease(self._connection, self._epoch, self.timeout_s)
+            except RefusedError as refused:
+                if refused.code != "lease_taken" or time.monotonic() > deadline:
+                    raise
+                time.sleep(LEASE_POLL_S)
+            else:
+                return self._lease
 
     def set_target(
         self, position_rad: Sequence[float], velocity_rad_s: Sequence[float] | None = None

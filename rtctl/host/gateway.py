@@ -20,6 +20,7 @@ from rtctl.host.doors import user_id
 from rtctl.host.messages import Refusal, Request, decode, decode_target, encode
 from rtctl.host.rates import RateLimit
 from rtctl.host.requests import LatestRow, Requests
+from rtctl.host.target_latency import TargetLatency
 from rtctl.host.targets import OPTIONS as TARGET_OPTIONS
 from rtctl.host.targets import TargetInbox
 from rtctl.protocol import CONNECTIONS, MAX_OUTSTANDING_REQUESTS, Endpoints
@@ -79,6 +80,8 @@ class Gateway:
     ----------
     counters : Counters
         Told in `health`.
+    latency : TargetLatency
+        Give it the new ticks.
     """
 
     def __init__(
@@ -103,6 +106,7 @@ class Gateway:
         self.inbox = TargetInbox(
             self.access.routers("targets", 1, TARGET_OPTIONS), self.access.caller, self._carry_out_target
         )
+        self.latency = TargetLatency(virtual=self._rig.virtual)
         self._polled: list[zmq.Socket[bytes]] = []
         self._poller: zmq.Poller | None = None
 
@@ -136,10 +140,10 @@ class Gateway:
         return flooded
 
     def counts(self) -> dict[str, Any]:
-        """The counters by name."""
+        """The counters by name, and percentiles of targets' latency since the last call."""
         return {
             **asdict(self.counters),
-            "targets": self.inbox.counts(),
+            "targets": {**self.inbox.counts(), "latency_us": self.latency.take()},
             "connections": self.access.counts(),
         }
 
@@ -226,7 +230,11 @@ class Gateway:
         request = decode_target(payload, self._rig)
         if isinstance(request, Refusal):
             return False
-        return not isinstance(self._requests.perform(request, self._requests.newest(), caller), Refusal)
+        outcome = self._requests.perform(request, self._requests.newest(), caller)
+        if isinstance(outcome, Refusal):
+            return False
+        self.latency.handed(outcome["command_seq"], self.inbox.read_ns)
+        return True
 
     def _send(self, socket: zmq.Socket[bytes], frames: list[bytes]) -> None:
         try:

@@ -42,7 +42,7 @@ class HealthWindow:
         self._batches, self._rows = [], 0
         summary: dict[str, Any] = {"ticks": self.ticks, "measured_rate_hz": _rate_hz(rows)}
         for phase in PHASES:
-            summary[f"{phase}_us"] = None if rows is None else _percentiles_us(rows[f"{phase}_ns"])
+            summary[f"{phase}_us"] = None if rows is None else percentiles_us(rows[f"{phase}_ns"])
         last = self._last
         if last is None:
             return {**summary, "missed_ticks": 0, "waiver": False, "state": State.INIT.name, "faults": []}
@@ -63,6 +63,7 @@ def _rate_hz(rows: np.ndarray | None) -> float:
     return (len(rows) - 1) * 1e9 / span_ns if span_ns > 0 else 0.0
 
 
-def _percentiles_us(durations_ns: np.ndarray) -> dict[str, float]:
+def percentiles_us(durations_ns: np.ndarray) -> dict[str, float]:
+    """Percentiles of durations in ns, by name, in us."""
     values = np.percentile(durations_ns, list(_PERCENT.values())) * 1e-3
     return dict(zip(_PERCENT, values.tolist(), strict=True))

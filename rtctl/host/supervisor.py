@@ -204,6 +204,7 @@ class Host:
     def _batch(self) -> None:
         rows = self.reader.read()
         self.statistics.update(rows)
+        self.gateway.latency.observe(rows)
         commands = self.record.before_publishing(rows)
         self.telemetry.publish(rows, self.reader.overwritten)
         self.record.keep(self.reader.next - len(rows), rows, commands)

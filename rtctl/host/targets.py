@@ -6,6 +6,7 @@ target a turn is handed on.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 
@@ -41,6 +42,11 @@ class TargetInbox:
         Who a user id is; None: nobody.
     carry_out
         Judges one frame and hands it on; True when it was accepted.
+
+    Attributes
+    ----------
+    read_ns : int
+        CLOCK_MONOTONIC at the beginning of the last turn.
     """
 
     def __init__(
@@ -51,6 +57,7 @@ class TargetInbox:
     ) -> None:
         self.doors = doors
         self.counters = TargetCounters()
+        self.read_ns = 0
         self._caller = caller
         self._carry_out = carry_out
 
@@ -58,6 +65,7 @@ class TargetInbox:
         """Hand on the newest targets. True when more messages wait than one turn reads."""
         newest: dict[tuple[int, bytes], tuple[str, bytes]] = {}
         more = False
+        self.read_ns = time.monotonic_ns()
         for number, door in enumerate(self.doors):
             more |= self._read(number, door.socket, newest)
         for sender, payload in newest.values():

@@ -356,3 +356,21 @@ def test_at_most_sixteen_connect_and_the_last_places_are_for_operators(rig, clie
     for one in renderers[:6]:
         one.close()
     until(lambda: _answers(late))
+
+
+def test_a_daemon_without_its_keys_or_its_port_ends_at_once_with_the_reason(root, port):
+    from rtctl.config import load
+    from rtctl.host.supervisor import Host
+
+    configs = Path(__file__).parents[2] / "configs"
+    text = (configs / "mock.toml").read_text().replace('"friction/', f'"{configs}/friction/')
+    text += f'\n[gateway]\nbind = "127.0.0.1"\nport = {port}\ncurve_dir = "keys"\n'
+    (root / "rig.toml").write_text(text)
+    host = Host(load(root / "rig.toml"), runtime_dir=str(root))
+    with pytest.raises(ConfigError, match="rtctl keys new"):
+        host.__enter__()
+    KeyStore(root / "keys").new("anna", "operator", root / "anna.key")
+    with network.create_server(("127.0.0.1", port + 1)), pytest.raises(BusyError, match=str(port + 1)):
+        host.__enter__()
+    with network.create_server(("127.0.0.1", port)):
+        pass  # nothing of the failed start holds it
