@@ -1,6 +1,7 @@
 """A bus as the loop uses it: never blocking, newest frames first served, errors as health.
 
-Two of them: `hw.can.raw` for SocketCAN, `hw.can.adapter` for whatever else python-can drives. Identifiers
+Three of them: `hw.can.raw` for SocketCAN, `hw.can.slcan` for serial adapters, `hw.can.adapter` for whatever else python-can
+drives. Identifiers
 carry SocketCAN's flags in their upper bits, so that one integer tells standard 0x10 from extended 0x10.
 """
 
@@ -66,6 +67,11 @@ def open_bus(options: Options) -> Bus:
         from hw.can.raw import RawBus
 
         return RawBus(options["channel"], fd=options["fd"])
+    if options["interface"] == "slcan" and options["raw"] and not options["fd"]:
+        from hw.can.slcan import ARGUMENTS, SlcanBus
+
+        if set(options["arguments"]) <= ARGUMENTS:
+            return SlcanBus(options)
     from hw.can.adapter import AdapterBus
 
     return AdapterBus(options)

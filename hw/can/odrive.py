@@ -199,8 +199,8 @@ class OdriveAxis:
         self._mode = _frame(SET_CONTROLLER_MODE, 8)
         TWO_WORDS.pack_into(self._mode.buffer, self._mode.offset, TORQUE_CONTROL, PASS_THROUGH)
         self._clear = _frame(CLEAR_ERRORS, 1)
-        self._ask_encoder, self._ask_iq = (_frame(c, 8, remote=True) for c in (GET_ENCODER, GET_IQ))
-        self._ask_address = _frame(ADDRESS, 8, remote=True)
+        self._ask_encoder, self._ask_iq = (_frame(c, 0, remote=True) for c in (GET_ENCODER, GET_IQ))
+        self._ask_address = _frame(ADDRESS, 0, remote=True)
 
     def _request_state(self, bus: Bus, state: int) -> None:
         WORD.pack_into(self._state.buffer, self._state.offset, state)

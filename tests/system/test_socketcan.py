@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from hw.can.bus import ERROR, EXTENDED, wait_for
+from hw.can.bus import ERROR, EXTENDED, REMOTE, wait_for
 from hw.can.raw import RawBus
 from hw.interface import BackendError, LinkFault, LinkLost
 
@@ -89,6 +89,16 @@ def test_what_is_sent_is_on_the_wire(near, far, peer):
     assert bus.send(out)
     select.select([other], [], [], 2.0)
     assert other.recv(16) == frame(0x321, b"abc")
+    bus.close()
+
+
+def test_a_remote_frame_of_length_0_is_no_data_frame(peer):
+    """With a length of 8 the emulated controllers lose count of their receive buffer, so requests have 0."""
+    bus, other = RawBus("can0", fd=False), peer("can1")
+    collect(bus, 1)
+    assert bus.send(bus.outgoing(0x29 | REMOTE, 0))
+    assert select.select([other], [], [], 2.0)[0]
+    assert other.recv(16) == frame(0x29 | REMOTE)
     bus.close()
 
 

@@ -1,0 +1,194 @@
+"""slcan adapters (LAWICEL's ASCII protocol: CANable, CANtact, USBtin) on the bare serial port.
+
+python-can reads such a port byte by byte, which costs some 45 us a frame; one read of all that waits and a
+split cost a few. Classic frames only; with `raw = false`, CAN FD or arguments of python-can's, its own bus
+is used. Measured by `rtctl bench io`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Mapping
+from typing import Any
+
+from hw.can.bus import EXTENDED, REMOTE, Handler
+from hw.can.health import BusHealth
+from hw.interface import BackendError, LinkLost, Options
+from hw.serial.port import CHUNK, Port
+
+RATES = {
+    10_000: 0,
+    20_000: 1,
+    50_000: 2,
+    100_000: 3,
+    125_000: 4,
+    250_000: 5,
+    500_000: 6,
+    800_000: 7,
+    1_000_000: 8,
+}
+ARGUMENTS = frozenset({"tty_baudrate", "sleep_after_open", "timeout"})
+"""Those of python-can's arguments that mean something here (the last one nothing)."""
+
+_BELL = b"\x07"
+_STANDARD, _EXTENDED, _STANDARD_REMOTE, _EXTENDED_REMOTE = b"tTrR"
+_LONGEST = 64
+_READS = 16
+_ANSWER_S = 0.2
+
+
+def parse(line: bytes) -> tuple[int, bytes] | None:
+    """Identifier with flags and data of one line (without its end); None unless it is a whole frame."""
+    if len(line) < 5 or not line.isalnum() or not line.isascii():
+        return None
+    kind = line[0]
+    digits = 8 if kind in (_EXTENDED, _EXTENDED_REMOTE) else 3
+    if kind not in (_STANDARD, _EXTENDED, _STANDARD_REMOTE, _EXTENDED_REMOTE) or len(line) < digits + 2:
+        return None
+    length = line[digits + 1] - 48
+    remote = kind in (_STANDARD_REMOTE, _EXTENDED_REMOTE)
+    end = digits + 2 + (0 if remote else 2 * length)
+    if not 0 <= length <= 8 or len(line) not in (end, end + 4):  # four more: a time stamp
+        return None
+    try:
+        can_id, data = int(line[1 : digits + 1], 16), bytes.fromhex(line[digits + 2 : end].decode())
+    except ValueError:
+        return None
+    if can_id > (0x1FFF_FFFF if digits == 8 else 0x7FF):
+        return None
+    return can_id | (EXTENDED if digits == 8 else 0) | (REMOTE if remote else 0), data
+
+
+class SlcanFrame:
+    """A frame whose data is changed in place and written as a line."""
+
+    __slots__ = ("buffer", "head", "length", "offset")
+
+    def __init__(self, can_id: int, length: int) -> None:
+        remote = bool(can_id & REMOTE)
+        letter = ("R" if remote else "T") if can_id & EXTENDED else ("r" if remote else "t")
+        digits = 8 if can_id & EXTENDED else 3
+        self.head = f"{letter}{can_id & 0x1FFF_FFFF:0{digits}X}{length}"
+        self.buffer, self.offset, self.length = bytearray(0 if remote else length), 0, length
+
+
+class SlcanBus:
+    """One adapter. Raises BackendError if it cannot be opened or refuses the bit rate."""
+
+    def __init__(self, options: Options) -> None:
+        self.health = BusHealth()
+        self._options, self._name = options, f"CAN slcan {options['channel']}"
+        self._handlers: dict[int, Handler] = {}
+        self._buffer = bytearray(CHUNK)
+        self._views = [memoryview(self._buffer)]
+        self._open()
+
+    def _open(self) -> None:
+        arguments = self._options["arguments"]
+        self._left, self._lost = b"", ""
+        self._port = Port(self._options["channel"], int(arguments.get("tty_baudrate", 115200)))
+        time.sleep(float(arguments.get("sleep_after_open", 0.0)))
+        rate = self._options["bitrate"]
+        try:
+            if rate not in RATES:
+                raise BackendError(f"{self._name}: bitrate {rate} is none of {sorted(RATES)}")
+            self._command(b"\rC\r", 0.02)
+            for command in (b"S%d\r" % RATES[rate], b"O\r"):
+                if _BELL in self._command(command, _ANSWER_S):
+                    raise BackendError(
+                        f"{self._name}: the adapter refused {command.decode().strip()!r}: is it in use, or another kind?"
+                    )
+        except BackendError:
+            self._port.close()
+            raise
+
+    def _command(self, command: bytes, seconds: float) -> bytes:
+        """Send a command and collect its answer; an adapter that does not answer is no error."""
+        self._port.write(command)
+        deadline, answer = time.monotonic() + seconds, b""
+        while time.monotonic() < deadline and not answer.endswith((b"\r", _BELL)):
+            n = self._port.read_into(self._views)
+            answer += self._buffer[:n]
+            if n == 0:
+                time.sleep(1e-3)
+        return answer
+
+    def subscribe(self, handlers: Mapping[int, Handler]) -> None:
+        """Have `receive` call these; all other frames are dropped."""
+        self._handlers = dict(handlers)
+
+    def receive(self) -> bool:
+        """Hand every waiting frame to its handler. Raises LinkLost."""
+        if self._lost:
+            raise LinkLost(self._lost)
+        for _ in range(_READS):
+            try:
+                n = self._port.read_into(self._views)
+            except LinkLost as error:
+                self._lost = f"{self._name}: {error}"
+                raise
+            if n:
+                self._take(bytes(self._buffer[:n]))
+            if n < CHUNK:
+                return True
+        return False
+
+    def _take(self, data: bytes) -> None:
+        if _BELL in data:
+            self.health.refused()
+            data = data.replace(_BELL, b"")
+        *lines, self._left = (self._left + data).split(b"\r")
+        if len(self._left) > _LONGEST:
+            self.health.counts["damaged"] += 1
+            self._left = b""
+        for line in lines:
+            if not line or line in (b"z", b"Z"):
+                continue
+            found = parse(line)
+            if found is None:
+                self.health.counts["damaged"] += 1
+                continue
+            handler = self._handlers.get(found[0])
+            if handler is not None:
+                handler(found[1], 0, len(found[1]))
+
+    def outgoing(self, can_id: int, length: int) -> SlcanFrame:
+        """Make a frame that can be sent; its data is all zero."""
+        return SlcanFrame(can_id, length)
+
+    def send(self, frame: SlcanFrame) -> bool:
+        """Write a frame; False when the port takes no more. Raises LinkLost."""
+        if self._lost:
+            raise LinkLost(self._lost)
+        try:
+            sent = self._port.write(f"{frame.head}{frame.buffer.hex().upper()}\r".encode())
+        except LinkLost as error:
+            self._lost = f"{self._name}: {error}"
+            raise
+        if not sent:
+            self.health.refused()
+        elif self.health.refused_in_a_row:
+            self.health.taken()
+        return sent
+
+    def fresh_python_can(self) -> Any:  # noqa: ANN401
+        """python-can's bus on the port, in place of ours until `release`."""
+        from hw.can.adapter import AdapterBus
+
+        self._port.close()
+        self._other = AdapterBus(self._options)
+        return self._other.fresh_python_can()
+
+    def release(self, bus: Any) -> None:  # noqa: ANN401
+        """Take the port back."""
+        self._other.close()
+        self._open()
+
+    def close(self) -> None:
+        """Close the channel of the adapter and the port."""
+        if not self._lost:
+            self._lost = f"{self._name}: closed"
+            with contextlib.suppress(LinkLost):
+                self._port.write(b"C\r")
+        self._port.close()
