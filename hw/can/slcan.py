@@ -114,6 +114,10 @@ class SlcanBus:
                 time.sleep(1e-3)
         return answer
 
+    def fileno(self) -> int:
+        """Descriptor of the port."""
+        return self._port.fd
+
     def subscribe(self, handlers: Mapping[int, Handler]) -> None:
         """Have `receive` call these; all other frames are dropped."""
         self._handlers = dict(handlers)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from rtctl.bench import io_can
+from rtctl.bench import io_can, io_slcan
 from rtctl.bench.row import Row
 
 
 def rows(short: float) -> list[Row]:
     """All rows; `short` scales how long is measured (1 is the real thing)."""
-    return io_can.rows(round(20_000 * short))
+    return [*io_can.rows(round(20_000 * short)), *io_slcan.rows(round(10_000 * short))]

@@ -20,7 +20,7 @@ from rtctl.tick import new_ticks
 
 ENCODER, IQ, TORQUE = 1 << 5 | 0x09, 1 << 5 | 0x14, 1 << 5 | 0x0E
 VCAN = "vcan0"
-_PAIR, _ONE = struct.Struct("<ff"), struct.Struct("<f")
+PAIR, _ONE = struct.Struct("<ff"), struct.Struct("<f")
 
 
 def _rig() -> Rig:
@@ -38,7 +38,7 @@ class _NullBus:
         return True
 
 
-class _PythonCan:
+class PythonCanLoop:
     """What a careful user writes with python-can: drain, decode, encode, send."""
 
     def __init__(self, can: Any, bus: Any) -> None:  # noqa: ANN401
@@ -46,12 +46,13 @@ class _PythonCan:
         self.position = self.current = 0.0
 
     def cycle(self) -> None:
+        """One cycle."""
         bus = self._bus
         while (message := bus.recv(0)) is not None:
             if message.arbitration_id == ENCODER:
-                self.position, _ = _PAIR.unpack(message.data)
+                self.position, _ = PAIR.unpack(message.data)
             elif message.arbitration_id == IQ:
-                _, self.current = _PAIR.unpack(message.data)
+                _, self.current = PAIR.unpack(message.data)
         bus.send(self._message(arbitration_id=TORQUE, data=_ONE.pack(0.01), is_extended_id=False))
 
 
@@ -100,9 +101,9 @@ def _interleaved(
     """Median microseconds of our cycle and of theirs; each drains before the other is timed."""
     tick = new_ticks(1, 1)
     backend.warm_up(tick)
-    reference = _PythonCan(can, plain)
+    reference = PythonCanLoop(can, plain)
     frames = [
-        can.Message(arbitration_id=i, data=_PAIR.pack(0.5, 0.25), is_extended_id=False) for i in (ENCODER, IQ)
+        can.Message(arbitration_id=i, data=PAIR.pack(0.5, 0.25), is_extended_id=False) for i in (ENCODER, IQ)
     ]
     ours, theirs = np.empty(cycles), np.empty(cycles)
     bus = backend.bus
@@ -134,7 +135,7 @@ def _codec_us(backend: OdriveBackend, cycles: int) -> float:
     """Microseconds per frame of a cycle on a bus that costs nothing."""
     bus: Any = backend.bus
     handlers = backend.drives[0].handlers()
-    encoder, iq, data = handlers[ENCODER], handlers[IQ], _PAIR.pack(0.5, 0.25)
+    encoder, iq, data = handlers[ENCODER], handlers[IQ], PAIR.pack(0.5, 0.25)
     null: Any = _NullBus(bus.outgoing)
     tick = new_ticks(1, 1)
     backend.warm_up(tick)
