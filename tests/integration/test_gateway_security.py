@@ -341,6 +341,21 @@ def test_tcp_is_refused_without_keys_and_with_an_address_in_use(root, store, por
             access.close()
 
 
+def test_a_connection_that_says_nothing_or_nonsense_is_closed(rig, port):
+    for first in (b"", b"GET / HTTP/1.1\r\n\r\n", b"\xff" * 100):
+        with network.create_connection(("127.0.0.1", port), timeout=20) as stranger:
+            stranger.sendall(first)
+            heard = b""
+            try:
+                while part := stranger.recv(4096):
+                    heard += part
+            except ConnectionResetError:
+                pass
+            assert len(heard) < 500, "a greeting, and nothing of the rig"
+    assert rig.gateway.counters.received == 0
+    until(lambda: rig.access.counts()["connected"] == 0)
+
+
 def test_at_most_sixteen_connect_and_the_last_places_are_for_operators(rig, client):
     renderers = [client("renderer", timeout_s=3.0) for _ in range(12)]
     for one in renderers:
