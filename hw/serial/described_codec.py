@@ -17,9 +17,8 @@ from hw.interface import LinkFault
 from hw.jit import compiled
 from hw.serial.described_plan import Target
 from hw.serial.layout import next_frame, read_raw, seal_frame, wire_value, write_bytes, write_raw
-from hw.serial.link import BACKLOGGED, DRAINED, MORE
+from hw.serial.link import MORE, judge
 
-_CHECKSUM, _SEQUENCE = int(LinkFault.CHECKSUM), int(LinkFault.SEQUENCE)
 _DEVICE = int(LinkFault.DEVICE)
 
 _POSITION, _CURRENT, _FORCE = int(Target.POSITION), int(Target.CURRENT), int(Target.FORCE)
@@ -149,18 +148,9 @@ def absorb(
 def show(tick: np.ndarray, link: np.ndarray, end: int) -> None:
     """Write the newest sample into the tick; fresh only if it is and not out of a backlog."""
     t, d = tick[0], link[0]
-    faults = 0
-    if d.fresh and end == DRAINED:
-        d.sample_count += 1
-    elif d.damaged_now:
-        faults = _CHECKSUM
-    elif d.older_now:
-        faults = _SEQUENCE
+    faults = judge(d, end)
     if d.fault:
         faults |= _DEVICE
-    d.fresh, d.damaged_now, d.older_now = 0, 0, 0
-    if end == BACKLOGGED:
-        d.started, d.older_in_row = 0, 0
     t.sample_count, t.link_faults = d.sample_count, faults
     for axis in range(len(d.position_rad)):
         t.position_rad[axis] = d.position_rad[axis]

@@ -137,21 +137,30 @@ def _dropped(ln: np.record) -> bool:
 
 
 @compiled
+def judge(link: np.record, end: int) -> int:
+    """Count a fresh sample, or tell by `LinkFault` bits why there is none; ready for the next cycle.
+
+    Damage in a backlog is none of the line: the kernel cuts a packet where it drops bytes. And since it may
+    have dropped any number of packets, the order begins anew after one.
+    """
+    fresh, damaged, older = link.fresh, link.damaged_now, link.older_now
+    link.fresh, link.damaged_now, link.older_now = 0, 0, 0
+    if end == BACKLOGGED:
+        link.started, link.older_in_row = 0, 0
+        return 0
+    if fresh:
+        link.sample_count += 1
+        return 0
+    return _CHECKSUM if damaged else (_SEQUENCE if older else 0)
+
+
+@compiled
 def show(tick: np.ndarray, link: np.ndarray, end: int) -> None:
     """Write the newest sample into the tick; fresh only if it is and nothing newer may be waiting."""
     t, ln = tick[0], link[0]
-    faults = 0
-    if ln.fresh and end == DRAINED:
-        ln.sample_count += 1
-    elif ln.damaged_now:
-        faults = _CHECKSUM
-    elif ln.older_now:
-        faults = _SEQUENCE
+    faults = judge(ln, end)
     if ln.status & ln.unusable_status or _dropped(ln):
         faults |= _DEVICE
-    ln.fresh, ln.damaged_now, ln.older_now = 0, 0, 0
-    if end == BACKLOGGED:  # any number of packets may have been dropped: the sequence number says nothing now
-        ln.started, ln.older_in_row = 0, 0
     t.sample_count = ln.sample_count
     t.link_faults = faults
     for axis in range(len(ln.position_counts)):

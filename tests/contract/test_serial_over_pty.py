@@ -185,8 +185,9 @@ def test_damage_loss_and_duplicates_are_never_fresh(bench):
     assert (bench.tick["sample_count"][0], bench.tick["link_faults"][0]) == (count, LinkFault.CHECKSUM)
     assert (bench.tick["position_rad"] == position).all()
     bench.board.order("drop 1")
+    before = bench.board.observation.count
     bench.backend.write(bench.tick)
-    bench.board.order("cycles 0")  # answered after the command was carried out
+    bench.board.wait_for(before + 1)
     bench.backend.read(bench.tick)
     assert (bench.tick["sample_count"][0], bench.tick["link_faults"][0]) == (count, 0)
     bench.in_step.write(bench.tick)
