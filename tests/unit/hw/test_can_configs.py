@@ -149,7 +149,9 @@ def test_a_bus_that_cannot_be_opened_is_named_with_the_remedy(missing, tmp_path)
     bus = {"interface": missing, "channel": str(tmp_path / "tty") if missing == "slcan" else "can77"}
     options = registry.options_model("odrive").model_validate({"bus": bus, "axis": [{"node": 1}]})
     backend = registry.create("odrive", options.model_dump(mode="json"), rig())
-    with pytest.raises(BackendError, match=r"no CAN: 'sudo modprobe|no such interface|cannot be opened|no such port"):
+    with pytest.raises(
+        BackendError, match=r"no CAN: 'sudo modprobe|no such interface|cannot be opened|no such port"
+    ):
         backend.open()
     backend.stop()
     backend.close()
