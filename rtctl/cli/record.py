@@ -37,8 +37,7 @@ def command(
 ) -> None:
     """Record a rig that runs, from now until Ctrl-C; the rig runs on.
 
-    A recording that is to be replayed bit for bit must begin with the run: say `record = true` in the rig file, or
-    `rtctl run --record FOLDER`. Files open in PlotJuggler and Foxglove; see rtctl info, export, replay.
+    To record from the very first tick, say `record = true` in the rig file, or `rtctl run --record FOLDER`. Files open in PlotJuggler and Foxglove; see rtctl info, export, replay.
     """
     from rtctl.client.capture import Capture
     from rtctl.errors import RtctlError
@@ -119,7 +118,7 @@ def _one_run(capture: Capture, run: Run, recorder: Recorder, end: float) -> None
     while capture.run is run and (now := time.monotonic()) < end:
         batch = capture.receive(min(0.5, end - now))
         if batch is not None:
-            recorder.observe(batch.first_row, batch.rows, batch.events, batch.commands)
+            recorder.observe(batch.first_row, batch.rows, batch.events, batch.commands, state=batch.state)
         if tty and now > due:
             due = now + SHOW_S
             click.echo("\r" + _line({**recorder.status(), "lost": run.lost}), err=True, nl=False)

@@ -13,7 +13,7 @@ import numpy as np
 import zmq
 
 from rtctl.client.samples import tick_rows
-from rtctl.control.records import command_dtype
+from rtctl.control.records import command_dtype, state_dtype
 from rtctl.errors import ClientError, NoReplyError
 from rtctl.protocol import TOPIC_COMMAND, TOPIC_EVENT, TOPIC_HEALTH, TOPIC_SETUP, TOPIC_TICKS, Endpoints
 
@@ -25,12 +25,16 @@ QUEUE_MESSAGES = 5000
 
 @dataclass
 class Ticks:
-    """One batch: ticks, the number of the first among all the loop recorded, and what happened in them."""
+    """One batch: ticks, the number of the first among all the loop recorded, and what happened in them.
+
+    `state` is the law's before the first tick, in batches that follow a setup message; else None.
+    """
 
     first_row: int
     rows: np.ndarray
     events: list[dict[str, Any]]
     commands: np.ndarray
+    state: np.ndarray | None = None
 
 
 @dataclass
@@ -52,6 +56,8 @@ class Run:
     expected: int | None = None
     events: list[dict[str, Any]] = field(default_factory=list)
     commands: list[np.ndarray] = field(default_factory=list)
+    state: np.ndarray | None = None
+    state_row: int = -1
 
 
 class Capture:
@@ -115,7 +121,8 @@ class Capture:
         run = self.run
         if topic == TOPIC_SETUP:
             if run is None or message["session"] != run.session:
-                self.run = _begin(message)
+                self.run = run = _begin(message)
+            run.state, run.state_row = _state(message, run.n_axes), int(message.get("state_row", -1))
             return None
         if run is None:
             return None
@@ -143,16 +150,27 @@ def _ticks(run: Run, message: Mapping[str, Any]) -> Ticks:
         run.lost += max(0, first - run.expected)
     run.expected = first + len(rows)
     none = np.zeros(0, command_dtype(run.n_axes))
-    batch = Ticks(first, rows, run.events, np.concatenate([none, *run.commands]))
+    state = run.state if run.state_row == first else None
+    batch = Ticks(first, rows, run.events, np.concatenate([none, *run.commands]), state)
     run.events, run.commands = [], []
     return batch
 
 
+def _state(message: Mapping[str, Any], n_axes: int) -> np.ndarray | None:
+    """The law's state, if the daemon knows it and is of this version: one that lacks a field is of no use."""
+    columns, dtype = message.get("state") or {}, state_dtype(n_axes)
+    return _table(columns, dtype) if columns.keys() == set(dtype.names or ()) else None
+
+
 def _commands(columns: Mapping[str, Any], n_axes: int) -> np.ndarray:
-    rows = int(columns["seq"]["shape"][0])
-    commands = np.zeros(rows, command_dtype(n_axes))
-    for name in commands.dtype.names or ():
+    return _table(columns, command_dtype(n_axes))
+
+
+def _table(columns: Mapping[str, Any], dtype: np.dtype[np.void]) -> np.ndarray:
+    """Rows of a record from its columns; fields this version does not know are left out, missing ones are 0."""
+    table = np.zeros(next(iter(columns.values()))["shape"][0], dtype)
+    for name in dtype.names or ():
         if name in columns:
             column = columns[name]
-            commands[name] = np.frombuffer(column["data"], np.dtype(column["dtype"])).reshape(column["shape"])
-    return commands
+            table[name] = np.frombuffer(column["data"], np.dtype(column["dtype"])).reshape(column["shape"])
+    return table

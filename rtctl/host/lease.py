@@ -114,11 +114,13 @@ class LeaseDesk:
             self._lease, self.ended = None, why
 
 
-def veil_leases(commands: np.ndarray) -> np.ndarray:
-    """Commands as others may see them: each lease replaced by a number that tells it from others, and no more."""
-    veiled = commands.copy()
-    for i in np.flatnonzero(commands["target_lease"]):
-        number = int(commands["target_lease"][i]).to_bytes(8, "big")
+def veil_leases(records: np.ndarray, field: str) -> np.ndarray:
+    """Commands or states as others may see them: each lease replaced by a number that tells it from others, and no
+    more. The same lease gets the same number in both, so that a replay decides as the loop did.
+    """
+    veiled = records.copy()
+    for i in np.flatnonzero(records[field]):
+        number = int(records[field][i]).to_bytes(8, "big")
         digest = int.from_bytes(hashlib.blake2b(number, digest_size=8).digest(), "big")
-        veiled["target_lease"][i] = digest >> (64 - NUMBER_BITS) or 1
+        veiled[field][i] = digest >> (64 - NUMBER_BITS) or 1
     return veiled

@@ -12,10 +12,13 @@ from rtctl.config_tables import RecordTable
 from rtctl.host.command_trace import CommandTrace
 from rtctl.host.description import RigDescription
 from rtctl.host.flight_recorder import FlightRecorder
+from rtctl.host.lease import veil_leases
+from rtctl.host.samples import tick_columns
 from rtctl.host.telemetry import Telemetry
 from rtctl.recording.parts import Limits
 from rtctl.recording.recorder import Recorder
-from rtctl.recording.setup import Setup
+from rtctl.recording.setup import LawArrays, Setup
+from rtctl.recording.shadow import ShadowLaw
 from rtctl.recording.state_folder import state_folder
 from rtctl.recording.tick_text import TickText
 from rtctl.shm import CommandWriter
@@ -26,6 +29,8 @@ class RunRecord:
 
     Parameters
     ----------
+    arrays
+        The law's arrays at the start of the run.
     record_to
         Folder of a recording, whatever the rig file says; None: as it says.
     """
@@ -34,6 +39,7 @@ class RunRecord:
         self,
         loaded: LoadedConfig,
         rig: RigDescription,
+        arrays: LawArrays,
         writer: CommandWriter,
         telemetry: Telemetry,
         record_to: Path | None = None,
@@ -41,6 +47,8 @@ class RunRecord:
         self.rig = rig
         self._telemetry = telemetry
         self._trace = CommandTrace(writer, rig.n_axes)
+        self._shadow = ShadowLaw(arrays, rig.n_axes)
+        self._setup: dict[str, Any] = {}
         self._table = RecordTable() if record_to is not None else loaded.config.record
         self._folder = record_to or recording_folder(loaded)
         self.flight = FlightRecorder(state_folder(rig.name), rig)
@@ -51,28 +59,41 @@ class RunRecord:
 
     def begin(self, setup: Setup) -> None:
         """Before the first batch: tell clients what they would record, and record if asked to."""
-        self._telemetry.set_setup(setup.packed())
+        self._setup = setup.packed()
+        self._telemetry.set_setup(self._message)
         if self._table is not None:
             self.recorder = Recorder(self._folder, setup, limits(self._table), wait=self.rig.virtual)
             self._telemetry.set_recording(self.recorder.status)
 
-    def before_publishing(self, rows: np.ndarray) -> np.ndarray:
-        """Tell clients which commands came into force in these ticks, and return them."""
-        commands = self._trace.take(rows)
-        self._telemetry.publish_commands(commands, self._trace.newest)
-        return commands
+    def keep(self, first_row: int, rows: np.ndarray) -> None:
+        """Log events, record ticks, tell clients of commands; before the ticks themselves are published.
 
-    def keep(self, first_row: int, rows: np.ndarray, commands: np.ndarray) -> None:
-        """Log events and record ticks; `first_row` numbers the first among all the loop recorded."""
+        `first_row` numbers the first tick among all the loop recorded.
+        """
+        commands = self._trace.take(rows)
+        self._telemetry.publish_commands(commands)
         events = self.flight.observe(rows)
         if self.recorder is not None:
-            self.recorder.observe(first_row, rows, events, commands, self._trace.lost)
+            state = self._shadow.state() if self._shadow.next_row == first_row else None
+            self.recorder.observe(first_row, rows, events, commands, self._trace.lost, state)
+        self._shadow.follow(first_row, rows, commands)
+
+    def _message(self) -> dict[str, Any]:
+        """For `rtctl/setup`: the setup, the command in force, and the law's state before the next tick."""
+        state, newest = self._shadow.state(), self._trace.newest
+        return {
+            **self._setup,
+            "command": tick_columns(veil_leases(newest, "target_lease")) if len(newest) else {},
+            "state": {} if state is None else tick_columns(veil_leases(state, "lease")),
+            "state_row": self._shadow.next_row,
+        }
 
     def summary(self) -> dict[str, Any]:
-        """For the closing summary: `log`, and `recording` (None without one)."""
+        """For the closing summary: `log`, `recording` (None without one), and whether the law gave all of it again."""
         return {
             "log": self.flight.status(),
             "recording": None if self.recorder is None else self.recorder.status(),
+            "replayable": self._shadow.why or "yes",
         }
 
     def finish(self) -> None:

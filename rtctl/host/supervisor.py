@@ -33,7 +33,7 @@ from rtctl.host.notify import Notifier
 from rtctl.host.run_record import RunRecord
 from rtctl.host.statistics import RunStatistics
 from rtctl.host.telemetry import Telemetry
-from rtctl.recording.setup import setup_of
+from rtctl.recording.setup import LawArrays, setup_of
 from rtctl.shm import CommandWriter, Memory, RingReader
 
 STALL_S = 0.010
@@ -125,7 +125,8 @@ class Host:
             self.context, endpoints, self.writer, rig, self.reader.latest, access=self.access
         )
         self.telemetry.set_commands(self.gateway.counts)
-        self.record = RunRecord(self.loaded, rig, self.writer, self.telemetry, self._record_to)
+        law = LawArrays(plan.params, plan.model, plan.command)
+        self.record = RunRecord(self.loaded, rig, law, self.writer, self.telemetry, self._record_to)
         self._wake_read, self._wake_write = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
         self._old_wakeup = signal.set_wakeup_fd(self._wake_write, warn_on_full_buffer=False)
         self._old_handlers = {s: signal.signal(s, self._on_signal) for s in (signal.SIGINT, signal.SIGTERM)}
@@ -205,9 +206,8 @@ class Host:
         rows = self.reader.read()
         self.statistics.update(rows)
         self.gateway.latency.observe(rows)
-        commands = self.record.before_publishing(rows)
+        self.record.keep(self.reader.next - len(rows), rows)
         self.telemetry.publish(rows, self.reader.overwritten)
-        self.record.keep(self.reader.next - len(rows), rows, commands)
         self.notifier.alive(int(self.memory.header[0]["head"]))
         if len(rows):
             last = rows[-1]

@@ -92,8 +92,7 @@ class Telemetry:
         self._realtime: list[dict[str, Any]] = []
         self._log: Callable[[], Mapping[str, Any]] = dict
         self._recording: Callable[[], Mapping[str, Any] | None] = lambda: None
-        self._setup: dict[str, Any] | None = None
-        self._newest_command = np.zeros(0)
+        self._setup: Callable[[], Mapping[str, Any]] | None = None
         self._schema_sha256 = schema_sha256(self._rig.n_axes)
         self._decimator = Decimator(self._rig.rate_hz, self._rig.state_hz)
         self._events = EventDetector(self._rig)
@@ -134,18 +133,15 @@ class Telemetry:
         """Tell in `health` how the recording is doing (`Recorder.status`)."""
         self._recording = status
 
-    def set_setup(self, setup: Mapping[str, Any]) -> None:
-        """Publish this on `rtctl/setup` with every health from now on, for clients that record."""
-        self._setup = dict(setup)
+    def set_setup(self, setup: Callable[[], Mapping[str, Any]]) -> None:
+        """Publish what this gives on `rtctl/setup` with every health from now on, for clients that record."""
+        self._setup = setup
 
-    def publish_commands(self, commands: np.ndarray, newest: np.ndarray) -> None:
-        """Publish commands that came into force in the ticks published next; `newest` goes with the setup."""
-        self._newest_command = newest
+    def publish_commands(self, commands: np.ndarray) -> None:
+        """Publish commands that came into force in the ticks published next."""
         if len(commands):
-            self._send(TOPIC_COMMAND, self._command_columns(commands))
-
-    def _command_columns(self, commands: np.ndarray) -> dict[str, Any]:
-        return {"session": self._rig.session, "columns": tick_columns(veil_leases(commands))}
+            columns = tick_columns(veil_leases(commands, "target_lease"))
+            self._send(TOPIC_COMMAND, {"session": self._rig.session, "columns": columns})
 
     def publish(self, rows: np.ndarray, overwritten: int) -> None:
         """Publish new ticks, and health when a second has passed.
@@ -226,10 +222,7 @@ class Telemetry:
         self._healths += 1
         self._send(TOPIC_HEALTH, health)
         if self._setup is not None:
-            command = (
-                self._command_columns(self._newest_command)["columns"] if len(self._newest_command) else {}
-            )
-            self._send(TOPIC_SETUP, {"session": rig.session, **self._setup, "command": command})
+            self._send(TOPIC_SETUP, {"session": rig.session, **self._setup()})
 
     def _send(self, topic: bytes, message: Any) -> None:  # noqa: ANN401
         """Send one message to every subscriber whose queue has room."""

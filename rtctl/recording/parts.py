@@ -94,11 +94,17 @@ class Parts:
         return self._rows
 
     def add(
-        self, first_row: int, rows: np.ndarray, events: list[dict[str, Any]], commands: np.ndarray
+        self,
+        first_row: int,
+        rows: np.ndarray,
+        events: list[dict[str, Any]],
+        commands: np.ndarray,
+        state: np.ndarray | None = None,
     ) -> None:
         """Take ticks with the events among them and the commands that came into force.
 
-        `first_row` numbers the first tick among all the loop recorded; a gap in these numbers is a loss.
+        `first_row` numbers the first tick among all the loop recorded; a gap in these numbers is a loss. `state` is
+        the law's before the first of them, where it is known: a file that begins here can then be replayed.
 
         Raises
         ------
@@ -112,7 +118,7 @@ class Parts:
         if not self._rows:
             self._chunk_ns = int(times[0])
         if self._file is None:
-            self._open(first_row, rows)
+            self._open(first_row, rows, state)
             commands = np.concatenate((before, commands))  # each part says what was in force before it
         for command in commands:
             self._single(COMMAND, int(times[0]), orjson.dumps(command_fields(command)))
@@ -180,7 +186,8 @@ class Parts:
             free = self._limits.free_bytes >> 20
             raise OSError(errno.ENOSPC, f"less than {free} MB would be left on the disk", str(self._folder))
 
-    def _open(self, first_row: int, rows: np.ndarray) -> None:
+    def _open(self, first_row: int, rows: np.ndarray, state: np.ndarray | None) -> None:
+        setup = self._setup if state is None else self._setup.with_state(state)
         self._folder.mkdir(mode=0o750, parents=True, exist_ok=True)
         self._leave_room(0)
         path = self._folder / part_name(self._setup, len(self.files))
@@ -197,7 +204,7 @@ class Parts:
             file.add_metadata(
                 "rtctl", {"recorded_wall_ns": str(time.time_ns()), **self._setup.about, **facts}
             )
-            for name, (media, data) in self._setup.attachments.items():
+            for name, (media, data) in setup.attachments.items():
                 file.add_attachment(name, media, self._start_wall_ns, data)
         except OSError:
             file.abandon()

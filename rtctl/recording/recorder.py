@@ -23,7 +23,7 @@ RETRY_S = 1.0
 END_S = 20.0
 """Longest wait for the disk at the end."""
 
-_Batch = tuple[int, np.ndarray, list[dict[str, Any]], np.ndarray]
+_Batch = tuple[int, np.ndarray, list[dict[str, Any]], np.ndarray, np.ndarray | None]
 
 
 class Recorder:
@@ -67,6 +67,7 @@ class Recorder:
         events: list[dict[str, Any]],
         commands: np.ndarray,
         commands_lost: int = 0,
+        state: np.ndarray | None = None,
     ) -> None:
         """Take ticks in order (see `Parts.add`). Drops them when the queue is full."""
         if len(rows) == 0:
@@ -86,7 +87,7 @@ class Recorder:
             if held_events or len(held_commands):
                 events, commands = held_events + events, np.concatenate((held_commands, commands))
                 self._held = [], held_commands[:0]
-            self._queue.append((first_row, rows, events, commands))
+            self._queue.append((first_row, rows, events, commands, state))
             self._queued += len(rows)
             self._change.notify_all()
 

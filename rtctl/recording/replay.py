@@ -14,72 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.control import law
-from rtctl.control.jit import compiled, records
-from rtctl.control.records import state_dtype
 from rtctl.errors import DataError
+from rtctl.recording.law_runner import LAW_FIELDS, CommandBook, LawRunner, as_words, field_words
 from rtctl.recording.reader import Batch, RecordingReader
 from rtctl.recording.setup import LawArrays
-from rtctl.tick import FIELDS, new_ticks, tick_dtype
-
-_AFTER_LAW = ("read_ns", "law_ns", "write_ns", "record_ns", "cycle_ns")
-"""Durations that the loop writes when the law has run: during the law the tick still has the last ones."""
-
-
-@compiled
-def run_law(
-    words: np.ndarray,
-    before: np.ndarray,
-    after: np.ndarray,
-    commands: np.ndarray,
-    which: np.ndarray,
-    tick: np.ndarray,
-    tick_words: np.ndarray,
-    state: np.ndarray,
-    params: np.ndarray,
-    model: np.ndarray,
-    out: np.ndarray,
-) -> None:
-    """Run the law for every row, in place in `state`.
-
-    Parameters
-    ----------
-    words : array of uint64, shape (n, words per tick)
-        Recorded ticks.
-    before, after : array of int
-        Words to copy into the tick before and after the law.
-    commands, which : array
-        Commands, and for each row the index of the one in force.
-    tick, tick_words : array
-        The tick the law works on, and the same memory as words, shape (1, words per tick).
-    out : array of uint64, shape (n, words per tick)
-        The ticks as the law leaves them.
-    """
-    for i in range(len(words)):
-        for k in before:
-            tick_words[0, k] = words[i, k]
-        law.step(tick, state, params, commands[which[i] : which[i] + 1], model)
-        for k in range(words.shape[1]):
-            out[i, k] = tick_words[0, k]
-        for k in after:
-            tick_words[0, k] = words[i, k]
-
-
-def _field_words(n_axes: int, names: list[str]) -> np.ndarray:
-    dtype = tick_dtype(n_axes)
-    index: list[int] = []
-    for name in names:
-        kind, offset = dtype.fields[name][:2]  # type: ignore[index]
-        index += range(offset // 8, (offset + kind.itemsize) // 8)
-    return np.array(index, np.int64)
-
-
-def _as_words(rows: np.ndarray) -> np.ndarray:
-    """Ticks as words, shape (n, words per tick); the same memory where they are contiguous."""
-    return np.ascontiguousarray(rows).view(np.uint64).reshape(len(rows), rows.dtype.itemsize // 8)
-
-
-LAW_FIELDS = [f.name for f in FIELDS if f.writer == "law"]
 
 
 @dataclass
@@ -155,22 +93,14 @@ class Replay:
             )
         used = arrays or own
         self._reader, self._n = reader, reader.n_axes
-        self._params, self._model = records(used.params), records(used.model)
-        state = np.zeros(1, state_dtype(self._n)) if own.state is None else own.state.copy()
-        self._state = records(state)
-        tick = new_ticks(1, self._n)
-        self._tick, self._tick_words = records(tick), tick.view(np.uint64).reshape(1, -1)
-        loop = [f.name for f in FIELDS if f.writer != "law" and f.name not in (*_AFTER_LAW, "seal")]
-        self._before, self._after = _field_words(self._n, loop), _field_words(self._n, list(_AFTER_LAW))
+        self._law = LawRunner(LawArrays(used.params, used.model, used.command, own.state), self._n)
         missing = reader.missing_fields()
         self._compared = [name for name in LAW_FIELDS if name not in missing]
-        self._law_words = _field_words(self._n, self._compared)
+        self._law_words = field_words(self._n, self._compared)
         self._initial, self._other = own.command, commands_from
-        self._commands = np.zeros(1, own.command.dtype)  # number 0: none yet
+        self._book = CommandBook(self._n)
         self._next: int | None = None
         self.verdict = Verdict()
-        rows = np.zeros(0, self._tick.dtype)
-        self._run(rows, np.zeros(0, np.int64))  # compiles, or loads
 
     def run(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Recorded and replayed ticks, chunk by chunk, until the end or what stops the replay (`verdict`)."""
@@ -198,26 +128,14 @@ class Replay:
         self._next = expected + len(numbers)
         if count < len(rows):
             self.verdict.stopped = f"ticks are missing from the recording before tick {rows['tick'][count]}"
-        self._learn(batch.commands)
-        which = np.searchsorted(self._commands["seq"], rows["command_seq"][:count])
-        found = self._commands["seq"][np.minimum(which, len(self._commands) - 1)]
-        known = found == rows["command_seq"][:count]
-        if not known.all():
-            count = int(np.argmin(known))
-            missing = int(rows["command_seq"][count])
+        self._book.learn(batch.commands if self._other is None else self._translated(batch.commands))
+        which, known = self._book.find(rows["command_seq"][:count])
+        if known < count:
+            count, missing = known, int(rows["command_seq"][known])
             self.verdict.stopped = (
                 f"command {missing}, in force at tick {rows['tick'][count]}, was not recorded"
             )
         return rows[:count], which[:count]
-
-    def _learn(self, commands: np.ndarray) -> None:
-        """Take commands in; of the old ones only the newest can still be in force."""
-        if len(commands) == 0:
-            return
-        commands = commands if self._other is None else self._translated(commands)
-        joined = np.concatenate((self._commands[-1:], commands))[::-1]  # the newer of two counts
-        _, index = np.unique(joined["seq"], return_index=True)
-        self._commands = joined[index]
 
     def _translated(self, commands: np.ndarray) -> np.ndarray:
         """Settings that no client changed become those of the other rig file."""
@@ -230,27 +148,22 @@ class Replay:
         return changed
 
     def _run(self, rows: np.ndarray, which: np.ndarray) -> np.ndarray:
-        replayed = np.zeros(len(rows), rows.dtype)
-        words, out = _as_words(rows), _as_words(replayed)
         began = time.perf_counter()
-        run_law(
-            words, self._before, self._after, records(self._commands), which.astype(np.int64),
-            self._tick, self._tick_words, self._state, self._params, self._model, out,
-        )  # fmt: skip
+        replayed = self._law.run(rows, self._book.commands, which)
         verdict = self.verdict
-        verdict.law_s += time.perf_counter() - began if len(rows) else 0.0
+        verdict.law_s += time.perf_counter() - began
         verdict.ticks += len(rows)
         verdict.span_s += len(rows) * float(self._reader.about["period_ns"]) * 1e-9
         return replayed
 
     def _compare(self, rows: np.ndarray, replayed: np.ndarray) -> None:
-        words, out = _as_words(rows), _as_words(replayed)
+        words, out = as_words(rows), as_words(replayed)
         if np.array_equal(words[:, self._law_words], out[:, self._law_words]):
             return
         verdict = self.verdict
         firsts: list[tuple[int, str]] = []
         for name in self._compared:
-            index = _field_words(self._n, [name])
+            index = field_words(self._n, [name])
             bad = (words[:, index] != out[:, index]).any(axis=1)
             if bad.any():
                 verdict.differing[name] = verdict.differing.get(name, 0) + int(bad.sum())

@@ -47,6 +47,15 @@ class Setup:
         """Number of axes."""
         return int(self.about["n_axes"])
 
+    def with_state(self, state: np.ndarray) -> Setup:
+        """The same, with the law's state before the first tick. Without the law's arrays: as it is."""
+        if LAW_NAME not in self.attachments:
+            return self
+        media, data = self.attachments[LAW_NAME]
+        law = unpack_law(data, self.n_axes)
+        packed = pack_law(LawArrays(law.params, law.model, law.command, state))
+        return Setup(self.about, {**self.attachments, LAW_NAME: (media, packed)})
+
     def packed(self) -> dict[str, Any]:
         """As a map for telemetry."""
         files = {name: [media, data] for name, (media, data) in self.attachments.items()}

@@ -82,6 +82,7 @@ def test_a_wall_clock_run_with_commands_replays_bit_for_bit(config, folder, tmp_
     assert found["commands"] > 5
     verdict = Replay(RecordingReader([file])).check()
     assert (verdict.first, verdict.stopped, verdict.ticks) == (None, "", summary["ticks"])
+    assert summary["replayable"] == "yes"
     replay = CliRunner().invoke(cli, ["replay", str(file), "--json"])
     assert replay.exit_code == 0, replay.output
     assert json.loads(replay.output)["same_law_sources"] is True
@@ -166,6 +167,9 @@ def test_a_client_records_a_rig_that_runs_and_the_commands_show_it(config, folde
     assert found["lost"] == 0
     assert found["commands"] >= 2, "what was in force at the start, and the change"
     assert found["attachments"].keys() >= {"law.npz", "rig.toml", "model-joint.json"}
+    assert found["before_recording"] > 0
+    verdict = Replay(RecordingReader([file])).check()
+    assert (verdict.first, verdict.stopped, verdict.ticks) == (None, "", found["ticks"])
     shown = CliRunner().invoke(cli, ["info", str(file)])
     assert shown.exit_code == 0, shown.output
     assert "lost ticks: 0" in shown.output

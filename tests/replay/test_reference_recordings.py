@@ -10,8 +10,9 @@ import pytest
 from make_recordings import FOLDER, MOST_BYTES, digest
 from scenarios import SCENARIOS
 
+from rtctl.recording.law_runner import LAW_FIELDS
 from rtctl.recording.reader import RecordingReader
-from rtctl.recording.replay import LAW_FIELDS, Replay
+from rtctl.recording.replay import Replay
 
 REMEDY = (
     "If that is meant: run `make recordings`, and say in CHANGELOG.md, under 'Behaviour at the handle', "

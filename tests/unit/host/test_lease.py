@@ -92,7 +92,7 @@ def test_on_a_slow_rig_silence_takes_longer_than_the_loops_own():
 def test_published_commands_tell_leases_apart_and_nothing_else_of_them():
     commands = np.zeros(4, command_dtype(1))
     commands["target_lease"] = [0, 5, 5, 2**62 - 1]
-    veiled = veil_leases(commands)
+    veiled = veil_leases(commands, "target_lease")
     none, first, again, other = veiled["target_lease"].tolist()
     assert none == 0
     assert first == again != other

@@ -1,0 +1,129 @@
+"""The compiled law over rows of recorded ticks, and the commands that were in force in them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtctl.control import law
+from rtctl.control.jit import compiled, records
+from rtctl.control.records import command_dtype, state_dtype
+from rtctl.recording.setup import LawArrays
+from rtctl.tick import FIELDS, new_ticks, tick_dtype
+
+_AFTER_LAW = ("read_ns", "law_ns", "write_ns", "record_ns", "cycle_ns")
+"""Durations that the loop writes when the law has run: during the law the tick still has the last ones."""
+
+
+@compiled
+def run_law(
+    words: np.ndarray,
+    before: np.ndarray,
+    after: np.ndarray,
+    commands: np.ndarray,
+    which: np.ndarray,
+    tick: np.ndarray,
+    tick_words: np.ndarray,
+    state: np.ndarray,
+    params: np.ndarray,
+    model: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Run the law for every row, in place in `state`.
+
+    Parameters
+    ----------
+    words : array of uint64, shape (n, words per tick)
+        Recorded ticks.
+    before, after : array of int
+        Words to copy into the tick before and after the law.
+    commands, which : array
+        Commands, and for each row the index of the one in force.
+    tick, tick_words : array
+        The tick the law works on, and the same memory as words, shape (1, words per tick).
+    out : array of uint64, shape (n, words per tick)
+        The ticks as the law leaves them.
+    """
+    for i in range(len(words)):
+        for k in before:
+            tick_words[0, k] = words[i, k]
+        law.step(tick, state, params, commands[which[i] : which[i] + 1], model)
+        for k in range(words.shape[1]):
+            out[i, k] = tick_words[0, k]
+        for k in after:
+            tick_words[0, k] = words[i, k]
+
+
+def field_words(n_axes: int, names: list[str]) -> np.ndarray:
+    """Indices of the words of a tick that these fields take."""
+    dtype = tick_dtype(n_axes)
+    index: list[int] = []
+    for name in names:
+        kind, offset = dtype.fields[name][:2]  # type: ignore[index]
+        index += range(offset // 8, (offset + kind.itemsize) // 8)
+    return np.array(index, np.int64)
+
+
+def as_words(rows: np.ndarray) -> np.ndarray:
+    """Ticks as words, shape (n, words per tick); the same memory where they are contiguous."""
+    return np.ascontiguousarray(rows).view(np.uint64).reshape(len(rows), rows.dtype.itemsize // 8)
+
+
+LAW_FIELDS = [f.name for f in FIELDS if f.writer == "law"]
+"""Fields the law writes: what a replay compares."""
+
+
+class LawRunner:
+    """The law with its arrays, from one state on.
+
+    Parameters
+    ----------
+    arrays
+        The law's arrays; the state is zero where they have none.
+
+    Attributes
+    ----------
+    state : array, shape (1,)
+        The law's state after the last row.
+    """
+
+    def __init__(self, arrays: LawArrays, n_axes: int) -> None:
+        self._params, self._model = records(arrays.params), records(arrays.model)
+        start = np.zeros(1, state_dtype(n_axes)) if arrays.state is None else arrays.state.copy()
+        self.state = records(start)
+        tick = new_ticks(1, n_axes)
+        self._tick, self._tick_words = records(tick), tick.view(np.uint64).reshape(1, -1)
+        loop = [f.name for f in FIELDS if f.writer != "law" and f.name not in (*_AFTER_LAW, "seal")]
+        self._before = field_words(n_axes, loop)
+        self._after = field_words(n_axes, list(_AFTER_LAW))
+        none = np.zeros(1, command_dtype(n_axes))
+        self.run(tick[:0], none, np.zeros(0, np.int64))  # compiles, or loads
+
+    def run(self, rows: np.ndarray, commands: np.ndarray, which: np.ndarray) -> np.ndarray:
+        """The ticks as the law leaves them; `which` is each row's index in `commands`."""
+        replayed = np.zeros(len(rows), rows.dtype)
+        run_law(
+            as_words(rows), self._before, self._after, records(commands), which.astype(np.int64),
+            self._tick, self._tick_words, self.state, self._params, self._model, as_words(replayed),
+        )  # fmt: skip
+        return replayed
+
+
+class CommandBook:
+    """The commands that may be in force: the newest known, and those after it."""
+
+    def __init__(self, n_axes: int) -> None:
+        self.commands = np.zeros(1, command_dtype(n_axes))  # number 0: none yet
+
+    def learn(self, commands: np.ndarray) -> None:
+        """Take commands in; of the old ones only the newest can still be in force."""
+        if len(commands):
+            joined = np.concatenate((self.commands[-1:], commands))[::-1]  # the newer of two counts
+            _, index = np.unique(joined["seq"], return_index=True)
+            self.commands = joined[index]
+
+    def find(self, sequence: np.ndarray) -> tuple[np.ndarray, int]:
+        """Index of each row's command, and how many rows there are before the first unknown one."""
+        which = np.searchsorted(self.commands["seq"], sequence)
+        found = self.commands["seq"][np.minimum(which, len(self.commands) - 1)]
+        known = found == sequence
+        return which, len(sequence) if known.all() else int(np.argmin(known))
