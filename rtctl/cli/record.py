@@ -44,10 +44,9 @@ def command(
     from rtctl.protocol import endpoints_in, rig_directory
 
     name, folder, limits = _target(rig, out)
-    end = math.inf if seconds is None else time.monotonic() + seconds
     with Capture(endpoints_in(rig_directory(name, runtime_dir))) as capture:
         _await(capture, name)
-        done = _record(capture, folder, limits, end)
+        done = _record(capture, folder, limits, math.inf if seconds is None else seconds)
     for status in done:
         if not as_json:
             click.echo(_line(status) + f", in {status['folder']}")
@@ -85,14 +84,16 @@ def _await(capture: Capture, name: str) -> None:
             raise NoReplyError(f"no daemon runs the rig {name!r}; start it with: rtctl run CONFIG") from error
 
 
-def _record(capture: Capture, folder: Path, limits: Limits | None, end: float) -> list[dict[str, Any]]:
-    """Record run after run until the end, Ctrl-C, or a daemon that stays silent."""
+def _record(capture: Capture, folder: Path, limits: Limits | None, seconds: float) -> list[dict[str, Any]]:
+    """Record run after run for `seconds`, until Ctrl-C, or until a daemon stays silent."""
     from rtctl.errors import NoReplyError
 
     done: list[dict[str, Any]] = []
+    end: float | None = None
     try:
-        while time.monotonic() < end and capture.run is not None:
+        while (end is None or time.monotonic() < end) and capture.run is not None:
             run, recorder = capture.run, _recorder(capture.run, folder, limits)
+            end = time.monotonic() + seconds if end is None else end
             try:
                 _one_run(capture, run, recorder, end)
             finally:
