@@ -9,10 +9,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO
 
+import numpy as np
 import zstandard
 
 from rtctl.errors import DataError
 from rtctl.recording.mcap_format import MAGIC, RECORD_HEAD, Cursor, Op
+from rtctl.recording.tick_text import MESSAGE_HEAD, split_messages
 
 MOST_RECORD_BYTES = 1 << 32
 """A longer record is a damaged length, not data."""
@@ -20,9 +22,27 @@ MOST_RECORD_BYTES = 1 << 32
 
 @dataclass
 class Chunk:
-    """Messages of one chunk: channel id -> list of (sequence, log time in ns, data)."""
+    """Messages of one chunk.
 
-    messages: dict[int, list[tuple[int, int, bytes]]] = field(default_factory=dict)
+    Attributes
+    ----------
+    records
+        The chunk's bytes.
+    table : array of int64, shape (n, 5)
+        Of each message: channel, sequence, log time in ns, and where its data begins and ends in `records`.
+    """
+
+    records: bytes
+    table: np.ndarray
+
+    def of(self, channel: int) -> np.ndarray:
+        """The table's rows of one channel."""
+        rows: np.ndarray = self.table[self.table[:, 0] == channel]
+        return rows
+
+    def texts(self, channel: int) -> list[bytes]:
+        """The data of each message of one channel."""
+        return [self.records[start:end] for start, end in self.of(channel)[:, 3:].tolist()]
 
 
 @dataclass
@@ -138,15 +158,10 @@ def _decompressed(data: bytes, compression: str, size: int) -> bytes:
 
 
 def _messages(records: bytes) -> Chunk:
-    """Split a chunk's records; the hot path of reading, so without a cursor."""
-    found = Chunk()
-    head = struct.Struct("<BQHIQ")
-    at, end, by_channel = 0, len(records), found.messages
-    while at < end:
-        op, size, channel, sequence, time_ns = head.unpack_from(records, at)
-        stop = at + RECORD_HEAD + size
-        if op == Op.MESSAGE:
-            data = records[at + RECORD_HEAD + 22 : stop]
-            by_channel.setdefault(channel, []).append((sequence, time_ns, data))
-        at = stop
-    return found
+    """Split a chunk's records. Raises ValueError where one is cut off."""
+    table = np.empty((len(records) // MESSAGE_HEAD + 1, 5), np.int64)
+    count = split_messages(np.frombuffer(records, np.uint8), table)
+    if count < 0:
+        msg = "a record in the chunk is cut off"
+        raise ValueError(msg)
+    return Chunk(records, table[:count].copy())

@@ -155,17 +155,18 @@ class RecordingReader:
             raise DataError(f"{path}: a part of another run than {self.parts[0]}")
 
     def _batch(self, chunk: Chunk, contents: Contents, first_row: int) -> Batch | None:
-        by_topic = {contents.topics.get(k, ""): found for k, found in chunk.messages.items()}
-        ticks = by_topic.get(TOPICS[TICK], [])
-        if not by_topic:
+        channel = {topic: number for number, topic in contents.topics.items()}
+        of = {kind: channel.get(topic, -1) for kind, topic in TOPICS.items()}
+        if len(chunk.table) == 0:
             return None
-        rows = self._text.decode([data for _, _, data in ticks])
-        for _, _, data in by_topic.get(TOPICS[RAW], []):
+        ticks = chunk.of(of[TICK])
+        starts, ends = np.ascontiguousarray(ticks[:, 3]), np.ascontiguousarray(ticks[:, 4])
+        rows = self._text.decode_spans(chunk.records, starts, ends)
+        for data in chunk.texts(of[RAW]):
             _restore(rows, orjson.loads(data))
-        sequence = np.array([number for number, _, _ in ticks], np.int64)
-        numbers = first_row + (sequence - first_row) % (1 << 32)
-        events = [orjson.loads(data) for _, _, data in by_topic.get(TOPICS[EVENT], [])]
-        commands = [orjson.loads(data) for _, _, data in by_topic.get(TOPICS[COMMAND], [])]
+        numbers = first_row + (ticks[:, 1] - first_row) % (1 << 32)
+        events = [orjson.loads(data) for data in chunk.texts(of[EVENT])]
+        commands = [orjson.loads(data) for data in chunk.texts(of[COMMAND])]
         return Batch(rows, numbers, events, _commands(commands, self.n_axes))
 
 

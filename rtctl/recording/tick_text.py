@@ -103,21 +103,27 @@ class TickText:
         DataError
             Text that is not JSON, or not a tick of this rig size.
         """
-        rows = np.zeros(len(texts), self._dtype)
-        if not texts:
+        ends = np.cumsum([len(text) for text in texts], dtype=np.int64)
+        return self.decode_spans(b"".join(texts), np.concatenate(([0], ends[:-1])).astype(np.int64), ends)
+
+    def decode_spans(self, data: bytes, starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
+        """As `decode`, of the objects that lie in `data` from `starts` to `ends`, each of shape (n,)."""
+        rows = np.zeros(len(ends), self._dtype)
+        if len(ends) == 0:
             return rows
-        text = np.frombuffer(b"".join(texts), np.uint8)
+        text = np.frombuffer(data, np.uint8)
         floats = np.empty(len(text) + 2, np.uint8)
         words = rows.view(np.uint64).reshape(len(rows), -1)
         used = _unweave(
-            text, words, self._kinds, self._words, self._pieces, self._piece_end, self._tail, floats
-        )
+            text, starts, ends, words,
+            self._kinds, self._words, self._pieces, self._piece_end, self._tail, floats,
+        )  # fmt: skip
         try:
             if used > 0:
                 numbers = np.array(orjson.loads(floats[:used].tobytes()), np.float64)
                 words[:, self._floats] = numbers.view(np.uint64).reshape(len(rows), -1)
             else:
-                _decode_any(texts, rows)
+                _decode_any([data[a:b] for a, b in zip(starts, ends, strict=True)], rows)
         except (ValueError, TypeError, KeyError, OverflowError) as error:
             raise DataError(f"a recorded tick cannot be read: {error}") from error
         return rows
@@ -155,6 +161,15 @@ def _put(out: np.ndarray, at: int, value: int, size: int) -> int:
     for k in range(size):
         out[at + k] = (value >> (8 * k)) & 255
     return at + size
+
+
+@compiled
+def _number(data: np.ndarray, at: int, size: int) -> int:
+    """Read a little-endian number."""
+    value = 0
+    for k in range(size):
+        value |= int(data[at + k]) << (8 * k)
+    return value
 
 
 @compiled
@@ -222,6 +237,8 @@ def _weave(
 @compiled
 def _unweave(
     text: np.ndarray,
+    starts: np.ndarray,
+    ends: np.ndarray,
     words: np.ndarray,
     kinds: np.ndarray,
     index: np.ndarray,
@@ -231,9 +248,9 @@ def _unweave(
     floats: np.ndarray,
 ) -> int:
     """Read the integers, copy the text of the floats; returns its length, 0 where `_weave` did not write `text`."""
-    at, size, put = 0, len(text), 0
+    put = 0
     for row in range(len(words)):
-        piece = 0
+        at, size, piece = starts[row], ends[row], 0
         for k in range(len(kinds)):
             while piece < piece_end[k]:
                 if at >= size or text[at] != pieces[piece]:
@@ -260,5 +277,32 @@ def _unweave(
             if at >= size or text[at] != tail[k]:
                 return 0
             at += 1
+        if at != size:
+            return 0
     floats[put] = _END
-    return put + 1 if at == size else 0
+    return put + 1
+
+
+@compiled
+def split_messages(records: np.ndarray, found: np.ndarray) -> int:
+    """Find the MCAP messages in a chunk's records; returns how many, or -1 where a record is cut off.
+
+    Parameters
+    ----------
+    records : array of uint8
+        Records, one after another.
+    found : array of int64, shape (at least as many as fit, 5)
+        Of each: channel, sequence, log time in ns, and where its data begins and ends.
+    """
+    at, n, size = 0, 0, len(records)
+    while at + 9 <= size:
+        length = _number(records, at + 1, 8)
+        end = at + 9 + length
+        if length < 0 or end > size:
+            return -1
+        if records[at] == 5 and length >= 22:
+            found[n, 0], found[n, 1] = _number(records, at + 9, 2), _number(records, at + 11, 4)
+            found[n, 2], found[n, 3], found[n, 4] = _number(records, at + 15, 8), at + MESSAGE_HEAD, end
+            n += 1
+        at = end
+    return n if at == size else -1
