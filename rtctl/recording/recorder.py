@@ -18,7 +18,9 @@ from rtctl.control.records import command_dtype
 from rtctl.recording.parts import Limits, Parts
 from rtctl.recording.setup import Setup
 
-QUEUE_S = 5.0
+QUEUE_S = 15.0
+"""Loop time that may wait for the disk: more than the ring holds, which comes all at once after a slow start."""
+
 RETRY_S = 1.0
 END_S = 20.0
 """Longest wait for the disk at the end."""
