@@ -148,16 +148,17 @@ def table(hello: dict[str, Any], sample: RigState, health: dict[str, Any] | None
     lines += [
         "",
         *_latency(health),
-        *([f"EVENT LOG BROKEN: {_log_fault(health)}"] if _log_fault(health) else []),
+        *([f"EVENT LOG BROKEN: {_broken(health, 'log')}"] if _broken(health, "log") else []),
+        *([f"RECORDING BROKEN: {_broken(health, 'recording')}"] if _broken(health, "recording") else []),
         *[f"WARNING: {warning['text']}" for warning in _warnings(health)],
         f"missed {sample.missed_ticks}   lost here {lost}   age {sample.age_s * 1e3:.1f} ms",
     ]
     return lines
 
 
-def _log_fault(health: dict[str, Any] | None) -> str:
-    """Why the daemon cannot write its event log; empty while it can."""
-    return (health or {}).get("log", {}).get("broken") or ""
+def _broken(health: dict[str, Any] | None, what: str) -> str:
+    """Why the daemon could not write its event log (`log`) or its recording; empty while it can."""
+    return ((health or {}).get(what) or {}).get("broken") or ""
 
 
 def _warnings(health: dict[str, Any] | None) -> list[dict[str, str]]:
@@ -194,7 +195,7 @@ def line(sample: RigState, health: dict[str, Any] | None, lost: int) -> str:
         f"hand_torque_nm={_vector(sample.hand_torque_nm)} "
         f"feedforward_torque_nm={_vector(sample.feedforward_torque_nm)} wakeup_us_p50/p99={latency} "
         f"missed={sample.missed_ticks} lost={lost}"
-        + (" log=BROKEN" if _log_fault(health) else "")
+        + "".join(f" {what}=BROKEN" for what in ("log", "recording") if _broken(health, what))
         + "".join(f" warning={warning['name']}:{warning['axis']}" for warning in _warnings(health))
     )
 

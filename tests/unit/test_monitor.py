@@ -80,3 +80,13 @@ def test_a_warning_of_the_daemon_is_shown_and_is_no_fault(sample):
     assert "WARNING: axis tip: friction was learned at 22-31 degC" in monitor.table(HELLO, sample, health, 0)
     assert monitor.line(sample, health, 0).endswith(" warning=TEMPERATURE:tip")
     assert "WARNING" not in "".join(monitor.table(HELLO, sample, HEALTH, 0))
+
+
+def test_a_log_or_recording_the_disk_refuses_is_shown(sample):
+    health = {**HEALTH, "log": {"broken": None}, "recording": {"broken": "no space left"}}
+    text = "\n".join(monitor.table(HELLO, sample, health, 0))
+    assert "RECORDING BROKEN: no space left" in text
+    assert "EVENT LOG" not in text
+    assert "recording=BROKEN" in monitor.line(sample, health, 0)
+    assert "BROKEN" not in monitor.line(sample, {**HEALTH, "log": {"broken": None}, "recording": None}, 0)
+    assert "log=BROKEN" in monitor.line(sample, {**HEALTH, "log": {"broken": "full"}}, 0)
