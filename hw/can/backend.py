@@ -89,15 +89,16 @@ class CanBackend:
         self._count = self._silent = 0
 
     def _check_identity(self) -> None:
-        """A re-opened device must be the one that was opened first."""
-        found = self._identities()
+        """A re-opened device must be the one that was opened first; one that tells nothing is not judged."""
+        found, known = self._identities(), self._identity or self._identities()
+        same = all(a == b or not a or not b for a, b in zip(found, known, strict=True))
         require(
-            self._identity is None or self._identity == found,
+            same,
             f"the devices on {self._options['bus']['channel']} are others than before: identities "
-            f"{[one.hex() for one in found]} in place of {[one.hex() for one in self._identity or ()]}; "
+            f"{[one.hex() for one in found]} in place of {[one.hex() for one in known]}; "
             "connect the same ones again, or start anew",
         )
-        self._identity = found
+        self._identity = tuple(a or b for a, b in zip(known, found, strict=True))
 
     def warm_up(self, tick: np.ndarray) -> None:
         """Forget what has queued up since `open`, and ask for a new sample."""

@@ -191,6 +191,7 @@ class MoteusAxis:
 
     def set_up(self, bus: Bus) -> None:
         """Stop it, learn its serial number and state. Blocks; before the loop only."""
+        self.identity = b""
         to = command_id(self.node, self._source)
         self._command, self._stop = (
             bus.outgoing(to, len(command_frame())),

@@ -44,6 +44,8 @@ TWO_WORDS = struct.Struct("<II")
 
 ARM_S = 0.5
 """Longest time from Set_Axis_State 8 to a heartbeat that shows it."""
+ADDRESS_S = 0.2
+"""Longest wait for the serial number."""
 RETRY_S = 0.1
 """While disarmed: a drive still in closed loop is told again, one with errors is asked to clear them."""
 
@@ -164,6 +166,7 @@ class OdriveAxis:
     def set_up(self, bus: Bus) -> None:
         """Disarm, choose torque control, and hear every kind of frame once. Blocks; before the loop only."""
         self._make_frames(bus)
+        self.identity, self._seen_heartbeat = b"", False
         self.stop(bus)
         bus.send(self._mode)
         bus.send(self._clear)
@@ -173,6 +176,7 @@ class OdriveAxis:
                 f"odrive node {self.node}: no heartbeat within 1 s: check power, wiring and termination, node id, "
                 "the bus' bit rate, and can.config.heartbeat_msg_rate_ms on the drive"
             )
+        wait_for(bus, lambda: bool(self.identity), ADDRESS_S)  # older firmware has no Address: unknown then
         self.prime(bus)
         if not wait_for(bus, self._heard, 1.0):
             raise BackendError(
