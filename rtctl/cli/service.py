@@ -28,9 +28,12 @@ def command() -> None:
 @command.command("install")
 @click.argument("config", type=click.Path(path_type=Path))
 @click.option("--no-start", is_flag=True, help="enable it for the next boot, but do not start it now")
+@click.option(
+    "--command", "starter", metavar="TEXT", help="how the unit starts rtctl, when not by this very Python"
+)
 @_ROOT
 @_DRY
-def install(config: Path, root: Path, *, no_start: bool, dry_run: bool) -> None:
+def install(config: Path, root: Path, starter: str | None, *, no_start: bool, dry_run: bool) -> None:
     """Make the rig of CONFIG a service: sudo rtctl service install configs/rig.toml.
 
     Copies the rig file (and its friction models) to /etc/rtctl, the unit to /etc/systemd/system, makes the user
@@ -47,7 +50,7 @@ def install(config: Path, root: Path, *, no_start: bool, dry_run: bool) -> None:
         raise StabilityError(report.refusal())
     if root == Path("/") and not dry_run:
         _require_root()
-    made = service.plan(loaded, root, service.own_command(), start=not no_start)
+    made = service.plan(loaded, root, starter or service.own_command(), start=not no_start)
     service.apply(made, click.echo, _run, dry_run=dry_run)
     if made.live and not dry_run:
         click.echo(f"rtctl@{made.name} is installed; see: rtctl service status {made.name}")

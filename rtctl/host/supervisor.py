@@ -39,7 +39,7 @@ from rtctl.shm import CommandWriter, Memory, RingReader
 STALL_S = 0.010
 STALL_PERIODS = 3
 HOST_SLACK_S = 0.25  # the host looks once per batch at worst, and may itself be kept waiting by the system
-READY_TIMEOUT_S = 120.0  # the first start compiles
+READY_TIMEOUT_S = 300.0  # the first start compiles
 STOP_TIMEOUT_S = 2.0
 
 

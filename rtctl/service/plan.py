@@ -18,7 +18,7 @@ NETWORK_DROP_IN = "rtctl-network.conf"
 NETWORKED_KINDS = ("can", "odrive", "moteus", "cia402", "rdt")
 """Devices that are reached through the network or CAN, and so need more than Unix sockets."""
 
-HIDDEN = ("/home", "/root", "/run/user")
+HIDDEN = ("/home", "/root", "/run/user", "/tmp", "/var/tmp")
 """Folders that the unit hides from the daemon."""
 
 
@@ -77,11 +77,11 @@ def unit_text(command: str) -> bytes:
 def own_command() -> str:
     """How this very rtctl is started. Raises ConfigError when the daemon's user could not reach it."""
     python = Path(sys.executable)
-    for place in (python, Path(__file__).resolve()):
+    for place in (python, python.resolve(), Path(__file__).resolve()):
         for hidden in HIDDEN:
             if place.is_relative_to(hidden):
                 raise ConfigError(
-                    f"{place} lies below {hidden}, which the service cannot see (ProtectHome=yes): install rtctl "
+                    f"{place} lies below {hidden}, which the service cannot see (ProtectHome=yes, PrivateTmp=yes): install rtctl "
                     "for all users, e.g. python3 -m venv /opt/rtctl; /opt/rtctl/bin/pip install rtctl; then call "
                     "/opt/rtctl/bin/rtctl service install"
                 )
