@@ -33,8 +33,10 @@ COMMANDS: dict[str, str] = {
     "bench": "rtctl.cli.bench",
     "campaign": "rtctl.cli.campaign",
     "service": "rtctl.cli.service",
+    "view": "rtctl.cli.view",
+    "world": "rtctl.cli.view:world",
 }
-"""Command name -> the module whose `command` it is."""
+"""Command name -> the module whose `command` it is, or `module:name`."""
 
 
 class _LazyGroup(click.Group):
@@ -42,8 +44,8 @@ class _LazyGroup(click.Group):
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        module = COMMANDS.get(cmd_name)
-        return importlib.import_module(module).command if module else None
+        module, _, name = COMMANDS.get(cmd_name, "").partition(":")
+        return getattr(importlib.import_module(module), name or "command") if module else None
 
 
 @click.group(

@@ -44,7 +44,7 @@ def command(
     """Show state, torques, latency and losses of a running rig. Ctrl-C ends it; the rig runs on."""
     from rtctl.client import RigClient
 
-    name = rig or ("" if address else _only_rig(runtime_dir))
+    name = rig or ("" if address else only_rig(runtime_dir))
     try:
         with RigClient(name, runtime_dir=runtime_dir, address=address, key=key) as client:
             hello = client.hello()
@@ -57,7 +57,7 @@ def command(
         click.echo("", err=True)
 
 
-def _only_rig(runtime_dir: Path | None) -> str:
+def only_rig(runtime_dir: Path | None) -> str:
     """The one rig that runs on this machine."""
     from rtctl.errors import ClientError
     from rtctl.protocol import running_rigs, runtime_root

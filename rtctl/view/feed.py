@@ -1,0 +1,161 @@
+"""From telemetry to browsers: one reader per topic, any number of followers that each miss nothing they asked for.
+
+A follower takes what has come since it last asked, thinned to what a screen can show; one that does not ask
+holds nobody up, and keeps at most a few seconds.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from rtctl.client import RigClient
+from rtctl.errors import ClientError, NoReplyError
+from rtctl.tick import FIELD
+
+KEPT_BATCHES = 150
+"""Unread batches a follower may leave behind: three seconds at 50 a second."""
+
+POINTS = 12
+"""Rows of one message to a browser, at most."""
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One curve: a field of the tick, and which of its values."""
+
+    field: str
+    index: int
+
+    @classmethod
+    def parse(cls, text: str) -> Signal:
+        """From `position_rad` or `position_rad.1`. Raises ValueError for what no tick has."""
+        name, _, index = text.partition(".")
+        if name not in FIELD or (index and not index.isdecimal()) or len(index) > 2:
+            msg = f"{text!r} is no signal: a field of the tick, with .0, .1, ... for an axis"
+            raise ValueError(msg)
+        return cls(name, int(index or 0))
+
+    def of(self, rows: np.ndarray) -> np.ndarray:
+        """Its values in these ticks, as numbers; NaN where the rig has no such axis."""
+        column = rows[self.field].reshape(len(rows), -1)
+        if self.index >= column.shape[1]:
+            return np.full(len(rows), math.nan)
+        values: np.ndarray = column[:, self.index].astype(float)
+        return values
+
+
+@dataclass
+class Follower:
+    """What one browser has not seen yet."""
+
+    batches: deque[np.ndarray] = field(default_factory=lambda: deque(maxlen=KEPT_BATCHES))
+    events: deque[dict[str, Any]] = field(default_factory=lambda: deque(maxlen=200))
+    news: threading.Event = field(default_factory=threading.Event)
+
+    def take(self) -> tuple[np.ndarray | None, list[dict[str, Any]]]:
+        """Ticks and events since the last call."""
+        self.news.clear()
+        batches = [self.batches.popleft() for _ in range(len(self.batches))]
+        events = [self.events.popleft() for _ in range(len(self.events))]
+        return (np.concatenate(batches) if batches else None), events
+
+
+class Feed:
+    """Reads ticks, events and health of one rig until it is closed.
+
+    Attributes
+    ----------
+    health
+        The newest health message.
+    silent
+        Why there is no telemetry; empty while there is.
+    """
+
+    def __init__(self, client: RigClient) -> None:
+        self._client = client
+        self._followers: list[Follower] = []
+        self._lock = threading.Lock()
+        self._closed = threading.Event()
+        self.health: dict[str, Any] = {}
+        self.silent = "connecting"
+        self.newest: np.ndarray | None = None
+        self._threads = [
+            threading.Thread(target=target, name=f"rtctl-view-{name}", daemon=True)
+            for name, target in (("ticks", self._ticks), ("events", self._events), ("health", self._health))
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    def follow(self) -> Follower:
+        """Begin to follow."""
+        follower = Follower()
+        with self._lock:
+            self._followers.append(follower)
+        return follower
+
+    def leave(self, follower: Follower) -> None:
+        """Stop following."""
+        with self._lock:
+            self._followers.remove(follower)
+
+    def close(self) -> None:
+        """Stop reading."""
+        self._closed.set()
+        for thread in self._threads:
+            thread.join(2.0)
+
+    def _each(self) -> list[Follower]:
+        with self._lock:
+            return list(self._followers)
+
+    def _ticks(self) -> None:
+        with self._client.ticks() as stream:
+            while not self._closed.is_set():
+                try:
+                    rows = stream.receive(0.5)
+                except (ClientError, NoReplyError) as error:
+                    self.silent = str(error)
+                    continue
+                if rows is None:
+                    self.silent = "no telemetry: does the daemon run?"
+                    continue
+                self.silent = ""
+                self.newest = rows[-1:]
+                for follower in self._each():
+                    follower.batches.append(rows)
+                    follower.news.set()
+
+    def _events(self) -> None:
+        with self._client.events() as stream:
+            while not self._closed.is_set():
+                event = stream.receive(0.5)
+                if event is not None:
+                    for follower in self._each():
+                        follower.events.append(event)
+                        follower.news.set()
+
+    def _health(self) -> None:
+        with self._client.health() as stream:
+            while not self._closed.is_set():
+                self.health = stream.receive(0.5) or self.health
+
+
+def columns(rows: np.ndarray, signals: list[Signal], points: int = POINTS) -> dict[str, list[float | None]]:
+    """Thinned columns of these ticks, newest row always among them: `t` in s, and one list per signal.
+
+    A value that is not finite becomes None, as JSON has none.
+    """
+    step = max(1, math.ceil(len(rows) / points))
+    chosen = rows[::-1][::step][::-1]
+    out: dict[str, list[float | None]] = {"t": (chosen["time_ns"] * 1e-9).tolist()}
+    for signal in signals:
+        out[f"{signal.field}.{signal.index}"] = [
+            value if math.isfinite(value) else None for value in signal.of(chosen).tolist()
+        ]
+    return out

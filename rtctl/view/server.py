@@ -1,0 +1,314 @@
+"""The page's server: static files, one stream of server-sent events per browser, a few buttons.
+
+It listens on this machine's own address. A foreign page in the same browser can neither read nor press:
+the Host and Origin headers are checked, and buttons need a header that no foreign page may send. STOP is
+for anyone; every other button needs the operator key, which only the terminal shows.
+"""
+
+from __future__ import annotations
+
+import json
+import secrets
+import threading
+import time
+from collections.abc import Callable, Mapping
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+from rtctl.client import RigClient
+from rtctl.control.vocabulary import Environment, State
+from rtctl.errors import RtctlError
+from rtctl.host.faults import fault_entries
+from rtctl.view.feed import Feed, Signal, columns
+from rtctl.view.world import World
+
+STATIC = Path(__file__).parent / "static"
+FILES = {
+    "/": ("index.html", "text/html; charset=utf-8"),
+    "/world": ("world.html", "text/html; charset=utf-8"),
+    "/view.css": ("view.css", "text/css"),
+    "/common.js": ("common.js", "text/javascript"),
+    "/view.js": ("view.js", "text/javascript"),
+    "/world.js": ("world.js", "text/javascript"),
+    "/uPlot.iife.min.js": ("uPlot.iife.min.js", "text/javascript"),
+    "/uPlot.min.css": ("uPlot.min.css", "text/css"),
+}
+MOST_STREAMS = 8
+MOST_SIGNALS = 16
+MOST_BODY = 4096
+MESSAGE_S = 0.05
+STATUS_S = 0.1
+HEADERS = {
+    "Content-Security-Policy": "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors 'none'",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cache-Control": "no-store",
+}
+
+
+class ViewServer(ThreadingHTTPServer):
+    """Serves one rig's page.
+
+    Parameters
+    ----------
+    client
+        Connected to the rig; used for requests by one thread at a time.
+    host, port
+        Address to listen on; port 0 takes a free one.
+    key
+        The operator key; made anew when not given.
+    """
+
+    daemon_threads = True
+    allow_reuse_address = True
+
+    def __init__(self, client: RigClient, host: str, port: int, key: str = "") -> None:
+        self.client = client
+        self.key = key or secrets.token_urlsafe(12)
+        self.streams = threading.BoundedSemaphore(MOST_STREAMS)
+        self.closing = threading.Event()
+        self.hello = client.hello()
+        super().__init__((host, port), _Handler)
+        self.feed = Feed(client)
+        self.world = World(client, self.hello)
+        port = self.server_address[1]
+        self.names = {f"{name}:{port}" for name in (host, "127.0.0.1", "localhost", "[::1]")}
+
+    @property
+    def url(self) -> str:
+        """Address of the page, without the operator key."""
+        host, port = self.server_address[:2]
+        return f"http://{host if isinstance(host, str) else host.decode()}:{port}/"
+
+    def close(self) -> None:
+        """End every stream, release everything. The rig runs on."""
+        self.closing.set()
+        self.shutdown()
+        self.world.close()
+        self.feed.close()
+        self.server_close()
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: ViewServer
+    protocol_version = "HTTP/1.1"
+    timeout = 30
+
+    def log_message(self, format: str, *args: object) -> None:
+        """Say nothing per request."""
+
+    def do_GET(self) -> None:
+        """Pages, static files, the stream."""
+        if not self._is_ours():
+            return
+        url = urlsplit(self.path)
+        if url.path in FILES:
+            name, kind = FILES[url.path]
+            self._answer(HTTPStatus.OK, (STATIC / name).read_bytes(), kind)
+        elif url.path == "/hello":
+            self._json({**self.server.hello, "signals": _signals(self.server.hello)})
+        elif url.path == "/stream":
+            self._stream(parse_qs(url.query).get("signals", [""])[0])
+        else:
+            self._json({"error": "there is no such page"}, HTTPStatus.NOT_FOUND)
+
+    def do_POST(self) -> None:
+        """Buttons."""
+        body = self._body()  # read in any case: what is left unread would be taken for the next request
+        if body is None or not self._is_ours():
+            return
+        name = urlsplit(self.path).path.removeprefix("/do/")
+        if self.headers.get("X-Rtctl") != "view":
+            self._json({"error": "the header X-Rtctl is missing"}, HTTPStatus.FORBIDDEN)
+        elif name not in ACTIONS:
+            self._json({"error": "there is no such button"}, HTTPStatus.NOT_FOUND)
+        elif name != "stop" and not self._has_key():
+            why = "this needs the operator key: open the address the terminal shows"
+            self._json({"error": why}, HTTPStatus.FORBIDDEN)
+        else:
+            self._press(name, body)
+
+    def _body(self) -> bytes | None:
+        """The request's body; None when it is refused for its length."""
+        length = self.headers.get("Content-Length", "0")
+        if length.isdecimal() and int(length) <= MOST_BODY:
+            return self.rfile.read(int(length))
+        self.close_connection = True
+        self._json({"error": "the request is too long"}, HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
+        return None
+
+    def _has_key(self) -> bool:
+        given = self.headers.get("X-Operator-Key", "")
+        return secrets.compare_digest(given.encode(), self.server.key.encode())
+
+    def _press(self, name: str, body: bytes) -> None:
+        try:
+            values = json.loads(body or b"{}", parse_constant=_refuse)
+            if not isinstance(values, dict):
+                raise TypeError("a button sends an object")
+            result = ACTIONS[name](self.server, values)
+        except (ValueError, TypeError, KeyError) as error:
+            self._json({"error": f"not understood: {error}"}, HTTPStatus.BAD_REQUEST)
+        except RtctlError as error:
+            self._json({"error": str(error)}, HTTPStatus.CONFLICT)
+        else:
+            self._json({"ok": True, "result": result})
+
+    def _is_ours(self) -> bool:
+        """Refuse requests made for another name, or by another page."""
+        origin = self.headers.get("Origin")
+        if self.headers.get("Host") in self.server.names and (
+            origin is None or origin.removeprefix("http://") in self.server.names
+        ):
+            return True
+        self._json({"error": "asked for by another name or page"}, HTTPStatus.FORBIDDEN)
+        return False
+
+    def _json(self, body: Mapping[str, Any], code: HTTPStatus = HTTPStatus.OK) -> None:
+        self._answer(code, json.dumps(body).encode(), "application/json")
+
+    def _answer(self, code: HTTPStatus, body: bytes, kind: str) -> None:
+        self.send_response(code)
+        for name, value in HEADERS.items():
+            self.send_header(name, value)
+        self.send_header("Content-Type", kind)
+        self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        self.wfile.write(body)
+
+    def _stream(self, asked: str) -> None:
+        """Server-sent events until the browser or the server ends."""
+        try:
+            signals = [Signal.parse(text) for text in asked.split(",") if text]
+            if len(signals) > MOST_SIGNALS:
+                raise ValueError(f"at most {MOST_SIGNALS} signals")
+        except ValueError as error:
+            self._json({"error": str(error)}, HTTPStatus.BAD_REQUEST)
+            return
+        if not self.server.streams.acquire(blocking=False):
+            self._json({"error": f"{MOST_STREAMS} browsers look already"}, HTTPStatus.SERVICE_UNAVAILABLE)
+            return
+        follower = self.server.feed.follow()
+        try:
+            self.send_response(HTTPStatus.OK)
+            for name, value in HEADERS.items():
+                self.send_header(name, value)
+            self.send_header("Content-Type", "text/event-stream")
+            self.send_header("Connection", "close")
+            self.end_headers()
+            self._send_stream(follower.take, signals)
+        except (ConnectionError, TimeoutError):
+            self.close_connection = True  # the browser is gone
+        finally:
+            self.server.feed.leave(follower)
+            self.server.streams.release()
+
+    def _send_stream(
+        self, take: Callable[[], tuple[Any, list[dict[str, Any]]]], signals: list[Signal]
+    ) -> None:
+        told = -1.0
+        while not self.server.closing.wait(MESSAGE_S):
+            rows, events = take()
+            if rows is not None:
+                self._event("ticks", columns(rows, signals))
+            for event in events:
+                self._event("event", event)
+            if time.monotonic() - told >= STATUS_S:
+                told = time.monotonic()
+                self._event("status", status(self.server))
+            self.wfile.flush()
+
+    def _event(self, name: str, data: Mapping[str, Any]) -> None:
+        self.wfile.write(f"event: {name}\ndata: {json.dumps(data)}\n\n".encode())
+
+
+def _refuse(text: str) -> float:
+    msg = f"{text} is not a number"
+    raise ValueError(msg)
+
+
+def _signals(hello: Mapping[str, Any]) -> list[dict[str, str]]:
+    """Every curve this rig offers, with unit and meaning."""
+    from rtctl.tick import FIELDS
+
+    out = []
+    axes = [axis["name"] for axis in hello["axes"]]
+    for item in FIELDS:
+        labels = {"scalar": [""], "axis": axes, "xyz": ["x", "y", "z"]}[item.shape]
+        out += [
+            {
+                "name": f"{item.name}.{i}",
+                "label": f"{item.name} {label}".strip(),
+                "unit": item.unit,
+                "meaning": item.meaning,
+            }
+            for i, label in enumerate(labels)
+        ]
+    return out
+
+
+def status(server: ViewServer) -> dict[str, Any]:
+    """What the panel shows beside the curves."""
+    health, rows = server.feed.health, server.feed.newest
+    out: dict[str, Any] = {"silent": server.feed.silent, "health": health, "world": server.world.describe()}
+    if rows is None:
+        return out
+    row = rows[0]
+    first = int(row["fault_first"])
+    return {
+        **out,
+        "state": State(int(row["state"])).name,
+        "enabled": bool(row["enabled"]),
+        "authority": float(row["authority"]),
+        "faults": fault_entries(int(row["faults"])),
+        "first": fault_entries(1 << first)[0] if first >= 0 else None,
+        "lease": bool(row["lease_held"]),
+        "epoch": int(row["epoch"]),
+        "missed": int(row["missed_ticks"]),
+        "waiver": bool(row["waiver"]),
+        "position_rad": row["position_rad"].tolist(),
+        "proxy_rad": row["proxy_position_rad"].tolist(),
+        "hand_nm": row["hand_torque_nm"].tolist(),
+        "applied_nm": row["torque_applied_nm"].tolist(),
+        "environment": [Environment(int(kind)).name.lower() for kind in row["environment_kind"]],
+        "compensation": row["compensation"].tolist(),
+    }
+
+
+def _arm(server: ViewServer, _body: dict[str, Any]) -> None:
+    server.client.arm(wait=False)
+
+
+def _stop(server: ViewServer, _body: dict[str, Any]) -> None:
+    server.world.release()
+    server.client.stop()
+
+
+def _reset(server: ViewServer, _body: dict[str, Any]) -> None:
+    server.client.reset(wait=False)
+
+
+def _tare(server: ViewServer, _body: dict[str, Any]) -> None:
+    server.client.tare()
+
+
+def _compensation(server: ViewServer, body: dict[str, Any]) -> None:
+    server.client.set_compensation(float(body["share"]))
+
+
+def _world(server: ViewServer, body: dict[str, Any]) -> dict[str, Any]:
+    return server.world.choose(**body)
+
+
+ACTIONS: dict[str, Callable[[ViewServer, dict[str, Any]], Any]] = {
+    "arm": _arm,
+    "stop": _stop,
+    "reset": _reset,
+    "tare": _tare,
+    "compensation": _compensation,
+    "world": _world,
+}
+"""Buttons by name; all but `stop` need the operator key."""

@@ -1,0 +1,92 @@
+"use strict";
+// What both pages share: the operator key, buttons, the stream, the drawing of the joint.
+
+const $ = (id) => document.getElementById(id);
+
+const operatorKey = (() => {
+  const given = new URLSearchParams(location.hash.slice(1)).get("key");
+  if (given) {
+    sessionStorage.setItem("key", given);
+    history.replaceState(null, "", location.pathname);
+  }
+  return sessionStorage.getItem("key") || "";
+})();
+
+function trouble(text) {
+  $("trouble").textContent = text;
+  $("trouble").hidden = !text;
+}
+
+let saidAt = 0;
+async function press(name, body = {}) {
+  try {
+    const answer = await fetch("/do/" + name, {
+      method: "POST",
+      headers: { "Content-Type": "application/json", "X-Rtctl": "view", "X-Operator-Key": operatorKey },
+      body: JSON.stringify(body),
+    });
+    const said = await answer.json();
+    if (said.error) { trouble(said.error); saidAt = Date.now(); }
+    return said;
+  } catch (error) {
+    trouble("the page's server does not answer: " + error.message);
+    return {};
+  }
+}
+
+// One EventSource at a time; it connects again by itself.
+function openStream(signals, handlers) {
+  const source = new EventSource("/stream?signals=" + encodeURIComponent(signals.join(",")));
+  for (const [name, handle] of Object.entries(handlers)) {
+    source.addEventListener(name, (message) => handle(JSON.parse(message.data)));
+  }
+  source.onerror = () => { trouble("the connection to the page's server is lost; trying again"); saidAt = Date.now(); };
+  return source;
+}
+
+function showHead(status) {
+  const badge = $("state");
+  badge.textContent = status.state || "no data";
+  badge.className = "badge " + (status.state || "");
+  $("lease").textContent = (status.lease ? "a renderer holds the lease" : "") + (status.waiver ? "  without real-time rights" : "");
+  const said = status.silent || (status.world && status.world.trouble) || "";
+  if (said) { trouble(said); saidAt = Date.now(); }
+  else if (Date.now() - saidAt > 5000) trouble("");
+}
+
+// The joint seen along its axis: link, virtual object, torque of the hand as an arc.
+function drawScene(canvas, status) {
+  const ratio = window.devicePixelRatio || 1, width = canvas.clientWidth || 480, height = width * 220 / 480;
+  if (canvas.width !== Math.round(width * ratio)) { canvas.width = Math.round(width * ratio); canvas.height = Math.round(height * ratio); }
+  const draw = canvas.getContext("2d");
+  draw.setTransform(ratio, 0, 0, ratio, 0, 0);
+  draw.clearRect(0, 0, width, height);
+  if (!status.position_rad) return;
+  const axes = status.position_rad.length, cell = width / axes, ink = getComputedStyle(document.body).color;
+  for (let axis = 0; axis < axes; axis++) {
+    const x = cell * (axis + 0.5), y = height * 0.88, length = Math.min(cell * 0.42, height * 0.78);
+    const at = (angle, r) => [x + r * Math.sin(angle), y - r * Math.cos(angle)];
+    const line = (angle, r0, r1, wide, colour, dash = []) => {
+      draw.beginPath(); draw.setLineDash(dash); draw.lineWidth = wide; draw.strokeStyle = colour; draw.lineCap = "round";
+      draw.moveTo(...at(angle, r0)); draw.lineTo(...at(angle, r1)); draw.stroke(); draw.setLineDash([]);
+    };
+    draw.globalAlpha = 0.25;
+    for (let tick = -8; tick <= 8; tick++) line(tick * 0.1, length * (tick % 5 ? 0.97 : 0.92), length, 1, ink);
+    draw.globalAlpha = 1;
+    if (status.environment && status.environment[axis] !== "free") line(status.proxy_rad[axis], 0, length * 0.95, 4, "#2563eb99", [6, 6]);
+    const ball = status.world ? status.world.ball_rad : null;
+    if (axis === 0 && ball !== null && ball !== undefined) {
+      const radius = length * 0.12, [bx, by] = at(ball, length * 0.8), side = [Math.cos(ball), Math.sin(ball)];
+      draw.beginPath(); draw.fillStyle = "#e07b00"; draw.arc(bx + side[0] * radius, by + side[1] * radius, radius, 0, 7); draw.fill();
+    }
+    line(status.position_rad[axis], 0, length, 9, "#2e7d32");
+    draw.beginPath(); draw.fillStyle = ink; draw.arc(x, y, 7, 0, 7); draw.fill();
+    const hand = Math.max(-1, Math.min(1, status.hand_nm[axis]));
+    const [tx, ty] = at(status.position_rad[axis], length);
+    draw.beginPath(); draw.strokeStyle = "#c62828"; draw.lineWidth = 3;
+    draw.moveTo(tx, ty); draw.lineTo(tx + hand * length * 0.8 * Math.cos(status.position_rad[axis]), ty + hand * length * 0.8 * Math.sin(status.position_rad[axis])); draw.stroke();
+  }
+}
+
+$("stop").addEventListener("click", () => press("stop"));
+document.addEventListener("keydown", (event) => { if (event.key === "Escape") press("stop"); });

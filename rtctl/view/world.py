@@ -1,0 +1,154 @@
+"""A virtual world to start from: what a 60 Hz program outside the daemon does with the public client.
+
+Free space, wall, spring, detents and damper are environments of the law: this program only sets their
+numbers, and the loop renders them at its own rate (an intermediate representation). The ball is a wall whose
+face this program moves 60 times a second, by the ball's own equation of motion; `drag` moves the proxy of a
+remote environment under a lease, as a program with bodies of its own would.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from rtctl.client import RigClient
+from rtctl.errors import ClientError
+
+FRAME_S = 1 / 60
+KINDS = ("free", "wall", "spring", "detents", "damper", "ball", "drag")
+
+BALL_KG_M2 = 0.02
+"""Inertia of the ball as the joint feels it, kg m^2."""
+
+BALL_DRAG_NMS_RAD = 0.15
+BALL_STIFFNESS_NM_RAD = 15.0
+DRAG_RATE_RAD_S = 1.0
+"""The dragged proxy goes no faster than this, whatever the mouse does."""
+
+
+@dataclass
+class Ball:
+    """A ball on the joint's path, pushed to larger angles: its near face and speed."""
+
+    face_rad: float
+    speed_rad_s: float = 0.0
+
+    def step(self, handle_rad: float, dt_s: float) -> None:
+        """Advance by one frame: the handle's push, rolling drag; it comes back to the start when it stops far out."""
+        push = BALL_STIFFNESS_NM_RAD * max(handle_rad - self.face_rad, 0.0)
+        decay = math.exp(-BALL_DRAG_NMS_RAD / BALL_KG_M2 * dt_s)
+        self.speed_rad_s = self.speed_rad_s * decay + push / BALL_KG_M2 * dt_s
+        self.face_rad += self.speed_rad_s * dt_s
+
+
+class World:
+    """The present world on axis 0, and the thread that animates it.
+
+    Parameters
+    ----------
+    client
+        Requests of the page and of this thread take turns on it.
+    hello
+        The daemon's `hello`: names and bounds of the axes.
+    """
+
+    def __init__(self, client: RigClient, hello: Mapping[str, Any]) -> None:
+        self._client = client
+        self._axis = hello["axes"][0]["name"]
+        self._n_axes = len(hello["axes"])
+        self._lock = threading.Lock()
+        self._closed = threading.Event()
+        self._ball: Ball | None = None
+        self._drag_rad: float | None = None
+        self._proxy_rad = 0.0
+        self.kind = ""
+        self.trouble = ""
+        self._thread = threading.Thread(target=self._animate, name="rtctl-world", daemon=True)
+        self._thread.start()
+
+    def choose(
+        self,
+        kind: str,
+        stiffness_nm_rad: float = 10.0,
+        damping_nms_rad: float = 0.02,
+        center_rad: float = 0.0,
+        pitch_rad: float = 0.2,
+    ) -> dict[str, Any]:
+        """Enter a world. Raises ValueError for one there is not, ClientError for what the daemon refuses."""
+        if kind not in KINDS:
+            msg = f"kind {kind!r}: there are {', '.join(KINDS)}"
+            raise ValueError(msg)
+        numbers = (stiffness_nm_rad, damping_nms_rad, center_rad, pitch_rad)
+        if not all(math.isfinite(float(x)) for x in numbers):
+            msg = "every number must be finite"
+            raise ValueError(msg)
+        with self._lock:
+            self._ball, self._drag_rad, self.trouble = None, None, ""
+            if kind == "ball":
+                self._ball = Ball(center_rad)
+                stiffness_nm_rad = BALL_STIFFNESS_NM_RAD
+            elif kind == "drag":
+                self._drag_rad = center_rad
+            law_kind = {"ball": "wall", "drag": "remote"}.get(kind, kind)
+            in_force = self._client.set_environment(
+                self._axis,
+                law_kind,  # type: ignore[arg-type] # one of KINDS, mapped
+                stiffness_nm_rad=stiffness_nm_rad,
+                damping_nms_rad=damping_nms_rad,
+                center_rad=center_rad,
+                pitch_rad=pitch_rad,
+            )
+            self.kind = kind
+        return in_force
+
+    def describe(self) -> dict[str, Any]:
+        """For the page."""
+        ball = self._ball
+        return {
+            "kind": self.kind,
+            "ball_rad": None if ball is None else ball.face_rad,
+            "trouble": self.trouble,
+        }
+
+    def release(self) -> None:
+        """A stop: whatever moves here, lets go."""
+        with self._lock:
+            self._drag_rad = None
+            if self.kind == "drag":
+                self.kind = ""
+
+    def close(self) -> None:
+        """End the animation."""
+        self._closed.set()
+        self._thread.join(2.0)
+
+    def _animate(self) -> None:
+        due = time.monotonic()
+        while not self._closed.wait(max(0.0, due - time.monotonic())):
+            due = max(due + FRAME_S, time.monotonic())
+            with self._lock:
+                try:
+                    self._frame()
+                except ClientError as error:
+                    self.trouble = str(error)
+
+    def _frame(self) -> None:
+        """One picture's worth of world."""
+        if self._ball is not None:
+            handle_rad = self._client.latest_state().position_rad[0]
+            self._ball.step(handle_rad, FRAME_S)
+            self._client.set_environment(self._axis, "wall", center_rad=self._ball.face_rad, side=1)
+        elif self._drag_rad is not None:
+            state = self._client.latest_state()
+            if not state.lease_held:
+                self._proxy_rad = state.position_rad[0]
+            step = DRAG_RATE_RAD_S * FRAME_S
+            self._proxy_rad += min(max(self._drag_rad - self._proxy_rad, -step), step)
+            self._client.set_target([self._proxy_rad, *state.position_rad[1 : self._n_axes]])
+        else:
+            return
+        self.trouble = ""

@@ -1,0 +1,62 @@
+// node look.mjs URL KEY FOLDER CHROMIUM: opens both pages, presses buttons, takes pictures, prints one JSON object.
+import { chromium } from "playwright-core";
+
+const [, , url, key, folder, executablePath] = process.argv;
+const browser = await chromium.launch({ executablePath, args: ["--no-sandbox"] });
+const facts = { foreign: [], errors: [] };
+const origin = new URL(url).origin;
+
+async function open(path, size, withKey) {
+  const context = await browser.newContext({ viewport: size, bypassCSP: true });
+  const page = await context.newPage();
+  page.on("request", (request) => { if (!request.url().startsWith(origin)) facts.foreign.push(request.url()); });
+  page.on("pageerror", (error) => facts.errors.push(String(error)));
+  page.on("console", (message) => { if (message.type() === "error" && !message.text().includes("403")) facts.errors.push(message.text()); });
+  const began = Date.now();
+  await page.goto(url + path + (withKey ? "#key=" + key : ""), { waitUntil: "domcontentloaded" });
+  await page.waitForFunction(() => !["connecting", "no data"].includes(document.getElementById("state").textContent), null, { timeout: 30000 });
+  return [page, Date.now() - began];
+}
+const state = (page) => page.textContent("#state");
+const becomes = (page, wanted) => page.waitForFunction((text) => document.getElementById("state").textContent === text, wanted, { timeout: 30000 });
+
+const [view, ms] = await open("", { width: 1280, height: 1000 }, true);
+facts.interactive_ms = ms;
+await view.waitForFunction(() => document.querySelectorAll(".scope canvas").length === 3);
+await view.click("text=Arm");
+await becomes(view, "ACTIVE");
+await view.waitForTimeout(6000);
+facts.points = await view.evaluate(() => data.t.length);
+facts.signals = await view.evaluate(() => document.querySelectorAll("#add option").length);
+await view.selectOption("#add", "velocity_rad_s.0");
+await view.waitForFunction(() => document.querySelectorAll(".scope canvas").length === 4);
+await view.waitForTimeout(2000);
+facts.velocity_points = await view.evaluate(() => data["velocity_rad_s.0"].filter((v) => v !== null).length);
+await view.screenshot({ path: folder + "/view.png" });
+await view.click("#pause");
+facts.paused = await view.textContent("#pause");
+await view.click("#pause");
+
+const [phone] = await open("", { width: 390, height: 844 }, false);
+facts.operator_hidden = await phone.evaluate(() => document.getElementById("operator").hidden);
+facts.arm_without_key = await phone.evaluate(() => press("arm").then((said) => said.error || ""));
+facts.overflow = await phone.evaluate(() => document.documentElement.scrollWidth > document.documentElement.clientWidth);
+await phone.screenshot({ path: folder + "/phone.png" });
+await phone.click("#stop");
+await becomes(phone, "IDLE");
+facts.stopped = await state(phone);
+
+const [world] = await open("world", { width: 900, height: 900 }, true);
+await world.click("text=Arm");
+await becomes(world, "ACTIVE");
+await world.waitForTimeout(1500);
+for (const kind of ["wall", "spring", "detents", "damper", "ball"]) {
+  await world.click(`#kinds >> text="${kind}"`);
+  await world.waitForTimeout(1200);
+  facts[kind] = await world.evaluate(() => [newest.environment[0], newest.world.kind, newest.state, newest.world.trouble]);
+}
+await world.screenshot({ path: folder + "/world.png" });
+await world.keyboard.press("Escape");
+await becomes(world, "IDLE");
+console.log(JSON.stringify(facts));
+await browser.close();

@@ -1,0 +1,35 @@
+"""The ball of the virtual world."""
+
+from itertools import pairwise
+
+import pytest
+
+from rtctl.view.world import FRAME_S, Ball
+
+
+def test_a_ball_left_alone_stays():
+    ball = Ball(0.1)
+    for _ in range(100):
+        ball.step(0.05, FRAME_S)
+    assert ball == Ball(0.1)
+
+
+def test_a_ball_that_is_pushed_rolls_away_and_comes_to_rest():
+    ball = Ball(0.0)
+    for _ in range(5):
+        ball.step(0.1, FRAME_S)
+    assert ball.face_rad > 0.0
+    assert ball.speed_rad_s > 0.0
+    for _ in range(300):
+        ball.step(-1.0, FRAME_S)
+    assert ball.speed_rad_s == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_ball_under_a_handle_that_stays_leaves_it_without_ever_coming_back():
+    ball, faces = Ball(0.0), []
+    for _ in range(600):
+        ball.step(0.2, FRAME_S)
+        faces.append(ball.face_rad)
+    assert ball.speed_rad_s == pytest.approx(0.0, abs=1e-6)
+    assert faces[-1] >= 0.2
+    assert all(b >= a for a, b in pairwise(faces))
