@@ -23,6 +23,8 @@ COMMANDS: dict[str, str] = {
     "info": "rtctl.cli.info",
     "export": "rtctl.cli.export",
     "replay": "rtctl.cli.replay",
+    "plot": "rtctl.cli.plot",
+    "compare": "rtctl.cli.plot:compare",
     "events": "rtctl.cli.events",
     "incident": "rtctl.cli.incident",
     "playback": "rtctl.cli.playback",

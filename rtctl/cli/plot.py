@@ -1,0 +1,109 @@
+"""`rtctl plot` and `rtctl compare`: pictures and numbers of recordings."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from rtctl.recording.panels import Run
+
+_FILE = click.Path(path_type=Path)
+_FROM = click.option(
+    "--from", "from_s", type=float, default=0.0, show_default=True, help="s from the first tick"
+)
+_TO = click.option(
+    "--to", "to_s", type=float, default=math.inf, help="s from the first tick; default: the end"
+)
+_FIELDS = click.option(
+    "--fields", help="tick fields, separated by commas, one panel each; default: the usual ones"
+)
+
+
+@click.command("plot")
+@click.argument("file", type=_FILE)
+@click.option("--out", type=_FILE, help="picture to write; default: FILE with .png")
+@_FROM
+@_TO
+@_FIELDS
+def command(file: Path, out: Path | None, from_s: float, to_s: float, fields: str | None) -> None:
+    """Draw the recording in FILE: motion, torques, energies, timing, state (PNG)."""
+    from rtctl.recording.panels import plot_runs
+
+    target = out or file.with_suffix(".png")
+    plot_runs([_run(file, from_s, to_s)], target, _names(fields))
+    click.echo(f"{target}")
+
+
+@click.command("compare")
+@click.argument("a", type=_FILE)
+@click.argument("b", type=_FILE)
+@click.option("--plot", type=_FILE, help="also draw both on one time axis (PNG)")
+@_FROM
+@_TO
+@_FIELDS
+@click.option("--json", "as_json", is_flag=True, help="one JSON object")
+def compare(
+    a: Path, b: Path, plot: Path | None, from_s: float, to_s: float, fields: str | None, *, as_json: bool
+) -> None:
+    """Compare two recordings: what the hand felt, what the motor did, how punctual the loop was.
+
+    Torques are RMS over the ticks in ACTIVE with full authority. (The same samples through another rig file:
+    `rtctl replay FILE --config OTHER`.)
+    """
+    from rtctl.recording.panels import figures, plot_runs
+
+    runs = [_run(file, from_s, to_s) for file in (a, b)]
+    found = [figures(run) for run in runs]
+    if plot is not None:
+        plot_runs(runs, plot, _names(fields))
+    if as_json:
+        click.echo(json.dumps({"a": {"file": str(a), **found[0]}, "b": {"file": str(b), **found[1]}}))
+        return
+    click.echo(f"{'':28}{a.name[-22:]:>24}{b.name[-22:]:>24}{'change':>10}")
+    for key in found[0]:
+        for text in _lines(key, found[0][key], found[1][key]):
+            click.echo(text)
+    if plot is not None:
+        click.echo(f"picture: {plot}")
+
+
+def _lines(key: str, one: object, two: object) -> list[str]:
+    """Rows of the table: one per axis."""
+    if not isinstance(one, list) or not isinstance(two, list):
+        return [_line(key, one, two)]
+    names = [key] if max(len(one), len(two)) <= 1 else [f"{key}[{i}]" for i in range(max(len(one), len(two)))]
+    return [
+        _line(name, one[i] if i < len(one) else None, two[i] if i < len(two) else None)
+        for i, name in enumerate(names)
+    ]
+
+
+def _line(name: str, one: object, two: object) -> str:
+    def text(value: object) -> str:
+        return "-" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+
+    change = ""
+    if isinstance(one, float) and isinstance(two, float) and one:
+        change = f"{100 * (two / one - 1):+.1f} %"
+    return f"{name:28}{text(one):>24}{text(two):>24}{change:>10}"
+
+
+def _names(fields: str | None) -> tuple[str, ...]:
+    return tuple(name.strip() for name in fields.split(",") if name.strip()) if fields else ()
+
+
+def _run(file: Path, from_s: float, to_s: float) -> Run:
+    from rtctl.errors import DataError
+    from rtctl.recording.panels import Run
+    from rtctl.recording.reader import RecordingReader, all_parts
+
+    reader = RecordingReader(all_parts(file))
+    rows = reader.read().rows
+    if len(rows) == 0:
+        raise DataError(f"{file}: holds no tick")
+    return Run(file.stem, rows, reader.axes).between(from_s, to_s)

@@ -1,0 +1,137 @@
+"""Pictures of whole recordings: the usual panels of one, and two runs on top of each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rtctl.control.vocabulary import State
+from rtctl.errors import DataError
+from rtctl.tick import FIELD, FIELDS
+
+PANELS: tuple[tuple[str, ...], ...] = (
+    ("position_rad", "proxy_position_rad"),
+    ("velocity_rad_s",),
+    ("hand_torque_nm", "feedforward_torque_nm", "coupling_torque_nm", "torque_applied_nm"),
+    ("energy_hand_j", "energy_port_j"),
+    ("cycle_ns", "wakeup_ns"),
+    ("state",),
+)
+MOST_POINTS = 20_000
+DURATIONS = ("wakeup_ns", "cycle_ns")
+TORQUES = ("hand_torque_nm", "feedforward_torque_nm", "coupling_torque_nm", "torque_applied_nm")
+
+
+@dataclass
+class Run:
+    """Ticks to be shown: rows in order, names of the axes, what to call it."""
+
+    label: str
+    rows: np.ndarray
+    axes: list[str]
+
+    @property
+    def time_s(self) -> np.ndarray:
+        """Time since its first tick, s."""
+        times: np.ndarray = (self.rows["time_ns"] - self.rows["time_ns"][0]) * 1e-9
+        return times
+
+    def between(self, from_s: float, to_s: float) -> Run:
+        """Only the ticks of this time. Raises DataError when there is none."""
+        time_s = self.time_s if len(self.rows) else np.zeros(0)
+        kept = self.rows[(time_s >= from_s) & (time_s <= to_s)]
+        if len(kept) == 0:
+            raise DataError(f"{self.label}: has no tick between {from_s:g} and {to_s:g} s")
+        return Run(self.label, kept, self.axes)
+
+    def at_work(self) -> np.ndarray:
+        """Rows in ACTIVE with full authority."""
+        rows: np.ndarray = self.rows[
+            (self.rows["state"] == int(State.ACTIVE)) & (self.rows["authority"] >= 1.0)
+        ]
+        return rows
+
+
+def chosen_panels(fields: Sequence[str]) -> tuple[tuple[str, ...], ...]:
+    """One panel per field. Raises DataError for a name no tick has; without any, the usual panels."""
+    for name in fields:
+        if name not in FIELD:
+            raise DataError(
+                f"{name!r} is no field of the tick; there are: {', '.join(item.name for item in FIELDS)}"
+            )
+    return tuple((name,) for name in fields) if fields else PANELS
+
+
+def plot_runs(runs: Sequence[Run], path: Path, fields: Sequence[str] = ()) -> None:
+    """Write a PNG of one run, or of several on one time axis. Raises OSError, DataError."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    panels = chosen_panels(fields)
+    figure = Figure(figsize=(11, 1.9 * len(panels) + 1), layout="constrained")
+    FigureCanvasAgg(figure)
+    places = np.atleast_1d(figure.subplots(len(panels), 1, sharex=True))
+    for place, names in zip(places, panels, strict=True):
+        for k, run in enumerate(runs):
+            _draw(place, run, names, "-" if k == 0 else "--", named=len(runs) > 1)
+        place.set_ylabel(_unit(names[0]))
+        place.grid(alpha=0.3)
+        place.legend(loc="upper right", fontsize=7)
+        if names == ("state",):
+            place.set_yticks([int(state) for state in State], [state.name for state in State], fontsize=6)
+    places[0].set_title(" and ".join(run.label for run in runs))
+    places[-1].set_xlabel("time, s")
+    part = path.with_name(path.name + ".part")
+    figure.savefig(part, format="png", dpi=110)
+    part.replace(path)
+
+
+def _unit(name: str) -> str:
+    return "us" if name in DURATIONS else FIELD[name].unit
+
+
+def _draw(place: Any, run: Run, names: tuple[str, ...], style: str, *, named: bool) -> None:  # noqa: ANN401
+    step = max(1, len(run.rows) // MOST_POINTS)
+    time_s = run.time_s[::step]
+    for name in names:
+        values = run.rows[name].reshape(len(run.rows), -1)[::step] * (1e-3 if name in DURATIONS else 1.0)
+        for i in range(values.shape[1]):
+            label = name.removesuffix("_ns")
+            if values.shape[1] > 1:
+                label += f" {run.axes[i]}" if FIELD[name].shape == "axis" else f" {'xyz'[i]}"
+            place.plot(time_s, values[:, i], style, lw=1, label=f"{run.label}: {label}" if named else label)
+
+
+def figures(run: Run) -> dict[str, Any]:
+    """Numbers of a run: duration, time at work, RMS torques while at work, energies, timing, faults."""
+    rows, work = run.rows, run.at_work()
+    seconds = float(run.time_s[-1]) if len(rows) else 0.0
+    period_s = seconds / max(len(rows) - 1, 1)
+    out: dict[str, Any] = {
+        "ticks": len(rows),
+        "seconds": seconds,
+        "work_s": len(work) * period_s,
+        "missed_ticks": int(rows["missed_ticks"][-1] - rows["missed_ticks"][0]) if len(rows) else 0,
+        "faults": int(np.bitwise_or.reduce(rows["faults"])) if len(rows) else 0,
+    }
+    for name in TORQUES:
+        out[f"{name}_rms"] = _rms(work[name])
+    out["velocity_rad_s_rms"] = _rms(work["velocity_rad_s"])
+    for name in DURATIONS:
+        key = name.removesuffix("_ns")
+        out[f"{key}_us_p50"], out[f"{key}_us_p99"] = (
+            (np.percentile(rows[name], [50, 99]) * 1e-3).tolist() if len(rows) else (0.0, 0.0)
+        )
+    return out
+
+
+def _rms(values: np.ndarray) -> list[float]:
+    if len(values) == 0:
+        return []
+    finite = np.where(np.isfinite(values), values, 0.0)
+    rms: list[float] = np.sqrt(np.mean(finite**2, axis=0)).tolist()
+    return rms

@@ -1,0 +1,74 @@
+"""`rtctl plot` and `rtctl compare` on the reference recordings."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from rtctl.cli.plot import command as plot
+from rtctl.cli.plot import compare
+from rtctl.control.vocabulary import State
+from rtctl.errors import DataError
+from rtctl.recording.panels import PANELS, Run, chosen_panels, figures
+from rtctl.tick import FIELD, new_ticks
+
+FILES = Path(__file__).parents[2] / "recordings"
+A, B = FILES / "swing-hybrid.mcap", FILES / "swing-dither.mcap"
+
+
+def call(command, *arguments):
+    return CliRunner().invoke(command, [str(argument) for argument in arguments], catch_exceptions=False)
+
+
+def test_a_picture_of_the_usual_panels_is_written_whole(tmp_path):
+    out = tmp_path / "a.png"
+    assert call(plot, A, "--out", out).output.strip() == str(out)
+    assert out.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+    assert list(tmp_path.iterdir()) == [out]
+
+
+def test_chosen_fields_get_a_panel_each(tmp_path):
+    assert chosen_panels(("force_n", "tick")) == (("force_n",), ("tick",))
+    assert chosen_panels(()) == PANELS
+    assert all(name in FIELD for names in PANELS for name in names)
+    assert call(plot, A, "--out", tmp_path / "f.png", "--fields", "force_n,faults").exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [(("--fields", "nonsense"), "no field of the tick"), (("--from", "1e6"), "no tick between")],
+)
+def test_what_is_not_there_is_named(tmp_path, arguments, text):
+    with pytest.raises(DataError, match=text):
+        call(plot, A, "--out", tmp_path / "x.png", *arguments)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_two_recordings_are_compared_in_numbers_and_a_picture(tmp_path):
+    done = call(compare, A, B, "--json", "--plot", tmp_path / "both.png")
+    body = json.loads(done.output)
+    assert body["a"]["file"] == str(A)
+    assert body["a"]["hand_torque_nm_rms"] != body["b"]["hand_torque_nm_rms"]
+    assert (tmp_path / "both.png").stat().st_size > 10_000
+    table = call(compare, A, B).output
+    assert "hand_torque_nm_rms" in table
+    assert "%" in table
+    same = json.loads(call(compare, A, A, "--json").output)
+    assert {**same["a"], "file": 0} == {**same["b"], "file": 0}
+
+
+def test_only_ticks_at_work_count_and_nan_counts_as_nothing():
+    rows = new_ticks(100, 1)
+    rows["time_ns"] = np.arange(100) * 1_000_000
+    rows["state"][50:] = State.ACTIVE
+    rows["authority"][60:] = 1.0
+    rows["hand_torque_nm"] = 7.0
+    rows["hand_torque_nm"][60:] = 2.0
+    found = figures(Run("r", rows, ["joint"]))
+    assert found["hand_torque_nm_rms"] == [2.0]
+    assert found["work_s"] == pytest.approx(0.04)
+    rows["hand_torque_nm"][60:80] = np.nan
+    assert figures(Run("r", rows, ["joint"]))["hand_torque_nm_rms"] == [pytest.approx(2.0 * np.sqrt(0.5))]
+    assert figures(Run("r", rows[:50], ["joint"]))["hand_torque_nm_rms"] == []
