@@ -4,6 +4,7 @@ import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
+from rtctl.host.samples import STATE_FIELDS
 from rtctl.tick import FIELD
 
 LAYOUT = Path(__file__).parents[3] / "docs" / "plotjuggler-layout.xml"
@@ -17,6 +18,7 @@ def test_every_curve_names_a_field_with_an_index_exactly_where_it_is_an_array():
     for name in curves:
         found = SERIES.fullmatch(name)
         assert found, name
+        assert found["field"] in STATE_FIELDS, name
         field = FIELD[found["field"]]
         assert (field.shape == "scalar") == (found["index"] is None), name
 
