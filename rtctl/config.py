@@ -60,6 +60,14 @@ class Config(Table):
         return self
 
     @model_validator(mode="after")
+    def _feedback_needs_force(self) -> Config:
+        for axis in self.axis:
+            if axis.force_feedback.gain > 0 and "force" in self.rig.absent:
+                msg = f"axis {axis.name}: force_feedback.gain {axis.force_feedback.gain} needs the force sensor that rig.absent rules out; set gain = 0"
+                raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
     def _ports_differ(self) -> Config:
         first, viewer = self.gateway.port, self.telemetry.plotjuggler_port
         if self.gateway.bind and self.telemetry.plotjuggler and first <= viewer <= first + 2:

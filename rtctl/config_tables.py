@@ -143,6 +143,23 @@ class FrictionTable(Table):
     drift_nm: float = _number(0, 1e3, "how far friction may have drifted below the model", default=0.0)
 
 
+class ForceFeedbackTable(Table):
+    """[axis.force_feedback]: off while gain is 0"""
+
+    gain: float = _number(0, 20, "torque per torque the hand feels beyond the virtual force", default=0.0)
+    lowpass_hz: float = _number(
+        0.1, 5000, "filter of that torque: its lag is negative damping in a stiff grip", default=200.0
+    )
+    deadband_nm: float = _number(0, 1e3, "hand torque that is not fed back", default=0.002)
+    cap_share: float = _number(0, CAP_SHARE_MAX, "its cap, share of the torque limit", default=CAP_SHARE_MAX)
+    share: float = _number(
+        0,
+        0.98,
+        "most of what friction and spare damping surely take out, with the feed-forward",
+        default=0.95,
+    )
+
+
 class AxisTable(Table):
     """[[axis]]"""
 
@@ -174,6 +191,7 @@ class AxisTable(Table):
     coupling: CouplingTable = CouplingTable()
     environment: EnvironmentTable = EnvironmentTable()
     friction: FrictionTable = FrictionTable()
+    force_feedback: ForceFeedbackTable = ForceFeedbackTable()
 
     @model_validator(mode="after")
     def _pairs(self) -> AxisTable:

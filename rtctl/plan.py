@@ -11,6 +11,7 @@ import numpy as np
 from hw import registry
 from rtctl.config import Config, LoadedConfig
 from rtctl.config_tables import AxisTable
+from rtctl.control import stability
 from rtctl.control.gate import WINDOW_S
 from rtctl.control.records import new_records
 from rtctl.control.velocity import kalman_gains, lowpass_alpha
@@ -60,6 +61,7 @@ def build(loaded: LoadedConfig) -> Plan:
             params[0]["follow_kind"][list(member.axes)] = 1
     for a, axis in enumerate(config.axis):
         _fill_axis(params[0], a, axis, config.period_s)
+        _fill_force_feedback(params[0], a, axis, config.period_s)
         _fill_command(command[0], a, axis)
         path = loaded.model_path(axis)
         if path is not None and axis.friction.policy != "off":
@@ -147,6 +149,21 @@ def _fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
     p["coupling_damping_nms_rad"][a] = axis.coupling.damping_nms_rad
     p["injected_damping_max_nms_rad"][a] = axis.viscous_nms_rad
     p["hold_damping_nms_rad"][a] = axis.viscous_nms_rad
+
+
+def _fill_force_feedback(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
+    """Parameters of the local force feedback: what the coupling needs of the device is not spent twice."""
+    feedback, coupling = axis.force_feedback, axis.coupling
+    k_c, b_c, count_rad = coupling.stiffness_nm_rad, coupling.damping_nms_rad, float(p["count_rad"][a])
+    p["force_feedback_gain"][a] = feedback.gain
+    p["force_feedback_alpha"][a] = lowpass_alpha(feedback.lowpass_hz, period_s)
+    p["force_feedback_deadband_nm"][a] = feedback.deadband_nm
+    p["force_feedback_cap_nm"][a] = feedback.cap_share * axis.torque_limit_nm
+    p["force_feedback_share"][a] = feedback.share
+    p["force_feedback_damping_nms_rad"][a] = max(
+        0.0, stability.margin_sampled_data(axis.viscous_nms_rad, k_c, b_c, period_s, coupling.delay_ticks)
+    )
+    p["force_feedback_reserve_nm"][a] = k_c * count_rad / 2 + b_c * count_rad / period_s
 
 
 def _fill_command(c: np.void, a: int, axis: AxisTable) -> None:

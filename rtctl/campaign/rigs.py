@@ -21,6 +21,9 @@ from rtctl.control.jit import records
 from rtctl.control.vocabulary import Environment, Policy
 from rtctl.simulation import Simulation
 
+_FEEDBACK_STREAM = 7
+"""Draws of the force feedback are a stream of their own: the rigs are otherwise those of earlier campaigns."""
+
 SHARES = {"margin": (0.3, 0.98), "friction": (1.0, 1.3)}
 """Stiffness used of the proven one; true friction as a share of the model's."""
 
@@ -59,6 +62,9 @@ def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: 
         _coupling(p, axis, draw)
         _world(p, command, axis, draw, passive=passive)
         _hand(plant, axis, draw)
+    feedback = np.random.default_rng((seed, index, _FEEDBACK_STREAM))
+    for axis in range(made.plan.n_axes):
+        _force_feedback(p, axis, feedback)
     names = [] if passive else _faults(plant, faults, ticks, draw)
     made.plant_state["rng"] = seed_words(int(draw.integers(1 << 62)))
     memory = records(np.zeros(1, memory_dtype(made.plan.n_axes)))
@@ -126,6 +132,21 @@ def _coupling(p: np.void, axis: int, draw: np.random.Generator) -> None:
     most = stability.k_max_sampled_data(b, damping, period_s, delay)
     p["coupling_stiffness_nm_rad"][axis] = share * most
     p["coupling_damping_nms_rad"][axis] = damping
+
+
+def _force_feedback(p: np.void, axis: int, draw: np.random.Generator) -> None:
+    """On in half of the rigs, with gains and filters up to reckless ones; what it may spend is the truth."""
+    period_s, delay = float(p["period_s"]), int(p["follow_delay_ticks"][axis])
+    k_c, b_c = (float(p[name][axis]) for name in ("coupling_stiffness_nm_rad", "coupling_damping_nms_rad"))
+    count = float(p["count_rad"][axis])
+    p["force_feedback_gain"][axis] = _log(draw, 0.2, 20.0) if draw.random() < 0.5 else 0.0
+    p["force_feedback_alpha"][axis] = draw.uniform(0.01, 1.0)
+    p["force_feedback_deadband_nm"][axis] = draw.uniform(0.0, 0.01)
+    p["force_feedback_cap_nm"][axis] = draw.uniform(0.05, 0.3) * p["torque_limit_nm"][axis]
+    p["force_feedback_share"][axis] = draw.uniform(0.5, 0.98)
+    margin = stability.margin_sampled_data(float(p["viscous_nms_rad"][axis]), k_c, b_c, period_s, delay)
+    p["force_feedback_damping_nms_rad"][axis] = max(0.0, margin)
+    p["force_feedback_reserve_nm"][axis] = k_c * count / 2 + b_c * count / period_s
 
 
 def _world(p: np.void, command: np.void, axis: int, draw: np.random.Generator, *, passive: bool) -> None:

@@ -14,6 +14,7 @@ from rtctl.control import arming, detectors, gate, intake
 from rtctl.control.environment import coupling_torque
 from rtctl.control.feedforward import friction_feedforward
 from rtctl.control.force import hand_torque, tare_done
+from rtctl.control.force_feedback import force_feedback, keep_account, remember
 from rtctl.control.jit import compiled
 from rtctl.control.passivity import injected_damping, observe_port, passivity_fault
 from rtctl.control.program import in_program, program_torque
@@ -81,11 +82,13 @@ def step(
         t.proxy_position_rad[axis] = s.proxy_position_rad[axis]
         # 6. friction feed-forward
         faults |= friction_feedforward(t, s, p, model[axis], axis, dx)
+        keep_account(t, s, p, c, model[axis], axis, dx, elapsed, powered)
+        feedback = force_feedback(t, s, p, c, model[axis], axis, elapsed > 0)
         # or, in their place, an excitation program
         program = program_torque(t, s, p, c, axis, elapsed)
         # 7. energy of the last period, and damping where it ran out
         faults |= _observe(t, s, p, model[axis], axis, dx, elapsed, powered)
-        faults |= _sum_torques(t, s, axis, program)
+        faults |= _sum_torques(t, s, axis, feedback, program)
     faults |= intake.target_fault(s, p, c)
     # 8. state machine
     may_arm = arm_allowed and tare_done(s, p)
@@ -150,14 +153,15 @@ def _observe(
 
 
 @compiled
-def _sum_torques(t: Record, s: Record, axis: int, program: float) -> int:
+def _sum_torques(t: Record, s: Record, axis: int, feedback: float, program: float) -> int:
     """Wanted torque of ACTIVE; its damping share is written beside it."""
     if in_program(s, axis):
         t.coupling_torque_nm[axis] = 0.0
         t.feedforward_torque_nm[axis] = 0.0
+        s.force_feedback_nm[axis] = feedback = 0.0
     t.damping_torque_nm[axis] = -t.injected_damping_nms_rad[axis] * t.velocity_difference_rad_s[axis]
     wanted = t.coupling_torque_nm[axis] + t.feedforward_torque_nm[axis] + t.damping_torque_nm[axis]
-    wanted += program
+    wanted += feedback + program
     t.torque_wanted_nm[axis] = wanted
     return 0 if math.isfinite(wanted) else _F_LAW
 
@@ -275,7 +279,9 @@ def _account(t: Record, s: Record, p: Record, axis: int) -> None:
     s.window_mean_nm[axis] = gate.push_window(s.window_mean_nm[axis], torque, p.window_share)
     wanted = t.torque_wanted_nm[axis]
     share = torque / wanted if s.state == _ACTIVE and wanted != 0.0 else 0.0
-    s.feedforward_applied_nm[axis] = min(max(share, 0.0), 1.0) * t.feedforward_torque_nm[axis]
+    share = min(max(share, 0.0), 1.0)
+    s.feedforward_applied_nm[axis] = share * t.feedforward_torque_nm[axis]
+    remember(t, s, axis, share)
     t.energy_port_j[axis] = s.energy_port_j[axis]
     t.energy_hand_j[axis] = s.energy_hand_j[axis]
     t.energy_feedforward_j[axis] = s.energy_feedforward_j[axis]

@@ -130,6 +130,14 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             "injected_damping_max_nms_rad": (),
             "friction_floor_nm": (),  # guaranteed dry friction credited by the observer
             "hold_damping_nms_rad": (),
+            # local force feedback (control.force_feedback)
+            "force_feedback_gain": (),  # 0: off
+            "force_feedback_alpha": (),  # low-pass coefficient per tick
+            "force_feedback_deadband_nm": (),
+            "force_feedback_cap_nm": (),
+            "force_feedback_share": (),  # of what friction and spare damping surely take out
+            "force_feedback_damping_nms_rad": (),  # device damping that the coupling does not need
+            "force_feedback_reserve_nm": (),  # friction that the quantised coupling needs
         },
         n_axes,
     )
@@ -220,6 +228,12 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "program_speed_rad_s": (),  # reference speed
             "program_velocity_rad_s": (),  # the program's own estimate
             "program_ramp_nm": (),
+            # local force feedback
+            "force_error_nm": (),  # hand torque beyond the desired one, low-passed
+            "force_feedback_nm": (),  # torque of the feedback
+            "force_feedback_energy_j": (),  # account of the assistance
+            "force_feedback_stop": (),  # direction of motion over a bristle deflection, -1..1
+            "assistance_nm": (HELD,),  # feed-forward and feedback sent, ring by `ticks`
         },
         n_axes,
         {"late_marks": MARK_WORDS, "checksum_marks": MARK_WORDS, "fault_tick": LOCKOUT_FAULTS},
