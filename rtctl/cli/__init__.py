@@ -33,6 +33,7 @@ COMMANDS: dict[str, str] = {
     "schema": "rtctl.cli.schema",
     "keys": "rtctl.cli.keys",
     "bench": "rtctl.cli.bench",
+    "experiment": "rtctl.cli.experiment",
     "campaign": "rtctl.cli.campaign",
     "service": "rtctl.cli.service",
     "view": "rtctl.cli.view",

@@ -1,0 +1,167 @@
+"""`rtctl experiment`: the experiments of both papers, with and without compensation, as a report."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from rtctl.config import LoadedConfig
+    from rtctl.experiments.order import Order
+    from rtctl.experiments.report import Outcome
+
+NAMES = (
+    "free-motion",
+    "spring",
+    "friction-model",
+    "point-to-point",
+    "tracking",
+    "stability-map",
+    "policies",
+    "papers",
+)
+
+
+@click.command("experiment")
+@click.argument("name", type=click.Choice(NAMES))
+@click.argument("config", type=click.Path(path_type=Path))
+@click.option(
+    "--out", type=click.Path(file_okay=False, path_type=Path), required=True, help="folder of the report"
+)
+@click.option("--simulate", is_flag=True, help="the simulated rig in this process, as fast as it goes")
+@click.option(
+    "--seeds",
+    type=click.IntRange(1, 1000),
+    default=10,
+    show_default=True,
+    help="runs of everything, simulated",
+)
+@click.option(
+    "--points",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="measured friction points (CSV) to learn the models from; default those beside the rig's model",
+)
+@click.option(
+    "--seconds",
+    type=click.FloatRange(1, 3600),
+    default=12.0,
+    show_default=True,
+    help="of each measurement on the loop: whole periods of the hand's motion",
+)
+@click.option("--yes", is_flag=True, help="do not ask whether a hand is ready at the real rig")
+@click.option("--runtime-dir", type=click.Path(), help="folder of sockets and lock, instead of the default")
+@click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout")
+def command(
+    name: str,
+    config: Path,
+    *,
+    out: Path,
+    simulate: bool,
+    seeds: int,
+    points: Path | None,
+    seconds: float,
+    yes: bool,
+    runtime_dir: str | None,
+    as_json: bool,
+) -> None:
+    """Run experiment NAME on the rig of CONFIG: the same motion with and without friction compensation.
+
+    With --simulate everything runs on the simulated rig, over several seeds, with confidence intervals.
+    Without it, free-motion and spring run once through the real loop of the rig, mock or real, while a hand
+    moves it. 'papers' is every experiment on one page (simulated).
+
+    --out gets report.html (needs nothing else), its figures as PNG and report.json.
+    """
+    from rtctl.config import load
+    from rtctl.experiments import report
+    from rtctl.experiments.order import Order
+
+    loaded = load(config)
+    simulate = simulate or name == "papers"
+    if not simulate and not loaded.config.simulated and not yes:
+        _ask(loaded, seconds)
+    bar = _Bar(quiet=as_json)
+    order = Order(loaded, seeds, simulate, points, seconds, runtime_dir, bar, bar.notice)
+    began = time.monotonic()
+    try:
+        outcomes = _run(name, order)
+    finally:
+        bar.end()
+    took_s = time.monotonic() - began
+    facts = {
+        "rig": loaded.config.rig.name,
+        "rig file": f"{loaded.path.name}, sha256 {loaded.sha256}",
+        "run": f"simulated, {seeds} seeds" if simulate else f"on the loop, {seconds:g} s each",
+        "took": f"{took_s:.0f} s",
+    }
+    title = "The experiments of both papers" if name == "papers" else outcomes[0].title
+    page = report.write(out, outcomes, title, facts)
+    _show(outcomes, page, took_s, as_json=as_json)
+
+
+def _run(name: str, order: Order) -> list[Outcome]:
+    from rtctl.experiments import registry
+
+    if name == registry.PAPERS:
+        return registry.papers(order)
+    return [registry.EXPERIMENTS[name].run(order)]
+
+
+def _ask(loaded: LoadedConfig, seconds: float) -> None:
+    click.echo(
+        f"Rig {loaded.config.rig.name} will arm and give torque. Somebody has to rest a hand on the handle until it is "
+        f"armed, then move it in the same way for {2 * seconds + 5:.0f} s: first without, then with compensation.",
+        err=True,
+    )
+    click.confirm("Is the hand ready, and the emergency stop within reach?", abort=True, err=True)
+
+
+def _show(outcomes: list[Outcome], page: Path, took_s: float, *, as_json: bool) -> None:
+    from rtctl.experiments.report import document_of, plain
+
+    if as_json:
+        found = {one.name: document_of(one) for one in outcomes}
+        click.echo(json.dumps(plain({"report": str(page), "took_s": took_s, "experiments": found})))
+        return
+    for one in outcomes:
+        click.echo(f"{one.title}: {one.key}\n")
+        for target in one.targets:
+            text, least, measured, verdict = target.cells()
+            click.echo(f"  {text}: {measured} (at least {least}): {verdict}")
+        if one.targets:
+            click.echo("")
+    click.echo(f"report: {page}  ({took_s:.0f} s)")
+
+
+class _Bar:
+    """Progress on stderr: bar, what is being done, time left by the pace so far."""
+
+    def __init__(self, *, quiet: bool) -> None:
+        self._quiet, self._live = quiet, sys.stderr.isatty()
+        self._began, self._shown = time.monotonic(), -10.0
+
+    def __call__(self, share: float, text: str) -> None:
+        now = time.monotonic()
+        if self._quiet or now - self._shown < (0.1 if self._live else 5.0):
+            return
+        self._shown = now
+        spent = now - self._began
+        left = f"{spent * (1 - share) / share:4.0f} s left" if share > 0.02 else ""
+        line = f"[{'#' * round(30 * share):<30}] {100 * share:3.0f} % {left:<12} {text}"
+        click.echo(f"\r{line:<110.110}" if self._live else line, err=True, nl=not self._live)
+
+    def notice(self, text: str) -> None:
+        """Say something to the person at the rig."""
+        if text:
+            self.end()
+            click.echo(f"rtctl: {text}", err=True)
+
+    def end(self) -> None:
+        """Leave the line of the bar."""
+        if self._live and not self._quiet:
+            click.echo("", err=True)

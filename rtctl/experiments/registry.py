@@ -1,0 +1,60 @@
+"""Every experiment by its name on the command line."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from rtctl.errors import ConfigError
+from rtctl.experiments import on_rig
+from rtctl.experiments.order import Order
+from rtctl.experiments.report import Outcome
+
+Run = Callable[[Order], Outcome]
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What an experiment is. `weight`: its share of the time of the combined report, s on the shipped rig."""
+
+    name: str
+    module: str
+    about: str
+    weight: float
+    on_rig: Run | None = None
+
+    def run(self, order: Order) -> Outcome:
+        """Run it: simulated, or on the real loop where it can. Raises ConfigError, DataError, FaultError."""
+        if not order.simulate:
+            if self.on_rig is None:
+                raise ConfigError(
+                    f"{order.loaded.path}: {self.name} runs on the simulated rig alone; add --simulate. On the loop "
+                    "of a rig run free-motion and spring"
+                )
+            return self.on_rig(order)
+        found: Run = importlib.import_module(f"rtctl.experiments.{self.module}").run
+        return found(order)
+
+
+EXPERIMENTS: dict[str, Experiment] = {
+    one.name: one
+    for one in (
+        Experiment("free-motion", "free_motion", "Bi, Figs. 6 and 7", 30.0, on_rig.free_motion),
+        Experiment("spring", "spring", "Bi, Figs. 8 and 9", 10.0, on_rig.spring),
+    )
+}
+
+PAPERS = "papers"
+"""All of them on one page."""
+
+
+def papers(order: Order) -> list[Outcome]:
+    """Run every experiment on the simulated rig, one after the other; progress is that of the whole."""
+    total = sum(one.weight for one in EXPERIMENTS.values())
+    done, outcomes = 0.0, []
+    for one in EXPERIMENTS.values():
+        part = order.part(done / total, (done + one.weight) / total, f"{one.name}: ")
+        outcomes.append(one.run(replace(order, progress=part)))
+        done += one.weight
+    return outcomes

@@ -1,0 +1,190 @@
+"""A report: parts of a page, what must be reached, and numbers for scripts. HTML without script or network.
+
+report.html    the page, figures inline
+*.png          the same figures
+report.json    the same numbers, SI units
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+import platform
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from rtctl import __version__
+from rtctl.experiments.statistics import Estimate
+from rtctl.friction.report_page import Picture
+from rtctl.friction.report_tables import Table
+from rtctl.friction.whole_files import write_together
+
+KIND = "rtctl experiment report"
+PAGE = "report.html"
+HEADER = "report.json"
+
+_STYLE = """body{font:15px/1.5 sans-serif;max-width:66em;margin:2em auto;padding:0 1em;color:#222}
+figure{margin:1.5em 0}img{max-width:100%}figcaption,caption{color:#555;font-size:.9em;text-align:left;padding:.4em 0}
+table{border-collapse:collapse;margin:1.2em 0;font-size:.85em}th,td{border-bottom:1px solid #ddd;padding:.2em .7em}
+th{text-align:left;background:#f4f4f4}td{font-variant-numeric:tabular-nums}.key{background:#eef5ff;padding:.7em 1em}
+h1.part{margin-top:3em;border-top:3px solid #ddd;padding-top:1em}.no{color:#a00;font-weight:bold}.yes{color:#070}
+nav a{margin-right:1em}"""
+
+_NO_NETWORK = (
+    '<meta http-equiv="Content-Security-Policy" '
+    "content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'\">"
+)
+
+
+@dataclass(frozen=True)
+class Part:
+    """One section: heading, paragraphs, then figures and tables in order."""
+
+    heading: str
+    paragraphs: tuple[str, ...] = ()
+    shown: tuple[Table | Picture, ...] = ()
+
+
+@dataclass(frozen=True)
+class Target:
+    """A figure that has to be reached. `measured` and `least` have the same unit; more is better."""
+
+    text: str
+    measured: Estimate
+    least: float
+    unit: str = "%"
+    scale: float = 100.0
+
+    @property
+    def reached(self) -> bool:
+        """True when the mean is at least the figure asked for. NaN does not reach anything."""
+        return self.measured.mean >= self.least
+
+    def cells(self) -> tuple[str, ...]:
+        """One row of the table of targets."""
+        short = self.scale * (self.least - self.measured.mean)
+        verdict = "reached" if self.reached else f"NOT reached: {short:.2g} {self.unit} short"
+        measured = self.measured.text(self.scale)
+        return (self.text, f"{self.scale * self.least:g} {self.unit}", f"{measured} {self.unit}", verdict)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What one experiment found. `key` says it in a paragraph; `numbers` is for scripts, SI units."""
+
+    name: str
+    title: str
+    key: str
+    parts: tuple[Part, ...]
+    targets: tuple[Target, ...] = ()
+    numbers: Mapping[str, Any] = field(default_factory=dict)
+    files: Mapping[str, bytes] = field(default_factory=dict)
+
+    def pictures(self) -> list[Picture]:
+        """Every figure of the outcome."""
+        return [one for part in self.parts for one in part.shown if isinstance(one, Picture)]
+
+
+def write(folder: Path, outcomes: Sequence[Outcome], title: str, facts: Mapping[str, str]) -> Path:
+    """Write one page of all outcomes into `folder`; returns the page.
+
+    Raises
+    ------
+    DataError
+        The folder cannot be written; nothing is left behind then.
+    """
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    facts = {**facts, "date": now, "rtctl": __version__, "python": platform.python_version()}
+    files: dict[str, bytes] = {}
+    for outcome in outcomes:
+        files |= {f"{picture.name}.png": picture.png for picture in outcome.pictures()}
+        files |= outcome.files
+    document = {
+        "kind": KIND,
+        "schema": 1,
+        "title": title,
+        "provenance": facts,
+        "experiments": {outcome.name: document_of(outcome) for outcome in outcomes},
+    }
+    files[HEADER] = (json.dumps(plain(document), indent=1, allow_nan=False) + "\n").encode()
+    files[PAGE] = _page(outcomes, title, facts).encode()
+    write_together(folder, files)
+    return folder / PAGE
+
+
+def document_of(outcome: Outcome) -> dict[str, Any]:
+    """Numbers of one experiment for scripts."""
+    targets = [
+        {"text": t.text, "least": t.least, "measured": t.measured.as_dict(), "reached": t.reached}
+        for t in outcome.targets
+    ]
+    return {"title": outcome.title, "conclusion": outcome.key, "targets": targets, **outcome.numbers}
+
+
+def plain(value: Any) -> Any:  # noqa: ANN401
+    """The same without estimates, NumPy numbers and non-finite floats (null)."""
+    if isinstance(value, Estimate):
+        return value.as_dict()
+    if isinstance(value, Mapping):
+        return {str(name): plain(one) for name, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(one) for one in value]
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def _page(outcomes: Sequence[Outcome], title: str, facts: Mapping[str, str]) -> str:
+    parts = [f"<h1>{escape(title)}</h1>"]
+    if len(outcomes) > 1:
+        links = "".join(f'<a href="#{one.name}">{escape(one.title)}</a>' for one in outcomes)
+        parts.append(f"<nav>{links}</nav>")
+    targets = [(one, target) for one in outcomes for target in one.targets]
+    if targets:
+        parts += ["<h2>Figures asked for</h2>", _targets([target for _, target in targets])]
+    for one in outcomes:
+        if len(outcomes) > 1:
+            parts.append(f'<h1 class="part" id="{one.name}">{escape(one.title)}</h1>')
+        parts.append(f'<p class="key">{escape(one.key)}</p>')
+        for part in one.parts:
+            parts.append(f"<h2>{escape(part.heading)}</h2>")
+            parts += [f"<p>{escape(text)}</p>" for text in part.paragraphs]
+            parts += [_figure(x) if isinstance(x, Picture) else _table(x) for x in part.shown]
+    rows = tuple((name, value) for name, value in facts.items())
+    parts += ["<h2>Provenance</h2>", _table(Table("Where this comes from.", ("what", "value"), rows))]
+    head = f'<meta charset="utf-8">{_NO_NETWORK}<title>{escape(title)}</title><style>{_STYLE}</style>'
+    body = "\n".join(parts)
+    return f'<!DOCTYPE html>\n<html lang="en"><head>{head}</head><body>\n{body}\n</body></html>\n'
+
+
+def _targets(targets: Sequence[Target]) -> str:
+    html = _table(
+        Table(
+            "Mean over seeds with its 95 % confidence interval against the figure asked for.",
+            ("what", "at least", "measured", "verdict"),
+            tuple(target.cells() for target in targets),
+        )
+    )
+    html = html.replace("<td>reached</td>", '<td class="yes">reached</td>')
+    return html.replace("<td>NOT reached", '<td class="no">NOT reached')
+
+
+def _figure(picture: Picture) -> str:
+    data, caption = base64.b64encode(picture.png).decode(), escape(picture.caption)
+    image = f'<img src="data:image/png;base64,{data}" alt="{caption}">'
+    return f"<figure>{image}<figcaption>{caption}</figcaption></figure>"
+
+
+def _table(table: Table) -> str:
+    def row(cells: Sequence[str], tag: str) -> str:
+        return "<tr>" + "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in cells) + "</tr>"
+
+    body = "\n".join(row(cells, "td") for cells in table.rows)
+    return f"<table><caption>{escape(table.caption)}</caption>\n{row(table.header, 'th')}\n{body}\n</table>"

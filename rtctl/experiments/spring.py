@@ -1,0 +1,183 @@
+"""A virtual angular spring: torque desired, felt without and felt with compensation (Bi, Figs. 8 and 9)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtctl.control import stability
+from rtctl.control.vocabulary import Environment, Policy
+from rtctl.experiments import figures, virtual
+from rtctl.experiments.order import Order
+from rtctl.experiments.report import Outcome, Part, Target
+from rtctl.experiments.statistics import Estimate, estimate, reduction, rms
+from rtctl.experiments.virtual import PUSH, Run, Variant
+from rtctl.friction.report_page import Picture
+from rtctl.friction.report_tables import Table
+from rtctl.simulation import Simulation
+
+TITLE = "Virtual spring"
+STIFFNESS_NM_RAD = 3.0
+"""Where the rig file has no spring."""
+
+OFF = Variant("off", 0.0)
+ON = Variant("feed-forward")
+HYBRID = Variant("feed-forward, policy hybrid", 1.0, virtual.with_policy(Policy.HYBRID))
+FEEDBACK = Variant("feed-forward + force feedback", 1.0, virtual.with_feedback)
+VARIANTS = (
+    OFF,
+    ON,
+    HYBRID,
+    Variant("feed-forward, policy stop_gated", 1.0, virtual.with_policy(Policy.STOP_GATED)),
+    Variant("feed-forward, force low-pass", 1.0, virtual.with_force_lowpass),
+    FEEDBACK,
+    Variant("feed-forward + force feedback, force low-pass", 1.0, virtual.both(virtual.with_force_lowpass, virtual.with_feedback)),
+    Variant("model 25 % too low", 1.0, virtual.with_model_scaled(0.75)),
+    Variant("model 25 % too low + force feedback", 1.0, virtual.both(virtual.with_model_scaled(0.75), virtual.with_feedback)),
+    Variant("model 25 % too high", 1.0, virtual.with_model_scaled(1.25)),
+)  # fmt: skip
+
+Measured = dict[str, dict[str, np.ndarray]]
+
+
+def run(order: Order) -> Outcome:
+    """Run the experiment on the simulated rig. Raises ConfigError, DataError as `free_motion.run`."""
+    order.require_simulated("spring --simulate")
+    found: Measured = {}
+    for at, variant in enumerate(VARIANTS):
+        order.progress(at / len(VARIANTS), f"spring: {variant.name}")
+        rows = [_figures(_measure(order, seed, variant)) for seed in range(order.seeds)]
+        found[variant.name] = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    pictures = _pictures(order)
+    order.progress(1.0, "spring")
+    return _outcome(order, found, pictures)
+
+
+def _stiffness(simulation: Simulation) -> float:
+    """Stiffness the hand should feel: environment and coupling in series, N m/rad."""
+    k_c = float(simulation.params["coupling_stiffness_nm_rad"][0, 0])
+    return stability.felt_stiffness(k_c, float(simulation.command["environment_stiffness_nm_rad"][0, 0]))
+
+
+def _measure(order: Order, seed: int, variant: Variant) -> Run:
+    def change(simulation: Simulation) -> None:
+        command = simulation.command
+        if command["environment_kind"][0, 0] != int(Environment.SPRING):
+            command["environment_kind"][0, 0] = int(Environment.SPRING)
+            command["environment_stiffness_nm_rad"][0, 0] = STIFFNESS_NM_RAD
+            command["environment_center_rad"][0, 0] = simulation.plant_state["position_rad"][0, 0]
+        variant.change(simulation)
+
+    return virtual.measure(order.loaded, seed, PUSH, Variant(variant.name, variant.compensation, change))
+
+
+def _desired(run: Run) -> np.ndarray:
+    """Torque the hand should need, from the true angle: k (theta - theta0), N m."""
+    centre = float(run.simulation.command["environment_center_rad"][0, 0])
+    wanted: np.ndarray = _stiffness(run.simulation) * (run.truth["position_rad"][:, 0] - centre)
+    return wanted
+
+
+def _figures(run: Run) -> dict[str, float]:
+    desired = _desired(run)
+    error = run.truth["hand_torque_nm"][:, 0] - desired
+    return {
+        "error_rms_nm": rms(error),
+        "error_max_nm": float(np.abs(error).max()),
+        "sensed_error_rms_nm": rms(run.trace["hand_torque_nm"][:, 0] - desired),
+        "desired_rms_nm": rms(desired),
+        "hand_energy_min_j": virtual.hand_energy_min_j(run),
+        "port_energy_min_j": float(run.trace["energy_port_j"].min()),
+    }
+
+
+def _pictures(order: Order) -> list[Picture]:
+    runs = {variant.name: _measure(order, 0, variant) for variant in (OFF, ON, FEEDBACK)}
+    time_s = np.arange(len(runs[OFF.name].trace)) * order.loaded.config.period_s
+    panels = []
+    for name, one in runs.items():
+        felt = one.truth["hand_torque_nm"][:, 0]
+        panels.append((f"{name}\n[N m]", {"desired": (time_s, _desired(one)), "felt": (time_s, felt)}))
+    over_time = Picture(
+        "spring_time",
+        "Torque of the virtual spring, desired and felt by the hand, in N m over time in s; without and with "
+        "compensation (Bi, Figs. 8 and 9), and with local force feedback. Seed 0.",
+        figures.stacked(panels, "time [s]"),
+    )
+    return [over_time, _loops(runs)]
+
+
+def _loops(runs: dict[str, Run]) -> Picture:
+    figure = figures.new(8, 4.8)
+    plot = figure.subplots()
+    for name, one in runs.items():
+        angle = one.truth["position_rad"][:, 0] - one.simulation.command["environment_center_rad"][0, 0]
+        plot.plot(angle, one.truth["hand_torque_nm"][:, 0], linewidth=0.8, label=name)
+    ends = np.array(plot.get_xlim())
+    stiffness = _stiffness(next(iter(runs.values())).simulation)
+    plot.plot(ends, stiffness * ends, "k--", linewidth=1, label=f"desired, {stiffness:.3g} N m/rad")
+    figures.label(plot, "angle from rest [rad]", "torque of the hand [N m]")
+    plot.legend(fontsize="small")
+    caption = (
+        "The spring as the hand feels it: torque in N m over angle in rad. The width of a loop is friction."
+    )
+    return Picture("spring_loop", caption, figures.png(figure))
+
+
+def _outcome(order: Order, found: Measured, pictures: list[Picture]) -> Outcome:
+    less = {
+        name: reduction(found[OFF.name]["error_rms_nm"], one["error_rms_nm"]) for name, one in found.items()
+    }
+    key = (
+        f"The torque felt differs from that of the virtual spring by {_rms(found, OFF.name)} mN m RMS without "
+        f"compensation and {_rms(found, ON.name)} mN m with it: {less[ON.name].text(100, '.1f')} % less; with local force "
+        f"feedback {less[FEEDBACK.name].text(100, '.1f')} % less."
+    )
+    rows = tuple(_row(name, one, less[name]) for name, one in found.items())
+    header = (
+        "controller",
+        "RMS (felt - desired), mN m",
+        "largest, mN m",
+        "as the sensor sees it, mN m",
+        "reduction, %",
+        "least energy of the hand, mJ",
+        "least energy of the port, mJ",
+    )
+    desired = estimate(found[ON.name]["desired_rms_nm"]).text(1e3, ".0f")
+    caption = (
+        f"Mean over {order.seeds} seeds ± half of the 95 % confidence interval; energies are the worst of all seeds. The "
+        f"desired torque itself is {desired} mN m RMS: spring and coupling in series, from the true angle."
+    )
+    shown: tuple[Table | Picture, ...] = (*pictures, Table(caption, header, rows))
+    why = (
+        "Near rest the hybrid policy takes the direction of the feed-forward from the torque of the hand. A hand that is "
+        "led back by a spring pulls one way and moves the other, so the feed-forward then works against the motion until "
+        "the joint breaks loose, again and again. In a spring the direction has to come from the displacement "
+        "(stop_gated); the shipped spring rig uses it."
+    )
+    numbers = {
+        "variants": {
+            name: {
+                **{figure: estimate(values) for figure, values in one.items()},
+                "reduction": less[name],
+            }
+            for name, one in found.items()
+        }
+    }
+    target = Target("virtual spring: RMS of (felt - desired) less by", less[ON.name], 0.75)
+    return Outcome("spring", TITLE, key, (Part("Desired, without, with", (why,), shown),), (target,), numbers)
+
+
+def _rms(found: Measured, name: str) -> str:
+    return estimate(found[name]["error_rms_nm"]).text(1e3, ".1f")
+
+
+def _row(name: str, one: dict[str, np.ndarray], less: Estimate) -> tuple[str, ...]:
+    return (
+        name,
+        estimate(one["error_rms_nm"]).text(1e3, ".1f"),
+        estimate(one["error_max_nm"]).text(1e3, ".0f"),
+        estimate(one["sensed_error_rms_nm"]).text(1e3, ".1f"),
+        "-" if name == OFF.name else less.text(100, ".1f"),
+        f"{1e3 * one['hand_energy_min_j'].min():.3f}",
+        f"{1e3 * one['port_energy_min_j'].min():.2f}",
+    )

@@ -1,0 +1,70 @@
+"""Mean over seeds with its confidence interval."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Mean of `count` runs and half the width of its 95 % confidence interval; same unit as the runs.
+
+    `half` is 0 for a single run, of which nothing is known.
+    """
+
+    mean: float
+    half: float
+    count: int
+
+    @property
+    def low(self) -> float:
+        """Lower end of the interval."""
+        return self.mean - self.half
+
+    @property
+    def high(self) -> float:
+        """Upper end of the interval."""
+        return self.mean + self.half
+
+    def text(self, scale: float = 1.0, shape: str = ".3g") -> str:
+        """As `mean ± half` in another unit."""
+        mean = format(scale * self.mean, shape)
+        return f"{mean} ± {scale * self.half:.1g}" if self.count > 1 else mean
+
+    def as_dict(self) -> dict[str, float | int | None]:
+        """Plain values for JSON; null where a value is not finite."""
+        mean, half = (x if np.isfinite(x) else None for x in (self.mean, self.half))
+        return {"mean": mean, "ci95_half": half, "count": self.count}
+
+
+def estimate(values: Sequence[float] | np.ndarray) -> Estimate:
+    """Mean and 95 % confidence interval of independent runs, by Student's t.
+
+    Raises
+    ------
+    ValueError
+        Without a value.
+    """
+    x = np.asarray(values, dtype=float)
+    if x.size == 0:
+        msg = "no runs to average"
+        raise ValueError(msg)
+    if x.size == 1:
+        return Estimate(float(x[0]), 0.0, 1)
+    from scipy.stats import t
+
+    half = float(t.ppf(0.975, x.size - 1) * x.std(ddof=1) / np.sqrt(x.size))
+    return Estimate(float(x.mean()), half, int(x.size))
+
+
+def rms(values: np.ndarray) -> float:
+    """Root of the mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def reduction(without: np.ndarray, with_it: np.ndarray) -> Estimate:
+    """How much smaller the second is than the first, 0 to 1, run by run: both had the same seed."""
+    return estimate(1.0 - np.asarray(with_it, dtype=float) / np.asarray(without, dtype=float))

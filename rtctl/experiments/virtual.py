@@ -1,0 +1,227 @@
+"""The simulated rig of an experiment: seeds, motions of the hand, and variants of the controller.
+
+A seed draws the noise of every sensor, the place on the circle where the motion happens (friction varies
+over a turn) and the hand's stiffness and damping. The same seed gives the same rig to every variant, so
+that variants are compared run by run.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from hw.mock.records import Hand
+from rtctl.config import LoadedConfig
+from rtctl.control.velocity import lowpass_alpha
+from rtctl.control.vocabulary import Policy, State
+from rtctl.errors import DataError
+from rtctl.simulation import Simulation
+
+HAND_SPREAD = 0.1
+"""Standard deviation of the logarithm of the hand's stiffness and damping."""
+
+FORCE_LOWPASS_HZ = 30.0
+"""Cut-off of the optional low-pass on the force."""
+
+FEEDBACK_GAIN = 4.0
+"""Gain of the optional local force feedback where the rig file has none."""
+
+SETTLE_S = 6.0
+"""From the first tick to the measurement: tare, arming, soft start, and the hand's first strokes."""
+
+Change = Callable[[Simulation], None]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """One scripted trajectory of the hand; the measurement is a whole number of periods."""
+
+    name: str
+    kind: Hand
+    amplitude_rad: float
+    speed_rad_s: float = 0.1
+    frequency_hz: float = 0.5
+    periods: int = 2
+    hold_s: float = 1.0
+    rest_s: float = 1.0
+
+    @property
+    def period_s(self) -> float:
+        """Length of one period, s."""
+        if self.kind == Hand.SINES:
+            return 1 / self.frequency_hz
+        stroke_s = abs(self.amplitude_rad) / self.speed_rad_s
+        return 4 * stroke_s if self.kind == Hand.TRIANGLE else 2 * stroke_s + self.hold_s + self.rest_s
+
+    def apply(self, simulation: Simulation) -> None:
+        """Make the simulated hand do it, around where the joint starts."""
+        p = simulation.plant_params[0]
+        p["hand_kind"][0] = int(self.kind)
+        p["hand_amplitude_rad"][0], p["hand_speed_rad_s"][0] = self.amplitude_rad, self.speed_rad_s
+        p["hand_hold_s"][0], p["hand_rest_s"][0] = self.hold_s, self.rest_s
+        p["hand_sine_rad"][0], p["hand_sine_rad_s"][0] = 0.0, 0.0
+        p["hand_sine_rad"][0, 0] = self.amplitude_rad
+        p["hand_sine_rad_s"][0, 0] = 2 * math.pi * self.frequency_hz
+
+
+FAST_SINE = Motion("fast sine", Hand.SINES, 0.3, frequency_hz=0.5, periods=6)
+SLOW_TRIANGLE = Motion("slow triangle", Hand.TRIANGLE, 0.15, speed_rad_s=0.1, periods=2)
+PUSH = Motion("push", Hand.PUSH, 0.6, speed_rad_s=0.3, periods=2)
+
+
+def unchanged(_simulation: Simulation) -> None:
+    """Leave the rig file's controller as it is."""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One controller to compare: share of the compensation, and what else differs from the rig file."""
+
+    name: str
+    compensation: float = 1.0
+    change: Change = unchanged
+
+
+def with_force_lowpass(simulation: Simulation) -> None:
+    """Low-pass the force, as Bi against the gearbox' vibration."""
+    simulation.params["force_alpha"] = lowpass_alpha(FORCE_LOWPASS_HZ, simulation.plan.period_s)
+
+
+def with_feedback(simulation: Simulation) -> None:
+    """Switch the local force feedback on, with the rig file's gain if it has one."""
+    if not simulation.params["force_feedback_gain"][0, 0] > 0:
+        simulation.params["force_feedback_gain"] = FEEDBACK_GAIN
+
+
+def with_policy(policy: Policy) -> Change:
+    """Let another zero-velocity policy decide the direction of the feed-forward."""
+
+    def change(simulation: Simulation) -> None:
+        simulation.params["friction_policy"] = int(policy)
+
+    return change
+
+
+def with_gain(gain: float, viscous_gain: float = 0.0) -> Change:
+    """Compensate these shares of the dry and of the viscous friction."""
+
+    def change(simulation: Simulation) -> None:
+        p = simulation.params
+        p["friction_ungated_cap_nm"] *= gain / np.maximum(p["friction_gain"], 1e-9)
+        p["friction_gain"], p["friction_viscous_gain"] = gain, viscous_gain
+
+    return change
+
+
+def with_model_scaled(scale: float) -> Change:
+    """Make the friction model wrong by a factor; the controller believes it."""
+
+    def change(simulation: Simulation) -> None:
+        simulation.model["coefficient"] *= scale
+        for name in ("friction_min_nm", "viscous_nms_rad"):
+            simulation.model[name] *= scale
+        for name in ("friction_ungated_cap_nm", "friction_floor_nm"):
+            simulation.params[name] *= scale
+
+    return change
+
+
+def both(*changes: Change) -> Change:
+    """One change after the other."""
+
+    def change(simulation: Simulation) -> None:
+        for one in changes:
+            one(simulation)
+
+    return change
+
+
+def make(loaded: LoadedConfig, seed: int) -> Simulation:
+    """Rig `seed` of the experiment, nothing run yet (see the module's text)."""
+    options = dict(loaded.options)
+    draw = np.random.default_rng((int(options["seed"]), seed))
+    axis = loaded.config.axis[0]
+    room = min(axis.position_max_rad, -axis.position_min_rad)
+    place = float(draw.uniform(-math.pi, math.pi)) if room > 2 * math.pi else 0.0
+    stiffness, damping = np.exp(HAND_SPREAD * draw.standard_normal(2))
+    options["seed"] = int(draw.integers(1 << 62))
+    made = Simulation(loaded.model_copy(update={"options": options}))
+    made.plant_state["position_rad"][0, 0] += place
+    made.plant_params["hand_center_rad"][0, 0] += place
+    made.plant_params["hand_stiffness_nm_rad"][0, 0] *= stiffness
+    made.plant_params["hand_damping_nms_rad"][0, 0] *= damping
+    made.command["environment_center_rad"][0, 0] += place
+    return made
+
+
+@dataclass(frozen=True)
+class Run:
+    """One measured run: the ticks, the truth at the same ticks, and the simulation at its end."""
+
+    trace: np.ndarray
+    truth: np.ndarray
+    simulation: Simulation
+    start_j: float
+    """Energy in the moving joint and its bristles when the measurement began, J."""
+    start_rad: float
+
+
+def measure(loaded: LoadedConfig, seed: int, motion: Motion, variant: Variant) -> Run:
+    """Arm, let it settle, measure whole periods of the motion.
+
+    Raises
+    ------
+    DataError
+        The rig left ACTIVE: the figures would be of a rig without torque.
+    """
+    simulation = make(loaded, seed)
+    motion.apply(simulation)
+    variant.change(simulation)
+    simulation.arm(compensation=variant.compensation)
+    simulation.run(max(SETTLE_S - simulation.time_s, simulation.plan.period_s))
+    plant, known = simulation.plant_state[0], simulation.plant_params[0]
+    start_rad = float(plant["position_rad"][0])
+    moving_j = 0.5 * known["inertia_kgm2"][0] * plant["velocity_rad_s"][0] ** 2
+    bent_j = 0.5 * known["bristle_stiffness_nm_rad"][0] * plant["bristle_rad"][0] ** 2
+    trace = simulation.run(motion.periods * motion.period_s)
+    require_active(trace, f"{motion.name}, {variant.name}, seed {seed}")
+    return Run(trace, simulation.truth, simulation, float(moving_j + bent_j), start_rad)
+
+
+def require_active(trace: np.ndarray, what: str) -> None:
+    """Refuse a run that was stopped on the way. Raises DataError."""
+    if np.all(trace["state"] == State.ACTIVE):
+        return
+    first = trace[int(np.argmax(trace["state"] != State.ACTIVE))]
+    raise DataError(
+        f"{what}: the rig left ACTIVE at tick {int(first['tick'])} for {State(int(first['state'])).name}, "
+        f"faults {int(first['faults']):#x}; lower the gains or look at it with rtctl run"
+    )
+
+
+def hand_energy_min_j(run: Run) -> float:
+    """Least energy the hand has put in since the measurement began, above what it found stored, J.
+
+    Below zero the hand was fed: the joint moved it.
+    """
+    steps_rad = np.diff(run.truth["position_rad"][:, 0], prepend=run.start_rad)
+    return run.start_j + float(np.cumsum(run.truth["hand_torque_nm"][:, 0] * steps_rad).min())
+
+
+def speed_after_release(loaded: LoadedConfig, seed: int, variant: Variant) -> float:
+    """RMS speed 1 to 5 s after the hand lets go at full speed of the fast sine, true, rad/s."""
+    simulation = make(loaded, seed)
+    FAST_SINE.apply(simulation)
+    variant.change(simulation)
+    release_s = float(simulation.plant_params["hand_start_s"][0, 0]) + 2 * FAST_SINE.period_s
+    simulation.plant_params["grip_count"][0, 0] = 1
+    simulation.plant_params["grip_from_s"][0, 0, 0] = 0.0
+    simulation.plant_params["grip_to_s"][0, 0, 0] = release_s
+    simulation.arm(compensation=variant.compensation)
+    simulation.run(release_s - simulation.time_s)
+    simulation.run(1.0)
+    simulation.run(4.0)
+    return float(np.sqrt(np.mean(np.square(simulation.truth["velocity_rad_s"][:, 0]))))

@@ -1,0 +1,108 @@
+"""The experiments on the shipped rigs, with few seeds: `rtctl experiment` has ten by default."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from rtctl.cli import cli
+from rtctl.config import load
+from rtctl.errors import ConfigError
+from rtctl.experiments import free_motion, spring, virtual
+from rtctl.experiments.order import Order
+from rtctl.experiments.registry import EXPERIMENTS
+from rtctl.experiments.virtual import FAST_SINE, SLOW_TRIANGLE, Variant
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+
+
+@pytest.fixture(scope="module")
+def mock():
+    return load(CONFIGS / "mock.toml")
+
+
+def figures_of(loaded, motion, variant, seeds=2):
+    rows = [free_motion.figures_of(virtual.measure(loaded, seed, motion, variant)) for seed in range(seeds)]
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+@pytest.mark.parametrize(("motion", "least"), [(FAST_SINE, 0.75), (SLOW_TRIANGLE, 0.83)])
+def test_feed_forward_and_then_force_feedback_take_the_friction_off_the_hand(mock, motion, least):
+    off, on, feedback = (
+        figures_of(mock, motion, one) for one in (free_motion.OFF, free_motion.ON, free_motion.FEEDBACK)
+    )
+    assert 1 - on["hand_rms_nm"].mean() / off["hand_rms_nm"].mean() >= least
+    assert 1 - feedback["hand_rms_nm"].mean() / off["hand_rms_nm"].mean() >= 0.88
+    assert feedback["hand_energy_min_j"].min() >= -1e-6
+
+
+def grip(stiffness_nm_rad, damping_nms_rad, delay_ticks, gain):
+    def change(simulation):
+        p = simulation.plant_params
+        p["hand_stiffness_nm_rad"], p["hand_damping_nms_rad"] = stiffness_nm_rad, damping_nms_rad
+        p["torque_delay_ticks"] = delay_ticks
+        simulation.params["force_feedback_gain"] = gain
+
+    return Variant("grip", 1.0, change)
+
+
+@pytest.mark.parametrize("stiffness_nm_rad", [50.0, 200.0])
+@pytest.mark.parametrize("delay_ticks", [0, 1])
+def test_force_feedback_never_feeds_a_stiff_hand_even_with_a_tick_of_delay_nobody_knew_of(
+    mock, stiffness_nm_rad, delay_ticks
+):
+    for motion in (FAST_SINE, SLOW_TRIANGLE):
+        run = virtual.measure(mock, 0, motion, grip(stiffness_nm_rad, 0.2, delay_ticks, 4.0))
+        assert virtual.hand_energy_min_j(run) >= -1e-6
+
+
+def test_a_model_a_quarter_too_high_neither_runs_away_nor_feeds_the_hand_with_force_feedback(mock):
+    change = virtual.both(virtual.with_model_scaled(1.25), virtual.with_feedback)
+    high = Variant("high", 1.0, change)
+    assert figures_of(mock, FAST_SINE, high, 1)["hand_energy_min_j"].min() >= -1e-6
+    assert virtual.speed_after_release(mock, 0, high) < 1e-3
+
+
+def test_the_same_seed_is_the_same_rig_and_another_seed_another():
+    loaded = load(CONFIGS / "mock.toml")
+    first, again, other = (virtual.make(loaded, seed) for seed in (3, 3, 4))
+    assert first.plant_params.tobytes() == again.plant_params.tobytes()
+    assert first.plant_state.tobytes() == again.plant_state.tobytes()
+    assert first.plant_state["position_rad"][0, 0] != other.plant_state["position_rad"][0, 0]
+
+
+def test_the_spring_experiment_writes_its_report(tmp_path):
+    out = tmp_path / "spring"
+    command = ["experiment", "spring", str(CONFIGS / "mock-spring.toml"), "--out", str(out)]
+    done = CliRunner().invoke(cli, [*command, "--simulate", "--seeds", "1", "--json"])
+    assert done.exit_code == 0, done.output
+    body = json.loads(done.stdout)["experiments"]["spring"]
+    assert body["targets"][0]["reached"]
+    assert json.loads((out / "report.json").read_text())["experiments"]["spring"]["targets"][0]["reached"]
+    assert {item.name for item in out.iterdir()} == {
+        "report.html",
+        "report.json",
+        "spring_time.png",
+        "spring_loop.png",
+    }
+
+
+def test_an_experiment_of_the_simulated_rig_alone_is_refused_on_the_loop(mock):
+    for one in EXPERIMENTS.values():
+        if one.on_rig is None:
+            with pytest.raises(ConfigError, match="simulated rig alone"):
+                one.run(Order(mock, simulate=False))
+
+
+def test_the_spring_needs_a_spring_on_the_loop(mock):
+    with pytest.raises(ConfigError, match=r"environment\.kind"):
+        EXPERIMENTS["spring"].run(Order(mock, simulate=False))
+
+
+def test_only_the_mock_can_be_simulated(mock):
+    device = (mock.config.device[0].model_copy(update={"kind": "playback"}),)
+    other = mock.model_copy(update={"config": mock.config.model_copy(update={"device": device})})
+    with pytest.raises(ConfigError, match="simulated rig"):
+        spring.run(Order(other))
