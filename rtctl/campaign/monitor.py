@@ -106,7 +106,7 @@ def _torque(t: Record, p: Record, m: Record, axis: int) -> int:
             bad |= 1 << 15
     if t.state == _STOPPING and abs(torque) > abs(before):
         bad |= 1 << 8
-    appeared = t.faults & (_CUT | _RAMP) & ~m.faults
+    appeared = np.int64(t.faults) & (_CUT | _RAMP) & ~m.faults
     if appeared and _powered(m.state) and abs(torque) > abs(before):
         bad |= 1 << 19
     return bad

@@ -106,6 +106,7 @@ def positions(backend, ticks=1500):
     return shown
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("bits", [12, 14, 16, 32])
 def test_a_mock_with_a_counter_of_finite_width_shows_the_same_angles(bits):
     speed = 6.0  # at most 152 counts a tick

@@ -140,6 +140,7 @@ def test_an_older_command_is_never_taken(memory):
     assert command["seq"][0] == 3
 
 
+@pytest.mark.compiled
 def test_concurrent_writing_and_reading_returns_only_whole_rows_and_accounts_for_every_one():
     memory = Memory.create(1, 32, 1_000_000)
     reader, done = RingReader(memory), threading.Event()

@@ -90,6 +90,7 @@ def test_a_joint_that_stiction_holds_passes():
 def test_a_moving_joint_or_a_pulling_hand_is_not_judged_by_its_direction():
     assert Bench(motion=-1.0, drift_rad=1e-4).fault() is None
     assert Bench(motion=-1.0, hand_n=1.0).fault() is None
+    assert Bench(motion=-1.0, hand_n=-1.0).fault() is None
     assert Bench(motion=-1.0, hand_n=0.1).fault() is Fault.WIRING
 
 

@@ -25,6 +25,13 @@ def test_the_sliding_count_is_the_count_of_the_last_thousand(marks):
         assert count == sum(marks[max(0, tick - 999) : tick + 1])
 
 
+@pytest.mark.parametrize("at", [0, 1, 62, 63, 503, 999, 1000, 2017])
+def test_a_mark_counts_for_a_thousand_ticks_to_the_tick(at):
+    words = np.zeros(MARK_WORDS, np.int64)
+    changes = [(tick, change) for tick in range(4000) if (change := window.push(words, tick, tick == at))]
+    assert changes == [(at, 1), (at + 1000, -1)]
+
+
 def test_a_zeroed_state_has_room_for_the_marks():
     state = records(np.zeros(1, state_dtype(1)))
     assert state["late_marks"].shape == (1, MARK_WORDS)

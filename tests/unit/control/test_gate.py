@@ -10,6 +10,7 @@ from rtctl.control.gate import (
     encoded_fits,
     gate_torque,
     push_window,
+    window_flag,
     window_limit,
 )
 from rtctl.control.vocabulary import Fault, GateFlag, State
@@ -57,6 +58,32 @@ def test_an_allowed_share_bounds_the_torque_and_is_reached_by_the_rate_from_abov
     assert gate(1.0, previous=0.05, allowed=-1.0) == (0.0, GateFlag.SHARE)
 
 
+def test_small_limits_are_sound_limits():
+    assert gate(0.4, previous=0.39, limit=0.5, allowed=0.5, rate=0.05) == (0.4, GateFlag(0))
+    assert gate(0.6, previous=0.49, limit=0.5, allowed=0.5, rate=0.05) == (0.5, GateFlag.ABSOLUTE)
+
+
+def test_above_an_allowed_share_the_torque_falls_in_both_directions_by_the_share_alone():
+    assert gate(1.0, previous=1.0, allowed=0.5) == (pytest.approx(0.9), GateFlag.SHARE)
+    assert gate(-1.0, previous=-1.0, allowed=0.5) == (pytest.approx(-0.9), GateFlag.SHARE)
+
+
+def test_the_slack_of_a_memory_ends_at_a_billionth_and_never_leaves_the_gate():
+    assert gate(2.0, previous=2.0 * (1.0 + 1e-9))[1] == GateFlag(0)
+    assert gate(-2.0, previous=-2.0 * (1.0 + 1e-9))[1] == GateFlag(0)
+    assert gate(2.0, previous=2.0 * (1.0 + 2e-9))[1] == GateFlag.VIOLATION
+    assert gate(2.0, previous=2.0 * (1.0 + 1e-10), rate=1e-12) == (2.0, GateFlag.RATE)
+    assert gate(-2.0, previous=-2.0 * (1.0 + 1e-10), rate=1e-12) == (-2.0, GateFlag.RATE)
+
+
+def test_what_does_no_work_is_not_cut_above_the_speed_limit():
+    assert gate(0.0, velocity=10.1) == (0.0, GateFlag(0))
+    assert gate(-0.05, velocity=10.1) == (-0.05, GateFlag(0)), "braking, however little"
+    assert gate(0.05, velocity=-10.1) == (0.05, GateFlag(0))
+    assert gate(0.05, velocity=0.0, v_limit=math.nan) == (0.05, GateFlag(0))
+    assert gate(0.01, velocity=10.1) == (0.0, GateFlag.OVERSPEED)
+
+
 @pytest.mark.parametrize("name", ["limit", "rate"])
 @pytest.mark.parametrize("broken", [math.nan, math.inf, 0.0, -1.0])
 @pytest.mark.parametrize("enabled", [True, False])
@@ -87,10 +114,28 @@ def test_the_encoded_value_must_say_the_torque_and_stay_within_the_limit():
     assert not encoded_fits(1.0, 0.0, 0.0, 1.0)
     assert not encoded_fits(1.1, 2.2, 0.5, 1.0)
     assert not encoded_fits(0.999, 2.0, 0.5, 1.0)
+    assert not encoded_fits(1.0 + 5e-10, 2.0 + 1e-9, 0.5, 1.0), "the torque itself has no slack"
+    assert not encoded_fits(-1.0 - 5e-10, -2.0 - 1e-9, 0.5, 1.0)
+    assert encoded_fits(1.0, 2.0 + 1e-9, 0.5, 1.0)
+    assert encoded_fits(0.0, 1e-9, 1.0, 1.0), "a billionth of the limit is the slack"
+    assert not encoded_fits(0.0, 1.1e-9, 1.0, 1.0)
+    assert encoded_fits(0.0, 1.5e-9, 1.0, 2.0)
+    assert not encoded_fits(0.0, 0.7e-9, 1.0, 0.5)
     for broken in (math.nan, math.inf):
         assert not encoded_fits(broken, 0.0, 0.5, 1.0)
         assert not encoded_fits(0.0, broken, 0.5, 1.0)
         assert not encoded_fits(0.0, 0.0, broken, 1.0)
+
+
+def test_the_mean_of_the_window_follows_the_magnitude():
+    assert push_window(1.0, 2.0, 0.25) == 1.25
+    assert push_window(1.0, -2.0, 0.25) == 1.25
+    assert push_window(1.0, 0.0, 0.25) == 0.75
+
+
+def test_the_window_is_flagged_while_it_is_what_bounds_the_torque():
+    for torque, flag in ((0.5, GateFlag.WINDOW), (-0.5, GateFlag.WINDOW), (0.49, 0), (-0.49, 0), (0.0, 0)):
+        assert window_flag(0.5, torque) == flag
 
 
 def test_the_window_folds_the_limit_back_on_a_line_through_the_continuous_one():

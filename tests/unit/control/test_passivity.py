@@ -93,6 +93,38 @@ def test_injected_damping_never_exceeds_its_cap_and_rests_below_a_count():
     assert rig.run(5)["injected_damping_nms_rad"] == 0.0
 
 
+@pytest.mark.parametrize("torque_nm", [0.3, -0.3])
+@pytest.mark.parametrize("dx", [1e-3, -1e-3])
+def test_the_port_loses_what_the_motor_gave_and_is_credited_the_damping_of_the_joint(torque_nm, dx):
+    rig = LawRig().run(5)
+    rig.arm()
+    rig.state["energy_port_j"], rig.state["torque_applied_nm"] = -0.01, torque_nm
+    rig.tick(dx)
+    assert rig["energy_port_j"] == pytest.approx(-0.01 - torque_nm * dx + B * dx * dx / T, rel=1e-9)
+
+
+def test_no_more_than_the_bank_is_kept_beyond_what_is_stored():
+    rig = LawRig().arm()
+    rig.state["energy_port_j"] = 1.0
+    assert rig.tick()["energy_port_j"] == pytest.approx(0.02)
+
+
+@pytest.mark.parametrize(
+    ("energy_j", "fault"),
+    [
+        (-0.0299, Fault(0)),
+        (-0.0301, Fault.PASSIVITY),
+        (-0.0599, Fault.PASSIVITY),
+        (-0.0601, Fault.PASSIVITY_GROSS),
+        (math.nan, Fault.PASSIVITY_GROSS),
+    ],
+)
+def test_deficits_become_faults_at_one_and_a_half_and_three_budgets(energy_j, fault):
+    rig = LawRig().arm()
+    rig.state["energy_port_j"] = energy_j
+    assert rig.tick().faults == fault
+
+
 def driven(rig, speed, seconds):
     """The hand moves the joint to and fro at constant speed; least energy of the port."""
     rig.force_n[1] = 1.0

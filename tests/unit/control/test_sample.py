@@ -55,12 +55,13 @@ def test_an_older_sample_is_never_accepted():
     assert rig.state["position_rad"][0, 0] == 0.001
 
 
-def test_one_jump_is_discarded_and_a_second_cuts():
+@pytest.mark.parametrize("to_rad", [0.1, -0.1])
+def test_one_jump_is_discarded_and_a_second_cuts(to_rad):
     rig = started().arm()
-    rig.tick(0.1)  # 100 rad/s: far above 1.5 * 10 rad/s
+    rig.tick(to_rad)  # 100 rad/s: far above 1.5 * 10 rad/s
     assert rig.state["position_rad"][0, 0] == 0.0
     assert rig.mode is State.ACTIVE
-    rig.tick(0.1)
+    rig.tick(to_rad)
     assert rig.faults == Fault.JUMP
     assert rig.mode is State.FAULT
     assert rig["torque_applied_nm"] == 0.0
@@ -87,6 +88,29 @@ def test_a_lost_link_is_a_fault_at_once_also_at_rest():
     rig = started().tick(fresh=False, link_faults=int(LinkFault.LOST))
     assert rig.faults & Fault.LINK_LOST
     assert rig.mode is State.FAULT
+
+
+@pytest.mark.parametrize(
+    ("measured", "fault"),
+    [
+        ({"link_faults": int(LinkFault.DEVICE)}, Fault.DEVICE),
+        ({"estop": 1}, Fault.ESTOP),
+        ({"estop": -1}, Fault.ESTOP),
+    ],
+)
+def test_what_the_device_reports_of_itself_is_a_fault_in_the_same_tick_and_gone_with_it(measured, fault):
+    rig = started().tick(**measured)
+    assert rig.faults == fault
+    assert rig.tick().faults == Fault(0)
+
+
+def test_fifty_damaged_frames_among_a_thousand_are_let_pass_and_one_more_is_not():
+    rig = started()
+    for _ in range(50):
+        rig.tick(fresh=False, link_faults=int(LinkFault.CHECKSUM)).tick()
+        assert rig.faults == Fault(0)
+    assert rig.tick(fresh=False, link_faults=int(LinkFault.CHECKSUM)).faults == Fault.CHECKSUM
+    assert rig.tick().faults == Fault.CHECKSUM, "as long as there are more among the last thousand"
 
 
 def test_nothing_is_stale_before_the_first_valid_sample():

@@ -31,6 +31,18 @@ def test_arming_waits_for_good_ticks_and_takes_a_fresh_request():
     assert rig["enabled"] == 1.0
 
 
+def test_arming_waits_for_good_ticks_also_when_the_tare_is_complete():
+    rig = LawRig().run(15)
+    assert rig.state["tare_count"][0, 0] == 10
+    rig.request("arm_count")
+    assert rig.tick().mode is State.IDLE
+    rig.run(4)
+    rig.request("arm_count")
+    assert rig.tick().mode is State.IDLE
+    rig.request("arm_count")
+    assert rig.tick().mode is State.ARMING
+
+
 def test_arming_waits_for_the_tare():
     rig = LawRig(tare_ticks=100).run(60)
     rig.request("arm_count")
@@ -114,6 +126,19 @@ def test_the_first_cause_is_kept_when_others_follow():
     assert rig["fault_first"] == 0
 
 
+def test_a_fault_during_the_ramp_of_another_does_not_replace_it():
+    rig = spring_rig()
+    rig.state["energy_port_j"] = -1.6
+    assert rig.tick().mode is State.STOPPING
+    rig.state["energy_port_j"] = 0.0
+    for _ in range(3):
+        rig.tick(skipped=1)
+    assert rig.faults & Fault.OVERRUN
+    assert rig["fault_first"] == Fault.PASSIVITY.value.bit_length() - 1
+    assert rig.run(3, fresh=False).mode is State.FAULT
+    assert rig["fault_first"] == Fault.PASSIVITY.value.bit_length() - 1
+
+
 def test_a_fault_during_a_stop_decides_where_the_stop_leads():
     rig = spring_rig()
     rig.request("stop_count")
@@ -158,18 +183,19 @@ def test_three_late_ticks_in_a_row_ramp_down_and_two_do_not():
     assert rig["fault_first"] == Fault.OVERRUN.value.bit_length() - 1
 
 
-def test_over_speed_brakes_from_the_limit_and_cuts_at_a_fifth_above():
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_over_speed_brakes_from_the_limit_and_cuts_at_a_fifth_above(way):
     rig = LawRig(velocity_limit_rad_s=1.0, coupling_stiffness_nm_rad=60.0, energy_budget_j=10.0)
-    rig.environment("spring", environment_stiffness_nm_rad=60.0, environment_center_rad=0.5).arm()
+    rig.environment("spring", environment_stiffness_nm_rad=60.0, environment_center_rad=0.5 * way).arm()
     x = 0.0
     for _ in range(60):
-        x += 1.1e-3
+        x += 1.1e-3 * way
         rig.tick(x)
-    assert rig["torque_wanted_nm"] > 0.0
+    assert rig["torque_wanted_nm"] * way > 0.0
     assert rig["torque_applied_nm"] == 0.0
     assert rig.mode is State.ACTIVE
     for _ in range(40):
-        x += 1.3e-3
+        x += 1.3e-3 * way
         rig.tick(x)
     assert rig.mode is State.FAULT
     assert rig["fault_first"] == Fault.OVERSPEED.value.bit_length() - 1

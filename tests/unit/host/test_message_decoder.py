@@ -4,7 +4,7 @@ import msgpack
 import pytest
 
 from rtctl.host.description import AxisDescription, RigDescription
-from rtctl.host.messages import MAX_ID, Refusal, Request, decode
+from rtctl.host.messages import MAX_ID, Refusal, Request, decode, decode_target, encode
 from rtctl.host.operations import OPERATIONS
 
 BOUNDS = {
@@ -152,3 +152,32 @@ def test_texts_of_refusals_stay_short_whatever_was_sent():
         {**TARGET, "position_rad": [[]]},
     ):
         assert len(ask(**message).text) < 300
+
+
+def test_a_target_of_its_own_endpoint_needs_epoch_lease_and_position_but_no_id():
+    keys = {key: TARGET[key] for key in ("epoch", "lease", "position_rad")}
+    taken = decode_target(msgpack.packb(keys), RIG)
+    assert (taken.op, taken.epoch, taken.values["position_rad"]) == ("target", 3, [0.1, 0.2])
+    for name in keys:
+        left = {key: value for key, value in keys.items() if key != name}
+        assert decode_target(msgpack.packb(left), RIG).code == "missing_key"
+    assert decode_target(b"junk", RIG).code == "malformed"
+    assert decode_target(msgpack.packb({**keys, "op": "stop"}), RIG).op == "target", "it can be nothing else"
+
+
+@pytest.mark.parametrize("lease", ["", "00000000000000AB", "0" * 15, "0" * 17, 171, None])
+def test_a_lease_is_sixteen_hexadecimal_characters(lease):
+    refused("wrong_type", **{**TARGET, "lease": lease})
+
+
+def test_keys_are_texts_and_values_are_shown_as_what_they_are():
+    assert "keys are strings" in decode(msgpack.packb({b"": 2}), RIG).text
+    assert decode(msgpack.packb({1: 2}), RIG).code == "malformed"
+    assert "a map" in refused("wrong_type", id=1, op="compensation", share={"a": 1}).text
+    assert "an array" in refused("wrong_type", id=1, op="compensation", share=[1]).text
+    assert "nil" in refused("wrong_type", id=1, op="compensation", share=None).text
+    assert "share" in refused("missing_key", id=1, op="compensation").text
+
+
+def test_replies_are_msgpack():
+    assert msgpack.unpackb(encode({"ok": True})) == {"ok": True}

@@ -58,6 +58,24 @@ def test_every_operation_of_the_table_has_a_handler(desk):
     assert set(desk.requests._handlers) == set(OPERATIONS)
 
 
+OPEN_TO = {
+    "observer": {"hello", "status", "schema", "stop"},
+    "renderer": {"lease", "release", "environment", "target"},
+    "operator": {"arm", "reset", "tare", "compensation"},
+}
+"""What each role may do beyond the one before it: the contract, not read from the table under test."""
+
+
+@pytest.mark.parametrize(("rank", "role"), list(enumerate(OPEN_TO)))
+def test_each_role_is_refused_what_is_beyond_it_and_anybody_may_stop(desk, rank, role):
+    desk.caller = Caller("key:x", "x", role)
+    beyond = [op for later in list(OPEN_TO)[rank + 1 :] for op in OPEN_TO[later]]
+    for op in beyond:
+        desk.refused("forbidden", op)
+    assert set(OPERATIONS) == set().union(*OPEN_TO.values())
+    assert desk.ask("stop") == {"command_seq": 1}
+
+
 def test_arm_raises_the_counter_once_in_the_epoch_of_the_newest_tick(desk):
     desk.row["epoch"] = 5
     assert desk.ask("arm", 5) == {"command_seq": 1}
@@ -109,6 +127,9 @@ def test_reset_needs_a_latched_fault_and_never_opens_lockout(desk):
     assert "no latched fault" in desk.refused("not_ready", "reset")
     desk.row["state"] = State.LOCKOUT
     assert "restarts" in desk.refused("not_ready", "reset")
+    for state in (State.ARMING, State.ACTIVE, State.HOLD, State.STOPPING):
+        desk.row["state"] = state
+        assert "no latched fault" in desk.refused("not_ready", "reset")
     desk.row["state"] = State.FAULT
     assert desk.ask("reset") == {"command_seq": 1}
 

@@ -166,6 +166,22 @@ def test_the_newest_of_several_frames_is_shown(codec):
     assert (frames.good, frames.damaged) == (3, 0)
 
 
+def test_of_different_frames_the_last_one_is_shown_also_behind_a_damaged_one():
+    first, second, third = (rokubi.encode((float(k), 0.0, 0.0), stamp_us=k) for k in (1, 2, 3))
+    frames = frames_of(CODECS["rokubi"])
+    assert frames.newest(first + second) == second
+    assert frames.newest(flipped(first, 100) + third) == third
+
+
+def test_what_is_forgotten_is_no_beginning_of_a_frame_and_no_damage(codec):
+    frames, good = frames_of(codec), codec[-1]
+    assert frames.newest(good + good[:10]) == good
+    frames.forget()
+    assert frames.newest(good[10:]) is None
+    assert frames.newest(good) == good
+    assert frames.damaged == 0
+
+
 def test_a_frame_may_come_in_pieces_of_any_size(codec):
     good = codec[-1]
     for size in range(1, len(good) + 1):

@@ -58,6 +58,59 @@ def test_cobs_is_the_published_encoding():
     assert packet_of(payload) == b"\x00\x03\x11\x22" + b"\x06\x33" + crc + b"\x00"
 
 
+def cobs(raw):
+    """The published encoding, byte by byte, for bodies shorter than 254."""
+    return b"".join(bytes([len(run) + 1]) + run for run in raw.split(b"\0"))
+
+
+def sealed_by_hand(payload, flip=0):
+    return cobs(payload + (zlib.crc32(payload) ^ flip).to_bytes(4, "little"))
+
+
+def length_unsealed(data, n=None):
+    return unseal(np.frombuffer(data, np.uint8), len(data) if n is None else n, body_of(600))
+
+
+def test_what_is_no_packet_is_refused():
+    payload = b"abc\0def"
+    good = sealed_by_hand(payload)
+    assert length_unsealed(good) == len(payload)
+    for bit in range(32):
+        assert length_unsealed(sealed_by_hand(payload, 1 << bit)) == -1
+    for n in range(len(good)):
+        assert length_unsealed(good, n) == -1, "the bytes beyond n are somebody else's"
+    for n in range(6):
+        assert length_unsealed(b"\x01" * n) == -1, "the checksum of nothing is 0, and so are these"
+    unstuffed = payload + zlib.crc32(payload).to_bytes(4, "little")
+    assert length_unsealed(bytes([len(unstuffed) + 1]) + unstuffed) == -1, "a zero inside"
+    longest = bytes(range(1, 255))[: BODY_MAX - 4]
+    assert length_unsealed(sealed_by_hand(longest)) == BODY_MAX - 4
+    assert length_unsealed(sealed_by_hand(longest + b"x")) == -1
+
+
+def test_stop_and_identify_are_told_apart():
+    stop, identify = (
+        unpacked(request_packet(frame.TYPE_STOP)),
+        unpacked(request_packet(frame.TYPE_IDENTIFY, 7)),
+    )
+    for kind, yes, no in ((frame.TYPE_STOP, stop, identify), (frame.TYPE_IDENTIFY, identify, stop)):
+        assert frame.is_request(kind, np.frombuffer(yes, np.uint8), 4)
+        assert not frame.is_request(kind, np.frombuffer(no, np.uint8), 4)
+        assert not frame.is_request(kind, np.frombuffer(yes + b"x", np.uint8), 5)
+
+
+def test_more_bytes_than_a_packet_has_are_dropped_and_the_next_packet_is_found():
+    good = packet_of(b"here I am")
+    data = np.frombuffer(b"\0" + b"\x05" * 4000 + good, np.uint8)
+    stream = records(np.zeros(1, deframer_dtype()))
+    at, length = next_packet(stream, data, 0, len(data))
+    assert length == BODY_MAX + 2
+    assert unseal(stream[0]["pending"], length, body_of()) == -1
+    _, length = next_packet(stream, data, at, len(data))
+    body = body_of()
+    assert body[: unseal(stream[0]["pending"], length, body)].tobytes() == b"here I am"
+
+
 def numbers(dtype, n_axes, seed):
     rng = np.random.default_rng(seed)
     record = records(np.zeros(1, dtype))
@@ -209,6 +262,7 @@ def _packets():
         yield f"{name} {n_axes} {seed}", packet[: seal(body, encode(record, body), packet)].tobytes()
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize(
     ("name", "packet"), list(_packets()), ids=lambda value: value if isinstance(value, str) else ""
 )

@@ -128,6 +128,36 @@ def test_nothing_older_is_ever_accepted(again):
     assert wire.faults == 0
 
 
+@pytest.mark.parametrize(
+    ("numbers", "step_us"), [(-5, 1000), (0, 1000), (0x8000, 1000), (1, 0), (1, -1), (1, 1 << 31)]
+)
+def test_a_sample_must_be_newer_by_number_and_by_time(numbers, step_us):
+    wire = Wire()
+    wire.feed(wire.packet())
+    assert wire.count == 1
+    wire.board.sequence += numbers - 1
+    wire.feed(wire.packet(step_us))
+    assert wire.count == 1
+    assert wire.faults & LinkFault.SEQUENCE
+
+
+def test_packets_that_are_no_states_are_no_samples_and_no_damage():
+    wire = Wire()
+    other = Board(3, "SIM-0003", 1000).state_packet(new_ticks(1, 3), np.zeros(3), 1)
+    wire.feed(wire.board.identity_packet() + other)
+    record = wire.backend.link[0]
+    assert (wire.count, int(wire.faults)) == (0, 0)
+    assert (record["identified"], record["foreign"], record["damaged"]) == (1, 1, 0)
+
+
+def test_a_part_of_a_cycles_bytes_shows_nothing_yet():
+    wire = Wire()
+    wire.feed(wire.packet(), link.MORE)
+    assert wire.count == 0
+    wire.feed(b"")
+    assert wire.count == 1
+
+
 def test_sequence_and_clock_run_over_their_ends():
     wire = Wire()
     wire.board.sequence, wire.time_us = 65_530, 2**32 - 5000

@@ -167,6 +167,21 @@ def test_an_unarmed_rig_sends_no_torque(memory):
     assert not rows["enabled"].any()
 
 
+def test_what_is_written_was_decided_from_what_was_read_in_the_same_cycle(memory):
+    class Stopped(FakeBackend):
+        def read(self, tick):
+            super().read(tick)
+            tick["estop"] = self.count >= 10
+
+        def write(self, tick):
+            self.written.append(State(int(tick["state"][0])))
+
+    stop = Stop()
+    backend = Stopped(ask_stop_at(stop, 15))
+    run(memory, backend, stop=stop)
+    assert backend.written[8:10] == [State.IDLE, State.ESTOP]
+
+
 def test_a_rig_without_a_temperature_sensor_shows_no_temperature(memory):
     stop = Stop()
     rows = run(memory, FakeBackend(ask_stop_at(stop, 20)), stop=stop)

@@ -1,0 +1,336 @@
+"""The axes of CAN drives on a bus that only remembers: what they say about damage, silence, faults, and how they go off."""
+
+import math
+import struct
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from hw.can import cia402, moteus, odrive
+from hw.can.sample import Sample
+from hw.interface import BackendError, LinkFault, Rig
+
+RIG = Rig(1, 1e-3, np.full(1, 10.0), np.full(1, 0.8), np.full(1, 0.05), np.full(1, 4096.0), np.eye(3)[:1])
+AXIS = {
+    "node": 5, "direction": 1, "shaft": "motor", "offset_rad": 0.0, "current_max_a": 20.0, "counts_per_turn": 4096.0,
+    "rated_torque_nm": 1.0, "rated_current_a": 2.0,
+}  # fmt: skip
+OPTIONS = {"feedback": "request", "heartbeat_ms": 10.0, "source": 0, "time_to_live_ms": 10.0, "temperature_ms": 100.0,
+           "feedback_ms": 1.0, "axis": [AXIS]}  # fmt: skip
+DEVICE, LOST = int(LinkFault.DEVICE), int(LinkFault.LOST)
+
+
+class Bus:
+    """Remembers what was sent; `answer` is called at every `receive`."""
+
+    def __init__(self, answer=lambda: None):
+        self.sent, self.answer, self.handlers = [], answer, {}
+
+    def outgoing(self, can_id, length):
+        return SimpleNamespace(id=can_id, buffer=bytearray(length), offset=0, length=length)
+
+    def send(self, frame):
+        self.sent.append((frame.id, bytes(frame.buffer)))
+        return True
+
+    def receive(self):
+        self.answer()
+        return True
+
+    def subscribe(self, handlers):
+        self.handlers = handlers
+
+
+@pytest.fixture
+def no_waiting(monkeypatch):
+    """A wait that looks three times and gives up."""
+
+    def wait(bus, done, _seconds):
+        for _ in range(3):
+            bus.receive()
+        return done()
+
+    for module in (odrive, moteus, cia402):
+        monkeypatch.setattr(module, "wait_for", wait)
+
+
+def odrive_axis(**options):
+    sample = Sample(1)
+    axis = odrive.OdriveAxis(AXIS, {**OPTIONS, **options}, RIG, 0, sample)
+    return axis, sample, axis.handlers()
+
+
+def test_an_odrive_counts_frames_of_a_wrong_length_as_damaged_and_keeps_what_it_knew():
+    axis, sample, on = odrive_axis()
+    for command in (odrive.GET_ENCODER, odrive.GET_IQ):
+        on[odrive.can_id(5, command)](bytes(7), 0, 7)
+    assert sample.counts["damaged"] == 2
+    assert sample.faults == int(LinkFault.CHECKSUM)
+    on[odrive.can_id(5, odrive.GET_TEMPERATURE)](bytes(7), 0, 7)
+    on[odrive.can_id(5, odrive.HEARTBEAT)](struct.pack("<IBB", 7, 8, 0), 0, 6)
+    on[odrive.can_id(5, odrive.ADDRESS)](bytes(6), 0, 6)
+    assert (sample.temperature_c[0], axis.error, axis.state, axis.identity) == (0.0, 0, 0, b"")
+    on[odrive.can_id(5, odrive.GET_TEMPERATURE)](struct.pack("<ff", 30.0, 41.0), 0, 8)
+    on[odrive.can_id(5, odrive.GET_TEMPERATURE)](struct.pack("<ff", 30.0, math.nan), 0, 8)
+    on[odrive.can_id(5, odrive.ADDRESS)](bytes([5, 1, 2, 3, 4, 5, 6, 0]), 0, 8)
+    assert (sample.temperature_c[0], axis.identity) == (41.0, bytes([1, 2, 3, 4, 5, 6]))
+    assert odrive.error_names(1 << 31) == "0x80000000"
+
+
+def test_an_odrive_that_is_not_heard_is_refused_with_what_to_check(no_waiting):
+    axis, _sample, on = odrive_axis()
+    with pytest.raises(BackendError, match="no heartbeat"):
+        axis.set_up(Bus())
+
+    def beat():
+        on[odrive.can_id(5, odrive.HEARTBEAT)](struct.pack("<IBBBB", 0, 1, 0, 0, 0), 0, 8)
+
+    with pytest.raises(BackendError, match="no encoder estimates"):
+        axis.set_up(Bus(beat))
+
+    def everything():
+        beat()
+        for command in (odrive.GET_ENCODER, odrive.GET_IQ):
+            on[odrive.can_id(5, command)](struct.pack("<ff", 0.5, 0.5), 0, 8)
+
+    bus = Bus(everything)
+    axis.set_up(bus)
+    asked = [can_id & 0x1F for can_id, _ in bus.sent]
+    assert asked[:2] == [odrive.SET_INPUT_TORQUE, odrive.SET_AXIS_STATE], "torque-free first"
+    assert {odrive.GET_ENCODER, odrive.GET_IQ} <= set(asked)
+
+
+def test_an_odrive_gets_torque_only_while_armed_and_is_told_again_while_it_should_not_be(no_waiting):
+    axis, _sample, on = odrive_axis()
+    axis._make_frames(bus := Bus())
+    axis.write(bus, 2.0, True)
+    kinds = [can_id & 0x1F for can_id, _ in bus.sent]
+    assert kinds[:4] == [
+        odrive.SET_CONTROLLER_MODE,
+        odrive.CLEAR_ERRORS,
+        odrive.SET_AXIS_STATE,
+        odrive.SET_INPUT_TORQUE,
+    ]
+    assert struct.unpack("<f", bus.sent[3][1]) == (0.0,), "not in closed loop yet"
+    on[odrive.can_id(5, odrive.HEARTBEAT)](struct.pack("<IBBBB", 0, 8, 0, 0, 0), 0, 8)
+    bus.sent.clear()
+    axis.write(bus, 2.0, True)
+    assert struct.unpack("<f", bus.sent[0][1])[0] == pytest.approx(2.0 * 0.05)
+    bus.sent.clear()
+    axis.error = 0x20
+    for _ in range(101):
+        axis.write(bus, 2.0, False)
+    torques = [data for can_id, data in bus.sent if can_id & 0x1F == odrive.SET_INPUT_TORQUE]
+    assert set(torques) == {bytes(4)}
+    states = [data for can_id, data in bus.sent if can_id & 0x1F == odrive.SET_AXIS_STATE]
+    assert states == [struct.pack("<I", odrive.IDLE)] * 2
+    assert [can_id & 0x1F for can_id, _ in bus.sent].count(odrive.CLEAR_ERRORS) == 1
+    assert axis.link_faults() == DEVICE
+    assert "DRV_FAULT" in axis.status()
+    axis.error = axis.state = 0
+    bus.sent.clear()
+    for _ in range(100):
+        axis.write(bus, 0.0, False)
+    assert not [1 for can_id, _ in bus.sent if can_id & 0x1F in (odrive.SET_AXIS_STATE, odrive.CLEAR_ERRORS)]
+    assert axis.status() == "node 5: state 0"
+
+
+def test_an_odrive_that_does_not_arm_or_falls_silent_is_a_fault():
+    axis, _, _ = odrive_axis(feedback="cyclic")
+    axis._make_frames(bus := Bus())
+    axis.write(bus, 0.0, True)
+    assert axis.link_faults() == 0
+    for _ in range(521):
+        axis.write(bus, 0.0, True)
+    assert axis.link_faults() == DEVICE | LOST
+    axis.prime(bus)
+    axis.stop(bus)
+    assert [data for _, data in bus.sent[-2:]] == [bytes(4), struct.pack("<I", odrive.IDLE)]
+    assert not [1 for can_id, _ in bus.sent if can_id & 0x1F == odrive.GET_ENCODER]
+
+
+def test_the_traffic_of_each_kind_is_named():
+    names = [frame.name for frame in odrive.traffic(OPTIONS, 1000.0)]
+    assert names == [
+        f"node 5 {kind}"
+        for kind in ("torque", "encoder estimates", "Iq", "heartbeat", "temperature", "requests")
+    ]
+    quiet = odrive.traffic({**OPTIONS, "feedback": "cyclic", "temperature_ms": 0.0}, 500.0)
+    assert [frame.per_s for frame in quiet] == [500.0, 1000.0, 1000.0, 100.0]
+    assert [frame.name for frame in cia402.traffic(OPTIONS, 1000.0)][:3] == [
+        "SYNC",
+        "host heartbeat",
+        "node 5 RPDO1",
+    ]
+    assert [frame.length for frame in moteus.traffic(OPTIONS, 1000.0)] == [48, 32]
+
+
+def moteus_axis():
+    sample = Sample(1)
+    axis = moteus.MoteusAxis(AXIS, OPTIONS, RIG, 0, sample)
+    return axis, sample, axis.handlers()[moteus.reply_ids(5, 0)[0]]
+
+
+def reply(mode=10, position=0.25, current=1.5, temperature=40.0, fault=0):
+    return (
+        bytes([0x21, 0x00, mode]) + b"\x2f\x01" + struct.pack("<fff", position, 0.0, 0.1)
+        + b"\x2d\x04" + struct.pack("<f", current) + b"\x2d\x0e" + struct.pack("<f", temperature)
+        + bytes([0x21, 0x0F, fault])
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        b"\x30\x00", b"\x21", b"\x24\x00", b"\x20\x50\x00" + bytes(100), b"\x21\x80\x80\x00\x00", b"\x21\x80", b"\x2f\x01\x00",
+        b"\x51\x00\x00", b"\x20",
+    ],
+)  # fmt: skip
+def test_what_is_no_reply_of_a_moteus_is_damage(bad):
+    _, sample, on = moteus_axis()
+    on(bad, 0, len(bad))
+    assert sample.counts["damaged"] == 1
+    assert sample.fresh == 0
+
+
+def test_registers_of_two_bytes_and_of_other_types_are_read_as_what_they_are():
+    assert moteus.parse_reply(b"\x21\x80\x02\x07") == {0x100: 7}
+    assert moteus.parse_reply(b"\x20\x02\x03\x05\x06") == {3: 5, 4: 6}
+    integers = b"\x21\x00\x0a" + b"\x22\x01\x01\x02" + b"\x21\x04\x01" + b"\x21\x0e\x28" + b"\x21\x0f\x00"
+    assert moteus.decode_reply(integers, 0, len(integers)) is None, "an angle is asked for as a float"
+    floats = b"\x2d\x00" + struct.pack("<f", 10.0) + reply()[3:]
+    assert moteus.decode_reply(floats, 0, len(floats)) is None, "a mode is asked for as an integer"
+
+
+@pytest.mark.parametrize("field", ["position", "current", "temperature"])
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_a_moteus_value_that_is_not_finite_has_not_arrived(field, value):
+    _, sample, on = moteus_axis()
+    on(reply(**{field: value}), 0, 32)
+    assert sample.counts["not_finite"] == 1
+    assert sample.fresh == 0
+    on(reply(), 0, 32)
+    assert sample.fresh == sample.needed
+    assert sample.position_rad[0] == pytest.approx(0.25 * 2 * math.pi / 10)
+    assert (sample.current_a[0], sample.temperature_c[0]) == (1.5, 40.0)
+
+
+def test_a_moteus_is_stopped_learned_and_refused_when_it_is_silent(no_waiting):
+    axis, _sample, on = moteus_axis()
+    bus = Bus()
+    with pytest.raises(BackendError, match="moteus id 5: no reply"):
+        axis.set_up(bus)
+    assert bus.sent[1][1][:3] == moteus.STOP
+    number = b"\x2b\xa0\x02" + struct.pack("<3i", 1, -2, 3)
+
+    def answer():
+        on(number, 0, len(number))
+        on(reply(mode=0), 0, 32)
+
+    axis.set_up(Bus(answer))
+    assert axis.identity == struct.pack("<3I", 1, 0xFFFFFFFE, 3)
+
+
+def test_a_moteus_in_fault_or_not_armed_is_a_fault_of_the_device():
+    axis, _, on = moteus_axis()
+    axis._command, axis._stop = (Bus().outgoing(1, 48), Bus().outgoing(2, 16))
+    axis._command.buffer[:] = moteus.command_frame()
+    bus = Bus()
+    on(reply(mode=moteus.FAULT, fault=33), 0, 32)
+    assert axis.link_faults() == DEVICE
+    assert axis.status() == "id 5: mode 1, fault 33"
+    on(reply(mode=0), 0, 32)
+    assert axis.link_faults() == 0
+    for _ in range(201):
+        axis.write(bus, 100.0, True)
+    assert struct.unpack_from("<f", bus.sent[-1][1], 14)[0] == pytest.approx(20.0 * 0.05)
+    assert axis.link_faults() == DEVICE
+    on(reply(mode=10), 0, 32)
+    assert axis.link_faults() == 0
+    axis.write(bus, 1.0, False)
+    assert bus.sent[-1][0] == 2
+    axis.prime(bus)
+    axis.stop(bus)
+    assert [can_id for can_id, _ in bus.sent[-2:]] == [2, 2]
+    assert axis.status() == "id 5: mode 10"
+
+
+def cia402_axis():
+    sample = Sample(1)
+    axis = cia402.Cia402Axis(AXIS, OPTIONS, RIG, 0, sample)
+    bus = Bus()
+    axis._command, axis._sync = bus.outgoing(1, 4), bus.outgoing(2, 0)
+    return axis, sample, axis.handlers(), bus
+
+
+def feedback(on, statusword, counts=4096, current=500):
+    on[cia402.TPDO1 + 5](struct.pack("<Hih", statusword, counts, current), 0, 8)
+
+
+def test_a_cia402_drive_turns_feedback_into_angle_and_current_and_refuses_other_lengths():
+    axis, sample, on, _ = cia402_axis()
+    on[cia402.TPDO1 + 5](bytes(7), 0, 7)
+    assert sample.counts["damaged"] == 1
+    on[cia402.HEARTBEAT + 5](b"\x04\x00", 0, 2)
+    on[cia402.EMERGENCY + 5](b"\x10", 0, 1)
+    assert (axis.nmt, axis.emergency) == (cia402.OPERATIONAL, 0)
+    feedback(on, 0x27)
+    assert axis.state == cia402.ENABLED
+    assert sample.position_rad[0] == pytest.approx(2 * math.pi / 10)
+    assert sample.current_a[0] == pytest.approx(1.0)
+    on[cia402.EMERGENCY + 5](b"\x10\x23\x00", 0, 3)
+    assert axis.status() == "node 5: operation enabled, emergency 0x2310"
+
+
+def test_a_cia402_drive_gets_torque_only_when_enabled_and_answering_so():
+    axis, _, on, bus = cia402_axis()
+    feedback(on, 0x23)
+    axis.write(bus, 2.0, True)
+    assert struct.unpack("<Hh", bus.sent[-1][1]) == (cia402.ENABLE, 0)
+    feedback(on, 0x27)
+    axis.write(bus, 2.0, True)
+    assert struct.unpack("<Hh", bus.sent[-1][1]) == (cia402.ENABLE, 100)
+    axis.write(bus, 2.0, False)
+    assert struct.unpack("<Hh", bus.sent[-1][1]) == (cia402.SHUT_DOWN, 0)
+    axis.prime(bus)
+    axis.stop(bus)
+    assert [data for _, data in bus.sent[-3:]] == [struct.pack("<Hh", 6, 0), struct.pack("<Hh", 6, 0), b""]
+    assert axis.status() == "node 5: operation enabled"
+
+
+def test_a_cia402_drive_in_fault_not_operational_not_enabled_or_silent_is_a_fault():
+    axis, _, on, bus = cia402_axis()
+    feedback(on, 0x08)
+    assert axis.link_faults() == DEVICE
+    feedback(on, 0x21)
+    assert axis.link_faults() == 0
+    on[cia402.HEARTBEAT + 5](b"\x04", 0, 1)
+    assert axis.link_faults() == DEVICE
+    on[cia402.HEARTBEAT + 5](b"\x05", 0, 1)
+    for _ in range(50):
+        axis.write(bus, 0.0, True)
+    assert axis.link_faults() == 0
+    axis.write(bus, 0.0, True)
+    assert axis.link_faults() == LOST
+    for _ in range(950):
+        axis.write(bus, 0.0, True)
+    assert axis.link_faults() == DEVICE | LOST
+
+
+def test_a_cia402_drive_is_set_up_or_refused_when_no_feedback_comes(monkeypatch, no_waiting):
+    monkeypatch.setattr("hw.can.cia402_setup.configure", lambda *_: (1.5, 3.0, b"number"))
+    axis, _, on, _ = cia402_axis()
+    bus = Bus()
+    with pytest.raises(BackendError, match="no TPDO after SYNC"):
+        axis.set_up(bus)
+    assert [can_id for can_id, _ in bus.sent] == [cia402.RPDO1 + 5, cia402.SYNC] * 5
+    axis.set_up(Bus(lambda: feedback(on, 0x21)))
+    assert axis.identity == b"number"
+
+
+def test_a_sample_counts_what_is_not_newer():
+    sample = Sample(2)
+    sample.not_newer()
+    assert sample.counts == {"damaged": 0, "not_newer": 1, "not_finite": 0}
+    assert sample.faults == int(LinkFault.SEQUENCE)
