@@ -1,0 +1,251 @@
+"""Seeded bugs of the control law: gate, states, faults, intake, detectors, arming, samples, passivity."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+UNIT = "tests/unit/control"
+GATE = (f"{UNIT}/test_gate.py", "tests/properties/test_control_gate.py")
+STATES = (f"{UNIT}/test_states.py",)
+SEQUENCES = (f"{UNIT}/test_state_sequences.py",)
+DETECTORS = (f"{UNIT}/test_detectors.py",)
+ARMING = (f"{UNIT}/test_arming.py",)
+SAMPLE = (f"{UNIT}/test_sample.py",)
+PASSIVITY = (
+    f"{UNIT}/test_passivity.py::test_injected_damping_never_exceeds_its_cap_and_rests_below_a_count",
+    f"{UNIT}/test_passivity.py::test_the_port_loses_what_the_motor_gave_and_is_credited_the_damping_of_the_joint",
+    f"{UNIT}/test_passivity.py::test_no_more_than_the_bank_is_kept_beyond_what_is_stored",
+    f"{UNIT}/test_passivity.py::test_deficits_become_faults_at_one_and_a_half_and_three_budgets",
+)
+
+SEEDS = (
+    Seed(
+        "the absolute limit bounds one sign only", "rtctl/control/gate.py",
+        "    if abs(torque) > limit:\n", "    if torque > limit:\n", GATE,
+    ),
+    Seed(
+        "the torque rate bounds rises only", "rtctl/control/gate.py",
+        "if abs(torque - previous) > rate:", "if torque - previous > rate:", GATE,
+    ),
+    Seed(
+        "the gate lets NaN of the law pass", "rtctl/control/gate.py",
+        "if not (_finite(wanted) and _finite(velocity)):", "if not _finite(velocity):", GATE,
+    ),
+    Seed(
+        "a disabled gate ramps instead of cutting", "rtctl/control/gate.py",
+        "        return 0.0, _DISABLED\n", "        return _clamped(0.0, previous - rate, previous + rate), _DISABLED\n", GATE,
+    ),
+    Seed(
+        "above the speed limit braking is cut and pushing allowed", "rtctl/control/gate.py",
+        "torque * velocity > 0.0:", "torque * velocity < 0.0:", GATE,
+    ),
+    Seed(
+        "the gate trusts a broken memory of what was sent", "rtctl/control/gate.py",
+        "if not abs(previous) <= limit * (1.0 + SLACK):", "if abs(previous) > 2.0 * limit:", GATE,
+    ),
+    Seed(
+        "an allowed share of NaN means all of it", "rtctl/control/gate.py",
+        "ceiling = allowed if allowed > 0.0 else 0.0", "ceiling = 0.0 if allowed <= 0.0 else limit", GATE,
+    ),
+    Seed(
+        "broken limits are seen while enabled only", "rtctl/control/gate.py",
+        "if not (limit > 0.0 and rate > 0.0 and _finite(limit) and _finite(rate)):",
+        "if enabled and not (limit > 0.0 and rate > 0.0 and _finite(limit) and _finite(rate)):", GATE,
+    ),
+    Seed(
+        "the encoded value's sign is not checked", "rtctl/control/gate.py",
+        "abs(said - torque) <=", "abs(abs(said) - abs(torque)) <=", GATE,
+    ),
+    Seed(
+        "one tick may carry the window beyond the continuous limit", "rtctl/control/gate.py",
+        "_clamped(min(limit - slope * (mean - start), ahead), 0.0, limit)",
+        "_clamped(limit - slope * (mean - start), 0.0, limit)", GATE,
+    ),
+    Seed(
+        "torques of opposite sign cancel in the window", "rtctl/control/gate.py",
+        "share * (abs(torque) - mean)", "share * (torque - mean)", GATE,
+    ),
+    Seed(
+        "a torque that is not finite cuts its own axis only", "rtctl/control/law.py",
+        "        t.torque_applied_nm[axis] = 0.0\n        t.current_command_a[axis] = 0.0\n    # The machine",
+        "        t.current_command_a[axis] = 0.0\n    # The machine", GATE,
+    ),
+    Seed(
+        "HOLD damps with twice its share", "rtctl/control/law.py",
+        "HOLD_SHARE = 0.2", "HOLD_SHARE = 0.4", SEQUENCES,
+    ),
+    Seed(
+        "a stop takes twice its time", "rtctl/control/law.py",
+        "abs(s.torque_applied_nm[axis]) / max(p.stop_ticks, 1)",
+        "abs(s.torque_applied_nm[axis]) / max(2 * p.stop_ticks, 1)", SEQUENCES,
+    ),
+    Seed(
+        "no soft start", "rtctl/control/law.py",
+        "return s.authority * t.torque_wanted_nm[axis]", "return t.torque_wanted_nm[axis]", SEQUENCES,
+    ),
+    Seed(
+        "over-speed is seen in one direction only", "rtctl/control/law.py",
+        "return _F_OVERSPEED if abs(velocity) >", "return _F_OVERSPEED if velocity >", SEQUENCES,
+    ),
+    Seed(
+        "an arm request of an older epoch counts", "rtctl/control/intake.py",
+        "return requests, c.epoch == s.epoch", "return requests, True", SEQUENCES,
+    ),
+    Seed(
+        "anybody's target moves the proxy", "rtctl/control/intake.py",
+        "if s.lease != 0 and s.lease != c.target_lease:", "if c.target_lease == 0:", SEQUENCES,
+    ),
+    Seed(
+        "a target of an older epoch counts", "rtctl/control/intake.py",
+        "if c.target_epoch != s.epoch or c.target_lease == 0:", "if c.target_lease == 0:", SEQUENCES,
+    ),
+    Seed(
+        "a target's velocity may be NaN", "rtctl/control/intake.py",
+        "if not (math.isfinite(c.target_position_rad[axis]) and math.isfinite(c.target_velocity_rad_s[axis])):",
+        "if not math.isfinite(c.target_position_rad[axis]):", SEQUENCES,
+    ),
+    Seed(
+        "the slot's old target counts as fresh in every tick", "rtctl/control/intake.py",
+        "risen = c.target_count > s.target_seen", "risen = c.target_count > 0", SEQUENCES,
+    ),
+    Seed(
+        "a silent renderer is followed five times longer", "rtctl/control/intake.py",
+        "return _is_remote(c) and s.target_age_ticks > p.target_hold_ticks",
+        "return _is_remote(c) and s.target_age_ticks > 5 * p.target_hold_ticks", SEQUENCES,
+    ),
+    Seed(
+        "the rig locks out one fault too late", "rtctl/control/states.py",
+        "s.fault_total >= LOCKOUT_FAULTS and", "s.fault_total > LOCKOUT_FAULTS and", SEQUENCES,
+    ),
+    Seed(
+        "a later cause replaces the first one", "rtctl/control/states.py",
+        "    if s.fault_first < 0:\n", "    if faults:\n", SEQUENCES,
+    ),
+    Seed(
+        "a reset is accepted while the cause is fresh", "rtctl/control/states.py",
+        "may_reset = s.clear_ticks >= CLEAR_TICKS or s.state == _ESTOP", "may_reset = True", SEQUENCES,
+    ),
+    Seed(
+        "a stop does not begin a new epoch", "rtctl/control/states.py",
+        "        s.epoch += 1\n        s.lease = 0\n        _latch", "        s.lease = 0\n        _latch", SEQUENCES,
+    ),
+    Seed(
+        "the lease outlives a stop", "rtctl/control/states.py",
+        "        s.epoch += 1\n        s.lease = 0\n        _latch", "        s.epoch += 1\n        _latch", SEQUENCES,
+    ),
+    Seed(
+        "a stop at rest voids nothing", "rtctl/control/states.py",
+        "if requests & STOP and not is_powered(s.state):", "if False:", SEQUENCES,
+    ),
+    Seed(
+        "a cut during a ramp is ignored", "rtctl/control/states.py",
+        "Transition(_POWERED, Event.CUT,", "Transition(_MOVING, Event.CUT,", STATES,
+    ),
+    Seed(
+        "a stop in HOLD is ignored", "rtctl/control/states.py",
+        "Transition(_MOVING, Event.STOP,", "Transition((_S.ARMING, _S.ACTIVE), Event.STOP,", STATES,
+    ),
+    Seed(
+        "a renderer that comes back starts with full authority", "rtctl/control/states.py",
+        "if state in (_ARMING, _ACTIVE):", "if state == _ARMING:", SEQUENCES,
+    ),
+    Seed(
+        "a rig arms before it was good for long enough", "rtctl/control/states.py",
+        "ready = s.good_ticks >= p.ready_ticks and not faults", "ready = not faults", SEQUENCES,
+    ),
+    Seed(
+        "a jump ramps instead of cutting", "rtctl/control/faults.py",
+        "Fault.JUMP,\n        Reaction.CUT,", "Fault.JUMP,\n        Reaction.RAMP,", SAMPLE,
+    ),
+    Seed(
+        "heat only keeps a rig from arming", "rtctl/control/faults.py",
+        "Fault.OVERTEMPERATURE,\n        Reaction.RAMP,", "Fault.OVERTEMPERATURE,\n        Reaction.REFUSE,", DETECTORS,
+    ),
+    Seed(
+        "a motor may be far off by the whole limit", "rtctl/control/detectors.py",
+        "if not gap <= WRONG_SHARE * limit:", "if not gap <= limit:", DETECTORS,
+    ),
+    Seed(
+        "gaps between good ticks add up", "rtctl/control/detectors.py",
+        "s.lag_ticks[axis] = 0 if gap <= LAG_SHARE * limit else s.lag_ticks[axis] + 1",
+        "s.lag_ticks[axis] += 0 if gap <= LAG_SHARE * limit else 1", DETECTORS,
+    ),
+    Seed(
+        "a temperature of NaN is a good one", "rtctl/control/detectors.py",
+        "if not -100.0 < temperature < 500.0:", "if temperature <= -100.0 or temperature >= 500.0:", DETECTORS,
+    ),
+    Seed(
+        "a silent temperature sensor gives back the full torque", "rtctl/control/detectors.py",
+        "        s.cold_ticks[axis] += 1\n        return 1.0 - s.heat_share[axis]",
+        "        s.cold_ticks[axis] += 1\n        return 1.0", DETECTORS,
+    ),
+    Seed(
+        "a stall of exactly ten periods is let pass", "rtctl/control/detectors.py",
+        "skipped >= STALL_PERIODS", "skipped > STALL_PERIODS", SEQUENCES,
+    ),
+    Seed(
+        "the window of marks is as long as its words", "rtctl/control/window.py",
+        "place = tick % TICKS", "place = tick % (_BITS * MARK_WORDS)", DETECTORS,
+    ),
+    Seed(
+        "the test pulse may use a fifth of the limit", "rtctl/control/arming.py",
+        "MAX_SHARE = 0.05", "MAX_SHARE = 0.2", ARMING,
+    ),
+    Seed(
+        "a current of the wrong sign passes the test pulse", "rtctl/control/arming.py",
+        "not s.test_product_nm2[axis] >= CURRENT_SHARE * sent", "not abs(s.test_product_nm2[axis]) >= CURRENT_SHARE * sent", ARMING,
+    ),
+    Seed(
+        "a joint that goes the right way is refused, the wrong way passes", "rtctl/control/arming.py",
+        "s.test_moved_rad[axis] < -counts", "s.test_moved_rad[axis] > counts", ARMING,
+    ),
+    Seed(
+        "a hand that pulls backwards is not seen in ARMING", "rtctl/control/arming.py",
+        "abs(t.hand_torque_nm[axis])", "t.hand_torque_nm[axis]", ARMING,
+    ),
+    Seed(
+        "an older sample is accepted", "rtctl/control/sample.py",
+        "t.sample_count <= s.sample_count", "t.sample_count == s.sample_count", SAMPLE,
+    ),
+    Seed(
+        "a current of NaN is within range", "rtctl/control/sample.py",
+        "if not abs(t.current_a[axis]) <= p.current_limit_a[axis]:", "if abs(t.current_a[axis]) > p.current_limit_a[axis]:", SAMPLE,
+    ),
+    Seed(
+        "two jumps are forgiven", "rtctl/control/sample.py",
+        "if s.jump_count[0] >= 2:", "if s.jump_count[0] >= 3:", SAMPLE,
+    ),
+    Seed(
+        "jumps back are no jumps", "rtctl/control/sample.py",
+        "if abs(t.position_rad[axis] - s.position_rad[axis]) > reach:", "if t.position_rad[axis] - s.position_rad[axis] > reach:", SAMPLE,
+    ),
+    Seed(
+        "one component of the force is looked at", "rtctl/control/sample.py",
+        "        for i in range(3):\n            if not abs(", "        for i in range(1):\n            if not abs(", SAMPLE,
+    ),
+    Seed(
+        "a lost device's samples go on being counted from where they were", "rtctl/control/sample.py",
+        "    s.sample_count = -1\n", "", SAMPLE,
+    ),
+    Seed(
+        "energy the motor gives is booked as energy it takes", "rtctl/control/passivity.py",
+        "s.energy_port_j[axis] - held * dx + credit", "s.energy_port_j[axis] + held * dx + credit", PASSIVITY,
+    ),
+    Seed(
+        "a port may give out ten times its budget", "rtctl/control/passivity.py",
+        "FAULT_FACTOR = 1.5", "FAULT_FACTOR = 10.0", PASSIVITY,
+    ),
+    Seed(
+        "injected damping has no cap", "rtctl/control/passivity.py",
+        "return min(-energy * dt / (dx * dx), max(p.injected_damping_max_nms_rad[axis], 0.0))",
+        "return -energy * dt / (dx * dx)", PASSIVITY,
+    ),
+    Seed(
+        "energy is banked without end", "rtctl/control/passivity.py",
+        "s.energy_port_j[axis] = min(energy, felt + p.energy_bank_j)", "s.energy_port_j[axis] = energy", PASSIVITY,
+    ),
+    Seed(
+        "a deficit of NaN is no deficit", "rtctl/control/passivity.py",
+        "    if deficit <= FAULT_FACTOR * p.energy_budget_j:", "    if not deficit > FAULT_FACTOR * p.energy_budget_j:", PASSIVITY,
+    ),
+)  # fmt: skip

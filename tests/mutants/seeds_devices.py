@@ -1,0 +1,191 @@
+"""Seeded bugs of what stands between wire and tick: serial frames, encoders, CAN, force sensors, the loop."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+HW = "tests/unit/hw"
+FRAME = (f"{HW}/test_serial_frame.py::test_numbers_come_back_as_they_went",
+         f"{HW}/test_serial_frame.py::test_packets_of_another_version_type_or_number_of_axes_are_not_taken",
+         f"{HW}/test_serial_frame.py::test_fixed_point_saturates_and_truncates_toward_zero")  # fmt: skip
+DAMAGE = (f"{HW}/test_serial_frame.py::test_what_is_no_packet_is_refused",)
+LINK = (f"{HW}/test_serial_link.py::test_a_sample_must_be_newer_by_number_and_by_time",
+        f"{HW}/test_serial_link.py::test_nothing_older_is_ever_accepted",
+        f"{HW}/test_serial_link.py::test_a_sample_is_fresh_once",
+        f"{HW}/test_serial_link.py::test_damage_is_a_checksum_fault_unless_a_good_sample_follows_at_once",
+        f"{HW}/test_serial_link.py::test_nothing_out_of_a_backlog_is_fresh_and_what_comes_after_it_is",
+        f"{HW}/test_serial_link.py::test_a_value_that_is_not_finite_disables_every_axis",
+        f"{HW}/test_serial_link.py::test_a_disabled_tick_sends_zeros",
+        f"{HW}/test_serial_link.py::test_a_board_that_reports_a_failure_of_what_is_used_is_as_good_as_lost",
+        f"{HW}/test_serial_link.py::test_a_board_that_went_torque_free_by_itself_while_enabled_is_as_good_as_lost")  # fmt: skip
+BOARD = (f"{HW}/test_serial_firmware.py",)
+ENCODER = (
+    "tests/properties/test_encoder.py::test_the_count_follows_every_walk_of_less_than_half_a_range_a_step",
+)
+FIELDS = (f"{HW}/test_can_fields.py",)
+CODECS = (f"{HW}/test_can_codecs.py",)
+FORCE = (f"{HW}/test_force_codecs.py",)
+LOOP = ("tests/unit/rt/test_loop.py",)
+REPLUG = ("tests/unit/rt/test_replug.py",)
+
+SEEDS = (
+    Seed(
+        "half of the packet's checksum is compared", "hw/serial/framing.py",
+        "if crc32(body, 0, at - 4) != unsigned(body, at - 4, 4):",
+        "if crc32(body, 0, at - 4) & 0xFFFF != unsigned(body, at - 4, 2):", DAMAGE,
+    ),
+    Seed(
+        "a COBS code may point beyond the end", "hw/serial/framing.py",
+        "if code == 0 or i + code > n:", "if code == 0:", DAMAGE,
+    ),
+    Seed(
+        "a zero inside a packet is taken for a byte", "hw/serial/framing.py",
+        "            if data[k] == 0:\n                return -1\n", "", DAMAGE,
+    ),
+    Seed(
+        "packets too short for a checksum are looked into", "hw/serial/framing.py",
+        "if n < 6 or n > BODY_MAX + 1:", "if n > BODY_MAX + 1:", DAMAGE,
+    ),
+    Seed(
+        "numbers lose their sign", "hw/serial/framing.py",
+        "if value >> (8 * size - 1):", "if value >> (8 * size):", FRAME,
+    ),
+    Seed(
+        "a state of another number of axes is read", "hw/serial/frame.py",
+        "if not _is(body, n, TYPE_STATE, 28 + 10 * n_axes) or body[13] != n_axes:",
+        "if not _is(body, n, TYPE_STATE, 28 + 10 * n_axes):", FRAME,
+    ),
+    Seed(
+        "packets of another version are read", "hw/serial/frame.py",
+        "return n == length and body[0] == VERSION and body[1] == kind", "return n == length and body[1] == kind", FRAME,
+    ),
+    Seed(
+        "a command without a time to live is obeyed", "hw/serial/frame.py",
+        " or body[6] != n_axes or body[5] == 0:", " or body[6] != n_axes:", BOARD,
+    ),
+    Seed(
+        "a large negative command becomes a large positive one", "hw/serial/frame.py",
+        "return 2147483647 if scaled > 0.0 else -2147483647", "return 2147483647", FRAME,
+    ),
+    Seed(
+        "an older packet is a fresh sample", "hw/serial/link.py",
+        "0 < ahead < 0x8000 and", "ahead != 0 and", LINK,
+    ),
+    Seed(
+        "a new packet around an old sample is fresh", "hw/serial/link.py",
+        " and 0 < later_us < 0x80000000):", "):", LINK,
+    ),
+    Seed(
+        "a finite value enables a disabled rig", "hw/serial/link.py",
+        "enable = enable and math.isfinite(value)", "enable = math.isfinite(value)", LINK,
+    ),
+    Seed(
+        "a disabled command still carries its values", "hw/serial/link.py",
+        "            c.value[axis] = 0\n", "            pass\n", LINK,
+    ),
+    Seed(
+        "a board that let go by itself is not noticed", "hw/serial/link.py",
+        "if ln.status & ln.unusable_status or _dropped(ln):", "if ln.status & ln.unusable_status:", LINK,
+    ),
+    Seed(
+        "a command of before a stop enables the board again", "hw/serial/firmware.py",
+        "elif not 0 < ahead < 0x8000:", "elif ahead == 0:", BOARD,
+    ),
+    Seed(
+        "the board's time to live never ends", "hw/serial/firmware.py",
+        "self.age = min(self.age + cycles, 255)", "self.age = min(self.age, 255)", BOARD,
+    ),
+    Seed(
+        "an encoder that wraps jumps", "hw/encoder.py",
+        "state[1] += wrap(raw - state[1], bits)", "state[1] = raw", ENCODER,
+    ),
+    Seed(
+        "an encoder wraps in one direction only", "hw/encoder.py",
+        "return ((count + half) & (2 * half - 1)) - half", "return count & (2 * half - 1)", ENCODER,
+    ),
+    Seed(
+        "a CAN counter wraps in one direction only", "hw/can/fields.py",
+        "((raw - self._last + self._half) & self._mask) - self._half", "(raw - self._last) & self._mask", FIELDS,
+    ),
+    Seed(
+        "a CAN frame may come twice", "hw/can/fields.py",
+        "if 0 < ahead <= self._half:", "if 0 <= ahead <= self._half:", FIELDS,
+    ),
+    Seed(
+        "a large CAN value wraps instead of saturating", "hw/can/fields.py",
+        "    if x >= high:\n        return high\n", "", FIELDS,
+    ),
+    Seed(
+        "NaN goes onto the CAN bus", "hw/can/fields.py",
+        "(0.0 if value != value else value)", "value", FIELDS,
+    ),
+    Seed(
+        "an ODrive current of NaN is fresh", "hw/can/odrive.py",
+        "        if current - current != 0.0:\n            self._sample.not_finite()\n            return\n", "", CODECS,
+    ),
+    Seed(
+        "a moteus reply is read beyond its end", "hw/can/moteus.py",
+        "if at + size * count > end:", "if at > end:", CODECS,
+    ),
+    Seed(
+        "a CiA 402 drive is enabled though nobody asked", "hw/can/cia402.py",
+        "return DISABLE_VOLTAGE if state in (FAULT, QUICK_STOP) else SHUT_DOWN",
+        "return DISABLE_VOLTAGE if state in (FAULT, QUICK_STOP) else _NEXT.get(state, SHUT_DOWN)", CODECS,
+    ),
+    Seed(
+        "a CiA 402 fault is reset into motion", "hw/can/cia402.py",
+        "    return _NEXT.get(state, DISABLE_VOLTAGE)", "    return _NEXT.get(state, FAULT_RESET)", CODECS,
+    ),
+    Seed(
+        "a drive gets a current of NaN", "hw/can/sample.py",
+        "        if current_a - current_a != 0.0:\n            return 0.0\n", "", CODECS,
+    ),
+    Seed(
+        "half of a force frame's checksum is compared", "hw/force/rokubi.py",
+        "return crc16_x25(frame[_CRC_OF]) == frame[-2] | frame[-1] << 8",
+        "return crc16_x25(frame[_CRC_OF]) & 0xFF == frame[-2]", FORCE,
+    ),
+    Seed(
+        "a force of NaN is a good one", "hw/force/rokubi.py",
+        "        status |= _NOT_FINITE\n", "        pass\n", FORCE,
+    ),
+    Seed(
+        "the oldest of several force frames is shown", "hw/force/frames.py",
+        "found, at = frame, start + length", "found, at = found or frame, start + length", FORCE,
+    ),
+    Seed(
+        "a saturated force sensor is believed", "hw/force/rdt.py",
+        "return 0 if rest == _ERROR and status & _MONITOR else rest", "return 0 if rest & _ERROR and status & _MONITOR else rest", FORCE,
+    ),
+    Seed(
+        "the loop writes before it decides", "rtctl/rt/loop.py",
+        "            decide_()  # 3 decide: newest command, law, gate\n            t_law = now()\n            write(tick)  # 4 write to the devices\n",
+        "            write(tick)\n            t_law = now()\n            decide_()\n", LOOP,
+    ),
+    Seed(
+        "late slots are caught up in a burst", "rtctl/rt/loop.py",
+        "missed, slot, deadline = missed + skipped, slot + skipped, deadline + skipped * period",
+        "missed, slot, deadline = missed + skipped, slot, deadline", LOOP,
+    ),
+    Seed(
+        "the grid drifts with the work of a cycle", "rtctl/rt/loop.py",
+        "slot, deadline = slot + 1, deadline + period", "slot, deadline = slot + 1, woke + period", LOOP,
+    ),
+    Seed(
+        "a loop that fails leaves the motor as it is", "rtctl/rt/loop.py",
+        "    finally:\n        backend.stop()", "    finally:\n        pass", LOOP,
+    ),
+    Seed(
+        "a second request to end is ignored", "rtctl/rt/loop.py",
+        "if stop.requests > 1:", "if stop.requests > 2:", LOOP,
+    ),
+    Seed(
+        "a device that is gone is written to", "rtctl/rt/replug.py",
+        "        if self._wait:\n            return\n        try:\n            self._backend.write(tick)",
+        "        try:\n            self._backend.write(tick)", REPLUG,
+    ),
+    Seed(
+        "what is left of a lost rig is not stopped", "rtctl/rt/replug.py",
+        "        self._backend.stop()  # whatever part of the rig can still be reached\n", "", REPLUG,
+    ),
+)  # fmt: skip

@@ -1,0 +1,126 @@
+"""Seeded bugs of the host: messages, roles, epochs, the lease, the command slot, rates."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+HOST = "tests/unit/host"
+MESSAGES = (f"{HOST}/test_message_decoder.py",)
+REQUESTS = (f"{HOST}/test_requests.py",)
+LEASE = (f"{HOST}/test_lease.py",)
+TARGETS = (f"{HOST}/test_targets.py",)
+MAILBOX = (
+    "tests/unit/test_shm.py::test_the_newest_command_wins_and_counters_lose_no_request",
+    "tests/unit/test_shm.py::test_a_half_written_command_changes_nothing_and_is_counted",
+    "tests/unit/test_shm.py::test_an_older_command_is_never_taken",
+    "tests/unit/test_shm.py::test_a_row_whose_seal_does_not_fit_is_never_returned",
+)
+
+SEEDS = (
+    Seed(
+        "a number of NaN is within its bounds", "rtctl/host/messages.py",
+        "if not math.isfinite(value) or not low <= value <= high:", "if value < low or value > high:", MESSAGES,
+    ),
+    Seed(
+        "true is a number", "rtctl/host/messages.py",
+        "if isinstance(value, bool) or not isinstance(value, int | float):", "if not isinstance(value, int | float):", MESSAGES,
+    ),
+    Seed(
+        "the last of two equal keys wins", "rtctl/host/messages.py",
+        "        if key in unique:\n", "        if False:\n", MESSAGES,
+    ),
+    Seed(
+        "a request needs no epoch", "rtctl/host/messages.py",
+        "_epoch(message, required=operation.needs_epoch)", "_epoch(message, required=False)", MESSAGES,
+    ),
+    Seed(
+        "unknown keys are ignored", "rtctl/host/messages.py",
+        'if name not in known and name not in ("id", "op", "epoch"):', "if False:", MESSAGES,
+    ),
+    Seed(
+        "any role may do anything", "rtctl/host/requests.py",
+        "if not allowed(request.op, caller.role):", "if False:", REQUESTS,
+    ),
+    Seed(
+        "an observer may arm", "rtctl/host/operations.py",
+        'Operation("enable the actuator: IDLE to ARMING to ACTIVE", "operator", needs_epoch=True)',
+        'Operation("enable the actuator: IDLE to ARMING to ACTIVE", "observer", needs_epoch=True)', REQUESTS,
+    ),
+    Seed(
+        "a request of an older epoch is carried out", "rtctl/host/requests.py",
+        'if request.epoch is not None and request.op != "stop" and request.epoch != row["epoch"]:',
+        'if request.epoch is not None and request.op != "stop" and request.epoch > row["epoch"]:', REQUESTS,
+    ),
+    Seed(
+        "a stop of an older epoch is refused", "rtctl/host/requests.py",
+        'if request.epoch is not None and request.op != "stop" and request.epoch != row["epoch"]:',
+        'if request.epoch is not None and request.epoch != row["epoch"]:', REQUESTS,
+    ),
+    Seed(
+        "a rig arms while a stop is on its way", "rtctl/host/requests.py",
+        "if self._slot.stop_pending(row):", "if False:", REQUESTS,
+    ),
+    Seed(
+        "a loop that stands still is armed", "rtctl/host/requests.py",
+        'if row["time_ns"] == 0 or (not self._rig.virtual and age_s > STALLED_S):', 'if row["time_ns"] == 0:', REQUESTS,
+    ),
+    Seed(
+        "a reset is passed on while the rig moves", "rtctl/host/requests.py",
+        "if state not in (State.FAULT, State.ESTOP):", "if state is State.IDLE:",
+        REQUESTS,
+    ),
+    Seed(
+        "the force is tared under torque", "rtctl/host/requests.py",
+        "if state not in (State.INIT, State.IDLE, State.FAULT, State.ESTOP):", "if state is State.ACTIVE:", REQUESTS,
+    ),
+    Seed(
+        "a stop leaves the arm request and the target in the slot", "rtctl/host/command_slot.py",
+        '        command["epoch"] = command["target_epoch"] = _VOID\n        command["target_lease"] = 0\n', "", TARGETS,
+    ),
+    Seed(
+        "a lease's number is enough for anybody", "rtctl/host/lease.py",
+        "if lease.text != text or lease.user_id != user_id:", "if lease.text != text:", LEASE,
+    ),
+    Seed(
+        "a lease outlives its epoch", "rtctl/host/lease.py",
+        "if self._lease is not None and self._lease.epoch != epoch:", "if False:", LEASE,
+    ),
+    Seed(
+        "a silent holder keeps the lease", "rtctl/host/lease.py",
+        "elif self._lease is not None and self._clock_s() > self._until_s:", "elif False:", LEASE,
+    ),
+    Seed(
+        "two may hold the lease", "rtctl/host/lease.py",
+        "        if lease is not None:\n            return Refusal(\n", "        if False:\n            return Refusal(\n", LEASE,
+    ),
+    Seed(
+        "the lease is given while the loop follows the last holder", "rtctl/host/lease.py",
+        "        if loop_holds:\n", "        if False:\n", LEASE,
+    ),
+    Seed(
+        "a stop may come too often", "rtctl/host/gateway.py",
+        ' and request.op != "stop":', ":", TARGETS,
+    ),
+    Seed(
+        "targets have no rate", "rtctl/host/gateway.py",
+        "        if not self._target_rate.allows(caller.user_id):\n            return False\n", "", TARGETS,
+    ),
+    Seed(
+        "of targets that wait the oldest is taken", "rtctl/host/targets.py",
+        "newest[number, identity] = (user_id(frame), frame.bytes)",
+        "newest.setdefault((number, identity), (user_id(frame), frame.bytes))", TARGETS,
+    ),
+    Seed(
+        "a half-written command is taken", "rtctl/control/mailbox.py",
+        "if compiled_checksum(command_words[1], n) != slot[n] or command_words[1, 0] < command_words[0, 0]:",
+        "if command_words[1, 0] < command_words[0, 0]:", MAILBOX,
+    ),
+    Seed(
+        "an older command is taken", "rtctl/control/mailbox.py",
+        " or command_words[1, 0] < command_words[0, 0]:", ":", MAILBOX,
+    ),
+    Seed(
+        "a torn tick is shown", "rtctl/shm.py",
+        "        if not sealed.all():\n", "        if False:\n", MAILBOX,
+    ),
+)  # fmt: skip

@@ -1,0 +1,149 @@
+"""A copy of the tree in which one file at a time is spoilt, and the tests run on it.
+
+Tests run as plain Python (`NUMBA_DISABLE_JIT=1`): compiling the law takes longer than testing it. They run in
+a fork of a process that has imported everything but our own packages, so that nothing of one mutant is left
+for the next, and importing costs nothing.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import resource
+import shutil
+import signal
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+COPIED = ("rtctl", "hw", "tests", "docs", "configs", "pyproject.toml")
+WARM = ("pytest", "hypothesis", "numpy", "numba", "zmq", "msgpack", "pydantic", "click")
+MOST_S = 120
+"""Processor time of one mutant; an endless loop ends there."""
+
+OPTIONS = (
+    "-x",
+    "-q",
+    "-p",
+    "no:cacheprovider",
+    "-W",
+    "ignore::RuntimeWarning",
+    "-W",
+    "ignore::pytest.PytestAssertRewriteWarning",
+    "--durations=0",
+    "--tb=no",
+)
+SURVIVED, TESTS_FAILED, INTERRUPTED = 0, 1, 2
+
+
+def say(text: str) -> None:
+    """Show a line at once."""
+    sys.stdout.write(f"{text}\n")
+    sys.stdout.flush()
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What the tests said: the first one that failed ("" when all passed), and how long it took, s."""
+
+    by: str
+    seconds: float
+
+
+class Workshop:
+    """One copy of the tree. Use it from one process only."""
+
+    def __init__(self, root: Path = ROOT) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="rtctl-mutants-")
+        self.tree = Path(self._folder.name) / "tree"
+        self.tree.mkdir()
+        for name in COPIED:
+            if (root / name).is_dir():
+                ignored = shutil.ignore_patterns("__pycache__", ".hypothesis", "recordings")
+                shutil.copytree(root / name, self.tree / name, ignore=ignored)
+            else:
+                shutil.copy(root / name, self.tree / name)
+        for name in WARM:
+            importlib.import_module(name)
+
+    def run(self, tests: Sequence[str], path: str = "", text: str = "") -> Outcome:
+        """Run `tests` with the file at `path` replaced by `text`, or as it is."""
+        file = self.tree / path if path else None
+        original = file.read_bytes() if file else b""
+        start = time.monotonic()
+        try:
+            if file:
+                file.write_text(text)
+                for stale in (file.parent / "__pycache__").glob(f"{file.stem}.*.pyc"):
+                    stale.unlink()
+            by = self._forked(tests, keep_bytecode=not path)
+        finally:
+            if file:
+                file.write_bytes(original)
+        return Outcome(by, time.monotonic() - start)
+
+    def _forked(self, tests: Sequence[str], *, keep_bytecode: bool) -> str:
+        note = self.tree.parent / "failed"
+        note.unlink(missing_ok=True)
+        pid = os.fork()
+        if pid == 0:
+            self._child(tests, note, keep_bytecode=keep_bytecode)
+        _, status = os.waitpid(pid, 0)
+        _end_group(pid)
+        if os.WIFSIGNALED(status):
+            return "endless, or ended by a signal"
+        code = os.WEXITSTATUS(status)
+        if code == SURVIVED:
+            return ""
+        if code in (TESTS_FAILED, INTERRUPTED):
+            return note.read_text() if note.exists() else "cannot be imported"
+        raise RuntimeError(f"pytest {' '.join(tests)} ended with {code}: see {self.tree.parent / 'output'}")
+
+    def _child(self, tests: Sequence[str], note: Path, *, keep_bytecode: bool) -> None:
+        import pytest
+
+        os.setsid()
+        resource.setrlimit(resource.RLIMIT_CPU, (MOST_S, MOST_S))
+        output = os.open(self.tree.parent / "output", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+        os.dup2(output, 1)
+        os.dup2(output, 2)
+        os.chdir(self.tree)
+        sys.path[:0] = [str(self.tree)]
+        sys.dont_write_bytecode = not keep_bytecode
+        os.environ.update(PYTHONPATH=str(self.tree), RTCTL_CACHE_DIR=str(self.tree.parent / "cache"))
+        code = 3
+        try:
+            code = int(pytest.main([*OPTIONS, *tests], plugins=[_FirstFailure(note)]))
+        finally:
+            os._exit(code)
+
+    def close(self) -> None:
+        """Remove the copy."""
+        self._folder.cleanup()
+
+
+class _FirstFailure:
+    """Writes down the first test that fails, or the module that cannot be collected."""
+
+    def __init__(self, note: Path) -> None:
+        self._note = note
+
+    def pytest_runtest_logreport(self, report) -> None:
+        if report.failed and not self._note.exists():
+            self._note.write_text(report.nodeid)
+
+    def pytest_collectreport(self, report) -> None:
+        if report.failed and not self._note.exists():
+            self._note.write_text(f"cannot be imported by {report.nodeid}")
+
+
+def _end_group(pid: int) -> None:
+    """End what the tests of a mutant left running: the group is the child's own."""
+    try:
+        os.killpg(pid, signal.SIGKILL)
+    except ProcessLookupError:
+        return
