@@ -21,6 +21,19 @@ from numba.core import config as numba_config
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+
+def _content_name(record: numba.types.Record) -> tuple[str, tuple[str]]:
+    """What stands for a record in the symbol of a compiled function: a hash of its fields.
+
+    Numba takes a number that counts the types a process has met. Symbols in its cache then depend on the order of
+    events in the process that filled it: two rigs of different size, cached by two processes, may carry the same
+    symbols, and whoever loads both runs one rig's machine code on the other rig's records.
+    """
+    return "Record", (hashlib.sha256(record.name.encode()).hexdigest()[:20],)
+
+
+numba.types.Record.mangling_args = property(_content_name)  # type: ignore[assignment]
+
 JIT_DISABLED = bool(numba_config.DISABLE_JIT)  # type: ignore[attr-defined] # set at import, untyped
 
 
