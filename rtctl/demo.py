@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from rtctl.control.vocabulary import State
-from rtctl.host.supervisor import AutoArm, Host
+from rtctl.host.auto_arm import AutoArm
+from rtctl.host.supervisor import Host
 
 SETTLE_S = 1.0
 

@@ -116,8 +116,8 @@ def running_rigs(root: Path | None = None) -> list[str]:
 
 def _alive(lock: Path) -> bool:
     try:
-        os.kill(int(lock.read_text()), 0)
-    except (OSError, ValueError):
+        os.kill(int(lock.read_text().split()[0]), 0)
+    except (OSError, ValueError, IndexError):
         return False
     return True
 

@@ -29,6 +29,7 @@ COMMANDS: dict[str, str] = {
     "incident": "rtctl.cli.incident",
     "playback": "rtctl.cli.playback",
     "probe": "rtctl.cli.probe",
+    "stop-rig": "rtctl.cli.stop_rig",
     "doctor": "rtctl.cli.doctor",
     "schema": "rtctl.cli.schema",
     "keys": "rtctl.cli.keys",

@@ -45,7 +45,8 @@ def command(
     """
     from rtctl.config import load
     from rtctl.errors import ConfigError, FaultError
-    from rtctl.host.supervisor import AutoArm, Host
+    from rtctl.host.auto_arm import AutoArm
+    from rtctl.host.supervisor import Host
 
     loaded = load(config, faults)
     if arm and not loaded.config.simulated:

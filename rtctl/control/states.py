@@ -16,7 +16,7 @@ import numpy as np
 from rtctl.control import faults as fault_table
 from rtctl.control.jit import compiled
 from rtctl.control.records import LOCKOUT_FAULTS, Record
-from rtctl.control.vocabulary import State
+from rtctl.control.vocabulary import Fault, State
 
 ARM = 1
 STOP = 2
@@ -115,6 +115,7 @@ _E_TO_SHUTDOWN = int(Event.RAMPED_TO_SHUTDOWN)
 
 _F_CUT, _F_RAMP, _F_STOP, _F_END = fault_table.CUT, fault_table.RAMP, fault_table.STOP, fault_table.END
 _F_ESTOP, _F_LOCKOUT = fault_table.ESTOP, fault_table.LOCKOUT
+_F_STALLED = int(Fault.STALLED)
 _F_LATCH, _F_LATCHED = fault_table.LATCHING_AT_REST, fault_table.LATCHED
 
 
@@ -213,9 +214,12 @@ def lowest_bit(bits: int) -> int:
 
 @compiled
 def _latch(s: Record, faults: int) -> None:
-    """Keep the first cause of a stop; later ones do not replace it."""
+    """Keep the first cause of a stop; later ones do not replace it.
+
+    What a loop finds after a standstill (a device that let go, say) comes of the standstill.
+    """
     if s.fault_first < 0:
-        s.fault_first = lowest_bit(faults & _F_LATCHED)
+        s.fault_first = lowest_bit(faults & _F_STALLED if faults & _F_STALLED else faults & _F_LATCHED)
 
 
 @compiled

@@ -10,6 +10,7 @@ from __future__ import annotations
 import fcntl
 import os
 import stat
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,6 +19,9 @@ from typing import Self
 
 from rtctl.errors import BusyError, ConfigError
 from rtctl.protocol import LOCK_NAME, Endpoints, endpoints_in, rig_directory
+
+ORPHAN_S = 3.0
+"""Longest wait for the loop of a host that has died: a ramp takes 50 ticks."""
 
 
 class RuntimeDirectory:
@@ -43,6 +47,15 @@ class RuntimeDirectory:
         endpoints_in(directory)
         _make_private(directory)
         return cls(directory, _lock(rig, directory / LOCK_NAME))
+
+    @property
+    def lock_fd(self) -> int:
+        """Descriptor that holds the lock, -1 once released; a process that inherits it holds the lock too."""
+        return self._lock_fd
+
+    def note_holder(self, pid: int) -> None:
+        """Write down a process that inherits the lock, for whoever finds the rig held."""
+        os.pwrite(self._lock_fd, f"{os.getpid()} {pid}\n".encode(), 0)
 
     def describe(self) -> list[str]:
         """Lines that tell a person where to connect."""
@@ -71,18 +84,42 @@ class RuntimeDirectory:
 def _lock(rig: str, path: Path) -> int:
     """Take the lock file; returns its descriptor, which holds the lock until it is closed."""
     fd = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
-    try:
-        fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        holder = os.pread(fd, 32, 0).decode("ascii", "replace").strip() or "unknown"
+    if not _take(fd):
+        holders = os.pread(fd, 64, 0).decode("ascii", "replace").split() or ["unknown"]
+        alive = [pid for pid in holders if not pid.isdecimal() or _is_alive(int(pid))]
         os.close(fd)
         raise BusyError(
-            f"rig {rig!r} is already run by process {holder} (lock {path}); "
+            f"rig {rig!r} is already run by process {' and '.join(alive or holders)} (lock {path}); "
             "stop that one first, or give this rig another name"
-        ) from None
+        )
     os.ftruncate(fd, 0)
     os.pwrite(fd, f"{os.getpid()}\n".encode(), 0)
     return fd
+
+
+def _take(fd: int) -> bool:
+    """Lock it; a loop whose host has died holds the lock while it ramps down: that is waited for."""
+    end = time.monotonic() + ORPHAN_S
+    while True:
+        try:
+            fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            host = os.pread(fd, 64, 0).decode("ascii", "replace").partition(" ")[0].strip()
+            orphaned = host.isdecimal() and not _is_alive(int(host))
+            if not orphaned or time.monotonic() > end:
+                return False
+            time.sleep(0.01)
+        else:
+            return True
+
+
+def _is_alive(pid: int) -> bool:
+    """Whether such a process runs; one that has ended and was not yet waited for does not."""
+    try:
+        stat_line = Path(f"/proc/{pid}/stat").read_text()
+    except OSError:
+        return False
+    return stat_line.rpartition(")")[2].split()[0] not in "ZX"
 
 
 def _make_private(directory: Path) -> None:

@@ -22,7 +22,8 @@ _ERRORS = {"device": DeviceError, "realtime": RealtimeError}
 class LoopProcess:
     """The running loop: `messages()` drains what it said, `ended` holds its last word."""
 
-    def __init__(self, loaded: LoadedConfig, memory: Memory) -> None:
+    def __init__(self, loaded: LoadedConfig, memory: Memory, lock_fd: int | None = None) -> None:
+        """Start it. It keeps `lock_fd` open: the rig's lock lasts as long as anybody drives the rig."""
         config = loaded.config
         rig = {
             name: value.tolist() if isinstance(value, np.ndarray) else value
@@ -46,7 +47,7 @@ class LoopProcess:
             [sys.executable, "-m", "rtctl.rt", str(memory.fd)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            pass_fds=(memory.fd,),
+            pass_fds=(memory.fd,) if lock_fd is None else (memory.fd, lock_fd),
             env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
         )
         stdin, self._stdout = self._process.stdin, cast("IO[bytes]", self._process.stdout)
@@ -93,12 +94,20 @@ class LoopProcess:
         notes, self._notes = self._notes, []
         return notes
 
-    def raise_if_failed(self) -> None:
-        """After the end: raise the named error of what went wrong, or return when it was asked to end."""
+    @property
+    def left_torque(self) -> bool:
+        """After the end: it may not have stopped its devices."""
+        return self.ended is None or self.ended["reason"] == "error"
+
+    def raise_if_failed(self, aftermath: str = "check the device") -> None:
+        """After the end: raise the named error of what went wrong, or return when it was asked to end.
+
+        `aftermath` says what was done about the torque of a loop that died.
+        """
         if self.ended is None:
             code = self._process.poll()
             raise LoopDiedError(
-                f"the loop process died without a word (exit status {code}); torque was on its own: check the device"
+                f"the loop process died without a word (exit status {code}); torque was on its own: {aftermath}"
             )
         if self.ended["reason"] not in ("shutdown", "cut"):
             error = _ERRORS.get(self.ended["reason"], LoopDiedError)

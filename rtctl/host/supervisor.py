@@ -20,7 +20,6 @@ import zmq
 from rtctl import plan as planning
 from rtctl import stability_report
 from rtctl.config import LoadedConfig
-from rtctl.control.vocabulary import State
 from rtctl.errors import LoopDiedError, StabilityError
 from rtctl.host import reload
 from rtctl.host.access import Access, Openings
@@ -31,6 +30,7 @@ from rtctl.host.loop_process import LoopProcess
 from rtctl.host.notices import Notices
 from rtctl.host.notify import Notifier
 from rtctl.host.run_record import RunRecord
+from rtctl.host.safe_stop import SafeStop
 from rtctl.host.statistics import RunStatistics
 from rtctl.host.telemetry import Telemetry
 from rtctl.recording.setup import LawArrays, setup_of
@@ -87,6 +87,7 @@ class Host:
         self._finished = False
         self._ending_since: float | None = None
         self._last_head = (0, 0.0)
+        self._safe_stop: SafeStop | None = None
 
     def __enter__(self) -> Host:
         self._check()
@@ -118,7 +119,9 @@ class Host:
         endpoints = self.runtime.endpoints
         self.context = zmq.Context()
         self.access = Access(self.context, endpoints, Openings.of(self.loaded), Notices())
-        self.loop = LoopProcess(self.loaded, self.memory)
+        self.loop = LoopProcess(self.loaded, self.memory, self.runtime.lock_fd)
+        self.runtime.note_holder(self.loop.pid)
+        self._safe_stop = SafeStop(self.loaded)
         rig = describe(self.loaded)
         self.telemetry = Telemetry(self.context, endpoints, rig, access=self.access)
         self.gateway = Gateway(
@@ -184,6 +187,7 @@ class Host:
             if self.gateway.serve():
                 time.sleep(PAUSE_S)  # a flood waits in its senders
             alive = self.loop.poll()
+            aftermath = "" if alive else self._make_safe()
             for note in self.loop.take_notes():
                 self.announce(f"device {note}")
             now = time.monotonic()
@@ -198,7 +202,7 @@ class Host:
                 self._hangups = 0
                 reload.reload(self)
             self._watch(now)
-        self.loop.raise_if_failed()
+        self.loop.raise_if_failed(aftermath)
         self.record.finish()
         return self.summary()
 
@@ -240,7 +244,17 @@ class Host:
         elif now - seen[1] > STALL_PERIODS * self.plan.period_s + STALL_S + HOST_SLACK_S:
             self.loop.kill()
             self.loop.wait(1.0)
-            raise LoopDiedError(f"the loop stopped advancing at tick {head}; it was killed")
+            raise LoopDiedError(
+                f"the loop stopped advancing at tick {head}; it was killed: {self._make_safe()}"
+            )
+
+    def _make_safe(self) -> str:
+        """Stop the devices of a loop that cannot have done so itself, once; says what became of them."""
+        stop, self._safe_stop = self._safe_stop, None
+        if stop is None or not self.loop.left_torque:
+            return ""
+        stopped = stop.now()
+        return "; ".join(one.text() for one in stopped) or "no actuator but simulated ones"
 
     # -- commands of the host itself (the gateway serves everybody else)
 
@@ -274,13 +288,18 @@ class Host:
     ) -> None:
         self._close(error)
 
+    def _end_loop(self, loop: LoopProcess) -> None:
+        """However it fares: no loop is left behind, and no torque."""
+        if loop.poll():
+            loop.terminate()
+            loop.wait(1.0)
+        loop.close()
+        if done := self._make_safe():
+            self.announce(done)
+
     def _close(self, error: BaseException | None = None) -> None:
-        loop = getattr(self, "loop", None)
-        if loop is not None:
-            if loop.poll():
-                loop.terminate()
-                loop.wait(1.0)
-            loop.close()
+        if hasattr(self, "loop"):
+            self._end_loop(self.loop)
         record = getattr(self, "record", None)
         if record is not None:
             record.close(error)
@@ -302,21 +321,3 @@ class Host:
             self.runtime.release()
         if hasattr(self, "notifier"):
             self.notifier.close()
-
-
-class AutoArm:
-    """Observer that arms a simulated rig as soon as it is ready (`rtctl run --arm`)."""
-
-    def __init__(self) -> None:
-        self._asked = 0.0
-
-    def __call__(self, host: Host, rows: np.ndarray) -> None:
-        """Ask again every 0.2 s until the rig leaves IDLE; never after a fault or a stop."""
-        if len(rows) == 0 or self._asked < 0:
-            return
-        state = State(int(rows["state"][-1]))
-        if state not in (State.INIT, State.IDLE):
-            self._asked = -1.0
-        elif state == State.IDLE and time.monotonic() - self._asked > 0.2:
-            self._asked = time.monotonic()
-            host.arm()

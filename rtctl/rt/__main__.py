@@ -27,7 +27,8 @@ from rtctl.shm import Memory
 
 
 def _say(kind: str, **body: Any) -> None:  # noqa: ANN401
-    os.write(1, (json.dumps({"message": kind, **body}) + "\n").encode())
+    with contextlib.suppress(BrokenPipeError):  # the host is gone: nobody is left to be told
+        os.write(1, (json.dumps({"message": kind, **body}) + "\n").encode())
 
 
 def _note(text: str) -> None:

@@ -6,7 +6,8 @@ import sys
 from pathlib import Path
 
 from rtctl.config import load
-from rtctl.host.supervisor import AutoArm, Host
+from rtctl.host.auto_arm import AutoArm
+from rtctl.host.supervisor import Host
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

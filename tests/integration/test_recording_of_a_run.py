@@ -15,7 +15,8 @@ from rtctl.cli import cli
 from rtctl.client import RigClient
 from rtctl.config import load
 from rtctl.errors import ClientError
-from rtctl.host.supervisor import AutoArm, Host
+from rtctl.host.auto_arm import AutoArm
+from rtctl.host.supervisor import Host
 from rtctl.recording.overview import overview
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.replay import Replay

@@ -14,7 +14,8 @@ import pytest
 from rtctl.client import RigClient
 from rtctl.config import load
 from rtctl.control.vocabulary import State
-from rtctl.host.supervisor import AutoArm, Host
+from rtctl.host.auto_arm import AutoArm
+from rtctl.host.supervisor import Host
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

@@ -9,7 +9,8 @@ from click.testing import CliRunner
 from rtctl.cli import cli
 from rtctl.config import load
 from rtctl.friction import artefact
-from rtctl.host.supervisor import AutoArm, Host
+from rtctl.host.auto_arm import AutoArm
+from rtctl.host.supervisor import Host
 from rtctl.recording.event_log import read_events
 
 CONFIGS = Path(__file__).parents[2] / "configs"

@@ -6,6 +6,7 @@ from itertools import pairwise
 import pytest
 from law_rig import LawRig
 
+from hw.interface import LinkFault
 from rtctl.control.states import CLEAR_TICKS
 from rtctl.control.vocabulary import Fault, State
 
@@ -404,3 +405,9 @@ def test_without_real_time_rights_a_rig_needs_a_waiver_that_caps_its_torque(shar
     assert (rig.mode is State.ACTIVE) == armed
     assert bool(rig.faults & Fault.REALTIME) != armed
     assert rig["torque_applied_nm"] == pytest.approx(limit)
+
+
+def test_what_is_found_after_a_standstill_does_not_hide_it():
+    rig = spring_rig().tick(skipped=10, link_faults=int(LinkFault.LOST | LinkFault.DEVICE))
+    assert rig.faults & (Fault.LINK_LOST | Fault.STALLED) == Fault.LINK_LOST | Fault.STALLED
+    assert rig["fault_first"] == Fault.STALLED.value.bit_length() - 1

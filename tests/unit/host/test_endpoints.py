@@ -9,6 +9,7 @@ import pytest
 import zmq
 
 from rtctl.errors import BusyError, ConfigError
+from rtctl.host import endpoints
 from rtctl.host.endpoints import RuntimeDirectory, private_umask
 from rtctl.protocol import endpoints_in, rig_directory, running_rigs, runtime_root
 
@@ -128,3 +129,35 @@ def test_the_root_follows_the_environment_in_order(root, monkeypatch):
     assert runtime_root() == Path("/run/one")
     monkeypatch.setenv("RTCTL_RUNTIME_DIR", "/run/mine")
     assert runtime_root() == Path("/run/mine")
+
+
+ORPHAN = """
+import os, sys, time
+from rtctl.host.endpoints import RuntimeDirectory
+held = RuntimeDirectory.acquire("mock", sys.argv[1])
+order_read, order_write = os.pipe()
+if os.fork() == 0:
+    os.close(order_write)
+    print("held", os.getpid(), flush=True)
+    sys.stdin.readline()
+    os._exit(0)
+held.note_holder(1)
+os._exit(0)
+"""
+
+
+def test_the_loop_of_a_host_that_died_holds_the_rig_until_it_has_ended(root, monkeypatch):
+    """It ramps its torque down: a new daemon waits for it, and is refused when it does not end."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", ORPHAN, str(root)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdout.readline().startswith("held")
+    process.wait()
+    monkeypatch.setattr(endpoints, "ORPHAN_S", 0.05)
+    with pytest.raises(BusyError, match="process 1 "):
+        RuntimeDirectory.acquire("mock", root)
+    monkeypatch.setattr(endpoints, "ORPHAN_S", 30.0)
+    process.stdin.write("end\n")
+    process.stdin.flush()
+    RuntimeDirectory.acquire("mock", root).release()
+    process.communicate()

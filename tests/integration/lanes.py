@@ -1,0 +1,240 @@
+"""Rigs side by side for tests of dying daemons: a board of its own each, one daemon after the other on it."""
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from hw.serial.simulated_board import SimulatedBoard
+from rtctl.client import RigClient
+from rtctl.errors import ClientError
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+SEED = 4
+TIME_TO_LIVE = 10
+PATIENCE_S = 60.0
+ARMING_CYCLES = 4000
+"""Board cycles after which a life goes on unarmed, 20 s."""
+
+
+@dataclass
+class Death:
+    """One life and its end: what was planned, and what was seen."""
+
+    number: int
+    target: str
+    signal: signal.Signals
+    phase: str
+    delay_rows: int
+    rows: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    unarmed: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    after: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    first_state: str = ""
+    had_torque: bool = False
+    code: int | None = None
+    words: str = ""
+
+    def __str__(self):
+        return f"seed {SEED}, life {self.number}: {self.signal.name} to the {self.target}, {self.phase} + {self.delay_rows}"
+
+
+def rig_file(folder, name, port, realtime):
+    text = (CONFIGS / "serial.toml").read_text()
+    for shipped, here in (
+        ('"/tmp/rtctl-board"', f'"{port}"'),
+        ('name = "serial"', f'name = "{name}"'),
+        ("rate_hz = 1000.0", "rate_hz = 100.0"),
+        ('realtime = "prefer"', f'realtime = "{realtime}"'),  # a quarter of the torque; see lives.py
+        ("stiffness_nm_rad = 10.0", "stiffness_nm_rad = 0.5"),
+        ("center_rad = 0.0", "center_rad = 0.5"),
+        ("time_to_live_cycles = 20", f"time_to_live_cycles = {TIME_TO_LIVE}"),
+    ):
+        assert text.count(shipped) == 1, shipped
+        text = text.replace(shipped, here)
+    path = folder / f"{name}-{realtime}.toml"
+    path.write_text(text)
+    return path
+
+
+class Nursery:
+    """The process that forks daemons (`lives.py`). Orders may come from any thread."""
+
+    def __init__(self, config):
+        self._lock = threading.Lock()
+        self.process = subprocess.Popen(
+            [sys.executable, str(Path(__file__).with_name("lives.py")), str(config)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        assert self.process.stdout.readline() == "ready\n"
+
+    def ask(self, **order):
+        with self._lock:
+            self.process.stdin.write(json.dumps(order) + "\n")
+            self.process.stdin.flush()
+            return json.loads(self.process.stdout.readline())
+
+    def close(self):
+        self.process.stdin.close()
+        self.process.wait(PATIENCE_S)
+        self.process.stdout.close()
+
+
+def until(condition, what):
+    end = time.monotonic() + PATIENCE_S
+    while not (value := condition()):
+        assert time.monotonic() < end, f"in vain waited for {what}"
+        time.sleep(0.02)
+    return value
+
+
+def is_gone(pid):
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] in "ZX"
+    except OSError:
+        return True
+
+
+def children(pid):
+    return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+class Daemon:
+    """A running daemon: forked by the nursery, or started as `rtctl run`."""
+
+    def __init__(self, lane, nursery):
+        self.lane, self.nursery = lane, nursery
+        self.said = lane.folder / "said"
+        if nursery is not None:
+            self.pid = nursery.ask(start=[str(lane.config), str(lane.runtime), str(self.said)])
+            return
+        command = [
+            sys.executable,
+            "-m",
+            "rtctl",
+            "run",
+            str(lane.config_with_rights),
+            "--json",
+            "--runtime-dir",
+        ]
+        with self.said.open("w") as out:
+            self.process = subprocess.Popen([*command, str(lane.runtime)], stdout=out, stderr=out)
+        self.pid = self.process.pid
+
+    def loop(self):
+        (loop,) = children(self.pid)
+        return loop
+
+    def exit_code(self):
+        """Waits for its end."""
+        if self.nursery is None:
+            return self.process.wait(PATIENCE_S)
+        code = []
+        until(
+            lambda: (one := self.nursery.ask(poll=self.pid)) is not None and (code.append(one) or True),
+            self.pid,
+        )
+        return code[0]
+
+
+class Lane:
+    """One board, and one daemon after the other on it."""
+
+    def __init__(self, root, number):
+        self.folder = root / f"lane{number}"
+        self.runtime = self.folder / "run"
+        self.runtime.mkdir(mode=0o700, parents=True)
+        self.name = f"lane{number}"
+        self.board = SimulatedBoard(self.folder, "--rig", str(CONFIGS / "mock.toml"), "--rate-hz", "200")
+        with contextlib.suppress(PermissionError):  # a board is punctual; nothing is judged by it
+            os.sched_setscheduler(self.board.process.pid, os.SCHED_FIFO, os.sched_param(5))
+        self.config = rig_file(self.folder, self.name, self.board.port, "off")
+        self.config_with_rights = rig_file(self.folder, self.name, self.board.port, "waive")
+        self.observation = self.board.observation
+
+    def rows(self, first, last=None):
+        return self.observation.rows()[first:last]
+
+    def newest(self):
+        rows = self.observation._rows  # one row, not a copy of all
+        return rows[(self.observation.count - 1) % len(rows)].copy()
+
+    def client(self, daemon):
+        """Connected, once the daemon answers."""
+        made = RigClient(self.name, runtime_dir=str(self.runtime), timeout_s=PATIENCE_S)
+        try:
+            made.hello()
+        except ClientError as error:
+            made.close()
+            raise AssertionError(f"{self.name}: {error}; {daemon.said.read_text()}") from error
+        return made
+
+    def live(self, death, nursery):
+        first = self.observation.count
+        daemon = Daemon(self, nursery)
+        client = self.client(daemon)
+        try:
+            death.first_state = client.status()["state"]
+            death.unarmed = self.rows(first)
+            if death.phase != "idle":
+                self.arm(client, death.phase)
+            self.board.wait_for(self.observation.count + death.delay_rows)
+            death.had_torque = bool(self.newest()["torque_nm"].any())
+            loop = daemon.loop()
+            os.kill(loop if death.target == "loop" else daemon.pid, death.signal)
+        finally:
+            client.close()
+        if death.target == "host" and death.signal == signal.SIGSTOP:
+            self.board.wait_for(self.observation.count + 4 * TIME_TO_LIVE)
+            os.kill(daemon.pid, signal.SIGKILL)  # as systemd's watchdog does
+        death.code = daemon.exit_code()
+        until(lambda: is_gone(loop), f"the end of loop {loop}")
+        gone = self.observation.count
+        self.board.wait_for(gone + 3 * TIME_TO_LIVE)
+        death.rows, death.after = self.rows(first), self.rows(gone + TIME_TO_LIVE + 2)
+        death.words = daemon.said.read_text()
+        return death
+
+    def arm(self, client, phase):
+        """Ask until the board is enabled, and has torque where that is wanted. False after a fault.
+
+        On a busy machine late ticks may stop a rig that is just starting; that one dies as it is.
+        """
+        last = self.observation.count + ARMING_CYCLES
+
+        def reached():
+            state = client.status()["state"]
+            if state == "IDLE":
+                with contextlib.suppress(ClientError):
+                    client.arm(wait=False)
+            if phase == "arming" and self.newest()["enabled"]:
+                return "enabled"
+            torque = state == "ACTIVE" and self.newest()["torque_nm"].any()
+            in_vain = state in ("FAULT", "LOCKOUT") or self.observation.count > last
+            return torque or (in_vain and "fault")
+
+        return until(reached, f"{self.name}: {phase}") != "fault"
+
+    def armed(self, nursery):
+        """A daemon with torque at work, and a client of it."""
+        for _ in range(10):
+            daemon = Daemon(self, nursery)
+            client = self.client(daemon)
+            if self.arm(client, "torque"):
+                return daemon, client
+            client.close()
+            os.kill(daemon.pid, signal.SIGTERM)
+            daemon.exit_code()
+        raise AssertionError(f"{self.name}: no torque in ten lives: {daemon.said.read_text()}")
+
+    def close(self):
+        self.board.close()

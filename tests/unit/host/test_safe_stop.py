@@ -1,0 +1,92 @@
+"""The safe stop: every actuator is told, then opened afresh and told again; sensors and simulations are left alone."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from hw import registry
+from hw.interface import BackendError, BackendInfo
+from rtctl.config import load
+from rtctl.host.safe_stop import SafeStop
+
+CONFIGS = Path(__file__).parents[3] / "configs"
+MADE = []
+
+
+class Fake:
+    """Remembers what it was asked; opening it may fail."""
+
+    provides = frozenset({"position"})
+    consumes = frozenset({"current_command"})
+    refuses = ""
+
+    def __init__(self, options, rig):
+        self.calls = []
+        MADE.append(self)
+
+    def open(self):
+        self.calls.append("open")
+        if self.refuses:
+            raise BackendError(self.refuses)
+
+    def stop(self):
+        self.calls.append("stop")
+
+    def close(self):
+        self.calls.append("close")
+
+
+@pytest.fixture
+def loaded(monkeypatch):
+    made = load(CONFIGS / "serial.toml")
+    MADE.clear()
+    info = BackendInfo(f"{__name__}:Fake", "hw.serial.options:SerialOptions", simulated=False, summary="")
+    monkeypatch.setattr(registry, "lookup", lambda _kind: info)
+    monkeypatch.setattr(registry, "create", lambda _kind, options, rig: Fake(options, rig))
+    monkeypatch.setattr(Fake, "refuses", "")
+    return made
+
+
+def test_an_actuator_is_told_before_it_is_opened_and_again_after(loaded):
+    (one,) = SafeStop(loaded).now()
+    assert MADE[-1].calls == ["stop", "open", "stop", "close"]
+    assert one.confirmed
+    assert "stopped" in one.text()
+
+
+def test_one_that_cannot_be_opened_is_told_all_the_same_and_the_reason_is_given(loaded, monkeypatch):
+    monkeypatch.setattr(Fake, "refuses", "the port is in use by pid 7")
+    (one,) = SafeStop(loaded).now()
+    assert MADE[-1].calls == ["stop", "open"]
+    assert not one.confirmed
+    assert "NOT CONFIRMED" in one.text()
+    assert "pid 7" in one.text()
+
+
+def test_making_it_opens_nothing_and_a_sensor_is_left_alone(loaded, monkeypatch):
+    SafeStop(loaded)
+    assert MADE[-1].calls == []
+    monkeypatch.setattr(Fake, "consumes", frozenset())
+    assert SafeStop(loaded).now() == []
+
+
+def test_a_simulated_rig_has_nothing_to_stop():
+    assert SafeStop(load(CONFIGS / "mock.toml")).now() == []
+
+
+def test_the_command_says_what_it_did_and_fails_when_a_device_is_not_there():
+    def run(name, *more):
+        command = [sys.executable, "-m", "rtctl", "stop-rig", str(CONFIGS / name), *more]
+        return subprocess.run(command, capture_output=True, text=True, check=False)
+
+    done = run("mock.toml")
+    assert done.returncode == 0
+    assert "nothing to stop" in done.stdout
+    done = run("serial.toml", "--json")
+    assert done.returncode == 6
+    (device,) = json.loads(done.stdout)["devices"]
+    assert device["confirmed"] is False
+    assert "no such port" in device["detail"]
