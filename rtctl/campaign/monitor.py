@@ -148,7 +148,8 @@ def _reactions(t: Record, m: Record) -> int:
     bad = 0
     state, before = t.state, m.state
     moving = before in (_ARMING, _ACTIVE, _HOLD) and state in (_ARMING, _ACTIVE, _HOLD)
-    if (t.faults & _CUT and _powered(state)) or (t.faults & _RAMP and moving):
+    faults = np.int64(t.faults)
+    if (faults & _CUT and _powered(state)) or (faults & _RAMP and moving):
         bad |= 1 << 8
     m.ramp_age = m.ramp_age + 1 if state == _STOPPING else 0
     if m.ramp_age > STOP_TICKS:

@@ -9,7 +9,7 @@ import click
 
 from rtctl.bench.row import Row
 
-GROUPS = ("friction", "virtual", "start", "cycle", "wakeup", "streams", "flood", "io")
+GROUPS = ("friction", "safety", "virtual", "start", "cycle", "wakeup", "streams", "flood", "io")
 
 
 @click.command("bench")
@@ -17,7 +17,7 @@ GROUPS = ("friction", "virtual", "start", "cycle", "wakeup", "streams", "flood",
 @click.option("--quick", is_flag=True, help="shorter runs: a look, not a measurement")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object with all rows")
 def command(groups: tuple[str, ...], *, quick: bool, as_json: bool) -> None:
-    """Measure side by side: friction evaluation, virtual time, start, cycle, wake-up, telemetry streams, floods,
+    """Measure side by side: friction evaluation, safety machine, virtual time, start, cycle, wake-up, telemetry streams, floods,
     device I/O.
 
     Give GROUPS to run only some. The whole takes about five minutes and wants an otherwise idle machine;
@@ -45,13 +45,14 @@ def command(groups: tuple[str, ...], *, quick: bool, as_json: bool) -> None:
 
 
 def _group(name: str, *, quick: bool) -> Callable[[], list[Row]]:
-    from rtctl.bench import flood, friction, io, loop, streams, virtual
+    from rtctl.bench import flood, friction, io, loop, safety, streams, virtual
     from rtctl.demo import shipped_config
 
     mock = shipped_config("mock.toml")
     short = 0.2 if quick else 1.0
     return {
         "friction": lambda: friction.rows(mock.parent / "friction" / "mock.json"),
+        "safety": lambda: safety.rows(mock, 60 * short),
         "virtual": lambda: [
             *virtual.speed_rows(mock, 5, 20 * short),
             *virtual.torque_rows(mock, "fast sine", 20.0),

@@ -131,8 +131,9 @@ class Daemon:
         self.pid = self.process.pid
 
     def loop(self):
-        (loop,) = children(self.pid)
-        return loop
+        found = children(self.pid)
+        assert len(found) == 1, f"{found}: {self.said.read_text()}"
+        return found[0]
 
     def exit_code(self):
         """Waits for its end."""
@@ -162,7 +163,10 @@ class Lane:
         self.observation = self.board.observation
 
     def rows(self, first, last=None):
-        return self.observation.rows()[first:last]
+        """Rows by their number since the board's start; those the ring has lost are left out."""
+        count, rows = self.observation.count, self.observation.rows()
+        lost = max(count - len(rows), 0)
+        return rows[max(first - lost, 0) : None if last is None else last - lost]
 
     def newest(self):
         rows = self.observation._rows  # one row, not a copy of all
