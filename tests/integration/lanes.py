@@ -183,20 +183,38 @@ class Lane:
         return made
 
     def live(self, death, nursery):
-        first = self.observation.count
-        daemon = Daemon(self, nursery)
+        """A life up to its end; begun anew when the machine stood still so long that the host ended it before."""
+        for _ in range(5):
+            first = self.observation.count
+            daemon = Daemon(self, nursery)
+            try:
+                loop = self.begin(daemon, death, first)
+            except (ProcessLookupError, ClientError, AssertionError):
+                if "stopped advancing" not in daemon.said.read_text():
+                    raise
+                daemon.exit_code()
+            else:
+                return self.end(daemon, loop, death, first)
+        raise AssertionError(f"{death}: five stalls in a row")
+
+    def begin(self, daemon, death, first):
+        """Up to the signal; returns the loop's process."""
         client = self.client(daemon)
         try:
+            loop = daemon.loop()
             death.first_state = client.status()["state"]
             death.unarmed = self.rows(first)
             if death.phase != "idle":
                 self.arm(client, death.phase)
             self.board.wait_for(self.observation.count + death.delay_rows)
             death.had_torque = bool(self.newest()["torque_nm"].any())
-            loop = daemon.loop()
             os.kill(loop if death.target == "loop" else daemon.pid, death.signal)
         finally:
             client.close()
+        return loop
+
+    def end(self, daemon, loop, death, first):
+        """From the signal on, until the board has long heard nothing."""
         if death.target == "host" and death.signal == signal.SIGSTOP:
             self.board.wait_for(self.observation.count + 4 * TIME_TO_LIVE)
             os.kill(daemon.pid, signal.SIGKILL)  # as systemd's watchdog does
