@@ -239,7 +239,8 @@ class Host:
     def _watch(self, now: float) -> None:
         """Notice a loop that no longer advances (on a wall clock)."""
         head, seen = int(self.memory.header[0]["head"]), self._last_head
-        if head != seen[0] or head == 0 or self.loaded.config.loop.clock == "virtual":
+        over = self.loop.ended is not None  # it has said its last word and is about to exit
+        if head != seen[0] or head == 0 or over or self.loaded.config.loop.clock == "virtual":
             self._last_head = (head, now)
         elif now - seen[1] > STALL_PERIODS * self.plan.period_s + STALL_S + HOST_SLACK_S:
             self.loop.kill()

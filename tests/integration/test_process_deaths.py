@@ -112,14 +112,16 @@ def test_a_host_whose_loop_died_or_stalled_says_so_and_stops_the_device_itself(d
             assert death.code == 9, f"{death}: {death.words}"
             assert "device[0] 'serial': opened afresh and stopped" in death.words, f"{death}: {death.words}"
             stalled = "stopped advancing" in death.words
-            assert stalled == (death.signal == signal.SIGSTOP), f"{death}: {death.words}"
+            assert stalled or death.signal != signal.SIGSTOP, f"{death}: {death.words}"
 
 
 def test_a_daemon_that_is_asked_to_end_ends_in_order(deaths):
-    for death in deaths:
-        if death.signal == signal.SIGTERM:
-            assert death.code in (0, 11), f"{death}: {death.words}"
-            assert "Traceback" not in death.words
+    """But for a ramp during which the machine itself stood still: that is a stall, and told as one."""
+    asked = [death for death in deaths if death.signal == signal.SIGTERM]
+    for death in asked:
+        assert death.code in (0, 11) or "stopped advancing" in death.words, f"{death}: {death.words}"
+        assert "Traceback" not in death.words
+    assert any(death.code in (0, 11) for death in asked)
 
 
 @pytest.mark.parametrize("target", TARGETS)
