@@ -59,7 +59,8 @@ coverage: $(VENV)/.ready-dev
 	  tests/unit/control/test_gate.py tests/unit/control/test_states.py tests/unit/control/test_detectors.py \
 	  tests/unit/control/test_arming.py tests/unit/control/test_sample.py tests/unit/test_documents.py \
 	  tests/properties/test_control_gate.py tests/properties/test_encoder.py \
-	  tests/unit/hw/test_serial_frame.py tests/unit/hw/test_serial_link.py tests/unit/hw/test_force_codecs.py \
+	  tests/unit/hw/test_serial_frame.py tests/unit/hw/test_serial_link.py tests/unit/hw/test_serial_described.py \
+	  tests/unit/hw/test_force_codecs.py \
 	  tests/unit/hw/test_can_axes.py tests/unit/hw/test_can_codecs.py tests/unit/hw/test_can_fields.py \
 	  tests/unit/host/test_message_decoder.py
 	$(BIN)/coverage report

@@ -111,7 +111,7 @@ class DescribedBoard:
             Target.TEMPERATURE: "temperature_c",
         }
         for field in self._fields:
-            target, at, size = Target(int(field["target"])), int(field["at"]), int(field["size"])
+            target, at, size = Target(int(field["target"])), int(field["at"]), int(field["n_bytes"])
             if target == Target.POSITION and field["bits"]:
                 write_bytes(
                     frame, at, size, big, int(counts[field["index"]]) & ((1 << int(field["bits"])) - 1)

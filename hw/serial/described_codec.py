@@ -77,7 +77,7 @@ def _in_order(d: np.record, raw: np.ndarray, fields: np.ndarray) -> bool:
     """Check the sequence number, if there is one, and take it over."""
     for k in range(len(fields)):
         if fields[k].target == _SEQUENCE_FIELD:
-            span = np.int64(1) << (8 * fields[k].size)
+            span = np.int64(1) << (8 * fields[k].n_bytes)
             now = np.int64(raw[k])
             ahead = (now - d.sequence) & (span - 1)
             if d.started:
@@ -211,8 +211,8 @@ def send(
             write_number(packet, f, x.big_endian, value if enable else 0.0)
         elif f.target == _ENABLE:
             _switch(packet, f, x.big_endian, enable)
-        elif f.target == _SEQUENCE_FIELD:
-            write_bytes(packet, f.at, f.size, x.big_endian, d.command_sequence)
+        else:  # the sequence number: a command has no other fields
+            write_bytes(packet, f.at, f.n_bytes, x.big_endian, d.command_sequence)
     seal_frame(packet, layout)
     return int(x.length)
 
@@ -226,6 +226,6 @@ def _switch(packet: np.ndarray, f: np.record, big: int, on: bool) -> None:
 
 @compiled
 def _or_bits(packet: np.ndarray, f: np.record, big: int, bits: int) -> None:
-    for k in range(f.size):
-        at = f.at + (f.size - 1 - k if big else k)
+    for k in range(f.n_bytes):
+        at = f.at + (f.n_bytes - 1 - k if big else k)
         packet[at] |= np.uint8((bits >> (8 * k)) & 0xFF)

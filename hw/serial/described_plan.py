@@ -101,7 +101,7 @@ def fields_of(table: Options, rig: Rig, where: str) -> np.ndarray:
 
 def _fill(row: Any, field: Options, rig: Rig, where: str) -> None:  # noqa: ANN401
     name = field["channel"]
-    row["kind"], row["size"] = TYPES[field["type"]]
+    row["kind"], row["n_bytes"] = TYPES[field["type"]]
     row["target"], row["at"] = TARGETS[name], field["offset"]
     row["index"] = field["axis"] if name in PER_AXIS else field["component"]
     if name in PER_AXIS and field["axis"] >= rig.n_axes:
@@ -115,7 +115,7 @@ def _fill(row: Any, field: Options, rig: Rig, where: str) -> None:  # noqa: ANN4
         unit = UNITS[field["unit"]]
     row["scale"] = field["scale"] * unit
     whole = name == "position" and row["kind"] != FLOAT
-    row["bits"] = (field["wrap_bits"] or 8 * int(row["size"])) if whole else 0
+    row["bits"] = (field["wrap_bits"] or 8 * int(row["n_bytes"])) if whole else 0
 
 
 def require_every_axis(fields: np.ndarray, target: Target, n_axes: int, where: str) -> None:

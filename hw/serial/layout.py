@@ -48,7 +48,7 @@ def field_dtype() -> np.dtype[np.void]:
             ("target", "<i8"),  # hw.serial.described_plan.Target
             ("index", "<i8"),  # axis, or component of the force
             ("at", "<i8"),
-            ("size", "<i8"),
+            ("n_bytes", "<i8"),
             ("kind", "<i8"),
             ("scale", "<f8"),
             ("zero", "<f8"),
@@ -80,11 +80,11 @@ def write_bytes(frame: np.ndarray, at: int, size: int, big: int, value: int) -> 
 @compiled
 def read_raw(frame: np.ndarray, start: int, f: np.record, big: int) -> float:
     """The number of field `f` of the frame that begins at `start`, as it is on the wire."""
-    value = read_bytes(frame, start + f.at, f.size, big)
+    value = read_bytes(frame, start + f.at, f.n_bytes, big)
     if f.kind == FLOAT:
         return float(np.uint32(value).view(np.float32))
-    if f.kind == SIGNED and value >> (8 * f.size - 1):
-        value -= 1 << (8 * f.size)
+    if f.kind == SIGNED and value >> (8 * f.n_bytes - 1):
+        value -= 1 << (8 * f.n_bytes)
     return float(value)
 
 
@@ -93,11 +93,11 @@ def write_raw(frame: np.ndarray, f: np.record, big: int, raw: float) -> None:
     """Write `raw` (finite), truncated toward zero and saturated to what the field can hold."""
     if f.kind == FLOAT:
         single = np.float32(min(max(raw, -_F32_MAX), _F32_MAX))
-        write_bytes(frame, f.at, f.size, big, int(np.int64(single.view(np.uint32))))
+        write_bytes(frame, f.at, f.n_bytes, big, int(np.int64(single.view(np.uint32))))
         return
-    span = 2.0 ** (8 * f.size)
+    span = 2.0 ** (8 * f.n_bytes)
     low, high = (-span / 2, span / 2 - 1) if f.kind == SIGNED else (0.0, span - 1)
-    write_bytes(frame, f.at, f.size, big, int(min(max(raw, low), high)))
+    write_bytes(frame, f.at, f.n_bytes, big, int(min(max(raw, low), high)))
 
 
 @compiled

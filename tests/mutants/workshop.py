@@ -37,7 +37,7 @@ OPTIONS = (
     "--durations=0",
     "--tb=no",
 )
-SURVIVED, TESTS_FAILED, INTERRUPTED = 0, 1, 2
+SURVIVED, TESTS_FAILED, INTERRUPTED, NOT_FOUND = 0, 1, 2, 4
 
 
 def say(text: str) -> None:
@@ -99,8 +99,8 @@ class Workshop:
         code = os.WEXITSTATUS(status)
         if code == SURVIVED:
             return ""
-        if code in (TESTS_FAILED, INTERRUPTED):
-            return note.read_text() if note.exists() else "cannot be imported"
+        if code in (TESTS_FAILED, INTERRUPTED, NOT_FOUND) and note.exists():
+            return note.read_text()
         raise RuntimeError(f"pytest {' '.join(tests)} ended with {code}: see {self.tree.parent / 'output'}")
 
     def _child(self, tests: Sequence[str], note: Path, *, keep_bytecode: bool) -> None:

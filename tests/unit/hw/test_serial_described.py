@@ -91,6 +91,14 @@ def test_checksums_are_the_catalogued_ones(name):
     assert checksums.checksum(checksums.KINDS[name], data, 2, 11) == checksums.CHECK[name]
 
 
+def test_a_part_of_a_cycles_bytes_shows_nothing_yet():
+    wire = Wire()
+    wire.feed(wire.frame(), link.MORE)
+    assert wire.count == 0
+    wire.feed(b"")
+    assert wire.count == 1
+
+
 def test_numbers_units_and_signs_of_a_sample():
     wire = Wire()
     wire.counts[:] = -4000
