@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 export PYTHONUNBUFFERED = 1
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: run test test-system lint bench fuzz campaign mutants mutation coverage setup setup-bench docs model recordings clean
+.PHONY: run test test-system lint bench soak fuzz campaign mutants mutation coverage setup setup-bench docs model recordings clean
 setup: $(VENV)/.ready-dev
 
 $(VENV)/bin/python:
@@ -67,6 +67,10 @@ coverage: $(VENV)/.ready-dev
 
 bench: $(VENV)/.ready-bench
 	$(BIN)/rtctl bench
+
+# One hour at 1 kHz with subscribers that come and go, and floods: memory, descriptors, missed ticks.
+soak: $(VENV)/.ready
+	$(BIN)/rtctl bench soak --minutes 60
 
 # Ten million inputs to the command path and to each serial decoder; some minutes on two cores. make test feeds them
 # fewer. The serial decoders run with bounds checks, in a cache of their own: Numba does not tell the two apart.

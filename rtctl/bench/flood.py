@@ -47,7 +47,10 @@ def rows(config: Path, seconds: float, rounds: int) -> list[Row]:
     period_us = 1e6 / load(config).config.loop.rate_hz
     quiet, floods = Sample(), {"junk": Sample(), "valid": Sample(), "targets": Sample()}
     taken = dict.fromkeys(floods, 0.0)
-    with _daemon(config) as (process, folder, key, port), RigClient(_rig(config), runtime_dir=folder) as rig:
+    with (
+        daemon_on_loopback(config) as (process, folder, key, port),
+        RigClient(_rig(config), runtime_dir=folder) as rig,
+    ):
         rig.timeout_s = 120.0
         rig.hello()
         idle_mb = _memory_mb(process.pid)
@@ -55,14 +58,14 @@ def rows(config: Path, seconds: float, rounds: int) -> list[Row]:
             _measure(rig, quiet, seconds)
             for kind, sample in floods.items():
                 address = rig.endpoints.targets if kind == "targets" else rig.endpoints.command
-                with _flooder(kind, address, seconds + 2 * SETTLE_S) as flooder:
+                with flooding(kind, address, seconds + 2 * SETTLE_S) as flooder:
                     _measure(rig, sample, seconds)
                     counts = json.loads(flooder.communicate(timeout=60)[0])
                     taken[kind] += counts["taken"] / (rounds * (seconds + 2 * SETTLE_S))
         flooded_mb = _memory_mb(process.pid)
         latency_us = 1e6 * np.array(_target_latency_s(rig, seconds))
         alone_ms = _connect_ms(port, key, seconds)
-        with _flooder("connections", f"tcp://127.0.0.1:{port}", seconds + 5.0):
+        with flooding("connections", f"tcp://127.0.0.1:{port}", seconds + 5.0):
             time.sleep(SETTLE_S)
             crowded_ms = _connect_ms(port, key, seconds)
     out = []
@@ -107,7 +110,7 @@ def _rig(config: Path) -> str:
 
 
 @contextmanager
-def _daemon(config: Path) -> Iterator[tuple[subprocess.Popen[bytes], str, Path, int]]:
+def daemon_on_loopback(config: Path) -> Iterator[tuple[subprocess.Popen[bytes], str, Path, int]]:
     """The daemon with a TCP door of its own on 127.0.0.1: process, runtime folder, an operator's key, port."""
     with tempfile.TemporaryDirectory(prefix="rt") as folder:
         root = Path(folder)
@@ -134,7 +137,7 @@ def _daemon(config: Path) -> Iterator[tuple[subprocess.Popen[bytes], str, Path, 
 
 
 @contextmanager
-def _flooder(kind: str, address: str, seconds: float) -> Iterator[subprocess.Popen[str]]:
+def flooding(kind: str, address: str, seconds: float) -> Iterator[subprocess.Popen[str]]:
     """A flood from a process of its own, on its way when this returns."""
     command = [sys.executable, "-m", "rtctl.bench.flooder", kind, address, str(seconds)]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)

@@ -10,15 +10,19 @@ import click
 from rtctl.bench.row import Row
 
 GROUPS = ("friction", "safety", "virtual", "start", "cycle", "wakeup", "streams", "flood", "io")
+ON_REQUEST = ("soak",)
 
 
 @click.command("bench")
-@click.argument("groups", nargs=-1, type=click.Choice(GROUPS))
+@click.argument("groups", nargs=-1, type=click.Choice(GROUPS + ON_REQUEST))
 @click.option("--quick", is_flag=True, help="shorter runs: a look, not a measurement")
+@click.option(
+    "--minutes", type=click.FloatRange(0.3, 1440), default=60.0, show_default=True, help="length of a soak"
+)
 @click.option("--json", "as_json", is_flag=True, help="one JSON object with all rows")
-def command(groups: tuple[str, ...], *, quick: bool, as_json: bool) -> None:
-    """Measure side by side: friction evaluation, safety machine, virtual time, start, cycle, wake-up, telemetry streams, floods,
-    device I/O.
+def command(groups: tuple[str, ...], *, quick: bool, minutes: float, as_json: bool) -> None:
+    """Measure side by side: friction evaluation, safety machine, virtual time, start, cycle, wake-up, telemetry
+    streams, floods, device I/O; and, only when asked for, soak: hours of subscribers that come and go, and of floods.
 
     Give GROUPS to run only some. The whole takes about five minutes and wants an otherwise idle machine;
     wakeup and streams need cyclictest (Debian rt-tests), friction the extra rtctl[bench].
@@ -33,7 +37,7 @@ def command(groups: tuple[str, ...], *, quick: bool, as_json: bool) -> None:
     for name in chosen:
         click.echo(f"measuring {name} ...", err=True)
         try:
-            measured += _group(name, quick=quick)()
+            measured += _group(name, quick=quick, minutes=minutes)()
         except (RtctlError, ModuleNotFoundError) as error:
             skipped[name] = str(error)
     if as_json:
@@ -44,8 +48,8 @@ def command(groups: tuple[str, ...], *, quick: bool, as_json: bool) -> None:
         click.echo(f"not measured: {name}: {why}", err=True)
 
 
-def _group(name: str, *, quick: bool) -> Callable[[], list[Row]]:
-    from rtctl.bench import flood, friction, io, loop, safety, streams, virtual
+def _group(name: str, *, quick: bool, minutes: float) -> Callable[[], list[Row]]:
+    from rtctl.bench import flood, friction, io, loop, safety, soak, streams, virtual
     from rtctl.demo import shipped_config
 
     mock = shipped_config("mock.toml")
@@ -63,6 +67,7 @@ def _group(name: str, *, quick: bool) -> Callable[[], list[Row]]:
         "cycle": lambda: loop.cycle_rows(mock, 1 if quick else 4, 10 * short),
         "wakeup": lambda: loop.wakeup_rows(mock, 1 if quick else 4, max(5.0, 15 * short)),
         "flood": lambda: flood.rows(mock, 10 * short, 1 if quick else 2),
+        "soak": lambda: soak.rows(mock, minutes, lambda text: click.echo(text, err=True)),
         "io": lambda: io.rows(short),
         "streams": lambda: streams.rows(shipped_config("mock-10khz.toml"), 60 * short),
     }[name]
