@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from dataclasses import asdict
 from typing import IO, Any, cast
 
@@ -15,6 +16,9 @@ import numpy as np
 from rtctl.config import LoadedConfig
 from rtctl.errors import DeviceError, LoopDiedError, RealtimeError
 from rtctl.shm import Memory
+
+OPEN_TIMEOUT_S = 20.0
+"""Longest excuse for a lost device that is being opened again: a CANopen drive is set up in seconds."""
 
 _ERRORS = {"device": DeviceError, "realtime": RealtimeError}
 
@@ -40,6 +44,7 @@ class LoopProcess:
         self.ended: dict[str, Any] | None = None
         self.grants: list[dict[str, Any]] = []
         self.ready = False
+        self._opening_until = 0.0
         self._notes: list[str] = []
         self.compile_s = 0.0
         self._pending = b""
@@ -60,6 +65,11 @@ class LoopProcess:
     def pid(self) -> int:
         """Process id."""
         return self._process.pid
+
+    @property
+    def opening(self) -> bool:
+        """Whether a lost device is being opened again: the loop makes no ticks, and no torque, meanwhile."""
+        return time.monotonic() < self._opening_until
 
     def fileno(self) -> int:
         """Descriptor that becomes readable when the loop says something or ends."""
@@ -86,6 +96,8 @@ class LoopProcess:
             self.ready, self.grants, self.compile_s = True, message["grants"], message["compile_s"]
         elif message["message"] == "note":
             self._notes.append(message["text"])
+        elif message["message"] == "opening":
+            self._opening_until = time.monotonic() + OPEN_TIMEOUT_S if message["begun"] else 0.0
         elif message["message"] == "ended":
             self.ended = message
 

@@ -60,9 +60,9 @@ class Notifier:
             self._status = text
             self._send(f"STATUS={text}")
 
-    def alive(self, head: int) -> None:
-        """Feed the watchdog, but only if the loop has run ticks since the last call (`head` counts them)."""
-        if head != self._head:
+    def alive(self, head: int, *, excused: bool = False) -> None:
+        """Feed the watchdog, if the loop has run ticks since the last call (`head` counts them) or is `excused` from it."""
+        if head != self._head or excused:
             self._head = head
             self._send("WATCHDOG=1")
 

@@ -196,7 +196,8 @@ class Host:
                 next_batch = max(next_batch + batch_s, now)
             if not alive:
                 break
-            if self._signals or self._finished or (end is not None and now >= end):
+            ended = self.loop.ended is not None
+            if ended or self._signals or self._finished or (end is not None and now >= end):
                 self._begin_end(now)
             if self._hangups:
                 self._hangups = 0
@@ -212,7 +213,7 @@ class Host:
         self.gateway.latency.observe(rows)
         self.record.keep(self.reader.next - len(rows), rows)
         self.telemetry.publish(rows, self.reader.overwritten)
-        self.notifier.alive(int(self.memory.header[0]["head"]))
+        self.notifier.alive(int(self.memory.header[0]["head"]), excused=self.loop.opening)
         if len(rows):
             last = rows[-1]
             self.notifier.status(int(last["state"]), int(last["faults"]), int(last["fault_first"]))
@@ -230,6 +231,8 @@ class Host:
             self.notifier.stopping()
             self.writer.command["shutdown_count"] += 1
             self.writer.send()
+        if self.loop.opening:
+            self._ending_since = now  # it looks at requests once per tick
         if self._signals > 1:
             self._signals = 1
             self.loop.cut()
@@ -237,10 +240,10 @@ class Host:
             self.loop.kill()
 
     def _watch(self, now: float) -> None:
-        """Notice a loop that no longer advances (on a wall clock)."""
+        """Notice a loop that no longer advances (on a wall clock) without an excuse."""
         head, seen = int(self.memory.header[0]["head"]), self._last_head
-        over = self.loop.ended is not None  # it has said its last word and is about to exit
-        if head != seen[0] or head == 0 or over or self.loaded.config.loop.clock == "virtual":
+        excused = self.loop.opening or self.loop.ended is not None
+        if head != seen[0] or head == 0 or excused or self.loaded.config.loop.clock == "virtual":
             self._last_head = (head, now)
         elif now - seen[1] > STALL_PERIODS * self.plan.period_s + STALL_S + HOST_SLACK_S:
             self.loop.kill()

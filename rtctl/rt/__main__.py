@@ -1,7 +1,7 @@
 """The loop process: `python -m rtctl.rt FD`, started by the host, instructed by one JSON line on stdin.
 
-It answers with JSON lines on stdout: `ready` before the first cycle, `ended` after the last; nothing in
-between. Ctrl-C in a terminal reaches the host, which asks for a shutdown; this process ignores it.
+It answers with JSON lines on stdout: `ready` before the first cycle, `ended` after the last; in between only
+`note` and `opening`, while a device is lost. Ctrl-C in a terminal reaches the host, which asks for a shutdown; this process ignores it.
 """
 
 from __future__ import annotations
@@ -31,12 +31,21 @@ def _say(kind: str, **body: Any) -> None:  # noqa: ANN401
         os.write(1, (json.dumps({"message": kind, **body}) + "\n").encode())
 
 
-def _note(text: str) -> None:
-    """Tell the host about a device, without ever waiting for it."""
+def _mention(kind: str, **body: Any) -> None:  # noqa: ANN401
+    """Tell the host something, without ever waiting for it."""
     os.set_blocking(1, False)
     with contextlib.suppress(OSError):
-        _say("note", text=text)
+        _say(kind, **body)
     os.set_blocking(1, True)
+
+
+def _note(text: str) -> None:
+    _mention("note", text=text)
+
+
+def _opening(begun: bool) -> None:  # noqa: FBT001
+    """Have the host wait for a device that is being opened: no tick is made meanwhile."""
+    _mention("opening", begun=begun)
 
 
 def _rig(data: dict[str, Any]) -> Rig:
@@ -91,7 +100,7 @@ def main() -> int:
         _say("ended", reason="realtime", detail="real-time rights were refused")
         return 1
     try:
-        device = Replug(backend, _note)
+        device = Replug(backend, _note, _opening)
         run_loop(device, memory, clock, stop, waiver=not granted and not virtual)
     except Exception as error:  # noqa: BLE001 - the one allowed: whatever it was, the actuator is stopped; say it and end
         _say("ended", reason="error", detail=f"{type(error).__name__}: {error}", trace=traceback.format_exc())

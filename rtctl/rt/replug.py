@@ -29,11 +29,19 @@ class Replug:
         An open backend.
     tell
         Given one line at each loss, at each new reason why it cannot be opened, and at the return. Must not block.
+    opening
+        Called with True before each attempt to open the device, which may take seconds, and with False after it.
+        Must not block.
     """
 
-    def __init__(self, backend: Backend, tell: Callable[[str], None] = lambda _text: None) -> None:
+    def __init__(
+        self,
+        backend: Backend,
+        tell: Callable[[str], None] = lambda _text: None,
+        opening: Callable[[bool], None] = lambda _begun: None,
+    ) -> None:
         self._backend = backend
-        self._tell = tell
+        self._tell, self._opening = tell, opening
         self._said = ""
         self._wait = 0  # ticks until the next attempt to open; 0: the device is there
         self.provides, self.consumes = backend.provides, backend.consumes
@@ -85,6 +93,7 @@ class Replug:
         self._wait -= 1
         if self._wait:
             return False
+        self._opening(True)
         self._backend.close()
         try:
             self._backend.open()
@@ -92,6 +101,8 @@ class Replug:
             self._wait = REOPEN_TICKS
             self._say(f"not found again: {error}")
             return False
+        finally:
+            self._opening(False)
         self._say("found again")
         return True
 
