@@ -150,6 +150,9 @@ class AdapterBus:
             self.health.taken()
         return True
 
+    def discard(self) -> None:
+        """Nothing: what was queued leaves in its order."""
+
     def fresh_python_can(self) -> Any:  # noqa: ANN401
         """The bus itself: most adapters can be opened only once."""
         return self._bus

@@ -215,6 +215,7 @@ class CanBackend:
                 return
             if bus.health.counts["tx_refused"] == refused or time.monotonic() > deadline:
                 return
+            bus.discard()
             time.sleep(5e-4)
 
     def close(self) -> None:

@@ -51,6 +51,9 @@ class Bus(Protocol):
     def send(self, frame: Any) -> bool:  # noqa: ANN401
         """Queue a frame; False (and counted) when the queue is full. Never blocks. Raises LinkLost."""
 
+    def discard(self) -> None:
+        """Throw away what has not left yet, where the interface can do so. Never raises."""
+
     def fresh_python_can(self) -> Any:  # noqa: ANN401
         """A python-can bus on the same wire, for set-up before the loop; `release` it afterwards."""
 

@@ -7,6 +7,7 @@ is over. In tests it runs in a thread, or is pumped by hand.
 from __future__ import annotations
 
 import argparse
+import signal
 import sys
 import threading
 import time
@@ -127,7 +128,7 @@ def _plant(name: str, n_axes: int) -> Plant:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Serve until Ctrl-C or `--for` seconds."""
+    """Serve until Ctrl-C, SIGTERM or `--for` seconds."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -135,6 +136,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--interface", default="socketcan", help="as python-can names it")
     parser.add_argument("--channel", default="vcan0")
     parser.add_argument("--node", type=int, action="append", help="one per axis; default 1")
+    parser.add_argument(
+        "--time-to-live-ms", type=float, default=10.0, help="without a command for this long they let go"
+    )
     parser.add_argument("--plant", choices=("inertia", "mock"), default="mock")
     parser.add_argument(
         "--for", dest="seconds", type=float, default=0.0, help="end after this long; 0: never"
@@ -143,11 +147,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     nodes, fd = given.node or [1], given.kind == "moteus"
     more = {"fd": True} if fd or given.interface == "udp_multicast" else {}
     bus = python_can().Bus(interface=given.interface, channel=given.channel, ignore_config=True, **more)
-    sim = DriveSim(bus, make_drives(given.kind, nodes), _plant(given.plant, len(nodes)), fd=fd)
+    drives = make_drives(given.kind, nodes, 1e-3 * given.time_to_live_ms)
+    sim = DriveSim(bus, drives, _plant(given.plant, len(nodes)), fd=fd)
     sys.stdout.write("ready\n")
     sys.stdout.flush()
     sim.start()
     try:
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
         threading.Event().wait(given.seconds or None)
     except KeyboardInterrupt:
         pass

@@ -132,6 +132,9 @@ class RawBus:
             self.health.taken()
         return True
 
+    def discard(self) -> None:
+        """Nothing: what was queued leaves in its order."""
+
     def fresh_python_can(self) -> Any:  # noqa: ANN401
         """A python-can bus on the same interface."""
         from hw.can.adapter import python_can

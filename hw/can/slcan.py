@@ -162,11 +162,15 @@ class SlcanBus:
         return SlcanFrame(can_id, length)
 
     def send(self, frame: SlcanFrame) -> bool:
-        """Write a frame; False when the port takes no more. Raises LinkLost."""
+        """Write a frame; False when the port takes no more. Raises LinkLost.
+
+        A port that is nearly full takes a part of a line: what follows a refusal begins with an end of line.
+        """
         if self._lost:
             raise LinkLost(self._lost)
+        begin = "\r" if self.health.refused_in_a_row else ""
         try:
-            sent = self._port.write(f"{frame.head}{frame.buffer.hex().upper()}\r".encode())
+            sent = self._port.write(f"{begin}{frame.head}{frame.buffer.hex().upper()}\r".encode())
         except LinkLost as error:
             self._lost = f"{self._name}: {error}"
             raise
@@ -175,6 +179,10 @@ class SlcanBus:
         elif self.health.refused_in_a_row:
             self.health.taken()
         return sent
+
+    def discard(self) -> None:
+        """Throw away what waits for the adapter: a stop is not to queue behind older commands."""
+        self._port.discard_output()
 
     def fresh_python_can(self) -> Any:  # noqa: ANN401
         """python-can's bus on the port, in place of ours until `release`."""

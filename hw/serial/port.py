@@ -132,7 +132,7 @@ class Port:
         return n
 
     def write(self, packet: memoryview | bytes) -> bool:
-        """Send a packet, or none of it if the line is full. False then. Raises LinkLost."""
+        """Send a packet; False when the line is full, which may have taken the beginning of it. Raises LinkLost."""
         try:
             return os.write(self.fd, packet) == len(packet)
         except BlockingIOError:

@@ -43,7 +43,7 @@ def _note(text: str) -> None:
     _mention("note", text=text)
 
 
-def _opening(begun: bool) -> None:  # noqa: FBT001
+def _opening(begun: bool) -> None:
     """Have the host wait for a device that is being opened: no tick is made meanwhile."""
     _mention("opening", begun=begun)
 

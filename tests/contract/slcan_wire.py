@@ -1,9 +1,13 @@
-"""Emulated slcan adapters behind ptys, all on one CAN bus: what one is told to send, the others show."""
+"""Emulated slcan adapters behind ptys, all on one CAN bus: what one is told to send, the others show.
+
+`python slcan_wire.py` serves two in a process of its own until its standard input closes.
+"""
 
 import contextlib
 import os
 import pty
 import select
+import sys
 import threading
 import tty
 
@@ -39,17 +43,20 @@ class SlcanWire:
         kind = line[:1]
         if kind in (b"O", b"C"):
             end["open"] = kind == b"O"
-            os.write(end["fd"], b"\r")
+            self._show(end, b"\r")
         elif kind in (b"t", b"T", b"r", b"R") and end["open"]:
-            os.write(end["fd"], b"z\r" if kind in b"tr" else b"Z\r")
+            self._show(end, b"z\r" if kind in b"tr" else b"Z\r")
             for other in self._ends:
                 if other is not end and other["open"]:
-                    with contextlib.suppress(BlockingIOError):  # nobody reads there: the frame is lost
-                        os.write(other["fd"], line + b"\r")
+                    self._show(other, line + b"\r")
         elif kind == b"S" and line != b"S7":
-            os.write(end["fd"], b"\r")
+            self._show(end, b"\r")
         elif line:
-            os.write(end["fd"], b"\x07")
+            self._show(end, b"\x07")
+
+    def _show(self, end, raw):
+        with contextlib.suppress(BlockingIOError):  # nobody reads there: it is lost
+            os.write(end["fd"], raw)
 
     def say(self, number, raw):
         """Bytes out of an adapter, whatever they are."""
@@ -69,3 +76,15 @@ class SlcanWire:
                 os.close(end["far"])
             os.close(self._stop_read)
             os.close(self._stop_write)
+
+
+def main():
+    wire = SlcanWire()
+    sys.stdout.write(" ".join(wire.ports) + "\n")
+    sys.stdout.flush()
+    sys.stdin.read()
+    wire.close()
+
+
+if __name__ == "__main__":
+    main()

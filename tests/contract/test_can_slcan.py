@@ -1,8 +1,12 @@
 """slcan adapters behind ptys: our reader and python-can's, the same frames, garbage, hang-ups."""
 
+import os
+import pty
 import random
 import select
+import threading
 import time
+import tty
 
 import can
 import numpy as np
@@ -13,7 +17,7 @@ from hw import registry
 from hw.can import slcan
 from hw.can.bus import EXTENDED, REMOTE, open_bus, wait_for
 from hw.can.drive_sim import TORQUE_CONSTANT_NM_A, DriveSim, make_drives
-from hw.can.options import BusOptions
+from hw.can.options import BusOptions, OdriveOptions
 from hw.can.sim_plant import Inertia
 from hw.interface import BackendError, LinkLost, Rig
 from rtctl.control.jit import records
@@ -166,3 +170,52 @@ def test_drives_work_over_slcan(wire, kind, raw):
             backend.close()
         finally:
             sim.stop()
+
+
+def filled(bus):
+    """Send until nothing more fits, not even after the kernel has moved what waits."""
+    frame, refused = bus.outgoing(0x123, 7), 0
+    while refused < 50:
+        refused = 0 if bus.send(frame) else refused + 1
+        select.select([], [], [], 1e-3 if refused else 0)
+
+
+def frozen_adapter():
+    """An ODrive behind an adapter that has frozen after `open`: nobody reads its line, which is full."""
+    near, far = pty.openpty()
+    tty.setraw(near)
+    tty.setraw(far)
+    given = BusOptions(interface="slcan", channel=os.ttyname(far)).model_dump()
+    valid = OdriveOptions(bus=given, axis=[{"node": 1}]).model_dump(mode="json")
+    backend = registry.create("odrive", valid, rig())
+    backend.bus = open_bus(given)
+    backend.drives[0]._make_frames(backend.bus)
+    filled(backend.bus)
+    return backend, near, far
+
+
+def test_a_line_that_nobody_reads_holds_up_neither_stop_nor_close():
+    backend, near, far = frozen_adapter()
+    backend.bus.discard = lambda: None  # as on a driver that cannot throw anything away
+    health, before = backend.bus.health, backend.bus.health.counts["tx_refused"]
+    ending = threading.Thread(target=lambda: (backend.stop(), backend.close()), daemon=True)
+    ending.start()
+    ending.join(60)
+    assert not ending.is_alive()
+    assert health.counts["tx_refused"] >= before + 4  # torque and state, by `stop` and by `close`
+    os.close(near)
+    os.close(far)
+
+
+def test_a_stop_on_a_full_line_comes_before_what_was_queued():
+    backend, near, far = frozen_adapter()
+    backend.stop()
+    os.set_blocking(near, False)
+    seen = b""
+    while select.select([near], [], [], 0.2)[0]:
+        seen += os.read(near, 4096)
+    lines = [found for line in seen.split(b"\r") if (found := slcan.parse(line))]
+    assert lines[-2:] == [(1 << 5 | 0x0E, bytes(4)), (1 << 5 | 0x07, b"\x01\0\0\0")]
+    backend.close()
+    os.close(near)
+    os.close(far)

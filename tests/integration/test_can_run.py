@@ -1,23 +1,65 @@
-"""The daemon on a CAN bus: `rtctl run` with an slcan adapter on a pty."""
+"""The daemon on a CAN bus: `rtctl run` with an slcan adapter on a pty, the drive in a process of its own."""
 
+import contextlib
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
+import numpy as np
 import pytest
+from test_run import finish, start
 
+from hw.interface import LinkFault
+from rtctl.client import RigClient
+from rtctl.control.vocabulary import State
 from rtctl.demo import shipped_config
-from rtctl.errors import DeviceError
+from rtctl.errors import ClientError, DeviceError
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "contract"))
-from slcan_wire import SlcanWire
+WIRE = Path(__file__).parents[1] / "contract" / "slcan_wire.py"
+RATE_HZ = 200  # a shared machine; the ratio of the rates does not matter here
+
+
+class Wire:
+    """Two adapters on one bus, in a process of their own; the drive is on the second one."""
+
+    def __init__(self):
+        self.process = subprocess.Popen(
+            [sys.executable, str(WIRE)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+        self.ports = self.process.stdout.readline().split()
+
+    def close(self):
+        self.process.kill()
+        self.process.communicate()
 
 
 @pytest.fixture
 def wire():
-    made = SlcanWire()
+    made = Wire()
     yield made
     made.close()
+
+
+@contextlib.contextmanager
+def drive(kind, port):
+    command = [sys.executable, "-m", "hw.can.drive_sim", kind, "--interface", "slcan", "--channel", port]
+    more = ["--node", "1", "--plant", "inertia", "--time-to-live-ms", "100", "--for", "150"]
+    process = subprocess.Popen([*command, *more], stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout.readline() == "ready\n"
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@pytest.fixture
+def folder(tmp_path):
+    path = tmp_path / "run"
+    path.mkdir(mode=0o700)
+    return path
 
 
 def rig_file(folder, name, port):
@@ -25,37 +67,131 @@ def rig_file(folder, name, port):
     for before, after in (
         ('interface = "socketcan"', 'interface = "slcan"'),
         ('channel = "can0"', f'channel = "{port}"'),
-        ('realtime = "require"', 'realtime = "off"'),
-        (
-            "rate_hz = 1000.0",
-            "rate_hz = 200.0",
-        ),  # a shared machine; the ratio of the rates does not matter here
+        ('realtime = "require"', 'realtime = "prefer"'),
+        ("rate_hz = 1000.0", f"rate_hz = {RATE_HZ}.0"),
         ("stiffness_nm_rad = 20.0", "stiffness_nm_rad = 3.0"),
         ("time_to_live_ms = 10", "time_to_live_ms = 50"),
         ("heartbeat_ms = 5 ", "heartbeat_ms = 20 "),
     ):
         text = text.replace(before, after)
-    (folder / "rig.toml").write_text(text)
-    return folder / "rig.toml"
+    path = folder.parent / "rig.toml"
+    path.write_text(text)
+    return path
 
 
-def run(folder, name, wire):
-    command = [
-        sys.executable,
-        "-m",
-        "rtctl",
-        "run",
-        str(rig_file(folder, name, wire.ports[0])),
-        "--for",
-        "1",
-        "--json",
-    ]
-    return subprocess.run(
-        [*command, "--runtime-dir", str(folder)], capture_output=True, text=True, check=False, timeout=150
+@contextlib.contextmanager
+def daemon(folder, name, port):
+    process = start(rig_file(folder, name, port), folder, "--for", "120")
+    try:
+        yield process
+    finally:
+        process.kill()
+        sys.stderr.write(str(process.communicate()))  # shown when the test fails
+
+
+@contextlib.contextmanager
+def client(rig, folder):
+    with RigClient(rig, runtime_dir=str(folder), timeout_s=150.0) as made:
+        made.hello()
+        yield made
+
+
+def arm(made):
+    """ACTIVE; tried again when a late cycle of a busy machine stopped the rig."""
+    end = time.monotonic() + 60
+    while True:
+        try:
+            made.arm(timeout_s=20)
+        except ClientError:
+            if time.monotonic() > end:
+                raise
+            with contextlib.suppress(ClientError):
+                made.reset(timeout_s=10)
+            time.sleep(0.2)
+        else:
+            return
+
+
+def test_a_drive_that_is_not_there_is_a_device_error_with_what_to_check(folder, wire):
+    code, error, stderr = finish(
+        start(rig_file(folder, "odrive", wire.ports[0]), folder, "--for", "1"), timeout=150
     )
+    assert code == DeviceError.exit_code
+    assert "no heartbeat within 1 s: check power, wiring and termination" in error["message"] + stderr
 
 
-def test_a_drive_that_is_not_there_is_a_device_error_with_what_to_check(tmp_path, wire):
-    done = run(tmp_path, "odrive", wire)
-    assert done.returncode == DeviceError.exit_code
-    assert "no heartbeat within 1 s: check power, wiring and termination" in done.stdout + done.stderr
+@pytest.mark.parametrize(
+    ("name", "kind", "rig"),
+    [("odrive", "odrive", "odrive"), ("cia402", "cia402", "cia402"), ("board", "can", "canboard")],
+)
+def test_a_rig_arms_is_active_shows_its_samples_and_ends_in_order(folder, wire, name, kind, rig):
+    with (
+        drive(kind, wire.ports[1]),
+        daemon(folder, name, wire.ports[0]) as process,
+        client(rig, folder) as made,
+    ):
+        arm(made)
+        with made.ticks() as ticks:
+            while State.ACTIVE not in (batch := next(ticks))["state"]:
+                pass
+            batch = next(ticks)
+        assert np.isfinite(batch["position_rad"]).all()
+        assert np.isfinite(batch["current_a"]).all()
+        assert (np.diff(batch["sample_count"]) <= 1).all()
+        process.send_signal(signal.SIGTERM)
+        code, summary, stderr = finish(process)
+    assert summary["state"] == "SHUTDOWN", stderr
+    assert summary["ticks"] > 0
+    assert code == (11 if summary["fault_first"] else 0), stderr  # a late cycle of a busy machine is a fault
+
+
+def heard(process, text):
+    """Wait until the daemon says something."""
+    for line in process.stderr:
+        if text in line:
+            return
+    raise AssertionError(f"the daemon ended without {text!r}")
+
+
+def test_an_adapter_that_is_back_without_its_drive_is_waited_for_and_not_taken_for_a_stalled_loop(
+    folder, wire, tmp_path
+):
+    adapter, second = tmp_path / "adapter", Wire()
+    adapter.symlink_to(wire.ports[0])
+    with (
+        contextlib.closing(second),
+        drive("odrive", wire.ports[1]),
+        daemon(folder, "odrive", adapter) as process,
+        client("odrive", folder) as made,
+    ):
+        (tmp_path / "new").symlink_to(second.ports[0])
+        (tmp_path / "new").replace(adapter)
+        wire.close()
+        heard(process, "device lost")
+        heard(process, "not found again: odrive node 1: no heartbeat within 1 s")
+        with drive("odrive", second.ports[1]):
+            heard(process, "device found again")
+            with made.ticks() as ticks:
+                batch = next(rows for rows in ticks if not LinkFault(int(rows["link_faults"][-1])))
+            assert not batch["enabled"].any()
+            process.send_signal(signal.SIGTERM)
+            code, summary, stderr = finish(process)
+    assert (code, summary["fault_first"]) == (11, "LINK_LOST"), stderr
+
+
+def test_a_request_to_end_while_a_device_is_being_opened_is_an_orderly_end(folder, wire, tmp_path):
+    adapter, second = tmp_path / "adapter", Wire()
+    adapter.symlink_to(wire.ports[0])
+    with (
+        contextlib.closing(second),
+        drive("odrive", wire.ports[1]),
+        daemon(folder, "odrive", adapter) as process,
+        client("odrive", folder),
+    ):
+        (tmp_path / "new").symlink_to(second.ports[0])
+        (tmp_path / "new").replace(adapter)
+        wire.close()
+        heard(process, "not found again: odrive node 1: no heartbeat within 1 s")
+        process.send_signal(signal.SIGTERM)
+        code, summary, stderr = finish(process)
+    assert (code, summary["state"]) == (11, "SHUTDOWN"), stderr

@@ -113,3 +113,11 @@ def test_it_compiles_what_the_device_has_to_compile():
     Replug(device).warm_up(np.zeros(1))
     assert device.calls == ["warm_up"]
     Replug(Device()).warm_up(np.zeros(1))
+
+
+def test_every_attempt_to_open_is_announced_before_and_after(plugged):
+    device, said = plugged[0], []
+    replug = Replug(device, opening=lambda begun: said.append((begun, device.calls.count("open"))))
+    device.there, device.absent = False, 1
+    cycles(replug, plugged[3], 2 * REOPEN_TICKS + 2)
+    assert said == [(True, 0), (False, 1), (True, 1), (False, 2)]
