@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from law_rig import LawRig
 
 from rtctl.control.gate import (
+    WINDOW_S,
     encoded_fits,
     gate_torque,
     push_window,
@@ -125,6 +126,10 @@ def test_the_encoded_value_must_say_the_torque_and_stay_within_the_limit():
         assert not encoded_fits(broken, 0.0, 0.5, 1.0)
         assert not encoded_fits(0.0, broken, 0.5, 1.0)
         assert not encoded_fits(0.0, 0.0, broken, 1.0)
+
+
+def test_the_window_of_the_continuous_limit_is_a_quarter_of_a_second():
+    assert WINDOW_S == 0.25
 
 
 def test_the_mean_of_the_window_follows_the_magnitude():

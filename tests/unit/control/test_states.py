@@ -21,6 +21,7 @@ from rtctl.control.states import (
 from rtctl.control.vocabulary import Fault, Reaction, State
 
 ROWS = {row.fault: row for row in fault_table.TABLE}
+LATCHED_AT_REST = {Fault.LINK_LOST, Fault.LAW_NOT_FINITE, Fault.GATE}
 POWERED = [State.ARMING, State.ACTIVE, State.HOLD, State.STOPPING]
 CLOSED = [State.LOCKOUT, State.SHUTDOWN]
 
@@ -45,6 +46,14 @@ def test_every_fault_has_one_row_with_cause_and_remedy_and_the_masks_share_no_bi
     assert sum(masks) == sum(int(fault) for fault in Fault)
     for a, b in itertools.combinations(masks, 2):
         assert a & b == 0
+
+
+def test_what_is_latched_at_rest_and_what_may_be_a_first_cause():
+    latching = {row.fault for row in fault_table.TABLE if row.latches_at_rest}
+    assert latching == LATCHED_AT_REST
+    # The gate's own reaction outranks a latch.
+    assert Fault(fault_table.LATCHING_AT_REST) == Fault.LINK_LOST | Fault.LAW_NOT_FINITE
+    assert Fault(fault_table.LATCHED) == ~(Fault.END_OF_LOG | Fault.REALTIME)
 
 
 @pytest.mark.parametrize("state", [State.ARMING, State.ACTIVE, State.HOLD])
