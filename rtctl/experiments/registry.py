@@ -42,6 +42,11 @@ EXPERIMENTS: dict[str, Experiment] = {
     for one in (
         Experiment("free-motion", "free_motion", "Bi, Figs. 6 and 7", 30.0, on_rig.free_motion),
         Experiment("spring", "spring", "Bi, Figs. 8 and 9", 10.0, on_rig.spring),
+        Experiment("friction-model", "friction_model", "Bi, Figs. 2 to 5, Tables I and II", 30.0),
+        Experiment("point-to-point", "point_to_point", "Tijani", 5.0),
+        Experiment("tracking", "tracking", "Tijani", 10.0),
+        Experiment("stability-map", "stability_map", "the impedances that can be rendered", 5.0),
+        Experiment("policies", "policies", "what decides the direction near rest", 60.0),
     )
 }
 

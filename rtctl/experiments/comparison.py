@@ -1,0 +1,84 @@
+"""Tables and pictures of a comparison of friction models: what point-to-point and tracking show."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from rtctl.experiments import figures
+from rtctl.experiments.models import Compared
+from rtctl.experiments.positioning import Found, over_cases
+from rtctl.experiments.report import Part
+from rtctl.experiments.statistics import Estimate, estimate
+from rtctl.friction.report_page import Picture
+from rtctl.friction.report_tables import Table
+
+Figures = Mapping[str, tuple[str, float]]
+"""Key of a figure -> its words with unit, and the scale to that unit."""
+
+
+def learned(compared: Sequence[Compared]) -> Table:
+    """How well each model describes friction, before any control."""
+    rows = tuple((one.name, f"{1e3 * one.rmse_nm:.2f}", one.terms) for one in compared if one.name != "none")
+    caption = "The friction models, all learned from the same points: held-out RMSE, and support vectors or parameters."
+    return Table(caption, ("model", "held-out RMSE, mN m", "numbers per direction"), rows)
+
+
+def parts(found: Found, shown: Figures, seeds: int) -> list[Part]:
+    """Per controller: one picture of the first error figure over all cases, and a table per case."""
+    made = []
+    for controller, cases in found.items():
+        tables = [_table(case, of, shown, seeds) for case, of in cases.items()]
+        made.append(Part(f"{controller}: every case", shown=(_bars(found, controller, shown), *tables)))
+    return made
+
+
+def finite(values: np.ndarray) -> Estimate | None:
+    """Mean over the seeds in which the figure exists; None when it exists in none."""
+    there = values[np.isfinite(values)]
+    return estimate(there) if len(there) else None
+
+
+def _table(case: str, of: Mapping[str, Mapping[str, np.ndarray]], shown: Figures, seeds: int) -> Table:
+    rows = []
+    for model, one in of.items():
+        cells = []
+        for name, (_, scale) in shown.items():
+            found = finite(one[name])
+            cells.append("never" if found is None else _cell(found, scale, seeds))
+        rows.append((model, *cells))
+    caption = f"{case}: mean over {seeds} seeds ± half of the 95 % confidence interval; (n) where only n seeds got there."
+    return Table(caption, ("friction model", *(words for words, _ in shown.values())), tuple(rows))
+
+
+def _cell(found: Estimate, scale: float, seeds: int) -> str:
+    return found.text(scale) + (f" ({found.count})" if found.count < seeds else "")
+
+
+def _bars(found: Found, controller: str, shown: Figures) -> Picture:
+    error = next(name for name in shown if "error" in name)
+    words, scale = shown[error]
+    models = next(iter(found[controller].values()))
+    groups = {
+        "mean over all cases": {name: estimate(over_cases(found, controller, name, error)) for name in models}
+    }
+    name = f"{error}_{controller}".lower()
+    caption = f"{controller}: {words}, mean over all cases, with 95 % confidence intervals over seeds."
+    return Picture(name, caption, figures.bars(groups, f"{words.replace(', ', ' [')}]", scale=scale))
+
+
+def numbers(found: Found) -> dict[str, Any]:
+    """Every figure for scripts."""
+    return {
+        "controllers": {
+            controller: {
+                case: {
+                    model: {name: finite(values) for name, values in one.items()} for model, one in of.items()
+                }
+                for case, of in cases.items()
+            }
+            for controller, cases in found.items()
+        }
+    }

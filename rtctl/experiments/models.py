@@ -1,0 +1,111 @@
+"""The friction models that the experiments compare, all learned from the same measured points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from rtctl.config import LoadedConfig
+from rtctl.control.records import MODEL
+from rtctl.errors import DataError
+from rtctl.experiments.order import Order
+from rtctl.friction import ladder, mock_points
+from rtctl.friction.ladder import Ladder
+from rtctl.friction.points import FrictionPoints, read_points
+
+COMPARED = {
+    "Coulomb": "coulomb",
+    "Tustin": "tustin",
+    "Gaussian": "gaussian",
+    "Lorentzian": "lorentzian",
+    "nu-SVR, RBF": "nu-rbf",
+    "epsilon-SVR, RBF": "epsilon-rbf",
+    "epsilon-SVR, spline": "epsilon-spline",
+}
+"""Name in the reports -> rung of the ladder."""
+
+SVR = tuple(name for name in COMPARED if "SVR" in name)
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One friction model: compiled record of shape (1,), dtype `MODEL`, and its held-out error, N m."""
+
+    name: str
+    record: np.ndarray
+    rmse_nm: float
+    terms: str
+
+
+def points_of(order: Order) -> FrictionPoints:
+    """Points to learn from: those given, those beside the rig's model, or measured on the simulated rig.
+
+    Raises
+    ------
+    DataError
+        Points that cannot be read.
+    """
+    path = order.points or _beside(order.loaded)
+    if path is not None:
+        return read_points(path)
+    order.progress(0.0, "measuring friction")
+    rows = [
+        (p.velocity_rad_s, abs(p.friction_torque_nm), p.direction, p.std_nm, p.count)
+        for p in mock_points.measure(order.loaded)
+    ]
+    return FrictionPoints.from_rows(rows, "measured on the simulated rig", "")
+
+
+def _beside(loaded: LoadedConfig) -> Path | None:
+    model = loaded.model_path(loaded.config.axis[0])
+    if model is None:
+        return None
+    path = model.with_name(f"{model.stem}_points.csv")
+    return path if path.exists() else None
+
+
+@lru_cache(maxsize=2)
+def _climbed(path: str) -> tuple[FrictionPoints, Ladder]:
+    points = read_points(path)
+    return points, _climb(points)
+
+
+def _climb(points: FrictionPoints) -> Ladder:
+    options = ladder.Options(families=tuple(COMPARED.values()), symmetric="no", n_jobs=2)
+    return ladder.ascend(points, options)
+
+
+def climb(order: Order) -> tuple[FrictionPoints, Ladder]:
+    """The ladder over every compared model; climbed once per file."""
+    path = order.points or _beside(order.loaded)
+    order.progress(0.0, "learning friction models")
+    if path is not None:
+        return _climbed(str(path))
+    points = points_of(order)
+    return points, _climb(points)
+
+
+def compared(order: Order) -> list[Compared]:
+    """No model at all (`none`), then every model of `COMPARED` that could be learned.
+
+    Raises
+    ------
+    DataError
+        Not one could be learned.
+    """
+    points, found = climb(order)
+    models = [Compared("none", np.zeros(1, MODEL), float("nan"), "-")]
+    rungs = {rung.family: rung for rung in found.choice.rungs}
+    for name, family in COMPARED.items():
+        rung = rungs.get(family)
+        if rung is None or rung.refused:
+            continue
+        model = ladder.learn(points, found, rig=order.loaded.config.rig.name, rung=rung)
+        terms = " + ".join(f"{score.n_terms:.0f}" for score in rung.scores)
+        models.append(Compared(name, model.record(), rung.rmse_nm, terms))
+    if len(models) == 1:
+        raise DataError(f"{points.source}: no friction model could be learned; measure more points")
+    return models

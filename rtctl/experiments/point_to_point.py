@@ -1,0 +1,97 @@
+"""Point-to-point positioning with friction models from none to SVR (Tijani and Akmeliawati)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtctl.experiments import comparison, figures, models, positioning
+from rtctl.experiments.models import Compared
+from rtctl.experiments.order import Order
+from rtctl.experiments.positioning import Case, Followed
+from rtctl.experiments.report import Outcome, Part, Target
+from rtctl.experiments.statistics import rms
+from rtctl.friction.report_page import Picture
+
+TITLE = "Point-to-point positioning"
+STEPS_RAD = (0.01, 0.03, 0.1, 0.2, -0.03, -0.1)
+SECONDS = 1.5
+REST_S = 0.2
+"""The steady-state error is the mean over the last of these seconds."""
+
+BAND = 0.05
+"""Settled within this share of the step."""
+
+FIGURES = {
+    "rise_s": ("rise time 10 to 90 %, ms", 1e3),
+    "settling_s": ("settling time (5 %), ms", 1e3),
+    "overshoot": ("overshoot, %", 100.0),
+    "steady_error_rad": ("steady-state error, mrad", 1e3),
+    "effort_nm": ("RMS torque, mN m", 1e3),
+}
+
+
+def run(order: Order) -> Outcome:
+    """Run the experiment on the simulated rig. Raises ConfigError, DataError."""
+    order.require_simulated("point-to-point")
+    compared = models.compared(order)
+    cases = [_case(order, step) for step in STEPS_RAD]
+    found = positioning.run_all(order, cases, compared, judge)
+    best = positioning.best_svr(found, "PD", "steady_error_rad", compared)
+    target = Target(
+        f"point-to-point: steady-state error with the best SVR ({best}) less than with none (PD)",
+        positioning.less(found, "PD", "steady_error_rad", best),
+        0.60,
+    )
+    words = tuple(
+        positioning.verdict(found, controller, "steady_error_rad", compared, "steady-state error")
+        for controller in positioning.CONTROLLERS
+    )
+    parts = (
+        Part(
+            "Step responses", shown=(_picture(order, cases[2], compared), _picture(order, cases[0], compared))
+        ),
+        Part("Where SVR wins and where it does not", words, (comparison.learned(compared),)),
+        *comparison.parts(found, FIGURES, order.seeds),
+    )
+    key = f"PD with friction feed-forward: {target.measured.text(100, '.1f')} % less steady-state error with {best} than without, over all steps."
+    return Outcome("point-to-point", TITLE, key, parts, (target,), comparison.numbers(found))
+
+
+def _case(order: Order, step_rad: float) -> Case:
+    reference = np.zeros((round(SECONDS * order.loaded.config.loop.rate_hz), 3))
+    reference[:, 0] = step_rad
+    return Case(f"step {1e3 * step_rad:g} mrad", reference)
+
+
+def judge(case: Case, run: Followed) -> dict[str, float]:
+    """Rise and settling time, s, NaN where never reached; overshoot, share; steady-state error, rad; RMS torque, N m."""
+    step = float(case.reference[-1, 0])
+    share = run.position_rad / step
+    period_s = SECONDS / len(share)
+    outside = np.flatnonzero(np.abs(share - 1) > BAND)
+    settled = (outside[-1] + 1 if len(outside) else 0) * period_s
+    return {
+        "rise_s": (_first(share >= 0.9) - _first(share >= 0.1)) * period_s,
+        "settling_s": settled if len(outside) == 0 or outside[-1] + 1 < len(share) else float("nan"),
+        "overshoot": max(float(share.max()) - 1, 0.0),
+        "steady_error_rad": float(np.mean(np.abs(step - run.position_rad[-round(REST_S / period_s) :]))),
+        "effort_nm": rms(run.torque_nm),
+    }
+
+
+def _first(true: np.ndarray) -> float:
+    return float(np.argmax(true)) if true.any() else float("nan")
+
+
+def _picture(order: Order, case: Case, compared: list[Compared]) -> Picture:
+    time_s = np.arange(len(case.reference)) * order.loaded.config.period_s
+    panels = []
+    for controller in positioning.CONTROLLERS:
+        lines = {"reference": (time_s, 1e3 * case.reference[:, 0])}
+        for model in compared:
+            one = positioning.follow_once(order, 0, controller, case, model)
+            lines[model.name] = (time_s, 1e3 * one.position_rad)
+        panels.append((f"{controller}: angle [mrad]", lines))
+    caption = f"{case.name}: angle in mrad over time in s, PD and PID with each friction model. Seed 0."
+    name = f"point_to_point_{abs(1e3 * case.reference[-1, 0]):g}_mrad"
+    return Picture(name, caption, figures.stacked(panels, "time [s]", 3.0))

@@ -1,0 +1,96 @@
+"""A position controller on the simulated rig, compiled: PD or PID with friction and inertia feed-forward.
+
+    tau = k_p e + k_i int e + k_d (v_r - v) + J a_r + kappa s F(|v_f|)
+
+e = x_r - x; v low-passed backward difference; F the friction model, kappa its share. While the reference
+moves, v_f is its velocity and s its sign (theory reference, section 6: noise free); while it stands, v_f is
+the measured velocity and s = sat(e / e_0), so that the break-away torque is there before the joint moves. (The
+sign of the measured velocity instead makes the joint hunt about its goal by a bristle deflection.) The torque goes through the same gate as the law's:
+limit, rate, velocity limit. No hand is on the rig.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hw.mock.plant import plant_read, plant_write
+from rtctl.control.feedforward import saturate, sign
+from rtctl.control.friction import BACKWARD, FORWARD, branch_magnitude
+from rtctl.control.gate import gate_torque
+from rtctl.control.jit import compiled
+from rtctl.control.records import Record
+
+GAINS = np.dtype(
+    [
+        ("kp_nm_rad", "<f8"),
+        ("ki_nm_rad_s", "<f8"),
+        ("kd_nms_rad", "<f8"),
+        ("integral_max_nm", "<f8"),  # most torque of the integral
+        ("inertia_kgm2", "<f8"),
+        ("alpha", "<f8"),  # low-pass of the velocity, per tick
+        ("friction_gain", "<f8"),  # kappa
+        ("error_rad", "<f8"),  # e_0
+        ("reference_rad_s", "<f8"),  # slower references count as standing
+    ]
+)
+
+
+@compiled
+def friction_torque(g: Record, model: Record, v_r: float, v: float, error: float) -> float:
+    """Friction feed-forward, N m; 0 without a model."""
+    if abs(v_r) > g.reference_rad_s:
+        side, speed = sign(v_r), abs(v_r)
+    else:
+        side, speed = saturate(error / g.error_rad), abs(v)
+    branch = FORWARD if side >= 0.0 else BACKWARD
+    return float(g.friction_gain * side * branch_magnitude(model, branch, speed))
+
+
+@compiled
+def follow(
+    reference: np.ndarray,
+    gains: np.ndarray,
+    model: np.ndarray,
+    params: np.ndarray,
+    plant_params: np.ndarray,
+    plant_state: np.ndarray,
+    tick: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Follow `reference` (n, 3: position, velocity, acceleration) from rest; write (n, 2): true position, torque sent.
+
+    Parameters
+    ----------
+    gains : array, shape (1,), `GAINS`
+    model : array, shape (1,), `MODEL`
+    params : array, shape (1,)
+        Parameters of the law: limits and torque per ampere.
+    """
+    g, p, t = gains[0], params[0], tick[0]
+    per_ampere = p.gear_ratio[0] * p.gear_efficiency[0] * p.torque_constant_nm_a[0]
+    v, integral, sent = 0.0, 0.0, 0.0
+    x_before = math.nan
+    for k in range(len(reference)):
+        plant_read(tick, plant_state, plant_params)
+        x = t.position_rad[0]
+        if k > 0:
+            v += g.alpha * ((x - x_before) / p.period_s - v)
+        x_before = x
+        x_r, v_r, a_r = reference[k, 0], reference[k, 1], reference[k, 2]
+        error = x_r - x
+        integral += g.ki_nm_rad_s * error * p.period_s
+        integral = min(max(integral, -g.integral_max_nm), g.integral_max_nm)
+        wanted = g.kp_nm_rad * error + integral + g.kd_nms_rad * (v_r - v) + g.inertia_kgm2 * a_r
+        wanted += friction_torque(g, model[0], v_r, v, error)
+        limit = p.torque_limit_nm[0]
+        sent, _ = gate_torque(
+            wanted, sent, v, limit, limit, p.torque_rate_nm[0], p.velocity_limit_rad_s[0], True
+        )
+        t.enabled = 1
+        t.current_command_a[0] = sent / per_ampere
+        out[k, 0] = plant_state[0].position_rad[0]
+        out[k, 1] = sent
+        plant_write(tick, plant_state, plant_params)
+        t.tick += 1

@@ -1,0 +1,157 @@
+"""What point-to-point and tracking share: controllers, runs over seeds and models, and the comparison in words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtctl.control.jit import records
+from rtctl.control.velocity import lowpass_alpha
+from rtctl.experiments import virtual
+from rtctl.experiments.models import SVR, Compared
+from rtctl.experiments.order import Order
+from rtctl.experiments.position_loop import GAINS, follow
+from rtctl.experiments.statistics import Estimate, estimate, reduction
+
+KP_PER_INERTIA, ZETA = 830.0, 1.0
+"""Position gain k_p = 830 J (29 rad/s), damping ratio of the closed loop."""
+
+VELOCITY_HZ = 80.0
+FRICTION_GAIN = 0.95
+INTEGRAL_PER_S = 1.6
+"""Integral gain over position gain, 1/s."""
+
+CONTROLLERS = ("PD", "PID")
+
+
+@dataclass(frozen=True)
+class Case:
+    """One reference: name, and (n, 3) position, velocity, acceleration from rest at 0."""
+
+    name: str
+    reference: np.ndarray
+
+
+@dataclass(frozen=True)
+class Followed:
+    """True position and torque sent, shape (n,), and the reference."""
+
+    position_rad: np.ndarray
+    torque_nm: np.ndarray
+    reference: np.ndarray
+
+
+Judge = Callable[[Case, Followed], dict[str, float]]
+Found = dict[str, dict[str, dict[str, dict[str, np.ndarray]]]]
+"""controller -> case -> model -> figure -> one value per seed."""
+
+
+def gains_of(order: Order, controller: str) -> np.ndarray:
+    """Gains of PD or PID for the rig's inertia and encoder."""
+    axis, g = order.loaded.config.axis[0], np.zeros(1, GAINS)
+    inertia = axis.inertia_kgm2
+    g["kp_nm_rad"] = kp = KP_PER_INERTIA * inertia
+    g["kd_nms_rad"] = max(2 * ZETA * np.sqrt(kp * inertia) - axis.viscous_nms_rad, 0.0)
+    g["ki_nm_rad_s"] = INTEGRAL_PER_S * kp if controller == "PID" else 0.0
+    g["integral_max_nm"] = 0.2 * axis.torque_limit_nm
+    g["inertia_kgm2"], g["friction_gain"] = inertia, FRICTION_GAIN
+    g["alpha"] = lowpass_alpha(VELOCITY_HZ, order.loaded.config.period_s)
+    g["error_rad"], g["reference_rad_s"] = axis.friction.stop_rad, 1e-6
+    return g
+
+
+def follow_once(order: Order, seed: int, controller: str, case: Case, model: Compared) -> Followed:
+    """One run of a fresh rig `seed` without a hand, from rest."""
+    rig = virtual.make(order.loaded, seed)
+    rig.plant_params["hand_kind"] = 0
+    place = float(rig.plant_state["position_rad"][0, 0])
+    out = np.zeros((len(case.reference), 2))
+    shifted = case.reference + np.array([place, 0.0, 0.0])
+    follow(
+        shifted,
+        records(gains_of(order, controller)),
+        records(model.record),
+        rig.params,
+        rig.plant_params,
+        rig.plant_state,
+        rig.tick,
+        out,
+    )
+    return Followed(out[:, 0] - place, out[:, 1], case.reference)
+
+
+def run_all(order: Order, cases: Sequence[Case], models: Sequence[Compared], judge: Judge) -> Found:
+    """Every controller, case, model and seed."""
+    found: Found = {}
+    for number, controller in enumerate(CONTROLLERS):
+        found[controller] = {}
+        for at, case in enumerate(cases):
+            share = (number + at / len(cases)) / len(CONTROLLERS)
+            order.progress(0.2 + 0.8 * share, f"{controller}, {case.name}")
+            found[controller][case.name] = {
+                model.name: _over_seeds(order, controller, case, model, judge) for model in models
+            }
+    return found
+
+
+def _over_seeds(
+    order: Order, controller: str, case: Case, model: Compared, judge: Judge
+) -> dict[str, np.ndarray]:
+    rows = [judge(case, follow_once(order, seed, controller, case, model)) for seed in range(order.seeds)]
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def over_cases(found: Found, controller: str, model: str, figure: str) -> np.ndarray:
+    """Mean of a figure over all cases, one value per seed."""
+    mean: np.ndarray = np.mean([case[model][figure] for case in found[controller].values()], axis=0)
+    return mean
+
+
+def best_svr(found: Found, controller: str, figure: str, models: Sequence[Compared]) -> str:
+    """Name of the support-vector model with the smallest mean figure."""
+    names = [model.name for model in models if model.name in SVR]
+    return min(names, key=lambda name: float(over_cases(found, controller, name, figure).mean()))
+
+
+def less(found: Found, controller: str, figure: str, model: str, than: str = "none") -> Estimate:
+    """How much smaller the mean figure of a model is than another's, 0 to 1, paired by seed."""
+    return reduction(
+        over_cases(found, controller, than, figure), over_cases(found, controller, model, figure)
+    )
+
+
+def verdict(found: Found, controller: str, figure: str, models: Sequence[Compared], what: str) -> str:
+    """Say plainly whether the best support-vector model beats each formula, and where it does not."""
+    best = best_svr(found, controller, figure, models)
+    words = []
+    for model in models:
+        if model.name in SVR or model.name == "none":
+            continue
+        gain = less(found, controller, figure, best, model.name)
+        if gain.low > 0:
+            words.append(f"{100 * gain.mean:.1f} % less than with {model.name}")
+        elif gain.high < 0:
+            words.append(f"{-100 * gain.mean:.1f} % MORE than with {model.name}: SVR does not win there")
+        else:
+            words.append(
+                f"no difference from {model.name} that {gain.count} seeds can tell ({gain.text(100, '.1f')} %)"
+            )
+    text = f"{controller}: with the best support-vector model ({best}) the {what} is " + "; ".join(words)
+    return f"{text}. {_losses(found, controller, figure, models, best)}"
+
+
+def _losses(found: Found, controller: str, figure: str, models: Sequence[Compared], best: str) -> str:
+    lost = []
+    for case, of in found[controller].items():
+        values = {name: estimate(one[figure]).mean for name, one in of.items()}
+        formulas = {name: value for name, value in values.items() if name not in SVR}
+        winner = min(formulas, key=lambda name: formulas[name])
+        if formulas[winner] < values[best]:
+            lost.append(f"{case} ({winner})")
+    if not lost:
+        return "No formula is better in any case."
+    return (
+        f"A formula, or none, is better in {len(lost)} of {len(found[controller])} cases: {', '.join(lost)}."
+    )

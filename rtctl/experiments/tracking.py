@@ -1,0 +1,102 @@
+"""Tracking of sine and triangular references with friction models from none to SVR (Tijani and Akmeliawati)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtctl.experiments import comparison, figures, models, positioning
+from rtctl.experiments.models import Compared
+from rtctl.experiments.order import Order
+from rtctl.experiments.positioning import Case, Followed
+from rtctl.experiments.report import Outcome, Part, Target
+from rtctl.experiments.statistics import rms
+from rtctl.friction.report_page import Picture
+
+TITLE = "Tracking"
+SINE_RAD, SINES_HZ = 0.3, (0.1, 0.25, 0.5, 1.0)
+TRIANGLE_RAD, TRIANGLES_RAD_S = 0.15, (0.02, 0.1, 0.5)
+
+FIGURES = {
+    "error_rms_rad": ("RMS error, mrad", 1e3),
+    "error_max_rad": ("largest error, mrad", 1e3),
+    "effort_nm": ("RMS torque, mN m", 1e3),
+}
+
+
+def run(order: Order) -> Outcome:
+    """Run the experiment on the simulated rig. Raises ConfigError, DataError."""
+    order.require_simulated("tracking")
+    compared = models.compared(order)
+    cases = cases_of(order)
+    found = positioning.run_all(order, cases, compared, judge)
+    best = positioning.best_svr(found, "PD", "error_rms_rad", compared)
+    target = Target(
+        f"tracking: RMS error with the best SVR ({best}) less than with none (PD)",
+        positioning.less(found, "PD", "error_rms_rad", best),
+        0.60,
+    )
+    words = tuple(
+        positioning.verdict(found, controller, "error_rms_rad", compared, "RMS tracking error")
+        for controller in positioning.CONTROLLERS
+    )
+    pictures = (_picture(order, cases[1], compared), _picture(order, cases[5], compared))
+    parts = (
+        Part("Errors over time", shown=pictures),
+        Part("Where SVR wins and where it does not", words, (comparison.learned(compared),)),
+        *comparison.parts(found, FIGURES, order.seeds),
+    )
+    key = f"PD with friction feed-forward: {target.measured.text(100, '.1f')} % less RMS tracking error with {best} than without, over all references."
+    return Outcome("tracking", TITLE, key, parts, (target,), comparison.numbers(found))
+
+
+def cases_of(order: Order) -> list[Case]:
+    """Sines and triangles, two periods each, from rest."""
+    rate_hz = order.loaded.config.loop.rate_hz
+    return [_sine(hz, rate_hz) for hz in SINES_HZ] + [_triangle(v, rate_hz) for v in TRIANGLES_RAD_S]
+
+
+def _sine(hz: float, rate_hz: float) -> Case:
+    # A (1 - cos w t) / 2 starts at rest
+    t, w = np.arange(round(2 / hz * rate_hz)) / rate_hz, 2 * np.pi * hz
+    half = 0.5 * SINE_RAD * 2
+    reference = np.column_stack(
+        [half * (1 - np.cos(w * t)), half * w * np.sin(w * t), half * w * w * np.cos(w * t)]
+    )
+    return Case(f"sine {hz:g} Hz", reference)
+
+
+def _triangle(speed_rad_s: float, rate_hz: float) -> Case:
+    quarter_s = TRIANGLE_RAD / speed_rad_s
+    t = np.arange(round(8 * quarter_s * rate_hz)) / rate_hz
+    phase = (t / quarter_s) % 4
+    up = (phase < 1) | (phase >= 3)
+    place = np.where(phase < 1, phase, np.where(phase < 3, 2 - phase, phase - 4))
+    velocity = np.where(up, speed_rad_s, -speed_rad_s)
+    reference = np.column_stack([TRIANGLE_RAD * place, velocity, np.zeros(len(t))])
+    return Case(f"triangle {speed_rad_s:g} rad/s", reference)
+
+
+def judge(_case: Case, run: Followed) -> dict[str, float]:
+    """RMS and largest error of the second half, rad, and RMS torque, N m."""
+    half = len(run.position_rad) // 2
+    error = (run.reference[:, 0] - run.position_rad)[half:]
+    return {
+        "error_rms_rad": rms(error),
+        "error_max_rad": float(np.abs(error).max()),
+        "effort_nm": rms(run.torque_nm[half:]),
+    }
+
+
+def _picture(order: Order, case: Case, compared: list[Compared]) -> Picture:
+    time_s = np.arange(len(case.reference)) * order.loaded.config.period_s
+    half = slice(len(time_s) // 2, None)
+    panels = []
+    for controller in positioning.CONTROLLERS:
+        lines = {}
+        for model in compared:
+            one = positioning.follow_once(order, 0, controller, case, model)
+            lines[model.name] = (time_s[half], 1e3 * (case.reference[:, 0] - one.position_rad)[half])
+        panels.append((f"{controller}: error [mrad]", lines))
+    caption = f"{case.name}: tracking error in mrad over time in s, second period, PD and PID with each friction model. Seed 0."
+    name = "tracking_" + case.name.replace(" ", "_").replace("/", "_per_").replace(".", "_")
+    return Picture(name, caption, figures.stacked(panels, "time [s]", 3.0))

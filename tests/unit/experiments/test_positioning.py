@@ -1,0 +1,145 @@
+"""The position controller and its figures, the worst hand, and what the texts say of SVR."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rtctl.config import load
+from rtctl.control import stability
+from rtctl.control.jit import records
+from rtctl.control.records import MODEL
+from rtctl.experiments import point_to_point, positioning, tracking, worst_hand
+from rtctl.experiments.models import Compared
+from rtctl.experiments.order import Order
+from rtctl.experiments.position_loop import GAINS, friction_torque
+from rtctl.experiments.positioning import Followed
+from rtctl.friction import artefact
+
+CONFIGS = Path(__file__).parents[3] / "configs"
+J, B, T = 0.012, 0.05, 1e-3
+
+
+@pytest.fixture(scope="module")
+def order():
+    return Order(load(CONFIGS / "mock.toml"), seeds=2)
+
+
+@pytest.fixture(scope="module")
+def shipped():
+    return Compared("shipped", artefact.load(CONFIGS / "friction" / "mock.json").record(), 0.0, "")
+
+
+NONE = Compared("none", np.zeros(1, MODEL), 0.0, "")
+
+
+def followed(case, share):
+    return Followed(share * case.reference[-1, 0], np.ones(len(share)), case.reference)
+
+
+def test_the_figures_of_a_step_are_those_of_its_curve(order):
+    case = point_to_point._case(order, 0.1)
+    t = np.arange(len(case.reference)) * T
+    got = point_to_point.judge(case, followed(case, 1 - np.exp(-t / 0.1)))
+    assert got["rise_s"] == pytest.approx(0.1 * math.log(9), abs=2 * T)
+    assert got["settling_s"] == pytest.approx(0.1 * math.log(20), abs=2 * T)
+    assert got["overshoot"] == 0
+    assert got["steady_error_rad"] < 1e-6
+    assert got["effort_nm"] == 1
+
+
+def test_a_step_that_never_gets_there_has_no_rise_and_no_settling_time(order):
+    case = point_to_point._case(order, -0.1)
+    got = point_to_point.judge(case, followed(case, np.full(len(case.reference), 0.5)))
+    assert math.isnan(got["rise_s"])
+    assert math.isnan(got["settling_s"])
+    assert got["steady_error_rad"] == pytest.approx(0.05)
+
+
+def test_overshoot_is_a_share_of_the_step_in_either_direction(order):
+    case = point_to_point._case(order, -0.1)
+    share = np.ones(len(case.reference))
+    share[100] = 1.2
+    assert point_to_point.judge(case, followed(case, share))["overshoot"] == pytest.approx(0.2)
+
+
+def test_references_are_their_own_derivatives(order):
+    for case in tracking.cases_of(order):
+        x, v, a = case.reference.T
+        assert abs(x[0]) + abs(v[0]) * ("sine" in case.name) < 1e-12
+        smooth = np.abs(np.diff(v)) < 0.02 if "sine" in case.name else np.diff(v) == 0
+        assert np.allclose((np.diff(x) / T)[smooth], (0.5 * (v[1:] + v[:-1]))[smooth], atol=2e-3)
+        if "sine" in case.name:
+            assert np.allclose(np.diff(v) / T, 0.5 * (a[1:] + a[:-1]), atol=2e-2)
+
+
+def test_the_friction_torque_follows_the_reference_while_it_moves_and_the_error_while_it_stands(shipped):
+    gains, model = np.zeros(1, GAINS), records(shipped.record)
+    gains["friction_gain"], gains["error_rad"], gains["reference_rad_s"] = 1.0, 1e-3, 1e-6
+    g = records(gains)[0]
+    assert friction_torque(g, model[0], -0.5, 1.0, 1.0) < -0.2
+    assert friction_torque(g, model[0], 0.0, 0.0, 0.5e-3) == pytest.approx(0.5 * 0.35, rel=0.05)
+    assert friction_torque(g, model[0], 0.0, 0.0, -1.0) == pytest.approx(-0.35 * 1.06, rel=0.05)
+    assert friction_torque(g, records(NONE.record)[0], 1.0, 0.0, 1.0) == 0.0
+
+
+def test_the_joint_stays_short_of_its_goal_without_a_model_and_reaches_it_with_one(order, shipped):
+    case = point_to_point._case(order, 0.1)
+    errors = [
+        point_to_point.judge(case, positioning.follow_once(order, 0, "PD", case, model))["steady_error_rad"]
+        for model in (NONE, shipped)
+    ]
+    assert errors[0] > 0.02
+    assert errors[1] < 0.1 * errors[0]
+
+
+def test_at_rest_the_joint_does_not_hunt_about_its_goal(order, shipped):
+    case = point_to_point._case(order, 0.03)
+    end = positioning.follow_once(order, 0, "PD", case, shipped)
+    assert np.ptp(end.position_rad[-200:]) < 1e-4
+    assert np.abs(end.torque_nm).max() <= 2.0
+
+
+def found_of(**means):
+    rows = {name: {"e": np.array([mean, 1.01 * mean])} for name, mean in means.items()}
+    return {"PD": {"case": rows}}
+
+
+def test_the_text_says_where_svr_does_not_win():
+    names = {"none": 10.0, "Coulomb": 1.0, "Tustin": 3.0, "nu-SVR, RBF": 2.0}
+    models = [Compared(name, NONE.record, 0.0, "") for name in names]
+    text = positioning.verdict(found_of(**names), "PD", "e", models, "error")
+    assert "MORE than with Coulomb: SVR does not win there" in text
+    assert "33.3 % less than with Tustin" in text
+    assert "better in 1 of 1 cases: case (Coulomb)" in text
+
+
+@pytest.mark.parametrize("b_c", [0.0, 0.01, 0.03])
+@pytest.mark.parametrize("modes", [1, 2, 5, 14])
+def test_the_worst_hand_is_unstable_exactly_where_theory_says(b_c, modes):
+    # theory reference 1.5: k = (2 b / T) / S_N - 2 b_c / T
+    s_n = 8 / math.pi**2 * sum(1 / (2 * n - 1) ** 2 for n in range(1, modes + 1))
+    edge = worst_hand.first_unstable(worst_hand.worst(J, B, T, modes), b_c, T, 400.0)
+    assert edge == pytest.approx(2 * B / T / s_n - 2 * b_c / T, rel=1e-4)
+    assert edge > stability.k_max_sampled_data(B, b_c, T)
+
+
+def test_in_time_the_same_hand_grows_above_its_edge_and_decays_below():
+    hand = worst_hand.worst(J, B, T, 3)
+    edge = worst_hand.first_unstable(hand, 0.01, T, 400.0)
+    for share, grows in ((0.95, False), (1.05, True)):
+        ratio = worst_hand.growth(
+            hand.step, hand.push, hand.angle, hand.speed, share * edge, 0.01, T, 4000, 0.1
+        )
+        assert (ratio > 1) is grows
+
+
+def test_a_hand_conserves_energy_where_the_joint_has_no_damping():
+    hand = worst_hand.worst(J, 0.0, T, 6)
+    assert np.allclose(hand.step @ hand.step.T, np.eye(12), atol=1e-9)
+
+
+def test_the_mean_over_cases_is_per_seed():
+    found = {"PD": {"a": {"m": {"e": np.array([1.0, 3.0])}}, "b": {"m": {"e": np.array([3.0, 5.0])}}}}
+    assert positioning.over_cases(found, "PD", "m", "e").tolist() == [2.0, 4.0]
