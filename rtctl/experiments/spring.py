@@ -17,7 +17,7 @@ from rtctl.simulation import Simulation
 
 TITLE = "Virtual spring"
 STIFFNESS_NM_RAD = 3.0
-"""Where the rig file has no spring."""
+"""Where the rig file has no spring; the policy is then stop_gated, as a spring needs it."""
 
 OFF = Variant("off", 0.0)
 ON = Variant("feed-forward")
@@ -65,6 +65,7 @@ def _measure(order: Order, seed: int, variant: Variant) -> Run:
             command["environment_kind"][0, 0] = int(Environment.SPRING)
             command["environment_stiffness_nm_rad"][0, 0] = STIFFNESS_NM_RAD
             command["environment_center_rad"][0, 0] = simulation.plant_state["position_rad"][0, 0]
+            virtual.with_policy(Policy.STOP_GATED)(simulation)
         variant.change(simulation)
 
     return virtual.measure(order.loaded, seed, PUSH, Variant(variant.name, variant.compensation, change))
@@ -152,7 +153,7 @@ def _outcome(order: Order, found: Measured, pictures: list[Picture]) -> Outcome:
         "Near rest the hybrid policy takes the direction of the feed-forward from the torque of the hand. A hand that is "
         "led back by a spring pulls one way and moves the other, so the feed-forward then works against the motion until "
         "the joint breaks loose, again and again. In a spring the direction has to come from the displacement "
-        "(stop_gated); the shipped spring rig uses it."
+        "(stop_gated): the shipped spring rig uses it, and so does this experiment on a rig file without a spring."
     )
     numbers = {
         "variants": {

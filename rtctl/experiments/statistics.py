@@ -32,7 +32,8 @@ class Estimate:
     def text(self, scale: float = 1.0, shape: str = ".3g") -> str:
         """As `mean ± half` in another unit."""
         mean = format(scale * self.mean, shape)
-        return f"{mean} ± {scale * self.half:.1g}" if self.count > 1 else mean
+        half = scale * self.half
+        return f"{mean} ± {format(half, '.0f' if half >= 10 else '.1g')}" if self.count > 1 else mean
 
     def as_dict(self) -> dict[str, float | int | None]:
         """Plain values for JSON; null where a value is not finite."""
