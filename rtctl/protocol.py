@@ -57,15 +57,20 @@ class Endpoints:
     targets: str = ""
 
 
+SERVICE_ROOT = Path("/run/rtctl")
+"""Where the rigs that systemd runs have their folders."""
+
+
 def runtime_root() -> Path:
     """Folder that holds one folder per running rig.
 
-    The first of: RTCTL_RUNTIME_DIR, RUNTIME_DIRECTORY (set by systemd), XDG_RUNTIME_DIR/rtctl, and a
-    folder of this user in the temporary directory.
+    The first of: RTCTL_RUNTIME_DIR, the folder above RUNTIME_DIRECTORY (systemd makes the rig's own),
+    XDG_RUNTIME_DIR/rtctl, and a folder of this user in the temporary directory.
     """
-    chosen = os.environ.get("RTCTL_RUNTIME_DIR") or os.environ.get("RUNTIME_DIRECTORY", "").split(":")[0]
-    if chosen:
+    if chosen := os.environ.get("RTCTL_RUNTIME_DIR"):
         return Path(chosen).absolute()
+    if own := os.environ.get("RUNTIME_DIRECTORY", "").split(":")[0]:
+        return Path(own).absolute().parent
     session = os.environ.get("XDG_RUNTIME_DIR")
     if session and Path(session).is_dir():
         return Path(session).absolute() / "rtctl"
@@ -77,6 +82,13 @@ def rig_directory(rig: str, root: Path | None = None) -> Path:
     if not _RIG_NAME.fullmatch(rig):
         raise ConfigError(f"rig name {rig!r}: a letter, then at most 31 letters, digits, - or _")
     return (root or runtime_root()).absolute() / rig
+
+
+def client_directory(rig: str, root: Path | None = None) -> Path:
+    """Folder in which a client looks for the rig: this user's, else that of the service. Raises ConfigError."""
+    own = rig_directory(rig, root)
+    service = SERVICE_ROOT / rig
+    return service if root is None and not own.exists() and service.exists() else own
 
 
 def endpoints_in(directory: Path) -> Endpoints:
@@ -110,7 +122,8 @@ def running_rigs(root: Path | None = None) -> list[str]:
     It looks without locking: a look must never make a daemon that starts at that moment believe the rig is
     taken.
     """
-    locks = sorted((root or runtime_root()).glob(f"*/{LOCK_NAME}"))
+    roots = [root] if root else [runtime_root(), SERVICE_ROOT]
+    locks = sorted({lock for folder in roots for lock in folder.glob(f"*/{LOCK_NAME}")})
     return [lock.parent.name for lock in locks if _alive(lock)]
 
 

@@ -41,10 +41,10 @@ def command(
     """
     from rtctl.client.capture import Capture
     from rtctl.errors import RtctlError
-    from rtctl.protocol import endpoints_in, rig_directory
+    from rtctl.protocol import client_directory, endpoints_in
 
     name, folder, limits = _target(rig, out)
-    with Capture(endpoints_in(rig_directory(name, runtime_dir))) as capture:
+    with Capture(endpoints_in(client_directory(name, runtime_dir))) as capture:
         _await(capture, name)
         done = _record(capture, folder, limits, math.inf if seconds is None else seconds)
     for status in done:

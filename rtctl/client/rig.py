@@ -18,7 +18,7 @@ from rtctl.client.requests import Reply, Requester
 from rtctl.control.vocabulary import State
 from rtctl.errors import ClientError, ConfigError, RefusedError
 from rtctl.keys import ClientKey
-from rtctl.protocol import Endpoints, endpoints_in, rig_directory
+from rtctl.protocol import Endpoints, client_directory, endpoints_in
 
 Kind = Literal["free", "spring", "wall", "damper", "detents", "remote"]
 
@@ -71,7 +71,7 @@ class RigClient(Listener):
         if address is not None:
             endpoints = remote_endpoints(address)
         client_key = None if key is None else ClientKey.load(key)
-        addresses = endpoints or endpoints_in(rig_directory(rig, root))
+        addresses = endpoints or endpoints_in(client_directory(rig, root))
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         super().__init__(Connection(self._context, addresses, client_key), timeout_s)
         self._requester = Requester(self._connection)

@@ -14,6 +14,9 @@ import time
 from rtctl.control.vocabulary import State
 from rtctl.host.faults import fault_entries
 
+ENDING_US = 30_000_000
+"""Watchdog time while the rig is brought to rest, us."""
+
 
 class Notifier:
     """The daemon's line to the service manager.
@@ -45,8 +48,8 @@ class Notifier:
         self._send(f"RELOADING=1\nMONOTONIC_USEC={time.monotonic_ns() // 1000}")
 
     def stopping(self) -> None:
-        """The end has begun."""
-        self._send("STOPPING=1")
+        """The end has begun: no ticks will feed the watchdog any more, TimeoutStopSec= bounds it from here."""
+        self._send(f"STOPPING=1\nWATCHDOG_USEC={ENDING_US}")
 
     def status(self, state: int, faults: int, fault_first: int) -> None:
         """One line for `systemctl status`, sent when it changes."""

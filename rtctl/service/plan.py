@@ -186,6 +186,7 @@ def removal(name: str, root: Path, *, last: bool, purge: bool) -> tuple[list[lis
             etc / "sysusers.d/rtctl.conf",
             etc / "udev/rules.d/60-rtctl.rules",
             root / "var/cache/rtctl",
+            root / "run/rtctl",
         ]
         if purge:
             paths += [etc / "rtctl", root / "var/lib/rtctl"]

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 import zmq
 
+from rtctl import protocol
 from rtctl.errors import BusyError, ConfigError
 from rtctl.host import endpoints
 from rtctl.host.endpoints import RuntimeDirectory, private_umask
@@ -125,10 +126,25 @@ def test_the_root_follows_the_environment_in_order(root, monkeypatch):
     assert runtime_root().name == f"rtctl-{os.geteuid()}"
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(root))
     assert runtime_root() == root / "rtctl"
-    monkeypatch.setenv("RUNTIME_DIRECTORY", "/run/one:/run/two")
+    monkeypatch.setenv("RUNTIME_DIRECTORY", "/run/one/rig:/run/two")
     assert runtime_root() == Path("/run/one")
     monkeypatch.setenv("RTCTL_RUNTIME_DIR", "/run/mine")
     assert runtime_root() == Path("/run/mine")
+
+
+def test_a_client_finds_the_service_where_this_user_runs_no_such_rig(root, monkeypatch):
+    service = root / "service"
+    (service / "mock").mkdir(parents=True)
+    monkeypatch.setenv("RTCTL_RUNTIME_DIR", str(root / "own"))
+    monkeypatch.setattr(protocol, "SERVICE_ROOT", service)
+    assert protocol.client_directory("mock") == service / "mock"
+    assert protocol.client_directory("other") == root / "own" / "other"
+    assert protocol.client_directory("mock", root) == root / "mock"
+    (root / "own" / "mock").mkdir(parents=True)
+    assert protocol.client_directory("mock") == root / "own" / "mock"
+    for folder in (service, root / "own"):
+        (folder / "mock" / "lock").write_text(f"{os.getpid()}\n")
+    assert protocol.running_rigs() == ["mock", "mock"]
 
 
 ORPHAN = """

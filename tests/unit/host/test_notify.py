@@ -48,7 +48,7 @@ def test_each_message_is_what_systemd_expects(manager, notifying):
     notifier.reloading()
     ready, stopping, reloading = heard(receiver)
     assert ready == "READY=1"
-    assert stopping == "STOPPING=1"
+    assert stopping == "STOPPING=1\nWATCHDOG_USEC=30000000"
     assert reloading.startswith("RELOADING=1\nMONOTONIC_USEC=")
     assert int(reloading.rpartition("=")[2]) > 0
     notifier.close()
