@@ -19,8 +19,17 @@ ON_REQUEST = ("soak",)
 @click.option(
     "--minutes", type=click.FloatRange(0.3, 1440), default=60.0, show_default=True, help="length of a soak"
 )
+@click.option(
+    "--rig-seconds",
+    type=click.FloatRange(0.5, 3600.0),
+    default=10.0,
+    show_default=True,
+    help="how long io watches a composed rig at 1 kHz",
+)
 @click.option("--json", "as_json", is_flag=True, help="one JSON object with all rows")
-def command(groups: tuple[str, ...], *, quick: bool, minutes: float, as_json: bool) -> None:
+def command(
+    groups: tuple[str, ...], *, quick: bool, minutes: float, rig_seconds: float, as_json: bool
+) -> None:
     """Measure side by side: friction evaluation, safety machine, virtual time, start, cycle, wake-up, telemetry
     streams, floods, device I/O; and, only when asked for, soak: hours of subscribers that come and go, and of floods.
 
@@ -37,7 +46,7 @@ def command(groups: tuple[str, ...], *, quick: bool, minutes: float, as_json: bo
     for name in chosen:
         click.echo(f"measuring {name} ...", err=True)
         try:
-            measured += _group(name, quick=quick, minutes=minutes)()
+            measured += _group(name, quick=quick, minutes=minutes, rig_seconds=rig_seconds)()
         except (RtctlError, ModuleNotFoundError) as error:
             skipped[name] = str(error)
     if as_json:
@@ -48,7 +57,7 @@ def command(groups: tuple[str, ...], *, quick: bool, minutes: float, as_json: bo
         click.echo(f"not measured: {name}: {why}", err=True)
 
 
-def _group(name: str, *, quick: bool, minutes: float) -> Callable[[], list[Row]]:
+def _group(name: str, *, quick: bool, minutes: float, rig_seconds: float) -> Callable[[], list[Row]]:
     from rtctl.bench import flood, friction, io, loop, safety, soak, streams, virtual
     from rtctl.demo import shipped_config
 
@@ -68,6 +77,6 @@ def _group(name: str, *, quick: bool, minutes: float) -> Callable[[], list[Row]]
         "wakeup": lambda: loop.wakeup_rows(mock, 1 if quick else 4, max(5.0, 15 * short)),
         "flood": lambda: flood.rows(mock, 10 * short, 1 if quick else 2),
         "soak": lambda: soak.rows(mock, minutes, lambda text: click.echo(text, err=True)),
-        "io": lambda: io.rows(short),
+        "io": lambda: io.rows(short, rig_seconds),
         "streams": lambda: streams.rows(shipped_config("mock-10khz.toml"), 60 * short),
     }[name]
