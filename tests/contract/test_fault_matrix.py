@@ -2,16 +2,17 @@
 
 The rig is brought into a phase (soft start, full authority with torque, HOLD, the middle of a ramp, the test
 pulse), the fault begins at a known tick, and the reaction must come in the tick the contract names: not
-later, and not earlier either.
+later, and not earlier either. On the serial board the samples come over a pty from another process.
 """
 
 import math
 
 import numpy as np
 import pytest
+import serial_boards
 
 from hw import registry
-from hw.fault_script import fill_schedule
+from hw.fault_script import SampleScript, fill_schedule
 from rtctl import config, plan
 from rtctl.control import law
 from rtctl.control.faults import ROW
@@ -58,6 +59,7 @@ PLAYED = [
     for key in KINDS
     if key[0] in ("position", "current", "force", "link") and key != ("current", "offset")
 ]
+STATE_BYTES = 45
 PHASES = ["test pulse", "soft start", "active", "hold", "stopping"]
 
 
@@ -72,23 +74,48 @@ NEVER = scheduled("link", "stale", 0.0, 10**9)
 """Keeps the script of a backend at work before its fault begins."""
 
 
+class Scripted:
+    """A real device with a script of faults on its samples: what the mock and playback have built in."""
+
+    provides = frozenset({"position", "current", "force", "temperature", "estop"})
+    consumes = frozenset({"current_command"})
+
+    def __init__(self, backend, hardware, tick):
+        self._backend = backend
+        self._script = SampleScript([NEVER], hardware, 1)
+        self._script.bind(tick)
+        self.open, self.stop, self.close = backend.open, backend.stop, backend.close
+
+    def read(self, tick):
+        self._backend.read(tick)
+        self._script.after_read()
+
+    def write(self, tick):
+        if self._script.before_write():
+            self._backend.write(tick)
+
+
 class Rig:
     """A backend, the law, and the loop's order of work; no clock."""
 
-    def __init__(self, path):
+    def __init__(self, path, in_step=None):
         loaded = config.load(path)
         made = plan.build(loaded)
         device = loaded.config.device[0]
         self.hardware = loaded.config.hardware()
-        self.backend = registry.create(device.kind, {**loaded.options, "faults": [NEVER]}, self.hardware)
+        self.tick = records(new_ticks(1, made.n_axes))
+        if device.kind in ("mock", "playback"):
+            self.backend = registry.create(device.kind, {**loaded.options, "faults": [NEVER]}, self.hardware)
+        else:
+            real = registry.create(device.kind, loaded.options, self.hardware)
+            self.backend = Scripted(in_step(real), self.hardware, self.tick)
         self.backend.open()
         self.device = Replug(self.backend)
         self.params, self.model, self.command = (
             records(part) for part in (made.params, made.model, made.command)
         )
         self.state = records(np.zeros(1, state_dtype(made.n_axes)))
-        self.tick = records(new_ticks(1, made.n_axes))
-        self.targets = self.gone = False
+        self.targets = False
         self.torque_before = 0.0
 
     def run(self, n=1):
@@ -164,14 +191,41 @@ def playback_rig(tmp_path):
     return Rig(path)
 
 
+@pytest.fixture(scope="module")
+def board(tmp_path_factory):
+    yield lambda: serial_boards.board(1, tmp_path_factory.mktemp, "matrix")
+    serial_boards.close_all()
+
+
+@pytest.fixture
+def serial_rig(tmp_path, board):
+    text = shipped_config("mock.toml").read_text()
+    text = text[: text.index("[[device]]")].replace('model = "friction/mock.json"', 'model = ""')
+    text = text.replace("[axis.coupling]", "[axis.coupling]\ndelay_ticks = 2")
+    text += f'[[device]]\nkind = "serial"\n[device.options]\nport = "{board().port}"\n'
+    path = tmp_path / "serial.toml"
+    path.write_text(text)
+    made = Rig(path, lambda backend: serial_boards.InLockstep(backend, STATE_BYTES))
+    yield made
+    made.backend.close()
+
+
 def enter(rig, phase):
     """Bring the rig into `phase`; 900 to 1200 ticks."""
+    if isinstance(rig.backend, Scripted):
+        rig.command["environment_kind"] = int(Environment.SPRING)
+        rig.command["environment_stiffness_nm_rad"], rig.command["environment_center_rad"] = 2.0, 0.4
+        return go_on(rig, phase)
     remote = phase == "hold"
     if remote:
         rig.command["environment_kind"], rig.targets = int(Environment.REMOTE), True
     else:
         rig.command["environment_kind"] = int(Environment.SPRING)
         rig.command["environment_stiffness_nm_rad"], rig.command["environment_center_rad"] = 1e6, 0.025
+    return go_on(rig, phase)
+
+
+def go_on(rig, phase):
     rig.run(900)
     rig.ask("arm_count")
     rig.run(1)
@@ -238,6 +292,15 @@ def test_playback(playback_rig, key, phase):
     enter(playback_rig, phase)
     playback_rig.fault_now(*key, value)
     expect(playback_rig, phase, fault, within)
+
+
+@pytest.mark.parametrize("phase", ["soft start", "active", "stopping"])
+@pytest.mark.parametrize("key", PLAYED, ids=lambda key: ".".join(key))
+def test_serial_board(serial_rig, key, phase):
+    fault, within, value = KINDS[key]
+    enter(serial_rig, phase)
+    serial_rig.fault_now(*key, value)
+    expect(serial_rig, phase, fault, within)
 
 
 @pytest.mark.parametrize("kind", ["dead", "scale"])
