@@ -7,6 +7,7 @@ later, and not earlier either. On the serial board the samples come over a pty f
 
 import math
 
+import can_rows
 import numpy as np
 import pytest
 import serial_boards
@@ -85,6 +86,7 @@ class Scripted:
         self._script = SampleScript([NEVER], hardware, 1)
         self._script.bind(tick)
         self.open, self.stop, self.close = backend.open, backend.stop, backend.close
+        self.release = getattr(backend, "release", backend.close)
 
     def read(self, tick):
         self._backend.read(tick)
@@ -210,6 +212,26 @@ def serial_rig(tmp_path, board):
     made.backend.close()
 
 
+@pytest.fixture
+def can_rig(tmp_path):
+    text = shipped_config("mock.toml").read_text()
+    text = text[: text.index("[[device]]")].replace('model = "friction/mock.json"', 'model = ""')
+    text = text.replace("[axis.coupling]", "[axis.coupling]\ndelay_ticks = 2")
+    text = text.replace("[loop]", 'absent = ["force"]\n\n[loop]')
+    text = text.replace(
+        "torque_constant_nm_a = 0.0134", f"torque_constant_nm_a = {can_rows.TORQUE_CONSTANT_NM_A}"
+    )
+    bus = can_rows.bus(())
+    text += '[[device]]\nkind = "odrive"\n[device.options]\nheartbeat_ms = 10.0\n'
+    text += f'[device.options.bus]\ninterface = "virtual"\nchannel = "{bus["channel"]}"\n'
+    text += "[[device.options.axis]]\nnode = 1\n"
+    path = tmp_path / "can.toml"
+    path.write_text(text)
+    made = Rig(path, lambda backend: can_rows.WithDevice(backend, {"bus": bus}, "odrive", 1, ()))
+    yield made
+    made.backend.release()
+
+
 def enter(rig, phase):
     """Bring the rig into `phase`; 900 to 1200 ticks."""
     if isinstance(rig.backend, Scripted):
@@ -301,6 +323,15 @@ def test_serial_board(serial_rig, key, phase):
     enter(serial_rig, phase)
     serial_rig.fault_now(*key, value)
     expect(serial_rig, phase, fault, within)
+
+
+@pytest.mark.parametrize("phase", ["soft start", "active", "stopping"])
+@pytest.mark.parametrize("key", [key for key in PLAYED if key[0] != "force"], ids=lambda key: ".".join(key))
+def test_can_drive(can_rig, key, phase):
+    fault, within, value = KINDS[key]
+    enter(can_rig, phase)
+    can_rig.fault_now(*key, value)
+    expect(can_rig, phase, fault, within)
 
 
 @pytest.mark.parametrize("kind", ["dead", "scale"])
