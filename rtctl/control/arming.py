@@ -74,6 +74,19 @@ def _no_current(s: Record, p: Record, axis: int) -> bool:
 
 
 @compiled
+def _expected(s: Record, p: Record, axis: int) -> float:
+    """Torque that the current may show now: the mean of those sent within the declared delay, N m.
+
+    A device may answer sooner than declared; at low rates the pulses are only a few ticks long, and a
+    single wrong lag of two ticks would look like no answer at all.
+    """
+    total = 0.0
+    for ago in range(1, p.follow_delay_ticks[axis] + 2):
+        total += held_torque(s, axis, ago)
+    return total / (p.follow_delay_ticks[axis] + 1)
+
+
+@compiled
 def arming_faults(t: Record, s: Record, p: Record, axis: int, elapsed: int) -> int:
     """Follow the test by this tick's sample; WIRING and ARMING_MOVED as they are found.
 
@@ -89,7 +102,7 @@ def arming_faults(t: Record, s: Record, p: Record, axis: int, elapsed: int) -> i
     if sent_ticks == 2 * n:
         s.test_moved_rad[axis] = s.position_rad[axis] - s.test_pulse_rad[axis]
     if elapsed > 0:
-        expected = held_torque(s, axis, 1 + p.follow_delay_ticks[axis])
+        expected = _expected(s, p, axis)
         s.test_product_nm2[axis] += expected * t.motor_torque_nm[axis]
         s.test_square_nm2[axis] += expected * expected
     s.test_hand_nm[axis] = max(s.test_hand_nm[axis], abs(t.hand_torque_nm[axis]))

@@ -107,3 +107,19 @@ def test_a_stop_during_the_pulse_ramps_down():
     bench.rig.request("stop_count")
     assert bench.run(1).mode is State.STOPPING
     assert 0.0 < bench.rig["torque_applied_nm"] < TORQUE
+
+
+@pytest.mark.parametrize("late_ticks", [0, 1, 2])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_device_may_answer_anywhere_within_its_declared_delay_even_with_short_pulses(late_ticks, sign):
+    rig = LawRig(follow_kind=1, follow_delay_ticks=2, arming_torque_nm=TORQUE, arming_travel_rad=0.05)
+    rig.params["arming_ticks"] = 4
+    rig.run(40)
+    rig.request("arm_count")
+    rig.tick()
+    sent = [0.0] * 3 + [rig["torque_applied_nm"]]
+    while rig.mode is State.ARMING:
+        rig.tick(current_a=sign * sent[-1 - late_ticks] / PER_AMPERE)
+        sent.append(rig["torque_applied_nm"])
+    assert rig.mode is (State.ACTIVE if sign > 0 else State.FAULT)
+    assert bool(rig.faults & Fault.WIRING) == (sign < 0)
