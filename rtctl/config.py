@@ -29,8 +29,14 @@ from rtctl.config_tables import (
     RigTable,
     Table,
     TelemetryTable,
+    ViewTable,
 )
 from rtctl.errors import ConfigError
+
+
+def _or_switch(schema: dict[str, Any]) -> None:
+    """In the JSON Schema: `true` and `false` besides the table."""
+    schema["anyOf"].insert(0, {"type": "boolean"})
 
 
 class Config(Table):
@@ -44,11 +50,13 @@ class Config(Table):
     device: tuple[DeviceTable, ...] = Field(min_length=1, max_length=8, strict=False)
     telemetry: TelemetryTable = TelemetryTable()
     gateway: GatewayTable = GatewayTable()
-    record: RecordTable | None = None
+    record: RecordTable | None = Field(None, json_schema_extra=_or_switch)
+    view: ViewTable | None = Field(None, json_schema_extra=_or_switch)
 
-    @field_validator("record", mode="before")
+    @field_validator("record", "view", mode="before")
     @classmethod
-    def _record(cls, value: object) -> object:
+    def _switch(cls, value: object) -> object:
+        """`true` stands for a table of defaults, `false` for none."""
         return {True: {}, False: None}[value] if isinstance(value, bool) else value
 
     @model_validator(mode="after")
@@ -69,11 +77,27 @@ class Config(Table):
 
     @model_validator(mode="after")
     def _ports_differ(self) -> Config:
-        first, viewer = self.gateway.port, self.telemetry.plotjuggler_port
-        if self.gateway.bind and self.telemetry.plotjuggler and first <= viewer <= first + 2:
-            msg = f"telemetry.plotjuggler_port {viewer} is one of the gateway's ports {first} to {first + 2}; give another"
-            raise ValueError(msg)
+        first = self.gateway.port
+        taken = (
+            dict.fromkeys(range(first, first + 3), "gateway.port and the two after it")
+            if self.gateway.bind
+            else {}
+        )
+        for key, port in self._ports_for_viewers().items():
+            if port in taken:
+                msg = f"{key} {port} is taken by {taken[port]}; give another"
+                raise ValueError(msg)
+            taken[port] = key
         return self
+
+    def _ports_for_viewers(self) -> dict[str, int]:
+        """Ports on 127.0.0.1 that are in use, by key."""
+        ports = (
+            {"telemetry.plotjuggler_port": self.telemetry.plotjuggler_port}
+            if self.telemetry.plotjuggler
+            else {}
+        )
+        return ports | ({} if self.view is None else {"view.port": self.view.port})
 
     @property
     def n_axes(self) -> int:

@@ -253,6 +253,14 @@ class RecordTable(Table):
     free_mb: float = _number(0, 1e7, "room left on the disk: below it recording pauses", default=200.0)
 
 
+class ViewTable(Table):
+    """[view]: the daemon shows its own page on 127.0.0.1; `view = true` for the defaults"""
+
+    port: int = _number(
+        1024, 65_535, "TCP port of the page; each rig of a machine needs its own", default=8650
+    )
+
+
 class TelemetryTable(Table):
     """[telemetry]"""
 

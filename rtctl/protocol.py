@@ -45,6 +45,9 @@ IPC_PATH_BYTES = 107
 """Longest path of a Unix socket on Linux (`sun_path` of 108 bytes, less the closing zero)."""
 
 LOCK_NAME = "lock"
+VIEW_NAME = "view"
+"""File in a rig's runtime folder: the operator's address of the daemon's own live view."""
+
 _RIG_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,31}")
 
 

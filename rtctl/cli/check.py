@@ -86,6 +86,8 @@ def _echo_devices(loaded: LoadedConfig) -> None:
             f"\n{member.label} ({member.kind}): {', '.join(member.channels)}"
             + (f"  {notes}" if notes else "")
         )
+    if view := loaded.config.view:
+        click.echo(f"\nlive view, shown by the daemon: http://127.0.0.1:{view.port}/")
     for kind, lines in loaded.device_report():
         click.echo(f"\ndevice {kind}")
         for label, figure, note in lines:

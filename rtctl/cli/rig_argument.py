@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
+
+from rtctl.errors import ConfigError
 
 
 def rig_name(rig: str) -> str:
-    """Name of the rig: read from its file when `rig` is one. Raises ConfigError for an unusable file."""
-    from rtctl.config import load
-
-    return load(rig).config.rig.name if rig.endswith(".toml") or Path(rig).is_file() else rig
+    """Name of the rig: read from its file when `rig` is one, without judging the rest. Raises ConfigError."""
+    path = Path(rig)
+    if not (rig.endswith(".toml") or path.is_file()):
+        return rig
+    try:
+        table = tomllib.loads(path.read_text()).get("rig")
+    except OSError as error:
+        raise ConfigError(f"{rig}: {error.strerror}") from error
+    except ValueError as error:
+        raise ConfigError(f"{rig}: not TOML: {error}") from error
+    name = table.get("name") if isinstance(table, dict) else None
+    if not isinstance(name, str):
+        raise ConfigError(f"{rig}: [rig] name is missing; it names the rig to ask")
+    return name

@@ -64,7 +64,8 @@ def command(
             click.echo(
                 f"running {loaded.config.rig.name} at {loaded.config.loop.rate_hz:g} Hz; Ctrl-C to stop"
             )
-            for line in (*host.runtime.describe(), *host.access.describe()):
+            shown = host.view.describe() if host.view else []
+            for line in (*host.runtime.describe(), *host.access.describe(), *shown):
                 click.echo(f"  {line}")
             if scripted := loaded.scripted_faults:
                 click.echo(f"  {scripted} scripted fault(s): this run is meant to go wrong")

@@ -8,6 +8,9 @@ from typing import Any
 
 import click
 
+PORT = 8650
+ANSWER_S = 1.0
+
 
 def _options(function: Callable[..., Any]) -> Callable[..., Any]:
     for option in reversed(
@@ -22,9 +25,7 @@ def _options(function: Callable[..., Any]) -> Callable[..., Any]:
             click.option(
                 "--port",
                 type=click.IntRange(0, 65535),
-                default=8650,
-                show_default=True,
-                help="0: any free one",
+                help="8650 unless given; 0: any free one",
             ),
         )
     ):
@@ -39,7 +40,8 @@ def command(**options: Any) -> None:  # noqa: ANN401
 
     RIG is its name or rig file; not needed when one runs. The page is for this machine only unless --host says
     otherwise. Anyone who opens it may press STOP; arming needs the operator key that is part of the address
-    shown here. Ctrl-C ends the page; the rig runs on.
+    shown here. Ctrl-C ends the page; the rig runs on. With `view = true` in the rig file the daemon shows the
+    page itself, and this only tells its address.
     """
     _serve("", **options)
 
@@ -61,7 +63,7 @@ def _serve(
     address: str | None,
     key: Path | None,
     host: str,
-    port: int,
+    port: int | None,
 ) -> None:
     from rtctl.cli.monitor import only_rig
     from rtctl.cli.rig_argument import rig_name
@@ -70,6 +72,14 @@ def _serve(
     from rtctl.view.server import ViewServer
 
     name = rig_name(rig) if rig else ("" if address else only_rig(runtime_dir))
+    if port is None:
+        port = PORT
+        if name and (shown := _shown_by_daemon(name, runtime_dir)):
+            url, key_part = shown
+            click.echo("the daemon shows it already (view = true):")
+            click.echo(f"{url}{page}#{key_part}   (operator: may arm)")
+            click.echo(f"{url}{page}   (anyone: may look and STOP)")
+            return
     with RigClient(name, runtime_dir=runtime_dir, address=address, key=key) as client:
         try:
             server = ViewServer(client, host, port)
@@ -85,3 +95,25 @@ def _serve(
             click.echo("", err=True)
         finally:
             server.close()
+
+
+def _shown_by_daemon(name: str, runtime_dir: Path | None) -> tuple[str, str] | None:
+    """Address of the daemon's own view and its key part, if it answers."""
+    import http.client
+
+    from rtctl.protocol import VIEW_NAME, client_directory
+
+    try:
+        address = (client_directory(name, runtime_dir) / VIEW_NAME).read_text().strip()
+    except OSError:
+        return None
+    url, _, key_part = address.partition("#")
+    link = http.client.HTTPConnection(url.removeprefix("http://").rstrip("/"), timeout=ANSWER_S)
+    try:
+        link.request("GET", "/common.js")
+        link.getresponse().read()
+    except (OSError, http.client.HTTPException):
+        return None
+    finally:
+        link.close()
+    return url, key_part

@@ -33,6 +33,7 @@ from rtctl.host.run_record import RunRecord
 from rtctl.host.safe_stop import SafeStop
 from rtctl.host.statistics import RunStatistics
 from rtctl.host.telemetry import Telemetry
+from rtctl.host.view_process import ViewProcess
 from rtctl.recording.setup import LawArrays, setup_of
 from rtctl.shm import CommandWriter, Memory, RingReader
 
@@ -137,6 +138,7 @@ class Host:
         self._wait_ready()
         self.telemetry.set_realtime(self.loop.grants)
         self.record.begin(setup_of(self.loaded, plan, rig.session, rig.start_wall_ns, self.loop.grants))
+        self.view = ViewProcess.of(self.loaded, self.runtime)
         self.notifier.ready()
 
     def _wait_ready(self) -> None:
@@ -219,6 +221,9 @@ class Host:
             self.notifier.status(int(last["state"]), int(last["faults"]), int(last["fault_first"]))
         for observer in self.observers:
             observer(self, rows)
+        if self.view is not None and self._ending_since is None:
+            for text in self.view.news():
+                self.announce(text)
 
     def finish(self) -> None:
         """Ask the run to end: torque ramps down, then `run` returns."""
@@ -304,6 +309,8 @@ class Host:
     def _close(self, error: BaseException | None = None) -> None:
         if hasattr(self, "loop"):
             self._end_loop(self.loop)
+        if (view := getattr(self, "view", None)) is not None:
+            view.close()
         record = getattr(self, "record", None)
         if record is not None:
             record.close(error)

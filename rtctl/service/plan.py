@@ -15,6 +15,7 @@ from rtctl.errors import ConfigError
 
 UNIT = "rtctl@.service"
 NETWORK_DROP_IN = "rtctl-network.conf"
+LOOPBACK_DROP_IN = "rtctl-loopback.conf"
 NETWORKED_KINDS = ("can", "odrive", "moteus", "cia402", "rdt")
 """Devices that are reached through the network or CAN, and so need more than Unix sockets."""
 
@@ -108,6 +109,8 @@ def plan(loaded: LoadedConfig, root: Path, command: str, *, start: bool) -> Inst
     drop_in = etc / f"systemd/system/rtctl@{name}.service.d"
     if needs_network(loaded):
         made.files.append(File(drop_in / "10-network.conf", shipped(NETWORK_DROP_IN)))
+    elif needs_loopback(loaded):
+        made.files.append(File(drop_in / "10-loopback.conf", shipped(LOOPBACK_DROP_IN)))
     if loaded.config.loop.cpu >= 0:
         cores = f"[Service]\nCPUAffinity=0-{max((os.cpu_count() or 1) - 1, loaded.config.loop.cpu)}\n"
         made.files.append(File(drop_in / "20-core.conf", cores.encode()))
@@ -122,10 +125,14 @@ def plan(loaded: LoadedConfig, root: Path, command: str, *, start: bool) -> Inst
 
 
 def needs_network(loaded: LoadedConfig) -> bool:
-    """True when the rig file has a device or an endpoint beyond serial ports and Unix sockets."""
+    """True when the rig file has a device or an endpoint beyond serial ports and this machine."""
     devices = any(device.kind in NETWORKED_KINDS for device in loaded.config.device)
-    tcp = loaded.config.gateway.bind or loaded.config.telemetry.plotjuggler
-    return devices or bool(tcp)
+    return devices or bool(loaded.config.gateway.bind)
+
+
+def needs_loopback(loaded: LoadedConfig) -> bool:
+    """True when it opens a port on 127.0.0.1: the live view, telemetry for viewers."""
+    return loaded.config.telemetry.plotjuggler or loaded.config.view is not None
 
 
 def _strings(value: Any) -> Iterator[str]:  # noqa: ANN401

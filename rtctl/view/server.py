@@ -19,10 +19,9 @@ from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 from rtctl.client import RigClient
-from rtctl.control.vocabulary import Environment, State
 from rtctl.errors import RtctlError
-from rtctl.host.faults import fault_entries
 from rtctl.view.feed import Feed, Signal, columns
+from rtctl.view.panel import ACTIONS, signals_of, status
 from rtctl.view.world import World
 
 STATIC = Path(__file__).parent / "static"
@@ -109,7 +108,7 @@ class _Handler(BaseHTTPRequestHandler):
             name, kind = FILES[url.path]
             self._answer(HTTPStatus.OK, (STATIC / name).read_bytes(), kind)
         elif url.path == "/hello":
-            self._json({**self.server.hello, "signals": _signals(self.server.hello)})
+            self._json({**self.server.hello, "signals": signals_of(self.server.hello)})
         elif url.path == "/stream":
             self._stream(parse_qs(url.query).get("signals", [""])[0])
         else:
@@ -149,7 +148,7 @@ class _Handler(BaseHTTPRequestHandler):
             values = json.loads(body or b"{}", parse_constant=_refuse)
             if not isinstance(values, dict):
                 raise TypeError("a button sends an object")
-            result = ACTIONS[name](self.server, values)
+            result = ACTIONS[name](self.server.client, self.server.world, values)
         except (ValueError, TypeError, KeyError) as error:
             self._json({"error": f"not understood: {error}"}, HTTPStatus.BAD_REQUEST)
         except RtctlError as error:
@@ -218,7 +217,7 @@ class _Handler(BaseHTTPRequestHandler):
                 self._event("event", event)
             if time.monotonic() - told >= STATUS_S:
                 told = time.monotonic()
-                self._event("status", status(self.server))
+                self._event("status", status(self.server.feed, self.server.world))
             self.wfile.flush()
 
     def _event(self, name: str, data: Mapping[str, Any]) -> None:
@@ -228,87 +227,3 @@ class _Handler(BaseHTTPRequestHandler):
 def _refuse(text: str) -> float:
     msg = f"{text} is not a number"
     raise ValueError(msg)
-
-
-def _signals(hello: Mapping[str, Any]) -> list[dict[str, str]]:
-    """Every curve this rig offers, with unit and meaning."""
-    from rtctl.tick import FIELDS
-
-    out = []
-    axes = [axis["name"] for axis in hello["axes"]]
-    for item in FIELDS:
-        labels = {"scalar": [""], "axis": axes, "xyz": ["x", "y", "z"]}[item.shape]
-        out += [
-            {
-                "name": f"{item.name}.{i}",
-                "label": f"{item.name} {label}".strip(),
-                "unit": item.unit,
-                "meaning": item.meaning,
-            }
-            for i, label in enumerate(labels)
-        ]
-    return out
-
-
-def status(server: ViewServer) -> dict[str, Any]:
-    """What the panel shows beside the curves."""
-    health, rows = server.feed.health, server.feed.newest
-    out: dict[str, Any] = {"silent": server.feed.silent, "health": health, "world": server.world.describe()}
-    if rows is None:
-        return out
-    row = rows[0]
-    first = int(row["fault_first"])
-    return {
-        **out,
-        "state": State(int(row["state"])).name,
-        "enabled": bool(row["enabled"]),
-        "authority": float(row["authority"]),
-        "faults": fault_entries(int(row["faults"])),
-        "first": fault_entries(1 << first)[0] if first >= 0 else None,
-        "lease": bool(row["lease_held"]),
-        "epoch": int(row["epoch"]),
-        "missed": int(row["missed_ticks"]),
-        "waiver": bool(row["waiver"]),
-        "position_rad": row["position_rad"].tolist(),
-        "proxy_rad": row["proxy_position_rad"].tolist(),
-        "hand_nm": row["hand_torque_nm"].tolist(),
-        "applied_nm": row["torque_applied_nm"].tolist(),
-        "environment": [Environment(int(kind)).name.lower() for kind in row["environment_kind"]],
-        "compensation": row["compensation"].tolist(),
-    }
-
-
-def _arm(server: ViewServer, _body: dict[str, Any]) -> None:
-    server.client.arm(wait=False)
-
-
-def _stop(server: ViewServer, _body: dict[str, Any]) -> None:
-    server.world.release()
-    server.client.stop()
-
-
-def _reset(server: ViewServer, _body: dict[str, Any]) -> None:
-    server.client.reset(wait=False)
-
-
-def _tare(server: ViewServer, _body: dict[str, Any]) -> None:
-    server.client.tare()
-
-
-def _compensation(server: ViewServer, body: dict[str, Any]) -> None:
-    server.client.set_compensation(float(body["share"]))
-
-
-def _world(server: ViewServer, body: dict[str, Any]) -> dict[str, Any]:
-    return server.world.choose(**body)
-
-
-ACTIONS: dict[str, Callable[[ViewServer, dict[str, Any]], Any]] = {
-    "arm": _arm,
-    "stop": _stop,
-    "reset": _reset,
-    "tare": _tare,
-    "compensation": _compensation,
-    "world": _world,
-}
-"""Buttons by name; all but `stop` need the operator key."""

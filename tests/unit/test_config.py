@@ -173,3 +173,32 @@ def test_nothing_but_ipc_is_open_by_default_and_keys_are_found_beside_the_rig_fi
     assert closed.keys_folder() is None
     opened = load(write(GOOD + '[gateway]\nbind = "127.0.0.1"\ncurve_dir = "keys"'))
     assert opened.keys_folder() == tmp_path / "keys"
+
+
+def test_a_view_is_switched_on_by_one_word_or_by_its_table(write):
+    assert load(write(GOOD)).config.view is None
+    assert load(write("view = true\n" + GOOD)).config.view.port == 8650
+    assert load(write("view = false\n" + GOOD)).config.view is None
+    assert load(write(GOOD + "[view]\nport = 9000\n")).config.view.port == 9000
+    for wrong in ("view = 1\n", 'view = "yes"\n'):
+        with pytest.raises(ConfigError) as caught:
+            load(write(wrong + GOOD))
+        assert any("view" in fault for fault in caught.value.faults)
+
+
+def test_ports_of_one_rig_differ(write):
+    both = "[telemetry]\nplotjuggler = true\nplotjuggler_port = 9000\n[view]\nport = 9000\n"
+    with pytest.raises(ConfigError) as caught:
+        load(write(GOOD + both))
+    assert any(
+        "view.port 9000 is taken by telemetry.plotjuggler_port" in fault for fault in caught.value.faults
+    )
+
+
+def test_the_schema_for_editors_knows_the_switches():
+    jsonschema = pytest.importorskip("jsonschema")
+    schema = Config.model_json_schema()
+    for text in ("view = true\nrecord = true\n" + GOOD, GOOD + "[view]\nport = 9000\n"):
+        jsonschema.validate(tomllib.loads(text), schema)
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(tomllib.loads("view = 7\n" + GOOD), schema)

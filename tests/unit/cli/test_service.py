@@ -51,18 +51,36 @@ def test_a_dry_run_says_everything_and_does_nothing(tmp_path):
     assert "would run systemd-sysusers /etc/sysusers.d/rtctl.conf" in live.output
 
 
-def test_a_rig_with_clients_over_tcp_gets_the_network_and_a_chosen_core_stays_allowed(tmp_path):
-    folder = tmp_path / "rig"
-    shutil.copytree(shipped_config("friction"), folder / "friction")
-    text = (
-        shipped_config("mock.toml")
-        .read_text()
-        .replace("[loop]", "[telemetry]\nplotjuggler = true\n\n[loop]\ncpu = 3")
-    )
-    (folder / "rig.toml").write_text(text)
-    assert call("install", folder / "rig.toml", "--root", tmp_path / "out").exit_code == 0
-    drop_ins = tmp_path / "out/etc/systemd/system/rtctl@mock.service.d"
+def installed_drop_ins(folder, addition):
+    shutil.copytree(shipped_config("friction"), folder / "rig/friction")
+    text = shipped_config("mock.toml").read_text()
+    (folder / "rig/rig.toml").write_text(text.replace("[loop]", f"{addition}\n\n[loop]"))
+    assert call("install", folder / "rig/rig.toml", "--root", folder / "out").exit_code == 0
+    return folder / "out/etc/systemd/system/rtctl@mock.service.d"
+
+
+def test_a_device_on_the_network_gets_the_network(tmp_path, monkeypatch):
+    monkeypatch.setattr(service, "NETWORKED_KINDS", ("mock",))
+    drop_ins = installed_drop_ins(tmp_path, "[view]")
+    assert [path.name for path in drop_ins.iterdir()] == ["10-network.conf"]
     assert "PrivateNetwork=no" in (drop_ins / "10-network.conf").read_text()
+
+
+@pytest.mark.parametrize("addition", ["[telemetry]\nplotjuggler = true", "[view]"])
+def test_a_page_or_viewers_get_this_machine_only(addition, tmp_path):
+    drop_ins = installed_drop_ins(tmp_path, addition)
+    text = (drop_ins / "10-loopback.conf").read_text()
+    assert "PrivateNetwork=no" in text
+    assert "IPAddressDeny=any\nIPAddressAllow=localhost" in text
+
+
+def test_a_chosen_core_stays_allowed(tmp_path):
+    config = tmp_path / "rig.toml"
+    model = shipped_config("friction/mock.json")
+    text = shipped_config("mock.toml").read_text().replace("[loop]", "[loop]\ncpu = 3")
+    config.write_text(text.replace('"friction/mock.json"', f'"{model}"'))
+    assert call("install", config, "--root", tmp_path / "out").exit_code == 0
+    drop_ins = tmp_path / "out/etc/systemd/system/rtctl@mock.service.d"
     assert "CPUAffinity=0-" in (drop_ins / "20-core.conf").read_text()
 
 
@@ -109,11 +127,13 @@ def test_a_python_the_service_cannot_see_is_refused(monkeypatch):
 
 
 @pytest.mark.skipif(not shutil.which("systemd-analyze"), reason="no systemd-analyze on this machine")
-@pytest.mark.parametrize(("network", "threshold"), [(False, 18), (True, 22)])
-def test_the_sandbox_is_as_tight_as_promised(network, threshold, tmp_path):
+@pytest.mark.parametrize(
+    ("added", "threshold"), [(None, 18), (service.LOOPBACK_DROP_IN, 18), (service.NETWORK_DROP_IN, 22)]
+)
+def test_the_sandbox_is_as_tight_as_promised(added, threshold, tmp_path):
     unit = service.shipped(service.UNIT).decode()
-    if network:
-        drop_in = service.shipped(service.NETWORK_DROP_IN).decode().partition("[Service]\n")[2]
+    if added:
+        drop_in = service.shipped(added).decode().partition("[Service]\n")[2]
         unit = unit.replace("\n[Install]", f"\n{drop_in}\n[Install]")
     path = tmp_path / "rtctl@test.service"
     path.write_text(unit)

@@ -1,0 +1,158 @@
+"""The daemon's own live view (`view = true`): a process of its own that the rig does not need.
+
+It is a client like any other. When it dies the rig runs on, and it is started again, ever more rarely while it
+keeps dying. It reads a pipe that ends with this process, so it never outlives the daemon.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import secrets
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from rtctl.config import LoadedConfig
+from rtctl.host.endpoints import RuntimeDirectory, private_umask
+from rtctl.protocol import VIEW_NAME
+
+HOST = "127.0.0.1"
+RETRY_S = (1.0, 60.0)
+"""First and longest wait before it is started again; doubled each time."""
+
+SETTLED_S = 60.0
+"""A view that has lived this long begins with the first wait again."""
+
+MOST_BYTES = 65_536
+"""Of what it says, at a time."""
+
+
+class ViewProcess:
+    """Starts the page's server, starts it again when it ends, and never waits for it.
+
+    Parameters
+    ----------
+    folder
+        The rig's runtime folder; the operator's address is kept there, for this user's eyes only.
+    port
+        TCP port on 127.0.0.1.
+    avoid_core
+        The loop's core: the view leaves it alone where it can; -1: it may be anywhere.
+    clock_s
+        For tests.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        port: int,
+        avoid_core: int = -1,
+        clock_s: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.url = f"http://{HOST}:{port}/"
+        self.operator_file = folder / VIEW_NAME
+        self._order = {"folder": str(folder), "host": HOST, "port": port, "avoid_core": avoid_core}
+        self._key = secrets.token_urlsafe(12)
+        self._clock_s = clock_s
+        self._process: subprocess.Popen[bytes] | None = None
+        self._started_s = self._retry_at_s = 0.0
+        self._wait_s = RETRY_S[0]
+        self._pending = b""
+        self._news: list[str] = []
+        self._write_address()
+        self._start()
+
+    @classmethod
+    def of(cls, loaded: LoadedConfig, runtime: RuntimeDirectory) -> ViewProcess | None:
+        """The view of this rig, if its file asks for one."""
+        table, loop = loaded.config.view, loaded.config.loop
+        if table is None:
+            return None
+        core = max(os.sched_getaffinity(0)) if loop.cpu < 0 else loop.cpu
+        return cls(runtime.path, table.port, core)
+
+    def describe(self) -> list[str]:
+        """Lines that tell a person where to look."""
+        return [
+            f"live view {self.url}   (anyone on this machine may look and STOP)",
+            f"          for the operator, who may arm: the address in {self.operator_file}",
+        ]
+
+    def news(self) -> list[str]:
+        """Look after it; what has come up since the last call. Takes microseconds while all is well."""
+        process = self._process
+        if process is None:
+            if self._clock_s() >= self._retry_at_s:
+                self._start()
+        else:
+            ended = process.poll()
+            self._hear(process)
+            if ended is not None:
+                self._bury(process, ended)
+        news, self._news = self._news, []
+        return news
+
+    def close(self) -> None:
+        """End it at once: it keeps nothing. Idempotent."""
+        process, self._process = self._process, None
+        self._retry_at_s = float("inf")
+        if process is not None:
+            process.kill()
+            process.wait()
+            _close_pipes(process)
+        self.operator_file.unlink(missing_ok=True)
+
+    def _write_address(self) -> None:
+        with private_umask():
+            self.operator_file.unlink(missing_ok=True)
+            self.operator_file.write_text(f"{self.url}#key={self._key}\n")
+
+    def _start(self) -> None:
+        order = json.dumps({**self._order, "key": self._key}) + "\n"
+        try:
+            process = subprocess.Popen(
+                [sys.executable, "-m", "rtctl.view"],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,  # Ctrl-C is for the rig
+                env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+            )
+        except OSError as error:
+            self._lose(f"cannot be started: {error}")
+            return
+        assert process.stdin is not None
+        assert process.stdout is not None
+        os.set_blocking(process.stdout.fileno(), False)
+        with contextlib.suppress(BrokenPipeError):  # it has died already: seen at the next look
+            os.write(process.stdin.fileno(), order.encode())
+        self._process, self._started_s, self._pending = process, self._clock_s(), b""
+
+    def _hear(self, process: subprocess.Popen[bytes]) -> None:
+        assert process.stdout is not None
+        with contextlib.suppress(BlockingIOError):
+            self._pending = (self._pending + os.read(process.stdout.fileno(), MOST_BYTES))[-MOST_BYTES:]
+
+    def _bury(self, process: subprocess.Popen[bytes], status: int) -> None:
+        self._process = None
+        _close_pipes(process)
+        if self._clock_s() - self._started_s > SETTLED_S:
+            self._wait_s = RETRY_S[0]
+        said = self._pending.decode(errors="replace").strip().splitlines()
+        self._lose(f"ended with status {status}" + (f": {said[-1]}" if said else ""))
+
+    def _lose(self, why: str) -> None:
+        self._news.append(f"the live view {why}; the rig runs on, next try in {self._wait_s:g} s")
+        self._retry_at_s = self._clock_s() + self._wait_s
+        self._wait_s = min(2 * self._wait_s, RETRY_S[1])
+
+
+def _close_pipes(process: subprocess.Popen[bytes]) -> None:
+    for pipe in (process.stdin, process.stdout):
+        if pipe is not None:
+            with contextlib.suppress(BrokenPipeError):
+                pipe.close()
