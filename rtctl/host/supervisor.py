@@ -31,17 +31,20 @@ from rtctl.host.notices import Notices
 from rtctl.host.notify import Notifier
 from rtctl.host.run_record import RunRecord
 from rtctl.host.safe_stop import SafeStop
+from rtctl.host.stall_watch import StallWatch
 from rtctl.host.statistics import RunStatistics
 from rtctl.host.telemetry import Telemetry
 from rtctl.host.view_process import ViewProcess
 from rtctl.recording.setup import LawArrays, setup_of
 from rtctl.shm import CommandWriter, Memory, RingReader
 
-STALL_S = 0.010
-STALL_PERIODS = 3
-HOST_SLACK_S = 0.25  # the host looks once per batch at worst, and may itself be kept waiting by the system
 READY_TIMEOUT_S = 300.0  # the first start compiles
 STOP_TIMEOUT_S = 2.0
+
+
+def _must_be_punctual(loaded: LoadedConfig) -> bool:
+    """Whether there is a motor, and a loop that may not run without real-time rights to drive it."""
+    return not loaded.config.simulated and loaded.config.loop.realtime in ("require", "prefer")
 
 
 class Observer(Protocol):
@@ -87,13 +90,13 @@ class Host:
         self._hangups = 0
         self._finished = False
         self._ending_since: float | None = None
-        self._last_head = (0, 0.0)
         self._safe_stop: SafeStop | None = None
 
     def __enter__(self) -> Host:
         self._check()
         self.began = time.monotonic()
         self.plan = planning.build(self.loaded)
+        self._watch = StallWatch(self.plan.period_s, strict=_must_be_punctual(self.loaded))
         self.runtime = RuntimeDirectory.acquire(self.loaded.config.rig.name, self._runtime_dir)
         try:
             self._start()
@@ -184,8 +187,7 @@ class Host:
         end = None if seconds is None else time.monotonic() + seconds
         next_batch = time.monotonic()
         while True:
-            timeout_ms = max(0, round((next_batch - time.monotonic()) * 1e3))
-            poller.poll(timeout_ms)
+            poller.poll(max(0, round(min(next_batch - time.monotonic(), self._watch.look_s) * 1e3)))
             if self.gateway.serve():
                 time.sleep(PAUSE_S)  # a flood waits in its senders
             alive = self.loop.poll()
@@ -204,7 +206,7 @@ class Host:
             if self._hangups:
                 self._hangups = 0
                 reload.reload(self)
-            self._watch(now)
+            self._end_a_stall()
         self.loop.raise_if_failed(aftermath)
         self.record.finish()
         return self.summary()
@@ -244,13 +246,13 @@ class Host:
         if now - self._ending_since > STOP_TIMEOUT_S:
             self.loop.kill()
 
-    def _watch(self, now: float) -> None:
-        """Notice a loop that no longer advances (on a wall clock) without an excuse."""
-        head, seen = int(self.memory.header[0]["head"]), self._last_head
+    def _end_a_stall(self) -> None:
+        """End a loop that no longer advances (on a wall clock) without an excuse, and stop its devices."""
         excused = self.loop.opening or self.loop.ended is not None
-        if head != seen[0] or head == 0 or excused or self.loaded.config.loop.clock == "virtual":
-            self._last_head = (head, now)
-        elif now - seen[1] > STALL_PERIODS * self.plan.period_s + STALL_S + HOST_SLACK_S:
+        head = int(self.memory.header[0]["head"])
+        if self._watch.look(
+            head, time.monotonic(), excused=excused or self.loaded.config.loop.clock == "virtual"
+        ):
             self.loop.kill()
             self.loop.wait(1.0)
             raise LoopDiedError(

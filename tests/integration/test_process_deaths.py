@@ -149,7 +149,7 @@ def test_a_loop_that_is_stopped_and_continued_sees_it_and_sends_no_burst(lanes, 
         os.kill(daemon.pid, signal.SIGCONT)
         status = until(lambda: (s := client.status())["state"] == "FAULT" and s, "the fault")
     os.kill(daemon.pid, signal.SIGTERM)
-    assert daemon.exit_code() == 11
+    assert daemon.exit_code() == 11, daemon.said.read_text()
     assert status["fault_first"]["name"] == "STALLED", daemon.said.read_text()
     assert not rows["torque_nm"].any()
     assert not rows["enabled"].any()
@@ -174,7 +174,7 @@ def test_a_rig_is_stopped_from_outside_while_it_runs(lanes, nursery):
     assert done.returncode == 6, "it cannot be confirmed while the daemon has the port"
     assert "in use" in body["devices"][0]["detail"]
     os.kill(daemon.pid, signal.SIGTERM)
-    assert daemon.exit_code() == 11
+    assert daemon.exit_code() == 11, daemon.said.read_text()
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
     assert done.returncode == 0
     assert json.loads(done.stdout) == {

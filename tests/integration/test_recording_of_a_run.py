@@ -63,9 +63,7 @@ def test_a_wall_clock_run_with_commands_replays_bit_for_bit(config, folder, tmp_
             client.set_environment("joint", "spring", stiffness_nm_rad=5.0, center_rad=0.1)
             client.set_compensation(0.3)
             client.set_environment("joint", "remote")
-            with contextlib.suppress(
-                ClientError
-            ):  # the machine was so slow that the renderer counted as lost
+            with contextlib.suppress(ClientError):  # on a slow machine the renderer counts as lost
                 for k in range(50):
                     client.set_target([0.001 * k], [0.1])
             client.stop()
@@ -80,7 +78,7 @@ def test_a_wall_clock_run_with_commands_replays_bit_for_bit(config, folder, tmp_
     assert (summary["recording"]["ticks"], summary["recording"]["dropped"]) == (summary["ticks"], 0)
     found = overview(RecordingReader([file]))
     assert (found["ticks"], found["lost"], found["cut_off"]) == (summary["ticks"], 0, [])
-    assert found["commands"] > 5
+    assert found["commands"] >= 5  # and as many targets as came in time
     verdict = Replay(RecordingReader([file])).check()
     assert (verdict.first, verdict.stopped, verdict.ticks) == (None, "", summary["ticks"])
     assert summary["replayable"] == "yes"
