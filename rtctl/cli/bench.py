@@ -10,7 +10,7 @@ import click
 from rtctl.bench.row import Row
 
 GROUPS = ("friction", "safety", "virtual", "start", "cycle", "wakeup", "streams", "flood", "io")
-ON_REQUEST = ("soak",)
+ON_REQUEST = ("soak", "deaths")
 
 
 @click.command("bench")
@@ -31,7 +31,8 @@ def command(
     groups: tuple[str, ...], *, quick: bool, minutes: float, rig_seconds: float, as_json: bool
 ) -> None:
     """Measure side by side: friction evaluation, safety machine, virtual time, start, cycle, wake-up, telemetry
-    streams, floods, device I/O; and, only when asked for, soak: hours of subscribers that come and go, and of floods.
+    streams, floods, device I/O; and, only when asked for, soak: hours of subscribers that come and go, and of floods;
+    deaths: a hundred killed loops, and how soon a simulated board was without torque.
 
     Give GROUPS to run only some. The whole takes about five minutes and wants an otherwise idle machine;
     wakeup and streams need cyclictest (Debian rt-tests), friction the extra rtctl[bench].
@@ -58,7 +59,7 @@ def command(
 
 
 def _group(name: str, *, quick: bool, minutes: float, rig_seconds: float) -> Callable[[], list[Row]]:
-    from rtctl.bench import flood, friction, io, loop, safety, soak, streams, virtual
+    from rtctl.bench import deaths, flood, friction, io, loop, safety, soak, streams, virtual
     from rtctl.demo import shipped_config
 
     mock = shipped_config("mock.toml")
@@ -78,5 +79,8 @@ def _group(name: str, *, quick: bool, minutes: float, rig_seconds: float) -> Cal
         "flood": lambda: flood.rows(mock, 10 * short, 1 if quick else 2),
         "soak": lambda: soak.rows(mock, minutes, lambda text: click.echo(text, err=True)),
         "io": lambda: io.rows(short, rig_seconds),
+        "deaths": lambda: deaths.rows(
+            shipped_config("serial.toml"), mock, 5 if quick else 100, lambda text: click.echo(text, err=True)
+        ),
         "streams": lambda: streams.rows(shipped_config("mock-10khz.toml"), 60 * short),
     }[name]

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from dataclasses import asdict
+from pathlib import Path
 from typing import IO, Any, cast
 
 import numpy as np
@@ -20,7 +21,19 @@ from rtctl.shm import Memory
 OPEN_TIMEOUT_S = 20.0
 """Longest excuse for a lost device that is being opened again: a CANopen drive is set up in seconds."""
 
+_FLAGS, _PF_EXITING = 5, 0x4
+"""Of /proc/PID/stat: the kernel's flags of a task, counted after its state, and the one of a task that ends."""
+
 _ERRORS = {"device": DeviceError, "realtime": RealtimeError}
+
+
+def is_dying(pid: int) -> bool:
+    """Whether a process is being taken apart by the kernel, has ended, or is gone."""
+    try:
+        state, *rest = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return True
+    return state in "ZX" or bool(int(rest[_FLAGS]) & _PF_EXITING)
 
 
 class LoopProcess:
@@ -90,6 +103,11 @@ class LoopProcess:
         for line in lines:
             self._hear(json.loads(line))
         return alive
+
+    @property
+    def dying(self) -> bool:
+        """Whether the kernel is taking it apart, which lasts 10 to 40 ms before anybody is told of its end."""
+        return is_dying(self.pid)
 
     def _hear(self, message: dict[str, Any]) -> None:
         if message["message"] == "ready":

@@ -49,14 +49,17 @@ class SafeStop:
         ]
         self._actuators = [(member.label, backend) for member, backend in made if backend.consumes]
 
+    def tell(self) -> None:
+        """Tell every actuator at once, as far as that works without opening it. Quick; never raises."""
+        for _, backend in self._actuators:
+            backend.stop()
+
     def now(self) -> list[Stopped]:
         """Stop every actuator. Never raises for a device; whoever else has it open is not asked.
 
-        All are told at once, as far as that works without opening them; then each is opened, which takes as
-        long as its options allow, told again, and closed.
+        All are told at once; then each is opened, which takes as long as its options allow, told again, and closed.
         """
-        for _, backend in self._actuators:
-            backend.stop()
+        self.tell()
         return [_stop_opened(label, backend) for label, backend in self._actuators]
 
 

@@ -42,11 +42,6 @@ READY_TIMEOUT_S = 300.0  # the first start compiles
 STOP_TIMEOUT_S = 2.0
 
 
-def _must_be_punctual(loaded: LoadedConfig) -> bool:
-    """Whether there is a motor, and a loop that may not run without real-time rights to drive it."""
-    return not loaded.config.simulated and loaded.config.loop.realtime in ("require", "prefer")
-
-
 class Observer(Protocol):
     """Something in the host that follows the ticks and may give commands (demo, recorder, auto-arm)."""
 
@@ -96,7 +91,11 @@ class Host:
         self._check()
         self.began = time.monotonic()
         self.plan = planning.build(self.loaded)
-        self._watch = StallWatch(self.plan.period_s, strict=_must_be_punctual(self.loaded))
+        motor, rights = (
+            not self.loaded.config.simulated,
+            self.loaded.config.loop.realtime in ("require", "prefer"),
+        )
+        self._watch = StallWatch(self.plan.period_s, motor=motor, punctual=motor and rights)
         self.runtime = RuntimeDirectory.acquire(self.loaded.config.rig.name, self._runtime_dir)
         try:
             self._start()
@@ -206,7 +205,7 @@ class Host:
             if self._hangups:
                 self._hangups = 0
                 reload.reload(self)
-            self._end_a_stall()
+            self._look_after_the_loop()
         self.loop.raise_if_failed(aftermath)
         self.record.finish()
         return self.summary()
@@ -246,15 +245,17 @@ class Host:
         if now - self._ending_since > STOP_TIMEOUT_S:
             self.loop.kill()
 
-    def _end_a_stall(self) -> None:
-        """End a loop that no longer advances (on a wall clock) without an excuse, and stop its devices."""
-        excused = self.loop.opening or self.loop.ended is not None
-        head = int(self.memory.header[0]["head"])
-        if self._watch.look(
-            head, time.monotonic(), excused=excused or self.loaded.config.loop.clock == "virtual"
-        ):
-            self.loop.kill()
-            self.loop.wait(1.0)
+    def _look_after_the_loop(self) -> None:
+        """Tell the devices of a loop that is dying; end one that stalls (on a wall clock) without an excuse."""
+        head, loop = int(self.memory.header[0]["head"]), self.loop
+        excused = loop.opening or loop.ended is not None or self.loaded.config.loop.clock == "virtual"
+        stalled = self._watch.look(head, time.monotonic(), excused=excused)
+        if self._safe_stop is None or not self._watch.is_silent or not (stalled or loop.dying):
+            return
+        loop.kill()  # from here on it runs no more
+        self._safe_stop.tell()
+        if stalled:
+            loop.wait(1.0)
             raise LoopDiedError(
                 f"the loop stopped advancing at tick {head}; it was killed: {self._make_safe()}"
             )

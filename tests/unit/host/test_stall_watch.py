@@ -22,29 +22,30 @@ def alarm_s(watch, gaps_s, head=7):
 
 @pytest.mark.parametrize("period_s", PERIODS_S)
 def test_a_silent_loop_is_noticed_within_three_periods_and_ten_milliseconds(period_s):
-    found = alarm_s(StallWatch(period_s, strict=True), itertools.repeat(LOOK_S, 1000))
+    found = alarm_s(StallWatch(period_s, motor=True, punctual=True), itertools.repeat(LOOK_S, 1000))
     limit = STALL_PERIODS * period_s + STALL_S
     assert limit - 2 * LOOK_S < found <= limit + 1e-9
 
 
+@pytest.mark.parametrize("motor", [True, False])
 @pytest.mark.parametrize("period_s", PERIODS_S)
-def test_without_rights_it_has_a_quarter_of_a_second_more(period_s):
-    found = alarm_s(StallWatch(period_s, strict=False), itertools.repeat(0.02, 1000))
+def test_without_rights_it_has_a_quarter_of_a_second_more(period_s, motor):
+    found = alarm_s(StallWatch(period_s, motor=motor, punctual=False), itertools.repeat(0.02, 1000))
     limit = STALL_PERIODS * period_s + STALL_S + SLACK_S
     assert limit < found <= limit + 0.02 + 1e-9
 
 
-@pytest.mark.parametrize("strict", [True, False])
+@pytest.mark.parametrize("punctual", [True, False])
 @given(
     period_s=st.sampled_from(PERIODS_S),
     gaps_s=st.lists(st.floats(0.0, 2.0), max_size=60),
     after_ticks=st.integers(0, 2),
 )
 def test_a_loop_that_ticks_is_never_called_stalled_however_the_host_is_kept_waiting(
-    strict, period_s, gaps_s, after_ticks
+    punctual, period_s, gaps_s, after_ticks
 ):
     """Even one that makes its next tick only some periods after both were continued."""
-    watch = StallWatch(period_s, strict=strict)
+    watch = StallWatch(period_s, motor=True, punctual=punctual)
     now = 0.0
     for gap in gaps_s:
         now += gap
@@ -52,20 +53,29 @@ def test_a_loop_that_ticks_is_never_called_stalled_however_the_host_is_kept_wait
         assert not watch.look(head, now, excused=False)
 
 
-@pytest.mark.parametrize("strict", [True, False])
-def test_a_standstill_of_the_host_says_nothing_about_the_loop(strict):
+@pytest.mark.parametrize("punctual", [True, False])
+def test_a_standstill_of_the_host_says_nothing_about_the_loop(punctual):
     """SIGSTOP between two looks, and the loop's next tick comes after the second one."""
-    watch = StallWatch(1e-2, strict=strict)
+    watch = StallWatch(1e-2, motor=True, punctual=punctual)
     assert not watch.look(77, 100.0, excused=False)
     assert not watch.look(77, 100.6, excused=False)
     assert not watch.look(78, 100.601, excused=False)
 
 
-@pytest.mark.parametrize("strict", [True, False])
-def test_silence_before_the_first_tick_and_with_an_excuse_does_not_count(strict):
-    watch = StallWatch(1e-3, strict=strict)
+@pytest.mark.parametrize("punctual", [True, False])
+def test_silence_before_the_first_tick_and_with_an_excuse_does_not_count(punctual):
+    watch = StallWatch(1e-3, motor=True, punctual=punctual)
     looks = [k * LOOK_S for k in range(2000)]
     assert not any(watch.look(0, now, excused=False) for now in looks)
     assert not any(watch.look(9, now, excused=True) for now in looks)
     assert not watch.look(9, looks[-1] + LOOK_S, excused=False)
     assert any(watch.look(9, looks[-1] + (k + 2) * LOOK_S, excused=False) for k in range(2000))
+
+
+def test_silence_shows_from_the_second_look_on_until_the_next_tick():
+    watch = StallWatch(1e-3, motor=True, punctual=True)
+    seen = [
+        watch.look(head, now, excused=False) or watch.is_silent
+        for head, now in ((5, 0.0), (5, 0.002), (6, 0.004))
+    ]
+    assert seen == [False, True, False]
