@@ -9,7 +9,7 @@ import click
 
 from rtctl.bench.row import Row
 
-GROUPS = ("friction", "safety", "virtual", "start", "cycle", "wakeup", "streams", "flood", "io")
+GROUPS = ("friction", "safety", "virtual", "start", "cycle", "wakeup", "streams", "flood", "io", "view")
 ON_REQUEST = ("soak", "deaths")
 
 
@@ -31,7 +31,7 @@ def command(
     groups: tuple[str, ...], *, quick: bool, minutes: float, rig_seconds: float, as_json: bool
 ) -> None:
     """Measure side by side: friction evaluation, safety machine, virtual time, start, cycle, wake-up, telemetry
-    streams, floods, device I/O; and, only when asked for, soak: hours of subscribers that come and go, and of floods;
+    streams, floods, device I/O, live view; and, only when asked for, soak: hours of subscribers that come and go, and of floods;
     deaths: a hundred killed loops, and how soon a simulated board was without torque.
 
     Give GROUPS to run only some. The whole takes about five minutes and wants an otherwise idle machine;
@@ -59,7 +59,7 @@ def command(
 
 
 def _group(name: str, *, quick: bool, minutes: float, rig_seconds: float) -> Callable[[], list[Row]]:
-    from rtctl.bench import deaths, flood, friction, io, loop, safety, soak, streams, virtual
+    from rtctl.bench import deaths, flood, friction, io, loop, safety, soak, streams, view, virtual
     from rtctl.demo import shipped_config
 
     mock = shipped_config("mock.toml")

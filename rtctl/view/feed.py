@@ -25,6 +25,29 @@ POINTS = 12
 """Rows of one message to a browser, at most."""
 
 
+EDGES_US = np.geomspace(1.0, 10_000.0, 25)
+"""Edges of the histogram's bins; the outer ones take what lies beyond."""
+
+HISTOGRAM_S = 10.0
+
+
+class Histogram:
+    """How long something took, over the last `HISTOGRAM_S` of ticks."""
+
+    def __init__(self) -> None:
+        self._counts: deque[tuple[int, np.ndarray]] = deque()
+        self.total = np.zeros(len(EDGES_US) - 1, np.int64)
+
+    def add(self, time_ns: int, durations_ns: np.ndarray) -> None:
+        """Count a batch that ended at `time_ns`."""
+        bins = np.searchsorted(EDGES_US[1:-1] * 1e3, durations_ns)
+        counts = np.bincount(bins, minlength=len(self.total))
+        self.total += counts
+        self._counts.append((time_ns, counts))
+        while not 0 <= time_ns - self._counts[0][0] <= HISTOGRAM_S * 1e9:
+            self.total -= self._counts.popleft()[1]
+
+
 @dataclass(frozen=True)
 class Signal:
     """One curve: a field of the tick, and which of its values."""
@@ -85,6 +108,7 @@ class Feed:
         self.health: dict[str, Any] = {}
         self.silent = "connecting"
         self.newest: np.ndarray | None = None
+        self._histograms = {name: Histogram() for name in ("wakeup", "cycle")}
         self._threads = [
             threading.Thread(target=target, name=f"rtctl-view-{name}", daemon=True)
             for name, target in (("ticks", self._ticks), ("events", self._events), ("health", self._health))
@@ -110,6 +134,11 @@ class Feed:
         for thread in self._threads:
             thread.join(2.0)
 
+    def histogram(self) -> dict[str, list[float]]:
+        """How often the loop woke up so late and took so long, with the edges of the bins."""
+        counts = {name: histogram.total.tolist() for name, histogram in self._histograms.items()}
+        return {"edges_us": EDGES_US.tolist(), **counts}
+
     def _each(self) -> list[Follower]:
         with self._lock:
             return list(self._followers)
@@ -127,6 +156,8 @@ class Feed:
                     continue
                 self.silent = ""
                 self.newest = rows[-1:]
+                for name, histogram in self._histograms.items():
+                    histogram.add(int(rows["time_ns"][-1]), rows[f"{name}_ns"])
                 for follower in self._each():
                     follower.batches.append(rows)
                     follower.news.set()

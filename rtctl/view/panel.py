@@ -56,6 +56,7 @@ def status(feed: Feed, world: World) -> dict[str, Any]:
         "applied_nm": row["torque_applied_nm"].tolist(),
         "environment": [Environment(int(kind)).name.lower() for kind in row["environment_kind"]],
         "compensation": row["compensation"].tolist(),
+        "histogram": feed.histogram(),
     }
 
 

@@ -13,7 +13,7 @@ import pytest
 from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import RefusedError
 from rtctl.tick import new_ticks
-from rtctl.view.feed import KEPT_BATCHES, Feed, Signal, columns
+from rtctl.view.feed import EDGES_US, KEPT_BATCHES, Feed, Histogram, Signal, columns
 from rtctl.view.server import MOST_STREAMS, ViewServer
 
 HELLO = {"rig": "made-up", "rate_hz": 1000.0, "axes": [{"name": "yaw"}, {"name": "pitch"}]}
@@ -330,3 +330,20 @@ def test_thinning_keeps_order_and_the_newest():
     assert len(seen["t"]) <= 7
     assert seen["position_rad.0"] == sorted(seen["position_rad.0"])
     assert seen["position_rad.0"][-1] == 999
+
+
+def test_the_histogram_counts_the_last_seconds_and_nothing_twice():
+    histogram = Histogram()
+    late_ns = np.array([500.0, 15_000.0, 15_000.0, 50_000_000.0])
+    histogram.add(0, late_ns)
+    assert histogram.total.sum() == 4
+    assert histogram.total[0] == 1
+    assert histogram.total[-1] == 1
+    of_15_us = int(np.searchsorted(EDGES_US, 15.0)) - 1
+    assert histogram.total[of_15_us] == 2
+    histogram.add(int(9e9), late_ns[:1])
+    assert histogram.total[0] == 2
+    histogram.add(int(11e9), late_ns[1:2])
+    assert (histogram.total[0], histogram.total[of_15_us], histogram.total.sum()) == (1, 1, 2)
+    histogram.add(0, late_ns)  # the daemon was started again: its clock began anew
+    assert histogram.total.sum() == 4

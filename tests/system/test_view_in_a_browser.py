@@ -95,3 +95,14 @@ def test_both_pages_work_and_ask_for_nothing_elsewhere(look, url, tmp_path):
         assert facts[kind] == [law_kind, kind, "ACTIVE", ""]
     for picture in ("view.png", "phone.png", "world.png"):
         assert (tmp_path / picture).stat().st_size > 10_000
+
+
+def test_the_bench_times_the_page_and_weighs_its_server():
+    if not (shutil.which("chromium") or shutil.which("chromium-browser")):
+        pytest.skip("needs a browser: apt-get install chromium")
+    command = [sys.executable, "-m", "rtctl", "bench", "view", "--quick", "--json"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
+    found = {row["name"]: row["value"] for row in json.loads(done.stdout)["rows"]}
+    sys.stdout.write(json.dumps(found) + "\n")
+    assert len(found) == 3
+    assert all(0.0 < value < 1e5 for value in found.values())

@@ -46,12 +46,26 @@ function openStream(signals, handlers) {
 
 function showHead(status) {
   const badge = $("state");
-  badge.textContent = status.state || "no data";
-  badge.className = "badge " + (status.state || "");
+  const state = status.silent ? "" : status.state || "";  // the last state is no state once nothing arrives
+  badge.textContent = state || "no data";
+  badge.className = "badge " + state;
   $("lease").textContent = (status.lease ? "a renderer holds the lease" : "") + (status.waiver ? "  without real-time rights" : "");
   const said = status.silent || (status.world && status.world.trouble) || "";
   if (said) { trouble(said); saidAt = Date.now(); }
   else if (Date.now() - saidAt > 5000) trouble("");
+}
+
+// Named figures, each kept together where the line breaks.
+function showFigures(place, figures) {
+  place.replaceChildren(...figures.map(([name, value]) => {
+    const box = document.createElement("span");
+    box.append(Object.assign(document.createElement("small"), { textContent: name }), value);
+    return box;
+  }));
+}
+function jointFigures(status) {
+  const row = (values, unit) => values.map((v) => v == null ? "–" : v.toFixed(3)).join(", ") + " " + unit;
+  return [["position", row(status.position_rad, "rad")], ["hand", row(status.hand_nm, "N m")], ["motor", row(status.applied_nm, "N m")]];
 }
 
 // The joint seen along its axis: link, virtual object, torque of the hand as an arc.

@@ -4,7 +4,7 @@ const KEEP_S = 60;
 const COLOURS = ["#2563eb", "#c62828", "#2e7d32", "#b26a00", "#7b1fa2", "#00838f"];
 const START = ["position_rad.0", "hand_torque_nm.0", "torque_applied_nm.0"];
 
-let began = 0, known = {}, scopes = [], source = null, paused = false, follow = true;
+let began = 0, known = {}, scopes = [], source = null, paused = false, follow = true, drawn = false;
 const data = { t: [] };
 
 function shown() { return [...new Set(scopes.map((scope) => scope.name))]; }
@@ -14,9 +14,12 @@ function connect() {
   source = openStream(shown(), { ticks: take, status: showStatus, event: showEvent });
 }
 
+function forget() { for (const name of Object.keys(data)) data[name].length = 0; }
+
 function take(columns) {
+  if (data.t.length && columns.t[0] - began < data.t[data.t.length - 1]) forget();  // another run of the daemon
   if (!data.t.length) began = columns.t[0];
-  data.t.push(...columns.t);
+  data.t.push(...columns.t.map((t) => t - began));
   for (const name of shown()) {
     const values = (data[name] ||= new Array(data.t.length - columns.t.length).fill(null));
     values.push(...(columns[name] || new Array(columns.t.length).fill(null)));
@@ -40,13 +43,16 @@ function addScope(name, keep = true) {
     cursor: { sync: { key: "rtctl" } },
     legend: { show: false },
     scales: { x: { time: false } },
-    axes: [{ stroke: colour, values: (_, ticks) => ticks.map((t) => (t - began).toFixed(1) + " s") }, { stroke: colour, size: 64 }],
+    axes: [
+      { stroke: "#888", space: 60, size: 26, values: (_, ticks) => ticks.map((t) => t < 0 ? "" : t.toPrecision(12) / 1 + " s") },
+      { stroke: colour, size: 64, space: 24 },
+    ],
     series: [{ label: "s" }, { label: `${info.label} [${info.unit}]`, stroke: colour, width: 1.5, spanGaps: false, value: (_, v) => v == null ? "–" : v.toPrecision(5) }],
     hooks: {
       setSelect: [() => { follow = false; }],
       setCursor: [(at) => {
         const i = at.cursor.idx, value = i == null ? null : at.data[1][i];
-        title.textContent = `${info.label} [${info.unit}]` + (value == null ? "" : `   ${value.toPrecision(6)} at ${(at.data[0][i] - began).toFixed(3)} s`);
+        title.textContent = `${info.label} [${info.unit}]` + (value == null ? "" : `   ${value.toPrecision(6)} at ${at.data[0][i].toFixed(3)} s`);
       }],
     },
   }, [[], []], box);
@@ -81,14 +87,14 @@ function redraw() {
     });
     else scope.plot.redraw();
   }
+  if (!drawn) { drawn = true; requestAnimationFrame(() => performance.mark("first data drawn")); }
 }
 
 function showStatus(status) {
   showHead(status);
   drawScene($("scene"), status);
   if (!status.position_rad) return;
-  const row = (name, values, unit) => `${name} ${values.map((v) => v == null ? "–" : v.toFixed(3)).join(", ")} ${unit}`;
-  $("numbers").textContent = [row("position", status.position_rad, "rad"), row("hand", status.hand_nm, "N m"), row("motor", status.applied_nm, "N m"), status.environment.join(", "), `authority ${Math.round(status.authority * 100)} %`].join("   ");
+  showFigures($("numbers"), [...jointFigures(status), ["world", status.environment.join(", ")], ["authority", Math.round(status.authority * 100) + " %"]]);
   const faults = status.faults.map((fault) => `${fault.name}: ${fault.text}`);
   if (status.first && !status.faults.some((fault) => fault.name === status.first.name)) faults.unshift(`${status.first.name} (first cause): ${status.first.text}`);
   $("faults").replaceChildren(...faults.map((text) => Object.assign(document.createElement("li"), { textContent: text })));
@@ -99,7 +105,38 @@ function showStatus(status) {
     for (const text of [phase, ...["p50", "p99", "p99.9", "max"].map((p) => of[p] === undefined ? "–" : of[p].toFixed(1))]) line.append(Object.assign(document.createElement("td"), { textContent: text }));
     return line;
   }));
-  $("counters").textContent = `${(health.measured_rate_hz || 0).toFixed(1)} Hz   missed ticks ${status.missed}   dropped messages ${(health.telemetry || {}).dropped ?? health.dropped ?? 0}   epoch ${status.epoch}`;
+  const lost = (health.telemetry || {}).dropped ?? health.dropped ?? 0;
+  showFigures($("counters"), [["rate", (health.measured_rate_hz || 0).toFixed(1) + " Hz"], ["missed ticks", status.missed], ["dropped messages", lost], ["epoch", status.epoch]]);
+  drawHistogram($("histogram"), status.histogram);
+}
+
+// How often the loop woke up so late, and took so long: counts of the last seconds in steps of the logarithm.
+function drawHistogram(canvas, histogram) {
+  if (!histogram) return;
+  const ratio = window.devicePixelRatio || 1, width = canvas.clientWidth || 480, height = 120, foot = 18;
+  canvas.width = Math.round(width * ratio); canvas.height = Math.round(height * ratio);
+  const draw = canvas.getContext("2d"), ink = getComputedStyle(document.body).color;
+  draw.scale(ratio, ratio);
+  draw.font = "11px system-ui, sans-serif";
+  const edges = histogram.edges_us, from = Math.log10(edges[0]), to = Math.log10(edges[edges.length - 1]);
+  const x = (us) => (Math.log10(us) - from) / (to - from) * width;
+  const rows = [["wakeup", "#2563eb"], ["cycle", "#b26a00"]];
+  const most = Math.max(1, ...rows.flatMap(([name]) => histogram[name]));
+  const bar = (count) => count ? Math.max(2, Math.log1p(count) / Math.log1p(most) * (height - foot - 14)) : 0;
+  rows.forEach(([name, colour], row) => {
+    draw.fillStyle = colour;
+    histogram[name].forEach((count, i) => {
+      const left = x(edges[i]), half = (x(edges[i + 1]) - left) / 2 - 0.5, tall = bar(count);
+      draw.fillRect(left + row * half, height - foot - tall, half, tall);
+    });
+    draw.fillText(name, 4 + row * 58, 11);
+  });
+  draw.fillStyle = ink;
+  draw.globalAlpha = 0.6;
+  draw.textAlign = "center";
+  for (let us = edges[0]; us <= edges[edges.length - 1] * 1.01; us *= 10) {
+    draw.fillText(us < 1000 ? us + " µs" : us / 1000 + " ms", Math.min(Math.max(x(us), 16), width - 20), height - 5);
+  }
 }
 
 function showEvent(event) {

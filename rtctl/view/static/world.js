@@ -56,6 +56,6 @@ let newest = {};
 openStream([], { ticks: () => {}, event: () => {}, status: (status) => {
   newest = status;
   showHead(status);
-  if (status.position_rad) $("numbers").textContent = `position ${status.position_rad[0].toFixed(3)} rad   hand ${status.hand_nm[0].toFixed(3)} N m   motor ${status.applied_nm[0].toFixed(3)} N m`;
+  if (status.position_rad) showFigures($("numbers"), jointFigures(status));
 } });
 (function frame() { requestAnimationFrame(frame); if (!document.hidden) drawScene($("scene"), newest); })();
