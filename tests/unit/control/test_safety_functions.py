@@ -109,6 +109,7 @@ def test_a_silent_renderer_is_held_and_comes_back_softly_in_the_same_epoch():
         (0, states.TERMINATE, State.STOPPING, -1, State.SHUTDOWN),
         (OVERRUN, 0, State.STOPPING, 6, State.FAULT),
         (STALE | OVERRUN, states.STOP, State.FAULT, 0, None),
+        (STALE | int(Fault.STALLED), 0, State.FAULT, 12, None),
         (int(Fault.ESTOP), 0, State.ESTOP, 10, None),
         (int(Fault.GATE), 0, State.LOCKOUT, 18, None),
     ],
@@ -480,6 +481,15 @@ COUNTS = 4e-4
 )
 def test_the_pulse_is_judged_by_current_direction_and_travel(bench, faults):
     assert armed(**bench) == faults
+
+
+@pytest.mark.parametrize("delay", [0, 1, 3])
+def test_the_current_expected_is_the_mean_of_what_was_sent_within_the_delay(delay):
+    rig = Rows(follow_delay_ticks=delay)
+    torques = [float(1 << k) for k in range(HELD + 2)]
+    sent(rig, *torques)
+    expected = arming._expected(rig.state[0], rig.params[0], 0)
+    assert expected == pytest.approx(np.mean(torques[-1 - delay :]), rel=1e-12)
 
 
 def test_without_parts_nothing_of_an_earlier_test_is_judged():
