@@ -168,6 +168,9 @@ class LoadedConfig(Table):
             if hasattr(model, "report"):
                 valid = model.model_validate(options, context={"folder": self.path.parent})
                 told.append((device.kind, valid.report(self.config.loop.rate_hz)))
+        for wire in self.config.composition((self.options, *self.more_options)).shared_wires():
+            on = f"{' and '.join(wire.labels)} on {wire.interface} {wire.channel}"
+            told.append((on, wire.report(self.config.loop.rate_hz)))
         return told
 
     def keys_folder(self) -> Path | None:

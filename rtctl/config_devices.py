@@ -17,6 +17,7 @@ from hw.interface import WHOLE_RIG_CHANNELS, BackendError, Channels, Rig
 from hw.rig import Member
 from hw.rig_words import subset
 from rtctl.config_tables import DeviceTable
+from rtctl.config_wires import Wire, shared
 
 MAX_AGE_S: dict[str, float] = {
     "position": 0.0,
@@ -84,7 +85,13 @@ class Composition:
         out = self._overlaps() + self._gaps() + self._budget_faults() + self._clock_faults()
         for i in range(len(self.tables)):
             out += self._age_faults(i)
+        for wire in self.shared_wires():
+            out += wire.faults(self._rate_hz)
         return out
+
+    def shared_wires(self) -> list[Wire]:
+        """The wires that more than one device is on."""
+        return shared([table.kind for table in self.tables], self.options, self.labels)
 
     def axes(self, i: int) -> tuple[int, ...]:
         """The rig's axes that device `i` serves."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import errno
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 from hw.can.bus import DRAIN_LIMIT, EXTENDED, REMOTE, Handler
@@ -45,13 +46,35 @@ def _arguments(options: Options) -> dict[str, Any]:
     return {**arguments, **options["arguments"]}
 
 
+@cache
+def _repeated() -> type[Any]:
+    """A message that is copied as plain data: python-can's in-process bus copies deeply what it is given, per peer."""
+    message: type[Any] = python_can().Message
+
+    class Repeated(message):  # type: ignore[misc] # python-can is loaded only where it is used
+        __slots__ = ()
+
+        def __deepcopy__(self, memo: object) -> Any:  # noqa: ANN401
+            return message(
+                arbitration_id=self.arbitration_id,
+                is_extended_id=self.is_extended_id,
+                is_remote_frame=self.is_remote_frame,
+                is_fd=self.is_fd,
+                bitrate_switch=self.bitrate_switch,
+                dlc=self.dlc,
+                data=bytearray(self.data),
+            )
+
+    return Repeated
+
+
 class AdapterFrame:
     """A python-can message whose data is changed in place."""
 
     __slots__ = ("buffer", "length", "message", "offset")
 
     def __init__(self, can_id: int, length: int, *, fd: bool) -> None:
-        self.message = python_can().Message(
+        self.message = _repeated()(
             arbitration_id=can_id & 0x1FFF_FFFF,
             is_extended_id=bool(can_id & EXTENDED),
             is_remote_frame=bool(can_id & REMOTE),

@@ -130,7 +130,7 @@ class CanBackend:
             "force": ("force_n", self._taken.force_n),
         }
         shown = [fields[channel] for channel in fields if channel in self.provides]
-        self._shown = [(view(row[name][0]), view(values)) for name, values in shown]
+        self._shown = [(view(row[name][0]), values) for name, values in shown]
         self._estop = view(row["estop"]) if "estop" in self.provides else None
         self._slot = int(self._slots[0])
         self._tick = tick
@@ -176,10 +176,7 @@ class CanBackend:
 
     def _take(self) -> None:
         sample, taken = self.sample, self._taken
-        taken.position_rad[:] = sample.position_rad
-        taken.current_a[:] = sample.current_a
-        taken.temperature_c[:] = sample.temperature_c
-        taken.force_n[:] = sample.force_n
+        taken.values[:] = sample.values
         taken.estop = sample.estop
         sample.fresh = self._silent = 0
         self._count += 1

@@ -158,6 +158,10 @@ class BoardOptions(BusUser):
         """See BusUser."""
         return board.traffic(self.model_dump(), rate_hz)
 
+    def identifiers(self) -> frozenset[int]:
+        """See BusUser."""
+        return frozenset(board.identifier(frame.model_dump()) for frame in (*self.receive, *self.send))
+
     @model_validator(mode="before")
     @classmethod
     def _from_dbc(cls, data: Any, info: ValidationInfo) -> Any:  # noqa: ANN401

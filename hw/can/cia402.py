@@ -21,6 +21,8 @@ from hw.can.sample import Sample, Shaft
 from hw.interface import BackendError, LinkFault, Options, Rig
 
 RPDO1, TPDO1, SYNC, HEARTBEAT, EMERGENCY = 0x200, 0x180, 0x080, 0x700, 0x080
+PER_NODE = (EMERGENCY, TPDO1, RPDO1, 0x580, 0x600, HEARTBEAT)
+"""Each node's own identifiers, besides its number; 580 and 600 are its SDO server's."""
 OPERATIONAL = 0x05
 
 COMMAND = struct.Struct("<Hh")

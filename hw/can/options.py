@@ -54,8 +54,17 @@ class BusUser(Table):
 
     bus: BusOptions
 
+    @property
+    def wire(self) -> tuple[str, str]:
+        """Interface and channel: devices with the same ones are on one wire."""
+        return self.bus.interface, self.bus.channel
+
     def frames(self, rate_hz: float) -> list[Traffic]:
         """All frames of the device on the bus, both ways."""
+        raise NotImplementedError
+
+    def identifiers(self) -> frozenset[int]:
+        """Identifiers (with the flag of extended ones) that are the device's alone on its wire."""
         raise NotImplementedError
 
     def load(self, rate_hz: float) -> Load:
@@ -140,6 +149,10 @@ class OdriveOptions(DriveOptions):
         """See BusUser."""
         return odrive.traffic(self.model_dump(), rate_hz)
 
+    def identifiers(self) -> frozenset[int]:
+        """See BusUser."""
+        return frozenset(odrive.can_id(axis.node, command) for axis in self.axis for command in range(32))
+
     @model_validator(mode="after")
     def _classic(self) -> Self:
         if self.bus.fd and self.feedback == "request":
@@ -166,6 +179,12 @@ class MoteusOptions(DriveOptions):
     def frames(self, rate_hz: float) -> list[Traffic]:
         """See BusUser."""
         return moteus.traffic(self.model_dump(), rate_hz)
+
+    def identifiers(self) -> frozenset[int]:
+        """See BusUser."""
+        nodes = [axis.node for axis in self.axis]
+        replies = {one for node in nodes for one in moteus.reply_ids(node, self.source)}
+        return frozenset(replies | {moteus.command_id(node, self.source) for node in nodes})
 
     @model_validator(mode="after")
     def _consistent(self, info: ValidationInfo) -> Self:
@@ -202,6 +221,11 @@ class Cia402Options(DriveOptions):
     def frames(self, rate_hz: float) -> list[Traffic]:
         """See BusUser."""
         return cia402.traffic(self.model_dump(), rate_hz)
+
+    def identifiers(self) -> frozenset[int]:
+        """See BusUser. The SYNC is among them: a second one in a period would be a second sample."""
+        own = {cia402.SYNC, cia402.HEARTBEAT + self.source}
+        return frozenset(own | {base + axis.node for axis in self.axis for base in cia402.PER_NODE})
 
     @model_validator(mode="after")
     def _heartbeats(self, info: ValidationInfo) -> Self:

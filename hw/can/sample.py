@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from array import array
+from typing import Any
 
 from hw.interface import LinkFault, Options, Rig
 
@@ -18,14 +19,16 @@ class Sample:
     """
 
     __slots__ = (
-        "counts", "current_a", "estop", "faults", "force_n", "fresh", "needed", "position_rad", "temperature_c",
+        "counts", "current_a", "estop", "faults", "force_n", "fresh", "needed", "position_rad", "temperature_c", "values",
     )  # fmt: skip
 
     def __init__(self, n_axes: int) -> None:
-        self.position_rad = array("d", bytes(8 * n_axes))
-        self.current_a = array("d", bytes(8 * n_axes))
-        self.temperature_c = array("d", bytes(8 * n_axes))
-        self.force_n = array("d", bytes(24))
+        self.values: Any = memoryview(array("d", bytes(8 * (3 * n_axes + 3))))
+        """All of the numbers below, one after the other."""
+        self.position_rad, self.current_a, self.temperature_c = (
+            self.values[k * n_axes : (k + 1) * n_axes] for k in range(3)
+        )
+        self.force_n = self.values[3 * n_axes :]
         self.estop = 0
         self.fresh = self.needed = 0
         self.faults = 0

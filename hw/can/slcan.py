@@ -51,6 +51,8 @@ def parse(line: bytes) -> tuple[int, bytes] | None:
     end = digits + 2 + (0 if remote else 2 * length)
     if not 0 <= length <= 8 or len(line) not in (end, end + 4):  # four more: a time stamp
         return None
+    if line[2] in b"xX":  # `int` would take 0x for a prefix
+        return None
     try:
         can_id, data = int(line[1 : digits + 1], 16), bytes.fromhex(line[digits + 2 : end].decode())
     except ValueError:

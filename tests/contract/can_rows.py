@@ -6,6 +6,7 @@ interface of the backend and that of the device: `vcan0:vcan0,can0:can1`. `tests
 
 import itertools
 import os
+import time
 
 import can
 
@@ -14,6 +15,9 @@ from hw.can.sim_plant import Inertia
 
 WIRES = [tuple(wire.split(":")) for wire in os.environ.get("RTCTL_CAN_WIRES", "").split(",") if wire]
 PERIOD_S = 1e-3
+MARK_S, MARKS_MAX = 0.2, 10
+"""How long a mark may take before another one is sent, and how often."""
+
 _numbers = itertools.count()
 
 
@@ -68,22 +72,45 @@ def board(n_axes, wire):
     return {"bus": bus(wire), "receive": [RECEIVE], "send": [SEND]}
 
 
+class Marked:
+    """The device's bus; a mark among its frames is noted and not handed on, and ends the reading."""
+
+    MARK = 0x1FFF_FF00
+    """Extended identifier of mark number 0; nothing else on the wire is sent so far behind."""
+
+    def __init__(self, bus):
+        self._bus, self.seen = bus, None
+
+    def recv(self, timeout=None):
+        message = self._bus.recv(timeout)
+        if message is not None and message.is_extended_id and message.arbitration_id >= self.MARK:
+            self.seen = message.arbitration_id
+            return None
+        return message
+
+    def __getattr__(self, name):
+        return getattr(self._bus, name)
+
+
 class WithDevice:
-    """A backend whose device lives in the test: it answers while the backend opens, then once per read."""
+    """A backend whose device lives in the test: it answers while the backend opens, then once per read.
+
+    On a real wire a mark is sent behind the frames, and what comes before it has arrived.
+    """
 
     def __init__(self, backend, options, sim_kind, n_axes, wire):
         self.backend, self.wire, table = backend, wire, options["bus"]
         self.provides, self.consumes = backend.provides, backend.consumes
         arguments = {"interface": table["interface"], "channel": wire[1] if wire else table["channel"]}
         more = {"fd": True} if table["fd"] else {}
-        self.bus = can.Bus(**arguments, **more, ignore_config=True)
+        self.bus = Marked(can.Bus(**arguments, **more, ignore_config=True))
         # opened before the backend's socket: what it has received, the backend has
         self.witness = None
         if wire:
             self.witness = can.Bus(interface="socketcan", channel=wire[0], fd=table["fd"], ignore_config=True)
         drives = make_drives(sim_kind, range(1, n_axes + 1))
         self.sim = DriveSim(self.bus, drives, Inertia(n_axes, TORQUE_CONSTANT_NM_A), fd=table["fd"])
-        self._sent = False
+        self._marks = itertools.count()
 
     def open(self):
         self.sim.start()
@@ -100,24 +127,34 @@ class WithDevice:
 
     def write(self, tick):
         self.backend.write(tick)
-        self._sent = True
 
     def stop(self):
         self.backend.stop()
-        self._sent = True
 
     def close(self):
         self.backend.close()
 
     def settle(self):
         """Have the device answer everything sent so far, and the answers arrive."""
-        quiet_s = 10e-3 if self.wire else 0.0
-        self.sim.handle(0.5 if self.wire and self._sent else quiet_s)
-        self._sent = False
-        while self.sim.handle(quiet_s):
-            pass
-        while self.witness is not None and self.witness.recv(quiet_s) is not None:
-            pass
+        if self.witness is None:
+            while self.sim.handle():
+                pass
+            return
+        self._until_marked(self.witness, self.bus, lambda: self.sim.handle(MARK_S))
+        ear = Marked(self.witness)
+        self._until_marked(self.bus, ear, lambda: ear.recv(MARK_S))
+
+    def _until_marked(self, mouth, ear, take_in):
+        """Send a mark and take in what comes before it; an emulated controller may lose it, so it is sent again."""
+        for _ in range(MARKS_MAX):
+            mark = Marked.MARK + next(self._marks) % 256
+            mouth.send(can.Message(arbitration_id=mark, is_extended_id=True))
+            before = time.monotonic()
+            while ear.seen != mark and time.monotonic() < before + MARK_S:
+                take_in()
+            if ear.seen == mark:
+                return
+        raise AssertionError(f"nothing arrives on {self.wire}")
 
     def release(self):
         self.backend.close()

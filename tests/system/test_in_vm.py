@@ -1,6 +1,8 @@
-"""The CAN contract on a real kernel, in a virtual machine: `make test-system`."""
+"""The CAN contract and the CAN figures on a real kernel, in a virtual machine: `make test-system`."""
 
+import json
 import os
+import re
 import subprocess
 import sys
 import sysconfig
@@ -11,7 +13,7 @@ import pytest
 VM = Path(__file__).parent / "vm"
 ROOT = Path(__file__).parents[2]
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
+pytestmark = [pytest.mark.system, pytest.mark.timeout(900)]
 
 
 NEEDED = (
@@ -20,6 +22,11 @@ NEEDED = (
     "canopen", "serial", "hypothesis", "_hypothesis_pytestplugin.py", "_hypothesis_globals.py", "py.py", "sortedcontainers", "click",
 )  # fmt: skip
 """What the tests in the guest import of the packages; their metadata comes along."""
+
+TESTS = "tests/system/test_socketcan.py tests/contract/test_backend_contract.py tests/contract/test_can_contract.py"
+CYCLES = 3000
+RATIO_MAX = 0.5
+"""Of our cycle's time to python-can's. The target is 0.4 (`ok` in the row); above this the fast path is broken."""
 
 
 def environment():
@@ -39,24 +46,43 @@ def environment():
     return {**os.environ, "RTCTL_VM_FAST": ":".join(fast), "RTCTL_VM_SKIP": ":".join(skip)}
 
 
-def reason():
+def why_not():
+    """Why there can be no virtual machine here, in one line; empty if there can. Builds its kernel if need be."""
     return subprocess.run(
-        [VM, "--why"], capture_output=True, text=True, check=True, timeout=10
+        [VM, "--why"], capture_output=True, text=True, check=True, timeout=300
     ).stdout.strip()
 
 
-def test_can_on_vcan_and_on_two_wired_controllers():
-    missing = reason()
+@pytest.fixture(scope="module")
+def guest():
+    """What one boot printed: first the tests, then, after a line `figures`, the rows of the benchmark."""
+    missing = why_not()
     if missing:
-        pytest.skip(missing)
-    tests = "tests/system/test_socketcan.py tests/contract/test_backend_contract.py tests/contract/test_can_contract.py"
+        pytest.skip(missing.replace("\n", "; "))
+    bench = f"import json; from rtctl.bench import io_can; print(json.dumps([row.as_dict() for row in io_can.rows({CYCLES})]))"
     command = (
-        f"PYTHONPATH={ROOT} NUMBA_DISABLE_JIT=1 PYTEST_DISABLE_PLUGIN_AUTOLOAD=1 RTCTL_CAN_WIRES=vcan0:vcan0,can0:can1 {sys.executable} -m pytest "
-        f"-q --color=no -p pytest_timeout -p no:cacheprovider --durations=3 {tests} -k 'socketcan or vcan0 or can0'"
+        f"export PYTHONPATH={ROOT} NUMBA_DISABLE_JIT=1 PYTEST_DISABLE_PLUGIN_AUTOLOAD=1; "
+        f"RTCTL_CAN_WIRES=vcan0:vcan0,can0:can1 {sys.executable} -m pytest -q --color=no -p pytest_timeout "
+        f"-p no:cacheprovider --durations=5 {TESTS} -k 'socketcan or vcan0 or can0'; code=$?; "
+        f"echo figures; {sys.executable} -c '{bench}'; exit $code"
     )
     done = subprocess.run(
         [VM, command], cwd=ROOT, text=True, capture_output=True, check=False, env=environment()
     )
     sys.stdout.write(done.stdout[-4000:])
-    assert done.returncode == 0, (done.stdout + done.stderr)[-4000:]
-    assert " passed" in done.stdout
+    return done
+
+
+def test_can_on_vcan_and_on_two_wired_controllers(guest):
+    tests = guest.stdout.partition("\nfigures\n")[0]
+    assert guest.returncode == 0, (guest.stdout + guest.stderr)[-4000:]
+    passed = re.search(r"(\d+) passed", tests)
+    assert passed, tests
+    assert int(passed[1]) >= 250
+
+
+def test_the_raw_socket_is_faster_than_python_can_on_vcan(guest):
+    rows = json.loads(guest.stdout.partition("\nfigures\n")[2])
+    ratio = next(row for row in rows if row["name"].startswith("CAN cycle against"))
+    assert "vcan0 (raw socket)" in ratio["against"]
+    assert ratio["value"] <= RATIO_MAX, ratio
