@@ -79,6 +79,7 @@ def _group(name: str, *, quick: bool, minutes: float, rig_seconds: float) -> Cal
         "flood": lambda: flood.rows(mock, 10 * short, 1 if quick else 2),
         "soak": lambda: soak.rows(mock, minutes, lambda text: click.echo(text, err=True)),
         "io": lambda: io.rows(short, rig_seconds),
+        "view": lambda: view.rows(mock, 30 * short, 3 if quick else 10),
         "deaths": lambda: deaths.rows(
             shipped_config("serial.toml"), mock, 5 if quick else 100, lambda text: click.echo(text, err=True)
         ),
