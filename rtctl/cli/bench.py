@@ -9,7 +9,19 @@ import click
 
 from rtctl.bench.row import Row
 
-GROUPS = ("friction", "safety", "virtual", "start", "cycle", "wakeup", "streams", "flood", "io", "view")
+GROUPS = (
+    "friction",
+    "safety",
+    "virtual",
+    "start",
+    "cycle",
+    "wakeup",
+    "streams",
+    "flood",
+    "io",
+    "recording",
+    "view",
+)
 ON_REQUEST = ("soak", "deaths")
 
 
@@ -31,10 +43,10 @@ def command(
     groups: tuple[str, ...], *, quick: bool, minutes: float, rig_seconds: float, as_json: bool
 ) -> None:
     """Measure side by side: friction evaluation, safety machine, virtual time, start, cycle, wake-up, telemetry
-    streams, floods, device I/O, live view; and, only when asked for, soak: hours of subscribers that come and go, and of floods;
+    streams, floods, device I/O, recording, live view; and, only when asked for, soak: hours of subscribers that come and go, and of floods;
     deaths: a hundred killed loops, and how soon a simulated board was without torque.
 
-    Give GROUPS to run only some. The whole takes about five minutes and wants an otherwise idle machine;
+    Give GROUPS to run only some. The whole takes about ten minutes and wants an otherwise idle machine;
     wakeup and streams need cyclictest (Debian rt-tests), friction the extra rtctl[bench].
     Exit code 0 whatever the figures are; `ok` in each row says whether its target was met.
     """
@@ -59,7 +71,7 @@ def command(
 
 
 def _group(name: str, *, quick: bool, minutes: float, rig_seconds: float) -> Callable[[], list[Row]]:
-    from rtctl.bench import deaths, flood, friction, io, loop, safety, soak, streams, view, virtual
+    from rtctl.bench import deaths, flood, friction, io, loop, recording, safety, soak, streams, view, virtual
     from rtctl.demo import shipped_config
 
     mock = shipped_config("mock.toml")
@@ -83,5 +95,9 @@ def _group(name: str, *, quick: bool, minutes: float, rig_seconds: float) -> Cal
         "deaths": lambda: deaths.rows(
             shipped_config("serial.toml"), mock, 5 if quick else 100, lambda text: click.echo(text, err=True)
         ),
+        "recording": lambda: recording.rows(
+            shipped_config("mock-10khz.toml"), 2 if quick else 6, 60 * short / 2
+        ),
+        "view": lambda: view.rows(mock, 20 * short, 3 if quick else 7),
         "streams": lambda: streams.rows(shipped_config("mock-10khz.toml"), 60 * short),
     }[name]

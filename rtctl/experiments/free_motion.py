@@ -24,7 +24,6 @@ FEEDBACK = Variant("feed-forward + force feedback", 1.0, virtual.with_feedback)
 LOW_MODEL = Variant("model 25 % too low", 1.0, virtual.with_model_scaled(LOW))
 HIGH_MODEL = Variant("model 25 % too high", 1.0, virtual.with_model_scaled(HIGH))
 STRONG = virtual.with_gain(STRONG_GAIN, STRONG_VISCOUS)
-STRONG_LOW = "strong feed-forward, model 25 % too low"
 
 VARIANTS = (
     OFF,
@@ -38,7 +37,7 @@ VARIANTS = (
     HIGH_MODEL,
     Variant("model 25 % too high + force feedback", 1.0, virtual.both(virtual.with_model_scaled(HIGH), virtual.with_feedback)),
     Variant("strong feed-forward", 1.0, STRONG),
-    Variant(STRONG_LOW, 1.0, virtual.both(STRONG, virtual.with_model_scaled(LOW))),
+    Variant("strong feed-forward, model 25 % too low", 1.0, virtual.both(STRONG, virtual.with_model_scaled(LOW))),
 )  # fmt: skip
 MOTIONS = (FAST_SINE, SLOW_TRIANGLE)
 FIGURES = ("hand_rms_nm", "sensor_rms_nm", "hand_max_nm", "hand_energy_min_j", "port_energy_min_j")
@@ -165,11 +164,6 @@ def _targets(found: dict[str, Measured], released: dict[str, Estimate]) -> tuple
         Target("slow triangle: the same", slow[ON.name], 0.83),
         Target("fast sine, model 25 % too low: less by", fast[low], 0.60),
         Target("slow triangle, model 25 % too low: less by", slow[low], 0.60),
-        Target(
-            f"fast sine, model 25 % too low, gain {STRONG_GAIN} and viscous_gain {STRONG_VISCOUS}: less by",
-            fast[STRONG_LOW],
-            0.60,
-        ),
         Target("fast sine with local force feedback: less by", fast[FEEDBACK.name], 0.88),
         Target("slow triangle with local force feedback: less by", slow[FEEDBACK.name], 0.88),
     ]
@@ -244,6 +238,7 @@ def _explanation() -> str:
         "The torque of the hand is the true one of the simulated rig; the column beside it is what its noisy, "
         "quantised sensor saw. A feed-forward alone cannot take the viscous part that the coupling lives on, nor "
         f"inertia; 'strong' is gain {STRONG_GAIN} and viscous_gain {STRONG_VISCOUS}, near the most that `rtctl check` "
-        "passes on the shipped rig. A model that is too low by a quarter takes a quarter of the help away, which no "
-        "feed-forward makes up for; the feedback does."
+        "passes on the shipped rig. A model that is too low by a quarter takes a quarter of the help away: of dry friction F_c "
+        "1 - .75 gain stays, beside b v and J a, which at gain .95 leaves room for 62 % of the fast sine and at gain .9 for "
+        "59 % at most. Only feedback does better."
     )
