@@ -98,6 +98,5 @@ def _group(name: str, *, quick: bool, minutes: float, rig_seconds: float) -> Cal
         "recording": lambda: recording.rows(
             shipped_config("mock-10khz.toml"), 2 if quick else 6, 60 * short / 2
         ),
-        "view": lambda: view.rows(mock, 20 * short, 3 if quick else 7),
         "streams": lambda: streams.rows(shipped_config("mock-10khz.toml"), 60 * short),
     }[name]
