@@ -15,15 +15,13 @@ if TYPE_CHECKING:
     from rtctl.friction.model import FrictionModel
 
 _File = click.Path(dir_okay=False, path_type=Path)
-
-
 _POSITIVE = click.FloatRange(min=0, min_open=True, max=1e9)
 
 
 def _number(_: click.Context, option: click.Parameter, value: float | None) -> float | None:
     """Refuse NaN, which click's own ranges let through."""
     if value is not None and math.isnan(value):
-        raise click.BadParameter("NaN is not a number above 0", param=option)
+        raise click.BadParameter("NaN is not a number in the range", param=option)
     return value
 
 
@@ -86,6 +84,20 @@ def _range(
     help="one curve for both directions: by evidence, always, or never (with --search)",
 )
 @click.option(
+    "--tolerance",
+    type=click.FloatRange(0, 50),
+    callback=_number,
+    metavar="PERCENT",
+    help="held-out errors below this much of the largest friction count as equal, so that the fewest numbers decide; "
+    "0: one standard error alone; default 0.5",
+)
+@click.option(
+    "--max-support-vectors",
+    type=click.IntRange(1, 2000),
+    metavar="N",
+    help="most support vectors of one curve; machines that need more are left out",
+)
+@click.option(
     "--folds",
     "held_out",
     type=click.Choice(["auto", "speed", "time"]),
@@ -131,6 +143,8 @@ def command(
     search: str | None,
     kernel: str,
     symmetric: str,
+    tolerance: float | None,
+    max_support_vectors: int | None,
     held_out: str,
     backend: str,
     jobs: int | None,
@@ -151,20 +165,25 @@ def command(
     break-away points at zero velocity optionally direction (+1 or -1). At least 8 points per direction.
     """
     from rtctl.cli import fit_advice, fit_report, ladder_report
-    from rtctl.friction import artefact, blocks, fit
+    from rtctl.friction import artefact, blocks, fit, grids
+    from rtctl.friction.ladder import Options
     from rtctl.friction.points import read_points, temperature_range
     from rtctl.friction.timing import evaluation_ns
 
     reported = report_dir is not None and c is None and epsilon_nm is None
-    strategy = search or ("halving" if climb or kernel != "all" or reported else "none")
+    asked = climb or kernel != "all" or tolerance is not None or max_support_vectors is not None
+    strategy = search or ("halving" if asked or reported else "none")
     if strategy != "none" and (c is not None or epsilon_nm is not None):
         raise click.UsageError("--C and --epsilon fix what a search chooses; drop them, or use --search none")
-    if strategy == "none" and (climb or kernel != "all"):
-        raise click.UsageError("--search none compares nothing; drop it, or --ladder and --kernel")
+    if strategy == "none" and asked:
+        raise click.UsageError(
+            "--search none compares nothing; drop it, or --ladder, --kernel, --tolerance and --max-support-vectors"
+        )
     plan = fit_report.prepare(report_dir, test_points, config, rig)
     measured = read_points(points)
     fit_report.require_plausible(plan, measured)
     folds = blocks.way_for(measured, held_out)
+    tolerance_share = grids.RESOLUTION_SHARE if tolerance is None else tolerance / 100
     ladder: Ladder | None = None
     if strategy == "none":
         model = fit.fit_points(
@@ -176,9 +195,17 @@ def command(
             folds=folds,
         )
     else:
-        ladder, model = ladder_report.climb(
-            measured, strategy, kernel, symmetric, backend, jobs, rig, fade_rad_s, folds
+        wanted = Options(
+            families=grids.families(kernel),
+            strategy=strategy,
+            symmetric=symmetric,
+            backend=backend,
+            n_jobs=jobs or -1,
+            folds=folds,
+            tolerance_share=tolerance_share,
+            max_support_vectors=max_support_vectors,
         )
+        ladder, model = ladder_report.climb(measured, wanted, rig, fade_rad_s)
     low, high = temperature or temperature_range(points) or (None, None)
     model = replace(
         model, temperature_min_c=low, temperature_max_c=high, evaluation_ns=evaluation_ns(model.record())
@@ -193,19 +220,16 @@ def command(
         "kernel": kernel,
         "symmetric": symmetric,
         "folds": held_out,
+        "tolerance_share": tolerance_share,
+        "max_support_vectors": max_support_vectors,
         "C": c,
         "epsilon_nm": epsilon_nm,
     }
     page = fit_report.write(plan, measured, model, ladder, options, folds)
     rows = _rows(model)
     if as_json:
-        body: dict[str, Any] = {
-            "model": str(out),
-            "rig": model.rig,
-            "data_sha256": model.data_sha256,
-            "directions": rows,
-        }
-        body |= {"kind": model.kind, "evaluation_ns": model.evaluation_ns, "folds": folds}
+        body: dict[str, Any] = {"model": str(out), "rig": model.rig, "data_sha256": model.data_sha256}
+        body |= {"directions": rows, "kind": model.kind, "evaluation_ns": model.evaluation_ns, "folds": folds}
         body |= fit_advice.body(model, plan.loaded, out)
         body |= {"report": str(page)} if page else {}
         if ladder is not None:

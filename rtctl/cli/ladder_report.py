@@ -8,34 +8,17 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from rtctl.friction.ladder import Ladder
+    from rtctl.friction.ladder import Ladder, Options
     from rtctl.friction.model import FrictionModel
     from rtctl.friction.points import FrictionPoints
 
 
 def climb(
-    measured: FrictionPoints,
-    strategy: str,
-    kernel: str,
-    symmetric: str,
-    backend: str,
-    jobs: int | None,
-    rig: str,
-    fade_rad_s: float | None,
-    folds: str,
+    measured: FrictionPoints, options: Options, rig: str, fade_rad_s: float | None
 ) -> tuple[Ladder, FrictionModel]:
     """Search the ladder with a progress bar on stderr; learn the chosen rung."""
     from rtctl.friction import ladder
-    from rtctl.friction.grids import families
 
-    options = ladder.Options(
-        families=families(kernel),
-        strategy=strategy,
-        symmetric=symmetric,
-        backend=backend,
-        n_jobs=jobs or -1,
-        folds=folds,
-    )
     with click.progressbar(length=1, label="searching", file=sys.stderr, show_eta=False) as bar:
 
         def progress(done: int, of: int) -> None:
@@ -67,6 +50,8 @@ def body(ladder: Ladder) -> dict[str, Any]:
         "runner_up": runner_up.family if runner_up else None,
         "symmetric": ladder.symmetric,
         "folds": ladder.folds,
+        "tolerance_nm": ladder.tolerance_nm,
+        "max_support_vectors": ladder.max_support_vectors,
         "explanation": ladder.explanation,
     }
 

@@ -20,10 +20,11 @@ POLYNOMIAL_C = (1.0, 10.0, 100.0)
 of the spline kernel, whose dual coefficients are jumps of the third derivative."""
 
 EPSILON = (1.0, 1.5, 2.0, 3.0, 4.0)
-"""Half widths of the tube, multiples of the noise or of `TUBE_MIN_SHARE`, whichever is larger."""
+"""Half widths of the tube, multiples of the noise or of `RESOLUTION_SHARE`, whichever is larger."""
 
-TUBE_MIN_SHARE = 0.005
-"""Narrowest tube, share of the largest friction. Points of 100 measurements are so quiet that narrower tubes
+RESOLUTION_SHARE = 0.005
+"""Share of the largest friction below which errors do not matter: the narrowest tube of an epsilon machine, and the
+held-out error down to which candidates are equal (decision 0012). Points of 100 measurements are so quiet that less
 would spend twice the support vectors on a curve that no hand, and no current sensor, could tell apart."""
 
 NU = (0.05, 0.1, 0.2, 0.3, 0.5)
@@ -83,7 +84,7 @@ def candidates(family: str, speed: np.ndarray, friction_nm: np.ndarray) -> list[
         raise ValueError(msg)
     machine, kind = family.split("-")
     top = float(friction_nm.max())
-    unit = max(noise_nm(speed, friction_nm), TUBE_MIN_SHARE * top)
+    unit = max(noise_nm(speed, friction_nm), RESOLUTION_SHARE * top)
     tubes = NU if machine == "nu" else tuple(unit * factor for factor in EPSILON)
     parameters: list[dict[str, float]] = [{}]
     bounds: tuple[float, ...] = SPLINE_C

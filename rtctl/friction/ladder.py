@@ -13,7 +13,7 @@ from rtctl.friction.machines import Candidate, FailedFitError, train
 from rtctl.friction.model import Branch, FrictionModel
 from rtctl.friction.points import FrictionPoints
 from rtctl.friction.search import Score, Side
-from rtctl.friction.selection import Choice, Rung, choose, climb, within_one_standard_error
+from rtctl.friction.selection import Choice, Rung, as_good, choose, climb, tolerance_nm
 
 SEARCHES = ("full", "halving")
 SYMMETRIC = ("auto", "yes", "no")
@@ -24,7 +24,11 @@ _POOLED_MAX = 12
 
 @dataclass(frozen=True)
 class Options:
-    """How to climb: `families` of `grids.FAMILIES`, `strategy` of `SEARCHES`, symmetry, workers, `blocks.WAYS`."""
+    """How to climb: `families` of `grids.FAMILIES`, `strategy` of `SEARCHES`, symmetry, workers, `blocks.WAYS`.
+
+    Held-out errors up to `tolerance_share` (0 to 1) of the largest friction are as good as smaller ones.
+    `max_support_vectors`: most that a curve may have when trained on all points; None: any number.
+    """
 
     families: tuple[str, ...] = grids.FAMILIES
     strategy: str = "halving"
@@ -33,13 +37,16 @@ class Options:
     n_jobs: int = -1
     break_away_weight: float = search.BREAK_AWAY_WEIGHT
     folds: str = "speed"
+    tolerance_share: float = grids.RESOLUTION_SHARE
+    max_support_vectors: int | None = None
 
 
 @dataclass(frozen=True)
 class Ladder:
     """What was found. `symmetric`: one curve serves both directions; `symmetric_rung` what was tried of it.
 
-    `folds` is how it was held out, of `blocks.WAYS`.
+    `folds` is how it was held out, of `blocks.WAYS`; `tolerance_nm` the held-out error below which models were
+    equal, N m; `max_support_vectors` what was asked for.
     """
 
     choice: Choice
@@ -48,6 +55,8 @@ class Ladder:
     symmetric_rung: Rung | None
     explanation: str
     folds: str = "speed"
+    tolerance_nm: float = 0.0
+    max_support_vectors: int | None = None
 
 
 def ascend(
@@ -64,27 +73,54 @@ def ascend(
     """
     options = options or Options()
     directions = (0,) if options.symmetric == "yes" else (1, -1)
-    weight, folds = options.break_away_weight, options.folds
+    weight, folds, most = options.break_away_weight, options.folds, options.max_support_vectors
     sides = tuple(search.side(points, d, weight, folds) for d in directions)
+    share = options.tolerance_share
+    equal_nm = max(tolerance_nm(data, share) for data in sides)
     look = search.full if options.strategy == "full" else search.halving
     with search.workers(options.backend, options.n_jobs) as pool:
-        scores = look(pool, _tasks(options.families, sides), sides, progress)
-        choice = choose([climb(family, scores, sides) for family in options.families])
+        scores = look(pool, _tasks(options.families, sides), sides, progress, max_terms=most)
+        choice = choose([climb(family, scores, sides, share) for family in options.families], equal_nm)
+        bound = _terms_of_choice(equal_nm, share, most)
         if options.symmetric != "auto":
-            note = " One symmetric curve, as asked." if options.symmetric == "yes" else ""
-            return Ladder(choice, sides, bool(note), None, choice.explanation + note, folds)
+            note = bound + (" One symmetric curve, as asked." if options.symmetric == "yes" else "")
+            return Ladder(
+                choice,
+                sides,
+                options.symmetric == "yes",
+                None,
+                choice.explanation + note,
+                folds,
+                equal_nm,
+                most,
+            )
         pooled = search.side(points, 0, weight, folds)
-        tried = search.score_all(pool, _pooled_tasks(choice.chosen, scores), [pooled])
-    rung = climb(choice.chosen.family, tried, [pooled])
-    as_good = not rung.refused and rung.rmse_nm <= choice.chosen.rmse_nm + choice.chosen.se_nm
-    if as_good:
-        note = (
+        tried = search.score_all(
+            pool, _pooled_tasks(choice.chosen, scores, sides, share), [pooled], max_terms=most
+        )
+    rung = climb(choice.chosen.family, tried, [pooled], share)
+    shared = not rung.refused and rung.rmse_nm <= max(choice.chosen.rmse_nm + choice.chosen.se_nm, equal_nm)
+    note = bound + _symmetry(rung, shared=shared)
+    explanation = choice.explanation + note
+    return Ladder(choice, (pooled,) if shared else sides, shared, rung, explanation, folds, equal_nm, most)
+
+
+def _terms_of_choice(equal_nm: float, share: float, most: int | None) -> str:
+    """Say what was asked of the choice."""
+    said = "" if most is None else f" No curve may have more than {most} support vectors, as asked."
+    if equal_nm > 0:
+        said += f" Held-out errors below {1e3 * equal_nm:.3g} mN m, {100 * share:g} % of the largest friction, count as equal."
+    return said
+
+
+def _symmetry(rung: Rung, *, shared: bool) -> str:
+    """Say what one symmetric curve is worth."""
+    if shared:
+        return (
             f" One symmetric curve is as good ({1e3 * rung.rmse_nm:.3g} mN m), so both directions share it."
         )
-        return Ladder(choice, (pooled,), True, rung, choice.explanation + note, folds)
     said = f"could not be learned ({rung.refused})" if rung.refused else f"errs {1e3 * rung.rmse_nm:.3g} mN m"
-    note = f" The directions differ: one symmetric curve {said}."
-    return Ladder(choice, sides, False, rung, choice.explanation + note, folds)
+    return f" The directions differ: one symmetric curve {said}."
 
 
 def _tasks(families: Sequence[str], sides: Sequence[Side]) -> list[tuple[Candidate, int]]:
@@ -99,15 +135,18 @@ def _tasks(families: Sequence[str], sides: Sequence[Side]) -> list[tuple[Candida
         raise DataError(str(error)) from error
 
 
-def _pooled_tasks(chosen: Rung, scores: Sequence[Score]) -> list[tuple[Candidate, int]]:
+def _pooled_tasks(
+    chosen: Rung, scores: Sequence[Score], sides: Sequence[Side], share: float
+) -> list[tuple[Candidate, int]]:
     """Candidates good for either direction, each once, the chosen ones first."""
     candidates = []
-    for direction in (1, -1):
-        near = within_one_standard_error(
+    for data in sides:
+        mine = (
             score
             for score in scores
-            if score.candidate.family == chosen.family and score.direction == direction
+            if score.candidate.family == chosen.family and score.direction == data.direction
         )
+        near = as_good(mine, tolerance_nm(data, share))
         candidates += [score.candidate for score in near[: _POOLED_MAX // 2]]
     return [(one, 0) for i, one in enumerate(candidates) if one not in candidates[:i]]
 

@@ -102,11 +102,13 @@ def cross_validate(
     max_iterations: int = MAX_ITERATIONS,
     *,
     final: bool = True,
+    max_terms: int | None = None,
 ) -> Score:
     """Score of one candidate on held-out folds.
 
     A fit that fails gives a score that says so: "not finite", "not converged" (only when `final`: the early
-    rounds of halving stop early on purpose) or "refused".
+    rounds of halving stop early on purpose), "refused", or "more than N support vectors" when it has more than
+    `max_terms` trained on all points; `n_terms` is then their number.
     """
     errors, terms, converged = np.zeros(len(data.speed)), [], True
     try:
@@ -125,6 +127,11 @@ def cross_validate(
             converged = converged and trained.converged
             errors[held] = trained.curve(data.speed[held]) - data.friction_nm[held]
             terms.append(trained.curve.n_terms)
+        if max_terms is not None and candidate.machine != "formula" and converged:
+            whole = train(candidate, data.speed, data.friction_nm, data.weight, matrix=matrix)
+            if whole.curve.n_terms > max_terms:
+                reason = f"more than {max_terms} support vectors"
+                return Score(candidate, data.direction, np.zeros(0), whole.curve.n_terms, reason)
     except FailedFitError as error:
         return Score(candidate, data.direction, np.zeros(0), np.inf, error.reason)
     except UnidentifiableError as error:
@@ -134,7 +141,11 @@ def cross_validate(
 
 
 def _chunk(
-    batch: Sequence[tuple[Candidate, int]], sides: Sequence[Side], limit: int, final: bool
+    batch: Sequence[tuple[Candidate, int]],
+    sides: Sequence[Side],
+    limit: int,
+    final: bool,
+    max_terms: int | None,
 ) -> list[Score]:
     """Score a batch of (candidate, index of its side); one kernel matrix serves all that share it."""
     matrices: dict[tuple[Any, ...], np.ndarray] = {}
@@ -144,7 +155,8 @@ def _chunk(
         if one.kind in KERNELS and key not in matrices:
             speed = sides[at].speed
             matrices[key] = gram(one.kind, one.parameters, speed, speed)
-        scores.append(cross_validate(one, sides[at], matrices.get(key), limit, final=final))
+        matrix = matrices.get(key)
+        scores.append(cross_validate(one, sides[at], matrix, limit, final=final, max_terms=max_terms))
     return scores
 
 
@@ -195,13 +207,14 @@ def score_all(
     *,
     final: bool = True,
     progress: Progress | None = None,
+    max_terms: int | None = None,
 ) -> list[Score]:
     """Score every task on the pool; the result has the order of `tasks`."""
     import joblib
 
     batches = [tasks[i : i + CHUNK] for i in range(0, len(tasks), CHUNK)]
     scores: list[Score] = []
-    for done in pool(joblib.delayed(_chunk)(batch, sides, limit, final) for batch in batches):
+    for done in pool(joblib.delayed(_chunk)(batch, sides, limit, final, max_terms) for batch in batches):
         scores += done
         if progress:
             progress(len(scores), len(tasks))
@@ -213,9 +226,11 @@ def full(
     tasks: Sequence[tuple[Candidate, int]],
     sides: Sequence[Side],
     progress: Progress | None = None,
+    *,
+    max_terms: int | None = None,
 ) -> list[Score]:
     """Score every candidate to convergence."""
-    return score_all(pool, tasks, sides, progress=progress)
+    return score_all(pool, tasks, sides, progress=progress, max_terms=max_terms)
 
 
 def halving(
@@ -223,6 +238,8 @@ def halving(
     tasks: Sequence[tuple[Candidate, int]],
     sides: Sequence[Side],
     progress: Progress | None = None,
+    *,
+    max_terms: int | None = None,
 ) -> list[Score]:
     """Successive halving, family by family and side by side: few solver iterations for all, more for the best.
 
@@ -234,7 +251,7 @@ def halving(
     left = list(tasks)
     for limit in RUNGS:
         final = limit == RUNGS[-1]
-        scores = score_all(pool, left, sides, limit, final=final, progress=progress)
+        scores = score_all(pool, left, sides, limit, final=final, progress=progress, max_terms=max_terms)
         if final:
             return [*scores, *lost]
         lost += [score for score in scores if score.failed]

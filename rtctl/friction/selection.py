@@ -1,7 +1,8 @@
 """Choose from the scores: the smallest error within one standard error, then the fewest numbers.
 
 A rung is one family of the ladder; a score is one candidate's held-out errors. The same rule is used twice:
-among the candidates of a rung, side by side, and among the rungs.
+among the candidates of a rung, side by side, and among the rungs. Held-out errors below the tolerance are not
+told apart either, however small their standard errors (decision 0012).
 """
 
 from __future__ import annotations
@@ -67,28 +68,40 @@ class Choice:
     explanation: str
 
 
-def within_one_standard_error(scores: Iterable[Score]) -> list[Score]:
-    """Scores not worse than the best one's error plus its standard error, the chosen one first.
+def as_good(scores: Iterable[Score], tolerance_nm: float = 0.0) -> list[Score]:
+    """Scores not worse than the best one's error plus its standard error, or the tolerance; chosen one first.
 
     The chosen one has the fewest numbers; among equals the smallest error.
+
+    Parameters
+    ----------
+    tolerance_nm : float
+        Held-out errors (RMSE, N m, >= 0) up to this one are as good as any smaller one.
     """
     usable = [score for score in scores if not score.failed]
     if not usable:
         return []
     best = min(usable, key=lambda score: score.rmse_nm)
-    near = [score for score in usable if score.rmse_nm <= best.rmse_nm + best.se_nm]
+    limit = max(best.rmse_nm + best.se_nm, tolerance_nm)
+    near = [score for score in usable if score.rmse_nm <= limit]
     return sorted(near, key=lambda score: (score.n_terms, score.rmse_nm))
 
 
-def climb(family: str, scores: Sequence[Score], sides: Sequence[Side]) -> Rung:
+def tolerance_nm(data: Side, share: float) -> float:
+    """Tolerance on one side, N m: `share` (0 to 1) of the largest friction measured."""
+    return share * float(data.friction_nm.max())
+
+
+def climb(family: str, scores: Sequence[Score], sides: Sequence[Side], tolerance_share: float = 0.0) -> Rung:
     """Judge one family on all sides. A formula the points cannot tell is refused."""
     mine = [score for score in scores if score.candidate.family == family]
     failures = dict(Counter(score.failed for score in mine if score.failed))
     chosen: list[Score] = []
     for data in sides:
-        near = within_one_standard_error(score for score in mine if score.direction == data.direction)
+        here = [score for score in mine if score.direction == data.direction]
+        near = as_good(here, tolerance_nm(data, tolerance_share))
         if not near:
-            return Rung(family, (), "; ".join(failures) or "no candidate", failures, len(mine))
+            return Rung(family, (), _lost(here), failures, len(mine))
         chosen.append(near[0])
     try:
         if family in FORMULAS:
@@ -100,8 +113,15 @@ def climb(family: str, scores: Sequence[Score], sides: Sequence[Side]) -> Rung:
     return Rung(family, tuple(chosen), None, failures, len(mine))
 
 
-def choose(rungs: Sequence[Rung]) -> Choice:
-    """Choose a rung and say why.
+def _lost(scores: Sequence[Score]) -> str:
+    """Why a side has no candidate, and how far a bound on the support vectors is from one."""
+    said = "; ".join(dict.fromkeys(score.failed for score in scores if score.failed))
+    least = min((score.n_terms for score in scores), default=np.inf)
+    return (said or "no candidate") + (f", the sparsest has {least:.0f}" if np.isfinite(least) else "")
+
+
+def choose(rungs: Sequence[Rung], tolerance_nm: float = 0.0) -> Choice:
+    """Choose a rung and say why. `tolerance_nm` as in `as_good`.
 
     Raises
     ------
@@ -111,31 +131,39 @@ def choose(rungs: Sequence[Rung]) -> Choice:
     usable = [rung for rung in rungs if not rung.refused]
     if not usable:
         said = "; ".join(f"{rung.family}: {rung.refused}" for rung in rungs)
-        raise DataError(f"no model of the ladder could be learned: {said}; add points")
+        bounded = any("support vectors" in (rung.refused or "") for rung in rungs)
+        remedy = "raise --max-support-vectors, or add points" if bounded else "add points"
+        raise DataError(f"no model of the ladder could be learned: {said}; {remedy}")
     best = min(usable, key=lambda rung: rung.rmse_nm)
-    limit = best.rmse_nm + best.se_nm
+    limit = max(best.rmse_nm + best.se_nm, tolerance_nm)
     near = sorted(
         (rung for rung in usable if rung.rmse_nm <= limit), key=lambda rung: (rung.n_terms, rung.rmse_nm)
     )
     chosen = near[0]
     others = sorted((rung for rung in usable if rung is not chosen), key=lambda rung: rung.rmse_nm)
     runner_up = others[0] if others else None
-    words = [_why(chosen, best, len(near))]
+    among = f"below {1e3 * limit:.3g} mN m" if limit == tolerance_nm else ""
+    words = [_why(chosen, best, len(near), among)]
     if runner_up:
         words.append(f"Runner-up: {_figures(runner_up)}.")
-    words.append(_formulas(usable, limit))
+    words.append(_formulas(usable, limit, among))
     return Choice(tuple(rungs), chosen, runner_up, " ".join(word for word in words if word))
 
 
-def _why(chosen: Rung, best: Rung, near: int) -> str:
+def _why(chosen: Rung, best: Rung, near: int, among: str) -> str:
+    """Say why in a sentence; `among` says what the rungs it was chosen from have in common, "" one standard error."""
+    said = f"Chosen: {_figures(chosen)}, "
     if near == 1:
-        return f"Chosen: {_figures(chosen)}, the smallest held-out error by more than one standard error."
+        return said + (f"the only one {among}." if among else f"{_SMALLEST} by more than one standard error.")
     if chosen is best:
-        return f"Chosen: {_figures(chosen)}, the smallest held-out error and the fewest numbers."
-    return (
-        f"Chosen: {_figures(chosen)}, the fewest numbers of {near} within one standard error "
-        f"of the smallest held-out error ({best.family}, {1e3 * best.rmse_nm:.3g} mN m)."
-    )
+        return said + f"{_SMALLEST} and the fewest numbers."
+    others = f"{_SMALLEST} has {best.family}, {1e3 * best.rmse_nm:.3g} mN m"
+    if among:
+        return said + f"the fewest numbers of {near} {among} ({others})."
+    return said + f"the fewest numbers of {near} within one standard error of the best ({others})."
+
+
+_SMALLEST = "the smallest held-out error"
 
 
 def _figures(rung: Rung) -> str:
@@ -144,15 +172,20 @@ def _figures(rung: Rung) -> str:
     return f"{rung.family} ({1e3 * rung.rmse_nm:.3g} +- {1e3 * rung.se_nm:.2g} mN m held out, {count} {what})"
 
 
-def _formulas(usable: Sequence[Rung], limit: float) -> str:
-    """Say whether a formula is as good as the best learned curve."""
+def _formulas(usable: Sequence[Rung], limit: float, among: str) -> str:
+    """Say whether a formula is as good as the best learned curve. `limit` (N m) and `among` as in `choose`."""
     formulas = [rung for rung in usable if rung.is_formula]
     learned = [rung for rung in usable if not rung.is_formula]
     if not formulas or not learned:
         return ""
     formula = min(formulas, key=lambda rung: rung.rmse_nm)
     machine = min(learned, key=lambda rung: rung.rmse_nm)
-    if formula.rmse_nm <= max(limit, machine.rmse_nm + machine.se_nm):
+    same = machine.rmse_nm + machine.se_nm
+    if formula.rmse_nm <= (same if among else max(limit, same)):
         return f"A parametric model is as good: {formula.family} does not err more than {machine.family}."
+    if formula.rmse_nm <= limit:
+        return (
+            f"A parametric model is as good: {formula.family}, {1e3 * formula.rmse_nm:.3g} mN m, is {among}."
+        )
     times = formula.rmse_nm / machine.rmse_nm
     return f"No parametric model is as good: the best, {formula.family}, errs {times:.2g} times as much."

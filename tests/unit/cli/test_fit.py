@@ -122,10 +122,32 @@ def test_a_search_of_one_kernel_reports_every_rung_as_json(csv, monkeypatch, cap
     assert artefact.load(tmp_path / "m.json").temperature_max_c == 30
 
 
+def test_a_bound_on_the_support_vectors_is_kept_and_said_or_refused_with_the_remedy(
+    csv, monkeypatch, capsys, tmp_path
+):
+    out = tmp_path / "m.json"
+    few = ("fit", csv, "--out", out, "--kernel", "spline", "--backend", "sequential", "--max-support-vectors")
+    code, _, err = _run(monkeypatch, capsys, *few, 2)
+    assert code == 10
+    assert "raise --max-support-vectors" in err
+    assert not out.exists()
+    code, text, _ = _run(monkeypatch, capsys, *few, 7, "--json")
+    assert code == 0
+    found = json.loads(text[text.index("{") :])
+    assert found["max_support_vectors"] == 7
+    assert max(row["support_vectors"] for row in found["directions"]) <= 7
+    assert "more than 7 support vectors, as asked" in artefact.load(out).selection
+
+
 @pytest.mark.parametrize(
     "wrong",
     [
         ("--ladder", "--C", "10"),
+        ("--max-support-vectors", "0"),
+        ("--max-support-vectors", "9", "--C", "10"),
+        ("--tolerance", "nan"),
+        ("--tolerance", "-1"),
+        ("--tolerance", "1", "--search", "none"),
         ("--search", "full", "--epsilon", "0.01"),
         ("--search", "none", "--kernel", "rbf"),
         ("--temperature", "30", "20"),

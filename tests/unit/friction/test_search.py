@@ -171,6 +171,36 @@ def test_a_curve_no_formula_has_is_left_to_a_machine():
     assert "No parametric model is as good" in found.explanation
 
 
+@pytest.mark.parametrize(
+    ("family", "strategy"), [("epsilon-rbf", "full"), ("epsilon-rbf", "halving"), ("nu-spline", "halving")]
+)
+def test_no_curve_has_more_support_vectors_than_asked(family, strategy):
+    measured = points()
+    few = {"families": (family,), "strategy": strategy, "symmetric": "no"}
+    free, bound = (
+        [len(branch.support_vectors) for branch in ladder.learn(measured, found, rig="mock").branches]
+        for found in (
+            ladder.ascend(measured, options(**few, tolerance_share=0.0)),
+            ladder.ascend(measured, options(**few, max_support_vectors=8)),
+        )
+    )
+    assert max(bound) <= 8 < max(free)
+
+
+def test_quiet_points_do_not_buy_support_vectors_with_an_error_below_the_tolerance(monkeypatch):
+    monkeypatch.setattr(grids, "SPLINE_C", (300.0, 1e3, 3e3))
+    quiet = points(noise=2e-4)
+    few = {"families": ("nu-spline",), "strategy": "full", "symmetric": "no"}
+    strict, default = (
+        ladder.ascend(quiet, options(**few, **more)) for more in ({"tolerance_share": 0.0}, {})
+    )
+    assert default.tolerance_nm == pytest.approx(0.005 * max(quiet.friction_nm))
+    assert strict.choice.chosen.rmse_nm < default.choice.chosen.rmse_nm <= default.tolerance_nm
+    assert default.choice.chosen.n_terms < 0.7 * strict.choice.chosen.n_terms
+    assert "count as equal" in default.explanation
+    assert "count as equal" not in strict.explanation
+
+
 def test_directions_alike_share_one_curve_and_directions_that_differ_do_not():
     families = ("gaussian", "epsilon-spline")
     alike = ladder.ascend(points(backward=stribeck), options(families=families))

@@ -18,10 +18,46 @@ def score(family, rmse, terms, direction=1, se_share=0.1):
 def test_of_scores_within_one_standard_error_the_one_with_fewest_numbers_is_chosen():
     best, sparse, worse = (score("nu-rbf", r, n) for r, n in ((1.0, 20), (1.005, 8), (1.2, 2)))
     assert sparse.rmse_nm < best.rmse_nm + best.se_nm < worse.rmse_nm
-    assert selection.within_one_standard_error([best, sparse, worse]) == [sparse, best]
-    failed = Score(Candidate("nu", "rbf"), 1, np.zeros(0), 0.0, "not finite")
-    assert selection.within_one_standard_error([failed]) == []
+    assert selection.as_good([best, sparse, worse]) == [sparse, best]
+    failed = Score(Candidate("nu", "rbf"), 1, np.zeros(0), np.inf, "not finite")
+    assert selection.as_good([failed]) == []
     assert failed.rmse_nm == np.inf
+
+
+def test_errors_below_the_tolerance_are_equal_so_that_the_fewest_numbers_decide():
+    best, sparse, worse = (score("nu-rbf", r, n) for r, n in ((0.4e-3, 20), (1.1e-3, 9), (1.8e-3, 2)))
+    assert selection.as_good([best, sparse, worse]) == [best]
+    assert selection.as_good([best, sparse, worse], 1.75e-3) == [sparse, best]
+    assert selection.as_good([worse], 1.75e-3) == [worse]
+
+
+def test_a_tolerance_below_the_best_error_changes_nothing():
+    rungs = [selection.Rung(f, (score(f, r, n),)) for f, r, n in (
+        ("gaussian", 0.0101, 4), ("epsilon-spline", 0.01, 9), ("coulomb", 0.03, 1)
+    )]  # fmt: skip
+    assert selection.choose(rungs, 0.002).explanation == selection.choose(rungs).explanation
+
+
+def test_among_rungs_the_tolerance_is_said_and_a_formula_within_it_is_as_good():
+    rungs = [selection.Rung(f, (score(f, r, n),)) for f, r, n in (
+        ("nu-spline", 0.0004, 20), ("epsilon-spline", 0.0012, 9), ("lorentzian", 0.0016, 4)
+    )]  # fmt: skip
+    assert selection.choose(rungs).chosen.family == "nu-spline"
+    choice = selection.choose(rungs, 0.00175)
+    assert choice.chosen.family == "lorentzian"
+    assert "the fewest numbers of 3 below 1.75 mN m" in choice.explanation
+    assert "A parametric model is as good: lorentzian, 1.61 mN m, is below 1.75 mN m" in choice.explanation
+
+
+def test_a_bound_no_machine_keeps_names_the_sparsest_and_the_remedy():
+    failed = [
+        Score(Candidate("nu", "spline"), 1, np.zeros(0), n, "more than 3 support vectors") for n in (9, 6)
+    ]
+    data = search.Side(1, np.arange(5.0), np.ones(5), np.ones(5), np.arange(5))
+    rung = selection.climb("nu-spline", failed, [data])
+    assert rung.refused == "more than 3 support vectors, the sparsest has 6"
+    with pytest.raises(DataError, match="sparsest has 6; raise --max-support-vectors"):
+        selection.choose([rung])
 
 
 def test_the_standard_error_is_that_of_repeated_draws():
