@@ -19,6 +19,7 @@ NAMES = (
     "free-motion",
     "spring",
     "friction-model",
+    "identification",
     "point-to-point",
     "tracking",
     "stability-map",
@@ -131,8 +132,8 @@ def _show(outcomes: list[Outcome], page: Path, took_s: float, *, as_json: bool) 
     for one in outcomes:
         click.echo(f"{one.title}: {one.key}\n")
         for target in one.targets:
-            text, least, measured, verdict = target.cells()
-            click.echo(f"  {text}: {measured} (at least {least}): {verdict}")
+            text, bound, measured, verdict = target.cells()
+            click.echo(f"  {text}: {measured} ({bound}): {verdict}")
         if one.targets:
             click.echo("")
     click.echo(f"report: {page}  ({took_s:.0f} s)")

@@ -23,6 +23,7 @@ class Experiment:
     about: str
     weight: float
     on_rig: Run | None = None
+    in_papers: bool = True
 
     def run(self, order: Order) -> Outcome:
         """Run it: simulated, or on the real loop where it can. Raises ConfigError, DataError, FaultError."""
@@ -43,6 +44,9 @@ EXPERIMENTS: dict[str, Experiment] = {
         Experiment("free-motion", "free_motion", "Bi, Figs. 6 and 7", 30.0, on_rig.free_motion),
         Experiment("spring", "spring", "Bi, Figs. 8 and 9", 10.0, on_rig.spring),
         Experiment("friction-model", "friction_model", "Bi, Figs. 2 to 5, Tables I and II", 30.0),
+        Experiment(
+            "identification", "identification", "the same from many identifications", 200.0, in_papers=False
+        ),
         Experiment("point-to-point", "point_to_point", "Tijani", 5.0),
         Experiment("tracking", "tracking", "Tijani", 10.0),
         Experiment("stability-map", "stability_map", "the impedances that can be rendered", 5.0),
@@ -51,14 +55,15 @@ EXPERIMENTS: dict[str, Experiment] = {
 }
 
 PAPERS = "papers"
-"""All of them on one page."""
+"""All of them on one page, but those that measure the learning and not the rig."""
 
 
 def papers(order: Order) -> list[Outcome]:
     """Run every experiment on the simulated rig, one after the other; progress is that of the whole."""
-    total = sum(one.weight for one in EXPERIMENTS.values())
+    together = [one for one in EXPERIMENTS.values() if one.in_papers]
+    total = sum(one.weight for one in together)
     done, outcomes = 0.0, []
-    for one in EXPERIMENTS.values():
+    for one in together:
         part = order.part(done / total, (done + one.weight) / total, f"{one.name}: ")
         outcomes.append(one.run(replace(order, progress=part)))
         done += one.weight

@@ -52,25 +52,30 @@ class Part:
 
 @dataclass(frozen=True)
 class Target:
-    """A figure that has to be reached. `measured` and `least` have the same unit; more is better."""
+    """A figure that has to be reached. `measured` and `least` have the same unit.
+
+    More is better, unless `at_most`: then `least` is the most that is allowed.
+    """
 
     text: str
     measured: Estimate
     least: float
     unit: str = "%"
     scale: float = 100.0
+    at_most: bool = False
 
     @property
     def reached(self) -> bool:
-        """True when the mean is at least the figure asked for. NaN does not reach anything."""
-        return self.measured.mean >= self.least
+        """True when the mean is on the right side of the figure asked for. NaN does not reach anything."""
+        return self.measured.mean <= self.least if self.at_most else self.measured.mean >= self.least
 
     def cells(self) -> tuple[str, ...]:
         """One row of the table of targets."""
-        short = self.scale * (self.least - self.measured.mean)
-        verdict = "reached" if self.reached else f"NOT reached: {short:.2g} {self.unit} short"
-        measured = self.measured.text(self.scale)
-        return (self.text, f"{self.scale * self.least:g} {self.unit}", f"{measured} {self.unit}", verdict)
+        short = self.scale * abs(self.least - self.measured.mean)
+        side = "too much" if self.at_most else "short"
+        verdict = "reached" if self.reached else f"NOT reached: {short:.2g} {self.unit} {side}"
+        bound = f"{'at most' if self.at_most else 'at least'} {self.scale * self.least:g} {self.unit}"
+        return (self.text, bound.rstrip(), f"{self.measured.text(self.scale)} {self.unit}".rstrip(), verdict)
 
 
 @dataclass(frozen=True)
@@ -120,7 +125,12 @@ def write(folder: Path, outcomes: Sequence[Outcome], title: str, facts: Mapping[
 def document_of(outcome: Outcome) -> dict[str, Any]:
     """Numbers of one experiment for scripts."""
     targets = [
-        {"text": t.text, "least": t.least, "measured": t.measured.as_dict(), "reached": t.reached}
+        {
+            "text": t.text,
+            "most" if t.at_most else "least": t.least,
+            "measured": t.measured.as_dict(),
+            "reached": t.reached,
+        }
         for t in outcome.targets
     ]
     return {"title": outcome.title, "conclusion": outcome.key, "targets": targets, **outcome.numbers}
@@ -168,7 +178,7 @@ def _targets(targets: Sequence[Target]) -> str:
     html = _table(
         Table(
             "Mean over seeds with its 95 % confidence interval against the figure asked for.",
-            ("what", "at least", "measured", "verdict"),
+            ("what", "asked for", "measured", "verdict"),
             tuple(target.cells() for target in targets),
         )
     )

@@ -51,7 +51,8 @@ class Side:
 class Score:
     """Held-out errors (N m) of one candidate on one side; `failed` says why there are none.
 
-    `n_terms` is the mean number of support vectors over the folds.
+    `n_terms` is the number of support vectors, or parameters, trained on all points (before the last round of
+    halving: mean over the folds).
     """
 
     candidate: Candidate
@@ -127,17 +128,21 @@ def cross_validate(
             converged = converged and trained.converged
             errors[held] = trained.curve(data.speed[held]) - data.friction_nm[held]
             terms.append(trained.curve.n_terms)
-        if max_terms is not None and candidate.machine != "formula" and converged:
+        count = float(np.mean(terms))
+        if final or (max_terms is not None and converged):
             whole = train(candidate, data.speed, data.friction_nm, data.weight, matrix=matrix)
-            if whole.curve.n_terms > max_terms:
+            if final and not whole.converged:
+                raise FailedFitError("not converged")
+            count = float(whole.curve.n_terms)
+            if max_terms is not None and candidate.machine != "formula" and count > max_terms:
                 reason = f"more than {max_terms} support vectors"
-                return Score(candidate, data.direction, np.zeros(0), whole.curve.n_terms, reason)
+                return Score(candidate, data.direction, np.zeros(0), count, reason)
     except FailedFitError as error:
         return Score(candidate, data.direction, np.zeros(0), np.inf, error.reason)
     except UnidentifiableError as error:
         return Score(candidate, data.direction, np.zeros(0), np.inf, str(error))
     held_out = errors[data.fold != TRAINS]
-    return Score(candidate, data.direction, held_out, float(np.mean(terms)), converged=converged)
+    return Score(candidate, data.direction, held_out, count, converged=converged)
 
 
 def _chunk(

@@ -49,7 +49,7 @@ class Rung:
 
     @property
     def n_terms(self) -> float:
-        """Support vectors, or parameters, of all sides together (mean over the folds)."""
+        """Support vectors, or parameters, of all sides together, trained on all points."""
         return float(sum(score.n_terms for score in self.scores))
 
     @property

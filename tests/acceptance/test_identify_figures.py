@@ -48,13 +48,15 @@ def test_the_curve_is_within_two_percent_of_coulomb_friction(fitted):
     assert all(one["rms_share"] <= 0.02 for one in fitted[0]["truth"])
 
 
-def test_it_predicts_other_speeds_as_well_as_those_it_saw(fitted):
-    row = next(row for row in fitted[1]["errors_overall"] if row["family"] == "epsilon-spline")
+@pytest.mark.parametrize("family", ["epsilon-spline", "nu-spline"])
+def test_it_predicts_other_speeds_as_well_as_those_it_saw(fitted, family):
+    row = next(row for row in fitted[1]["errors_overall"] if row["family"] == family)
     assert row["prediction_over_training"] <= 1.15
 
 
-def test_the_spline_needs_at_most_twelve_support_vectors(fitted):
-    vectors = fitted[1]["support_vectors"]["epsilon-spline"]
+@pytest.mark.parametrize("family", ["epsilon-spline", "nu-spline"])
+def test_a_spline_needs_at_most_twelve_support_vectors(fitted, family):
+    vectors = fitted[1]["support_vectors"][family]
     assert max(len(one["speed_rad_s"]) for one in vectors) <= 12
 
 

@@ -42,6 +42,14 @@ def test_a_figure_that_is_not_a_number_reaches_nothing():
     assert "NOT reached: 10 % short" in Target("x", Estimate(0.4, 0.0, 3), 0.5).cells()[-1]
 
 
+def test_a_figure_may_be_asked_for_from_above():
+    few = Target("x", Estimate(11.0, 1.0, 3), 12, "", 1.0, at_most=True)
+    assert few.reached
+    assert few.cells() == ("x", "at most 12", "11 ± 1", "reached")
+    assert not Target("x", Estimate(13.0, 1.0, 3), 12, "", 1.0, at_most=True).reached
+    assert not Target("x", Estimate(math.nan, 0.0, 3), 12, at_most=True).reached
+
+
 def outcome(title="A <b>title</b>"):
     picture = Picture(
         "curve", "a caption", figures.stacked([("y [N]", {"a": (np.arange(3), np.arange(3))})], "t [s]")

@@ -77,8 +77,10 @@ def test_no_point_is_predicted_by_a_curve_that_saw_its_speed(monkeypatch):
 
     monkeypatch.setattr(search, "train", spy)
     search.cross_validate(Candidate("epsilon", "spline", 100.0, 0.003), data)
-    assert len(seen) == 5
-    for k, speeds in enumerate(seen):
+    *folds, whole = seen  # the last one counts the support vectors and predicts nothing
+    assert len(folds) == 5
+    assert whole == set(data.speed)
+    for k, speeds in enumerate(folds):
         assert speeds.isdisjoint(data.speed[data.fold == k])
         assert {0.0, 2.0} <= speeds
 
@@ -185,6 +187,13 @@ def test_no_curve_has_more_support_vectors_than_asked(family, strategy):
         )
     )
     assert max(bound) <= 8 < max(free)
+
+
+def test_the_number_that_is_chosen_by_is_that_of_the_model_as_it_is_written():
+    found = ladder.ascend(points(), options(families=("epsilon-rbf",), symmetric="no"))
+    model = ladder.learn(points(), found, rig="mock")
+    counts = [score.n_terms for score in found.choice.chosen.scores]
+    assert counts == [len(branch.support_vectors) for branch in model.branches]
 
 
 def test_quiet_points_do_not_buy_support_vectors_with_an_error_below_the_tolerance(monkeypatch):
