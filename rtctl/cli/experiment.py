@@ -48,6 +48,12 @@ NAMES = (
     help="measured friction points (CSV) to learn the models from; default those beside the rig's model",
 )
 @click.option(
+    "--model",
+    "models",
+    multiple=True,
+    help="compare only this friction model with none (point-to-point, tracking; may be repeated); default: all",
+)
+@click.option(
     "--seconds",
     type=click.FloatRange(1, 3600),
     default=12.0,
@@ -65,6 +71,7 @@ def command(
     simulate: bool,
     seeds: int,
     points: Path | None,
+    models: tuple[str, ...],
     seconds: float,
     yes: bool,
     runtime_dir: str | None,
@@ -74,7 +81,7 @@ def command(
 
     With --simulate everything runs on the simulated rig, over several seeds, with confidence intervals.
     Without it, free-motion and spring run once through the real loop of the rig, mock or real, while a hand
-    moves it. 'papers' is every experiment on one page (simulated).
+    moves it; point-to-point and tracking move it by themselves, through the same loop, gate and guards, with nobody at the handle. 'papers' is every experiment on one page (simulated).
 
     --out gets report.html (needs nothing else), its figures as PNG and report.json.
     """
@@ -85,9 +92,9 @@ def command(
     loaded = load(config)
     simulate = simulate or name == "papers"
     if not simulate and not loaded.config.simulated and not yes:
-        _ask(loaded, seconds)
+        _ask(name, loaded, seconds)
     bar = _Bar(quiet=as_json)
-    order = Order(loaded, seeds, simulate, points, seconds, runtime_dir, bar, bar.notice)
+    order = Order(loaded, seeds, simulate, points, seconds, runtime_dir, bar, bar.notice, _known(models))
     began = time.monotonic()
     try:
         outcomes = _run(name, order)
@@ -97,12 +104,20 @@ def command(
     facts = {
         "rig": loaded.config.rig.name,
         "rig file": f"{loaded.path.name}, sha256 {loaded.sha256}",
-        "run": f"simulated, {seeds} seeds" if simulate else f"on the loop, {seconds:g} s each",
+        "run": f"simulated, {seeds} seeds" if simulate else _on_loop(name, seconds),
         "took": f"{took_s:.0f} s",
     }
     title = "The experiments of both papers" if name == "papers" else outcomes[0].title
     page = report.write(out, outcomes, title, facts)
     _show(outcomes, page, took_s, as_json=as_json)
+
+
+def _on_loop(name: str, seconds: float) -> str:
+    from rtctl.experiments.registry import EXPERIMENTS
+
+    return (
+        "on the loop, each case once" if EXPERIMENTS[name].hands_off else f"on the loop, {seconds:g} s each"
+    )
 
 
 def _run(name: str, order: Order) -> list[Outcome]:
@@ -113,7 +128,32 @@ def _run(name: str, order: Order) -> list[Outcome]:
     return [registry.EXPERIMENTS[name].run(order)]
 
 
-def _ask(loaded: LoadedConfig, seconds: float) -> None:
+def _known(models: tuple[str, ...]) -> tuple[str, ...]:
+    """The models asked for. Raises BadParameter for one that is not compared."""
+    if models:
+        from rtctl.experiments.models import COMPARED
+
+        for name in models:
+            if name not in COMPARED:
+                raise click.BadParameter(f"{name!r}: one of {', '.join(COMPARED)}", param_hint="--model")
+    return models
+
+
+def _ask(name: str, loaded: LoadedConfig, seconds: float) -> None:
+    from rtctl.experiments.registry import EXPERIMENTS
+
+    if EXPERIMENTS[name].hands_off:
+        click.echo(
+            f"Rig {loaded.config.rig.name} will arm and MOVE BY ITSELF for minutes, friction model after friction model. "
+            "Nobody may touch the handle; torque on the force sensor stops it. Ctrl-C ramps down.",
+            err=True,
+        )
+        click.confirm(
+            "Is the rig free to move, nobody at it, and the emergency stop within reach?",
+            abort=True,
+            err=True,
+        )
+        return
     click.echo(
         f"Rig {loaded.config.rig.name} will arm and give torque. Somebody has to rest a hand on the handle until it is "
         f"armed, then move it in the same way for {2 * seconds + 5:.0f} s: first without, then with compensation.",

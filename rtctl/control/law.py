@@ -85,7 +85,7 @@ def step(
         keep_account(t, s, p, c, model[axis], axis, dx, elapsed, powered)
         feedback = force_feedback(t, s, p, c, model[axis], axis, elapsed > 0)
         # or, in their place, an excitation program
-        program = program_torque(t, s, p, c, axis, elapsed)
+        program = program_torque(t, s, p, c, model[axis], axis, elapsed)
         # 7. energy of the last period, and damping where it ran out
         faults |= _observe(t, s, p, model[axis], axis, dx, elapsed, powered)
         faults |= _sum_torques(t, s, axis, feedback, program)

@@ -5,11 +5,12 @@
 | BRAKE | -d v, at most the share HOLD may use; at rest no torque at all |
 | SERVO | k (x_r - x) + d (v_r - v): PI on the velocity, its integral taken exactly, as position |
 | RAMP | open loop: rises by `program_ramp_nm_s` until the joint slips, FAST_RAMP times that below `program_fast_nm` |
+| TRACK | PD or PID with inertia and friction feed-forward after a reference (control.position); k = k_p, d = k_d |
 
 x position, v velocity, x_r and v_r their references; v_r approaches the wanted speed with bounded
 acceleration. A program replaces the law's other torques and goes through the same authority, gate and
 state machine. It is a source of energy by intent, so the passivity observer rests meanwhile; in its place
-four guards are checked every tick: hand torque, travel, duration, slip. A guard that trips ends the
+four guards are checked every tick: hand torque, travel, duration, slip (TRACK: distance from the reference). A guard that trips ends the
 program in BRAKE, and nothing but a new request leaves it: the host's delay never matters.
 
 Why v is the low-passed backward difference and not the configured estimator: at low speed a long window
@@ -22,6 +23,7 @@ from __future__ import annotations
 import math
 
 from rtctl.control.jit import compiled
+from rtctl.control.position import friction_toward, reference_at, reference_fits
 from rtctl.control.records import Record
 from rtctl.control.vocabulary import Program, ProgramFlag, State
 
@@ -30,6 +32,7 @@ _OFF = int(Program.OFF)
 _BRAKE = int(Program.BRAKE)
 _SERVO = int(Program.SERVO)
 _RAMP = int(Program.RAMP)
+_TRACK = int(Program.TRACK)
 _REFUSED = int(ProgramFlag.REFUSED)
 _HAND = int(ProgramFlag.HAND)
 _TRAVEL = int(ProgramFlag.TRAVEL)
@@ -39,6 +42,9 @@ _LIMIT = int(ProgramFlag.LIMIT)
 
 FAST_RAMP = 10.0
 """The ramp is this many times quicker below `program_fast_nm`."""
+
+INTEGRAL_SHARE = 0.2
+"""Most torque of TRACK's integral, share of the torque limit."""
 
 BRAKE_SHARE = 0.2
 """BRAKE uses at most this share of the torque limit, as HOLD does."""
@@ -70,13 +76,15 @@ def take_program(s: Record, c: Record, p: Record, axis: int) -> None:
     s.program_flags[axis] = 0
     s.program_ticks[axis] = 0
     s.program_ramp_nm[axis] = 0.0
+    s.program_integral_nm[axis] = 0.0
     s.program_start_rad[axis] = s.position_rad[axis]
     if before == _OFF:
         s.program_velocity_rad_s[axis] = 0.0
-    if before != _SERVO:  # from one servo motion into the next the reference runs on without a step
+    # from one servo motion into the next the reference runs on without a step
+    if before != _SERVO or s.program_kind[axis] == _TRACK:
         s.program_reference_rad[axis] = s.position_rad[axis]
         s.program_speed_rad_s[axis] = s.program_velocity_rad_s[axis]
-    if not _valid(c, p, axis):
+    if not _valid(c, p, axis) or (s.program_kind[axis] == _TRACK and not _trackable(s, c, p, axis)):
         s.program_kind[axis] = _BRAKE
         s.program_flags[axis] = _REFUSED
 
@@ -88,7 +96,7 @@ def _valid(c: Record, p: Record, axis: int) -> bool:
     if kind in (_OFF, _BRAKE):
         return True
     return (
-        kind in (_SERVO, _RAMP)
+        kind in (_SERVO, _RAMP, _TRACK)
         and abs(c.program_velocity_rad_s[axis]) <= p.velocity_limit_rad_s[axis]
         and 0.0 < c.program_acceleration_rad_s2[axis] < math.inf
         and 0.0 < c.program_torque_max_nm[axis] <= p.torque_limit_nm[axis]
@@ -106,6 +114,26 @@ def _valid(c: Record, p: Record, axis: int) -> bool:
 
 
 @compiled
+def _trackable(s: Record, c: Record, p: Record, axis: int) -> bool:
+    """Whether a reference that begins here stays within the travel and the rig's speed, and its gains are sound."""
+    here = s.position_rad[axis]
+    return (
+        0.0 <= c.program_integral_nm_rad_s[axis] < math.inf
+        and 0.0 <= c.program_inertia_kgm2[axis] < math.inf
+        and 0.0 <= c.program_friction_gain[axis] <= 1.0
+        and 0.0 < c.program_error_rad[axis] < math.inf
+        and reference_fits(
+            int(c.program_shape[axis]),
+            c.program_amplitude_rad[axis],
+            c.program_rate[axis],
+            here - c.program_min_rad[axis],
+            c.program_max_rad[axis] - here,
+            p.velocity_limit_rad_s[axis],
+        )
+    )
+
+
+@compiled
 def _tripped(t: Record, s: Record, c: Record, axis: int) -> int:
     """Guards that end the program now, as `ProgramFlag` bits."""
     flags = 0
@@ -113,7 +141,7 @@ def _tripped(t: Record, s: Record, c: Record, axis: int) -> int:
         flags |= _HAND
     x, v = s.position_rad[axis], s.program_velocity_rad_s[axis]
     # outside the travel the way back stays open
-    outward = v if s.program_kind[axis] == _SERVO else c.program_ramp_nm_s[axis]
+    outward = c.program_ramp_nm_s[axis] if s.program_kind[axis] == _RAMP else v
     if (x <= c.program_min_rad[axis] and outward < 0.0) or (x >= c.program_max_rad[axis] and outward > 0.0):
         flags |= _TRAVEL
     if s.program_ticks[axis] >= c.program_limit_ticks[axis]:
@@ -123,6 +151,11 @@ def _tripped(t: Record, s: Record, c: Record, axis: int) -> int:
             flags |= _SLIPPED
         if abs(s.program_ramp_nm[axis]) >= c.program_torque_max_nm[axis]:
             flags |= _LIMIT
+    if (
+        s.program_kind[axis] == _TRACK
+        and not abs(s.program_reference_rad[axis] - x) <= c.program_slip_rad[axis]
+    ):
+        flags |= _SLIPPED
     return flags
 
 
@@ -155,7 +188,31 @@ def _ramp(s: Record, c: Record, axis: int, dt: float) -> float:
 
 
 @compiled
-def program_torque(t: Record, s: Record, p: Record, c: Record, axis: int, elapsed: int) -> float:
+def _track(s: Record, p: Record, c: Record, model: Record, axis: int, dt: float) -> float:
+    """Torque of the position controller; takes its reference `program_ticks` periods after the start."""
+    place, v_r, a_r = reference_at(
+        int(c.program_shape[axis]),
+        c.program_amplitude_rad[axis],
+        c.program_rate[axis],
+        s.program_ticks[axis] * p.period_s,
+    )
+    s.program_reference_rad[axis] = x_r = s.program_start_rad[axis] + place
+    s.program_speed_rad_s[axis] = v_r
+    error, v = x_r - s.position_rad[axis], s.program_velocity_rad_s[axis]
+    most = INTEGRAL_SHARE * p.torque_limit_nm[axis]
+    integral = s.program_integral_nm[axis] + c.program_integral_nm_rad_s[axis] * error * dt
+    s.program_integral_nm[axis] = integral = min(max(integral, -most), most)
+    torque = c.program_stiffness_nm_rad[axis] * error + integral + c.program_damping_nms_rad[axis] * (v_r - v)
+    torque += c.program_inertia_kgm2[axis] * a_r
+    torque += friction_toward(model, c.program_friction_gain[axis], v_r, v, error, c.program_error_rad[axis])
+    most = c.program_torque_max_nm[axis]
+    return min(max(torque, -most), most)
+
+
+@compiled
+def program_torque(
+    t: Record, s: Record, p: Record, c: Record, model: Record, axis: int, elapsed: int
+) -> float:
     """Torque of the program in force on this axis, N m; 0 without one. Writes the program's tick fields.
 
     Parameters
@@ -175,8 +232,8 @@ def program_torque(t: Record, s: Record, p: Record, c: Record, axis: int, elapse
             s.program_flags[axis] |= _tripped(t, s, c, axis)
             if s.program_flags[axis] != 0:
                 s.program_kind[axis] = _BRAKE
+        torque = _torque(s, p, c, model, axis, dt)
         s.program_ticks[axis] += 1
-        torque = _torque(s, p, c, axis, dt)
     t.program_kind[axis] = s.program_kind[axis]
     t.program_flags[axis] = s.program_flags[axis]
     t.program_torque_nm[axis] = torque
@@ -184,12 +241,14 @@ def program_torque(t: Record, s: Record, p: Record, c: Record, axis: int, elapse
 
 
 @compiled
-def _torque(s: Record, p: Record, c: Record, axis: int, dt: float) -> float:
+def _torque(s: Record, p: Record, c: Record, model: Record, axis: int, dt: float) -> float:
     """Torque of the kind in force."""
     if s.program_kind[axis] == _SERVO:
         return _servo(s, c, axis, dt)
     if s.program_kind[axis] == _RAMP:
         return _ramp(s, c, axis, dt)
+    if s.program_kind[axis] == _TRACK:
+        return _track(s, p, c, model, axis, dt)
     damping = c.program_damping_nms_rad[axis]
     if not 0.0 <= damping < math.inf:
         damping = p.hold_damping_nms_rad[axis]

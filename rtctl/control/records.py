@@ -228,6 +228,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "program_speed_rad_s": (),  # reference speed
             "program_velocity_rad_s": (),  # the program's own estimate
             "program_ramp_nm": (),
+            "program_integral_nm": (),
             # local force feedback
             "force_error_nm": (),  # hand torque beyond the desired one, low-passed
             "force_feedback_nm": (),  # torque of the feedback
@@ -283,7 +284,14 @@ def command_dtype(n_axes: int) -> np.dtype[np.void]:
             "program_torque_max_nm": (),
             "program_ramp_nm_s": (),  # signed
             "program_fast_nm": (),  # below this the ramp is quicker
-            "program_slip_rad": (),  # RAMP: displacement that ends it
+            "program_slip_rad": (),  # RAMP: displacement that ends it; TRACK: error that does
+            "program_shape": (),  # vocabulary.Shape
+            "program_amplitude_rad": (),  # signed
+            "program_rate": (),  # SINE: rad/s of its phase; TRIANGLE: rad/s
+            "program_integral_nm_rad_s": (),
+            "program_inertia_kgm2": (),
+            "program_friction_gain": (),
+            "program_error_rad": (),  # error at which the friction of a standing reference is taken in full
             "program_min_rad": (),  # travel
             "program_max_rad": (),
             "program_hand_nm": (),  # largest |hand torque - zero|

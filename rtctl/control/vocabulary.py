@@ -52,6 +52,15 @@ class Program(IntEnum):
     BRAKE = 1
     SERVO = 2
     RAMP = 3
+    TRACK = 4
+
+
+class Shape(IntEnum):
+    """Reference of a TRACK program (control.position)."""
+
+    STEP = 0
+    SINE = 1
+    TRIANGLE = 2
 
 
 class ProgramFlag(IntFlag):
@@ -65,7 +74,7 @@ class ProgramFlag(IntFlag):
     DONE = 8
     """Its time was over."""
     SLIPPED = 16
-    """RAMP: the joint broke away."""
+    """RAMP: the joint broke away. TRACK: it is too far from its reference."""
     LIMIT = 32
     """RAMP: the largest torque was reached and nothing moved."""
 

@@ -49,7 +49,10 @@ def _table(case: str, of: Mapping[str, Mapping[str, np.ndarray]], shown: Figures
             found = finite(one[name])
             cells.append("never" if found is None else _cell(found, scale, seeds))
         rows.append((model, *cells))
-    caption = f"{case}: mean over {seeds} seeds ± half of the 95 % confidence interval; (n) where only n seeds got there."
+    several = (
+        f"mean over {seeds} seeds ± half of the 95 % confidence interval; (n) where only n seeds got there."
+    )
+    caption = f"{case}: {several if seeds > 1 else 'one run.'}"
     return Table(caption, ("friction model", *(words for words, _ in shown.values())), tuple(rows))
 
 
@@ -65,7 +68,7 @@ def _bars(found: Found, controller: str, shown: Figures) -> Picture:
         "mean over all cases": {name: estimate(over_cases(found, controller, name, error)) for name in models}
     }
     name = f"{error}_{controller}".lower()
-    caption = f"{controller}: {words}, mean over all cases, with 95 % confidence intervals over seeds."
+    caption = f"{controller}: {words}, mean over all cases, with 95 % confidence intervals over seeds where there are several."
     return Picture(name, caption, figures.bars(groups, f"{words.replace(', ', ' [')}]", scale=scale))
 
 

@@ -51,6 +51,11 @@ def points_of(order: Order) -> FrictionPoints:
     path = order.points or _beside(order.loaded)
     if path is not None:
         return read_points(path)
+    if not order.simulate and not order.loaded.config.simulated:
+        raise DataError(
+            f"{order.loaded.path}: no measured friction to learn from: measure it with `rtctl identify`, and give its "
+            "points_train.csv with --points"
+        )
     order.progress(0.0, "measuring friction")
     rows = [
         (p.velocity_rad_s, abs(p.friction_torque_nm), p.direction, p.std_nm, p.count)
@@ -100,6 +105,8 @@ def compared(order: Order) -> list[Compared]:
     models = [Compared("none", np.zeros(1, MODEL), float("nan"), "-")]
     rungs = {rung.family: rung for rung in found.choice.rungs}
     for name, family in COMPARED.items():
+        if order.models and name not in order.models:
+            continue
         rung = rungs.get(family)
         if rung is None or rung.refused:
             continue

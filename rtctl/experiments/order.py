@@ -35,6 +35,18 @@ class Order:
     runtime_dir: str | None = None
     progress: Progress = silent
     announce: Callable[[str], None] = lambda _text: None
+    models: tuple[str, ...] = ()
+    """Friction models to compare besides none; empty: all."""
+
+    @property
+    def repetitions(self) -> int:
+        """Runs of everything."""
+        return self.seeds if self.simulate else 1
+
+    @property
+    def shown_run(self) -> str:
+        """Which of the runs a picture shows."""
+        return "Seed 0." if self.simulate else "The run on the rig."
 
     def require_simulated(self, name: str) -> None:
         """Refuse what only the simulated rig can do. Raises ConfigError."""

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from rtctl.control.vocabulary import Shape
 from rtctl.experiments import comparison, figures, models, positioning
 from rtctl.experiments.models import Compared
 from rtctl.experiments.order import Order
-from rtctl.experiments.positioning import Case, Followed
+from rtctl.experiments.positioning import Case, Followed, Found, Look
 from rtctl.experiments.report import Outcome, Part, Target
 from rtctl.experiments.statistics import rms
 from rtctl.friction.report_page import Picture
@@ -34,8 +35,24 @@ def run(order: Order) -> Outcome:
     """Run the experiment on the simulated rig. Raises ConfigError, DataError."""
     order.require_simulated("point-to-point")
     compared = models.compared(order)
-    cases = [_case(order, step) for step in STEPS_RAD]
+    cases = cases_of(order)
     found = positioning.run_all(order, cases, compared, judge)
+    return _outcome(order, cases, compared, found, positioning.simulated(order))
+
+
+def on_rig(order: Order) -> Outcome:
+    """Run the experiment on the loop of the rig. Raises as `positioning_on_rig.run_all`."""
+    from rtctl.experiments import positioning_on_rig
+
+    return positioning_on_rig.reported(order, cases_of(order), judge, _outcome)
+
+
+def cases_of(order: Order) -> list[Case]:
+    """Every step."""
+    return [_case(order, step) for step in STEPS_RAD]
+
+
+def _outcome(order: Order, cases: list[Case], compared: list[Compared], found: Found, look: Look) -> Outcome:
     best = positioning.best_svr(found, "PD", "steady_error_rad", compared)
     target = Target(
         f"point-to-point: steady-state error with the best SVR ({best}) less than with none (PD)",
@@ -48,10 +65,11 @@ def run(order: Order) -> Outcome:
     )
     parts = (
         Part(
-            "Step responses", shown=(_picture(order, cases[2], compared), _picture(order, cases[0], compared))
+            "Step responses",
+            shown=(_picture(order, cases[2], compared, look), _picture(order, cases[0], compared, look)),
         ),
         Part("Where SVR wins and where it does not", words, (comparison.learned(compared),)),
-        *comparison.parts(found, FIGURES, order.seeds),
+        *comparison.parts(found, FIGURES, order.repetitions),
     )
     key = f"PD with friction feed-forward: {target.measured.text(100, '.1f')} % less steady-state error with {best} than without, over all steps."
     return Outcome("point-to-point", TITLE, key, parts, (target,), comparison.numbers(found))
@@ -60,7 +78,7 @@ def run(order: Order) -> Outcome:
 def _case(order: Order, step_rad: float) -> Case:
     reference = np.zeros((round(SECONDS * order.loaded.config.loop.rate_hz), 3))
     reference[:, 0] = step_rad
-    return Case(f"step {1e3 * step_rad:g} mrad", reference)
+    return Case(f"step {1e3 * step_rad:g} mrad", reference, Shape.STEP, step_rad)
 
 
 def judge(case: Case, run: Followed) -> dict[str, float]:
@@ -83,15 +101,17 @@ def _first(true: np.ndarray) -> float:
     return float(np.argmax(true)) if true.any() else float("nan")
 
 
-def _picture(order: Order, case: Case, compared: list[Compared]) -> Picture:
+def _picture(order: Order, case: Case, compared: list[Compared], look: Look) -> Picture:
     time_s = np.arange(len(case.reference)) * order.loaded.config.period_s
     panels = []
     for controller in positioning.CONTROLLERS:
         lines = {"reference": (time_s, 1e3 * case.reference[:, 0])}
         for model in compared:
-            one = positioning.follow_once(order, 0, controller, case, model)
+            one = look(controller, case, model)
             lines[model.name] = (time_s, 1e3 * one.position_rad)
         panels.append((f"{controller}: angle [mrad]", lines))
-    caption = f"{case.name}: angle in mrad over time in s, PD and PID with each friction model. Seed 0."
+    caption = (
+        f"{case.name}: angle in mrad over time in s, PD and PID with each friction model. {order.shown_run}"
+    )
     name = f"point_to_point_{abs(1e3 * case.reference[-1, 0]):g}_mrad"
     return Picture(name, caption, figures.stacked(panels, "time [s]", 3.0))

@@ -1,12 +1,8 @@
 """A position controller on the simulated rig, compiled: PD or PID with friction and inertia feed-forward.
 
-    tau = k_p e + k_i int e + k_d (v_r - v) + J a_r + kappa s F(|v_f|)
-
-e = x_r - x; v low-passed backward difference; F the friction model, kappa its share. While the reference
-moves, v_f is its velocity and s its sign (theory reference, section 6: noise free); while it stands, v_f is
-the measured velocity and s = sat(e / e_0), so that the break-away torque is there before the joint moves. (The
-sign of the measured velocity instead makes the joint hunt about its goal by a bristle deflection.) The torque goes through the same gate as the law's:
-limit, rate, velocity limit. No hand is on the rig.
+The formula is that of `rtctl.control.position`, which the law's TRACK program follows on a rig; here it runs on the
+bare plant, thousands of times faster than the whole law. v is the low-passed backward difference. The torque goes through
+the same gate as the law's: limit, rate, velocity limit. No hand is on the rig.
 """
 
 from __future__ import annotations
@@ -16,11 +12,9 @@ import math
 import numpy as np
 
 from hw.mock.plant import plant_read, plant_write
-from rtctl.control.feedforward import saturate, sign
-from rtctl.control.friction import BACKWARD, FORWARD, branch_magnitude
 from rtctl.control.gate import gate_torque
 from rtctl.control.jit import compiled
-from rtctl.control.records import Record
+from rtctl.control.position import friction_toward
 
 GAINS = np.dtype(
     [
@@ -32,20 +26,8 @@ GAINS = np.dtype(
         ("alpha", "<f8"),  # low-pass of the velocity, per tick
         ("friction_gain", "<f8"),  # kappa
         ("error_rad", "<f8"),  # e_0
-        ("reference_rad_s", "<f8"),  # slower references count as standing
     ]
 )
-
-
-@compiled
-def friction_torque(g: Record, model: Record, v_r: float, v: float, error: float) -> float:
-    """Friction feed-forward, N m; 0 without a model."""
-    if abs(v_r) > g.reference_rad_s:
-        side, speed = sign(v_r), abs(v_r)
-    else:
-        side, speed = saturate(error / g.error_rad), abs(v)
-    branch = FORWARD if side >= 0.0 else BACKWARD
-    return float(g.friction_gain * side * branch_magnitude(model, branch, speed))
 
 
 @compiled
@@ -83,7 +65,7 @@ def follow(
         integral += g.ki_nm_rad_s * error * p.period_s
         integral = min(max(integral, -g.integral_max_nm), g.integral_max_nm)
         wanted = g.kp_nm_rad * error + integral + g.kd_nms_rad * (v_r - v) + g.inertia_kgm2 * a_r
-        wanted += friction_torque(g, model[0], v_r, v, error)
+        wanted += friction_toward(model[0], g.friction_gain, v_r, v, error, g.error_rad)
         limit = p.torque_limit_nm[0]
         sent, _ = gate_torque(
             wanted, sent, v, limit, limit, p.torque_rate_nm[0], p.velocity_limit_rad_s[0], True

@@ -9,6 +9,7 @@ import numpy as np
 
 from rtctl.control.jit import records
 from rtctl.control.velocity import lowpass_alpha
+from rtctl.control.vocabulary import Shape
 from rtctl.experiments import virtual
 from rtctl.experiments.models import SVR, Compared
 from rtctl.experiments.order import Order
@@ -28,10 +29,21 @@ CONTROLLERS = ("PD", "PID")
 
 @dataclass(frozen=True)
 class Case:
-    """One reference: name, and (n, 3) position, velocity, acceleration from rest at 0."""
+    """One reference: name, (n, 3) position, velocity, acceleration from rest at 0, and how the law makes it.
+
+    `rate`: see `rtctl.control.position`.
+    """
 
     name: str
     reference: np.ndarray
+    shape: Shape = Shape.STEP
+    amplitude_rad: float = 0.0
+    rate: float = 0.0
+
+    @property
+    def range_rad(self) -> tuple[float, float]:
+        """Least and greatest position, from the start."""
+        return float(self.reference[:, 0].min()), float(self.reference[:, 0].max())
 
 
 @dataclass(frozen=True)
@@ -58,7 +70,7 @@ def gains_of(order: Order, controller: str) -> np.ndarray:
     g["integral_max_nm"] = 0.2 * axis.torque_limit_nm
     g["inertia_kgm2"], g["friction_gain"] = inertia, FRICTION_GAIN
     g["alpha"] = lowpass_alpha(VELOCITY_HZ, order.loaded.config.period_s)
-    g["error_rad"], g["reference_rad_s"] = axis.friction.stop_rad, 1e-6
+    g["error_rad"] = axis.friction.stop_rad
     return g
 
 
@@ -80,6 +92,15 @@ def follow_once(order: Order, seed: int, controller: str, case: Case, model: Com
         out,
     )
     return Followed(out[:, 0] - place, out[:, 1], case.reference)
+
+
+Look = Callable[[str, Case, Compared], Followed]
+"""A run of one controller, case and model to draw."""
+
+
+def simulated(order: Order) -> Look:
+    """Runs of seed 0."""
+    return lambda controller, case, model: follow_once(order, 0, controller, case, model)
 
 
 def run_all(order: Order, cases: Sequence[Case], models: Sequence[Compared], judge: Judge) -> Found:
@@ -139,7 +160,14 @@ def verdict(found: Found, controller: str, figure: str, models: Sequence[Compare
                 f"no difference from {model.name} that {gain.count} seeds can tell ({gain.text(100, '.1f')} %)"
             )
     text = f"{controller}: with the best support-vector model ({best}) the {what} is " + "; ".join(words)
-    return f"{text}. {_losses(found, controller, figure, models, best)}"
+    once = "" if _repetitions(found) > 1 else " Each was run once: a few per cent either way mean nothing."
+    return f"{text}.{once} {_losses(found, controller, figure, models, best)}"
+
+
+def _repetitions(found: Found) -> int:
+    """Runs behind every figure."""
+    cases = next(iter(found.values()))
+    return len(next(iter(next(iter(next(iter(cases.values())).values())).values())))
 
 
 def _losses(found: Found, controller: str, figure: str, models: Sequence[Compared], best: str) -> str:

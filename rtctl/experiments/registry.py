@@ -14,6 +14,16 @@ from rtctl.experiments.report import Outcome
 Run = Callable[[Order], Outcome]
 
 
+def _positioning(module: str) -> Run:
+    """The run on the loop of a module that is imported only then."""
+
+    def run(order: Order) -> Outcome:
+        found: Run = importlib.import_module(f"rtctl.experiments.{module}").on_rig
+        return found(order)
+
+    return run
+
+
 @dataclass(frozen=True)
 class Experiment:
     """What an experiment is. `weight`: its share of the time of the combined report, s on the shipped rig."""
@@ -24,6 +34,8 @@ class Experiment:
     weight: float
     on_rig: Run | None = None
     in_papers: bool = True
+    hands_off: bool = False
+    """On the loop it moves by itself, with nobody at the handle."""
 
     def run(self, order: Order) -> Outcome:
         """Run it: simulated, or on the real loop where it can. Raises ConfigError, DataError, FaultError."""
@@ -31,7 +43,7 @@ class Experiment:
             if self.on_rig is None:
                 raise ConfigError(
                     f"{order.loaded.path}: {self.name} runs on the simulated rig alone; add --simulate. On the loop "
-                    "of a rig run free-motion and spring"
+                    "of a rig run free-motion, spring, point-to-point and tracking"
                 )
             return self.on_rig(order)
         found: Run = importlib.import_module(f"rtctl.experiments.{self.module}").run
@@ -47,8 +59,10 @@ EXPERIMENTS: dict[str, Experiment] = {
         Experiment(
             "identification", "identification", "the same from many identifications", 200.0, in_papers=False
         ),
-        Experiment("point-to-point", "point_to_point", "Tijani", 5.0),
-        Experiment("tracking", "tracking", "Tijani", 10.0),
+        Experiment(
+            "point-to-point", "point_to_point", "Tijani", 5.0, _positioning("point_to_point"), hands_off=True
+        ),
+        Experiment("tracking", "tracking", "Tijani", 10.0, _positioning("tracking"), hands_off=True),
         Experiment("stability-map", "stability_map", "the impedances that can be rendered", 5.0),
         Experiment("policies", "policies", "what decides the direction near rest", 60.0),
     )

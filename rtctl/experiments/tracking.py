@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from rtctl.control.vocabulary import Shape
 from rtctl.experiments import comparison, figures, models, positioning
 from rtctl.experiments.models import Compared
 from rtctl.experiments.order import Order
-from rtctl.experiments.positioning import Case, Followed
+from rtctl.experiments.positioning import Case, Followed, Found, Look
 from rtctl.experiments.report import Outcome, Part, Target
 from rtctl.experiments.statistics import rms
 from rtctl.friction.report_page import Picture
@@ -29,6 +30,17 @@ def run(order: Order) -> Outcome:
     compared = models.compared(order)
     cases = cases_of(order)
     found = positioning.run_all(order, cases, compared, judge)
+    return _outcome(order, cases, compared, found, positioning.simulated(order))
+
+
+def on_rig(order: Order) -> Outcome:
+    """Run the experiment on the loop of the rig. Raises as `positioning_on_rig.run_all`."""
+    from rtctl.experiments import positioning_on_rig
+
+    return positioning_on_rig.reported(order, cases_of(order), judge, _outcome)
+
+
+def _outcome(order: Order, cases: list[Case], compared: list[Compared], found: Found, look: Look) -> Outcome:
     best = positioning.best_svr(found, "PD", "error_rms_rad", compared)
     target = Target(
         f"tracking: RMS error with the best SVR ({best}) less than with none (PD)",
@@ -39,11 +51,11 @@ def run(order: Order) -> Outcome:
         positioning.verdict(found, controller, "error_rms_rad", compared, "RMS tracking error")
         for controller in positioning.CONTROLLERS
     )
-    pictures = (_picture(order, cases[1], compared), _picture(order, cases[5], compared))
+    pictures = (_picture(order, cases[1], compared, look), _picture(order, cases[5], compared, look))
     parts = (
         Part("Errors over time", shown=pictures),
         Part("Where SVR wins and where it does not", words, (comparison.learned(compared),)),
-        *comparison.parts(found, FIGURES, order.seeds),
+        *comparison.parts(found, FIGURES, order.repetitions),
     )
     key = f"PD with friction feed-forward: {target.measured.text(100, '.1f')} % less RMS tracking error with {best} than without, over all references."
     return Outcome("tracking", TITLE, key, parts, (target,), comparison.numbers(found))
@@ -62,7 +74,7 @@ def _sine(hz: float, rate_hz: float) -> Case:
     reference = np.column_stack(
         [half * (1 - np.cos(w * t)), half * w * np.sin(w * t), half * w * w * np.cos(w * t)]
     )
-    return Case(f"sine {hz:g} Hz", reference)
+    return Case(f"sine {hz:g} Hz", reference, Shape.SINE, half, w)
 
 
 def _triangle(speed_rad_s: float, rate_hz: float) -> Case:
@@ -73,7 +85,7 @@ def _triangle(speed_rad_s: float, rate_hz: float) -> Case:
     place = np.where(phase < 1, phase, np.where(phase < 3, 2 - phase, phase - 4))
     velocity = np.where(up, speed_rad_s, -speed_rad_s)
     reference = np.column_stack([TRIANGLE_RAD * place, velocity, np.zeros(len(t))])
-    return Case(f"triangle {speed_rad_s:g} rad/s", reference)
+    return Case(f"triangle {speed_rad_s:g} rad/s", reference, Shape.TRIANGLE, TRIANGLE_RAD, speed_rad_s)
 
 
 def judge(_case: Case, run: Followed) -> dict[str, float]:
@@ -87,16 +99,16 @@ def judge(_case: Case, run: Followed) -> dict[str, float]:
     }
 
 
-def _picture(order: Order, case: Case, compared: list[Compared]) -> Picture:
+def _picture(order: Order, case: Case, compared: list[Compared], look: Look) -> Picture:
     time_s = np.arange(len(case.reference)) * order.loaded.config.period_s
     half = slice(len(time_s) // 2, None)
     panels = []
     for controller in positioning.CONTROLLERS:
         lines = {}
         for model in compared:
-            one = positioning.follow_once(order, 0, controller, case, model)
+            one = look(controller, case, model)
             lines[model.name] = (time_s[half], 1e3 * (case.reference[:, 0] - one.position_rad)[half])
         panels.append((f"{controller}: error [mrad]", lines))
-    caption = f"{case.name}: tracking error in mrad over time in s, second period, PD and PID with each friction model. Seed 0."
+    caption = f"{case.name}: tracking error in mrad over time in s, second period, PD and PID with each friction model. {order.shown_run}"
     name = "tracking_" + case.name.replace(" ", "_").replace("/", "_per_").replace(".", "_")
     return Picture(name, caption, figures.stacked(panels, "time [s]", 3.0))

@@ -62,6 +62,8 @@ class Host:
         Where sockets and lock live; default see `rtctl.host.endpoints`.
     record_to
         Record into this folder, whatever the rig file says.
+    model
+        Friction model of the first axis for its programs, shape (1,), dtype `MODEL`, in place of the rig file's.
     announce
         Receives one-line notes for a person (starting, compiling, real-time rights refused).
     """
@@ -74,6 +76,7 @@ class Host:
         runtime_dir: str | None = None,
         announce: Callable[[str], None] = lambda _text: None,
         record_to: Path | None = None,
+        model: np.ndarray | None = None,
     ) -> None:
         self.loaded = loaded
         self.observers = list(observers)
@@ -81,6 +84,7 @@ class Host:
         self.statistics = RunStatistics()
         self._runtime_dir = runtime_dir
         self._record_to = record_to
+        self._model = model
         self._signals = 0
         self._hangups = 0
         self._finished = False
@@ -91,6 +95,8 @@ class Host:
         self._check()
         self.began = time.monotonic()
         self.plan = planning.build(self.loaded)
+        if self._model is not None:
+            self.plan.model[0] = self._model[0]
         motor, rights = (
             not self.loaded.config.simulated,
             self.loaded.config.loop.realtime in ("require", "prefer"),

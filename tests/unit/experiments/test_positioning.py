@@ -9,11 +9,12 @@ import pytest
 from rtctl.config import load
 from rtctl.control import stability
 from rtctl.control.jit import records
+from rtctl.control.position import friction_toward, reference_at
 from rtctl.control.records import MODEL
+from rtctl.control.vocabulary import Shape
 from rtctl.experiments import point_to_point, positioning, tracking, worst_hand
 from rtctl.experiments.models import Compared
 from rtctl.experiments.order import Order
-from rtctl.experiments.position_loop import GAINS, friction_torque
 from rtctl.experiments.positioning import Followed
 from rtctl.friction import artefact
 
@@ -75,13 +76,22 @@ def test_references_are_their_own_derivatives(order):
 
 
 def test_the_friction_torque_follows_the_reference_while_it_moves_and_the_error_while_it_stands(shipped):
-    gains, model = np.zeros(1, GAINS), records(shipped.record)
-    gains["friction_gain"], gains["error_rad"], gains["reference_rad_s"] = 1.0, 1e-3, 1e-6
-    g = records(gains)[0]
-    assert friction_torque(g, model[0], -0.5, 1.0, 1.0) < -0.2
-    assert friction_torque(g, model[0], 0.0, 0.0, 0.5e-3) == pytest.approx(0.5 * 0.35, rel=0.05)
-    assert friction_torque(g, model[0], 0.0, 0.0, -1.0) == pytest.approx(-0.35 * 1.06, rel=0.05)
-    assert friction_torque(g, records(NONE.record)[0], 1.0, 0.0, 1.0) == 0.0
+    model = records(shipped.record)
+    assert friction_toward(model[0], 1.0, -0.5, 1.0, 1.0, 1e-3) < -0.2
+    assert friction_toward(model[0], 1.0, 0.0, 0.0, 0.5e-3, 1e-3) == pytest.approx(0.5 * 0.35, rel=0.05)
+    assert friction_toward(model[0], 1.0, 0.0, 0.0, -1.0, 1e-3) == pytest.approx(-0.35 * 1.06, rel=0.05)
+    assert friction_toward(records(NONE.record)[0], 1.0, 1.0, 0.0, 1.0, 1e-3) == 0.0
+
+
+@pytest.mark.parametrize("name", ["sine 0.5 Hz", "triangle 0.1 rad/s"])
+def test_the_law_makes_the_references_that_the_simulation_follows(order, name):
+    case = next(case for case in tracking.cases_of(order) if case.name == name)
+    again = [
+        reference_at(int(case.shape), case.amplitude_rad, case.rate, k * T)
+        for k in range(len(case.reference))
+    ]
+    assert np.allclose(again, case.reference, atol=1e-9)
+    assert reference_at(int(Shape.STEP), -0.1, 0.0, 5.0) == (-0.1, 0.0, 0.0)
 
 
 def test_the_joint_stays_short_of_its_goal_without_a_model_and_reaches_it_with_one(order, shipped):

@@ -1,0 +1,245 @@
+"""Point-to-point and tracking on the real loop: the law's TRACK program, one session of the daemon per friction model.
+
+Nobody holds the handle: as in an identification, the law ends a motion by itself when it feels a hand, leaves the
+travel, or falls behind its reference, and every error ends in a ramp. Between cases the joint goes back to where it began and rests.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from rtctl.config import LoadedConfig
+from rtctl.control.vocabulary import Program, ProgramFlag
+from rtctl.errors import ConfigError, DataError
+from rtctl.experiments import models
+from rtctl.experiments.models import Compared
+from rtctl.experiments.order import Order
+from rtctl.experiments.positioning import CONTROLLERS, Case, Followed, Found, Judge, Look, gains_of
+from rtctl.experiments.report import Outcome
+from rtctl.host.supervisor import Host
+from rtctl.identify.motion import HandSeen, Motion, Steps
+from rtctl.identify.motion import Order as Wish
+from rtctl.identify.observer import Identifier
+from rtctl.identify.session import arm, read_bias
+from rtctl.identify.settings import Rig, Settings, rig_of, without_feedforward
+
+BIAS_S = 1.0
+HOME_RAD = 0.01
+"""Nearer than this the joint is where it began."""
+
+BEHIND_RAD = 0.25
+"""Distance from the reference, beyond the step itself, that ends a motion."""
+
+CHATTER_SHARE = 0.05
+"""One encoder count may move the controller's torque by this share of the torque limit."""
+
+MOST_PAUSES = 3
+"""Times a case is begun again because of a hand."""
+
+
+@dataclass
+class Session:
+    """Every controller and case with one friction model; `runs` fills as they are made."""
+
+    order: Order
+    rig: Rig
+    cases: Sequence[Case]
+    model: Compared
+    share: tuple[float, float]
+    runs: dict[tuple[str, str], Followed] = field(default_factory=dict)
+
+    def steps(self) -> Steps[None]:
+        """The procedure, for a simulation or the loop. Raises DataError, FaultError, HandOnRigError."""
+        motion = Motion(self.rig, settings_of(self.order.loaded), self.order.announce)
+        yield from read_bias(motion)
+        yield from arm(motion)
+        motion.choose_travel()
+        home_rad = _home(motion, self.cases)
+        todo = [(controller, case) for controller in CONTROLLERS for case in self.cases]
+        for at, (controller, case) in enumerate(todo):
+            low, high = self.share
+            self.order.progress(
+                low + (high - low) * at / len(todo), f"{self.model.name}: {controller}, {case.name}"
+            )
+            self.runs[controller, case.name] = yield from self._measured(motion, controller, case, home_rad)
+        yield from motion.rest()
+
+    def _measured(self, motion: Motion, controller: str, case: Case, home_rad: float) -> Steps[Followed]:
+        """One case, begun again while a hand disturbs it."""
+        for pause in range(MOST_PAUSES + 1):
+            try:
+                yield from _go(motion, home_rad)
+                return (yield from self._follow(motion, controller, case))
+            except HandSeen:
+                yield from motion.wait_for_free_rig(10 * (pause == MOST_PAUSES))
+        raise AssertionError("wait_for_free_rig raises on the last pause")
+
+    def _follow(self, motion: Motion, controller: str, case: Case) -> Steps[Followed]:
+        seconds = len(case.reference) * self.rig.period_s
+        wish = motion.order(Program.TRACK, seconds, **fields_of(self.order, controller, case, self.model))
+        rows = yield from motion.watch(seconds, Wish(wish, seconds))
+        axis = self.rig.axis
+        flags = ProgramFlag(int(np.bitwise_or.reduce(rows["program_flags"][:, axis])))
+        rows = rows[rows["program_kind"][:, axis] == Program.TRACK]
+        if flags & ~ProgramFlag.DONE or len(rows) == 0:
+            raise DataError(
+                f"{controller}, {case.name}, {self.model.name}: the loop ended the motion ({(flags & ~ProgramFlag.DONE)!r}) after "
+                f"{len(rows)} of {len(case.reference)} ticks; free the joint, or correct inertia, limits or travel in the rig file"
+            )
+        place = rows["position_rad"][:, axis]
+        return Followed(
+            place - place[0], rows["torque_applied_nm"][:, axis].copy(), case.reference[: len(rows)]
+        )
+
+
+def settings_of(loaded: LoadedConfig) -> Settings:
+    """Settings of the moves between cases."""
+    most = min(2.0, 0.8 * loaded.config.axis[0].velocity_limit_rad_s)
+    return Settings(bias_s=BIAS_S, speed_max_rad_s=most, speed_min_rad_s=min(0.005, most / 2))
+
+
+def fields_of(order: Order, controller: str, case: Case, model: Compared) -> dict[str, float]:
+    """What the TRACK program is told, without `program_`."""
+    g = gains_of(order, controller)[0]
+    return {
+        "stiffness_nm_rad": g["kp_nm_rad"],
+        "damping_nms_rad": g["kd_nms_rad"],
+        "integral_nm_rad_s": g["ki_nm_rad_s"],
+        "inertia_kgm2": g["inertia_kgm2"],
+        "alpha": g["alpha"],
+        "friction_gain": 0.0 if model.name == "none" else g["friction_gain"],
+        "error_rad": g["error_rad"],
+        "shape": int(case.shape),
+        "amplitude_rad": case.amplitude_rad,
+        "rate": case.rate,
+        "slip_rad": BEHIND_RAD + abs(case.amplitude_rad),
+    }
+
+
+def require(order: Order, cases: Sequence[Case]) -> Rig:
+    """The rig's axis, if it can do all cases. Raises ConfigError naming what is missing."""
+    loaded = order.loaded
+    axis, path = loaded.config.axis[0], loaded.path
+    g = gains_of(order, "PD")[0]
+    grain_nm = g["kd_nms_rad"] * g["alpha"] * 2 * np.pi / axis.encoder_counts_per_rev / loaded.config.period_s
+    if grain_nm > CHATTER_SHARE * axis.torque_limit_nm:
+        raise ConfigError(
+            f"{path}: axis[0].encoder_counts_per_rev {axis.encoder_counts_per_rev:g}: one count would move the controller's "
+            f"torque by {grain_nm:.2g} N m, more than {100 * CHATTER_SHARE:g} % of torque_limit_nm; this experiment needs a finer encoder"
+        )
+    fastest = max(float(np.abs(case.reference[:, 1]).max()) for case in cases)
+    if fastest > 0.8 * axis.velocity_limit_rad_s:
+        raise ConfigError(
+            f"{path}: axis[0].velocity_limit_rad_s {axis.velocity_limit_rad_s:g}: the references move at up to {fastest:.2g} rad/s, "
+            "which needs a limit of 1.25 times that; raise it if the rig bears it"
+        )
+    settings = settings_of(loaded)
+    needed = max(high - low for low, high in (case.range_rad for case in cases)) + 4 * settings.margin_rad
+    if axis.position_max_rad - axis.position_min_rad < needed:
+        raise ConfigError(
+            f"{path}: axis[0].position_min_rad to position_max_rad: the references need a travel of {needed:.2f} rad, not "
+            f"{axis.position_max_rad - axis.position_min_rad:.2f}"
+        )
+    return rig_of(loaded, settings)
+
+
+def run_all(
+    order: Order, cases: Sequence[Case], compared: Sequence[Compared], judge: Judge
+) -> tuple[Found, Runs]:
+    """Every model in a session of its own on the loop. Raises as `Session.steps`; KeyboardInterrupt on Ctrl-C."""
+    rig, bare = require(order, cases), without_feedforward(order.loaded)
+    if "force" in order.loaded.config.rig.absent:
+        order.announce(
+            "this rig has no force sensor: nothing but its limits ends a motion when a hand is in the way"
+        )
+    runs: Runs = {}
+    for at, model in enumerate(compared):
+        session = Session(
+            order, rig, cases, model, (0.1 + 0.9 * at / len(compared), 0.1 + 0.9 * (at + 1) / len(compared))
+        )
+        watcher = Identifier(session.steps(), rig.axis)
+        with Host(
+            bare,
+            observers=[watcher],
+            runtime_dir=order.runtime_dir,
+            announce=order.announce,
+            model=model.record,
+        ) as host:
+            host.run()
+        if not watcher.complete:
+            raise KeyboardInterrupt
+        runs |= {(controller, case, model.name): one for (controller, case), one in session.runs.items()}
+    return found_of(cases, compared, runs, judge), runs
+
+
+Runs = dict[tuple[str, str, str], Followed]
+"""controller, case, model -> what was measured."""
+
+
+def reported(
+    order: Order,
+    cases: list[Case],
+    judge: Judge,
+    outcome: Callable[[Order, list[Case], list[Compared], Found, Look], Outcome],
+) -> Outcome:
+    """Run on the loop, and the page of it, with every angle and torque measured beside it."""
+    require(order, cases)
+    compared = models.compared(order)
+    found, runs = run_all(order, cases, compared, judge)
+    made = outcome(
+        order, cases, compared, found, lambda controller, case, model: runs[controller, case.name, model.name]
+    )
+    packed = io.BytesIO()
+    np.savez_compressed(packed, allow_pickle=False, **dict(columns(runs)))
+    title = f"{made.title} on rig {order.loaded.config.rig.name}"
+    said = "Measured on the loop of the rig, each case once: angle from its encoder, torque as sent. "
+    return replace(made, title=title, key=said + made.key, files={"runs.npz": packed.getvalue()})
+
+
+def found_of(cases: Sequence[Case], compared: Sequence[Compared], runs: Runs, judge: Judge) -> Found:
+    """Figures of every run, as arrays of one value."""
+
+    def of(controller: str, case: Case, model: Compared) -> dict[str, np.ndarray]:
+        figures = judge(case, runs[controller, case.name, model.name])
+        return {name: np.array([value]) for name, value in figures.items()}
+
+    return {
+        controller: {
+            case.name: {model.name: of(controller, case, model) for model in compared} for case in cases
+        }
+        for controller in CONTROLLERS
+    }
+
+
+def columns(runs: Runs) -> Iterator[tuple[str, np.ndarray]]:
+    """What is kept beside the report: reference, angle (rad) and torque (N m) of every run, by name."""
+    for key, one in runs.items():
+        name = "/".join(key)
+        yield f"{name}/reference_rad", one.reference[:, 0]
+        yield f"{name}/position_rad", one.position_rad
+        yield f"{name}/torque_nm", one.torque_nm
+
+
+def _home(motion: Motion, cases: Sequence[Case]) -> float:
+    """Where every case begins: here if all fit, else in the middle of the place they leave. Raises DataError."""
+    low = min(case.range_rad[0] for case in cases)
+    high = max(case.range_rad[1] for case in cases)
+    least, most = motion.low_rad - low, motion.high_rad - high
+    if least > most:
+        raise DataError(
+            f"the travel in reach ({motion.low_rad:.3f} to {motion.high_rad:.3f} rad) is too short for references from {low:g} to {high:g} rad"
+        )
+    return min(max(motion.position_rad, least), most)
+
+
+def _go(motion: Motion, home_rad: float) -> Steps[None]:
+    """Turn back to where the cases begin, and rest."""
+    distance = home_rad - motion.position_rad
+    if abs(distance) > HOME_RAD:
+        speed = min(motion.jog_speed_rad_s(), 2 * abs(distance))
+        yield from motion.advance(distance - np.sign(distance) * motion.stopping_rad(speed) / 2, speed)
+    yield from motion.rest()

@@ -1,0 +1,119 @@
+"""Point-to-point and tracking by the law's own program: as the simulation says, and honest where a rig cannot."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from rtctl.cli import cli
+from rtctl.config import load
+from rtctl.control.records import MODEL
+from rtctl.errors import ConfigError, DataError, HandOnRigError
+from rtctl.experiments import point_to_point, positioning, positioning_on_rig, tracking
+from rtctl.experiments.models import Compared
+from rtctl.experiments.order import Order
+from rtctl.friction import artefact
+from rtctl.identify.settings import without_feedforward
+from rtctl.identify.simulated import drive
+from rtctl.simulation import Simulation
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+NONE = Compared("none", np.zeros(1, MODEL), float("nan"), "-")
+
+
+@pytest.fixture(scope="module")
+def shipped():
+    return Compared("shipped", artefact.load(CONFIGS / "friction/mock.json").record(), 0.0, "-")
+
+
+@pytest.fixture
+def order():
+    return Order(load(CONFIGS / "mock-identify.toml"), simulate=False)
+
+
+def driven(order, cases, model, change=lambda _simulation: None):
+    """Every run of a session, driven on a simulation of the whole loop."""
+    simulation = Simulation(without_feedforward(order.loaded))
+    simulation.model[0] = model.record[0]
+    change(simulation)
+    rig = positioning_on_rig.require(order, cases)
+    session = positioning_on_rig.Session(order, rig, cases, model, (0.0, 1.0))
+    drive(simulation, session.steps(), 0)
+    return session.runs
+
+
+@pytest.mark.parametrize("which", ["none", "shipped"])
+def test_the_loop_does_what_the_simulated_controller_does(order, shipped, which):
+    model = {"none": NONE, "shipped": shipped}[which]
+    for module, case in (
+        (point_to_point, point_to_point.cases_of(order)[2]),
+        (tracking, tracking.cases_of(order)[3]),
+    ):
+        runs = driven(order, [case], model)
+        for controller in positioning.CONTROLLERS:
+            found = module.judge(case, runs[controller, case.name])
+            told = module.judge(case, positioning.follow_once(order, 0, controller, case, model))
+            for name in ("effort_nm", "steady_error_rad", "error_rms_rad"):
+                if name in found:
+                    assert found[name] == pytest.approx(told[name], rel=0.15, abs=1e-4)
+
+
+def test_a_hand_that_stays_ends_it(order, shipped):
+    def grip(simulation):
+        axis = simulation.plant_params[0]
+        axis["hand_kind"][0], axis["hand_stiffness_nm_rad"][0], axis["hand_damping_nms_rad"][0] = 1, 5.0, 0.1
+        axis["hand_sine_rad"][0, 0], axis["hand_sine_rad_s"][0, 0] = 0.5, 3.0
+
+    with pytest.raises(HandOnRigError):
+        driven(order, point_to_point.cases_of(order)[:1], shipped, grip)
+
+
+def test_a_stuck_joint_is_said_to_fall_behind(order):
+    def stuck(simulation):
+        simulation.plant_params["inertia_kgm2"] = 50.0
+
+    with pytest.raises(DataError, match=r"does not follow|ended the motion"):
+        driven(order, tracking.cases_of(order)[3:4], NONE, stuck)
+
+
+def changed(order, **values):
+    config = order.loaded.config
+    axis = config.axis[0].model_copy(update=values)
+    return replace(
+        order, loaded=order.loaded.model_copy(update={"config": config.model_copy(update={"axis": (axis,)})})
+    )
+
+
+@pytest.mark.parametrize(
+    ("values", "named"),
+    [
+        ({"encoder_counts_per_rev": 1000.0}, "encoder_counts_per_rev"),
+        ({"velocity_limit_rad_s": 1.0}, "velocity_limit_rad_s"),
+        ({"position_min_rad": -0.2, "position_max_rad": 0.2}, "travel"),
+    ],
+)
+def test_what_a_rig_lacks_is_named_before_it_arms(order, values, named):
+    with pytest.raises(ConfigError, match=named):
+        positioning_on_rig.require(changed(order, **values), tracking.cases_of(order))
+
+
+@pytest.mark.slow
+def test_the_command_runs_it_on_the_real_loop(tmp_path, monkeypatch):
+    monkeypatch.setattr(point_to_point, "STEPS_RAD", (0.1, 0.05, -0.05))
+    monkeypatch.setattr(point_to_point, "SECONDS", 0.5)
+    folder = tmp_path / "run"
+    folder.mkdir(mode=0o700)
+    arguments = ["experiment", "point-to-point", str(CONFIGS / "mock-identify.toml"), "--json"]
+    arguments += ["--points", str(CONFIGS / "friction/mock_points.csv"), "--model", "epsilon-SVR, spline"]
+    arguments += ["--out", str(tmp_path / "out"), "--runtime-dir", str(folder)]
+    done = CliRunner().invoke(cli, arguments, catch_exceptions=False)
+    assert done.exit_code == 0, done.output
+    page = (tmp_path / "out/report.html").read_text()
+    assert "on rig mock" in page
+    with np.load(tmp_path / "out/runs.npz") as runs:
+        assert len(runs["PID/step 100 mrad/epsilon-SVR, spline/position_rad"]) == 500
+        without = runs["PD/step 100 mrad/none/position_rad"][-1]
+        with_it = runs["PD/step 100 mrad/epsilon-SVR, spline/position_rad"][-1]
+    assert abs(with_it - 0.1) < 0.2 * abs(without - 0.1)
