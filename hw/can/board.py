@@ -25,6 +25,9 @@ UNITS = {
 CHANNELS = ("position", "current", "force", "temperature", "estop", "fault")
 COMMANDS = ("current_command", "torque", "enable", "counter", "constant")
 
+OPEN_S, OPEN_ASKED = 1.0, 10
+"""How long `open` waits for a first sample, and how often it asks: one lost frame is no missing board."""
+
 _DEVICE = int(LinkFault.DEVICE)
 
 
@@ -213,14 +216,21 @@ class BoardBackend(CanBackend):
         for table, frame in zip(self._options["receive"], self._received, strict=True):
             handlers[identifier(table)] = frame.handler
         bus.subscribe(handlers)
-        self._stop(bus)
-        if not wait_for(bus, lambda: self.sample.fresh == self.sample.needed, 1.0):
+        if not self._heard(bus):
             ids = ", ".join(f"0x{table['id']:x}" for table in self._options["receive"] if table["required"])
             raise BackendError(
                 f"can board on {self._options['bus']['channel']}: not all of the frames {ids} came within 1 s: check power, "
                 "wiring and termination, the bit rate, and the ids and lengths (candump shows what is on the bus)"
             )
         return handlers
+
+    def _heard(self, bus: Bus) -> bool:
+        """Whether a whole sample comes within about 1 s; a board that answers commands is asked again and again."""
+        for _ in range(OPEN_ASKED):
+            self._stop(bus)
+            if wait_for(bus, lambda: self.sample.fresh == self.sample.needed, OPEN_S / OPEN_ASKED):
+                return True
+        return False
 
     def _prime(self, bus: Bus) -> None:
         self._stop(bus)

@@ -1,0 +1,215 @@
+"""A board by its field map, on a bus that only remembers: which frames are taken, and what is sent."""
+
+import math
+import struct
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from hw.can import board
+from hw.can.board import BoardBackend
+from hw.can.board_options import BoardOptions
+from hw.can.bus import EXTENDED
+from hw.can.fields import CHECKSUMS
+from hw.can.health import BusHealth
+from hw.interface import BackendError, LinkFault, Rig
+from rtctl.tick import new_ticks
+
+RIG = Rig(1, 1e-3, np.full(1, 10.0), np.full(1, 0.8), np.full(1, 0.05), np.full(1, 4096.0), np.eye(3)[:1])
+SENSED = {
+    "id": 0x101,
+    "counter": {"byte": 6, "bits": 8},
+    "checksum": {"kind": "xor8", "byte": 7},
+    "field": [
+        {"channel": "position", "byte": 0, "bits": 16, "wrap": True, "unit": "count"},
+        {"channel": "current", "byte": 2, "bits": 16, "type": "int", "unit": "mA"},
+        {"channel": "estop", "byte": 4, "bits": 8},
+        {"channel": "fault", "byte": 5, "bits": 8},
+    ],
+}
+FORCE = {
+    "id": 0x1FFF0,
+    "extended": True,
+    "required": False,
+    "length": 4,
+    "field": [{"channel": "force", "axis": 2, "byte": 0, "bits": 32, "type": "float", "unit": "N"}],
+}
+SENT = {
+    "id": 0x200,
+    "length": 8,
+    "checksum": {"kind": "sum8", "byte": 7},
+    "field": [
+        {"channel": "current_command", "byte": 0, "bits": 16, "type": "int", "unit": "mA", "limit": 5.0},
+        {"channel": "torque", "byte": 2, "bits": 16, "type": "int", "unit": "mNm", "limit": 2.0},
+        {"channel": "enable", "byte": 4, "bits": 8},
+        {"channel": "counter", "byte": 5, "bits": 2},
+        {"channel": "constant", "byte": 6, "bits": 8, "value": 0x5A},
+    ],
+}
+
+
+class Bus:
+    """Remembers what was sent; `answer(how many were sent)` gives the frames of the next `receive`."""
+
+    def __init__(self, answer):
+        self.sent, self.answer, self.handlers, self.health = [], answer, {}, BusHealth()
+
+    def outgoing(self, can_id, length):
+        return SimpleNamespace(id=can_id, buffer=bytearray(length), offset=0, length=length)
+
+    def send(self, frame):
+        self.sent.append(bytes(frame.buffer))
+        return True
+
+    def receive(self):
+        for can_id, data in self.answer(len(self.sent)):
+            self.handlers[can_id](data, 0, len(data))
+        return True
+
+    def subscribe(self, handlers):
+        self.handlers = dict(handlers)
+
+    def discard(self):
+        pass
+
+    def close(self):
+        pass
+
+
+def sensed(count, *, counts=0, milliamps=0, estop=0, fault=0):
+    body = struct.pack("<HhBBB", counts, milliamps, estop, fault, count & 0xFF)
+    return 0x101, body + bytes([CHECKSUMS["xor8"](body)])
+
+
+def opened(monkeypatch, answer=None, **more):
+    options = {"bus": {"channel": "can0"}, "receive": [SENSED, FORCE], "send": [SENT], **more}
+    backend = BoardBackend(BoardOptions.model_validate(options).model_dump(mode="json"), RIG)
+    bus = Bus(answer or (lambda n: [sensed(n)]))
+    monkeypatch.setattr("hw.can.backend.open_bus", lambda _options: bus)
+    backend.open()
+    tick = new_ticks(1, 1)
+    backend.warm_up(tick)
+    return backend, bus, tick
+
+
+def test_a_frame_becomes_a_sample_with_units_and_the_counter_unwrapped(monkeypatch):
+    backend, bus, tick = opened(monkeypatch)
+    told = [sensed(10, counts=65_535, milliamps=-1500, estop=3)]
+    bus.answer = lambda n: told
+    backend.read(tick)
+    assert tick["current_a"][0, 0] == pytest.approx(-1.5)
+    assert tick["estop"][0] == 1
+    assert tick["position_rad"][0, 0] == pytest.approx(-2 * math.pi / 4096), "one count back, not 65535 on"
+    assert (tick["sample_count"][0], tick["link_faults"][0]) == (1, 0)
+
+
+@pytest.mark.parametrize(
+    ("frame", "fault", "counted"),
+    [
+        (lambda: (0x101, sensed(11)[1][:7]), LinkFault.CHECKSUM, "damaged"),
+        (lambda: (0x101, sensed(11)[1][:7] + b"\xff"), LinkFault.CHECKSUM, "damaged"),
+        (lambda: sensed(9), LinkFault.SEQUENCE, "not_newer"),
+    ],
+)
+def test_a_bad_frame_is_counted_and_changes_nothing(monkeypatch, frame, fault, counted):
+    backend, bus, tick = opened(monkeypatch)
+    bus.answer = lambda n: [sensed(10)]
+    backend.read(tick)
+    before = tick.copy()
+    bus.answer = lambda n: [frame()]
+    backend.read(tick)
+    assert tick["link_faults"][0] == fault
+    assert backend.counts()[counted] == 1
+    tick["link_faults"] = before["link_faults"]
+    assert tick.tobytes() == before.tobytes()
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_a_number_that_is_not_finite_is_not_shown(monkeypatch, value):
+    backend, bus, tick = opened(monkeypatch)
+    bus.answer = lambda n: [(0x1FFF0 | EXTENDED, struct.pack("<f", 2.5)), sensed(n)]
+    backend.read(tick)
+    bus.answer = lambda n: [(0x1FFF0 | EXTENDED, struct.pack("<f", value)), sensed(n + 1)]
+    backend.read(tick)
+    assert tick["force_n"][0].tolist() == [0.0, 0.0, 2.5]
+    assert backend.counts()["not_finite"] == 1
+
+
+def test_a_fault_of_the_board_lasts_as_long_as_it_says(monkeypatch):
+    backend, bus, tick = opened(monkeypatch)
+    bus.answer = lambda n: [sensed(10, fault=1)]
+    backend.read(tick)
+    assert tick["link_faults"][0] == LinkFault.DEVICE
+    bus.answer = lambda n: [sensed(11)]
+    backend.read(tick)
+    assert tick["link_faults"][0] == 0
+
+
+@pytest.mark.parametrize(
+    ("current_a", "torque_nm", "enabled", "sent"),
+    [
+        (1.5, -0.25, 1, (1500, -250, 1)),
+        (99.0, -99.0, 1, (5000, -2000, 1)),
+        (1.5, 0.25, 0, (0, 0, 0)),
+        (math.nan, 0.25, 1, (0, 0, 0)),
+        (1.5, -math.inf, 1, (0, 0, 0)),
+    ],
+)
+def test_commands_are_scaled_cut_and_disabled_when_not_finite(
+    monkeypatch, current_a, torque_nm, enabled, sent
+):
+    backend, bus, tick = opened(monkeypatch)
+    tick["current_command_a"], tick["torque_applied_nm"], tick["enabled"] = current_a, torque_nm, enabled
+    backend.write(tick)
+    frame = bus.sent[-1]
+    assert struct.unpack_from("<hhB", frame) == sent
+    assert frame[6] == 0x5A
+    assert frame[7] == sum(frame[:7]) & 0xFF
+    assert [one[5] for one in bus.sent[-3:]] == [(frame[5] - back) % 4 for back in (2, 1, 0)]
+
+
+def test_a_board_that_lost_the_first_question_is_asked_again(monkeypatch):
+    _backend, bus, _tick = opened(monkeypatch, lambda n: [sensed(n)] if n >= 3 else [])
+    assert 3 <= len(bus.sent) <= 5
+
+
+def test_a_board_without_checksum_or_counter_that_only_measures(monkeypatch):
+    bare = {key: value for key, value in SENSED.items() if key not in ("counter", "checksum")}
+    backend, bus, tick = opened(monkeypatch, receive=[bare], send=[])
+    bus.answer = lambda n: [(0x101, bytes(8)), (0x101, bytes(8))]
+    backend.read(tick)
+    assert (tick["sample_count"][0], tick["link_faults"][0], backend.consumes) == (1, 0, frozenset())
+    backend.write(tick)
+    assert bus.sent == []
+
+
+def test_a_command_without_checksum_or_counter(monkeypatch):
+    bare = {"id": 0x200, "length": 2, "field": SENT["field"][:1]}
+    backend, bus, tick = opened(monkeypatch, send=[bare])
+    tick["current_command_a"], tick["enabled"] = -0.5, 1
+    backend.write(tick)
+    assert bus.sent[-1] == struct.pack("<h", -500)
+
+
+def test_a_silent_board_is_named_with_what_to_check(monkeypatch):
+    monkeypatch.setattr(board, "wait_for", lambda bus, done, seconds: done())
+    with pytest.raises(BackendError, match=r"frames 0x101 came within 1 s: check power"):
+        opened(monkeypatch, lambda n: [])
+
+
+def test_all_frames_of_the_board_are_in_the_load_of_its_bus():
+    options = BoardOptions.model_validate(
+        {"bus": {"channel": "can0"}, "receive": [{**SENSED, "period_ms": 0.5}, FORCE], "send": [SENT]}
+    )
+    per_s = {one.name: one.per_s for one in options.frames(1000.0)}
+    assert per_s == {"frame 0x101": 2000.0, "frame 0x1fff0": 1000.0, "frame 0x200": 1000.0}
+
+
+def test_an_axis_that_is_not_there_is_refused():
+    field = {"channel": "current", "axis": 1, "byte": 0, "bits": 16, "unit": "mA"}
+    options = BoardOptions.model_validate(
+        {"bus": {"channel": "can0"}, "receive": [{"id": 1, "field": [field]}]}
+    )
+    with pytest.raises(BackendError, match="names axis 1"):
+        BoardBackend(options.model_dump(mode="json"), RIG)
