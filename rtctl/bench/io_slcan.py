@@ -64,7 +64,7 @@ class _Adapter:
         """Put lines on the port and wait until they have arrived at its reader, `fd`."""
         os.write(self.fd, lines)
         deadline = time.monotonic() + 1.0
-        while _waiting(fd) < len(lines):
+        while waiting(fd) < len(lines):
             if time.monotonic() > deadline:
                 raise RtctlError("slcan: a pty did not deliver within a second")
 
@@ -74,7 +74,8 @@ class _Adapter:
             os.read(self.fd, 4096)
 
 
-def _waiting(fd: int) -> int:
+def waiting(fd: int) -> int:
+    """Bytes that wait to be read from a descriptor."""
     count: int = struct.unpack("i", fcntl.ioctl(fd, termios.FIONREAD, b"\0\0\0\0"))[0]
     return count
 
