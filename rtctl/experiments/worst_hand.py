@@ -29,18 +29,26 @@ class Hand:
     speed: np.ndarray
 
 
-def worst(inertia: float, damping: float, T: float, modes: int) -> Hand:
+def worst(inertia: float, damping: float, T: float, modes: int, parts: int = 1) -> Hand:
     """Hand of `modes` resonances on a joint of this inertia (kg m^2) and damping (N m s/rad).
 
     Parameters
     ----------
     T : float
         Control period, s.
+    parts : int
+        The step is this part of the period.
     """
-    from scipy.linalg import expm
-
     w2 = ((2 * np.arange(1, modes + 1) - 1) * math.pi / T) ** 2
     p2 = (2 * np.arange(1, modes) * math.pi / T * 0.97) ** 2
+    return network(inertia, damping, T / parts, w2, p2)
+
+
+def network(inertia: float, damping: float, T: float, w2: np.ndarray, p2: np.ndarray) -> Hand:
+    """Joint and hand over a step T with these squared resonances w2, rising, and poles of the hand's impedance p2 between them."""
+    from scipy.linalg import expm
+
+    modes = len(w2)
     ground = inertia * w2[0] * math.prod(w2[1:] / p2)
     springs = [
         inertia * (w2[0] - one) / -one * (w2[n + 1] - one) * _ratio(w2[1:], p2, n) for n, one in enumerate(p2)
@@ -120,3 +128,45 @@ def growth(
             half = np.dot(q, q)
         q = np.dot(step, q) + push * torque
     return float(np.dot(q, q) / half)
+
+
+@compiled
+def peak_with_friction(
+    step: np.ndarray,
+    push: np.ndarray,
+    angle: np.ndarray,
+    speed: np.ndarray,
+    inertia: float,
+    friction_nm: float,
+    compensated_nm: float,
+    k_c: float,
+    b_c: float,
+    T: float,
+    parts: int,
+    ticks: int,
+    start_rad_s: float,
+) -> float:
+    """Largest energy in the second half of `ticks` over the largest in the first, with dry friction and its compensation.
+
+    `step` and `push` are those of a `parts`-th of a tick. Dry friction holds the joint where it can, and never turns it; its
+    compensation has the sign of the last tick's motion, so it is late by a tick at every turn. 0 / 0 counts as 0.
+    """
+    q = np.zeros(len(angle))
+    q[0] = start_rad_s / speed[1]
+    before, first, second = np.dot(angle, q), 0.0, 0.0
+    for k in range(ticks):
+        x = np.dot(angle, q)
+        dx = x - before
+        before = x
+        held = -k_c * x - b_c * dx / T + compensated_nm * (1.0 if dx > 0.0 else (-1.0 if dx < 0.0 else 0.0))
+        for _ in range(parts):
+            v = np.dot(speed, q)
+            stops = inertia * abs(v) * parts / T
+            dry = min(friction_nm, stops) * (1.0 if v > 0.0 else -1.0)
+            q = np.dot(step, q) + push * (held - dry)
+        energy = np.dot(q, q)
+        if k < ticks // 2:
+            first = max(first, energy)
+        else:
+            second = max(second, energy)
+    return float(second / first) if first > 0.0 else 0.0

@@ -12,7 +12,7 @@ from rtctl.control.jit import records
 from rtctl.control.position import friction_toward, reference_at
 from rtctl.control.records import MODEL
 from rtctl.control.vocabulary import Shape
-from rtctl.experiments import point_to_point, positioning, tracking, worst_hand
+from rtctl.experiments import point_to_point, positioning, tracking, worst_delay, worst_hand
 from rtctl.experiments.models import Compared
 from rtctl.experiments.order import Order
 from rtctl.experiments.positioning import Followed
@@ -153,3 +153,28 @@ def test_a_hand_conserves_energy_where_the_joint_has_no_damping():
 def test_the_mean_over_cases_is_per_seed():
     found = {"PD": {"a": {"m": {"e": np.array([1.0, 3.0])}}, "b": {"m": {"e": np.array([3.0, 5.0])}}}}
     assert positioning.over_cases(found, "PD", "m", "e").tolist() == [2.0, 4.0]
+
+
+@pytest.mark.parametrize(("delay", "b_c"), [(0, 0.01), (1, 0.0), (1, 0.01), (1, 0.03), (2, 0.02)])
+def test_with_delay_the_worst_hand_and_environment_are_unstable_just_above_the_bound(delay, b_c):
+    angles = np.geomspace(0.02, math.pi / 2 - 1e-3, 13)
+    least = worst_delay.first_unstable_share(J, B, T, b_c, delay, 8, angles)
+    assert 1.0 < least <= 1.10
+
+
+def test_without_delay_and_with_a_rigid_wall_both_ways_to_the_poles_agree():
+    hand = worst_hand.worst(J, B, T, 3)
+    edge = worst_hand.first_unstable(hand, 0.01, T, 400.0)
+    wall = worst_delay.Environment(0.0, 0.0)
+    assert worst_delay.largest_pole(hand, 0.99 * edge, 0.01, T, 0, wall) <= 1 + 1e-7
+    assert worst_delay.largest_pole(hand, 1.01 * edge, 0.01, T, 0, wall) > 1 + 1e-7
+
+
+@pytest.mark.parametrize("gain", [0.0, 0.9, 1.0])
+def test_dry_friction_compensated_with_a_late_sign_does_not_grow_on_the_bound(gain):
+    part = worst_hand.worst(J, B, T, 2, 64)
+    known = (part.step, part.push, part.angle, part.speed, J, 0.25)
+    bound = stability.k_max_sampled_data(B, 0.01, T)
+    assert worst_hand.peak_with_friction(*known, gain * 0.25, bound, 0.01, T, 64, 1000, 0.1) <= 1.0
+    free = (*known[:-1], 0.0, 0.0)
+    assert worst_hand.peak_with_friction(*free, 1.6 * bound, 0.01, T, 64, 4000, 0.1) > 1.5
