@@ -187,6 +187,13 @@ def arm(motion: Motion) -> Steps[None]:
         rows = yield from motion.see_any(Order(look_s=0.2, arm=idle))
         if int(motion.last["state"]) == State.ACTIVE and float(motion.last["authority"]) >= 1.0:
             return
+        if int(motion.last["state"]) in (State.FAULT, State.ESTOP, State.LOCKOUT):
+            first = int(motion.last["fault_first"])
+            cause = Fault(1 << first).name if first >= 0 else "a stop"
+            raise FaultError(
+                f"the rig went to {State(int(motion.last['state'])).name} by {cause} while it armed; remove the cause "
+                "(rtctl events, rtctl doctor) and start again"
+            )
         waited_s += len(rows) * motion.rig.period_s
         if waited_s > ARM_PATIENCE_S:
             raise FaultError(
