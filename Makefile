@@ -30,8 +30,9 @@ test: $(VENV)/.ready-dev
 	$(BIN)/python -m pytest
 
 # Against other people's programs; what is missing on this machine is skipped, with its reason.
+SYSTEM ?= tests/system
 test-system: $(VENV)/.ready-dev
-	$(BIN)/python -m pytest -m system -rs tests/system
+	$(BIN)/python -m pytest -m system -rs $(SYSTEM)
 
 lint: $(VENV)/.ready-dev
 	$(BIN)/ruff format --check .
