@@ -30,7 +30,7 @@ HEADER = "report.json"
 
 _STYLE = """body{font:15px/1.5 sans-serif;max-width:66em;margin:2em auto;padding:0 1em;color:#222}
 figure{margin:1.5em 0}img{max-width:100%}figcaption,caption{color:#555;font-size:.9em;text-align:left;padding:.4em 0}
-table{border-collapse:collapse;margin:1.2em 0;font-size:.85em}th,td{border-bottom:1px solid #ddd;padding:.2em .7em}
+table{border-collapse:collapse;margin:1.2em 0;font-size:.85em;min-width:38em}th,td{border-bottom:1px solid #ddd;padding:.2em .7em}
 th{text-align:left;background:#f4f4f4}td{font-variant-numeric:tabular-nums}.key{background:#eef5ff;padding:.7em 1em}
 h1.part{margin-top:3em;border-top:3px solid #ddd;padding-top:1em}.no{color:#a00;font-weight:bold}.yes{color:#070}
 nav a{margin-right:1em}"""

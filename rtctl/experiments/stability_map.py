@@ -107,7 +107,8 @@ def _with_more(
     dry_rows = [(f"{100 * gain:.0f} %", f"{growth:.4f}") for gain, growth in dry.items()]
     dry_caption = (
         f"Dry friction of {DRY_NM:g} N m, run in time on the proven bound in hands of {', '.join(map(str, DRY_MODES))} resonances from "
-        f"{DRY_SPEEDS_RAD_S[0]:g} to {DRY_SPEEDS_RAD_S[-1]:g} rad/s: largest energy of the second half over the first, worst of all runs. Above 1 it would grow."
+        f"{DRY_SPEEDS_RAD_S[0]:g} to {DRY_SPEEDS_RAD_S[-1]:g} rad/s: largest energy of the second half over the first, worst of all runs. Above 1 it would grow; "
+        "1 is the least start, whose motion stays as small as it began (a late sign hunts about rest), larger ones decay."
     )
     shown = (
         Table(caption, header, tuple(rows)),

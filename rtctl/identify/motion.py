@@ -137,8 +137,8 @@ class Motion:
             first = int(self.last["fault_first"])
             cause = Fault(1 << first).name if first >= 0 else "a stop"
             raise FaultError(
-                f"identification ended by {cause}: the rig went to {State(int(self.last['state'])).name}; "
-                "the points measured so far are kept, remove the cause and continue with --resume"
+                f"the motion was ended by {cause}: the rig went to {State(int(self.last['state'])).name}; remove the cause and start "
+                "again (an identification keeps the points measured so far: --resume)"
             )
         if int(self.last["program_flags"][self.rig.axis]) & ProgramFlag.HAND:
             raise HandSeen
