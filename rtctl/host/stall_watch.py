@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from enum import IntEnum
+
 LOOK_S = 0.002
 """How often the host of a rig with a motor looks; of longer gaps only this much counts as silence of the loop."""
 
@@ -11,7 +14,17 @@ IDLE_LOOK_S = 0.05
 STALL_S = 0.010
 STALL_PERIODS = 3
 SLACK_S = 0.25
-"""Added where the loop may be kept waiting by the system: simulated rigs, and rigs that run without real-time rights."""
+"""What the system may keep a process waiting that has no rights, and how long a late loop may take to go on."""
+
+
+class Verdict(IntEnum):
+    """What to do about the loop."""
+
+    FINE = 0
+    LATE = 1
+    """Stop the devices. A loop that goes on finds itself STALLED, and waits for an operator."""
+    STALLED = 2
+    """End it."""
 
 
 class StallWatch:
@@ -27,7 +40,8 @@ class StallWatch:
     motor
         Whether there is a motor to stop.
     punctual
-        Whether the loop runs by right: silence counts as a stall within 3 periods + 10 ms of it.
+        Whether the loop runs by right: after 3 periods + 10 ms of silence it is LATE, `SLACK_S` later STALLED.
+        Any other loop is never LATE.
 
     Attributes
     ----------
@@ -37,7 +51,9 @@ class StallWatch:
 
     def __init__(self, period_s: float, *, motor: bool, punctual: bool) -> None:
         self.look_s = LOOK_S if motor else IDLE_LOOK_S
-        self.limit_s = STALL_PERIODS * period_s + STALL_S + (-LOOK_S if punctual else SLACK_S)
+        late_s = STALL_PERIODS * period_s + STALL_S
+        self.late_s = late_s - LOOK_S if punctual else math.inf
+        self.stalled_s = late_s + SLACK_S
         self._most_s = LOOK_S if punctual else IDLE_LOOK_S
         self._head, self._looked_s, self._silent_s = 0, 0.0, 0.0
 
@@ -46,8 +62,8 @@ class StallWatch:
         """Whether no tick came between the last two looks."""
         return self._silent_s > 0.0
 
-    def look(self, head: int, now_s: float, *, excused: bool) -> bool:
-        """Whether the loop has stalled.
+    def look(self, head: int, now_s: float, *, excused: bool) -> Verdict:
+        """Judge the loop.
 
         Parameters
         ----------
@@ -63,4 +79,6 @@ class StallWatch:
             self._head, self._silent_s = head, 0.0
         else:
             self._silent_s += min(gap_s, self._most_s)
-        return self._silent_s > self.limit_s
+        if self._silent_s > self.stalled_s:
+            return Verdict.STALLED
+        return Verdict.LATE if self._silent_s > self.late_s else Verdict.FINE

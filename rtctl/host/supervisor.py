@@ -31,7 +31,7 @@ from rtctl.host.notices import Notices
 from rtctl.host.notify import Notifier
 from rtctl.host.run_record import RunRecord
 from rtctl.host.safe_stop import SafeStop
-from rtctl.host.stall_watch import StallWatch
+from rtctl.host.stall_watch import StallWatch, Verdict
 from rtctl.host.statistics import RunStatistics
 from rtctl.host.telemetry import Telemetry
 from rtctl.host.view_process import ViewProcess
@@ -90,6 +90,7 @@ class Host:
         self._finished = False
         self._ending_since: float | None = None
         self._safe_stop: SafeStop | None = None
+        self._told_at = -1  # tick after which the devices were told to stop
 
     def __enter__(self) -> Host:
         self._check()
@@ -252,15 +253,16 @@ class Host:
             self.loop.kill()
 
     def _look_after_the_loop(self) -> None:
-        """Tell the devices of a loop that is dying; end one that stalls (on a wall clock) without an excuse."""
+        """Stop the devices of a loop that is dying or late; end one that stalls (on a wall clock) without an excuse."""
         head, loop = int(self.memory.header[0]["head"]), self.loop
         excused = loop.opening or loop.ended is not None or self.loaded.config.loop.clock == "virtual"
-        stalled = self._watch.look(head, time.monotonic(), excused=excused)
-        if self._safe_stop is None or not self._watch.is_silent or not (stalled or loop.dying):
-            return
-        loop.kill()  # from here on it runs no more
-        self._safe_stop.tell()
-        if stalled:
+        verdict = self._watch.look(head, time.monotonic(), excused=excused)
+        dying = self._watch.is_silent and loop.dying
+        if (dying or verdict) and self._told_at != head and self._safe_stop is not None:
+            self._told_at = head  # once a silence
+            self._safe_stop.tell()
+        if verdict is Verdict.STALLED:
+            loop.kill()
             loop.wait(1.0)
             raise LoopDiedError(
                 f"the loop stopped advancing at tick {head}; it was killed: {self._make_safe()}"

@@ -4,33 +4,41 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rtctl.host.stall_watch import LOOK_S, SLACK_S, STALL_PERIODS, STALL_S, StallWatch
+from rtctl.host.stall_watch import LOOK_S, SLACK_S, STALL_PERIODS, STALL_S, StallWatch, Verdict
 
 PERIODS_S = (1e-4, 1e-3, 5e-3, 1e-2)
 
 
-def alarm_s(watch, gaps_s, head=7):
-    """When a loop that has made its last tick at time 0 is called stalled."""
+def since(watch, gaps_s, verdict, head=7):
+    """When a loop that has made its last tick at time 0 is called late, or stalled."""
     assert not watch.look(head, 0.0, excused=False)
     now = 0.0
     for gap in gaps_s:
         now += gap
-        if watch.look(head, now, excused=False):
+        if watch.look(head, now, excused=False) >= verdict:
             return now
     return None
 
 
 @pytest.mark.parametrize("period_s", PERIODS_S)
-def test_a_silent_loop_is_noticed_within_three_periods_and_ten_milliseconds(period_s):
-    found = alarm_s(StallWatch(period_s, motor=True, punctual=True), itertools.repeat(LOOK_S, 1000))
+def test_a_silent_loop_is_late_within_three_periods_and_ten_milliseconds_and_stalled_later(period_s):
     limit = STALL_PERIODS * period_s + STALL_S
+    found = since(
+        StallWatch(period_s, motor=True, punctual=True), itertools.repeat(LOOK_S, 1000), Verdict.LATE
+    )
     assert limit - 2 * LOOK_S < found <= limit + 1e-9
+    found = since(
+        StallWatch(period_s, motor=True, punctual=True), itertools.repeat(LOOK_S, 1000), Verdict.STALLED
+    )
+    assert limit + SLACK_S < found <= limit + SLACK_S + LOOK_S + 1e-9
 
 
 @pytest.mark.parametrize("motor", [True, False])
 @pytest.mark.parametrize("period_s", PERIODS_S)
-def test_without_rights_it_has_a_quarter_of_a_second_more(period_s, motor):
-    found = alarm_s(StallWatch(period_s, motor=motor, punctual=False), itertools.repeat(0.02, 1000))
+def test_without_rights_it_is_never_late_and_stalled_a_quarter_of_a_second_later(period_s, motor):
+    found = since(
+        StallWatch(period_s, motor=motor, punctual=False), itertools.repeat(0.02, 1000), Verdict.LATE
+    )
     limit = STALL_PERIODS * period_s + STALL_S + SLACK_S
     assert limit < found <= limit + 0.02 + 1e-9
 
