@@ -24,8 +24,8 @@ BACKENDS = ("loky", "dask", "threading", "sequential")
 BREAK_AWAY_WEIGHT = 3.0
 """Weight of break-away points: one of 55, and the only one that says what a rig at rest holds."""
 
-RUNGS = (5_000, 50_000, MAX_ITERATIONS)
-"""Solver iterations of the rounds of successive halving."""
+RUNGS = ((5_000, 2), (50_000, 5), (MAX_ITERATIONS, 5))
+"""Solver iterations, and folds held out at most, of the rounds of successive halving."""
 
 KEEP = 3
 """Each round keeps one in this many candidates of a family."""
@@ -104,16 +104,18 @@ def cross_validate(
     *,
     final: bool = True,
     max_terms: int | None = None,
+    most_folds: int | None = None,
 ) -> Score:
-    """Score of one candidate on held-out folds.
+    """Score of one candidate on held-out folds, `most_folds` of them at most.
 
     A fit that fails gives a score that says so: "not finite", "not converged" (only when `final`: the early
     rounds of halving stop early on purpose), "refused", or "more than N support vectors" when it has more than
     `max_terms` trained on all points; `n_terms` is then their number.
     """
     errors, terms, converged = np.zeros(len(data.speed)), [], True
+    folds = np.unique(data.fold[data.fold != TRAINS])[:most_folds]
     try:
-        for k in np.unique(data.fold[data.fold != TRAINS]):
+        for k in folds:
             held, kept = data.fold == k, data.fold != k
             trained = train(
                 candidate,
@@ -141,7 +143,7 @@ def cross_validate(
         return Score(candidate, data.direction, np.zeros(0), np.inf, error.reason)
     except UnidentifiableError as error:
         return Score(candidate, data.direction, np.zeros(0), np.inf, str(error))
-    held_out = errors[data.fold != TRAINS]
+    held_out = errors[np.isin(data.fold, folds)]
     return Score(candidate, data.direction, held_out, count, converged=converged)
 
 
@@ -151,6 +153,7 @@ def _chunk(
     limit: int,
     final: bool,
     max_terms: int | None,
+    most_folds: int | None,
 ) -> list[Score]:
     """Score a batch of (candidate, index of its side); one kernel matrix serves all that share it."""
     matrices: dict[tuple[Any, ...], np.ndarray] = {}
@@ -161,7 +164,11 @@ def _chunk(
             speed = sides[at].speed
             matrices[key] = gram(one.kind, one.parameters, speed, speed)
         matrix = matrices.get(key)
-        scores.append(cross_validate(one, sides[at], matrix, limit, final=final, max_terms=max_terms))
+        scores.append(
+            cross_validate(
+                one, sides[at], matrix, limit, final=final, max_terms=max_terms, most_folds=most_folds
+            )
+        )
     return scores
 
 
@@ -213,13 +220,16 @@ def score_all(
     final: bool = True,
     progress: Progress | None = None,
     max_terms: int | None = None,
+    most_folds: int | None = None,
 ) -> list[Score]:
     """Score every task on the pool; the result has the order of `tasks`."""
     import joblib
 
     batches = [tasks[i : i + CHUNK] for i in range(0, len(tasks), CHUNK)]
     scores: list[Score] = []
-    for done in pool(joblib.delayed(_chunk)(batch, sides, limit, final, max_terms) for batch in batches):
+    for done in pool(
+        joblib.delayed(_chunk)(batch, sides, limit, final, max_terms, most_folds) for batch in batches
+    ):
         scores += done
         if progress:
             progress(len(scores), len(tasks))
@@ -246,7 +256,7 @@ def halving(
     *,
     max_terms: int | None = None,
 ) -> list[Score]:
-    """Successive halving, family by family and side by side: few solver iterations for all, more for the best.
+    """Successive halving, family by family and side by side: few folds and iterations for all, more for the best.
 
     What has converged early stays beside the most promising of the rest, so that a family whose best
     candidates never converge still has one. Returns the scores of the last round (all converged or failed),
@@ -254,9 +264,18 @@ def halving(
     """
     lost: list[Score] = []
     left = list(tasks)
-    for limit in RUNGS:
-        final = limit == RUNGS[-1]
-        scores = score_all(pool, left, sides, limit, final=final, progress=progress, max_terms=max_terms)
+    for limit, most_folds in RUNGS:
+        final = limit == MAX_ITERATIONS
+        scores = score_all(
+            pool,
+            left,
+            sides,
+            limit,
+            final=final,
+            progress=progress,
+            max_terms=max_terms,
+            most_folds=most_folds,
+        )
         if final:
             return [*scores, *lost]
         lost += [score for score in scores if score.failed]
