@@ -119,6 +119,13 @@ def plan(loaded: LoadedConfig, root: Path, command: str, *, start: bool) -> Inst
             ["systemd-sysusers", str(etc / "sysusers.d/rtctl.conf")],
             ["systemctl", "daemon-reload"],
             ["udevadm", "control", "--reload"],
+            [
+                "udevadm",
+                "trigger",
+                "--settle",
+                "--subsystem-match=misc",
+                "--subsystem-match=tty",
+            ],  # devices that are there already
         ]
         made.commands.append(["systemctl", "enable", *(["--now"] if start else []), f"rtctl@{name}.service"])
     return made

@@ -30,7 +30,7 @@ printf '#!/bin/sh\nPYTHONPATH=%s PYTHONDONTWRITEBYTECODE=1 exec %s -m rtctl "$@"
 chmod 755 /usr/bin/rtctl
 if [ "$slow" != 1 ]; then  # the times that an emulated processor cannot keep, and nothing else
   mkdir -p /run/systemd/system/rtctl@.service.d
-  printf '[Unit]\nStartLimitIntervalSec=1800\n[Service]\nTimeoutStopSec=120\nEnvironment=NUMBA_CPU_NAME=generic NUMBA_CPU_FEATURES=\n' \
+  printf '[Unit]\nStartLimitIntervalSec=1800\n[Service]\nTimeoutStopSec=120\nWatchdogSec=20\nEnvironment=NUMBA_CPU_NAME=generic NUMBA_CPU_FEATURES=\n' \
     >/run/systemd/system/rtctl@.service.d/slow.conf
   mkdir -p /var/cache/rtctl; cp -a "$venv"/compiled /var/cache/rtctl/
 fi
@@ -42,6 +42,7 @@ fact "the unit is enabled" systemctl is-enabled --quiet "$unit"
 fact "its sandbox is in force" [ "$(show PrivateTmp)$(show NoNewPrivileges)$(show ProtectSystem)" = yesyesstrict ]
 if [ "$slow" != 1 ]; then
   fact "the loop has real-time priority, granted to its user" sh -c "chrt -p $(loop_pid) | grep -q SCHED_FIFO"
+  fact "no right was refused" sh -c "! journalctl -o cat -u $unit | grep REFUSED"
   fact "its memory is locked" [ "$(awk '/VmLck/ {print $2}' "/proc/$(loop_pid)/status")" -gt 10000 ]
 fi
 rtctl service install /opt/rtctl/configs/mock.toml --command /usr/bin/rtctl | grep -q '^write' && again=1 || again=0
