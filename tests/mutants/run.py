@@ -66,10 +66,7 @@ def main() -> int:
             seed, outcome = trying[done], done.result()
             survived += not outcome.by
             word = "caught  " if outcome.by else "SURVIVED"
-            say(
-                f"{word}  {outcome.seconds:5.1f} s  {seed.file}: {seed.what}  [{outcome.by or seed.tests}]",
-                flush=True,
-            )
+            say(f"{word}  {outcome.seconds:5.1f} s  {seed.file}: {seed.what}  [{outcome.by or seed.tests}]")
     say(f"{len(chosen) - survived} of {len(chosen)} seeded bugs caught in {time.monotonic() - start:.0f} s")
     return 1 if survived else 0
 
