@@ -30,8 +30,9 @@ printf '#!/bin/sh\nPYTHONPATH=%s PYTHONDONTWRITEBYTECODE=1 exec %s -m rtctl "$@"
 chmod 755 /usr/bin/rtctl
 if [ "$slow" != 1 ]; then  # the times that an emulated processor cannot keep, and nothing else
   mkdir -p /run/systemd/system/rtctl@.service.d
-  printf '[Unit]\nStartLimitIntervalSec=1800\n[Service]\nTimeoutStopSec=120\nWatchdogSec=20\nEnvironment=NUMBA_CPU_NAME=generic NUMBA_CPU_FEATURES=\n' \
+  printf '[Unit]\nStartLimitIntervalSec=1800\n[Service]\nTimeoutStopSec=120\nWatchdogSec=20\nTimeoutStartSec=900\nEnvironment=NUMBA_CPU_NAME=generic NUMBA_CPU_FEATURES=\n' \
     >/run/systemd/system/rtctl@.service.d/slow.conf
+  find /opt/rtctl -exec touch -h -d @1600000000 {} +  # as they were when the law was compiled
   mkdir -p /var/cache/rtctl; cp -a "$venv"/compiled /var/cache/rtctl/
 fi
 

@@ -13,7 +13,12 @@ from packaging.requirements import Requirement
 from test_in_vm import ROOT, VM, why_not
 from test_service_life import why_not as why_no_service
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(1500)]
+ASK = "RTCTL_VM_SERVICE"
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.timeout(1500),
+    pytest.mark.skipif(ASK not in os.environ, reason=f"twenty minutes on an emulated processor: set {ASK}=1"),
+]
 
 SLOWER = 6
 TOO_MUCH = {
