@@ -36,6 +36,7 @@ TOO_MUCH = {
 
 COMPILE = """
 mount --bind "$1" /opt
+cd /opt  # python3 -m looks there first
 exec env PYTHONPATH="/opt/rtctl:$2" NUMBA_CPU_NAME=generic NUMBA_CPU_FEATURES= RTCTL_CACHE_DIR="$3" \
   /usr/bin/python3 -m rtctl run /opt/rtctl/configs/mock.toml --runtime-dir "$4" --for 0.5
 """
