@@ -94,7 +94,8 @@ def test_the_same_rig_file_compares_equal_and_another_one_does_not(tmp_path):
     assert same["active_s"]["recorded"] == same["active_s"]["other"] > 1.0
     text = (CONFIGS / "mock.toml").read_text().replace('"friction/', f'"{CONFIGS}/friction/')
     weak = tmp_path / "weak.toml"
-    weak.write_text(text.replace("gain = 0.9 ", "gain = 0.45 "))
+    assert text.count("gain = 0.95 ") == 1
+    weak.write_text(text.replace("gain = 0.95 ", "gain = 0.475 "))
     other = compare(reader, load(weak))
     found = numbers(other)["feedforward_torque_nm"]
     assert 0.4 < found["other"][0] / found["recorded"][0] < 0.6
