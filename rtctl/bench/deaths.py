@@ -99,7 +99,6 @@ def _rig_file(config: Path, folder: Path, port: str) -> Path:
         ('"/tmp/rtctl-board"', f'"{port}"'),
         ("time_to_live_cycles = 20", f"time_to_live_cycles = {TIME_TO_LIVE_CYCLES}"),
         ("center_rad = 0.0", "center_rad = 0.5"),  # so that there is torque at rest
-        ('realtime = "prefer"', 'realtime = "prefer"\npriority = 70'),
     ):
         if text.count(shipped) != 1:
             msg = f"{config}: {shipped!r} is not there once"

@@ -24,8 +24,8 @@ BACKENDS = ("loky", "dask", "threading", "sequential")
 BREAK_AWAY_WEIGHT = 3.0
 """Weight of break-away points: one of 55, and the only one that says what a rig at rest holds."""
 
-RUNGS = ((5_000, 2), (50_000, 5), (MAX_ITERATIONS, 5))
-"""Solver iterations, and folds held out at most, of the rounds of successive halving."""
+RUNGS: tuple[tuple[int, int | None], ...] = ((5_000, 2), (50_000, None), (MAX_ITERATIONS, None))
+"""Solver iterations, and folds held out at most (None: all), of the rounds of successive halving."""
 
 KEEP = 3
 """Each round keeps one in this many candidates of a family."""

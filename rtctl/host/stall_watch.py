@@ -22,7 +22,7 @@ class Verdict(IntEnum):
 
     FINE = 0
     LATE = 1
-    """Stop the devices. A loop that goes on finds itself STALLED, and waits for an operator."""
+    """Stop the devices. A loop that goes on judges its own lateness: STALLED from 10 periods on, else late ticks."""
     STALLED = 2
     """End it."""
 

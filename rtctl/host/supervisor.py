@@ -99,10 +99,8 @@ class Host:
         self.plan = planning.build(self.loaded)
         if self._model is not None:
             self.plan.model[0] = self._model[0]
-        motor, rights = (
-            not self.loaded.config.simulated,
-            self.loaded.config.loop.realtime in ("require", "prefer"),
-        )
+        motor = not self.loaded.config.simulated
+        rights = self.loaded.config.loop.realtime in ("require", "prefer")
         self._watch = StallWatch(self.plan.period_s, motor=motor, punctual=motor and rights)
         self.runtime = RuntimeDirectory.acquire(self.loaded.config.rig.name, self._runtime_dir)
         try:
