@@ -362,6 +362,7 @@ def test_a_described_board_is_driven_and_stopped(described):
     described.backend.close()
     described.in_step.open()
     described.cycles(2)
+    described.in_step.wait()
     before = described.board.observation.count
     described.backend.close()
     described.backend.stop()
