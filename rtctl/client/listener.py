@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -74,8 +73,7 @@ class Listener:
                 self._last = sample
             now = time.monotonic()
             if self._last is not None and now - self._last.fields["sent_monotonic_s"] < FRESH_S:
-                age = self._last.fields["age_s"] + now - self._last.fields["sent_monotonic_s"]
-                return replace(self._last, age_s=age)
+                return self._last.as_of(now)
             if now > deadline:
                 raise NoReplyError(
                     f"no fresh state from {self.endpoints.telemetry} within {self.timeout_s:g} s"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -65,6 +65,10 @@ class RigState:
     def stale(self) -> bool:
         """True when the rig was like this more than `STALE_S` ago: do not act on it."""
         return self.age_s > STALE_S
+
+    def as_of(self, now_s: float) -> RigState:
+        """The same sample, its `age_s` as of `now_s` of CLOCK_MONOTONIC, s."""
+        return replace(self, age_s=self.fields["age_s"] + now_s - self.fields["sent_monotonic_s"])
 
 
 def rig_state(message: Mapping[str, Any], now_s: float | None = None) -> RigState:

@@ -46,10 +46,10 @@ class Stream(Generic[Item]):
         topic: bytes,
         items: Callable[[Any], list[tuple[int, int, int, Item]]],
         timeout_s: float,
-        too_old: Callable[[Item], bool] = lambda _item: False,
+        as_of_now: Callable[[Item], Item | None] = lambda item: item,
     ) -> None:
         self._items = items
-        self._too_old = too_old
+        self._as_of_now = as_of_now
         self._endpoint = connection.endpoints.telemetry
         self._timeout_s = timeout_s
         self._waiting: deque[Item] = deque()
@@ -76,11 +76,15 @@ class Stream(Generic[Item]):
     def receive(self, timeout_s: float) -> Item | None:
         """The next item, or None when there is none within `timeout_s` (0: what has arrived)."""
         deadline = time.monotonic() + timeout_s
-        while not self._waiting:
-            if not self._socket.poll(max(0, round((deadline - time.monotonic()) * 1e3))):
-                return None
-            self._take(self._socket.recv_multipart()[-1])
-        return self._waiting.popleft()
+        while True:
+            while not self._waiting:
+                if not self._socket.poll(max(0, round((deadline - time.monotonic()) * 1e3))):
+                    return None
+                self._take(self._socket.recv_multipart()[-1])
+            item = self._as_of_now(self._waiting.popleft())
+            if item is not None:
+                return item
+            self.outdated += 1
 
     def close(self) -> None:
         """Close the stream. Idempotent."""
@@ -108,20 +112,24 @@ class Stream(Generic[Item]):
             elif first > self._expected:
                 self.lost += first - self._expected
             self._expected = first + count
-            if self._too_old(item):
-                self.outdated += 1
-            else:
-                self._waiting.append(item)
+            self._waiting.append(item)
 
 
 def state_stream(connection: Connection, timeout_s: float, max_age_s: float = math.inf) -> Stream[RigState]:
-    """Decimated samples, those older than `max_age_s` when they are read left out."""
+    """Decimated samples, those older than `max_age_s` when they are read left out.
+
+    A message carries several: their age is that of the moment when each is handed out.
+    """
 
     def items(message: Any) -> list[tuple[int, int, int, RigState]]:  # noqa: ANN401
         samples = [rig_state(sample) for sample in message]
         return [(sample.session, sample.sequence, 1, sample) for sample in samples]
 
-    return Stream(connection, TOPIC_STATE, items, timeout_s, lambda sample: sample.age_s > max_age_s)
+    def as_of_now(sample: RigState) -> RigState | None:
+        aged = sample.as_of(time.monotonic())
+        return None if aged.age_s > max_age_s else aged
+
+    return Stream(connection, TOPIC_STATE, items, timeout_s, as_of_now)
 
 
 def tick_stream(connection: Connection, timeout_s: float) -> Stream[np.ndarray]:

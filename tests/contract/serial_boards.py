@@ -6,7 +6,10 @@ import select
 import struct
 import termios
 
-from hw.serial.simulated_board import SimulatedBoard
+import pytest
+
+from hw.serial import backend as serial_backend
+from hw.serial.simulated_board import PATIENCE_S, SimulatedBoard
 
 _BOARDS = {}
 
@@ -125,7 +128,10 @@ class InLockstep:
         return getattr(self._backend, name)
 
     def open(self):
-        self._backend.open()
+        """Asks the board once: a second answer to a slow first one would be taken for that of a command."""
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(serial_backend, "ASK_AGAIN_S", 1e6)
+            self._backend.open()
         self._awaited = not self._backend.sample_waits
 
     def read(self, tick):
@@ -141,4 +147,4 @@ class InLockstep:
     def wait(self):
         fd = self._backend.fileno()
         while struct.unpack("i", fcntl.ioctl(fd, termios.FIONREAD, b"\0\0\0\0"))[0] < self._answer_bytes:
-            assert select.select([fd], [], [], 10.0)[0], "no answer"
+            assert select.select([fd], [], [], PATIENCE_S)[0], "no answer"

@@ -132,6 +132,7 @@ def test_another_process_object_can_stop_a_port_in_use(bench):
 
 def test_a_stop_goes_ahead_of_a_full_line(bench):
     bench.drive()
+    before = bench.board.observation.count
     os.kill(bench.board.process.pid, signal.SIGSTOP)
     try:
         with contextlib.suppress(BlockingIOError):
@@ -140,7 +141,6 @@ def test_a_stop_goes_ahead_of_a_full_line(bench):
         bench.backend.stop()
     finally:
         os.kill(bench.board.process.pid, signal.SIGCONT)
-    before = bench.board.observation.count
     bench.board.wait_for(before + 1)
     assert Status(int(bench.motor["status"])) & Status.HELD
 
@@ -222,6 +222,7 @@ def replug(board):
 def test_after_a_re_plug_the_same_board_goes_on_with_count_and_angle(bench):
     bench.drive()
     bench.cycles(5)
+    bench.in_step.wait()
     count = int(bench.tick["sample_count"][0])
     replug(bench.board)
     bench.backend.close()
@@ -428,18 +429,21 @@ def test_a_described_port_that_talks_otherwise_is_refused_with_what_to_compare(d
         backend = registry.create("serial-described", valid.model_dump(mode="json"), RIG)
         with pytest.raises(BackendError, match="not a byte came"):
             backend.open()
+        backend = with_chatter(backend, master)
         with pytest.raises(BackendError, match=r"bytes came, none of them a frame"):
-            chatter(master, backend)
+            backend.open()
     finally:
         os.close(master)
         os.close(slave)
 
 
-def chatter(master, backend):
-    """Open while the other side says something else."""
-    talking = threading.Timer(0.05, os.write, (master, b"hello, I am a shell\r\n"))
-    talking.start()
-    try:
-        backend.open()
-    finally:
-        talking.join()
+def with_chatter(backend, master):
+    """The other side says something else, once the port is open and emptied."""
+    greet = backend._greet
+
+    def _greet(port):
+        os.write(master, b"hello, I am a shell\r\n")
+        greet(port)
+
+    backend._greet = _greet
+    return backend

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import threading
 import time
+from collections import deque
 from functools import cache
 from pathlib import Path
 
@@ -126,6 +127,7 @@ class FakeRig:
         self.writer.send()
         self.loop = FakeLoop(self.memory, rate_hz)
         self._end = threading.Event()
+        self._orders = deque()
         self._threads = [threading.Thread(target=self._run_loop), threading.Thread(target=self._run_host)]
 
     def __enter__(self):
@@ -138,6 +140,7 @@ class FakeRig:
         self.gateway = Gateway(
             self.context, endpoints, self.writer, self.description, self.reader.latest, access=self.access
         )
+        self.gateway._requests._desk.silence_s = 8.0  # a loaded machine is no silent renderer
         self.telemetry.set_commands(self.gateway.counts)
         for thread in self._threads:
             thread.start()
@@ -153,6 +156,10 @@ class FakeRig:
         self.memory.close()
         self.runtime.release()
 
+    def in_host(self, order) -> None:
+        """Have the host's thread call `order` between two turns: what it works on is its own."""
+        self._orders.append(order)
+
     def _run_loop(self) -> None:
         while not self._end.is_set():
             self.loop.advance()
@@ -164,6 +171,8 @@ class FakeRig:
         self.gateway.register(poller)
         while not self._end.is_set():
             poller.poll(2)
+            while self._orders:
+                self._orders.popleft()()
             if self.gateway.serve():
                 time.sleep(PAUSE_S)
             if time.monotonic() >= due:

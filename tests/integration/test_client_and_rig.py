@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import zmq
 from fake_rig import FakeRig
+from patience import PATIENCE_S, until
 
 from rtctl.client import RigClient, State
 from rtctl.errors import NoReplyError, RefusedError
@@ -23,15 +24,13 @@ def root():
         yield Path(folder)
 
 
-def until(condition, seconds=10.0):
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline, "waited too long"
-        time.sleep(0.01)
+def connected(root, **more):
+    """A client that waits as long as a loaded machine may take."""
+    return RigClient("mock", runtime_dir=root, timeout_s=PATIENCE_S, **more)
 
 
 def test_a_virtual_world_arms_moves_the_proxy_and_stops(root):
-    with FakeRig(root), RigClient("mock", runtime_dir=root) as rig:
+    with FakeRig(root), connected(root) as rig:
         hello = rig.hello()
         assert (hello["rig"], [axis["name"] for axis in hello["axes"]]) == ("mock", ["joint"])
         rig.arm()
@@ -48,7 +47,7 @@ def test_a_virtual_world_arms_moves_the_proxy_and_stops(root):
 
 
 def test_settings_reach_the_tick_of_their_axis(root):
-    with FakeRig(root, names=("base", "tip")), RigClient("mock", runtime_dir=root) as rig:
+    with FakeRig(root, names=("base", "tip")), connected(root) as rig:
         in_force = rig.set_environment("tip", "spring", stiffness_nm_rad=2.5)
         assert in_force["environment"]["stiffness_nm_rad"] == 2.5
         rig.set_compensation(0.5)
@@ -63,7 +62,7 @@ def test_settings_reach_the_tick_of_their_axis(root):
 
 
 def test_a_fault_is_told_by_event_and_status_and_reset_leaves_it(root):
-    with FakeRig(root) as fake, RigClient("mock", runtime_dir=root) as rig, rig.events() as events:
+    with FakeRig(root) as fake, connected(root) as rig, rig.events() as events:
         rig.latest_state()
         rig.arm()
         fake.loop.trip.set()
@@ -79,7 +78,7 @@ def test_a_fault_is_told_by_event_and_status_and_reset_leaves_it(root):
 
 
 def test_every_tick_arrives_at_three_subscribers_at_10_khz(root):
-    with FakeRig(root, rate_hz=10_000, ring_rows=80_000), RigClient("mock", runtime_dir=root) as rig:
+    with FakeRig(root, rate_hz=10_000, ring_rows=80_000), connected(root) as rig:
         streams = [rig.ticks() for _ in range(3)]
         for stream in streams:
             collected = [next(stream) for _ in range(60)]
@@ -89,28 +88,33 @@ def test_every_tick_arrives_at_three_subscribers_at_10_khz(root):
             assert stream.lost == 0
 
 
+def lose(reader, n):
+    """As if the loop had overwritten rows before they were read."""
+    reader.next += n
+    reader.overwritten += n
+
+
 def test_losses_are_counted_by_the_one_who_lost(root):
     with (
         FakeRig(root, batch_s=0.005) as fake,
-        RigClient("mock", runtime_dir=root) as rig,
+        connected(root) as rig,
         rig.ticks() as ticks,
     ):
         next(ticks)
-        fake.reader.next += 50  # as if the loop had overwritten them
-        fake.reader.overwritten += 50
+        fake.in_host(lambda: lose(fake.reader, 50))
         until(lambda: len(next(ticks)) and ticks.lost >= 50)
         assert ticks.lost == 50
 
 
 def test_a_halted_subscriber_does_not_take_old_samples_for_new(root):
-    with FakeRig(root), RigClient("mock", runtime_dir=root) as rig:
+    with FakeRig(root), connected(root) as rig:
         every, fresh = rig.states(), rig.states(max_age_s=0.1)
         next(every)
         next(fresh)
         time.sleep(0.6)  # the program stands still; its queue fills up
         assert next(every).stale
         sample = next(fresh)
-        assert sample.age_s <= 0.1
+        assert sample.age_s <= 0.1  # as of the moment it was handed out
         assert not sample.stale
         assert fresh.outdated > 10
         assert fresh.lost == 0
@@ -121,12 +125,12 @@ def test_client_and_streams_survive_a_restart_of_the_daemon(root):
         states = rig.states()
         with FakeRig(root, session=1):
             until(lambda: _quiet(rig.hello))
-            assert next(states).session == 1
+            until(lambda: _quiet(lambda: next(states).session == 1))
         with pytest.raises(NoReplyError):
             rig.arm()
         with FakeRig(root, session=2):
             until(lambda: _quiet(lambda: next(states).session == 2))
-            until(lambda: _quiet(rig.hello))
+            rig.timeout_s = PATIENCE_S
             assert rig.status()["state"] == "IDLE", (
                 "the request that got no reply must not arm a later daemon"
             )
@@ -164,19 +168,20 @@ def test_a_late_reply_is_never_taken_for_another(root):
                 }
                 slow.send_multipart([identity, msgpack.packb(body)])
 
-        with RigClient("mock", runtime_dir=root, timeout_s=0.3) as rig:
+        with RigClient("mock", runtime_dir=root, timeout_s=1.0) as rig:
             with pytest.raises(NoReplyError):
                 rig.hello()
             server = threading.Thread(target=answer, args=(1,))
             slow.recv_multipart()  # the request nobody answered in time
             server.start()
+            rig.timeout_s = PATIENCE_S
             assert rig.hello() == {"n": 2}
             server.join()
         slow.close(linger=0)
 
 
 def test_requests_from_many_threads_take_turns(root):
-    with FakeRig(root), RigClient("mock", runtime_dir=root) as rig:
+    with FakeRig(root), connected(root) as rig:
         results = []
 
         def ask():
@@ -191,9 +196,9 @@ def test_requests_from_many_threads_take_turns(root):
 
 
 def test_a_late_look_shows_a_fresh_state(root):
-    with FakeRig(root), RigClient("mock", runtime_dir=root) as rig:
-        first = rig.latest_state()
-        time.sleep(0.3)
+    with FakeRig(root), connected(root) as rig, connected(root) as other:
+        first, states = rig.latest_state(), other.states()
+        until(lambda: next(states).tick > first.tick + 300)  # meanwhile 30 samples queue up
         second = rig.latest_state()
         assert second.tick > first.tick + 200
         assert 0 <= second.age_s < math.inf
@@ -208,7 +213,7 @@ def test_monitor_writes_one_json_object_per_sample(root):
     import json
 
     with FakeRig(root):
-        process = monitor(root, "--json", "--for", "0.5")
+        process = monitor(root, "--json", "--for", "2")
         out, err = process.communicate(timeout=60)
     assert process.returncode == 0, err
     samples = [json.loads(line) for line in out.splitlines()]

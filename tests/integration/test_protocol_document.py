@@ -1,5 +1,6 @@
 """`docs/protocol.md` is enough: a client from that text alone, and the text held against the code."""
 
+import itertools
 import json
 import re
 import struct
@@ -10,6 +11,7 @@ from pathlib import Path
 import msgpack
 import pytest
 import zmq
+from patience import PATIENCE_S, until
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "protocol.md"
 
@@ -43,21 +45,29 @@ class DocumentClient:
     def ask(self, op, **keys):
         self.next_id += 1
         self.command.send(msgpack.packb({"id": self.next_id, "op": op, **keys}))
-        assert self.command.poll(2000), "no reply"
+        assert self.command.poll(PATIENCE_S * 1000), "no reply"
         reply = msgpack.unpackb(self.command.recv())
         assert reply["id"] == self.next_id
         assert reply["op"] == op
         return reply
 
-    def hear(self, seconds):
-        """Payloads of some seconds by topic."""
+    def hear(self, enough):
+        """Payloads by topic, until they are enough."""
         heard = {}
-        end = time.monotonic() + seconds
-        while (left := end - time.monotonic()) > 0:
-            if self.telemetry.poll(left * 1000):
-                topic, payload = self.telemetry.recv_multipart()
-                heard.setdefault(topic.decode(), []).append(msgpack.unpackb(payload))
+        end = time.monotonic() + PATIENCE_S
+        while not enough(heard):
+            assert self.telemetry.poll(max(0.0, end - time.monotonic()) * 1000), f"heard {list(heard)} only"
+            topic, payload = self.telemetry.recv_multipart()
+            heard.setdefault(topic.decode(), []).append(msgpack.unpackb(payload))
         return heard
+
+    def samples(self, enough):
+        """State samples, until they are enough."""
+        heard = self.hear(lambda heard: enough(list(flat(heard.get("rtctl/state", [])))))
+        return list(flat(heard["rtctl/state"]))
+
+
+flat = itertools.chain.from_iterable
 
 
 def read_column(column):
@@ -96,10 +106,13 @@ def client(rig, root):
 
 
 def wait_for_state(client, name):
-    deadline = time.monotonic() + 5
-    while client.ask("status")["state"] != name:
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    until(lambda: client.ask("status")["state"] == name, name)
+
+
+def in_fault(heard):
+    """Whether health, which comes once a second, tells of the fault and what else is sent has been heard."""
+    told = any(health["state"] == "FAULT" for health in heard.get("rtctl/health", []))
+    return told and {"rtctl/event", "rtctl/ticks"} <= set(heard)
 
 
 def test_it_arms_moves_the_proxy_and_stops(client):
@@ -115,8 +128,8 @@ def test_it_arms_moves_the_proxy_and_stops(client):
     assert (len(given["lease"]), len(given["target_position_rad"])) == (16, 2)
     mine = {"epoch": armed["epoch"], "lease": given["lease"]}
     seq = client.ask("target", **mine, position_rad=[0.5, -0.5])["result"]["command_seq"]
-    samples = [sample for batch in client.hear(0.3)["rtctl/state"] for sample in batch]
-    taken = [sample for sample in samples if sample["command_seq"] >= seq]
+    taken = client.samples(lambda samples: samples and samples[-1]["command_seq"] >= seq)
+    taken = [sample for sample in taken if sample["command_seq"] >= seq]
     assert taken[0]["proxy_position_rad"] == [0.5, -0.5]
     assert client.ask("stop")["ok"]
     wait_for_state(client, "IDLE")
@@ -134,14 +147,13 @@ def test_it_streams_targets_to_their_own_endpoint_while_it_holds_the_lease(clien
     assert second.ask("lease", epoch=epoch)["error"]["code"] == "lease_taken"
     assert second.ask("status")["result"]["lease_holder"]
     second.close()
-    heard = []
-    deadline = time.monotonic() + 5
-    while [0.25, -0.25] not in heard:
-        target = {"lease": lease, "epoch": epoch, "position_rad": [0.25, -0.25], "velocity_rad_s": [0, 0]}
+    target = {"lease": lease, "epoch": epoch, "position_rad": [0.25, -0.25], "velocity_rad_s": [0, 0]}
+
+    def heard():
         client.targets.send(msgpack.packb(target))
-        samples = [sample for batch in client.hear(0.05).get("rtctl/state", []) for sample in batch]
-        heard = [sample["proxy_position_rad"] for sample in samples]
-        assert time.monotonic() < deadline
+        return [sample["proxy_position_rad"] for sample in client.samples(lambda samples: len(samples) >= 5)]
+
+    until(lambda: [0.25, -0.25] in heard(), "the target")
     assert client.ask("release", lease=lease)["ok"]
     assert client.ask("lease", epoch=epoch, lease=lease)["error"]["code"] == "lease_lost"
 
@@ -154,8 +166,7 @@ def test_a_req_client_is_answered_too(rig, root):
 
 
 def test_it_reads_every_tick_from_the_columns(client):
-    batches = client.hear(0.4)["rtctl/ticks"]
-    assert len(batches) > 5
+    batches = client.hear(lambda heard: len(heard.get("rtctl/ticks", [])) > 20)["rtctl/ticks"]
     expected = None
     for batch in batches:
         assert expected in (None, batch["row"]), "a loss that is none"
@@ -169,9 +180,9 @@ def test_it_reads_every_tick_from_the_columns(client):
 
 
 def test_it_follows_events_and_health(client, rig):
-    client.hear(0.1)
+    client.hear(bool)
     rig.loop.trip.set()
-    heard = client.hear(1.2)
+    heard = client.hear(in_fault)
     events = [event for batch in heard["rtctl/event"] for event in batch]
     assert [event["event"] for event in events] == ["fault", "state"]
     assert (events[0]["name"], events[0]["first_cause"]) == ("OVERSPEED", True)
@@ -183,7 +194,7 @@ def test_it_follows_events_and_health(client, rig):
 
 
 def test_samples_are_all_float64_and_numbered(client):
-    samples = [sample for batch in client.hear(0.3)["rtctl/state"] for sample in batch]
+    samples = client.samples(lambda samples: len(samples) > 20)
     numbers = [sample["sequence"] for sample in samples]
     assert numbers == [numbers[0] + i for i in range(len(numbers))]
     for value in samples[0].values():
@@ -250,9 +261,9 @@ def test_every_operation_key_topic_state_fault_and_code_is_documented():
 
 def test_the_document_names_every_key_that_is_sent(client, rig):
     words = set(re.findall(r"`([^`\s]+)`", DOCUMENT.read_text()))
-    client.hear(0.1)
+    client.hear(bool)
     rig.loop.trip.set()
-    heard = client.hear(1.2)
+    heard = client.hear(in_fault)
     sent = set(client.ask("hello")["result"]) | set(client.ask("status")["result"])
     sent |= set(heard["rtctl/ticks"][0]) | set(heard["rtctl/health"][0])
     sent |= {key for event in heard["rtctl/event"][0] for key in event}

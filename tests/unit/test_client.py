@@ -1,11 +1,12 @@
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import msgpack
 import numpy as np
 import pytest
 
-from rtctl.client import Fault, RigClient, State
+from rtctl.client import Fault, RigClient, State, streams
 from rtctl.client.samples import rig_state, tick_rows
 from rtctl.errors import ClientError, ConfigError, NoReplyError
 from rtctl.host.description import AxisDescription, RigDescription
@@ -30,6 +31,39 @@ def test_a_state_sample_is_typed():
     assert sample.position_rad == (0.0, 1 / 7)
     assert sample.age_s == pytest.approx(0.007)
     assert (sample.sequence, sample.session, sample.tick) == (9, 7, 0)
+
+
+class Delivered:
+    """A connection whose stream has received one message and gets no more."""
+
+    def __init__(self, message):
+        self.waiting, self.endpoints = [[b"", msgpack.packb(message)]], SimpleNamespace(telemetry="here")
+
+    def socket(self, *_arguments):
+        return self
+
+    def setsockopt(self, *_arguments):
+        pass
+
+    def poll(self, _wait_ms):
+        return bool(self.waiting)
+
+    def recv_multipart(self):
+        return self.waiting.pop()
+
+
+def test_of_a_message_of_several_samples_each_is_as_old_as_when_it_is_handed_out(monkeypatch):
+    clock = SimpleNamespace(now_s=0.005, monotonic=lambda: clock.now_s)
+    monkeypatch.setattr(streams, "time", clock)
+    message = state_samples(rows(3), RIG, 0, 4_000_000)
+    every = streams.state_stream(Delivered(message), 1.0)
+    fresh = streams.state_stream(Delivered(message), 1.0, max_age_s=0.1)
+    assert (next(every).age_s, next(fresh).tick) == (pytest.approx(0.005), 0)
+    clock.now_s = 0.7  # the program stood still in between
+    late = next(every)
+    assert (late.tick, late.age_s, late.stale) == (1, pytest.approx(0.699), True)
+    assert fresh.receive(0.0) is None
+    assert (fresh.outdated, fresh.lost) == (2, 0)
 
 
 def test_tick_batches_come_back_bit_for_bit():
