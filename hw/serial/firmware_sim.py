@@ -20,6 +20,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import ctypes
+import gc
 import os
 import select
 import signal
@@ -33,6 +34,7 @@ from hw.serial.firmware_rig import Simulation, read_described, read_rig
 from hw.serial.observation import Observation
 
 _PR_SET_PDEATHSIG = 1
+_MCL_CURRENT, _MCL_FUTURE = 1, 2
 
 REALTIME_PRIORITY = 70
 
@@ -195,7 +197,11 @@ def _arguments() -> argparse.Namespace:
 
 
 def _be_on_time() -> None:
-    """Below the control loop's own default priority, above everything ordinary."""
+    """Below the control loop's own default priority, above everything ordinary; no garbage collector, no paging."""
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    ctypes.CDLL(None).mlockall(_MCL_CURRENT | _MCL_FUTURE)
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(REALTIME_PRIORITY))
     except OSError as error:

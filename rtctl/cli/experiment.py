@@ -60,6 +60,11 @@ NAMES = (
     show_default=True,
     help="of each measurement on the loop: whole periods of the hand's motion",
 )
+@click.option(
+    "--resume",
+    is_flag=True,
+    help="go on with the runs an earlier start kept in --out (point-to-point, tracking on a rig)",
+)
 @click.option("--yes", is_flag=True, help="do not ask whether a hand is ready at the real rig")
 @click.option("--runtime-dir", type=click.Path(), help="folder of sockets and lock, instead of the default")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout")
@@ -73,6 +78,7 @@ def command(
     points: Path | None,
     models: tuple[str, ...],
     seconds: float,
+    resume: bool,
     yes: bool,
     runtime_dir: str | None,
     as_json: bool,
@@ -94,7 +100,9 @@ def command(
     if not simulate and not loaded.config.simulated and not yes:
         _ask(name, loaded, seconds)
     bar = _Bar(quiet=as_json)
-    order = Order(loaded, seeds, simulate, points, seconds, runtime_dir, bar, bar.notice, _known(models))
+    order = Order(
+        loaded, seeds, simulate, points, seconds, runtime_dir, bar, bar.notice, _known(models), out, resume
+    )
     began = time.monotonic()
     try:
         outcomes = _run(name, order)

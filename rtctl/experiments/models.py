@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -48,7 +49,7 @@ def points_of(order: Order) -> FrictionPoints:
     DataError
         Points that cannot be read.
     """
-    path = order.points or _beside(order.loaded)
+    path = points_path(order)
     if path is not None:
         return read_points(path)
     if not order.simulate and not order.loaded.config.simulated:
@@ -62,6 +63,19 @@ def points_of(order: Order) -> FrictionPoints:
         for p in mock_points.measure(order.loaded)
     ]
     return FrictionPoints.from_rows(rows, "measured on the simulated rig", "")
+
+
+def points_path(order: Order) -> Path | None:
+    """File of the points to learn from; None where the simulated rig is measured."""
+    return order.points or _beside(order.loaded)
+
+
+def digest(path: Path) -> str:
+    """SHA-256 of a file. Raises DataError when it cannot be read."""
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as error:
+        raise DataError(f"{path}: cannot be read: {error.strerror}") from error
 
 
 def _beside(loaded: LoadedConfig) -> Path | None:
@@ -85,7 +99,7 @@ def _climb(points: FrictionPoints) -> Ladder:
 
 def climb(order: Order) -> tuple[FrictionPoints, Ladder]:
     """The ladder over every compared model; climbed once per file."""
-    path = order.points or _beside(order.loaded)
+    path = points_path(order)
     order.progress(0.0, "learning friction models")
     if path is not None:
         return _climbed(str(path))

@@ -37,6 +37,10 @@ class Order:
     announce: Callable[[str], None] = lambda _text: None
     models: tuple[str, ...] = ()
     """Friction models to compare besides none; empty: all."""
+    out: Path = Path()
+    """Folder of the report; long runs on a rig keep there what they have measured."""
+    resume: bool = False
+    """Go on with what an earlier start kept in `out`."""
 
     @property
     def repetitions(self) -> int:

@@ -44,7 +44,7 @@ def on_rig(order: Order) -> Outcome:
     """Run the experiment on the loop of the rig. Raises as `positioning_on_rig.run_all`."""
     from rtctl.experiments import positioning_on_rig
 
-    return positioning_on_rig.reported(order, cases_of(order), judge, _outcome)
+    return positioning_on_rig.reported(order, "point-to-point", cases_of(order), judge, _outcome)
 
 
 def cases_of(order: Order) -> list[Case]:

@@ -2,12 +2,13 @@
 
 Nobody holds the handle: as in an identification, the law ends a motion by itself when it feels a hand, leaves the
 travel, or falls behind its reference, and every error ends in a ramp. Between cases the joint goes back to where it began and rests.
+What was measured before an error or Ctrl-C is kept (`kept_runs`): nothing arms again by itself, a person starts it again and it goes on.
 """
 
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -15,7 +16,8 @@ import numpy as np
 from rtctl.config import LoadedConfig
 from rtctl.control.vocabulary import Program, ProgramFlag
 from rtctl.errors import ConfigError, DataError
-from rtctl.experiments import models
+from rtctl.experiments import kept_runs, models
+from rtctl.experiments.kept_runs import KeptRuns, Runs
 from rtctl.experiments.models import Compared
 from rtctl.experiments.order import Order
 from rtctl.experiments.positioning import CONTROLLERS, Case, Followed, Found, Judge, Look, gains_of
@@ -43,14 +45,25 @@ MOST_PAUSES = 3
 
 @dataclass
 class Session:
-    """Every controller and case with one friction model; `runs` fills as they are made."""
+    """Every controller and case with one friction model, without those in `done`; `runs` fills as they are made."""
 
     order: Order
     rig: Rig
     cases: Sequence[Case]
     model: Compared
     share: tuple[float, float]
-    runs: dict[tuple[str, str], Followed] = field(default_factory=dict)
+    done: Collection[kept_runs.Key] = ()
+    runs: Runs = field(default_factory=dict)
+
+    @property
+    def todo(self) -> list[tuple[str, Case]]:
+        """What is still to be measured."""
+        return [
+            (controller, case)
+            for controller in CONTROLLERS
+            for case in self.cases
+            if (controller, case.name, self.model.name) not in self.done
+        ]
 
     def steps(self) -> Steps[None]:
         """The procedure, for a simulation or the loop. Raises DataError, FaultError, HandOnRigError."""
@@ -59,13 +72,14 @@ class Session:
         yield from arm(motion)
         motion.choose_travel()
         home_rad = _home(motion, self.cases)
-        todo = [(controller, case) for controller in CONTROLLERS for case in self.cases]
+        todo = self.todo
         for at, (controller, case) in enumerate(todo):
             low, high = self.share
             self.order.progress(
                 low + (high - low) * at / len(todo), f"{self.model.name}: {controller}, {case.name}"
             )
-            self.runs[controller, case.name] = yield from self._measured(motion, controller, case, home_rad)
+            key = controller, case.name, self.model.name
+            self.runs[key] = yield from self._measured(motion, controller, case, home_rad)
         yield from motion.rest()
 
     def _measured(self, motion: Motion, controller: str, case: Case, home_rad: float) -> Steps[Followed]:
@@ -147,49 +161,65 @@ def require(order: Order, cases: Sequence[Case]) -> Rig:
     return rig_of(loaded, settings)
 
 
-def run_all(
-    order: Order, cases: Sequence[Case], compared: Sequence[Compared], judge: Judge
-) -> tuple[Found, Runs]:
-    """Every model in a session of its own on the loop. Raises as `Session.steps`; KeyboardInterrupt on Ctrl-C."""
+def run_all(order: Order, cases: Sequence[Case], judge: Judge, kept: KeptRuns) -> Found:
+    """Every model of `kept` in a session of its own on the loop, but for the runs kept already.
+
+    Raises
+    ------
+    DataError, FaultError, HandOnRigError
+        As `Session.steps`; what was complete is in `kept`.
+    KeyboardInterrupt
+        Ctrl-C; likewise.
+    """
     rig, bare = require(order, cases), without_feedforward(order.loaded)
     if "force" in order.loaded.config.rig.absent:
         order.announce(
             "this rig has no force sensor: nothing but its limits ends a motion when a hand is in the way"
         )
-    runs: Runs = {}
-    for at, model in enumerate(compared):
-        session = Session(
-            order, rig, cases, model, (0.1 + 0.9 * at / len(compared), 0.1 + 0.9 * (at + 1) / len(compared))
-        )
-        watcher = Identifier(session.steps(), rig.axis)
+    for at, model in enumerate(kept.models):
+        share = 0.1 + 0.9 * at / len(kept.models), 0.1 + 0.9 * (at + 1) / len(kept.models)
+        session = Session(order, rig, cases, model, share, kept.runs.keys())
+        if session.todo:
+            _hold(order, bare, session, kept)
+    return found_of(cases, kept.models, kept.runs, judge)
+
+
+def _hold(order: Order, bare: LoadedConfig, session: Session, kept: KeptRuns) -> None:
+    """One session of the daemon; whatever ends it, its runs are kept."""
+    watcher = Identifier(session.steps(), session.rig.axis)
+    try:
         with Host(
             bare,
             observers=[watcher],
             runtime_dir=order.runtime_dir,
             announce=order.announce,
-            model=model.record,
+            model=session.model.record,
         ) as host:
             host.run()
-        if not watcher.complete:
-            raise KeyboardInterrupt
-        runs |= {(controller, case, model.name): one for (controller, case), one in session.runs.items()}
-    return found_of(cases, compared, runs, judge), runs
-
-
-Runs = dict[tuple[str, str, str], Followed]
-"""controller, case, model -> what was measured."""
+    finally:
+        if session.runs:
+            kept.add(session.runs)
+        if not watcher.complete and kept.runs:
+            order.announce(f"{len(kept.runs)} runs are kept in {kept.path}: go on with --resume")
+    if not watcher.complete:
+        raise KeyboardInterrupt
 
 
 def reported(
     order: Order,
+    name: str,
     cases: list[Case],
     judge: Judge,
     outcome: Callable[[Order, list[Case], list[Compared], Found, Look], Outcome],
 ) -> Outcome:
     """Run on the loop, and the page of it, with every angle and torque measured beside it."""
     require(order, cases)
-    compared = models.compared(order)
-    found, runs = run_all(order, cases, compared, judge)
+    kept = KeptRuns(order.out, belonging(order, name), resume=order.resume)
+    if not kept.models:
+        kept.models = models.compared(order)
+    compared = kept.models
+    found = run_all(order, cases, judge, kept)
+    runs = {key: kept.runs[key] for key in keys_of(cases, compared)}
     made = outcome(
         order, cases, compared, found, lambda controller, case, model: runs[controller, case.name, model.name]
     )
@@ -197,7 +227,30 @@ def reported(
     np.savez_compressed(packed, allow_pickle=False, **dict(columns(runs)))
     title = f"{made.title} on rig {order.loaded.config.rig.name}"
     said = "Measured on the loop of the rig, each case once: angle from its encoder, torque as sent. "
-    return replace(made, title=title, key=said + made.key, files={"runs.npz": packed.getvalue()})
+    return replace(
+        made, title=title, key=said + made.key, files={"runs.npz": packed.getvalue()}, written=kept.remove
+    )
+
+
+def belonging(order: Order, name: str) -> dict[str, str]:
+    """What runs belong to, and cannot be mixed across. Raises DataError when the points cannot be read."""
+    path = models.points_path(order)
+    return {
+        "experiment": name,
+        "rig file (sha256)": order.loaded.sha256,
+        "set of points (sha256)": models.digest(path) if path else "measured on the simulated rig",
+        "choice of models": ", ".join(order.models) or "all",
+    }
+
+
+def keys_of(cases: Sequence[Case], compared: Sequence[Compared]) -> list[kept_runs.Key]:
+    """Every run of the comparison."""
+    return [
+        (controller, case.name, model.name)
+        for controller in CONTROLLERS
+        for case in cases
+        for model in compared
+    ]
 
 
 def found_of(cases: Sequence[Case], compared: Sequence[Compared], runs: Runs, judge: Judge) -> Found:

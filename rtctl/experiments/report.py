@@ -11,7 +11,7 @@ import base64
 import json
 import math
 import platform
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from html import escape
@@ -89,6 +89,8 @@ class Outcome:
     targets: tuple[Target, ...] = ()
     numbers: Mapping[str, Any] = field(default_factory=dict)
     files: Mapping[str, bytes] = field(default_factory=dict)
+    written: Callable[[], None] = lambda: None
+    """Called once the report is on disk."""
 
     def pictures(self) -> list[Picture]:
         """Every figure of the outcome."""
@@ -119,6 +121,8 @@ def write(folder: Path, outcomes: Sequence[Outcome], title: str, facts: Mapping[
     files[HEADER] = (json.dumps(plain(document), indent=1, allow_nan=False) + "\n").encode()
     files[PAGE] = _page(outcomes, title, facts).encode()
     write_together(folder, files)
+    for outcome in outcomes:
+        outcome.written()
     return folder / PAGE
 
 

@@ -37,7 +37,7 @@ def on_rig(order: Order) -> Outcome:
     """Run the experiment on the loop of the rig. Raises as `positioning_on_rig.run_all`."""
     from rtctl.experiments import positioning_on_rig
 
-    return positioning_on_rig.reported(order, cases_of(order), judge, _outcome)
+    return positioning_on_rig.reported(order, "tracking", cases_of(order), judge, _outcome)
 
 
 def _outcome(order: Order, cases: list[Case], compared: list[Compared], found: Found, look: Look) -> Outcome:

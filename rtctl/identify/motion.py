@@ -138,7 +138,7 @@ class Motion:
             cause = Fault(1 << first).name if first >= 0 else "a stop"
             raise FaultError(
                 f"the motion was ended by {cause}: the rig went to {State(int(self.last['state'])).name}; remove the cause and start "
-                "again (an identification keeps the points measured so far: --resume)"
+                "again (what was measured is kept: --resume)"
             )
         if int(self.last["program_flags"][self.rig.axis]) & ProgramFlag.HAND:
             raise HandSeen

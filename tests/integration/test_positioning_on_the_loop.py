@@ -10,8 +10,10 @@ from click.testing import CliRunner
 from rtctl.cli import cli
 from rtctl.config import load
 from rtctl.control.records import MODEL
-from rtctl.errors import ConfigError, DataError, HandOnRigError
+from rtctl.control.vocabulary import Program
+from rtctl.errors import ConfigError, DataError, FaultError, HandOnRigError
 from rtctl.experiments import point_to_point, positioning, positioning_on_rig, tracking
+from rtctl.experiments.kept_runs import KeptRuns
 from rtctl.experiments.models import Compared
 from rtctl.experiments.order import Order
 from rtctl.friction import artefact
@@ -53,11 +55,64 @@ def test_the_loop_does_what_the_simulated_controller_does(order, shipped, which)
     ):
         runs = driven(order, [case], model)
         for controller in positioning.CONTROLLERS:
-            found = module.judge(case, runs[controller, case.name])
+            found = module.judge(case, runs[controller, case.name, model.name])
             told = module.judge(case, positioning.follow_once(order, 0, controller, case, model))
             for name in ("effort_nm", "steady_error_rad", "error_rms_rad"):
                 if name in found:
                     assert found[name] == pytest.approx(told[name], rel=0.15, abs=1e-4)
+
+
+def test_a_session_measures_only_what_is_not_kept_yet(order, shipped):
+    cases = point_to_point.cases_of(order)[2:4]
+    rig = positioning_on_rig.require(order, cases)
+    done = {(controller, cases[0].name, "shipped") for controller in positioning.CONTROLLERS}
+    session = positioning_on_rig.Session(order, rig, cases, shipped, (0.0, 1.0), done)
+    assert session.todo == [(controller, cases[1]) for controller in positioning.CONTROLLERS]
+
+
+def test_what_was_measured_before_a_fault_is_kept_and_a_second_start_goes_on(
+    order, shipped, tmp_path, monkeypatch
+):
+    """The loop is a simulation here; the first one dies in its second case."""
+    cases = point_to_point.cases_of(order)[2:4]
+    here = replace(order, out=tmp_path)
+    simulations = iter([1, None])
+
+    class Run:
+        def __init__(self, loaded, observers, model, **_rest):
+            self.simulation, self.watcher = Simulation(loaded), observers[0]
+            self.simulation.model[0] = model[0]
+            self.dies_after = next(simulations)
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_error):
+            return None
+
+        def run(self):
+            cases_seen = []
+
+            def watch(rows):
+                flags = rows["program_kind"][:, 0]
+                cases_seen.append(bool((flags == Program.TRACK).any()))
+                if self.dies_after is not None and sum(np.diff(cases_seen) > 0) > self.dies_after:
+                    raise FaultError("pulled out")
+
+            drive(self.simulation, self.watcher._steps, 0, watch)
+            self.watcher.complete = True
+
+    monkeypatch.setattr(positioning_on_rig, "Host", Run)
+    kept = KeptRuns(tmp_path, {}, resume=False)
+    kept.models = [shipped]
+    with pytest.raises(FaultError, match="pulled out"):
+        positioning_on_rig.run_all(here, cases, point_to_point.judge, kept)
+    again = KeptRuns(tmp_path, {}, resume=True)
+    assert list(again.runs) == [("PD", cases[0].name, "shipped")]
+    before = again.runs["PD", cases[0].name, "shipped"].position_rad.copy()
+    found = positioning_on_rig.run_all(here, cases, point_to_point.judge, again)
+    assert set(found["PID"]) == {case.name for case in cases}
+    assert again.runs["PD", cases[0].name, "shipped"].position_rad.tolist() == before.tolist()
 
 
 def test_a_hand_that_stays_ends_it(order, shipped):

@@ -1,0 +1,126 @@
+"""What a positioning experiment on a rig keeps on disk as it goes, so that a fault or Ctrl-C costs one case, not all.
+
+`kept.npz` in the folder of the report, gone once the report is written:
+
+about                       JSON: what the rest belongs to
+model/NAME/...              friction models compared: their record, held-out error (N m) and terms
+CONTROLLER/CASE/MODEL/...   runs: reference (rad, rad/s, rad/s^2), position (rad), torque (N m)
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from rtctl.control.records import MODEL
+from rtctl.errors import ConfigError, DataError
+from rtctl.experiments.models import Compared
+from rtctl.experiments.positioning import Followed
+from rtctl.friction.whole_files import write_together
+
+NAME = "kept.npz"
+
+Key = tuple[str, str, str]
+"""controller, case, model"""
+Runs = dict[Key, Followed]
+
+_ABOUT, _MODEL = "about", "model"
+
+
+class KeptRuns:
+    """The runs of one experiment in one folder.
+
+    Parameters
+    ----------
+    folder
+        Of the report.
+    about
+        What the runs belong to, by name; what is kept of anything else is refused.
+    resume
+        Go on with what is there; False refuses to begin on top of it.
+
+    Attributes
+    ----------
+    models
+        The models compared, in order, as an earlier start learned them; empty where there was none.
+
+    Raises
+    ------
+    ConfigError
+        Runs of an earlier start are there, and `resume` is False.
+    DataError
+        They cannot be read, or belong to something else.
+    """
+
+    def __init__(self, folder: Path, about: Mapping[str, str], *, resume: bool) -> None:
+        self.path, self._about = folder / NAME, dict(about)
+        self.models: list[Compared] = []
+        self.runs: Runs = {}
+        if not self.path.exists():
+            return
+        if not resume:
+            raise ConfigError(
+                f"{self.path}: runs of an earlier start are kept there; give --resume to go on with them, or choose another --out"
+            )
+        found, self.models, self.runs = _read(self.path)
+        for name, value in self._about.items():
+            if found.get(name) != value:
+                raise DataError(
+                    f"{self.path}: was measured with another {name} ({found.get(name)}); go back to that, or choose another --out"
+                )
+
+    def add(self, runs: Runs) -> None:
+        """Keep the models and more runs, at once on disk. Raises DataError when they cannot be written."""
+        self.runs |= runs
+        arrays = {_ABOUT: np.frombuffer(json.dumps(self._about).encode(), np.uint8)}
+        for one in self.models:
+            about = json.dumps([one.rmse_nm if np.isfinite(one.rmse_nm) else None, one.terms])
+            arrays[f"{_MODEL}/{one.name}/about"] = np.frombuffer(about.encode(), np.uint8)
+            arrays[f"{_MODEL}/{one.name}/record"] = np.frombuffer(one.record.tobytes(), np.uint8)
+        for key, run in self.runs.items():
+            name = "/".join(key)
+            arrays[f"{name}/reference"] = run.reference
+            arrays[f"{name}/position_rad"], arrays[f"{name}/torque_nm"] = run.position_rad, run.torque_nm
+        packed = io.BytesIO()
+        np.savez(packed, allow_pickle=False, **arrays)
+        write_together(self.path.parent, {NAME: packed.getvalue()})
+
+    def remove(self) -> None:
+        """Take it away: the report has the runs now."""
+        with contextlib.suppress(OSError):
+            self.path.unlink(missing_ok=True)
+
+
+def _read(path: Path) -> tuple[dict[str, str], list[Compared], Runs]:
+    try:
+        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as file:
+            about = json.loads(bytes(file[_ABOUT]))
+            keys = dict.fromkeys(name.rsplit("/", 1)[0] for name in file.files if name != _ABOUT)
+            models = [_model(file, key) for key in keys if key.startswith(f"{_MODEL}/")]
+            runs = {_key(key): _run(file, key) for key in keys if not key.startswith(f"{_MODEL}/")}
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        raise DataError(f"{path}: not runs that rtctl kept ({error}); remove it and start anew") from error
+    return about, models, runs
+
+
+def _model(file: Mapping[str, np.ndarray], key: str) -> Compared:
+    rmse_nm, terms = json.loads(bytes(file[f"{key}/about"]))
+    record = np.frombuffer(bytes(file[f"{key}/record"]), MODEL).copy()
+    name = key.removeprefix(f"{_MODEL}/")
+    return Compared(name, record, float("nan") if rmse_nm is None else rmse_nm, terms)
+
+
+def _key(text: str) -> Key:
+    controller, rest = text.split("/", 1)
+    case, model = rest.rsplit("/", 1)
+    return controller, case, model
+
+
+def _run(file: Mapping[str, np.ndarray], key: str) -> Followed:
+    return Followed(file[f"{key}/position_rad"], file[f"{key}/torque_nm"], file[f"{key}/reference"])
