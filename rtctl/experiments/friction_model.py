@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import numpy as np
+
+from rtctl.config import LoadedConfig
 from rtctl.experiments import models
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part
+from rtctl.experiments.statistics import Estimate, estimate
 from rtctl.friction import ladder as climbing
-from rtctl.friction import mock_points, report_evidence, report_figures, report_tables
+from rtctl.friction import mock_points, report_evidence, report_figures, report_tables, search
 from rtctl.friction.points import FrictionPoints
 from rtctl.friction.report_evidence import Evidence
 from rtctl.friction.report_page import Picture
+from rtctl.friction.report_tables import Table
 
 TITLE = "Friction models"
 SHOWN = ("epsilon-rbf", "epsilon-spline", "nu-rbf")
 TEST_LEVELS = 28
-TEST_SEED = 7
 
 
 def run(order: Order) -> Outcome:
-    """Learn every compared model from measured points and judge it on others, measured by another noise.
+    """Learn every compared model from one set of points and judge it on others, measured once with every seed.
 
     Raises
     ------
@@ -27,30 +33,93 @@ def run(order: Order) -> Outcome:
     """
     order.require_simulated("friction-model")
     points, found = models.climb(order)
-    order.progress(0.5, "measuring other points")
-    test = _test_points(order)
+    tests = _tests(order)
     model = climbing.learn(points, found, rig=order.loaded.config.rig.name)
-    evidence = report_evidence.gather(points, model, found, test, found.folds)
+    evidence = report_evidence.gather(points, model, found, tests[0], found.folds)
     order.progress(0.9, "drawing")
-    outcome = _outcome(evidence)
+    outcome = _outcome(evidence, tests)
     order.progress(1.0, "friction models")
     return outcome
 
 
-def _test_points(order: Order) -> FrictionPoints:
-    again = order.loaded.model_copy(update={"options": {**order.loaded.options, "seed": TEST_SEED}})
+def _tests(order: Order) -> list[FrictionPoints]:
+    """Other speeds, measured with another noise per seed: none of them that of the training points."""
+    import joblib
+
+    first = int(order.loaded.options.get("seed", 0)) + 1
+    seeds = range(first, first + order.seeds)
+    found: list[FrictionPoints] = []
+    order.progress(0.3, "measuring other points")
+    with search.workers("loky", min(order.seeds, joblib.cpu_count())) as pool:
+        for one in pool(joblib.delayed(other_points)(order.loaded, seed) for seed in seeds):
+            found.append(one)
+            order.progress(0.3 + 0.6 * len(found) / order.seeds, f"test points {len(found)} of {order.seeds}")
+    return found
+
+
+def other_points(loaded: LoadedConfig, seed: int) -> FrictionPoints:
+    """Points of the simulated rig with this seed's noise, at speeds between those of the training points."""
+    again = loaded.model_copy(update={"options": {**loaded.options, "seed": seed}})
     rows = [
         (p.velocity_rad_s, abs(p.friction_torque_nm), p.direction, p.std_nm, p.count)
         for p in mock_points.measure(again, levels=TEST_LEVELS)
     ]
-    return FrictionPoints.from_rows(rows, "measured on the simulated rig by another noise", "")
+    return FrictionPoints.from_rows(rows, f"measured on the simulated rig, seed {seed}", "")
 
 
-def _outcome(evidence: Evidence) -> Outcome:
+def predicted(evidence: Evidence, tests: Sequence[FrictionPoints]) -> dict[str, dict[str, Estimate]]:
+    """Mean absolute error (N m) of each family over both directions, and its ratio to training, over the test sets."""
+    found = {}
+    for family in evidence.families:
+        both = evidence.of(family)
+        trained_nm = float(np.mean(np.abs(np.concatenate([one.trained.error_nm for one in both]))))
+        means_nm = []
+        for test in tests:
+            sides = [(one.curve, *test.branch(one.direction)) for one in both]
+            errors = [np.abs(curve(speed) - friction_nm) for curve, speed, friction_nm in sides]
+            means_nm.append(float(np.mean(np.concatenate(errors))))
+        found[family] = {
+            "prediction_mean_error_nm": estimate(means_nm),
+            "prediction_over_training": estimate(np.array(means_nm) / trained_nm),
+        }
+    return found
+
+
+def _over_seeds(found: dict[str, dict[str, Estimate]], sets: int) -> Table:
+    caption = (
+        f"Mean absolute prediction error over all speeds and both directions, and its ratio to the training error: mean over {sets} "
+        "sets of test points, each with its own noise, with the 95 % interval. The training points are one set."
+    )
+    rows = [
+        (family, one["prediction_mean_error_nm"].text(1e3), one["prediction_over_training"].text())
+        for family, one in found.items()
+    ]
+    return Table(caption, ("model", "prediction error, mN m", "prediction / training"), rows)
+
+
+def _said(found: dict[str, dict[str, Estimate]]) -> str:
+    """Say whether a support-vector machine predicts best, and by how much the best formula differs."""
+    mean = {family: one["prediction_mean_error_nm"] for family, one in found.items()}
+    machines = [family for family in mean if family in models.COMPARED.values() and "-" in family]
+    formulas = [family for family in mean if family not in machines]
+    if not machines or not formulas:
+        return ""
+    machine, formula = (min(names, key=lambda name: mean[name].mean) for names in (machines, formulas))
+    said = f"{machine} predicts best of the support-vector machines ({mean[machine].text(1e3)} mN m), {formula} of the formulas ({mean[formula].text(1e3)} mN m)"
+    if mean[machine].high < mean[formula].low:
+        return f"{said}: SVR wins here."
+    if mean[formula].high < mean[machine].low:
+        return f"{said}: SVR does not win here."
+    return f"{said}: these test points cannot tell them apart."
+
+
+def _outcome(evidence: Evidence, tests: Sequence[FrictionPoints]) -> Outcome:
+    predictions = predicted(evidence, tests)
     families = [name for name in SHOWN if evidence.of(name)]
     curves = tuple(_curves(evidence, name) for name in families)
     vectors = tuple(report_tables.support_vectors(name, evidence.of(name)) for name in families)
     errors = (
+        _over_seeds(predictions, len(tests)),
         report_tables.overall(evidence),
         report_tables.errors(evidence),
         Picture(
@@ -71,11 +140,12 @@ def _outcome(evidence: Evidence) -> Outcome:
         "ladder": report_tables.ladder_rows(evidence),
         "errors": report_tables.error_rows(evidence),
         "errors_overall": report_tables.overall_rows(evidence),
+        "errors_over_seeds": predictions,
         "support_vectors": counts,
     }
     parts = (
         Part("Learned curves (Figs. 2 to 5)", (text,), curves),
-        Part("Errors (Tables I and II)", (), errors),
+        Part("Errors (Tables I and II)", (_said(predictions),), errors),
         Part("Support vectors", (), vectors),
     )
     return Outcome("friction-model", TITLE, evidence.model.selection, parts, (), numbers)
