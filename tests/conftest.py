@@ -1,12 +1,19 @@
 """No test writes into the state folder of the person who runs it; what needs compiled code says so."""
 
 import os
+import signal
 import tempfile
 
 import pytest
 
 _FOLDER = tempfile.TemporaryDirectory(prefix="rtctl-state-")
 os.environ["RTCTL_STATE_DIR"] = _FOLDER.name
+
+
+def pytest_configure():
+    """A shell starts a job in the background with SIGINT ignored, and every program that a test starts would inherit that."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_unconfigure():

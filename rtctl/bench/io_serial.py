@@ -22,12 +22,13 @@ from hw.serial.backend import SerialBackend
 from hw.serial.firmware import Board
 from hw.serial.link import DRAINED
 from hw.serial.options import SerialOptions
-from rtctl.bench.io_slcan import waiting
+from rtctl.bench.io_slcan import DELIVERY_S, waiting
 from rtctl.bench.row import Row
 from rtctl.errors import RtctlError
 from rtctl.tick import new_ticks
 
 BAUD = 921_600
+
 STATE, COMMAND = struct.Struct("<BBHIHHBBH3iiih"), struct.Struct("<BBHBBBBi")
 SUM = struct.Struct("<I")
 
@@ -105,10 +106,10 @@ class _Far:
         """Put a packet on the port and wait until it has arrived at its reader, `fd`."""
         before = waiting(fd)
         os.write(self.fd, packet)
-        deadline = time.monotonic() + 1.0
+        deadline = time.monotonic() + DELIVERY_S
         while waiting(fd) < before + len(packet):
             if time.monotonic() > deadline:
-                raise RtctlError("serial: a pty did not deliver within a second")
+                raise RtctlError(f"serial: a pty did not deliver within {DELIVERY_S:g} s")
 
     def forget(self) -> None:
         """Throw away what was sent to the board."""

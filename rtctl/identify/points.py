@@ -22,7 +22,7 @@ from rtctl.identify.motion import (
 )
 from rtctl.identify.plan import Task
 from rtctl.identify.settings import TURN_RAD
-from rtctl.identify.signals import Measurement, break_away, is_steady, measure
+from rtctl.identify.signals import Measurement, break_away, is_steady, measure, stood_still
 
 COUNTS_PER_WINDOW = 12
 WINDOW_MAX_S = 2.0
@@ -172,6 +172,8 @@ def _run(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
         rows = (yield from motion.watch(length_s))[: round(length_s / rig.period_s)]
         if np.any(rows["program_flags"][:, rig.axis]):
             break  # a guard ended the run while the host was late: the joint brakes
+        if stood_still(rows):
+            continue
         got.measurements.append(measure(rows, rig.axis, rig.period_s, rig.inertia_kgm2, bias_nm))
         wanted -= 1
     if len(got.measurements) == before:  # not steady, or only when the travel was over

@@ -12,8 +12,15 @@ STEADY_SHARE = 0.01
 """Change of the mean torque over the window, share of the torque, that still counts as steady."""
 SPEED_SHARE = 0.03
 MOVING_COUNTS = 8
+STANDSTILL_SLOTS = 10
+"""So many slots left out at once are a standstill: a loop with a motor stops there (STALLED), a simulated one goes on."""
 LOOK_BACK_S = 0.01
 """Break-away: this many counts within this time mean that the joint slides (.03 rad/s on 160000 counts)."""
+
+
+def stood_still(rows: np.ndarray) -> bool:
+    """Whether the loop stood still somewhere in these ticks: what the joint did meanwhile is not known."""
+    return bool(np.any(np.diff(rows["tick"]) >= STANDSTILL_SLOTS))
 
 
 def is_steady(
@@ -80,10 +87,10 @@ def measure(rows: np.ndarray, axis: int, period_s: float, inertia_kgm2: float, b
     -----
     friction = motor torque - bias - J a, with velocity and acceleration from the parabola that fits the
     positions best. J a is small when the motion is steady, and has no error of its own worth naming.
+    Slots that the loop left out are time that passed all the same.
     """
     position = rows["position_rad"][:, axis]
-    n = len(position)
-    t = (np.arange(n) - 0.5 * (n - 1)) * period_s
+    t = (rows["tick"] - np.mean(rows["tick"])) * period_s
     square = t * t - np.mean(t * t)
     velocity = float(t @ position / (t @ t))
     acceleration = 2.0 * float(square @ position / (square @ square))
@@ -123,12 +130,15 @@ def break_away_row(position_rad: np.ndarray, look_back: int, moving_rad: float) 
 def break_away(
     rows: np.ndarray, axis: int, period_s: float, count_rad: float, bias_nm: float
 ) -> Measurement | None:
-    """Break-away torque of one ramp: mean motor torque over `LOOK_BACK_S` before the slip; None without one."""
+    """Break-away torque of one ramp: mean motor torque over `LOOK_BACK_S` before the slip.
+
+    None without a slip, and when the loop stood still about then.
+    """
     look_back = max(4, round(LOOK_BACK_S / period_s))
     if len(rows) <= 2 * look_back:
         return None
     began = break_away_row(rows["position_rad"][:, axis], look_back, MOVING_COUNTS * count_rad)
-    if began < 0:
+    if began < 0 or stood_still(rows[began - look_back : began + look_back + 1]):
         return None
     last = rows[began - look_back + 1 : began + 1]
     return _measurement(last, axis, float(np.mean(last["motor_torque_nm"][:, axis])) - bias_nm, 0.0, 0.0)

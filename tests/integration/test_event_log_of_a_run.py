@@ -136,7 +136,7 @@ def test_a_killed_host_leaves_only_whole_lines(state, tmp_path):
                 break
     finally:
         process.kill()
-        process.wait(10)
+        process.wait()
     events, torn = read_events(state / "mock")
     assert torn == 0
     assert events[-1]["to"] == "ACTIVE"

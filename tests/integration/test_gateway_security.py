@@ -2,7 +2,6 @@
 
 import socket as network
 import tempfile
-import time
 from pathlib import Path
 
 import msgpack
@@ -10,6 +9,7 @@ import pytest
 import zmq
 from fake_rig import FakeRig
 from patience import PATIENCE_S, until
+from ports import free_ports
 
 from rtctl.client import RigClient
 from rtctl.client.connection import Connection, remote_endpoints
@@ -18,21 +18,6 @@ from rtctl.host.access import Access, Openings
 from rtctl.host.operations import OPERATIONS
 from rtctl.keys import ClientKey, KeyStore
 from rtctl.protocol import ROLES, Endpoints
-
-
-def free_ports(count=4):
-    """The first of some ports in a row that nobody uses now."""
-    for first in range(21_000 + int(time.monotonic_ns() // 1000) % 9000, 60_000, 7):
-        held = []
-        try:
-            held.extend(network.create_server(("127.0.0.1", port)) for port in range(first, first + count))
-        except OSError:
-            continue
-        finally:
-            for one in held:
-                one.close()
-        return first
-    raise AssertionError
 
 
 @pytest.fixture
@@ -51,7 +36,7 @@ def store(root):
 
 @pytest.fixture
 def port():
-    return free_ports()
+    return free_ports(4)
 
 
 @pytest.fixture

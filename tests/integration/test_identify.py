@@ -4,13 +4,13 @@ import json
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import click
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from patience import PATIENCE_S, until
 
 from rtctl.cli import cli, identify
 from rtctl.friction.points import read_points
@@ -41,7 +41,7 @@ def rtctl(*arguments):
 
 
 def call(*arguments):
-    return subprocess.run(rtctl(*arguments), capture_output=True, text=True, timeout=120, check=False)
+    return subprocess.run(rtctl(*arguments), capture_output=True, text=True, timeout=170, check=False)
 
 
 @pytest.fixture
@@ -93,11 +93,9 @@ def test_on_the_real_loop_ctrl_c_keeps_the_points_and_resume_completes_them(tmp_
     arguments = ["identify", narrow, "--out", out, *SHORT, "--json", "--runtime-dir", tmp_path / "run"]
     running = subprocess.Popen(rtctl(*arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
-        deadline = time.monotonic() + 90
-        while points_in(out) < 1 and running.poll() is None and time.monotonic() < deadline:
-            time.sleep(0.05)
+        until(lambda: points_in(out) >= 1 or running.poll() is not None, "a point", 120)
         running.send_signal(signal.SIGINT)
-        stdout, stderr = running.communicate(timeout=30)
+        stdout, stderr = running.communicate(timeout=PATIENCE_S)
     finally:
         running.kill()
     assert running.returncode == 130, stderr

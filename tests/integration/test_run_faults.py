@@ -22,14 +22,14 @@ def run(folder, schedule, *more):
 
 
 def test_the_loop_misses_slots_and_sees_the_emergency_stop_as_scripted(folder):
-    code, summary, _ = run(folder, STALL + PRESSED, "--for", "1")
+    code, summary, _ = run(folder, STALL + PRESSED, "--for", "2")
     assert code == 11, summary
     assert summary["fault_first"] == "ESTOP"
     assert summary["missed_ticks"] >= 3
 
 
 def test_a_link_that_raises_is_a_latched_fault_with_its_name_and_the_device_is_found_again(folder):
-    code, summary, stderr = run(folder, UNPLUGGED, "--for", "1.5")
+    code, summary, stderr = run(folder, UNPLUGGED, "--for", "3")
     assert code == 11, summary
     assert summary["fault_first"] == "LINK_LOST"
     assert "device lost: scripted fault: the link was lost in read" in stderr

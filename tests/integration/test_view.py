@@ -5,10 +5,10 @@ import json
 import math
 import queue
 import threading
-import time
 
 import numpy as np
 import pytest
+from patience import PATIENCE_S, until
 
 from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import RefusedError
@@ -86,7 +86,7 @@ def page():
 
 
 def connection(server):
-    return http.client.HTTPConnection(*server.server_address[:2], timeout=20)
+    return http.client.HTTPConnection(*server.server_address[:2], timeout=PATIENCE_S)
 
 
 def get(server, path, **headers):
@@ -219,7 +219,7 @@ def test_a_body_that_is_too_long_is_not_read(page):
     assert press(page[1], "stop", b"", **{"Content-Length": "-1"})[0] == 413
 
 
-def events(server, signals="", most=40):
+def events(server, signals="", most=400):
     """Parsed events of a stream, until the test has seen enough."""
     link = connection(server)
     link.request("GET", f"/stream?signals={signals}")
@@ -286,10 +286,7 @@ def test_only_so_many_browsers_may_look_and_one_that_leaves_makes_room(page):
         next(stream)
     assert get(server, "/stream")[0].status == 503
     streams[0].close()
-    deadline = time.monotonic() + 20
-    while (status := get_stream_status(server)) == 503 and time.monotonic() < deadline:
-        time.sleep(0.05)
-    assert status == 200
+    until(lambda: get_stream_status(server) == 200, "room for one more")
     for stream in streams[1:]:
         stream.close()
 
@@ -308,12 +305,9 @@ def test_a_browser_that_does_not_read_keeps_a_bounded_past():
     follower = feed.follow()
     for k in range(KEPT_BATCHES + 50):
         rig.batch(2, first=2 * k)
-    deadline = time.monotonic() + 20
-    while not rig.rows.empty() and time.monotonic() < deadline:
-        time.sleep(0.01)
+    until(rig.rows.empty)
     rig.batch(2, first=9000)
-    while (feed.newest is None or feed.newest["tick"][0] != 9001) and time.monotonic() < deadline:
-        time.sleep(0.01)
+    until(lambda: feed.newest is not None and feed.newest["tick"][0] == 9001)
     rows, _ = follower.take()
     assert len(rows) == 2 * KEPT_BATCHES
     assert rows["tick"][-1] == 9001

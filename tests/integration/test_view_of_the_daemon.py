@@ -1,5 +1,6 @@
 """`view = true`: the page of a running daemon; it dies, comes back, and the rig does not notice."""
 
+import contextlib
 import http.client
 import os
 import signal
@@ -11,6 +12,8 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from patience import PATIENCE_S, until
+from ports import free_ports
 
 from rtctl.cli import cli
 from rtctl.client import RigClient
@@ -20,13 +23,12 @@ CONFIGS = Path(__file__).parents[2] / "configs"
 
 @pytest.fixture
 def port():
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        return taken.getsockname()[1]
+    return free_ports()
 
 
-@pytest.fixture
-def rig(tmp_path, port):
+@contextlib.contextmanager
+def running(tmp_path, port):
+    """A daemon with its page: process, runtime folder."""
     folder = tmp_path / "r"
     folder.mkdir(mode=0o700)
     text = (CONFIGS / "mock.toml").read_text().replace('"friction/', f'"{CONFIGS}/friction/')
@@ -41,20 +43,28 @@ def rig(tmp_path, port):
         "--runtime-dir",
         str(folder),
         "--for",
-        "120",
+        "150",
     ]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    yield process, folder
-    if process.poll() is None:
-        process.terminate()
-    process.communicate(timeout=20)
+    try:
+        yield process, folder
+    finally:
+        if process.poll() is None:
+            process.terminate()
+        process.communicate(timeout=PATIENCE_S)
 
 
-def page(port, path="/", deadline_s=30.0):
+@pytest.fixture
+def rig(tmp_path, port):
+    with running(tmp_path, port) as made:
+        yield made
+
+
+def page(port, path="/"):
     """Status of the page, once somebody answers."""
-    end = time.monotonic() + deadline_s
+    end = time.monotonic() + PATIENCE_S
     while True:
-        link = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+        link = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE_S)
         try:
             link.request("GET", path)
             answer = link.getresponse()
@@ -70,33 +80,36 @@ def children(pid):
     """Process ids by command line, of the children of `pid`."""
     out = {}
     for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
-        out[Path(f"/proc/{child}/cmdline").read_text().replace("\0", " ")] = int(child)
+        with contextlib.suppress(OSError):  # it has just ended
+            out[Path(f"/proc/{child}/cmdline").read_text().replace("\0", " ")] = int(child)
     return out
 
 
 def view_of(pid):
-    return next(child for line, child in children(pid).items() if "rtctl.view" in line)
+    return until(lambda: next((c for line, c in children(pid).items() if "rtctl.view" in line), None))
+
+
+def is_gone(pid):
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] in "ZX"
+    except OSError:
+        return True
 
 
 def test_the_page_comes_with_the_rig_comes_back_when_it_dies_and_goes_with_it(rig, port):
     process, folder = rig
-    with RigClient("mock", runtime_dir=str(folder), timeout_s=60.0) as client:
+    with RigClient("mock", runtime_dir=str(folder), timeout_s=PATIENCE_S) as client:
         client.hello()
         assert page(port)[0] == 200
         told = CliRunner().invoke(cli, ["view", "mock", "--runtime-dir", str(folder)], catch_exceptions=False)
         assert (folder / "mock/view").read_text().strip() in told.output
         first = view_of(process.pid)
         os.kill(first, signal.SIGKILL)
-        end = time.monotonic() + 30
-        while client.latest_state().tick and time.monotonic() < end:
-            found = [c for line, c in children(process.pid).items() if "rtctl.view" in line and c != first]
-            if found:
-                break
-            time.sleep(0.02)
+        until(lambda: [c for line, c in children(process.pid).items() if "rtctl.view" in line and c != first])
         assert page(port)[0] == 200
         assert client.latest_state().faults == ()
     process.send_signal(signal.SIGTERM)
-    said = process.communicate(timeout=20)[0]
+    said = process.communicate(timeout=PATIENCE_S)[0]
     assert process.returncode == 0, said
     assert f"live view http://127.0.0.1:{port}/" in said
     assert "the live view ended with status -9" in said
@@ -106,29 +119,19 @@ def test_the_page_comes_with_the_rig_comes_back_when_it_dies_and_goes_with_it(ri
         socket.create_connection(("127.0.0.1", port), timeout=1).close()
 
 
-def test_a_port_in_use_is_told_and_the_rig_runs(tmp_path, port, rig):
-    process, folder = rig
-    with socket.socket() as taken:
-        taken.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        taken.bind(("127.0.0.1", port))
-        taken.listen()
+def test_a_port_in_use_is_told_and_the_rig_runs(tmp_path, port):
+    with socket.create_server(("127.0.0.1", port)), running(tmp_path, port) as (process, folder):
         for line in process.stdout:
             if "the live view" in line:
                 break
         assert "Address already in use" in line
-        with RigClient("mock", runtime_dir=str(folder), timeout_s=30.0) as client:
+        with RigClient("mock", runtime_dir=str(folder), timeout_s=PATIENCE_S) as client:
             assert client.hello()["rig"] == "mock"
 
 
 def test_a_killed_daemon_takes_its_view_along(rig, port):
     process, _folder = rig
-    assert page(port, deadline_s=60)[0] == 200
+    assert page(port)[0] == 200
     view = view_of(process.pid)
     process.kill()
-    end = time.monotonic() + 20
-    while (
-        Path(f"/proc/{view}").exists()
-        and "Z" not in Path(f"/proc/{view}/stat").read_text().rpartition(")")[2][:3]
-    ):
-        assert time.monotonic() < end
-        time.sleep(0.01)
+    until(lambda: is_gone(view), "the end of the view")

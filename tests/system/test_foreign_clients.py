@@ -2,13 +2,13 @@
 
 import json
 import shutil
-import socket
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 import pytest
+from ports import free_ports
 
 from rtctl.client import RigClient, State
 from rtctl.keys import KeyStore
@@ -19,26 +19,11 @@ CLIENTS = Path(__file__).parent / "clients"
 CONFIGS = Path(__file__).parents[2] / "configs"
 
 
-def free_port():
-    """The first of three free ports in a row."""
-    for first in range(25_100, 60_000, 7):
-        held = []
-        try:
-            held.extend(socket.create_server(("127.0.0.1", port)) for port in range(first, first + 3))
-        except OSError:
-            continue
-        finally:
-            for one in held:
-                one.close()
-        return first
-    raise AssertionError
-
-
 @pytest.fixture(scope="module")
 def daemon():
     """The mock rig with a hand that rests, reached by ipc and TCP: runtime folder, TCP address, keys by role."""
     with tempfile.TemporaryDirectory(prefix="rt") as name:
-        folder, port = Path(name), free_port()
+        folder, port = Path(name), free_ports(3)
         store = KeyStore(folder / "keys")
         keys = {role: store.new(role, role, folder / f"{role}.key") for role in ("operator", "observer")}
         text = (CONFIGS / "mock.toml").read_text().replace("amplitude_rad = 0.3", "amplitude_rad = 0.0")
@@ -53,7 +38,7 @@ def daemon():
                 yield folder, f"127.0.0.1:{port}", keys, rig
         finally:
             process.terminate()
-            process.wait(20)
+            process.wait(60)
 
 
 @pytest.fixture(scope="module")

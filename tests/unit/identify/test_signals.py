@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from rtctl.identify.signals import break_away, break_away_row, is_steady, measure
+from rtctl.identify.signals import break_away, break_away_row, is_steady, measure, stood_still
 from rtctl.tick import new_ticks
 
 T = 1e-3
@@ -18,6 +18,7 @@ def encoder(position):
 
 def ticks(position, torque, **fields):
     rows = new_ticks(len(position))
+    rows["tick"] = np.arange(len(position))
     rows["position_rad"][:, 0] = position
     rows["motor_torque_nm"][:, 0] = torque
     for name, value in fields.items():
@@ -96,6 +97,21 @@ def test_friction_is_motor_torque_less_bias_and_inertia_times_acceleration():
     assert (found.hand_torque_nm, found.temperature_c) == pytest.approx((0.001, 31.0))
 
 
+def test_a_standstill_is_seen_and_a_few_late_cycles_are_none():
+    rows = ticks(np.zeros(100), 0.0)
+    rows["tick"][50:] += 8
+    assert not stood_still(rows)
+    rows["tick"][50:] += 1
+    assert stood_still(rows)
+
+
+def test_slots_left_out_are_time_that_passed():
+    time = np.arange(200) * T
+    rows = ticks(encoder(0.5 * time), 0.3)
+    few = rows[np.arange(200) % 7 != 3]
+    assert measure(few, 0, T, 0.012, 0.0).velocity_rad_s == pytest.approx(0.5, abs=2e-3)
+
+
 def ramp(slip_at_s=4.0, slope=0.05, creep_rad_s=0.0005, sign=1):
     time = np.arange(5000) * T
     slipping = np.clip(time - slip_at_s, 0, None)
@@ -108,6 +124,13 @@ def test_break_away_is_the_torque_where_the_joint_began_to_slide(sign):
     rows = ticks(encoder(position), torque + 0.007)
     found = break_away(rows, 0, T, COUNT, 0.007)
     assert found.torque_nm == pytest.approx(sign * 0.2, abs=2e-3)
+
+
+@pytest.mark.parametrize(("slots", "found"), [(5, True), (12, False)])
+def test_a_slip_during_a_standstill_of_the_loop_gives_no_break_away(slots, found):
+    position, torque = ramp()
+    rows = np.delete(ticks(encoder(position), torque), slice(4005, 4005 + slots))
+    assert (break_away(rows, 0, T, COUNT, 0.0) is not None) is found
 
 
 def test_creep_before_the_slip_is_not_taken_for_it():
