@@ -56,8 +56,10 @@ def source_key(*roots: Path) -> str:
     return digest.hexdigest()[:20]
 
 
-def compiler(*roots: Path) -> Callable[[F], F]:
+def compiler(*roots: Path, nogil: bool = False) -> Callable[[F], F]:
     """Make the decorator that compiles functions whose sources all lie below `roots`.
+
+    With `nogil` other threads run meanwhile; the functions must then share nothing with them.
 
     No fast-math: results are the same bit for bit inside the loop, in a simulation and in a replay.
     Division by zero follows IEEE 754 (inf, nan); the law checks its results itself.
@@ -66,7 +68,7 @@ def compiler(*roots: Path) -> Callable[[F], F]:
 
     def compiled(function: F) -> F:
         numba_config.CACHE_DIR = folder  # type: ignore[attr-defined] # read by njit below
-        return cast("F", numba.njit(cache=True, error_model="numpy")(function))
+        return cast("F", numba.njit(cache=True, error_model="numpy", nogil=nogil)(function))
 
     return compiled
 

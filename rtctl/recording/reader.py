@@ -15,6 +15,7 @@ import orjson
 
 from rtctl.control.records import command_dtype
 from rtctl.errors import DataError
+from rtctl.recording.ahead import ahead
 from rtctl.recording.mcap_scan import Chunk, Contents, chunks
 from rtctl.recording.parts import COMMAND, EVENT, RAW, TICK, TOPICS
 from rtctl.recording.setup import LAW_NAME, LawArrays, unpack_law
@@ -118,7 +119,7 @@ class RecordingReader:
         for path in self.parts:
             contents = Contents()
             first_row: int | None = None
-            for chunk in chunks(path, contents):
+            for chunk in ahead(chunks(path, contents)):
                 if first_row is None:
                     self._same_run(contents, path)
                     first_row = int(contents.metadata["rtctl"]["first_row"])

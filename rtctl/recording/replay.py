@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.errors import DataError
+from rtctl.recording.ahead import ahead
 from rtctl.recording.law_runner import LAW_FIELDS, CommandBook, LawRunner, as_words, field_words
 from rtctl.recording.reader import Batch, RecordingReader
 from rtctl.recording.setup import LawArrays
@@ -104,7 +105,7 @@ class Replay:
 
     def run(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Recorded and replayed ticks, chunk by chunk, until the end or what stops the replay (`verdict`)."""
-        for batch in self._reader.batches():
+        for batch in ahead(self._reader.batches()):
             rows, which = self._playable(batch)
             if len(rows):
                 yield rows, self._run(rows, which)

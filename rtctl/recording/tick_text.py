@@ -2,7 +2,7 @@
 
 orjson writes all floats of a batch in one call (its shortest form reads back as the same 64 bits); a
 compiled pass weaves them and the integers between the keys, one JSON object per tick, each with the header
-of an MCAP message before it. Reading does the same backwards.
+of an MCAP message before it. Reading is one compiled pass (`rtctl.recording.decimal_text`).
 
 Notes
 -----
@@ -15,8 +15,9 @@ from __future__ import annotations
 import numpy as np
 import orjson
 
-from rtctl.control.jit import compiled
 from rtctl.errors import DataError
+from rtctl.recording.decimal_text import POWERS, read_number
+from rtctl.recording.jit import compiled
 from rtctl.tick import FIELDS, Field, tick_dtype
 
 RECORDED = tuple(field for field in FIELDS if field.name != "seal")
@@ -30,9 +31,9 @@ _FLOAT = 2
 _INTEGER_BYTES = 20
 """Longest 64-bit integer in decimal, with its sign."""
 
-_COMMA, _END, _BRACE, _MINUS, _ZERO = ord(","), ord("]"), ord("}"), ord("-"), ord("0")
-_OPEN = ord("[")
+_COMMA, _END, _MINUS, _ZERO = ord(","), ord("]"), ord("-"), ord("0")
 _TEN = np.uint64(10)
+_NULL = np.frombuffer(b"null", np.uint8)
 _QUIET_NAN = np.uint64(0x7FF8000000000000)
 _EXPONENT = np.uint64(0x7FF0000000000000)
 
@@ -111,19 +112,15 @@ class TickText:
         rows = np.zeros(len(ends), self._dtype)
         if len(ends) == 0:
             return rows
-        text = np.frombuffer(data, np.uint8)
-        floats = np.empty(len(text) + 2, np.uint8)
         words = rows.view(np.uint64).reshape(len(rows), -1)
-        used = _unweave(
-            text, starts, ends, words,
-            self._kinds, self._words, self._pieces, self._piece_end, self._tail, floats,
-        )  # fmt: skip
+        if _unweave(
+            np.frombuffer(data, np.uint8), starts, ends, words,
+            self._kinds, self._words, self._pieces, self._piece_end, self._tail, POWERS,
+        ):  # fmt: skip
+            return rows
+        words[:] = 0
         try:
-            if used > 0:
-                numbers = np.array(orjson.loads(floats[:used].tobytes()), np.float64)
-                words[:, self._floats] = numbers.view(np.uint64).reshape(len(rows), -1)
-            else:
-                _decode_any([data[a:b] for a, b in zip(starts, ends, strict=True)], rows)
+            _decode_any([data[a:b] for a, b in zip(starts, ends, strict=True)], rows)
         except (ValueError, TypeError, KeyError, OverflowError) as error:
             raise DataError(f"a recorded tick cannot be read: {error}") from error
         return rows
@@ -245,42 +242,59 @@ def _unweave(
     pieces: np.ndarray,
     piece_end: np.ndarray,
     tail: np.ndarray,
-    floats: np.ndarray,
-) -> int:
-    """Read the integers, copy the text of the floats; returns its length, 0 where `_weave` did not write `text`."""
-    put = 0
+    powers: np.ndarray,
+) -> bool:
+    """Read all messages into `words`; False, and `words` half read, where `_weave` did not write `text`."""
     for row in range(len(words)):
         at, size, piece = starts[row], ends[row], 0
         for k in range(len(kinds)):
             while piece < piece_end[k]:
                 if at >= size or text[at] != pieces[piece]:
-                    return 0
+                    return False
                 piece, at = piece + 1, at + 1
             first = at
-            if kinds[k] == _FLOAT:
-                floats[put] = _COMMA if put else _OPEN
-                put += 1
-                while at < size and text[at] != _COMMA and text[at] != _END and text[at] != _BRACE:
-                    floats[put] = text[at]
-                    put, at = put + 1, at + 1
-                continue
-            negative = at < size and text[at] == _MINUS
-            at += 1 if negative else 0
-            value = np.uint64(0)
-            while at < size and text[at] >= _ZERO and text[at] < _ZERO + 10:
-                value = value * _TEN + np.uint64(text[at] - _ZERO)
-                at += 1
-            if at == first or at - first > _INTEGER_BYTES:
-                return 0
-            words[row, index[k]] = np.uint64(0) - value if negative else value
+            if kinds[k] != _FLOAT:
+                at, words[row, index[k]] = _integer(text, at, size)
+            elif at < size and text[at] == _NULL[0]:
+                at, words[row, index[k]] = _null(text, at, size), _QUIET_NAN
+            else:
+                at, words[row, index[k]] = read_number(text, at, size, powers)
+            if at == first:
+                return False
         for k in range(len(tail)):
             if at >= size or text[at] != tail[k]:
-                return 0
+                return False
             at += 1
         if at != size:
-            return 0
-    floats[put] = _END
-    return put + 1
+            return False
+    return True
+
+
+@compiled
+def _integer(text: np.ndarray, at: int, size: int) -> tuple[int, np.uint64]:
+    """Position after a 64-bit integer, and its bits; the position given where there is none."""
+    first = at
+    negative = at < size and text[at] == _MINUS
+    at += 1 if negative else 0
+    digits = at
+    value = np.uint64(0)
+    while at < size and text[at] >= _ZERO and text[at] < _ZERO + 10:
+        value = value * _TEN + np.uint64(text[at] - _ZERO)
+        at += 1
+    if at == digits or at - first > _INTEGER_BYTES:
+        return first, np.uint64(0)
+    return at, np.uint64(0) - value if negative else value
+
+
+@compiled
+def _null(text: np.ndarray, at: int, size: int) -> int:
+    """Position after `null`; that given where there is none."""
+    if at + len(_NULL) > size:
+        return at
+    for k in range(len(_NULL)):
+        if text[at + k] != _NULL[k]:
+            return at
+    return at + len(_NULL)
 
 
 @compiled
