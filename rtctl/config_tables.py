@@ -212,6 +212,12 @@ class PassivityTable(Table):
 
     budget_j: float = _number(1e-6, 100, "deficit of a port before damping is injected", default=0.02)
     bank_j: float = _number(0, 100, "most energy a port may save up", default=0.02)
+    renderer_store_j: float = _number(
+        0, 10, "most energy a renderer or a change of environment may put in at once", default=0.1
+    )
+    renderer_power_w: float = _number(
+        0, 20, "most power a renderer or changes of environment may put in", default=1.0
+    )
 
 
 class DeviceTable(Table):

@@ -94,6 +94,8 @@ def _fill_scalars(p: np.void, config: Config) -> None:
     p["window_share"] = -math.expm1(-2 * config.period_s / WINDOW_S)
     p["energy_budget_j"] = config.passivity.budget_j
     p["energy_bank_j"] = config.passivity.bank_j
+    p["renderer_store_j"] = config.passivity.renderer_store_j
+    p["renderer_power_w"] = config.passivity.renderer_power_w
 
 
 def _waiver_share(config: Config) -> float:

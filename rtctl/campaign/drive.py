@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from hw.mock.plant import plant_read, plant_write
-from rtctl.campaign.events import change_world, operate, render, slots_missed
+from rtctl.campaign.events import change_world, operate, render, slots_missed, stream_world
+from rtctl.campaign.jit import compiled
 from rtctl.campaign.monitor import watch
 from rtctl.control import law
-from rtctl.control.jit import compiled
 from rtctl.control.records import Record
 from rtctl.control.vocabulary import State
 
@@ -65,7 +65,7 @@ def drive(
     fresh_state, fresh_memory : array, shape (1,)
         Law and monitor as after a restart of the daemon.
     passive : bool
-        The rig is left alone but for arming: no stops, no lateness, no change of world.
+        The rig is left alone but for arming and streams of parameters: no stops, no lateness, no remote proxy.
     visits : int array, shape (states,)
         Counts ticks spent in each state.
     seen : int array, shape (64,)
@@ -86,6 +86,7 @@ def drive(
             if k % 50 == 0:
                 c.arm_count += 1
                 c.epoch = s.epoch
+            stream_world(p, c, k, rng)
         else:
             operate(s, c, rng)
             change_world(p, c, rng)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from hw.generator import uniform
-from rtctl.control.jit import compiled
+from rtctl.campaign.jit import compiled
 from rtctl.control.records import Record
 from rtctl.control.vocabulary import Environment, State
 
@@ -17,6 +17,9 @@ _REMOTE = int(Environment.REMOTE)
 
 RIGHT_LEASE = 7
 WRONG_LEASE = 13
+
+STREAM_TICKS = 3000
+"""Length of the stretches of a passive rig with and without a stream of parameters."""
 
 
 @compiled
@@ -84,6 +87,26 @@ def change_world(p: Record, c: Record, rng: np.ndarray) -> None:
 
 
 @compiled
+def stream_world(p: Record, c: Record, k: int, rng: np.ndarray) -> None:
+    """What a graphics program at 60 Hz sets in tick `k`: every other stretch a stream of jumping numbers.
+
+    Never a remote proxy: that one is an active hand, of which passivity is not claimed.
+    """
+    streaming = (k // STREAM_TICKS) % 2 == 1
+    for axis in range(len(c.environment_kind)):
+        if chance(rng, 2000.0):
+            set_world(p, c, axis, int(_REMOTE * uniform(rng)), rng)
+        if streaming and chance(rng, 17.0):
+            kind, side, pitch = (
+                c.environment_kind[axis],
+                c.environment_side[axis],
+                c.environment_pitch_rad[axis],
+            )
+            set_world(p, c, axis, kind, rng)
+            c.environment_side[axis], c.environment_pitch_rad[axis] = side, pitch
+
+
+@compiled
 def render(s: Record, c: Record, rng: np.ndarray, silence: int) -> int:
     """Targets of renderers, right and wrong ones; returns how many ticks of silence are left."""
     if silence > 0:
@@ -95,8 +118,10 @@ def render(s: Record, c: Record, rng: np.ndarray, silence: int) -> int:
     c.target_lease = RIGHT_LEASE if not chance(rng, 20.0) else WRONG_LEASE
     for axis in range(len(c.target_position_rad)):
         step = between(rng, -0.002, 0.002)
+        if chance(rng, 500.0):
+            step = between(rng, -1.0, 1.0)
         c.target_position_rad[axis] = _broken(rng, s.position_rad[axis] + step)
-        c.target_velocity_rad_s[axis] = _broken(rng, 0.0)
+        c.target_velocity_rad_s[axis] = _broken(rng, between(rng, -5.0, 5.0) if chance(rng, 500.0) else 0.0)
     return 0
 
 

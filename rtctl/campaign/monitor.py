@@ -11,7 +11,7 @@ from functools import cache
 
 import numpy as np
 
-from rtctl.control.jit import compiled
+from rtctl.campaign.jit import compiled
 from rtctl.control.records import Record
 from rtctl.control.vocabulary import Fault, State
 

@@ -14,15 +14,17 @@ import numpy as np
 from hw.fault_kinds import KINDS, Channel, Kind
 from hw.generator import seed_words
 from hw.mock.records import Hand
+from rtctl.campaign.jit import records
 from rtctl.campaign.monitor import memory_dtype
 from rtctl.config import LoadedConfig
 from rtctl.control import stability
-from rtctl.control.jit import records
 from rtctl.control.vocabulary import Environment, Policy
 from rtctl.simulation import Simulation
 
 _FEEDBACK_STREAM = 7
-"""Draws of the force feedback are a stream of their own: the rigs are otherwise those of earlier campaigns."""
+_RENDERER_STREAM = 11
+"""Draws of the force feedback and of a renderer's store are streams of their own: the rigs are otherwise those of
+earlier campaigns."""
 
 SHARES = {"margin": (0.3, 0.98), "friction": (1.0, 1.3)}
 """Stiffness used of the proven one; true friction as a share of the model's."""
@@ -46,7 +48,7 @@ def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: 
     loaded
         Mock rig that is varied.
     passive
-        No faults, a passive environment that stays, true figures: the energy claim holds.
+        No faults, local environments only, true figures: the energy claim holds.
     faults, ticks
         How many faults to spread over the run.
     """
@@ -65,6 +67,8 @@ def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: 
     feedback = np.random.default_rng((seed, index, _FEEDBACK_STREAM))
     for axis in range(made.plan.n_axes):
         _force_feedback(p, axis, feedback)
+    renderer = np.random.default_rng((seed, index, _RENDERER_STREAM))
+    p["renderer_store_j"], p["renderer_power_w"] = _log(renderer, 1e-3, 10.0), _log(renderer, 0.01, 20.0)
     names = [] if passive else _faults(plant, faults, ticks, draw)
     made.plant_state["rng"] = seed_words(int(draw.integers(1 << 62)))
     memory = records(np.zeros(1, memory_dtype(made.plan.n_axes)))

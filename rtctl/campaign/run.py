@@ -15,10 +15,10 @@ import numpy as np
 
 from rtctl import config
 from rtctl.campaign.drive import drive
+from rtctl.campaign.jit import records
 from rtctl.campaign.monitor import INVARIANTS
 from rtctl.campaign.rigs import Rig, make
 from rtctl.config import LoadedConfig
-from rtctl.control.jit import records
 from rtctl.control.vocabulary import Fault, State
 from rtctl.demo import shipped_config
 

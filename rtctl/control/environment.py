@@ -16,8 +16,10 @@ from __future__ import annotations
 
 import math
 
-from rtctl.control.detents import detent_energy, detent_proxy
+from rtctl.control.detents import detent_proxy
+from rtctl.control.intermediate import finite_command, follow_target, follow_world
 from rtctl.control.jit import compiled
+from rtctl.control.potential import environment_energy
 from rtctl.control.records import Record
 from rtctl.control.vocabulary import Environment
 
@@ -50,65 +52,40 @@ def wall_proxy(
 
 
 @compiled
-def solve_proxy(c: Record, axis: int, drive: float, stiffness: float, before: float, dt: float) -> float:
+def solve_proxy(s: Record, axis: int, drive: float, stiffness: float, before: float, dt: float) -> float:
     """Proxy position at which the coupling force w - A p equals the environment's force, rad."""
-    kind = c.environment_kind[axis]
-    k = max(c.environment_stiffness_nm_rad[axis], 0.0)
-    damping = max(c.environment_damping_nms_rad[axis], 0.0) / dt
-    center = c.environment_center_rad[axis]
+    kind = s.world_kind[axis]
+    k = s.world_stiffness_nm_rad[axis]
+    damping = s.world_damping_nms_rad[axis] / dt
+    center = s.world_center_rad[axis]
     if kind == _SPRING:
         return (drive + k * center) / (stiffness + k)
     if kind == _WALL:
-        side = 1.0 if c.environment_side[axis] >= 0 else -1.0
+        side = 1.0 if s.world_side[axis] >= 0 else -1.0
         return wall_proxy(drive, stiffness, k, damping, center, side, before)
     if kind == _DAMPER:
         return (drive + damping * before) / (stiffness + damping)
     if kind == _DETENTS:
-        return detent_proxy(drive, stiffness, k, center, c.environment_pitch_rad[axis], before)
+        return detent_proxy(drive, stiffness, k, center, s.world_pitch_rad[axis], before)
     return drive / stiffness
 
 
 @compiled
 def _remote_force(s: Record, p: Record, axis: int, difference: float) -> float:
-    """Coupling force towards the renderer's target, extrapolated no further than `target_hold_ticks`."""
-    age = min(s.target_age_ticks, p.target_hold_ticks)
-    velocity = s.target_velocity_rad_s[axis]
-    target = s.target_position_rad[axis] + velocity * p.period_s * age
-    if s.target_age_ticks > p.target_hold_ticks:
-        velocity = 0.0
-    s.proxy_position_rad[axis] = target
-    stretch = s.position_rad[axis] - target
+    """Coupling force towards the renderer's target (`intermediate.follow_target`)."""
+    velocity = follow_target(s, p, axis, difference)
+    stretch = s.position_rad[axis] - s.proxy_position_rad[axis]
     slip = difference - velocity
     return p.coupling_stiffness_nm_rad[axis] * stretch + p.coupling_damping_nms_rad[axis] * slip
 
 
 @compiled
-def environment_energy(c: Record, axis: int, proxy: float) -> float:
-    """Potential energy of the environment with the proxy at `proxy`, J, >= 0."""
-    kind = c.environment_kind[axis]
-    k = max(c.environment_stiffness_nm_rad[axis], 0.0)
-    offset = proxy - c.environment_center_rad[axis]
-    if kind == _SPRING:
-        return 0.5 * k * offset * offset
-    if kind == _WALL:
-        depth = max(offset if c.environment_side[axis] >= 0 else -offset, 0.0)
-        return 0.5 * k * depth * depth
-    if kind == _DETENTS:
-        return detent_energy(offset, k, c.environment_pitch_rad[axis])
-    return 0.0
-
-
-@compiled
-def _store(s: Record, p: Record, c: Record, axis: int, changed: bool) -> None:
-    """Write the energy stored now, and what a change of environment added to it, for the observer."""
+def _store(s: Record, p: Record, axis: int) -> None:
+    """Write the energy stored now, for the observer."""
     stretch = s.position_rad[axis] - s.proxy_position_rad[axis]
-    own = environment_energy(c, axis, s.proxy_position_rad[axis])
+    own = environment_energy(s, axis, s.proxy_position_rad[axis])
     stored = own + 0.5 * p.coupling_stiffness_nm_rad[axis] * stretch * stretch
-    if not math.isfinite(stored):
-        own, stored = 0.0, 0.0
-    s.energy_grant_j[axis] = max(stored - s.stored_energy_j[axis], 0.0) if changed else 0.0
-    s.environment_energy_j[axis] = own
-    s.stored_energy_j[axis] = stored
+    s.stored_energy_j[axis] = stored if math.isfinite(stored) else 0.0
 
 
 @compiled
@@ -116,6 +93,8 @@ def coupling_torque(
     s: Record, p: Record, c: Record, axis: int, elapsed: int, difference: float, disabled: bool
 ) -> float:
     """Torque of coupling and environment on the joint, N m; moves `state.proxy_position_rad`.
+
+    The environment is the one in force, `state.world_*`, which follows the command's (`intermediate`).
 
     Parameters
     ----------
@@ -129,13 +108,17 @@ def coupling_torque(
     Returns
     -------
     float
-        Minus the opposing force; 0 without a coupling. Not finite only if an input is not finite; the
-        proxy then returns to the joint, so that one bad command cannot stay in the state.
+        Minus the opposing force; 0 without a coupling. NaN for a command that is not finite, of which nothing
+        stays in the state; the proxy then returns to the joint.
     """
     x = s.position_rad[axis]
     if s.proxy_set_count[axis] == 0 or disabled:
         s.proxy_position_rad[axis] = x
         s.proxy_set_count[axis] = 1
+    if not finite_command(c, axis):
+        s.proxy_position_rad[axis], s.stored_energy_j[axis], s.renderer_grant_j[axis] = x, 0.0, 0.0
+        return math.nan
+    follow_world(s, p, c, axis, abs(difference), disabled)
     dt = p.period_s * max(elapsed, 1)
     b = p.coupling_damping_nms_rad[axis] / dt
     stiffness = p.coupling_stiffness_nm_rad[axis] + b
@@ -143,17 +126,15 @@ def coupling_torque(
         s.proxy_position_rad[axis] = x
         s.stored_energy_j[axis] = 0.0
         return 0.0
-    before = s.proxy_position_rad[axis]
-    # The same proxy in the same environment stores the same energy to the last bit.
-    changed = environment_energy(c, axis, before) != s.environment_energy_j[axis]
-    if c.environment_kind[axis] == _REMOTE:
+    if s.world_kind[axis] == _REMOTE:
         force = _remote_force(s, p, axis, difference)
     else:
+        before = s.proxy_position_rad[axis]
         drive = p.coupling_stiffness_nm_rad[axis] * x + b * (x - s.position_before_rad[axis] + before)
-        proxy = solve_proxy(c, axis, drive, stiffness, before, dt)
+        proxy = solve_proxy(s, axis, drive, stiffness, before, dt)
         force = drive - stiffness * proxy
         s.proxy_position_rad[axis] = proxy
     if not math.isfinite(s.proxy_position_rad[axis]):
         s.proxy_position_rad[axis] = x
-    _store(s, p, c, axis, changed)
+    _store(s, p, axis)
     return -force

@@ -62,19 +62,19 @@ SPEED_MIN_RAD_S = 0.02
 
 
 @compiled
-def spare_damping(p: Record, c: Record, axis: int) -> float:
+def spare_damping(s: Record, p: Record, axis: int) -> float:
     """Viscous damping of the device that nothing else lives on, N m s/rad: all of it where nothing is coupled."""
     damping = p.force_feedback_damping_nms_rad[axis]
-    if c.environment_kind[axis] == _FREE:
+    if s.world_kind[axis] == _FREE:
         damping = p.viscous_nms_rad[axis]
     return max(damping, 0.0)
 
 
 @compiled
-def assistance_limit(s: Record, p: Record, c: Record, model: Record, axis: int, velocity: float) -> float:
+def assistance_limit(s: Record, p: Record, model: Record, axis: int, velocity: float) -> float:
     """Most torque feed-forward and feedback may have together at this velocity, N m, >= 0; 0 for NaN."""
     speed, energy = abs(velocity), s.force_feedback_energy_j[axis]
-    taken = guaranteed_friction(p, model, axis, velocity) + spare_damping(p, c, axis) * speed
+    taken = guaranteed_friction(p, model, axis, velocity) + spare_damping(s, p, axis) * speed
     trust = min(max(1.0 + energy / max(DEFICIT * p.energy_bank_j, TINY_J), 0.0), 1.0)
     limit = trust * p.force_feedback_share[axis] * taken - p.force_feedback_reserve_nm[axis]
     free = energy - BANK_KEPT * p.energy_bank_j
@@ -88,7 +88,6 @@ def keep_account(
     t: Record,
     s: Record,
     p: Record,
-    c: Record,
     model: Record,
     axis: int,
     dx: float,
@@ -109,7 +108,7 @@ def keep_account(
     bent = saturate(before + dx / deflection) if deflection > 0.0 else sign(dx)
     s.force_feedback_stop[axis] = bent
     taken = guaranteed_friction(p, model, axis, v) * 0.5 * (before + bent) * dx
-    taken += spare_damping(p, c, axis) * dx * dx / dt
+    taken += spare_damping(s, p, axis) * dx * dx / dt
     energy = s.force_feedback_energy_j[axis] + p.force_feedback_share[axis] * taken
     energy -= max(sent * dx, later * dx)
     s.force_feedback_energy_j[axis] = min(energy, p.energy_bank_j)
@@ -124,9 +123,7 @@ def remember(t: Record, s: Record, axis: int, share: float) -> None:
 
 
 @compiled
-def force_feedback(
-    t: Record, s: Record, p: Record, c: Record, model: Record, axis: int, fresh: bool
-) -> float:
+def force_feedback(t: Record, s: Record, p: Record, model: Record, axis: int, fresh: bool) -> float:
     """Torque of the local force feedback on this axis, N m; 0 where it is not configured.
 
     Reads hand, coupling and feed-forward torque and the velocity of the tick. A torque that is not finite
@@ -145,7 +142,7 @@ def force_feedback(
     seen = s.force_error_nm[axis]
     beyond = max(abs(seen) - p.force_feedback_deadband_nm[axis], 0.0)
     wanted = min(t.compensation[axis] * gain * beyond, p.force_feedback_cap_nm[axis])
-    limit = assistance_limit(s, p, c, model, axis, t.velocity_rad_s[axis])
+    limit = assistance_limit(s, p, model, axis, t.velocity_rad_s[axis])
     forward = t.feedforward_torque_nm[axis]
     if seen >= 0.0:
         torque = min(wanted, max(limit - forward, 0.0))

@@ -102,7 +102,6 @@ def take_command(t: Record, s: Record, p: Record, c: Record) -> tuple[int, bool]
     s.tare_seen = c.tare_count
     t.command_seq = c.seq
     for axis in range(len(t.position_rad)):
-        t.environment_kind[axis] = c.environment_kind[axis]
         t.compensation[axis] = _share(c.compensation[axis])
         if retare:
             restart_tare(s, axis)

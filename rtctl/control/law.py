@@ -80,10 +80,11 @@ def step(
             s, p, c, axis, elapsed, t.velocity_difference_rad_s[axis], not powered
         )
         t.proxy_position_rad[axis] = s.proxy_position_rad[axis]
+        t.environment_kind[axis] = s.world_kind[axis]
         # 6. friction feed-forward
         faults |= friction_feedforward(t, s, p, model[axis], axis, dx)
-        keep_account(t, s, p, c, model[axis], axis, dx, elapsed, powered)
-        feedback = force_feedback(t, s, p, c, model[axis], axis, elapsed > 0)
+        keep_account(t, s, p, model[axis], axis, dx, elapsed, powered)
+        feedback = force_feedback(t, s, p, model[axis], axis, elapsed > 0)
         # or, in their place, an excitation program
         program = program_torque(t, s, p, c, model[axis], axis, elapsed)
         # 7. energy of the last period, and damping where it ran out

@@ -10,9 +10,10 @@ over one period) and dry friction F_lo.
 U is the energy in the virtual spring and coupling. It belongs to the hand that put it there and will be
 given back, so only what exceeds it counts as banked: a cap without U would forget the energy of every
 spring stronger than the bank and call its return active. a is the authority: the world felt is a U. What
-the operator's own request puts into a U is granted: U da while the authority rises, and the step in U at
-a change of environment, at most one change per soft start, so that switching parameters back and forth
-is no source of energy.
+the operator's own request puts into a U is granted: U da while the authority rises, and the work that
+a step of the environment or of a remote proxy does on U, as far as the renderer's store pays for it
+(`intermediate`): a store with a bounded power, so that no stream of parameters or targets is an unbounded
+source of energy.
 
 Why the dry-friction credit follows the model. A right feed-forward spends kappa F(v) |dx| by design and
 the device's friction takes it back. Crediting one constant, the least friction over the range, would
@@ -65,16 +66,11 @@ def _rise(s: Record, p: Record) -> float:
 
 
 @compiled
-def _grant(s: Record, p: Record, axis: int, rise: float) -> float:
-    """Energy that the operator's request, not the hand, puts into the world felt, J."""
-    s.grant_age_ticks[axis] += 1
-    if rise > 0.0:
-        return rise * s.stored_energy_j[axis]
-    changed = s.state == _ACTIVE and s.energy_grant_j[axis] > 0.0
-    if not changed or s.grant_age_ticks[axis] < p.soft_start_ticks:
+def _grant(s: Record, axis: int, rise: float) -> float:
+    """Energy that the operator's request and the renderer, not the hand, put into the world felt, J."""
+    if s.state != _ACTIVE:
         return 0.0
-    s.grant_age_ticks[axis] = 0
-    return s.energy_grant_j[axis]
+    return rise * s.stored_energy_j[axis] + s.authority * s.renderer_grant_j[axis]
 
 
 @compiled
@@ -96,7 +92,7 @@ def observe_port(s: Record, p: Record, model: Record, axis: int, dx: float, elap
     if dx != 0.0:
         credit += guaranteed_friction(p, model, axis, v if v * dx > 0.0 else dx / dt) * abs(dx)
     rise = _rise(s, p)
-    energy = s.energy_port_j[axis] - held * dx + credit + _grant(s, p, axis, rise)
+    energy = s.energy_port_j[axis] - held * dx + credit + _grant(s, axis, rise)
     felt = (s.authority + rise) * s.stored_energy_j[axis]
     s.energy_port_j[axis] = min(energy, felt + p.energy_bank_j)
     return s.energy_port_j[axis]

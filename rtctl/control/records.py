@@ -70,6 +70,8 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             "window_share": "<f8",  # what one tick counts in the 250 ms window of the gate
             "energy_budget_j": "<f8",  # passivity: deficit tolerated before damping is injected
             "energy_bank_j": "<f8",  # passivity: most energy that may be saved up
+            "renderer_store_j": "<f8",  # most energy the renderer may put in at once
+            "renderer_power_w": "<f8",  # most power it may put in for ever
         },
         {
             # plant, link side
@@ -198,9 +200,15 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "ramp_step_nm": (),
             "energy_port_j": (),
             "stored_energy_j": (),  # in the coupling and the environment: returned, so never capped
-            "environment_energy_j": (),  # the environment's part of it
-            "energy_grant_j": (),  # put there by the last change of environment
-            "grant_age_ticks": (),
+            # environment in force, on its way to the command's (control.intermediate)
+            "world_kind": (),
+            "world_stiffness_nm_rad": (),
+            "world_damping_nms_rad": (),
+            "world_center_rad": (),
+            "world_side": (),
+            "world_pitch_rad": (),
+            "renderer_store_j": (),  # energy that changes of the environment may still put in
+            "renderer_grant_j": (),  # put in by this tick's
             "energy_hand_j": (),
             "energy_feedforward_j": (),
             "jump_count": (),

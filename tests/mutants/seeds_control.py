@@ -17,8 +17,30 @@ PASSIVITY = (
     f"{UNIT}/test_passivity.py::test_no_more_than_the_bank_is_kept_beyond_what_is_stored",
     f"{UNIT}/test_passivity.py::test_deficits_become_faults_at_one_and_a_half_and_three_budgets",
 )
+FOLLOWS = (f"{UNIT}/test_intermediate.py",)
 
 SEEDS = (
+    Seed(
+        "a renderer's step need not be paid", "rtctl/control/intermediate.py",
+        "    s.renderer_store_j[axis] -= paid\n", "", FOLLOWS,
+    ),
+    Seed(
+        "a step may bring more energy than the gate can follow", "rtctl/control/intermediate.py",
+        "work <= s.renderer_store_j[axis] and stored + motion <= gate_room(s, p, axis, k)",
+        "work <= s.renderer_store_j[axis]", FOLLOWS,
+    ),
+    Seed(
+        "a step that stiffens for nothing does not ask how fast the joint is", "rtctl/control/intermediate.py",
+        "if work > 0.0 or k > s.world_stiffness_nm_rad[axis]:", "if work > 0.0:", FOLLOWS,
+    ),
+    Seed(
+        "another kind is taken with the stiffness of the old one", "rtctl/control/intermediate.py",
+        "        if s.world_stiffness_nm_rad[axis] != 0.0 or s.world_damping_nms_rad[axis] != 0.0:\n            return\n", "", FOLLOWS,
+    ),
+    Seed(
+        "a remote proxy jumps to its target", "rtctl/control/intermediate.py",
+        "proxy = _towards(before, target, p.velocity_limit_rad_s[axis] * p.period_s)", "proxy = target", FOLLOWS,
+    ),
     Seed(
         "the absolute limit bounds one sign only", "rtctl/control/gate.py",
         "    if abs(torque) > limit:\n", "    if torque > limit:\n", GATE,

@@ -6,7 +6,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rtctl.control.environment import coupling_torque, environment_energy
+from rtctl.control.environment import coupling_torque
+from rtctl.control.intermediate import environment_energy
 from rtctl.control.jit import records
 from rtctl.control.records import new_records
 from rtctl.control.vocabulary import Environment
@@ -44,7 +45,7 @@ def test_no_motion_of_the_joint_gains_energy_from_an_environment(
     rng = np.random.default_rng(seed)
     step, absorbed, scale = 0.0, 0.0, 1e-12
     coupling_torque(state, params, command, 0, 1, 0.0, True)
-    stored_at_start = environment_energy(command, 0, state["proxy_position_rad"][0])
+    stored_at_start = environment_energy(state, 0, state["proxy_position_rad"][0])
     stored_at_start += 0.5 * k_c * (state["position_rad"][0] - state["proxy_position_rad"][0]) ** 2
     for _ in range(120):
         step = turn * step + (1 - turn) * reach * rng.uniform(-1, 1)

@@ -76,6 +76,8 @@ class LawRig:
             "window_share": 0.008,
             "energy_budget_j": 0.02,
             "energy_bank_j": 0.02,
+            "renderer_store_j": 0.1,
+            "renderer_power_w": 1.0,
         }.items():
             self.params[name] = value
         self.params["lever_m"] = [0.0, LEVER, 0.0]

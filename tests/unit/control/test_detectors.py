@@ -104,7 +104,8 @@ def test_a_motor_that_pushes_by_itself_keeps_the_rig_from_being_ready():
 
 def test_a_declared_delay_and_missed_samples_widen_what_may_be_measured():
     def step(rig, delay):
-        rig.command["environment_center_rad"] = -0.02  # 2.4 N m less within a few ticks
+        for centre in (rig.command["environment_center_rad"], rig.state["world_center_rad"]):
+            centre[...] = -0.02  # 2.4 N m less within a few ticks
         return follow(rig, 40, delay=delay)
 
     assert step(pushing_rig(delay_ticks=4, torque_rate_nm=0.6), 5).faults == Fault(0)

@@ -91,8 +91,8 @@ def test_damping_that_the_coupling_needs_is_not_spent_unless_nothing_is_coupled(
     rig = made(force_feedback_damping_nms_rad=0.01, force_feedback_reserve_nm=0.002)
     limits = {}
     for kind in (Environment.FREE, Environment.SPRING):
-        rig.command["environment_kind"] = int(kind)
-        args = (rig.state[0], rig.params[0], rig.command[0], rig.model[0], 0)
+        rig.state["world_kind"] = int(kind)
+        args = (rig.state[0], rig.params[0], rig.model[0], 0)
         limits[kind] = float(assistance_limit(*args, 1.0))
     assert limits[Environment.FREE] == pytest.approx(0.95 * (0.25 + 0.05) - 0.002, rel=1e-3)
     assert limits[Environment.SPRING] == pytest.approx(0.95 * (0.25 + 0.01) - 0.002, rel=1e-3)
@@ -103,7 +103,7 @@ def test_energy_in_the_account_may_be_spent_but_half_the_bank_stays_and_a_defici
 
     def limit(energy, speed=0.5):
         rig.state["force_feedback_energy_j"] = energy
-        return float(assistance_limit(rig.state[0], rig.params[0], rig.command[0], rig.model[0], 0, speed))
+        return float(assistance_limit(rig.state[0], rig.params[0], rig.model[0], 0, speed))
 
     usual = limit(0.0)
     assert limit(0.01) == pytest.approx(usual)
@@ -129,7 +129,7 @@ def test_the_account_takes_the_worse_of_the_delay_it_knows_and_one_tick_more():
 
 def test_an_unknown_speed_allows_nothing():
     rig = made()
-    args = (rig.state[0], rig.params[0], rig.command[0], rig.model[0], 0)
+    args = (rig.state[0], rig.params[0], rig.model[0], 0)
     assert float(assistance_limit(*args, math.nan)) == 0.0
 
 

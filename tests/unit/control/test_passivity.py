@@ -173,25 +173,27 @@ def test_arming_on_a_stretched_spring_is_no_alarm():
     assert rig.mode is State.ACTIVE
 
 
-def mode_after_changes(every):
-    """Move a spring's centre from side to side while the joint runs where it pulls; state after 6 s."""
+def after_changes(every, power_w):
+    """Move a spring's centre from side to side while the joint runs where it pulls; rig after 6 s, J taken out."""
     rig = LawRig(coupling_stiffness_nm_rad=50.0)
-    rig.params["soft_start_ticks"] = 500
+    rig.params["renderer_power_w"] = power_w
     rig.environment("spring", environment_stiffness_nm_rad=10.0).arm()
-    x = 0.0
+    x, out = 0.0, 0.0
     for k in range(6000):
         side = 1 if (k // every) % 2 == 0 else -1
         rig.command["environment_center_rad"] = 0.1 * side
         x += 0.15 * T * side
+        out += rig["torque_applied_nm"] * 0.15 * T * side
         rig.tick(x)
-        if rig.mode is not State.ACTIVE:
-            break
-    return rig.mode
+    return rig, out
 
 
-def test_one_commanded_change_is_the_operators_energy_but_a_stream_of_them_is_a_fault():
-    assert mode_after_changes(every=600) is State.ACTIVE
-    assert mode_after_changes(every=25) is not State.ACTIVE
+@pytest.mark.parametrize("every", [25, 600])
+@pytest.mark.parametrize("power_w", [0.0, 0.01])
+def test_a_stream_of_changes_gives_out_its_store_and_power_and_raises_no_alarm(every, power_w):
+    rig, out = after_changes(every, power_w)
+    assert rig.mode is State.ACTIVE
+    assert out <= 0.1 + 6.0 * power_w + 1e-3
 
 
 def test_the_hands_energy_is_its_torque_times_motion():

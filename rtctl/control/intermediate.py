@@ -1,0 +1,280 @@
+"""Intermediate representations: what a renderer sets follows its command at a bounded rate and power.
+
+A graphics program at 60 Hz describes the world near the joint (a wall's face, a spring, a moving proxy) and
+the law renders it every tick. Each step of such a parameter does work on what the coupling and the
+environment store. With p the proxy, x the joint, V the environment's potential and U = V + k_c (x - p)^2/2,
+
+    W = U(x, p after; parameters after) - U(x, p before; parameters before)
+
+is that work exactly, for the joint stands still while a parameter is stepped. It is paid from a store that
+holds `renderer_store_j` at most and refills at `renderer_power_w`; a step that costs more than is there is
+halved until it does not. Therefore, whatever the stream of parameters (derived here),
+
+    sum f_k (x_k - x_{k-1})  >=  -U_0 - renderer_store_j - renderer_power_w t                            (1)
+
+The gate's torque limit keeps (1): a spring that saturates gives out P <= U, and as long as only one number
+moves at a time, P and U rise and fall together with |dP| <= |dU|. So stiffness and centre are stepped and paid one
+after the other: what one gives back does not pay for the other.
+
+The gate's rate limit r per tick does not: torque that lags behind a spring of stiffness K (coupling and
+environment in series) is a source of energy, as soon as the joint is faster than v = r/(K T). Therefore a
+step that costs energy or stiffens is taken only while it leaves
+
+    U + J v_joint^2/2  <=  J v^2/2,   v = min(MOTION_SHARE r/(K T), v_max)                               (2)
+
+(and U <= L^2/(2 K), beyond which the limit L hides it). What the renderer has set then cannot make the joint
+outrun the gate, whatever is in the store; what is left of r beside motion is what the steps may use. A hand
+that brings more energy than (2) finds a softer environment, until it is slower.
+
+What has no way in between (kind, side, pitch) is exchanged while stiffness and damping are zero.
+"""
+
+from __future__ import annotations
+
+import math
+
+from rtctl.control.jit import compiled
+from rtctl.control.potential import environment_energy, potential
+from rtctl.control.records import Record
+from rtctl.control.vocabulary import Environment
+
+_SPRING = int(Environment.SPRING)
+_WALL = int(Environment.WALL)
+_DAMPER = int(Environment.DAMPER)
+_DETENTS = int(Environment.DETENTS)
+
+MOTION_SHARE = 0.6
+RAISE_SHARE = 0.2
+"""Shares of the gate's rate: of motion, and of each of stiffness and centre where a step raises |torque|."""
+
+LOWER_SHARE = 0.5
+"""Share of the gate's rate of a step that lowers |torque|: the joint does not push then."""
+
+HALVINGS = 8
+"""Most times a step that costs too much is halved; then it is not taken in this tick."""
+
+
+@compiled
+def gate_room(s: Record, p: Record, axis: int, k: float) -> float:
+    """Most energy, stored and of motion, that the gate can follow with an environment of stiffness `k`, J."""
+    k_c = p.coupling_stiffness_nm_rad[axis]
+    series = k_c * k / (k_c + k)
+    if series <= 0.0:
+        return math.inf
+    speed = min(MOTION_SHARE * p.torque_rate_nm[axis] / (series * p.period_s), p.velocity_limit_rad_s[axis])
+    motion = 0.5 * p.inertia_kgm2[axis] * speed * speed
+    return min(motion, 0.5 * p.torque_limit_nm[axis] ** 2 / series)
+
+
+@compiled
+def _towards(value: float, wanted: float, step: float) -> float:
+    """`wanted`, or as near to it as a step of this size brings."""
+    return value + min(max(wanted - value, -step), step)
+
+
+@compiled
+def finite_command(c: Record, axis: int) -> bool:
+    """False when any number of the commanded environment is NaN or infinite."""
+    numbers = c.environment_stiffness_nm_rad[axis] + c.environment_damping_nms_rad[axis]
+    return math.isfinite(numbers + c.environment_center_rad[axis] + c.environment_pitch_rad[axis])
+
+
+@compiled
+def _take_shape(s: Record, c: Record, axis: int) -> None:
+    """Kind, side, pitch."""
+    s.world_kind[axis] = c.environment_kind[axis]
+    s.world_side[axis] = 1 if c.environment_side[axis] >= 0 else -1
+    s.world_pitch_rad[axis] = c.environment_pitch_rad[axis]
+
+
+@compiled
+def _take_all(s: Record, c: Record, axis: int) -> None:
+    """Take everything as commanded, at once."""
+    _take_shape(s, c, axis)
+    s.world_stiffness_nm_rad[axis] = max(c.environment_stiffness_nm_rad[axis], 0.0)
+    s.world_damping_nms_rad[axis] = max(c.environment_damping_nms_rad[axis], 0.0)
+    s.world_center_rad[axis] = c.environment_center_rad[axis]
+
+
+@compiled
+def _same_shape(s: Record, c: Record, axis: int) -> bool:
+    """True when what is in force differs from the command in numbers that have a way in between only."""
+    kind = s.world_kind[axis]
+    if kind != c.environment_kind[axis]:
+        return False
+    if kind == _WALL:
+        return s.world_side[axis] == (1 if c.environment_side[axis] >= 0 else -1)
+    return kind != _DETENTS or s.world_pitch_rad[axis] == c.environment_pitch_rad[axis]
+
+
+@compiled
+def _stretch(s: Record, axis: int, center: float) -> float:
+    """Way from the centre to the joint that a spring in force is stretched by, rad; 0 where nothing touches."""
+    stretch = s.position_rad[axis] - center
+    kind = s.world_kind[axis]
+    if kind == _SPRING:
+        return stretch
+    if kind == _WALL:
+        touches = s.world_side[axis] * (s.proxy_position_rad[axis] - center) > 0.0
+        return stretch if touches or s.world_side[axis] * stretch > 0.0 else 0.0
+    if kind == _DETENTS:  # never more than half a pitch from a valley
+        behind = abs(s.position_rad[axis] - s.proxy_position_rad[axis])
+        return behind + 0.5 * s.world_pitch_rad[axis]
+    return 0.0
+
+
+@compiled
+def _free_way(s: Record, axis: int, center: float) -> float:
+    """Where a wall's face is at once: on its way to `center` through space where nothing touches it, rad."""
+    face, side = s.world_center_rad[axis], s.world_side[axis]
+    nearest = s.position_rad[axis] if side > 0 else -s.position_rad[axis]
+    nearest = max(nearest, side * s.proxy_position_rad[axis])
+    if s.world_kind[axis] != _WALL or side * face < nearest:
+        return face
+    return side * max(side * center, nearest)
+
+
+@compiled
+def _carried(s: Record, axis: int, k_c: float, k: float, center: float) -> float:
+    """Where the proxy settles when stiffness and centre become these, to first order, rad: no step rings."""
+    proxy = s.proxy_position_rad[axis]
+    now, then = s.world_stiffness_nm_rad[axis], k
+    stretch = _stretch(s, axis, s.world_center_rad[axis])
+    if stretch == 0.0:
+        return proxy
+    share = then / (then + k_c)
+    moved = share * (center - s.world_center_rad[axis])
+    if s.world_kind[axis] != _DETENTS:
+        moved -= (share - now / (now + k_c)) * stretch
+    return proxy + moved
+
+
+@compiled
+def _take_step(s: Record, p: Record, axis: int, k: float, center: float) -> bool:
+    """Set stiffness and centre, and the proxy that they carry, if store and gate allow; True when done."""
+    k_c, x = p.coupling_stiffness_nm_rad[axis], s.position_rad[axis]
+    before = s.proxy_position_rad[axis]
+    proxy = _carried(s, axis, k_c, k, center)
+    stored = potential(s, axis, k, center, proxy) + 0.5 * k_c * (x - proxy) ** 2
+    work = stored - environment_energy(s, axis, before) - 0.5 * k_c * (x - before) ** 2
+    if work > 0.0 or k > s.world_stiffness_nm_rad[axis]:
+        motion = 0.5 * p.inertia_kgm2[axis] * s.velocity_rad_s[axis] ** 2
+        if not (work <= s.renderer_store_j[axis] and stored + motion <= gate_room(s, p, axis, k)):
+            return False
+    s.world_stiffness_nm_rad[axis], s.world_center_rad[axis] = k, center
+    s.proxy_position_rad[axis] = proxy
+    _pay(s, axis, work)
+    return True
+
+
+@compiled
+def _pay(s: Record, axis: int, work: float) -> None:
+    """Take the renderer's work from its store as far as that goes, and grant it to the port."""
+    paid = min(max(work, 0.0), s.renderer_store_j[axis])
+    s.renderer_store_j[axis] -= paid
+    s.renderer_grant_j[axis] += paid
+
+
+@compiled
+def _step_stiffness(s: Record, p: Record, axis: int, wanted: float) -> None:
+    """One paid step of the stiffness, equal in the share y = k/(k + k_c) of the coupling that is felt."""
+    k, k_c = s.world_stiffness_nm_rad[axis], p.coupling_stiffness_nm_rad[axis]
+    if k == wanted:
+        return
+    stretch = abs(_stretch(s, axis, s.world_center_rad[axis]))
+    rate = (RAISE_SHARE if wanted > k else LOWER_SHARE) * p.torque_rate_nm[axis]
+    share, share_wanted = k / (k + k_c), wanted / (wanted + k_c)
+    step = abs(share_wanted - share)
+    if stretch > 0.0:
+        step = min(step, rate / (k_c * stretch))
+    for _ in range(HALVINGS):
+        new = _towards(share, share_wanted, step)
+        k_new = wanted if new == share_wanted else k_c * new / (1.0 - new)
+        if _take_step(s, p, axis, k_new, s.world_center_rad[axis]):
+            return
+        step *= 0.5
+
+
+@compiled
+def _step_center(s: Record, p: Record, axis: int, wanted: float) -> None:
+    """One paid step of the centre: at once where nothing is felt of it, never faster than the joint may move."""
+    k, k_c = s.world_stiffness_nm_rad[axis], p.coupling_stiffness_nm_rad[axis]
+    s.world_center_rad[axis] = wanted if k == 0.0 else _free_way(s, axis, wanted)
+    center = s.world_center_rad[axis]
+    if center == wanted:
+        return
+    lowers = s.world_kind[axis] != _DETENTS and (wanted - center) * _stretch(s, axis, center) > 0.0
+    rate = (LOWER_SHARE if lowers else RAISE_SHARE) * p.torque_rate_nm[axis]
+    step = min(p.velocity_limit_rad_s[axis] * p.period_s, rate * (k + k_c) / (k_c * k))
+    step = min(step, abs(wanted - center))
+    for _ in range(HALVINGS):
+        if _take_step(s, p, axis, k, _towards(center, wanted, step)):
+            return
+        step *= 0.5
+
+
+@compiled
+def _step_damping(s: Record, p: Record, axis: int, wanted: float, speed: float) -> None:
+    """One step of the damping, which takes energy only; at once where nothing is felt of it."""
+    felt = s.world_kind[axis] in (_WALL, _DAMPER) and speed > 0.0
+    step = RAISE_SHARE * p.torque_rate_nm[axis] / speed if felt else math.inf
+    s.world_damping_nms_rad[axis] = _towards(s.world_damping_nms_rad[axis], wanted, step)
+
+
+@compiled
+def follow_world(s: Record, p: Record, c: Record, axis: int, speed: float, disabled: bool) -> None:
+    """Bring the environment in force one tick nearer to the one commanded; writes the grant of this tick.
+
+    Parameters
+    ----------
+    speed : float
+        |plain backward difference| of the position, rad/s.
+    disabled : bool
+        True while no torque leaves: everything is then taken at once, and the store is full. So it is without
+        a coupling, where nothing is felt.
+
+    Notes
+    -----
+    The command is finite (`finite_command`); `law.step` stops on one that is not.
+    """
+    s.renderer_grant_j[axis] = 0.0
+    if disabled or p.coupling_stiffness_nm_rad[axis] <= 0.0:
+        _take_all(s, c, axis)
+        s.renderer_store_j[axis] = p.renderer_store_j
+        return
+    refilled = s.renderer_store_j[axis] + p.renderer_power_w * p.period_s
+    s.renderer_store_j[axis] = min(refilled, p.renderer_store_j)
+    if not _same_shape(s, c, axis):
+        _step_damping(s, p, axis, 0.0, speed)
+        _step_stiffness(s, p, axis, 0.0)
+        if s.world_stiffness_nm_rad[axis] != 0.0 or s.world_damping_nms_rad[axis] != 0.0:
+            return
+        _take_shape(s, c, axis)
+    _step_damping(s, p, axis, max(c.environment_damping_nms_rad[axis], 0.0), speed)
+    _step_stiffness(s, p, axis, max(c.environment_stiffness_nm_rad[axis], 0.0))
+    _step_center(s, p, axis, c.environment_center_rad[axis])
+
+
+@compiled
+def follow_target(s: Record, p: Record, axis: int, difference: float) -> float:
+    """Move a remote proxy towards the renderer's target and account for it; the target's velocity, rad/s.
+
+    Notes
+    -----
+    The target is extrapolated no further than `target_hold_ticks`; the proxy moves at most v_max T a tick. Such
+    a target is an active hand by nature: its work, W on the coupling's spring and -b_c (dx/T - v) v T through
+    the coupling's damper, is granted as far as the store pays; the rest shows as a deficit of the port and is met
+    as any other (damping, RAMP, CUT).
+    """
+    age = min(s.target_age_ticks, p.target_hold_ticks)
+    velocity = s.target_velocity_rad_s[axis]
+    target = s.target_position_rad[axis] + velocity * p.period_s * age
+    if s.target_age_ticks > p.target_hold_ticks:
+        velocity = 0.0
+    x, before = s.position_rad[axis], s.proxy_position_rad[axis]
+    proxy = _towards(before, target, p.velocity_limit_rad_s[axis] * p.period_s)
+    s.proxy_position_rad[axis] = proxy
+    spring = 0.5 * p.coupling_stiffness_nm_rad[axis] * ((x - proxy) ** 2 - (x - before) ** 2)
+    damper = -p.coupling_damping_nms_rad[axis] * (difference - velocity) * velocity * p.period_s
+    _pay(s, axis, spring + damper)
+    return velocity

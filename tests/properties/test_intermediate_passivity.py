@@ -1,0 +1,239 @@
+"""No stream of parameters feeds more energy than the renderer's store and power, nor jumps the torque.
+
+Energy is counted as the motor gives it: the torque of a tick is held while the joint goes to the next sample. What
+holding it costs, (k_c/2 + b_c/T) dx^2 a tick, is what the device's own damping is there for (SD-1).
+"""
+
+import math
+
+import numpy as np
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from rtctl.control.environment import coupling_torque
+from rtctl.control.jit import records
+from rtctl.control.potential import environment_energy
+from rtctl.control.records import new_records
+from rtctl.control.vocabulary import Environment
+
+T = 1e-3
+RATE_NM = 0.05
+LOCAL = [kind for kind in Environment if kind is not Environment.REMOTE]
+
+couplings = {"k_c": st.floats(0.5, 300.0), "b_c": st.floats(0.0, 0.2)}
+seeds = st.integers(0, 2**32 - 1)
+
+
+def records_of(k_c, b_c, store_j, power_w, inertia=0.01, limit=3.0):
+    params, state, command, _ = (records(array)[0] for array in new_records(1))
+    params["period_s"], params["target_hold_ticks"] = T, 20
+    params["coupling_stiffness_nm_rad"][0], params["coupling_damping_nms_rad"][0] = k_c, b_c
+    params["torque_rate_nm"][0], params["velocity_limit_rad_s"][0] = RATE_NM, 6.0
+    params["inertia_kgm2"][0], params["torque_limit_nm"][0] = inertia, limit
+    params["renderer_store_j"], params["renderer_power_w"] = store_j, power_w
+    return params, state, command
+
+
+def jump(command, rng, kinds):
+    """Any environment, far away or near, soft or as stiff as the bounds of the protocol let it be."""
+    command["environment_kind"][0] = int(rng.choice([int(kind) for kind in kinds]))
+    command["environment_stiffness_nm_rad"][0] = rng.choice([0.0, 10.0 ** rng.uniform(-1, 6)])
+    command["environment_damping_nms_rad"][0] = rng.choice([0.0, rng.uniform(0, 10)])
+    command["environment_center_rad"][0] = rng.uniform(-1, 1) * rng.choice([0.01, 1.0])
+    command["environment_side"][0] = rng.choice([-1, 1])
+    command["environment_pitch_rad"][0] = rng.uniform(0.01, 0.5)
+
+
+def stored(params, state):
+    stretch = state["position_rad"][0] - state["proxy_position_rad"][0]
+    spring = 0.5 * params["coupling_stiffness_nm_rad"][0] * stretch**2
+    return environment_energy(state, 0, state["proxy_position_rad"][0]) + spring
+
+
+def start(params, state, command, rng):
+    """Another environment in force at once, as at an arm."""
+    jump(command, rng, LOCAL)
+    coupling_torque(state, params, command, 0, 1, 0.0, True)
+
+
+class Account:
+    """Energy that the joint took from a hand and its own damping less what the motor gave, since the last start."""
+
+    def __init__(self, params, limit):
+        self.k_c, self.b_c = params["coupling_stiffness_nm_rad"][0], params["coupling_damping_nms_rad"][0]
+        self.store_j, self.power_w, self.limit = params["renderer_store_j"], params["renderer_power_w"], limit
+        self.begin(0.0, 0.0)
+
+    def begin(self, at_start, step):
+        """What is stored, and what holding costs for the `step` whose damping is still in the torque."""
+        self.at_start = at_start + self.holding(step)
+        self.absorbed, self.granted, self.scale, self.ticks = 0.0, 0.0, 1e-12, 0
+
+    def holding(self, step):
+        return (0.5 * self.k_c + self.b_c / T) * step**2
+
+    def held(self, torque, step):
+        """The joint went `step` while the gate let this much of `torque` through."""
+        sent = min(max(torque, -self.limit), self.limit)
+        self.absorbed += self.holding(step) - sent * step
+        self.scale += abs(torque * step)
+
+    def check(self, granted):
+        self.ticks += 1
+        self.granted += granted
+        assert self.granted <= self.store_j + self.power_w * T * self.ticks + 1e-12
+        assert self.absorbed >= -self.at_start - self.granted - 1e-9 * (1.0 + self.scale)
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    **couplings,
+    store_j=st.sampled_from([0.0, 1e-3, 0.1, 10.0]),
+    power_w=st.sampled_from([0.0, 0.1, 1.0, 20.0]),
+    limit=st.sampled_from([math.inf, 3.0, 0.3]),
+    every=st.integers(1, 60),
+    broken=st.sampled_from([0.0, 0.05]),
+    reach=st.floats(1e-6, 0.02),
+    turn=st.floats(0.0, 0.99),
+    seed=seeds,
+)
+@example(
+    k_c=60.0,
+    b_c=0.01,
+    store_j=0.0,
+    power_w=0.0,
+    limit=0.3,
+    every=17,
+    broken=0.0,
+    reach=1e-3,
+    turn=0.9,
+    seed=1,
+)
+def test_no_stream_of_parameters_feeds_more_than_the_store_and_the_power(
+    k_c, b_c, store_j, power_w, limit, every, broken, reach, turn, seed
+):
+    params, state, command = records_of(k_c, b_c, store_j, power_w, limit=min(limit, 3.0))
+    rng = np.random.default_rng(seed)
+    account, step, torque = Account(params, limit), 0.0, math.nan
+    start(params, state, command, rng)
+    for k in range(400):
+        if k % every == 0:
+            jump(command, rng, LOCAL)
+            spoil(command, rng, broken)
+        step = turn * step + (1 - turn) * reach * rng.uniform(-1, 1)
+        state["position_before_rad"][0] = state["position_rad"][0]
+        state["position_rad"][0] += step
+        state["velocity_rad_s"][0] = step / T
+        before, torque = torque, coupling_torque(state, params, command, 0, 1, step / T, False)
+        if math.isnan(torque):  # the law cuts; somebody arms again
+            start(params, state, command, rng)
+        elif math.isnan(before):
+            account.begin(stored(params, state), step)
+        else:
+            account.held(before, step)
+            account.check(state["renderer_grant_j"][0])
+
+
+def spoil(command, rng, share):
+    """Break one of the numbers now and then."""
+    if rng.random() < share:
+        name = rng.choice(["stiffness_nm_rad", "damping_nms_rad", "center_rad", "pitch_rad"])
+        command[f"environment_{name}"][0] = rng.choice([math.nan, math.inf, -math.inf])
+
+
+@settings(max_examples=50, deadline=None)
+@given(**couplings, inertia=st.floats(5e-3, 0.1), every=st.integers(1, 60), seed=seeds)
+def test_no_stream_of_parameters_throws_a_joint_faster_than_the_gate_lets_its_torque_follow(
+    k_c, b_c, inertia, every, seed
+):
+    """Nothing holds the joint, nothing brakes it, its store never ends: torque changes stay within the rate."""
+    params, state, command = records_of(k_c, b_c, 1e3, 1e6, inertia=inertia)
+    rng = np.random.default_rng(seed)
+    command["environment_kind"][0] = int(Environment.FREE)
+    coupling_torque(state, params, command, 0, 1, 0.0, True)
+    speed = 0.0
+    for k in range(800):
+        if k % every == 0:
+            jump(command, rng, [Environment.FREE, Environment.SPRING, Environment.WALL])
+            command["environment_damping_nms_rad"][0] = 0.0
+        torque = coupling_torque(state, params, command, 0, 1, speed, False)
+        stiffness = state["world_stiffness_nm_rad"][0]
+        series = k_c * stiffness / (k_c + stiffness)
+        # exact energy of the sampled spring needs its damping k_c T/2 (SD-1): the joint's own
+        torque = min(max(torque, -3.0), 3.0)
+        speed += (torque - (0.5 * k_c * T + b_c) * speed) / inertia * T
+        assert abs(series * speed * T) <= RATE_NM * (1 + 1e-6)
+        state["position_before_rad"][0] = state["position_rad"][0]
+        state["position_rad"][0] += speed * T
+        state["velocity_rad_s"][0] = speed
+
+
+@settings(max_examples=100, deadline=None)
+@given(k_c=couplings["k_c"], every=st.integers(1, 60), seed=seeds)
+def test_no_stream_of_parameters_jumps_the_torque_on_a_joint_at_rest(k_c, every, seed):
+    params, state, command = records_of(k_c, 0.0, 0.1, 1.0)
+    rng = np.random.default_rng(seed)
+    kinds = [Environment.FREE, Environment.SPRING, Environment.WALL]
+    state["position_rad"][0] = state["position_before_rad"][0] = rng.uniform(-0.1, 0.1)
+    jump(command, rng, kinds)
+    command["environment_damping_nms_rad"][0] = 0.0
+    command["environment_center_rad"][0] = state["position_rad"][0]
+    coupling_torque(state, params, command, 0, 1, 0.0, True)
+    before = 0.0
+    for k in range(400):
+        if k % every == 0:
+            jump(command, rng, kinds)
+            command["environment_damping_nms_rad"][0] = 0.0
+        torque = coupling_torque(state, params, command, 0, 1, 0.0, False)
+        assert abs(torque - before) <= RATE_NM * (1 + 1e-6)
+        before = torque
+
+
+@settings(max_examples=50, deadline=None)
+@given(**couplings, seed=seeds)
+def test_what_is_commanded_is_reached_and_then_is_in_force_to_the_last_bit(k_c, b_c, seed):
+    params, state, command = records_of(k_c, b_c, 1e6, 1.0, inertia=1e6, limit=1e6)
+    params["torque_rate_nm"][0] = 1.0
+    rng = np.random.default_rng(seed)
+    jump(command, rng, LOCAL)
+    coupling_torque(state, params, command, 0, 1, 0.0, True)
+    jump(command, rng, LOCAL)
+    command["environment_center_rad"][0] = rng.uniform(-0.05, 0.05)
+    for _ in range(4000):
+        coupling_torque(state, params, command, 0, 1, 0.0, False)
+    names = ("kind", "stiffness_nm_rad", "damping_nms_rad", "center_rad")
+    assert [state[f"world_{name}"][0] for name in names] == [
+        command[f"environment_{name}"][0] for name in names
+    ]
+
+
+@settings(max_examples=100, deadline=None)
+@given(**couplings, every=st.integers(1, 60), reach=st.floats(1e-6, 0.02), seed=seeds)
+def test_a_remote_proxy_gives_out_what_its_motion_put_in_and_is_granted_a_bounded_share_of_it(
+    k_c, b_c, every, reach, seed
+):
+    params, state, command = records_of(k_c, b_c, 0.1, 1.0)
+    rng = np.random.default_rng(seed)
+    command["environment_kind"][0] = int(Environment.REMOTE)
+    coupling_torque(state, params, command, 0, 1, 0.0, True)
+    put_in, granted, absorbed, scale, torque = 0.0, 0.0, 0.0, 1e-12, 0.0
+    for k in range(400):
+        state["target_age_ticks"] += 1
+        if k % every == 0:
+            state["target_age_ticks"] = 0
+            state["target_position_rad"][0] = rng.uniform(-0.5, 0.5)
+            state["target_velocity_rad_s"][0] = rng.choice([0.0, rng.uniform(-6, 6)])
+        step = reach * rng.uniform(-1, 1)
+        state["position_rad"][0] += step
+        x, proxy = state["position_rad"][0], state["proxy_position_rad"][0]
+        absorbed += 0.5 * k_c * step**2 + b_c / T * (abs(step) + 6.0 * T) ** 2 - torque * step
+        torque = coupling_torque(state, params, command, 0, 1, step / T, False)
+        after = state["proxy_position_rad"][0]
+        assert abs(after - proxy) <= 6.0 * T * (1 + 1e-12)
+        velocity = state["target_velocity_rad_s"][0] if state["target_age_ticks"] <= 20 else 0.0
+        put_in += 0.5 * k_c * ((x - after) ** 2 - (x - proxy) ** 2)
+        put_in -= b_c * (step / T - velocity) * velocity * T
+        granted += state["renderer_grant_j"][0]
+        scale += abs(torque * step) + abs(put_in)
+        assert absorbed >= -put_in - 1e-9 * (1.0 + scale)
+        assert granted <= 0.1 + 1.0 * T * (k + 1) + 1e-12
