@@ -17,7 +17,13 @@ PASSIVITY = (
     f"{UNIT}/test_passivity.py::test_no_more_than_the_bank_is_kept_beyond_what_is_stored",
     f"{UNIT}/test_passivity.py::test_deficits_become_faults_at_one_and_a_half_and_three_budgets",
 )
-FOLLOWS = (f"{UNIT}/test_intermediate.py",)
+FOLLOWS = (
+    f"{UNIT}/test_intermediate.py::test_a_store_without_energy_presses_at_the_power_alone",
+    f"{UNIT}/test_intermediate.py::test_a_jump_presses_no_harder_than_the_gate_can_take_back_when_the_joint_is_let_go",
+    f"{UNIT}/test_intermediate.py::test_what_appears_before_a_fast_joint_is_as_stiff_as_the_gate_can_follow_and_stiffens_as_it_slows",
+    f"{UNIT}/test_intermediate.py::test_a_change_of_kind_passes_through_nothing_to_feel",
+    f"{UNIT}/test_intermediate.py::test_a_target_that_jumps_is_followed_no_faster_than_the_joint_may_move",
+)
 
 SEEDS = (
     Seed(
