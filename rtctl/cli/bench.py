@@ -12,6 +12,7 @@ from rtctl.bench.row import Row
 GROUPS = (
     "friction",
     "safety",
+    "feel",
     "virtual",
     "start",
     "cycle",
@@ -42,8 +43,8 @@ ON_REQUEST = ("soak", "deaths")
 def command(
     groups: tuple[str, ...], *, quick: bool, minutes: float, rig_seconds: float, as_json: bool
 ) -> None:
-    """Measure side by side: friction evaluation, safety machine, virtual time, start, cycle, wake-up, telemetry
-    streams, floods, device I/O, recording, live view; and, only when asked for, soak: hours of subscribers that come and go, and of floods;
+    """Measure side by side: friction evaluation, safety machine, feel of a 60 Hz program, virtual time, start,
+    cycle, wake-up, telemetry streams, floods, device I/O, recording, live view; and, only when asked for, soak: hours of subscribers that come and go, and of floods;
     deaths: a hundred killed loops, and how soon a simulated board was without torque.
 
     Give GROUPS to run only some. The whole takes about ten minutes and wants an otherwise idle machine;
@@ -71,7 +72,20 @@ def command(
 
 
 def _group(name: str, *, quick: bool, minutes: float, rig_seconds: float) -> Callable[[], list[Row]]:
-    from rtctl.bench import deaths, flood, friction, io, loop, recording, safety, soak, streams, view, virtual
+    from rtctl.bench import (
+        deaths,
+        feel,
+        flood,
+        friction,
+        io,
+        loop,
+        recording,
+        safety,
+        soak,
+        streams,
+        view,
+        virtual,
+    )
     from rtctl.demo import shipped_config
 
     mock = shipped_config("mock.toml")
@@ -79,6 +93,7 @@ def _group(name: str, *, quick: bool, minutes: float, rig_seconds: float) -> Cal
     return {
         "friction": lambda: friction.rows(mock.parent / "friction" / "mock.json"),
         "safety": lambda: safety.rows(mock, 60 * short),
+        "feel": lambda: feel.rows(mock, 20 * short),
         "virtual": lambda: [
             *virtual.speed_rows(mock, 5, 20 * short),
             *virtual.torque_rows(mock, "fast sine", 20.0),

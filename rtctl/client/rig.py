@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Literal, Self
+from typing import Any, Self
 
 import zmq
 
@@ -15,12 +15,11 @@ from rtctl.client.connection import Connection, remote_endpoints
 from rtctl.client.lease import Lease
 from rtctl.client.listener import Listener
 from rtctl.client.requests import Reply, Requester
+from rtctl.client.worlds import Worlds
 from rtctl.control.vocabulary import State
 from rtctl.errors import ClientError, ConfigError, RefusedError
 from rtctl.keys import ClientKey
 from rtctl.protocol import Endpoints, client_directory, endpoints_in
-
-Kind = Literal["free", "spring", "wall", "damper", "detents", "remote"]
 
 LEASE_POLL_S = 0.05
 _POLL_S = 0.005
@@ -28,7 +27,7 @@ _ASK_AGAIN_S = 0.2
 _CLOSED = (State.LOCKOUT, State.SHUTDOWN)
 
 
-class RigClient(Listener):
+class RigClient(Worlds, Listener):
     """A connection to the daemon of one rig.
 
     Requests may come from any thread: they take turns. Each stream belongs to one thread at a time, and so
@@ -193,34 +192,6 @@ class RigClient(Listener):
         self._call("tare")
 
     # -- setting values
-
-    def set_environment(
-        self,
-        axis: str | int,
-        kind: Kind,
-        *,
-        stiffness_nm_rad: float | None = None,
-        damping_nms_rad: float | None = None,
-        center_rad: float | None = None,
-        side: Literal[-1, 1] | None = None,
-        pitch_rad: float | None = None,
-        lease: Lease | None = None,
-    ) -> dict[str, Any]:
-        """Set the virtual environment of one axis; values left out stay. Returns what is then in force.
-
-        A client with the role renderer gives its `lease`. Raises RefusedError for a value out of bounds (see
-        `hello`).
-        """
-        given = {
-            "stiffness_nm_rad": stiffness_nm_rad,
-            "damping_nms_rad": damping_nms_rad,
-            "center_rad": center_rad,
-            "side": side,
-            "pitch_rad": pitch_rad,
-            "lease": None if lease is None else lease.text,
-        }
-        values = {name: value for name, value in given.items() if value is not None}
-        return self._result("environment", axis=axis, kind=kind, **values)
 
     def lease(self, wait_s: float = 0.5) -> Lease:
         """Be the one who moves the proxy of the remote environments: the way for a renderer.

@@ -8,10 +8,13 @@ environment store. With p the proxy, x the joint, V the environment's potential 
 
 is that work exactly, for the joint stands still while a parameter is stepped. It is paid from a store that
 holds `renderer_store_j` at most and refills at `renderer_power_w`; a step that costs more than is there is
-halved until it does not. Therefore, whatever the stream of parameters (derived here),
+halved until it does not. Therefore, whatever the stream of parameters, with the torque -f_(k-1) that is held while
+the joint moves by D_k, and d_0 the slip of the coupling's damper in the first torque held (derived in
+`tests/properties/test_intermediate_passivity.py`),
 
-    sum f_k (x_k - x_{k-1})  >=  -U_0 - renderer_store_j - renderer_power_w t                            (1)
+    sum f_(k-1) D_k + (k_c/2 + b_c/T) D_k^2  >=  -U_0 - b_c d_0^2/(2 T) - renderer_store_j - renderer_power_w t    (1)
 
+What holding the torque costs, the second term, is what the device's own damping is there for (SD-1).
 The gate's torque limit keeps (1): a spring that saturates gives out P <= U, and as long as only one number
 moves at a time, P and U rise and fall together with |dP| <= |dU|. So stiffness and centre are stepped and paid one
 after the other: what one gives back does not pay for the other.
@@ -251,6 +254,8 @@ def follow_world(s: Record, p: Record, c: Record, axis: int, speed: float, disab
             return
         _take_shape(s, c, axis)
     _step_damping(s, p, axis, max(c.environment_damping_nms_rad[axis], 0.0), speed)
+    if s.world_stiffness_nm_rad[axis] == 0.0:  # it grows where it belongs, not where the last one was
+        s.world_center_rad[axis] = c.environment_center_rad[axis]
     _step_stiffness(s, p, axis, max(c.environment_stiffness_nm_rad[axis], 0.0))
     _step_center(s, p, axis, c.environment_center_rad[axis])
 

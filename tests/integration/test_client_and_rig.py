@@ -61,6 +61,16 @@ def test_settings_reach_the_tick_of_their_axis(root):
         assert refused.value.code == "out_of_bounds"
 
 
+def test_a_plane_and_a_spring_near_the_joint_are_set_whole(root):
+    with FakeRig(root, names=("base", "tip")), RigClient("mock", runtime_dir=root) as rig:
+        rig.set_environment("tip", "detents", stiffness_nm_rad=9.0, damping_nms_rad=0.5, pitch_rad=0.2)
+        wall = rig.set_plane("tip", face_rad=0.1, stiffness_nm_rad=2.0, side=-1)["environment"]
+        assert (wall["kind"], wall["center_rad"], wall["stiffness_nm_rad"]) == ("wall", 0.1, 2.0)
+        assert (wall["damping_nms_rad"], wall["side"]) == (0.0, -1)
+        spring = rig.set_spring("tip", rest_rad=-0.2, stiffness_nm_rad=3.0)["environment"]
+        assert (spring["kind"], spring["center_rad"], spring["stiffness_nm_rad"]) == ("spring", -0.2, 3.0)
+
+
 def test_a_fault_is_told_by_event_and_status_and_reset_leaves_it(root):
     with FakeRig(root) as fake, connected(root) as rig, rig.events() as events:
         rig.latest_state()

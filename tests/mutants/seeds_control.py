@@ -23,6 +23,7 @@ FOLLOWS = (
     f"{UNIT}/test_intermediate.py::test_what_appears_before_a_fast_joint_is_as_stiff_as_the_gate_can_follow_and_stiffens_as_it_slows",
     f"{UNIT}/test_intermediate.py::test_a_change_of_kind_passes_through_nothing_to_feel",
     f"{UNIT}/test_intermediate.py::test_a_target_that_jumps_is_followed_no_faster_than_the_joint_may_move",
+    f"{UNIT}/test_intermediate.py::test_a_world_of_another_kind_grows_where_it_belongs_and_not_where_the_last_one_was",
 )
 
 SEEDS = (
@@ -42,6 +43,10 @@ SEEDS = (
     Seed(
         "another kind is taken with the stiffness of the old one", "rtctl/control/intermediate.py",
         "        if s.world_stiffness_nm_rad[axis] != 0.0 or s.world_damping_nms_rad[axis] != 0.0:\n            return\n", "", FOLLOWS,
+    ),
+    Seed(
+        "another kind grows where the old one was", "rtctl/control/intermediate.py",
+        "        s.world_center_rad[axis] = c.environment_center_rad[axis]\n    _step_stiffness", "        pass\n    _step_stiffness", FOLLOWS,
     ),
     Seed(
         "a remote proxy jumps to its target", "rtctl/control/intermediate.py",

@@ -1,0 +1,80 @@
+"""Requests that describe the world near the joint: intermediate representations, rendered by the loop at its rate."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from rtctl.client.lease import Lease
+
+Kind = Literal["free", "spring", "wall", "damper", "detents", "remote"]
+
+
+class Worlds:
+    """What a program sets of the virtual environment of one axis. None of these jumps: the law lets them follow.
+
+    Angles are of the joint, rad. A client with the role renderer gives its `lease`. All return what is then
+    commanded, and raise RefusedError for a value out of bounds (see `hello`).
+    """
+
+    def set_environment(
+        self,
+        axis: str | int,
+        kind: Kind,
+        *,
+        stiffness_nm_rad: float | None = None,
+        damping_nms_rad: float | None = None,
+        center_rad: float | None = None,
+        side: Literal[-1, 1] | None = None,
+        pitch_rad: float | None = None,
+        lease: Lease | None = None,
+    ) -> dict[str, Any]:
+        """Set the virtual environment of one axis; values left out stay. Returns what is then commanded.
+
+        A client with the role renderer gives its `lease`. Raises RefusedError for a value out of bounds (see
+        `hello`).
+        """
+        given = {
+            "stiffness_nm_rad": stiffness_nm_rad,
+            "damping_nms_rad": damping_nms_rad,
+            "center_rad": center_rad,
+            "side": side,
+            "pitch_rad": pitch_rad,
+            "lease": None if lease is None else lease.text,
+        }
+        values = {name: value for name, value in given.items() if value is not None}
+        return self._result("environment", axis=axis, kind=kind, **values)
+
+    def set_plane(
+        self,
+        axis: str | int,
+        *,
+        face_rad: float,
+        stiffness_nm_rad: float,
+        damping_nms_rad: float = 0.0,
+        side: Literal[-1, 1] = 1,
+        lease: Lease | None = None,
+    ) -> dict[str, Any]:
+        """A plane near the joint: a wall with its face at `face_rad`, complete, nothing kept of the world before.
+
+        `side` 1 resists motion to larger angles, -1 to smaller ones.
+        """
+        return self.set_environment(
+            axis,
+            "wall",
+            center_rad=face_rad,
+            stiffness_nm_rad=stiffness_nm_rad,
+            damping_nms_rad=damping_nms_rad,
+            side=side,
+            lease=lease,
+        )
+
+    def set_spring(
+        self, axis: str | int, *, rest_rad: float, stiffness_nm_rad: float, lease: Lease | None = None
+    ) -> dict[str, Any]:
+        """A spring that pulls to `rest_rad` from both sides, complete, nothing kept of the world before."""
+        return self.set_environment(
+            axis, "spring", center_rad=rest_rad, stiffness_nm_rad=stiffness_nm_rad, lease=lease
+        )
+
+    def _result(self, op: str, **values: Any) -> dict[str, Any]:  # noqa: ANN401
+        raise NotImplementedError
