@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from law_rig import J, LawRig, Plant, T
 
-from rtctl.control.intermediate import MOTION_SHARE
+from rtctl.control.intermediate import MOTION_SHARE, gate_room
 from rtctl.control.vocabulary import Fault, State
 
 HAND_NM_RAD = 5.0
@@ -230,3 +230,47 @@ def test_a_wall_that_recedes_is_left_behind_at_half_the_rate_of_the_gate():
     assert torques[0] == pytest.approx(pressed + 0.05, rel=1e-6)
     assert torques[-1] == 0.0
     assert rig.state["world_center_rad"][0, 0] == 1.0
+
+
+def in_detents(center_rad, pitch_rad=0.2):
+    rig = LawRig(coupling_stiffness_nm_rad=60.0, torque_rate_nm=0.2)
+    rig.environment("detents", environment_stiffness_nm_rad=20.0, environment_center_rad=center_rad)
+    rig.command["environment_pitch_rad"] = pitch_rad
+    return rig.arm()
+
+
+@pytest.mark.parametrize(("center_rad", "pitch_rad"), [(0.03, 0.2), (0.0, 0.3), (-0.02, 0.3)])
+def test_detents_that_shift_or_spread_press_gradually_and_end_as_if_they_had_been_there(
+    center_rad, pitch_rad
+):
+    rig, there = in_detents(0.01), in_detents(center_rad, pitch_rad)
+    rig.run(20)
+    before = rig["coupling_torque_nm"]
+    rig.command["environment_center_rad"], rig.command["environment_pitch_rad"] = center_rad, pitch_rad
+    torques = np.array([rig.tick()["coupling_torque_nm"] for _ in range(400)])
+    assert np.abs(np.diff(torques, prepend=before)).max() <= 0.5 * 0.2 * (1 + 1e-6)
+    there.run(400)
+    assert torques[-1] == pytest.approx(there["coupling_torque_nm"], abs=1e-6)
+
+
+def test_nothing_bounds_the_room_of_a_world_without_stiffness():
+    rig = LawRig(coupling_stiffness_nm_rad=60.0)
+    assert gate_room(rig.state[0], rig.params[0], 0, 0.0) == math.inf
+
+
+def test_a_target_whose_program_falls_silent_is_extrapolated_no_further_than_the_hold():
+    rig, _ = held_rig()
+    rig.request("target_count")
+    rig.command["target_velocity_rad_s"] = 0.5
+    hold = int(rig.params["target_hold_ticks"][0])
+    reached = [rig.tick()["proxy_position_rad"] for _ in range(hold + 20)]
+    assert reached[-1] == pytest.approx(0.5 * T * hold)
+    assert max(reached) == reached[-1]
+
+
+def test_a_damper_has_no_place_and_no_stiffness_to_feel():
+    rig = LawRig(coupling_stiffness_nm_rad=60.0)
+    rig.environment("damper", environment_damping_nms_rad=0.1, environment_stiffness_nm_rad=50.0).arm()
+    rig.environment("damper", environment_center_rad=0.5, environment_stiffness_nm_rad=5.0)
+    assert [rig.tick()["coupling_torque_nm"] for _ in range(100)] == [0.0] * 100
+    assert rig.state["world_center_rad"][0, 0] == 0.5
