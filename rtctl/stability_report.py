@@ -21,7 +21,7 @@ from typing import Any
 
 from rtctl.config import LoadedConfig
 from rtctl.config_tables import AxisTable
-from rtctl.control import stability
+from rtctl.control import stability, take_back
 from rtctl.errors import StabilityError
 from rtctl.friction import artefact
 from rtctl.friction.margins import FrictionFigures, friction_figures
@@ -53,6 +53,11 @@ class AxisReport:
     ring_damping_ratio: float
     count_rad: float
     quantisation_torque_nm: float
+    torque_limit_nm: float
+    empty_account_torque_nm: float
+    """Torque that may be held while the energy account is empty, N m: what the gate can take back for the budget."""
+    torque_rate_needed_nm_s: float
+    """Slope of the gate with which that is all of the torque limit, N m/s; infinite when no slope is enough."""
     friction: FrictionFigures | None
 
     @property
@@ -120,6 +125,7 @@ def _examine_axis(loaded: LoadedConfig, index: int, axis: AxisTable) -> AxisRepo
     needed = stability.damping_needed_sampled_data(k_c, b_c, T, d)
     recommended = stability.recommended_coupling(b, T, d)
     k_e = _environment_stiffness(axis)
+    held, rate_needed = _empty_account(loaded, axis)
     ring, ratio = stability.coupling_ring(axis.inertia_kgm2, max(b, 0.0), k_c, b_c)
     return AxisReport(
         index=index,
@@ -141,8 +147,26 @@ def _examine_axis(loaded: LoadedConfig, index: int, axis: AxisTable) -> AxisRepo
         ring_damping_ratio=ratio,
         count_rad=count,
         quantisation_torque_nm=k_c * count / 2 + b_c * count / T,
+        torque_limit_nm=axis.torque_limit_nm,
+        empty_account_torque_nm=held,
+        torque_rate_needed_nm_s=rate_needed,
         friction=figures,
     )
+
+
+def _empty_account(loaded: LoadedConfig, axis: AxisTable) -> tuple[float, float]:
+    """Torque that an empty energy account can pay for, N m, and the slope at which that is the limit, N m/s."""
+    T, limit = loaded.config.period_s, axis.torque_limit_nm
+    way = take_back.OVERSPEED_FACTOR * axis.velocity_limit_rad_s * T
+    left = take_back.FLOOR_FACTOR * loaded.config.passivity.budget_j
+    held = min(limit, take_back.most_torque(left, axis.torque_rate_nm_s * T, way))
+    if take_back.most_torque(left, limit, way) < limit:
+        return held, math.inf
+    low, high = 0.0, limit
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if take_back.most_torque(left, middle, way) < limit else (low, middle)
+    return held, high / T
 
 
 def _environment_stiffness(axis: AxisTable) -> float | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 from dataclasses import asdict
 from pathlib import Path
@@ -139,10 +140,23 @@ def _lines(axis: AxisReport) -> list[tuple[str, str, str]]:
             f"{axis.ring_hz:.3g} Hz",
             f"damping ratio {axis.ring_damping_ratio:.3g}",
         ),
+        ("torque of an empty account", f"{axis.empty_account_torque_nm:.4g} N m", _account(axis)),
     ]
     if felt is not None:
         lines.append(("felt stiffness", f"{felt:.4g} N m/rad", f"of {k_e:.4g} in the virtual environment"))
     return lines
+
+
+def _account(axis: AxisReport) -> str:
+    """What bounds the torque that the energy account can pay for, and what would raise it to the limit."""
+    if axis.empty_account_torque_nm >= axis.torque_limit_nm:
+        return f"{_mark(True)}  report; all of the limit can be taken back in time"
+    needed = axis.torque_rate_needed_nm_s
+    remedy = f"torque_rate_nm_s = {needed:.4g}" if math.isfinite(needed) else "a larger passivity.budget_j"
+    return (
+        f"{_mark(False)}  report; of {axis.torque_limit_nm:.4g}, the rest against what the hand puts in; "
+        f"all with {remedy}"
+    )
 
 
 def _source(found: FrictionFigures | None) -> str:

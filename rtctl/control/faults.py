@@ -149,7 +149,8 @@ TABLE: tuple[FaultRow, ...] = (
         Fault.PASSIVITY,
         Reaction.RAMP,
         1,
-        "a port gave out more than 1.5 budgets of energy; damping is injected from the first deficit on",
+        "a port gave out more than 1.35 budgets of energy: damping is injected from the first deficit on, and the "
+        "torque bounded so that 1.5 are never reached",
         "a port gave out more energy than its budget: lower stiffness or compensation",
     ),
     FaultRow(

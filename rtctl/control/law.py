@@ -21,6 +21,7 @@ from rtctl.control.program import in_program, program_torque
 from rtctl.control.records import Record
 from rtctl.control.sample import accept_sample
 from rtctl.control.states import advance, is_powered
+from rtctl.control.take_back import OVERSPEED_FACTOR, torque_to_take_back
 from rtctl.control.velocity import estimate_velocity
 from rtctl.control.vocabulary import Fault, GateFlag, State
 
@@ -34,9 +35,6 @@ _F_OVERSPEED = int(Fault.OVERSPEED)
 _F_GATE = int(Fault.GATE)
 _NOT_FINITE = int(GateFlag.NOT_FINITE)
 _VIOLATION = int(GateFlag.VIOLATION)
-
-OVERSPEED_FACTOR = 1.2
-"""Above this many v_max the torque is cut (safety contract)."""
 
 HOLD_SHARE = 0.2
 """HOLD's damping may use at most this share of the torque limit (safety contract)."""
@@ -227,6 +225,8 @@ def _gate(t: Record, s: Record, p: Record, axis: int) -> int:
     # A ramp only falls, and must not be stretched by a share that its start exceeded.
     share = 1.0 if s.state == _STOPPING else t.torque_share[axis] * _state_share(s.state)
     allowed = min(share * limit, window_limit)
+    if not in_program(s, axis):
+        allowed = min(allowed, torque_to_take_back(p, axis, s.energy_port_j[axis]))
     torque, flags = gate.gate_torque(
         _torque_of_state(t, s, p, axis),
         s.torque_applied_nm[axis],

@@ -1,6 +1,6 @@
 """Passivity observer and controller on the torque the motor actually held (theory reference, section 1.7).
 
-    E += -tau_held (x_k - x_{k-1}) + b dx^2 / T + F_lo |dx|,      E <= a U + bank
+    E += -tau_held (x_k - x_{k-1}) + b dx^2 / T + F_lo |dx|,      E <= a U + bank + c(tau_held)
 
 tau_held is the torque sent one tick ago, after authority, gate and limits, feed-forward included: the
 motor held exactly this torque while the joint went from x_{k-1} to x_k, so the first term is exact. The
@@ -9,7 +9,8 @@ over one period) and dry friction F_lo.
 
 U is the energy in the virtual spring and coupling. It belongs to the hand that put it there and will be
 given back, so only what exceeds it counts as banked: a cap without U would forget the energy of every
-spring stronger than the bank and call its return active. a is the authority: the world felt is a U. What
+spring stronger than the bank and call its return active. c is what taking back the torque held may cost
+(`take_back`): it is kept until then. a is the authority: the world felt is a U. What
 the operator's own request puts into a U is granted: U da while the authority rises, and the work that
 a step of the environment or of a remote proxy does on U, as far as the renderer's store pays for it
 (`intermediate`): a store with a bounded power, so that no stream of parameters or targets is an unbounded
@@ -33,15 +34,18 @@ import numpy as np
 from rtctl.control.friction import BACKWARD, FORWARD, branch_magnitude
 from rtctl.control.jit import compiled
 from rtctl.control.records import Record
+from rtctl.control.take_back import cost_to_take_back
 from rtctl.control.vocabulary import Fault, State
 
 _ACTIVE = int(State.ACTIVE)
 _F_PASSIVITY = int(Fault.PASSIVITY)
 _F_GROSS = int(Fault.PASSIVITY_GROSS)
 
-FAULT_FACTOR = 1.5
+FAULT_FACTOR = 1.35
+"""A deficit of this many budgets is PASSIVITY: early enough for the ramp to end above `take_back.FLOOR_FACTOR`."""
+
 GROSS_FACTOR = 3.0
-"""Deficits of this many budgets are PASSIVITY (ramp) and PASSIVITY_GROSS (cut) (safety contract)."""
+"""A deficit of this many budgets is PASSIVITY_GROSS, a cut (safety contract)."""
 
 
 @compiled
@@ -75,7 +79,9 @@ def _grant(s: Record, axis: int, rise: float) -> float:
 
 @compiled
 def observe_port(s: Record, p: Record, model: Record, axis: int, dx: float, elapsed: int, v: float) -> float:
-    """Advance the port's energy by the last period, J; never more than `energy_bank_j` above what is stored.
+    """Advance the port's energy by the last period, J.
+
+    Never more than `energy_bank_j` above what is stored and what taking back the torque held may cost.
 
     Parameters
     ----------
@@ -94,7 +100,7 @@ def observe_port(s: Record, p: Record, model: Record, axis: int, dx: float, elap
     rise = _rise(s, p)
     energy = s.energy_port_j[axis] - held * dx + credit + _grant(s, axis, rise)
     felt = (s.authority + rise) * s.stored_energy_j[axis]
-    s.energy_port_j[axis] = min(energy, felt + p.energy_bank_j)
+    s.energy_port_j[axis] = min(energy, felt + p.energy_bank_j + cost_to_take_back(p, axis, held))
     return s.energy_port_j[axis]
 
 

@@ -149,7 +149,7 @@ class GateFlag(IntFlag):
     DISABLED = 8
     OVERSPEED = 16
     SHARE = 32
-    """The share of the limit that the state, the temperature or a waiver leaves."""
+    """The share of the limit that the state, the temperature, a waiver or the energy account leaves."""
     WINDOW = 64
     """The mean of the last 250 ms nears the continuous limit."""
     VIOLATION = 128
