@@ -21,7 +21,7 @@ from typing import Any
 
 from rtctl.config import LoadedConfig
 from rtctl.config_tables import AxisTable
-from rtctl.control import stability, take_back
+from rtctl.control import stability
 from rtctl.errors import StabilityError
 from rtctl.friction import artefact
 from rtctl.friction.margins import FrictionFigures, friction_figures
@@ -156,6 +156,8 @@ def _examine_axis(loaded: LoadedConfig, index: int, axis: AxisTable) -> AxisRepo
 
 def _empty_account(loaded: LoadedConfig, axis: AxisTable) -> tuple[float, float]:
     """Torque that an empty energy account can pay for, N m, and the slope at which that is the limit, N m/s."""
+    from rtctl.control import take_back  # compiled: reading a report's names must not load the compiler
+
     T, limit = loaded.config.period_s, axis.torque_limit_nm
     way = take_back.OVERSPEED_FACTOR * axis.velocity_limit_rad_s * T
     left = take_back.FLOOR_FACTOR * loaded.config.passivity.budget_j
