@@ -15,7 +15,7 @@ from hw.can.sim_plant import Inertia
 
 WIRES = [tuple(wire.split(":")) for wire in os.environ.get("RTCTL_CAN_WIRES", "").split(",") if wire]
 PERIOD_S = 1e-3
-MARK_S, MARKS_MAX = 0.2, 10
+MARK_S, MARKS_MAX = 0.2, 100
 """How long a mark may take before another one is sent, and how often."""
 
 _numbers = itertools.count()

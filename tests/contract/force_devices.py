@@ -8,9 +8,12 @@ import select
 import socket
 import tty
 
-from hw.force import optoforce, rdt, rokubi
+from patience import until
 
-WAIT_S = 20.0
+from hw.force import optoforce, rdt, rokubi
+from rtctl.bench.io_slcan import waiting
+
+WAIT_S = 60.0
 
 
 def force_of(k):
@@ -26,7 +29,7 @@ class PtySensor:
         tty.setraw(slave)
         self.path = os.ttyname(slave)
         self._slave = slave
-        self.k = 0
+        self.k = self._sent = 0
         os.set_blocking(self.master, False)
 
     @property
@@ -37,6 +40,7 @@ class PtySensor:
         sent = 0
         while sent < len(data):
             sent += os.write(self.master, data[sent:])
+        self._sent += sent
 
     def heard(self):
         """Everything the host has sent so far."""
@@ -45,8 +49,9 @@ class PtySensor:
         return os.read(self.master, 4096)
 
     def arrived(self, backend):
-        """Wait until what was written can be read: a pty delivers a little later."""
-        assert select.select([backend._port.fd], [], [], WAIT_S)[0]
+        """Wait until all that was written since can be read: a pty delivers a little later, and in parts."""
+        until(lambda: waiting(backend._port.fd) >= self._sent, "what was written")
+        self._sent = 0
 
     def emit(self, backend):
         self.k += 1

@@ -204,7 +204,7 @@ def serial_rig(tmp_path, board):
     text = shipped_config("mock.toml").read_text()
     text = text[: text.index("[[device]]")].replace('model = "friction/mock.json"', 'model = ""')
     text = text.replace("[axis.coupling]", "[axis.coupling]\ndelay_ticks = 2")
-    text += f'[[device]]\nkind = "serial"\n[device.options]\nport = "{board().port}"\n'
+    text += f'[[device]]\nkind = "serial"\n[device.options]\nport = "{board().port}"\nopen_timeout_s = 30.0\n'
     path = tmp_path / "serial.toml"
     path.write_text(text)
     made = Rig(path, lambda backend: serial_boards.InLockstep(backend, STATE_BYTES))

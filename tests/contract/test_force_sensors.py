@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from force_bench import benches, make
 from force_devices import SENSORS, OptoForce, Rdt, Rokubi, force_of
+from patience import PATIENCE_S
 
 from hw.force import optoforce, rdt, rokubi, serial_sensor
 from hw.interface import BackendError, LinkFault, LinkLost
@@ -220,7 +221,7 @@ def test_opening_waits_for_the_first_sample_and_the_first_read_may_show_it(kind)
     backend = make(device, open_timeout_s=10.0)
     with Streaming(device):
         backend.open()
-        tick, deadline = new_ticks(), time.monotonic() + 20
+        tick, deadline = new_ticks(), time.monotonic() + PATIENCE_S
         while tick["sample_count"][0] < 5:
             backend.read(tick)
             assert time.monotonic() < deadline

@@ -5,6 +5,7 @@ import time
 import pytest
 from force_bench import benches, make
 from force_devices import Rdt, force_of
+from patience import PATIENCE_S
 
 from hw.force import rdt, rdt_backend
 from hw.interface import BackendError, LinkFault
@@ -100,7 +101,7 @@ def test_a_host_that_refuses_is_silence_not_an_exception(bench):
     at = bench("rdt", lost_after_s=0.002)
     at.device.unplug()
     at.backend._ask(0)
-    deadline = time.monotonic() + 20
+    deadline = time.monotonic() + PATIENCE_S
     while at.read()["link_faults"] != LinkFault.LOST:
         assert time.monotonic() < deadline
 

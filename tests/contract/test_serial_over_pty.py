@@ -39,7 +39,7 @@ def shared(tmp_path_factory):
 
 def backend_of(port, **options):
     model = registry.options_model("serial")
-    valid = model.model_validate({"port": port, "open_timeout_s": 10.0, "reopen_timeout_s": 10.0, **options})
+    valid = model.model_validate({"port": port, "open_timeout_s": 30.0, "reopen_timeout_s": 10.0, **options})
     return registry.create("serial", valid.model_dump(mode="json"), RIG)
 
 
@@ -323,7 +323,7 @@ def test_the_simulated_board_ends_cleanly_on_sigterm_and_leaves_no_link(tmp_path
     with serial_boards.SimulatedBoard(tmp_path, "--rate-hz", "500") as board:
         board.wait_for(3)
         board.process.terminate()
-        assert board.process.wait(30) == 0
+        assert board.process.wait(60) == 0
     assert not Path(board.port).is_symlink()
     assert not board.observation.rows()["current_a"].any()
 
@@ -337,7 +337,7 @@ class DescribedBench(Bench):
         valid = model.model_validate(
             {
                 "port": board.port,
-                "open_timeout_s": 10.0,
+                "open_timeout_s": 30.0,
                 "reopen_timeout_s": 10.0,
                 **serial_boards.described(1),
             }

@@ -208,7 +208,7 @@ for name in ("torque_applied_nm", "velocity_rad_s", "energy_port_j", "feedforwar
         environment = {**os.environ, "NUMBA_DISABLE_JIT": disabled}
         done = subprocess.run(
             [sys.executable, "-Werror", "-c", script, here],
-            env=environment, capture_output=True, text=True, timeout=120, check=False,
+            env=environment, capture_output=True, text=True, timeout=280, check=False,
         )  # fmt: skip
         assert done.returncode == 0, done.stderr
         outputs.append([float(line) for line in done.stdout.split()])

@@ -45,7 +45,7 @@ class Desk:
     def ask(self, *frames):
         self.libzmq.send_multipart([b"", *frames])
         self.authenticator.serve()
-        assert self.libzmq.poll(1000), "no answer: the connection would hang"
+        assert self.libzmq.poll(60_000), "no answer: the connection would hang"
         _, _version, number, status, _text, user_id, _metadata = self.libzmq.recv_multipart()
         assert number == (frames[1] if len(frames) > 1 else b"")
         return status.decode(), user_id.decode()

@@ -3,6 +3,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from patience import PATIENCE_S
 
 from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import LoopDiedError
@@ -17,6 +18,12 @@ from rtctl.tick import new_ticks
 RIG = RigDescription(
     "mock", (AxisDescription("a", {}),), 1000.0, session=7, virtual=True, start_wall_ns=10**18
 )
+
+
+@pytest.fixture(autouse=True)
+def _patient(monkeypatch):
+    """A disk that is only busy is waited for."""
+    monkeypatch.setattr(flight_recorder, "END_S", PATIENCE_S)
 
 
 def rows(first, n, state=State.ACTIVE, fault=0):
@@ -55,19 +62,19 @@ def test_a_disk_that_hangs_never_holds_up_the_host(tmp_path, monkeypatch):
 
     def hang(_fd):
         entered.set()
-        assert release.wait(30)
+        assert release.wait(PATIENCE_S)
 
     monkeypatch.setattr(event_log.os, "fdatasync", hang)
     monkeypatch.setattr(flight_recorder, "END_S", 0.01)
     recorder = FlightRecorder(tmp_path, RIG)
-    assert entered.wait(10)
+    assert entered.wait(PATIENCE_S)
     for k in range(2000):
         recorder.observe(rows(k, 1, State.IDLE if k % 2 else State.ACTIVE))
     assert recorder.status()["dropped"] > 1000
     assert recorder.status()["dropped"] <= 2000
     recorder.close()
     release.set()
-    monkeypatch.setattr(flight_recorder, "END_S", 10.0)
+    monkeypatch.setattr(flight_recorder, "END_S", PATIENCE_S)
     recorder.close()
     assert not recorder._thread.is_alive()
 
@@ -95,13 +102,13 @@ def test_a_disk_that_fills_up_for_real(tmp_path):
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (3000, 3000));"
         "from pathlib import Path; from test_flight_recorder import *;"
-        "r = FlightRecorder(Path(sys.argv[1]), RIG);"
+        "flight_recorder.END_S = PATIENCE_S; r = FlightRecorder(Path(sys.argv[1]), RIG);"
         "[r.observe(rows(400 * k, 400, *((State.FAULT, Fault.JUMP) if k % 2 else ()))) for k in range(20)];"
         "r.close(); s = r.status(); print(s['broken']); print(s['dropped'], s['incidents_lost'])"
     )
     out = subprocess.run(
         [sys.executable, "-c", code, str(tmp_path), str(Path(__file__).parent), *sys.path],
-        capture_output=True, text=True, timeout=60,
+        capture_output=True, text=True, timeout=170,
     )  # fmt: skip
     assert out.returncode == 0, out.stderr
     broken, counts = out.stdout.splitlines()

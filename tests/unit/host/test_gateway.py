@@ -4,6 +4,7 @@ import time
 import msgpack
 import pytest
 import zmq
+from patience import PATIENCE_S, until
 
 from rtctl.control.vocabulary import State
 from rtctl.host.description import AxisDescription, RigDescription
@@ -35,13 +36,14 @@ class Desk:
         self.sockets.append(socket)
         return socket
 
-    def serve(self, received, seconds=5.0):
+    def serve(self, received):
         """Serve until `received` messages have come in."""
-        deadline = time.monotonic() + seconds
-        while self.gateway.counters.received < received and time.monotonic() < deadline:
-            self.poller.poll(20)
-            self.gateway.serve()
+        until(lambda: self._turn() or self.gateway.counters.received >= received, "messages")
         assert self.gateway.counters.received == received
+
+    def _turn(self):
+        self.poller.poll(20)
+        self.gateway.serve()
 
     def close(self):
         for socket in self.sockets:
@@ -59,7 +61,7 @@ def desk():
         made.close()
 
 
-def reply(socket, wait_ms=1000):
+def reply(socket, wait_ms=PATIENCE_S * 1000):
     return (
         [msgpack.unpackb(part) if part else part for part in socket.recv_multipart()]
         if socket.poll(wait_ms)
@@ -131,7 +133,7 @@ def test_one_turn_handles_a_bounded_number_of_requests_and_tells_that_more_wait(
             for i in range(7):
                 client.send(msgpack.packb({"id": i, "op": "status"}))
         while desk.gateway.counters.received < 84 * (burst + 1):
-            assert desk.poller.poll(5000)
+            assert desk.poller.poll(PATIENCE_S * 1000)
             before = desk.gateway.counters.received
             turns.append((desk.gateway.serve(), desk.gateway.counters.received - before))
         assert all(reply(client)[0]["id"] == i for client in clients for i in range(7))
@@ -148,7 +150,7 @@ def test_a_client_that_never_reads_costs_lost_replies_only(desk):
     deaf.send(msgpack.packb({"id": 0, "op": "hello"}))
     desk.serve(1)
     deaf.send(msgpack.packb({"id": 1, "op": "stop"}))
-    desk.gateway.socket.poll(1000)
+    desk.gateway.socket.poll(PATIENCE_S * 1000)
     deaf.close(linger=0)
     desk.sockets.remove(deaf)
     time.sleep(0.1)

@@ -26,7 +26,8 @@ class Desk:
         self.caller = OPERATOR
         self.writer = CommandWriter(self.memory)
         self.row = new_ticks(1, 2)
-        self.row["time_ns"], self.row["state"], self.row["fault_first"] = time.monotonic_ns(), State.IDLE, -1
+        now_ns = time.monotonic_ns() + 10**12  # a tick that stays new for as long as a test may take
+        self.row["time_ns"], self.row["state"], self.row["fault_first"] = now_ns, State.IDLE, -1
         self.requests = Requests(self.writer, RIG, Endpoints("ipc://t", "ipc://c"), lambda: self.row)
 
     def ask(self, op, epoch=None, **values):

@@ -4,6 +4,7 @@ import time
 import msgpack
 import pytest
 import zmq
+from patience import until
 
 from rtctl.control.vocabulary import Environment, State
 from rtctl.host.description import AxisDescription, RigDescription
@@ -55,12 +56,13 @@ class Desk:
 
     def serve(self, received):
         counters = self.gateway.inbox.counters
-        deadline = time.monotonic() + 10
-        while counters.received < received and time.monotonic() < deadline:
-            self.poller.poll(20)
-            self.gateway.serve()
+        until(lambda: self._turn() or counters.received >= received, "targets")
         assert counters.received == received
         return counters
+
+    def _turn(self):
+        self.poller.poll(20)
+        self.gateway.serve()
 
     def close(self):
         for socket in self.sockets:
@@ -87,14 +89,17 @@ def test_of_what_waits_only_the_newest_reaches_the_loop(desk):
     renderer = desk.renderer()
     renderer.send(target(lease, -1.0))
     desk.serve(1)
-    for i in range(20):
-        renderer.send(target(lease, i / 20))
-    time.sleep(0.1)
     before = int(desk.memory.header[0]["mailbox_seq"])
-    counters = desk.serve(21)
-    assert desk.writer.command["target_position_rad"][0][0] == 19 / 20
-    assert counters.accepted == int(desk.memory.header[0]["mailbox_seq"]) - before + 1
-    assert counters.accepted + counters.superseded == 21
+    for burst in range(1, 11):  # how many of a burst wait at the first turn is up to libzmq's thread
+        for i in range(20):
+            renderer.send(target(lease, i / 20))
+        time.sleep(0.1)
+        counters = desk.serve(20 * burst + 1)
+        assert desk.writer.command["target_position_rad"][0][0] == 19 / 20
+        assert counters.accepted == int(desk.memory.header[0]["mailbox_seq"]) - before + 1
+        assert counters.accepted + counters.superseded == 20 * burst + 1
+        if counters.superseded > 5:
+            break
     assert counters.superseded > 5
 
 

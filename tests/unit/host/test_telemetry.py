@@ -1,11 +1,11 @@
 import tempfile
-import time
 from pathlib import Path
 
 import msgpack
 import numpy as np
 import pytest
 import zmq
+from patience import PATIENCE_S, until
 
 from rtctl.control.vocabulary import State
 from rtctl.host.description import AxisDescription, RigDescription
@@ -13,6 +13,7 @@ from rtctl.host.telemetry import MOST_ROWS, Telemetry, queue_messages
 from rtctl.protocol import TOPIC_EVENT, TOPIC_HEALTH, TOPIC_STATE, TOPIC_TICKS, Endpoints
 from rtctl.tick import new_ticks
 
+MARK = b"mark"
 RIG = RigDescription("mock", (AxisDescription("a", {}),), 1000.0, session=7)
 
 
@@ -30,7 +31,7 @@ class Air:
         self.endpoints = Endpoints(f"ipc://{folder}/t", f"ipc://{folder}/c")
         self.context = zmq.Context()
         self.clock = Clock()
-        self.tick = 0
+        self.tick = self.marks = 0
         self.subscribers = []
 
     def open(self, rig=RIG):
@@ -44,6 +45,7 @@ class Air:
         for name, value in options.items():
             socket.setsockopt(getattr(zmq, name), value)
         socket.subscribe(topic)
+        socket.subscribe(MARK)
         socket.connect(self.endpoints.telemetry)
         self.subscribers.append(socket)
         return socket
@@ -55,17 +57,26 @@ class Air:
         self.tick += n
         return out
 
+    def mark(self):
+        """Send something behind all that was published so far, on the same socket."""
+        self.marks += 1
+        self.telemetry.socket.send_multipart([MARK, b"%d" % self.marks])
+
+    def heard(self, socket):
+        """What a subscriber gets of all that was published so far."""
+        self.mark()
+        messages = []
+        while (frames := received(socket)) != [MARK, b"%d" % self.marks]:
+            messages += [] if frames[0] == MARK else [(frames[0], msgpack.unpackb(frames[1]))]
+        return messages
+
     def settle(self, *sockets):
-        """Publish until every subscriber hears; then empty them."""
-        deadline = time.monotonic() + 10
+        """Publish once, and wait until every subscriber hears; then empty them."""
+        self.clock.ns += 1_000_000_000
+        self.telemetry.publish(self.rows(10), 0)
         for socket in sockets:
-            while not socket.poll(10):
-                assert time.monotonic() < deadline
-                self.clock.ns += 1_000_000_000
-                self.telemetry.publish(self.rows(10), 0)
-        time.sleep(0.05)
-        for socket in sockets:
-            drain(socket)
+            until(lambda socket=socket: self.mark() or socket.poll(10), "a subscriber")
+            self.heard(socket)
 
     def close(self):
         for socket in self.subscribers:
@@ -82,12 +93,9 @@ def air():
         made.close()
 
 
-def drain(socket, wait_ms=50):
-    messages = []
-    while socket.poll(wait_ms):
-        topic, payload = socket.recv_multipart()
-        messages.append((topic, msgpack.unpackb(payload)))
-    return messages
+def received(socket):
+    assert socket.poll(PATIENCE_S * 1000), "nothing comes any more"
+    return socket.recv_multipart()
 
 
 def test_every_message_is_a_topic_and_one_payload(air):
@@ -98,7 +106,7 @@ def test_every_message_is_a_topic_and_one_payload(air):
     rows = air.rows(20)
     rows["state"][5:] = State.ARMING
     air.telemetry.publish(rows, 0)
-    assert [topic for topic, _ in drain(socket)] == [TOPIC_EVENT, TOPIC_STATE, TOPIC_TICKS, TOPIC_HEALTH]
+    assert [topic for topic, _ in air.heard(socket)] == [TOPIC_EVENT, TOPIC_STATE, TOPIC_TICKS, TOPIC_HEALTH]
 
 
 def test_batches_number_every_row_and_the_lost_ones_too(air):
@@ -109,7 +117,7 @@ def test_batches_number_every_row_and_the_lost_ones_too(air):
     air.telemetry.publish(air.rows(7), 0)
     air.tick += 3  # overwritten in shared memory before the host read them
     air.telemetry.publish(air.rows(5), 3)
-    first, second = (message for _, message in drain(socket))
+    first, second = (message for _, message in air.heard(socket))
     assert (first["row"], first["rows"], first["lost"], first["first_tick"]) == (start, 7, 0, start)
     assert (second["row"], second["rows"], second["lost"]) == (start + 10, 5, 3)
     assert second["sequence"] == first["sequence"] + 1
@@ -120,7 +128,7 @@ def test_a_flood_of_rows_is_cut_into_messages_of_bounded_size(air):
     socket = air.subscribe(TOPIC_TICKS)
     air.settle(socket)
     air.telemetry.publish(air.rows(2 * MOST_ROWS + 1), 0)
-    assert [message["rows"] for _, message in drain(socket)] == [MOST_ROWS, MOST_ROWS, 1]
+    assert [message["rows"] for _, message in air.heard(socket)] == [MOST_ROWS, MOST_ROWS, 1]
 
 
 def test_health_comes_once_a_second_also_when_the_loop_is_silent(air):
@@ -132,7 +140,7 @@ def test_health_comes_once_a_second_also_when_the_loop_is_silent(air):
     for _ in range(30):
         air.clock.ns += 100_000_000
         air.telemetry.publish(air.rows(0), 5)
-    messages = [message for _, message in drain(socket)]
+    messages = [message for _, message in air.heard(socket)]
     assert len(messages) == 3
     last = messages[-1]
     assert (last["overwritten"], last["commands"], last["wakeup_us"]) == (5, {"malformed": 3}, None)
@@ -151,15 +159,16 @@ def test_a_stalled_subscriber_is_counted_and_takes_nothing_from_the_others(air):
     stalled = air.subscribe(TOPIC_TICKS, hwm=1, RCVBUF=4096)
     listening = air.subscribe(TOPIC_TICKS)
     air.settle(stalled, listening)
-    got, start = [], air.tick
+    rows, start = [], air.tick
     for _ in range(900):
         telemetry.publish(air.rows(60), 0)
-        got += drain(listening, 0)
-    got += drain(listening)
+        rows.append(msgpack.unpackb(received(listening)[1])["row"])
     assert telemetry.counts()["dropped"] >= 1
-    assert [message["row"] for _, message in got] == list(range(start, air.tick, 60))
-    late = drain(stalled)
-    assert len(late) < 900, "the stalled one must have lost some, or the test proves nothing"
+    assert rows == list(range(start, air.tick, 60))
+    late = 0
+    while stalled.poll(50):
+        late += len(stalled.recv_multipart()) // 2
+    assert late < 900, "the stalled one must have lost some, or the test proves nothing"
 
 
 def test_queues_hold_seconds_at_any_batch_length():

@@ -2,9 +2,9 @@
 
 import os
 import sys
-import time
 
 import pytest
+from patience import PATIENCE_S, until
 
 from rtctl.host import view_process
 from rtctl.host.view_process import RETRY_S, SETTLED_S, ViewProcess
@@ -34,12 +34,7 @@ def program(tmp_path, monkeypatch):
 
 def ends(view, clock):
     """Wait for its end, without the clock of the view moving; what is said then."""
-    deadline = time.monotonic() + 20
-    while time.monotonic() < deadline:
-        if news := view.news():
-            return news
-        time.sleep(0.002)
-    raise AssertionError("it never ended")
+    return until(view.news, "its end")
 
 
 def test_the_operators_address_is_for_this_user_alone_and_goes_with_the_view(tmp_path, program):
@@ -110,7 +105,7 @@ def test_it_never_outlives_the_daemon_and_keeps_off_the_loops_core(tmp_path):
     process = view._process
     process.stdin.close()  # as when the daemon is killed
     try:
-        process.wait(30)
+        process.wait(PATIENCE_S)
     finally:
         view.close()
     assert process.returncode == 0

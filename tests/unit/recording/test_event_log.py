@@ -125,9 +125,9 @@ def test_follow_sees_new_events_across_a_rotation(tmp_path):
         reader.start()
         for k in range(1, 9):
             seen.clear()
-            assert seen.wait(10)  # the reader has caught up and waits
+            assert seen.wait(60)  # the reader has caught up and waits
             log.append([event(k)])
-        reader.join(10)
+        reader.join(60)
     finally:
         event_log.time.sleep = saved
     assert got == list(range(1, 9))

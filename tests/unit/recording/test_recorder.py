@@ -47,7 +47,7 @@ def test_a_slow_disk_drops_ticks_but_never_holds_up_the_giver(tmp_path, monkeypa
     made = Recorder(tmp_path, setup(), ROOM)
     made._most_rows = 1000
     made.observe(0, rows[:20], [{"event": "x", "tick": 0, "timestamp": 1.0}], commands[:1])
-    assert entered.wait(10)
+    assert entered.wait(60)
     for k in range(20, 2000, 20):
         late = [{"event": "late", "tick": k, "timestamp": 1.0}] if k == 1980 else []
         made.observe(k, rows[k : k + 20], late, commands[1:] if k == 1980 else commands[:0])

@@ -60,7 +60,7 @@ def test_virtual_time_waits_for_a_reader_that_is_half_a_ring_behind():
     thread.start()
     assert not woke.wait(0.05)
     memory.header["read_head"] = 20
-    assert woke.wait(5)
+    assert woke.wait(60)
     thread.join()
     memory.close()
     assert np.all(memory.header["head"] == 60)
