@@ -65,7 +65,7 @@ def url():
             for process in (view, rig):
                 if process is not None:
                     process.terminate()
-                    process.communicate(timeout=20)
+                    process.communicate(timeout=60)
 
 
 def test_both_pages_work_and_ask_for_nothing_elsewhere(look, url, tmp_path):

@@ -54,6 +54,8 @@ await becomes(world, "ACTIVE");
 await world.waitForTimeout(1500);
 for (const kind of ["wall", "spring", "detents", "damper", "ball"]) {
   await world.click(`#kinds >> text="${kind}"`);
+  const law = kind === "ball" ? "wall" : kind;
+  await world.waitForFunction(([law, kind]) => newest.environment[0] === law && newest.world.kind === kind, [law, kind], { timeout: 60000 });
   await world.waitForTimeout(1200);
   facts[kind] = await world.evaluate(() => [newest.environment[0], newest.world.kind, newest.state, newest.world.trouble]);
 }

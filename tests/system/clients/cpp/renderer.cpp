@@ -244,7 +244,7 @@ class Renderer {
 
   // Sends targets, renews the lease and listens until `condition` holds.
   void until(const std::function<bool()> &condition, const char *what, bool sending) {
-    const double end = now_s() + 20;
+    const double end = now_s() + 60;
     while (!condition()) {
       must(now_s() < end, std::string("waited too long: ") + what);
       if (sending) {
@@ -282,7 +282,7 @@ class Renderer {
     const double before = sample_.position_rad, began = now_s();
     until(
         [&] {  // a little: a virtual object that drives the hand gives energy, which is limited
-          goal_ = lease_.start_rad + 0.03 * std::min(1.0, (now_s() - began) / 0.6);
+          goal_ = lease_.start_rad + 0.06 * std::min(1.0, (now_s() - began) / 0.6);
           return sample_.position_rad > before + 0.015;
         },
         "the joint to follow", true);

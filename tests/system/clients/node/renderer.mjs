@@ -34,7 +34,7 @@ function endpoints() {
 
 const security = way === "tcp" ? keys(keyFile) : {};
 const at = endpoints();
-const command = new Dealer({ linger: 0, immediate: true, receiveTimeout: 2000, sendTimeout: 20000, ...security });
+const command = new Dealer({ linger: 0, immediate: true, receiveTimeout: 20000, sendTimeout: 20000, ...security });
 const targets = new Dealer({ linger: 0, conflate: true, ...security });
 const telemetry = new Subscriber({ linger: 0, receiveHighWaterMark: 5000, ...security });
 command.connect(at.command);
@@ -82,7 +82,7 @@ async function listen() {
   }
 }
 
-async function until(condition, what, seconds = 20) {
+async function until(condition, what, seconds = 60) {
   const end = Date.now() + 1000 * seconds;
   while (!(await condition())) {
     must(Date.now() < end, `waited too long: ${what}`);
@@ -125,7 +125,7 @@ async function main() {
   }, "ACTIVE");
   const before = state.position_rad[0];
   for (let step = 1; step <= 30; step += 1) {
-    goal = start + 0.001 * step; // a little: a virtual object that drives the hand gives energy, which is limited
+    goal = start + 0.002 * step; // a little: a virtual object that drives the hand gives energy, which is limited
     await sleep(20);
   }
   await until(() => state.position_rad[0] > before + 0.015, "the joint to follow");
