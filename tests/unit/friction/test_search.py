@@ -290,9 +290,12 @@ def test_the_noise_of_points_is_estimated_from_them_alone():
 
 def test_a_real_dask_cluster_finds_the_same():
     distributed = pytest.importorskip("distributed", reason="the extra rtctl[dask] is not installed")
+    dask = pytest.importorskip("dask")
     few = {"families": ("gaussian", "epsilon-spline"), "symmetric": "no"}
     one = ladder.ascend(points(), options(**few))
+    busy = {"distributed.comm.timeouts.connect": "120s", "distributed.comm.timeouts.tcp": "120s"}
     with (
+        dask.config.set(busy),
         distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
         distributed.Client(cluster),
     ):
