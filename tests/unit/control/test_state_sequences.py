@@ -129,11 +129,11 @@ def test_the_first_cause_is_kept_when_others_follow():
 
 def test_a_fault_during_the_ramp_of_another_does_not_replace_it():
     rig = spring_rig()
-    rig.state["energy_port_j"] = -1.6
+    rig.state["energy_port_j"] = -1.4
     assert rig.tick().mode is State.STOPPING
     rig.state["energy_port_j"] = 0.0
     for _ in range(3):
-        rig.tick(skipped=1)
+        assert rig.tick(skipped=1).mode is State.STOPPING
     assert rig.faults & Fault.OVERRUN
     assert rig["fault_first"] == Fault.PASSIVITY.value.bit_length() - 1
     assert rig.run(3, fresh=False).mode is State.FAULT
@@ -144,7 +144,7 @@ def test_a_fault_during_a_stop_decides_where_the_stop_leads():
     rig = spring_rig()
     rig.request("stop_count")
     rig.run(5)
-    rig.state["energy_port_j"] = -1.6
+    rig.state["energy_port_j"] = -1.4
     rig.tick()
     rig.state["energy_port_j"] = 0.0
     rig.run(60)
