@@ -71,7 +71,8 @@ def _outcome(order: Order, cases: list[Case], compared: list[Compared], found: F
         Part("Where SVR wins and where it does not", words, (comparison.learned(compared),)),
         *comparison.parts(found, FIGURES, order.repetitions),
     )
-    key = f"PD with friction feed-forward: {target.measured.text(100, '.1f')} % less steady-state error with {best} than without, over all steps."
+    winner = positioning.best_of_all(found, "PD", "steady_error_rad", 1e3, "mrad")
+    key = f"PD with friction feed-forward: {target.measured.text(100, '.1f')} % less steady-state error with {best} than without, over all steps. {winner}"
     return Outcome("point-to-point", TITLE, key, parts, (target,), comparison.numbers(found))
 
 

@@ -143,6 +143,14 @@ def less(found: Found, controller: str, figure: str, model: str, than: str = "no
     )
 
 
+def best_of_all(found: Found, controller: str, figure: str, scale: float, unit: str) -> str:
+    """Name the model with the smallest mean figure, of all of them, in a sentence."""
+    names = list(next(iter(found[controller].values())))
+    means = {name: estimate(over_cases(found, controller, name, figure)) for name in names}
+    best = min(means, key=lambda name: means[name].mean)
+    return f"Best of all: {best}, with {means[best].text(scale)} {unit}."
+
+
 def verdict(found: Found, controller: str, figure: str, models: Sequence[Compared], what: str) -> str:
     """Say plainly whether the best support-vector model beats each formula, and where it does not."""
     best = best_svr(found, controller, figure, models)

@@ -27,9 +27,12 @@ from rtctl.friction.whole_files import write_together
 KIND = "rtctl experiment report"
 PAGE = "report.html"
 HEADER = "report.json"
+LONG_TABLE = 32
+"""Rows from which on a table is folded: a click opens it."""
 
 _STYLE = """body{font:15px/1.5 sans-serif;max-width:66em;margin:2em auto;padding:0 1em;color:#222}
 figure{margin:1.5em 0}img{max-width:100%}figcaption,caption{color:#555;font-size:.9em;text-align:left;padding:.4em 0}
+summary{color:#555;font-size:.9em;padding:.4em 0;cursor:pointer}
 table{border-collapse:collapse;margin:1.2em 0;font-size:.85em;min-width:38em}th,td{border-bottom:1px solid #ddd;padding:.2em .7em}
 th{text-align:left;background:#f4f4f4}td{font-variant-numeric:tabular-nums}.key{background:#eef5ff;padding:.7em 1em}
 h1.part{margin-top:3em;border-top:3px solid #ddd;padding-top:1em}.no{color:#a00;font-weight:bold}.yes{color:#070}
@@ -201,4 +204,11 @@ def _table(table: Table) -> str:
         return "<tr>" + "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in cells) + "</tr>"
 
     body = "\n".join(row(cells, "td") for cells in table.rows)
-    return f"<table><caption>{escape(table.caption)}</caption>\n{row(table.header, 'th')}\n{body}\n</table>"
+    if len(table.rows) <= LONG_TABLE:
+        return (
+            f"<table><caption>{escape(table.caption)}</caption>\n{row(table.header, 'th')}\n{body}\n</table>"
+        )
+    whole = f"<table>\n{row(table.header, 'th')}\n{body}\n</table>"
+    return (
+        f"<details><summary>{escape(table.caption)} ({len(table.rows)} rows)</summary>\n{whole}\n</details>"
+    )

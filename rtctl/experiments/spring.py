@@ -15,6 +15,9 @@ from rtctl.friction.report_page import Picture
 from rtctl.friction.report_tables import Table
 from rtctl.simulation import Simulation
 
+FED_J = 1e-6
+"""Energy above which the hand counts as fed: that of `free_motion`."""
+
 TITLE = "Virtual spring"
 STIFFNESS_NM_RAD = 3.0
 """Where the rig file has no spring; the policy is then stop_gated, as a spring needs it."""
@@ -155,6 +158,7 @@ def _outcome(order: Order, found: Measured, pictures: list[Picture]) -> Outcome:
         "the joint breaks loose, again and again. In a spring the direction has to come from the displacement "
         "(stop_gated): the shipped spring rig uses it, and so does this experiment on a rig file without a spring."
     )
+    fed = _fed(found)
     numbers = {
         "variants": {
             name: {
@@ -165,7 +169,21 @@ def _outcome(order: Order, found: Measured, pictures: list[Picture]) -> Outcome:
         }
     }
     target = Target("virtual spring: RMS of (felt - desired) less by", less[ON.name], 0.75)
-    return Outcome("spring", TITLE, key, (Part("Desired, without, with", (why,), shown),), (target,), numbers)
+    return Outcome(
+        "spring", TITLE, key, (Part("Desired, without, with", (why, fed), shown),), (target,), numbers
+    )
+
+
+def _fed(found: Measured) -> str:
+    """Say plainly with which controllers the rig gave the hand more energy than it took from it."""
+    least_j = {name: float(one["hand_energy_min_j"].min()) for name, one in found.items()}
+    fed = [f"{name} (up to {-1e3 * value:.3g} mJ)" for name, value in least_j.items() if value < -FED_J]
+    if not fed:
+        return "With no controller did the hand get more energy from the rig than it had given."
+    return (
+        f"The hand got more energy than it had given with: {', '.join(fed)}. A spring holds the force gate open, so a model that "
+        "is too high drives the joint along; what the law accounts for as friction is not there."
+    )
 
 
 def _rms(found: Measured, name: str) -> str:

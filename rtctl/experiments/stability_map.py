@@ -117,12 +117,12 @@ def _with_more(
     targets = (
         Target("with delay: least unstable k_c over proven k_c", Estimate(least, 0.0, 1), 1.0, "", 1.0),
         Target(
-            "with delay: 10 % less how far the first instability lies above the bound",
-            Estimate(1.10 - most, 0.0, 1), 0.0,
+            "with delay: the first instability lies above the bound by",
+            Estimate(most - 1.0, 0.0, 1), 0.10, at_most=True,
         ),
         Target(
-            "dry friction compensated in full, sign a tick late: 1 less the growth on the bound",
-            Estimate(1.0 - max(dry.values()), 0.0, 1), 0.0, "", 1.0,
+            "dry friction compensated in full, sign a tick late: growth per cycle on the bound",
+            Estimate(max(dry.values()), 0.0, 1), 1.0, "", 1.0, at_most=True,
         ),
     )  # fmt: skip
     text = (
@@ -192,8 +192,8 @@ def _outcome(
             Estimate(min(inside, inside_viscous), 0.0, 1), 1.0, "", 1.0,
         ),
         Target(
-            f"worst hand ({MODES[-1]} resonances): 10 % less how far its first instability lies above the bound",
-            Estimate(0.10 - max(above), 0.0, 1), 0.0,
+            f"worst hand ({MODES[-1]} resonances): its first instability lies above the bound by",
+            Estimate(max(above), 0.0, 1), 0.10, at_most=True,
         ),
     )  # fmt: skip
     key = (

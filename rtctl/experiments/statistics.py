@@ -31,9 +31,9 @@ class Estimate:
 
     def text(self, scale: float = 1.0, shape: str = ".3g") -> str:
         """As `mean ± half` in another unit."""
-        mean = format(scale * self.mean, shape)
-        half = scale * self.half
-        return f"{mean} ± {format(half, '.0f' if half >= 10 else '.1g')}" if self.count > 1 else mean
+        mean, half = scale * self.mean, scale * self.half
+        said = format(mean, ".0f" if shape.endswith("g") and 1e3 <= abs(mean) < 1e6 else shape)
+        return f"{said} ± {format(half, '.0f' if half >= 9.5 else '.1g')}" if self.count > 1 else said
 
     def as_dict(self) -> dict[str, float | int | None]:
         """Plain values for JSON; null where a value is not finite."""

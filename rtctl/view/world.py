@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import threading
 import time
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -19,6 +20,9 @@ from rtctl.client import RigClient
 from rtctl.errors import ClientError
 
 FRAME_S = 1 / 60
+FRAMES_COUNTED = 121
+LOST_S = 0.1
+"""Frames are made up for after a delay shorter than this; after a longer one the world stood still."""
 KINDS = ("free", "wall", "spring", "detents", "damper", "ball", "drag")
 
 BALL_KG_M2 = 0.02
@@ -67,6 +71,7 @@ class World:
         self._proxy_rad = 0.0
         self.kind = ""
         self.trouble = ""
+        self._frames: deque[float] = deque(maxlen=FRAMES_COUNTED)
         self._thread = threading.Thread(target=self._animate, name="rtctl-world", daemon=True)
         self._thread.start()
 
@@ -112,7 +117,14 @@ class World:
             "kind": self.kind,
             "ball_rad": None if ball is None else ball.face_rad,
             "trouble": self.trouble,
+            "frame_hz": self.frame_hz,
         }
+
+    @property
+    def frame_hz(self) -> float | None:
+        """Frames per second over the last two; None until there are two frames."""
+        frames = list(self._frames)
+        return (len(frames) - 1) / (frames[-1] - frames[0]) if len(frames) > 1 else None
 
     def release(self) -> None:
         """A stop: whatever moves here, lets go."""
@@ -129,12 +141,15 @@ class World:
     def _animate(self) -> None:
         due = time.monotonic()
         while not self._closed.wait(max(0.0, due - time.monotonic())):
-            due = max(due + FRAME_S, time.monotonic())
+            due += FRAME_S
+            if time.monotonic() - due > LOST_S:
+                due = time.monotonic()
             with self._lock:
                 try:
                     self._frame()
                 except ClientError as error:
                     self.trouble = str(error)
+            self._frames.append(time.monotonic())
 
     def _frame(self) -> None:
         """One picture's worth of world."""

@@ -48,16 +48,23 @@ await phone.click("#stop");
 await becomes(phone, "IDLE");
 facts.stopped = await state(phone);
 
-const [world] = await open("world", { width: 900, height: 900 }, true);
+// every world, at a desk and on a phone; a slow hand is on the simulated rig all the while
+const [world] = await open("world", { width: 1280, height: 900 }, true);
+const [small] = await open("world", { width: 390, height: 844 }, true);
 await world.click("text=Arm");
 await becomes(world, "ACTIVE");
 await world.waitForTimeout(1500);
-for (const kind of ["wall", "spring", "detents", "damper", "ball"]) {
+facts.frame_hz = {}, facts.world_overflow = [];
+for (const kind of ["free", "wall", "spring", "detents", "damper", "ball"]) {
   await world.click(`#kinds >> text="${kind}"`);
   const law = kind === "ball" ? "wall" : kind;
   await world.waitForFunction(([law, kind]) => newest.environment[0] === law && newest.world.kind === kind, [law, kind], { timeout: 60000 });
-  await world.waitForTimeout(1200);
+  await world.waitForTimeout(2500);
   facts[kind] = await world.evaluate(() => [newest.environment[0], newest.world.kind, newest.state, newest.world.trouble]);
+  facts.frame_hz[kind] = await world.evaluate(() => newest.world.frame_hz);
+  await world.screenshot({ path: `${folder}/world-${kind}.png` });
+  if (await small.evaluate(() => document.documentElement.scrollWidth > document.documentElement.clientWidth)) facts.world_overflow.push(kind);
+  await small.screenshot({ path: `${folder}/world-phone-${kind}.png` });
 }
 await world.screenshot({ path: folder + "/world.png" });
 await world.keyboard.press("Escape");

@@ -134,3 +134,24 @@ def test_a_rig_that_never_arms_is_given_up():
     watcher = Comparison([Phase("off", 0.0, 0.01, 0.02)], 1.0)
     with pytest.raises(FaultError, match="not armed after 60 s"):
         watcher(host, ticks(host, 61, State.IDLE))
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ([180.4, 195.8], "188 ± 98"),
+        ([187.2, 188.8], "188 ± 10"),
+        ([1459.0, 1461.0], "1460 ± 13"),
+        ([5e-7], "5e-07"),
+    ],
+)
+def test_estimates_are_said_without_powers_of_ten_where_none_is_needed(values, said):
+    assert estimate(values).text() == said
+
+
+def test_a_long_table_is_folded_and_loses_nothing(tmp_path):
+    rows = tuple((str(k), "x") for k in range(40))
+    table = Table("Long ones.", ("row", "what"), rows)
+    page = report.write(tmp_path, [Outcome("a", "A", "", (Part("P", (), (table,)),))], "T", {}).read_text()
+    assert "<summary>Long ones. (40 rows)</summary>" in page
+    assert page.count("<td>x</td>") == 40
