@@ -69,6 +69,7 @@ class World:
         self._ball: Ball | None = None
         self._drag_rad: float | None = None
         self._proxy_rad = 0.0
+        self._in_force: dict[str, Any] = {}
         self.kind = ""
         self.trouble = ""
         self._frames: deque[float] = deque(maxlen=FRAMES_COUNTED)
@@ -107,7 +108,7 @@ class World:
                 center_rad=center_rad,
                 pitch_rad=pitch_rad,
             )
-            self.kind = kind
+            self.kind, self._in_force = kind, in_force["environment"]
         return in_force
 
     def describe(self) -> dict[str, Any]:
@@ -116,6 +117,7 @@ class World:
         return {
             "kind": self.kind,
             "ball_rad": None if ball is None else ball.face_rad,
+            **{name: self._in_force.get(name) for name in ("center_rad", "pitch_rad", "side")},
             "trouble": self.trouble,
             "frame_hz": self.frame_hz,
         }

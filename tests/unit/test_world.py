@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from rtctl.view.world import FRAME_S, Ball
+from rtctl.view.world import FRAME_S, Ball, World
 
 
 def test_a_ball_left_alone_stays():
@@ -33,3 +33,20 @@ def test_a_ball_under_a_handle_that_stays_leaves_it_without_ever_coming_back():
     assert ball.speed_rad_s == pytest.approx(0.0, abs=1e-6)
     assert faces[-1] >= 0.2
     assert all(b >= a for a, b in pairwise(faces))
+
+
+def test_the_page_is_told_where_the_law_has_the_world():
+    class Client:
+        def set_environment(self, axis, kind, **values):
+            return {"axis": axis, "environment": {"kind": kind, **values, "side": 1}}
+
+    world = World(Client(), {"axes": [{"name": "joint"}]})
+    try:
+        world.choose("wall", center_rad=0.3, pitch_rad=0.1)
+        told = world.describe()
+        assert (told["kind"], told["center_rad"], told["side"], told["pitch_rad"]) == ("wall", 0.3, 1, 0.1)
+        while world.frame_hz is None:
+            pass
+        assert world.frame_hz > 0
+    finally:
+        world.close()

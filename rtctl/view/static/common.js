@@ -88,6 +88,7 @@ function drawScene(canvas, status) {
     for (let tick = -8; tick <= 8; tick++) line(tick * 0.1, length * (tick % 5 ? 0.97 : 0.92), length, 1, ink);
     draw.globalAlpha = 1;
     if (status.environment && status.environment[axis] !== "free") line(status.proxy_rad[axis], 0, length * 0.95, 4, "#2563eb99", [6, 6]);
+    if (axis === 0 && status.world) drawObject(draw, status.world, status.position_rad[0], length, x, y, line);
     const ball = status.world ? status.world.ball_rad : null;
     if (axis === 0 && ball !== null && ball !== undefined) {
       const radius = length * 0.12, [bx, by] = at(ball, length * 0.8), side = [Math.cos(ball), Math.sin(ball)];
@@ -99,6 +100,30 @@ function drawScene(canvas, status) {
     const [tx, ty] = at(status.position_rad[axis], length);
     draw.beginPath(); draw.strokeStyle = "#c62828"; draw.lineWidth = 3;
     draw.moveTo(tx, ty); draw.lineTo(tx + hand * length * 0.8 * Math.cos(status.position_rad[axis]), ty + hand * length * 0.8 * Math.sin(status.position_rad[axis])); draw.stroke();
+  }
+}
+
+// What the world's thread has put on axis 0: wall, spring, detents or damper, where the law has them.
+function drawObject(draw, world, handle, length, x, y, line) {
+  const centre = world.center_rad || 0, up = -Math.PI / 2;  // angles count from the vertical, to the right
+  if (world.kind === "wall") {
+    const side = world.side < 0 ? -1 : 1;
+    draw.beginPath(); draw.fillStyle = "#8d6e6355"; draw.moveTo(x, y);
+    draw.arc(x, y, length * 1.02, up + centre, up + centre + side * 0.5, side < 0); draw.fill();
+    line(centre, length * 0.15, length * 1.02, 4, "#6d4c41");
+  } else if (world.kind === "spring") {
+    const coils = 12, r = length * 0.6;
+    draw.beginPath(); draw.strokeStyle = "#2563eb"; draw.lineWidth = 2;
+    for (let k = 0; k <= 4 * coils; k++) {
+      const angle = centre + (handle - centre) * k / (4 * coils), wave = [0, 1, 0, -1][k % 4] * length * 0.03;
+      draw.lineTo(x + (r + wave) * Math.sin(angle), y - (r + wave) * Math.cos(angle));
+    }
+    draw.stroke();
+    line(centre, length * 0.5, length * 0.7, 3, "#2563eb");
+  } else if (world.kind === "detents" && world.pitch_rad > 0) {
+    for (let k = Math.ceil((-1 - centre) / world.pitch_rad); centre + k * world.pitch_rad <= 1; k++) line(centre + k * world.pitch_rad, length * 0.86, length, 5, "#2563eb");
+  } else if (world.kind === "damper") {
+    draw.beginPath(); draw.fillStyle = "#2563eb22"; draw.moveTo(x, y); draw.arc(x, y, length * 1.02, up - 0.9, up + 0.9); draw.fill();
   }
 }
 

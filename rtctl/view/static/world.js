@@ -10,7 +10,7 @@ const SLIDERS = {
   center: { key: "center_rad", label: "place", unit: "rad", min: -0.5, max: 0.5, value: 0 },
   pitch: { key: "pitch_rad", label: "pitch", unit: "rad", min: 0.05, max: 0.5, value: 0.2 },
 };
-let kind = "free", sending = false, again = false;
+let kind = "free", told = "", sending = false, again = false;
 const chosen = Object.fromEntries(Object.values(SLIDERS).map((slider) => [slider.key, slider.value]));
 
 // At most one request under way; the newest wish is sent when it is answered.
@@ -24,12 +24,13 @@ async function send() {
   if (again) { again = false; send(); }
 }
 
-function choose(name) {
+function show(name) {
   kind = name;
   for (const button of $("kinds").children) button.setAttribute("aria-pressed", String(button.textContent === name));
   $("sliders").replaceChildren(...KINDS[name].map((part) => slider(SLIDERS[part])));
-  send();
 }
+
+function choose(name) { show(name); send(); }
 
 function slider(of) {
   const label = document.createElement("label"), input = document.createElement("input"), output = document.createElement("output");
@@ -56,6 +57,9 @@ let newest = {};
 openStream([], { ticks: () => {}, event: () => {}, status: (status) => {
   newest = status;
   showHead(status);
+  const now = status.world ? status.world.kind : "";
+  if (now && now !== told && !sending) show(now);  // somebody chose it on another page
+  told = now;
   if (status.position_rad) showFigures($("numbers"), jointFigures(status));
 } });
 (function frame() { requestAnimationFrame(frame); if (!document.hidden) drawScene($("scene"), newest); })();
