@@ -17,6 +17,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from rtctl.bench.child import end
 from rtctl.errors import DataError
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
@@ -116,11 +117,6 @@ def browser(program: str) -> Iterator[Browser]:
         try:
             yield Browser(orders_in, answers_out)
         finally:
-            process.terminate()
-            try:
-                process.wait(5.0)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
+            end(process)
             os.close(orders_in)
             os.close(answers_out)

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from rtctl.bench.child import daemon
 from rtctl.bench.flooder import CONNECTIONS, RATE_HZ
 from rtctl.bench.row import Row
 from rtctl.client import RigClient
@@ -116,24 +117,10 @@ def daemon_on_loopback(config: Path) -> Iterator[tuple[subprocess.Popen[bytes], 
         root = Path(folder)
         key = KeyStore(root / "keys").new("bench", "operator", root / "bench.key")
         port = _free_port()
-        text = config.read_text().replace('"friction/', f'"{config.parent}/friction/')
-        text += f'\n[gateway]\nbind = "127.0.0.1"\nport = {port}\ncurve_dir = "keys"\n'
-        path = root / "rig.toml"
-        path.write_text(text)
-        command = [sys.executable, "-m", "rtctl", "run", str(path), "--runtime-dir", folder, "--for", "3000"]
+        door = f'[gateway]\nbind = "127.0.0.1"\nport = {port}\ncurve_dir = "keys"\n'
         environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
-        process = subprocess.Popen(
-            command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment
-        )
-        try:
+        with daemon(config, root, door, environment=environment) as process:
             yield process, folder, key, port
-        finally:
-            process.terminate()
-            try:
-                process.wait(10)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
 
 
 @contextmanager

@@ -6,8 +6,6 @@ import http.client
 import os
 import re
 import socket
-import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -19,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from rtctl.bench.browser import browser, installed
+from rtctl.bench.child import daemon
 from rtctl.bench.row import Row
 from rtctl.client import RigClient
 from rtctl.config import load
@@ -123,22 +122,10 @@ def daemon_with_view(config: Path) -> Iterator[Shown]:
     """The daemon of a simulated rig with `[view]` on a free port."""
     with tempfile.TemporaryDirectory(prefix="rt") as folder:
         port = _free_port()
-        text = config.read_text().replace('"friction/', f'"{config.parent}/friction/')
-        path = Path(folder) / "rig.toml"
-        path.write_text(f"{text}\n[view]\nport = {port}\n")
-        command = [sys.executable, "-m", "rtctl", "run", str(path), "--runtime-dir", folder, "--for", "3000"]
-        process = subprocess.Popen([*command, "--arm"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        try:
+        with daemon(config, Path(folder), f"[view]\nport = {port}\n", "--arm") as process:
             with RigClient(load(config).config.rig.name, runtime_dir=folder, timeout_s=START_S) as client:
                 client.hello()
             yield Shown(port, _view_of(process.pid, port))
-        finally:
-            process.terminate()
-            try:
-                process.wait(10)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
 
 
 def _view_of(host: int, port: int) -> int:
