@@ -8,6 +8,7 @@ from hw.mock.plant import plant_read, plant_write
 from rtctl.campaign.events import change_world, operate, render, slots_missed, stream_world
 from rtctl.campaign.jit import compiled
 from rtctl.campaign.monitor import watch
+from rtctl.campaign.programs import ask_for_programs
 from rtctl.control import law
 from rtctl.control.records import Record
 from rtctl.control.vocabulary import State
@@ -37,6 +38,8 @@ def _restart(c: Record) -> None:
     c.epoch, c.arm_count, c.stop_count, c.reset_count = 0, 0, 0, 0
     c.tare_count, c.shutdown_count, c.target_count = 0, 0, 0
     c.target_epoch, c.target_lease = 0, 0
+    for axis in range(len(c.program_count)):
+        c.program_count[axis] = 0
 
 
 @compiled
@@ -56,6 +59,7 @@ def drive(
     passive: bool,
     visits: np.ndarray,
     seen: np.ndarray,
+    programs: np.ndarray,
     trace: np.ndarray,
 ) -> tuple[int, int]:
     """Run `ticks` ticks, or up to the first violated invariant.
@@ -70,6 +74,8 @@ def drive(
         Counts ticks spent in each state.
     seen : int array, shape (64,)
         Counts ticks in which each fault bit appeared.
+    programs : int array, shape (kinds,)
+        Counts ticks spent in each kind of program, on any axis.
     trace : array, shape (n,)
         Ring of the last ticks, row `k % n`; n may be 0.
 
@@ -90,6 +96,7 @@ def drive(
         else:
             operate(s, c, rng)
             change_world(p, c, rng)
+            ask_for_programs(s, p, c, rng)
             silence = render(s, c, rng, silence)
             skipped = slots_missed(rng)
         c.seq += 1
@@ -100,6 +107,8 @@ def drive(
         law.step(tick, state, params, command, model)
         bad |= watch(t, s, p, c, model, m, passive)
         visits[t.state] += 1
+        for axis in range(len(t.program_kind)):
+            programs[t.program_kind[axis]] += 1
         faults = np.int64(t.faults)
         for bit in range(32):
             seen[bit] += (faults & ~faults_before) >> bit & 1

@@ -35,7 +35,7 @@ def between(rng: np.ndarray, low: float, high: float) -> float:
 
 
 @compiled
-def _broken(rng: np.ndarray, value: float) -> float:
+def broken(rng: np.ndarray, value: float) -> float:
     """`value`, or once in a hundred something no caller should send."""
     if not chance(rng, 100.0):
         return value
@@ -80,10 +80,10 @@ def change_world(p: Record, c: Record, rng: np.ndarray) -> None:
     for axis in range(len(c.environment_kind)):
         if chance(rng, 4000.0):
             set_world(p, c, axis, int(_KINDS * uniform(rng)), rng)
-            c.environment_stiffness_nm_rad[axis] = _broken(rng, c.environment_stiffness_nm_rad[axis])
-            c.environment_center_rad[axis] = _broken(rng, c.environment_center_rad[axis])
+            c.environment_stiffness_nm_rad[axis] = broken(rng, c.environment_stiffness_nm_rad[axis])
+            c.environment_center_rad[axis] = broken(rng, c.environment_center_rad[axis])
         if chance(rng, 4000.0):
-            c.compensation[axis] = _broken(rng, uniform(rng))
+            c.compensation[axis] = broken(rng, uniform(rng))
 
 
 @compiled
@@ -120,8 +120,8 @@ def render(s: Record, c: Record, rng: np.ndarray, silence: int) -> int:
         step = between(rng, -0.002, 0.002)
         if chance(rng, 500.0):
             step = between(rng, -1.0, 1.0)
-        c.target_position_rad[axis] = _broken(rng, s.position_rad[axis] + step)
-        c.target_velocity_rad_s[axis] = _broken(rng, between(rng, -5.0, 5.0) if chance(rng, 500.0) else 0.0)
+        c.target_position_rad[axis] = broken(rng, s.position_rad[axis] + step)
+        c.target_velocity_rad_s[axis] = broken(rng, between(rng, -5.0, 5.0) if chance(rng, 500.0) else 0.0)
     return 0
 
 

@@ -13,11 +13,12 @@ import numpy as np
 
 from rtctl.campaign.jit import compiled
 from rtctl.control.records import Record
-from rtctl.control.vocabulary import Fault, State
+from rtctl.control.vocabulary import Fault, Program, State
 
 _IDLE, _ARMING, _ACTIVE = int(State.IDLE), int(State.ARMING), int(State.ACTIVE)
 _HOLD, _STOPPING, _FAULT = int(State.HOLD), int(State.STOPPING), int(State.FAULT)
 _ESTOP, _LOCKOUT = int(State.ESTOP), int(State.LOCKOUT)
+_OFF, _BRAKE = int(Program.OFF), int(Program.BRAKE)
 
 _CUT = int(
     Fault.STALE | Fault.BAD_SAMPLE | Fault.JUMP | Fault.CHECKSUM | Fault.LINK_LOST | Fault.DEVICE
@@ -41,7 +42,8 @@ INVARIANTS = {
     7: "a restart or a cleared cause does not arm",
     8: "a cut acts in its tick; a ramp is monotone and ends in 50 ticks",
     9: "the first cause is kept",
-    10: "only targets of the lease holder and the present epoch have an effect",
+    10: "only targets of the lease holder and the present epoch have an effect; a program begins by a fresh request of that epoch "
+    "in ACTIVE and ends with it",
     13: "no port gives out more than 1.5 budgets",
     14: "the feed-forward stays under its cap, and is zero outside the trained range",
     15: "torque times velocity is not positive above v_max",
@@ -72,6 +74,8 @@ def memory_dtype(n_axes: int) -> np.dtype[np.void]:
             ("has_target", "<i8"),
             ("torque_nm", "<f8", axis),
             ("target_rad", "<f8", axis),
+            ("program_count", "<i8", axis),
+            ("program_kind", "<i8", axis),
         ]
     )
 
@@ -210,6 +214,17 @@ def _lease(t: Record, s: Record, p: Record, c: Record, m: Record) -> int:
 
 
 @compiled
+def _program(t: Record, c: Record, m: Record, axis: int) -> int:
+    """Invariant 10, of the motions the rig makes by itself."""
+    kind, before = t.program_kind[axis], m.program_kind[axis]
+    fresh = c.program_count[axis] > m.program_count[axis] and c.epoch == m.epoch and m.state == _ACTIVE
+    m.program_kind[axis], m.program_count[axis] = kind, c.program_count[axis]
+    # a guard may end any program in BRAKE
+    begun = kind != _OFF and (before == _OFF or (kind != before and kind != _BRAKE))
+    return 1 << 10 if (begun and not fresh) or (kind != _OFF and m.state != _ACTIVE) else 0
+
+
+@compiled
 def watch(t: Record, s: Record, p: Record, c: Record, model: np.ndarray, m: Record, passive: bool) -> int:
     """Judge the tick the law has just written; bits of the violated invariants by number.
 
@@ -222,7 +237,7 @@ def watch(t: Record, s: Record, p: Record, c: Record, model: np.ndarray, m: Reco
     """
     bad = _entries(t, c, m) | _reactions(t, m) | _stop(t, c, m) | _lease(t, s, p, c, m)
     for axis in range(len(t.torque_applied_nm)):
-        bad |= _torque(t, p, m, axis) | _feedforward(t, p, model[axis], axis)
+        bad |= _torque(t, p, m, axis) | _feedforward(t, p, model[axis], axis) | _program(t, c, m, axis)
         if not _powered(t.state) and t.torque_applied_nm[axis] != 0.0:
             bad |= 1 << 5
         if passive and not t.energy_port_j[axis] >= -1.5 * p.energy_budget_j:

@@ -19,7 +19,7 @@ from rtctl.campaign.jit import records
 from rtctl.campaign.monitor import INVARIANTS
 from rtctl.campaign.rigs import Rig, make
 from rtctl.config import LoadedConfig
-from rtctl.control.vocabulary import Fault, State
+from rtctl.control.vocabulary import Fault, Program, State
 from rtctl.demo import shipped_config
 
 TRACE_TICKS = 2000
@@ -74,6 +74,7 @@ class Result:
     seconds: float = 0.0
     visits: np.ndarray = field(default_factory=lambda: np.zeros(len(State), np.int64))
     seen: np.ndarray = field(default_factory=lambda: np.zeros(64, np.int64))
+    programs: np.ndarray = field(default_factory=lambda: np.zeros(len(Program), np.int64))
     violations: list[Violation] = field(default_factory=list)
 
     def add(self, other: Result) -> None:
@@ -83,6 +84,7 @@ class Result:
         self.faults_scheduled += other.faults_scheduled
         self.visits += other.visits
         self.seen += other.seen
+        self.programs += other.programs
         self.violations += other.violations
 
     def as_dict(self) -> dict[str, object]:
@@ -93,6 +95,7 @@ class Result:
             "seconds": round(self.seconds, 2),
             "faults_scheduled": self.faults_scheduled,
             "ticks_in_state": {state.name: int(self.visits[state]) for state in State},
+            "axis_ticks_in_program": {kind.name: int(self.programs[kind]) for kind in Program},
             "faults_appeared": {fault.name: int(self.seen[fault.value.bit_length() - 1]) for fault in Fault},
             "violations": [vars(violation) for violation in self.violations],
         }
@@ -122,6 +125,7 @@ def run_traced(order: Order, index: int, keep: int = TRACE_TICKS) -> tuple[Resul
         order.passive,
         result.visits,
         result.seen,
+        result.programs,
         trace,
     )
     if bits:

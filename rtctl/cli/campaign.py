@@ -90,7 +90,7 @@ def _text(result: Result) -> str:
     lines = [f"{result.rigs} rigs, {result.ticks:,} ticks, {result.faults_scheduled:,} faults scheduled"]
     if result.seconds > 0:
         lines[0] += f", {result.seconds:.1f} s ({result.ticks / result.seconds:,.0f} ticks/s)"
-    for key in ("ticks_in_state", "faults_appeared"):
+    for key in ("ticks_in_state", "axis_ticks_in_program", "faults_appeared"):
         counts = body[key]
         assert isinstance(counts, dict)
         lines.append(

@@ -3,7 +3,7 @@
 import pytest
 
 from rtctl.campaign.run import Order, run, run_traced
-from rtctl.control.vocabulary import Fault, State
+from rtctl.control.vocabulary import Fault, Program, State
 
 NEVER = {Fault.END_OF_LOG, Fault.REALTIME, Fault.DEVICE, Fault.GATE, Fault.OVERTORQUE}
 """Faults the schedule cannot provoke: other tests do. The last two would be defects of ours."""
@@ -23,6 +23,7 @@ def test_ten_million_ticks_of_random_rigs_and_ten_thousand_faults_break_no_invar
     assert {fault for fault in Fault if not seen[fault.name]} <= NEVER
     assert not seen["GATE"]
     assert all(result.visits[state] for state in State if state is not State.INIT)
+    assert all(result.programs[kind] > 10_000 for kind in Program)
 
 
 @pytest.mark.timeout(600)

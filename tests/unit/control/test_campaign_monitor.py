@@ -8,7 +8,7 @@ from law_rig import LawRig
 
 from rtctl.campaign.monitor import INVARIANTS, memory_dtype, watch
 from rtctl.control.jit import records
-from rtctl.control.vocabulary import Fault, State
+from rtctl.control.vocabulary import Fault, Program, State
 
 
 class Watched:
@@ -109,6 +109,34 @@ def test_a_first_cause_that_changes_is_seen():
     watched.memory["state"], watched.memory["fault_first"] = State.FAULT, 3
     fault = {"state": State.FAULT, "enabled": 0, "torque_applied_nm": 0.0}
     assert watched.spoil(**fault, fault_first=4) == {9}
+
+
+def test_a_program_nobody_asked_for_is_seen():
+    assert Watched().spoil(program_kind=Program.TRACK) == {10}
+
+
+def test_a_program_asked_for_before_the_last_stop_is_seen_when_it_begins():
+    watched = Watched()
+    watched.rig.request("program_count")
+    watched.memory["epoch"] += 1
+    assert 10 in watched.spoil(program_kind=Program.TRACK, epoch=int(watched.memory["epoch"][0]))
+
+
+def test_a_program_may_begin_by_a_fresh_request_go_on_and_be_ended_by_a_guard():
+    watched = Watched()
+    watched.rig.request("program_count")
+    assert watched.spoil(program_kind=Program.TRACK) == set()
+    assert watched.spoil(program_kind=Program.TRACK) == set()
+    assert watched.spoil(program_kind=Program.BRAKE) == set()
+    assert watched.spoil(program_kind=Program.SERVO) == {10}
+
+
+def test_a_program_outside_active_is_seen():
+    watched = Watched()
+    watched.rig.request("program_count")
+    assert watched.spoil(program_kind=Program.TRACK) == set()
+    watched.memory["state"] = State.HOLD
+    assert watched.spoil(program_kind=Program.TRACK) == {10}
 
 
 def test_a_target_nobody_may_send_is_seen_when_it_has_an_effect():
