@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rtctl.control.vocabulary import Shape
-from rtctl.experiments import comparison, figures, models, positioning
+from rtctl.experiments import comparison, figures, positioning
 from rtctl.experiments.models import Compared
 from rtctl.experiments.order import Order
 from rtctl.experiments.positioning import Case, Followed, Found, Look
@@ -29,22 +29,6 @@ FIGURES = {
     "steady_error_rad": ("steady-state error, mrad", 1e3),
     "effort_nm": ("RMS torque, mN m", 1e3),
 }
-
-
-def run(order: Order) -> Outcome:
-    """Run the experiment on the simulated rig. Raises ConfigError, DataError."""
-    order.require_simulated("point-to-point")
-    compared = models.compared(order)
-    cases = cases_of(order)
-    found = positioning.run_all(order, cases, compared, judge)
-    return _outcome(order, cases, compared, found, positioning.simulated(order))
-
-
-def on_rig(order: Order) -> Outcome:
-    """Run the experiment on the loop of the rig. Raises as `positioning_on_rig.run_all`."""
-    from rtctl.experiments import positioning_on_rig
-
-    return positioning_on_rig.reported(order, "point-to-point", cases_of(order), judge, _outcome)
 
 
 def cases_of(order: Order) -> list[Case]:
@@ -116,3 +100,7 @@ def _picture(order: Order, case: Case, compared: list[Compared], look: Look) -> 
     )
     name = f"point_to_point_{abs(1e3 * case.reference[-1, 0]):g}_mrad"
     return Picture(name, caption, figures.stacked(panels, "time [s]", 3.0))
+
+
+_EXPERIMENT = positioning.Experiment("point-to-point", cases_of, judge, _outcome)
+run, on_rig = _EXPERIMENT.run, _EXPERIMENT.on_rig

@@ -10,10 +10,11 @@ import numpy as np
 from rtctl.control.jit import records
 from rtctl.control.velocity import lowpass_alpha
 from rtctl.control.vocabulary import Shape
-from rtctl.experiments import virtual
+from rtctl.experiments import models, virtual
 from rtctl.experiments.models import SVR, Compared
 from rtctl.experiments.order import Order
 from rtctl.experiments.position_loop import GAINS, follow
+from rtctl.experiments.report import Outcome
 from rtctl.experiments.statistics import Estimate, estimate, reduction
 
 KP_PER_INERTIA, ZETA = 830.0, 1.0
@@ -103,7 +104,7 @@ def simulated(order: Order) -> Look:
     return lambda controller, case, model: follow_once(order, 0, controller, case, model)
 
 
-def run_all(order: Order, cases: Sequence[Case], models: Sequence[Compared], judge: Judge) -> Found:
+def run_all(order: Order, cases: Sequence[Case], compared: Sequence[Compared], judge: Judge) -> Found:
     """Every controller, case, model and seed."""
     found: Found = {}
     for number, controller in enumerate(CONTROLLERS):
@@ -112,7 +113,7 @@ def run_all(order: Order, cases: Sequence[Case], models: Sequence[Compared], jud
             share = (number + at / len(cases)) / len(CONTROLLERS)
             order.progress(0.2 + 0.8 * share, f"{controller}, {case.name}")
             found[controller][case.name] = {
-                model.name: _over_seeds(order, controller, case, model, judge) for model in models
+                model.name: _over_seeds(order, controller, case, model, judge) for model in compared
             }
     return found
 
@@ -124,15 +125,42 @@ def _over_seeds(
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
+Page = Callable[[Order, list[Case], list[Compared], Found, Look], Outcome]
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A positioning experiment: its references, the figures of a run, and its page."""
+
+    name: str
+    cases_of: Callable[[Order], list[Case]]
+    judge: Judge
+    page: Page
+
+    def run(self, order: Order) -> Outcome:
+        """Run it on the simulated rig. Raises ConfigError, DataError."""
+        order.require_simulated(self.name)
+        compared = models.compared(order)
+        cases = self.cases_of(order)
+        found = run_all(order, cases, compared, self.judge)
+        return self.page(order, cases, compared, found, simulated(order))
+
+    def on_rig(self, order: Order) -> Outcome:
+        """Run it on the loop of the rig. Raises as `positioning_on_rig.run_all`."""
+        from rtctl.experiments import positioning_on_rig
+
+        return positioning_on_rig.reported(order, self)
+
+
 def over_cases(found: Found, controller: str, model: str, figure: str) -> np.ndarray:
     """Mean of a figure over all cases, one value per seed."""
     mean: np.ndarray = np.mean([case[model][figure] for case in found[controller].values()], axis=0)
     return mean
 
 
-def best_svr(found: Found, controller: str, figure: str, models: Sequence[Compared]) -> str:
+def best_svr(found: Found, controller: str, figure: str, compared: Sequence[Compared]) -> str:
     """Name of the support-vector model with the smallest mean figure."""
-    names = [model.name for model in models if model.name in SVR]
+    names = [model.name for model in compared if model.name in SVR]
     return min(names, key=lambda name: float(over_cases(found, controller, name, figure).mean()))
 
 
@@ -144,18 +172,30 @@ def less(found: Found, controller: str, figure: str, model: str, than: str = "no
 
 
 def best_of_all(found: Found, controller: str, figure: str, scale: float, unit: str) -> str:
-    """Name the model with the smallest mean figure, of all of them, in a sentence."""
-    names = list(next(iter(found[controller].values())))
-    means = {name: estimate(over_cases(found, controller, name, figure)) for name in names}
-    best = min(means, key=lambda name: means[name].mean)
-    return f"Best of all: {best}, with {means[best].text(scale)} {unit}."
+    """Name the model with the smallest mean figure of all, and whether the seeds can tell it from the next."""
+    means = {
+        name: estimate(over_cases(found, controller, name, figure))
+        for name in next(iter(found[controller].values()))
+    }
+    best, *others = sorted(means, key=lambda name: means[name].mean)
+    text = f"Best of all: {best}, with {means[best].text(scale)} {unit}"
+    if not others:
+        return f"{text}."
+    gain = less(found, controller, figure, best, others[0])
+    if gain.count > 1 and gain.low > 0:
+        return f"{text}, {gain.text(100, '.1f')} % less than the next ({others[0]})."
+    return f"{text}; {_runs(gain.count)} cannot tell it from the next ({others[0]}, {means[others[0]].text(scale)} {unit})."
 
 
-def verdict(found: Found, controller: str, figure: str, models: Sequence[Compared], what: str) -> str:
+def _runs(count: int) -> str:
+    return f"{count} seeds" if count > 1 else "one run"
+
+
+def verdict(found: Found, controller: str, figure: str, compared: Sequence[Compared], what: str) -> str:
     """Say plainly whether the best support-vector model beats each formula, and where it does not."""
-    best = best_svr(found, controller, figure, models)
+    best = best_svr(found, controller, figure, compared)
     words = []
-    for model in models:
+    for model in compared:
         if model.name in SVR or model.name == "none":
             continue
         gain = less(found, controller, figure, best, model.name)
@@ -169,7 +209,7 @@ def verdict(found: Found, controller: str, figure: str, models: Sequence[Compare
             )
     text = f"{controller}: with the best support-vector model ({best}) the {what} is " + "; ".join(words)
     once = "" if _repetitions(found) > 1 else " Each was run once: a few per cent either way mean nothing."
-    return f"{text}.{once} {_losses(found, controller, figure, models, best)}"
+    return f"{text}.{once} {_losses(found, controller, figure, best)}"
 
 
 def _repetitions(found: Found) -> int:
@@ -178,16 +218,21 @@ def _repetitions(found: Found) -> int:
     return len(next(iter(next(iter(next(iter(cases.values())).values())).values())))
 
 
-def _losses(found: Found, controller: str, figure: str, models: Sequence[Compared], best: str) -> str:
-    lost = []
+def _losses(found: Found, controller: str, figure: str, best: str) -> str:
+    """Say in which cases the best formula, or none, beats that model, and in which the seeds cannot tell."""
+    lost, unclear = [], []
     for case, of in found[controller].items():
-        values = {name: estimate(one[figure]).mean for name, one in of.items()}
-        formulas = {name: value for name, value in values.items() if name not in SVR}
-        winner = min(formulas, key=lambda name: formulas[name])
-        if formulas[winner] < values[best]:
+        values = {name: estimate(one[figure]).mean for name, one in of.items() if name not in SVR}
+        winner = min(values, key=lambda name: values[name])
+        gain = reduction(of[winner][figure], of[best][figure])
+        if gain.high < 0:
             lost.append(f"{case} ({winner})")
-    if not lost:
-        return "No formula is better in any case."
-    return (
-        f"A formula, or none, is better in {len(lost)} of {len(found[controller])} cases: {', '.join(lost)}."
+        elif gain.low <= 0:
+            unclear.append(f"{case} ({winner})")
+    cases = len(found[controller])
+    text = (
+        f"A formula, or none, is better in {len(lost)} of {cases} cases: {', '.join(lost)}."
+        if lost
+        else "No formula is better in any case."
     )
+    return f"{text} In {len(unclear)} more the seeds cannot tell: {', '.join(unclear)}." if unclear else text

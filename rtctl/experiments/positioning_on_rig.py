@@ -8,7 +8,7 @@ What was measured before an error or Ctrl-C is kept (`kept_runs`): nothing arms 
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -20,7 +20,7 @@ from rtctl.experiments import kept_runs, models
 from rtctl.experiments.kept_runs import KeptRuns, Runs
 from rtctl.experiments.models import Compared
 from rtctl.experiments.order import Order
-from rtctl.experiments.positioning import CONTROLLERS, Case, Followed, Found, Judge, Look, gains_of
+from rtctl.experiments.positioning import CONTROLLERS, Case, Experiment, Followed, Found, Judge, gains_of
 from rtctl.experiments.report import Outcome
 from rtctl.host.supervisor import Host
 from rtctl.identify.motion import HandSeen, Motion, Steps
@@ -205,22 +205,17 @@ def _hold(order: Order, bare: LoadedConfig, session: Session, kept: KeptRuns) ->
         raise KeyboardInterrupt
 
 
-def reported(
-    order: Order,
-    name: str,
-    cases: list[Case],
-    judge: Judge,
-    outcome: Callable[[Order, list[Case], list[Compared], Found, Look], Outcome],
-) -> Outcome:
+def reported(order: Order, experiment: Experiment) -> Outcome:
     """Run on the loop, and the page of it, with every angle and torque measured beside it."""
+    cases = experiment.cases_of(order)
     require(order, cases)
-    kept = KeptRuns(order.out, belonging(order, name), resume=order.resume)
+    kept = KeptRuns(order.out, belonging(order, experiment.name), resume=order.resume)
     if not kept.models:
         kept.models = models.compared(order)
     compared = kept.models
-    found = run_all(order, cases, judge, kept)
+    found = run_all(order, cases, experiment.judge, kept)
     runs = {key: kept.runs[key] for key in keys_of(cases, compared)}
-    made = outcome(
+    made = experiment.page(
         order, cases, compared, found, lambda controller, case, model: runs[controller, case.name, model.name]
     )
     packed = io.BytesIO()

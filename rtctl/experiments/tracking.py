@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rtctl.control.vocabulary import Shape
-from rtctl.experiments import comparison, figures, models, positioning
+from rtctl.experiments import comparison, figures, positioning
 from rtctl.experiments.models import Compared
 from rtctl.experiments.order import Order
 from rtctl.experiments.positioning import Case, Followed, Found, Look
@@ -22,22 +22,6 @@ FIGURES = {
     "error_max_rad": ("largest error, mrad", 1e3),
     "effort_nm": ("RMS torque, mN m", 1e3),
 }
-
-
-def run(order: Order) -> Outcome:
-    """Run the experiment on the simulated rig. Raises ConfigError, DataError."""
-    order.require_simulated("tracking")
-    compared = models.compared(order)
-    cases = cases_of(order)
-    found = positioning.run_all(order, cases, compared, judge)
-    return _outcome(order, cases, compared, found, positioning.simulated(order))
-
-
-def on_rig(order: Order) -> Outcome:
-    """Run the experiment on the loop of the rig. Raises as `positioning_on_rig.run_all`."""
-    from rtctl.experiments import positioning_on_rig
-
-    return positioning_on_rig.reported(order, "tracking", cases_of(order), judge, _outcome)
 
 
 def _outcome(order: Order, cases: list[Case], compared: list[Compared], found: Found, look: Look) -> Outcome:
@@ -113,3 +97,7 @@ def _picture(order: Order, case: Case, compared: list[Compared], look: Look) -> 
     caption = f"{case.name}: tracking error in mrad over time in s, second period, PD and PID with each friction model. {order.shown_run}"
     name = "tracking_" + case.name.replace(" ", "_").replace("/", "_per_").replace(".", "_")
     return Picture(name, caption, figures.stacked(panels, "time [s]", 3.0))
+
+
+_EXPERIMENT = positioning.Experiment("tracking", cases_of, judge, _outcome)
+run, on_rig = _EXPERIMENT.run, _EXPERIMENT.on_rig

@@ -125,6 +125,30 @@ def test_the_text_says_where_svr_does_not_win():
     assert "better in 1 of 1 cases: case (Coulomb)" in text
 
 
+def over_seeds(**values):
+    return {"PD": {"case": {name: {"e": np.array(value)} for name, value in values.items()}}}
+
+
+def test_a_case_that_the_seeds_cannot_tell_is_not_counted_as_lost():
+    values = {"none": [9.0, 9.1, 8.9], "Coulomb": [1.0, 1.3, 0.6], "nu-SVR, RBF": [1.1, 1.0, 1.2]}
+    models = [Compared(name, NONE.record, 0.0, "") for name in values]
+    text = positioning.verdict(over_seeds(**values), "PD", "e", models, "error")
+    assert "no difference from Coulomb that 3 seeds can tell" in text
+    assert "No formula is better in any case. In 1 more the seeds cannot tell: case (Coulomb)." in text
+
+
+@pytest.mark.parametrize(
+    ("second", "said"),
+    [
+        ([1.5, 1.6, 1.55], "Best of all: nu-SVR, RBF, with 1.1 ± 0.2 N m, 28.9 ± 19 % less than the next (Tustin)."),
+        ([1.5, 1.0, 1.0], "Best of all: nu-SVR, RBF, with 1.1 ± 0.2 N m; 3 seeds cannot tell it from the next (Tustin, 1.17 ± 0.7 N m)."),
+    ],
+)  # fmt: skip
+def test_the_best_of_all_is_named_with_whether_it_can_be_told_from_the_next(second, said):
+    found = over_seeds(**{"none": [9.0, 9.1, 8.9], "Tustin": second, "nu-SVR, RBF": [1.1, 1.0, 1.2]})
+    assert positioning.best_of_all(found, "PD", "e", 1.0, "N m") == said
+
+
 @pytest.mark.parametrize("b_c", [0.0, 0.01, 0.03])
 @pytest.mark.parametrize("modes", [1, 2, 5, 14])
 def test_the_worst_hand_is_unstable_exactly_where_theory_says(b_c, modes):
