@@ -112,7 +112,7 @@ function drawObject(draw, world, handle, length, x, y, line) {
     draw.arc(x, y, length * 1.02, up + centre, up + centre + side * 0.5, side < 0); draw.fill();
     line(centre, length * 0.15, length * 1.02, 4, "#6d4c41");
   } else if (world.kind === "spring") {
-    const coils = 12, r = length * 0.6;
+    const coils = 6, r = length * 0.6;
     draw.beginPath(); draw.strokeStyle = "#2563eb"; draw.lineWidth = 2;
     for (let k = 0; k <= 4 * coils; k++) {
       const angle = centre + (handle - centre) * k / (4 * coils), wave = [0, 1, 0, -1][k % 4] * length * 0.03;
