@@ -5,8 +5,10 @@ import pytest
 from rtctl.campaign.run import Order, run, run_traced
 from rtctl.control.vocabulary import Fault, Program, State
 
-NEVER = {Fault.END_OF_LOG, Fault.REALTIME, Fault.DEVICE, Fault.GATE, Fault.OVERTORQUE}
-"""Faults the schedule cannot provoke: other tests do. The last two would be defects of ours."""
+NEVER = {Fault.END_OF_LOG, Fault.REALTIME, Fault.DEVICE, Fault.GATE, Fault.OVERTORQUE, Fault.PASSIVITY_GROSS}
+"""Faults the schedule cannot provoke: other tests do. The last three would be defects of ours."""
+RARE = {Fault.PASSIVITY}
+"""The torque is bounded by what the account can pay for (control.take_back): the schedule need not exhaust it."""
 
 
 def text(result):
@@ -20,8 +22,9 @@ def test_ten_million_ticks_of_random_rigs_and_ten_thousand_faults_break_no_invar
     assert result.ticks == 10_000_000
     assert result.faults_scheduled == 10_000
     seen = result.as_dict()["faults_appeared"]
-    assert {fault for fault in Fault if not seen[fault.name]} <= NEVER
+    assert {fault for fault in Fault if not seen[fault.name]} <= NEVER | RARE
     assert not seen["GATE"]
+    assert not seen["PASSIVITY_GROSS"]
     assert all(result.visits[state] for state in State if state is not State.INIT)
     assert all(result.programs[kind] > 10_000 for kind in Program)
 
