@@ -13,7 +13,7 @@ import pytest
 VM = Path(__file__).parent / "vm"
 ROOT = Path(__file__).parents[2]
 
-pytestmark = [pytest.mark.system, pytest.mark.timeout(900)]
+pytestmark = [pytest.mark.system, pytest.mark.timeout(1200)]
 
 
 NEEDED = (

@@ -76,7 +76,7 @@ def test_what_can_run_on_the_mock_runs(words, codes, tmp_path):
     rig = str(ROOT / "configs" / "mock.toml")
     words = [word.replace("RIG", rig).replace("OUT", str(tmp_path)) for word in words]
     done = subprocess.run(
-        [sys.executable, "-m", "rtctl", *words], capture_output=True, text=True, check=False, timeout=170
+        [sys.executable, "-m", "rtctl", *words], capture_output=True, text=True, check=False, timeout=280
     )
     assert done.returncode in codes, done.stdout + done.stderr
 
@@ -97,7 +97,7 @@ def test_the_lines_that_arm_it_arm_the_mock(tmp_path, monkeypatch, capsys):
             assert process.poll() is None
             assert time.monotonic() < end
             time.sleep(0.05)
-        exec(script.replace('RigClient("rig")', 'RigClient("mock", timeout_s=60)'), {})
+        exec(script.replace('RigClient("rig")', 'RigClient("mock", timeout_s=200)'), {})
         assert capsys.readouterr().out.strip() == "ACTIVE"
     finally:
         process.terminate()
