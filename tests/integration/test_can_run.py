@@ -91,7 +91,7 @@ def daemon(folder, name, port):
 
 @contextlib.contextmanager
 def client(rig, folder):
-    with RigClient(rig, runtime_dir=str(folder), timeout_s=150.0) as made:
+    with RigClient(rig, runtime_dir=str(folder), timeout_s=250.0) as made:
         made.hello()
         yield made
 

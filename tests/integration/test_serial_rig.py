@@ -62,7 +62,7 @@ def daemon(board, folder, tmp_path):
 
 @pytest.fixture
 def client(daemon, folder):
-    made = RigClient("serial", runtime_dir=str(folder), timeout_s=150.0)
+    made = RigClient("serial", runtime_dir=str(folder), timeout_s=250.0)
     made.hello()
     yield made
     made.close()
