@@ -110,7 +110,7 @@ class Motion:
             "stiffness_nm_rad": rig.stiffness_nm_rad,
             "damping_nms_rad": rig.damping_nms_rad,
             "alpha": rig.period_s / (rig.period_s + rig.filter_s),
-            "torque_max_nm": 0.9 * rig.torque_limit_nm,
+            "torque_max_nm": rig.servo_max_nm,
             "ramp_nm_s": 0.0,
             "fast_nm": 0.0,
             "slip_rad": SLIP_RAD,
@@ -219,11 +219,12 @@ class Motion:
     def advance(self, distance_rad: float, speed_rad_s: float) -> Steps[None]:
         """Turn by about `distance_rad` (signed) at a speed, and stay in motion: what follows decides.
 
-        Ends early at the end of the travel. Raises DataError when the joint does not follow.
+        Ends early at the end of the travel. Raises DataError when the joint does not follow though the servo had time to
+        give all its torque.
         """
         direction = 1 if distance_rad > 0 else -1
         goal = self.position_rad + distance_rad
-        patience_s = FOLLOW_S + 2.0 * abs(distance_rad) / speed_rad_s
+        patience_s = FOLLOW_S + (2.0 * abs(distance_rad) + self.rig.wind_up_rad) / speed_rad_s
         order: Order | None = self.turn(direction * speed_rad_s)
         while (goal - self.position_rad) * direction > 0:
             if self.room_rad(direction) <= self.stopping_rad(speed_rad_s):
@@ -236,7 +237,7 @@ class Motion:
             if patience_s < 0:
                 raise DataError(
                     f"the joint does not follow: at {self.position_rad:.3f} rad it should have passed "
-                    f"{goal:.3f}, with up to {0.9 * self.rig.torque_limit_nm:g} N m (90 % of torque_limit_nm); "
+                    f"{goal:.3f}, with up to {self.rig.servo_max_nm:g} N m (90 % of torque_limit_nm); "
                     "free the joint, or correct the torque constant, the sign or the limit in the rig file"
                 )
 

@@ -200,7 +200,7 @@ def _slip(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float
     flags = ProgramFlag(int(rows["program_flags"][-1, rig.axis]))
     if ProgramFlag.LIMIT in flags:
         raise DataError(
-            f"{task.name}: the joint did not move at {0.9 * rig.torque_limit_nm:g} N m, 90 % of "
+            f"{task.name}: the joint did not move at {rig.servo_max_nm:g} N m, 90 % of "
             "torque_limit_nm; free the joint, or correct the torque constant or the limit in the rig file"
         )
     ended = int(np.argmax(rows["program_flags"][:, rig.axis] != 0))

@@ -62,6 +62,15 @@ def test_the_loop_does_what_the_simulated_controller_does(order, shipped, which)
                     assert found[name] == pytest.approx(told[name], rel=0.15, abs=1e-4)
 
 
+def test_at_a_slow_rate_the_soft_servo_has_time_to_bring_the_joint_home(order):
+    config = order.loaded.config
+    slow = config.model_copy(update={"loop": config.loop.model_copy(update={"rate_hz": 250.0})})
+    order = replace(order, loaded=order.loaded.model_copy(update={"config": slow}))
+    cases = point_to_point.cases_of(order)
+    runs = driven(order, cases, NONE)
+    assert len(runs) == len(positioning.CONTROLLERS) * len(cases)
+
+
 def test_a_session_measures_only_what_is_not_kept_yet(order, shipped):
     cases = point_to_point.cases_of(order)[2:4]
     rig = positioning_on_rig.require(order, cases)
