@@ -9,6 +9,7 @@ import numpy as np
 from rtctl.experiments import figures, virtual
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part, Target
+from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import Estimate, estimate, reduction, rms
 from rtctl.experiments.virtual import FAST_SINE, SLOW_TRIANGLE, Motion, Run, Variant
 from rtctl.friction.report_page import Picture
@@ -69,9 +70,11 @@ def _measure(order: Order, motion: Motion, start: float, share: float) -> Measur
     found: Measured = {}
     for at, variant in enumerate(VARIANTS):
         order.progress(start + share * at / len(VARIANTS), f"{motion.name}: {variant.name}")
-        rows = [
-            figures_of(virtual.measure(order.loaded, seed, motion, variant)) for seed in range(order.seeds)
-        ]
+
+        def once(order: Order, seed: int, variant: Variant = variant) -> dict[str, float]:
+            return figures_of(virtual.measure(order.loaded, seed, motion, variant))
+
+        rows = over_seeds(order, once)
         found[variant.name] = {name: np.array([row[name] for row in rows]) for name in FIGURES}
     return found
 
@@ -92,8 +95,7 @@ def _released(order: Order, start: float) -> dict[str, Estimate]:
     found = {}
     for variant in VARIANTS:
         order.progress(start, f"hands off: {variant.name}")
-        speeds = [virtual.speed_after_release(order.loaded, seed, variant) for seed in range(order.seeds)]
-        found[variant.name] = estimate(speeds)
+        found[variant.name] = estimate(virtual.speeds_after_release(order, variant))
     return found
 
 

@@ -11,6 +11,7 @@ from rtctl.control.vocabulary import Policy
 from rtctl.experiments import figures, virtual
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part
+from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import Estimate, estimate, rms
 from rtctl.experiments.virtual import FAST_SINE, SLOW_TRIANGLE, Change, Variant
 from rtctl.friction.report_page import Picture
@@ -104,11 +105,12 @@ def run(order: Order) -> Outcome:
 
 
 def _hand(order: Order, motion: virtual.Motion, variant: Variant) -> Measured:
-    runs = [virtual.measure(order.loaded, seed, motion, variant) for seed in range(order.seeds)]
-    return {
-        "rms": np.array([rms(one.truth["hand_torque_nm"]) for one in runs]),
-        "energy": np.array([virtual.hand_energy_min_j(one) for one in runs]),
-    }
+    def once(order: Order, seed: int) -> tuple[float, float]:
+        run = virtual.measure(order.loaded, seed, motion, variant)
+        return rms(run.truth["hand_torque_nm"]), virtual.hand_energy_min_j(run)
+
+    found = np.array(over_seeds(order, once))
+    return {"rms": found[:, 0], "energy": found[:, 1]}
 
 
 def _policy(order: Order, off: dict[str, Measured], variant: Variant) -> Measured:
@@ -119,8 +121,7 @@ def _policy(order: Order, off: dict[str, Measured], variant: Variant) -> Measure
         found[f"reduction, {motion.name}"] = 1 - one["rms"] / off[motion.name]["rms"]
         energies.append(one["energy"])
     found["hand_energy_min_j"] = np.min(energies, axis=0)
-    speeds = [virtual.speed_after_release(order.loaded, seed, variant) for seed in range(order.seeds)]
-    found["speed_after_release_rad_s"] = np.array(speeds)
+    found["speed_after_release_rad_s"] = np.array(virtual.speeds_after_release(order, variant))
     return found
 
 

@@ -15,6 +15,7 @@ from rtctl.experiments.models import SVR, Compared
 from rtctl.experiments.order import Order
 from rtctl.experiments.position_loop import GAINS, follow
 from rtctl.experiments.report import Outcome
+from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import Estimate, estimate, reduction
 
 KP_PER_INERTIA, ZETA = 830.0, 1.0
@@ -113,15 +114,18 @@ def run_all(order: Order, cases: Sequence[Case], compared: Sequence[Compared], j
             share = (number + at / len(cases)) / len(CONTROLLERS)
             order.progress(0.2 + 0.8 * share, f"{controller}, {case.name}")
             found[controller][case.name] = {
-                model.name: _over_seeds(order, controller, case, model, judge) for model in compared
+                model.name: _figures(order, controller, case, model, judge) for model in compared
             }
     return found
 
 
-def _over_seeds(
+def _figures(
     order: Order, controller: str, case: Case, model: Compared, judge: Judge
 ) -> dict[str, np.ndarray]:
-    rows = [judge(case, follow_once(order, seed, controller, case, model)) for seed in range(order.seeds)]
+    def once(order: Order, seed: int) -> dict[str, float]:
+        return judge(case, follow_once(order, seed, controller, case, model))
+
+    rows = over_seeds(order, once)
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 

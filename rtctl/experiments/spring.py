@@ -9,6 +9,7 @@ from rtctl.control.vocabulary import Environment, Policy
 from rtctl.experiments import figures, virtual
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part, Target
+from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import Estimate, estimate, reduction, rms
 from rtctl.experiments.virtual import PUSH, Run, Variant
 from rtctl.friction.report_page import Picture
@@ -48,7 +49,11 @@ def run(order: Order) -> Outcome:
     found: Measured = {}
     for at, variant in enumerate(VARIANTS):
         order.progress(at / len(VARIANTS), f"spring: {variant.name}")
-        rows = [_figures(_measure(order, seed, variant)) for seed in range(order.seeds)]
+
+        def once(order: Order, seed: int, variant: Variant = variant) -> dict[str, float]:
+            return _figures(_measure(order, seed, variant))
+
+        rows = over_seeds(order, once)
         found[variant.name] = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     pictures = _pictures(order)
     order.progress(1.0, "spring")

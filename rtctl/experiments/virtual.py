@@ -18,6 +18,8 @@ from rtctl.config import LoadedConfig
 from rtctl.control.velocity import lowpass_alpha
 from rtctl.control.vocabulary import Policy, State
 from rtctl.errors import DataError
+from rtctl.experiments.order import Order
+from rtctl.experiments.seeds import over_seeds
 from rtctl.simulation import Simulation
 
 HAND_SPREAD = 0.1
@@ -209,6 +211,15 @@ def hand_energy_min_j(run: Run) -> float:
     """
     steps_rad = np.diff(run.truth["position_rad"][:, 0], prepend=run.start_rad)
     return run.start_j + float(np.cumsum(run.truth["hand_torque_nm"][:, 0] * steps_rad).min())
+
+
+def speeds_after_release(order: Order, variant: Variant) -> list[float]:
+    """`speed_after_release` of every seed, rad/s."""
+
+    def once(order: Order, seed: int) -> float:
+        return speed_after_release(order.loaded, seed, variant)
+
+    return over_seeds(order, once)
 
 
 def speed_after_release(loaded: LoadedConfig, seed: int, variant: Variant) -> float:

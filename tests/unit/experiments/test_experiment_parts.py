@@ -2,20 +2,26 @@
 
 import json
 import math
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from rtctl.config import load
 from rtctl.control.vocabulary import State
 from rtctl.errors import FaultError
 from rtctl.experiments import figures, report
+from rtctl.experiments.order import Order
 from rtctl.experiments.real_run import FIELDS, Comparison, Phase
 from rtctl.experiments.report import Outcome, Part, Target
+from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import Estimate, estimate, reduction
 from rtctl.friction.report_page import Picture
 from rtctl.friction.report_tables import Table
 from rtctl.tick import new_ticks
+
+CONFIGS = Path(__file__).parents[3] / "configs"
 
 
 def test_the_interval_is_students():
@@ -155,3 +161,11 @@ def test_a_long_table_is_folded_and_loses_nothing(tmp_path):
     page = report.write(tmp_path, [Outcome("a", "A", "", (Part("P", (), (table,)),))], "T", {}).read_text()
     assert "<summary>Long ones. (40 rows)</summary>" in page
     assert page.count("<td>x</td>") == 40
+
+
+@pytest.mark.parametrize("seeds", [1, 3])
+def test_every_seed_is_measured_once_in_order_with_the_rig_and_nothing_else_of_the_order(seeds):
+    loaded = load(CONFIGS / "mock.toml")
+    order = Order(loaded, seeds=seeds, progress=lambda _share, _text: None, runtime_dir="here")
+    found = over_seeds(order, lambda bare, seed: (seed, bare.loaded.sha256, bare.runtime_dir))
+    assert found == [(seed, loaded.sha256, None) for seed in range(seeds)]

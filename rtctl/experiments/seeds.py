@@ -1,0 +1,30 @@
+"""The same measurement with every seed, on all cores."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeVar
+
+from rtctl.experiments.order import Order
+from rtctl.friction import search
+
+T = TypeVar("T")
+
+
+def over_seeds(order: Order, once: Callable[[Order, int], T]) -> list[T]:
+    """What `once` finds with each seed, in order.
+
+    Parameters
+    ----------
+    once
+        Receives an order with the same rig and nothing else, and the seed. It runs in another process where there are
+        several seeds and cores: what it holds besides has to be data.
+    """
+    import joblib
+
+    bare = Order(order.loaded, order.seeds)
+    jobs = min(order.seeds, joblib.cpu_count())
+    if jobs == 1:
+        return [once(bare, seed) for seed in range(order.seeds)]
+    with search.workers("loky", jobs) as pool:
+        return list(pool(joblib.delayed(once)(bare, seed) for seed in range(order.seeds)))
