@@ -24,12 +24,13 @@ class Channel(IntEnum):
     LINK = 6
     ACTUATOR = 7
     LOOP = 8
+    VELOCITY = 9
 
 
 class Effect(IntEnum):
     """What a fault does there."""
 
-    # to a reading: position, current, force, temperature
+    # to a reading: position, current, force, temperature, velocity
     NAN = 1
     INF = 2
     OFFSET = 3
@@ -77,7 +78,7 @@ class Kind:
 
 def _readings() -> tuple[Kind, ...]:
     position, current = Channel.POSITION, Channel.CURRENT
-    force, temperature = Channel.FORCE, Channel.TEMPERATURE
+    force, temperature, velocity = Channel.FORCE, Channel.TEMPERATURE, Channel.VELOCITY
     return (
         Kind(position, "nan", Effect.NAN, "reads NaN"),
         Kind(position, "inf", Effect.INF, "reads infinite, with the sign of `value`", "sign", -1, 1, 1.0),
@@ -103,6 +104,13 @@ def _readings() -> tuple[Kind, ...]:
             temperature, "ramp", Effect.DRIFT, "error grows from zero by `value`", "degC/s", -1e3, 1e3, None
         ),
         Kind(temperature, "missing", Effect.NAN, "reads NaN, as without a sensor"),
+        Kind(velocity, "nan", Effect.NAN, "reads NaN, as without a sensor"),
+        Kind(velocity, "inf", Effect.INF, "reads infinite, with the sign of `value`", "sign", -1, 1, 1.0),
+        Kind(velocity, "frozen", Effect.HOLD, "repeats the last reading"),
+        Kind(velocity, "out_of_range", Effect.SET, "reads `value`", "rad/s", -1e12, 1e12, 1e6),
+        Kind(velocity, "offset", Effect.OFFSET, "reads `value` too much", "rad/s", -1e4, 1e4, None),
+        Kind(velocity, "scale", Effect.SCALE, "reads `value` times the velocity", "1", -100, 100, None),
+        Kind(velocity, "sign", Effect.NEGATE, "reads with the wrong sign"),
     )
 
 

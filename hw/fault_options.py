@@ -39,7 +39,9 @@ class FaultOptions(BaseModel):
 
     model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
 
-    channel: str = Field(description="position, current, force, temperature, estop, link, actuator, loop")
+    channel: str = Field(
+        description="position, velocity, current, force, temperature, estop, link, actuator, loop"
+    )
     kind: str = Field(description="what goes wrong there; docs/faults.md lists them")
     axis: int | None = Field(None, ge=0, le=7, description="joint, or axis of the force sensor; default all")
     at_s: Seconds | None = Field(None, description="when it begins; or at_tick")

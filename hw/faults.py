@@ -39,7 +39,7 @@ FAULTS = 32
 
 _POSITION, _CURRENT, _FORCE = int(Channel.POSITION), int(Channel.CURRENT), int(Channel.FORCE)
 _TEMPERATURE, _ESTOP, _LINK = int(Channel.TEMPERATURE), int(Channel.ESTOP), int(Channel.LINK)
-_ACTUATOR, _LOOP = int(Channel.ACTUATOR), int(Channel.LOOP)
+_ACTUATOR, _LOOP, _VELOCITY = int(Channel.ACTUATOR), int(Channel.LOOP), int(Channel.VELOCITY)
 
 _NAN, _INF, _OFFSET, _HOLD, _SET = (
     int(e) for e in (Effect.NAN, Effect.INF, Effect.OFFSET, Effect.HOLD, Effect.SET)
@@ -96,6 +96,7 @@ def memory_fields(n_axes: int) -> list[tuple[Any, ...]]:
         ("shown_current_a", "<f8", axis),
         ("shown_force_n", "<f8", (3,)),
         ("shown_temperature_c", "<f8", axis),
+        ("shown_velocity_rad_s", "<f8", axis),
     ]
 
 
@@ -161,6 +162,7 @@ def _show_again(t: np.record, s: np.record) -> None:
         t.position_rad[axis] = s.shown_position_rad[axis]
         t.current_a[axis] = s.shown_current_a[axis]
         t.temperature_c[axis] = s.shown_temperature_c[axis]
+        t.device_velocity_rad_s[axis] = s.shown_velocity_rad_s[axis]
     for i in range(3):
         t.force_n[i] = s.shown_force_n[i]
 
@@ -174,6 +176,7 @@ def _remember(t: np.record, s: np.record) -> None:
         s.shown_position_rad[axis] = t.position_rad[axis]
         s.shown_current_a[axis] = t.current_a[axis]
         s.shown_temperature_c[axis] = t.temperature_c[axis]
+        s.shown_velocity_rad_s[axis] = t.device_velocity_rad_s[axis]
     for i in range(3):
         s.shown_force_n[i] = t.force_n[i]
 
@@ -194,6 +197,8 @@ def _sensor(t: np.record, s: np.record, p: np.record, k: int, since: int) -> Non
         _alter(t.force_n, s.shown_force_n, s.fault_anchor_rad, p, k, since)
     elif channel == _TEMPERATURE:
         _alter(t.temperature_c, s.shown_temperature_c, s.fault_anchor_rad, p, k, since)
+    elif channel == _VELOCITY:
+        _alter(t.device_velocity_rad_s, s.shown_velocity_rad_s, s.fault_anchor_rad, p, k, since)
     elif channel == _ESTOP and effect == _PRESSED:
         t.estop = 1
     elif channel == _LOOP and effect == _STALL:

@@ -21,12 +21,16 @@ CHANNEL_FIELDS: dict[str, str] = {
     "position": "position_rad",
     "current": "current_a",
     "force": "force_n",
+    "velocity": "device_velocity_rad_s",
     "temperature": "temperature_c",
     "estop": "estop",
     "torque": "torque_applied_nm",
     "current_command": "current_command_a",
 }
 """Channel name -> the tick field that carries it."""
+
+OPTIONAL_FIELDS = ("temperature_c", "device_velocity_rad_s")
+"""Measured fields that are NaN from the start and stay so in a rig without the sensor."""
 
 WHOLE_RIG_CHANNELS = frozenset({"force", "estop"})
 """Channels with one value for the rig; the others have one per axis."""

@@ -30,10 +30,6 @@ BUILT_IN = {
         options="hw.mock.options:MockOptions",
         simulated=True,
         summary="simulated rig: motor, gearbox, friction, sensors, a hand",
-        channels=Channels(
-            provides=frozenset({"position", "current", "force", "temperature", "estop"}),
-            consumes=frozenset({"current_command"}),
-        ),
     ),
     "playback": BackendInfo(
         factory="hw.playback.backend:PlaybackBackend",

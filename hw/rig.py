@@ -23,6 +23,7 @@ import numpy as np
 from hw import registry
 from hw.interface import (
     CHANNEL_FIELDS,
+    OPTIONAL_FIELDS,
     Backend,
     BackendError,
     CompiledBackend,
@@ -41,7 +42,7 @@ SLOW_READS = 3
 SLOW_REST_TICKS = 10
 """After this many overruns in a row a device rests so long: its sample goes stale."""
 
-READ_ORDER = ("position", "current", "force", "estop", "temperature")
+READ_ORDER = ("position", "current", "force", "estop", "velocity", "temperature")
 """Who is read first: what the law needs most is delayed by nobody."""
 
 _OVER_BUDGET = int(LinkFault.OVER_BUDGET)
@@ -113,7 +114,8 @@ class _Device:
         """Prepare the exchange with `tick`; the device's own tick stays the same one."""
         if self.tick is None:
             self.tick = np.zeros(1, device_dtype(tick.dtype, len(self.member.axes)))
-            self.tick["temperature_c"] = np.nan
+            for name in OPTIONAL_FIELDS:
+                self.tick[name] = np.nan
         fields = [CHANNEL_FIELDS[channel] for channel in sorted(self.provides)]
         exchange = Exchange(tick, self.tick, self.member.axes, fields, commanded=bool(self.consumes))
         self.deliver, self._lead_in, self._command = exchange.deliver, exchange.lead_in, exchange.command

@@ -16,7 +16,8 @@ from hw.interface import CHANNEL_FIELDS, Rig
 
 _XYZ = CHANNEL_FIELDS["force"]
 _MEASURED = frozenset(
-    CHANNEL_FIELDS[channel] for channel in ("position", "current", "force", "temperature", "estop")
+    CHANNEL_FIELDS[channel]
+    for channel in ("position", "current", "force", "velocity", "temperature", "estop")
 ) | {"sample_count", "link_faults"}
 
 

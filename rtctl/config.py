@@ -135,6 +135,7 @@ class Config(Table):
             absent=self.rig.absent,
             hardware=self.hardware(),
             clock=self.loop.clock,
+            velocity_axes=[i for i, axis in enumerate(self.axis) if axis.velocity.device != "record"],
         )
 
 

@@ -24,6 +24,7 @@ MAX_AGE_S: dict[str, float] = {
     "current": 0.002,
     "force": 0.010,
     "estop": 0.010,
+    "velocity": 0.002,
     "temperature": 10.0,
 }
 """Oldest sample of each channel that a rig file may declare fresh, s. The position is new in every cycle."""
@@ -45,6 +46,8 @@ class Composition:
     absent: Sequence[str]
     hardware: Rig
     clock: str = "wall"
+    velocity_axes: Sequence[int] = ()
+    """Axes whose law looks at the velocity that a device measures."""
 
     @property
     def simulated(self) -> bool:
@@ -200,6 +203,12 @@ class Composition:
                 for axis, devices in enumerate(self._providers(channel))
                 if not devices
             ]
+        out += [
+            f"axis[{axis}].velocity.device: no device provides {self._what('velocity', axis)} ({have}): "
+            'add a [[device]] that does, or set device = "record"'
+            for axis, devices in enumerate(self._providers("velocity"))
+            if axis in self.velocity_axes and not devices
+        ]
         out += [
             f"device: no device takes the torque or current of axis {self.axis_names[axis]!r} ({have}): "
             "add a [[device]] that does"

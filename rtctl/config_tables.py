@@ -63,6 +63,14 @@ class VelocityTable(Table):
     window: int = _number(2, 64, "FOAW: longest window, samples", default=16)
     band_counts: float = _number(0.1, 100, "FOAW: tolerated deviation, encoder counts", default=1.0)
     cutoff_hz: float = _number(0.1, 5000, "low-pass cut-off or Kalman bandwidth", default=30.0)
+    device: Literal["record", "check", "use"] = Field(
+        "record",
+        description="velocity that a device measures: only recorded; also held against the encoder, a fault when "
+        "implausible; also used for the friction feed-forward",
+    )
+    device_tolerance_rad_s: float = _number(
+        0, 1e4, "how far it may be off the encoder's; 0: a tenth of velocity_limit_rad_s", default=0.0
+    )
 
 
 class ForceTable(Table):

@@ -15,7 +15,7 @@ from rtctl.control import stability
 from rtctl.control.gate import WINDOW_S
 from rtctl.control.records import new_records
 from rtctl.control.velocity import kalman_gains, lowpass_alpha
-from rtctl.control.vocabulary import Environment, Policy, VelocityMethod
+from rtctl.control.vocabulary import DeviceVelocity, Environment, Policy, VelocityMethod
 from rtctl.friction import artefact
 
 SOFT_START_S = 0.5
@@ -145,6 +145,8 @@ def _fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
     p["velocity_alpha"][a] = lowpass_alpha(axis.velocity.cutoff_hz, period_s)
     gain_position, gain_velocity = kalman_gains(count_rad, axis.velocity.cutoff_hz, period_s)
     p["kalman_gain_position"][a], p["kalman_gain_velocity"][a] = gain_position, gain_velocity
+    p["device_velocity_kind"][a] = DeviceVelocity[axis.velocity.device.upper()]
+    p["device_tolerance_rad_s"][a] = axis.velocity.device_tolerance_rad_s or 0.1 * axis.velocity_limit_rad_s
     p["force_alpha"][a] = lowpass_alpha(axis.force.lowpass_hz, period_s) if axis.force.lowpass_hz else 1.0
     p["tare_ticks"][a] = round(axis.force.tare_s / period_s)
     p["coupling_stiffness_nm_rad"][a] = axis.coupling.stiffness_nm_rad

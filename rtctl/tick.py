@@ -87,6 +87,12 @@ FIELDS: tuple[Field, ...] = (
         "motor temperature; NaN (null in JSON) where the rig has no sensor",
         "backend",
     ),
+    _axis(
+        "device_velocity_rad_s",
+        "rad/s",
+        "joint velocity as a device measures it, link side; NaN (null in JSON) where none does",
+        "backend",
+    ),
     # command in force: copied by the law from the newest command
     Field("command_seq", "int", "scalar", "1", "law", "sequence number of the command in force"),
     Field("target_age_ticks", "int", "scalar", "1", "law", "ticks since the renderer's last target"),
@@ -105,7 +111,7 @@ FIELDS: tuple[Field, ...] = (
     _axis("compensation", "1", "share of the configured friction feed-forward in force, 0 to 1"),
     # estimates
     Field("sample_age_ticks", "int", "scalar", "1", "law", "ticks since the last valid sample; 0 is fresh"),
-    _axis("velocity_rad_s", "rad/s", "velocity from the configured estimator"),
+    _axis("velocity_rad_s", "rad/s", "velocity from the positions, by the configured estimator"),
     _axis("velocity_difference_rad_s", "rad/s", "plain backward difference, as the coupling uses it"),
     _axis("motor_torque_nm", "N m", "torque of the motor at the link, from the measured current"),
     _axis("hand_torque_nm", "N m", "torque of the hand on the joint: tared, low-passed"),

@@ -126,6 +126,7 @@ class CanBackend:
         fields = {
             "position": ("position_rad", self._taken.position_rad),
             "current": ("current_a", self._taken.current_a),
+            "velocity": ("device_velocity_rad_s", self._taken.velocity_rad_s),
             "temperature": ("temperature_c", self._taken.temperature_c),
             "force": ("force_n", self._taken.force_n),
         }

@@ -18,11 +18,12 @@ from hw.interface import BackendError, LinkFault, Options, Rig
 
 UNITS = {
     "rad": 1.0, "deg": math.pi / 180, "turn": 2 * math.pi, "count": 1.0,
+    "rad/s": 1.0, "deg/s": math.pi / 180, "turn/s": 2 * math.pi, "rpm": math.pi / 30, "count/s": 1.0,
     "A": 1.0, "mA": 1e-3, "N": 1.0, "mN": 1e-3, "Nm": 1.0, "mNm": 1e-3, "degC": 1.0, "1": 1.0,
 }  # fmt: skip
-"""Unit of a field's physical value -> factor to SI. `count` takes the axis' encoder_counts_per_rev."""
+"""Unit of a field's physical value -> factor to SI. Counts are those of the axis' encoder_counts_per_rev."""
 
-CHANNELS = ("position", "current", "force", "temperature", "estop", "fault")
+CHANNELS = ("position", "velocity", "current", "force", "temperature", "estop", "fault")
 COMMANDS = ("current_command", "torque", "enable", "counter", "constant")
 
 OPEN_S, OPEN_ASKED = 1.0, 10
@@ -45,7 +46,7 @@ def make_field(table: Options, length: int) -> Field:
 
 
 def _factor(table: Options, rig: Rig) -> float:
-    if table["unit"] == "count":
+    if table["unit"] in ("count", "count/s"):
         return 2 * math.pi / float(rig.encoder_counts_per_rev[table["axis"]])
     return UNITS[table["unit"]]
 
@@ -88,6 +89,7 @@ class ReceivedFrame:
         channel, axis = table["channel"], int(table["axis"])
         target: Any = {
             "position": self._sample.position_rad,
+            "velocity": self._sample.velocity_rad_s,
             "current": self._sample.current_a,
             "temperature": self._sample.temperature_c,
             "force": self._sample.force_n,

@@ -13,9 +13,11 @@ from hw.can.load import FD_LENGTHS, Traffic
 from hw.can.options import BusUser, Table, number
 from hw.interface import BackendError
 
-Unit = Literal["rad", "deg", "turn", "count", "A", "mA", "N", "mN", "Nm", "mNm", "degC", "1"]
+Unit = Literal[
+    "rad", "deg", "turn", "count", "rad/s", "deg/s", "turn/s", "rpm", "count/s", "A", "mA", "N", "mN", "Nm", "mNm", "degC", "1"
+]  # fmt: skip
 _UNITS = {
-    "position": ("rad", "deg", "turn", "count"), "current": ("A", "mA"), "force": ("N", "mN"), "temperature": ("degC",),
+    "position": ("rad", "deg", "turn", "count"), "velocity": ("rad/s", "deg/s", "turn/s", "rpm", "count/s"), "current": ("A", "mA"), "force": ("N", "mN"), "temperature": ("degC",),
     "current_command": ("A", "mA"), "torque": ("Nm", "mNm"),
 }  # fmt: skip
 
@@ -46,9 +48,9 @@ class BitsOptions(Table):
 class ReceivedField(BitsOptions):
     """[[device.options.receive.field]]"""
 
-    channel: Literal["position", "current", "force", "temperature", "estop", "fault"]
+    channel: Literal["position", "velocity", "current", "force", "temperature", "estop", "fault"]
     axis: int = Field(0, ge=0, le=7, description="axis of the rig; force: 0, 1, 2 are x, y, z")
-    unit: Unit = Field("1", description="of the physical value; count: encoder_counts_per_rev of the axis")
+    unit: Unit = Field("1", description="of the physical value; counts: encoder_counts_per_rev of the axis")
     wrap: bool = Field(False, description="an encoder counter that wraps: followed through its wraps")
 
     @model_validator(mode="after")

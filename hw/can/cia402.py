@@ -1,8 +1,8 @@
 """CiA 402 drives over CANopen in cyclic synchronous torque: the codec (pure), and arming one axis.
 
 Every cycle the host sends one RPDO per drive (controlword, target torque) and then one SYNC; at the SYNC
-the drives apply the torque and answer with their TPDO (statusword, position, actual current). Set-up by
-SDO is `hw.can.cia402_setup`, before the loop.
+the drives apply the torque and answer with their TPDO1 (statusword, position, actual current), which is full;
+one whose velocity (606C) is wanted answers with a TPDO2 too. Set-up by SDO is `hw.can.cia402_setup`, before the loop.
 
     arm      controlwords 06, 07, 0F, each once the statusword shows that the one before has worked
     command  target torque (per mille of the rated torque), and 0F, in every cycle
@@ -20,13 +20,14 @@ from hw.can.load import Traffic
 from hw.can.sample import Sample, Shaft
 from hw.interface import BackendError, LinkFault, Options, Rig
 
-RPDO1, TPDO1, SYNC, HEARTBEAT, EMERGENCY = 0x200, 0x180, 0x080, 0x700, 0x080
-PER_NODE = (EMERGENCY, TPDO1, RPDO1, 0x580, 0x600, HEARTBEAT)
+RPDO1, TPDO1, TPDO2, SYNC, HEARTBEAT, EMERGENCY = 0x200, 0x180, 0x280, 0x080, 0x700, 0x080
+PER_NODE = (EMERGENCY, TPDO1, TPDO2, RPDO1, 0x580, 0x600, HEARTBEAT)
 """Each node's own identifiers, besides its number; 580 and 600 are its SDO server's."""
 OPERATIONAL = 0x05
 
 COMMAND = struct.Struct("<Hh")
 FEEDBACK = struct.Struct("<Hih")
+VELOCITY = struct.Struct("<i")
 
 SHUT_DOWN, SWITCH_ON, ENABLE, DISABLE_VOLTAGE, FAULT_RESET = 0x06, 0x07, 0x0F, 0x00, 0x80
 
@@ -81,6 +82,8 @@ def traffic(options: Options, rate_hz: float) -> list[Traffic]:
             Traffic(f"{name} TPDO1", FEEDBACK.size, rate_hz),
             Traffic(f"{name} heartbeat", 1, 1000.0 / options["heartbeat_ms"]),
         ]
+        if table["velocity_units"]:
+            frames.append(Traffic(f"{name} TPDO2", VELOCITY.size, rate_hz))
     return frames
 
 
@@ -95,6 +98,9 @@ class Cia402Axis:
         self._rad_per_count = self._shaft.rad_per_turn / float(table["counts_per_turn"])
         self._torque_rated_nm = float(table["rated_torque_nm"] or 0.0)
         self._current_rated_a = float(table["rated_current_a"] or 0.0)
+        units = float(table["velocity_units"])
+        self._velocity_bit = sample.need() if units else 0
+        self._rad_s_per_unit = self._shaft.rad_per_turn / units if units else 0.0
         self._unwrap = Unwrap(32)
         self._arm_ticks = round(ARM_S / rig.period_s)
         self._heartbeat_ticks = max(1, round(5e-3 * options["heartbeat_ms"] / rig.period_s))
@@ -105,11 +111,14 @@ class Cia402Axis:
 
     def handlers(self) -> dict[int, Handler]:
         """What to do with this axis' frames."""
-        return {
+        found: dict[int, Handler] = {
             TPDO1 + self.node: self._on_feedback,
             HEARTBEAT + self.node: self._on_heartbeat,
             EMERGENCY + self.node: self._on_emergency,
         }
+        if self._velocity_bit:
+            found[TPDO2 + self.node] = self._on_velocity
+        return found
 
     def _on_feedback(self, buffer: Buffer, offset: int, length: int) -> None:
         if length != FEEDBACK.size:
@@ -121,6 +130,14 @@ class Cia402Axis:
         sample.position_rad[axis] = self._unwrap(counts) * self._rad_per_count + shaft.offset_rad
         sample.current_a[axis] = shaft.direction * 1e-3 * current * self._current_rated_a
         sample.fresh |= self._bit
+
+    def _on_velocity(self, buffer: Buffer, offset: int, length: int) -> None:
+        if length != VELOCITY.size:
+            self._sample.damaged()
+            return
+        units = VELOCITY.unpack_from(buffer, offset)[0]
+        self._sample.velocity_rad_s[self._axis] = units * self._rad_s_per_unit
+        self._sample.fresh |= self._velocity_bit
 
     def _on_heartbeat(self, buffer: Buffer, offset: int, length: int) -> None:
         if length == 1:
@@ -144,12 +161,16 @@ class Cia402Axis:
         for _ in range(5):
             bus.send(self._command)
             bus.send(self._sync)
-            if wait_for(bus, lambda: bool(self._sample.fresh & self._bit), 0.2):
+            if wait_for(bus, self._heard, 0.2):
                 return
         raise BackendError(
             f"cia402 node {self.node}: no TPDO after SYNC within 1 s though it answers SDOs: "
-            "check that its PDO mapping may be changed (objects 1600, 1A00) and its NMT state"
+            "check that its PDO mapping may be changed (objects 1600, 1A00, 1A01) and its NMT state"
         )
+
+    def _heard(self) -> bool:
+        both = self._bit | self._velocity_bit
+        return self._sample.fresh & both == both
 
     def prime(self, bus: Bus) -> None:
         """Ready, torque 0; the backend sends SYNC."""

@@ -12,6 +12,7 @@ CYCLIC_SYNCHRONOUS_TORQUE = 10
 _OFF = 0x8000_0000
 _RPDO = (0x6040_0010, 0x6071_0010)  # controlword u16, target torque i16
 _TPDO = (0x6041_0010, 0x6064_0020, 0x6078_0010)  # statusword u16, position i32, current i16
+_TPDO2 = (0x606C_0020,)  # velocity i32
 _SYNCHRONOUS = 1
 
 
@@ -85,6 +86,8 @@ def configure(bus: Bus, node: int, table: Options, options: Options) -> tuple[fl
         identity = struct.pack("<3I", *(sdo.read(0x1018, sub) for sub in (1, 2, 4)))
         _map(sdo, 0x1400, 0x1600, 0x200 + node, _RPDO)
         _map(sdo, 0x1800, 0x1A00, 0x180 + node, _TPDO)
+        if table["velocity_units"]:
+            _map(sdo, 0x1801, 0x1A01, 0x280 + node, _TPDO2)
         _supervise(sdo, options)
         sdo.write(0x6060, 0, CYCLIC_SYNCHRONOUS_TORQUE, 1)
         remote.nmt.state = "OPERATIONAL"

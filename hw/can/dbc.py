@@ -11,7 +11,8 @@ from hw.interface import BackendError
 _ENTRY = {"channel", "axis", "message", "signal", "unit", "wrap", "limit"}
 _UNITS = {"deg": "deg", "degree": "deg", "°": "deg", "rad": "rad", "rev": "turn", "turn": "turn", "turns": "turn",
           "A": "A", "mA": "mA", "N": "N", "mN": "mN", "Nm": "Nm", "N m": "Nm", "mNm": "mNm", "degC": "degC", "°C": "degC",
-          "C": "degC", "count": "count", "counts": "count"}  # fmt: skip
+          "rad/s": "rad/s", "deg/s": "deg/s", "°/s": "deg/s", "turn/s": "turn/s", "turns/s": "turn/s", "rev/s": "turn/s",
+          "rpm": "rpm", "RPM": "rpm", "1/min": "rpm", "count/s": "count/s", "counts/s": "count/s", "C": "degC", "count": "count", "counts": "count"}  # fmt: skip
 
 
 def load(path: Path) -> Any:  # noqa: ANN401

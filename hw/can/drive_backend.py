@@ -56,14 +56,12 @@ class DriveBackend(CanBackend):
         self.drives: Sequence[Drive] = [
             self.kind(table, options, rig, axis, self.sample) for axis, table in enumerate(options["axis"])
         ]
-        self.provides = frozenset({"position", "current"}) | (
-            {"temperature"} if self._gives_temperature() else set()
-        )
+        self.provides = frozenset({"position", "current", *self._more_channels()})
         self.consumes = frozenset({"current_command"})
         self._writers = [drive.write for drive in self.drives]
 
-    def _gives_temperature(self) -> bool:
-        return False
+    def _more_channels(self) -> set[str]:
+        raise NotImplementedError
 
     def _set_up(self, bus: Bus) -> Mapping[int, Handler]:
         everything: dict[int, Handler] = {}
@@ -106,8 +104,8 @@ class OdriveBackend(DriveBackend):
 
     kind, name = OdriveAxis, "odrive"
 
-    def _gives_temperature(self) -> bool:
-        return bool(self._options["temperature_ms"])
+    def _more_channels(self) -> set[str]:
+        return {"velocity", "temperature"} if self._options["temperature_ms"] else {"velocity"}
 
 
 class MoteusBackend(DriveBackend):
@@ -115,14 +113,17 @@ class MoteusBackend(DriveBackend):
 
     kind, name = MoteusAxis, "moteus"
 
-    def _gives_temperature(self) -> bool:
-        return True
+    def _more_channels(self) -> set[str]:
+        return {"velocity", "temperature"}
 
 
 class Cia402Backend(DriveBackend):
     """CiA 402 drives in cyclic synchronous torque; the SYNC and the host's heartbeat are the backend's."""
 
     kind, name = Cia402Axis, "cia402"
+
+    def _more_channels(self) -> set[str]:
+        return {"velocity"} if self._options["axis"][0]["velocity_units"] else set()
 
     def _set_up(self, bus: Bus) -> Mapping[int, Handler]:
         everything = super()._set_up(bus)

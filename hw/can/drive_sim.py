@@ -81,7 +81,9 @@ class DriveSim:
         """Let time pass for plant and devices."""
         self.plant.advance(seconds, [drive.current_a for drive in self.drives])
         for axis, drive in enumerate(self.drives):
-            sent = drive.pass_time(seconds, self.plant.motor_turns(axis), self.plant.motor_current_a(axis))
+            plant = self.plant
+            turns, turns_s = plant.motor_turns(axis), plant.motor_turns_s(axis)
+            sent = drive.pass_time(seconds, turns, turns_s, plant.motor_current_a(axis))
             if not self.muted:
                 self._send(sent)
 

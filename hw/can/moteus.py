@@ -43,7 +43,7 @@ _REPLY = struct.Struct("<HbHfffHfHfHb")
 _REPLY_HEADS = (0x0021, 0x012F, 0x042D, 0x0E2D, 0x0F21)
 """The reply to QUERY as the firmware lays it out, with its subframe heads; another layout is parsed slowly."""
 
-_REGISTERS = (0x000, 0x001, 0x004, 0x00E, 0x00F)
+_REGISTERS = (0x000, 0x001, 0x002, 0x004, 0x00E, 0x00F)
 ARM_S = 0.2
 _DEVICE = int(LinkFault.DEVICE)
 
@@ -113,26 +113,28 @@ def parse_reply(data: Buffer) -> dict[int, float] | None:
     return found
 
 
-def decode_reply(buffer: Buffer, offset: int, length: int) -> tuple[int, float, float, float, int] | None:
-    """Mode, position (turns), Q current (A), temperature (degC), fault code; None if anything is missing.
+def decode_reply(
+    buffer: Buffer, offset: int, length: int
+) -> tuple[int, float, float, float, float, int] | None:
+    """Mode, position (turns), velocity (turns/s), Q current (A), temperature (degC), fault; None if any is missing.
 
     A register that reads as integer is taken only where it was asked for as one (mode, fault).
     """
     if length >= _REPLY.size:
-        h0, mode, h1, position, _, _, h2, current, h3, temperature, h4, fault = _REPLY.unpack_from(
+        h0, mode, h1, position, velocity, _, h2, current, h3, temperature, h4, fault = _REPLY.unpack_from(
             buffer, offset
         )
         if (h0, h1, h2, h3, h4) == _REPLY_HEADS:
-            return mode, position, current, temperature, fault
+            return mode, position, velocity, current, temperature, fault
     found = parse_reply(buffer[offset : offset + length])
     if found is None or not all(register in found for register in _REGISTERS):
         return None
-    mode, position, current, temperature, fault = (found[register] for register in _REGISTERS)
-    if not all(isinstance(value, float) for value in (position, current, temperature)):
+    mode, position, velocity, current, temperature, fault = (found[register] for register in _REGISTERS)
+    if not all(isinstance(value, float) for value in (position, velocity, current, temperature)):
         return None
     if not (isinstance(mode, int) and isinstance(fault, int)):
         return None
-    return mode, position, current, temperature, fault
+    return mode, position, velocity, current, temperature, fault
 
 
 def traffic(options: Options, rate_hz: float) -> list[Traffic]:
@@ -171,12 +173,14 @@ class MoteusAxis:
             if not self._on_identity(buffer, offset, length):
                 self._sample.damaged()
             return
-        self.mode, position, current, temperature, self.fault = values
-        if position - position != 0.0 or current - current != 0.0 or temperature - temperature != 0.0:
+        self.mode, position, velocity, current, temperature, self.fault = values
+        finite = position + velocity + current + temperature  # NaN or infinite if one of them is
+        if finite - finite != 0.0:
             self._sample.not_finite()
             return
         sample, shaft, axis = self._sample, self._shaft, self._axis
         sample.position_rad[axis] = position * shaft.rad_per_turn + shaft.offset_rad
+        sample.velocity_rad_s[axis] = velocity * shaft.rad_per_turn
         sample.current_a[axis] = shaft.direction * current
         sample.temperature_c[axis] = temperature
         sample.fresh |= self._bit

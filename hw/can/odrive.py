@@ -130,10 +130,11 @@ class OdriveAxis:
             self._sample.damaged()
             return
         turns, speed = PAIR.unpack_from(buffer, offset)
-        if turns - turns != 0.0 or speed != speed:  # NaN or infinite
+        if turns - turns != 0.0 or speed - speed != 0.0:  # NaN or infinite
             self._sample.not_finite()
             return
         self._sample.position_rad[self._axis] = turns * self._shaft.rad_per_turn + self._shaft.offset_rad
+        self._sample.velocity_rad_s[self._axis] = speed * self._shaft.rad_per_turn
         self._sample.fresh |= self._encoder_bit
 
     def _on_iq(self, buffer: Buffer, offset: int, length: int) -> None:

@@ -200,6 +200,12 @@ class Cia402AxisOptions(AxisOptions):
 
     node: int = Field(ge=1, le=127, description="CANopen node id")
     counts_per_turn: float = number(1, 1e9, "position units (6064) per turn of the shaft", 65536.0)
+    velocity_units: float = number(
+        0,
+        1e12,
+        "velocity units (606C) of one turn of the shaft per second, for channel velocity; 0: none",
+        0.0,
+    )
     rated_torque_nm: float | None = Field(None, ge=1e-6, le=1e5, description="in place of object 6076")
     rated_current_a: float | None = Field(None, ge=1e-6, le=1e5, description="in place of object 6075")
 
@@ -234,6 +240,9 @@ class Cia402Options(DriveOptions):
                 f"time_to_live_ms {self.time_to_live_ms} must be at least twice heartbeat_ms {self.heartbeat_ms}: "
                 "one late heartbeat must not stop the drives"
             )
+            raise ValueError(msg)
+        if len({axis.velocity_units > 0 for axis in self.axis}) > 1:
+            msg = "axis.velocity_units: give it for every axis, or leave it 0 for all"
             raise ValueError(msg)
         if self.source in [axis.node for axis in self.axis]:
             msg = f"source {self.source} is also the node of a drive"

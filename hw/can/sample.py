@@ -20,15 +20,16 @@ class Sample:
 
     __slots__ = (
         "counts", "current_a", "estop", "faults", "force_n", "fresh", "needed", "position_rad", "temperature_c", "values",
+        "velocity_rad_s",
     )  # fmt: skip
 
     def __init__(self, n_axes: int) -> None:
-        self.values: Any = memoryview(array("d", bytes(8 * (3 * n_axes + 3))))
+        self.values: Any = memoryview(array("d", bytes(8 * (4 * n_axes + 3))))
         """All of the numbers below, one after the other."""
-        self.position_rad, self.current_a, self.temperature_c = (
-            self.values[k * n_axes : (k + 1) * n_axes] for k in range(3)
+        self.position_rad, self.current_a, self.velocity_rad_s, self.temperature_c = (
+            self.values[k * n_axes : (k + 1) * n_axes] for k in range(4)
         )
-        self.force_n = self.values[3 * n_axes :]
+        self.force_n = self.values[4 * n_axes :]
         self.estop = 0
         self.fresh = self.needed = 0
         self.faults = 0

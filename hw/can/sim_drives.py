@@ -26,8 +26,8 @@ class SimDrive(Protocol):
     def frame(self, can_id: int, data: bytes) -> list[Frame]:
         """Take a frame from the bus."""
 
-    def pass_time(self, seconds: float, turns: float, current_a: float) -> list[Frame]:
-        """Let time pass; the motor now stands at `turns` and carries `current_a`."""
+    def pass_time(self, seconds: float, turns: float, turns_s: float, current_a: float) -> list[Frame]:
+        """Let time pass; the motor now stands at `turns`, turns with `turns_s` and carries `current_a`."""
 
 
 class OdriveSim:
@@ -39,7 +39,7 @@ class OdriveSim:
         self._node, self._constant = node, torque_constant_nm_a
         self._feedback_s, self._watchdog_s = feedback_s, watchdog_s
         self.state, self.error, self.mode = 1, 0, (0, 0)
-        self.torque_nm = self.current_a = self._turns = self._measured_a = 0.0
+        self.torque_nm = self.current_a = self._turns = self._turns_s = self._measured_a = 0.0
         self._unfed_s = self._since_feedback_s = self._since_heartbeat_s = 0.0
         self.serial = b"\x12\x34\x56\x78\x9a\xbc"
 
@@ -47,7 +47,7 @@ class OdriveSim:
         return self._node << 5 | command
 
     def _estimates(self) -> Frame:
-        return self._id(0x09), struct.pack("<ff", self._turns, 0.0)
+        return self._id(0x09), struct.pack("<ff", self._turns, self._turns_s)
 
     def _iq(self) -> Frame:
         return self._id(0x14), struct.pack("<ff", self.current_a, self._measured_a)
@@ -82,9 +82,9 @@ class OdriveSim:
     def _apply(self) -> None:
         self.current_a = self.torque_nm / self._constant if self.state == 8 else 0.0
 
-    def pass_time(self, seconds: float, turns: float, current_a: float) -> list[Frame]:
+    def pass_time(self, seconds: float, turns: float, turns_s: float, current_a: float) -> list[Frame]:
         """See SimDrive."""
-        self._turns, self._measured_a = turns, current_a
+        self._turns, self._turns_s, self._measured_a = turns, turns_s, current_a
         self._unfed_s += seconds
         self._since_feedback_s += seconds
         self._since_heartbeat_s += seconds
@@ -107,7 +107,7 @@ class MoteusSim:
     def __init__(self, node: int, torque_constant_nm_a: float) -> None:
         self._node, self._constant = node, torque_constant_nm_a
         self.mode, self.fault = 0, 0
-        self.current_a = self._turns = self._measured_a = 0.0
+        self.current_a = self._turns = self._turns_s = self._measured_a = 0.0
         self._life_s = math.nan
         self._serial = (0x11, 0x22, 0x33)
 
@@ -164,7 +164,7 @@ class MoteusSim:
         values = {
             0: self.mode,
             1: self._turns,
-            2: 0.0,
+            2: self._turns_s,
             3: torque,
             4: self._measured_a,
             14: 31.5,
@@ -183,9 +183,9 @@ class MoteusSim:
             limited = min(max(self.torque_nm, -self._max_nm), self._max_nm)
             self.current_a = limited / self._constant
 
-    def pass_time(self, seconds: float, turns: float, current_a: float) -> list[Frame]:
+    def pass_time(self, seconds: float, turns: float, turns_s: float, current_a: float) -> list[Frame]:
         """See SimDrive."""
-        self._turns, self._measured_a = turns, current_a
+        self._turns, self._turns_s, self._measured_a = turns, turns_s, current_a
         if self.mode == 10:
             self._life_s -= seconds
             if self._life_s < 0.0:
@@ -206,7 +206,7 @@ class Cia402Sim:
         self.state, self.nmt = 0x40, 0x7F
         self.controlword = self._pending_target = 0
         self._pending_control = 0
-        self.current_a = self._turns = self._measured_a = 0.0
+        self.current_a = self._turns = self._turns_s = self._measured_a = 0.0
         self._unheard_s, self._watching, self._since_beat_s = 0.0, False, 0.0
 
     @property
@@ -246,7 +246,13 @@ class Cia402Sim:
         counts = math.floor(self._turns * self._counts) + 0x8000_0000 & 0xFFFF_FFFF
         rated_a = 1e-3 * self.objects[0x6075, 0]
         actual = max(-32768, min(32767, round(1000 * self._measured_a / rated_a)))
-        return [(0x180 + self._node, struct.pack("<Hih", self.state | 0x10, counts - 0x8000_0000, actual))]
+        frames = [(0x180 + self._node, struct.pack("<Hih", self.state | 0x10, counts - 0x8000_0000, actual))]
+        if (
+            self.objects.get((0x1A01, 1)) == 0x606C_0020
+            and self.objects.get((0x1801, 1)) == 0x280 + self._node
+        ):
+            frames.append((0x280 + self._node, struct.pack("<i", round(self._turns_s * self._counts))))
+        return frames
 
     def _transition(self, control: int) -> None:
         if self.state == 0x08:
@@ -262,9 +268,9 @@ class Cia402Sim:
         elif control & 0x0F == 0x0F and self.state == 0x23:
             self.state = 0x27
 
-    def pass_time(self, seconds: float, turns: float, current_a: float) -> list[Frame]:
+    def pass_time(self, seconds: float, turns: float, turns_s: float, current_a: float) -> list[Frame]:
         """See SimDrive."""
-        self._turns, self._measured_a = turns, current_a
+        self._turns, self._turns_s, self._measured_a = turns, turns_s, current_a
         self._unheard_s += seconds
         self._since_beat_s += seconds
         life_s = 1e-3 * (self.objects.get((0x1016, 1), 0) & 0xFFFF)
@@ -281,13 +287,13 @@ class BoardSim:
     """A board with a 16-bit encoder counter: answers every command; current holds for its time to live.
 
     Command 0x200: i16 mA, u8 enable, u8 counter. Feedback 0x101: u16 counts (wraps), i16 mA, u8 counter,
-    u8 flags, u8 unused, checksum (crc8 J1850).
+    u8 flags, u8 unused, checksum (crc8 J1850); and 0x102: i32 millicounts/s.
     """
 
     COUNTS_PER_TURN = 4096
 
     def __init__(self, time_to_live_s: float = 0.01) -> None:
-        self.current_a = self._turns = self._measured_a = 0.0
+        self.current_a = self._turns = self._turns_s = self._measured_a = 0.0
         self._life_s, self._time_to_live_s, self._counter = 0.0, time_to_live_s, 0
         self.estop = 0
 
@@ -297,7 +303,10 @@ class BoardSim:
             return []
         milliamps, enable, _ = struct.unpack("<hBB", data)
         self.current_a, self._life_s = 1e-3 * milliamps * bool(enable), self._time_to_live_s
-        return [self._feedback()]
+        return [self._feedback(), self._speed()]
+
+    def _speed(self) -> Frame:
+        return 0x102, struct.pack("<i", round(1e3 * self._turns_s * self.COUNTS_PER_TURN))
 
     def _feedback(self) -> Frame:
         self._counter = self._counter + 1 & 0xFF
@@ -316,9 +325,9 @@ class BoardSim:
                 crc = (crc << 1 ^ (0x1D if crc & 0x80 else 0)) & 0xFF
         return crc ^ 0xFF
 
-    def pass_time(self, seconds: float, turns: float, current_a: float) -> list[Frame]:
+    def pass_time(self, seconds: float, turns: float, turns_s: float, current_a: float) -> list[Frame]:
         """See SimDrive."""
-        self._turns, self._measured_a = turns, current_a
+        self._turns, self._turns_s, self._measured_a = turns, turns_s, current_a
         self._life_s -= seconds
         if self._life_s < 0.0:
             self.current_a = 0.0

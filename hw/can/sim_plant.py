@@ -19,6 +19,9 @@ class Plant(Protocol):
     def motor_turns(self, axis: int) -> float:
         """Angle of the motor's shaft, turns."""
 
+    def motor_turns_s(self, axis: int) -> float:
+        """Its speed, turns/s."""
+
     def motor_current_a(self, axis: int) -> float:
         """Current that flows, A."""
 
@@ -44,6 +47,10 @@ class Inertia:
         """See Plant."""
         return self._angle[axis] / (2 * math.pi)
 
+    def motor_turns_s(self, axis: int) -> float:
+        """See Plant."""
+        return self._speed[axis] / (2 * math.pi)
+
     def motor_current_a(self, axis: int) -> float:
         """See Plant."""
         return self._current[axis]
@@ -62,7 +69,7 @@ class MockRig:
             [
                 ("tick", "<i8"), ("sample_count", "<i8"), ("link_faults", "<u8"), ("estop", "<i8"), ("enabled", "<i8"),
                 ("position_rad", "<f8", axis), ("current_a", "<f8", axis), ("temperature_c", "<f8", axis),
-                ("force_n", "<f8", (3,)), ("current_command_a", "<f8", axis),
+                ("device_velocity_rad_s", "<f8", axis), ("force_n", "<f8", (3,)), ("current_command_a", "<f8", axis),
             ],
         )  # fmt: skip
         self._mock.warm_up(self._tick)
@@ -88,6 +95,10 @@ class MockRig:
     def motor_turns(self, axis: int) -> float:
         """See Plant."""
         return float(self._mock.state["position_rad"][0, axis] * self._rig.gear_ratio[axis] / (2 * math.pi))
+
+    def motor_turns_s(self, axis: int) -> float:
+        """See Plant."""
+        return float(self._mock.state["velocity_rad_s"][0, axis] * self._rig.gear_ratio[axis] / (2 * math.pi))
 
     def motor_current_a(self, axis: int) -> float:
         """See Plant."""

@@ -21,10 +21,11 @@ class MockBackend:
         One-row structured arrays (`hw.mock.records`). `state` is the truth, for tests and reports.
     """
 
-    provides = frozenset({"position", "current", "force", "temperature", "estop"})
     consumes = frozenset({"current_command"})
 
     def __init__(self, options: Options, rig: Rig) -> None:
+        more = {"velocity"} if options["velocity"] is not None else set()
+        self.provides = frozenset({"position", "current", "force", "temperature", "estop"} | more)
         params, state = plant_records(options, rig)
         self.params, self.state = records(params), records(state)
         self._tick: np.ndarray | None = None

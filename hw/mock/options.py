@@ -147,6 +147,16 @@ class ForceOptions(_Table):
     )
 
 
+class VelocityOptions(_Table):
+    """[device.options.velocity]: a velocity sensor at every joint, beside the encoder."""
+
+    lag_s: float = _number(0, 1, "time constant of its filter", 0.0)
+    noise_rad_s: float = _number(0, 100, "standard deviation", 0.0)
+    bias_rad_s: float = _number(-100, 100, "bias", 0.0)
+    scale: float = _number(-10, 10, "measured over true velocity", 1.0)
+    resolution_rad_s: float = _number(0, 100, "quantum; 0 none", 0.0)
+
+
 class MockOptions(_Table):
     """[device.options] of kind mock. `axis` and `hand`: one table for all axes, or one per axis."""
 
@@ -163,6 +173,7 @@ class MockOptions(_Table):
     estop_from_s: float = _number(0, 1e9, "emergency stop pressed from here", 0.0)
     estop_to_s: float = _number(0, 1e9, "to here; equal: never", 0.0)
     force: ForceOptions = ForceOptions()
+    velocity: VelocityOptions | None = Field(default=None, description="none: no velocity sensor")
     axis: tuple[AxisOptions, ...] = Field(default=(AxisOptions(),), strict=False)
     hand: tuple[HandOptions, ...] = Field(default=(HandOptions(),), strict=False)
     faults: Faults = ()
@@ -175,3 +186,13 @@ class MockOptions(_Table):
             msg = f"needs 1 to 8 tables, not {len(tables)}"
             raise ValueError(msg)
         return tables
+
+    @model_validator(mode="after")
+    def _sensor_for_faults(self) -> MockOptions:
+        for k, fault in enumerate(self.faults):
+            if fault.channel == "velocity" and self.velocity is None:
+                msg = (
+                    f"faults[{k}].channel: 'velocity' needs a velocity sensor: add [device.options.velocity]"
+                )
+                raise ValueError(msg)
+        return self

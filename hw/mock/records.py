@@ -54,6 +54,13 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             ("estop_from_s", "<f8"),
             ("estop_to_s", "<f8"),
             ("temperature_c", "<f8"),
+            # velocity sensors
+            ("velocity_sensor", "<i8"),  # 1: there are some
+            ("velocity_share", "<f8"),  # of what is new that their filter takes over in one period
+            ("velocity_scale", "<f8"),
+            ("velocity_bias_rad_s", "<f8"),
+            ("velocity_noise_rad_s", "<f8"),
+            ("velocity_resolution_rad_s", "<f8"),
             # force sensor
             ("force_resolution_n", "<f8"),
             ("force_range_n", "<f8"),
@@ -130,6 +137,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             ("motor_torque_nm", "<f8", axis),
             ("position_rad", "<f8", axis),
             ("velocity_rad_s", "<f8", axis),
+            ("velocity_filtered_rad_s", "<f8", axis),  # by the velocity sensor
             ("bristle_rad", "<f8", axis),
             ("friction_torque_nm", "<f8", axis),  # opposes motion: same sign as velocity when sliding
             ("hand_torque_nm", "<f8", axis),
@@ -157,6 +165,8 @@ def plant_records(options: Options, rig: Rig) -> tuple[np.ndarray, np.ndarray]:
     for name in ("time_to_live_ticks", "estop_from_s", "estop_to_s", "temperature_c"):
         p[name] = options[name]
     _fill_force(p, options["force"], rig)
+    if options["velocity"] is not None:
+        _fill_velocity(p, options["velocity"], rig.period_s)
     for axis, table in enumerate(_per_axis(options, "axis", rig.n_axes)):
         _fill_axis(p, axis, table, rig)
         _fill_friction(p, axis, table["friction"])
@@ -193,6 +203,13 @@ def _fill_force(p: np.void, table: Options, rig: Rig) -> None:
             f"mock: lever_m {rig.lever_m.tolist()}: no force at the tip gives these joints independent torques; "
             "at most three axes with levers in different directions can be simulated"
         )
+
+
+def _fill_velocity(p: np.void, table: Options, period_s: float) -> None:
+    p["velocity_sensor"] = 1
+    p["velocity_share"] = -math.expm1(-period_s / table["lag_s"]) if table["lag_s"] else 1.0
+    for name in ("scale", "bias_rad_s", "noise_rad_s", "resolution_rad_s"):
+        p["velocity_" + name] = table[name]
 
 
 def _fill_axis(p: np.void, axis: int, table: Options, rig: Rig) -> None:

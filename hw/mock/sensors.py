@@ -30,8 +30,20 @@ def encoder_angle(s: np.record, p: np.record, axis: int) -> float:
 
 
 @compiled
+def sensed_velocity(s: np.record, p: np.record, axis: int) -> float:
+    """Velocity sensor of one axis, rad/s at the joint: filter, scale, bias, noise, resolution."""
+    s.velocity_filtered_rad_s[axis] += p.velocity_share * (
+        s.velocity_rad_s[axis] - s.velocity_filtered_rad_s[axis]
+    )
+    velocity = p.velocity_scale * s.velocity_filtered_rad_s[axis] + p.velocity_bias_rad_s
+    if p.velocity_noise_rad_s > 0.0:
+        velocity += p.velocity_noise_rad_s * normal(s)
+    return quantised(velocity, p.velocity_resolution_rad_s, 0.5)
+
+
+@compiled
 def sense_axes(t: np.record, s: np.record, p: np.record) -> None:
-    """Encoder, Hall current and temperature of every axis."""
+    """Encoder, Hall current, temperature and, where there is a sensor, velocity of every axis."""
     for axis in range(len(t.position_rad)):
         t.position_rad[axis] = encoder_angle(s, p, axis)
         current = s.current_a[axis] + p.current_bias_a[axis]
@@ -39,6 +51,8 @@ def sense_axes(t: np.record, s: np.record, p: np.record) -> None:
             current += p.current_noise_a[axis] * normal(s)
         t.current_a[axis] = quantised(current, p.current_resolution_a[axis], 0.5)
         t.temperature_c[axis] = p.temperature_c
+        if p.velocity_sensor == 1:
+            t.device_velocity_rad_s[axis] = sensed_velocity(s, p, axis)
 
 
 @compiled

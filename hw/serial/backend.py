@@ -24,9 +24,9 @@ STOP_REPEATS = 3
 """Copies of the stop packet in one write: one damaged copy on the wire does not matter."""
 
 
-def state_packet_bytes(n_axes: int) -> int:
+def state_packet_bytes(n_axes: int, *, velocity: bool = False) -> int:
     """Length on the wire of a state packet: body, CRC, COBS byte, delimiters."""
-    return 28 + 10 * n_axes + 4 + 3
+    return 28 + (14 if velocity else 10) * n_axes + 4 + 3
 
 
 def command_packet_bytes(n_axes: int) -> int:
@@ -54,7 +54,7 @@ class SerialBackend(SerialCore):
             self._path,
             self._baud,
             rig.period_s,
-            state_packet_bytes(rig.n_axes),
+            state_packet_bytes(rig.n_axes, velocity="velocity" in options["channels"]),
             command_packet_bytes(rig.n_axes),
         )
         self._torque = options["command"] == "torque"
@@ -180,10 +180,11 @@ def _settings(options: Options, rig: Rig, torque: bool) -> np.ndarray:
         row["offset_rad"][k] = axis["position_offset_rad"]
         row["motor_sign"][k] = axis["motor_sign"]
     row["torque_mode"], row["time_to_live"] = int(torque), options["time_to_live_cycles"]
-    for channel in ("current", "force", "temperature", "estop"):
+    for channel in ("current", "force", "velocity", "temperature", "estop"):
         row["show_" + channel] = channel in channels
     unusable = frame.Status.DRIVE_FAULT
     unusable |= frame.Status.FORCE_MISSING if "force" in channels else 0
     unusable |= frame.Status.TEMPERATURE_MISSING if "temperature" in channels else 0
+    unusable |= frame.Status.VELOCITY_MISSING if "velocity" in channels else 0
     row["unusable_status"] = int(unusable)
     return record

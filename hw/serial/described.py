@@ -42,14 +42,15 @@ class DescribedBackend(SerialCore):
                 "serial-described: identity is given, but the sample has no field of that channel"
             )
         channels = {field["channel"] for field in sample["field"]}
-        self.provides = frozenset(channels & {"position", "current", "force", "temperature", "estop"})
+        measured = {"position", "velocity", "current", "force", "temperature", "estop"}
+        self.provides = frozenset(channels & measured)
         self._set_command(command, rig)
         self.identity: tuple[int, str | None] | None = None
         length = 0 if command is None else command["length"]
         require_line_rate(self._path, self._baud, rig.period_s, sample["length"], length)
         self._stream = records(np.zeros(1, stream_dtype()))
         self.link = records(np.zeros(1, codec.described_dtype(rig.n_axes)))
-        for channel in ("current", "force", "temperature", "estop"):
+        for channel in ("velocity", "current", "force", "temperature", "estop"):
             self.link["show_" + channel] = channel in channels
         self.link["torque_mode"] = "torque" in self.consumes
         self._command = command

@@ -35,7 +35,8 @@ class DescribedBoard:
         self.command["torque_mode"] = any(field["channel"] == "torque" for field in command["field"])
         self._value, self._enable = np.zeros(rig.n_axes), False
         self.age, self.sequence = 255, 0
-        self.estop = self.drive_fault = self.force_missing = self.temperature_missing = False
+        self.estop = self.drive_fault = False
+        self.force_missing = self.temperature_missing = self.velocity_missing = False
 
     def take(self, data: bytes) -> Taken:
         """Read commands; the newest good one is in force from now on."""
@@ -109,6 +110,7 @@ class DescribedBoard:
             Target.POSITION: "position_rad",
             Target.CURRENT: "current_a",
             Target.TEMPERATURE: "temperature_c",
+            Target.VELOCITY: "device_velocity_rad_s",
         }
         for field in self._fields:
             target, at, size = Target(int(field["target"])), int(field["at"]), int(field["n_bytes"])

@@ -23,6 +23,7 @@ _DEVICE = int(LinkFault.DEVICE)
 
 _POSITION, _CURRENT, _FORCE = int(Target.POSITION), int(Target.CURRENT), int(Target.FORCE)
 _TEMPERATURE, _ESTOP, _SEQUENCE_FIELD = int(Target.TEMPERATURE), int(Target.ESTOP), int(Target.SEQUENCE)
+_VELOCITY = int(Target.VELOCITY)
 _FAULT, _IDENTITY, _COMMAND, _ENABLE = (
     int(Target.FAULT),
     int(Target.IDENTITY),
@@ -45,6 +46,7 @@ def described_dtype(n_axes: int) -> np.dtype[np.void]:
             ("show_current", "<i8"),
             ("show_force", "<i8"),
             ("show_temperature", "<i8"),
+            ("show_velocity", "<i8"),
             ("show_estop", "<i8"),
             ("started", "<i8"),
             ("sequence", "<i8"),
@@ -52,6 +54,7 @@ def described_dtype(n_axes: int) -> np.dtype[np.void]:
             ("position_rad", "<f8", axis),
             ("current_a", "<f8", axis),
             ("temperature_c", "<f8", axis),
+            ("velocity_rad_s", "<f8", axis),
             ("force_n", "<f8", (3,)),
             ("estop", "<i8"),
             ("fault", "<i8"),
@@ -106,6 +109,8 @@ def _store(d: np.record, raw: np.ndarray, fields: np.ndarray) -> None:
             d.force_n[i] = value
         elif f.target == _TEMPERATURE:
             d.temperature_c[i] = value
+        elif f.target == _VELOCITY:
+            d.velocity_rad_s[i] = value
         elif f.target == _ESTOP and on:
             d.estop = 1
         elif f.target == _FAULT and on:
@@ -158,6 +163,8 @@ def show(tick: np.ndarray, link: np.ndarray, end: int) -> None:
             t.current_a[axis] = d.current_a[axis]
         if d.show_temperature:
             t.temperature_c[axis] = d.temperature_c[axis]
+        if d.show_velocity:
+            t.device_velocity_rad_s[axis] = d.velocity_rad_s[axis]
     if d.show_force:
         for k in range(3):
             t.force_n[k] = d.force_n[k]

@@ -20,14 +20,33 @@ from hw.serial.options import PortOptions, SerialTable
 Byte = Annotated[int, Field(ge=0, le=255)]
 Bytes = Annotated[tuple[Byte, ...], Field(strict=False)]
 Type = Literal["u8", "i8", "u16", "i16", "u24", "i24", "u32", "i32", "f32"]
-Unit = Literal["counts", "rad", "deg", "rev", "A", "mA", "N", "mN", "N m", "mN m", "degC", ""]
+Unit = Literal[
+    "counts",
+    "rad",
+    "deg",
+    "rev",
+    "counts/s",
+    "rad/s",
+    "deg/s",
+    "rev/s",
+    "rpm",
+    "A",
+    "mA",
+    "N",
+    "mN",
+    "N m",
+    "mN m",
+    "degC",
+    "",
+]
 SampleChannel = Literal[
-    "position", "current", "force", "temperature", "estop", "sequence", "fault", "identity"
+    "position", "velocity", "current", "force", "temperature", "estop", "sequence", "fault", "identity"
 ]
 CommandChannel = Literal["current_command", "torque", "enable", "sequence"]
 
 _UNITS = {
     "position": ("counts", "rad", "deg", "rev"),
+    "velocity": ("counts/s", "rad/s", "deg/s", "rev/s", "rpm"),
     "current": ("A", "mA"),
     "current_command": ("A", "mA"),
     "torque": ("N m", "mN m"),

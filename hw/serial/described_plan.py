@@ -26,10 +26,12 @@ class Target(IntEnum):
     IDENTITY = 7
     COMMAND = 8
     ENABLE = 9
+    VELOCITY = 10
 
 
 TARGETS = {
     "position": Target.POSITION,
+    "velocity": Target.VELOCITY,
     "current": Target.CURRENT,
     "force": Target.FORCE,
     "temperature": Target.TEMPERATURE,
@@ -58,6 +60,10 @@ UNITS = {
     "rad": 1.0,
     "deg": math.pi / 180,
     "rev": 2 * math.pi,
+    "rad/s": 1.0,
+    "deg/s": math.pi / 180,
+    "rev/s": 2 * math.pi,
+    "rpm": math.pi / 30,
     "A": 1.0,
     "mA": 1e-3,
     "N": 1.0,
@@ -68,7 +74,7 @@ UNITS = {
     "": 1.0,
 }
 
-PER_AXIS = {"position", "current", "temperature", "current_command", "torque"}
+PER_AXIS = {"position", "velocity", "current", "temperature", "current_command", "torque"}
 
 
 def layout_of(table: Options) -> np.ndarray:
@@ -109,7 +115,7 @@ def _fill(row: Any, field: Options, rig: Rig, where: str) -> None:  # noqa: ANN4
             f"{where}: field {name!r} is for axis {field['axis']}, the device has axes 0 to {rig.n_axes - 1}"
         )
     row["zero"], row["mask"], row["invert"] = field["zero"], field["mask"], field["invert"]
-    if field["unit"] == "counts":
+    if field["unit"] in ("counts", "counts/s"):
         unit = 2 * math.pi / float(rig.encoder_counts_per_rev[field["axis"]])
     else:
         unit = UNITS[field["unit"]]

@@ -33,23 +33,32 @@ class Taken:
 class Board:
     """Command side of a board: time to live, hold, sequence window; and the packets it sends.
 
+    Parameters
+    ----------
+    counts_per_rad
+        Encoder counts of each axis, for a board that measures velocities and sends packets with them.
+
     Attributes
     ----------
     held : bool
         Torque-free until a command with enable 0 comes. True at power-up.
-    estop, drive_fault, force_missing, temperature_missing : bool
+    estop, drive_fault, force_missing, temperature_missing, velocity_missing : bool
         Inputs of the board, shown in its status.
     """
 
-    def __init__(self, n_axes: int, serial_number: str, cycle_us: int) -> None:
+    def __init__(
+        self, n_axes: int, serial_number: str, cycle_us: int, counts_per_rad: np.ndarray | None = None
+    ) -> None:
         self.n_axes, self.serial_number, self.cycle_us = n_axes, serial_number, cycle_us
+        self._counts_per_rad = counts_per_rad
         self.command = records(np.zeros(1, frame.command_dtype(n_axes)))
         self._incoming = records(np.zeros(1, frame.command_dtype(n_axes)))
         self._state = records(np.zeros(1, frame.state_dtype(n_axes)))
         self._stream = records(np.zeros(1, deframer_dtype()))
         self._body, self._packet = np.zeros(BODY_MAX + 8, np.uint8), np.zeros(PACKET_MAX, np.uint8)
         self.held, self.expired, self.age, self.sequence = True, False, 255, 0
-        self.estop = self.drive_fault = self.force_missing = self.temperature_missing = False
+        self.estop = self.drive_fault = False
+        self.force_missing = self.temperature_missing = self.velocity_missing = False
         self._damaged_since_state = False
 
     def take(self, data: bytes) -> Taken:
@@ -120,6 +129,7 @@ class Board:
             (Status.TEMPERATURE_MISSING, self.temperature_missing),
             (Status.FORCE_MISSING, self.force_missing),
             (Status.HELD, self.held),
+            (Status.VELOCITY_MISSING, self.velocity_missing),
         )
         return Status(sum(int(bit) for bit, on in bits if on))
 
@@ -133,6 +143,9 @@ class Board:
         s["position_counts"] = counts
         s["current_ua"] = _wire(tick["current_a"][0], frame.MICRO, 31)
         s["temperature_cdeg"] = _wire(tick["temperature_c"][0], 100, 15)
+        if self._counts_per_rad is not None:
+            s["has_velocity"] = 1
+            s["velocity_dcounts_s"] = _wire(tick["device_velocity_rad_s"][0] * self._counts_per_rad, 10, 31)
         self._damaged_since_state = False
         return self._sealed(frame.encode_state(self._state, self._body))
 

@@ -56,6 +56,7 @@ def _tick_dtype(n_axes: int) -> np.dtype[np.void]:
             ("current_a", "<f8", axis),
             ("force_n", "<f8", (3,)),
             ("temperature_c", "<f8", axis),
+            ("device_velocity_rad_s", "<f8", axis),
             ("current_command_a", "<f8", axis),
         ]
     )
@@ -109,7 +110,13 @@ class Simulation:
     def _make_board(self) -> Board | DescribedBoard:
         if self.described is not None:
             return DescribedBoard(self.described, self.rig, int(self.name))
-        return Board(self.rig.n_axes, self.name, round(self.rig.period_s * 1e6))
+        counts_per_rad = self.rig.encoder_counts_per_rev / (2 * math.pi)
+        return Board(
+            self.rig.n_axes,
+            self.name,
+            round(self.rig.period_s * 1e6),
+            None if self.options["velocity"] is None else counts_per_rad,
+        )
 
     def advance(self, cycles: int = 1) -> None:
         """Let the board's clock go on: commands grow older."""

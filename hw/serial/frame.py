@@ -1,7 +1,7 @@
-"""`rtctl-frame`: the five packets between the host and a board, numbers to bytes and back. No I/O here.
+"""`rtctl-frame`: the six packets between the host and a board, numbers to bytes and back. No I/O here.
 
 docs/serial-protocol.md has the byte tables and the board's state diagram. All numbers are integers on the
-wire: counts as the encoder counts them, 1e-6 of A, N m and N, 1e-2 of a degree Celsius.
+wire: counts as the encoder counts them, 0.1 counts/s, 1e-6 of A, N m and N, 1e-2 of a degree Celsius.
 
 Every decoder takes a body as `framing.unseal` gives it and answers True only for a body of exactly the
 right type, version and length; its record is untouched otherwise.
@@ -23,6 +23,8 @@ AXES_MAX = 8
 
 TYPE_STATE = 0x01
 TYPE_IDENTITY = 0x02
+TYPE_STATE_VELOCITY = 0x03
+"""As a state packet, with the velocity of each axis."""
 TYPE_COMMAND = 0x81
 TYPE_STOP = 0x82
 TYPE_IDENTIFY = 0x83
@@ -50,11 +52,12 @@ class Status(IntFlag):
     FORCE_MISSING = 64
     HELD = 128
     """Torque-free until a command with enable 0 comes: after power-up, a stop packet, or expiry."""
+    VELOCITY_MISSING = 256
 
 
 @cache
 def state_dtype(n_axes: int) -> np.dtype[np.void]:
-    """Numbers of a state packet (board to host)."""
+    """Numbers of a state packet (board to host), of either type."""
     axis = (n_axes,)
     return np.dtype(
         [
@@ -67,6 +70,8 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             ("position_counts", "<i8", axis),  # wrapped to 32 bits, signed
             ("current_ua", "<i8", axis),
             ("temperature_cdeg", "<i8", axis),
+            ("has_velocity", "<i8"),  # 1: type 03
+            ("velocity_dcounts_s", "<i8", axis),  # 0.1 counts/s
         ]
     )
 
@@ -135,9 +140,9 @@ def _is(body: np.ndarray, n: int, kind: int, length: int) -> bool:
 
 @compiled
 def encode_state(record: np.ndarray, body: np.ndarray) -> int:
-    """Write a state packet's body; returns its length, 28 + 10 per axis."""
+    """Write a state packet's body; returns its length, 28 + 10 per axis, or 14 with velocities."""
     s = record[0]
-    at = _header(body, TYPE_STATE, s.sequence)
+    at = _header(body, TYPE_STATE_VELOCITY if s.has_velocity else TYPE_STATE, s.sequence)
     at = put(body, at, 4, s.time_us)
     at = put(body, at, 2, s.status)
     at = put(body, at, 2, s.command_sequence)
@@ -150,25 +155,30 @@ def encode_state(record: np.ndarray, body: np.ndarray) -> int:
         at = put(body, at, 4, s.position_counts[axis])
         at = put(body, at, 4, s.current_ua[axis])
         at = put(body, at, 2, s.temperature_cdeg[axis])
+        if s.has_velocity:
+            at = put(body, at, 4, s.velocity_dcounts_s[axis])
     return at
 
 
 @compiled
 def decode_state(body: np.ndarray, n: int, record: np.ndarray) -> bool:
-    """Read a state packet's body of as many axes as `record` has."""
+    """Read a state packet's body, of either type, of as many axes as `record` has; without velocities they are 0."""
     s = record[0]
     n_axes = len(s.position_counts)
-    if not _is(body, n, TYPE_STATE, 28 + 10 * n_axes) or body[13] != n_axes:
+    velocity = _is(body, n, TYPE_STATE_VELOCITY, 28 + 14 * n_axes)
+    if not (velocity or _is(body, n, TYPE_STATE, 28 + 10 * n_axes)) or body[13] != n_axes:
         return False
+    s.has_velocity = 1 if velocity else 0
     s.sequence, s.time_us, s.status = unsigned(body, 2, 2), unsigned(body, 4, 4), unsigned(body, 8, 2)
     s.command_sequence, s.command_age = unsigned(body, 10, 2), unsigned(body, 12, 1)
     for k in range(3):
         s.force_un[k] = signed(body, 16 + 4 * k, 4)
     for axis in range(n_axes):
-        at = 28 + 10 * axis
+        at = 28 + (14 if velocity else 10) * axis
         s.position_counts[axis] = signed(body, at, 4)
         s.current_ua[axis] = signed(body, at + 4, 4)
         s.temperature_cdeg[axis] = signed(body, at + 8, 2)
+        s.velocity_dcounts_s[axis] = signed(body, at + 10, 4) if velocity else 0
     return True
 
 

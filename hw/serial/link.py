@@ -23,6 +23,7 @@ _SEQUENCE = int(LinkFault.SEQUENCE)
 _DEVICE = int(LinkFault.DEVICE)
 _ESTOP = int(frame.Status.ESTOP)
 _HELD = int(frame.Status.HELD)
+_NO_VELOCITY = int(frame.Status.VELOCITY_MISSING)
 
 MORE, DRAINED, BACKLOGGED = 0, 1, 2
 """What a chunk is: more will follow in this cycle; all there is; the last of a backlog."""
@@ -43,6 +44,7 @@ def link_dtype(n_axes: int) -> np.dtype[np.void]:
             ("show_current", "<i8"),
             ("show_force", "<i8"),
             ("show_temperature", "<i8"),
+            ("show_velocity", "<i8"),
             ("show_estop", "<i8"),
             ("unusable_status", "<i8"),  # status bits that make a sample unusable
             # newest accepted sample
@@ -55,6 +57,7 @@ def link_dtype(n_axes: int) -> np.dtype[np.void]:
             ("position_counts", "<i8", axis),  # unwrapped, also over a re-plug
             ("current_a", "<f8", axis),
             ("temperature_c", "<f8", axis),
+            ("velocity_rad_s", "<f8", axis),
             ("force_n", "<f8", (3,)),
             # this cycle
             ("fresh", "<i8"),
@@ -91,12 +94,14 @@ def _accept(link: np.ndarray, state: np.ndarray) -> None:
             return
         ln.lost += ahead - 1
     ln.started, ln.fresh, ln.older_in_row = 1, 1, 0
-    ln.sequence, ln.time_us, ln.status = s.sequence, s.time_us, s.status
+    ln.sequence, ln.time_us = s.sequence, s.time_us
+    ln.status = s.status if s.has_velocity else s.status | _NO_VELOCITY
     ln.command_acknowledged = s.command_sequence
     for axis in range(len(ln.position_counts)):
         ln.position_counts[axis] = unwrap(s.position_counts[axis], 32, ln.encoder[axis])
         ln.current_a[axis] = ln.motor_sign[axis] * (s.current_ua[axis] * 1e-6)
         ln.temperature_c[axis] = s.temperature_cdeg[axis] * 1e-2
+        ln.velocity_rad_s[axis] = ln.rad_per_count[axis] * (s.velocity_dcounts_s[axis] * 1e-1)
     for k in range(3):
         ln.force_n[k] = s.force_un[k] * 1e-6
 
@@ -169,6 +174,8 @@ def show(tick: np.ndarray, link: np.ndarray, end: int) -> None:
             t.current_a[axis] = ln.current_a[axis]
         if ln.show_temperature:
             t.temperature_c[axis] = ln.temperature_c[axis]
+        if ln.show_velocity:
+            t.device_velocity_rad_s[axis] = ln.velocity_rad_s[axis]
     if ln.show_force:
         for k in range(3):
             t.force_n[k] = ln.force_n[k]

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-Channel = Literal["current", "force", "temperature", "estop"]
+Channel = Literal["current", "force", "velocity", "temperature", "estop"]
 
 
 class SerialTable(BaseModel):
@@ -53,8 +53,8 @@ class SerialOptions(PortOptions):
     )
     channels: Annotated[tuple[Channel, ...], Field(strict=False)] = Field(
         ("current", "force", "temperature", "estop"),
-        max_length=4,
-        description="what the board measures besides the position",
+        max_length=5,
+        description="what the board measures besides the position; velocity: it sends packets of type 03",
     )
     command: Literal["current", "torque"] = Field(
         "current", description="torque: the board does its own current"

@@ -63,6 +63,8 @@ def vectors() -> Iterator[tuple[str, bytes]]:
     seen = {"sequence": 258, "time_us": 66_051, "status": 1, "command_sequence": 513, "command_age": 2}
     axis = {"position_counts": -4096, "current_ua": 250_000, "temperature_cdeg": 3150}
     yield text, _state(**seen, force_un=force, **axis)
+    speed = {"has_velocity": 1, "velocity_dcounts_s": -123_456}
+    yield text + ", type 03: -12345.6 counts/s", _state(**seen, force_un=force, **axis, **speed)
 
 
 def main() -> int:

@@ -52,7 +52,7 @@ class _Adapter:
     def _serve(self) -> None:
         left = b""
         while not self._stop.is_set():
-            frames = self._drive.pass_time(2e-3, 0.0, 0.0)
+            frames = self._drive.pass_time(2e-3, 0.0, 0.0, 0.0)
             if select.select([self.fd], [], [], 2e-3)[0]:
                 *lines, left = (left + os.read(self.fd, 4096)).split(b"\r")
                 for line in lines:

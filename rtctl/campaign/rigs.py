@@ -23,8 +23,9 @@ from rtctl.simulation import Simulation
 
 _FEEDBACK_STREAM = 7
 _RENDERER_STREAM = 11
-"""Draws of the force feedback and of a renderer's store are streams of their own: the rigs are otherwise those of
-earlier campaigns."""
+_VELOCITY_STREAM = 13
+"""Draws of the force feedback, of a renderer's store and of velocity sensors are streams of their own: the rigs are
+otherwise those of earlier campaigns."""
 
 SHARES = {"margin": (0.3, 0.98), "friction": (1.0, 1.3)}
 """Stiffness used of the proven one; true friction as a share of the model's."""
@@ -69,6 +70,7 @@ def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: 
         _force_feedback(p, axis, feedback)
     renderer = np.random.default_rng((seed, index, _RENDERER_STREAM))
     p["renderer_store_j"], p["renderer_power_w"] = _log(renderer, 1e-3, 10.0), _log(renderer, 0.01, 20.0)
+    _device_velocity(p, plant, np.random.default_rng((seed, index, _VELOCITY_STREAM)))
     names = [] if passive else _faults(plant, faults, ticks, draw)
     made.plant_state["rng"] = seed_words(int(draw.integers(1 << 62)))
     memory = records(np.zeros(1, memory_dtype(made.plan.n_axes)))
@@ -151,6 +153,21 @@ def _force_feedback(p: np.void, axis: int, draw: np.random.Generator) -> None:
     margin = stability.margin_sampled_data(float(p["viscous_nms_rad"][axis]), k_c, b_c, period_s, delay)
     p["force_feedback_damping_nms_rad"][axis] = max(0.0, margin)
     p["force_feedback_reserve_nm"][axis] = k_c * count / 2 + b_c * count / period_s
+
+
+def _device_velocity(p: np.void, plant: np.void, draw: np.random.Generator) -> None:
+    """In half of the rigs a velocity sensor, late, off and noisy, that the law records, checks or uses."""
+    if draw.random() < 0.5:
+        return
+    tolerance = draw.uniform(0.1, 0.4) * float(p["velocity_limit_rad_s"].min())
+    p["device_velocity_kind"] = draw.integers(0, 3)
+    p["device_tolerance_rad_s"] = tolerance
+    plant["velocity_sensor"] = 1
+    plant["velocity_share"] = draw.uniform(0.2, 1.0)
+    plant["velocity_scale"] = draw.uniform(0.98, 1.02)
+    plant["velocity_bias_rad_s"] = draw.uniform(-0.3, 0.3) * tolerance
+    plant["velocity_noise_rad_s"] = draw.uniform(0.0, 0.3) * tolerance
+    plant["velocity_resolution_rad_s"] = draw.choice([0.0, 0.1 * tolerance])
 
 
 def _world(p: np.void, command: np.void, axis: int, draw: np.random.Generator, *, passive: bool) -> None:

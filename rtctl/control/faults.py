@@ -94,6 +94,14 @@ TABLE: tuple[FaultRow, ...] = (
         "the motor's torque is far from the one asked for: check wiring, drive and Hall sensor",
     ),
     FaultRow(
+        Fault.VELOCITY,
+        Reaction.CUT,
+        3,
+        "3 samples in a row of a checked device velocity are not finite, beyond 1.5 v_max, or its sum over about 16 ticks "
+        "is further from the encoder's travel than its tolerance",
+        "encoder and the device's own velocity disagree: one of them is wrong; check coupling, gear_ratio, direction, units",
+    ),
+    FaultRow(
         Fault.OVERSPEED,
         Reaction.CUT,
         1,

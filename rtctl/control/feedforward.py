@@ -118,19 +118,19 @@ def range_fade(model: Record, branch: int, speed: float) -> float:
 
 @compiled
 def compensated_magnitude(
-    p: Record, model: Record, axis: int, branch: int, speed: float
+    p: Record, model: Record, axis: int, branch: int, speed: float, fastest: float
 ) -> tuple[float, float]:
     """What the feed-forward may add at this speed, and what the model says, both N m.
 
     Notes
     -----
-    kappa (F - b_v |v|) + kappa_v b_v |v|, faded out of the trained range, at least 0, at most
-    `friction_cap_nm`, and `friction_ungated_cap_nm` for policies without a force gate. NaN stays NaN.
+    kappa (F - b_v |v|) + kappa_v b_v |v|, faded out of the trained range by the `fastest` that the joint may
+    be, at least 0, at most `friction_cap_nm`, and `friction_ungated_cap_nm` for policies without a force gate. NaN stays NaN.
     """
     friction = branch_magnitude(model, branch, speed)
     viscous = model.viscous_nms_rad[branch] * min(speed, model.speed_max_rad_s[branch])
     wanted = p.friction_gain[axis] * (friction - viscous) + p.friction_viscous_gain[axis] * viscous
-    wanted *= range_fade(model, branch, speed)
+    wanted *= range_fade(model, branch, fastest)
     cap = p.friction_cap_nm[axis]
     if not is_force_gated(p.friction_policy[axis]):
         cap = min(cap, p.friction_ungated_cap_nm[axis])
@@ -140,13 +140,14 @@ def compensated_magnitude(
 
 
 @compiled
-def friction_feedforward(t: Record, s: Record, p: Record, model: Record, axis: int, dx: float) -> int:
+def friction_feedforward(
+    t: Record, s: Record, p: Record, model: Record, axis: int, dx: float, v: float
+) -> int:
     """Write the feed-forward fields of axis `axis` of the tick; return fault bits.
 
-    Reads `velocity_rad_s`, `hand_torque_nm`, `compensation` of the tick; `dx` is the joint's motion
-    since the last tick, rad. A model value that is not finite counts as no friction and is a fault.
+    Reads `hand_torque_nm`, `velocity_rad_s` and `compensation` of the tick; `dx` is the joint's motion since the
+    last tick, rad, `v` the velocity to go by, rad/s: the trained range is left by either. A model value that is not finite counts as no friction and is a fault.
     """
-    v = t.velocity_rad_s[axis]
     hand = t.hand_torque_nm[axis]
     policy = p.friction_policy[axis]
     advance_stop(s, p, axis, dx)
@@ -154,11 +155,12 @@ def friction_feedforward(t: Record, s: Record, p: Record, model: Record, axis: i
     direction = saturate(friction_direction(s, p, axis, v, hand, t.tick))
     side = direction if direction != 0.0 else v
     branch = FORWARD if side >= 0.0 else BACKWARD
-    magnitude, friction = compensated_magnitude(p, model, axis, branch, abs(v))
+    fastest = max(abs(v), abs(t.velocity_rad_s[axis]))
+    magnitude, friction = compensated_magnitude(p, model, axis, branch, abs(v), fastest)
     faults = 0
     if not math.isfinite(magnitude) or not math.isfinite(friction):
         magnitude, friction, faults = 0.0, 0.0, _F_LAW
-    inside = abs(v) <= model.speed_max_rad_s[branch]
+    inside = fastest <= model.speed_max_rad_s[branch]
     t.friction_model_nm[axis] = friction if inside else 0.0
     t.friction_sign[axis] = direction
     t.friction_gate[axis] = gate

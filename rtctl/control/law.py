@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from rtctl.control import arming, detectors, gate, intake
+from rtctl.control.device_velocity import device_velocity
 from rtctl.control.environment import coupling_torque
 from rtctl.control.feedforward import friction_feedforward
 from rtctl.control.force import hand_torque, tare_done
@@ -80,7 +81,8 @@ def step(
         t.proxy_position_rad[axis] = s.proxy_position_rad[axis]
         t.environment_kind[axis] = s.world_kind[axis]
         # 6. friction feed-forward
-        faults |= friction_feedforward(t, s, p, model[axis], axis, dx)
+        velocity, doubt = device_velocity(t, s, p, axis, elapsed, dx)
+        faults |= doubt | friction_feedforward(t, s, p, model[axis], axis, dx, velocity)
         keep_account(t, s, p, model[axis], axis, dx, elapsed, powered)
         feedback = force_feedback(t, s, p, model[axis], axis, elapsed > 0)
         # or, in their place, an excitation program

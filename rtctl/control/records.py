@@ -107,6 +107,9 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             "velocity_alpha": (),  # low-pass coefficient per tick
             "kalman_gain_position": (),
             "kalman_gain_velocity": (),  # 1/s
+            # velocity measured by a device (control.device_velocity)
+            "device_velocity_kind": (),  # vocabulary.DeviceVelocity
+            "device_tolerance_rad_s": (),
             # force
             "force_alpha": (),  # low-pass coefficient per tick, 1 = off
             "tare_ticks": (),
@@ -186,6 +189,8 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "velocity_rad_s": (),
             "kalman_position_rad": (),
             "kalman_velocity_rad_s": (),
+            "device_gap_rad": (),  # travel by the device's velocity less the encoder's, forgotten over a window
+            "device_doubt_ticks": (),  # implausible samples in a row
             "force_filtered_nm": (),
             "hand_torque_before_nm": (),  # hand torque of the tick before, for the energy of the hand
             "tare_sum_nm": (),

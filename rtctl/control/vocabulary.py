@@ -29,6 +29,14 @@ class VelocityMethod(IntEnum):
     KALMAN = 3
 
 
+class DeviceVelocity(IntEnum):
+    """What the law does with the velocity that a device measures (control.device_velocity)."""
+
+    RECORD = 0
+    CHECK = 1
+    USE = 2
+
+
 class Policy(IntEnum):
     """What decides the direction of the friction feed-forward near zero velocity (theory section 6)."""
 
@@ -120,6 +128,7 @@ class Fault(IntFlag):
     ARMING_MOVED = 1 << 20
     REALTIME = 1 << 21
     DEVICE = 1 << 22
+    VELOCITY = 1 << 23
 
 
 class Reaction(IntEnum):

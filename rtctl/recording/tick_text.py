@@ -15,6 +15,7 @@ from __future__ import annotations
 import numpy as np
 import orjson
 
+from hw.interface import OPTIONAL_FIELDS
 from rtctl.errors import DataError
 from rtctl.recording.decimal_text import POWERS, read_number
 from rtctl.recording.jit import compiled
@@ -97,7 +98,7 @@ class TickText:
         return out[:used].tobytes(), offsets
 
     def decode(self, texts: list[bytes]) -> np.ndarray:
-        """Ticks of JSON objects. Null becomes NaN; fields that are missing are 0, unknown ones are left out.
+        """Ticks of JSON objects. Null becomes NaN; fields that are missing are 0 (optional sensors: NaN), unknown ones are left out.
 
         Raises
         ------
@@ -119,6 +120,8 @@ class TickText:
         ):  # fmt: skip
             return rows
         words[:] = 0
+        for name in OPTIONAL_FIELDS:  # a recording of before the field had no such sensor
+            rows[name] = np.nan
         try:
             _decode_any([data[a:b] for a, b in zip(starts, ends, strict=True)], rows)
         except (ValueError, TypeError, KeyError, OverflowError) as error:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hw.interface import Backend, CompiledBackend
+from hw.interface import OPTIONAL_FIELDS, Backend, CompiledBackend
 from rtctl.control import law, mailbox
 from rtctl.control.jit import bound, records
 from rtctl.control.records import command_dtype, state_dtype
@@ -105,7 +105,8 @@ def run_loop(backend: Backend, memory: Memory, clock: Clock, stop: Stop, *, waiv
         backend.warm_up(tick)
     slot, missed, record_ns = 0, 0, 0
     word[9] = waiver
-    tick["temperature_c"] = np.nan  # no sensor, no value; a backend that has one overwrites it
+    for name in OPTIONAL_FIELDS:  # no sensor, no value; a backend that has one overwrites it
+        tick[name] = np.nan
     deadline = start = clock.now() + period
     memory.header[0]["start_ns"] = start
     try:

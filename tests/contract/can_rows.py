@@ -44,7 +44,7 @@ def moteus(n_axes, wire):
 
 
 def cia402(n_axes, wire):
-    return {"bus": bus(wire), "axis": _axes(n_axes)}
+    return {"bus": bus(wire), "axis": _axes(n_axes, velocity_units=65536.0)}
 
 
 RECEIVE = {
@@ -55,6 +55,20 @@ RECEIVE = {
         {"channel": "position", "byte": 0, "bits": 16, "wrap": True, "unit": "turn", "scale": 1 / 4096 / 80},
         {"channel": "current", "byte": 2, "bits": 16, "type": "int", "unit": "mA"},
         {"channel": "estop", "start_bit": 40, "bits": 1},
+    ],
+}
+SPEED = {
+    "id": 0x102,
+    "length": 4,
+    "field": [
+        {
+            "channel": "velocity",
+            "byte": 0,
+            "bits": 32,
+            "type": "int",
+            "unit": "turn/s",
+            "scale": 1e-3 / 4096 / 80,
+        }
     ],
 }
 SEND = {
@@ -69,7 +83,7 @@ SEND = {
 
 
 def board(n_axes, wire):
-    return {"bus": bus(wire), "receive": [RECEIVE], "send": [SEND]}
+    return {"bus": bus(wire), "receive": [RECEIVE, SPEED], "send": [SEND]}
 
 
 class Marked:

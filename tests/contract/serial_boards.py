@@ -37,7 +37,8 @@ def described(n_axes):
     """Frames of a board of many axes: 32-bit numbers, big endian, CRC-16 of Modbus; without the port."""
     position = {"channel": "position", "type": "i32", "unit": "counts"}
     current = {"channel": "current", "type": "i32", "unit": "mA", "scale": 0.001}
-    sample, end = _numbers(n_axes, position, current)
+    velocity = {"channel": "velocity", "type": "i32", "unit": "counts/s", "scale": 0.1}
+    sample, end = _numbers(n_axes, position, current, velocity)
     sample += [
         {"channel": "force", "type": "i16", "component": k, "offset": end + 2 * k, "scale": 5.0, "unit": "mN"}
         for k in range(3)
@@ -82,18 +83,19 @@ def described_board(n_axes, make_folder, which="first"):
     """A board that speaks `described(n_axes)`, just powered up and plugged in."""
     folder = make_folder("described")
     (folder / "frame.toml").write_text(_device(described(n_axes)))
-    found = board(n_axes, lambda _: folder, "described " + which, "--described", str(folder / "frame.toml"))
+    speaks = ("--described", str(folder / "frame.toml"))
+    found = board(n_axes, lambda _: folder, "described " + which, *speaks, velocity=True)
     found.order("identity 1")
     return found
 
 
-def board(n_axes, make_folder, which="first", *arguments):
+def board(n_axes, make_folder, which="first", *arguments, velocity=False):
     """The board of this many axes, in lockstep with its host; just powered up and plugged in."""
-    key = (n_axes, which)
+    key = (n_axes, which, velocity)
     if key not in _BOARDS:
         folder = make_folder("board")
         rig = folder / "rig.toml"
-        rig.write_text("".join(AXES[:n_axes]) + MOVING)
+        rig.write_text("".join(AXES[:n_axes]) + MOVING + ("[device.options.velocity]\n" if velocity else ""))
         _BOARDS[key] = SimulatedBoard(folder, "--step", "--rig", str(rig), *arguments)
     found = _BOARDS[key]
     found.order("plug")

@@ -42,7 +42,7 @@ def rig(n_axes):
 
 def mock(n_axes, folder):
     hands = [{"kind": "sine", "start_s": 0.0}, {"kind": "triangle", "start_s": 0.0}][:n_axes]
-    return {"hand": hands, "force": {"noise_n": 0.01}, "axis": [{"current_noise_a": 0.01}]}
+    return {"hand": hands, "force": {"noise_n": 0.01}, "axis": [{"current_noise_a": 0.01}], "velocity": {}}
 
 
 def playback(n_axes, folder):
@@ -57,6 +57,11 @@ def playback(n_axes, folder):
 def serial(n_axes, folder, which):
     board = serial_boards.board(n_axes, lambda name: folder_of_boards(folder, which), which)
     return {"port": board.port, **PATIENT}
+
+
+def serial_with_velocity(n_axes, folder, which):
+    board = serial_boards.board(n_axes, lambda name: folder_of_boards(folder, which), which, velocity=True)
+    return {"port": board.port, "channels": ["current", "force", "velocity", "temperature", "estop"]}
 
 
 def described(n_axes, folder, which):
@@ -95,6 +100,7 @@ ROWS = {
     "a rig of two devices": ("mock", 2, mock),
     "serial over pty": ("serial", 1, serial),
     "serial over pty, two axes": ("serial", 2, serial),
+    "serial with velocity over pty, two axes": ("serial", 2, serial_with_velocity),
     "described frame over pty": ("serial-described", 1, described),
     "described frame over pty, two axes": ("serial-described", 2, described),
     **{kind: (kind, 1, sensor(kind)) for kind in force_devices.SENSORS},
@@ -103,7 +109,9 @@ ROWS = {
 }
 
 WRAPPERS = {
-    "serial": lambda backend, n_axes: serial_boards.InLockstep(backend, 35 + 10 * n_axes),
+    "serial": lambda backend, n_axes: serial_boards.InLockstep(
+        backend, 35 + (14 if "velocity" in backend.provides else 10) * n_axes
+    ),
     "serial-described": in_step_with_described,
     example_package.KIND: lambda backend, _: example_package.InStep(backend, example_package.newest_board()),
     **{kind: lambda backend, _: force_devices.Fed(backend) for kind in force_devices.SENSORS},
@@ -122,7 +130,7 @@ def _boards_end_with_the_module(tmp_path_factory):
 
 def split(kind, options, n_axes):
     """The backend's motor and its force sensor as two devices of one rig."""
-    drive = ("position", "current", "temperature", "current_command")
+    drive = ("position", "velocity", "current", "temperature", "current_command")
     members = [
         Member(kind, options, label, tuple(range(n_axes)), channels, budget_ns=0)
         for label, channels in (("finger", ("force", "estop")), ("drive", drive))
@@ -260,6 +268,29 @@ def test_measurements_are_finite_whatever_is_sent(running):
             assert np.isfinite(tick[CHANNEL_FIELDS[channel]]).all(), channel
         tick["enabled"], tick["current_command_a"], tick["torque_applied_nm"] = 1, value, value
         running.backend.write(tick)
+
+
+def test_a_measured_velocity_adds_up_to_the_travel(running):
+    """Sign and unit at the joint: over a push of the motor its sum is the change of position."""
+    if not {"position", "velocity"} <= running.backend.provides:
+        pytest.skip("measures no velocity")
+    tick, positions, velocities = running.tick(), [], []
+    for slot in range(SAMPLES):
+        tick["tick"] = slot
+        running.backend.read(tick)
+        positions.append(tick["position_rad"][0].copy())
+        velocities.append(tick["device_velocity_rad_s"][0].copy())
+        tick["enabled"], tick["current_command_a"], tick["torque_applied_nm"] = (
+            1,
+            1.0,
+            1.0 * 80 * 0.72 * 0.0134,
+        )
+        running.backend.write(tick)
+    travel = positions[-1] - positions[0]
+    steps = 1e-3 * (np.array(velocities)[1:] + np.array(velocities)[:-1]) / 2
+    count = 2 * math.pi / 4096 / 80  # of the coarsest encoder among the rows
+    assert (np.abs(travel) > 20 * count).all()
+    assert steps.sum(axis=0) == pytest.approx(travel, rel=0.05, abs=2 * count)
 
 
 def test_missed_slots_are_no_error(running):

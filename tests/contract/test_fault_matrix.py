@@ -27,6 +27,10 @@ from rtctl.tick import new_ticks
 LEASE = 5
 PUSH_NM = 1.4
 
+V_MAX_RAD_S = 6.0
+CHECK = ("band_counts = 1.0\n", 'band_counts = 1.0\ndevice = "check"\n')
+VELOCITY_OFF_RAD_S = 0.95 * V_MAX_RAD_S
+
 KINDS = {
     # (channel, kind): (fault, ticks from the first bad one to the reaction, that one counted, value)
     ("position", "nan"): (Fault.BAD_SAMPLE, 3, 0.0),
@@ -49,6 +53,11 @@ KINDS = {
     ("estop", "pressed"): (Fault.ESTOP, 1, 0.0),
     ("temperature", "value"): (Fault.OVERTEMPERATURE, 1, 95.0),
     ("temperature", "missing"): (Fault.OVERTEMPERATURE, 3, 0.0),
+    ("velocity", "nan"): (Fault.VELOCITY, 3, 0.0),
+    ("velocity", "inf"): (Fault.VELOCITY, 3, -1.0),
+    ("velocity", "out_of_range"): (Fault.VELOCITY, 3, 1e6),
+    # in range: 9.5 of the 16 tolerances of the window in the first tick, 18.4 in the second
+    ("velocity", "offset"): (Fault.VELOCITY, 4, VELOCITY_OFF_RAD_S),
 }
 ACTUATOR = {
     # judged while 75 % of the limit leave: the current shows the last period's torque, so one tick later
@@ -60,7 +69,8 @@ PLAYED = [
     for key in KINDS
     if key[0] in ("position", "current", "force", "link") and key != ("current", "offset")
 ]
-STATE_BYTES = 45
+MEASURED = [*PLAYED, *(key for key in KINDS if key[0] == "velocity")]
+STATE_BYTES = 49
 PHASES = ["test pulse", "soft start", "active", "hold", "stopping"]
 
 
@@ -78,7 +88,7 @@ NEVER = scheduled("link", "stale", 0.0, 10**9)
 class Scripted:
     """A real device with a script of faults on its samples: what the mock and playback have built in."""
 
-    provides = frozenset({"position", "current", "force", "temperature", "estop"})
+    provides = frozenset({"position", "velocity", "current", "force", "temperature", "estop"})
     consumes = frozenset({"current_command"})
 
     def __init__(self, backend, hardware, tick):
@@ -173,6 +183,8 @@ def mock_rig(tmp_path):
         ("[axis.coupling]", "[axis.temperature]\nsensor = true\n\n[axis.coupling]"),
         ("stiffness_nm_rad = 5.0", "stiffness_nm_rad = 1000.0"),
         ('realtime = "prefer"', 'realtime = "require"'),
+        CHECK,
+        ("[device.options.force]", "[device.options.velocity]\nnoise_rad_s = 0.01\n\n[device.options.force]"),
     )
     return Rig(path)
 
@@ -195,7 +207,7 @@ def playback_rig(tmp_path):
 
 @pytest.fixture(scope="module")
 def board(tmp_path_factory):
-    yield lambda: serial_boards.board(1, tmp_path_factory.mktemp, "matrix")
+    yield lambda: serial_boards.board(1, tmp_path_factory.mktemp, "matrix", velocity=True)
     serial_boards.close_all()
 
 
@@ -203,8 +215,9 @@ def board(tmp_path_factory):
 def serial_rig(tmp_path, board):
     text = shipped_config("mock.toml").read_text()
     text = text[: text.index("[[device]]")].replace('model = "friction/mock.json"', 'model = ""')
-    text = text.replace("[axis.coupling]", "[axis.coupling]\ndelay_ticks = 2")
+    text = text.replace("[axis.coupling]", "[axis.coupling]\ndelay_ticks = 2").replace(*CHECK)
     text += f'[[device]]\nkind = "serial"\n[device.options]\nport = "{board().port}"\nopen_timeout_s = 30.0\n'
+    text += 'channels = ["current", "force", "velocity", "temperature", "estop"]\n'
     path = tmp_path / "serial.toml"
     path.write_text(text)
     made = Rig(path, lambda backend: serial_boards.InLockstep(backend, STATE_BYTES))
@@ -216,7 +229,7 @@ def serial_rig(tmp_path, board):
 def can_rig(tmp_path):
     text = shipped_config("mock.toml").read_text()
     text = text[: text.index("[[device]]")].replace('model = "friction/mock.json"', 'model = ""')
-    text = text.replace("[axis.coupling]", "[axis.coupling]\ndelay_ticks = 2")
+    text = text.replace("[axis.coupling]", "[axis.coupling]\ndelay_ticks = 2").replace(*CHECK)
     text = text.replace("[loop]", 'absent = ["force"]\n\n[loop]')
     text = text.replace(
         "torque_constant_nm_a = 0.0134", f"torque_constant_nm_a = {can_rows.TORQUE_CONSTANT_NM_A}"
@@ -317,7 +330,7 @@ def test_playback(playback_rig, key, phase):
 
 
 @pytest.mark.parametrize("phase", ["soft start", "active", "stopping"])
-@pytest.mark.parametrize("key", PLAYED, ids=lambda key: ".".join(key))
+@pytest.mark.parametrize("key", MEASURED, ids=lambda key: ".".join(key))
 def test_serial_board(serial_rig, key, phase):
     fault, within, value = KINDS[key]
     enter(serial_rig, phase)
@@ -326,7 +339,7 @@ def test_serial_board(serial_rig, key, phase):
 
 
 @pytest.mark.parametrize("phase", ["soft start", "active", "stopping"])
-@pytest.mark.parametrize("key", [key for key in PLAYED if key[0] != "force"], ids=lambda key: ".".join(key))
+@pytest.mark.parametrize("key", [key for key in MEASURED if key[0] != "force"], ids=lambda key: ".".join(key))
 def test_can_drive(can_rig, key, phase):
     fault, within, value = KINDS[key]
     enter(can_rig, phase)

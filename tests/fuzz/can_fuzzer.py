@@ -32,7 +32,7 @@ from hw.interface import Rig
 _RIG = Rig(1, 1e-3, np.ones(1), np.ones(1), np.ones(1), np.full(1, 4096.0), np.eye(3)[:1])
 _AXIS = {
     "node": 1, "direction": 1, "shaft": "motor", "offset_rad": 0.0, "current_max_a": 20.0, "counts_per_turn": 4096.0,
-    "rated_torque_nm": 1.0, "rated_current_a": 1.0,
+    "rated_torque_nm": 1.0, "rated_current_a": 1.0, "velocity_units": 4096.0,
 }  # fmt: skip
 _OPTIONS = {"feedback": "cyclic", "heartbeat_ms": 10.0, "source": 0, "time_to_live_ms": 10.0}
 _MOTEUS = bytes.fromhex("21000a2f010000803e00000000cdcccc3d2d040000c03f2d0e00002042210f00")
@@ -72,6 +72,7 @@ def _board(checksum):
         "field": [
             {"channel": "position", "byte": 0, "bits": 16, "wrap": True, "unit": "count"},
             {"channel": "current", "start_bit": 17, "bits": 13, "type": "int", "unit": "mA"},
+            {"channel": "velocity", "byte": 2, "bits": 16, "type": "int", "unit": "rpm"},
             {"channel": "force", "byte": 0, "bits": 32, "type": "float", "unit": "N"},
             {"channel": "temperature", "start_bit": 40, "bits": 11, "order": "big", "scale": 0.1, "unit": "degC"},
             {"channel": "fault", "start_bit": 40, "bits": 1},

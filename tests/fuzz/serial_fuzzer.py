@@ -140,7 +140,8 @@ def fuzz_frames(inputs, rng, bases, lengths, stream, layout, fields, link, tick,
         described_codec.absorb(data, n, link, stream[1:2], layout, fields)
         described_codec.show(tick, link, 1)
         for axis in range(len(link[0].position_rad)):
-            if not np.isfinite(tick[0].position_rad[axis] + tick[0].current_a[axis]):
+            shown = tick[0].position_rad[axis] + tick[0].current_a[axis]
+            if not np.isfinite(shown + tick[0].device_velocity_rad_s[axis]):
                 counts[2] += 1
         while True:
             at, found, _broken = next_frame(stream[0:1], data, at, n, layout)
@@ -188,6 +189,8 @@ def run_frames(inputs, seed, name):
     """Fuzz the shipped described sample frame with another checksum; returns the counts by name."""
     options = tomllib.loads(CONFIG.read_text())["device"][0]["options"]
     size = checksums.SIZE[name]
+    (heat,) = (field for field in options["sample"]["field"] if field["channel"] == "temperature")
+    heat |= {"channel": "velocity", "unit": "rpm"}
     options["sample"] |= {"checksum": name, "length": 20 + size}
     sample = DescribedOptions.model_validate(options).model_dump(mode="json")["sample"]
     layout, fields = records(layout_of(sample)), records(fields_of(sample, RIG, "sample"))
@@ -199,6 +202,7 @@ def run_frames(inputs, seed, name):
         seal_frame(packet, layout)
         packets.append(packet[: 20 + size].tobytes())
     link = records(np.zeros(1, described_codec.described_dtype(1)))
+    link["show_velocity"] = 1
     tick = records(np.zeros(1, [*_TICK]))
     counts = np.zeros(3, np.int64)
     stream = records(np.zeros(2, stream_dtype()))
@@ -213,6 +217,7 @@ _TICK = (
     ("position_rad", "<f8", (1,)),
     ("current_a", "<f8", (1,)),
     ("temperature_c", "<f8", (1,)),
+    ("device_velocity_rad_s", "<f8", (1,)),
     ("force_n", "<f8", (3,)),
 )
 

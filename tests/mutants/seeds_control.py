@@ -11,6 +11,7 @@ SEQUENCES = (f"{UNIT}/test_state_sequences.py",)
 DETECTORS = (f"{UNIT}/test_detectors.py",)
 ARMING = (f"{UNIT}/test_arming.py",)
 SAMPLE = (f"{UNIT}/test_sample.py",)
+VELOCITY = (f"{UNIT}/test_device_velocity.py",)
 PASSIVITY = (
     f"{UNIT}/test_passivity.py::test_injected_damping_never_exceeds_its_cap_and_rests_below_a_count",
     f"{UNIT}/test_passivity.py::test_the_port_loses_what_the_motor_gave_and_is_credited_the_damping_of_the_joint",
@@ -299,5 +300,43 @@ SEEDS = (
     Seed(
         "a deficit of NaN is no deficit", "rtctl/control/passivity.py",
         "    if deficit <= FAULT_FACTOR * p.energy_budget_j:", "    if not deficit > FAULT_FACTOR * p.energy_budget_j:", PASSIVITY,
+    ),
+    Seed(
+        "a device velocity of NaN is believed", "rtctl/control/device_velocity.py",
+        "if not abs(device) <= JUMP_FACTOR", "if abs(device) > JUMP_FACTOR", VELOCITY,
+    ),
+    Seed(
+        "a device velocity is used however far it is off the encoder's", "rtctl/control/device_velocity.py",
+        "velocity = min(max(device, encoder - tolerance), encoder + tolerance)", "velocity = device", VELOCITY,
+    ),
+    Seed(
+        "a device velocity that does not add up to the travel is plausible", "rtctl/control/device_velocity.py",
+        "return abs(s.device_gap_rad[axis]) <= allowed", "return True", VELOCITY,
+    ),
+    Seed(
+        "a device velocity is held against the encoder in one direction only", "rtctl/control/device_velocity.py",
+        "return abs(s.device_gap_rad[axis]) <= allowed", "return s.device_gap_rad[axis] <= allowed", VELOCITY,
+    ),
+    Seed(
+        "a missed sample clears the doubt", "rtctl/control/device_velocity.py",
+        "    if elapsed > 0:\n", "    if elapsed == 0:\n        s.device_doubt_ticks[axis] = 0\n    else:\n", VELOCITY,
+    ),
+    Seed(
+        "what was summed up before a re-plug is held against the device after it", "rtctl/control/device_velocity.py",
+        "        s.device_gap_rad[axis] = 0.0\n", "        pass\n", VELOCITY,
+    ),
+    Seed(
+        "the travel of missed samples is not expected of the device", "rtctl/control/device_velocity.py",
+        "elapsed * p.period_s * device - dx", "p.period_s * device - dx", VELOCITY,
+    ),
+    Seed(
+        "the trained range is left by the device's velocity alone", "rtctl/control/feedforward.py",
+        "fastest = max(abs(v), abs(t.velocity_rad_s[axis]))", "fastest = abs(v)", VELOCITY,
+    ),
+    Seed(
+        "the over-speed rule believes the device", "rtctl/control/law.py",
+        "    t.velocity_rad_s[axis] = velocity\n",
+        "    t.velocity_rad_s[axis] = velocity = t.device_velocity_rad_s[axis] if p.device_velocity_kind[axis] == 2 else velocity\n",
+        VELOCITY,
     ),
 )  # fmt: skip

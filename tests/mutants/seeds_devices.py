@@ -16,6 +16,8 @@ LINK = (f"{HW}/test_serial_link.py::test_a_sample_must_be_newer_by_number_and_by
         f"{HW}/test_serial_link.py::test_nothing_out_of_a_backlog_is_fresh_and_what_comes_after_it_is",
         f"{HW}/test_serial_link.py::test_a_value_that_is_not_finite_disables_every_axis",
         f"{HW}/test_serial_link.py::test_a_disabled_tick_sends_zeros",
+        f"{HW}/test_serial_link.py::test_a_velocity_has_the_unit_and_sign_of_the_position",
+        f"{HW}/test_serial_link.py::test_a_velocity_that_is_used_and_missing_is_a_fault_of_the_device",
         f"{HW}/test_serial_link.py::test_a_board_that_reports_a_failure_of_what_is_used_is_as_good_as_lost",
         f"{HW}/test_serial_link.py::test_a_board_that_went_torque_free_by_itself_while_enabled_is_as_good_as_lost")  # fmt: skip
 BOARD = (f"{HW}/test_serial_firmware.py",)
@@ -24,6 +26,7 @@ ENCODER = (
 )
 FIELDS = (f"{HW}/test_can_fields.py",)
 CODECS = (f"{HW}/test_can_codecs.py",)
+AXES = (f"{HW}/test_can_axes.py",)
 FORCE = (f"{HW}/test_force_codecs.py",)
 LOOP = ("tests/unit/rt/test_loop.py",)
 REPLUG = ("tests/unit/rt/test_replug.py",)
@@ -52,8 +55,8 @@ SEEDS = (
     ),
     Seed(
         "a state of another number of axes is read", "hw/serial/frame.py",
-        "if not _is(body, n, TYPE_STATE, 28 + 10 * n_axes) or body[13] != n_axes:",
-        "if not _is(body, n, TYPE_STATE, 28 + 10 * n_axes):", FRAME,
+        "_is(body, n, TYPE_STATE, 28 + 10 * n_axes)) or body[13] != n_axes:",
+        "_is(body, n, TYPE_STATE, 28 + 10 * n_axes)):", FRAME,
     ),
     Seed(
         "packets of another version are read", "hw/serial/frame.py",
@@ -94,6 +97,26 @@ SEEDS = (
     Seed(
         "the board's time to live never ends", "hw/serial/firmware.py",
         "self.age = min(self.age + cycles, 255)", "self.age = min(self.age, 255)", BOARD,
+    ),
+    Seed(
+        "a velocity has the other sign than the position", "hw/serial/link.py",
+        "ln.velocity_rad_s[axis] = ln.rad_per_count[axis] *", "ln.velocity_rad_s[axis] = abs(ln.rad_per_count[axis]) *", LINK,
+    ),
+    Seed(
+        "a board without velocities is taken for one at rest", "hw/serial/link.py",
+        "ln.status = s.status if s.has_velocity else s.status | _NO_VELOCITY", "ln.status = s.status", LINK,
+    ),
+    Seed(
+        "velocities are read out of packets that have none", "hw/serial/frame.py",
+        "velocity = _is(body, n, TYPE_STATE_VELOCITY, 28 + 14 * n_axes)", "velocity = _is(body, n, TYPE_STATE_VELOCITY, n)", FRAME,
+    ),
+    Seed(
+        "an infinite speed of an ODrive is fresh", "hw/can/odrive.py",
+        "or speed - speed != 0.0:", "or speed != speed:", AXES,
+    ),
+    Seed(
+        "a CiA 402 sample is complete without its velocity", "hw/can/cia402.py",
+        "self._velocity_bit = sample.need() if units else 0", "self._velocity_bit = 1 << 40 if units else 0", AXES,
     ),
     Seed(
         "an encoder that wraps jumps", "hw/encoder.py",

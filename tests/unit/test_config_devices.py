@@ -40,6 +40,7 @@ KINDS = {
     "board": _info("position current force temperature", "torque current_command"),
     "pendant": _info("estop", ""),
     "warmth": _info("temperature", ""),
+    "tacho": _info("velocity", ""),
 }
 
 
@@ -142,6 +143,36 @@ def test_a_drive_per_axis(rig, faults):
     lines = faults("drive", two, "finger", axes=("x", "y"))
     assert any("both provide position of axis 'y'" in line for line in lines)
     assert not any("'x'" in line for line in lines)
+
+
+@pytest.fixture
+def use_velocity(monkeypatch):
+    """Every axis of the rig file looks at the velocity that a device measures."""
+    monkeypatch.setitem(globals(), "AXIS", AXIS + '[axis.velocity]\ndevice = "check"\n')
+
+
+def test_the_velocity_is_optional_and_comes_from_one_device(rig, faults):
+    assert len(rig("drive", "finger").members()) == 2
+    loaded = rig("drive", "finger", "tacho")
+    assert loaded.members()[2].channels == ("velocity",)
+    (line,) = faults("drive", "finger", "tacho", 'tacho\nname = "second"')
+    assert "device[2] 'tacho' and device[3] 'second' both provide velocity" in line
+    (line,) = faults("drive", "finger", "tacho\nmax_age_ticks = 3")
+    assert "velocity bears 2" in line
+
+
+def test_a_law_that_looks_at_the_velocity_needs_a_device_that_has_it(rig, faults, use_velocity):
+    assert rig("drive", "finger", "tacho")
+    (line,) = faults("drive", "finger")
+    for part in (
+        "axis[0].velocity.device",
+        "no device provides velocity",
+        "device[0] 'drive' has",
+        'device = "record"',
+    ):
+        assert part in line
+    (line,) = faults("drive", "finger", 'tacho\naxes = ["y"]', axes=("x", "y"))
+    assert "axis[0].velocity.device: no device provides velocity of axis 'x'" in line
 
 
 @pytest.mark.parametrize(

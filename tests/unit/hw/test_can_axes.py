@@ -14,7 +14,7 @@ from hw.interface import BackendError, LinkFault, Rig
 RIG = Rig(1, 1e-3, np.full(1, 10.0), np.full(1, 0.8), np.full(1, 0.05), np.full(1, 4096.0), np.eye(3)[:1])
 AXIS = {
     "node": 5, "direction": 1, "shaft": "motor", "offset_rad": 0.0, "current_max_a": 20.0, "counts_per_turn": 4096.0,
-    "rated_torque_nm": 1.0, "rated_current_a": 2.0,
+    "rated_torque_nm": 1.0, "rated_current_a": 2.0, "velocity_units": 0.0,
 }  # fmt: skip
 OPTIONS = {"feedback": "request", "heartbeat_ms": 10.0, "source": 0, "time_to_live_ms": 10.0, "temperature_ms": 100.0,
            "feedback_ms": 1.0, "axis": [AXIS]}  # fmt: skip
@@ -163,6 +163,13 @@ def test_the_traffic_of_each_kind_is_named():
         "host heartbeat",
         "node 5 RPDO1",
     ]
+    assert [frame.name for frame in cia402.traffic(OPTIONS, 1000.0)][3:] == [
+        "node 5 TPDO1",
+        "node 5 heartbeat",
+    ]
+    fast = {**OPTIONS, "axis": [{**AXIS, "velocity_units": 4096.0}]}
+    last = cia402.traffic(fast, 1000.0)[-1]
+    assert (last.name, last.length, last.per_s) == ("node 5 TPDO2", 4, 1000.0)
     assert [frame.length for frame in moteus.traffic(OPTIONS, 1000.0)] == [48, 32]
 
 
@@ -172,9 +179,9 @@ def moteus_axis():
     return axis, sample, axis.handlers()[moteus.reply_ids(5, 0)[0]]
 
 
-def reply(mode=10, position=0.25, current=1.5, temperature=40.0, fault=0):
+def reply(mode=10, position=0.25, velocity=-0.5, current=1.5, temperature=40.0, fault=0):
     return (
-        bytes([0x21, 0x00, mode]) + b"\x2f\x01" + struct.pack("<fff", position, 0.0, 0.1)
+        bytes([0x21, 0x00, mode]) + b"\x2f\x01" + struct.pack("<fff", position, velocity, 0.1)
         + b"\x2d\x04" + struct.pack("<f", current) + b"\x2d\x0e" + struct.pack("<f", temperature)
         + bytes([0x21, 0x0F, fault])
     )  # fmt: skip
@@ -203,7 +210,7 @@ def test_registers_of_two_bytes_and_of_other_types_are_read_as_what_they_are():
     assert moteus.decode_reply(floats, 0, len(floats)) is None, "a mode is asked for as an integer"
 
 
-@pytest.mark.parametrize("field", ["position", "current", "temperature"])
+@pytest.mark.parametrize("field", ["position", "velocity", "current", "temperature"])
 @pytest.mark.parametrize("value", [math.nan, math.inf])
 def test_a_moteus_value_that_is_not_finite_has_not_arrived(field, value):
     _, sample, on = moteus_axis()
@@ -213,6 +220,7 @@ def test_a_moteus_value_that_is_not_finite_has_not_arrived(field, value):
     on(reply(), 0, 32)
     assert sample.fresh == sample.needed
     assert sample.position_rad[0] == pytest.approx(0.25 * 2 * math.pi / 10)
+    assert sample.velocity_rad_s[0] == pytest.approx(-0.5 * 2 * math.pi / 10)
     assert (sample.current_a[0], sample.temperature_c[0]) == (1.5, 40.0)
 
 
@@ -256,9 +264,9 @@ def test_a_moteus_in_fault_or_not_armed_is_a_fault_of_the_device():
     assert axis.status() == "id 5: mode 10"
 
 
-def cia402_axis():
+def cia402_axis(**more):
     sample = Sample(1)
-    axis = cia402.Cia402Axis(AXIS, OPTIONS, RIG, 0, sample)
+    axis = cia402.Cia402Axis({**AXIS, **more}, OPTIONS, RIG, 0, sample)
     bus = Bus()
     axis._command, axis._sync = bus.outgoing(1, 4), bus.outgoing(2, 0)
     return axis, sample, axis.handlers(), bus
@@ -281,6 +289,32 @@ def test_a_cia402_drive_turns_feedback_into_angle_and_current_and_refuses_other_
     assert sample.current_a[0] == pytest.approx(1.0)
     on[cia402.EMERGENCY + 5](b"\x10\x23\x00", 0, 3)
     assert axis.status() == "node 5: operation enabled, emergency 0x2310"
+
+
+def test_the_velocity_of_a_cia402_drive_is_part_of_the_sample_only_where_it_is_wanted():
+    axis, sample, on, _ = cia402_axis()
+    assert cia402.TPDO2 + 5 not in on
+    feedback(on, 0x27)
+    assert axis._heard()
+    axis, sample, on, _ = cia402_axis(velocity_units=8192.0, direction=-1)
+    feedback(on, 0x27)
+    assert not axis._heard()
+    on[cia402.TPDO2 + 5](bytes(8), 0, 8)
+    assert (sample.counts["damaged"], axis._heard()) == (1, False)
+    on[cia402.TPDO2 + 5](struct.pack("<i", -4096), 0, 4)
+    assert axis._heard()
+    assert sample.fresh == sample.needed
+    assert sample.velocity_rad_s[0] == pytest.approx(0.5 * 2 * math.pi / 10)
+
+
+def test_an_odrive_shows_its_velocity_at_the_joint_and_one_that_is_not_finite_has_not_arrived():
+    _, sample, on = odrive_axis()
+    encoder = on[odrive.can_id(5, odrive.GET_ENCODER)]
+    for speed in (math.nan, math.inf, -math.inf):
+        encoder(struct.pack("<ff", 1.0, speed), 0, 8)
+    assert (sample.counts["not_finite"], sample.fresh) == (3, 0)
+    encoder(struct.pack("<ff", 1.0, -2.5), 0, 8)
+    assert sample.velocity_rad_s[0] == pytest.approx(-2.5 * 2 * math.pi / 10)
 
 
 def test_a_cia402_drive_gets_torque_only_when_enabled_and_answering_so():

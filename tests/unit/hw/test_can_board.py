@@ -125,6 +125,29 @@ def test_a_bad_frame_is_counted_and_changes_nothing(monkeypatch, frame, fault, c
     assert tick.tobytes() == before.tobytes()
 
 
+SPEEDS = {
+    "rad/s": 1.0,
+    "deg/s": math.pi / 180,
+    "turn/s": 2 * math.pi,
+    "rpm": math.pi / 30,
+    "count/s": 2 * math.pi / 4096,
+}
+
+
+@pytest.mark.parametrize("unit", SPEEDS)
+def test_a_velocity_has_the_unit_and_sign_the_map_says(monkeypatch, unit):
+    speed = {"channel": "velocity", "byte": 0, "bits": 16, "type": "int", "unit": unit, "scale": -0.5}
+    frames = [SENSED, {"id": 0x102, "length": 2, "field": [speed]}]
+    backend, bus, tick = opened(monkeypatch, lambda n: [sensed(n), (0x102, bytes(2))], receive=frames)
+    bus.answer = lambda n: [sensed(100), (0x102, struct.pack("<h", -300))]
+    backend.read(tick)
+    assert "velocity" in backend.provides
+    assert tick["device_velocity_rad_s"][0, 0] == pytest.approx(150 * SPEEDS[unit])
+    bus.answer = lambda n: [sensed(101)]
+    backend.read(tick)
+    assert tick["sample_count"][0] == 1, "a required frame is missing: nothing of the sample is fresh"
+
+
 @pytest.mark.parametrize("value", [math.nan, math.inf])
 def test_a_number_that_is_not_finite_is_not_shown(monkeypatch, value):
     backend, bus, tick = opened(monkeypatch)

@@ -76,9 +76,9 @@ def test_moteus_command_is_the_documented_bytes():
     assert moteus.reply_ids(1, 0)[0] == 0x100
 
 
-def _reply(mode=10, position=0.25, current=1.5, temperature=40.0, fault=0):
+def _reply(mode=10, position=0.25, velocity=0.75, current=1.5, temperature=40.0, fault=0):
     return (
-        bytes([0x21, 0x00, mode]) + b"\x2f\x01" + struct.pack("<fff", position, 0.0, 0.1)
+        bytes([0x21, 0x00, mode]) + b"\x2f\x01" + struct.pack("<fff", position, velocity, 0.1)
         + b"\x2d\x04" + struct.pack("<f", current) + b"\x2d\x0e" + struct.pack("<f", temperature)
         + bytes([0x21, 0x0F, fault])
     )  # fmt: skip
@@ -86,9 +86,9 @@ def _reply(mode=10, position=0.25, current=1.5, temperature=40.0, fault=0):
 
 def test_moteus_reply_is_read_in_any_order_of_subframes():
     usual = moteus.decode_reply(_reply(), 0, 32)
-    assert usual == (10, 0.25, 1.5, 40.0, 0)
+    assert usual == (10, 0.25, 0.75, 1.5, 40.0, 0)
     shuffled = (
-        b"\x24\x01\x0f\x00\x00" + b"\x2c\x04\x01" + struct.pack("<4f", 0.25, 0.0, 0.1, 1.5)
+        b"\x24\x01\x0f\x00\x00" + b"\x2c\x04\x01" + struct.pack("<4f", 0.25, 0.75, 0.1, 1.5)
         + b"\x2d\x0e" + struct.pack("<f", 40.0) + b"\x21\x00\x0a" + b"\x50\x50"
     )  # fmt: skip
     assert moteus.decode_reply(shuffled, 0, len(shuffled)) == usual

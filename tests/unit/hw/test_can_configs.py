@@ -90,6 +90,29 @@ def test_a_dbc_becomes_plain_frames_that_need_the_file_no_more(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("unit", "shown"),
+    [("rpm", "rpm"), ("1/min", "rpm"), ("deg/s", "deg/s"), ("rev/s", "turn/s"), ("counts/s", "count/s")],
+)
+def test_a_dbc_signal_of_a_speed_brings_its_unit(tmp_path, unit, shown):
+    text = DBC.replace("BO_ 512", f' SG_ Speed : 32|16@1- (0.5,0) [0|0] "{unit}" HOST\n\nBO_ 512').replace(
+        "HOST\n\n SG_", "HOST\n SG_"
+    )
+    signals = [*SIGNALS, {"channel": "velocity", "message": "Encoder", "signal": "Speed"}]
+    dumped = board(tmp_path, signals, text).model_dump(mode="json")
+    field = dumped["receive"][0]["field"][2]
+    assert (field["channel"], field["unit"], field["scale"]) == ("velocity", shown, 0.5)
+    assert registry.create("can", dumped, rig()).provides == {"position", "velocity", "current"}
+
+
+def test_velocity_units_of_cia402_are_given_for_every_axis_or_none():
+    model, wire = registry.options_model("cia402"), {"channel": "can0"}
+    axes = [{"node": 1, "velocity_units": 4096.0}, {"node": 2, "velocity_units": 10.0}]
+    assert len(model.model_validate({"bus": wire, "axis": axes}).frames(500.0)) == 10
+    with pytest.raises(ValueError, match="velocity_units"):
+        model.model_validate({"bus": wire, "axis": [axes[0], {"node": 2}]})
+
+
+@pytest.mark.parametrize(
     ("change", "text"),
     [
         ({"signal": "Nothing"}, "has no signal 'Nothing'; it has Counts, Current"),
@@ -97,6 +120,7 @@ def test_a_dbc_becomes_plain_frames_that_need_the_file_no_more(tmp_path):
         ({"channel": "speed"}, "no channel 'speed'"),
         ({"shift": 3}, "unknown key"),
         ({"unit": "mm"}, "unit"),
+        ({"channel": "velocity", "unit": "rad"}, "unit"),
     ],
 )
 def test_a_dbc_signal_at_fault_is_named(tmp_path, change, text):

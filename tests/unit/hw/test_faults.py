@@ -28,6 +28,7 @@ SHOWN = (
     "current_a",
     "force_n",
     "temperature_c",
+    "device_velocity_rad_s",
     "estop",
     "link_faults",
     "sample_count",
@@ -36,6 +37,7 @@ MOVING = {
     "seed": 7,
     "axis": [{"start_position_rad": 0.2, "current_noise_a": 0.02, "current_bias_a": 0.3}],
     "force": {"noise_n": 0.01, "bias_n": [0.1, -0.2, 0.3], "drift_n_sqrt_s": 0.1},
+    "velocity": {"noise_rad_s": 0.01, "resolution_rad_s": 0.001},
     "hand": [{"kind": "sine", "start_s": 0.0, "frequency_hz": 5.0}],
 }
 
@@ -130,12 +132,20 @@ READINGS = {
     ("temperature", "value"): (120.0, lambda x, last: np.full_like(x, 120.0)),
     ("temperature", "ramp"): (500.0, lambda x, last: x + 500.0 * SINCE_S),
     ("temperature", "missing"): (None, lambda x, last: x * math.nan),
+    ("velocity", "nan"): (None, lambda x, last: x * math.nan),
+    ("velocity", "inf"): (-1.0, lambda x, last: np.full_like(x, -math.inf)),
+    ("velocity", "frozen"): (None, lambda x, last: np.zeros_like(x) + last),
+    ("velocity", "out_of_range"): (None, lambda x, last: np.full_like(x, 1e6)),
+    ("velocity", "offset"): (-0.75, lambda x, last: x - 0.75),
+    ("velocity", "scale"): (0.5, lambda x, last: x * 0.5),
+    ("velocity", "sign"): (None, lambda x, last: -x),
 }
 FIELD = {
     "position": "position_rad",
     "current": "current_a",
     "force": "force_n",
     "temperature": "temperature_c",
+    "velocity": "device_velocity_rad_s",
 }
 
 
@@ -185,7 +195,7 @@ def test_a_fault_of_the_link_changes_counter_bits_and_values_as_it_says(kind, cl
     bits[DUE] = BITS.get(kind, 0)
     assert shown["link_faults"].tolist() == bits.tolist()
     until = AT + FOR if kind == "lost" else N  # after it the rig stands elsewhere: nothing drove it
-    for name in ("position_rad", "current_a", "force_n", "temperature_c"):
+    for name in ("position_rad", "current_a", "force_n", "temperature_c", "device_velocity_rad_s"):
         expected = holding(clean[0][name]) if held else clean[0][name]
         assert shown[name][:until].tobytes() == expected[:until].tobytes(), name
 

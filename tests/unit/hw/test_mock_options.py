@@ -29,6 +29,9 @@ from hw.mock.options import MockOptions
         ({"axis": [{"friction": {"elastic_share": 1.0}}]}, "elastic_share"),
         ({"axis": [{"friction": {"modulation_share": 1.0}}]}, "modulation_share"),
         ({"force": {"bias_n": [0.0, 0.0]}}, "bias_n"),
+        ({"velocity": {"lag_s": 2.0}}, "lag_s"),
+        ({"velocity": {"noise_rad_s": math.nan}}, "noise_rad_s"),
+        ({"velocity": {"sensor": True}}, "sensor"),
         ({"force": {"bias_n": [0.0, math.nan, 0.0]}}, "bias_n"),
         ({"force": {"crosstalk": [[1.0, 0.0, 0.0]]}}, "crosstalk"),
         ({"hand": [{"kind": "wave"}]}, "kind"),
@@ -51,6 +54,10 @@ def test_a_bad_value_is_refused_under_its_key(table, key):
         ({"hand": [{"kind": "triangle", "amplitude_rad": -0.1}]}, "positive"),
         ({"hand": [{"kind": "push", "amplitude_rad": 0.0}]}, "at least 1e-4"),
         ({"hand": [{"grips_s": [[2.0, 1.0]]}]}, "ends before it begins"),
+        (
+            {"faults": [{"channel": "velocity", "kind": "nan", "at_s": 1.0, "for_s": 0.0}]},
+            "needs a velocity sensor",
+        ),
     ],
 )
 def test_pairs_that_contradict_each_other_are_refused_with_the_reason(table, text):

@@ -159,3 +159,41 @@ def test_cross_talk_mixes_the_true_force_into_other_axes():
 
 def test_the_temperature_is_the_one_given():
     assert read(make(temperature_c=31.5))["temperature_c"][0, 0] == 31.5
+
+
+def test_without_a_velocity_sensor_the_tick_is_left_alone_and_no_noise_is_drawn():
+    backend, with_one = (
+        make(axis=[{"current_noise_a": 0.1}]),
+        make(axis=[{"current_noise_a": 0.1}], velocity={}),
+    )
+    tick = records(new_ticks())
+    tick["device_velocity_rad_s"] = math.nan
+    backend.read(tick)
+    assert np.isnan(tick["device_velocity_rad_s"]).all()
+    assert "velocity" not in backend.provides
+    assert "velocity" in with_one.provides
+    assert read(backend, 5)["current_a"].tobytes() == read(with_one, 6)[1:]["current_a"].tobytes()
+
+
+def test_the_velocity_sensor_scales_offsets_and_rounds():
+    backend = make(
+        ((0.0, 0.1, 0.0), (0.0, 0.0, 0.1)),
+        velocity={"scale": -2.0, "bias_rad_s": 0.1, "resolution_rad_s": 0.25},
+    )
+    read(backend)
+    backend.state["velocity_rad_s"] = 0.5, -1.0
+    assert read(backend)["device_velocity_rad_s"][0].tolist() == [-1.0, 2.0]
+
+
+def test_the_velocity_sensors_noise_is_as_given():
+    shown = read(make(velocity={"noise_rad_s": 0.02}), 20_000)["device_velocity_rad_s"]
+    assert shown.mean() == pytest.approx(0.0, abs=6e-4)
+    assert shown.std() == pytest.approx(0.02, rel=0.03)
+
+
+def test_the_velocity_sensors_filter_is_of_first_order():
+    backend = make(velocity={"lag_s": 0.01})
+    read(backend)
+    backend.state["velocity_rad_s"] = 1.0
+    shown = read(backend, 30)["device_velocity_rad_s"][:, 0]
+    assert shown == pytest.approx(1 - np.exp(-0.1 * np.arange(1, 31)), rel=1e-9)

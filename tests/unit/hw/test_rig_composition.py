@@ -219,6 +219,22 @@ def test_temperature_is_nan_until_the_sensor_has_shown_one():
     assert np.isnan(read(backend)["temperature_c"][0, 0])
 
 
+def test_the_velocity_of_another_device_reaches_its_axes_and_the_others_have_none():
+    backend = compose(
+        [
+            member("drive", [*DRIVE, "force"], ["torque"], axes=(0, 1, 2)),
+            member("tacho", ["velocity"], axes=(2, 0), max_age_ticks=2),
+        ],
+        rig(3),
+    )
+    MADE["tacho"].values = {"device_velocity_rad_s": [-3.0, 1.0]}
+    tick = new_ticks(1, 3)
+    tick["device_velocity_rad_s"] = np.nan
+    read(backend, tick)
+    assert tick["device_velocity_rad_s"][0, [0, 2]].tolist() == [1.0, -3.0]
+    assert np.isnan(tick["device_velocity_rad_s"][0, 1])
+
+
 def test_the_position_is_read_first_whatever_the_order_of_the_file():
     order = []
     backend = compose(
@@ -258,8 +274,7 @@ def test_channels_are_declared_or_asked_of_a_device_that_is_not_opened():
     found = registry.channels("fake", {"name": "x", "provides": ["force"], "consumes": []}, rig())
     assert found == Channels(frozenset({"force"}), frozenset())
     assert MADE["x"].calls == []
-    declared = registry.channels("mock", {}, rig())
-    assert declared == Channels(MockBackend.provides, MockBackend.consumes)
+    assert registry.channels("rokubi", {}, rig()) == Channels(frozenset({"force"}), frozenset())
 
 
 @settings(max_examples=100, deadline=None)

@@ -116,6 +116,30 @@ def test_numbers_units_and_signs_of_a_sample():
     assert (tick["estop"][0], wire.faults) == (1, DROPPED)
 
 
+UNITS = {
+    "counts/s": 2 * math.pi / COUNTS,
+    "rad/s": 1.0,
+    "deg/s": math.pi / 180,
+    "rev/s": 2 * math.pi,
+    "rpm": math.pi / 30,
+}
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_a_velocity_comes_in_its_unit_and_where_there_is_none_the_tick_is_left_alone(unit):
+    table = options()
+    fields = [field for field in table["sample"]["field"] if field["channel"] != "temperature"]
+    (gone,) = (field for field in table["sample"]["field"] if field["channel"] == "temperature")
+    speed = {"channel": "velocity", "type": "i16", "offset": gone["offset"], "unit": unit, "scale": -0.5}
+    wire = Wire({**table, "sample": {**table["sample"], "field": [*fields, speed]}})
+    assert "velocity" in wire.backend.provides
+    wire.measured["device_velocity_rad_s"] = 100 * UNITS[unit]
+    assert wire.feed(wire.frame())["device_velocity_rad_s"][0, 0] == pytest.approx(100 * UNITS[unit])
+    without = Wire()
+    without.tick["device_velocity_rad_s"] = 7.0
+    assert without.feed(without.frame())["device_velocity_rad_s"][0, 0] == 7.0
+
+
 @pytest.mark.parametrize("endian", ["little", "big"])
 @pytest.mark.parametrize(
     ("kind", "code", "raw"),

@@ -116,6 +116,7 @@ def numbers(dtype, n_axes, seed):
     record = records(np.zeros(1, dtype))
     for name in dtype.names:
         wide = {"position_counts": 31, "current_ua": 31, "force_un": 31, "value": 31, "temperature_cdeg": 15}
+        wide["velocity_dcounts_s"] = 31
         bits = wide.get(name)
         shape = record[name].shape
         if bits:
@@ -126,6 +127,9 @@ def numbers(dtype, n_axes, seed):
             highest = {"time_us": 2**32, "cycle_us": 2**32, "command_age": 256, "time_to_live": 256}
             highest |= {"enable": 2, "torque_mode": 2, "n_axes": 9}
             record[name] = rng.integers(1 if name == "time_to_live" else 0, highest.get(name, 2**16), shape)
+    if "has_velocity" in (dtype.names or ()):
+        record["has_velocity"] = seed % 2
+        record["velocity_dcounts_s"] *= seed % 2
     return record
 
 
@@ -150,15 +154,16 @@ def test_numbers_come_back_as_they_went(name, n_axes):
         assert not decode(body, n + 1, got)
 
 
-def test_the_bytes_of_a_state_packet_stand_where_the_document_says():
-    record = numbers(frame.state_dtype(2), 2, 1)
+@pytest.mark.parametrize(("seed", "kind"), [(2, 0x01), (1, 0x03)])
+def test_the_bytes_of_a_state_packet_stand_where_the_document_says(seed, kind):
+    record = numbers(frame.state_dtype(2), 2, seed)
     body = body_of()
     n = frame.encode_state(record, body)
     s = types.SimpleNamespace(**{name: record[0][name] for name in record.dtype.names})
     wanted = struct.pack(
         "<BBHIHHBBH3i",
         1,
-        0x01,
+        kind,
         s.sequence,
         s.time_us,
         s.status,
@@ -170,6 +175,7 @@ def test_the_bytes_of_a_state_packet_stand_where_the_document_says():
     )
     for axis in range(2):
         wanted += struct.pack("<iih", s.position_counts[axis], s.current_ua[axis], s.temperature_cdeg[axis])
+        wanted += struct.pack("<i", s.velocity_dcounts_s[axis]) if kind == 0x03 else b""
     assert body[:n].tobytes() == wanted
 
 
@@ -182,14 +188,15 @@ def test_the_bytes_of_a_command_packet_stand_where_the_document_says():
     assert body[:n].tobytes() == struct.pack("<BBHBBBBi", 1, 0x81, 0x1234, 3, 10, 1, 0, -1_500_000)
 
 
-def test_packets_of_another_version_type_or_number_of_axes_are_not_taken():
-    record, body = numbers(frame.state_dtype(2), 2, 3), body_of()
+@pytest.mark.parametrize("seed", [3, 4])
+def test_packets_of_another_version_type_or_number_of_axes_are_not_taken(seed):
+    record, body = numbers(frame.state_dtype(2), 2, seed), body_of()
     n = frame.encode_state(record, body)
     one, other = records(np.zeros(1, frame.state_dtype(1))), records(np.zeros(1, frame.state_dtype(2)))
     assert not frame.decode_state(body, n, one)
-    for at in (0, 1, 13):
+    for at, change in ((0, 1), (1, 1), (1, 2), (13, 1)):
         wrong = body.copy()
-        wrong[at] ^= 1
+        wrong[at] ^= change
         assert not frame.decode_state(wrong, n, other)
     assert not other.tobytes().strip(b"\0")
 
@@ -254,6 +261,8 @@ def _packets():
         ("state", 1, 3),
         ("state", 1, 4),
         ("state", 2, 5),
+        ("state", 8, 6),
+        ("state", 8, 7),
     ):
         dtype, encode, _ = CODECS[name]
         record, body, packet = numbers(dtype(n_axes), n_axes, seed), body_of(), np.zeros(300, np.uint8)

@@ -34,10 +34,11 @@ def rig(n_axes=1, period_s=1e-3):
 class Wire:
     """A backend that gets its bytes from the test instead of a port."""
 
-    def __init__(self, n_axes=1, **options):
+    def __init__(self, n_axes=1, *, velocity=False, **options):
         valid = SerialOptions.model_validate({"port": "/dev/none", **options})
         self.backend = SerialBackend(valid.model_dump(mode="json"), rig(n_axes))
-        self.board = Board(n_axes, "SIM-0001", 1000)
+        counts_per_rad = np.full(n_axes, COUNTS / (2 * math.pi)) if velocity else None
+        self.board = Board(n_axes, "SIM-0001", 1000, counts_per_rad)
         self.tick = records(new_ticks(1, n_axes))
         self.measured = records(new_ticks(1, n_axes))
         self.backend.warm_up(self.tick)
@@ -82,12 +83,38 @@ def test_units_and_signs():
     assert tick["estop"][0] == 1
 
 
+def test_a_velocity_has_the_unit_and_sign_of_the_position():
+    wire = Wire(n_axes=2, channels=["velocity"], axis=[{"position_sign": -1}, {}], velocity=True)
+    wire.measured["device_velocity_rad_s"] = 0.25, -0.5
+    tick = wire.feed(wire.packet())
+    tenth = 0.1 * 2 * math.pi / COUNTS
+    assert tick["device_velocity_rad_s"][0] == pytest.approx([-0.25, -0.5], abs=tenth)
+    assert (wire.count, wire.faults) == (1, 0)
+    wire.measured["device_velocity_rad_s"] = 1e9
+    wire.feed(wire.packet())
+    full = (2**31 - 1) * tenth
+    assert tick["device_velocity_rad_s"][0] == pytest.approx([-full, full])
+
+
+@pytest.mark.parametrize("missing", ["the board says so", "it sends packets without"])
+def test_a_velocity_that_is_used_and_missing_is_a_fault_of_the_device(missing):
+    wire = Wire(channels=["velocity"], velocity=missing == "the board says so")
+    wire.board.velocity_missing = missing == "the board says so"
+    wire.feed(wire.packet())
+    assert wire.faults == LinkFault.DEVICE
+    other = Wire(velocity=missing == "the board says so")
+    other.board.velocity_missing = True
+    other.feed(other.packet())
+    assert (other.count, other.faults) == (1, 0)
+
+
 def test_channels_the_board_does_not_have_are_left_alone():
-    wire = Wire(channels=[])
+    wire = Wire(channels=[], velocity=True)
+    wire.tick["device_velocity_rad_s"] = 7
     wire.tick["current_a"], wire.tick["force_n"], wire.tick["temperature_c"], wire.tick["estop"] = 7, 7, 7, 7
     wire.board.estop = True
     wire.feed(wire.packet())
-    for name in ("current_a", "force_n", "temperature_c", "estop"):
+    for name in ("current_a", "force_n", "temperature_c", "estop", "device_velocity_rad_s"):
         assert (wire.tick[name] == 7).all()
     assert wire.count == 1
 

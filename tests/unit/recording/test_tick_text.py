@@ -113,3 +113,14 @@ def test_rows_that_json_cannot_say_are_found():
         0xFFF8000000000000
     )
     assert codec.unsayable(rows).tolist() == [False, True, False, True, False]
+
+
+def test_a_tick_of_before_an_optional_sensor_had_none():
+    codec = TickText(2)
+    data, _ = codec.encode(np.zeros(1, tick_dtype(2)), 1, 0, np.zeros(1, np.int64))
+    fields = json.loads(data[MESSAGE_HEAD:])
+    for name in ("device_velocity_rad_s", "velocity_rad_s"):
+        del fields[name]
+    (row,) = codec.decode([json.dumps(fields, separators=(",", ":")).encode()])
+    assert np.isnan(row["device_velocity_rad_s"]).all()
+    assert (row["velocity_rad_s"] == 0.0).all()
