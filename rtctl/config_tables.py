@@ -209,6 +209,18 @@ class AxisTable(Table):
         if self.torque_continuous_nm > self.torque_limit_nm:
             msg = f"torque_continuous_nm {self.torque_continuous_nm} must not exceed torque_limit_nm {self.torque_limit_nm}"
             raise ValueError(msg)
+        if self.velocity.device_tolerance_rad_s >= self.velocity_limit_rad_s:
+            msg = (
+                f"velocity.device_tolerance_rad_s {self.velocity.device_tolerance_rad_s} must be below "
+                f"velocity_limit_rad_s {self.velocity_limit_rad_s}: a joint that moves would pass for one at rest"
+            )
+            raise ValueError(msg)
+        if self.velocity.device == "use" and self.friction.policy == "sign":
+            msg = (
+                'friction.policy "sign" has no width around rest, where velocity.device = "use" would follow the '
+                'noise of the device: take another policy, or device = "check"'
+            )
+            raise ValueError(msg)
         if not any(self.lever_m) or any(abs(x) > 10 for x in self.lever_m):
             msg = f"lever_m {self.lever_m}: needs a component other than 0, each within -10..10 m"
             raise ValueError(msg)

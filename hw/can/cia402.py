@@ -21,8 +21,8 @@ from hw.can.sample import Sample, Shaft
 from hw.interface import BackendError, LinkFault, Options, Rig
 
 RPDO1, TPDO1, TPDO2, SYNC, HEARTBEAT, EMERGENCY = 0x200, 0x180, 0x280, 0x080, 0x700, 0x080
-PER_NODE = (EMERGENCY, TPDO1, TPDO2, RPDO1, 0x580, 0x600, HEARTBEAT)
-"""Each node's own identifiers, besides its number; 580 and 600 are its SDO server's."""
+PER_NODE = (EMERGENCY, TPDO1, RPDO1, 0x580, 0x600, HEARTBEAT)
+"""Each node's own identifiers, besides its number; 580 and 600 are its SDO server's. With a velocity also TPDO2."""
 OPERATIONAL = 0x05
 
 COMMAND = struct.Struct("<Hh")

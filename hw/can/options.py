@@ -231,6 +231,7 @@ class Cia402Options(DriveOptions):
     def identifiers(self) -> frozenset[int]:
         """See BusUser. The SYNC is among them: a second one in a period would be a second sample."""
         own = {cia402.SYNC, cia402.HEARTBEAT + self.source}
+        own |= {cia402.TPDO2 + axis.node for axis in self.axis if axis.velocity_units}
         return frozenset(own | {base + axis.node for axis in self.axis for base in cia402.PER_NODE})
 
     @model_validator(mode="after")

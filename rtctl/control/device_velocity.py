@@ -11,8 +11,8 @@ the truncation telescope, the rest is a geometric series. So a sample is plausib
 |r| <= W T tolerance + SLACK_COUNTS counts, and with a tolerance of e + a (D + m T / 2) it never trips. A steady error of
 twice what is allowed is found in W ln 2 = 11 ticks, and is a fault at the third sample in a row.
 
-What is used lies within the tolerance of the encoder's estimate in every tick. Gate, over-speed rule and passivity
-observer look at the encoder's alone.
+What is used lies within the tolerance of the encoder's estimate in every tick, and the feed-forward never gives more
+than at the encoder's. Gate, over-speed rule and passivity observer look at the encoder's alone.
 """
 
 from __future__ import annotations
@@ -72,10 +72,13 @@ def device_velocity(t: Record, s: Record, p: Record, axis: int, elapsed: int, dx
 @compiled
 def _plausible(s: Record, p: Record, axis: int, elapsed: int, dx: float, device: float) -> bool:
     """Advance the sum and compare; comparisons are false for NaN. What is out of range is not summed up."""
-    if s.history_count[axis] <= 1:  # the encoder begins anew
+    begins = s.history_count[axis] <= 1  # the encoder too: no travel is known to hold the velocity against
+    if begins:
         s.device_gap_rad[axis] = 0.0
     if not abs(device) <= JUMP_FACTOR * p.velocity_limit_rad_s[axis]:
         return False
+    if begins:
+        return True
     keep = (1.0 - 1.0 / WINDOW_TICKS) ** elapsed
     s.device_gap_rad[axis] = keep * s.device_gap_rad[axis] + elapsed * p.period_s * device - dx
     allowed = WINDOW_TICKS * p.period_s * p.device_tolerance_rad_s[axis] + SLACK_COUNTS * p.count_rad[axis]

@@ -118,19 +118,19 @@ def range_fade(model: Record, branch: int, speed: float) -> float:
 
 @compiled
 def compensated_magnitude(
-    p: Record, model: Record, axis: int, branch: int, speed: float, fastest: float
+    p: Record, model: Record, axis: int, branch: int, speed: float
 ) -> tuple[float, float]:
     """What the feed-forward may add at this speed, and what the model says, both N m.
 
     Notes
     -----
-    kappa (F - b_v |v|) + kappa_v b_v |v|, faded out of the trained range by the `fastest` that the joint may
-    be, at least 0, at most `friction_cap_nm`, and `friction_ungated_cap_nm` for policies without a force gate. NaN stays NaN.
+    kappa (F - b_v |v|) + kappa_v b_v |v|, faded out of the trained range, at least 0, at most
+    `friction_cap_nm`, and `friction_ungated_cap_nm` for policies without a force gate. NaN stays NaN.
     """
     friction = branch_magnitude(model, branch, speed)
     viscous = model.viscous_nms_rad[branch] * min(speed, model.speed_max_rad_s[branch])
     wanted = p.friction_gain[axis] * (friction - viscous) + p.friction_viscous_gain[axis] * viscous
-    wanted *= range_fade(model, branch, fastest)
+    wanted *= range_fade(model, branch, speed)
     cap = p.friction_cap_nm[axis]
     if not is_force_gated(p.friction_policy[axis]):
         cap = min(cap, p.friction_ungated_cap_nm[axis])
@@ -146,7 +146,14 @@ def friction_feedforward(
     """Write the feed-forward fields of axis `axis` of the tick; return fault bits.
 
     Reads `hand_torque_nm`, `velocity_rad_s` and `compensation` of the tick; `dx` is the joint's motion since the
-    last tick, rad, `v` the velocity to go by, rad/s: the trained range is left by either. A model value that is not finite counts as no friction and is a fault.
+    last tick, rad, `v` the velocity to go by, rad/s. A model value that is not finite counts as no friction and
+    is a fault.
+
+    Notes
+    -----
+    Where `v` is not the encoder's velocity, the torque is the lesser of what either allows. What the proofs of
+    passivity and the observer's credit rest on, |tau_ff| <= ff(|v|) at the encoder's velocity, holds however far
+    off or late `v` is: an error of `v` can only take compensation away.
     """
     hand = t.hand_torque_nm[axis]
     policy = p.friction_policy[axis]
@@ -155,12 +162,16 @@ def friction_feedforward(
     direction = saturate(friction_direction(s, p, axis, v, hand, t.tick))
     side = direction if direction != 0.0 else v
     branch = FORWARD if side >= 0.0 else BACKWARD
-    fastest = max(abs(v), abs(t.velocity_rad_s[axis]))
-    magnitude, friction = compensated_magnitude(p, model, axis, branch, abs(v), fastest)
+    magnitude, friction = compensated_magnitude(p, model, axis, branch, abs(v))
+    encoder = t.velocity_rad_s[axis]
+    if v != encoder:
+        allowed, _ = compensated_magnitude(p, model, axis, branch, abs(encoder))
+        if not allowed >= magnitude:  # or NaN
+            magnitude = allowed
     faults = 0
     if not math.isfinite(magnitude) or not math.isfinite(friction):
         magnitude, friction, faults = 0.0, 0.0, _F_LAW
-    inside = fastest <= model.speed_max_rad_s[branch]
+    inside = max(abs(v), abs(encoder)) <= model.speed_max_rad_s[branch]
     t.friction_model_nm[axis] = friction if inside else 0.0
     t.friction_sign[axis] = direction
     t.friction_gate[axis] = gate

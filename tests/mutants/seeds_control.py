@@ -330,8 +330,16 @@ SEEDS = (
         "elapsed * p.period_s * device - dx", "p.period_s * device - dx", VELOCITY,
     ),
     Seed(
-        "the trained range is left by the device's velocity alone", "rtctl/control/feedforward.py",
-        "fastest = max(abs(v), abs(t.velocity_rad_s[axis]))", "fastest = abs(v)", VELOCITY,
+        "the feed-forward gives what the device's velocity alone allows", "rtctl/control/feedforward.py",
+        "    if v != encoder:\n", "    if v != v:\n", VELOCITY,
+    ),
+    Seed(
+        "a model of NaN at the encoder's velocity is no fault", "rtctl/control/feedforward.py",
+        "if not allowed >= magnitude:", "if allowed < magnitude:", VELOCITY,
+    ),
+    Seed(
+        "a joint that moves when the encoder begins has a gap", "rtctl/control/device_velocity.py",
+        "    if begins:\n        return True\n", "", VELOCITY,
     ),
     Seed(
         "the over-speed rule believes the device", "rtctl/control/law.py",

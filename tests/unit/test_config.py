@@ -92,6 +92,17 @@ def test_inconsistent_pairs_are_named(write):
     assert "lever_m" in line
 
 
+@pytest.mark.parametrize(
+    ("tables", "words"),
+    [
+        ("[axis.velocity]\ndevice_tolerance_rad_s = 1e4\n", "velocity.device_tolerance_rad_s 10000.0 must be below"),
+        ('[axis.velocity]\ndevice = "use"\n[axis.friction]\npolicy = "sign"\n', 'policy "sign" has no width'),
+    ],
+)
+def test_a_device_velocity_that_would_prove_nothing_or_chatter_is_refused(write, tables, words):
+    assert any(words in line for line in faults(write(GOOD.replace("[[device]]", tables + "[[device]]"))))
+
+
 def test_two_axes_of_one_name_are_refused(write):
     axis = GOOD[GOOD.index("[[axis]]") : GOOD.index("[[device]]")]
     (line,) = faults(write(GOOD + axis))

@@ -11,6 +11,7 @@ from law_rig import COUNT, LEVER, LawRig, T
 
 from rtctl.control import device_velocity as judged
 from rtctl.control.device_velocity import SLACK_COUNTS, WINDOW_TICKS
+from rtctl.control.feedforward import friction_feedforward
 from rtctl.control.vocabulary import DeviceVelocity, Fault, Policy, State
 
 TOLERANCE = 1.0
@@ -148,6 +149,60 @@ def test_a_sum_of_before_does_not_outlive_a_restart():
     rig.tick(link_faults=4, device_velocity_rad_s=0.0)  # unplugged
     rig.tick(1.0, device_velocity_rad_s=0.0)
     assert rig.state["device_gap_rad"][0, 0] == 0.0
+
+
+@pytest.mark.parametrize("speed", [9.0, -9.0])
+def test_a_joint_that_moves_when_the_encoder_begins_is_no_gap(speed):
+    """No travel of before is known: the first sample must not count as one the encoder did not see."""
+    rig = LawRig(**{**CHECKED, "device_tolerance_rad_s": 0.3})
+    for k in range(100):
+        rig.tick(counted(speed * T * k), device_velocity_rad_s=speed)
+        assert abs(rig.state["device_gap_rad"][0, 0]) <= COUNT * (1 + 1e-9)
+        assert rig.faults == Fault(0)
+
+
+def test_a_velocity_out_of_range_is_implausible_from_the_first_sample_on():
+    rig = LawRig(**CHECKED)
+    assert rig.tick(device_velocity_rad_s=math.inf).state["device_doubt_ticks"][0, 0] == 1
+
+
+def limit_at(rig, velocity, direction):
+    """Most that the proofs let the feed-forward have at this velocity of the encoder, N m."""
+    rig.now["velocity_rad_s"] = velocity
+    rig.state["friction_stop"] = direction
+    friction_feedforward(rig.now[0], rig.state[0], rig.params[0], rig.model[0], 0, 0.0, velocity)
+    return abs(rig["feedforward_torque_nm"])
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    st.floats(-5.0, 5.0),
+    st.one_of(st.floats(-6.0, 6.0), st.just(0.0)),
+    st.sampled_from([-1.0, 1.0]),
+    st.sampled_from([Policy.STOP, Policy.SIGN, Policy.TANH, Policy.DEADBAND]),
+)
+def test_an_error_of_the_device_only_takes_compensation_away(encoder, device, direction, policy):
+    """|tau_ff| is at most what the whole direction would get at the encoder's speed: the premise of the proofs."""
+    rig = LawRig(friction_policy=int(Policy.STOP), friction_viscous_gain=0.7, friction_ungated_cap_nm=1.0)
+    rig.friction(stribeck=0.6)
+    rig.now["compensation"] = 1.0
+    most = limit_at(rig, encoder, direction)
+    rig.params["friction_policy"] = int(policy)
+    friction_feedforward(rig.now[0], rig.state[0], rig.params[0], rig.model[0], 0, 0.0, device)
+    assert abs(rig["feedforward_torque_nm"]) <= most
+    if policy == Policy.STOP and abs(device) <= 4.0:
+        own = abs(rig["feedforward_torque_nm"])
+        rig.now["velocity_rad_s"] = device
+        friction_feedforward(rig.now[0], rig.state[0], rig.params[0], rig.model[0], 0, 0.0, device)
+        assert own == min(most, abs(rig["feedforward_torque_nm"])), "and no more than the error asks for"
+
+
+def test_a_model_that_is_not_finite_at_the_encoders_velocity_is_a_fault():
+    rig = LawRig(friction_policy=int(Policy.STOP)).friction()
+    rig.now["compensation"], rig.now["velocity_rad_s"], rig.state["friction_stop"] = 1.0, 3.5, 1.0
+    rig.model["coefficient"][..., 100:200, 0] = math.nan
+    fault = friction_feedforward(rig.now[0], rig.state[0], rig.params[0], rig.model[0], 0, 0.0, 0.5)
+    assert (fault, rig["feedforward_torque_nm"]) == (Fault.LAW_NOT_FINITE, 0.0)
 
 
 def feedforward(kind, device, speed=0.5, policy=Policy.TANH):

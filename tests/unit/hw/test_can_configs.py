@@ -112,6 +112,13 @@ def test_velocity_units_of_cia402_are_given_for_every_axis_or_none():
         model.model_validate({"bus": wire, "axis": [axes[0], {"node": 2}]})
 
 
+@pytest.mark.parametrize(("units", "claimed"), [(4096.0, {0x281}), (0.0, set())])
+def test_a_cia402_drive_claims_the_identifier_of_its_velocity_only_where_it_sends_one(units, claimed):
+    options = {"bus": {"channel": "can0"}, "axis": [{"node": 1, "velocity_units": units}]}
+    found = registry.options_model("cia402").model_validate(options).identifiers()
+    assert found & {0x281} == claimed
+
+
 @pytest.mark.parametrize(
     ("change", "text"),
     [
