@@ -58,7 +58,9 @@ def _same(reader: Any, *, as_json: bool) -> None:  # noqa: ANN401
     else:
         click.echo(text)
         if missing := reader.missing_fields():
-            click.echo(f"recorded before the tick had {', '.join(missing)}: taken as 0, not compared")
+            click.echo(
+                f"recorded before the tick had {', '.join(missing)}: taken as not measured or 0, not compared"
+            )
         if verdict.stopped:
             click.echo(f"stopped early: {verdict.stopped}")
         if verdict.first is None:

@@ -110,7 +110,7 @@ class RecordingReader:
         return unpack_law(self.attachments[LAW_NAME], self.n_axes)
 
     def missing_fields(self) -> list[str]:
-        """Tick fields of this version that the recording does not have; they read as 0."""
+        """Tick fields of this version that the recording does not have; they read as 0, optional sensors as NaN."""
         return [field.name for field in RECORDED if field.name not in self._recorded]
 
     def batches(self) -> Iterator[Batch]:

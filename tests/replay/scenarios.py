@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from hw.mock.options import VelocityOptions
 from rtctl.config import Config, LoadedConfig, load
 from rtctl.control.vocabulary import Environment, Program
 from rtctl.simulation import Simulation
@@ -54,6 +55,7 @@ class Scenario:
     config: str
     happens: Callable[[Run], None]
     axis: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict)
 
     def run(self) -> Run:
         loaded = load(CONFIGS / self.config)
@@ -62,6 +64,8 @@ class Scenario:
             for table, keys in self.axis.items():
                 data["axis"][0][table].update(keys)
             loaded = loaded.model_copy(update={"config": Config.model_validate(data)})
+        if self.options:
+            loaded = loaded.model_copy(update={"options": {**loaded.options, **self.options}})
         made = Run(loaded)
         self.happens(made)
         return made
@@ -133,6 +137,17 @@ def faults(run: Run) -> None:
     run.bump(0.1, "reset_count")
 
 
+def device_velocity(run: Run) -> None:
+    """The feed-forward goes by a late, noisy tacho; then its wire is turned round: cut."""
+    run.sim.script([{"channel": "velocity", "kind": "sign", "at_s": 3.2, "for_s": 1.0}])
+    run.armed()
+    at_s = run.sim.time_s
+    if at_s < 2.9:
+        run.go(2.9 - at_s)
+        run._start()
+    run.go(0.6)
+
+
 def programs(run: Run) -> None:
     """Excitation: servo, then a ramp of torque."""
     run.armed()
@@ -172,5 +187,11 @@ SCENARIOS: dict[str, Scenario] = {
     "environments": Scenario("mock.toml", environments),
     "renderer-falls-silent": Scenario("mock.toml", renderer_falls_silent),
     "faults": Scenario("mock.toml", faults),
+    "device-velocity": Scenario(
+        "mock.toml",
+        device_velocity,
+        {"velocity": {"device": "use", "device_tolerance_rad_s": 0.3}},
+        {"velocity": VelocityOptions(lag_s=2e-3, noise_rad_s=0.01).model_dump()},
+    ),
     "programs": Scenario("mock-identify.toml", programs),
 }

@@ -95,7 +95,10 @@ def test_inconsistent_pairs_are_named(write):
 @pytest.mark.parametrize(
     ("tables", "words"),
     [
-        ("[axis.velocity]\ndevice_tolerance_rad_s = 1e4\n", "velocity.device_tolerance_rad_s 10000.0 must be below"),
+        (
+            "[axis.velocity]\ndevice_tolerance_rad_s = 1e4\n",
+            "velocity.device_tolerance_rad_s 10000.0 must be below",
+        ),
         ('[axis.velocity]\ndevice = "use"\n[axis.friction]\npolicy = "sign"\n', 'policy "sign" has no width'),
     ],
 )
