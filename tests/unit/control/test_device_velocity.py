@@ -174,7 +174,7 @@ def limit_at(rig, velocity, direction):
     return abs(rig["feedforward_torque_nm"])
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(
     st.floats(-5.0, 5.0),
     st.one_of(st.floats(-6.0, 6.0), st.just(0.0)),
