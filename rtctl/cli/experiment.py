@@ -54,6 +54,12 @@ NAMES = (
     help="compare only this friction model with none (point-to-point, tracking; may be repeated); default: all",
 )
 @click.option(
+    "--case",
+    "cases",
+    multiple=True,
+    help="run only this step or reference, as 'step 100 mrad' or 'sine 0.5 Hz' (point-to-point, tracking; may be repeated); default: all",
+)
+@click.option(
     "--seconds",
     type=click.FloatRange(1, 3600),
     default=12.0,
@@ -77,6 +83,7 @@ def command(
     seeds: int,
     points: Path | None,
     models: tuple[str, ...],
+    cases: tuple[str, ...],
     seconds: float,
     resume: bool,
     yes: bool,
@@ -101,7 +108,18 @@ def command(
         _ask(name, loaded, seconds)
     bar = _Bar(quiet=as_json)
     order = Order(
-        loaded, seeds, simulate, points, seconds, runtime_dir, bar, bar.notice, _known(models), out, resume
+        loaded,
+        seeds,
+        simulate,
+        points,
+        seconds,
+        runtime_dir,
+        bar,
+        bar.notice,
+        _known(models),
+        cases,
+        out,
+        resume,
     )
     began = time.monotonic()
     try:

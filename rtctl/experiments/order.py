@@ -37,6 +37,8 @@ class Order:
     announce: Callable[[str], None] = lambda _text: None
     models: tuple[str, ...] = ()
     """Friction models to compare besides none; empty: all."""
+    cases: tuple[str, ...] = ()
+    """Steps or references to run, by name; empty: all."""
     out: Path = Path()
     """Folder of the report; long runs on a rig keep there what they have measured."""
     resume: bool = False

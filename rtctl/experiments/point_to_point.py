@@ -15,6 +15,7 @@ from rtctl.friction.report_page import Picture
 
 TITLE = "Point-to-point positioning"
 STEPS_RAD = (0.01, 0.03, 0.1, 0.2, -0.03, -0.1)
+DRAWN = ("step 10 mrad", "step 100 mrad")
 SECONDS = 1.5
 REST_S = 0.2
 """The steady-state error is the mean over the last of these seconds."""
@@ -50,7 +51,7 @@ def _outcome(order: Order, cases: list[Case], compared: list[Compared], found: F
     parts = (
         Part(
             "Step responses",
-            shown=(_picture(order, cases[2], compared, look), _picture(order, cases[0], compared, look)),
+            shown=tuple(_picture(order, case, compared, look) for case in positioning.to_draw(cases, DRAWN)),
         ),
         Part("Where SVR wins and where it does not", words, (comparison.learned(compared),)),
         *comparison.parts(found, FIGURES, order.repetitions),
@@ -102,5 +103,5 @@ def _picture(order: Order, case: Case, compared: list[Compared], look: Look) -> 
     return Picture(name, caption, figures.stacked(panels, "time [s]", 3.0))
 
 
-_EXPERIMENT = positioning.Experiment("point-to-point", cases_of, judge, _outcome)
-run, on_rig = _EXPERIMENT.run, _EXPERIMENT.on_rig
+EXPERIMENT = positioning.Experiment("point-to-point", cases_of, judge, _outcome)
+run, on_rig = EXPERIMENT.run, EXPERIMENT.on_rig

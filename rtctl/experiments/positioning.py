@@ -10,6 +10,7 @@ import numpy as np
 from rtctl.control.jit import records
 from rtctl.control.velocity import lowpass_alpha
 from rtctl.control.vocabulary import Shape
+from rtctl.errors import ConfigError
 from rtctl.experiments import models, virtual
 from rtctl.experiments.models import SVR, Compared
 from rtctl.experiments.order import Order
@@ -141,11 +142,19 @@ class Experiment:
     judge: Judge
     page: Page
 
+    def chosen(self, order: Order) -> list[Case]:
+        """The cases asked for, or all. Raises ConfigError for one that there is not."""
+        cases = {case.name: case for case in self.cases_of(order)}
+        for name in order.cases:
+            if name not in cases:
+                raise ConfigError(f"--case {name!r}: {self.name} has {', '.join(map(repr, cases))}")
+        return [case for name, case in cases.items() if not order.cases or name in order.cases]
+
     def run(self, order: Order) -> Outcome:
         """Run it on the simulated rig. Raises ConfigError, DataError."""
         order.require_simulated(self.name)
+        cases = self.chosen(order)
         compared = models.compared(order)
-        cases = self.cases_of(order)
         found = run_all(order, cases, compared, self.judge)
         return self.page(order, cases, compared, found, simulated(order))
 
@@ -173,6 +182,11 @@ def less(found: Found, controller: str, figure: str, model: str, than: str = "no
     return reduction(
         over_cases(found, controller, than, figure), over_cases(found, controller, model, figure)
     )
+
+
+def to_draw(cases: Sequence[Case], names: Sequence[str]) -> list[Case]:
+    """The cases of these names; the first one where there is none of them."""
+    return [case for case in cases if case.name in names] or list(cases[:1])
 
 
 def best_of_all(found: Found, controller: str, figure: str, scale: float, unit: str) -> str:

@@ -207,7 +207,7 @@ def _hold(order: Order, bare: LoadedConfig, session: Session, kept: KeptRuns) ->
 
 def reported(order: Order, experiment: Experiment) -> Outcome:
     """Run on the loop, and the page of it, with every angle and torque measured beside it."""
-    cases = experiment.cases_of(order)
+    cases = experiment.chosen(order)
     require(order, cases)
     kept = KeptRuns(order.out, belonging(order, experiment.name), resume=order.resume)
     if not kept.models:

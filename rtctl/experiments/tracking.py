@@ -16,6 +16,7 @@ from rtctl.friction.report_page import Picture
 TITLE = "Tracking"
 SINE_RAD, SINES_HZ = 0.3, (0.1, 0.25, 0.5, 1.0)
 TRIANGLE_RAD, TRIANGLES_RAD_S = 0.15, (0.02, 0.1, 0.5)
+DRAWN = ("sine 0.25 Hz", "triangle 0.1 rad/s")
 
 FIGURES = {
     "error_rms_rad": ("RMS error, mrad", 1e3),
@@ -35,7 +36,7 @@ def _outcome(order: Order, cases: list[Case], compared: list[Compared], found: F
         positioning.verdict(found, controller, "error_rms_rad", compared, "RMS tracking error")
         for controller in positioning.CONTROLLERS
     )
-    pictures = (_picture(order, cases[1], compared, look), _picture(order, cases[5], compared, look))
+    pictures = tuple(_picture(order, case, compared, look) for case in positioning.to_draw(cases, DRAWN))
     parts = (
         Part("Errors over time", shown=pictures),
         Part("Where SVR wins and where it does not", words, (comparison.learned(compared),)),
@@ -99,5 +100,5 @@ def _picture(order: Order, case: Case, compared: list[Compared], look: Look) -> 
     return Picture(name, caption, figures.stacked(panels, "time [s]", 3.0))
 
 
-_EXPERIMENT = positioning.Experiment("tracking", cases_of, judge, _outcome)
-run, on_rig = _EXPERIMENT.run, _EXPERIMENT.on_rig
+EXPERIMENT = positioning.Experiment("tracking", cases_of, judge, _outcome)
+run, on_rig = EXPERIMENT.run, EXPERIMENT.on_rig

@@ -1,6 +1,7 @@
 """The position controller and its figures, the worst hand, and what the texts say of SVR."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from rtctl.control.jit import records
 from rtctl.control.position import friction_toward, reference_at
 from rtctl.control.records import MODEL
 from rtctl.control.vocabulary import Shape
+from rtctl.errors import ConfigError
 from rtctl.experiments import point_to_point, positioning, tracking, worst_delay, worst_hand
 from rtctl.experiments.models import Compared
 from rtctl.experiments.order import Order
@@ -109,6 +111,23 @@ def test_at_rest_the_joint_does_not_hunt_about_its_goal(order, shipped):
     end = positioning.follow_once(order, 0, "PD", case, shipped)
     assert np.ptp(end.position_rad[-200:]) < 1e-4
     assert np.abs(end.torque_nm).max() <= 2.0
+
+
+def test_only_the_cases_asked_for_are_run_and_an_unknown_one_is_answered_with_those_there_are(order):
+    asked = replace(order, cases=("triangle 0.5 rad/s", "sine 1 Hz"))
+    assert [case.name for case in tracking.EXPERIMENT.chosen(asked)] == ["sine 1 Hz", "triangle 0.5 rad/s"]
+    assert len(tracking.EXPERIMENT.chosen(order)) == len(tracking.cases_of(order))
+    with pytest.raises(ConfigError, match=r"'step 10 mrad'.*'step -100 mrad'"):
+        point_to_point.EXPERIMENT.chosen(asked)
+
+
+def test_a_page_of_one_case_draws_that_case(order, shipped, monkeypatch):
+    monkeypatch.setattr(
+        positioning.models, "compared", lambda _order: [NONE, replace(shipped, name="nu-SVR, RBF")]
+    )
+    made = tracking.run(replace(order, seeds=1, cases=("sine 1 Hz",)))
+    assert next(picture.name for picture in made.pictures()) == "tracking_sine_1_Hz"
+    assert list(made.numbers["controllers"]["PD"]) == ["sine 1 Hz"]
 
 
 def found_of(**means):
