@@ -60,7 +60,7 @@ class Rig:
             if self.refuse:
                 raise RefusedError("not_ready", self.refuse)
             self.asked.append((name, arguments, values))
-            return {}
+            return {"environment": {"kind": arguments[1], **values}} if name == "set_environment" else {}
 
         return ask
 
