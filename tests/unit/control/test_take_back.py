@@ -132,3 +132,16 @@ def test_the_bound_shows_in_the_tick_and_as_a_flag_of_the_gate():
     assert rig["torque_share"] == pytest.approx(allowed / 3.0, rel=1e-6)
     assert abs(rig["torque_applied_nm"]) == pytest.approx(allowed, rel=1e-6)
     assert int(rig["gate_flags"]) & GateFlag.SHARE
+
+
+def test_the_account_keeps_what_taking_back_costs_while_the_torque_is_held():
+    rig = LawRig(coupling_stiffness_nm_rad=50.0, velocity_limit_rad_s=V_MAX)
+    rig.environment("spring", environment_stiffness_nm_rad=1e4, environment_center_rad=-0.1).arm()
+    rig.run(100)
+    held, stored = rig["torque_applied_nm"], rig.state["stored_energy_j"][0, 0]
+    assert abs(held) == pytest.approx(3.0)
+    rig.state["energy_port_j"] = 9.0
+    p = rig.params[0]
+    kept = stored + p["energy_bank_j"] + cost_to_take_back(p, 0, held)
+    assert rig.tick()["energy_port_j"] == pytest.approx(kept)
+    assert cost_to_take_back(p, 0, held) > 2 * BUDGET
