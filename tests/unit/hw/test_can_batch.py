@@ -5,10 +5,12 @@ import errno
 import gc
 import socket
 
+import can
 import pytest
 
-from hw.can.adapter import AdapterFrame
+from hw.can.adapter import AdapterBus, AdapterFrame
 from hw.can.batch import FRAMES, STRIDE, Batch
+from hw.can.bus import DRAIN_LIMIT
 
 
 @pytest.fixture
@@ -82,3 +84,32 @@ def test_a_frame_of_python_cans_is_copied_whole_and_apart(can_id, extended):
     assert copied.is_fd
     assert copied.bitrate_switch
     assert not copied.is_remote_frame
+    slots = [name for name in can.Message.__slots__ if name != "__weakref__"]
+    as_made = can.Message(
+        arbitration_id=can_id & 0x1FFF_FFFF,
+        is_extended_id=extended,
+        is_fd=True,
+        bitrate_switch=True,
+        data=b"abcd",
+    )
+    assert {name: getattr(copied, name) for name in slots} == {name: getattr(as_made, name) for name in slots}
+
+
+@pytest.mark.parametrize("interface", ["virtual", "another"])
+def test_a_backlog_is_taken_in_bounded_cycles_and_told(monkeypatch, interface):
+    """Whether the interface can say how much waits, as the in-process bus can, or not."""
+    made = can.Bus(interface="virtual", channel="backlog", ignore_config=True)
+    monkeypatch.setattr(can, "Bus", lambda **_: made)
+    bus = AdapterBus(
+        {"interface": interface, "channel": "backlog", "bitrate": 1_000_000, "fd": False, "arguments": {}}
+    )
+    seen = []
+    bus.subscribe({7: lambda data, _offset, length: seen.append(data[0])})
+    with type(made)(channel="backlog") as peer:
+        for k in range(DRAIN_LIMIT + 3):
+            peer.send(can.Message(arbitration_id=7, data=[k % 256], is_extended_id=False))
+    assert (bus.receive(), len(seen)) == (False, DRAIN_LIMIT)
+    assert (bus.receive(), len(seen)) == (True, DRAIN_LIMIT + 3)
+    assert seen == [k % 256 for k in range(DRAIN_LIMIT + 3)]
+    assert (bus.receive(), len(seen)) == (True, DRAIN_LIMIT + 3)
+    bus.close()
