@@ -2,12 +2,15 @@
 
 Its traps are dealt with here: filters stay off, because `recv(0)` gives None for a frame they drop though
 a wanted one waits behind it; slcan's serial time-out of 1 ms is set to 0, and its acknowledge lines read
-as None; a garbled line raises ValueError or IndexError and counts as damaged.
+as None; a garbled line raises whatever its decoder stumbles over and counts as damaged; `serial` and
+`seeedstudio` wait for their port whatever they are asked, so they are asked only when a frame's worth of bytes is there.
 """
 
 from __future__ import annotations
 
 import errno
+import select
+import struct
 from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any
@@ -17,6 +20,13 @@ from hw.can.health import BusHealth
 from hw.interface import BackendError, LinkLost, Options
 
 _FULL = frozenset({errno.ENOBUFS, errno.EAGAIN, errno.ETIMEDOUT})
+_GARBLED = (ValueError, IndexError, TypeError, struct.error)
+
+PORTS = {"serial": ("_ser", 11), "seeedstudio": ("ser", 5)}
+"""Interfaces that ignore the time they may take: where their pyserial port is, and bytes of their shortest frame."""
+
+REST_S, ROOM_S = 1e-3, 0.05
+"""Longest waits on such a port, s: for the rest of a frame whose first bytes came; for room, which was looked for before."""
 
 
 def python_can() -> Any:  # noqa: ANN401
@@ -98,6 +108,8 @@ class AdapterBus:
         self._chatty = options["interface"] == "slcan"
         self._unread_replies = 0
         self._errors = (can.CanError, OSError)
+        self._stumbles = (*_GARBLED, *self._errors)
+        self._port: list[Any] = []
         self._lost = ""
         try:
             self._bus = can.Bus(**_arguments(options))
@@ -108,8 +120,23 @@ class AdapterBus:
             ) from error
         # `recv` looks at the wall clock and at filters; below it lies what an interface implements itself
         self._recv, self._send = self._bus._recv_internal, self._bus.send
-        # the in-process bus knows how much waits: asking costs a tenth of finding out that nothing does
-        self._waiting = self._bus.queue.queue.__len__ if options["interface"] == "virtual" else None
+        self._waiting = self._asker(options["interface"])
+        self._too_late = can.CanTimeoutError
+
+    def _asker(self, interface: str) -> Callable[[], int] | None:
+        """What tells without waiting whether `recv` has anything to give; None where only `recv` knows."""
+        if interface == "virtual":
+            waiting: Callable[[], int] = (
+                self._bus.queue.queue.__len__
+            )  # a tenth of the cost of an empty `recv`
+            return waiting
+        if interface not in PORTS:
+            return None
+        name, shortest = PORTS[interface]
+        port = getattr(self._bus, name)
+        port.timeout, port.write_timeout = REST_S, ROOM_S
+        self._port = [port]
+        return lambda: int(port.in_waiting) // shortest
 
     def subscribe(self, handlers: Mapping[int, Handler]) -> None:
         """Have `receive` call these; all other frames are dropped here."""
@@ -119,19 +146,20 @@ class AdapterBus:
         """Hand every waiting frame to its handler. Raises LinkLost once the adapter is gone."""
         if self._lost:
             raise LinkLost(self._lost)
-        recv, handlers = self._recv, self._handlers
+        recv, handlers, waiting = self._recv, self._handlers, self._waiting
         empties = self._unread_replies + 1 if self._chatty else 1
-        most = DRAIN_LIMIT if self._waiting is None else min(self._waiting(), DRAIN_LIMIT)
-        for _ in range(most):
+        for _ in range(DRAIN_LIMIT):
             try:
+                if waiting is not None and not waiting():
+                    return True
                 message, _ = recv(0)
-            except (ValueError, IndexError):
+            except self._stumbles as error:
+                if not self._is_damage(error):
+                    raise self._gone(error) from error
                 self.health.counts["damaged"] += 1
                 continue
-            except self._errors as error:
-                raise self._gone(error) from error
             if message is None:
-                empties -= 1
+                empties -= waiting is None
                 if empties <= 0:
                     self._unread_replies = 0
                     return True
@@ -147,7 +175,13 @@ class AdapterBus:
             handler = handlers.get(can_id)
             if handler is not None:
                 handler(message.data, 0, message.dlc)
-        return most < DRAIN_LIMIT
+        return False
+
+    def _is_damage(self, error: Exception) -> bool:
+        """Whether a frame was garbled, and not the adapter lost. On a port a loss has the port's error as its cause."""
+        if isinstance(error, self._errors):
+            return bool(self._port) and error.__cause__ is None and not isinstance(error, OSError)
+        return True
 
     def _gone(self, error: Exception) -> LinkLost:
         self._lost = self._lost or f"{self._name} is lost: {error}; plug the adapter in again"
@@ -162,11 +196,14 @@ class AdapterBus:
         if self._lost:
             raise LinkLost(self._lost)
         try:
+            if self._port and not select.select((), self._port, (), 0)[1]:
+                self.health.refused()
+                return False
             self._send(frame.message, timeout=0)
         except self._errors as error:
             cause = error.__cause__ or error
             code = getattr(error, "error_code", None) or getattr(cause, "errno", None)
-            if code in _FULL or isinstance(cause, TimeoutError):
+            if code in _FULL or isinstance(cause, TimeoutError) or isinstance(error, self._too_late):
                 self.health.refused()
                 return False
             raise self._gone(error) from error

@@ -25,6 +25,12 @@ NEEDED = (
 
 TESTS = "tests/system/test_socketcan.py tests/contract/test_backend_contract.py tests/contract/test_can_contract.py"
 CYCLES = 3000
+DOCTOR = """
+rig() { sed -e "s/can0/$1/; s/1000000/$2/" configs/can-odrive.toml >"$TMPDIR/$1-$2.toml"; echo "$TMPDIR/$1-$2.toml"; }
+look() { PYTHON -m rtctl doctor "$(rig "$1" "$2")" --no-timing --json; echo; }
+look can0 1000000; look can0 500000; look vcan0 1000000; ip link set can1 down; look can1 1000000
+""".replace("PYTHON", sys.executable)
+"""A bus that is up, one of another bit rate, one without, one that is down."""
 RATIO_MAX = 0.5
 """Of our cycle's time to python-can's. The target is 0.4 (`ok` in the row); above this the fast path is broken."""
 
@@ -64,7 +70,7 @@ def guest():
         f"export PYTHONPATH={ROOT} NUMBA_DISABLE_JIT=1 PYTEST_DISABLE_PLUGIN_AUTOLOAD=1; "
         f"RTCTL_CAN_WIRES=vcan0:vcan0,can0:can1 {sys.executable} -m pytest -q --color=no -p pytest_timeout "
         f"-p no:cacheprovider --durations=5 {TESTS} -k 'socketcan or vcan0 or can0'; code=$?; "
-        f"echo figures; {sys.executable} -c '{bench}'; exit $code"
+        f"echo figures; {sys.executable} -c '{bench}'; echo doctor; cd {ROOT}; {DOCTOR} exit $code"
     )
     done = subprocess.run(
         [VM, command], cwd=ROOT, text=True, capture_output=True, check=False, env=environment()
@@ -82,7 +88,20 @@ def test_can_on_vcan_and_on_two_wired_controllers(guest):
 
 
 def test_the_raw_socket_is_faster_than_python_can_on_vcan(guest):
-    rows = json.loads(guest.stdout.partition("\nfigures\n")[2])
+    rows = json.loads(guest.stdout.partition("\nfigures\n")[2].partition("\ndoctor\n")[0])
     ratio = next(row for row in rows if row["name"].startswith("CAN cycle against"))
     assert "vcan0 (raw socket)" in ratio["against"]
     assert ratio["value"] <= RATIO_MAX, ratio
+
+
+def test_the_doctor_knows_a_bus_that_is_up_from_one_that_is_not(guest):
+    told = [json.loads(line) for line in guest.stdout.partition("\ndoctor\n")[2].splitlines() if line]
+    lines = [next(line for line in one["lines"] if "odrive" in line["check"]) for one in told]
+    assert [(line["status"], line["found"]) for line in lines] == [
+        ("ok", "can0 is up at 1000000 bit/s, ERROR-ACTIVE"),
+        ("fail", "can0 runs at 1000000 bit/s, the rig file says 500000"),
+        ("ok", "vcan0 is up (virtual: no bit rate)"),
+        ("fail", "can1 is down"),
+    ]
+    assert "type can bitrate 500000" in lines[1]["fix"]
+    assert "sudo ip link set can1 up" in lines[3]["fix"]
