@@ -24,6 +24,7 @@ RPDO1, TPDO1, TPDO2, SYNC, HEARTBEAT, EMERGENCY = 0x200, 0x180, 0x280, 0x080, 0x
 PER_NODE = (EMERGENCY, TPDO1, RPDO1, 0x580, 0x600, HEARTBEAT)
 """Each node's own identifiers, besides its number; 580 and 600 are its SDO server's. With a velocity also TPDO2."""
 OPERATIONAL = 0x05
+NMT, START = 0x000, 0x01
 
 COMMAND = struct.Struct("<Hh")
 FEEDBACK = struct.Struct("<Hih")
@@ -158,7 +159,12 @@ class Cia402Axis:
         self._torque_rated_nm, self._current_rated_a, self.identity = found
         self._unwrap = Unwrap(32)
         bus.subscribe(self.handlers())
+        start = bus.outgoing(NMT, 2)
+        start.buffer[start.offset : start.offset + 2] = bytes([START, self.node])
         for _ in range(5):
+            bus.send(
+                start
+            )  # again: nobody acknowledges it, and one that was lost leaves a drive that says nothing
             bus.send(self._command)
             bus.send(self._sync)
             if wait_for(bus, self._heard, 0.2):

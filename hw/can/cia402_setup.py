@@ -15,6 +15,9 @@ _TPDO = (0x6041_0010, 0x6064_0020, 0x6078_0010)  # statusword u16, position i32,
 _TPDO2 = (0x606C_0020,)  # velocity i32
 _SYNCHRONOUS = 1
 
+SDO_ATTEMPTS = 3
+"""An object is asked for so often before the drive counts as silent: a frame may be lost on a busy line."""
+
 
 class SdoClient:
     """Reads and writes objects of one node."""
@@ -79,7 +82,7 @@ def configure(bus: Bus, node: int, table: Options, options: Options) -> tuple[fl
     try:
         network.connect()
         remote = network.add_node(node, canopen.ObjectDictionary())  # type: ignore[no-untyped-call]
-        remote.sdo.RESPONSE_TIMEOUT = options["sdo_timeout_s"]
+        remote.sdo.RESPONSE_TIMEOUT, remote.sdo.MAX_RETRIES = options["sdo_timeout_s"], SDO_ATTEMPTS
         sdo = SdoClient(remote, node)
         remote.nmt.state = "PRE-OPERATIONAL"
         found = _rated(sdo, node, table)

@@ -19,7 +19,7 @@ pytestmark = [pytest.mark.system, pytest.mark.timeout(1200)]
 NEEDED = (
     "numpy", "numpy.libs", "numba", "llvmlite", "pydantic", "pydantic_core", "annotated_types", "typing_inspection",
     "typing_extensions.py", "pytest", "_pytest", "pluggy", "iniconfig", "packaging", "pygments", "pytest_timeout.py", "can", "wrapt",
-    "canopen", "serial", "hypothesis", "_hypothesis_pytestplugin.py", "_hypothesis_globals.py", "py.py", "sortedcontainers", "click",
+    "canopen", "serial", "zmq", "pyzmq.libs", "msgpack", "hypothesis", "_hypothesis_pytestplugin.py", "_hypothesis_globals.py", "py.py", "sortedcontainers", "click",
 )  # fmt: skip
 """What the tests in the guest import of the packages; their metadata comes along."""
 

@@ -291,6 +291,15 @@ def test_a_cia402_drive_turns_feedback_into_angle_and_current_and_refuses_other_
     assert axis.status() == "node 5: operation enabled, emergency 0x2310"
 
 
+def test_a_cia402_drive_that_missed_its_start_is_started_again(monkeypatch, no_waiting):
+    axis, _, on, bus = cia402_axis()
+    monkeypatch.setattr("hw.can.cia402_setup.configure", lambda *_: (1.0, 2.0, b"who"))
+    start = (0x000, bytes([0x01, 5]))
+    bus.answer = lambda: feedback(on, 0x21) if bus.sent.count(start) == 2 else None
+    axis.set_up(bus)
+    assert (bus.sent.count(start), axis.identity) == (2, b"who")
+
+
 def test_the_velocity_of_a_cia402_drive_is_part_of_the_sample_only_where_it_is_wanted():
     axis, sample, on, _ = cia402_axis()
     assert cia402.TPDO2 + 5 not in on
@@ -358,7 +367,7 @@ def test_a_cia402_drive_is_set_up_or_refused_when_no_feedback_comes(monkeypatch,
     bus = Bus()
     with pytest.raises(BackendError, match="no TPDO after SYNC"):
         axis.set_up(bus)
-    assert [can_id for can_id, _ in bus.sent] == [cia402.RPDO1 + 5, cia402.SYNC] * 5
+    assert [can_id for can_id, _ in bus.sent] == [cia402.NMT, cia402.RPDO1 + 5, cia402.SYNC] * 5
     axis.set_up(Bus(lambda: feedback(on, 0x21)))
     assert axis.identity == b"number"
 
