@@ -200,13 +200,12 @@ def best_of_all(found: Found, controller: str, figure: str, scale: float, unit: 
     if not others:
         return f"{text}."
     gain = less(found, controller, figure, best, others[0])
-    if gain.count > 1 and gain.low > 0:
+    next_best = f"{others[0]}, {means[others[0]].text(scale)} {unit}"
+    if gain.count == 1:
+        return f"{text}; next {next_best}, each run once."
+    if gain.low > 0:
         return f"{text}, {gain.text(100, '.1f')} % less than the next ({others[0]})."
-    return f"{text}; {_runs(gain.count)} cannot tell it from the next ({others[0]}, {means[others[0]].text(scale)} {unit})."
-
-
-def _runs(count: int) -> str:
-    return f"{count} seeds" if count > 1 else "one run"
+    return f"{text}; {gain.count} seeds cannot tell it from the next ({next_best})."
 
 
 def verdict(found: Found, controller: str, figure: str, compared: Sequence[Compared], what: str) -> str:

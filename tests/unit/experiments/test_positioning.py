@@ -168,6 +168,12 @@ def test_the_best_of_all_is_named_with_whether_it_can_be_told_from_the_next(seco
     assert positioning.best_of_all(found, "PD", "e", 1.0, "N m") == said
 
 
+def test_the_best_of_one_run_is_named_beside_the_next():
+    found = over_seeds(**{"none": [9.0], "nu-SVR, RBF": [1.1]})
+    said = "Best of all: nu-SVR, RBF, with 1.1 N m; next none, 9 N m, each run once."
+    assert positioning.best_of_all(found, "PD", "e", 1.0, "N m") == said
+
+
 @pytest.mark.parametrize("b_c", [0.0, 0.01, 0.03])
 @pytest.mark.parametrize("modes", [1, 2, 5, 14])
 def test_the_worst_hand_is_unstable_exactly_where_theory_says(b_c, modes):
