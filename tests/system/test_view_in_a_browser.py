@@ -81,6 +81,12 @@ def test_both_pages_work_and_ask_for_nothing_elsewhere(look, url, tmp_path):
     assert facts["points"] > 300
     assert facts["velocity_points"] > 50
     assert facts["signals"] > 50
+    assert facts["paused"] == "Go on"
+    assert facts["held"][0] == facts["held"][1]
+    assert facts["zoomed"][0] == facts["zoomed"][1]
+    low, high = facts["zoomed"][0]
+    assert 1.0 < high - low < 3.0, "a fifth of the ten seconds shown"
+    assert facts["followed"][1] > high
     assert facts["operator_hidden"]
     assert "operator key" in facts["arm_without_key"]
     assert not facts["overflow"]

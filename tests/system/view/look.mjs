@@ -33,9 +33,31 @@ await view.waitForFunction(() => document.querySelectorAll(".scope canvas").leng
 await view.waitForTimeout(2000);
 facts.velocity_points = await view.evaluate(() => data["velocity_rad_s.0"].filter((v) => v !== null).length);
 await view.screenshot({ path: folder + "/view.png", fullPage: true });
+// pause holds the picture while data comes; the cursor says value and time; dragging zooms in, a double click follows again
+const range = () => view.evaluate(() => { const x = scopes[0].plot.scales.x; return [x.min, x.max]; });
+const more = () => view.evaluate(() => data.t.at(-1)).then((now) => view.waitForFunction((before) => data.t.at(-1) > before + 0.5, now, { timeout: 60000 }));
 await view.click("#pause");
 facts.paused = await view.textContent("#pause");
+facts.held = [await range()];
+await more();
+facts.held.push(await range());
 await view.click("#pause");
+const over = view.locator(".u-over").first();
+await over.scrollIntoViewIfNeeded();
+const box = await over.boundingBox();
+await view.mouse.move(box.x + 0.75 * box.width, box.y + 40);
+await view.waitForFunction(() => / at [0-9.]+ s$/.test(document.querySelector(".scope h3").textContent), null, { timeout: 60000 });
+facts.cursor = await view.textContent(".scope h3");
+await view.mouse.down();
+await view.mouse.move(box.x + 0.95 * box.width, box.y + 45, { steps: 5 });
+await view.mouse.up();
+await view.waitForFunction(() => !follow && scopes[0].plot.scales.x.max - scopes[0].plot.scales.x.min < 5, null, { timeout: 60000 });
+facts.zoomed = [await range()];
+await more();
+facts.zoomed.push(await range());
+await over.dblclick();
+await view.waitForFunction(() => follow && data.t.at(-1) - scopes[0].plot.scales.x.max < 1, null, { timeout: 60000 });
+facts.followed = await range();
 
 const [phone] = await open("", { width: 390, height: 844 }, false);
 facts.operator_hidden = await phone.evaluate(() => document.getElementById("operator").hidden);
