@@ -13,7 +13,7 @@ import contextlib
 import io
 import json
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -95,6 +95,15 @@ class KeptRuns:
         """Take it away: the report has the runs now."""
         with contextlib.suppress(OSError):
             self.path.unlink(missing_ok=True)
+
+
+def columns(runs: Runs) -> Iterator[tuple[str, np.ndarray]]:
+    """What is kept beside the report: reference, angle (rad) and torque (N m) of every run, by name."""
+    for key, one in runs.items():
+        name = "/".join(key)
+        yield f"{name}/reference_rad", one.reference[:, 0]
+        yield f"{name}/position_rad", one.position_rad
+        yield f"{name}/torque_nm", one.torque_nm
 
 
 def _read(path: Path) -> tuple[dict[str, str], list[Compared], Runs]:

@@ -8,7 +8,7 @@ What was measured before an error or Ctrl-C is kept (`kept_runs`): nothing arms 
 from __future__ import annotations
 
 import io
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -40,7 +40,7 @@ CHATTER_SHARE = 0.05
 """One encoder count may move the controller's torque by this share of the torque limit."""
 
 MOST_PAUSES = 3
-"""Times a case is begun again because of a hand."""
+"""Times a case is begun again because of a hand or lost ticks."""
 
 
 @dataclass
@@ -83,16 +83,26 @@ class Session:
         yield from motion.rest()
 
     def _measured(self, motion: Motion, controller: str, case: Case, home_rad: float) -> Steps[Followed]:
-        """One case, begun again while a hand disturbs it."""
+        """One case, begun again while a hand disturbs it or ticks of it are lost."""
         for pause in range(MOST_PAUSES + 1):
             try:
                 yield from _go(motion, home_rad)
-                return (yield from self._follow(motion, controller, case))
+                found = yield from self._follow(motion, controller, case)
             except HandSeen:
                 yield from motion.wait_for_free_rig(10 * (pause == MOST_PAUSES))
-        raise AssertionError("wait_for_free_rig raises on the last pause")
+                continue
+            if found is not None:
+                return found
+            self.order.announce(
+                f"{controller}, {case.name}: ticks were lost on their way; it is measured again"
+            )
+        raise DataError(
+            f"{controller}, {case.name}, {self.model.name}: ticks were lost between the loop and this process {MOST_PAUSES + 1} times; "
+            "take other load off this machine (rtctl doctor) and go on with --resume"
+        )
 
-    def _follow(self, motion: Motion, controller: str, case: Case) -> Steps[Followed]:
+    def _follow(self, motion: Motion, controller: str, case: Case) -> Steps[Followed | None]:
+        """One run; None where ticks of it never came: what is left would be compared with another time's reference."""
         seconds = len(case.reference) * self.rig.period_s
         wish = motion.order(Program.TRACK, seconds, **fields_of(self.order, controller, case, self.model))
         rows = yield from motion.watch(seconds, Wish(wish, seconds))
@@ -104,10 +114,10 @@ class Session:
                 f"{controller}, {case.name}, {self.model.name}: the loop ended the motion ({(flags & ~ProgramFlag.DONE)!r}) after "
                 f"{len(rows)} of {len(case.reference)} ticks; free the joint, or correct inertia, limits or travel in the rig file"
             )
+        if len(rows) < len(case.reference):
+            return None
         place = rows["position_rad"][:, axis]
-        return Followed(
-            place - place[0], rows["torque_applied_nm"][:, axis].copy(), case.reference[: len(rows)]
-        )
+        return Followed(place - place[0], rows["torque_applied_nm"][:, axis].copy(), case.reference)
 
 
 def settings_of(loaded: LoadedConfig) -> Settings:
@@ -219,7 +229,7 @@ def reported(order: Order, experiment: Experiment) -> Outcome:
         order, cases, compared, found, lambda controller, case, model: runs[controller, case.name, model.name]
     )
     packed = io.BytesIO()
-    np.savez_compressed(packed, allow_pickle=False, **dict(columns(runs)))
+    np.savez_compressed(packed, allow_pickle=False, **dict(kept_runs.columns(runs)))
     title = f"{made.title} on rig {order.loaded.config.rig.name}"
     said = "Measured on the loop of the rig, each case once: angle from its encoder, torque as sent. "
     return replace(
@@ -261,15 +271,6 @@ def found_of(cases: Sequence[Case], compared: Sequence[Compared], runs: Runs, ju
         }
         for controller in CONTROLLERS
     }
-
-
-def columns(runs: Runs) -> Iterator[tuple[str, np.ndarray]]:
-    """What is kept beside the report: reference, angle (rad) and torque (N m) of every run, by name."""
-    for key, one in runs.items():
-        name = "/".join(key)
-        yield f"{name}/reference_rad", one.reference[:, 0]
-        yield f"{name}/position_rad", one.position_rad
-        yield f"{name}/torque_nm", one.torque_nm
 
 
 def _home(motion: Motion, cases: Sequence[Case]) -> float:

@@ -71,6 +71,43 @@ def test_at_a_slow_rate_the_soft_servo_has_time_to_bring_the_joint_home(order):
     assert len(runs) == len(positioning.CONTROLLERS) * len(cases)
 
 
+def losing(steps, times):
+    """The same procedure, which does not get some ticks of its first `times` runs."""
+    order = next(steps)
+    while True:
+        rows = yield order
+        tracked = rows["program_kind"][:, 0] == Program.TRACK
+        if times > 0 and tracked.sum() > 200:
+            times, rows = times - 1, np.concatenate([rows[:100], rows[150:]])
+        try:
+            order = steps.send(rows)
+        except StopIteration:
+            return
+
+
+def lossy(order, shipped, times):
+    cases = point_to_point.cases_of(order)[2:3]
+    said = []
+    order = replace(order, announce=said.append)
+    simulation = Simulation(without_feedforward(order.loaded))
+    simulation.model[0] = shipped.record[0]
+    rig = positioning_on_rig.require(order, cases)
+    session = positioning_on_rig.Session(order, rig, cases, shipped, (0.0, 1.0))
+    drive(simulation, losing(session.steps(), times), 0)
+    return session.runs, cases[0], said
+
+
+def test_a_run_of_which_ticks_were_lost_is_measured_again(order, shipped):
+    runs, case, said = lossy(order, shipped, 1)
+    assert len(runs["PD", case.name, "shipped"].position_rad) == len(case.reference)
+    assert sum("measured again" in text for text in said) == 1
+
+
+def test_ticks_that_are_always_lost_end_it(order, shipped):
+    with pytest.raises(DataError, match=r"ticks were lost .* 4 times"):
+        lossy(order, shipped, 99)
+
+
 def test_a_session_measures_only_what_is_not_kept_yet(order, shipped):
     cases = point_to_point.cases_of(order)[2:4]
     rig = positioning_on_rig.require(order, cases)
