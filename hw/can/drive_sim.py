@@ -18,7 +18,8 @@ import numpy as np
 
 from hw.can.adapter import python_can
 from hw.can.bus import EXTENDED, REMOTE
-from hw.can.sim_drives import BoardSim, Cia402Sim, MoteusSim, OdriveSim, SimDrive
+from hw.can.sim_board import BoardSim
+from hw.can.sim_drives import Cia402Sim, MoteusSim, OdriveSim, SimDrive
 from hw.can.sim_plant import Inertia, MockRig, Plant
 from hw.interface import Rig
 

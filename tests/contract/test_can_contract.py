@@ -14,8 +14,8 @@ from hw.interface import BackendError, LinkFault, LinkLost, Rig
 from rtctl.control.jit import records
 from rtctl.tick import new_ticks
 
-FEWER_REPLUGS = {"cia402, two axes": 100, "odrive by request, two axes": 100}
-"""Rows whose set-up waits for many answers; the others are opened a thousand times. In a virtual machine all are few."""
+FEWER_REPLUGS = {"cia402, two axes": 100}
+"""Rows whose set-up asks for many objects; the others are opened a thousand times. In a virtual machine all are few."""
 
 
 def rig(n_axes):
