@@ -11,6 +11,9 @@ from pathlib import Path
 END_S = 10.0
 """Time a child has to end by itself once it is asked to."""
 
+START_S = 300.0
+"""Patience with a daemon's first answer: its first start compiles."""
+
 
 def end(process: subprocess.Popen[bytes]) -> None:
     """Ask a child to end, insist after `END_S`, and wait for it."""

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rtctl.bench.child import daemon
+from rtctl.bench.child import START_S, daemon
 from rtctl.bench.flooder import CONNECTIONS, RATE_HZ
 from rtctl.bench.row import Row
 from rtctl.client import RigClient
@@ -52,7 +52,7 @@ def rows(config: Path, seconds: float, rounds: int) -> list[Row]:
         daemon_on_loopback(config) as (process, folder, key, port),
         RigClient(_rig(config), runtime_dir=folder) as rig,
     ):
-        rig.timeout_s = 120.0
+        rig.timeout_s = START_S
         rig.hello()
         idle_mb = _memory_mb(process.pid)
         for _ in range(rounds):

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rtctl.bench import cyclictest
+from rtctl.bench.child import START_S
 from rtctl.bench.flood import daemon_on_loopback, flooding
 from rtctl.bench.loop import last_core
 from rtctl.bench.row import Row
@@ -25,6 +26,8 @@ FLOOD_PERIOD_S = 15.0
 FLOOD_S = 2.0
 MOST_WARM_UP_S = 60.0
 REST_S = 3.0
+LAST_S = FLOOD_S + 1.0
+"""A churn may end this much late: cyclictest runs for as long as our ticks are counted."""
 GROWTH_MB = 1.0
 MISSED_FACTOR = 1.2
 
@@ -51,15 +54,14 @@ def rows(config: Path, minutes: float, say: Callable[[str], None] = lambda _text
         RigClient(load(config).config.rig.name, runtime_dir=folder) as rig,
         ThreadPoolExecutor(1) as pool,
     ):
-        rig.timeout_s = 120.0
+        rig.timeout_s = START_S
         rig.hello()
         subscribers = _churn(rig, folder, warm_up_s, say)
         before = _footprint(process.pid, rig)
         beside = None
         if cyclictest.available():
-            beside = pool.submit(
-                cyclictest.run, seconds - warm_up_s, interval_us, loaded.priority, last_core()
-            )
+            whole_s = seconds - warm_up_s + REST_S + LAST_S
+            beside = pool.submit(cyclictest.run, whole_s, interval_us, loaded.priority, last_core())
         subscribers += _churn(rig, folder, seconds - warm_up_s, say)
         after = _footprint(process.pid, rig)
         reference = None if beside is None else beside.result().missed(interval_us)

@@ -17,13 +17,12 @@ from pathlib import Path
 import numpy as np
 
 from rtctl.bench.browser import browser, installed
-from rtctl.bench.child import daemon
+from rtctl.bench.child import START_S, daemon
 from rtctl.bench.row import Row
 from rtctl.client import RigClient
 from rtctl.config import load
 from rtctl.errors import LoopDiedError
 
-START_S = 120.0
 SETTLE_S = 1.0
 SIGNALS = "position_rad.0,hand_torque_nm.0,torque_applied_nm.0"
 OPENING = "view: opening to first data drawn, median"
