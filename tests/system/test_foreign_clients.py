@@ -90,11 +90,23 @@ def run(command, *more):
     return subprocess.run([*command, *more], capture_output=True, text=True, check=False, timeout=280)
 
 
+def run_in_time(rig, command, *more):
+    """The client's run; another one where this machine stood still for longer than a renderer may be silent."""
+    for left in range(4, -1, -1):
+        done = run(command, *more)
+        first = rig.status()["fault_first"]
+        if not left or first is None or first["name"] != "TARGET_LOST":
+            return done
+        rig.stop()  # ends the lease too
+        rig.reset()
+    return None
+
+
 @pytest.mark.parametrize("way", ["ipc", "tcp"])
 def test_it_subscribes_holds_the_lease_moves_the_joint_and_stops(daemon, client, way):
     folder, address, keys, rig = daemon
     where = [str(folder / "mock")] if way == "ipc" else [address, str(keys["operator"])]
-    done = run(client, way, *where)
+    done = run_in_time(rig, client, way, *where)
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
     assert told["role"] == "operator"

@@ -282,7 +282,8 @@ class Renderer {
     const double before = sample_.position_rad, began = now_s();
     until(
         [&] {  // a little: a virtual object that drives the hand gives energy, which is limited
-          goal_ = lease_.start_rad + 0.06 * std::min(1.0, (now_s() - began) / 0.6);
+          goal_ = lease_.start_rad + 0.12 * std::min(1.0, (now_s() - began) / 0.6);
+          must(sample_.state == kActive, "the rig stopped on the way");
           return sample_.position_rad > before + 0.015;
         },
         "the joint to follow", true);

@@ -125,10 +125,13 @@ async function main() {
   }, "ACTIVE");
   const before = state.position_rad[0];
   for (let step = 1; step <= 30; step += 1) {
-    goal = start + 0.002 * step; // a little: a virtual object that drives the hand gives energy, which is limited
+    goal = start + 0.004 * step; // a little: a virtual object that drives the hand gives energy, which is limited
     await sleep(20);
   }
-  await until(() => state.position_rad[0] > before + 0.015, "the joint to follow");
+  await until(() => {
+    must(state.state === ACTIVE, "the rig stopped on the way");
+    return state.position_rad[0] > before + 0.015;
+  }, "the joint to follow");
   const moved = state.position_rad[0] - before;
 
   await granted("stop");
