@@ -77,8 +77,8 @@ class Recorder:
         with self._change:
             self._commands_lost = commands_lost
             if self._wait:
-                self._change.wait_for(lambda: self._queued < self._most_rows, END_S)
-            if self._queued and self._queued + len(rows) > self._most_rows:
+                self._change.wait_for(lambda: self._fits(rows), END_S)
+            if not self._fits(rows):
                 self._dropped += len(rows)
                 self._held = (
                     (self._held[0] + events)[-1000:],
@@ -92,6 +92,10 @@ class Recorder:
             self._queue.append((first_row, rows, events, commands, state))
             self._queued += len(rows)
             self._change.notify_all()
+
+    def _fits(self, rows: np.ndarray) -> bool:
+        """Whether there is room in the queue; an empty one takes whatever comes."""
+        return self._queued == 0 or self._queued + len(rows) <= self._most_rows
 
     def status(self) -> dict[str, Any]:
         """How it goes. `broken` is why the disk refused, for good once it did; `dropped` counts lost ticks."""

@@ -1,6 +1,7 @@
 import errno
 import os
 import threading
+import time
 from types import SimpleNamespace
 
 import pytest
@@ -63,6 +64,23 @@ def test_a_slow_disk_drops_ticks_but_never_holds_up_the_giver(tmp_path, monkeypa
     assert found["lost"] == dropped
     assert found["events"] == {"x": 1, "late": 1}, "events outlive the ticks that were dropped"
     assert found["commands"] == len(commands)
+
+
+def test_a_run_that_waits_for_its_disk_loses_nothing(tmp_path, monkeypatch):
+    rows, commands = run()
+    real = os.write
+
+    def slow(fd, data):
+        time.sleep(0.01)
+        return real(fd, data)
+
+    monkeypatch.setattr(mcap_file.os, "write", slow)
+    made = Recorder(tmp_path, setup(), ROOM, wait=True)
+    made._most_rows = 1000
+    feed(made, rows, commands, batch=300)
+    made.close()
+    assert made.status()["dropped"] == 0
+    assert overview(RecordingReader(made.files))["ticks"] == len(rows)
 
 
 def test_a_full_disk_marks_the_recording_broken_and_a_new_file_follows(tmp_path, monkeypatch):
