@@ -27,7 +27,12 @@ def end(process: subprocess.Popen[bytes]) -> None:
 
 @contextmanager
 def daemon(
-    config: Path, folder: Path, more: str, *options: str, environment: Mapping[str, str] | None = None
+    config: Path,
+    folder: Path,
+    more: str,
+    *options: str,
+    environment: Mapping[str, str] | None = None,
+    seconds: float = 3000.0,
 ) -> Iterator[subprocess.Popen[bytes]]:
     """Run the daemon of rig file `config` with `more` of TOML at its end; it is silent and ends with the block.
 
@@ -35,11 +40,13 @@ def daemon(
     ----------
     folder
         Gets the rig file, and is the runtime folder.
+    seconds
+        It ends by itself after so long, whatever becomes of the measurement.
     """
     text = config.read_text().replace('"friction/', f'"{config.parent}/friction/')
     path = folder / "rig.toml"
     path.write_text(f"{text}\n{more}")
-    command = ["run", str(path), "--runtime-dir", str(folder), "--for", "3000", *options]
+    command = ["run", str(path), "--runtime-dir", str(folder), "--for", f"{seconds:.0f}", *options]
     process = subprocess.Popen(
         [sys.executable, "-m", "rtctl", *command],
         stdout=subprocess.DEVNULL,

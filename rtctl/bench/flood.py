@@ -111,7 +111,9 @@ def _rig(config: Path) -> str:
 
 
 @contextmanager
-def daemon_on_loopback(config: Path) -> Iterator[tuple[subprocess.Popen[bytes], str, Path, int]]:
+def daemon_on_loopback(
+    config: Path, seconds: float = 3000.0
+) -> Iterator[tuple[subprocess.Popen[bytes], str, Path, int]]:
     """The daemon with a TCP door of its own on 127.0.0.1: process, runtime folder, an operator's key, port."""
     with tempfile.TemporaryDirectory(prefix="rt") as folder:
         root = Path(folder)
@@ -119,7 +121,7 @@ def daemon_on_loopback(config: Path) -> Iterator[tuple[subprocess.Popen[bytes], 
         port = _free_port()
         door = f'[gateway]\nbind = "127.0.0.1"\nport = {port}\ncurve_dir = "keys"\n'
         environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
-        with daemon(config, root, door, environment=environment) as process:
+        with daemon(config, root, door, environment=environment, seconds=seconds) as process:
             yield process, folder, key, port
 
 

@@ -26,6 +26,8 @@ FLOOD_PERIOD_S = 15.0
 FLOOD_S = 2.0
 MOST_WARM_UP_S = 60.0
 REST_S = 3.0
+MOST_START_S = 600.0
+"""The daemon may live for this much longer than the soak."""
 LAST_S = FLOOD_S + 1.0
 """A churn may end this much late: cyclictest runs for as long as our ticks are counted."""
 GROWTH_MB = 1.0
@@ -50,7 +52,7 @@ def rows(config: Path, minutes: float, say: Callable[[str], None] = lambda _text
     loaded = load(config).config.loop
     interval_us = round(1e6 / loaded.rate_hz)
     with (
-        daemon_on_loopback(config) as (process, folder, _key, _port),
+        daemon_on_loopback(config, seconds + MOST_START_S) as (process, folder, _key, _port),
         RigClient(load(config).config.rig.name, runtime_dir=folder) as rig,
         ThreadPoolExecutor(1) as pool,
     ):
