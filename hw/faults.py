@@ -268,14 +268,18 @@ def inject(t: np.record, s: np.record, p: np.record, elapsed: int) -> None:
 
 
 @compiled
-def driven(s: np.record, p: np.record, axis: int, wanted_a: float, before_a: float) -> tuple[float, float]:
+def driven(
+    s: np.record, p: np.record, axis: int, elapsed: int, wanted_a: float, before_a: float
+) -> tuple[float, float]:
     """Current that flows instead of `wanted_a`, and the direction of its torque (1 or -1).
 
-    `before_a` is the current of the period before. The amplifier still saturates at `current_max_a`.
+    `before_a` is the current of the period before, `elapsed` this period in ticks since the device's first
+    sample: a fault that acted on the last sample ends in time even where the loop misses slots. The amplifier
+    still saturates at `current_max_a`.
     """
     current, direction = wanted_a, 1.0
     for k in range(min(p.fault_count, FAULTS)):
-        if not (s.fault_on >> k) & 1 or p.fault_channel[k] != _ACTUATOR:
+        if not (s.fault_on >> k) & 1 or p.fault_channel[k] != _ACTUATOR or due_ticks(p, k, elapsed) < 0:
             continue
         if p.fault_axis[k] >= 0 and p.fault_axis[k] != axis:
             continue

@@ -77,7 +77,7 @@ def advance(s: np.record, p: np.record, periods: int, steps: int) -> None:
             line[0] = 0.0
         current, direction = line[p.torque_delay_ticks[axis]], 1.0
         if p.fault_count > 0:
-            current, direction = faults.driven(s, p, axis, current, s.current_a[axis])
+            current, direction = faults.driven(s, p, axis, s.tick - s.first_tick, current, s.current_a[axis])
         s.current_a[axis] = current
         s.motor_torque_nm[axis] = direction * current * p.torque_per_ampere[axis]
         _advance_axis(s, p, axis, time_s, periods * p.period_s, steps)

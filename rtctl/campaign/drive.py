@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from hw.fault_kinds import Channel, Effect
+from hw.faults import due_ticks
 from hw.mock.plant import plant_read, plant_write
 from rtctl.campaign.events import change_world, operate, render, slots_missed, stream_world
 from rtctl.campaign.jit import compiled
@@ -14,17 +16,25 @@ from rtctl.control.records import Record
 from rtctl.control.vocabulary import State
 
 _SHUTDOWN, _LOCKOUT = int(State.SHUTDOWN), int(State.LOCKOUT)
-_STATES = len(State)
+_ACTUATOR, _HOLD = int(Channel.ACTUATOR), int(Effect.HOLD)
 
 CLOSED_TICKS = 20
 """A closed rig is restarted after so many ticks, as a person or systemd would."""
 
 
 @compiled
+def _stuck(plant: Record, plant_p: Record, elapsed: int) -> bool:
+    """Whether a motor held its current by a scripted fault, `elapsed` ticks after the first sample."""
+    for k in range(plant_p.fault_count):
+        holds = plant_p.fault_channel[k] == _ACTUATOR and plant_p.fault_effect[k] == _HOLD
+        if holds and plant.fault_on >> k & 1 and due_ticks(plant_p, k, elapsed) >= 0:
+            return True
+    return False
+
+
+@compiled
 def _heard_nothing(plant: Record, plant_p: Record, skipped: int) -> int:
     """Invariant 20: after more slots than time to live and actuation delay, the motor holds no torque."""
-    if plant.fault_on != 0:
-        return 0
     for axis in range(len(plant.motor_torque_nm)):
         silent = skipped > plant_p.time_to_live_ticks + plant_p.torque_delay_ticks[axis]
         if silent and plant.motor_torque_nm[axis] != 0.0:
@@ -102,8 +112,9 @@ def drive(
         c.seq += 1
         t.tick += 1 + skipped
         t.missed_ticks += skipped
+        stuck = _stuck(plant_state[0], plant_params[0], t.tick - 1 - plant_state[0].first_tick)
         plant_read(tick, plant_state, plant_params)
-        bad = _heard_nothing(plant_state[0], plant_params[0], skipped)
+        bad = 0 if stuck else _heard_nothing(plant_state[0], plant_params[0], skipped)
         law.step(tick, state, params, command, model)
         bad |= watch(t, s, p, c, model, m, passive)
         visits[t.state] += 1

@@ -6,9 +6,8 @@ from rtctl.campaign.run import Order, run, run_traced
 from rtctl.control.vocabulary import Fault, Program, State
 
 NEVER = {Fault.END_OF_LOG, Fault.REALTIME, Fault.DEVICE, Fault.GATE, Fault.OVERTORQUE, Fault.PASSIVITY_GROSS}
-"""Faults the schedule cannot provoke: other tests do. The last three would be defects of ours."""
-RARE = {Fault.PASSIVITY}
-"""The torque is bounded by what the account can pay for (control.take_back): the schedule need not exhaust it."""
+"""Faults ten million ticks do not provoke: other tests do. GATE and OVERTORQUE would be defects of ours; the last takes
+a loop that misses many slots with much torque held (rig 1135: 25)."""
 
 
 def text(result):
@@ -22,7 +21,7 @@ def test_ten_million_ticks_of_random_rigs_and_ten_thousand_faults_break_no_invar
     assert result.ticks == 10_000_000
     assert result.faults_scheduled == 10_000
     seen = result.as_dict()["faults_appeared"]
-    assert {fault for fault in Fault if not seen[fault.name]} <= NEVER | RARE
+    assert {fault for fault in Fault if not seen[fault.name]} <= NEVER
     assert not seen["GATE"]
     assert not seen["PASSIVITY_GROSS"]
     assert all(result.visits[state] for state in State if state is not State.INIT)
@@ -34,6 +33,11 @@ def test_no_passive_rig_runs_into_debt():
     result = run(Order(seed=2, rigs=100, ticks=30_000, passive=True))
     assert not result.violations, text(result)
     assert result.visits[State.ACTIVE] > 0.9 * result.ticks
+
+
+def test_a_motor_that_was_stuck_while_the_loop_stood_still_is_not_judged_deaf():
+    """A fault that began before 37 missed slots and ended in them: found in a campaign ten times as long."""
+    assert not run_traced(Order(seed=1), 9229)[0].violations
 
 
 def test_a_rig_follows_from_seed_and_number_alone():

@@ -101,10 +101,11 @@ def test_a_virtual_clock_runs_ahead_of_time_and_loses_no_tick(folder, tmp_path):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_while_active_ramps_the_torque_down_and_exits_0(running, number):
     process, client = running
-    client.set_environment("joint", "spring", stiffness_nm_rad=5.0, center_rad=0.1)
+    # comes to rest with 0.38 N m held, however late the signal
+    client.set_environment("joint", "spring", stiffness_nm_rad=5.0, center_rad=0.3)
     client.arm(timeout_s=PATIENCE_S)
     ticks = client.ticks()
-    while abs(next(ticks)["torque_applied_nm"][-1, 0]) < 0.2:
+    while abs(next(ticks)["torque_applied_nm"][-1, 0]) < 0.3:
         pass
     process.send_signal(number)
     rows = []
@@ -121,7 +122,7 @@ def test_a_signal_while_active_ramps_the_torque_down_and_exits_0(running, number
         for t, s in zip(batch["torque_applied_nm"][:, 0], batch["state"], strict=True)
         if s == State.STOPPING
     ]
-    assert max(map(abs, torque)) > 0.01  # it goes on moving until the signal is seen
+    assert max(map(abs, torque)) > 0.2
     assert all(abs(b) <= abs(a) + 1e-12 for a, b in itertools.pairwise(torque))
 
 

@@ -309,6 +309,17 @@ def test_a_stuck_drive_ignores_that_it_was_disabled_but_not_that_it_was_stopped(
     assert backend.state["motor_torque_nm"][0].tolist() == [0.0, 0.0]
 
 
+def test_a_stuck_drive_comes_free_in_time_also_where_the_loop_misses_slots():
+    backend = make([fault("actuator", "stuck", at_tick=5, for_ticks=3)])
+    tick = records(new_ticks(1, 2))
+    for k in (*range(7), 30):
+        tick["tick"], tick["enabled"], tick["current_command_a"] = k, 1, 0.4
+        backend.read(tick)
+        if k < 30:
+            backend.write(tick)
+    assert backend.state["current_a"][0].tolist() == [0.0, 0.0]  # its time to live ended long ago
+
+
 def test_an_amplifier_saturates_also_when_it_drives_too_much():
     _, truth = run(
         make([fault("actuator", "scale", at_tick=0, for_ticks=0, value=100.0)], axis=[{"current_max_a": 2.0}])
