@@ -47,6 +47,9 @@ HEADER = np.dtype(
     ]
 )
 _MAGIC = 0x7274_6374_6C31
+_HEAD, _READ_HEAD, _MAILBOX_SEQ = (
+    (HEADER.names or ()).index(name) for name in ("head", "read_head", "mailbox_seq")
+)
 
 
 class Memory:
@@ -116,6 +119,12 @@ def words(array: np.ndarray) -> np.ndarray:
     return plain.view(np.uint64).reshape(plain.shape[0], -1)
 
 
+def _header_words(memory: Memory) -> Any:  # noqa: ANN401
+    """The header as a buffer of integers: read and written one at a time, quicker than fields of an array."""
+    header: Any = memory.header.view(np.int64)
+    return memoryview(header)
+
+
 def _layout(n_axes: int, ring_rows: int) -> dict[str, tuple[int, int]]:
     """Offset and row count of each part, and the total size under `end`."""
     sizes: tuple[tuple[str, np.dtype[Any], int], ...] = (
@@ -145,47 +154,47 @@ class RingReader:
 
     def __init__(self, memory: Memory, *, from_start: bool = False) -> None:
         self._memory = memory
+        self._header = _header_words(memory)
+        self._dtype = memory.ring.dtype
         self.next = 0 if from_start else int(memory.header[0]["head"])
         self.overwritten = 0
         self.torn = 0
 
     def read(self, max_rows: int = 1_000_000) -> np.ndarray:
         """Complete ticks since the last call, oldest first; a copy of at most `max_rows` rows."""
-        memory = self._memory
-        rows = memory.ring_rows
-        head = int(memory.header[0]["head"])
+        header, rows = self._header, self._memory.ring_rows
+        head = header[_HEAD]
         oldest = head - rows + self.GUARD_ROWS
         if self.next < oldest:
             self.overwritten += oldest - self.next
             self.next = oldest
         first, last = self.next, min(head, self.next + max_rows)
-        index = np.arange(first, last) % rows
-        copy = memory.ring.view(np.ndarray)[index]
+        copy = self._memory.ring_words[np.arange(first, last) % rows]
         self.next = last
-        safe_from = int(memory.header[0]["head"]) - rows + self.GUARD_ROWS
+        safe_from = header[_HEAD] - rows + self.GUARD_ROWS
         if safe_from > first:
             lost = min(safe_from, last) - first
             self.overwritten += lost
             copy = copy[lost:]
-        sealed = mailbox.seals_fit(words(copy)) if len(copy) else np.ones(0, bool)
+        sealed = mailbox.seals_fit(copy)
         if not sealed.all():
             self.torn += int((~sealed).sum())
             copy = copy[sealed]
-        memory.header[0]["read_head"] = self.next
-        return copy
+        header[_READ_HEAD] = self.next
+        ticks: np.ndarray = copy.view(self._dtype)[:, 0]
+        return ticks
 
     def latest(self) -> np.ndarray | None:
         """The newest complete tick (one row, copied), or None before the first. Does not move the reader."""
-        memory = self._memory
+        ring_words = self._memory.ring_words
         for _ in range(8):
-            head = int(memory.header[0]["head"])
+            head = self._header[_HEAD]
             if head == 0:
                 return None
-            row = memory.ring.view(np.ndarray)[
-                (head - 1) % memory.ring_rows : (head - 1) % memory.ring_rows + 1
-            ].copy()
-            if mailbox.seals_fit(words(row))[0]:
-                return row
+            row = ring_words[(head - 1) % len(ring_words)].copy()
+            if mailbox.checksum(row[:-1]) == row[-1]:
+                newest: np.ndarray = row.view(self._dtype)
+                return newest
         return None
 
 
@@ -200,21 +209,21 @@ class CommandWriter:
     """
 
     def __init__(self, memory: Memory) -> None:
-        self._memory = memory
         self.sent: deque[np.ndarray] = deque(maxlen=SENT_COMMANDS)
-        self._staged = np.zeros(1, mailbox.slot_dtype(memory.n_axes))
-        self.command = self._staged["command"]
+        self._slots = memory.slot_words
+        self._header = _header_words(memory)
+        staged = np.zeros(1, mailbox.slot_dtype(memory.n_axes))
+        self.command = staged["command"]
+        self._staged = words(staged)[0]
+        self._body, self._seal = self._staged[:-1], self._staged[-1:]
 
     def send(self) -> int:
         """Publish the command as edited. Returns its sequence number."""
-        memory, staged = self._memory, self._staged
-        seq = int(memory.header[0]["mailbox_seq"]) + 1
-        staged["command"]["seq"] = seq
-        staged["command"]["stamp_ns"] = time.monotonic_ns()
-        staged["checksum"] = 0
-        staged_words = words(staged)
-        staged["checksum"] = mailbox.checksum(staged_words[0, :-1])
-        memory.slot_words[seq % MAILBOX_SLOTS] = staged_words[0]
-        memory.header[0]["mailbox_seq"] = seq
-        self.sent.append(self.command.copy())
+        seq: int = self._header[_MAILBOX_SEQ] + 1
+        self.command["seq"] = seq
+        self.command["stamp_ns"] = time.monotonic_ns()
+        self._seal[0] = mailbox.checksum(self._body)
+        self._slots[seq % MAILBOX_SLOTS] = self._staged
+        self._header[_MAILBOX_SEQ] = seq
+        self.sent.append(self._body.copy().view(self.command.dtype))  # words: 100 times quicker than fields
         return seq

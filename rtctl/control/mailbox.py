@@ -20,6 +20,7 @@ from rtctl.control.records import command_dtype
 PHI = np.uint64(0x9E3779B97F4A7C15)
 _ONE = np.uint64(1)
 _TWO = np.uint64(2)
+_MASK = (1 << 64) - 1
 
 
 @cache
@@ -28,23 +29,24 @@ def slot_dtype(n_axes: int) -> np.dtype[np.void]:
     return np.dtype([("command", command_dtype(n_axes)), ("checksum", "<u8")])
 
 
-def _multipliers(n: int) -> np.ndarray:
+@cache
+def _weights(n: int) -> tuple[np.ndarray, int]:
+    """The multipliers of `n` words, and the part of the checksum that does not depend on them."""
     index = np.arange(1, n + 1, dtype=np.uint64)
-    return _TWO * index * PHI + _ONE
+    multipliers = _TWO * index * PHI + _ONE
+    return multipliers, int(index @ multipliers)
 
 
-def checksum(row: np.ndarray) -> np.uint64:
+def checksum(row: np.ndarray) -> int:
     """Checksum of one row of words (NumPy form, equal to the compiled one)."""
-    index = np.arange(1, row.size + 1, dtype=np.uint64)
-    return np.uint64(((row + index) * _multipliers(row.size)).sum(dtype=np.uint64))
+    multipliers, constant = _weights(row.size)
+    return (int(row @ multipliers) + constant) & _MASK
 
 
 def seals_fit(rows: np.ndarray) -> np.ndarray:
     """Which rows of words, shape (rows, words), end in the checksum of the words before. Boolean (rows,)."""
-    body = rows[:, :-1]
-    index = np.arange(1, body.shape[1] + 1, dtype=np.uint64)
-    sums = ((body + index) * _multipliers(body.shape[1])).sum(axis=1, dtype=np.uint64)
-    fits: np.ndarray = sums == rows[:, -1]
+    multipliers, constant = _weights(rows.shape[1] - 1)
+    fits: np.ndarray = rows[:, :-1] @ multipliers + np.uint64(constant) == rows[:, -1]
     return fits
 
 

@@ -20,19 +20,16 @@ class CommandSlot:
 
     Attributes
     ----------
+    command : structured scalar
+        The command as it is; edit it, then `send`.
     stop_seq : int
         Sequence number of the last stop: until a tick carries it, the loop has not seen the stop.
     """
 
     def __init__(self, writer: CommandWriter) -> None:
         self._writer = writer
+        self.command: np.void = writer.command[0]
         self.stop_seq = 0
-
-    @property
-    def command(self) -> np.void:
-        """The command as it is; edit it, then `send`."""
-        record: np.void = self._writer.command[0]
-        return record
 
     def send(self) -> int:
         """Publish the command. Returns its sequence number."""

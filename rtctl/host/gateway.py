@@ -130,10 +130,10 @@ class Gateway:
 
         Returns True when more waits: the caller then rests for `PAUSE_S` before the next turn.
         """
+        flooded = self.inbox.serve()  # first: a hand waits for the renderer
         self.access.authenticator.serve()
         if self.access.look() and self._poller is not None:
             self.register(self._poller)
-        flooded = self.inbox.serve()
         share = max(1, limit // len(self.doors))
         for door in self.doors:
             flooded |= self._serve_socket(door.socket, share) == share
