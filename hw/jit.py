@@ -91,6 +91,11 @@ def bound(function: Callable[..., Any], *arguments: np.ndarray) -> Callable[[], 
     return partial(dispatcher.compile(types), *arguments)
 
 
+def plain(function: F) -> F:
+    """A compiled function as the Python it is made of, for a caller that needs no speed: nothing is compiled or loaded."""
+    return cast("F", getattr(function, "py_func", function))
+
+
 def records(array: np.ndarray) -> np.ndarray:
     """Give a structured array in the form compiled functions take.
 

@@ -156,18 +156,20 @@ def _examine_axis(loaded: LoadedConfig, index: int, axis: AxisTable) -> AxisRepo
 
 def _empty_account(loaded: LoadedConfig, axis: AxisTable) -> tuple[float, float]:
     """Torque that an empty energy account can pay for, N m, and the slope at which that is the limit, N m/s."""
-    from rtctl.control import take_back  # compiled: reading a report's names must not load the compiler
+    from rtctl.control import take_back  # reading a report's names must not load the compiler
+    from rtctl.control.jit import plain
 
+    most_torque = plain(take_back.most_torque)
     T, limit = loaded.config.period_s, axis.torque_limit_nm
     way = take_back.OVERSPEED_FACTOR * axis.velocity_limit_rad_s * T
     left = take_back.FLOOR_FACTOR * loaded.config.passivity.budget_j
-    held = min(limit, take_back.most_torque(left, axis.torque_rate_nm_s * T, way))
-    if take_back.most_torque(left, limit, way) < limit:
+    held = min(limit, most_torque(left, axis.torque_rate_nm_s * T, way))
+    if most_torque(left, limit, way) < limit:
         return held, math.inf
     low, high = 0.0, limit
     for _ in range(60):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if take_back.most_torque(left, middle, way) < limit else (low, middle)
+        low, high = (middle, high) if most_torque(left, middle, way) < limit else (low, middle)
     return held, high / T
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import hw
-from hw.jit import bound, compiler, records
+from hw.jit import bound, compiler, plain, records
 
 compiled = compiler(Path(__file__).parent, Path(hw.__file__).parent)
 
-__all__ = ["bound", "compiled", "records"]
+__all__ = ["bound", "compiled", "plain", "records"]

@@ -30,6 +30,7 @@ from rtctl.host.loop_guard import LoopGuard
 from rtctl.host.loop_process import LoopProcess
 from rtctl.host.notices import Notices
 from rtctl.host.notify import Notifier
+from rtctl.host.preparation import Preparation
 from rtctl.host.run_record import RunRecord
 from rtctl.host.signals import Signals
 from rtctl.host.statistics import RunStatistics
@@ -86,6 +87,7 @@ class Host:
         self._record_to = record_to
         self._model = model
         self._finished = False
+        self._told = False
         self._ending_since: float | None = None
 
     def __enter__(self) -> Host:
@@ -122,6 +124,8 @@ class Host:
         self.access = Access(self.context, endpoints, Openings.of(self.loaded), Notices())
         self.loop = LoopProcess(self.loaded, self.memory, self.runtime.lock_fd)
         self.runtime.note_holder(self.loop.pid)
+        records = self._record_to is not None or self.loaded.config.record is not None
+        self.preparation = Preparation(plan.n_axes, recording=records)
         self.guard = LoopGuard(self.loaded, self.loop, self.memory, plan.period_s)
         rig = describe(self.loaded)
         self.telemetry = Telemetry(self.context, endpoints, rig, access=self.access)
@@ -129,37 +133,37 @@ class Host:
             self.context, endpoints, self.writer, rig, self.reader.latest, access=self.access
         )
         self.telemetry.set_commands(self.gateway.counts)
+        self.signals = Signals()
+        self._wait_for(self.preparation.done)
         law = LawArrays(plan.params, plan.model, plan.command)
         self.record = RunRecord(self.loaded, rig, law, self.writer, self.telemetry, self._record_to)
-        self.signals = Signals()
-        self._wait_ready()
+        self._wait_for(self._ticking)  # clients are answered once there is a tick to speak of
+        for grant in self.loop.grants:
+            if grant["required"] and not grant["granted"]:
+                self.announce(f"warning: {grant['right']} refused: {grant['detail']}")
         self._leave_core_to_the_loop()
         self.telemetry.set_realtime(self.loop.grants)
         self.record.begin(setup_of(self.loaded, plan, rig.session, rig.start_wall_ns, self.loop.grants))
         self.view = ViewProcess.of(self.loaded, self.runtime)
         self.notifier.ready()
 
-    def _wait_ready(self) -> None:
-        """Wait for the loop to be compiled and open, telling a person when it takes long."""
-        told = False
-        header = self.memory.header[0]
-        while (
-            not self.loop.ready or header["head"] == 0
-        ):  # clients are answered once there is a tick to speak of
+    def _ticking(self) -> bool:
+        return self.loop.ready and int(self.memory.header[0]["head"]) > 0
+
+    def _wait_for(self, ready: Callable[[], bool]) -> None:
+        """Wait for what is being compiled or opened, telling a person when it takes long."""
+        while not ready():
             if not self.loop.poll():
                 self.loop.raise_if_failed()
             waited = time.monotonic() - self.began
-            if waited > 2.0 and not told:
+            if waited > 2.0 and not self._told:
+                self._told = True
                 self.announce("compiling the control law (first start only, about 20 s) ...")
-                told = True
             if self.signals.ends:
                 raise KeyboardInterrupt
             if waited > READY_TIMEOUT_S:
                 raise LoopDiedError(f"the loop process was not ready after {waited:.0f} s")
             time.sleep(0.005)
-        for grant in self.loop.grants:
-            if grant["required"] and not grant["granted"]:
-                self.announce(f"warning: {grant['right']} refused: {grant['detail']}")
 
     def _leave_core_to_the_loop(self) -> None:
         """Run on the other cores: a loop that dies is taken apart for 30 ms, at its priority and on its core."""
@@ -294,7 +298,7 @@ class Host:
         record = getattr(self, "record", None)
         if record is not None:
             record.close(error)
-        for name in ("gateway", "telemetry", "access"):
+        for name in ("preparation", "gateway", "telemetry", "access"):
             part = getattr(self, name, None)
             if part is not None:
                 part.close()

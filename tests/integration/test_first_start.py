@@ -1,0 +1,59 @@
+"""The first start after an update: nothing is compiled yet."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from rtctl.client import RigClient
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+PATIENCE_S = 300.0
+
+pytestmark = [pytest.mark.compiled, pytest.mark.timeout(600)]
+
+
+@pytest.fixture
+def first(tmp_path):
+    folder = tmp_path / "run"
+    folder.mkdir(mode=0o700)
+    command = ["-m", "rtctl", "run", str(CONFIGS / "mock.toml"), "--runtime-dir", str(folder), "--for", "60"]
+    environment = {**os.environ, "RTCTL_CACHE_DIR": str(tmp_path / "cache")}
+    process = subprocess.Popen([sys.executable, *command], env=environment, stderr=subprocess.PIPE, text=True)
+    yield process, folder
+    process.kill()
+    process.communicate()
+
+
+def descendants(pid):
+    found = [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+    return found + [deeper for child in found for deeper in descendants(child)]
+
+
+def test_the_compiler_leaves_nothing_of_itself_in_the_host(first):
+    """200 MB is what a gateway may take; a process that has compiled the law takes twice as much."""
+    process, folder = first
+    with RigClient("mock", runtime_dir=str(folder), timeout_s=PATIENCE_S) as rig:
+        rig.hello()
+    status = Path(f"/proc/{process.pid}/status").read_text()
+    most_kb = int(status.partition("VmHWM:")[2].split()[0])
+    assert most_kb < 200_000
+
+
+def test_a_signal_while_it_compiles_ends_all_of_it(first):
+    process, _ = first
+    deadline = time.monotonic() + PATIENCE_S
+    while len(children := descendants(process.pid)) < 2:  # the loop, and who compiles for the host
+        assert process.poll() is None
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    time.sleep(1.0)
+    process.send_signal(signal.SIGTERM)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130, said
+    assert "Traceback" not in said
+    assert not [child for child in children if Path(f"/proc/{child}").exists()]
