@@ -6,8 +6,6 @@ ticks. Ctrl-C or SIGTERM ramps the torque down; a second one cuts it.
 
 from __future__ import annotations
 
-import contextlib
-import os
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -141,7 +139,7 @@ class Host:
         for grant in self.loop.grants:
             if grant["required"] and not grant["granted"]:
                 self.announce(f"warning: {grant['right']} refused: {grant['detail']}")
-        self._leave_core_to_the_loop()
+        self.loop.leave_it_its_core()
         self.telemetry.set_realtime(self.loop.grants)
         self.record.begin(setup_of(self.loaded, plan, rig.session, rig.start_wall_ns, self.loop.grants))
         self.view = ViewProcess.of(self.loaded, self.runtime)
@@ -164,14 +162,6 @@ class Host:
             if waited > READY_TIMEOUT_S:
                 raise LoopDiedError(f"the loop process was not ready after {waited:.0f} s")
             time.sleep(0.005)
-
-    def _leave_core_to_the_loop(self) -> None:
-        """Run on the other cores: a loop that dies is taken apart for 30 ms, at its priority and on its core."""
-        with contextlib.suppress(OSError):
-            taken = os.sched_getaffinity(self.loop.pid)
-            others = os.sched_getaffinity(0) - taken
-            if len(taken) == 1 and others:
-                os.sched_setaffinity(0, others)
 
     # -- running
 
