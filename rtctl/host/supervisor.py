@@ -24,6 +24,7 @@ from rtctl.host.access import Access, Openings
 from rtctl.host.description import describe
 from rtctl.host.endpoints import RuntimeDirectory
 from rtctl.host.gateway import PAUSE_S, Gateway
+from rtctl.host.heap import Heap
 from rtctl.host.loop_guard import LoopGuard
 from rtctl.host.loop_process import LoopProcess
 from rtctl.host.notices import Notices
@@ -176,7 +177,7 @@ class Host:
         poller.register(self.loop.fileno(), zmq.POLLIN)
         poller.register(self.signals.fileno(), zmq.POLLIN)
         end = None if seconds is None else time.monotonic() + seconds
-        next_batch = time.monotonic()
+        next_batch, heap = time.monotonic(), Heap()
         while True:
             wait_s = min(next_batch - time.monotonic(), self.guard.look_s)
             if self.signals.fileno() in dict(poller.poll(max(0, round(wait_s * 1e3)))):
@@ -191,6 +192,7 @@ class Host:
             if now >= next_batch or not alive:
                 self._batch()
                 next_batch = max(next_batch + batch_s, now)
+                heap.look(now)
             if not alive:
                 break
             ended = self.loop.ended is not None

@@ -1,0 +1,30 @@
+"""Gives memory back that was needed once, for the queue of a slow subscriber or the ticks of a standstill.
+
+The C library keeps what is freed, a few MB a time, in case it is needed again; a daemon lives for months.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+
+TRIM_S = 10.0
+"""It takes 0.2 ms: not in every turn."""
+
+
+def _nothing(_pad: int) -> int:
+    return 0
+
+
+class Heap:
+    """The memory of this process that the C library manages. Another library than glibc: does nothing."""
+
+    def __init__(self) -> None:
+        self._trim: Callable[[int], int] = getattr(ctypes.CDLL(None), "malloc_trim", _nothing)
+        self._next_s = 0.0
+
+    def look(self, now_s: float) -> None:
+        """Give back what is free, now and then; `now_s` on a clock that never goes back, s."""
+        if now_s >= self._next_s:
+            self._next_s = now_s + TRIM_S
+            self._trim(0)
