@@ -55,19 +55,29 @@ def start(config, folder, *more):
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
+def in_force(client, request):
+    """Make it and wait for the loop to take it: of two commands within one tick it takes the newer one only."""
+    before = client.status()["command_seq_in_force"]
+    request()
+    until(lambda: client.status()["command_seq_in_force"] > before, "the command")
+
+
 def test_a_wall_clock_run_with_commands_replays_bit_for_bit(config, folder, tmp_path):
     process = start(config, folder, "--arm", "--for", "150", "--record", str(tmp_path / "rec"))
     try:
         with RigClient("mock", runtime_dir=str(folder), timeout_s=60.0) as client:
             client.hello()
             until(lambda: client.status()["state"] == "ACTIVE", "arming")
-            client.set_environment("joint", "spring", stiffness_nm_rad=5.0, center_rad=0.1)
-            client.set_compensation(0.3)
-            client.set_environment("joint", "remote")
+            in_force(
+                client,
+                lambda: client.set_environment("joint", "spring", stiffness_nm_rad=5.0, center_rad=0.1),
+            )
+            in_force(client, lambda: client.set_compensation(0.3))
+            in_force(client, lambda: client.set_environment("joint", "remote"))
             with contextlib.suppress(ClientError):  # on a slow machine the renderer counts as lost
                 for k in range(50):
                     client.set_target([0.001 * k], [0.1])
-            client.stop()
+            in_force(client, client.stop)
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=PATIENCE_S)
     finally:
