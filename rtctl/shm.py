@@ -160,6 +160,11 @@ class RingReader:
         self.overwritten = 0
         self.torn = 0
 
+    @property
+    def waiting(self) -> int:
+        """Ticks that the next `read` would find."""
+        return int(self._header[_HEAD]) - self.next
+
     def read(self, max_rows: int = 1_000_000) -> np.ndarray:
         """Complete ticks since the last call, oldest first; a copy of at most `max_rows` rows."""
         header, rows = self._header, self._memory.ring_rows

@@ -14,8 +14,9 @@ from patience import PATIENCE_S, until
 from rtctl.client import RigClient
 from rtctl.config import load
 from rtctl.control.vocabulary import State
+from rtctl.errors import LoopDiedError
 from rtctl.host.auto_arm import AutoArm
-from rtctl.host.supervisor import Host
+from rtctl.host.supervisor import MOST_TICKS, Host
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -200,6 +201,32 @@ def test_a_stalled_loop_is_noticed_and_killed(running):
     assert code == 9
     assert "stopped advancing" in body["message"]
     assert not Path(f"/proc/{loop}").exists()
+
+
+@pytest.mark.parametrize("then", ["goes on", "loop dies"])
+def test_a_host_that_stood_still_takes_what_waits_in_parts_and_all_of_it(folder, then):
+    """Its memory would keep the size of the largest part; nothing is left in the ring, not even by a loop that died."""
+    batches = []
+
+    def stand_still_once(host, rows):
+        batches.append(rows["tick"].tolist())
+        if len(batches) == 10:
+            head = int(host.memory.header[0]["head"])
+            assert until(lambda: int(host.memory.header[0]["head"]) >= head + 1000)
+            if then == "loop dies":
+                os.kill(host.loop.pid, signal.SIGKILL)
+
+    with Host(load(CONFIGS / "mock.toml"), observers=[stand_still_once], runtime_dir=str(folder)) as host:
+        if then == "loop dies":
+            with pytest.raises(LoopDiedError):
+                host.run(10.0)
+        else:
+            host.run(3.0)
+        head, lost = int(host.memory.header[0]["head"]), host.reader.overwritten
+    ticks = list(itertools.chain.from_iterable(batches))
+    assert max(map(len, batches)) == MOST_TICKS
+    assert ticks == sorted(set(ticks))
+    assert len(ticks) + lost == head
 
 
 def test_the_loop_process_has_no_network_learner_or_config_library(folder):
