@@ -162,7 +162,7 @@ class RingReader:
 
     @property
     def waiting(self) -> int:
-        """Ticks that the next `read` would find."""
+        """Ticks not read yet, those overwritten meanwhile included."""
         return int(self._header[_HEAD]) - self.next
 
     def read(self, max_rows: int = 1_000_000) -> np.ndarray:
