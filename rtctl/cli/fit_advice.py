@@ -55,6 +55,27 @@ def show(model: FrictionModel, loaded: LoadedConfig | None, out: Path) -> None:
         click.echo(f"  {one}")
 
 
+def presliding_body(model: FrictionModel) -> dict[str, float | int | None]:
+    """Presliding length, spread and ramps, as in the model file."""
+    return {
+        "length_rad": model.presliding_rad,
+        "spread_rad": model.presliding_spread_rad,
+        "ramps": model.presliding_ramps,
+    }
+
+
+def presliding_text(model: FrictionModel) -> str:
+    """The same in words."""
+    if model.presliding_rad is None:
+        return "not measured (rtctl identify measures it; --presliding gives it by hand)"
+    length = f"{1e3 * model.presliding_rad:.4g} mrad"
+    if model.presliding_spread_rad is None:
+        return f"{length}, given by hand"
+    return (
+        f"{length}, spread {1e3 * model.presliding_spread_rad:.2g} mrad over {model.presliding_ramps} ramps"
+    )
+
+
 def _axes(model: FrictionModel, loaded: LoadedConfig) -> tuple[AxisGain, ...]:
     from rtctl.friction import report_gain
 
