@@ -15,7 +15,8 @@ What is fitted, over the torque tau of one ramp as a share u = tau / break-away 
 
 bend 0 is a spring that yields at once (elasto-plastic), 1 is LuGre's x = -length ln(1 - u). It is linear in x_0, length and
 length * bend. Points of a ramp are the instants at which the encoder's count changes: there the position is known without
-the quantum's error, however coarse the encoder is, up to the x_0 that is fitted anyway.
+the quantum's error, up to the x_0 that is fitted anyway. Where the joint bends by less than some counts, the mean of
+the counts over many ramps is fitted instead: ramps begin anywhere within a count, so that their mean has no error either.
 """
 
 from __future__ import annotations
@@ -30,9 +31,13 @@ SHARE_LOW, SHARE_HIGH = 0.05, 0.6
 """Shares of the break-away torque between which the slope is taken: after the ramp's own start, before it yields."""
 SMOOTH_S = 0.02
 """The motor torque is averaged over so much of the ramp: it rises evenly, so that the mean has no bias."""
-CHANGES_MIN = 4
-"""Count changes a ramp must have in that range; a coarser encoder cannot tell its slope."""
+CHANGES_MIN = 2
+"""Count changes that tell the slope of one ramp."""
+GRID = np.linspace(SHARE_LOW, 0.8, 16)
+"""Shares at which the counts of a coarse encoder are averaged over ramps; further, because little else is seen."""
 RAMPS_MIN = 2
+SURE = 3.0
+"""A length found from averaged counts must be so many of its standard errors; else it is not known."""
 BEND_MAX = 1.5
 LENGTH_MAX_RAD = 1.0
 
@@ -55,13 +60,24 @@ class Presliding:
     spread_rad: float | None
     ramps: int
 
+    def __str__(self) -> str:
+        """The figures in words."""
+        length = f"{1e3 * self.length_rad:.4g} mrad"
+        if self.spread_rad is None:
+            return f"{length}, given by hand"
+        return f"{length}, spread {1e3 * self.spread_rad:.2g} mrad over {self.ramps} ramps"
+
 
 @dataclass(frozen=True)
 class Ramp:
-    """One ramp as a share of its break-away torque: where the encoder counted (rad), and the share then."""
+    """One ramp as a share of its break-away torque.
+
+    `position_rad` where the encoder counted (up to a constant), and the `share` then; `grid_rad` what it showed at `GRID`.
+    """
 
     position_rad: np.ndarray
     share: np.ndarray
+    grid_rad: np.ndarray
 
 
 def ramp_of(
@@ -79,7 +95,7 @@ def ramp_of(
     Returns
     -------
     Ramp or None
-        None when fewer than `CHANGES_MIN` counts fall into the range (or anything is NaN).
+        None when the ramp is too short, does not reach the end of `GRID`, or anything is NaN.
     """
     width = max(1, round(SMOOTH_S / period_s))
     counts = np.sign(break_away_nm) * position_rad / count_rad
@@ -97,9 +113,10 @@ def ramp_of(
     ).astype(float)
     at = np.interp(rows, np.arange(len(share)), share)
     usable = (at >= SHARE_LOW) & (at <= SHARE_HIGH) & (rows >= width) & (rows < len(share) - width)
-    if np.sum(usable) < CHANGES_MIN:
+    risen = np.searchsorted(np.maximum.accumulate(share), GRID)
+    if risen[-1] >= len(share):
         return None
-    return Ramp(each[usable] * count_rad, at[usable])
+    return Ramp(each[usable] * count_rad, at[usable], level[risen] * count_rad)
 
 
 def _passed(rising: np.ndarray) -> np.ndarray:
@@ -132,11 +149,30 @@ def _softening(share: np.ndarray) -> np.ndarray:
 
 def presliding(ramps: Sequence[Ramp]) -> Presliding | None:
     """Mean length over ramps and its spread; None from fewer than two, or when it is no length at all."""
+    telling = [ramp for ramp in ramps if len(ramp.share) >= CHANGES_MIN]
     if len(ramps) < RAMPS_MIN:
         return None
-    each = lengths_rad(ramps, bend_of(ramps))
+    if 2 * len(telling) < len(ramps) or len(telling) < RAMPS_MIN:
+        return _averaged(ramps)
+    each = lengths_rad(telling, bend_of(telling))
     length, spread = float(np.mean(each)), float(np.std(each, ddof=1))
     return Presliding(length, spread, len(each)) if 0 < length <= LENGTH_MAX_RAD else None
+
+
+def _averaged(ramps: Sequence[Ramp]) -> Presliding | None:
+    """Length from the counts averaged over ramps; its spread is sqrt(n) jackknife errors, hence mostly the encoder's."""
+    grids = np.array([ramp.grid_rad - ramp.grid_rad[0] for ramp in ramps])
+    n = len(grids)
+    length = _length_of_mean(grids.mean(axis=0))
+    each = np.array([_length_of_mean((grids.sum(axis=0) - one) / (n - 1)) for one in grids])
+    error = math.sqrt((n - 1) * float(np.var(each)))
+    sure = SURE * error < length <= LENGTH_MAX_RAD
+    return Presliding(length, error * math.sqrt(n), n) if sure else None
+
+
+def _length_of_mean(grid_rad: np.ndarray) -> float:
+    mean = [Ramp(grid_rad, GRID, grid_rad)]
+    return float(lengths_rad(mean, bend_of(mean))[0])
 
 
 def together(parts: Sequence[Presliding]) -> Presliding | None:

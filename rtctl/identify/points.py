@@ -15,6 +15,7 @@ from rtctl.friction.presliding import Ramp, ramp_of
 from rtctl.identify.motion import (
     ACCELERATION_RAD_S2,
     LOOK_S,
+    SLIP_RAD,
     SPARE_S,
     HandSeen,
     Motion,
@@ -36,6 +37,7 @@ FAST_SHARE = 0.6
 SLOW_EVERY = 5
 """One ramp in so many is slow from the beginning: its presliding is looked at. A quick one bends against damping too."""
 DISCARDS_PER_MEASUREMENT = 3
+SLIP_MAX_RAD = 0.2
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,8 @@ class Collected:
     discarded: int = 0
     ramps: list[Ramp] = field(default_factory=list)
     """Beginnings of the slow break-away ramps, for the presliding length."""
+    slip_rad: float = SLIP_RAD
+    """Displacement that ends a ramp."""
     starts: list[int] = field(default_factory=list)
     """How many measurements there were when each place was reached: those in between are of one place."""
 
@@ -207,7 +211,11 @@ def _slip(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float
     least = 0.0 if slow else min(abs(m.torque_nm) for m in got.measurements)
     limit_s = 2.0 * rig.torque_limit_nm / settings.ramp_nm_s
     fields = motion.order(
-        Program.RAMP, limit_s, ramp_nm_s=direction * settings.ramp_nm_s, fast_nm=FAST_SHARE * least
+        Program.RAMP,
+        limit_s,
+        ramp_nm_s=direction * settings.ramp_nm_s,
+        fast_nm=FAST_SHARE * least,
+        slip_rad=got.slip_rad,
     )
     parts = [(yield from motion.see(Order(fields, 4 * LOOK_S)))]
     while not int(parts[-1]["program_flags"][-1, rig.axis]):
@@ -221,6 +229,8 @@ def _slip(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float
         )
     ended = int(np.argmax(rows["program_flags"][:, rig.axis] != 0))
     found = break_away(rows[:ended], rig.axis, rig.period_s, rig.count_rad, bias_nm)
+    if found is None and ProgramFlag.SLIPPED in flags:  # it only bent so far: bristles as soft as that
+        got.slip_rad = min(2.0 * got.slip_rad, SLIP_MAX_RAD)
     if found is None or ProgramFlag.SLIPPED not in flags or found.torque_nm * direction <= 0:
         got.discard(settings.measurements, task.name)
         return

@@ -54,8 +54,16 @@ def test_ramps_that_differ_show_in_the_spread():
     assert found.spread_rad == pytest.approx(np.std([1e-3, 1.2e-3] * 10, ddof=1), rel=0.1)
 
 
+@pytest.mark.parametrize("bend", [0.0, 1.0])
+@pytest.mark.parametrize("counts", [1.0, 2.5])
+def test_a_length_of_few_counts_is_found_from_their_mean_over_many_ramps(counts, bend):
+    found = presliding(ramps(1.4e-3, n=80, bend=bend, count_rad=1.4e-3 / counts))
+    assert found.length_rad == pytest.approx(1.4e-3, rel=0.2)
+    assert found.length_rad + found.spread_rad > 1.4e-3
+
+
 def test_an_encoder_too_coarse_to_tell_the_slope_tells_nothing():
-    assert ramp(1.4e-3, bend=1.0, count_rad=16 * COUNT) is None
+    assert presliding(ramps(1.4e-3, n=20, bend=1.0, count_rad=100 * 1.4e-3)) is None
     assert presliding([]) is None
     assert presliding(ramps(1.4e-3, n=1, bend=1.0)) is None
 
