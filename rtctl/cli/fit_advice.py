@@ -66,14 +66,11 @@ def presliding_body(model: FrictionModel) -> dict[str, float | int | None]:
 
 def presliding_text(model: FrictionModel) -> str:
     """The same in words."""
+    from rtctl.friction.presliding import Presliding
+
     if model.presliding_rad is None:
         return "not measured (rtctl identify measures it; --presliding gives it by hand)"
-    length = f"{1e3 * model.presliding_rad:.4g} mrad"
-    if model.presliding_spread_rad is None:
-        return f"{length}, given by hand"
-    return (
-        f"{length}, spread {1e3 * model.presliding_spread_rad:.2g} mrad over {model.presliding_ramps} ramps"
-    )
+    return str(Presliding(model.presliding_rad, model.presliding_spread_rad, model.presliding_ramps))
 
 
 def _axes(model: FrictionModel, loaded: LoadedConfig) -> tuple[AxisGain, ...]:
