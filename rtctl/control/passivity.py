@@ -11,11 +11,14 @@ over one period) and D, what its dry friction surely took out, less what its bri
 U is the energy in the virtual spring and coupling. It belongs to the hand that put it there and will be
 given back, so only what exceeds it counts as banked: a cap without U would forget the energy of every
 spring stronger than the bank and call its return active. c is what taking back the torque held may cost
-(`take_back`): it is kept until then. a is the authority: the world felt is a U. What
-the operator's own request puts into a U is granted: U da while the authority rises, and the work that
-a step of the environment or of a remote proxy does on U, as far as the renderer's store pays for it
-(`intermediate`): a store with a bounded power, so that no stream of parameters or targets is an unbounded
-source of energy.
+(`take_back`): it is kept until then. a is the authority: the world felt is a U. What is put into a U by others
+than the hand is granted: U da while the authority rises (`authority`), and the work that a step of the
+environment or of a remote proxy does on U (`intermediate`). All of it is paid from one store with a bounded
+power, and nothing else is ever granted, so that no stream of parameters, targets or silences is an unbounded
+source of energy. As E never falls below -1.5 budgets (`take_back`), and what friction and damping are credited
+with the device has taken, t seconds after arming the hand was given, beyond what it put in itself, at most
+
+    renderer_store_j + renderer_power_w t + 1.5 budget_j
 
 Why the dry-friction credit follows the model. A right feed-forward spends kappa F(v) dx by design and
 the device's friction takes it back. Crediting one constant, the least friction over the range, would
@@ -44,19 +47,13 @@ GROSS_FACTOR = 3.0
 
 
 @compiled
-def _rise(s: Record, p: Record) -> float:
-    """How much the authority rises in this tick."""
-    if s.state != _ACTIVE or s.authority >= 1.0:
-        return 0.0
-    return min(1.0 - s.authority, 1.0 / max(p.soft_start_ticks, 1))
-
-
-@compiled
-def _grant(s: Record, axis: int, rise: float) -> float:
-    """Energy that the operator's request and the renderer, not the hand, put into the world felt, J."""
-    if s.state != _ACTIVE:
-        return 0.0
-    return rise * s.stored_energy_j[axis] + s.authority * s.renderer_grant_j[axis]
+def _grant(s: Record, axis: int) -> float:
+    """Energy that the rise of the authority and the renderer, not the hand, put into the world felt, J; used up."""
+    granted = s.authority_grant_j[axis]
+    s.authority_grant_j[axis] = 0.0
+    if s.state == _ACTIVE:
+        granted += s.authority * s.renderer_grant_j[axis]
+    return granted
 
 
 @compiled
@@ -80,9 +77,8 @@ def observe_port(s: Record, p: Record, axis: int, dx: float, elapsed: int) -> fl
     dt = p.period_s * max(elapsed, 1)
     credit = max(p.viscous_nms_rad[axis], 0.0) * dx * dx / dt
     credit += s.friction_credit_j[axis]
-    rise = _rise(s, p)
-    energy = s.energy_port_j[axis] - held * dx + credit + _grant(s, axis, rise)
-    felt = (s.authority + rise) * s.stored_energy_j[axis]
+    energy = s.energy_port_j[axis] - held * dx + credit + _grant(s, axis)
+    felt = s.authority * s.stored_energy_j[axis]
     s.energy_port_j[axis] = min(energy, felt + p.energy_bank_j + cost_to_take_back(p, axis, held))
     return s.energy_port_j[axis]
 

@@ -238,6 +238,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "world_pitch_rad": (),
             "renderer_store_j": (),  # energy that changes of the environment may still put in
             "renderer_grant_j": (),  # put in by this tick's
+            "authority_grant_j": (),  # put in by the last rise of the authority, as far as it was paid
             "energy_hand_j": (),
             "energy_feedforward_j": (),
             "jump_count": (),
