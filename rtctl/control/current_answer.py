@@ -36,7 +36,11 @@ SHIFTS = 4
 """A lag reaches half of its step after ln 2 of it: so much shorter is the delay before it, and this many whole delays
 around that are tried."""
 
-ALLOWANCE = 8.0
+SETTLING_LAGS = 2.0
+"""The answer must have come, but for e^-2 of the step, two ticks before its end: of a wrong sign it would seem to come
+just behind it."""
+
+ALLOWANCE = 12.0
 FLOOR_SHARE = 0.02
 """A fit beside the best one is possible while the squares it leaves exceed the best one's by no more than ALLOWANCE
 variances of the noise, plus the square of FLOOR_SHARE of the step (quantised currents, a current loop that is not
@@ -69,7 +73,7 @@ def forget(s: Record, axis: int) -> None:
 @compiled
 def keep(s: Record, p: Record, axis: int, measured: float, sent_ticks: int, skipped: int) -> None:
     """Take this tick's torque by the current, `measured`, after `sent_ticks` ticks of the test were sent."""
-    n = p.arming_ticks
+    n = max(p.arming_ticks, 1)
     part, k = (sent_ticks - 1) // n, (sent_ticks - 1) % n
     sent = held_torque(s, axis, 1)
     s.answer_gap_nm[axis] += measured - sent
@@ -168,7 +172,7 @@ def _least_delay(s: Record, axis: int, n: int, most: float) -> tuple[float, floa
         lag = _lag_of(i)
         _lagged(s, axis, n, lag)
         first = max(latest - SHIFTS // 2 - int(HALF_OF_LAG * lag), 0)
-        for shift in range(first, min(first + SHIFTS, n - 1)):
+        for shift in range(first, min(first + SHIFTS, n - 2)):
             left, gain, total = _fit(s, axis, n, lag, shift, most)
             better = total < delay if most < math.inf else left < best
             if left <= most and better:
@@ -189,7 +193,8 @@ def conclude(s: Record, p: Record, axis: int) -> int:
     step = gain * height
     offset = s.answer_gap_nm[axis] / (4 * ticks)
     fault = 0 if abs(offset) <= OFFSET_SHARE * p.torque_limit_nm[axis] else _F_CURRENT
-    if not variance <= (NOISE_SHARE * step) ** 2:
+    settled = delay + SETTLING_LAGS * lag <= n - 2
+    if not (settled and variance <= (NOISE_SHARE * step) ** 2):
         return fault
     floor = (FLOOR_SHARE * step) ** 2
     _, _, delay, lag = _least_delay(s, axis, n, best + ALLOWANCE * variance + floor)

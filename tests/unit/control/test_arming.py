@@ -71,7 +71,9 @@ def test_current_of_the_wrong_sign_or_none_is_refused(current):
     assert bench.rig.mode is State.FAULT
 
 
-@pytest.mark.parametrize(("current", "fault"), [(0.5, Fault.CURRENT), (0.75, None), (1.25, None), (1.4, Fault.CURRENT)])
+@pytest.mark.parametrize(
+    ("current", "fault"), [(0.5, Fault.CURRENT), (0.75, None), (1.25, None), (1.4, Fault.CURRENT)]
+)
 def test_current_that_answers_too_weakly_or_too_strongly_is_refused(current, fault):
     bench = Bench(current=current)
     assert bench.fault() is fault
