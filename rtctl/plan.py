@@ -8,9 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from hw import registry
+from rtctl import stability_report
 from rtctl.config import Config, LoadedConfig
 from rtctl.config_tables import AxisTable
 from rtctl.control import stability
+from rtctl.control.delay_cover import delay_covered_ticks
 from rtctl.control.disturbance_observer import SMOOTHING
 from rtctl.control.gate import WINDOW_S
 from rtctl.control.records import new_records
@@ -34,6 +36,9 @@ SEEN_HZ = 5.0
 SEEN_FACTOR = 1.5
 """Friction seen is believed up to so many times the learned peak."""
 ARMING_TRAVEL_SHARE = 0.25
+SHORTEST_PROOF_S = 1e-9
+"""0 would say that delay and age are not watched."""
+
 MIN_SOFT_START_TICKS = 500
 """Safety contract: authority ramps over at least 500 cycles, `ready` needs 500 green ones, RAMP takes 50."""
 
@@ -73,6 +78,7 @@ def build(loaded: LoadedConfig) -> Plan:
         _fill_compensation(params[0], a, axis, config, learned)
         if learned is not None:
             model[a] = _fill_friction(params[0], a, axis, config, learned)
+    _fill_proof(params[0], loaded)
     return Plan(
         params=params,
         command=command,
@@ -170,6 +176,18 @@ def _fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
     p["coupling_damping_nms_rad"][a] = axis.coupling.damping_nms_rad
     p["injected_damping_max_nms_rad"][a] = axis.viscous_nms_rad
     p["hold_damping_nms_rad"][a] = axis.viscous_nms_rad
+
+
+def _fill_proof(p: np.void, loaded: LoadedConfig) -> None:
+    """Delay up to which each coupling is proven. Devices that answer nothing (a recording) are not watched."""
+    period_s = loaded.config.period_s
+    if not all(registry.lookup(member.kind).follows for member in loaded.members()):
+        return
+    for a, axis in enumerate(stability_report.examine(loaded).axes):
+        k_c, b_c, declared = axis.stiffness_nm_rad, axis.damping_nms_rad, axis.delay_ticks
+        covered = delay_covered_ticks(axis.device_damping_nms_rad, k_c, b_c, period_s, declared)
+        p["declared_delay_s"][a] = declared * period_s
+        p["proof_delay_s"][a] = max(covered * period_s, SHORTEST_PROOF_S)
 
 
 def _fill_force_feedback(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:

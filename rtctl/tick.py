@@ -156,6 +156,18 @@ FIELDS: tuple[Field, ...] = (
     ),
     _axis("energy_hand_j", "J", "net energy the hand has put into the device"),
     _axis("energy_feedforward_j", "J", "net energy that feed-forward and observer have put into the device"),
+    # what was measured of the actuator: NaN (null in JSON) where it was not
+    _axis(
+        "arming_delay_ticks",
+        "1",
+        "delay of the motor's current behind what was sent, lag included, by the test pulse: at least this much",
+    ),
+    _axis("arming_lag_ticks", "1", "of that the time constant of the current loop"),
+    _axis("arming_gain", "1", "current measured over sent, by the test pulse"),
+    _axis("arming_offset_nm", "N m", "torque that the current shows beyond what was sent, by the test pulse"),
+    _axis(
+        "running_delay_ticks", "1", "the delay as ordinary motion shows it: the last window that could tell"
+    ),
     # state
     Field("state", "int", "scalar", "1", "law", "state of the machine (control.vocabulary.State)"),
     Field("enabled", "int", "scalar", "1", "law", "1 when the actuator is to be enabled"),

@@ -20,7 +20,6 @@ from __future__ import annotations
 from rtctl.control.jit import compiled
 from rtctl.control.records import Record
 
-
 FREE_SHARE = 0.01
 """Share of the energy budget that the coupling may hold for nothing: an encoder count, a proxy not quite at rest."""
 

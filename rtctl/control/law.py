@@ -10,8 +10,9 @@ import math
 
 import numpy as np
 
-from rtctl.control import arming, detectors, gate, intake
+from rtctl.control import arming, detectors, gate, intake, running_delay
 from rtctl.control.assistance import assistance_share, keep_assistance, remember_compensation
+from rtctl.control.current_answer import report as report_actuator
 from rtctl.control.device_velocity import device_velocity
 from rtctl.control.disturbance_observer import observe_friction, observer_torque
 from rtctl.control.dry_friction import credit_friction
@@ -70,7 +71,7 @@ def step(
     # 2. what was measured
     skipped = detectors.count_late(t, s)
     faults, elapsed = accept_sample(t, s, p, skipped)
-    faults |= detectors.late_fault(s, p, skipped) | detectors.realtime_fault(t, p)
+    faults |= detectors.late_fault(s, p, skipped) | detectors.realtime_fault(t, p) | detectors.age_fault(s, p)
     powered = is_powered(s.state)
     for axis in range(len(t.position_rad)):
         dx = s.position_rad[axis] - s.position_before_rad[axis]
@@ -129,12 +130,15 @@ def _detect(t: Record, s: Record, p: Record, axis: int, elapsed: int, skipped: i
     if t.waiver != 0:
         share *= min(max(p.waiver_share, 0.0), 1.0)
     t.torque_share[axis] = share
-    return (
+    faults = (
         detectors.temperature_fault(s, p, axis)
         | detectors.follow_fault(t, s, p, axis, elapsed, skipped)
         | detectors.window_fault(s, p, axis)
-        | arming.arming_faults(t, s, p, axis, elapsed)
+        | arming.arming_faults(t, s, p, axis, elapsed, skipped)
+        | running_delay.running_fault(t, s, p, axis, skipped)
     )
+    report_actuator(t, s, axis)
+    return faults
 
 
 @compiled

@@ -33,6 +33,9 @@ MARK_WORDS = 16
 HELD = 32
 """Torques sent that are remembered, to compare with what the motor is measured to give."""
 
+RESPONSE = 32
+"""Ticks after each step of the test pulse in which the current's answer is kept."""
+
 Shape = tuple[int, ...]
 
 
@@ -95,6 +98,8 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             # detectors and test pulse
             "follow_kind": (),  # 1: the measured current must follow the torque sent
             "follow_delay_ticks": (),  # the measurement may be this much late
+            "declared_delay_s": (),  # from a sample to its torque at the motor, as the rig file has it
+            "proof_delay_s": (),  # up to which the coupling is proven; 0: delay and age are not watched
             "temperature_kind": (),  # 1: the motor has a temperature sensor
             "temperature_warn_c": (),
             "temperature_trip_c": (),
@@ -188,6 +193,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "fault_total": "<i8",  # faults so far
             "late_count": "<i8",  # late ticks among the last 1000
             "checksum_count": "<i8",  # damaged frames among them
+            "old_count": "<i8",  # samples older than the proof covers among them
             "lease": "<i8",  # nonce of the renderer that may send targets; 0: none
             "targets_refused": "<i8",
         },
@@ -256,6 +262,26 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "test_product_nm2": (),
             "test_square_nm2": (),
             "test_hand_nm": (),
+            # answer of the current to the test pulse (control.current_answer)
+            "answer_sent_nm": (RESPONSE,),  # torque sent after the steps, laid over one another
+            "answer_measured_nm": (RESPONSE,),
+            "answer_model_nm": (RESPONSE,),
+            "answer_before_nm": (),  # torque sent before the steps
+            "answer_gap_nm": (),  # sum of measured minus sent
+            "answer_late_count": (),  # slots skipped in between: nothing can be said
+            "answer_count": (),  # 1: measured
+            "answer_delay": (),  # ticks
+            "answer_lag": (),  # ticks
+            "answer_gain": (),
+            "answer_offset_nm": (),
+            # delay while running (control.running_delay)
+            "running_sent_nm": (),  # low-passed
+            "running_measured_nm": (),
+            "running_sums": (9,),
+            "running_ticks": (),  # of the present window
+            "running_count": (),  # 1: measured
+            "running_bad_count": (),  # windows in a row that leave the proof
+            "running_delay": (),  # ticks
             # excitation program
             "program_kind": (),
             "program_flags": (),
@@ -274,7 +300,12 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "assistance_nm": (HELD,),  # feed-forward and feedback sent, ring by `ticks`
         },
         n_axes,
-        {"late_marks": MARK_WORDS, "checksum_marks": MARK_WORDS, "fault_tick": LOCKOUT_FAULTS},
+        {
+            "late_marks": MARK_WORDS,
+            "checksum_marks": MARK_WORDS,
+            "old_marks": MARK_WORDS,
+            "fault_tick": LOCKOUT_FAULTS,
+        },
     )
 
 

@@ -133,6 +133,9 @@ class Fault(IntFlag):
     REALTIME = 1 << 21
     DEVICE = 1 << 22
     VELOCITY = 1 << 23
+    CURRENT = 1 << 24
+    DELAY = 1 << 25
+    SAMPLE_AGE = 1 << 26
 
 
 class Reaction(IntEnum):
