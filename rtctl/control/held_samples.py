@@ -28,21 +28,20 @@ environments that are not linear. A lag is a mixture of delays, and h h* is conv
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 
 import numpy as np
+
+from rtctl.control.sampled_loop import delays
 
 _ANGLES = 512
 _ALLOWANCE = 1.002
 """For what may lie between the points of the sweep."""
-_TAIL = 1e-6
-"""Weight of the longest delays of a lag that are taken together."""
 
 
 def damping_needed(k_c: float, b_c: float, T: float, n: int, d: float = 0.0, tau: float = 0.0) -> float:
     """Least device damping with which the loop is passive, N m s/rad: a fresh sample every `n` ticks, delay `d`, lag
     `tau`, both in ticks. Arguments are taken as valid. 0 without a coupling.
-    """  # noqa: D205
+    """
     if k_c == 0 and b_c == 0:
         return 0.0
     return _ALLOWANCE * _needed(k_c, b_c, T, n, d, tau)
@@ -90,38 +89,3 @@ def _gram(torque: np.ndarray, weight: np.ndarray, n: int, late: int, back: np.nd
         h = (torque[:, i] * (back ** (-frame))[:, None] - torque[:, 0] / back[:, None]) * weight
         out += h.conj()[:, :, None] * h[:, None, :]
     return out
-
-
-@lru_cache(maxsize=64)
-def delays(d: float, tau: float) -> tuple[tuple[float, float], ...]:
-    """Shares and lengths, in ticks, of the whole delays that a lag behind the delay `d` is a mixture of.
-
-    Exact up to the tail, whose share is put where its mean delay is rounded up: a Gram matrix is linear in the delay
-    between whole ticks.
-    """
-    if tau == 0:
-        return ((1.0, d),)
-    shares: dict[int, float] = {}
-    low = math.floor(d)
-    edge = d
-    while True:
-        top = math.floor(edge) + 1.0
-        mass = math.exp(-(edge - d) / tau) - math.exp(-(top - d) / tau)
-        # mean of the delay within [edge, top): shared between its two whole ticks
-        mean = edge + tau if mass <= 0 else _mean_within(edge, top, tau)
-        up = mean - (top - 1)
-        shares[int(top) - 1] = shares.get(int(top) - 1, 0.0) + mass * (1 - up)
-        shares[int(top)] = shares.get(int(top), 0.0) + mass * up
-        edge = top
-        if math.exp(-(edge - d) / tau) < _TAIL or edge - low > 4000:
-            break
-    rest = math.exp(-(edge - d) / tau)
-    far = math.ceil(edge + tau)
-    shares[far] = shares.get(far, 0.0) + rest
-    return tuple((share, float(late)) for late, share in sorted(shares.items()) if share > 0)
-
-
-def _mean_within(edge: float, top: float, tau: float) -> float:
-    """Mean of an exponential delay that is known to lie in [edge, top)."""
-    width = top - edge
-    return edge + tau - width / math.expm1(width / tau)

@@ -35,6 +35,11 @@ import numpy as np
 _POINTS_PER_TICK = 1000
 """Cells of the frequency sweep per tick of delay and lag: the bound is then at most some 1e-6 above the true peak."""
 
+_MOST_CELLS = 200_000
+
+_TAIL = 1e-6
+"""Weight of the longest delays of a lag that are taken together."""
+
 
 @lru_cache(maxsize=512)
 def peaks(d: float, tau: float, *, any_world: bool = False) -> tuple[np.ndarray, np.ndarray]:
@@ -53,7 +58,7 @@ def peaks(d: float, tau: float, *, any_world: bool = False) -> tuple[np.ndarray,
     most C h^2/8, whatever convex function is added; both ends of every cell are listed with that added. The root is bounded by its tangent, ``sqrt(R) <= (R/l + l)/2``
     with l from the middle of the cell, which leaves W a mixture of sin^2 and a constant >= 0, over sin^2 convex.
     """
-    cells = math.ceil(_POINTS_PER_TICK * (2 + d + 2 * tau))
+    cells = _cells(d, tau)
     theta = np.linspace(0.0, np.pi / 2, cells + 1)
     turned, ratio = _alias_sums(theta, d, tau)
     l = np.ones(cells)  # noqa: E741 - the multiplier of the notes
@@ -73,6 +78,74 @@ def peaks(d: float, tau: float, *, any_world: bool = False) -> tuple[np.ndarray,
         ends.append((W + (4 * second + 2 * second_r / l) * h2, U + (4 * fourth + 2 * fourth_r / l) / 3 * h2))
     (W_left, U_left), (W_right, U_right) = ends
     return undominated(np.concatenate([W_left, W_right]), np.concatenate([U_left, U_right]))
+
+
+@lru_cache(maxsize=64)
+def varying_peaks(low: float, high: float, tau: float) -> tuple[np.ndarray, np.ndarray]:
+    """As `peaks`, for a delay that changes from tick to tick anywhere within [low, high], both in ticks.
+
+    Notes
+    -----
+    The joint feels the torque of m - 1 ticks ago for a share of each tick, which is at most `slots`' share of m; what
+    the hand may be given in a tick is a sum over the torques felt of share times ``|y - y of the tick to come|^2``, so
+    taking every share at its largest covers whatever way it changes: ``W = 2 sum_m share_m sin^2(m theta)``. The
+    shares add up to 1 + high - low. It covers worlds that are not linear; of a lag it takes the mixture of delays.
+    """
+    shares: dict[int, float] = {}
+    for weight, late in delays(high, tau):
+        for m, share in slots(max(late - (high - low), 0.0), late).items():
+            shares[m] = shares.get(m, 0.0) + weight * share
+    cells = _cells(high, tau)
+    theta = np.linspace(0.0, np.pi / 2, cells + 1)
+    h2 = (np.pi / 2 / cells) ** 2 / 8
+    W, U, safe = np.zeros_like(theta), np.zeros_like(theta), np.sin(theta) ** 2
+    safe[0] = 1.0
+    for m, share in shares.items():
+        wave = np.sin(m * theta) ** 2
+        over = wave / safe
+        over[0] = m * m
+        W += 2 * share * (wave + 2 * m * m * h2)
+        U += 2 * share * (over + 2 * m**4 / 3 * h2)
+    return undominated(W, U)
+
+
+def _cells(d: float, tau: float) -> int:
+    """How many cells: the longer the delay, the narrower the peaks. Fewer would be as safe, only less exact."""
+    return min(math.ceil(_POINTS_PER_TICK * (2 + d + 2 * tau)), _MOST_CELLS)
+
+
+def slots(low: float, high: float) -> dict[int, float]:
+    """Largest share of a tick for which the torque of m - 1 ticks ago may be felt, for delays within [low, high]."""
+    out = {}
+    for k in range(math.floor(low), math.ceil(high) + 1):
+        # the torque of k ticks ago is felt for 1 - |delay - k| of a tick
+        share = 1 - (low - k if low > k else max(k - high, 0.0))
+        if share > 0:
+            out[k + 1] = share
+    return out
+
+
+@lru_cache(maxsize=64)
+def delays(d: float, tau: float) -> tuple[tuple[float, float], ...]:
+    """Shares and lengths, in ticks, of the delays that a lag behind the delay `d` is a mixture of.
+
+    Of each tick the mean, rounded by sharing it between the whole ticks beside it, which is exact for what is linear in
+    the delay between whole ticks; the tail is put where its mean is rounded up.
+    """
+    if tau == 0:
+        return ((1.0, d),)
+    shares: dict[int, float] = {}
+    edge, left = d, 1.0
+    while left > _TAIL:
+        top = math.floor(edge) + 1
+        rest = math.exp(-(top - d) / tau)
+        up = edge + tau - (top - edge) / math.expm1((top - edge) / tau) - (top - 1)
+        for k, share in ((top - 1, 1 - up), (top, up)):
+            shares[k] = shares.get(k, 0.0) + (left - rest) * share
+        edge, left = float(top), rest
+    far = math.ceil(edge + tau)
+    shares[far] = shares.get(far, 0.0) + left
+    return tuple((share, float(k)) for k, share in sorted(shares.items()))
 
 
 def undominated(W: np.ndarray, U: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

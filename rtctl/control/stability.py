@@ -29,7 +29,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtctl.control import held_samples
-from rtctl.control.sampled_loop import peaks
+from rtctl.control.sampled_loop import peaks, varying_peaks
 
 _FASTER = (1.0, 1.5, 2.2, 3.3, 5.0, 10.0)
 """Bandwidths of the current loop that are tried, as multiples of the declared one."""
@@ -45,6 +45,8 @@ class Between:
     """Bandwidth of the current loop, Hz; 0: ideal."""
     sample_ticks: int = 1
     """Ticks between two fresh samples."""
+    jitter: float = 0.0
+    """By so much, in ticks, the delay may be shorter in one tick than in another."""
 
 
 IDEAL = Between()
@@ -102,8 +104,13 @@ def damping_needed_sampled_data(
     if lag_hz == 0 and d == 1:
         q = 1.0 if 2 * spread <= B * B else B * B / (2 * spread)
         return 4 * (B * B * q - spread * q * q) / B
-    W, U = peaks(float(d), _lag_ticks(lag_hz, T), any_world=any_world)
-    return float(np.max(W * spread + U * (K * K))) / (2 * B)
+    return _largest(peaks(float(d), _lag_ticks(lag_hz, T), any_world=any_world), K, b_c)
+
+
+def _largest(pairs: tuple[np.ndarray, np.ndarray], K: float, b_c: float) -> float:
+    """The largest damping that any of the pairs of `sampled_loop` asks for."""
+    W, U = pairs
+    return float(np.max(W * (b_c * (b_c + 2 * K)) + U * (K * K))) / (2 * (b_c + K))
 
 
 def _cases(T: float, between: Between) -> list[tuple[float, float]]:
@@ -122,13 +129,15 @@ def damping_needed_between(
 ) -> float:
     """Least device damping for which the sampled loop is passive, N m s/rad, whatever the delay, lag and age of
     samples up to those declared. Raises ValueError as `damping_needed_sampled_data`.
-    """  # noqa: D205
+    """
     needed = [
         damping_needed_sampled_data(k_c, b_c, T, d, lag, any_world=any_world) for d, lag in _cases(T, between)
     ]
+    tau = _lag_ticks(between.lag_hz, T)
+    if between.jitter > 0 and k_c + b_c > 0:
+        low = max(between.delay - between.jitter, 0.0)
+        needed.append(_largest(varying_peaks(low, between.delay, tau), k_c * T / 2, b_c))
     if between.sample_ticks > 1:
-        _require_coupling(k_c, b_c, T, between.delay, between.lag_hz)
-        tau = _lag_ticks(between.lag_hz, T)
         needed += [
             held_samples.damping_needed(k_c, b_c, T, n, d, tau)
             for n in range(2, between.sample_ticks + 1)
@@ -223,7 +232,7 @@ def k_max_between(b: float, b_c: float, T: float, between: Between = IDEAL) -> f
     """Largest coupling stiffness that `damping_needed_between` passes at this b_c, N m/rad; 0 where none does."""
     _require_coupling(0.0, b_c, T, between.delay, between.lag_hz)
     high = min(k_max_sampled_data(b, b_c, T, d, lag) for d, lag in _cases(T, between))
-    if between.sample_ticks == 1 or high == 0:
+    if (between.sample_ticks == 1 and between.jitter == 0) or high == 0:
         return high
     return _largest_stiffness(lambda k: damping_needed_between(k, b_c, T, between), b, high)
 

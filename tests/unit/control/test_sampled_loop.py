@@ -9,9 +9,8 @@ import math
 import numpy as np
 import pytest
 
-from rtctl.control.held_samples import delays
 from rtctl.control.held_samples import damping_needed as damping_needed_held
-from rtctl.control.sampled_loop import undominated
+from rtctl.control.sampled_loop import delays, slots, undominated
 from rtctl.control.stability import (
     Between,
     damping_needed_between,
@@ -171,3 +170,21 @@ def test_a_lag_is_a_mixture_of_delays_with_its_mean():
 def test_only_pairs_that_another_exceeds_in_both_numbers_are_left_out():
     W, U = undominated(np.array([1.0, 2.0, 1.5, 0.5, 2.0]), np.array([3.0, 1.0, 2.0, 2.5, 0.5]))
     assert sorted(zip(W.tolist(), U.tolist(), strict=True)) == [(1.0, 3.0), (1.5, 2.0), (2.0, 1.0)]
+
+
+def test_a_delay_that_changes_from_tick_to_tick_costs_more_than_any_constant_one_within():
+    changing = damping_needed_between(20, 0.01, T, Between(1.3, jitter=0.4))
+    for d in (0.9, 1.0, 1.15, 1.3):
+        assert changing > damping_needed_sampled_data(20, 0.01, T, d)
+    assert damping_needed_between(20, 0.01, T, Between(1.3, jitter=1e-9)) == pytest.approx(
+        damping_needed_between(20, 0.01, T, Between(1.3)), rel=1e-5
+    )
+    k = k_max_between(0.05, 0.01, T, Between(1.3, jitter=0.4))
+    assert damping_needed_between(k, 0.01, T, Between(1.3, jitter=0.4)) <= 0.05
+    assert damping_needed_between(1.001 * k, 0.01, T, Between(1.3, jitter=0.4)) > 0.05
+
+
+def test_shares_of_a_tick_are_the_largest_of_all_delays_within():
+    assert slots(0.25, 0.25) == {1: 0.75, 2: 0.25}
+    assert slots(1.0, 1.0) == {2: 1.0}
+    assert slots(0.7, 1.2) == pytest.approx({1: 0.3, 2: 1.0, 3: 0.2})
