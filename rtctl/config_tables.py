@@ -101,9 +101,48 @@ class CouplingTable(Table):
 
     stiffness_nm_rad: float = _number(0, 1e6, "k_c", default=0.0)
     damping_nms_rad: float = _number(0, 1e4, "b_c", default=0.0)
-    delay_ticks: int = _number(
-        0, 20, "whole ticks from reading a sample to its torque at the motor", default=0
+    delay_ticks: float = _number(
+        0,
+        20,
+        "ticks from a sample to its torque at the motor, whole or not; `rtctl check` takes what the devices declare "
+        "or what was measured where that is more",
+        default=0.0,
     )
+
+
+class DriveTable(Table):
+    """[axis.drive]: what lies between the torque sent and the link; what a device declares counts where it is worse"""
+
+    current_loop_hz: float = _number(
+        0, 1e5, "bandwidth of the current loop, a first-order lag; 0: ideal, else at least 10", default=0.0
+    )
+    motor_share: float = _number(
+        0,
+        1,
+        "share of the guaranteed damping and dry friction on the side of motor and encoder; below 1 the joint is "
+        "elastic, and the rest, beyond its spring, is the hand's to cancel",
+        default=1.0,
+    )
+    joint_damping_nms_rad: float = _number(0, 1e3, "damping of an elastic joint itself", default=0.0)
+    encoder: Literal["motor", "link"] = Field(
+        "motor", description="side of an elastic joint that the encoder turns with; rigid: motor"
+    )
+
+    @model_validator(mode="after")
+    def _bandwidth(self) -> DriveTable:
+        if 0 < self.current_loop_hz < 10:
+            msg = f"current_loop_hz {self.current_loop_hz}: 0 for an ideal one, else at least 10"
+            raise ValueError(msg)
+        return self
+
+
+class MeasuredTable(Table):
+    """[axis.measured]: what was measured on this rig; `rtctl check` takes it where it is worse than what is declared"""
+
+    delay_ticks: float = _number(0, 20, "delay from a sample to its torque", default=0.0)
+    jitter_ticks: float = _number(0, 20, "how much shorter it is at times", default=0.0)
+    sample_ticks: int = _number(1, 20, "ticks between two fresh samples, at worst", default=1)
+    current_loop_hz: float = _number(0, 1e5, "bandwidth of the current loop; 0: not measured", default=0.0)
 
 
 class EnvironmentTable(Table):
@@ -225,10 +264,18 @@ class AxisTable(Table):
     position_min_rad: float = _number(-1e6, 1e6, "end of travel", default=-1e3)
     position_max_rad: float = _number(-1e6, 1e6, "end of travel", default=1e3)
     current_limit_a: float = _number(1e-3, 1e4, "range of the current sensor", default=100.0)
+    dry_friction_nm: float = _number(
+        0,
+        1e3,
+        "dry friction the joint surely has where no model tells; against the encoder's steps",
+        default=0.0,
+    )
     velocity: VelocityTable = VelocityTable()
     force: ForceTable = ForceTable()
     temperature: TemperatureTable = TemperatureTable()
     coupling: CouplingTable = CouplingTable()
+    drive: DriveTable = DriveTable()
+    measured: MeasuredTable = MeasuredTable()
     environment: EnvironmentTable = EnvironmentTable()
     friction: FrictionTable = FrictionTable()
     force_feedback: ForceFeedbackTable = ForceFeedbackTable()

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hw import registry
-from rtctl import stability_report
+from rtctl import lateness, stability_report
 from rtctl.config import Config, LoadedConfig
 from rtctl.config_tables import AxisTable
 from rtctl.control import stability
@@ -72,7 +72,7 @@ def build(loaded: LoadedConfig) -> Plan:
             params[0]["follow_kind"][list(member.axes)] = 1
     for a, axis in enumerate(config.axis):
         _fill_axis(params[0], a, axis, config.period_s)
-        _fill_force_feedback(params[0], a, axis, config.period_s)
+        _fill_force_feedback(params[0], a, axis, config.period_s, lateness.of_axis(loaded, a).between)
         _fill_command(command[0], a, axis)
         learned = _load_model(loaded, axis)
         _fill_compensation(params[0], a, axis, config, learned)
@@ -154,7 +154,7 @@ def _fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
         p[name][a] = getattr(axis, name)
     _fill_arming(p, a, axis, period_s)
     p["torque_continuous_nm"][a] = axis.torque_continuous_nm or axis.torque_limit_nm
-    p["follow_delay_ticks"][a] = axis.coupling.delay_ticks
+    p["follow_delay_ticks"][a] = math.ceil(axis.coupling.delay_ticks)
     p["temperature_kind"][a] = axis.temperature.sensor
     p["temperature_warn_c"][a] = axis.temperature.warn_c
     p["temperature_trip_c"][a] = axis.temperature.trip_c
@@ -190,7 +190,9 @@ def _fill_proof(p: np.void, loaded: LoadedConfig) -> None:
         p["proof_delay_s"][a] = max(covered * period_s, SHORTEST_PROOF_S)
 
 
-def _fill_force_feedback(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
+def _fill_force_feedback(
+    p: np.void, a: int, axis: AxisTable, period_s: float, between: stability.Between
+) -> None:
     """Parameters of the local force feedback: what the coupling needs of the device is not spent twice."""
     feedback, coupling = axis.force_feedback, axis.coupling
     k_c, b_c, count_rad = coupling.stiffness_nm_rad, coupling.damping_nms_rad, float(p["count_rad"][a])
@@ -199,9 +201,8 @@ def _fill_force_feedback(p: np.void, a: int, axis: AxisTable, period_s: float) -
     p["force_feedback_deadband_nm"][a] = feedback.deadband_nm
     p["force_feedback_cap_nm"][a] = feedback.cap_share * axis.torque_limit_nm
     p["force_feedback_share"][a] = feedback.share
-    p["force_feedback_damping_nms_rad"][a] = max(
-        0.0, stability.margin_sampled_data(axis.viscous_nms_rad, k_c, b_c, period_s, coupling.delay_ticks)
-    )
+    needed = stability.damping_needed_between(k_c, b_c, period_s, between)
+    p["force_feedback_damping_nms_rad"][a] = max(0.0, axis.viscous_nms_rad - needed)
     p["force_feedback_reserve_nm"][a] = k_c * count_rad / 2 + b_c * count_rad / period_s
 
 

@@ -107,7 +107,7 @@ def pulled(rig, plant, target, stiffness=0.0):
 
 @pytest.mark.parametrize("silent_ticks", [0, 40])
 def test_a_renderer_that_winds_its_proxy_up_while_little_is_felt_pays_for_it_when_the_authority_rises(
-    silent_ticks
+    silent_ticks,
 ):
     """Arming and each return from a silence were granted all that was stored by then: 11.8 J in 8 s too much."""
     rig = LawRig(coupling_stiffness_nm_rad=60.0, torque_limit_nm=20.0, torque_rate_nm=0.2)
