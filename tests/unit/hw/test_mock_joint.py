@@ -8,6 +8,9 @@ from mock_runs import march, plant, sine, truth
 from scipy.integrate import solve_ivp
 
 from hw.mock.energy import stored_j
+from hw.mock.jit import records
+from hw.mock.sensors import sense_axes
+from rtctl.tick import new_ticks
 
 FREE = {"coulomb_nm": 1e-6, "breakaway_nm": 1e-6, "viscous_nms_rad": 0.0, "bristle_damping_nms_rad": 0.0}
 NO_HAND = [{"kind": "none"}]
@@ -85,13 +88,33 @@ def test_a_free_pair_of_masses_swings_at_its_own_frequency_and_decays_by_the_joi
 
 
 def test_the_hand_stands_on_the_link_and_the_encoder_on_the_side_it_is_said_to():
-    for side in ("motor", "link"):
+    for side, angle in (("motor", 0.4 / 20.0 + 0.4 / 100.0), ("link", 0.4 / 20.0)):
         elastic = {"stiffness_nm_rad": 100.0, "damping_nms_rad": 0.5, "encoder": side}
         hand = [{"kind": "rest", "stiffness_nm_rad": 20.0, "damping_nms_rad": 0.3}]
-        states = march(*plant(axis=[{"friction": FREE, "elastic": elastic}], hand=hand), np.full(4000, 0.4))
+        params, state = plant(axis=[{"friction": FREE, "elastic": elastic}], hand=hand, velocity={})
+        states = march(params, state, np.full(4000, 0.4))
         assert truth(states, "position_rad")[-1] == pytest.approx(0.4 / 20.0, rel=1e-3)
         assert truth(states, "joint_twist_rad")[-1] == pytest.approx(0.4 / 100.0, rel=1e-3)
         assert truth(states, "hand_torque_nm")[-1] == pytest.approx(-0.4, rel=1e-3)
+        tick = records(new_ticks(1))
+        state["velocity_rad_s"], state["joint_twist_rate_rad_s"] = 0.5, 0.25
+        sense_axes(tick[0], state[0], params[0])
+        assert tick["position_rad"][0, 0] == pytest.approx(angle, rel=5e-3)
+        assert tick["device_velocity_rad_s"][0, 0] == pytest.approx(0.75 if side == "motor" else 0.5)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("model", ["lugre", "elasto_plastic", "gms"])
+@pytest.mark.parametrize(("stiffness", "damping"), [(50.0, 0.1), (2000.0, 0.1), (2000.0, 3.0)])
+@pytest.mark.parametrize("elastic", [None, ELASTIC, {"stiffness_nm_rad": 2000.0, "link_dry_share": 0.3}])
+def test_the_usual_step_is_right_to_half_a_thousandth(model, stiffness, damping, elastic):
+    friction = {"model": model, "bristle_stiffness_nm_rad": stiffness, "bristle_damping_nms_rad": damping}
+    axis, hand = {"friction": friction, "elastic": elastic, **DETAILED}, {"kind": "sine", "start_s": 0.0}
+    usual, fine = (
+        truth(march(*plant(axis=[axis], hand=[hand], substeps=steps), sine(0.15, 3.0, 2.0)), "velocity_rad_s")
+        for steps in (10, 500)
+    )
+    assert np.sqrt(np.mean((usual - fine) ** 2)) < 5e-4 * np.sqrt(np.mean(fine**2))
 
 
 PLANTS = {
@@ -107,6 +130,17 @@ PLANTS = {
         "elastic": {**ELASTIC, "link_dry_share": 0.1},
     },
     "elasto-plastic": {"friction": {"model": "elasto_plastic", "bristle_damping_nms_rad": 0.0}, "elastic": ELASTIC},
+    "elements under a load that comes and goes, while friction falls": {
+        "friction": {"model": "gms"},
+        "elastic": {**ELASTIC, "link_dry_share": 0.3},
+        "load": {"motor": 0.4, "outside": 0.3, "motor_peak": 0.3},
+        "drift": {"points": [[0.0, 1.5, 1.0], [0.5, 0.5, 2.0]]},
+    },
+    "LuGre under a load that comes and goes, while friction falls": {
+        "friction": {"bristle_damping_nms_rad": 0.0},
+        "load": {"motor": 0.4, "outside": 0.3, "motor_peak": 0.3, "motor_square_nm": 0.1},
+        "drift": {"points": [[0.0, 1.5, 1.0], [0.5, 0.5, 2.0]]},
+    },
     "LuGre": {"friction": {"bristle_damping_nms_rad": 0.0}, "elastic": ELASTIC},
 }  # fmt: skip
 
