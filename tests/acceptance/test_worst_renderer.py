@@ -16,7 +16,11 @@ def drawn(rng):
     row = foe_record(rng)[0]
     foe = {name: row[name].item() for name in row.dtype.names}
     hand = [math.exp(rng.uniform(math.log(low), math.log(high))) for low, high in ((0.1, 500), (1e-3, 1))]
-    return foe, [*hand, float(rng.choice([0.0, math.exp(rng.uniform(-7, -2))]))], float(rng.choice([0.0, 1.0]))
+    return (
+        foe,
+        [*hand, float(rng.choice([0.0, math.exp(rng.uniform(-7, -2))]))],
+        float(rng.choice([0.0, 1.0])),
+    )
 
 
 def varied(found, rng):
@@ -25,7 +29,10 @@ def varied(found, rng):
     for name in ("reach_rad", "rate", "pull"):
         foe[name] *= math.exp(rng.normal(0.0, 0.3))
     if rng.random() < 0.3:
-        foe["silent_ticks"], foe["between_ticks"] = int(rng.choice([0, 22, 30, 60])), int(rng.integers(100, 1500))
+        foe["silent_ticks"], foe["between_ticks"] = (
+            int(rng.choice([0, 22, 30, 60])),
+            int(rng.integers(100, 1500)),
+        )
     return foe, [number * math.exp(rng.normal(0.0, 0.3)) for number in hand], compensation
 
 
@@ -39,7 +46,9 @@ def test_the_worst_renderer_of_a_search_gives_a_hand_no_more_than_store_power_an
         assert broken == 0, case
         return given / allowed if allowed > 3.5 else 0.0
 
-    best = sorted(((share(case), i, case) for i, case in enumerate(drawn(rng) for _ in range(300))), reverse=True)
+    best = sorted(
+        ((share(case), i, case) for i, case in enumerate(drawn(rng) for _ in range(300))), reverse=True
+    )
     for i in range(300, 700):
         case = varied(best[rng.integers(8)][2], rng)
         best = sorted([*best[:8], (share(case), i, case)], reverse=True)

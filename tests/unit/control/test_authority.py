@@ -40,20 +40,38 @@ def test_the_axis_that_can_pay_least_sets_the_rise_of_all(poor):
 
 def test_nothing_is_granted_that_was_not_paid():
     state = rows([5.0], [0.0])
-    assert (state["authority"], state["authority_grant_j"][0], state["renderer_store_j"][0]) == (0.0, 0.0, 0.0)
-    state = rows([0.01], [0.0], budget_j=0.01 / FREE_SHARE)  # an encoder count: it may rise, unpaid and not granted
-    assert (state["authority"], state["authority_grant_j"][0], state["renderer_store_j"][0]) == (0.1, 0.0, 0.0)
+    assert (state["authority"], state["authority_grant_j"][0], state["renderer_store_j"][0]) == (
+        0.0,
+        0.0,
+        0.0,
+    )
+    state = rows(
+        [0.01], [0.0], budget_j=0.01 / FREE_SHARE
+    )  # an encoder count: it may rise, unpaid and not granted
+    assert (state["authority"], state["authority_grant_j"][0], state["renderer_store_j"][0]) == (
+        0.1,
+        0.0,
+        0.0,
+    )
 
 
 def test_full_authority_costs_nothing_and_takes_back_the_last_grant():
     state = rows([3.0], [0.1], authority=1.0)
-    assert (state["authority"], state["authority_grant_j"][0], state["renderer_store_j"][0]) == (1.0, 0.0, 0.1)
+    assert (state["authority"], state["authority_grant_j"][0], state["renderer_store_j"][0]) == (
+        1.0,
+        0.0,
+        0.1,
+    )
 
 
 @pytest.mark.parametrize("broken", [math.nan, math.inf])
 def test_energy_that_is_not_a_number_raises_nothing(broken):
     state = rows([broken], [0.1])
-    assert (state["authority"], state["authority_grant_j"][0], state["renderer_store_j"][0]) == (0.0, 0.0, 0.1)
+    assert (state["authority"], state["authority_grant_j"][0], state["renderer_store_j"][0]) == (
+        0.0,
+        0.0,
+        0.1,
+    )
     assert rows([0.5], [math.nan])["authority"] == 0.0
 
 

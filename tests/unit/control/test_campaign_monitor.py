@@ -157,7 +157,9 @@ def test_a_hand_that_is_given_more_than_store_power_and_budgets_is_seen(given_j)
     """0.1 J, 5 ticks of 1 W, 0.03 J; the hand gives way by a radian at the end of a tick."""
     rig = LawRig()
     rig.params["energy_budget_j"] = 0.02
-    plant_p, plant, memory = (records(np.zeros(1, kind)) for kind in (params_dtype(1), state_dtype(1), memory_dtype(1)))
+    plant_p, plant, memory = (
+        records(np.zeros(1, kind)) for kind in (params_dtype(1), state_dtype(1), memory_dtype(1))
+    )
 
     def judged(state, torque=0.0, place=0.0):
         rig.now["state"], plant["hand_torque_nm"], plant["position_rad"] = int(state), torque, place
