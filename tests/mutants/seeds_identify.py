@@ -17,13 +17,6 @@ SEEDS = (
         PRESLIDING,
     ),
     Seed(
-        "a chattering count is where it is first reached",
-        "rtctl/friction/presliding.py",
-        "last = _passed(reached), _passed(kept)",
-        "last = _passed(reached), _passed(reached)",
-        PRESLIDING,
-    ),
-    Seed(
         "the spread of two groups forgets how far apart they are",
         "rtctl/friction/presliding.py",
         "(within + n @ np.square(each - length))",

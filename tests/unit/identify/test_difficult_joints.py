@@ -176,5 +176,7 @@ def test_stick_slip_is_not_steady_whatever_the_mean():
     slipping = 0.01 * (np.floor(time / 0.2) * 0.2 + np.clip(4 * (time % 0.2) - 0.6, 0, 0.2))
     assert is_even(0.01 * time, 1e-3, 0.01, 4e-5)
     assert not is_even(slipping, 1e-3, 0.01, 4e-5)
+    once = 0.01 * np.interp(time, [0.0, 0.4, 0.5, 0.6, 0.8], [0.0, 0.4, 0.4, 0.6, 0.8])
+    assert not is_even(once, 1e-3, 0.01, 4e-5), "one stick is enough"
     assert not is_even(0.012 * time, 1e-3, 0.01, 4e-5)
     assert not is_even(np.full(800, math.nan), 1e-3, 0.01, 4e-5)
