@@ -24,7 +24,13 @@ HAND = {"kind": "sine", "start_s": 0.0, "inertia_kgm2": 0.004}
 @pytest.mark.compiled
 @pytest.mark.parametrize("model", ["lugre", "elasto_plastic"])
 def test_the_detailed_joint_with_nothing_on_is_the_plain_joint(model):
-    friction = {"model": model, "scale_negative": 1.1, "modulation_share": 0.1}
+    friction = {
+        "model": model,
+        "scale_negative": 1.1,
+        "modulation_share": 0.1,
+        "second_share": 0.3,
+        "thinning_nms_rad": 0.04,
+    }
     torques = sine(0.5, 1.3, 1.0)
     plain, detailed = (
         march(*plant(axis=[{"friction": friction, "ripple_nm": 0.01, **effect}], hand=[HAND]), torques)
