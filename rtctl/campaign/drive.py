@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from hw.fault_kinds import Channel, Effect
@@ -37,7 +39,8 @@ def _stuck(plant: Record, plant_p: Record, elapsed: int) -> bool:
 def _heard_nothing(plant: Record, plant_p: Record, skipped: int) -> int:
     """Invariant 20: after more slots than time to live and actuation delay, the motor holds no torque."""
     for axis in range(len(plant.motor_torque_nm)):
-        silent = skipped > plant_p.time_to_live_ticks + plant_p.torque_delay_ticks[axis]
+        late = math.ceil(plant_p.torque_delay_ticks[axis] + plant_p.transport_delay_ticks)
+        silent = skipped > plant_p.time_to_live_ticks + late
         if silent and plant.motor_torque_nm[axis] != 0.0:
             return 1 << 20
     return 0
