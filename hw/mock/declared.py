@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from hw.interface import Joint, Options, Rig, Timing
@@ -11,9 +11,8 @@ from hw.interface import Joint, Options, Rig, Timing
 
 def _of_axis(options: Options, axis: int) -> Mapping[str, Any]:
     """The table of an axis; one table is for all of them."""
-    tables = options.get("axis") or ({},)
-    table: Mapping[str, Any] = tables[axis if len(tables) > 1 else 0]
-    return table
+    tables: Sequence[Mapping[str, Any]] = options.get("axis") or ({},)
+    return tables[axis if len(tables) > 1 else 0]
 
 
 def _bandwidth_hz(loop: Mapping[str, Any]) -> float:
