@@ -8,9 +8,10 @@ from mutations import mutations
 from seeds_control import SEEDS as CONTROL
 from seeds_devices import SEEDS as DEVICES
 from seeds_host import SEEDS as HOST
+from seeds_margins import SEEDS as MARGINS
 
 ROOT = Path(__file__).resolve().parents[2]
-SEEDS = (*CONTROL, *DEVICES, *HOST)
+SEEDS = (*CONTROL, *DEVICES, *HOST, *MARGINS)
 
 
 @pytest.mark.parametrize("seed", SEEDS, ids=lambda seed: seed.what)
