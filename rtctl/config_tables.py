@@ -160,13 +160,33 @@ CAP_SHARE_MAX = 0.3
 """Most of the torque limit that the feed-forward may take."""
 
 
+class ObserverTable(Table):
+    """[axis.friction.observer]: disturbance observer from the force sensor; off while gain is 0, or without a sensor"""
+
+    gain: float = _number(0, 0.98, "share of what the feed-forward leaves that it compensates", default=0.9)
+    bandwidth_hz: float = _number(0.5, 200, "of its low-pass; too much rings on a stiff hand", default=15.0)
+    deadband_nm: float = _number(
+        0, 1e3, "friction left alone: more than the force sensor may be off after its tare", default=0.003
+    )
+
+
 class FrictionTable(Table):
     """[axis.friction]"""
 
     model: str = Field("", max_length=500, description="model file, relative to the rig file; empty: none")
-    policy: Literal["off", "hybrid", "sign", "deadband", "tanh", "dither", "intent", "stop", "stop_gated"] = (
-        "hybrid"
-    )
+    policy: Literal[
+        "off",
+        "hybrid",
+        "sign",
+        "deadband",
+        "tanh",
+        "dither",
+        "intent",
+        "stop",
+        "stop_gated",
+        "observer",
+        "lugre",
+    ] = "hybrid"
     gain: float = _number(0, 1, "kappa: share of Coulomb and Stribeck friction compensated", default=0.9)
     viscous_gain: float = _number(0, 1, "kappa_v: share of the viscous part compensated", default=0.0)
     cap_share: float = _number(
@@ -181,13 +201,25 @@ class FrictionTable(Table):
     intent_nm: float = _number(
         1e-5, 1e3, "hand torque at which intent saturates; 0.2 F_c is usual", default=0.05
     )
+    intent_lowpass_hz: float = _number(
+        0.1,
+        5000,
+        "low-pass of the hand's torque for the intent: the mass of a hand buzzes without",
+        default=50.0,
+    )
     gate_deadband_nm: float = _number(0, 1e3, "hand torque below which the gate stays shut", default=0.002)
     gate_nm: float = _number(
         1e-5, 1e3, "hand torque that opens the gate fully; 0.1 F_c is usual", default=0.03
     )
     gate_lowpass_s: float = _number(0, 1, "time constant of the gate", default=0.01)
-    stop_rad: float = _number(1e-7, 1, "stop policy: F_c / sigma0", default=0.001)
+    presliding_rad: float = _number(
+        0, 1, "F_s / sigma0: motion over which friction is a spring; 0: as the model says", default=0.0
+    )
+    stop_rad: float = _number(
+        0, 1, "stop and lugre policies: their length; 0: the presliding length", default=0.0
+    )
     drift_nm: float = _number(0, 1e3, "how far friction may have drifted below the model", default=0.0)
+    observer: ObserverTable = ObserverTable()
 
 
 class ForceFeedbackTable(Table):

@@ -9,7 +9,7 @@ import numpy as np
 
 from rtctl.bench.row import Row
 from rtctl.config import load
-from rtctl.control import arming, detectors, gate, intake, law
+from rtctl.control import arming, detectors, gate, intake, law, running_delay
 from rtctl.control.jit import compiled
 from rtctl.control.states import advance
 from rtctl.control.vocabulary import State
@@ -27,12 +27,15 @@ def guard(ticks: np.ndarray, state: np.ndarray, params: np.ndarray, command: np.
     for k in range(len(ticks)):
         t = ticks[k]
         skipped = detectors.count_late(t, s)
-        faults = detectors.late_fault(s, p, skipped) | detectors.realtime_fault(t, p)
+        faults = (
+            detectors.late_fault(s, p, skipped) | detectors.realtime_fault(t, p) | detectors.age_fault(s, p)
+        )
         for axis in range(len(t.position_rad)):
             t.torque_share[axis] = detectors.temperature_share(t, s, p, axis)
             faults |= detectors.temperature_fault(s, p, axis) | detectors.window_fault(s, p, axis)
             faults |= detectors.follow_fault(t, s, p, axis, 1, skipped)
-            faults |= arming.arming_faults(t, s, p, axis, 1)
+            faults |= arming.arming_faults(t, s, p, axis, 1, skipped)
+            faults |= running_delay.running_fault(t, s, p, axis, skipped)
         faults |= intake.target_fault(s, p, c)
         advance(s, p, t.tick, faults, 0, False, arming.tested(s, p), intake.holding(s, p, c))
         law._send(t, s, p)

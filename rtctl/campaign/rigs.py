@@ -18,6 +18,7 @@ from rtctl.campaign.jit import records
 from rtctl.campaign.monitor import memory_dtype
 from rtctl.config import LoadedConfig
 from rtctl.control import stability
+from rtctl.control.delay_cover import delay_covered_ticks
 from rtctl.control.vocabulary import Environment, Policy
 from rtctl.simulation import Simulation
 
@@ -138,6 +139,8 @@ def _coupling(p: np.void, axis: int, draw: np.random.Generator) -> None:
     most = stability.k_max_sampled_data(b, damping, period_s, delay)
     p["coupling_stiffness_nm_rad"][axis] = share * most
     p["coupling_damping_nms_rad"][axis] = damping
+    covered = delay_covered_ticks(b, share * most, damping, period_s, delay)
+    p["declared_delay_s"][axis], p["proof_delay_s"][axis] = delay * period_s, max(covered * period_s, 1e-9)
 
 
 def _force_feedback(p: np.void, axis: int, draw: np.random.Generator) -> None:

@@ -65,6 +65,12 @@ def _text(event: dict[str, Any]) -> str:
             return f"warning {event['name']}: {event['text']}"
         case "warning_cleared":
             return f"warning {event['name']} of axis {event['axis']} is gone"
+        case "measured":
+            return (
+                f"axis {event['axis']}: torque at least {event['delay_s'] * 1e3:.3g} ms late (lag {event['lag_s'] * 1e3:.3g}), "
+                f"current {event['gain']:.3g} of what was sent, {event['offset_nm']:+.3g} N m off; "
+                f"a sample every {event['sample_period_s'] * 1e3:.3g} ms"
+            )
         case "incident":
             return f"incident of {event['ticks']} ticks: rtctl incident {event['file']}"
         case "started":

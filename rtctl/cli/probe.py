@@ -38,13 +38,15 @@ def command(
 ) -> None:
     """Show what the devices of CONFIG measure: values, rate, age, damaged and lost frames.
 
-    Nothing is armed and no torque is written. Refused while a daemon runs the rig. Exit code 6 when a device
-    cannot be opened, is lost, or shows no sample.
+    Nothing is armed and no torque is written. Refused while a daemon runs the rig. Beside it stands what the
+    last arming measured of each axis' torque (delay, lag, gain, offset). Exit code 6 when a device cannot be
+    opened, is lost, or shows no sample.
     """
     from rtctl.config import load
     from rtctl.errors import DeviceError
     from rtctl.host.endpoints import RuntimeDirectory
-    from rtctl.host.probe import devices, watch
+    from rtctl.host.probe import actuators, devices, watch
+    from rtctl.recording.state_folder import written_folder
 
     loaded = load(config)
     found = devices(loaded, device, poll=poll)
@@ -77,10 +79,13 @@ def command(
             interrupted = True
     reports = [one.report() for one in found]
     bad = [_trouble(one) for one in reports if one["error"] or not one["samples"]]
+    torque = actuators(loaded, written_folder(loaded.config.rig.name))
     if as_json:
-        click.echo(json.dumps({"ok": not bad, "devices": _finite(reports)}, allow_nan=False))
+        body = {"ok": not bad, "devices": _finite(reports), "actuators": _finite(torque)}
+        click.echo(json.dumps(body, allow_nan=False))
         sys.exit(DeviceError.exit_code if bad else 130 if interrupted else 0)
     _show()
+    click.echo("\n".join(_actuator_line(one) for one in torque))
     if bad:
         raise DeviceError("; ".join(bad))
 
@@ -98,6 +103,18 @@ def _finite(value: Any) -> Any:  # noqa: ANN401
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
+def _actuator_line(one: dict[str, Any]) -> str:
+    declared = f"axis {one['axis']}: torque declared {one['declared_delay_ms']:g} ms late"
+    found = one["measured"]
+    if found is None:
+        return f"{declared}; not measured yet: the test pulse of arming does, where a current is measured"
+    return (
+        f"{declared}, measured at least {found['delay_s'] * 1e3:.3g} ms (lag {found['lag_s'] * 1e3:.3g}) on "
+        f"{found['date']}; current {found['gain']:.3g} of what was sent, {found['offset_nm']:+.3g} N m off; a sample "
+        f"every {found['sample_period_s'] * 1e3:.4g} ms"
+    )
+
+
 def _lines(report: dict[str, Any]) -> list[str]:
     age = (
         "none yet"
@@ -108,6 +125,11 @@ def _lines(report: dict[str, Any]) -> list[str]:
         f"{report['device']} ({report['kind']}): {report['rate_hz']:.1f} samples/s seen, age {age}, "
         f"reading {report['read_us']['p50']:.1f} us, most {report['read_us']['max']:.0f}"
     ]
+    if period := report["period_ms"]:
+        lines.append(
+            f"  a sample every {period['mean']:.4g} ms, jitter {period['jitter']:.3g}, longest {period['max']:.4g}; "
+            f"declared: {report['declared']}"
+        )
     lines += [
         f"  {value['channel']:<12}{value['of']:<10}{value['value']:>14.6g} {value['unit']:<5}"
         f" from {value['min']:.6g} to {value['max']:.6g}, std {value['std']:.3g}"

@@ -9,10 +9,12 @@ Four parts of `arming_ticks` each (20 ms; 80 ms together): no torque, +tau, -tau
   the wrong way by more than SIGN_COUNTS during +tau is a fault; not moving is none, since stiction may
   hold the joint against 5 %.
 * Bounded motion: the joint must stay within `arming_travel_rad` of where it started.
+* How the current answers (gain, offset, delay, lag): `current_answer`, where a current is measured.
 """
 
 from __future__ import annotations
 
+from rtctl.control import current_answer
 from rtctl.control.detectors import held_torque
 from rtctl.control.jit import compiled
 from rtctl.control.records import Record
@@ -58,6 +60,17 @@ def _restart(s: Record, axis: int) -> None:
 
 
 @compiled
+def _answer(t: Record, s: Record, p: Record, axis: int, sent_ticks: int, skipped: int) -> int:
+    """Follow the current's answer, and judge it after the last tick."""
+    if p.follow_kind[axis] == 0 or not p.arming_torque_nm[axis] > 0.0:
+        return 0
+    if sent_ticks == 1:
+        current_answer.forget(s, axis)
+    current_answer.keep(s, p, axis, t.motor_torque_nm[axis], sent_ticks, skipped)
+    return current_answer.conclude(s, p, axis) if sent_ticks == PARTS * p.arming_ticks else 0
+
+
+@compiled
 def _wrong_way(s: Record, p: Record, axis: int) -> bool:
     """True when the joint, at rest and left alone, went against the positive pulse."""
     counts = SIGN_COUNTS * p.count_rad[axis]
@@ -87,8 +100,8 @@ def _expected(s: Record, p: Record, axis: int) -> float:
 
 
 @compiled
-def arming_faults(t: Record, s: Record, p: Record, axis: int, elapsed: int) -> int:
-    """Follow the test by this tick's sample; WIRING and ARMING_MOVED as they are found.
+def arming_faults(t: Record, s: Record, p: Record, axis: int, elapsed: int, skipped: int) -> int:
+    """Follow the test by this tick's sample; WIRING, CURRENT, DELAY and ARMING_MOVED as they are found.
 
     Called before the state machine advances: `ticks_in_state` still counts the ticks that were sent.
     """
@@ -108,6 +121,7 @@ def arming_faults(t: Record, s: Record, p: Record, axis: int, elapsed: int) -> i
     s.test_hand_nm[axis] = max(s.test_hand_nm[axis], abs(t.hand_torque_nm[axis]))
     if not abs(s.position_rad[axis] - s.test_start_rad[axis]) <= p.arming_travel_rad[axis]:
         return _F_MOVED
+    faults = _answer(t, s, p, axis, sent_ticks, skipped)
     if sent_ticks >= PARTS * n and (_wrong_way(s, p, axis) or _no_current(s, p, axis)):
         return _F_WIRING
-    return 0
+    return faults

@@ -1,4 +1,4 @@
-"""Faults that show only over time: late ticks, an actuator that does not follow, heat.
+"""Faults that show only over time: late ticks, old samples, an actuator that does not follow, heat.
 
 Each is a pure function of tick, state and parameters that returns `Fault` bits; NaN never passes a
 comparison that would excuse it.
@@ -18,9 +18,13 @@ _F_WRONG = int(Fault.ACTUATOR_WRONG)
 _F_HOT = int(Fault.OVERTEMPERATURE)
 _F_REALTIME = int(Fault.REALTIME)
 _F_OVERTORQUE = int(Fault.OVERTORQUE)
+_F_AGE = int(Fault.SAMPLE_AGE)
 
 LATE_OF_1000 = 10
 """More late ticks than this among 1000 are an OVERRUN."""
+
+OLD_OF_1000 = 50
+"""More samples older than the proof covers among 1000 ticks are a SAMPLE_AGE, as many as damaged frames are one."""
 
 STALL_PERIODS = 10
 """One tick this many whole periods late is STALLED."""
@@ -52,6 +56,27 @@ def late_fault(s: Record, p: Record, skipped: int) -> int:
     if skipped >= STALL_PERIODS:
         return _F_STALLED
     return _F_OVERRUN if s.late_ticks >= p.late_limit_ticks or s.late_count > LATE_OF_1000 else 0
+
+
+@compiled
+def _outside(s: Record, p: Record) -> bool:
+    """True when the held sample is older than what the proof of some axis' coupling leaves beside its delay."""
+    age_s = s.sample_age_ticks * p.period_s
+    for axis in range(len(s.answer_delay)):
+        delay_s = p.declared_delay_s[axis]
+        if s.answer_count[axis] > 0:
+            delay_s = max(delay_s, s.answer_delay[axis] * p.period_s)
+        if p.proof_delay_s[axis] > 0.0 and not delay_s + age_s <= p.proof_delay_s[axis]:
+            return True
+    return False
+
+
+@compiled
+def age_fault(s: Record, p: Record) -> int:
+    """SAMPLE_AGE while samples are too old too often; one that is as old as STALE is that one's matter."""
+    old = 0 < s.sample_age_ticks < p.stale_limit_ticks and _outside(s, p)
+    s.old_count += window.push(s.old_marks, s.ticks, old)
+    return _F_AGE if s.old_count > OLD_OF_1000 else 0
 
 
 @compiled

@@ -183,6 +183,32 @@ TABLE: tuple[FaultRow, ...] = (
         "the joint moved too far during the test pulse: hold it still while arming",
     ),
     FaultRow(
+        Fault.CURRENT,
+        Reaction.CUT,
+        80,
+        "the current's answer to the test pulse is surely below .7 or above 1.3 times what was sent, or off by more than "
+        "10 % of the torque limit",
+        "the measured current is not the one asked for: check torque constant, scale and offset of the Hall sensor, "
+        "current limit of the drive",
+    ),
+    FaultRow(
+        Fault.DELAY,
+        Reaction.RAMP,
+        80,
+        "the current answers the test pulse surely later than the proof of the coupling covers; while running: the same in "
+        "2 windows of 1 s in a row",
+        "torque comes later than declared, and the coupling is not proven for that: declare the delay (`rtctl probe` shows "
+        "it beside the declared one), then let `rtctl check` name a softer coupling; or mend link and drive",
+    ),
+    FaultRow(
+        Fault.SAMPLE_AGE,
+        Reaction.RAMP,
+        51,
+        "more than 5 % of 1000 ticks had a sample older than the proof of the coupling covers; single lost ones are held",
+        "samples do not come in every tick, and the coupling is not proven for their age: lower loop.rate_hz to the "
+        "device's own, mend the link, or a softer coupling (`rtctl check`)",
+    ),
+    FaultRow(
         Fault.LAW_NOT_FINITE,
         Reaction.CUT,
         1,

@@ -33,6 +33,9 @@ MARK_WORDS = 16
 HELD = 32
 """Torques sent that are remembered, to compare with what the motor is measured to give."""
 
+RESPONSE = 32
+"""Ticks after each step of the test pulse in which the current's answer is kept."""
+
 Shape = tuple[int, ...]
 
 
@@ -95,6 +98,8 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             # detectors and test pulse
             "follow_kind": (),  # 1: the measured current must follow the torque sent
             "follow_delay_ticks": (),  # the measurement may be this much late
+            "declared_delay_s": (),  # from a sample to its torque at the motor, as the rig file has it
+            "proof_delay_s": (),  # up to which the coupling is proven; 0: delay and age are not watched
             "temperature_kind": (),  # 1: the motor has a temperature sensor
             "temperature_warn_c": (),
             "temperature_trip_c": (),
@@ -127,10 +132,22 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             "friction_deadband_rad_s": (),
             "friction_dither_ticks": (),  # period of the dither in ticks
             "friction_intent_nm": (),  # tau_g of the force intent: saturation of the sign
+            "friction_intent_alpha": (),  # low-pass coefficient per tick of the force intent
             "friction_gate_deadband_nm": (),
             "friction_gate_nm": (),  # tau_g of the force gate
             "friction_gate_alpha": (),
             "friction_stop_rad": (),  # x_d of the stop operator
+            # dry friction surely there (control.dry_friction), account of the help with it (control.assistance)
+            "presliding_rad": (),  # x_b: bristles surely slide after this much motion; 0: at once
+            "friction_seen_alpha": (),  # low-pass coefficient per tick of the friction seen in sliding; 0: not used
+            "friction_seen_max_nm": (),  # most of it that is believed
+            "assistance_bank_j": (),
+            # disturbance observer (control.disturbance_observer)
+            "observer_gain": (),  # 0: only watches
+            "observer_alpha": (),  # low-pass coefficient per tick; 0: off
+            "observer_smooth_alpha": (),  # of the quicker low-pass before it
+            "observer_bandwidth_rad_s": (),
+            "observer_deadband_nm": (),
             # passivity
             "injected_damping_max_nms_rad": (),
             "friction_floor_nm": (),  # guaranteed dry friction credited by the observer
@@ -176,6 +193,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "fault_total": "<i8",  # faults so far
             "late_count": "<i8",  # late ticks among the last 1000
             "checksum_count": "<i8",  # damaged frames among them
+            "old_count": "<i8",  # samples older than the proof covers among them
             "lease": "<i8",  # nonce of the renderer that may send targets; 0: none
             "targets_refused": "<i8",
         },
@@ -200,6 +218,18 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "proxy_set_count": (),
             "friction_gate": (),
             "friction_stop": (),  # stop operator state, -1..1
+            "friction_intent_nm": (),  # hand torque, low-passed for the intent
+            "bristle_share": (),  # h: deflection of the credited bristles over their length, -1..1
+            "friction_credit_j": (),  # what dry friction took out in the last period
+            "friction_seen_nm": (2,),  # friction seen in sliding, forward and backward
+            "friction_observed_nm": (),
+            "observer_torque_smooth_nm": (),  # acting and hand's torque after the quick low-pass, then after both
+            "observer_torque_nm": (),
+            "observer_velocity_smooth_rad_s": (),
+            "observer_velocity_rad_s": (),
+            "observer_forward_nm": (),  # feed-forward through the slow low-pass
+            "assistance_energy_j": (2,),  # accounts of the compensation: torque in time, and one tick later
+            "compensation_nm": (HELD,),  # feed-forward and observer torque sent, ring by `ticks`
             "torque_applied_nm": (),
             "feedforward_applied_nm": (),
             "ramp_step_nm": (),
@@ -214,6 +244,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "world_pitch_rad": (),
             "renderer_store_j": (),  # energy that changes of the environment may still put in
             "renderer_grant_j": (),  # put in by this tick's
+            "authority_grant_j": (),  # put in by the last rise of the authority, as far as it was paid
             "energy_hand_j": (),
             "energy_feedforward_j": (),
             "jump_count": (),
@@ -231,6 +262,26 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "test_product_nm2": (),
             "test_square_nm2": (),
             "test_hand_nm": (),
+            # answer of the current to the test pulse (control.current_answer)
+            "answer_sent_nm": (RESPONSE,),  # torque sent after the steps, laid over one another
+            "answer_measured_nm": (RESPONSE,),
+            "answer_model_nm": (RESPONSE,),
+            "answer_before_nm": (),  # torque sent before the steps
+            "answer_gap_nm": (),  # sum of measured minus sent
+            "answer_late_count": (),  # slots skipped in between: nothing can be said
+            "answer_count": (),  # 1: measured
+            "answer_delay": (),  # ticks
+            "answer_lag": (),  # ticks
+            "answer_gain": (),
+            "answer_offset_nm": (),
+            # delay while running (control.running_delay)
+            "running_sent_nm": (),  # low-passed
+            "running_measured_nm": (),
+            "running_sums": (9,),
+            "running_ticks": (),  # of the present window
+            "running_count": (),  # 1: measured
+            "running_bad_count": (),  # windows in a row that leave the proof
+            "running_delay": (),  # ticks
             # excitation program
             "program_kind": (),
             "program_flags": (),
@@ -246,11 +297,15 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "force_error_nm": (),  # hand torque beyond the desired one, low-passed
             "force_feedback_nm": (),  # torque of the feedback
             "force_feedback_energy_j": (),  # account of the assistance
-            "force_feedback_stop": (),  # direction of motion over a bristle deflection, -1..1
             "assistance_nm": (HELD,),  # feed-forward and feedback sent, ring by `ticks`
         },
         n_axes,
-        {"late_marks": MARK_WORDS, "checksum_marks": MARK_WORDS, "fault_tick": LOCKOUT_FAULTS},
+        {
+            "late_marks": MARK_WORDS,
+            "checksum_marks": MARK_WORDS,
+            "old_marks": MARK_WORDS,
+            "fault_tick": LOCKOUT_FAULTS,
+        },
     )
 
 

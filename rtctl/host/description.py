@@ -7,7 +7,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from rtctl import __version__
+from rtctl import __version__, timing
 from rtctl.config import LoadedConfig
 from rtctl.config_tables import AxisTable, EnvironmentTable
 from rtctl.friction import artefact
@@ -54,6 +54,7 @@ class RigDescription:
     batch_s: float = 0.02
     virtual: bool = False
     config_sha256: str = ""
+    devices_sha256: str = ""
     version: str = __version__
     session: int = SESSION
     start_wall_ns: int = -1
@@ -84,6 +85,7 @@ def describe(rig: LoadedConfig | RigDescription) -> RigDescription:
         batch_s=config.telemetry.batch_ms * 1e-3,
         virtual=config.loop.clock == "virtual",
         config_sha256=loaded.sha256,
+        devices_sha256=timing.devices_sha256(loaded),
     )
 
 

@@ -10,6 +10,7 @@ from rtctl.control.vocabulary import State
 from rtctl.host.description import RigDescription
 from rtctl.host.faults import fault_entries
 from rtctl.host.temperature import TemperatureWatch
+from rtctl.host.timing_watch import EVENT, TimingWatch
 
 _STOPPED = (State.STOPPING, State.FAULT, State.ESTOP, State.LOCKOUT)
 _CAUSE: dict[tuple[State, State], str] = {
@@ -55,11 +56,12 @@ class EventDetector:
         self._faults = 0
         self._sequence = 0
         self._temperature = TemperatureWatch(rig)
+        self._timing = TimingWatch(rig)
 
     def detect(self, rows: np.ndarray) -> list[dict[str, Any]]:
         """Events of these ticks in order; faults come before the change of state they cause.
 
-        Warnings come last: slow things are judged by the newest tick alone.
+        What a test pulse measured and warnings come last: slow things are judged by the newest tick alone.
         """
         if len(rows) == 0:
             return []
@@ -81,6 +83,7 @@ class EventDetector:
             if states[i] != state_before[i]:
                 before_after = State(int(state_before[i])), State(int(states[i]))
                 events.append(self._event(rows[i], "state", _transition(rows[i], *before_after)))
+        events += [self._event(rows[i], EVENT, more) for i, more in self._timing.changes(rows)]
         return events + [
             self._event(rows[-1], kind, more) for kind, more in self._temperature.changes(rows[-1])
         ]

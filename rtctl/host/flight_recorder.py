@@ -10,14 +10,18 @@ import os
 import queue
 import threading
 import time
+from contextlib import suppress
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from rtctl import timing
 from rtctl.host.chatter import ChatterFilter
 from rtctl.host.description import RigDescription
 from rtctl.host.events import EventDetector
+from rtctl.host.timing_watch import EVENT, timing_of
 from rtctl.recording.event_log import Event, EventLog
 from rtctl.recording.incident import FOLDER, Capture, Incident, write_incident
 
@@ -134,7 +138,21 @@ class FlightRecorder:
                 self._write(item)
             else:
                 self._log.append(item)
+                self._keep_timing(item)
         self._log.close()
+
+    def _keep_timing(self, events: list[Event]) -> None:
+        """What test pulses measured, for `rtctl check` and the next run; the log has it too when the disk fails."""
+        axes = {}
+        for event in events:
+            if event["event"] == EVENT:
+                date = datetime.fromtimestamp(event["timestamp"], UTC).isoformat(timespec="seconds")
+                found = timing_of(event, date)
+                if found is not None:
+                    axes[str(event["axis"])] = found
+        if axes:
+            with suppress(OSError):
+                timing.write(self.folder, self._rig.devices_sha256, axes)
 
     def _write(self, incident: Incident) -> None:
         incident.about = self._about

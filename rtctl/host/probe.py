@@ -9,6 +9,8 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,12 +27,13 @@ from hw.interface import (
 )
 from hw.rig import Member
 from hw.rig_words import subset
+from rtctl import timing
 from rtctl.config import LoadedConfig
 from rtctl.errors import ConfigError
 from rtctl.tick import FIELD, new_ticks
 
 READ_TIMES = 4096
-"""Durations of reading kept, the latest ones."""
+"""Durations of reading, and times between samples, that are kept: the latest ones."""
 
 
 class DeviceProbe:
@@ -51,6 +54,7 @@ class DeviceProbe:
         self._fresh = self._cycles = 0
         self._began_ns = self._fresh_ns = 0
         self._age_max_ns = 0
+        self._periods: deque[int] = deque(maxlen=READ_TIMES)
         self._faults = dict.fromkeys(LinkFault, 0)
         self._read_ns: deque[int] = deque(maxlen=READ_TIMES)
         self._sums: dict[str, np.ndarray] = {}
@@ -92,6 +96,8 @@ class DeviceProbe:
         self._age_max_ns = max(self._age_max_ns, ended - self._fresh_ns)
         if not fresh:
             return
+        if self._fresh:
+            self._periods.append(ended - self._fresh_ns)
         self._fresh += 1
         self._fresh_ns = ended
         for channel in self.backend.provides:
@@ -112,6 +118,7 @@ class DeviceProbe:
         now = time.monotonic_ns()
         seconds = max((now - self._began_ns) * 1e-9, 1e-9) if self._began_ns else 0.0
         read = np.array(self._read_ns or [0]) * 1e-3
+        periods = np.array(self._periods) * 1e-6
         return {
             "device": self.member.label,
             "kind": self.member.kind,
@@ -122,6 +129,16 @@ class DeviceProbe:
             "rate_hz": round(self._fresh / seconds, 2) if seconds else 0.0,
             "age_ms": round((now - self._fresh_ns) * 1e-6, 3) if self._fresh else None,
             "age_max_ms": round(self._age_max_ns * 1e-6, 3),
+            "period_ms": {
+                "mean": round(float(periods.mean()), 4),
+                "jitter": round(float(periods.std()), 4),
+                "max": round(float(periods.max()), 4),
+            }
+            if len(periods)
+            else None,
+            "declared": f"one counts for {self.member.max_age_ticks} cycles"
+            if self.member.max_age_ticks
+            else "a new one in every cycle",
             "read_us": {"p50": round(float(np.median(read)), 2), "max": round(float(read.max()), 2)},
             "values": [value for channel in sorted(self.backend.provides) for value in self._values(channel)],
             "faults": {str(fault.name): count for fault, count in self._faults.items()},
@@ -172,6 +189,23 @@ def devices(loaded: LoadedConfig, only: str | None = None, *, poll: bool = False
         known = ", ".join(f"{i} ({table.name or table.kind})" for i, table in enumerate(config.device))
         raise ConfigError(f"{loaded.path}: no device {only!r}; there are {known}")
     return found
+
+
+def actuators(loaded: LoadedConfig, folder: Path) -> list[dict[str, Any]]:
+    """Of each axis the declared delay beside what the last test pulse measured, which needs an armed rig.
+
+    `folder` is the rig's state folder; `measured` is None where nothing is known of these devices.
+    """
+    known = timing.read(folder, timing.devices_sha256(loaded))
+    period_s = loaded.config.period_s
+    return [
+        {
+            "axis": axis.name,
+            "declared_delay_ms": round(axis.coupling.delay_ticks * period_s * 1e3, 4),
+            "measured": asdict(known[axis.name]) if axis.name in known else None,
+        }
+        for axis in loaded.config.axis
+    ]
 
 
 def watch(

@@ -71,9 +71,13 @@ def test_current_of_the_wrong_sign_or_none_is_refused(current):
     assert bench.rig.mode is State.FAULT
 
 
-def test_current_that_answers_late_or_weakly_passes():
-    assert Bench(current=0.5).fault() is None
-    assert Bench(current=1.4).fault() is None
+@pytest.mark.parametrize(
+    ("current", "fault"), [(0.5, Fault.CURRENT), (0.75, None), (1.25, None), (1.4, Fault.CURRENT)]
+)
+def test_current_that_answers_too_weakly_or_too_strongly_is_refused(current, fault):
+    bench = Bench(current=current)
+    assert bench.fault() is fault
+    assert bench.rig["arming_gain"] == pytest.approx(current)
 
 
 @pytest.mark.parametrize("counts", [5, 10, 100])

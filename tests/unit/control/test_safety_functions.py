@@ -434,7 +434,7 @@ def armed(
 
 def step_of_test(rig, motor_nm, hand_nm, elapsed):
     rig.tick["motor_torque_nm"], rig.tick["hand_torque_nm"] = motor_nm, hand_nm
-    return Fault(int(arming.arming_faults(rig.tick[0], rig.state[0], rig.params[0], 0, elapsed)))
+    return Fault(int(arming.arming_faults(rig.tick[0], rig.state[0], rig.params[0], 0, elapsed, 0)))
 
 
 QUIET = [Fault(0)] * 13

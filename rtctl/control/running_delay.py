@@ -1,0 +1,106 @@
+"""The delay of the torque as ordinary motion shows it, in ACTIVE.
+
+Over windows of about a second, torque sent u and measured i (both behind the same low-pass of 16 ms, so that
+what lies between them is small and noise smaller) are compared by least squares:
+
+    u - i = delay du + (1 - gain) u - offset,        du: change of u per tick
+
+for a torque that changes little within the delay; a first-order lag counts as delay. An estimate counts only
+where the motion shows it: with a standard error below MOST_ERROR_TICKS, which counts one independent sample
+per two time constants of the low-pass, and a residual of a thousandth of the torque limit at the least. Only a
+delay that leaves the proof by more than three of those errors, in two windows in a row, is DELAY.
+"""
+
+from __future__ import annotations
+
+import math
+
+from rtctl.control.current_answer import leaves_proof
+from rtctl.control.detectors import held_torque
+from rtctl.control.jit import compiled
+from rtctl.control.records import Record
+from rtctl.control.vocabulary import State
+
+_ACTIVE = int(State.ACTIVE)
+
+WINDOW_S = 1.0
+LOWPASS_S = 0.016
+MOST_ERROR_TICKS = 0.5
+ERRORS = 3.0
+FLOOR_SHARE = 1e-3
+LEAST_GAIN = 0.3
+BAD_WINDOWS = 2
+
+
+@compiled
+def _restart(s: Record, axis: int) -> None:
+    for k in range(9):
+        s.running_sums[axis, k] = 0.0
+    s.running_ticks[axis] = 0
+
+
+@compiled
+def _estimate(s: Record, axis: int, share: float, floor: float) -> tuple[float, float]:
+    """(delay, its standard error) of the window, ticks; an infinite error where the motion does not show it."""
+    sums, n = s.running_sums[axis], s.running_ticks[axis]
+    d, u, e = sums[0] / n, sums[1] / n, sums[2] / n
+    dd, du, uu = sums[3] / n - d * d, sums[4] / n - d * u, sums[5] / n - u * u
+    de, ue, ee = sums[6] / n - d * e, sums[7] / n - u * e, sums[8] / n - e * e
+    area = dd * uu - du * du
+    if not area > 1e-6 * dd * uu:
+        return 0.0, math.inf
+    slope, rest = (de * uu - ue * du) / area, (ue * dd - de * du) / area
+    gain = 1.0 - rest
+    if not gain >= LEAST_GAIN:
+        return 0.0, math.inf
+    variance = max(ee - slope * de - rest * ue, floor * floor) * 2.0 / (share * n)
+    return slope / gain, math.sqrt(variance * uu / area) / gain
+
+
+@compiled
+def running_fault(t: Record, s: Record, p: Record, axis: int, skipped: int) -> int:
+    """Follow the torque of one axis; DELAY while its delay has left the proof of the coupling."""
+    watched = p.follow_kind[axis] != 0 and p.proof_delay_s[axis] > 0.0
+    if not watched or s.state != _ACTIVE or s.ticks_in_state == 0:
+        s.running_bad_count[axis] = 0
+        s.running_ticks[axis] = -1
+        return 0
+    sent, measured = held_torque(s, axis, 1), t.motor_torque_nm[axis]
+    if skipped > 0 or s.running_ticks[axis] < 0:
+        _restart(s, axis)
+        s.running_sent_nm[axis], s.running_measured_nm[axis] = sent, measured
+        return 0
+    share = min(p.period_s / LOWPASS_S, 1.0)
+    d = share * (sent - s.running_sent_nm[axis])
+    s.running_sent_nm[axis] += d
+    s.running_measured_nm[axis] += share * (measured - s.running_measured_nm[axis])
+    u = s.running_sent_nm[axis]
+    e = u - s.running_measured_nm[axis]
+    sums = s.running_sums[axis]
+    sums[0] += d
+    sums[1] += u
+    sums[2] += e
+    sums[3] += d * d
+    sums[4] += d * u
+    sums[5] += u * u
+    sums[6] += d * e
+    sums[7] += u * e
+    sums[8] += e * e
+    s.running_ticks[axis] += 1
+    if s.running_ticks[axis] * p.period_s < WINDOW_S:
+        return 0
+    return _judge(s, p, axis, share)
+
+
+@compiled
+def _judge(s: Record, p: Record, axis: int, share: float) -> int:
+    """At the end of a window."""
+    delay, error = _estimate(s, axis, share, FLOOR_SHARE * p.torque_limit_nm[axis])
+    _restart(s, axis)
+    if not error <= MOST_ERROR_TICKS:
+        return 0
+    s.running_delay[axis] = delay
+    s.running_count[axis] = 1
+    fault = leaves_proof(p, axis, delay - ERRORS * error)
+    s.running_bad_count[axis] = s.running_bad_count[axis] + 1 if fault else 0
+    return fault if s.running_bad_count[axis] >= BAD_WINDOWS else 0

@@ -1,0 +1,193 @@
+"""Torque that comes later, or samples that come more rarely, than the coupling is proven for: the simulated rig stops."""
+
+import numpy as np
+import pytest
+
+from rtctl import config, plan
+from rtctl.control.vocabulary import Environment, Fault, State
+from rtctl.demo import shipped_config
+from rtctl.errors import FaultError
+from rtctl.simulation import Simulation
+
+PER_AMPERE = 0.768
+"""N m at the joint per ampere of configs/mock.toml: gear ratio, efficiency, torque constant."""
+
+
+def rig(folder, *changes, name="mock.toml", **plant):
+    text = shipped_config(name).read_text().replace('model = "friction/mock.json"', 'model = ""')
+    for old, new in changes:
+        assert old in text, old
+        text = text.replace(old, new)
+    path = folder / "rig.toml"
+    path.write_text(text)
+    made = Simulation(config.load(path))
+    for field, value in plant.items():
+        made.plant_params[field] = value
+    return made
+
+
+def tried(made):
+    """(faults that appeared, was it ever ACTIVE) when somebody arms it, once."""
+    ticks = made.run(1.5)
+    ticks = np.concatenate([ticks, made.run(0.2, arm_count=1, epoch=int(made.state["epoch"][0]))])
+    return (
+        Fault(int(np.bitwise_or.reduce(ticks["faults"]))),
+        bool(np.any(ticks["state"] == State.ACTIVE)),
+        ticks,
+    )
+
+
+def covered(made):
+    return float(made.params["proof_delay_s"][0, 0]) / made.plan.period_s
+
+
+@pytest.mark.parametrize("delay", [0, 1, 2, 3, 4])
+@pytest.mark.parametrize("stiffness", [60.0, 25.0, 10.0])
+def test_a_rig_whose_true_delay_its_file_does_not_tell_arms_only_if_its_coupling_bears_it(
+    tmp_path, delay, stiffness
+):
+    made = rig(
+        tmp_path, ("stiffness_nm_rad = 60.0", f"stiffness_nm_rad = {stiffness}"), torque_delay_ticks=delay
+    )
+    assert (
+        {60.0: 0.3, 25.0: 1.6, 10.0: 4.0}[stiffness]
+        < covered(made)
+        < {60.0: 0.5, 25.0: 1.9, 10.0: 5.5}[stiffness]
+    )
+    faults, active, ticks = tried(made)
+    if delay < covered(made):
+        assert (faults, active) == (Fault(0), True)
+        assert ticks["arming_delay_ticks"][-1, 0] == pytest.approx(delay, abs=0.02)
+    else:
+        assert (faults & Fault.DELAY, active) == (Fault.DELAY, False)
+        assert State(int(ticks["state"][-1])) is State.FAULT
+        assert int(ticks["fault_first"][-1]) == Fault.DELAY.bit_length() - 1
+    found = ticks["arming_delay_ticks"][:, 0]
+    assert np.isnan(found[0]), "nothing is known before the pulse"
+
+
+def test_a_delay_that_is_declared_is_proven_and_passes(tmp_path):
+    made = rig(
+        tmp_path,
+        ("stiffness_nm_rad = 60.0", "stiffness_nm_rad = 18.0\ndelay_ticks = 2"),
+        torque_delay_ticks=2,
+    )
+    assert covered(made) >= 2.0
+    faults, active, ticks = tried(made)
+    assert (faults, active) == (Fault(0), True)
+    assert ticks["arming_gain"][-1, 0] == pytest.approx(1.0, abs=0.05)
+    assert ticks["arming_offset_nm"][-1, 0] == pytest.approx(0.01 * PER_AMPERE, abs=0.006)
+
+
+@pytest.mark.parametrize(
+    ("scale", "fault"), [(0.6, Fault.CURRENT), (0.8, None), (1.2, None), (1.5, Fault.CURRENT)]
+)
+def test_a_hall_sensor_of_another_scale_is_found_by_the_pulse(tmp_path, scale, fault):
+    made = rig(tmp_path)
+    made.script([{"channel": "current", "kind": "scale", "value": scale, "at_s": 0.0, "for_s": 1000.0}])
+    faults, active, ticks = tried(made)
+    assert active == (fault is None)
+    assert bool(faults & Fault.CURRENT) == (fault is not None)
+    assert ticks["arming_gain"][-1, 0] == pytest.approx(scale, abs=0.05)
+
+
+def test_a_torque_constant_that_is_off_does_not_show_in_the_current(tmp_path):
+    """It scales the torque behind the current: no figure of this page claims to see it."""
+    nominal = rig(tmp_path).plant_params["torque_per_ampere"][0, 0]
+    for scale in (0.6, 1.0, 1.5):
+        faults, active, ticks = tried(rig(tmp_path, torque_per_ampere=nominal * scale))
+        assert (faults, active) == (Fault(0), True)
+        assert ticks["arming_gain"][-1, 0] == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize(("bias_a", "passes"), [(0.1, True), (-0.1, True), (0.4, False), (-0.4, False)])
+def test_a_biased_hall_sensor_is_refused_from_a_tenth_of_the_limit_on(tmp_path, bias_a, passes):
+    faults, active, ticks = tried(rig(tmp_path, current_bias_a=bias_a))
+    assert active is passes
+    assert bool(faults & (Fault.CURRENT | Fault.ACTUATOR_LAG)) is not passes
+    if passes:
+        assert ticks["arming_offset_nm"][-1, 0] == pytest.approx(bias_a * PER_AMPERE, abs=0.006)
+
+
+def test_a_delay_that_grows_while_running_is_noticed_within_a_few_seconds(tmp_path):
+    made = rig(tmp_path)
+    made.arm(environment_kind=Environment.SPRING, environment_stiffness_nm_rad=5.0)
+    calm = made.run(4.0)
+    assert not np.any(calm["faults"])
+    assert calm["running_delay_ticks"][-1, 0] == pytest.approx(0.0, abs=0.3)
+    made.plant_params["torque_delay_ticks"] = 3
+    ticks = made.run(8.0)
+    stopped = np.flatnonzero(ticks["state"] != State.ACTIVE)
+    assert len(stopped)
+    assert stopped[0] * made.plan.period_s < 6.0
+    assert Fault(int(ticks["faults"][stopped[0]])) & Fault.DELAY
+    shown = ticks["running_delay_ticks"][stopped[0], 0]
+    assert shown == pytest.approx(3.0, abs=0.6)
+
+
+def lost(every_ticks, for_ticks, at_s=0.0):
+    return [
+        {"channel": "link", "kind": "drop", "at_s": at_s, "for_ticks": for_ticks, "every_ticks": every_ticks}
+    ]
+
+
+def test_a_device_that_is_fresh_every_third_tick_does_not_arm(tmp_path):
+    made = rig(tmp_path)
+    made.script(lost(3, 2))
+    faults, active, _ = tried(made)
+    assert (faults, active) == (Fault.SAMPLE_AGE, False)
+
+
+def test_one_that_becomes_so_while_running_is_stopped_within_a_tenth_of_a_second(tmp_path):
+    made = rig(tmp_path)
+    made.arm()
+    at = made.time_s + 0.5
+    made.script(lost(3, 2, at))
+    ticks = made.run(1.0)
+    stopped = np.flatnonzero(ticks["faults"] & int(Fault.SAMPLE_AGE))
+    assert 0.5 < stopped[0] * made.plan.period_s < 0.6
+    assert State(int(ticks["state"][stopped[0]])) is State.STOPPING
+
+
+@pytest.mark.parametrize(("stiffness", "every_ticks", "for_ticks", "stops"), [
+    (60.0, 25, 1, False), (60.0, 25, 2, True), (60.0, 2, 1, True), (25.0, 2, 1, False), (25.0, 3, 2, True), (10.0, 3, 2, False),
+])  # fmt: skip
+def test_how_old_samples_may_be_is_what_the_coupling_bears(
+    tmp_path, stiffness, every_ticks, for_ticks, stops
+):
+    made = rig(tmp_path, ("stiffness_nm_rad = 60.0", f"stiffness_nm_rad = {stiffness}"))
+    made.script(lost(every_ticks, for_ticks))
+    faults, active, _ = tried(made)
+    assert bool(faults & Fault.SAMPLE_AGE) is stops
+    assert active is not stops
+
+
+def test_single_lost_samples_are_none_of_this(tmp_path):
+    made = rig(tmp_path)
+    made.script(lost(21, 1))
+    made.arm()
+    ticks = made.run(20.0)
+    assert np.mean(ticks["sample_age_ticks"] > 0) == pytest.approx(1 / 21, rel=0.02)
+    assert not np.any(ticks["faults"])
+
+
+def test_a_recording_is_not_watched(tmp_path):
+    rows = "\n".join(f"{k / 1000!r},0.0,0.0,0.0" for k in range(100))
+    (tmp_path / "log.csv").write_text("t,x,q,h\n" + rows + "\n")
+    text = shipped_config("mock.toml").read_text()
+    text = text[: text.index("[[device]]")].replace('model = "friction/mock.json"', 'model = ""')
+    text += (
+        '[[device]]\nkind = "playback"\n[device.options]\nfile = "log.csv"\ntime = { column = "t" }\n'
+        '[[device.options.axis]]\nposition = { column = "x" }\nmotor_torque = { column = "q" }\n'
+        'hand_torque = { column = "h" }\n'
+    )
+    path = tmp_path / "playback.toml"
+    path.write_text(text)
+    assert plan.build(config.load(path)).params["proof_delay_s"][0, 0] == 0.0
+
+
+def test_a_rig_that_never_arms_says_so(tmp_path):
+    made = rig(tmp_path, torque_delay_ticks=2)
+    with pytest.raises(FaultError, match="state FAULT"):
+        made.arm()
+    assert int(made.state["fault_first"][0]) == Fault.DELAY.bit_length() - 1
