@@ -113,6 +113,11 @@ def _largest(pairs: tuple[np.ndarray, np.ndarray], K: float, b_c: float) -> floa
     return float(np.max(W * (b_c * (b_c + 2 * K)) + U * (K * K))) / (2 * (b_c + K))
 
 
+def late_ticks(between: Between, T: float) -> float:
+    """Ticks from a position to most of the torque that answers it: delay, age of the sample and lag, at their worst."""
+    return between.delay + between.sample_ticks - 1 + _lag_ticks(between.lag_hz, T)
+
+
 def _cases(T: float, between: Between) -> list[tuple[float, float]]:
     """Delay and bandwidth of all that is no slower than declared: whole ticks below the delay, lags down to none.
 

@@ -26,7 +26,10 @@ def test_the_mock_declares_what_it_was_told_to_be():
     options = {
         "axis": [
             {"torque_delay_ticks": 2, "current_loop": {"bandwidth_hz": 300.0, "time_constant_s": 0.0}},
-            {"current_loop": {"bandwidth_hz": 0.0, "time_constant_s": 1e-3}, "elastic": {"link_viscous_share": 0.6}},
+            {
+                "current_loop": {"bandwidth_hz": 0.0, "time_constant_s": 1e-3},
+                "elastic": {"link_viscous_share": 0.6},
+            },
         ],
         "timing": {"sample_every_ticks": 3, "transport_delay_ticks": 0.4},
     }
