@@ -15,7 +15,7 @@ from rtctl.control import stability
 from rtctl.control.delay_cover import delay_covered_ticks
 from rtctl.control.disturbance_observer import SMOOTHING
 from rtctl.control.gate import WINDOW_S
-from rtctl.control.records import new_records
+from rtctl.control.records import HELD, new_records
 from rtctl.control.velocity import kalman_gains, lowpass_alpha
 from rtctl.control.vocabulary import DeviceVelocity, Environment, Policy, VelocityMethod
 from rtctl.friction import artefact
@@ -72,7 +72,11 @@ def build(loaded: LoadedConfig) -> Plan:
             params[0]["follow_kind"][list(member.axes)] = 1
     for a, axis in enumerate(config.axis):
         _fill_axis(params[0], a, axis, config.period_s)
-        _fill_force_feedback(params[0], a, axis, config.period_s, lateness.of_axis(loaded, a).between)
+        between = lateness.of_axis(loaded, a).between
+        params[0]["follow_delay_ticks"][a] = min(
+            math.ceil(stability.late_ticks(between, config.period_s)), HELD - 1
+        )
+        _fill_force_feedback(params[0], a, axis, config.period_s, between)
         _fill_command(command[0], a, axis)
         learned = _load_model(loaded, axis)
         _fill_compensation(params[0], a, axis, config, learned)
@@ -154,7 +158,6 @@ def _fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
         p[name][a] = getattr(axis, name)
     _fill_arming(p, a, axis, period_s)
     p["torque_continuous_nm"][a] = axis.torque_continuous_nm or axis.torque_limit_nm
-    p["follow_delay_ticks"][a] = math.ceil(axis.coupling.delay_ticks)
     p["temperature_kind"][a] = axis.temperature.sensor
     p["temperature_warn_c"][a] = axis.temperature.warn_c
     p["temperature_trip_c"][a] = axis.temperature.trip_c
@@ -184,7 +187,8 @@ def _fill_proof(p: np.void, loaded: LoadedConfig) -> None:
     if not all(registry.lookup(member.kind).follows for member in loaded.members()):
         return
     for a, axis in enumerate(stability_report.examine(loaded).axes):
-        k_c, b_c, declared = axis.stiffness_nm_rad, axis.damping_nms_rad, axis.delay_ticks
+        k_c, b_c = axis.stiffness_nm_rad, axis.damping_nms_rad
+        declared = stability.late_ticks(axis.between, period_s)
         covered = delay_covered_ticks(axis.device_damping_nms_rad, k_c, b_c, period_s, declared)
         p["declared_delay_s"][a] = declared * period_s
         p["proof_delay_s"][a] = max(covered * period_s, SHORTEST_PROOF_S)

@@ -91,7 +91,7 @@ def damping_needed_sampled_data(
     Second theory reference, section 10; derivation and bound between the points of the sweep in
     `sampled_loop`. Whole ticks without a lag are (SD-1) of the first, ``sin^2((1+d) theta) (B^2 + K^2 cot^2 theta)/B``,
     with the closed forms ``b_c + k_c T/2`` for d = 0 (Colgate and Brown's wall) and a parabola in cos^2 theta for
-    d = 1. Swept values are up to some 1e-6 too large, never too small.
+    d = 1. Swept values are up to some 1e-5 too large, never too small.
     """
     _require_coupling(k_c, b_c, T, d, lag_hz)
     K = k_c * T / 2
@@ -111,6 +111,11 @@ def _largest(pairs: tuple[np.ndarray, np.ndarray], K: float, b_c: float) -> floa
     """The largest damping that any of the pairs of `sampled_loop` asks for."""
     W, U = pairs
     return float(np.max(W * (b_c * (b_c + 2 * K)) + U * (K * K))) / (2 * (b_c + K))
+
+
+def late_ticks(between: Between, T: float) -> float:
+    """Ticks from a position to most of the torque that answers it: delay, age of the sample and lag, at their worst."""
+    return between.delay + between.sample_ticks - 1 + _lag_ticks(between.lag_hz, T)
 
 
 def _cases(T: float, between: Between) -> list[tuple[float, float]]:
@@ -185,7 +190,9 @@ def margin_adams_hannaford(b: float, k_c: float, b_c: float, T: float) -> float:
     return b - damping_needed_adams_hannaford(k_c, b_c, T)
 
 
-def _largest_stiffness(needed: Callable[[float], float], b: float, high: float) -> float:
+def _largest_stiffness(
+    needed: Callable[[float], float], b: float, high: float, tolerance: float = 0.0
+) -> float:
     """Largest k_c up to `high` with needed(k_c) <= b; `needed` rises with k_c. 0 without any."""
     if not needed(0.0) <= b:
         return 0.0
@@ -194,7 +201,7 @@ def _largest_stiffness(needed: Callable[[float], float], b: float, high: float) 
     low = 0.0
     while True:
         middle = 0.5 * (low + high)
-        if not low < middle < high:
+        if not low < middle < high or high - low <= tolerance * high:
             return low
         if needed(middle) <= b:
             low = middle
@@ -224,8 +231,15 @@ def k_max_sampled_data(b: float, b_c: float, T: float, d: float = 0.0, lag_hz: f
     root = np.sqrt(spare * spare + U * left)
     with np.errstate(divide="ignore", invalid="ignore"):
         K = np.where(spare >= 0, (spare + root) / U, left / (root - spare))
-    low = float(np.min(K)) * 2 / T * (1 + 1e-5)  # closed forms may let a little more pass
-    return _largest_stiffness(lambda k: damping_needed_sampled_data(k, b_c, T, d, lag_hz), b, low + 1e-300)
+    low = float(np.min(K)) * 2 / T
+
+    def needed(k: float) -> float:
+        return damping_needed_sampled_data(k, b_c, T, d, lag_hz)
+
+    below = low * (1 - 1e-12)
+    if needed(low * (1 + 1e-9)) > b >= needed(below):
+        return below
+    return _largest_stiffness(needed, b, low * (1 + 1e-3))  # a closed form lets a little more pass
 
 
 def k_max_between(b: float, b_c: float, T: float, between: Between = IDEAL) -> float:
@@ -234,7 +248,7 @@ def k_max_between(b: float, b_c: float, T: float, between: Between = IDEAL) -> f
     high = min(k_max_sampled_data(b, b_c, T, d, lag) for d, lag in _cases(T, between))
     if (between.sample_ticks == 1 and between.jitter == 0) or high == 0:
         return high
-    return _largest_stiffness(lambda k: damping_needed_between(k, b_c, T, between), b, high)
+    return _largest_stiffness(lambda k: damping_needed_between(k, b_c, T, between), b, high, 1e-5)
 
 
 def k_max_adams_hannaford(b: float, b_c: float, T: float) -> float:

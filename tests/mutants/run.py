@@ -24,6 +24,7 @@ import seeds_control  # noqa: E402
 import seeds_devices  # noqa: E402
 import seeds_host  # noqa: E402
 import seeds_identify  # noqa: E402
+import seeds_margins  # noqa: E402
 import seeds_mock  # noqa: E402
 from seed import Seed  # noqa: E402
 from workshop import Outcome, Workshop, say  # noqa: E402
@@ -33,6 +34,7 @@ SEEDS: tuple[Seed, ...] = (
     *seeds_devices.SEEDS,
     *seeds_host.SEEDS,
     *seeds_identify.SEEDS,
+    *seeds_margins.SEEDS,
     *seeds_mock.SEEDS,
 )
 _workshop: list[Workshop] = []
