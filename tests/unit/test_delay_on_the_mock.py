@@ -30,7 +30,11 @@ def tried(made):
     """(faults that appeared, was it ever ACTIVE) when somebody arms it, once."""
     ticks = made.run(1.5)
     ticks = np.concatenate([ticks, made.run(0.2, arm_count=1, epoch=int(made.state["epoch"][0]))])
-    return Fault(int(np.bitwise_or.reduce(ticks["faults"]))), bool(np.any(ticks["state"] == State.ACTIVE)), ticks
+    return (
+        Fault(int(np.bitwise_or.reduce(ticks["faults"]))),
+        bool(np.any(ticks["state"] == State.ACTIVE)),
+        ticks,
+    )
 
 
 def covered(made):
@@ -42,8 +46,14 @@ def covered(made):
 def test_a_rig_whose_true_delay_its_file_does_not_tell_arms_only_if_its_coupling_bears_it(
     tmp_path, delay, stiffness
 ):
-    made = rig(tmp_path, ("stiffness_nm_rad = 60.0", f"stiffness_nm_rad = {stiffness}"), torque_delay_ticks=delay)
-    assert {60.0: 0.3, 25.0: 1.6, 10.0: 4.0}[stiffness] < covered(made) < {60.0: 0.5, 25.0: 1.9, 10.0: 5.5}[stiffness]
+    made = rig(
+        tmp_path, ("stiffness_nm_rad = 60.0", f"stiffness_nm_rad = {stiffness}"), torque_delay_ticks=delay
+    )
+    assert (
+        {60.0: 0.3, 25.0: 1.6, 10.0: 4.0}[stiffness]
+        < covered(made)
+        < {60.0: 0.5, 25.0: 1.9, 10.0: 5.5}[stiffness]
+    )
     faults, active, ticks = tried(made)
     if delay < covered(made):
         assert (faults, active) == (Fault(0), True)
@@ -69,7 +79,9 @@ def test_a_delay_that_is_declared_is_proven_and_passes(tmp_path):
     assert ticks["arming_offset_nm"][-1, 0] == pytest.approx(0.01 * PER_AMPERE, abs=0.006)
 
 
-@pytest.mark.parametrize(("scale", "fault"), [(0.6, Fault.CURRENT), (0.8, None), (1.2, None), (1.5, Fault.CURRENT)])
+@pytest.mark.parametrize(
+    ("scale", "fault"), [(0.6, Fault.CURRENT), (0.8, None), (1.2, None), (1.5, Fault.CURRENT)]
+)
 def test_a_hall_sensor_of_another_scale_is_found_by_the_pulse(tmp_path, scale, fault):
     made = rig(tmp_path)
     made.script([{"channel": "current", "kind": "scale", "value": scale, "at_s": 0.0, "for_s": 1000.0}])
@@ -114,7 +126,9 @@ def test_a_delay_that_grows_while_running_is_noticed_within_a_few_seconds(tmp_pa
 
 
 def lost(every_ticks, for_ticks, at_s=0.0):
-    return [{"channel": "link", "kind": "drop", "at_s": at_s, "for_ticks": for_ticks, "every_ticks": every_ticks}]
+    return [
+        {"channel": "link", "kind": "drop", "at_s": at_s, "for_ticks": for_ticks, "every_ticks": every_ticks}
+    ]
 
 
 def test_a_device_that_is_fresh_every_third_tick_does_not_arm(tmp_path):
@@ -138,7 +152,9 @@ def test_one_that_becomes_so_while_running_is_stopped_within_a_tenth_of_a_second
 @pytest.mark.parametrize(("stiffness", "every_ticks", "for_ticks", "stops"), [
     (60.0, 25, 1, False), (60.0, 25, 2, True), (60.0, 2, 1, True), (25.0, 2, 1, False), (25.0, 3, 2, True), (10.0, 3, 2, False),
 ])  # fmt: skip
-def test_how_old_samples_may_be_is_what_the_coupling_bears(tmp_path, stiffness, every_ticks, for_ticks, stops):
+def test_how_old_samples_may_be_is_what_the_coupling_bears(
+    tmp_path, stiffness, every_ticks, for_ticks, stops
+):
     made = rig(tmp_path, ("stiffness_nm_rad = 60.0", f"stiffness_nm_rad = {stiffness}"))
     made.script(lost(every_ticks, for_ticks))
     faults, active, _ = tried(made)

@@ -29,7 +29,9 @@ def pulse(part=PART, rate=1.0):
 
 def answer(sent, delay=0.0, lag=0.0, gain=1.0, offset=0.0, noise=0.0, seed=0):
     """What a sample at the end of each tick shows."""
-    fine = np.concatenate([np.zeros(round(delay * SUBSTEPS)), np.repeat(sent, SUBSTEPS)])[: len(sent) * SUBSTEPS]
+    fine = np.concatenate([np.zeros(round(delay * SUBSTEPS)), np.repeat(sent, SUBSTEPS)])[
+        : len(sent) * SUBSTEPS
+    ]
     if lag > 0.0:
         share, current = -math.expm1(-1 / (lag * SUBSTEPS)), 0.0
         for k, value in enumerate(fine):

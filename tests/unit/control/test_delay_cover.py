@@ -53,7 +53,11 @@ def test_a_lag_asks_no_more_than_as_much_delay(lag_ticks, k_c, b_c):
 def test_the_delay_covered_is_the_largest_that_passes():
     for k_c in (20.0, 37.0, 60.0, 79.0):
         covered = delay_covered_ticks(0.05, k_c, 0.01, T, 0.0)
-        assert damping_needed_delayed(k_c, 0.01, T, covered) <= 0.05 < damping_needed_delayed(k_c, 0.01, T, covered + 0.01)
+        assert (
+            damping_needed_delayed(k_c, 0.01, T, covered)
+            <= 0.05
+            < damping_needed_delayed(k_c, 0.01, T, covered + 0.01)
+        )
     assert delay_covered_ticks(0.05, 37.48, 0.01, T, 1.0) == pytest.approx(1.0, abs=0.01)
 
 
