@@ -118,6 +118,38 @@ class Channels:
 
 
 @dataclass(frozen=True)
+class Timing:
+    """How late one axis of a device is, at its worst; `rtctl check` proves the coupling with it.
+
+    `delay_s` is all the time between a position and the torque that answers it, but for the loop's own computing, which
+    reads, decides and sends in one go: age of the sample when it is read, way of the command, wait until the motor's
+    current changes. A device that only measures, or only drives, declares its part.
+    """
+
+    delay_s: float = 0.0
+    sample_period_s: float = 0.0
+    """Time between two fresh positions; 0: a new one for every reading."""
+    jitter_s: float = 0.0
+    """By so much the delay may be shorter in one cycle than in another."""
+    current_loop_hz: float = 0.0
+    """Bandwidth of the current loop, Hz, behind the delay; 0: none to speak of."""
+
+
+@dataclass(frozen=True)
+class Joint:
+    """What a device knows of the joint of one axis that a rig file may not."""
+
+    motor_share: float = 1.0
+    """Share of the viscous damping on the side of motor and encoder."""
+    dry_share: float = 1.0
+    """Share of the dry friction there."""
+    damping_nms_rad: float = 0.0
+    """Of the joint itself, N m s/rad."""
+    encoder: str = "motor"
+    """The side it turns with: "motor" or "link"."""
+
+
+@dataclass(frozen=True)
 class BackendInfo:
     """Registry entry. Both targets are `module:attribute`, imported only when used.
 
@@ -136,6 +168,11 @@ class BackendInfo:
     channels: Channels | None = None
     follows: bool = True
     """The current measured answers the torque sent; False for a recording."""
+    timing: str | None = None
+    """`module:attribute` of a function `(options, rig) -> Sequence[Timing]`, one per axis of `rig`. None: the backend
+    does not say, and `rtctl check` has only the rig file's word for it."""
+    joint: str | None = None
+    """The same for `Joint`. None: rigid, as far as the device knows."""
 
 
 Options = Mapping[str, Any]

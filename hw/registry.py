@@ -6,11 +6,14 @@ Drivers are imported only when used, so a missing one fails only when asked for,
 from __future__ import annotations
 
 import importlib
+import math
+from collections.abc import Sequence
+from dataclasses import astuple
 from functools import cache
 from importlib.metadata import entry_points
 from typing import Any
 
-from hw.interface import Backend, BackendError, BackendInfo, Channels, Options, Rig
+from hw.interface import Backend, BackendError, BackendInfo, Channels, Joint, Options, Rig, Timing
 
 GROUP = "rtctl.backends"
 
@@ -30,6 +33,8 @@ BUILT_IN = {
         options="hw.mock.options:MockOptions",
         simulated=True,
         summary="simulated rig: motor, gearbox, friction, sensors, a hand",
+        timing="hw.mock.declared:timing",
+        joint="hw.mock.declared:joint",
     ),
     "playback": BackendInfo(
         factory="hw.playback.backend:PlaybackBackend",
@@ -37,18 +42,21 @@ BUILT_IN = {
         simulated=True,
         summary="a recorded log (CSV) as the sensor stream",
         follows=False,
+        timing="hw.playback.declared:timing",
     ),
     "serial": BackendInfo(
         factory="hw.serial.backend:SerialBackend",
         options="hw.serial.options:SerialOptions",
         simulated=False,
         summary="a board on a serial port that speaks rtctl-frame (docs/serial-protocol.md)",
+        timing="hw.serial.declared:timing",
     ),
     "serial-described": BackendInfo(
         factory="hw.serial.described:DescribedBackend",
         options="hw.serial.described_options:DescribedOptions",
         simulated=False,
         summary="a board on a serial port with a frame of its own, described in the rig file (docs/serial-described.md)",
+        timing="hw.serial.declared:described_timing",
     ),
     "rokubi": BackendInfo(
         factory="hw.force.serial_sensor:make_rokubi",
@@ -76,24 +84,28 @@ BUILT_IN = {
         options="hw.can.board_options:BoardOptions",
         simulated=False,
         summary="a board on a CAN bus, by a field map or a DBC file",
+        timing="hw.can.declared:board_timing",
     ),
     "odrive": BackendInfo(
         factory="hw.can.drive_backend:OdriveBackend",
         options="hw.can.options:OdriveOptions",
         simulated=False,
         summary="ODrives over CAN Simple",
+        timing="hw.can.declared:odrive_timing",
     ),
     "moteus": BackendInfo(
         factory="hw.can.drive_backend:MoteusBackend",
         options="hw.can.options:MoteusOptions",
         simulated=False,
         summary="moteus controllers over CAN-FD",
+        timing="hw.can.declared:moteus_timing",
     ),
     "cia402": BackendInfo(
         factory="hw.can.drive_backend:Cia402Backend",
         options="hw.can.options:Cia402Options",
         simulated=False,
         summary="CANopen drives (CiA 402) in cyclic synchronous torque",
+        timing="hw.can.declared:cia402_timing",
     ),
 }
 
@@ -135,6 +147,30 @@ def channels(kind: str, options: Options, rig: Rig) -> Channels:
         return declared
     backend = create(kind, options, rig)
     return Channels(provides=backend.provides, consumes=backend.consumes)
+
+
+def timing(kind: str, options: Options, rig: Rig) -> Sequence[Timing] | None:
+    """What such a device declares of its delay, one per axis of `rig`; None where it declares nothing.
+
+    Raises BackendError for a declaration that is no such thing: the proof rests on it.
+    """
+    target = lookup(kind).timing
+    if target is None:
+        return None
+    found = list(_resolve(target)(options, rig))
+    sound = len(found) == rig.n_axes and all(
+        isinstance(one, Timing) and all(math.isfinite(value) and value >= 0 for value in astuple(one))
+        for one in found
+    )
+    if not sound:
+        raise BackendError(f"{target} must give {rig.n_axes} Timing of finite numbers >= 0, not {found}")
+    return found
+
+
+def joint(kind: str, options: Options, rig: Rig) -> Sequence[Joint]:
+    """What such a device knows of its joints, one per axis of `rig`."""
+    target = lookup(kind).joint
+    return [Joint()] * rig.n_axes if target is None else list(_resolve(target)(options, rig))
 
 
 def create(kind: str, options: Options, rig: Rig) -> Backend:

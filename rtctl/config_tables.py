@@ -101,9 +101,48 @@ class CouplingTable(Table):
 
     stiffness_nm_rad: float = _number(0, 1e6, "k_c", default=0.0)
     damping_nms_rad: float = _number(0, 1e4, "b_c", default=0.0)
-    delay_ticks: int = _number(
-        0, 20, "whole ticks from reading a sample to its torque at the motor", default=0
+    delay_ticks: float = _number(
+        0,
+        20,
+        "ticks from a sample to its torque at the motor, whole or not; `rtctl check` takes what the devices declare "
+        "or what was measured where that is more",
+        default=0.0,
     )
+
+
+class DriveTable(Table):
+    """[axis.drive]: what lies between the torque sent and the link; what a device declares counts where it is worse"""
+
+    current_loop_hz: float = _number(
+        0, 1e5, "bandwidth of the current loop, a first-order lag; 0: ideal, else at least 10", default=0.0
+    )
+    motor_share: float = _number(
+        0,
+        1,
+        "share of the guaranteed damping and dry friction on the side of motor and encoder; below 1 the joint is "
+        "elastic, and the rest, beyond its spring, is the hand's to cancel",
+        default=1.0,
+    )
+    joint_damping_nms_rad: float = _number(0, 1e3, "damping of an elastic joint itself", default=0.0)
+    encoder: Literal["motor", "link"] = Field(
+        "motor", description="side of an elastic joint that the encoder turns with; rigid: motor"
+    )
+
+    @model_validator(mode="after")
+    def _bandwidth(self) -> DriveTable:
+        if 0 < self.current_loop_hz < 10:
+            msg = f"current_loop_hz {self.current_loop_hz}: 0 for an ideal one, else at least 10"
+            raise ValueError(msg)
+        return self
+
+
+class MeasuredTable(Table):
+    """[axis.measured]: what was measured on this rig; `rtctl check` takes it where it is worse than what is declared"""
+
+    delay_ticks: float = _number(0, 20, "delay from a sample to its torque", default=0.0)
+    jitter_ticks: float = _number(0, 20, "how much shorter it is at times", default=0.0)
+    sample_ticks: int = _number(1, 20, "ticks between two fresh samples, at worst", default=1)
+    current_loop_hz: float = _number(0, 1e5, "bandwidth of the current loop; 0: not measured", default=0.0)
 
 
 class EnvironmentTable(Table):
@@ -121,13 +160,33 @@ CAP_SHARE_MAX = 0.3
 """Most of the torque limit that the feed-forward may take."""
 
 
+class ObserverTable(Table):
+    """[axis.friction.observer]: disturbance observer from the force sensor; off while gain is 0, or without a sensor"""
+
+    gain: float = _number(0, 0.98, "share of what the feed-forward leaves that it compensates", default=0.9)
+    bandwidth_hz: float = _number(0.5, 200, "of its low-pass; too much rings on a stiff hand", default=15.0)
+    deadband_nm: float = _number(
+        0, 1e3, "friction left alone: more than the force sensor may be off after its tare", default=0.003
+    )
+
+
 class FrictionTable(Table):
     """[axis.friction]"""
 
     model: str = Field("", max_length=500, description="model file, relative to the rig file; empty: none")
-    policy: Literal["off", "hybrid", "sign", "deadband", "tanh", "dither", "intent", "stop", "stop_gated"] = (
-        "hybrid"
-    )
+    policy: Literal[
+        "off",
+        "hybrid",
+        "sign",
+        "deadband",
+        "tanh",
+        "dither",
+        "intent",
+        "stop",
+        "stop_gated",
+        "observer",
+        "lugre",
+    ] = "hybrid"
     gain: float = _number(0, 1, "kappa: share of Coulomb and Stribeck friction compensated", default=0.9)
     viscous_gain: float = _number(0, 1, "kappa_v: share of the viscous part compensated", default=0.0)
     cap_share: float = _number(
@@ -142,13 +201,25 @@ class FrictionTable(Table):
     intent_nm: float = _number(
         1e-5, 1e3, "hand torque at which intent saturates; 0.2 F_c is usual", default=0.05
     )
+    intent_lowpass_hz: float = _number(
+        0.1,
+        5000,
+        "low-pass of the hand's torque for the intent: the mass of a hand buzzes without",
+        default=50.0,
+    )
     gate_deadband_nm: float = _number(0, 1e3, "hand torque below which the gate stays shut", default=0.002)
     gate_nm: float = _number(
         1e-5, 1e3, "hand torque that opens the gate fully; 0.1 F_c is usual", default=0.03
     )
     gate_lowpass_s: float = _number(0, 1, "time constant of the gate", default=0.01)
-    stop_rad: float = _number(1e-7, 1, "stop policy: F_c / sigma0", default=0.001)
+    presliding_rad: float = _number(
+        0, 1, "F_s / sigma0: motion over which friction is a spring; 0: as the model says", default=0.0
+    )
+    stop_rad: float = _number(
+        0, 1, "stop and lugre policies: their length; 0: the presliding length", default=0.0
+    )
     drift_nm: float = _number(0, 1e3, "how far friction may have drifted below the model", default=0.0)
+    observer: ObserverTable = ObserverTable()
 
 
 class ForceFeedbackTable(Table):
@@ -193,10 +264,18 @@ class AxisTable(Table):
     position_min_rad: float = _number(-1e6, 1e6, "end of travel", default=-1e3)
     position_max_rad: float = _number(-1e6, 1e6, "end of travel", default=1e3)
     current_limit_a: float = _number(1e-3, 1e4, "range of the current sensor", default=100.0)
+    dry_friction_nm: float = _number(
+        0,
+        1e3,
+        "dry friction the joint surely has where no model tells; against the encoder's steps",
+        default=0.0,
+    )
     velocity: VelocityTable = VelocityTable()
     force: ForceTable = ForceTable()
     temperature: TemperatureTable = TemperatureTable()
     coupling: CouplingTable = CouplingTable()
+    drive: DriveTable = DriveTable()
+    measured: MeasuredTable = MeasuredTable()
     environment: EnvironmentTable = EnvironmentTable()
     friction: FrictionTable = FrictionTable()
     force_feedback: ForceFeedbackTable = ForceFeedbackTable()

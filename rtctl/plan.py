@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from hw import registry
-from rtctl import stability_report
+from rtctl import lateness, stability_report
 from rtctl.config import Config, LoadedConfig
 from rtctl.config_tables import AxisTable
 from rtctl.control import stability
 from rtctl.control.delay_cover import delay_covered_ticks
+from rtctl.control.disturbance_observer import SMOOTHING
 from rtctl.control.gate import WINDOW_S
 from rtctl.control.records import new_records
 from rtctl.control.velocity import kalman_gains, lowpass_alpha
 from rtctl.control.vocabulary import DeviceVelocity, Environment, Policy, VelocityMethod
 from rtctl.friction import artefact
+from rtctl.friction.guarantee import guarantee
+from rtctl.friction.model import FrictionModel
 
 SOFT_START_S = 0.5
 READY_S = 0.5
@@ -29,6 +31,10 @@ STALE_LIMIT_TICKS = 3
 LATE_LIMIT_TICKS = 3
 WAIVER_SHARE = 0.25
 ARMING_PART_S = 0.02
+SEEN_HZ = 5.0
+"""Low-pass of the friction seen in sliding: longer than a gear's ripple, shorter than a stroke."""
+SEEN_FACTOR = 1.5
+"""Friction seen is believed up to so many times the learned peak."""
 ARMING_TRAVEL_SHARE = 0.25
 SHORTEST_PROOF_S = 1e-9
 """0 would say that delay and age are not watched."""
@@ -66,11 +72,12 @@ def build(loaded: LoadedConfig) -> Plan:
             params[0]["follow_kind"][list(member.axes)] = 1
     for a, axis in enumerate(config.axis):
         _fill_axis(params[0], a, axis, config.period_s)
-        _fill_force_feedback(params[0], a, axis, config.period_s)
+        _fill_force_feedback(params[0], a, axis, config.period_s, lateness.of_axis(loaded, a).between)
         _fill_command(command[0], a, axis)
-        path = loaded.model_path(axis)
-        if path is not None and axis.friction.policy != "off":
-            model[a] = _fill_friction(params[0], a, axis, config, path)
+        learned = _load_model(loaded, axis)
+        _fill_compensation(params[0], a, axis, config, learned)
+        if learned is not None:
+            model[a] = _fill_friction(params[0], a, axis, config, learned)
     _fill_proof(params[0], loaded)
     return Plan(
         params=params,
@@ -81,6 +88,16 @@ def build(loaded: LoadedConfig) -> Plan:
         period_ns=round(1e9 / config.loop.rate_hz),
         ring_rows=math.ceil(config.loop.ring_s * config.loop.rate_hz),
     )
+
+
+def _load_model(loaded: LoadedConfig, axis: AxisTable) -> FrictionModel | None:
+    """The friction model that an axis uses, or None."""
+    path = loaded.model_path(axis)
+    if path is None or axis.friction.policy == "off":
+        return None
+    model = artefact.load(path)
+    artefact.require_rig(model, loaded.config.rig.name, path)
+    return model
 
 
 def _fill_scalars(p: np.void, config: Config) -> None:
@@ -137,7 +154,7 @@ def _fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
         p[name][a] = getattr(axis, name)
     _fill_arming(p, a, axis, period_s)
     p["torque_continuous_nm"][a] = axis.torque_continuous_nm or axis.torque_limit_nm
-    p["follow_delay_ticks"][a] = axis.coupling.delay_ticks
+    p["follow_delay_ticks"][a] = math.ceil(axis.coupling.delay_ticks)
     p["temperature_kind"][a] = axis.temperature.sensor
     p["temperature_warn_c"][a] = axis.temperature.warn_c
     p["temperature_trip_c"][a] = axis.temperature.trip_c
@@ -173,7 +190,9 @@ def _fill_proof(p: np.void, loaded: LoadedConfig) -> None:
         p["proof_delay_s"][a] = max(covered * period_s, SHORTEST_PROOF_S)
 
 
-def _fill_force_feedback(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
+def _fill_force_feedback(
+    p: np.void, a: int, axis: AxisTable, period_s: float, between: stability.Between
+) -> None:
     """Parameters of the local force feedback: what the coupling needs of the device is not spent twice."""
     feedback, coupling = axis.force_feedback, axis.coupling
     k_c, b_c, count_rad = coupling.stiffness_nm_rad, coupling.damping_nms_rad, float(p["count_rad"][a])
@@ -182,9 +201,8 @@ def _fill_force_feedback(p: np.void, a: int, axis: AxisTable, period_s: float) -
     p["force_feedback_deadband_nm"][a] = feedback.deadband_nm
     p["force_feedback_cap_nm"][a] = feedback.cap_share * axis.torque_limit_nm
     p["force_feedback_share"][a] = feedback.share
-    p["force_feedback_damping_nms_rad"][a] = max(
-        0.0, stability.margin_sampled_data(axis.viscous_nms_rad, k_c, b_c, period_s, coupling.delay_ticks)
-    )
+    needed = stability.damping_needed_between(k_c, b_c, period_s, between)
+    p["force_feedback_damping_nms_rad"][a] = max(0.0, axis.viscous_nms_rad - needed)
     p["force_feedback_reserve_nm"][a] = k_c * count_rad / 2 + b_c * count_rad / period_s
 
 
@@ -199,28 +217,49 @@ def _fill_command(c: np.void, a: int, axis: AxisTable) -> None:
     c["compensation"][a] = 1.0
 
 
-def _fill_friction(p: np.void, a: int, axis: AxisTable, config: Config, path: Path) -> np.ndarray:
-    """Parameters of the feed-forward; returns the compiled model's record."""
+def _fill_compensation(
+    p: np.void, a: int, axis: AxisTable, config: Config, model: FrictionModel | None
+) -> None:
+    """Parameters of feed-forward, observer and their account; the learned curve's own are `_fill_model`'s."""
+    friction, period_s = axis.friction, config.period_s
+    policy = Policy[friction.policy.upper()]
+    if policy == Policy.OFF or (model is None and policy != Policy.OBSERVER):
+        return
+    sure = guarantee(axis, model)
+    p["friction_policy"][a] = policy
+    p["friction_cap_nm"][a] = friction.cap_share * axis.torque_limit_nm
+    p["friction_floor_nm"][a] = sure.floor_nm
+    p["presliding_rad"][a] = sure.credited_rad
+    p["assistance_bank_j"][a] = sure.bank_j
+    p["friction_stop_rad"][a] = friction.stop_rad or sure.length_rad
+    if "force" in config.rig.absent:
+        return
+    bandwidth_hz = friction.observer.bandwidth_hz
+    p["observer_gain"][a] = friction.observer.gain
+    p["observer_alpha"][a] = lowpass_alpha(bandwidth_hz, period_s)
+    p["observer_smooth_alpha"][a] = lowpass_alpha(SMOOTHING * bandwidth_hz, period_s)
+    p["observer_bandwidth_rad_s"][a] = 2 * math.pi * bandwidth_hz
+    p["observer_deadband_nm"][a] = friction.observer.deadband_nm
+    p["friction_seen_alpha"][a] = lowpass_alpha(SEEN_HZ, period_s)
+    p["friction_seen_max_nm"][a] = min(SEEN_FACTOR * sure.peak_nm, float(p["friction_cap_nm"][a]))
+
+
+def _fill_friction(p: np.void, a: int, axis: AxisTable, config: Config, model: FrictionModel) -> np.ndarray:
+    """Parameters of the learned feed-forward; returns the compiled model's record."""
     friction = axis.friction
-    model = artefact.load(path)
-    artefact.require_rig(model, config.rig.name, path)
-    p["friction_policy"][a] = Policy[friction.policy.upper()]
     p["friction_gain"][a] = friction.gain
     p["friction_viscous_gain"][a] = friction.viscous_gain
-    p["friction_cap_nm"][a] = friction.cap_share * axis.torque_limit_nm
-    least = float(model.friction_min_nm.min())
-    p["friction_ungated_cap_nm"][a] = friction.gain * least
-    p["friction_floor_nm"][a] = max(0.0, least - float(model.error_max_nm.max()) - friction.drift_nm)
+    p["friction_ungated_cap_nm"][a] = friction.gain * float(model.friction_min_nm.min())
     p["friction_tanh_rad_s"][a] = friction.tanh_rad_s
     p["friction_blend_rad_s"][a] = friction.blend_rad_s
     p["friction_deadband_rad_s"][a] = friction.deadband_rad_s
     p["friction_dither_ticks"][a] = max(2, round(config.loop.rate_hz / friction.dither_hz))
     p["friction_intent_nm"][a] = friction.intent_nm
+    p["friction_intent_alpha"][a] = lowpass_alpha(friction.intent_lowpass_hz, config.period_s)
     p["friction_gate_deadband_nm"][a] = friction.gate_deadband_nm
     p["friction_gate_nm"][a] = friction.gate_nm
     p["friction_gate_alpha"][a] = (
         -math.expm1(-config.period_s / friction.gate_lowpass_s) if friction.gate_lowpass_s else 1.0
     )
-    p["friction_stop_rad"][a] = friction.stop_rad
     record: np.ndarray = model.record()[0]
     return record

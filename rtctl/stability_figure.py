@@ -39,13 +39,18 @@ def draw(report: Report, path: str | Path) -> None:
 
 
 def _draw_axis(plot: Any, axis: AxisReport, T: float) -> None:  # noqa: ANN401
-    b, d = axis.device_damping_nms_rad, axis.delay_ticks
+    b, between = axis.device_damping_nms_rad, axis.between
     widest = max(b, axis.damping_nms_rad, 1e-6) * 1.1
     b_c = np.linspace(0, widest, _CURVE_POINTS)
-    exact = np.array([stability.k_max_sampled_data(b, value, T, d) for value in b_c])
+    exact = np.array([stability.k_max_between(b, value, T, between) for value in b_c])
     paper = np.array([stability.k_max_adams_hannaford(b, value, T) for value in b_c])
     plot.fill_between(b_c, 0, exact, alpha=0.25, color="tab:green", label="provably passive")
-    plot.plot(b_c, exact, color="tab:green", label=f"exact sampled data, {d} ticks of delay (gates)")
+    plot.plot(
+        b_c,
+        exact,
+        color="tab:green",
+        label=f"exact sampled data, {axis.delay_ticks:.3g} ticks of delay (gates)",
+    )
     plot.plot(b_c, paper, color="tab:gray", linestyle="--", label="Adams-Hannaford / Llewellyn (report)")
     colour = "black" if axis.ok else "tab:red"
     plot.plot(axis.damping_nms_rad, axis.stiffness_nm_rad, "o", color=colour, label="this rig file", zorder=3)

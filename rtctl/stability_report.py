@@ -6,27 +6,36 @@ false, and `rtctl check` prints the same report.
 How the guaranteed damping comes about, per axis:
 
 - without a friction model: `viscous_nms_rad` of the rig file;
-- with one: the secant damping left after feed-forward (theory reference 2.2) over the trained range, with
-  the friction at its lower bound (model minus its largest known error minus `drift_nm`);
+- with one: no more than that either, as dry friction is a spring in motions smaller than its presliding and damps
+  nothing there; and no more than the secant damping left after feed-forward (theory reference 2.2) over the trained
+  range, with the friction at its lower bound (model minus its largest known error minus `drift_nm`);
 - where the velocity limit lies beyond the trained range, friction there is taken to rise from that lower
-  bound with `viscous_nms_rad` only, while the feed-forward fades out.
+  bound with `viscous_nms_rad` only, while the feed-forward fades out;
+- of an elastic joint what a hand cannot cancel: the motor's share b_m, and of link and joint b_l b_j/(b_l + b_j).
+
+Why that: behind the motor is the joint, b_j + k_j/s, in series with a link and a hand of any impedance whose real part is
+at least b_l. Over all of these the least real part of 1/(Y_j + Y_l) is 1/(|Y_j|^2/Re Y_j + 1/b_l) = 1/(1/b_j + 1/b_l), at
+every frequency and for every stiffness: a hand can cancel spring and inertia, and with them all else.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
+from hw.interface import Joint
+from rtctl import lateness
 from rtctl.config import LoadedConfig
 from rtctl.config_tables import AxisTable
 from rtctl.control import stability
 from rtctl.errors import StabilityError
 from rtctl.friction import artefact
 from rtctl.friction.margins import FrictionFigures, friction_figures
-
-_ROUNDING = 1e-12
+from rtctl.lateness import Lateness
+from rtctl.verdict import Outcome, Subject, Verdict, ranked
+from rtctl.verdicts import verdicts
 
 
 @dataclass(frozen=True)
@@ -37,10 +46,24 @@ class AxisReport:
     name: str
     stiffness_nm_rad: float
     damping_nms_rad: float
-    delay_ticks: int
+    delay_ticks: float
+    """The worst of what is declared, configured and measured."""
+    delay_from: str
+    """Who said so."""
+    jitter_ticks: float
+    sample_ticks: int
+    sample_from: str
+    current_loop_hz: float
+    lag_from: str
+    undeclared_devices: tuple[str, ...]
+    motor_share: float
+    joint_encoder: str
+    total_damping_nms_rad: float
+    """Damping of motor, joint and link, of which `device_damping_nms_rad` is what no hand can cancel."""
     device_damping_nms_rad: float
     """Guaranteed damping b of the device that the margins use."""
     damping_needed_nms_rad: float
+    damping_needed_any_world_nms_rad: float
     sampled_data_margin_nms_rad: float
     sampled_data_k_max_nm_rad: float
     adams_hannaford_margin_nms_rad: float
@@ -53,6 +76,8 @@ class AxisReport:
     ring_damping_ratio: float
     count_rad: float
     quantisation_torque_nm: float
+    dry_friction_nm: float
+    """Guaranteed, with the feed-forward taken off, on the motor's side."""
     torque_limit_nm: float
     empty_account_torque_nm: float
     """Torque that may be held while the energy account is empty, N m: what the gate can take back for the budget."""
@@ -60,10 +85,25 @@ class AxisReport:
     """Slope of the gate with which that is all of the torque limit, N m/s; infinite when no slope is enough."""
     friction: FrictionFigures | None
 
+    verdicts: tuple[Verdict, ...] = ()
+    """What the tests say, the worst last."""
+
+    @property
+    def between(self) -> stability.Between:
+        """What lies between law and joint."""
+        return stability.Between(self.delay_ticks, self.current_loop_hz, self.sample_ticks, self.jitter_ticks)
+
     @property
     def ok(self) -> bool:
-        """True when the exact sampled-data test passes (to rounding). NaN does not."""
-        return self.sampled_data_margin_nms_rad >= -_ROUNDING * (1 + self.damping_needed_nms_rad)
+        """True when no test fails."""
+        return all(row.outcome != Outcome.FAIL for row in self.verdicts)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        plain = {one.name: getattr(self, one.name) for one in fields(self)}
+        friction = None if self.friction is None else asdict(self.friction)
+        rows = [row.to_dict() for row in self.verdicts]
+        return {**plain, "friction": friction, "verdicts": rows, "ok": self.ok}
 
 
 @dataclass(frozen=True)
@@ -80,9 +120,14 @@ class Report:
         """True when every axis passes."""
         return all(axis.ok for axis in self.axes)
 
+    @property
+    def verdicts(self) -> list[Verdict]:
+        """The rows of all axes, the worst last."""
+        return ranked(row for axis in self.axes for row in axis.verdicts)
+
     def refusal(self) -> str:
-        """Why the file is refused: file, key, value, bound, remedy, one line per failing axis; "" if ok."""
-        return "\n".join(_refusal(self.path, axis) for axis in self.axes if not axis.ok)
+        """Why the file is refused: file, key, value, bound, remedy, one line per failing test; "" if ok."""
+        return "\n".join(row.refusal for row in self.verdicts if row.outcome == Outcome.FAIL)
 
     def require(self) -> None:
         """Raise StabilityError unless every axis passes."""
@@ -92,8 +137,9 @@ class Report:
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON; a number that is not finite becomes None."""
         body = {"file": str(self.path), "rig": self.rig, "period_s": self.period_s, "ok": self.ok}
-        axes = [{**asdict(axis), "ok": axis.ok} for axis in self.axes]
-        plain: dict[str, Any] = _finite({**body, "refusal": self.refusal(), "axes": axes})
+        axes = [axis.to_dict() for axis in self.axes]
+        rows = [row.to_dict() for row in self.verdicts]
+        plain: dict[str, Any] = _finite({**body, "refusal": self.refusal(), "axes": axes, "verdicts": rows})
         return plain
 
 
@@ -111,19 +157,51 @@ def examine(loaded: LoadedConfig) -> Report:
 
 
 def _examine_axis(loaded: LoadedConfig, index: int, axis: AxisTable) -> AxisReport:
-    T = loaded.config.period_s
-    k_c, b_c, d = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad, axis.coupling.delay_ticks
-    count = 2 * math.pi / axis.encoder_counts_per_rev
-    figures, b = None, axis.viscous_nms_rad
+    late, joint = lateness.of_axis(loaded, index), lateness.joint_of_axis(loaded, index)
+    figures, b, dry = _friction(loaded, axis, late)
+    report = _figures(loaded, index, late, joint, figures, (b, joint.dry_share * dry))
+    subject = Subject(report, axis, loaded.config.period_s, f"{loaded.path}: axis[{index}]")
+    return replace(report, verdicts=tuple(verdicts(subject)))
+
+
+def _friction(
+    loaded: LoadedConfig, axis: AxisTable, late: Lateness
+) -> tuple[FrictionFigures | None, float, float]:
+    """Figures of the friction model, if there is one; damping and dry friction that are guaranteed."""
     path = loaded.model_path(axis)
-    if path is not None:
-        model = artefact.load(path)
-        artefact.require_rig(model, loaded.config.rig.name, path)
-        figures = friction_figures(model, path, axis, T, count)
-        beyond = figures.beyond_damping_nms_rad
-        b = min(figures.secant_damping_nms_rad, math.inf if beyond is None else beyond)
-    needed = stability.damping_needed_sampled_data(k_c, b_c, T, d)
-    recommended = stability.recommended_coupling(b, T, d)
+    if path is None:
+        return None, axis.viscous_nms_rad, axis.dry_friction_nm
+    model = artefact.load(path)
+    artefact.require_rig(model, loaded.config.rig.name, path)
+    count = 2 * math.pi / axis.encoder_counts_per_rev
+    found = friction_figures(model, path, axis, loaded.config.period_s, count, late.between)
+    beyond = found.beyond_damping_nms_rad
+    secant = min(found.secant_damping_nms_rad, math.inf if beyond is None else beyond)
+    return found, min(secant, axis.viscous_nms_rad), found.dry_left_nm
+
+
+def _uncancelled(b: float, joint: Joint) -> float:
+    """Damping that no passive hand behind the joint can cancel, N m s/rad."""
+    link, own = (1 - joint.motor_share) * b, joint.damping_nms_rad
+    return joint.motor_share * b + (link * own / (link + own) if link > 0 and own > 0 else 0.0)
+
+
+def _figures(
+    loaded: LoadedConfig,
+    index: int,
+    late: Lateness,
+    joint: Joint,
+    figures: FrictionFigures | None,
+    guaranteed: tuple[float, float],
+) -> AxisReport:
+    """Every figure of one axis; `guaranteed` are damping and dry friction."""
+    axis, T, between = loaded.config.axis[index], loaded.config.period_s, late.between
+    k_c, b_c = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad
+    count = 2 * math.pi / axis.encoder_counts_per_rev
+    b = _uncancelled(guaranteed[0], joint)
+    needed = stability.damping_needed_between(k_c, b_c, T, between)
+    any_world = stability.damping_needed_between(k_c, b_c, T, between, any_world=True)
+    recommended = stability.recommended_coupling(b, T, between)
     k_e = _environment_stiffness(axis)
     held, rate_needed = _empty_account(loaded, axis)
     ring, ratio = stability.coupling_ring(axis.inertia_kgm2, max(b, 0.0), k_c, b_c)
@@ -132,11 +210,22 @@ def _examine_axis(loaded: LoadedConfig, index: int, axis: AxisTable) -> AxisRepo
         name=axis.name,
         stiffness_nm_rad=k_c,
         damping_nms_rad=b_c,
-        delay_ticks=d,
+        delay_ticks=between.delay,
+        delay_from=late.delay_from,
+        jitter_ticks=between.jitter,
+        sample_ticks=between.sample_ticks,
+        sample_from=late.sample_from,
+        current_loop_hz=between.lag_hz,
+        lag_from=late.lag_from,
+        undeclared_devices=late.undeclared,
+        motor_share=joint.motor_share,
+        joint_encoder=joint.encoder,
+        total_damping_nms_rad=guaranteed[0],
         device_damping_nms_rad=b,
         damping_needed_nms_rad=needed,
+        damping_needed_any_world_nms_rad=any_world,
         sampled_data_margin_nms_rad=b - needed,
-        sampled_data_k_max_nm_rad=stability.k_max_sampled_data(b, b_c, T, d),
+        sampled_data_k_max_nm_rad=stability.k_max_between(b, b_c, T, between),
         adams_hannaford_margin_nms_rad=stability.margin_adams_hannaford(b, k_c, b_c, T),
         adams_hannaford_k_max_nm_rad=stability.k_max_adams_hannaford(b, b_c, T),
         recommended_stiffness_nm_rad=recommended[0],
@@ -147,6 +236,7 @@ def _examine_axis(loaded: LoadedConfig, index: int, axis: AxisTable) -> AxisRepo
         ring_damping_ratio=ratio,
         count_rad=count,
         quantisation_torque_nm=k_c * count / 2 + b_c * count / T,
+        dry_friction_nm=guaranteed[1],
         torque_limit_nm=axis.torque_limit_nm,
         empty_account_torque_nm=held,
         torque_rate_needed_nm_s=rate_needed,
@@ -176,43 +266,6 @@ def _empty_account(loaded: LoadedConfig, axis: AxisTable) -> tuple[float, float]
 def _environment_stiffness(axis: AxisTable) -> float | None:
     springy = axis.environment.kind in ("spring", "wall", "detents")
     return axis.environment.stiffness_nm_rad if springy else None
-
-
-def _down(value: float) -> str:
-    """Four significant digits, rounded down, so that the printed bound itself passes."""
-    if not value > 0 or not math.isfinite(value):
-        return "0"
-    value *= 1 + _ROUNDING
-    step = 10.0 ** (math.floor(math.log10(value)) - 3)
-    return f"{math.floor(value / step * (1 + _ROUNDING)) * step:.4g}"
-
-
-def _refusal(path: Path, axis: AxisReport) -> str:
-    """File, axis, key, value, bound and remedy, on one line."""
-    b, where = axis.device_damping_nms_rad, f"{path}: axis[{axis.index}]"
-    k_max, found = _down(axis.sampled_data_k_max_nm_rad), axis.friction
-    pair = (
-        f"recommended: stiffness_nm_rad = {_down(axis.recommended_stiffness_nm_rad)}, "
-        f"damping_nms_rad = {_down(axis.recommended_damping_nms_rad)}"
-    )
-    if found is not None and not b > 0:
-        return (
-            f"{where}.friction.gain: axis {axis.name}: the feed-forward may exceed the friction: at "
-            f"{found.secant_speed_rad_s:.3g} rad/s it leaves {b:.4g} N m s/rad of damping, the bound is > 0; "
-            f"no coupling passes; a gain of at most {_down(found.gain_max)} does for this coupling, or a "
-            f"better model (its largest error is {found.error_max_nm:.3g} N m)"
-        )
-    if axis.damping_nms_rad > b:
-        return (
-            f"{where}.coupling.damping_nms_rad: axis {axis.name}: {axis.damping_nms_rad:g} is above its "
-            f"bound {_down(b)} N m s/rad, the damping the device surely has, so no stiffness passes; {pair}"
-        )
-    return (
-        f"{where}.coupling.stiffness_nm_rad: axis {axis.name}: {axis.stiffness_nm_rad:g} is not provably "
-        f"passive; the largest that passes is {k_max} N m/rad with damping_nms_rad = "
-        f"{axis.damping_nms_rad:g}, delay_ticks = {axis.delay_ticks} and {b:.4g} N m s/rad of "
-        f"guaranteed damping; {pair}"
-    )
 
 
 def _finite(value: Any) -> Any:  # noqa: ANN401

@@ -124,9 +124,18 @@ FIELDS: tuple[Field, ...] = (
     _axis(
         "friction_model_nm", "N m", "learned friction magnitude at this speed, 0 outside the trained range"
     ),
+    _axis("friction_observed_nm", "N m", "dry friction that force sensor and encoder show, along the motion"),
     _axis("friction_sign", "1", "direction given to the feed-forward, -1 to 1"),
     _axis("friction_gate", "1", "force gate of the feed-forward, 0 to 1"),
     _axis("feedforward_torque_nm", "N m", "friction feed-forward"),
+    _axis(
+        "observer_torque_nm",
+        "N m",
+        "torque of the disturbance observer: friction that the feed-forward leaves",
+    ),
+    _axis(
+        "assistance_share", "1", "share of feed-forward and observer that their energy account allows, 0 to 1"
+    ),
     _axis("injected_damping_nms_rad", "N m s/rad", "damping added by the passivity controller"),
     _axis("damping_torque_nm", "N m", "torque of that damping and of HOLD"),
     Field("program_kind", "int", "axis", "1", "law", "excitation program in force (control.program), 0 none"),
@@ -146,7 +155,7 @@ FIELDS: tuple[Field, ...] = (
         "passivity observer: energy the controller has absorbed, with credited dissipation",
     ),
     _axis("energy_hand_j", "J", "net energy the hand has put into the device"),
-    _axis("energy_feedforward_j", "J", "net energy the feed-forward has put into the device"),
+    _axis("energy_feedforward_j", "J", "net energy that feed-forward and observer have put into the device"),
     # what was measured of the actuator: NaN (null in JSON) where it was not
     _axis(
         "arming_delay_ticks",

@@ -34,10 +34,40 @@ def direction_scale(v: float, p: np.record, axis: int) -> float:
 
 
 @compiled
+def waves(x: float, table: np.ndarray, count: int) -> float:
+    """Sum of the first `count` rows (amplitude, waves per turn, phase rad) of `table` at the angle `x`."""
+    total = 0.0
+    for k in range(count):
+        total += table[k, 0] * math.sin(table[k, 1] * x + table[k, 2])
+    return total
+
+
+@compiled
 def modulation(x: float, p: np.record, axis: int) -> float:
     """Factor of the dry friction at position `x` (eccentric gears, bearings), 1 without."""
-    share = p.modulation_share[axis]
-    return float(1.0 + share * math.sin(p.modulation_per_rad[axis] * x)) if share != 0.0 else 1.0
+    share, factor = p.modulation_share[axis], 1.0
+    if share != 0.0:
+        factor += share * math.sin(p.modulation_per_rad[axis] * x)
+    if p.friction_wave_count[axis] != 0:
+        factor += waves(x, p.friction_wave[axis], p.friction_wave_count[axis])
+    return float(factor)
+
+
+@compiled
+def peak_share(v: float, p: np.record, axis: int) -> float:
+    """Share of the Stribeck peak that is left at velocity `v`."""
+    r = min(abs(v) / p.stribeck_rad_s[axis], _FAR)
+    exponent = p.stribeck_exponent[axis]
+    power = r * r if exponent == 2.0 else r**exponent
+    return math.exp(-power)
+
+
+@compiled
+def sliding_level(v: float, x: float, more_nm: float, more_peak_nm: float, p: np.record, axis: int) -> float:
+    """Dry friction in steady sliding before the scale of its direction, N m, with what a load adds to it."""
+    peak = p.breakaway_nm[axis] - p.coulomb_nm[axis] + more_peak_nm
+    level = p.coulomb_nm[axis] + more_nm + peak * peak_share(v, p, axis)
+    return float(level * modulation(x, p, axis))
 
 
 @compiled
@@ -48,10 +78,7 @@ def dry_friction(v: float, x: float, p: np.record, axis: int) -> float:
     -----
     g = [F_c + (F_s - F_c) exp(-(|v|/v_s)^delta)] * scale(direction) * modulation(x); theory section 4.
     """
-    r = min(abs(v) / p.stribeck_rad_s[axis], _FAR)
-    exponent = p.stribeck_exponent[axis]
-    power = r * r if exponent == 2.0 else r**exponent
-    peak = (p.breakaway_nm[axis] - p.coulomb_nm[axis]) * math.exp(-power)
+    peak = (p.breakaway_nm[axis] - p.coulomb_nm[axis]) * peak_share(v, p, axis)
     return float((p.coulomb_nm[axis] + peak) * direction_scale(v, p, axis) * modulation(x, p, axis))
 
 

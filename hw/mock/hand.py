@@ -30,6 +30,15 @@ def grips(time_s: float, p: np.record, axis: int) -> bool:
 
 
 @compiled
+def hold(time_s: float, p: np.record, axis: int) -> tuple[float, float, float]:
+    """Stiffness, damping and inertia that the hand has on the tip at `time_s`: zeros where it does not hold it."""
+    if not grips(time_s, p, axis):
+        return 0.0, 0.0, 0.0
+    inertia = p.hand_inertia_kgm2[axis]
+    return float(p.hand_stiffness_nm_rad[axis]), float(p.hand_damping_nms_rad[axis]), float(inertia)
+
+
+@compiled
 def _sines(t: float, p: np.record, axis: int) -> tuple[float, float]:
     x, v = 0.0, 0.0
     for k in range(SINES):

@@ -6,27 +6,32 @@ resolution; noise, bias and unevenness are switched on in the rig file.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from hw.fault_options import Faults
-from hw.mock.records import GRIPS, SINES
+from hw.mock.effect_options import (
+    CurrentLoopOptions,
+    DriftOptions,
+    ElasticOptions,
+    LoadOptions,
+    Seconds,
+    Table,
+    TimingOptions,
+    WavesOptions,
+    number,
+)
+from hw.mock.effects import ELEMENTS
+from hw.mock.records import DELAY_LINE, GRIPS, SINES
 
 T = TypeVar("T")
 
-
-class _Table(BaseModel):
-    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
-
-
-def _number(low: float, high: float, text: str, default: float) -> Any:  # noqa: ANN401
-    return Field(default, ge=low, le=high, description=text)
-
+MODULATION_MAX = 0.9
+"""Most that all waves of the dry friction over position may add up to: some friction is left everywhere."""
 
 Force = Annotated[float, Field(ge=-1e3, le=1e3)]
 Share = Annotated[float, Field(ge=-2, le=2)]
-Seconds = Annotated[float, Field(ge=0, le=1e9)]
 Angle = Annotated[float, Field(ge=-100, le=100)]
 Frequency = Annotated[float, Field(gt=0, le=100)]
 Vector = Annotated[tuple[Force, Force, Force], Field(strict=False)]
@@ -36,24 +41,26 @@ Interval = Annotated[tuple[Seconds, Seconds], Field(strict=False)]
 Sine = Annotated[tuple[Angle, Frequency], Field(strict=False)]
 
 
-class FrictionOptions(_Table):
+class FrictionOptions(Table):
     """[device.options.axis.friction]: the true friction of one joint, link side."""
 
-    model: Literal["lugre", "elasto_plastic"] = Field(
-        default="lugre", description="elasto_plastic does not creep under vibration below break-away"
+    model: Literal["lugre", "elasto_plastic", "gms"] = Field(
+        default="lugre",
+        description="elasto_plastic does not creep under vibration below break-away; gms: Maxwell-slip elements",
     )
-    coulomb_nm: float = _number(1e-6, 1e3, "F_c", 0.25)
-    breakaway_nm: float = _number(1e-6, 1e3, "F_s", 0.35)
-    stribeck_rad_s: float = _number(1e-6, 1e2, "v_s", 0.1)
-    stribeck_exponent: float = _number(0.5, 4, "delta: 2 is Gaussian", 2.0)
-    viscous_nms_rad: float = _number(0, 1e3, "b_v", 0.05)
-    bristle_stiffness_nm_rad: float = _number(1e-3, 1e7, "sigma0", 250.0)
-    bristle_damping_nms_rad: float = _number(0, 1e4, "sigma1", 1.0)
-    elastic_share: float = _number(0, 0.99, "elasto_plastic: z_ba / z_ss, purely elastic share", 0.7)
-    scale_positive: float = _number(0.1, 10, "scale of the whole curve for v >= 0", 1.0)
-    scale_negative: float = _number(0.1, 10, "scale of the whole curve for v < 0", 1.0)
-    modulation_share: float = _number(-0.9, 0.9, "amplitude of the dry friction over position", 0.0)
-    modulation_period_rad: float = _number(1e-3, 100, "its period", 6.283185307179586)
+    elements: int = Field(default=8, ge=2, le=ELEMENTS, description="gms: how many")
+    coulomb_nm: float = number(1e-6, 1e3, "F_c", 0.25)
+    breakaway_nm: float = number(1e-6, 1e3, "F_s", 0.35)
+    stribeck_rad_s: float = number(1e-6, 1e2, "v_s", 0.1)
+    stribeck_exponent: float = number(0.5, 4, "delta: 2 is Gaussian", 2.0)
+    viscous_nms_rad: float = number(0, 1e3, "b_v", 0.05)
+    bristle_stiffness_nm_rad: float = number(1e-3, 1e7, "sigma0", 250.0)
+    bristle_damping_nms_rad: float = number(0, 1e4, "sigma1", 1.0)
+    elastic_share: float = number(0, 0.99, "elasto_plastic: z_ba / z_ss, purely elastic share", 0.7)
+    scale_positive: float = number(0.1, 10, "scale of the whole curve for v >= 0", 1.0)
+    scale_negative: float = number(0.1, 10, "scale of the whole curve for v < 0", 1.0)
+    modulation_share: float = number(-0.9, 0.9, "amplitude of the dry friction over position", 0.0)
+    modulation_period_rad: float = number(1e-3, 100, "its period", 6.283185307179586)
 
     @model_validator(mode="after")
     def _peak(self) -> FrictionOptions:
@@ -63,24 +70,40 @@ class FrictionOptions(_Table):
         return self
 
 
-class AxisOptions(_Table):
+class AxisOptions(Table):
     """[[device.options.axis]]: motor, gear and sensors of one joint; gearing comes from the rig."""
 
-    inertia_kgm2: float = _number(1e-9, 1e3, "true inertia at the link", 0.012)
-    torque_scale: float = _number(0.1, 10, "true torque per ampere over the rig file's", 1.0)
+    inertia_kgm2: float = number(1e-9, 1e3, "true inertia at the link", 0.012)
+    torque_scale: float = number(0.1, 10, "true torque per ampere over the rig file's", 1.0)
     torque_delay_ticks: int = Field(default=0, ge=0, le=16, description="whole periods until a current acts")
-    current_max_a: float = _number(1e-3, 1e4, "saturation of the amplifier", 20.0)
-    current_noise_a: float = _number(0, 100, "Hall sensor: standard deviation", 0.0)
-    current_bias_a: float = _number(-100, 100, "Hall sensor: bias", 0.0)
-    current_resolution_a: float = _number(0, 100, "Hall sensor: quantum; 0 none", 0.0)
+    current_max_a: float = number(1e-3, 1e4, "saturation of the amplifier", 20.0)
+    current_noise_a: float = number(0, 100, "Hall sensor: standard deviation", 0.0)
+    current_bias_a: float = number(-100, 100, "Hall sensor: bias", 0.0)
+    current_resolution_a: float = number(0, 100, "Hall sensor: quantum; 0 none", 0.0)
     encoder_rounds: bool = Field(
         default=False, description="false: counts truncate downward, as real ones do"
     )
     encoder_bits: int = Field(default=0, ge=0, le=32, description="width of its counter; 0: endless")
-    ripple_nm: float = _number(0, 1e3, "gearbox vibration: torque ripple at the link", 0.0)
-    ripple_order: float = _number(0.01, 1e3, "gear-mesh periods per motor turn", 1.0)
-    start_position_rad: float = _number(-1e3, 1e3, "joint angle at the first tick", 0.0)
+    ripple_nm: float = number(0, 1e3, "gearbox vibration: torque ripple at the link", 0.0)
+    ripple_order: float = number(0.01, 1e3, "gear-mesh periods per motor turn", 1.0)
+    start_position_rad: float = number(-1e3, 1e3, "joint angle at the first tick", 0.0)
     friction: FrictionOptions = FrictionOptions()
+    elastic: ElasticOptions | None = Field(default=None, description="none: a rigid joint, one mass")
+    current_loop: CurrentLoopOptions | None = Field(
+        default=None, description="none: the current follows at once"
+    )
+    waves: WavesOptions | None = Field(default=None, description="besides ripple_nm and modulation_share")
+    load: LoadOptions | None = Field(default=None, description="none: friction knows no load")
+    drift: DriftOptions | None = Field(default=None, description="none: friction stays as it is")
+
+    @model_validator(mode="after")
+    def _positive_everywhere(self) -> AxisOptions:
+        waves = self.waves.friction if self.waves else ()
+        total = abs(self.friction.modulation_share) + sum(abs(share) for share, _, _ in waves)
+        if total > MODULATION_MAX:
+            msg = f"waves.friction with friction.modulation_share adds up to {total:g}; at most {MODULATION_MAX}"
+            raise ValueError(msg)
+        return self
 
     @field_validator("encoder_bits")
     @classmethod
@@ -91,20 +114,20 @@ class AxisOptions(_Table):
         return bits
 
 
-class HandOptions(_Table):
+class HandOptions(Table):
     """[[device.options.hand]]: one joint's hand."""
 
     kind: Literal["none", "rest", "sine", "sines", "triangle", "push"] = "rest"
-    stiffness_nm_rad: float = _number(0, 1e4, "k_h", 5.0)
-    damping_nms_rad: float = _number(0, 1e3, "b_h", 0.1)
-    inertia_kgm2: float = _number(0, 1e2, "of the hand, on its side of the force sensor", 0.0)
-    start_s: float = _number(0, 1e9, "rest until then (tare, arming)", 1.0)
-    center_rad: float = _number(-1e3, 1e3, "middle of the motion; push: start", 0.0)
-    amplitude_rad: float = _number(-100, 100, "sine, triangle: amplitude; push: depth, signed", 0.3)
+    stiffness_nm_rad: float = number(0, 1e4, "k_h", 5.0)
+    damping_nms_rad: float = number(0, 1e3, "b_h", 0.1)
+    inertia_kgm2: float = number(0, 1e2, "of the hand, on its side of the force sensor", 0.0)
+    start_s: float = number(0, 1e9, "rest until then (tare, arming)", 1.0)
+    center_rad: float = number(-1e3, 1e3, "middle of the motion; push: start", 0.0)
+    amplitude_rad: float = number(-100, 100, "sine, triangle: amplitude; push: depth, signed", 0.3)
     frequency_hz: float = Field(default=0.5, gt=0, le=100, description="sine")
-    speed_rad_s: float = _number(1e-4, 1e3, "triangle, push", 0.1)
-    hold_s: float = _number(0, 1e6, "push: pause at depth", 1.0)
-    rest_s: float = _number(0, 1e6, "push: pause at the start", 1.0)
+    speed_rad_s: float = number(1e-4, 1e3, "triangle, push", 0.1)
+    hold_s: float = number(0, 1e6, "push: pause at depth", 1.0)
+    rest_s: float = number(0, 1e6, "push: pause at the start", 1.0)
     sines: tuple[Sine, ...] = Field(
         default=(), max_length=SINES, strict=False, description="[amplitude rad, Hz] each"
     )
@@ -133,31 +156,31 @@ class HandOptions(_Table):
         return self
 
 
-class ForceOptions(_Table):
+class ForceOptions(Table):
     """[device.options.force]: the three-axis sensor at the tip."""
 
-    resolution_n: float = _number(0, 10, "quantum; 0 none", 0.005)
-    range_n: float = _number(1e-3, 1e5, "saturation", 50.0)
-    noise_n: float = _number(0, 100, "standard deviation", 0.0)
+    resolution_n: float = number(0, 10, "quantum; 0 none", 0.005)
+    range_n: float = number(1e-3, 1e5, "saturation", 50.0)
+    noise_n: float = number(0, 100, "standard deviation", 0.0)
     bias_n: Vector = Field(default=(0.0, 0.0, 0.0), description="bias of each sensor axis")
-    drift_n_sqrt_s: float = _number(0, 10, "random walk: standard deviation after one second", 0.0)
+    drift_n_sqrt_s: float = number(0, 10, "random walk: standard deviation after one second", 0.0)
     crosstalk: Matrix = Field(
         default=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
         description="measured = crosstalk . true force",
     )
 
 
-class VelocityOptions(_Table):
+class VelocityOptions(Table):
     """[device.options.velocity]: a velocity sensor at every joint, beside the encoder."""
 
-    lag_s: float = _number(0, 1, "time constant of its filter", 0.0)
-    noise_rad_s: float = _number(0, 100, "standard deviation", 0.0)
-    bias_rad_s: float = _number(-100, 100, "bias", 0.0)
-    scale: float = _number(-10, 10, "measured over true velocity", 1.0)
-    resolution_rad_s: float = _number(0, 100, "quantum; 0 none", 0.0)
+    lag_s: float = number(0, 1, "time constant of its filter", 0.0)
+    noise_rad_s: float = number(0, 100, "standard deviation", 0.0)
+    bias_rad_s: float = number(-100, 100, "bias", 0.0)
+    scale: float = number(-10, 10, "measured over true velocity", 1.0)
+    resolution_rad_s: float = number(0, 100, "quantum; 0 none", 0.0)
 
 
-class MockOptions(_Table):
+class MockOptions(Table):
     """[device.options] of kind mock. `axis` and `hand`: one table for all axes, or one per axis."""
 
     seed: int = Field(
@@ -169,11 +192,12 @@ class MockOptions(_Table):
     time_to_live_ticks: int = Field(
         10, ge=1, le=50, description="a current is held this long without a new one"
     )
-    temperature_c: float = _number(-40, 200, "shown by the motor's sensor", 25.0)
-    estop_from_s: float = _number(0, 1e9, "emergency stop pressed from here", 0.0)
-    estop_to_s: float = _number(0, 1e9, "to here; equal: never", 0.0)
+    temperature_c: float = number(-40, 200, "shown by the motor's sensor", 25.0)
+    estop_from_s: float = number(0, 1e9, "emergency stop pressed from here", 0.0)
+    estop_to_s: float = number(0, 1e9, "to here; equal: never", 0.0)
     force: ForceOptions = ForceOptions()
     velocity: VelocityOptions | None = Field(default=None, description="none: no velocity sensor")
+    timing: TimingOptions = TimingOptions()
     axis: tuple[AxisOptions, ...] = Field(default=(AxisOptions(),), strict=False)
     hand: tuple[HandOptions, ...] = Field(default=(HandOptions(),), strict=False)
     faults: Faults = ()
@@ -186,6 +210,15 @@ class MockOptions(_Table):
             msg = f"needs 1 to 8 tables, not {len(tables)}"
             raise ValueError(msg)
         return tables
+
+    @model_validator(mode="after")
+    def _delay_fits(self) -> MockOptions:
+        for k, axis in enumerate(self.axis):
+            total = axis.torque_delay_ticks + self.timing.transport_delay_ticks
+            if total > DELAY_LINE - 1:
+                msg = f"axis[{k}].torque_delay_ticks with timing.transport_delay_ticks is {total:g}; at most {DELAY_LINE - 1}"
+                raise ValueError(msg)
+        return self
 
     @model_validator(mode="after")
     def _sensor_for_faults(self) -> MockOptions:

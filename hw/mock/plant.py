@@ -16,11 +16,15 @@ from hw import faults
 from hw.mock import hand
 from hw.mock.friction import coupled_step, implicit_share
 from hw.mock.jit import compiled
+from hw.mock.joint import advance_detailed, is_detailed
 from hw.mock.records import DELAY_LINE
-from hw.mock.sensors import sense_axes, sense_force
+from hw.mock.sensors import hold_sample, sense_axes, sense_force
 
 CATCH_UP_TICKS = 50
 """Most missed periods simulated one by one; any more share as many steps as one block of these."""
+
+_AT_ONCE = 1e-6
+"""Share of a period below which a fraction of the transport delay is none: its steps would be nil."""
 
 
 @compiled
@@ -30,10 +34,7 @@ def _advance_axis(
     """Advance one axis by `duration_s` in equal `steps` under its present motor current."""
     h = duration_s / steps
     x, v, z = s.position_rad[axis], s.velocity_rad_s[axis], s.bristle_rad[axis]
-    k_h, b_h, m_h = 0.0, 0.0, 0.0
-    if hand.grips(time_s, p, axis):
-        k_h, b_h = p.hand_stiffness_nm_rad[axis], p.hand_damping_nms_rad[axis]
-        m_h = p.hand_inertia_kgm2[axis]
+    k_h, b_h, m_h = hand.hold(time_s, p, axis)
     # the hand's wish, linear over the duration: 4e-7 rad off at 1 kHz on the fast sine
     x_d, v_d = s.hand_position_rad[axis], s.hand_velocity_rad_s[axis]
     x_end, v_end = hand.wanted(time_s + duration_s, p, axis)
@@ -67,6 +68,34 @@ def _advance_axis(
 
 
 @compiled
+def _drive_axis(
+    s: np.record, p: np.record, axis: int, time_s: float, duration_s: float, steps: int, wanted_a: float
+) -> None:
+    """Advance one axis by `duration_s` while its amplifier is asked for `wanted_a`."""
+    current, direction = wanted_a, 1.0
+    if p.fault_count > 0:
+        current, direction = faults.driven(s, p, axis, s.tick - s.first_tick, current, s.current_a[axis])
+    if is_detailed(p, axis):
+        per_a = direction * p.torque_per_ampere[axis]
+        advance_detailed(s, p, axis, time_s, duration_s, steps, current, per_a)
+        return
+    s.current_a[axis] = current
+    s.motor_torque_nm[axis] = direction * current * p.torque_per_ampere[axis]
+    _advance_axis(s, p, axis, time_s, duration_s, steps)
+
+
+@compiled
+def _delayed(p: np.record, axis: int) -> tuple[int, float]:
+    """Transport delay of the current: whole periods, and the share of one on top."""
+    delay = p.torque_delay_ticks[axis] + p.transport_delay_ticks
+    whole = math.floor(delay)
+    share = delay - whole
+    if whole >= DELAY_LINE - 1:
+        return DELAY_LINE - 1, 0.0
+    return int(whole), share if share > _AT_ONCE else 0.0
+
+
+@compiled
 def advance(s: np.record, p: np.record, periods: int, steps: int) -> None:
     """Advance all axes by whole `periods` in equal `steps`, the delay line by one place."""
     time_s = (s.tick - s.first_tick) * p.period_s
@@ -75,12 +104,18 @@ def advance(s: np.record, p: np.record, periods: int, steps: int) -> None:
         line = s.current_line_a[axis]
         if s.held_ticks > p.time_to_live_ticks:
             line[0] = 0.0
-        current, direction = line[p.torque_delay_ticks[axis]], 1.0
-        if p.fault_count > 0:
-            current, direction = faults.driven(s, p, axis, s.tick - s.first_tick, current, s.current_a[axis])
-        s.current_a[axis] = current
-        s.motor_torque_nm[axis] = direction * current * p.torque_per_ampere[axis]
-        _advance_axis(s, p, axis, time_s, periods * p.period_s, steps)
+        whole, share = _delayed(p, axis)
+        if s.held_ticks > p.time_to_live_ticks + math.ceil(whole + share):
+            s.current_a[axis] = 0.0  # the watchdog opens the bridge: no current is left to decay
+        duration_s = periods * p.period_s
+        if share > 0.0:
+            # the current that comes within this period acts from there on, in sub-steps of its own
+            late, early = max(1, math.ceil(share * steps)), max(1, math.ceil((1.0 - share) * steps))
+            _drive_axis(s, p, axis, time_s, share * duration_s, late, line[whole + 1])
+            time_on_s, rest_s = time_s + share * duration_s, (1.0 - share) * duration_s
+            _drive_axis(s, p, axis, time_on_s, rest_s, early, line[whole])
+        else:
+            _drive_axis(s, p, axis, time_s, duration_s, steps, line[whole])
         for k in range(DELAY_LINE - 1, 0, -1):
             line[k] = line[k - 1]
     s.tick += periods
@@ -108,13 +143,16 @@ def plant_read(tick: np.ndarray, state: np.ndarray, params: np.ndarray) -> None:
     """Write what the sensors show at slot `tick[0].tick` into the tick's backend fields."""
     t, s, p = tick[0], state[0], params[0]
     _catch_up(s, p, t.tick)
-    s.sample_count += 1
-    t.sample_count = s.sample_count
     t.link_faults = 0
     time_s = (s.tick - s.first_tick) * p.period_s
     t.estop = 1 if p.estop_from_s <= time_s < p.estop_to_s else 0
     sense_axes(t, s, p)
     sense_force(t, s, p)
+    if p.sample_every_ticks > 1:
+        hold_sample(t, s, p)
+    else:
+        s.sample_count += 1
+        t.sample_count = s.sample_count
     if p.fault_count > 0:
         faults.inject(t, s, p, s.tick - s.first_tick)
 

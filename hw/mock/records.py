@@ -18,6 +18,7 @@ from hw.fault_script import FAULT_STREAM, fill_schedule
 from hw.faults import memory_fields, schedule_fields
 from hw.generator import seed_words
 from hw.interface import BackendError, Options, Rig
+from hw.mock.effects import effect_fields, effect_state_fields, fill_effects, fill_timing
 
 SINES = 4
 """Most components of the hand's sum of sines."""
@@ -112,6 +113,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             ("grip_count", "<i8", axis),  # 0: always holds
             ("grip_from_s", "<f8", (n_axes, GRIPS)),
             ("grip_to_s", "<f8", (n_axes, GRIPS)),
+            *effect_fields(n_axes),
             *schedule_fields(),
         ]
     )
@@ -144,6 +146,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             ("hand_position_rad", "<f8", axis),  # where the hand wants the joint
             ("hand_velocity_rad_s", "<f8", axis),
             ("encoder", "<i8", (n_axes, ENCODER_STATE)),  # of the counters of finite width
+            *effect_state_fields(n_axes),
             *memory_fields(n_axes),
         ]
     )
@@ -164,12 +167,14 @@ def plant_records(options: Options, rig: Rig) -> tuple[np.ndarray, np.ndarray]:
     p["substeps"] = options["substeps"] or max(1, math.ceil(rig.period_s / SUBSTEP_S - 1e-9))
     for name in ("time_to_live_ticks", "estop_from_s", "estop_to_s", "temperature_c"):
         p[name] = options[name]
+    fill_timing(p, options["timing"])
     _fill_force(p, options["force"], rig)
     if options["velocity"] is not None:
         _fill_velocity(p, options["velocity"], rig.period_s)
     for axis, table in enumerate(_per_axis(options, "axis", rig.n_axes)):
         _fill_axis(p, axis, table, rig)
         _fill_friction(p, axis, table["friction"])
+        fill_effects(p, state[0], axis, table)
         state[0]["position_rad"][axis] = table["start_position_rad"]
     for axis, table in enumerate(_per_axis(options, "hand", rig.n_axes)):
         _fill_hand(p, axis, table)

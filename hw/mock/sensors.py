@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from hw.encoder import unwrap, wrap
+from hw.mock.drift import temperature
 from hw.mock.jit import compiled
 from hw.mock.noise import normal
 
@@ -23,18 +24,18 @@ def quantised(value: float, quantum: float, offset: float) -> float:
 def encoder_angle(s: np.record, p: np.record, axis: int) -> float:
     """Angle a driver makes of the encoder: counts, through a counter of finite width where there is one."""
     quantum, bits = p.count_rad[axis], p.encoder_bits[axis]
+    angle = s.position_rad[axis] + (1.0 - p.encoder_at_link[axis]) * s.joint_twist_rad[axis]
     if bits == 0:
-        return quantised(s.position_rad[axis], quantum, p.encoder_offset[axis])
-    count = math.floor(s.position_rad[axis] / quantum + p.encoder_offset[axis])
+        return quantised(angle, quantum, p.encoder_offset[axis])
+    count = math.floor(angle / quantum + p.encoder_offset[axis])
     return float(unwrap(wrap(count, bits), bits, s.encoder[axis]) * quantum)
 
 
 @compiled
 def sensed_velocity(s: np.record, p: np.record, axis: int) -> float:
     """Velocity sensor of one axis, rad/s at the joint: filter, scale, bias, noise, resolution."""
-    s.velocity_filtered_rad_s[axis] += p.velocity_share * (
-        s.velocity_rad_s[axis] - s.velocity_filtered_rad_s[axis]
-    )
+    true = s.velocity_rad_s[axis] + (1.0 - p.encoder_at_link[axis]) * s.joint_twist_rate_rad_s[axis]
+    s.velocity_filtered_rad_s[axis] += p.velocity_share * (true - s.velocity_filtered_rad_s[axis])
     velocity = p.velocity_scale * s.velocity_filtered_rad_s[axis] + p.velocity_bias_rad_s
     if p.velocity_noise_rad_s > 0.0:
         velocity += p.velocity_noise_rad_s * normal(s)
@@ -50,7 +51,7 @@ def sense_axes(t: np.record, s: np.record, p: np.record) -> None:
         if p.current_noise_a[axis] > 0.0:
             current += p.current_noise_a[axis] * normal(s)
         t.current_a[axis] = quantised(current, p.current_resolution_a[axis], 0.5)
-        t.temperature_c[axis] = p.temperature_c
+        t.temperature_c[axis] = temperature((s.tick - s.first_tick) * p.period_s, p, axis)
         if p.velocity_sensor == 1:
             t.device_velocity_rad_s[axis] = sensed_velocity(s, p, axis)
 
@@ -76,3 +77,29 @@ def sense_force(t: np.record, s: np.record, p: np.record) -> None:
             force += p.force_noise_n * normal(s)
         force = min(max(force, -p.force_range_n), p.force_range_n)
         t.force_n[k] = quantised(force, p.force_resolution_n, 0.5)
+
+
+@compiled
+def hold_sample(t: np.record, s: np.record, p: np.record) -> None:
+    """A slow device: only every `sample_every_ticks` slots what it shows is new, count and all; else the last sample."""
+    slot = 1 + (s.tick - s.first_tick) // p.sample_every_ticks
+    due = slot != s.sampled_slot
+    if due:
+        s.sampled_slot = slot
+        s.sample_count += 1
+        s.sampled_estop = t.estop
+    t.sample_count, t.estop = s.sample_count, s.sampled_estop
+    for axis in range(len(t.position_rad)):
+        if due:
+            s.sampled_position_rad[axis] = t.position_rad[axis]
+            s.sampled_current_a[axis] = t.current_a[axis]
+            s.sampled_temperature_c[axis] = t.temperature_c[axis]
+            s.sampled_velocity_rad_s[axis] = t.device_velocity_rad_s[axis]
+        t.position_rad[axis] = s.sampled_position_rad[axis]
+        t.current_a[axis] = s.sampled_current_a[axis]
+        t.temperature_c[axis] = s.sampled_temperature_c[axis]
+        t.device_velocity_rad_s[axis] = s.sampled_velocity_rad_s[axis]
+    for i in range(3):
+        if due:
+            s.sampled_force_n[i] = t.force_n[i]
+        t.force_n[i] = s.sampled_force_n[i]

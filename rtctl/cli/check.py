@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING
 import click
 
 from rtctl.errors import StabilityError
+from rtctl.verdict import Outcome
 
 if TYPE_CHECKING:
     from rtctl.config import LoadedConfig
     from rtctl.friction.margins import FrictionFigures
-    from rtctl.stability_report import AxisReport
+    from rtctl.stability_report import AxisReport, Report
 
 _File = click.Path(dir_okay=False, path_type=Path)
 _MEMBER_KEYS = ("kind", "axes", "channels", "max_age_ticks", "budget_ns")
@@ -29,7 +30,7 @@ _MEMBER_KEYS = ("kind", "axes", "channels", "max_age_ticks", "budget_ns")
 def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
     """Check a rig file: bounds, friction model, and whether its coupling is provably passive.
 
-    The exact sampled-data test decides; the other tests are reported. Exit code 5 when it fails.
+    Figures first, then what the tests say of them, the weakest last. Exit code 5 when one of them fails.
     """
     from rtctl import stability_report
     from rtctl.config import load
@@ -74,8 +75,32 @@ def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
             click.echo(f"\naxis {one.axis}: friction was learned at {at}; the daemon warns outside")
     if plot is not None:
         click.echo(f"\nplot: {plot}")
+    _echo_verdicts(report)
     report.require()
-    click.echo("\nOK: passive with every passive hand and every passive virtual environment")
+
+
+def _echo_verdicts(report: Report) -> None:
+    """The table of verdicts, and a last line that says no more than it does."""
+    click.echo("\nwhat the tests say, the weakest last")
+    several = len(report.axes) > 1
+    for row in report.verdicts:
+        name = f"{row.axis}: {row.name}" if several else row.name
+        click.echo(
+            f"  {row.outcome.label:<12}{name:<42}{row.figure:>24}  {row.bound:<24}  {row.meaning}".rstrip()
+        )
+    if not report.ok:
+        return
+    told = [row for row in report.verdicts if row.outcome != Outcome.PASS]
+    if not told:
+        click.echo("\nOK: passive with every passive hand and every passive virtual environment")
+        return
+    click.echo(
+        "\nOK: no test fails; the coupling is passive with every passive hand and every passive environment"
+    )
+    for outcome, word in ((Outcome.NOT_PROVED, "but not proved"), (Outcome.WARN, "look again at")):
+        names = "; ".join(f"{row.axis}: {row.name}" for row in told if row.outcome == outcome)
+        if names:
+            click.echo(f"{word}: {names}")
 
 
 def _echo_devices(loaded: LoadedConfig) -> None:
@@ -95,31 +120,28 @@ def _echo_devices(loaded: LoadedConfig) -> None:
             click.echo(f"  {label:<32}{figure:>24}  {note}".rstrip())
 
 
-def _mark(passed: bool, *, gates: bool = False) -> str:
-    """Only a test that gates can fail a file; a reported one below 0 is a note."""
-    return "OK  " if passed else "FAIL" if gates else "note"
-
-
 def _lines(axis: AxisReport) -> list[tuple[str, str, str]]:
     """Label, figure with unit, and note of every line of one axis."""
+    from rtctl.verdicts_of_loop import between_text
+
     exact, paper = axis.sampled_data_margin_nms_rad, axis.adams_hannaford_margin_nms_rad
     lines = [
         ("coupling stiffness k_c", f"{axis.stiffness_nm_rad:.4g} N m/rad", ""),
-        ("coupling damping b_c", f"{axis.damping_nms_rad:.4g} N m s/rad", f"delay {axis.delay_ticks} ticks"),
+        ("coupling damping b_c", f"{axis.damping_nms_rad:.4g} N m s/rad", between_text(axis)),
         (
             "guaranteed device damping b",
             f"{axis.device_damping_nms_rad:.4g} N m s/rad",
-            _source(axis.friction),
+            _source(axis),
         ),
         (
             "sampled-data margin",
             f"{exact:+.4g} N m s/rad",
-            f"{_mark(axis.ok, gates=True)}  gates; k_c up to {axis.sampled_data_k_max_nm_rad:.4g} at this b_c",
+            f"k_c up to {axis.sampled_data_k_max_nm_rad:.4g} at this b_c",
         ),
         (
             "Adams-Hannaford margin",
             f"{paper:+.4g} N m s/rad",
-            f"{_mark(paper >= 0)}  report; k_c up to {axis.adams_hannaford_k_max_nm_rad:.4g} at this b_c",
+            f"as in the papers; k_c up to {axis.adams_hannaford_k_max_nm_rad:.4g} at this b_c",
         ),
     ]
     lines += _friction_lines(axis.friction) if axis.friction else []
@@ -150,22 +172,28 @@ def _lines(axis: AxisReport) -> list[tuple[str, str, str]]:
 def _account(axis: AxisReport) -> str:
     """What bounds the torque that the energy account can pay for, and what would raise it to the limit."""
     if axis.empty_account_torque_nm >= axis.torque_limit_nm:
-        return f"{_mark(True)}  report; all of the limit can be taken back in time"
+        return "all of the limit can be taken back in time"
     needed = axis.torque_rate_needed_nm_s
     remedy = f"torque_rate_nm_s = {needed:.4g}" if math.isfinite(needed) else "a larger passivity.budget_j"
-    return (
-        f"{_mark(False)}  report; of {axis.torque_limit_nm:.4g}, the rest against what the hand puts in; "
-        f"all with {remedy}"
+    return f"of {axis.torque_limit_nm:.4g}, the rest against what the hand puts in; all with {remedy}"
+
+
+def _source(axis: AxisReport) -> str:
+    """Where the guaranteed damping comes from."""
+    found = axis.friction
+    share = (
+        ""
+        if axis.motor_share == 1
+        else f", of {axis.total_damping_nms_rad:.4g} behind and before the joint's spring"
     )
-
-
-def _source(found: FrictionFigures | None) -> str:
     if found is None:
-        return "viscous_nms_rad of the rig file; no friction model"
+        return f"viscous_nms_rad of the rig file; no friction model{share}"
     beyond = found.beyond_damping_nms_rad
+    if axis.total_damping_nms_rad < min(found.secant_damping_nms_rad, math.inf if beyond is None else beyond):
+        return f"viscous_nms_rad of the rig file: all that damps small motions{share}"
     if beyond is not None and beyond < found.secant_damping_nms_rad:
-        return f"beyond the trained range; within it {found.secant_damping_nms_rad:.4g}"
-    return f"secant damping with feed-forward, least at {found.secant_speed_rad_s:.3g} rad/s"
+        return f"beyond the trained range; within it {found.secant_damping_nms_rad:.4g}{share}"
+    return f"secant damping with feed-forward, least at {found.secant_speed_rad_s:.3g} rad/s{share}"
 
 
 def _friction_lines(found: FrictionFigures) -> list[tuple[str, str, str]]:
@@ -175,13 +203,13 @@ def _friction_lines(found: FrictionFigures) -> list[tuple[str, str, str]]:
         (
             "two-line margin",
             f"{two:+.4g} N m",
-            f"{_mark(two >= 0)}  report; whatever the feed-forward's sign errors (a force gate excludes most)",
+            "whatever the feed-forward's sign errors (a force gate excludes most)",
         ),
-        ("  capped below dry friction", f"{capped:+.4g} N m", f"{_mark(capped >= 0)}  report"),
+        ("  capped below dry friction", f"{capped:+.4g} N m", ""),
         (
             "least local damping",
             f"{local:+.4g} N m s/rad",
-            "report; below 0 stick-slip needs the hand's damping",
+            "below 0 stick-slip needs the hand's damping",
         ),
         (
             "least friction, lower bound",

@@ -121,6 +121,14 @@ def _range(
     metavar="MIN MAX",
     help="range of temperature the points were measured in, degrees C; default the temperature_c column",
 )
+@click.option(
+    "--presliding",
+    "presliding_rad",
+    type=click.FloatRange(min=0, min_open=True, max=1),
+    callback=_number,
+    metavar="RAD",
+    help="presliding length (break-away torque over initial slope), rad; default: what the points file says",
+)
 @click.option("--plot", type=_File, help="draw points and learned curve (PNG)")
 @click.option(
     "--report",
@@ -149,6 +157,7 @@ def command(
     backend: str,
     jobs: int | None,
     temperature: tuple[float, float] | None,
+    presliding_rad: float | None,
     plot: Path | None,
     report_dir: Path | None,
     test_points: Path | None,
@@ -167,6 +176,7 @@ def command(
     from rtctl.cli import fit_advice, fit_report, ladder_report
     from rtctl.friction import artefact, blocks, fit, grids
     from rtctl.friction.ladder import Options
+    from rtctl.friction.point_evidence import with_evidence
     from rtctl.friction.points import read_points, temperature_range
     from rtctl.friction.timing import evaluation_ns
 
@@ -210,6 +220,7 @@ def command(
     model = replace(
         model, temperature_min_c=low, temperature_max_c=high, evaluation_ns=evaluation_ns(model.record())
     )
+    model = with_evidence(model, measured, presliding_rad)
     artefact.save(model, out)
     if plot is not None:
         from rtctl.friction import figure
@@ -229,6 +240,7 @@ def command(
     rows = _rows(model)
     if as_json:
         body: dict[str, Any] = {"model": str(out), "rig": model.rig, "data_sha256": model.data_sha256}
+        body |= {"presliding": fit_advice.presliding_body(model)}
         body |= {"directions": rows, "kind": model.kind, "evaluation_ns": model.evaluation_ns, "folds": folds}
         body |= fit_advice.body(model, plan.loaded, out)
         body |= {"report": str(page)} if page else {}
@@ -240,8 +252,9 @@ def command(
         ladder_report.show(ladder)
     click.echo(f"{model.kind:34}{'v >= 0':>14}{'v < 0':>14}")
     for label, key, scale, shape in _TABLE:
-        cells = [format(row[key] * scale, shape) if key in row else "-" for row in rows]
+        cells = ["-" if row.get(key) is None else format(row[key] * scale, shape) for row in rows]
         click.echo(f"{label:<34}" + "".join(f"{cell:>14}" for cell in cells))
+    click.echo(f"presliding length: {fit_advice.presliding_text(model)}")
     click.echo(f"\n{blocks.describe(measured, folds)}")
     fit_advice.show(model, plan.loaded, out)
     click.echo(
@@ -262,6 +275,7 @@ _TABLE: tuple[tuple[str, str, float, str], ...] = (
     ("its proved bound, N m", "compile_bound_nm", 1, ".1e"),
     ("trained range, rad/s", "speed_max_rad_s", 1, ".4g"),
     ("least dry friction, N m", "friction_min_nm", 1, ".4g"),
+    ("weaker at some place by, mN m", "place_spread_nm", 1e3, ".3f"),
     ("viscous slope, N m s/rad", "viscous_nms_rad", 1, ".4g"),
     ("secant damping, N m s/rad", "secant_damping_nms_rad", 1, ".4g"),
     ("least slope, N m s/rad", "slope_damping_nms_rad", 1, ".4g"),
@@ -292,6 +306,7 @@ def _rows(model: FrictionModel) -> list[dict[str, Any]]:
             "friction_min_nm": branch.friction_min_nm,
             "friction_max_nm": branch.friction_max_nm,
             "viscous_nms_rad": branch.viscous_nms_rad,
+            "place_spread_nm": branch.place_spread_nm,
         }
         for direction, branch in zip((1, -1), model.branches, strict=True)
     ]

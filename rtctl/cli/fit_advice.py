@@ -55,6 +55,24 @@ def show(model: FrictionModel, loaded: LoadedConfig | None, out: Path) -> None:
         click.echo(f"  {one}")
 
 
+def presliding_body(model: FrictionModel) -> dict[str, float | int | None]:
+    """Presliding length, spread and ramps, as in the model file."""
+    return {
+        "length_rad": model.presliding_rad,
+        "spread_rad": model.presliding_spread_rad,
+        "ramps": model.presliding_ramps,
+    }
+
+
+def presliding_text(model: FrictionModel) -> str:
+    """The same in words."""
+    from rtctl.friction.presliding import Presliding
+
+    if model.presliding_rad is None:
+        return "not measured (rtctl identify measures it; --presliding gives it by hand)"
+    return str(Presliding(model.presliding_rad, model.presliding_spread_rad, model.presliding_ramps))
+
+
 def _axes(model: FrictionModel, loaded: LoadedConfig) -> tuple[AxisGain, ...]:
     from rtctl.friction import report_gain
 

@@ -215,12 +215,20 @@ def _truth(loaded: LoadedConfig, axis: int, dataset: Dataset) -> tuple[Deviation
 def _report(
     dataset: Dataset, wall_s: float, truth: tuple[Deviation, ...], *, complete: bool, as_json: bool
 ) -> None:
+    from rtctl.friction.presliding import Presliding, together
     from rtctl.identify.plan import tasks
     from rtctl.identify.settings import Settings
 
     document = dataset.document
     points = document["points"]
     wanted = len(tasks(Settings(**document["settings"])))
+    bent = together(
+        [
+            Presliding(point["presliding_rad"], point["presliding_spread_rad"], point["presliding_ramps"])
+            for point in points
+            if point.get("presliding_rad")
+        ]
+    )
     summary = {
         "dataset": str(dataset.folder),
         "rig": document["rig"],
@@ -232,6 +240,7 @@ def _report(
         "measurements": sum(point["count"] for point in points),
         "discarded": sum(point["discarded"] for point in points),
         "worst_std_nm": max((point["std_nm"] for point in points), default=None),
+        "presliding": asdict(bent) if bent else None,
         "bias": document["sessions"][-1]["bias"] if document["sessions"] else None,
         "wall_s": round(wall_s, 2),
         "truth": [asdict(one) for one in truth],
@@ -240,6 +249,8 @@ def _report(
         click.echo(json.dumps(summary))
     else:
         click.echo(f"{len(points)} of {wanted} points in {dataset.folder}, {wall_s:.0f} s")
+        if points:
+            click.echo(f"presliding length: {bent or 'not known: the encoder is too coarse for it'}")
         if truth:
             click.echo("points against the true friction of the simulated rig:")
         for one in truth:

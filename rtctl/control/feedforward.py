@@ -22,6 +22,8 @@ _DITHER = int(Policy.DITHER)
 _INTENT = int(Policy.INTENT)
 _STOP = int(Policy.STOP)
 _STOP_GATED = int(Policy.STOP_GATED)
+_OBSERVER = int(Policy.OBSERVER)
+_LUGRE = int(Policy.LUGRE)
 _F_LAW = int(Fault.LAW_NOT_FINITE)
 
 
@@ -49,19 +51,25 @@ def blend(v: float, motion: float, rest: float, width: float) -> float:
 
 
 @compiled
-def friction_direction(s: Record, p: Record, axis: int, v: float, hand: float, tick: int) -> float:
+def _intent(s: Record, p: Record, axis: int) -> float:
+    """Direction that the hand asks for, -1..1."""
+    return saturate(s.friction_intent_nm[axis] / p.friction_intent_nm[axis])
+
+
+@compiled
+def friction_direction(s: Record, p: Record, axis: int, v: float, tick: int) -> float:
     """Direction s of the feed-forward by the configured policy, -1..1.
 
     Notes
     -----
-    HYBRID: w = exp(-(v/v_b)^2), s = (1 - w) tanh(v/v_0) + w sat(tau_h/tau_g). DITHER puts a square wave
-    of `friction_dither_ticks` in the place of the intent. The stop operator is advanced by
-    `advance_stop` on every tick, whatever the policy.
+    HYBRID: w = exp(-(v/v_b)^2), s = (1 - w) tanh(v/v_0) + w sat(LP tau_h/tau_g). DITHER puts a square wave
+    of `friction_dither_ticks` in the place of the intent. Stop operator, LuGre bristles and the intent's low-pass are
+    advanced by `advance_stop` and `advance_intent` on every tick, whatever the policy.
     """
     policy = p.friction_policy[axis]
     if policy == _HYBRID:
         motion = math.tanh(v / p.friction_tanh_rad_s[axis])
-        return blend(v, motion, saturate(hand / p.friction_intent_nm[axis]), p.friction_blend_rad_s[axis])
+        return blend(v, motion, _intent(s, p, axis), p.friction_blend_rad_s[axis])
     if policy == _SIGN:
         return sign(v)
     if policy == _DEADBAND:
@@ -73,17 +81,41 @@ def friction_direction(s: Record, p: Record, axis: int, v: float, hand: float, t
         wave = 1.0 if 2 * (tick % ticks) < ticks else -1.0
         return blend(v, math.tanh(v / p.friction_tanh_rad_s[axis]), wave, p.friction_blend_rad_s[axis])
     if policy == _INTENT:
-        return saturate(hand / p.friction_intent_nm[axis])
-    if policy in (_STOP, _STOP_GATED):
+        return _intent(s, p, axis)
+    if policy in (_STOP, _STOP_GATED, _LUGRE):
         return s.friction_stop[axis]
     return 0.0
 
 
 @compiled
 def advance_stop(s: Record, p: Record, axis: int, dx: float) -> None:
-    """Stop (play) operator s <- clip(s + dx/x_d, -1, 1): rate independent direction of motion."""
-    if p.friction_stop_rad[axis] > 0.0:
-        s.friction_stop[axis] = saturate(s.friction_stop[axis] + dx / p.friction_stop_rad[axis])
+    """Direction of motion over a presliding length x_d, rate independent.
+
+    Notes
+    -----
+    Stop (play) operator s <- clip(s + dx/x_d, -1, 1). LUGRE: ds/dx = (1 - s sgn dx)/x_d, which is LuGre's bristle under
+    the motion measured, z sigma0/g: s <- e + (s - e) exp(-|dx|/x_d), e = sgn dx.
+    """
+    length = p.friction_stop_rad[axis]
+    if not length > 0.0:
+        return
+    if p.friction_policy[axis] == _LUGRE:
+        end = sign(dx)
+        s.friction_stop[axis] = saturate(end + (s.friction_stop[axis] - end) * math.exp(-abs(dx) / length))
+    else:
+        s.friction_stop[axis] = saturate(s.friction_stop[axis] + dx / length)
+
+
+@compiled
+def advance_intent(s: Record, p: Record, axis: int, hand: float) -> None:
+    """Low-pass the hand's torque for the intent; one that is not finite empties it.
+
+    Unfiltered, the mass of a hand closes a loop within one tick: its torque falls by m/(J + m) of what the motor adds,
+    and kappa F/tau_g times that is above 1 for a few grams on a small joint, which then buzzes at half the rate.
+    """
+    s.friction_intent_nm[axis] += p.friction_intent_alpha[axis] * (hand - s.friction_intent_nm[axis])
+    if not math.isfinite(s.friction_intent_nm[axis]):
+        s.friction_intent_nm[axis] = 0.0
 
 
 @compiled
@@ -158,8 +190,9 @@ def friction_feedforward(
     hand = t.hand_torque_nm[axis]
     policy = p.friction_policy[axis]
     advance_stop(s, p, axis, dx)
+    advance_intent(s, p, axis, hand)
     gate = advance_gate(s, p, axis, hand) if has_gate(policy) else 1.0
-    direction = saturate(friction_direction(s, p, axis, v, hand, t.tick))
+    direction = saturate(friction_direction(s, p, axis, v, t.tick))
     side = direction if direction != 0.0 else v
     branch = FORWARD if side >= 0.0 else BACKWARD
     magnitude, friction = compensated_magnitude(p, model, axis, branch, abs(v))
@@ -176,5 +209,5 @@ def friction_feedforward(
     t.friction_sign[axis] = direction
     t.friction_gate[axis] = gate
     torque = t.compensation[axis] * gate * direction * magnitude
-    t.feedforward_torque_nm[axis] = torque if policy != _OFF else 0.0
+    t.feedforward_torque_nm[axis] = torque if policy not in (_OFF, _OBSERVER) else 0.0
     return faults

@@ -4,9 +4,10 @@
     y   <- y + alpha (e - y)
     tau  = clip(kappa_f g(y), -L - tau_ff, L - tau_ff)
     L    = r s (F_lo(v) + b_free |v|) - reserve + E_free / (T_E max(|v|, v_E))
-    E   <- E - tau_a dx + s (F_lo h dx + b_free dx^2 / T),   E <= bank,   h <- clip(h + dx / x_d, -1, 1)
+    E   <- E - tau_a dx + s (D + b_free dx^2 / T),   E <= bank
 
-tau_c torque of the coupling, tau_ff friction feed-forward, g a dead band, F_lo(v) the dry friction the joint
+tau_c torque of the coupling, tau_ff friction feed-forward and observer, D what dry friction surely took out
+(`dry_friction`), g a dead band, F_lo(v) the dry friction the joint
 surely has at this speed, b_free the viscous damping that the coupling does not need (all of it in free
 motion), reserve what the quantised coupling needs (theory reference, section 2.4). E is the account of the
 assistance tau_a = tau_ff + tau alone: what friction and spare damping took out less what it put in. E_free is
@@ -23,10 +24,6 @@ resonance of a stiff hand turns torque in phase with position into torque in pha
 nominal rig in a grip of 200 N m/rad, none of which the observer sees. tau_a dx is therefore the worse of the
 configured delay and one tick more, so that a tick nobody knew of is covered.
 
-For the same reason friction is credited through h, which follows the direction of motion over the bristles'
-deflection x_d only: a joint that vibrates by some bristle deflections gets most of the friction back at each
-turn, and |dx| would count it as taken out.
-
 The command's `compensation` scales it with the feed-forward: one switch for all that helps the hand.
 """
 
@@ -34,9 +31,8 @@ from __future__ import annotations
 
 import math
 
-from rtctl.control.feedforward import saturate, sign
+from rtctl.control.dry_friction import guaranteed_friction
 from rtctl.control.jit import compiled
-from rtctl.control.passivity import guaranteed_friction
 from rtctl.control.records import HELD, Record
 from rtctl.control.vocabulary import Environment
 
@@ -47,9 +43,6 @@ BANK_KEPT = 0.5
 
 DEFICIT = 0.05
 """Share of the bank by which the account may be short before nothing is assisted."""
-
-BRISTLES = 2.0
-"""Friction turns round over this many `friction_stop_rad` (F_c / sigma0): it approaches sliding slowly."""
 
 TINY_J = 1e-9
 """Keeps a bank of nothing from dividing by it."""
@@ -84,16 +77,7 @@ def assistance_limit(s: Record, p: Record, model: Record, axis: int, velocity: f
 
 
 @compiled
-def keep_account(
-    t: Record,
-    s: Record,
-    p: Record,
-    model: Record,
-    axis: int,
-    dx: float,
-    elapsed: int,
-    powered: bool,
-) -> None:
+def keep_account(s: Record, p: Record, axis: int, dx: float, elapsed: int, powered: bool) -> None:
     """Advance the account of the assistance by the last period's motion; an empty one while no torque leaves."""
     if not powered or not p.force_feedback_gain[axis] > 0.0:
         s.force_feedback_energy_j[axis] = 0.0
@@ -101,13 +85,8 @@ def keep_account(
     late = min(max(p.follow_delay_ticks[axis], 0), HELD - 3)
     sent = s.assistance_nm[axis, (s.ticks - 1 - late) % HELD]
     later = s.assistance_nm[axis, (s.ticks - 2 - late) % HELD]
-    v = t.velocity_rad_s[axis]
     dt = p.period_s * max(elapsed, 1)
-    before = s.force_feedback_stop[axis]
-    deflection = BRISTLES * p.friction_stop_rad[axis]
-    bent = saturate(before + dx / deflection) if deflection > 0.0 else sign(dx)
-    s.force_feedback_stop[axis] = bent
-    taken = guaranteed_friction(p, model, axis, v) * 0.5 * (before + bent) * dx
+    taken = s.friction_credit_j[axis]
     taken += spare_damping(s, p, axis) * dx * dx / dt
     energy = s.force_feedback_energy_j[axis] + p.force_feedback_share[axis] * taken
     energy -= max(sent * dx, later * dx)
@@ -116,10 +95,9 @@ def keep_account(
 
 @compiled
 def remember(t: Record, s: Record, axis: int, share: float) -> None:
-    """Note what of the torque sent was assistance: `share` (0 to 1) of feed-forward and feedback."""
-    s.assistance_nm[axis, s.ticks % HELD] = share * (
-        t.feedforward_torque_nm[axis] + s.force_feedback_nm[axis]
-    )
+    """Note what of the torque sent was assistance: `share` (0 to 1) of feed-forward, observer and feedback."""
+    compensation = t.feedforward_torque_nm[axis] + t.observer_torque_nm[axis]
+    s.assistance_nm[axis, s.ticks % HELD] = share * (compensation + s.force_feedback_nm[axis])
 
 
 @compiled
@@ -143,7 +121,7 @@ def force_feedback(t: Record, s: Record, p: Record, model: Record, axis: int, fr
     beyond = max(abs(seen) - p.force_feedback_deadband_nm[axis], 0.0)
     wanted = min(t.compensation[axis] * gain * beyond, p.force_feedback_cap_nm[axis])
     limit = assistance_limit(s, p, model, axis, t.velocity_rad_s[axis])
-    forward = t.feedforward_torque_nm[axis]
+    forward = t.feedforward_torque_nm[axis] + t.observer_torque_nm[axis]
     if seen >= 0.0:
         torque = min(wanted, max(limit - forward, 0.0))
     else:

@@ -11,8 +11,11 @@ import math
 import numpy as np
 
 from rtctl.control import arming, detectors, gate, intake, running_delay
+from rtctl.control.assistance import assistance_share, keep_assistance, remember_compensation
 from rtctl.control.current_answer import report as report_actuator
 from rtctl.control.device_velocity import device_velocity
+from rtctl.control.disturbance_observer import observe_friction, observer_torque
+from rtctl.control.dry_friction import credit_friction
 from rtctl.control.environment import coupling_torque
 from rtctl.control.feedforward import friction_feedforward
 from rtctl.control.force import hand_torque, tare_done
@@ -81,15 +84,19 @@ def step(
         )
         t.proxy_position_rad[axis] = s.proxy_position_rad[axis]
         t.environment_kind[axis] = s.world_kind[axis]
-        # 6. friction feed-forward
+        # 6. friction: what it surely takes out, what is seen of it, and the help with it that both allow
+        credit_friction(s, p, model[axis], axis, dx, elapsed, t.velocity_rad_s[axis])
+        keep_assistance(s, p, axis, dx, elapsed, powered)
+        observe_friction(t, s, p, axis, elapsed > 0)
         velocity, doubt = device_velocity(t, s, p, axis, elapsed, dx)
         faults |= doubt | friction_feedforward(t, s, p, model[axis], axis, dx, velocity)
-        keep_account(t, s, p, model[axis], axis, dx, elapsed, powered)
+        _compensate(t, s, p, model[axis], axis, elapsed > 0)
+        keep_account(s, p, axis, dx, elapsed, powered)
         feedback = force_feedback(t, s, p, model[axis], axis, elapsed > 0)
         # or, in their place, an excitation program
         program = program_torque(t, s, p, c, model[axis], axis, elapsed)
         # 7. energy of the last period, and damping where it ran out
-        faults |= _observe(t, s, p, model[axis], axis, dx, elapsed, powered)
+        faults |= _observe(t, s, p, axis, dx, elapsed, powered)
         faults |= _sum_torques(t, s, axis, feedback, program)
     faults |= intake.target_fault(s, p, c)
     # 8. state machine
@@ -141,9 +148,17 @@ def _torque_per_ampere(p: Record, axis: int) -> float:
 
 
 @compiled
-def _observe(
-    t: Record, s: Record, p: Record, model: Record, axis: int, dx: float, elapsed: int, powered: bool
-) -> int:
+def _compensate(t: Record, s: Record, p: Record, model: Record, axis: int, fresh: bool) -> None:
+    """Add the observer to the feed-forward, and hold both to the share that their account allows."""
+    t.observer_torque_nm[axis] = observer_torque(t, s, p, model, axis, fresh)
+    share = assistance_share(s, p, axis)
+    t.assistance_share[axis] = share
+    t.feedforward_torque_nm[axis] *= share
+    t.observer_torque_nm[axis] *= share
+
+
+@compiled
+def _observe(t: Record, s: Record, p: Record, axis: int, dx: float, elapsed: int, powered: bool) -> int:
     """Passivity observer, controller, and the energies the hand and the feed-forward have put in."""
     s.energy_hand_j[axis] += 0.5 * (s.hand_torque_before_nm[axis] + t.hand_torque_nm[axis]) * dx
     s.hand_torque_before_nm[axis] = t.hand_torque_nm[axis]
@@ -152,7 +167,7 @@ def _observe(
     if not powered or in_program(s, axis):  # a program is a source by intent, behind guards of its own
         s.energy_port_j[axis] = 0.0
         return 0
-    observe_port(s, p, model, axis, dx, elapsed, t.velocity_rad_s[axis])
+    observe_port(s, p, axis, dx, elapsed)
     t.injected_damping_nms_rad[axis] = injected_damping(s, p, axis, dx, elapsed)
     return passivity_fault(s, p, axis)
 
@@ -162,11 +177,11 @@ def _sum_torques(t: Record, s: Record, axis: int, feedback: float, program: floa
     """Wanted torque of ACTIVE; its damping share is written beside it."""
     if in_program(s, axis):
         t.coupling_torque_nm[axis] = 0.0
-        t.feedforward_torque_nm[axis] = 0.0
+        t.feedforward_torque_nm[axis] = t.observer_torque_nm[axis] = 0.0
         s.force_feedback_nm[axis] = feedback = 0.0
     t.damping_torque_nm[axis] = -t.injected_damping_nms_rad[axis] * t.velocity_difference_rad_s[axis]
     wanted = t.coupling_torque_nm[axis] + t.feedforward_torque_nm[axis] + t.damping_torque_nm[axis]
-    wanted += feedback + program
+    wanted += t.observer_torque_nm[axis] + feedback + program
     t.torque_wanted_nm[axis] = wanted
     return 0 if math.isfinite(wanted) else _F_LAW
 
@@ -287,7 +302,8 @@ def _account(t: Record, s: Record, p: Record, axis: int) -> None:
     wanted = t.torque_wanted_nm[axis]
     share = torque / wanted if s.state == _ACTIVE and wanted != 0.0 else 0.0
     share = min(max(share, 0.0), 1.0)
-    s.feedforward_applied_nm[axis] = share * t.feedforward_torque_nm[axis]
+    s.feedforward_applied_nm[axis] = share * (t.feedforward_torque_nm[axis] + t.observer_torque_nm[axis])
+    remember_compensation(t, s, axis, share)
     remember(t, s, axis, share)
     t.energy_port_j[axis] = s.energy_port_j[axis]
     t.energy_hand_j[axis] = s.energy_hand_j[axis]

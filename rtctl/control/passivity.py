@@ -1,37 +1,35 @@
 """Passivity observer and controller on the torque the motor actually held (theory reference, section 1.7).
 
-    E += -tau_held (x_k - x_{k-1}) + b dx^2 / T + F_lo |dx|,      E <= a U + bank + c(tau_held)
+    E += -tau_held (x_k - x_{k-1}) + b dx^2 / T + D,              E <= a U + bank + c(tau_held)
 
 tau_held is the torque sent one tick ago, after authority, gate and limits, feed-forward included: the
 motor held exactly this torque while the joint went from x_{k-1} to x_k, so the first term is exact. The
 other two credit what the device itself is guaranteed to dissipate: viscous damping b (Cauchy-Schwarz
-over one period) and dry friction F_lo.
+over one period) and D, what its dry friction surely took out, less what its bristles gave back
+(`dry_friction`).
 
 U is the energy in the virtual spring and coupling. It belongs to the hand that put it there and will be
 given back, so only what exceeds it counts as banked: a cap without U would forget the energy of every
 spring stronger than the bank and call its return active. c is what taking back the torque held may cost
-(`take_back`): it is kept until then. a is the authority: the world felt is a U. What
-the operator's own request puts into a U is granted: U da while the authority rises, and the work that
-a step of the environment or of a remote proxy does on U, as far as the renderer's store pays for it
-(`intermediate`): a store with a bounded power, so that no stream of parameters or targets is an unbounded
-source of energy.
+(`take_back`): it is kept until then. a is the authority: the world felt is a U. What is put into a U by others
+than the hand is granted: U da while the authority rises (`authority`), and the work that a step of the
+environment or of a remote proxy does on U (`intermediate`). All of it is paid from one store with a bounded
+power, and nothing else is ever granted, so that no stream of parameters, targets or silences is an unbounded
+source of energy. As E never falls below -1.5 budgets (`take_back`), and what friction and damping are credited
+with the device has taken, t seconds after arming the hand was given, beyond what it put in itself, at most
 
-Why the dry-friction credit follows the model. A right feed-forward spends kappa F(v) |dx| by design and
+    renderer_store_j + renderer_power_w t + 1.5 budget_j
+
+Why the dry-friction credit follows the model. A right feed-forward spends kappa F(v) dx by design and
 the device's friction takes it back. Crediting one constant, the least friction over the range, would
 call that activity wherever the Stribeck curve lies above its minimum: slow motion with 90 % of a
-stiction peak would run into a false alarm within seconds. The credit is therefore the guaranteed
-friction at the present speed, F_lo(v) = Fhat_dry(v) - (min Fhat_dry - friction_floor_nm): the learned
-curve lowered by the same uncertainty (validation error and drift) that lowered its minimum to the
-configured floor. Then kappa Fhat_dry <= F_lo, the condition under which the feed-forward is passive at
-all (section 2.2), is also the condition under which it raises no alarm, and a model with less margin
-than that does run the observer down. Outside the trained range only the floor is credited.
+stiction peak would run into a false alarm within seconds.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from rtctl.control.friction import BACKWARD, FORWARD, branch_magnitude
 from rtctl.control.jit import compiled
 from rtctl.control.records import Record
 from rtctl.control.take_back import cost_to_take_back
@@ -49,36 +47,17 @@ GROSS_FACTOR = 3.0
 
 
 @compiled
-def guaranteed_friction(p: Record, model: Record, axis: int, velocity: float) -> float:
-    """Dry friction the device surely has at this velocity, N m, >= 0 (see the module's text)."""
-    floor = max(p.friction_floor_nm[axis], 0.0)
-    branch = FORWARD if velocity >= 0.0 else BACKWARD
-    speed = abs(velocity)
-    if floor == 0.0 or not speed <= model.speed_max_rad_s[branch]:
-        return floor
-    dry = branch_magnitude(model, branch, speed) - model.viscous_nms_rad[branch] * speed
-    lowered = dry - (model.friction_min_nm[branch] - floor)
-    return lowered if lowered > floor else floor
+def _grant(s: Record, axis: int) -> float:
+    """Energy that the rise of the authority and the renderer, not the hand, put into the world felt, J; used up."""
+    granted = s.authority_grant_j[axis]
+    s.authority_grant_j[axis] = 0.0
+    if s.state == _ACTIVE:
+        granted += s.authority * s.renderer_grant_j[axis]
+    return granted
 
 
 @compiled
-def _rise(s: Record, p: Record) -> float:
-    """How much the authority rises in this tick."""
-    if s.state != _ACTIVE or s.authority >= 1.0:
-        return 0.0
-    return min(1.0 - s.authority, 1.0 / max(p.soft_start_ticks, 1))
-
-
-@compiled
-def _grant(s: Record, axis: int, rise: float) -> float:
-    """Energy that the operator's request and the renderer, not the hand, put into the world felt, J."""
-    if s.state != _ACTIVE:
-        return 0.0
-    return rise * s.stored_energy_j[axis] + s.authority * s.renderer_grant_j[axis]
-
-
-@compiled
-def observe_port(s: Record, p: Record, model: Record, axis: int, dx: float, elapsed: int, v: float) -> float:
+def observe_port(s: Record, p: Record, axis: int, dx: float, elapsed: int) -> float:
     """Advance the port's energy by the last period, J.
 
     Never more than `energy_bank_j` above what is stored and what taking back the torque held may cost.
@@ -89,17 +68,17 @@ def observe_port(s: Record, p: Record, model: Record, axis: int, dx: float, elap
         Motion since the last tick, rad; 0 on a missed sample, whose motion the next one carries.
     elapsed : int
         Grid ticks it took.
-    v : float
-        Velocity estimate, rad/s: only chooses the place on the friction curve.
+
+    Notes
+    -----
+    `dry_friction.credit_friction` has run for the same period.
     """
     held = s.torque_applied_nm[axis]
     dt = p.period_s * max(elapsed, 1)
     credit = max(p.viscous_nms_rad[axis], 0.0) * dx * dx / dt
-    if dx != 0.0:
-        credit += guaranteed_friction(p, model, axis, v if v * dx > 0.0 else dx / dt) * abs(dx)
-    rise = _rise(s, p)
-    energy = s.energy_port_j[axis] - held * dx + credit + _grant(s, axis, rise)
-    felt = (s.authority + rise) * s.stored_energy_j[axis]
+    credit += s.friction_credit_j[axis]
+    energy = s.energy_port_j[axis] - held * dx + credit + _grant(s, axis)
+    felt = s.authority * s.stored_energy_j[axis]
     s.energy_port_j[axis] = min(energy, felt + p.energy_bank_j + cost_to_take_back(p, axis, held))
     return s.energy_port_j[axis]
 

@@ -132,10 +132,22 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             "friction_deadband_rad_s": (),
             "friction_dither_ticks": (),  # period of the dither in ticks
             "friction_intent_nm": (),  # tau_g of the force intent: saturation of the sign
+            "friction_intent_alpha": (),  # low-pass coefficient per tick of the force intent
             "friction_gate_deadband_nm": (),
             "friction_gate_nm": (),  # tau_g of the force gate
             "friction_gate_alpha": (),
             "friction_stop_rad": (),  # x_d of the stop operator
+            # dry friction surely there (control.dry_friction), account of the help with it (control.assistance)
+            "presliding_rad": (),  # x_b: bristles surely slide after this much motion; 0: at once
+            "friction_seen_alpha": (),  # low-pass coefficient per tick of the friction seen in sliding; 0: not used
+            "friction_seen_max_nm": (),  # most of it that is believed
+            "assistance_bank_j": (),
+            # disturbance observer (control.disturbance_observer)
+            "observer_gain": (),  # 0: only watches
+            "observer_alpha": (),  # low-pass coefficient per tick; 0: off
+            "observer_smooth_alpha": (),  # of the quicker low-pass before it
+            "observer_bandwidth_rad_s": (),
+            "observer_deadband_nm": (),
             # passivity
             "injected_damping_max_nms_rad": (),
             "friction_floor_nm": (),  # guaranteed dry friction credited by the observer
@@ -206,6 +218,18 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "proxy_set_count": (),
             "friction_gate": (),
             "friction_stop": (),  # stop operator state, -1..1
+            "friction_intent_nm": (),  # hand torque, low-passed for the intent
+            "bristle_share": (),  # h: deflection of the credited bristles over their length, -1..1
+            "friction_credit_j": (),  # what dry friction took out in the last period
+            "friction_seen_nm": (2,),  # friction seen in sliding, forward and backward
+            "friction_observed_nm": (),
+            "observer_torque_smooth_nm": (),  # acting and hand's torque after the quick low-pass, then after both
+            "observer_torque_nm": (),
+            "observer_velocity_smooth_rad_s": (),
+            "observer_velocity_rad_s": (),
+            "observer_forward_nm": (),  # feed-forward through the slow low-pass
+            "assistance_energy_j": (2,),  # accounts of the compensation: torque in time, and one tick later
+            "compensation_nm": (HELD,),  # feed-forward and observer torque sent, ring by `ticks`
             "torque_applied_nm": (),
             "feedforward_applied_nm": (),
             "ramp_step_nm": (),
@@ -220,6 +244,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "world_pitch_rad": (),
             "renderer_store_j": (),  # energy that changes of the environment may still put in
             "renderer_grant_j": (),  # put in by this tick's
+            "authority_grant_j": (),  # put in by the last rise of the authority, as far as it was paid
             "energy_hand_j": (),
             "energy_feedforward_j": (),
             "jump_count": (),
@@ -272,7 +297,6 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "force_error_nm": (),  # hand torque beyond the desired one, low-passed
             "force_feedback_nm": (),  # torque of the feedback
             "force_feedback_energy_j": (),  # account of the assistance
-            "force_feedback_stop": (),  # direction of motion over a bristle deflection, -1..1
             "assistance_nm": (HELD,),  # feed-forward and feedback sent, ring by `ticks`
         },
         n_axes,

@@ -9,7 +9,7 @@ b       N m s/rad      damping the device surely has, friction compensation take
 k_c     N m/rad        stiffness of the virtual coupling
 b_c     N m s/rad      damping of the virtual coupling
 T       s              control period
-d       ticks          whole ticks from reading a sample to its torque at the motor
+d       ticks          from a sample to its torque at the motor, whole or not
 K       N m s/rad      k_c T / 2
 B       N m s/rad      b_c + K
 theta   rad            w T / 2, in (0, pi/2]
@@ -24,66 +24,136 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
-_GRID = 4096
-"""Points of the frequency sweep for delays of two ticks and more."""
+from rtctl.control import held_samples
+from rtctl.control.sampled_loop import peaks, varying_peaks
+
+_FASTER = (1.0, 1.5, 2.2, 3.3, 5.0, 10.0)
+"""Bandwidths of the current loop that are tried, as multiples of the declared one."""
 
 
-def _require_coupling(k_c: float, b_c: float, T: float, d: int = 0) -> None:
-    for name, value in (("k_c", k_c), ("b_c", b_c)):
+@dataclass(frozen=True)
+class Between:
+    """What lies between the law and the joint, at its worst: everything faster is covered, too."""
+
+    delay: float = 0.0
+    """Delay between a sample and its torque at the motor, ticks."""
+    lag_hz: float = 0.0
+    """Bandwidth of the current loop, Hz; 0: ideal."""
+    sample_ticks: int = 1
+    """Ticks between two fresh samples."""
+    jitter: float = 0.0
+    """By so much, in ticks, the delay may be shorter in one tick than in another."""
+
+
+IDEAL = Between()
+
+
+def _require_coupling(k_c: float, b_c: float, T: float, d: float = 0.0, lag_hz: float = 0.0) -> None:
+    for name, value in (("k_c", k_c), ("b_c", b_c), ("d", d), ("lag_hz", lag_hz)):
         if not (math.isfinite(value) and value >= 0):
             msg = f"{name} must be finite and not negative, not {value}"
             raise ValueError(msg)
     if not (math.isfinite(T) and T > 0):
         msg = f"T must be finite and positive, not {T}"
         raise ValueError(msg)
-    if d < 0:
-        msg = f"d must not be negative, not {d}"
-        raise ValueError(msg)
 
 
-def damping_needed_sampled_data(k_c: float, b_c: float, T: float, d: int = 0) -> float:
-    """Least device damping for which the sampled loop is passive, N m s/rad.
+def _lag_ticks(lag_hz: float, T: float) -> float:
+    """Time constant of the current loop in periods; 0 for an ideal one."""
+    return 1 / (2 * math.pi * lag_hz * T) if lag_hz > 0 else 0.0
+
+
+def damping_needed_sampled_data(
+    k_c: float, b_c: float, T: float, d: float = 0.0, lag_hz: float = 0.0, *, any_world: bool = False
+) -> float:
+    """Least device damping for which the sampled loop is passive, N m s/rad, with this very delay and lag.
+
+    Parameters
+    ----------
+    d : float
+        Delay between a sample and its torque at the motor, ticks, whole or not.
+    lag_hz : float
+        Bandwidth of the current loop, a first-order lag; 0 is ideal.
+    any_world : bool
+        With a lag: for virtual environments that are not linear, too. Without one both are the same.
 
     Raises
     ------
     ValueError
-        For a negative or non-finite `k_c`, `b_c`, `T`, or a negative `d`.
+        For a negative or non-finite argument, or a `T` that is not positive.
 
     Notes
     -----
-    Condition (SD-1) of the theory reference, 1.2: ``b B >= sin^2((1+d) theta) (B^2 + K^2 cot^2 theta)``
-    for all theta. Closed forms: d = 0 is Colgate and Brown's wall bound, ``b_c + k_c T/2``; d = 1 is a
-    parabola in cos^2 theta. For d >= 2 the right side is a trigonometric polynomial of degree 1 + d in
-    2 theta; by M. Riesz's lemma its peak exceeds the largest of samples `h` apart by at most
-    ``1/cos((1+d) h/2)``, so the swept value times that factor is never too small.
+    Second theory reference, section 10; derivation and bound between the points of the sweep in
+    `sampled_loop`. Whole ticks without a lag are (SD-1) of the first, ``sin^2((1+d) theta) (B^2 + K^2 cot^2 theta)/B``,
+    with the closed forms ``b_c + k_c T/2`` for d = 0 (Colgate and Brown's wall) and a parabola in cos^2 theta for
+    d = 1. Swept values are up to some 1e-6 too large, never too small.
     """
-    _require_coupling(k_c, b_c, T, d)
+    _require_coupling(k_c, b_c, T, d, lag_hz)
     K = k_c * T / 2
     B = b_c + K
     if B == 0:
         return 0.0
-    if d == 0:
+    spread = b_c * (B + K)  # B^2 - K^2 without cancellation
+    if lag_hz == 0 and d == 0:
         return B
-    if d == 1:
-        spread = b_c * (B + K)  # B^2 - K^2 without cancellation
+    if lag_hz == 0 and d == 1:
         q = 1.0 if 2 * spread <= B * B else B * B / (2 * spread)
         return 4 * (B * B * q - spread * q * q) / B
-    order = 1 + d
-    theta = np.linspace(0, np.pi / 2, _GRID + 1)[1:]
-    wave = np.sin(order * theta) ** 2
-    swept = max(float(np.max(wave * (B * B + (K / np.tan(theta)) ** 2))), (order * K) ** 2)
-    return swept / B / math.cos(order * np.pi / (2 * _GRID))
+    return _largest(peaks(float(d), _lag_ticks(lag_hz, T), any_world=any_world), K, b_c)
 
 
-def margin_sampled_data(b: float, k_c: float, b_c: float, T: float, d: int = 0) -> float:
+def _largest(pairs: tuple[np.ndarray, np.ndarray], K: float, b_c: float) -> float:
+    """The largest damping that any of the pairs of `sampled_loop` asks for."""
+    W, U = pairs
+    return float(np.max(W * (b_c * (b_c + 2 * K)) + U * (K * K))) / (2 * (b_c + K))
+
+
+def _cases(T: float, between: Between) -> list[tuple[float, float]]:
+    """Delay and bandwidth of all that is no slower than declared: whole ticks below the delay, lags down to none.
+
+    Between whole ticks the damping needed is convex in the delay at every frequency, so its ends suffice; the lags
+    between are some steps, as the damping needed changes little from one to the next.
+    """
+    delays = [float(k) for k in range(math.ceil(between.delay))] + [between.delay]
+    lags = [0.0] if between.lag_hz == 0 else [0.0, *(between.lag_hz * share for share in _FASTER)]
+    return [(d, lag) for d in delays for lag in lags]
+
+
+def damping_needed_between(
+    k_c: float, b_c: float, T: float, between: Between = IDEAL, *, any_world: bool = False
+) -> float:
+    """Least device damping for which the sampled loop is passive, N m s/rad, whatever the delay, lag and age of
+    samples up to those declared. Raises ValueError as `damping_needed_sampled_data`.
+    """
+    needed = [
+        damping_needed_sampled_data(k_c, b_c, T, d, lag, any_world=any_world) for d, lag in _cases(T, between)
+    ]
+    tau = _lag_ticks(between.lag_hz, T)
+    if between.jitter > 0 and k_c + b_c > 0:
+        low = max(between.delay - between.jitter, 0.0)
+        needed.append(_largest(varying_peaks(low, between.delay, tau), k_c * T / 2, b_c))
+    if between.sample_ticks > 1:
+        needed += [
+            held_samples.damping_needed(k_c, b_c, T, n, d, tau)
+            for n in range(2, between.sample_ticks + 1)
+            for d in {0.0, between.delay}
+        ]
+    return max(needed)
+
+
+def margin_sampled_data(
+    b: float, k_c: float, b_c: float, T: float, d: float = 0.0, lag_hz: float = 0.0
+) -> float:
     """Surplus of device damping over what the exact sampled-data two-port needs, N m s/rad.
 
-    This is the margin that gates operation. Raises ValueError as `damping_needed_sampled_data`.
+    Raises ValueError as `damping_needed_sampled_data`.
     """
-    return b - damping_needed_sampled_data(k_c, b_c, T, d)
+    return b - damping_needed_sampled_data(k_c, b_c, T, d, lag_hz)
 
 
 def damping_needed_adams_hannaford(k_c: float, b_c: float, T: float) -> float:
@@ -116,9 +186,11 @@ def margin_adams_hannaford(b: float, k_c: float, b_c: float, T: float) -> float:
 
 
 def _largest_stiffness(needed: Callable[[float], float], b: float, high: float) -> float:
-    """Largest k_c with needed(k_c) <= b; `needed` rises with k_c and exceeds b at `high`. 0 without any."""
+    """Largest k_c up to `high` with needed(k_c) <= b; `needed` rises with k_c. 0 without any."""
     if not needed(0.0) <= b:
         return 0.0
+    if needed(high) <= b:
+        return high
     low = 0.0
     while True:
         middle = 0.5 * (low + high)
@@ -130,23 +202,39 @@ def _largest_stiffness(needed: Callable[[float], float], b: float, high: float) 
             high = middle
 
 
-def k_max_sampled_data(b: float, b_c: float, T: float, d: int = 0) -> float:
-    """Largest coupling stiffness the exact sampled-data test passes at this b_c, N m/rad.
+def k_max_sampled_data(b: float, b_c: float, T: float, d: float = 0.0, lag_hz: float = 0.0) -> float:
+    """Largest coupling stiffness the exact sampled-data test passes at this b_c, N m/rad, with this delay and lag.
 
     0 where none passes (b below b_c, or NaN). Raises ValueError as `damping_needed_sampled_data`.
 
     Notes
     -----
-    The damping needed rises with k_c (the derivative of K^2/(b_c + K) is positive), so the bound is
-    found by halving; at theta -> 0 it is at least (1+d)^2 K^2/B, which brackets it.
+    The damping needed rises with k_c (the derivatives of K^2/B and of (B^2 - K^2)/B are not negative), so the
+    bound is the least of the roots of ``U K^2 + 2 (W b_c - b) K = b_c (2 b - W b_c)`` over all cells.
     """
-    _require_coupling(0.0, b_c, T, d)
+    _require_coupling(0.0, b_c, T, d, lag_hz)
     if not b >= b_c:
         return 0.0
-    if d == 0:
+    if d == 0 and lag_hz == 0:
         return 2 * (b - b_c) / T
-    high = 4.1 / T * max(b_c, 2 * b / (1 + d) ** 2)
-    return _largest_stiffness(lambda k: damping_needed_sampled_data(k, b_c, T, d), b, high)
+    W, U = peaks(float(d), _lag_ticks(lag_hz, T))
+    left, spare = b_c * (2 * b - W * b_c), b - W * b_c
+    if np.min(left) < 0:
+        return 0.0
+    root = np.sqrt(spare * spare + U * left)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        K = np.where(spare >= 0, (spare + root) / U, left / (root - spare))
+    low = float(np.min(K)) * 2 / T * (1 + 1e-5)  # closed forms may let a little more pass
+    return _largest_stiffness(lambda k: damping_needed_sampled_data(k, b_c, T, d, lag_hz), b, low + 1e-300)
+
+
+def k_max_between(b: float, b_c: float, T: float, between: Between = IDEAL) -> float:
+    """Largest coupling stiffness that `damping_needed_between` passes at this b_c, N m/rad; 0 where none does."""
+    _require_coupling(0.0, b_c, T, between.delay, between.lag_hz)
+    high = min(k_max_sampled_data(b, b_c, T, d, lag) for d, lag in _cases(T, between))
+    if (between.sample_ticks == 1 and between.jitter == 0) or high == 0:
+        return high
+    return _largest_stiffness(lambda k: damping_needed_between(k, b_c, T, between), b, high)
 
 
 def k_max_adams_hannaford(b: float, b_c: float, T: float) -> float:
@@ -160,7 +248,7 @@ def k_max_adams_hannaford(b: float, b_c: float, T: float) -> float:
 
 
 def recommended_coupling(
-    b: float, T: float, d: int = 0, *, share: float = 0.7, damping_share: float = 0.2
+    b: float, T: float, between: Between = IDEAL, *, share: float = 0.7, damping_share: float = 0.2
 ) -> tuple[float, float]:
     """Coupling (k_c N m/rad, b_c N m s/rad) that leaves a margin.
 
@@ -182,7 +270,7 @@ def recommended_coupling(
         return 0.0, 0.0
     spent = share * b
     b_c = damping_share * spent
-    return k_max_sampled_data(spent, b_c, T, d), b_c
+    return k_max_between(spent, b_c, T, between), b_c
 
 
 def felt_stiffness(k_c: float, k_e: float) -> float:

@@ -14,6 +14,7 @@ from enum import IntFlag
 import numpy as np
 
 from rtctl.control import faults as fault_table
+from rtctl.control.authority import raise_authority
 from rtctl.control.jit import compiled
 from rtctl.control.records import LOCKOUT_FAULTS, Record
 from rtctl.control.vocabulary import Fault, State
@@ -313,7 +314,7 @@ def _count(s: Record, p: Record, faults: int) -> None:
         elif s.sample_age_ticks == 0:
             s.good_ticks += 1
     elif s.state == _ACTIVE:
-        s.authority = min(1.0, s.authority + 1.0 / max(p.soft_start_ticks, 1))
+        raise_authority(s, p)
     elif s.state == _HOLD:
         s.authority = 1.0
 

@@ -42,7 +42,7 @@ class Policy(IntEnum):
 
     OFF = 0
     HYBRID = 1
-    """Force-gated blend of tanh(v) and force intent; the default."""
+    """Force-gated blend of tanh(v) and the force's intent; the default, with the disturbance observer on top."""
     SIGN = 2
     DEADBAND = 3
     TANH = 4
@@ -51,6 +51,10 @@ class Policy(IntEnum):
     STOP = 7
     """Stop (play) operator on displacement: for rigs without a force sensor."""
     STOP_GATED = 8
+    OBSERVER = 9
+    """No feed-forward: the disturbance observer alone (control.disturbance_observer)."""
+    LUGRE = 10
+    """LuGre observer: bristles driven by the measured motion, with the learned curve as their envelope."""
 
 
 class Program(IntEnum):

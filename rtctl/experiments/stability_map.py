@@ -56,7 +56,7 @@ def run(order: Order) -> Outcome:
     below, above = _in_time(device, found)
     dry = {gain: _with_dry_friction(device, gain) for gain in DRY_GAINS}
     delayed = {}
-    delays = sorted({*DELAYS, axis.coupling.delay_ticks} - {0})
+    delays = sorted({*DELAYS, math.ceil(axis.coupling.delay_ticks)} - {0})
     for at, delay in enumerate(delays):
         order.progress(0.6 + 0.4 * at / len(delays), f"delay of {delay} ticks")
         delayed[delay] = [_delayed(device, share, delay) for share in DELAY_SHARES]

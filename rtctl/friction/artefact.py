@@ -44,6 +44,7 @@ _SCALARS = (
     "hyper_parameters",
     "parameters",
     "intercept",
+    "place_spread_nm",
 )
 
 _DERIVED = {
@@ -54,7 +55,15 @@ _DERIVED = {
 }
 """Key of the file -> property of the branch it must equal."""
 
-_WHOLE = ("temperature_min_c", "temperature_max_c", "evaluation_ns", "selection")
+_WHOLE = (
+    "temperature_min_c",
+    "temperature_max_c",
+    "evaluation_ns",
+    "selection",
+    "presliding_rad",
+    "presliding_spread_rad",
+    "presliding_ramps",
+)
 
 _PARAMETERS = {"spline": (), "rbf": ("sigma_rad_s",), "polynomial": ("degree",), **NAMES}
 """Kind -> the parameters its curve has."""
@@ -208,6 +217,10 @@ def _check_branch(path: Path, key: str, branch: Branch) -> None:
 
 
 def _check_whole(path: Path, model: FrictionModel, friction_max_nm: float) -> None:
+    if model.presliding_rad is None and (model.presliding_spread_rad is not None or model.presliding_ramps):
+        _refuse(path, "presliding_rad", "is missing beside its own spread or number of ramps")
+    if (model.presliding_spread_rad is None) != (model.presliding_ramps == 0):
+        _refuse(path, "presliding_spread_rad", "and presliding_ramps must both be given, or neither")
     if friction_max_nm != model.friction_max_nm:
         _refuse(path, "friction_max_nm", "is not the larger of both branches")
     velocity, expected = model.self_test.T

@@ -15,6 +15,7 @@ from pydantic import Field
 from rtctl.config_tables import Name, Table
 from rtctl.control.records import MAX_SEGMENTS
 from rtctl.friction.model import SELF_TEST_VECTORS
+from rtctl.friction.presliding import LENGTH_MAX_RAD
 
 FORMAT = "rtctl friction model"
 SCHEMA = 2
@@ -28,6 +29,7 @@ Kind = Literal[
 ]
 Temperature = Annotated[float, Field(ge=-100, le=300)]
 Text = Annotated[str, Field(max_length=80)]
+Presliding = Annotated[float, Field(gt=0, le=LENGTH_MAX_RAD)]
 
 
 class BranchDocument(Table):
@@ -47,6 +49,7 @@ class BranchDocument(Table):
     friction_lower_nm: Torque
     secant_damping_nms_rad: Torque
     slope_damping_nms_rad: Number
+    place_spread_nm: Torque | None = None
     hyper_parameters: dict[Text, Number] = Field(max_length=16)
     parameters: dict[Text, Number] = Field(max_length=16)
     intercept: Number
@@ -66,7 +69,10 @@ class BranchesDocument(Table):
 
 
 class ModelDocument(Table):
-    """A whole model file. `kind` says what was learned: a sum of kernels, or a formula."""
+    """A whole model file. `kind` says what was learned: a sum of kernels, or a formula.
+
+    Keys with a default came later: a file without them is one that does not know.
+    """
 
     format: Literal["rtctl friction model"]
     schema_version: Literal[2] = Field(alias="schema")
@@ -79,6 +85,9 @@ class ModelDocument(Table):
     temperature_max_c: Temperature | None
     evaluation_ns: Annotated[float, Field(ge=0, le=1e9)] | None
     selection: str = Field(max_length=1000)
+    presliding_rad: Presliding | None = None
+    presliding_spread_rad: Annotated[float, Field(ge=0, le=LENGTH_MAX_RAD)] | None = None
+    presliding_ramps: int = Field(default=0, ge=0, le=10**9)
     friction_max_nm: Torque
     speed_fade_rad_s: float = Field(gt=0, le=1e4)
     branches: BranchesDocument

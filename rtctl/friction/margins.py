@@ -39,6 +39,11 @@ class FrictionFigures:
     feedforward_max_nm: float
     two_line_margin_nm: float
     two_line_capped_margin_nm: float
+    dry_left_nm: float
+    """Least friction less most feed-forward at the same speed, N m, not below 0."""
+    drag_nms_rad: float
+    """Least of all the friction over speed, N m s/rad, its largest known error added."""
+    drag_speed_rad_s: float
 
 
 @dataclass(frozen=True)
@@ -84,14 +89,21 @@ def _grid(model: FrictionModel, branch: int, start: float, end: float) -> np.nda
 
 
 def friction_figures(
-    model: FrictionModel, path: Path, axis: AxisTable, T: float, count: float
+    model: FrictionModel,
+    path: Path,
+    axis: AxisTable,
+    T: float,
+    count: float,
+    between: stability.Between | None = None,
 ) -> FrictionFigures:
     """Figures of one axis, the worse of its two directions.
 
-    `T` is the control period, s, `count` one encoder count, rad; `path` is only named in the result.
+    `T` is the control period, s, `count` one encoder count, rad; `path` is only named in the result. `between` is what
+    lies between law and joint; without it the delay of the rig file.
     """
     k_c, b_c = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad
-    need = stability.damping_needed_sampled_data(k_c, b_c, T, axis.coupling.delay_ticks)
+    between = stability.Between(axis.coupling.delay_ticks) if between is None else between
+    need = stability.damping_needed_between(k_c, b_c, T, between)
     trained, beyond, lines, capped = [], [], [], []
     for branch, part in enumerate(model.branches):
         end = min(part.speed_max_rad_s, axis.velocity_limit_rad_s)
@@ -103,6 +115,7 @@ def friction_figures(
         coupling = {"k_c": k_c, "b_c": b_c, "T": T, "Delta": count}
         lines.append(friction.two_line_margin(c.v, c.F_lo, c.ff, **coupling).margin_nm)
         capped.append(friction.two_line_margin(c.v, c.F_lo, c.ff_capped, **coupling).margin_nm)
+    drags = [_drag(c, part.error_max_nm) for c, part in zip(trained, model.branches, strict=True)]
     secant, at = min(friction.secant_damping(c.v, c.F_lo, c.ff) for c in trained)
     return FrictionFigures(
         model=str(path),
@@ -117,4 +130,15 @@ def friction_figures(
         feedforward_max_nm=max(float(c.ff.max()) for c in trained),
         two_line_margin_nm=min(lines),
         two_line_capped_margin_nm=min(capped),
+        dry_left_nm=max(0.0, min(float((c.F_lo - c.ff).min()) for c in trained)),
+        drag_nms_rad=min(drags)[0],
+        drag_speed_rad_s=min(drags)[1],
     )
+
+
+def _drag(c: _Curves, error_nm: float) -> tuple[float, float]:
+    """Least friction over speed, N m s/rad, with the model's error on its side, and the speed where it is least."""
+    moving = c.v > 0
+    drag = (c.F_hat[moving] + error_nm) / c.v[moving]
+    at = int(np.argmin(drag))
+    return float(drag[at]), float(c.v[moving][at])

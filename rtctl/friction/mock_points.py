@@ -13,7 +13,7 @@ from __future__ import annotations
 import csv
 import math
 import sys
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +22,7 @@ from hw.mock.plant import plant_read, plant_write
 from hw.mock.records import plant_records
 from rtctl.config import LoadedConfig, load
 from rtctl.control.jit import compiled, records
+from rtctl.friction.presliding import Presliding, Ramp, presliding, ramp_of
 from rtctl.tick import new_ticks
 
 LEVELS = 54
@@ -38,6 +39,7 @@ MOVING_COUNTS = 8
 """Counts within 10 ms that mean the joint moves: .031 rad/s. At speed v the bristle, and the torque seen, is
 still short of break-away by ramp / (sigma0 v): .6 % here; a quicker ramp or a lower speed reads low."""
 PAUSE_S = 0.2
+RAMP_MAX_S = 60.0
 STIFFNESS_NM_RAD, DAMPING_NMS_RAD = 150.0, 3.0
 """Speed servo. Its damping must exceed the worst Stribeck slope (.81 N m s/rad), or it stick-slips."""
 SPEED_FILTER_S = 0.8e-3
@@ -45,13 +47,20 @@ SPEED_FILTER_S = 0.8e-3
 
 @dataclass(frozen=True)
 class Point:
-    """One friction point. Torque has the sign of the motion it opposes: both are below 0 in reverse."""
+    """One friction point. Torque has the sign of the motion it opposes: both are below 0 in reverse.
+
+    The last four are the columns of `point_evidence`; None where there is nothing to say.
+    """
 
     velocity_rad_s: float
     friction_torque_nm: float
     std_nm: float
     count: int
     direction: int
+    weakest_place_nm: float | None = None
+    presliding_rad: float | None = None
+    presliding_spread_rad: float | None = None
+    presliding_ramps: int | None = None
 
 
 class Rig:
@@ -142,30 +151,35 @@ def _break_away(
     step_a: float,
     moving_rad: float,
     look_back: int,
-    most_ticks: int,
-) -> float:
-    """Ramp the current by `step_a` a tick until the joint moves; returns the highest current seen, A.
+    positions_rad: np.ndarray,
+    currents_a: np.ndarray,
+) -> int:
+    """Ramp the current by `step_a` a tick until the joint moves; returns the tick where the motion began, or -1.
 
-    The current is averaged over the look-back, ending where the motion began, against the sensor's noise.
+    Fills `positions_rad` and `currents_a`, whose length is the most ticks it takes.
     """
-    positions, currents = np.zeros(look_back + 1), np.zeros(2 * look_back)
-    for k in range(most_ticks):
+    for k in range(len(positions_rad)):
         _cycle(tick, state, params, step_a * k)
-        x = tick[0].position_rad[0]
-        currents[k % (2 * look_back)] = tick[0].current_a[0]
-        oldest = positions[(k + 1) % (look_back + 1)]
-        positions[k % (look_back + 1)] = x
-        if k > 2 * look_back and abs(x - oldest) >= moving_rad:
-            total = 0.0
-            for j in range(look_back):
-                total += currents[(k - look_back - j) % (2 * look_back)]
-            return total / look_back
-    return math.nan
+        positions_rad[k] = tick[0].position_rad[0]
+        currents_a[k] = tick[0].current_a[0]
+        if k > 2 * look_back and abs(positions_rad[k] - positions_rad[k - look_back]) >= moving_rad:
+            return k - look_back
+    return -1
 
 
-def _point(samples_nm: np.ndarray, velocity_rad_s: float, direction: int) -> Point:
+def _point(
+    samples_nm: np.ndarray, velocity_rad_s: float, direction: int, bent: Presliding | None = None
+) -> Point:
     return Point(
-        velocity_rad_s, float(samples_nm.mean()), float(samples_nm.std(ddof=1)), len(samples_nm), direction
+        velocity_rad_s,
+        float(samples_nm.mean()),
+        float(samples_nm.std(ddof=1)),
+        len(samples_nm),
+        direction,
+        float(direction * np.min(direction * samples_nm)),  # each was measured at a place of its own
+        bent.length_rad if bent else None,
+        bent.spread_rad if bent else None,
+        bent.ramps if bent else None,
     )
 
 
@@ -173,14 +187,18 @@ def _break_away_point(rig: Rig, direction: int, measurements: int) -> Point:
     params, state = rig.plant
     step_a = direction * RAMP_NM_S * rig.period_s / rig.torque_per_ampere
     samples = np.empty(measurements)
+    positions_rad, currents_a = np.empty((2, rig.ticks(RAMP_MAX_S)))
+    look_back, ramps = rig.ticks(0.01), list[Ramp | None]()
     for k in range(measurements):
         _turn_through(rig, [(direction * JOG_RAD_S, 2 * math.pi / measurements / JOG_RAD_S), (0.0, PAUSE_S)])
         _rest(rig.tick, state, params, rig.ticks(PAUSE_S))
-        current_a = _break_away(
-            rig.tick, state, params, step_a, MOVING_COUNTS * rig.count_rad, rig.ticks(0.01), rig.ticks(60.0)
-        )
-        samples[k] = (current_a - rig.bias_a) * rig.torque_per_ampere
-    return _point(samples, 0.0, direction)
+        moving_rad = MOVING_COUNTS * rig.count_rad
+        began = _break_away(rig.tick, state, params, step_a, moving_rad, look_back, positions_rad, currents_a)
+        torque = (currents_a[: began + 1] - rig.bias_a) * rig.torque_per_ampere
+        # averaged over the look-back, ending where the motion began, against the sensor's noise
+        samples[k] = float(np.mean(torque[-look_back:])) if began > 0 else math.nan
+        ramps.append(ramp_of(positions_rad[: began + 1], torque, samples[k], rig.count_rad, rig.period_s))
+    return _point(samples, 0.0, direction, presliding([ramp for ramp in ramps if ramp]))
 
 
 def _turn_through(rig: Rig, phases: list[tuple[float, float]]) -> np.ndarray:
@@ -229,8 +247,19 @@ def write_csv(points: list[Point], path: Path) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(Point.__dataclass_fields__)
         for point in points:
-            torque_nm, std_nm = f"{point.friction_torque_nm:.7f}", f"{point.std_nm:.7f}"
-            writer.writerow([f"{point.velocity_rad_s:.9g}", torque_nm, std_nm, point.count, point.direction])
+            writer.writerow([_cell(name, value) for name, value in asdict(point).items()])
+
+
+def _cell(column: str, value: float | None) -> str:
+    if value is None:
+        return ""
+    return (
+        f"{value:.9g}"
+        if column == "velocity_rad_s"
+        else str(value)
+        if isinstance(value, int)
+        else f"{value:.7f}"
+    )
 
 
 def main(arguments: list[str]) -> None:

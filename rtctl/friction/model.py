@@ -26,6 +26,8 @@ class Branch:
     training points. `friction_min_nm` is the least dry friction (curve minus `viscous_nms_rad` times
     speed) and `friction_max_nm` the largest value of the curve over 0..`speed_max_rad_s`. `kind` and
     `parameters` are those of `curves.Curve`; `hyper_parameters` are what the training was given or found.
+    `place_spread_nm` is the largest shortfall of the friction below the curve at any place and speed that was
+    visited, 0 or more; None where the points do not say.
     """
 
     support_vectors: np.ndarray
@@ -45,6 +47,7 @@ class Branch:
     hyper_parameters: dict[str, float]
     kind: str = "spline"
     parameters: dict[str, float] = field(default_factory=dict)
+    place_spread_nm: float | None = None
 
     @property
     def source(self) -> Curve:
@@ -106,6 +109,13 @@ class FrictionModel:
     """Time of one evaluation at the slowest speed, ns, on the machine that fitted; None: not measured."""
     selection: str = ""
     """Why this model was chosen, in words."""
+    presliding_rad: float | None = None
+    """Presliding length, rad: break-away torque over the initial slope of torque over position, as `presliding`
+    defines and measures it (F_s / sigma0 of LuGre); mean over all ramps, both directions. None: not measured."""
+    presliding_spread_rad: float | None = None
+    """Standard deviation of one ramp's presliding length, rad; None: not measured, or the length given by hand."""
+    presliding_ramps: int = 0
+    """Ramps behind the presliding length; 0 when it was not measured, or given by hand."""
 
     def magnitude(self, velocity: np.ndarray | float) -> np.ndarray:
         """Friction magnitude at each signed velocity (rad/s), N m; NaN for NaN.
@@ -126,6 +136,12 @@ class FrictionModel:
     def error_max_nm(self) -> np.ndarray:
         """Largest known error per branch, N m, shape (2,)."""
         return np.array([branch.error_max_nm for branch in self.branches])
+
+    @property
+    def place_spread_nm(self) -> np.ndarray | None:
+        """Largest shortfall below the curve at any visited place per branch, N m, shape (2,); None: unknown."""
+        forward, backward = (branch.place_spread_nm for branch in self.branches)
+        return None if forward is None or backward is None else np.array([forward, backward])
 
     @property
     def friction_max_nm(self) -> float:

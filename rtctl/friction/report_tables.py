@@ -178,6 +178,9 @@ def model_rows(evidence: Evidence) -> dict[str, list[float | None]]:
     }
     for name in _BRANCH:
         found[name] = [float(getattr(branch, name)) for branch in branches]
+    found["place_spread_nm"] = [branch.place_spread_nm for branch in branches]
+    for name in ("presliding_rad", "presliding_spread_rad"):
+        found[name] = [getattr(evidence.model, name)] * len(branches)
     found["compile_error_nm"] = [compile_error_nm(branch) for branch in branches]
     found["compile_bound_nm"] = [branch.rounding_bound_nm for branch in branches]
     return found
@@ -235,7 +238,7 @@ def _mnm(value: float | None) -> str:
 
 def _label(name: str) -> str:
     """Turn a name with its unit into words and unit."""
-    for suffix, unit in (("_nms_rad", "N m s/rad"), ("_rad_s", "rad/s"), ("_nm", "N m")):
+    for suffix, unit in (("_nms_rad", "N m s/rad"), ("_rad_s", "rad/s"), ("_rad", "rad"), ("_nm", "N m")):
         if name.endswith(suffix):
             return f"{name.removesuffix(suffix).replace('_', ' ')}, {unit}"
     return name.replace("_", " ")

@@ -42,16 +42,21 @@ COLUMNS = (
     "std_nm",
     "count",
     "direction",
+    "weakest_place_nm",
+    "presliding_rad",
+    "presliding_spread_rad",
+    "presliding_ramps",
     "temperature_c",
     "position_rad",
     "time_s",
 )
-"""Columns of the points. `position_rad` is the mean over the places a point was measured at; `time_s` runs from
+"""Columns of the points; those of `rtctl.friction.point_evidence` are among them. `position_rad` is the mean over the places a point was measured at; `time_s` runs from
 the begin of the first session, over all of them."""
 _NUMBER = {
     "velocity_rad_s": ".9g",
     "count": "d",
     "direction": "d",
+    "presliding_ramps": "d",
     "temperature_c": ".2f",
     "position_rad": ".6f",
     "time_s": ".3f",

@@ -11,9 +11,11 @@ import numpy as np
 
 from rtctl.control.vocabulary import Program, ProgramFlag
 from rtctl.errors import DataError
+from rtctl.friction.presliding import Ramp, ramp_of
 from rtctl.identify.motion import (
     ACCELERATION_RAD_S2,
     LOOK_S,
+    SLIP_RAD,
     SPARE_S,
     HandSeen,
     Motion,
@@ -32,7 +34,10 @@ SETTLE_S, SETTLE_RAD = 2.0, 0.03
 """Patience of the steady-state test: this time plus the time for this travel."""
 FAST_SHARE = 0.6
 """The ramp is quick up to this share of the smallest break-away torque seen."""
+SLOW_EVERY = 5
+"""One ramp in so many is slow from the beginning: its presliding is looked at. A quick one bends against damping too."""
 DISCARDS_PER_MEASUREMENT = 3
+SLIP_MAX_RAD = 0.2
 
 
 @dataclass(frozen=True)
@@ -56,6 +61,20 @@ class Collected:
 
     measurements: list[Measurement] = field(default_factory=list)
     discarded: int = 0
+    ramps: list[Ramp] = field(default_factory=list)
+    """Beginnings of the slow break-away ramps, for the presliding length."""
+    slip_rad: float = SLIP_RAD
+    """Displacement that ends a ramp."""
+    starts: list[int] = field(default_factory=list)
+    """How many measurements there were when each place was reached: those in between are of one place."""
+
+    @property
+    def weakest_nm(self) -> float:
+        """Torque at the place where it was least in size against the motion's direction, N m, signed."""
+        torque = np.array([one.torque_nm for one in self.measurements])
+        inner = [start for start in sorted(set(self.starts)) if 0 < start < len(torque)]
+        places = np.array([part.mean() for part in np.split(torque, inner)])
+        return float(places[np.argmin(places * np.sign(torque.mean()))])
 
     def discard(self, wanted: int, what: str) -> None:
         """Count a try that gave nothing; too many are an error. Raises DataError."""
@@ -188,10 +207,15 @@ def _slip(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float
     travel, stop = motion.high_rad - motion.low_rad, motion.stopping_rad(jog) + 0.5 * settings.margin_rad
     yield from _go_on(motion, direction, spot, min(stop, 0.5 * travel), 0.0)
     yield from motion.rest()
-    least = min((abs(m.torque_nm) for m in got.measurements), default=0.0)
+    slow = len(got.measurements) % SLOW_EVERY == 0
+    least = 0.0 if slow else min(abs(m.torque_nm) for m in got.measurements)
     limit_s = 2.0 * rig.torque_limit_nm / settings.ramp_nm_s
     fields = motion.order(
-        Program.RAMP, limit_s, ramp_nm_s=direction * settings.ramp_nm_s, fast_nm=FAST_SHARE * least
+        Program.RAMP,
+        limit_s,
+        ramp_nm_s=direction * settings.ramp_nm_s,
+        fast_nm=FAST_SHARE * least,
+        slip_rad=got.slip_rad,
     )
     parts = [(yield from motion.see(Order(fields, 4 * LOOK_S)))]
     while not int(parts[-1]["program_flags"][-1, rig.axis]):
@@ -205,10 +229,17 @@ def _slip(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float
         )
     ended = int(np.argmax(rows["program_flags"][:, rig.axis] != 0))
     found = break_away(rows[:ended], rig.axis, rig.period_s, rig.count_rad, bias_nm)
+    if found is None and ProgramFlag.SLIPPED in flags:  # it only bent so far: bristles as soft as that
+        got.slip_rad = min(2.0 * got.slip_rad, SLIP_MAX_RAD)
     if found is None or ProgramFlag.SLIPPED not in flags or found.torque_nm * direction <= 0:
         got.discard(settings.measurements, task.name)
         return
     got.measurements.append(found)
+    if slow and not stood_still(rows):
+        torque = rows["motor_torque_nm"][:ended, rig.axis] - bias_nm
+        position = rows["position_rad"][:ended, rig.axis]
+        ramp = ramp_of(position, torque, found.torque_nm, rig.count_rad, rig.period_s)
+        got.ramps += [ramp] if ramp else []
 
 
 def _spots(motion: Motion, task: Task) -> Iterator[Spot]:
@@ -254,6 +285,7 @@ def collect(motion: Motion, task: Task, bias_nm: float) -> Steps[Collected]:
         spot = HERE if len(got.measurements) == before else next(spots)
         part = _slip if task.speed_rad_s == 0 else _run
         before = len(got.measurements)
+        got.starts.append(before)
         try:
             yield from part(motion, task, got, spot, bias_nm)
         except HandSeen:

@@ -10,6 +10,7 @@ import numpy as np
 
 from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import DataError, FaultError, HandOnRigError
+from rtctl.friction.presliding import presliding
 from rtctl.identify.motion import HandSeen, Motion, Order, Steps
 from rtctl.identify.plan import Task, tasks
 from rtctl.identify.points import Collected, collect, fastest_rad_s, run_up_rad, steady_s, window_s
@@ -58,6 +59,12 @@ class Point:
     """Mean over the measurements."""
     time_s: float
     """Middle between the first and the last measurement, s since the session began."""
+    weakest_place_nm: float
+    """Mean at the place where the friction was least, signed like `friction_torque_nm`."""
+    presliding_rad: float | None = None
+    """Break-away: presliding length, see `rtctl.friction.presliding`; None elsewhere, or when it cannot be told."""
+    presliding_spread_rad: float | None = None
+    presliding_ramps: int | None = None
 
 
 class Store(Protocol):
@@ -129,6 +136,7 @@ def summarise(task: Task, got: Collected, began_s: float) -> Point:
     column = {name: np.array([row[name] for row in rows], dtype=float) for name in rows[0]}
     torque, acceleration = column["torque_nm"], column["acceleration_rad_s2"]
     force = column["force_n"].mean(axis=0)
+    bent = presliding(got.ramps)
     return Point(
         name=task.name,
         use=task.use,
@@ -145,6 +153,10 @@ def summarise(task: Task, got: Collected, began_s: float) -> Point:
         temperature_c=float(column["temperature_c"].mean()),
         position_rad=float(column["position_rad"].mean()),
         time_s=0.5 * float(column["time_s"].min() + column["time_s"].max()) - began_s,
+        weakest_place_nm=got.weakest_nm,
+        presliding_rad=bent.length_rad if bent else None,
+        presliding_spread_rad=bent.spread_rad if bent else None,
+        presliding_ramps=bent.ramps if bent else None,
     )
 
 

@@ -8,9 +8,10 @@ from mutations import mutations
 from seeds_control import SEEDS as CONTROL
 from seeds_devices import SEEDS as DEVICES
 from seeds_host import SEEDS as HOST
+from seeds_mock import SEEDS as MOCK
 
 ROOT = Path(__file__).resolve().parents[2]
-SEEDS = (*CONTROL, *DEVICES, *HOST)
+SEEDS = (*CONTROL, *DEVICES, *HOST, *MOCK)
 
 
 @pytest.mark.parametrize("seed", SEEDS, ids=lambda seed: seed.what)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rtctl.__main__ import main
-from rtctl.config import Config, LoadedConfig
+from rtctl.config import load
 from rtctl.errors import ModelError, StabilityError
 from rtctl.friction import artefact
 from rtctl.friction.fit import fit_points
@@ -78,13 +78,6 @@ def rig(tmp_path, model):
     return write
 
 
-def _load(path):
-    import tomllib
-
-    config = Config.model_validate(tomllib.loads(path.read_text()))
-    return LoadedConfig(path=path, sha256="0" * 64, config=config, options={})
-
-
 def _run(monkeypatch, capsys, *arguments):
     monkeypatch.setattr(sys, "argv", ["rtctl", *map(str, arguments)])
     code = 0
@@ -97,7 +90,7 @@ def _run(monkeypatch, capsys, *arguments):
 
 
 def test_without_a_model_the_rig_files_damping_gates(rig):
-    (axis,) = examine(_load(rig())).axes
+    (axis,) = examine(load(rig())).axes
     assert axis.ok
     assert axis.device_damping_nms_rad == 0.05
     assert axis.sampled_data_margin_nms_rad == pytest.approx(0.05 - 0.01 - 0.03)
@@ -109,12 +102,12 @@ def test_without_a_model_the_rig_files_damping_gates(rig):
 
 
 def test_a_coupling_exactly_at_its_bound_passes(rig):
-    assert examine(_load(rig(k_c=80.0))).ok
-    assert not examine(_load(rig(k_c=80.001))).ok
+    assert examine(load(rig(k_c=80.0))).ok
+    assert not examine(load(rig(k_c=80.001))).ok
 
 
 def test_with_a_model_the_secant_damping_of_the_theory_gates(rig):
-    (axis,) = examine(_load(rig(model="model.json"))).axes
+    (axis,) = examine(load(rig(model="model.json"))).axes
     figures = axis.friction
     # theory 2.2 at kappa .9: .0625, less the model's error at 2 rad/s
     assert axis.device_damping_nms_rad == pytest.approx(0.0625 - figures.error_max_nm / 2, abs=2e-4)
@@ -123,14 +116,14 @@ def test_with_a_model_the_secant_damping_of_the_theory_gates(rig):
 
 
 def test_drift_lowers_the_guaranteed_damping(rig):
-    plain = examine(_load(rig(model="model.json"))).axes[0].device_damping_nms_rad
-    drifted = examine(_load(rig(model="model.json", drift=0.01))).axes[0].device_damping_nms_rad
+    plain = examine(load(rig(model="model.json"))).axes[0].device_damping_nms_rad
+    drifted = examine(load(rig(model="model.json", drift=0.01))).axes[0].device_damping_nms_rad
     assert plain - drifted == pytest.approx(0.01 / 2, abs=1e-6)
 
 
 def test_policies_without_a_force_gate_are_capped_below_dry_friction(rig, model):
-    gated = examine(_load(rig(model="model.json"))).axes[0].friction
-    ungated = examine(_load(rig(model="model.json", policy="tanh"))).axes[0].friction
+    gated = examine(load(rig(model="model.json"))).axes[0].friction
+    ungated = examine(load(rig(model="model.json", policy="tanh"))).axes[0].friction
     assert gated.two_line_margin_nm < 0 < gated.two_line_capped_margin_nm
     assert ungated.two_line_margin_nm == ungated.two_line_capped_margin_nm
     assert ungated.feedforward_max_nm == pytest.approx(0.9 * model.friction_min_nm.min())
@@ -138,7 +131,7 @@ def test_policies_without_a_force_gate_are_capped_below_dry_friction(rig, model)
 
 
 def test_no_feed_forward_keeps_the_whole_friction(rig, model):
-    figures = examine(_load(rig(model="model.json", policy="off"))).axes[0].friction
+    figures = examine(load(rig(model="model.json", policy="off"))).axes[0].friction
     assert figures.feedforward_max_nm == 0
     expected = min((branch.magnitude(2.0) - branch.error_max_nm) / 2 for branch in model.branches)
     assert figures.secant_damping_nms_rad == pytest.approx(expected, rel=1e-9)
@@ -146,35 +139,35 @@ def test_no_feed_forward_keeps_the_whole_friction(rig, model):
 
 
 def test_beyond_the_trained_range_only_the_rig_files_damping_counts(rig):
-    near = examine(_load(rig(model="model.json", policy="off"))).axes[0]
-    far = examine(_load(rig(model="model.json", policy="off", limit=20.0))).axes[0]
+    near = examine(load(rig(model="model.json", policy="off"))).axes[0]
+    far = examine(load(rig(model="model.json", policy="off", limit=20.0))).axes[0]
     assert near.friction.beyond_damping_nms_rad is None
     assert far.friction.beyond_damping_nms_rad == pytest.approx((0.35 + 0.05 * 18) / 20, abs=1e-3)
     assert far.device_damping_nms_rad < near.device_damping_nms_rad
 
 
 def test_the_largest_stiffness_of_the_refusal_passes(rig):
-    refusal = examine(_load(rig(k_c=100.0, d=1))).refusal()
+    refusal = examine(load(rig(k_c=100.0, d=1))).refusal()
     bound = refusal.split("largest that passes is ")[1].split()[0]
-    assert examine(_load(rig(k_c=float(bound), d=1))).ok
-    assert not examine(_load(rig(k_c=float(bound) * 1.001, d=1))).ok
+    assert examine(load(rig(k_c=float(bound), d=1))).ok
+    assert not examine(load(rig(k_c=float(bound) * 1.001, d=1))).ok
 
 
 def test_the_recommended_pair_of_the_refusal_passes(rig):
-    text = examine(_load(rig(k_c=100.0, b_c=0.06))).refusal()
+    text = examine(load(rig(k_c=100.0, b_c=0.06))).refusal()
     assert "axis[0].coupling.damping_nms_rad" in text
     assert "bound 0.05" in text
     pair = [float(part.split(" = ")[1]) for part in text.split("recommended: ")[1].split(", ")]
-    assert examine(_load(rig(k_c=pair[0], b_c=pair[1]))).ok
+    assert examine(load(rig(k_c=pair[0], b_c=pair[1]))).ok
 
 
 def test_a_feed_forward_that_may_exceed_friction_is_refused_with_a_gain_that_passes(rig):
-    report = examine(_load(rig(model="model.json", gain=1.0, drift=0.05)))
+    report = examine(load(rig(model="model.json", gain=1.0, drift=0.05)))
     assert not report.ok
     assert "axis[0].friction.gain" in report.refusal()
     gain = float(report.refusal().split("gain of at most ")[1].split()[0])
     assert 0 < gain < 1
-    assert examine(_load(rig(model="model.json", gain=gain, drift=0.05))).ok
+    assert examine(load(rig(model="model.json", gain=gain, drift=0.05))).ok
     with pytest.raises(StabilityError):
         report.require()
 
@@ -183,10 +176,10 @@ def test_a_model_of_another_rig_or_a_damaged_one_is_refused(rig, model, tmp_path
     path = rig(model="model.json")
     artefact.save(dataclasses.replace(model, rig="other"), tmp_path / "model.json")
     with pytest.raises(ModelError, match="rig"):
-        examine(_load(path))
+        examine(load(path))
     (tmp_path / "model.json").write_text("{}")
     with pytest.raises(ModelError, match="format"):
-        examine(_load(path))
+        examine(load(path))
 
 
 def test_a_passing_file_prints_ok_and_exits_0(rig, monkeypatch, capsys, tmp_path):

@@ -123,6 +123,10 @@ class LawRig:
         self.command["epoch"] = self.state["epoch"]
         self.request("arm_count")
         self.run(4 * int(self.params["arming_ticks"][0]) + 2 + int(self.params["soft_start_ticks"][0]))
+        for _ in range(2000):  # a stretched spring is paid for
+            if self["authority"] == 1.0:
+                break
+            self.tick()
         assert self.mode is State.ACTIVE
         assert self["authority"] == 1.0
         return self

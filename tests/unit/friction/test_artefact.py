@@ -62,6 +62,18 @@ def test_a_saved_model_is_read_back_bit_for_bit(model, path):
     )
 
 
+def test_a_file_from_before_presliding_and_places_were_kept_is_read(path):
+    def older(document):
+        for name in ("presliding_rad", "presliding_spread_rad", "presliding_ramps"):
+            del document[name]
+        for branch in document["branches"].values():
+            del branch["place_spread_nm"]
+
+    model = artefact.load(_forge(path, older))
+    assert (model.presliding_rad, model.presliding_spread_rad, model.presliding_ramps) == (None, None, 0)
+    assert model.place_spread_nm is None
+
+
 def test_the_file_says_where_it_comes_from(path):
     document = json.loads(path.read_text())
     assert document["schema"] == 2
@@ -177,6 +189,11 @@ def _branch(d):
         (lambda d: d["self_test"][7].__setitem__(0, 99.0), "outside the trained range"),
         (lambda d: d.update(self_test=[d["self_test"][0]] * 64), "one direction only"),
         (lambda d: d["self_test"].pop(), "self_test"),
+        (lambda d: d.update(presliding_rad=0.0), "presliding_rad"),
+        (lambda d: d.update(presliding_rad=1.5), "presliding_rad"),
+        (lambda d: d.update(presliding_rad=0.001, presliding_ramps=3), "presliding_spread_rad"),
+        (lambda d: d.update(presliding_spread_rad=1e-4, presliding_ramps=3), "presliding_rad"),
+        (lambda d: _branch(d).update(place_spread_nm=-0.01), "place_spread_nm"),
     ],
 )
 def test_a_forged_file_with_a_right_checksum_is_still_refused_by_key(path, change, named):

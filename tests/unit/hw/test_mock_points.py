@@ -12,6 +12,7 @@ from hw.mock.jit import records
 from hw.mock.records import plant_records
 from rtctl.config import load
 from rtctl.friction import artefact, mock_points
+from rtctl.friction.point_evidence import COLUMNS
 from rtctl.friction.points import read_points
 
 CONFIGS = Path(__file__).parents[3] / "configs"
@@ -77,12 +78,26 @@ def test_the_shipped_model_was_learned_from_the_shipped_points_and_follows_the_t
         assert np.sqrt(np.mean(error_nm**2)) < 0.0025
 
 
+def test_the_shipped_model_knows_the_bristles_and_the_weakest_place(curve, loaded):
+    model = artefact.load(CONFIGS / "friction" / "mock.json")
+    friction = loaded.options["axis"][0]["friction"]
+    lengths = [curve(0.0, sign) / friction["bristle_stiffness_nm_rad"] for sign in (1, -1)]
+    assert model.presliding_rad == pytest.approx(np.mean(lengths), rel=0.02)
+    assert 0 < model.presliding_spread_rad < 0.1 * model.presliding_rad
+    assert model.presliding_ramps == 200
+    modulated = friction["modulation_share"] * np.array([curve(0.0, sign) for sign in (1, -1)])
+    ripple = loaded.options["axis"][0]["ripple_nm"]
+    assert (model.place_spread_nm > modulated).all()
+    assert (model.place_spread_nm < modulated + ripple + 0.006).all()
+
+
 def test_the_file_names_its_columns_and_reads_back(tmp_path):
     point = mock_points.Point(-0.5, -0.3, 0.004, 100, -1)
     mock_points.write_csv([point], tmp_path / "points.csv")
     with (tmp_path / "points.csv").open() as file:
         row = next(csv.DictReader(file))
-    assert list(row) == ["velocity_rad_s", "friction_torque_nm", "std_nm", "count", "direction"]
+    assert list(row) == ["velocity_rad_s", "friction_torque_nm", "std_nm", "count", "direction", *COLUMNS]
+    assert all(row[name] == "" for name in COLUMNS)
     assert math.isclose(float(row["friction_torque_nm"]), -0.3)
 
 

@@ -11,6 +11,7 @@ from identified import CONFIG, SMALL, run
 from rtctl.config import load
 from rtctl.errors import DataError
 from rtctl.friction import report_evidence
+from rtctl.friction.point_evidence import presliding_of
 from rtctl.friction.points import read_points
 from rtctl.identify import dataset as module
 from rtctl.identify.dataset import Dataset, read_document, write_whole
@@ -40,6 +41,11 @@ def test_the_fit_reads_its_points(whole):
     assert len(points.branch(1)[0]) == len(points.branch(-1)[0]) == 9
     assert sorted(points.std_nm) == pytest.approx(sorted(p["std_nm"] for p in train), abs=1e-6)
     assert set(points.count) == {12}
+    bent = presliding_of(points)
+    assert bent.length_rad == pytest.approx(1.03 * 0.35 / 250, rel=0.03), "the mean of both directions"
+    assert 0 < bent.spread_rad < 0.1 * bent.length_rad
+    assert bent.ramps == 2 * 3, "every fifth ramp of twelve"
+    assert all(p["weakest_place_nm"] / p["friction_torque_nm"] <= 1 for p in train)
     lines = (whole / "points_test.csv").read_text().splitlines()
     assert len(lines) == 2 + 4
 

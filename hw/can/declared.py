@@ -1,0 +1,54 @@
+"""How late a drive or board on a CAN bus is at worst, for `rtctl check`. Plain arithmetic; imports no driver.
+
+Asked for, a sample is taken when its request (or the SYNC) arrives, in the cycle before the one that reads it, and the
+command that answers it arrives at the same place of the next cycle: one period, the time on the bus included in both.
+What a device sends by a clock of its own is up to that clock's period old when it is read, and both frames need their
+turn on the bus besides: all frames of one period, one after the other. That much may come and go.
+"""
+
+from __future__ import annotations
+
+from hw.can import board, moteus, odrive
+from hw.can.load import Traffic, bus_load
+from hw.interface import Options, Rig, Timing
+
+
+def _cycle_s(frames: list[Traffic], options: Options, rig: Rig) -> float:
+    """Time on the wire of the frames of one period."""
+    bus = options["bus"]
+    return bus_load(frames, int(bus["bitrate"]), int(bus["data_bitrate"]), rig.period_s).cycle_s
+
+
+def _asked(cycle_s: float, rig: Rig) -> list[Timing]:
+    return [Timing(rig.period_s, rig.period_s, min(cycle_s, rig.period_s))] * rig.n_axes
+
+
+def _by_itself(period_s: float, cycle_s: float, rig: Rig) -> list[Timing]:
+    return [Timing(period_s + cycle_s, period_s, min(cycle_s, period_s))] * rig.n_axes
+
+
+def odrive_timing(options: Options, rig: Rig) -> list[Timing]:
+    """Of ODrives: asked in every cycle, or sending by themselves."""
+    cycle_s = _cycle_s(odrive.traffic(options, 1 / rig.period_s), options, rig)
+    if options["feedback"] == "request":
+        return _asked(cycle_s, rig)
+    return _by_itself(1e-3 * float(options["feedback_ms"]), cycle_s, rig)
+
+
+def moteus_timing(options: Options, rig: Rig) -> list[Timing]:
+    """Of moteus controllers: a command asks for the sample."""
+    return _asked(_cycle_s(moteus.traffic(options, 1 / rig.period_s), options, rig), rig)
+
+
+def cia402_timing(options: Options, rig: Rig) -> list[Timing]:
+    """Of CiA 402 drives: sample and command are both taken at the SYNC."""
+    return [Timing(rig.period_s, rig.period_s)] * rig.n_axes
+
+
+def board_timing(options: Options, rig: Rig) -> list[Timing]:
+    """Of a board by field map: its slowest required frame, sent by itself, or once a cycle."""
+    cycle_s = _cycle_s(board.traffic(options, 1 / rig.period_s), options, rig)
+    periods_s = [
+        1e-3 * float(frame.get("period_ms") or 0) for frame in options["receive"] if frame["required"]
+    ]
+    return _by_itself(max([rig.period_s, *periods_s]), cycle_s, rig)

@@ -1,0 +1,64 @@
+"""Account of the help with friction: what feed-forward and observer put in, against what friction surely takes out.
+
+    E <- min(E - tau_a dx + credit, bank)        tau_a: feed-forward and observer torque that acted over the period
+    share = clip(1 + E/bank, 0, 1)               of the compensation that is sent
+
+`credit` is what the joint's dry friction has surely taken out of the same motion (`dry_friction`), and, as far as the
+bristles are at their end, its viscous damping. Whatever the policy decides about the direction, whatever a delay, a
+noise, a hand or a wrong model make of it, over any stretch of time the compensation puts in no more than friction took
+out, two banks, and one bent bristle F x_b/2. The bank is F x_b/2, so that a hand is given three bent bristles at most.
+
+Why it is needed. A policy that is right in sliding is wrong in presliding: there friction is a spring, and torque that
+follows the sign of the motion, or the hand's, is negative damping. A hand that holds still was shaken by it for as long
+as it held. Such a vibration stays within the bristles' length, is credited nothing, and empties the account within some
+periods; the compensation goes, friction is there in full, and the joint rests. The next stroke fills the account within
+some milliradians.
+
+Why two accounts. The torque sent acts some ticks later. Which tick of motion it meets is known to one tick, so both are
+kept and the emptier one counts.
+"""
+
+from __future__ import annotations
+
+from rtctl.control.jit import compiled
+from rtctl.control.records import HELD, Record
+
+VISCOUS_SHARE = 0.95
+"""Share of the guaranteed viscous damping that may be credited in sliding."""
+
+TINY_J = 1e-12
+"""Keeps a bank of nothing from dividing by it."""
+
+
+@compiled
+def keep_assistance(s: Record, p: Record, axis: int, dx: float, elapsed: int, powered: bool) -> None:
+    """Advance both accounts by the last period's motion; they are full while no torque leaves."""
+    bank = p.assistance_bank_j[axis]
+    if not powered:
+        s.assistance_energy_j[axis, 0] = s.assistance_energy_j[axis, 1] = bank
+        return
+    if dx == 0.0:
+        return
+    late = min(max(p.follow_delay_ticks[axis], 0), HELD - 3)
+    slides = s.bristle_share[axis] ** 2
+    viscous = VISCOUS_SHARE * max(p.viscous_nms_rad[axis], 0.0) * dx * dx / (p.period_s * max(elapsed, 1))
+    credit = s.friction_credit_j[axis] + slides * viscous
+    for later in range(2):
+        acted = s.compensation_nm[axis, (s.ticks - 1 - late - later) % HELD]
+        energy = s.assistance_energy_j[axis, later] + credit - acted * dx
+        s.assistance_energy_j[axis, later] = min(energy, bank)
+
+
+@compiled
+def assistance_share(s: Record, p: Record, axis: int) -> float:
+    """Share of the compensation that the account allows, 0 to 1; 0 for NaN."""
+    energy = min(s.assistance_energy_j[axis, 0], s.assistance_energy_j[axis, 1])
+    share = 1.0 + energy / max(p.assistance_bank_j[axis], TINY_J)
+    return min(share, 1.0) if share > 0.0 else 0.0
+
+
+@compiled
+def remember_compensation(t: Record, s: Record, axis: int, share: float) -> None:
+    """Note what of the torque sent was compensation: `share` (0 to 1) of feed-forward and observer."""
+    sent = t.feedforward_torque_nm[axis] + t.observer_torque_nm[axis]
+    s.compensation_nm[axis, s.ticks % HELD] = share * sent

@@ -1,0 +1,115 @@
+"""Friction as the force sensor sees it: disturbance observer, and the torque that compensates what it finds.
+
+With u the torque that acts, tau_h the hand's, J the inertia and v the velocity, the joint's balance leaves
+
+    F = u + tau_h - J dv/dt                               all that opposes the motion, positive along +v
+
+which needs no friction model. Both sides pass the same two low-passes, one of the bandwidth w_q and one four times as
+fast against the encoder's steps; the derivative is then w_q (v - LP v), never a difference of differences:
+
+    Fhat = LP[u + tau_h] - J w_q (v - LP v) - b LP v      b: the viscous damping, which is left to the joint
+    tau  = gain d(Fhat - LP[tau_ff])                      d: dead band against the bias of the force sensor
+
+(theory, second part, section 9; the sign there is that of a disturbance, here that of friction). With a learned
+feed-forward tau_ff the observer adds what the feed-forward leaves; alone (policy `observer`) it does all.
+
+v is the plain backward difference: half a period late, where a window that grows at low speed is as late as it is
+long, and a late acceleration is a negative inertia that a stiff hand rings on.
+
+A bias of the sensor is amplified by gain/(1 - gain) at rest: the dead band keeps a resting joint from creeping as long
+as the bias is below it. `rtctl check` bounds gain and bandwidth by the eigenvalues of the loop with every hand of a
+stated box; `assistance` bounds the energy.
+
+While the joint slides (the bristles of `dry_friction` at their end) Fhat, low-passed once more, is remembered for each
+direction as the friction seen.
+"""
+
+from __future__ import annotations
+
+import math
+
+from rtctl.control.feedforward import range_fade
+from rtctl.control.friction import BACKWARD, FORWARD
+from rtctl.control.jit import compiled
+from rtctl.control.records import HELD, Record
+from rtctl.control.vocabulary import Policy
+
+_OFF = int(Policy.OFF)
+
+SMOOTHING = 4.0
+"""The second low-pass is this many times as fast as the first."""
+
+
+@compiled
+def _forget(s: Record, axis: int) -> None:
+    """Empty the filters, so that a number that is not finite does not stay."""
+    s.observer_torque_smooth_nm[axis] = s.observer_torque_nm[axis] = 0.0
+    s.observer_velocity_smooth_rad_s[axis] = s.observer_velocity_rad_s[axis] = 0.0
+    s.observer_forward_nm[axis] = 0.0
+    s.friction_seen_nm[axis, FORWARD] = s.friction_seen_nm[axis, BACKWARD] = 0.0
+
+
+@compiled
+def _acting_torque(s: Record, p: Record, axis: int) -> float:
+    """Torque that acted over the last period: sent one tick and the configured delay ago, N m."""
+    late = min(max(p.follow_delay_ticks[axis], 0), HELD - 3)
+    return float(s.held_nm[axis, (s.ticks - 1 - late) % HELD])
+
+
+@compiled
+def observe_friction(t: Record, s: Record, p: Record, axis: int, fresh: bool) -> None:
+    """Write `friction_observed_nm` of the tick, N m along +v; NaN for a measurement that is not finite.
+
+    Does nothing (0) on an axis whose `observer_alpha` is 0; holds on a missed sample.
+    """
+    slow = p.observer_alpha[axis]
+    if not slow > 0.0 or not fresh:
+        t.friction_observed_nm[axis] = s.friction_observed_nm[axis]
+        return
+    quick = p.observer_smooth_alpha[axis]
+    torque = _acting_torque(s, p, axis) + t.hand_torque_nm[axis]
+    velocity = t.velocity_difference_rad_s[axis]
+    s.observer_torque_smooth_nm[axis] += quick * (torque - s.observer_torque_smooth_nm[axis])
+    s.observer_velocity_smooth_rad_s[axis] += quick * (velocity - s.observer_velocity_smooth_rad_s[axis])
+    behind = s.observer_velocity_smooth_rad_s[axis] - s.observer_velocity_rad_s[axis]
+    s.observer_torque_nm[axis] += slow * (s.observer_torque_smooth_nm[axis] - s.observer_torque_nm[axis])
+    s.observer_velocity_rad_s[axis] += slow * behind
+    friction = s.observer_torque_nm[axis] - p.inertia_kgm2[axis] * p.observer_bandwidth_rad_s[axis] * behind
+    friction -= p.viscous_nms_rad[axis] * s.observer_velocity_rad_s[axis]
+    if not math.isfinite(friction):
+        _forget(s, axis)
+        friction = math.nan
+    elif abs(s.bristle_share[axis]) >= 1.0:
+        forward = s.bristle_share[axis] > 0.0
+        seen = friction if forward else -friction
+        side = FORWARD if forward else BACKWARD
+        s.friction_seen_nm[axis, side] += p.friction_seen_alpha[axis] * (
+            seen - s.friction_seen_nm[axis, side]
+        )
+    s.friction_observed_nm[axis] = friction if friction == friction else 0.0
+    t.friction_observed_nm[axis] = friction
+
+
+@compiled
+def observer_torque(t: Record, s: Record, p: Record, model: Record, axis: int, fresh: bool) -> float:
+    """Torque that compensates what the feed-forward leaves of the friction observed, N m; NaN stays NaN.
+
+    Reads the feed-forward of the tick. With it, it keeps within `friction_cap_nm`, and beyond the trained range of a
+    model it fades out as the feed-forward does.
+    """
+    if not p.observer_gain[axis] > 0.0 or p.friction_policy[axis] == _OFF:
+        return 0.0
+    forward = t.feedforward_torque_nm[axis]
+    if fresh:
+        s.observer_forward_nm[axis] += p.observer_alpha[axis] * (forward - s.observer_forward_nm[axis])
+    rest = t.friction_observed_nm[axis] - s.observer_forward_nm[axis]
+    if not math.isfinite(rest):
+        return math.nan
+    beyond = max(abs(rest) - p.observer_deadband_nm[axis], 0.0)
+    torque = t.compensation[axis] * p.observer_gain[axis] * math.copysign(beyond, rest)
+    v = t.velocity_rad_s[axis]
+    branch = FORWARD if v >= 0.0 else BACKWARD
+    if model.n_segments[branch] > 0:
+        torque *= range_fade(model, branch, abs(v))
+    cap = p.friction_cap_nm[axis]
+    return min(max(torque, -cap - forward), cap - forward)

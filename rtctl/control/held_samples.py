@@ -1,0 +1,91 @@
+"""How much device damping the sampled loop needs where only every n-th tick has a fresh sample.
+
+Between fresh samples the law goes on with the held position, in which coupling and environment relax: the torque
+changes, though nothing was measured. Pure functions of numbers; symbols as in `stability` and `sampled_loop`, and
+
+======  =======  ==============================================================================
+n       ticks    between two fresh samples
+y_i     N m      torque of the i-th tick of a frame of n ticks, i = 0 with the fresh sample
+s_i     rad      stretch of the coupling in that tick, a_i its change
+z       1        advances by a frame
+======  =======  ==============================================================================
+
+The law: ``y_0 = k_c s_0 + b_c a_0/(n T)``, ``y_i = k_c s_i + b_c a_i/T``, and the environment takes
+``y_i (moved_i - a_i)`` of energy, where the held position has moved by D in tick 0 and not at all in the others. So
+
+    sum_i y_i a_i = change of what is stored + sum_i L_i a_i^2,     L_0 = k_c/2 + b_c/(n T), L_i = k_c/2 + b_c/T,
+
+and what the software believes to take is y_0 D, where the joint was given the torque in force, late by d, times its
+velocity at each instant. With ``h(t) = torque in force - y_0 of the frame to come`` the hand is given no energy if
+``b v^2 + h v`` and the sum add up to no less than zero over all v, which is
+
+    b >= (1/4) max over z of the largest eigenvalue of L^-1/2 (integral of h* h) L^-1/2,
+
+a matrix of n rows, as h is linear in the a_i. For n = 1 it is the condition of `sampled_loop` with l = 1: it covers
+environments that are not linear. A lag is a mixture of delays, and h h* is convex: the mixture bounds it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from rtctl.control.sampled_loop import delays
+
+_ANGLES = 512
+_ALLOWANCE = 1.002
+"""For what may lie between the points of the sweep."""
+
+
+def damping_needed(k_c: float, b_c: float, T: float, n: int, d: float = 0.0, tau: float = 0.0) -> float:
+    """Least device damping with which the loop is passive, N m s/rad: a fresh sample every `n` ticks, delay `d`, lag
+    `tau`, both in ticks. Arguments are taken as valid. 0 without a coupling.
+    """
+    if k_c == 0 and b_c == 0:
+        return 0.0
+    return _ALLOWANCE * _needed(k_c, b_c, T, n, d, tau)
+
+
+def _needed(k_c: float, b_c: float, T: float, n: int, d: float, tau: float) -> float:
+    """Largest eigenvalue over the sweep, a quarter of it."""
+    back = np.exp(-2j * _angles())  # 1/z
+    torque, weight = _torques(k_c, b_c, T, n, back)
+    total = np.zeros((len(back), n, n), dtype=complex)
+    for share, late in delays(d, tau):
+        k = math.floor(late)
+        for piece, length in ((k + 1, late - k), (k, 1 - late + k)):
+            if share * length > 0:
+                total += share * length * T * _gram(torque, weight, n, piece, back)
+    return 0.25 * float(np.linalg.eigvalsh(total)[:, -1].max())
+
+
+def _angles() -> np.ndarray:
+    """Half angles of a frame in (0, pi/2]."""
+    return np.linspace(0.0, np.pi / 2, _ANGLES + 1)[1:]
+
+
+def _torques(k_c: float, b_c: float, T: float, n: int, back: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """y_i as rows over the a_l as columns at every z, and 1/sqrt(L_l).
+
+    ``(1 - 1/z) s_0 = a_0 + (1/z) sum of the others`` closes the frame.
+    """
+    rows = np.zeros((len(back), n, n), dtype=complex)
+    rows[:, :, 0] = (k_c / (1 - back))[:, None]
+    rows[:, :, 1:] = (k_c * back / (1 - back))[:, None, None]
+    for i in range(n):
+        rows[:, i, 1 : i + 1] += k_c
+        rows[:, i, i] += b_c / (n * T if i == 0 else T)
+    L = np.full(n, k_c / 2 + b_c / T)
+    L[0] = k_c / 2 + b_c / (n * T)
+    return rows, 1 / np.sqrt(L)
+
+
+def _gram(torque: np.ndarray, weight: np.ndarray, n: int, late: int, back: np.ndarray) -> np.ndarray:
+    """Integral of h* h over the n ticks of a frame, per tick, where the torque in force is `late` whole ticks old."""
+    out = np.zeros_like(torque)
+    for tick in range(n):
+        frame, i = divmod(tick - late, n)
+        h = (torque[:, i] * (back ** (-frame))[:, None] - torque[:, 0] / back[:, None]) * weight
+        out += h.conj()[:, :, None] * h[:, None, :]
+    return out

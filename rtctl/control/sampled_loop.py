@@ -1,0 +1,198 @@
+"""The sampled loop behind any delay and a first-order lag: how much device damping it needs, over all frequencies.
+
+Pure functions of numbers. Symbols as in `stability`, and
+
+======  =======  ==============================================================================
+d       ticks    delay between a sample and its torque at the motor, any real number >= 0
+tau     ticks    time constant of the current loop, A(s) = 1/(1 + s tau T); 0 is none
+m       1        torques of m ticks ago and earlier share in what the joint feels now
+======  =======  ==============================================================================
+
+The condition (second theory reference, section 10) and its closed form. At the aliases ``w_n = w + 2 pi n/T`` the
+joint moves with velocities V_n. With ``E = (1 - 1/z)^2/T^2``, S0, S1, S2 as in the reference and ``g = Re(1/Z_c)``
+of the coupling, the hand is given no energy by joint, coupling and environment iff ``b |V|^2 + Re(V* p y) >= 0``
+whenever the environment takes none, ``Re(y* q V) >= g |y|^2``. With the multiplier l of that constraint this is
+``b >= |p - l q|^2/(4 l g)``, least at ``l = |p|/|q| = sqrt(S2/S0)``:
+
+    b >= W(theta) (B^2 + K^2 cot^2 theta)/(2 B),     W = sqrt(S2/S0) + Re(E S1),     |E| S0 = 1.
+
+A linear environment may be as bad as that at every frequency by itself. One that is not linear (a wall) is covered
+where l is the same at all frequencies: l = 1 gives ``W = (1 + S2/S0)/2 + Re(E S1)``, the same without a lag.
+
+Both sums are exact. A fractional delay mixes whole ones: ``E S1 = -sum_m p_m z^-m`` with p_m >= 0 and sum 1, where
+a lag is a mixture of delays d + X, X exponential with mean tau, each shared between the two whole ticks beside
+it; ``S2/S0 = sum_m r_m cos(2 m theta)`` in the same way with |X|. So W is a mixture of ``2 sin^2(m theta)``, W/sin^2
+one of Fejer kernels, and their curvature is bounded by the moments of the mixture.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+_POINTS_PER_TICK = 1000
+"""Cells of the frequency sweep per tick of delay and lag: the bound is then at most some 1e-6 above the true peak."""
+
+_MOST_CELLS = 200_000
+
+_TAIL = 1e-6
+"""Weight of the longest delays of a lag that are taken together."""
+
+
+@lru_cache(maxsize=512)
+def peaks(d: float, tau: float, *, any_world: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of W and W/sin^2 such that no mixture of both exceeds its largest pair anywhere in (0, pi/2].
+
+    Parameters
+    ----------
+    d, tau : float
+        Delay and time constant of the lag, periods.
+    any_world : bool
+        Cover virtual environments that are not linear, too.
+
+    Notes
+    -----
+    On a cell of width h a function whose curvature is at most C exceeds the larger of its values at the ends by at
+    most C h^2/8, whatever convex function is added; both ends of every cell are listed with that added. The root is bounded by its tangent, ``sqrt(R) <= (R/l + l)/2``
+    with l from the middle of the cell, which leaves W a mixture of sin^2 and a constant >= 0, over sin^2 convex.
+    """
+    cells = _cells(d, tau)
+    theta = np.linspace(0.0, np.pi / 2, cells + 1)
+    turned, ratio = _alias_sums(theta, d, tau)
+    l = np.ones(cells)  # noqa: E741 - the multiplier of the notes
+    if tau > 0 and not any_world:
+        l[1:] = np.sqrt(_alias_sums(0.5 * (theta[2:] + theta[1:-1]), d, tau)[1])
+    h2 = (np.pi / 2 / cells) ** 2 / 8
+    second, fourth = _moments(2 + d, tau)
+    second_r, fourth_r = _moments(1.0, tau) if tau > 0 else (0.0, 0.0)
+    sine2 = np.sin(theta) ** 2
+    sine2[0] = 1.0
+    ends = []
+    for side in (slice(None, -1), slice(1, None)):
+        W = turned[side] + 0.5 * (ratio[side] / l + l)
+        U = W / sine2[side]
+        if side.start is None:
+            U[0] = _slow_limit(d, tau)
+        ends.append((W + (4 * second + 2 * second_r / l) * h2, U + (4 * fourth + 2 * fourth_r / l) / 3 * h2))
+    (W_left, U_left), (W_right, U_right) = ends
+    return undominated(np.concatenate([W_left, W_right]), np.concatenate([U_left, U_right]))
+
+
+@lru_cache(maxsize=64)
+def varying_peaks(low: float, high: float, tau: float) -> tuple[np.ndarray, np.ndarray]:
+    """As `peaks`, for a delay that changes from tick to tick anywhere within [low, high], both in ticks.
+
+    Notes
+    -----
+    The joint feels the torque of m - 1 ticks ago for a share of each tick, which is at most `slots`' share of m; what
+    the hand may be given in a tick is a sum over the torques felt of share times ``|y - y of the tick to come|^2``, so
+    taking every share at its largest covers whatever way it changes: ``W = 2 sum_m share_m sin^2(m theta)``. The
+    shares add up to 1 + high - low. It covers worlds that are not linear; of a lag it takes the mixture of delays.
+    """
+    shares: dict[int, float] = {}
+    for weight, late in delays(high, tau):
+        for m, share in slots(max(late - (high - low), 0.0), late).items():
+            shares[m] = shares.get(m, 0.0) + weight * share
+    cells = _cells(high, tau)
+    theta = np.linspace(0.0, np.pi / 2, cells + 1)
+    h2 = (np.pi / 2 / cells) ** 2 / 8
+    W, U, safe = np.zeros_like(theta), np.zeros_like(theta), np.sin(theta) ** 2
+    safe[0] = 1.0
+    for m, share in shares.items():
+        wave = np.sin(m * theta) ** 2
+        over = wave / safe
+        over[0] = m * m
+        W += 2 * share * (wave + 2 * m * m * h2)
+        U += 2 * share * (over + 2 * m**4 / 3 * h2)
+    return undominated(W, U)
+
+
+def _cells(d: float, tau: float) -> int:
+    """How many cells: the longer the delay, the narrower the peaks. Fewer would be as safe, only less exact."""
+    return min(math.ceil(_POINTS_PER_TICK * (2 + d + 2 * tau)), _MOST_CELLS)
+
+
+def slots(low: float, high: float) -> dict[int, float]:
+    """Largest share of a tick for which the torque of m - 1 ticks ago may be felt, for delays within [low, high]."""
+    out = {}
+    for k in range(math.floor(low), math.ceil(high) + 1):
+        # the torque of k ticks ago is felt for 1 - |delay - k| of a tick
+        share = 1 - (low - k if low > k else max(k - high, 0.0))
+        if share > 0:
+            out[k + 1] = share
+    return out
+
+
+@lru_cache(maxsize=64)
+def delays(d: float, tau: float) -> tuple[tuple[float, float], ...]:
+    """Shares and lengths, in ticks, of the delays that a lag behind the delay `d` is a mixture of.
+
+    Of each tick the mean, rounded by sharing it between the whole ticks beside it, which is exact for what is linear in
+    the delay between whole ticks; the tail is put where its mean is rounded up.
+    """
+    if tau == 0:
+        return ((1.0, d),)
+    shares: dict[int, float] = {}
+    edge, left = d, 1.0
+    while left > _TAIL:
+        top = math.floor(edge) + 1
+        rest = math.exp(-(top - d) / tau)
+        up = edge + tau - (top - edge) / math.expm1((top - edge) / tau) - (top - 1)
+        for k, share in ((top - 1, 1 - up), (top, up)):
+            shares[k] = shares.get(k, 0.0) + (left - rest) * share
+        edge, left = float(top), rest
+    far = math.ceil(edge + tau)
+    shares[far] = shares.get(far, 0.0) + left
+    return tuple((share, float(k)) for k, share in sorted(shares.items()))
+
+
+def undominated(W: np.ndarray, U: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The pairs that no other exceeds in both numbers: only these can be the largest in any coupling."""
+    order = np.argsort(-W, kind="stable")
+    W, U = W[order], U[order]
+    best = np.maximum.accumulate(U)
+    keep = np.concatenate([[True], U[1:] > best[:-1]])
+    return W[keep], U[keep]
+
+
+def _alias_sums(theta: np.ndarray, d: float, tau: float) -> tuple[np.ndarray, np.ndarray]:
+    """Re(E S1) and S2/S0 at every theta, exactly.
+
+    Notes
+    -----
+    ``1/(s^2 (1 + s tau))`` is the step-invariant image of ``t - tau + tau e^(-t/tau)``, so that with d = k + f and
+    q = e^(-1/tau) its samples at the times m - f give the modified z-transform
+    ``E S1 = -z^-(k+1) (1 - (f + tau)(1 - 1/z) + tau e^(-(1-f)/tau) (1 - 1/z)^2/(1 - q/z))``;
+    ``sum 1/(1/tau^2 + w_n^2)`` is ``T tau/2 sinh(1/tau)/(cosh(1/tau) - cos w T)``.
+    """
+    k = math.floor(d)
+    f = d - k
+    back = np.exp(-2j * theta)  # 1/z
+    inner = 1 - (f + tau) * (1 - back)
+    ratio = np.ones_like(theta)
+    if tau > 0:
+        q = math.exp(-1 / tau)
+        inner = inner + tau * math.exp(-(1 - f) / tau) * (1 - back) ** 2 / (1 - q * back)
+        sine2 = np.sin(theta) ** 2
+        ratio = 1 - 2 * tau * sine2 * (1 - q * q) / ((1 - q) ** 2 + 4 * q * sine2)
+    return -(back ** (k + 1) * inner).real, ratio
+
+
+def _slow_limit(d: float, tau: float) -> float:
+    """W/sin^2 for theta -> 0."""
+    k = math.floor(d)
+    f, M = d - k, k + 1
+    limit = 2 * M * M + 4 * (f + tau) * (M + 0.5)
+    if tau > 0:
+        q = math.exp(-1 / tau)
+        limit += 4 * tau * math.exp(-(1 - f) / tau) / (1 - q) - tau * (1 + q) / (1 - q)
+    return limit
+
+
+def _moments(c: float, t: float) -> tuple[float, float]:
+    """Second and fourth moment of c + X, X exponential with mean t: bounds of those of m."""
+    second = c * c + 2 * c * t + 2 * t * t
+    fourth = c**4 + 4 * c**3 * t + 12 * c * c * t * t + 24 * c * t**3 + 24 * t**4
+    return second, fourth

@@ -1,0 +1,75 @@
+"""What is known for sure of an axis' dry friction: its least torque, its presliding length, and the account on both.
+
+One place for the rules, used by the plan of the law and by `rtctl check`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rtctl.config_tables import AxisTable
+from rtctl.friction.model import FrictionModel
+
+LENGTH_FACTOR = 1.5
+"""The credited bristles are this much longer than the presliding length: LuGre's approach sliding slowly. By brute
+force over loops of any amplitude 1.0 is enough for LuGre and Maxwell-slip in slow motion; the rest is for fast motion."""
+
+SPREADS = 2.0
+"""Standard deviations of the measured length that are added to it."""
+
+LENGTH_UNKNOWN_RAD = 0.005
+"""Presliding length where nobody measured one: longer than that of most geared joints (.5 to 2 mrad)."""
+
+BANK_MOST_J = 5e-4
+"""Most that the account of the compensation may hold: with a deficit as large and a bent bristle, a hand that holds
+still is given less than 1.5 mJ once, and nothing after."""
+
+
+@dataclass(frozen=True)
+class Guarantee:
+    """Facts of one axis. Torques in N m, lengths in rad, energies in J."""
+
+    floor_nm: float
+    """Dry friction that is there at every trained speed, place and within the stated drift; 0 without a model."""
+    peak_nm: float
+    """Largest dry friction that is ever compensated or credited."""
+    length_rad: float
+    """Presliding length, as measured, given, or assumed."""
+    length_source: str
+    """"model", "rig file", or "assumed"."""
+    credited_rad: float
+    """Length x_b of the credited bristles (`control.dry_friction`)."""
+    bank_j: float
+    """Bank of the compensation's account (`control.assistance`)."""
+
+    @property
+    def given_most_j(self) -> float:
+        """Most energy that the compensation gives a hand over any stretch of time, J (`control.assistance`)."""
+        return 2 * self.bank_j + 0.5 * self.peak_nm * self.credited_rad
+
+
+def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
+    """Gather the facts of `axis`, whose friction model is `model`, if it has one."""
+    friction = axis.friction
+    cap_nm = friction.cap_share * axis.torque_limit_nm
+    floor_nm, peak_nm = 0.0, cap_nm
+    if model is not None:
+        places = model.place_spread_nm
+        doubt_nm = float(model.error_max_nm.max()) + (0.0 if places is None else float(places.max()))
+        floor_nm = max(0.0, float(model.friction_min_nm.min()) - doubt_nm - friction.drift_nm)
+        peak_nm = min(cap_nm, model.friction_max_nm)
+    length_rad, spread_rad, source = LENGTH_UNKNOWN_RAD, 0.0, "assumed"
+    if friction.presliding_rad > 0:
+        length_rad, source = friction.presliding_rad, "rig file"
+    elif model is not None and model.presliding_rad is not None:
+        length_rad, source = model.presliding_rad, "model"
+        spread_rad = model.presliding_spread_rad or 0.0
+    credited_rad = LENGTH_FACTOR * (length_rad + SPREADS * spread_rad)
+    return Guarantee(
+        floor_nm=floor_nm,
+        peak_nm=peak_nm,
+        length_rad=length_rad,
+        length_source=source,
+        credited_rad=credited_rad,
+        bank_j=min(0.5 * peak_nm * credited_rad, BANK_MOST_J),
+    )

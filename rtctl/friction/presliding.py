@@ -1,0 +1,195 @@
+"""Presliding length of a joint, from the beginnings of break-away ramps.
+
+Before a joint breaks away its friction is a spring: the torque is balanced by bristles that bend. The presliding
+length is the travel over which they would take up the whole break-away torque if they stayed as stiff as they begin,
+
+    length = break-away torque / initial slope of torque over position          (rad)
+
+so F_s / sigma0 of LuGre, and (sum of the elements' yield torques) / (sum of their stiffnesses) of Maxwell-slip. It
+is *not* the travel after which the joint slides: LuGre's bristles soften from the first moment on (90 % of the torque
+only after 2.3 lengths), and a Maxwell-slip joint slides when its last element has yielded.
+
+What is fitted, over the torque tau of one ramp as a share u = tau / break-away torque:
+
+    x = x_0 + length (u + bend (-ln(1 - u) - u))
+
+bend 0 is a spring that yields at once (elasto-plastic), 1 is LuGre's x = -length ln(1 - u). It is linear in x_0, length and
+length * bend. Points of a ramp are the instants at which the encoder's count changes: there the position is known without
+the quantum's error, up to the x_0 that is fitted anyway. Where the joint bends by less than some counts, the mean of
+the counts over many ramps is fitted instead: ramps begin anywhere within a count, so that their mean has no error either.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+SHARE_LOW, SHARE_HIGH = 0.05, 0.6
+"""Shares of the break-away torque between which the slope is taken: after the ramp's own start, before it yields."""
+SMOOTH_S = 0.02
+"""The motor torque is averaged over so much of the ramp: it rises evenly, so that the mean has no bias."""
+CHANGES_MIN = 2
+"""Count changes that tell the slope of one ramp."""
+GRID = np.linspace(SHARE_LOW, 0.8, 16)
+"""Shares at which the counts of a coarse encoder are averaged over ramps; further, because little else is seen."""
+RAMPS_MIN = 2
+SURE = 3.0
+"""A length found from averaged counts must be so many of its standard errors; else it is not known."""
+BEND_MAX = 1.5
+LENGTH_MAX_RAD = 1.0
+
+
+@dataclass(frozen=True)
+class Presliding:
+    """Presliding length over some ramps.
+
+    Attributes
+    ----------
+    length_rad
+        Break-away torque over initial slope, mean over the ramps.
+    spread_rad
+        Standard deviation of one ramp's length: places, directions and noise. None: not known (given by hand).
+    ramps
+        Ramps behind it; 0 when it was given by hand.
+    """
+
+    length_rad: float
+    spread_rad: float | None
+    ramps: int
+
+    def __str__(self) -> str:
+        """The figures in words."""
+        length = f"{1e3 * self.length_rad:.4g} mrad"
+        if self.spread_rad is None:
+            return f"{length}, given by hand"
+        return f"{length}, spread {1e3 * self.spread_rad:.2g} mrad over {self.ramps} ramps"
+
+
+@dataclass(frozen=True)
+class Ramp:
+    """One ramp as a share of its break-away torque.
+
+    `position_rad` where the encoder counted (up to a constant), and the `share` then; `grid_rad` what it showed at `GRID`.
+    """
+
+    position_rad: np.ndarray
+    share: np.ndarray
+    grid_rad: np.ndarray
+
+
+def ramp_of(
+    position_rad: np.ndarray, torque_nm: np.ndarray, break_away_nm: float, count_rad: float, period_s: float
+) -> Ramp | None:
+    """Reduce one ramp from rest to its count changes.
+
+    Parameters
+    ----------
+    position_rad, torque_nm : array, shape (n,)
+        Tick by tick from the ramp's first tick to the slip; the torque without the sensor's bias.
+    break_away_nm : float
+        Torque at the slip, signed as the ramp.
+
+    Returns
+    -------
+    Ramp or None
+        None when the ramp is too short, does not reach the end of `GRID`, or anything is NaN.
+    """
+    width = max(1, round(SMOOTH_S / period_s))
+    counts = np.sign(break_away_nm) * position_rad / count_rad
+    if len(counts) < 3 * width or not (np.isfinite(counts).all() and np.isfinite(torque_nm).all()):
+        return None
+    level = np.round(counts)
+    reached = np.maximum.accumulate(level)
+    kept = np.minimum.accumulate(level[::-1])[::-1]
+    share = np.convolve(torque_nm, np.full(width, 1.0 / width), mode="same") / break_away_nm
+    # a chattering count: half way between the first time it is reached and the last time it is lost
+    first, last = _passed(reached), _passed(kept)
+    each = np.intersect1d(reached[first], kept[last])
+    rows = 0.5 * (
+        first[np.searchsorted(reached[first], each)] + last[np.searchsorted(kept[last], each)]
+    ).astype(float)
+    at = np.interp(rows, np.arange(len(share)), share)
+    usable = (at >= SHARE_LOW) & (at <= SHARE_HIGH) & (rows >= width) & (rows < len(share) - width)
+    risen = np.searchsorted(np.maximum.accumulate(share), GRID)
+    if risen[-1] >= len(share):
+        return None
+    return Ramp(each[usable] * count_rad, at[usable], level[risen] * count_rad)
+
+
+def _passed(rising: np.ndarray) -> np.ndarray:
+    """Rows at which a series that never falls has just risen."""
+    return np.flatnonzero(np.diff(rising) > 0) + 1
+
+
+def bend_of(ramps: Sequence[Ramp]) -> float:
+    """How much the bristles soften on the way, over all ramps: 0 not at all, 1 as LuGre's (see the module)."""
+    x = np.concatenate([ramp.position_rad - np.mean(ramp.position_rad) for ramp in ramps])
+    linear = np.concatenate([ramp.share - np.mean(ramp.share) for ramp in ramps])
+    softened = np.concatenate([_softening(ramp.share) - np.mean(_softening(ramp.share)) for ramp in ramps])
+    (length, by_bend), *_ = np.linalg.lstsq(np.column_stack([linear, softened]), x, rcond=None)
+    return float(np.clip(by_bend / length, 0.0, BEND_MAX)) if length > 0 else 0.0
+
+
+def lengths_rad(ramps: Sequence[Ramp], bend: float) -> np.ndarray:
+    """Length of each ramp with a common bend."""
+    found = []
+    for ramp in ramps:
+        curve = ramp.share + bend * _softening(ramp.share)
+        curve = curve - np.mean(curve)
+        found.append(float(curve @ ramp.position_rad / (curve @ curve)))
+    return np.array(found)
+
+
+def _softening(share: np.ndarray) -> np.ndarray:
+    return np.asarray(-np.log1p(-share) - share)
+
+
+def presliding(ramps: Sequence[Ramp]) -> Presliding | None:
+    """Mean length over ramps and its spread; None from fewer than two, or when it is no length at all."""
+    telling = [ramp for ramp in ramps if len(ramp.share) >= CHANGES_MIN]
+    if len(ramps) < RAMPS_MIN:
+        return None
+    if 2 * len(telling) < len(ramps) or len(telling) < RAMPS_MIN:
+        return _averaged(ramps)
+    each = lengths_rad(telling, bend_of(telling))
+    length, spread = float(np.mean(each)), float(np.std(each, ddof=1))
+    return Presliding(length, spread, len(each)) if 0 < length <= LENGTH_MAX_RAD else None
+
+
+def _averaged(ramps: Sequence[Ramp]) -> Presliding | None:
+    """Length from the counts averaged over ramps; its spread is sqrt(n) jackknife errors, hence mostly the encoder's."""
+    grids = np.array([ramp.grid_rad - ramp.grid_rad[0] for ramp in ramps])
+    n = len(grids)
+    length = _length_of_mean(grids.mean(axis=0))
+    each = np.array([_length_of_mean((grids.sum(axis=0) - one) / (n - 1)) for one in grids])
+    error = math.sqrt((n - 1) * float(np.var(each)))
+    sure = SURE * error < length <= LENGTH_MAX_RAD
+    return Presliding(length, error * math.sqrt(n), n) if sure else None
+
+
+def _length_of_mean(grid_rad: np.ndarray) -> float:
+    mean = [Ramp(grid_rad, GRID, grid_rad)]
+    return float(lengths_rad(mean, bend_of(mean))[0])
+
+
+def together(parts: Sequence[Presliding]) -> Presliding | None:
+    """Presliding of all ramps of several groups (the two directions); None without any.
+
+    Notes
+    -----
+    The spread is that of all ramps in one: sum (n_i - 1) s_i^2 + n_i (l_i - l)^2 = (n - 1) s^2.
+    """
+    if not parts:
+        return None
+    n = np.array([max(part.ramps, 1) for part in parts], dtype=float)
+    each = np.array([part.length_rad for part in parts])
+    length = float(n @ each / n.sum())
+    spreads = [part.spread_rad for part in parts]
+    ramps = sum(part.ramps for part in parts)
+    if any(spread is None for spread in spreads) or n.sum() < RAMPS_MIN:
+        return Presliding(length, None, ramps)
+    within = (n - 1) @ np.square(np.array(spreads, dtype=float))
+    return Presliding(length, math.sqrt((within + n @ np.square(each - length)) / (n.sum() - 1)), ramps)

@@ -1,0 +1,44 @@
+"""The presliding length that `identify` measures, on simulated rigs whose bristles are known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from identified import SMALL, Kept, run, variant
+
+from rtctl.identify.plan import tasks
+
+RAMPS = replace(SMALL, measurements=30, train_levels=2, test_levels=0)
+SPEEDS = [task.name for task in tasks(RAMPS) if task.speed_rad_s]
+
+
+def _break_aways(folder, law, stiffness, damping, counts=160_000):
+    path = variant(
+        folder,
+        ('model = "lugre" ', f'model = "{law}" '),
+        ("bristle_stiffness_nm_rad = 250.0", f"bristle_stiffness_nm_rad = {stiffness}"),
+        ("bristle_damping_nms_rad = 1.0", f"bristle_damping_nms_rad = {damping}"),
+        ("encoder_counts_per_rev = 160000", f"encoder_counts_per_rev = {counts}"),
+    )
+    return run(path, RAMPS, store=Kept(SPEEDS)).points
+
+
+@pytest.mark.parametrize("law", ["lugre", "elasto_plastic"])
+@pytest.mark.parametrize(("stiffness", "damping"), [(50, 3.0), (250, 0.1), (2000, 1.0)])
+def test_it_is_break_away_over_bristle_stiffness_within_five_percent(tmp_path, law, stiffness, damping):
+    points = _break_aways(tmp_path, law, stiffness, damping)
+    assert [point.direction for point in points] == [1, -1]
+    for point in points:
+        true_rad = abs(point.friction_torque_nm) / stiffness
+        assert point.presliding_rad == pytest.approx(true_rad, rel=0.05)
+        assert point.presliding_spread_rad < 0.06 * true_rad
+        assert point.presliding_ramps == 6
+        assert abs(point.friction_torque_nm) == pytest.approx(0.35, abs=0.03)
+
+
+def test_a_coarse_encoder_still_tells_it_or_says_nothing(tmp_path):
+    soft = _break_aways(tmp_path, "lugre", 250, 1.0, counts=10_000)
+    assert [one.presliding_rad for one in soft] == pytest.approx([0.35 / 250, 0.371 / 250], rel=0.1)
+    stiff = _break_aways(tmp_path, "lugre", 1000, 1.0, counts=10_000)
+    assert [one.presliding_rad for one in stiff] == [None, None]
+    assert not np.isnan([one.friction_torque_nm for one in stiff]).any()

@@ -1,0 +1,72 @@
+"""Every plant of the family is what its name says, runs under the law, and the law is told what is true of it."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hw.mock.family import FAMILY, merged
+from rtctl import config
+from rtctl.control import stability
+from rtctl.errors import ConfigError
+from rtctl.family import with_plant
+from rtctl.simulation import Simulation
+
+MOCK = Path(__file__).parents[2] / "configs/mock.toml"
+
+
+@pytest.fixture(scope="module")
+def loaded():
+    return config.load(MOCK)
+
+
+def test_the_family_has_what_the_order_names():
+    assert next(iter(FAMILY)) == "lugre"
+    models = {plant.axis.get("friction", {}).get("model") for plant in FAMILY.values()}
+    assert {"lugre", "elasto_plastic", "gms"} <= models
+    for effect in ("elastic", "current_loop", "waves", "load", "drift"):
+        assert any(effect in plant.axis for plant in FAMILY.values()), effect
+    assert any("timing" in plant.device for plant in FAMILY.values())
+    assert all(name == plant.name for name, plant in FAMILY.items())
+
+
+def test_a_change_reaches_into_tables_and_leaves_the_rest():
+    assert merged({"a": {"b": 1, "c": 2}, "d": None}, {"a": {"b": 3}, "d": {"e": 4}}) == {
+        "a": {"b": 3, "c": 2},
+        "d": {"e": 4},
+    }
+
+
+@pytest.mark.parametrize("name", FAMILY)
+def test_a_plant_runs_two_seconds_armed_and_is_repeatable(loaded, name):
+    ends = []
+    for _ in range(2):
+        simulation = Simulation(with_plant(loaded, name))
+        simulation.arm()
+        trace = simulation.run(2.0)
+        assert np.all(trace["faults"] == 0)
+        assert np.ptp(simulation.truth["position_rad"][:, 0]) > 0.1, "the hand moves it"
+        ends.append(simulation.plant_state.tobytes())
+    assert ends[0] == ends[1]
+
+
+@pytest.mark.parametrize("name", FAMILY)
+def test_what_the_law_is_told_is_true_of_the_plant(loaded, name):
+    changed = with_plant(loaded, name)
+    axis, plant = changed.config.axis[0], Simulation(changed).plant_params[0]
+    motor_side = float(plant["viscous_nms_rad"][0] * (1 - plant["link_viscous_share"][0]))
+    assert axis.viscous_nms_rad <= motor_side + 1e-12
+    late = float(plant["transport_delay_ticks"] + plant["torque_delay_ticks"][0])
+    late += max(0, int(plant["sample_every_ticks"]) - 1) + float(plant["current_lag_s"][0]) * 1e3
+    assert axis.coupling.delay_ticks >= late
+    most = stability.k_max_sampled_data(
+        axis.viscous_nms_rad, axis.coupling.damping_nms_rad, 1e-3, axis.coupling.delay_ticks
+    )
+    assert axis.coupling.stiffness_nm_rad <= 0.9 * most
+
+
+def test_an_unknown_plant_and_a_rig_that_is_no_mock_are_refused_by_name(loaded):
+    with pytest.raises(ConfigError, match="no plant 'rubber'; there are: lugre"):
+        with_plant(loaded, "rubber")
+    with pytest.raises(ConfigError, match="only a mock alone"):
+        with_plant(config.load(MOCK.with_name("serial.toml")), "lugre")
