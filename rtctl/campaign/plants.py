@@ -43,7 +43,7 @@ def reference(loaded: LoadedConfig, name: str) -> tuple[np.void, int]:
     if key not in _made:
         changed = with_plant(loaded, name)
         params, _ = plant_records(changed.options, changed.config.hardware())
-        _made[key] = params[0], changed.config.axis[0].coupling.delay_ticks
+        _made[key] = params[0], math.ceil(changed.config.axis[0].coupling.delay_ticks)
     return _made[key]
 
 
@@ -54,6 +54,7 @@ def put_timing(p: np.void, plant: np.void, like: np.void, delay_ticks: int) -> N
     for name in _TIMING:
         plant[name] = like[name]
     plant["torque_delay_ticks"], p["follow_delay_ticks"] = 0, delay_ticks
+    p["actuator_delay_ticks"] = delay_ticks - 1
 
 
 def put_plant(plant: np.void, like: np.void, usual: np.void, axis: int) -> None:
