@@ -8,7 +8,7 @@ which needs no friction model. Both sides pass the same two low-passes, one of t
 fast against the encoder's steps; the derivative is then w_q (v - LP v), never a difference of differences:
 
     Fhat = LP[u + tau_h] - J w_q (v - LP v) - b LP v      b: the viscous damping, which is left to the joint
-    tau  = gain d(Fhat - LP[tau_ff])                      d: dead band against the bias of the force sensor
+    tau  = gain d(.98 Fhat - LP[tau_ff])                  d: dead band against the bias of the force sensor
 
 (theory, second part, section 9; the sign there is that of a disturbance, here that of friction). With a learned
 feed-forward tau_ff the observer adds what the feed-forward leaves; alone (policy `observer`) it does all.
@@ -39,6 +39,9 @@ _OFF = int(Policy.OFF)
 SMOOTHING = 4.0
 """The second low-pass is this many times as fast as the first."""
 
+TARGET_SHARE = 0.98
+"""Share of the friction that feed-forward and observer may reach together: what is left pays for the account."""
+
 
 @compiled
 def _forget(s: Record, axis: int) -> None:
@@ -57,16 +60,21 @@ def _acting_torque(s: Record, p: Record, axis: int) -> float:
 
 
 @compiled
-def observe_friction(t: Record, s: Record, p: Record, axis: int, fresh: bool) -> None:
+def _over(alpha: float, ticks: int) -> float:
+    """Coefficient of a low-pass over several ticks at once, from that of one."""
+    return alpha if ticks == 1 else 1.0 - (1.0 - alpha) ** ticks
+
+
+@compiled
+def observe_friction(t: Record, s: Record, p: Record, axis: int, elapsed: int) -> None:
     """Write `friction_observed_nm` of the tick, N m along +v; NaN for a measurement that is not finite.
 
-    Does nothing (0) on an axis whose `observer_alpha` is 0; holds on a missed sample.
+    Does nothing (0) on an axis whose `observer_alpha` is 0; holds on a missed sample (`elapsed` 0).
     """
-    slow = p.observer_alpha[axis]
-    if not slow > 0.0 or not fresh:
+    if not p.observer_alpha[axis] > 0.0 or elapsed < 1:
         t.friction_observed_nm[axis] = s.friction_observed_nm[axis]
         return
-    quick = p.observer_smooth_alpha[axis]
+    slow, quick = _over(p.observer_alpha[axis], elapsed), _over(p.observer_smooth_alpha[axis], elapsed)
     torque = _acting_torque(s, p, axis) + t.hand_torque_nm[axis]
     velocity = t.velocity_difference_rad_s[axis]
     s.observer_torque_smooth_nm[axis] += quick * (torque - s.observer_torque_smooth_nm[axis])
@@ -83,15 +91,14 @@ def observe_friction(t: Record, s: Record, p: Record, axis: int, fresh: bool) ->
         forward = s.bristle_share[axis] > 0.0
         seen = friction if forward else -friction
         side = FORWARD if forward else BACKWARD
-        s.friction_seen_nm[axis, side] += p.friction_seen_alpha[axis] * (
-            seen - s.friction_seen_nm[axis, side]
-        )
+        share = _over(p.friction_seen_alpha[axis], elapsed)
+        s.friction_seen_nm[axis, side] += share * (seen - s.friction_seen_nm[axis, side])
     s.friction_observed_nm[axis] = friction if friction == friction else 0.0
     t.friction_observed_nm[axis] = friction
 
 
 @compiled
-def observer_torque(t: Record, s: Record, p: Record, model: Record, axis: int, fresh: bool) -> float:
+def observer_torque(t: Record, s: Record, p: Record, model: Record, axis: int, elapsed: int) -> float:
     """Torque that compensates what the feed-forward leaves of the friction observed, N m; NaN stays NaN.
 
     Reads the feed-forward of the tick. With it, it keeps within `friction_cap_nm`, and beyond the trained range of a
@@ -100,9 +107,10 @@ def observer_torque(t: Record, s: Record, p: Record, model: Record, axis: int, f
     if not p.observer_gain[axis] > 0.0 or p.friction_policy[axis] == _OFF:
         return 0.0
     forward = t.feedforward_torque_nm[axis]
-    if fresh:
-        s.observer_forward_nm[axis] += p.observer_alpha[axis] * (forward - s.observer_forward_nm[axis])
-    rest = t.friction_observed_nm[axis] - s.observer_forward_nm[axis]
+    if elapsed > 0:
+        slow = _over(p.observer_alpha[axis], elapsed)
+        s.observer_forward_nm[axis] += slow * (forward - s.observer_forward_nm[axis])
+    rest = TARGET_SHARE * t.friction_observed_nm[axis] - s.observer_forward_nm[axis]
     if not math.isfinite(rest):
         return math.nan
     beyond = max(abs(rest) - p.observer_deadband_nm[axis], 0.0)

@@ -27,7 +27,7 @@ from rtctl.control.friction import BACKWARD, FORWARD, branch_magnitude
 from rtctl.control.jit import compiled
 from rtctl.control.records import Record
 
-SEEN_SHARE = 0.99
+SEEN_SHARE = 0.995
 """Share of the friction seen that is credited: a low-passed estimate may be a little high for a moment."""
 
 

@@ -87,10 +87,10 @@ def step(
         # 6. friction: what it surely takes out, what is seen of it, and the help with it that both allow
         credit_friction(s, p, model[axis], axis, dx, elapsed, t.velocity_rad_s[axis])
         keep_assistance(s, p, axis, dx, elapsed, t.velocity_rad_s[axis], powered)
-        observe_friction(t, s, p, axis, elapsed > 0)
+        observe_friction(t, s, p, axis, elapsed)
         velocity, doubt = device_velocity(t, s, p, axis, elapsed, dx)
         faults |= doubt | friction_feedforward(t, s, p, model[axis], axis, dx, velocity)
-        _compensate(t, s, p, model[axis], axis, elapsed > 0)
+        _compensate(t, s, p, model[axis], axis, elapsed)
         keep_account(s, p, axis, dx, elapsed, powered)
         feedback = force_feedback(t, s, p, model[axis], axis, elapsed > 0)
         # or, in their place, an excitation program
@@ -148,9 +148,9 @@ def _torque_per_ampere(p: Record, axis: int) -> float:
 
 
 @compiled
-def _compensate(t: Record, s: Record, p: Record, model: Record, axis: int, fresh: bool) -> None:
+def _compensate(t: Record, s: Record, p: Record, model: Record, axis: int, elapsed: int) -> None:
     """Add the observer to the feed-forward, and hold both to the share that their account allows."""
-    t.observer_torque_nm[axis] = observer_torque(t, s, p, model, axis, fresh)
+    t.observer_torque_nm[axis] = observer_torque(t, s, p, model, axis, elapsed)
     share = assistance_share(s, p, axis)
     t.assistance_share[axis] = share
     t.feedforward_torque_nm[axis] *= share

@@ -20,7 +20,7 @@ SPREADS = 2.0
 LENGTH_UNKNOWN_RAD = 0.005
 """Presliding length where nobody measured one: longer than that of most geared joints (.5 to 2 mrad)."""
 
-BANK_MOST_J = 1e-3
+BANK_MOST_J = 2e-3
 """Most that the account of the compensation may hold: with a deficit as large and a bent bristle, a hand that holds
 still is given less than 1.5 mJ once, and nothing after."""
 
