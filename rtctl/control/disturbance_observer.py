@@ -8,7 +8,7 @@ which needs no friction model. Both sides pass the same two low-passes, one of t
 fast against the encoder's steps; the derivative is then w_q (v - LP v), never a difference of differences:
 
     Fhat = LP[u + tau_h] - J w_q (v - LP v) - b LP v      b: the viscous damping, which is left to the joint
-    tau  = gain d(.98 Fhat - LP[tau_ff])                  d: dead band against the bias of the force sensor
+    tau  = gain d(.99 Fhat - LP[tau_ff])                  d: dead band against the bias of the force sensor
 
 (theory, second part, section 9; the sign there is that of a disturbance, here that of friction). With a learned
 feed-forward tau_ff the observer adds what the feed-forward leaves; alone (policy `observer`) it does all.
@@ -39,7 +39,7 @@ _OFF = int(Policy.OFF)
 SMOOTHING = 4.0
 """The second low-pass is this many times as fast as the first."""
 
-TARGET_SHARE = 0.98
+TARGET_SHARE = 0.99
 """Share of the friction that feed-forward and observer may reach together: what is left pays for the account."""
 
 
