@@ -55,11 +55,25 @@ def modulation(x: float, p: np.record, axis: int) -> float:
 
 @compiled
 def peak_share(v: float, p: np.record, axis: int) -> float:
-    """Share of the Stribeck peak that is left at velocity `v`."""
+    """Share of the Stribeck peak that is left at velocity `v`: of two speeds where there is a second one."""
     r = min(abs(v) / p.stribeck_rad_s[axis], _FAR)
     exponent = p.stribeck_exponent[axis]
     power = r * r if exponent == 2.0 else r**exponent
-    return math.exp(-power)
+    left = math.exp(-power)
+    share = p.second_share[axis]
+    if share == 0.0:
+        return left
+    r = min(abs(v) / p.second_rad_s[axis], _FAR)
+    return float(left + share * (math.exp(-(r * r if exponent == 2.0 else r**exponent)) - left))
+
+
+@compiled
+def viscous(v: float, p: np.record, axis: int) -> float:
+    """Viscous friction per speed at velocity `v`, N m s/rad: b, and what thins out with speed."""
+    if p.thinning_nms_rad[axis] == 0.0:
+        return float(p.viscous_nms_rad[axis])
+    r = v / p.thinning_rad_s[axis]
+    return float(p.viscous_nms_rad[axis] + p.thinning_nms_rad[axis] / (1.0 + r * r))
 
 
 @compiled
@@ -76,7 +90,8 @@ def dry_friction(v: float, x: float, p: np.record, axis: int) -> float:
 
     Notes
     -----
-    g = [F_c + (F_s - F_c) exp(-(|v|/v_s)^delta)] * scale(direction) * modulation(x); theory section 4.
+    g = [F_c + (F_s - F_c) exp(-(|v|/v_s)^delta)] * scale(direction) * modulation(x); theory section 4. With a second
+    speed the peak is (1 - m) exp(-(|v|/v_s)^delta) + m exp(-(|v|/v_2)^delta), m its share.
     """
     peak = (p.breakaway_nm[axis] - p.coulomb_nm[axis]) * peak_share(v, p, axis)
     return float((p.coulomb_nm[axis] + peak) * direction_scale(v, p, axis) * modulation(x, p, axis))
@@ -85,7 +100,7 @@ def dry_friction(v: float, x: float, p: np.record, axis: int) -> float:
 @compiled
 def static_friction(v: float, x: float, p: np.record, axis: int) -> float:
     """Friction torque in steady sliding, signed like `v`, viscous part included, N m."""
-    total = dry_friction(v, x, p, axis) + p.viscous_nms_rad[axis] * direction_scale(v, p, axis) * abs(v)
+    total = dry_friction(v, x, p, axis) + viscous(v, p, axis) * direction_scale(v, p, axis) * abs(v)
     return float(math.copysign(total, v))
 
 
@@ -176,7 +191,7 @@ def coupled_step(
     v_mid = v + ahead * acceleration
     g = dry_friction(v_mid, x + ahead * v, p, axis)
     s0, s1 = p.bristle_stiffness_nm_rad[axis], p.bristle_damping_nms_rad[axis]
-    b = p.viscous_nms_rad[axis] * direction_scale(v_mid, p, axis)
+    b = viscous(v_mid, p, axis) * direction_scale(v_mid, p, axis)
     slope = plastic_share(z, v_mid, g / s0, p.elastic_share[axis]) * s0 / g
     keep, gain, mean_keep, mean_gain = bristle_gains(slope, v_mid, h, rate)
     end = 2.0 * share - 1.0

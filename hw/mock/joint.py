@@ -57,10 +57,11 @@ def _load_sides(
             continue
         on_hand = i == LINK or stiffness <= 0.0
         row[J] = inertia * p.inertia_kgm2[axis] + (m_h if on_hand else 0.0)
-        row[B], row[SIZE] = viscous * p.viscous_nms_rad[axis], size
+        row[B], row[SIZE] = viscous, size
         row[X], row[V] = s.position_rad[axis], s.velocity_rad_s[axis]
         row[Z] = s.bristle_rad[axis] if i == MOTOR else s.link_bristle_rad[axis]
-        total_d = row[B] + size * p.bristle_damping_nms_rad[axis] + damping
+        wet = viscous * (p.viscous_nms_rad[axis] + p.thinning_nms_rad[axis])
+        total_d = wet + size * p.bristle_damping_nms_rad[axis] + damping
         total_k = size * p.bristle_stiffness_nm_rad[axis] + stiffness
         if on_hand:
             total_d, total_k = total_d + b_h, total_k + k_h

@@ -41,7 +41,7 @@ def _advance_axis(
     dx, dv = (x_end - x_d) / steps, (v_end - v_d) / steps
     inertia = p.inertia_kgm2[axis] + m_h
     motor, friction = s.motor_torque_nm[axis], s.friction_torque_nm[axis]
-    damping = b_h + p.bristle_damping_nms_rad[axis] + p.viscous_nms_rad[axis]
+    damping = b_h + p.bristle_damping_nms_rad[axis] + p.viscous_nms_rad[axis] + p.thinning_nms_rad[axis]
     share = implicit_share(inertia, damping, k_h + p.bristle_stiffness_nm_rad[axis], h)
     drag = b_h + share * h * k_h
     a = (motor + s.hand_torque_nm[axis] - friction) / p.inertia_kgm2[axis]

@@ -88,7 +88,11 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             ("breakaway_nm", "<f8", axis),
             ("stribeck_rad_s", "<f8", axis),
             ("stribeck_exponent", "<f8", axis),
+            ("second_share", "<f8", axis),  # of the peak, gone at second_rad_s instead; 0: none
+            ("second_rad_s", "<f8", axis),
             ("viscous_nms_rad", "<f8", axis),
+            ("thinning_nms_rad", "<f8", axis),  # viscous friction besides, halved at thinning_rad_s; 0: none
+            ("thinning_rad_s", "<f8", axis),
             ("bristle_stiffness_nm_rad", "<f8", axis),
             ("bristle_damping_nms_rad", "<f8", axis),
             ("bristle_max_nm", "<f8", axis),  # highest break-away torque anywhere: the bristle holds no more
@@ -238,6 +242,8 @@ def _fill_axis(p: np.void, axis: int, table: Options, rig: Rig) -> None:
 
 def _fill_friction(p: np.void, axis: int, table: Options) -> None:
     for name in ("coulomb_nm", "breakaway_nm", "stribeck_rad_s", "stribeck_exponent", "viscous_nms_rad"):
+        p[name][axis] = table[name]
+    for name in ("second_share", "second_rad_s", "thinning_nms_rad", "thinning_rad_s"):
         p[name][axis] = table[name]
     p["bristle_stiffness_nm_rad"][axis] = table["bristle_stiffness_nm_rad"]
     p["bristle_damping_nms_rad"][axis] = table["bristle_damping_nms_rad"]

@@ -18,13 +18,13 @@ import math
 import numpy as np
 
 from hw.mock.elements import element_torque, settle_elements
-from hw.mock.friction import bristle_gains, direction_scale, plastic_share, sliding_level
+from hw.mock.friction import bristle_gains, direction_scale, plastic_share, sliding_level, viscous
 from hw.mock.jit import compiled
 
 MOTOR, LINK = 0, 1
 """Rows of `sides`; a rigid joint has the first only."""
 
-# what each side is and where it stands, columns of `sides`
+# what each side is (B and SIZE: its shares of viscous and dry friction) and where it stands, columns of `sides`
 X, V, A, J, B, SIZE, Z = 0, 1, 2, 3, 4, 5, 6
 # its friction in this step: static curve of both directions, torque offset + slope w, bristle z' = keep z + gain w
 UP, DOWN, DRAG, OFFSET, SLOPE, KEEP, GAIN, STEEP, SLIP, W = 7, 8, 9, 10, 11, 12, 13, 14, 15, 16
@@ -54,7 +54,7 @@ def prepare(
     v_mid = row[V] + ahead * row[A]
     g = sliding_level(v_mid, row[X] + ahead * row[V], level[0], level[1], p, axis) * factor[0] * size
     row[UP], row[DOWN] = g * p.friction_scale_positive[axis], g * p.friction_scale_negative[axis]
-    row[DRAG] = row[B] * factor[1] * direction_scale(v_mid, p, axis)
+    row[DRAG] = row[B] * viscous(v_mid, p, axis) * factor[1] * direction_scale(v_mid, p, axis)
     row[OFFSET], row[SLOPE], row[HELD] = 0.0, 0.0, 0.0
     if size <= 0.0 or p.element_count[axis] > 0:
         return

@@ -14,8 +14,10 @@ import numpy as np
 from hw.fault_kinds import KINDS, Channel, Kind
 from hw.generator import seed_words
 from hw.mock.records import Hand
+from rtctl.campaign import plants
 from rtctl.campaign.jit import records
 from rtctl.campaign.monitor import memory_dtype
+from rtctl.campaign.pursuit import FOE, foe_record
 from rtctl.config import LoadedConfig
 from rtctl.control import stability
 from rtctl.control.delay_cover import delay_covered_ticks
@@ -25,8 +27,10 @@ from rtctl.simulation import Simulation
 _FEEDBACK_STREAM = 7
 _RENDERER_STREAM = 11
 _VELOCITY_STREAM = 13
-"""Draws of the force feedback, of a renderer's store and of velocity sensors are streams of their own: the rigs are
-otherwise those of earlier campaigns."""
+_PLANT_STREAM = 17
+_FOE_STREAM = 19
+"""Draws of the force feedback, of a renderer's store, of velocity sensors, of the plant and of a renderer after the
+hand's energy are streams of their own: the rigs are otherwise those of earlier campaigns."""
 
 SHARES = {"margin": (0.3, 0.98), "friction": (1.0, 1.3)}
 """Stiffness used of the proven one; true friction as a share of the model's."""
@@ -39,7 +43,9 @@ class Rig:
     simulation: Simulation
     memory: np.ndarray
     rng: np.ndarray
+    foe: np.ndarray
     faults: list[str]
+    plant: str
 
 
 def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: int, ticks: int) -> Rig:
@@ -50,7 +56,7 @@ def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: 
     loaded
         Mock rig that is varied.
     passive
-        No faults, local environments only, true figures: the energy claim holds.
+        No faults, true figures: the energy claims hold. Half of the rigs have a renderer after the hand's energy.
     faults, ticks
         How many faults to spread over the run.
     """
@@ -61,8 +67,10 @@ def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: 
     p["soft_start_ticks"] = draw.integers(50, 600)
     p["late_limit_ticks"] = 3
     plant["estop_from_s"] = plant["estop_to_s"] = 0.0
+    name = plants.drawn(np.random.default_rng((seed, index, _PLANT_STREAM)))
     for axis in range(made.plan.n_axes):
         _device(p, plant, made.model[axis], axis, draw)
+        _plant(loaded, name, p, plant, axis)
         _coupling(p, axis, draw)
         _world(p, command, axis, draw, passive=passive)
         _hand(plant, axis, draw)
@@ -76,7 +84,19 @@ def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: 
     made.plant_state["rng"] = seed_words(int(draw.integers(1 << 62)))
     memory = records(np.zeros(1, memory_dtype(made.plan.n_axes)))
     memory["stop_age"] = -1
-    return Rig(made, memory, seed_words(int(draw.integers(1 << 62))), names)
+    pursuer = np.random.default_rng((seed, index, _FOE_STREAM))
+    foe = foe_record(pursuer) if passive and pursuer.random() < 0.5 else np.zeros(1, FOE)
+    return Rig(made, memory, seed_words(int(draw.integers(1 << 62))), records(foe), names, name)
+
+
+def _plant(loaded: LoadedConfig, name: str, p: np.void, plant: np.void, axis: int) -> None:
+    """Put a plant of the family in place of the plain joint; the law is told what is late in it."""
+    if name == plants.AS_DRAWN:
+        return
+    like, delay_ticks = plants.reference(loaded, name)
+    usual, _ = plants.reference(loaded, next(iter(plants.NAMES)))
+    plants.put_plant(plant, like, usual, axis)
+    plants.put_timing(p, plant, like, delay_ticks)
 
 
 def _log(draw: np.random.Generator, low: float, high: float) -> float:

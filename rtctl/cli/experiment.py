@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from hw.mock.family import FAMILY
+
 if TYPE_CHECKING:
     from rtctl.config import LoadedConfig
     from rtctl.experiments.order import Order
@@ -71,6 +73,11 @@ NAMES = (
     is_flag=True,
     help="go on with the runs an earlier start kept in --out (point-to-point, tracking on a rig)",
 )
+@click.option(
+    "--plant",
+    type=click.Choice(sorted(FAMILY)),
+    help="this joint of the mock's family instead of the rig file's (docs/plants.md); simulated",
+)
 @click.option("--yes", is_flag=True, help="do not ask whether a hand is ready at the real rig")
 @click.option("--runtime-dir", type=click.Path(), help="folder of sockets and lock, instead of the default")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout")
@@ -86,11 +93,12 @@ def command(
     cases: tuple[str, ...],
     seconds: float,
     resume: bool,
+    plant: str | None,
     yes: bool,
     runtime_dir: str | None,
     as_json: bool,
 ) -> None:
-    """Run experiment NAME on the rig of CONFIG: the same motion with and without friction compensation.
+    """Run experiment NAME on the rig of CONFIG: the same task with and without friction compensation.
 
     With --simulate everything runs on the simulated rig, over several seeds, with confidence intervals.
     Without it, free-motion and spring run once through the real loop of the rig, mock or real, while a hand
@@ -101,9 +109,10 @@ def command(
     from rtctl.config import load
     from rtctl.experiments import report
     from rtctl.experiments.order import Order
+    from rtctl.family import with_plant
 
-    loaded = load(config)
-    simulate = simulate or name == "papers"
+    loaded = load(config) if plant is None else with_plant(load(config), plant)
+    simulate = simulate or name == "papers" or plant is not None
     if not simulate and not loaded.config.simulated and not yes:
         _ask(name, loaded, seconds)
     bar = _Bar(quiet=as_json)
@@ -130,6 +139,7 @@ def command(
     facts = {
         "rig": loaded.config.rig.name,
         "rig file": f"{loaded.path.name}, sha256 {loaded.sha256}",
+        **({} if plant is None else {"plant": f"{plant}: {FAMILY[plant].text}"}),
         "run": f"simulated, {seeds} seeds" if simulate else _on_loop(name, seconds),
         "took": f"{took_s:.0f} s",
     }

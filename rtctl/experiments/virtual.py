@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hw.mock.energy import stored_j
 from hw.mock.records import Hand
 from rtctl.config import LoadedConfig
 from rtctl.control.velocity import lowpass_alpha
@@ -167,7 +168,7 @@ class Run:
     truth: np.ndarray
     simulation: Simulation
     start_j: float
-    """Energy in the moving joint and its bristles when the measurement began, J."""
+    """Energy in the moving joint, its bristles and its elasticity when the measurement began, J."""
     start_rad: float
 
 
@@ -184,13 +185,11 @@ def measure(loaded: LoadedConfig, seed: int, motion: Motion, variant: Variant) -
     variant.change(simulation)
     simulation.arm(compensation=variant.compensation)
     simulation.run(max(SETTLE_S - simulation.time_s, simulation.plan.period_s))
-    plant, known = simulation.plant_state[0], simulation.plant_params[0]
-    start_rad = float(plant["position_rad"][0])
-    moving_j = 0.5 * known["inertia_kgm2"][0] * plant["velocity_rad_s"][0] ** 2
-    bent_j = 0.5 * known["bristle_stiffness_nm_rad"][0] * plant["bristle_rad"][0] ** 2
+    start_rad = float(simulation.plant_state["position_rad"][0, 0])
+    start_j = float(stored_j(simulation.plant_state, simulation.plant_params, 0)[0])
     trace = simulation.run(motion.periods * motion.period_s)
     require_active(trace, f"{motion.name}, {variant.name}, seed {seed}")
-    return Run(trace, simulation.truth, simulation, float(moving_j + bent_j), start_rad)
+    return Run(trace, simulation.truth, simulation, start_j, start_rad)
 
 
 def require_active(trace: np.ndarray, what: str) -> None:

@@ -50,9 +50,9 @@ def is_known(loaded: LoadedConfig) -> bool:
 
 
 def true_friction_nm(loaded: LoadedConfig, axis: int, velocity_rad_s: np.ndarray) -> np.ndarray:
-    """True static friction of an axis of the mock at signed velocities, magnitude, mean over a turn, N m."""
+    """True static friction of an axis of the mock at signed velocities, magnitude, mean over a turn, without load and drift, N m."""
     params = plant_records(loaded.options, loaded.config.hardware())[0]
-    params["modulation_share"] = 0.0  # its mean over a turn
+    params["modulation_share"], params["friction_wave_count"] = 0.0, 0  # their mean over a turn
     return np.array([abs(static_friction(float(v), 0.0, params[0], axis)) for v in velocity_rad_s])
 
 

@@ -27,6 +27,12 @@ FOLLOWS = (
     f"{UNIT}/test_intermediate.py::test_a_target_that_jumps_is_followed_no_faster_than_the_joint_may_move",
     f"{UNIT}/test_intermediate.py::test_a_world_of_another_kind_grows_where_it_belongs_and_not_where_the_last_one_was",
 )
+REMOTE = (
+    f"{UNIT}/test_intermediate.py::test_a_remote_proxy_whose_motion_nobody_pays_for_stays_where_it_is",
+    f"{UNIT}/test_intermediate.py::test_a_remote_proxy_waits_where_the_torque_limit_ends_and_not_beyond",
+    f"{UNIT}/test_intermediate.py::test_the_damper_of_a_remote_proxy_follows_no_velocity_beyond_what_the_joint_may_have_nor_one_unpaid",
+)
+AUTHORITY = (f"{UNIT}/test_authority.py",)
 
 SEEDS = (
     Seed(
@@ -52,7 +58,40 @@ SEEDS = (
     ),
     Seed(
         "a remote proxy jumps to its target", "rtctl/control/intermediate.py",
-        "proxy = _towards(before, target, p.velocity_limit_rad_s[axis] * p.period_s)", "proxy = target", FOLLOWS,
+        "step = _towards(before, target, p.velocity_limit_rad_s[axis] * p.period_s) - before", "step = target - before", FOLLOWS,
+    ),
+    Seed(
+        "a remote proxy goes where nobody paid for it to go", "rtctl/control/intermediate.py",
+        "if work > 0.0 and not (work <= s.renderer_store_j[axis] and k_c * stored <= room):", "if k_c * stored > room:", REMOTE,
+    ),
+    Seed(
+        "a remote proxy winds up beyond the torque limit", "rtctl/control/intermediate.py",
+        " and k_c * stored <= room)", ")", REMOTE,
+    ),
+    Seed(
+        "the damper of a remote proxy follows any velocity", "rtctl/control/intermediate.py",
+        "velocity = _towards(0.0, velocity, p.velocity_limit_rad_s[axis])", "pass", REMOTE,
+    ),
+    Seed(
+        "the damper of a remote proxy is not paid", "rtctl/control/intermediate.py",
+        "    if work > s.renderer_store_j[axis]:\n        return False\n", "", REMOTE,
+    ),
+    Seed(
+        "the authority rises however much is stretched", "rtctl/control/authority.py",
+        "rise = left / stored if left > 0.0 and stored > 0.0 else 0.0", "pass", AUTHORITY,
+    ),
+    Seed(
+        "the rise of the authority is granted and not paid", "rtctl/control/authority.py",
+        "        s.renderer_store_j[axis] -= paid\n", "", AUTHORITY,
+    ),
+    Seed(
+        "the rise of the authority is granted whether or not it was paid", "rtctl/control/authority.py",
+        "min(rise * s.stored_energy_j[axis], s.renderer_store_j[axis]) if rise > 0.0 else 0.0",
+        "rise * s.stored_energy_j[axis] if rise > 0.0 else 0.0", AUTHORITY,
+    ),
+    Seed(
+        "one rise of the authority is granted in every tick that follows", "rtctl/control/passivity.py",
+        "    s.authority_grant_j[axis] = 0.0\n", "", AUTHORITY,
     ),
     Seed(
         "the absolute limit bounds one sign only", "rtctl/control/gate.py",

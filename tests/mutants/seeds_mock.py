@@ -13,6 +13,9 @@ LOAD = (f"{HW}/test_mock_load_drift.py::test_the_closed_forms_are_the_published_
 DRIFT = (
     f"{HW}/test_mock_load_drift.py::test_the_motors_sensor_shows_the_temperature_that_the_friction_follows",
 )
+PLANTS = (
+    "tests/unit/test_campaign_plants.py::test_friction_from_below_damping_of_the_motor_and_all_that_is_late_are_true",
+)
 
 SEEDS = (
     Seed(
@@ -84,5 +87,13 @@ SEEDS = (
         "a plant of the family loses its controller's damping", "rtctl/family.py",
         'merged(axis, plant.told) for axis in table["axis"]', 'axis for axis in table["axis"]',
         ("tests/unit/test_family.py::test_what_the_law_is_told_is_true_of_the_plant",),
+    ),
+    Seed(
+        "a campaign's law is promised the damping of the link", "rtctl/campaign/plants.py",
+        'plant["viscous_nms_rad"][axis] /= 1 - viscous', 'plant["viscous_nms_rad"][axis] /= 1.0', PLANTS,
+    ),
+    Seed(
+        "a campaign's law is promised friction that a wave takes away", "rtctl/campaign/plants.py",
+        "up = friction / ((1 - dry) * (1 - waves))", "up = friction / (1 - dry)", PLANTS,
     ),
 )  # fmt: skip

@@ -5,7 +5,6 @@ import math
 import numpy as np
 
 from hw.interface import Rig
-from hw.jit import JIT_DISABLED
 from hw.mock import hand
 from hw.mock.jit import compiled, records
 from hw.mock.options import MockOptions
@@ -54,10 +53,6 @@ def march(params, state, torques):
 
 def truth(states, name):
     return np.asarray(states[name])[:, 0]
-
-
-SPEED_UP = 1 if not JIT_DISABLED else 10
-"""As plain Python the long runs are this many times shorter."""
 
 
 def sine(amplitude_nm, frequency_hz, seconds, period_s=1e-3, offset_nm=0.0):

@@ -12,6 +12,7 @@ from hw.mock.friction import (
     dry_friction,
     implicit_share,
     plastic_share,
+    sliding_level,
     static_friction,
 )
 from hw.mock.jit import compiled, records
@@ -87,6 +88,15 @@ def test_directions_and_positions_scale_the_curve_as_asked():
     )
     assert dry_friction(1.0, 0.5, p, 0) == pytest.approx(1.1 * dry_friction(1.0, 0.0, p, 0), rel=1e-12)
     assert dry_friction(1.0, 1.5, p, 0) == pytest.approx(0.9 * dry_friction(1.0, 0.0, p, 0), rel=1e-12)
+
+
+def test_a_second_speed_and_viscous_friction_that_thins_out_are_the_formula():
+    p = friction(second_share=0.4, second_rad_s=0.5, thinning_nms_rad=0.03, thinning_rad_s=0.7)
+    for v in (0.0, 0.02, 0.3, 2.0):
+        peak = 0.6 * math.exp(-((v / 0.1) ** 2)) + 0.4 * math.exp(-((v / 0.5) ** 2))
+        wet = 0.05 * v + 0.03 * v / (1 + (v / 0.7) ** 2)
+        assert static_friction(v, 0.0, p, 0) == pytest.approx(0.25 + 0.1 * peak + wet, rel=1e-14)
+        assert sliding_level(v, 0.0, 0.0, 0.0, p, 0) == pytest.approx(0.25 + 0.1 * peak, rel=1e-14)
 
 
 def test_an_exponent_other_than_two_is_honoured():

@@ -7,6 +7,7 @@ import pytest
 from mock_runs import march, plant, sine, truth
 from scipy.integrate import solve_ivp
 
+from hw.jit import JIT_DISABLED
 from hw.mock.energy import stored_j
 from hw.mock.jit import records
 from hw.mock.sensors import sense_axes
@@ -20,9 +21,16 @@ ELASTIC = {"stiffness_nm_rad": 106.0, "damping_nms_rad": 0.01, "link_inertia_sha
 HAND = {"kind": "sine", "start_s": 0.0, "inertia_kgm2": 0.004}
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("model", ["lugre", "elasto_plastic"])
 def test_the_detailed_joint_with_nothing_on_is_the_plain_joint(model):
-    friction = {"model": model, "scale_negative": 1.1, "modulation_share": 0.1}
+    friction = {
+        "model": model,
+        "scale_negative": 1.1,
+        "modulation_share": 0.1,
+        "second_share": 0.3,
+        "thinning_nms_rad": 0.04,
+    }
     torques = sine(0.5, 1.3, 1.0)
     plain, detailed = (
         march(*plant(axis=[{"friction": friction, "ripple_nm": 0.01, **effect}], hand=[HAND]), torques)
@@ -92,7 +100,7 @@ def test_the_hand_stands_on_the_link_and_the_encoder_on_the_side_it_is_said_to()
         elastic = {"stiffness_nm_rad": 100.0, "damping_nms_rad": 0.5, "encoder": side}
         hand = [{"kind": "rest", "stiffness_nm_rad": 20.0, "damping_nms_rad": 0.3}]
         params, state = plant(axis=[{"friction": FREE, "elastic": elastic}], hand=hand, velocity={})
-        states = march(params, state, np.full(4000, 0.4))
+        states = march(params, state, np.full(1000 if JIT_DISABLED else 4000, 0.4))
         assert truth(states, "position_rad")[-1] == pytest.approx(0.4 / 20.0, rel=1e-3)
         assert truth(states, "joint_twist_rad")[-1] == pytest.approx(0.4 / 100.0, rel=1e-3)
         assert truth(states, "hand_torque_nm")[-1] == pytest.approx(-0.4, rel=1e-3)
@@ -149,7 +157,7 @@ PLANTS = {
 @pytest.mark.parametrize("period_s", [1e-4, 2e-3])
 def test_no_step_gives_energy(name, period_s):
     # one sub-step a period: the work of a step is torque times way, exactly
-    n = 6000
+    n = 600 if JIT_DISABLED else 6000
     rng = np.random.default_rng(3)
     torques = np.repeat(rng.uniform(-0.8, 0.8, n // 50), 50) * rng.choice([1.0, 0.1], n)
     params, state = plant(period_s, substeps=1, axis=[PLANTS[name]], hand=NO_HAND)
@@ -162,6 +170,7 @@ def test_no_step_gives_energy(name, period_s):
     assert taken.sum() > 0.1 * np.abs(work).sum() > 0, "friction takes what the motor gives"
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("stiffness", [50.0, 2000.0, 1e6])
 @pytest.mark.parametrize("joint", [1.0, 1e4, 1e7])
 @pytest.mark.parametrize("model", ["lugre", "elasto_plastic", "gms"])

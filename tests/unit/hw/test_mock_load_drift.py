@@ -93,6 +93,7 @@ def test_the_closed_forms_are_the_published_ones(model, v, motor, outside):
     assert sliding_level(v, 0.0, base, peak, p, 0) == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("joint", [None, {"stiffness_nm_rad": 200.0, "damping_nms_rad": 0.05}])
 @pytest.mark.parametrize("friction", ["lugre", "gms"])
 def test_a_driven_joint_ends_at_the_speed_whose_loaded_friction_it_equals(joint, friction):
@@ -105,6 +106,7 @@ def test_a_driven_joint_ends_at_the_speed_whose_loaded_friction_it_equals(joint,
     assert truth(states, "velocity_rad_s")[-1] == pytest.approx(speed, rel=1e-4)
 
 
+@pytest.mark.compiled
 def test_a_joint_pressed_against_a_hand_breaks_away_later_than_a_free_one():
     table = options(MX106["m3"])
     found = []
@@ -128,6 +130,7 @@ def test_a_joint_pressed_against_a_hand_breaks_away_later_than_a_free_one():
     assert found[1] == pytest.approx((0.11335 + 0.10824) / (1 - 0.10824), rel=0.04)
 
 
+@pytest.mark.compiled
 def test_a_drift_follows_its_points_and_the_steady_friction_follows_it():
     drift = {"points": [[1.0, 1.0, 1.0], [3.0, 1.5, 2.0]]}
     friction = {"coulomb_nm": 0.2, "breakaway_nm": 0.2, "viscous_nms_rad": 0.1}
