@@ -14,7 +14,9 @@ import numpy as np
 from hw.mock.effects import effect_fields
 from hw.mock.family import FAMILY
 from hw.mock.records import plant_records
+from rtctl import lateness
 from rtctl.config import LoadedConfig
+from rtctl.control.stability import late_ticks
 from rtctl.family import with_plant
 
 LEFT_OUT: tuple[str, ...] = ()
@@ -43,7 +45,8 @@ def reference(loaded: LoadedConfig, name: str) -> tuple[np.void, int]:
     if key not in _made:
         changed = with_plant(loaded, name)
         params, _ = plant_records(changed.options, changed.config.hardware())
-        _made[key] = params[0], changed.config.axis[0].coupling.delay_ticks
+        late = late_ticks(lateness.of_axis(changed, 0).between, changed.config.period_s)
+        _made[key] = params[0], math.ceil(late)
     return _made[key]
 
 
