@@ -21,6 +21,7 @@ every frequency and for every stiffness: a hand can cancel spring and inertia, a
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -35,6 +36,7 @@ from rtctl.errors import StabilityError
 from rtctl.friction import artefact
 from rtctl.friction.margins import FrictionFigures, friction_figures
 from rtctl.lateness import Lateness
+from rtctl.timing import AxisTiming
 from rtctl.verdict import Outcome, Subject, Verdict, ranked
 from rtctl.verdicts import verdicts
 
@@ -96,8 +98,20 @@ class Report:
         return plain
 
 
-def examine(loaded: LoadedConfig) -> Report:
+def bearing(loaded: LoadedConfig, index: int) -> tuple[float, stability.Between]:
+    """Damping of an axis that no hand can cancel, N m s/rad, and what is declared to lie between law and joint."""
+    late, joint = lateness.of_axis(loaded, index), lateness.joint_of_axis(loaded, index)
+    _, b, _ = _friction(loaded, loaded.config.axis[index], late)
+    return _uncancelled(b, joint), late.between
+
+
+def examine(loaded: LoadedConfig, pulse: Mapping[str, AxisTiming] | None = None) -> Report:
     """Compute the margins of every axis of a rig file.
+
+    Parameters
+    ----------
+    pulse
+        What the last test pulses measured of each axis, by name: it counts where it is worse.
 
     Raises
     ------
@@ -105,12 +119,15 @@ def examine(loaded: LoadedConfig) -> Report:
         A friction model that cannot be believed, or is of another rig.
     """
     config = loaded.config
-    axes = [_examine_axis(loaded, index, axis) for index, axis in enumerate(config.axis)]
+    found = pulse or {}
+    axes = [
+        _examine_axis(loaded, index, axis, found.get(axis.name)) for index, axis in enumerate(config.axis)
+    ]
     return Report(path=loaded.path, rig=config.rig.name, period_s=config.period_s, axes=tuple(axes))
 
 
-def _examine_axis(loaded: LoadedConfig, index: int, axis: AxisTable) -> AxisReport:
-    late, joint = lateness.of_axis(loaded, index), lateness.joint_of_axis(loaded, index)
+def _examine_axis(loaded: LoadedConfig, index: int, axis: AxisTable, pulse: AxisTiming | None) -> AxisReport:
+    late, joint = lateness.of_axis(loaded, index, pulse), lateness.joint_of_axis(loaded, index)
     figures, b, dry = _friction(loaded, axis, late)
     found = _figures(loaded, index, late, joint, figures, (b, joint.dry_share * dry))
     subject = Subject(found, axis, loaded.config.period_s, f"{loaded.path}: axis[{index}]")

@@ -115,6 +115,7 @@ def _device(p: np.void, plant: np.void, model: np.void, axis: int, draw: np.rand
     plant["count_rad"][axis] = p["count_rad"][axis] = p["velocity_band_rad"][axis] = count
     delay = int(draw.integers(0, 3))
     plant["torque_delay_ticks"][axis] = p["follow_delay_ticks"][axis] = delay
+    p["actuator_delay_ticks"][axis] = delay
     limit = _log(draw, 0.5, 5.0)
     p["torque_limit_nm"][axis] = p["torque_continuous_nm"][axis] = limit
     if draw.random() < 0.3:

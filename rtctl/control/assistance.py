@@ -51,7 +51,7 @@ def keep_assistance(
         return
     if dx == 0.0:
         return
-    late = min(max(p.follow_delay_ticks[axis], 0), HELD - 3)
+    late = min(max(p.actuator_delay_ticks[axis], 0), HELD - 3)
     creeps = not abs(velocity) > CREEP_RAD_S
     slides = s.bristle_share[axis] ** 2
     viscous = VISCOUS_SHARE * max(p.viscous_nms_rad[axis], 0.0) * dx * dx / (p.period_s * max(elapsed, 1))

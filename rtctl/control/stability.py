@@ -62,7 +62,7 @@ def _require_coupling(k_c: float, b_c: float, T: float, d: float = 0.0, lag_hz: 
         raise ValueError(msg)
 
 
-def _lag_ticks(lag_hz: float, T: float) -> float:
+def lag_ticks(lag_hz: float, T: float) -> float:
     """Time constant of the current loop in periods; 0 for an ideal one."""
     return 1 / (2 * math.pi * lag_hz * T) if lag_hz > 0 else 0.0
 
@@ -104,7 +104,7 @@ def damping_needed_sampled_data(
     if lag_hz == 0 and d == 1:
         q = 1.0 if 2 * spread <= B * B else B * B / (2 * spread)
         return 4 * (B * B * q - spread * q * q) / B
-    return _largest(peaks(float(d), _lag_ticks(lag_hz, T), any_world=any_world), K, b_c)
+    return _largest(peaks(float(d), lag_ticks(lag_hz, T), any_world=any_world), K, b_c)
 
 
 def _largest(pairs: tuple[np.ndarray, np.ndarray], K: float, b_c: float) -> float:
@@ -115,7 +115,7 @@ def _largest(pairs: tuple[np.ndarray, np.ndarray], K: float, b_c: float) -> floa
 
 def late_ticks(between: Between, T: float) -> float:
     """Ticks from a position to most of the torque that answers it: delay, age of the sample and lag, at their worst."""
-    return between.delay + between.sample_ticks - 1 + _lag_ticks(between.lag_hz, T)
+    return between.delay + between.sample_ticks - 1 + lag_ticks(between.lag_hz, T)
 
 
 def _cases(T: float, between: Between) -> list[tuple[float, float]]:
@@ -138,7 +138,7 @@ def damping_needed_between(
     needed = [
         damping_needed_sampled_data(k_c, b_c, T, d, lag, any_world=any_world) for d, lag in _cases(T, between)
     ]
-    tau = _lag_ticks(between.lag_hz, T)
+    tau = lag_ticks(between.lag_hz, T)
     if between.jitter > 0 and k_c + b_c > 0:
         low = max(between.delay - between.jitter, 0.0)
         needed.append(_largest(varying_peaks(low, between.delay, tau), k_c * T / 2, b_c))
@@ -224,7 +224,7 @@ def k_max_sampled_data(b: float, b_c: float, T: float, d: float = 0.0, lag_hz: f
         return 0.0
     if d == 0 and lag_hz == 0:
         return 2 * (b - b_c) / T
-    W, U = peaks(float(d), _lag_ticks(lag_hz, T))
+    W, U = peaks(float(d), lag_ticks(lag_hz, T))
     left, spare = b_c * (2 * b - W * b_c), b - W * b_c
     if np.min(left) < 0:
         return 0.0

@@ -10,6 +10,9 @@ STATES = (f"{UNIT}/test_states.py",)
 SEQUENCES = (f"{UNIT}/test_state_sequences.py",)
 DETECTORS = (f"{UNIT}/test_detectors.py",)
 ARMING = (f"{UNIT}/test_arming.py",)
+ANSWER = (f"{UNIT}/test_current_answer.py",)
+RUNNING = (f"{UNIT}/test_running_delay.py",)
+ON_THE_MOCK = ("tests/unit/test_delay_on_the_mock.py",)
 SAMPLE = (f"{UNIT}/test_sample.py",)
 VELOCITY = (f"{UNIT}/test_device_velocity.py",)
 PASSIVITY = (
@@ -385,5 +388,64 @@ SEEDS = (
         "    t.velocity_rad_s[axis] = velocity\n",
         "    t.velocity_rad_s[axis] = velocity = t.device_velocity_rad_s[axis] if p.device_velocity_kind[axis] == 2 else velocity\n",
         VELOCITY,
+    ),
+    Seed(
+        "a lag is no delay", "rtctl/control/current_answer.py",
+        "return left, gain, shift + 1.0 - rest + lag", "return left, gain, shift + 1.0 - rest", ANSWER,
+    ),
+    Seed(
+        "the best fit counts, and not the least delay that noise allows", "rtctl/control/current_answer.py",
+        "better = total < delay if most < math.inf else left < best", "better = left < best", ANSWER,
+    ),
+    Seed(
+        "the three steps are laid over one another with one sign", "rtctl/control/current_answer.py",
+        "weight = -2.0 if part == 2 else 1.0", "weight = 2.0 if part == 2 else 1.0", ANSWER,
+    ),
+    Seed(
+        "an answer with slots left out is measured", "rtctl/control/current_answer.py",
+        "ticks < SHORTEST or s.answer_late_count[axis] > 0 or", "ticks < SHORTEST or", ANSWER,
+    ),
+    Seed(
+        "a gain has no upper bound", "rtctl/control/current_answer.py",
+        "if not GAIN_LOW - error <= gain <= GAIN_HIGH + error:", "if not GAIN_LOW - error <= gain:", ANSWER,
+    ),
+    Seed(
+        "an offset that is no number is small", "rtctl/control/current_answer.py",
+        "fault = 0 if abs(offset) <= OFFSET_SHARE * p.torque_limit_nm[axis] else _F_CURRENT",
+        "fault = _F_CURRENT if abs(offset) > OFFSET_SHARE * p.torque_limit_nm[axis] else 0", ANSWER,
+    ),
+    Seed(
+        "a delay twice the proof's is tolerated", "rtctl/control/current_answer.py",
+        "return 0 if (delay - TOLERANCE_TICKS) * p.period_s <= covered else _F_DELAY",
+        "return 0 if delay * p.period_s <= 2.0 * covered else _F_DELAY", ANSWER,
+    ),
+    Seed(
+        "what the pulse measured stops nothing", "rtctl/control/arming.py",
+        "return current_answer.conclude(s, p, axis) if sent_ticks == PARTS * p.arming_ticks else 0",
+        "return 0 * current_answer.conclude(s, p, axis) if sent_ticks == PARTS * p.arming_ticks else 0", ON_THE_MOCK,
+    ),
+    Seed(
+        "one window beyond the proof is enough", "rtctl/control/running_delay.py",
+        "BAD_WINDOWS = 2", "BAD_WINDOWS = 1", RUNNING,
+    ),
+    Seed(
+        "a window takes slots left out for ticks", "rtctl/control/running_delay.py",
+        "if skipped > 0 or s.running_ticks[axis] < 0:", "if s.running_ticks[axis] < 0:", RUNNING,
+    ),
+    Seed(
+        "an estimate counts however uncertain it is", "rtctl/control/running_delay.py",
+        "if not error <= MOST_ERROR_TICKS:", "if error == math.inf:", RUNNING,
+    ),
+    Seed(
+        "samples of any age below three are fresh enough", "rtctl/control/detectors.py",
+        "    return _F_AGE if s.old_count > OLD_OF_1000 else 0\n", "    return 0\n", ON_THE_MOCK,
+    ),
+    Seed(
+        "one old sample is a fault", "rtctl/control/detectors.py",
+        "OLD_OF_1000 = 50", "OLD_OF_1000 = 0", ON_THE_MOCK,
+    ),
+    Seed(
+        "the proof is taken to cover an old sample beside all of its delay", "rtctl/control/detectors.py",
+        "not delay_s + age_s <= p.proof_delay_s[axis]", "not age_s <= p.proof_delay_s[axis]", ON_THE_MOCK,
     ),
 )  # fmt: skip
