@@ -14,7 +14,9 @@ import numpy as np
 from hw.mock.effects import effect_fields
 from hw.mock.family import FAMILY
 from hw.mock.records import plant_records
+from rtctl import lateness
 from rtctl.config import LoadedConfig
+from rtctl.control.stability import late_ticks
 from rtctl.family import with_plant
 
 LEFT_OUT: tuple[str, ...] = ()
@@ -43,7 +45,8 @@ def reference(loaded: LoadedConfig, name: str) -> tuple[np.void, int]:
     if key not in _made:
         changed = with_plant(loaded, name)
         params, _ = plant_records(changed.options, changed.config.hardware())
-        _made[key] = params[0], math.ceil(changed.config.axis[0].coupling.delay_ticks)
+        late = late_ticks(lateness.of_axis(changed, 0).between, changed.config.period_s)
+        _made[key] = params[0], math.ceil(late)
     return _made[key]
 
 
@@ -54,7 +57,6 @@ def put_timing(p: np.void, plant: np.void, like: np.void, delay_ticks: int) -> N
     for name in _TIMING:
         plant[name] = like[name]
     plant["torque_delay_ticks"], p["follow_delay_ticks"] = 0, delay_ticks
-    p["actuator_delay_ticks"] = delay_ticks - 1
 
 
 def put_plant(plant: np.void, like: np.void, usual: np.void, axis: int) -> None:

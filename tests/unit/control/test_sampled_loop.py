@@ -188,3 +188,11 @@ def test_shares_of_a_tick_are_the_largest_of_all_delays_within():
     assert slots(0.25, 0.25) == {1: 0.75, 2: 0.25}
     assert slots(1.0, 1.0) == {2: 1.0}
     assert slots(0.7, 1.2) == pytest.approx({1: 0.3, 2: 1.0, 3: 0.2})
+
+
+@pytest.mark.parametrize(
+    ("k_c", "b_c", "n", "d", "needed"), [(60, 0.01, 2, 0.0, 0.07623), (30, 0.03, 3, 0.5, 0.06104)]
+)
+def test_what_held_samples_need_is_what_random_rigs_were_judged_with(k_c, b_c, n, d, needed):
+    # 800 certified rigs with old samples did not shake with these numbers (`rtctl campaign --margins`)
+    assert damping_needed_held(k_c, b_c, T, n, d) == pytest.approx(needed, rel=1e-3)
