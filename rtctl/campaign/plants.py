@@ -38,12 +38,14 @@ def drawn(draw: np.random.Generator) -> str:
 
 
 def reference(loaded: LoadedConfig, name: str) -> tuple[np.void, int]:
-    """Parameters of the plant in the size of the rig file, and the delay in ticks that its controller is told."""
+    """Parameters of the plant in the size of the rig file, and all that is late in it, in whole ticks."""
     key = (loaded.sha256, name)
     if key not in _made:
         changed = with_plant(loaded, name)
         params, _ = plant_records(changed.options, changed.config.hardware())
-        _made[key] = params[0], changed.config.axis[0].coupling.delay_ticks
+        p = params[0]
+        late = p["transport_delay_ticks"] + p["current_lag_s"].max() / p["period_s"]
+        _made[key] = p, math.ceil(late + max(0, int(p["sample_every_ticks"]) - 1))
     return _made[key]
 
 
