@@ -44,6 +44,7 @@ lint: $(VENV)/.ready-dev
 campaign: $(VENV)/.ready
 	$(BIN)/rtctl campaign --rigs 10000 --ticks 10000
 	$(BIN)/rtctl campaign --rigs 1000 --ticks 30000 --passive
+	$(BIN)/rtctl campaign --margins --rigs 10000
 
 # Each seeded bug, in a copy of the tree, must make a test fail; a few minutes on two cores.
 mutants: $(VENV)/.ready-dev

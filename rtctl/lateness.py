@@ -15,6 +15,7 @@ from hw.rig import Member
 from hw.rig_words import subset
 from rtctl.config import LoadedConfig
 from rtctl.control.stability import Between
+from rtctl.timing import AxisTiming
 
 _COMMANDS = frozenset({"torque", "current_command"})
 _SLACK_TICKS = 1e-6
@@ -39,8 +40,11 @@ class _Claim:
     between: Between
 
 
-def of_axis(loaded: LoadedConfig, axis: int) -> Lateness:
-    """What is declared, configured and measured of one axis, the worse of each."""
+def of_axis(loaded: LoadedConfig, axis: int, pulse: AxisTiming | None = None) -> Lateness:
+    """What is declared, configured and measured of one axis, the worse of each.
+
+    `pulse` is what the last test pulse of ARMING measured of it, where that is known.
+    """
     table = loaded.config.axis[axis]
     measured = table.measured
     devices, undeclared = _declared(loaded, axis)
@@ -54,6 +58,8 @@ def of_axis(loaded: LoadedConfig, axis: int) -> Lateness:
             ),
         ),
     ]
+    if pulse is not None:
+        claims.append(_Claim(f"test pulse of {pulse.date}", _measured(pulse, loaded.config.period_s)))
     late = max(claims, key=lambda claim: claim.between.delay)
     old = max(claims, key=lambda claim: claim.between.sample_ticks)
     slow = min(claims, key=lambda claim: claim.between.lag_hz or math.inf)
@@ -69,6 +75,14 @@ def of_axis(loaded: LoadedConfig, axis: int) -> Lateness:
         slow.who,
         old.who,
         tuple(undeclared),
+    )
+
+
+def _measured(pulse: AxisTiming, T: float) -> Between:
+    """A test pulse's answer in ticks: delay, lag behind it, period of the samples."""
+    lag_hz = 1 / (2 * math.pi * pulse.lag_s) if pulse.lag_s > 0 else 0.0
+    return Between(
+        max(pulse.delay_s - pulse.lag_s, 0.0) / T, lag_hz, max(round(pulse.sample_period_s / T), 1)
     )
 
 

@@ -15,7 +15,7 @@ from rtctl.control import stability
 from rtctl.control.delay_cover import delay_covered_ticks
 from rtctl.control.disturbance_observer import SMOOTHING
 from rtctl.control.gate import WINDOW_S
-from rtctl.control.records import new_records
+from rtctl.control.records import HELD, new_records
 from rtctl.control.velocity import kalman_gains, lowpass_alpha
 from rtctl.control.vocabulary import DeviceVelocity, Environment, Policy, VelocityMethod
 from rtctl.friction import artefact
@@ -36,7 +36,7 @@ SEEN_HZ = 5.0
 SEEN_FACTOR = 1.5
 """Friction seen is believed up to so many times the learned peak."""
 ARMING_TRAVEL_SHARE = 0.25
-SHORTEST_PROOF_S = 1e-9
+SHORTEST_PROOF_TICKS = 1e-6
 """0 would say that delay and age are not watched."""
 
 MIN_SOFT_START_TICKS = 500
@@ -72,7 +72,14 @@ def build(loaded: LoadedConfig) -> Plan:
             params[0]["follow_kind"][list(member.axes)] = 1
     for a, axis in enumerate(config.axis):
         _fill_axis(params[0], a, axis, config.period_s)
-        _fill_force_feedback(params[0], a, axis, config.period_s, lateness.of_axis(loaded, a).between)
+        between = lateness.of_axis(loaded, a).between
+        params[0]["follow_delay_ticks"][a] = min(
+            math.ceil(stability.late_ticks(between, config.period_s)), HELD - 1
+        )
+        params[0]["actuator_delay_ticks"][a] = round(
+            between.delay + stability.lag_ticks(between.lag_hz, config.period_s)
+        )
+        _fill_force_feedback(params[0], a, axis, config.period_s, between)
         _fill_command(command[0], a, axis)
         learned = _load_model(loaded, axis)
         _fill_compensation(params[0], a, axis, config, learned)
@@ -154,7 +161,6 @@ def _fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
         p[name][a] = getattr(axis, name)
     _fill_arming(p, a, axis, period_s)
     p["torque_continuous_nm"][a] = axis.torque_continuous_nm or axis.torque_limit_nm
-    p["follow_delay_ticks"][a] = math.ceil(axis.coupling.delay_ticks)
     p["temperature_kind"][a] = axis.temperature.sensor
     p["temperature_warn_c"][a] = axis.temperature.warn_c
     p["temperature_trip_c"][a] = axis.temperature.trip_c
@@ -183,11 +189,17 @@ def _fill_proof(p: np.void, loaded: LoadedConfig) -> None:
     period_s = loaded.config.period_s
     if not all(registry.lookup(member.kind).follows for member in loaded.members()):
         return
-    for a, axis in enumerate(stability_report.examine(loaded).axes):
-        k_c, b_c, declared = axis.stiffness_nm_rad, axis.damping_nms_rad, axis.delay_ticks
-        covered = delay_covered_ticks(axis.device_damping_nms_rad, k_c, b_c, period_s, declared)
+    for a, axis in enumerate(loaded.config.axis):
+        b, between = stability_report.bearing(loaded, a)
+        coupling, age_ticks = axis.coupling, between.sample_ticks - 1
+        declared = between.delay + stability.lag_ticks(between.lag_hz, period_s)
+        covered = delay_covered_ticks(
+            b, coupling.stiffness_nm_rad, coupling.damping_nms_rad, period_s, declared
+        )
+        p["proof_age_ticks"][a] = age_ticks
         p["declared_delay_s"][a] = declared * period_s
-        p["proof_delay_s"][a] = max(covered * period_s, SHORTEST_PROOF_S)
+        # a current that is held as long as its samples seems to come later by up to their age
+        p["proof_delay_s"][a] = max(covered, declared + age_ticks, SHORTEST_PROOF_TICKS) * period_s
 
 
 def _fill_force_feedback(

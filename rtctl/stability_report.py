@@ -21,12 +21,14 @@ every frequency and for every stiffness: a hand can cancel spring and inertia, a
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, fields, replace
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
 from hw.interface import Joint
 from rtctl import lateness
+from rtctl.axis_report import AxisFigures
 from rtctl.config import LoadedConfig
 from rtctl.config_tables import AxisTable
 from rtctl.control import stability
@@ -34,64 +36,17 @@ from rtctl.errors import StabilityError
 from rtctl.friction import artefact
 from rtctl.friction.margins import FrictionFigures, friction_figures
 from rtctl.lateness import Lateness
+from rtctl.timing import AxisTiming
 from rtctl.verdict import Outcome, Subject, Verdict, ranked
 from rtctl.verdicts import verdicts
 
 
 @dataclass(frozen=True)
-class AxisReport:
-    """Figures of one axis; see `rtctl.control.stability` for the symbols behind them."""
-
-    index: int
-    name: str
-    stiffness_nm_rad: float
-    damping_nms_rad: float
-    delay_ticks: float
-    """The worst of what is declared, configured and measured."""
-    delay_from: str
-    """Who said so."""
-    jitter_ticks: float
-    sample_ticks: int
-    sample_from: str
-    current_loop_hz: float
-    lag_from: str
-    undeclared_devices: tuple[str, ...]
-    motor_share: float
-    joint_encoder: str
-    total_damping_nms_rad: float
-    """Damping of motor, joint and link, of which `device_damping_nms_rad` is what no hand can cancel."""
-    device_damping_nms_rad: float
-    """Guaranteed damping b of the device that the margins use."""
-    damping_needed_nms_rad: float
-    damping_needed_any_world_nms_rad: float
-    sampled_data_margin_nms_rad: float
-    sampled_data_k_max_nm_rad: float
-    adams_hannaford_margin_nms_rad: float
-    adams_hannaford_k_max_nm_rad: float
-    recommended_stiffness_nm_rad: float
-    recommended_damping_nms_rad: float
-    environment_stiffness_nm_rad: float | None
-    felt_stiffness_nm_rad: float | None
-    ring_hz: float
-    ring_damping_ratio: float
-    count_rad: float
-    quantisation_torque_nm: float
-    dry_friction_nm: float
-    """Guaranteed, with the feed-forward taken off, on the motor's side."""
-    torque_limit_nm: float
-    empty_account_torque_nm: float
-    """Torque that may be held while the energy account is empty, N m: what the gate can take back for the budget."""
-    torque_rate_needed_nm_s: float
-    """Slope of the gate with which that is all of the torque limit, N m/s; infinite when no slope is enough."""
-    friction: FrictionFigures | None
+class AxisReport(AxisFigures):
+    """Figures of one axis and what the tests say of them."""
 
     verdicts: tuple[Verdict, ...] = ()
-    """What the tests say, the worst last."""
-
-    @property
-    def between(self) -> stability.Between:
-        """What lies between law and joint."""
-        return stability.Between(self.delay_ticks, self.current_loop_hz, self.sample_ticks, self.jitter_ticks)
+    """The worst last."""
 
     @property
     def ok(self) -> bool:
@@ -143,8 +98,20 @@ class Report:
         return plain
 
 
-def examine(loaded: LoadedConfig) -> Report:
+def bearing(loaded: LoadedConfig, index: int) -> tuple[float, stability.Between]:
+    """Damping of an axis that no hand can cancel, N m s/rad, and what is declared to lie between law and joint."""
+    late, joint = lateness.of_axis(loaded, index), lateness.joint_of_axis(loaded, index)
+    _, b, _ = _friction(loaded, loaded.config.axis[index], late)
+    return _uncancelled(b, joint), late.between
+
+
+def examine(loaded: LoadedConfig, pulse: Mapping[str, AxisTiming] | None = None) -> Report:
     """Compute the margins of every axis of a rig file.
+
+    Parameters
+    ----------
+    pulse
+        What the last test pulses measured of each axis, by name: it counts where it is worse.
 
     Raises
     ------
@@ -152,16 +119,20 @@ def examine(loaded: LoadedConfig) -> Report:
         A friction model that cannot be believed, or is of another rig.
     """
     config = loaded.config
-    axes = [_examine_axis(loaded, index, axis) for index, axis in enumerate(config.axis)]
+    found = pulse or {}
+    axes = [
+        _examine_axis(loaded, index, axis, found.get(axis.name)) for index, axis in enumerate(config.axis)
+    ]
     return Report(path=loaded.path, rig=config.rig.name, period_s=config.period_s, axes=tuple(axes))
 
 
-def _examine_axis(loaded: LoadedConfig, index: int, axis: AxisTable) -> AxisReport:
-    late, joint = lateness.of_axis(loaded, index), lateness.joint_of_axis(loaded, index)
+def _examine_axis(loaded: LoadedConfig, index: int, axis: AxisTable, pulse: AxisTiming | None) -> AxisReport:
+    late, joint = lateness.of_axis(loaded, index, pulse), lateness.joint_of_axis(loaded, index)
     figures, b, dry = _friction(loaded, axis, late)
-    report = _figures(loaded, index, late, joint, figures, (b, joint.dry_share * dry))
-    subject = Subject(report, axis, loaded.config.period_s, f"{loaded.path}: axis[{index}]")
-    return replace(report, verdicts=tuple(verdicts(subject)))
+    found = _figures(loaded, index, late, joint, figures, (b, joint.dry_share * dry))
+    subject = Subject(found, axis, loaded.config.period_s, f"{loaded.path}: axis[{index}]")
+    plain = {one.name: getattr(found, one.name) for one in fields(found)}
+    return AxisReport(**plain, verdicts=tuple(verdicts(subject)))
 
 
 def _friction(
@@ -193,7 +164,7 @@ def _figures(
     joint: Joint,
     figures: FrictionFigures | None,
     guaranteed: tuple[float, float],
-) -> AxisReport:
+) -> AxisFigures:
     """Every figure of one axis; `guaranteed` are damping and dry friction."""
     axis, T, between = loaded.config.axis[index], loaded.config.period_s, late.between
     k_c, b_c = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad
@@ -205,7 +176,7 @@ def _figures(
     k_e = _environment_stiffness(axis)
     held, rate_needed = _empty_account(loaded, axis)
     ring, ratio = stability.coupling_ring(axis.inertia_kgm2, max(b, 0.0), k_c, b_c)
-    return AxisReport(
+    return AxisFigures(
         index=index,
         name=axis.name,
         stiffness_nm_rad=k_c,

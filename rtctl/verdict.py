@@ -9,8 +9,8 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from rtctl.axis_report import AxisFigures
     from rtctl.config_tables import AxisTable
-    from rtctl.stability_report import AxisReport
 
 
 class Outcome(IntEnum):
@@ -62,7 +62,7 @@ class Verdict:
 class Subject:
     """What a test is given: an axis with every figure, its table of the rig file, and where that stands."""
 
-    axis: AxisReport
+    axis: AxisFigures
     table: AxisTable
     period_s: float
     where: str

@@ -147,7 +147,7 @@ def _feedforward_of_a_count(s: Subject) -> float:
     if found is None or found.feedforward_max_nm == 0:
         return 0.0
     if friction.policy in ("stop", "stop_gated"):
-        return found.feedforward_max_nm * min(1.0, s.axis.count_rad / friction.stop_rad)
+        return found.feedforward_max_nm * min(1.0, s.axis.count_rad / found.presliding_rad)
     window = table.velocity.window if table.velocity.method == "foaw" else 1
     width = friction.tanh_rad_s if friction.policy == "tanh" else friction.blend_rad_s
     return found.feedforward_max_nm * min(1.0, s.axis.count_rad / (window * s.period_s) / width)

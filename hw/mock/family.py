@@ -41,8 +41,8 @@ def _elastic(hz: float, inertia_kgm2: float = 0.012, damping_ratio: float = 0.02
 _ELASTIC_TOLD: Change = {"viscous_nms_rad": 0.04, "coupling": {"stiffness_nm_rad": 45.0}}
 """Only the motor's damping counts: k_c <= 2 (.04 - .01) / T = 60."""
 
-_SLOW_TOLD: Change = {"coupling": {"stiffness_nm_rad": 10.0, "delay_ticks": 1.5}}
-"""The transport; age of samples and current loop the mock declares itself: k_c up to 12.7 by `rtctl check`."""
+_SLOW_TOLD: Change = {"coupling": {"stiffness_nm_rad": 10.0}}
+"""The device declares 1.5 ticks of transport, a sample every second tick and a loop of 200 Hz: k_c <= 12.7."""
 
 _MX106_LOAD: Change = {
     "outside": 0.0222,

@@ -29,7 +29,7 @@ def speed_rows(config: Path, rounds: int, seconds: float) -> list[Row]:
 
 
 def torque_rows(config: Path, motion: str, measure_s: float) -> list[Row]:
-    """RMS torque of the hand over the same motion without and with compensation."""
+    """RMS torque of a hand that wishes the same motion, without and with compensation."""
     rms = []
     for compensation in (0.0, 1.0):
         simulation = Simulation(load(config))

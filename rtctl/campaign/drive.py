@@ -11,8 +11,9 @@ from hw.faults import due_ticks
 from hw.mock.plant import plant_read, plant_write
 from rtctl.campaign.events import change_world, operate, render, slots_missed, stream_world
 from rtctl.campaign.jit import compiled
-from rtctl.campaign.monitor import watch
+from rtctl.campaign.monitor import watch, watch_hand
 from rtctl.campaign.programs import ask_for_programs
+from rtctl.campaign.pursuit import pursue
 from rtctl.control import law
 from rtctl.control.records import Record
 from rtctl.control.vocabulary import State
@@ -68,6 +69,7 @@ def drive(
     fresh_state: np.ndarray,
     fresh_memory: np.ndarray,
     rng: np.ndarray,
+    foe: np.ndarray,
     ticks: int,
     passive: bool,
     visits: np.ndarray,
@@ -81,8 +83,10 @@ def drive(
     ----------
     fresh_state, fresh_memory : array, shape (1,)
         Law and monitor as after a restart of the daemon.
+    foe : array, shape (1,), `pursuit.FOE`
+        A renderer after the hand's energy, on a passive rig; kind 0: none.
     passive : bool
-        The rig is left alone but for arming and streams of parameters: no stops, no lateness, no remote proxy.
+        The rig is left alone but for arming and streams of parameters or such a renderer: no stops, no lateness.
     visits : int array, shape (states,)
         Counts ticks spent in each state.
     seen : int array, shape (64,)
@@ -106,6 +110,8 @@ def drive(
                 c.arm_count += 1
                 c.epoch = s.epoch
             stream_world(p, c, k, rng)
+            if foe[0].kind != 0:
+                pursue(s, p, c, plant_state[0], foe[0], k, rng)
         else:
             operate(s, c, rng)
             change_world(p, c, rng)
@@ -128,6 +134,8 @@ def drive(
             seen[bit] += (faults & ~faults_before) >> bit & 1
         faults_before = faults
         plant_write(tick, plant_state, plant_params)
+        if passive:
+            bad |= watch_hand(t, plant_state[0], plant_params[0], p, m)
         if len(trace) > 0:
             trace[k % len(trace)] = tick[0]
         if bad:

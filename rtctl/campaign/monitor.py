@@ -51,6 +51,7 @@ INVARIANTS = {
     18: "a stop disables within 51 ticks",
     19: "a fault does not raise the torque in the tick that detects it",
     20: "a device that hears nothing is without torque after its time to live",
+    21: "a passive hand is given, since arming, at most the renderer's store, its power times the time, and 1.5 budgets",
 }
 
 
@@ -77,6 +78,10 @@ def memory_dtype(n_axes: int) -> np.dtype[np.void]:
             ("target_rad", "<f8", axis),
             ("program_count", "<i8", axis),
             ("program_kind", "<i8", axis),
+            ("armed_ticks", "<i8"),
+            ("hand_nm", "<f8", axis),  # true hand torque and place at the end of the period before
+            ("place_rad", "<f8", axis),
+            ("given_j", "<f8", axis),  # to the hand since arming, less what the device had stored by then
         ]
     )
 
@@ -223,6 +228,24 @@ def _program(t: Record, c: Record, m: Record, axis: int) -> int:
     # a guard may end any program in BRAKE
     begun = kind != _OFF and (before == _OFF or (kind != before and kind != _BRAKE))
     return 1 << 10 if (begun and not fresh) or (kind != _OFF and m.state != _ACTIVE) else 0
+
+
+@compiled
+def watch_hand(t: Record, plant: Record, plant_p: Record, p: Record, m: Record) -> int:
+    """Invariant 21, from the truth of the simulated rig at the end of the period that follows the tick."""
+    bad = 0
+    m.armed_ticks = m.armed_ticks + 1 if _powered(t.state) else 0
+    allowed = p.renderer_store_j + p.renderer_power_w * p.period_s * m.armed_ticks + 1.5 * p.energy_budget_j
+    for axis in range(len(m.given_j)):
+        hand, place = plant.hand_torque_nm[axis], plant.position_rad[axis]
+        m.given_j[axis] -= 0.5 * (m.hand_nm[axis] + hand) * (place - m.place_rad[axis])
+        if m.armed_ticks == 0:
+            bristle = 0.5 * plant_p.bristle_stiffness_nm_rad[axis] * plant.bristle_rad[axis] ** 2
+            m.given_j[axis] = -bristle - 0.5 * plant_p.inertia_kgm2[axis] * plant.velocity_rad_s[axis] ** 2
+        if not m.given_j[axis] <= allowed:
+            bad = 1 << 21
+        m.hand_nm[axis], m.place_rad[axis] = hand, place
+    return bad
 
 
 @compiled

@@ -56,6 +56,7 @@ def put_timing(p: np.void, plant: np.void, like: np.void, delay_ticks: int) -> N
     for name in _TIMING:
         plant[name] = like[name]
     plant["torque_delay_ticks"], p["follow_delay_ticks"] = 0, delay_ticks
+    p["actuator_delay_ticks"] = delay_ticks - 1
 
 
 def put_plant(plant: np.void, like: np.void, usual: np.void, axis: int) -> None:

@@ -17,6 +17,7 @@ from hw.mock.records import Hand
 from rtctl.campaign import plants
 from rtctl.campaign.jit import records
 from rtctl.campaign.monitor import memory_dtype
+from rtctl.campaign.pursuit import FOE, foe_record
 from rtctl.config import LoadedConfig
 from rtctl.control import stability
 from rtctl.control.delay_cover import delay_covered_ticks
@@ -27,8 +28,9 @@ _FEEDBACK_STREAM = 7
 _RENDERER_STREAM = 11
 _VELOCITY_STREAM = 13
 _PLANT_STREAM = 17
-"""Draws of the force feedback, of a renderer's store, of velocity sensors and of the plant are streams of their own: the
-rigs are otherwise those of earlier campaigns."""
+_FOE_STREAM = 19
+"""Draws of the force feedback, of a renderer's store, of velocity sensors, of the plant and of a renderer after the
+hand's energy are streams of their own: the rigs are otherwise those of earlier campaigns."""
 
 SHARES = {"margin": (0.3, 0.98), "friction": (1.0, 1.3)}
 """Stiffness used of the proven one; true friction as a share of the model's."""
@@ -41,6 +43,7 @@ class Rig:
     simulation: Simulation
     memory: np.ndarray
     rng: np.ndarray
+    foe: np.ndarray
     faults: list[str]
     plant: str
 
@@ -53,7 +56,7 @@ def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: 
     loaded
         Mock rig that is varied.
     passive
-        No faults, local environments only, true figures: the energy claim holds.
+        No faults, true figures: the energy claims hold. Half of the rigs have a renderer after the hand's energy.
     faults, ticks
         How many faults to spread over the run.
     """
@@ -81,7 +84,9 @@ def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: 
     made.plant_state["rng"] = seed_words(int(draw.integers(1 << 62)))
     memory = records(np.zeros(1, memory_dtype(made.plan.n_axes)))
     memory["stop_age"] = -1
-    return Rig(made, memory, seed_words(int(draw.integers(1 << 62))), names, name)
+    pursuer = np.random.default_rng((seed, index, _FOE_STREAM))
+    foe = foe_record(pursuer) if passive and pursuer.random() < 0.5 else np.zeros(1, FOE)
+    return Rig(made, memory, seed_words(int(draw.integers(1 << 62))), records(foe), names, name)
 
 
 def _plant(loaded: LoadedConfig, name: str, p: np.void, plant: np.void, axis: int) -> None:
@@ -110,6 +115,7 @@ def _device(p: np.void, plant: np.void, model: np.void, axis: int, draw: np.rand
     plant["count_rad"][axis] = p["count_rad"][axis] = p["velocity_band_rad"][axis] = count
     delay = int(draw.integers(0, 3))
     plant["torque_delay_ticks"][axis] = p["follow_delay_ticks"][axis] = delay
+    p["actuator_delay_ticks"][axis] = delay
     limit = _log(draw, 0.5, 5.0)
     p["torque_limit_nm"][axis] = p["torque_continuous_nm"][axis] = limit
     if draw.random() < 0.3:

@@ -121,6 +121,7 @@ def run_traced(order: Order, index: int, keep: int = TRACE_TICKS) -> tuple[Resul
         records(np.zeros_like(simulation.state)),
         rig.memory.copy(),
         rig.rng,
+        rig.foe,
         order.ticks,
         order.passive,
         result.visits,

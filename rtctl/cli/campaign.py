@@ -38,6 +38,11 @@ if TYPE_CHECKING:
     type=click.Path(dir_okay=False, path_type=Path),
     help="with --rig: write its last 2000 ticks here (npz, the tick's fields)",
 )
+@click.option(
+    "--margins",
+    is_flag=True,
+    help="linear rigs instead: is what `rtctl check` certifies stable, and how far is what it refuses from unstable",
+)
 @click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout")
 def command(
     *,
@@ -49,6 +54,7 @@ def command(
     jobs: int,
     index: int | None,
     trace: Path | None,
+    margins: bool,
     as_json: bool,
 ) -> None:
     """Prove the safety contract by volume.
@@ -60,6 +66,9 @@ def command(
     """
     from rtctl.campaign import run as campaign
 
+    if margins:
+        _margins(rigs, seed, jobs, as_json=as_json)
+        return
     order = campaign.Order(seed, rigs, ticks, faults, passive)
     if index is not None:
         result = _one(order, index, trace)
@@ -70,6 +79,18 @@ def command(
             result = campaign.run(order, jobs, bar.update)
     click.echo(json.dumps(result.as_dict()) if as_json else _text(result))
     if result.violations:
+        sys.exit(1)
+
+
+def _margins(rigs: int, seed: int, jobs: int, *, as_json: bool) -> None:
+    from rtctl.campaign import margins
+
+    with click.progressbar(
+        length=rigs, label="rigs", file=sys.stderr, hidden=as_json or not sys.stderr.isatty()
+    ) as bar:
+        found = margins.run(rigs, seed, jobs, bar.update)
+    click.echo(json.dumps(found.as_dict()) if as_json else found.text())
+    if found.shaking:
         sys.exit(1)
 
 

@@ -30,14 +30,17 @@ _MEMBER_KEYS = ("kind", "axes", "channels", "max_age_ticks", "budget_ns")
 def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
     """Check a rig file: bounds, friction model, and whether its coupling is provably passive.
 
-    Figures first, then what the tests say of them, the weakest last. Exit code 5 when one of them fails.
+    Figures first, then what the tests say of them, the weakest last. What the last arming measured of the torque's
+    delay on these devices counts where it is worse than declared. Exit code 5 when a test fails.
     """
-    from rtctl import stability_report
+    from rtctl import stability_report, timing
     from rtctl.config import load
     from rtctl.friction import advice
+    from rtctl.recording.state_folder import written_folder
 
     loaded = load(config)
-    report = stability_report.examine(loaded)
+    pulse = timing.read(written_folder(loaded.config.rig.name), timing.devices_sha256(loaded))
+    report = stability_report.examine(loaded, pulse)
     advices = advice.advise(loaded)
     if plot is not None:
         from rtctl import stability_figure

@@ -98,7 +98,7 @@ def command(
     runtime_dir: str | None,
     as_json: bool,
 ) -> None:
-    """Run experiment NAME on the rig of CONFIG: the same motion with and without friction compensation.
+    """Run experiment NAME on the rig of CONFIG: the same task with and without friction compensation.
 
     With --simulate everything runs on the simulated rig, over several seeds, with confidence intervals.
     Without it, free-motion and spring run once through the real loop of the rig, mock or real, while a hand

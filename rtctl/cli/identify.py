@@ -53,6 +53,20 @@ def _options(command: Any) -> Any:  # noqa: ANN401
             "hand torque that pauses, N m; 0: 2 % of the limit",
         ),
         ("--margin", "margin_rad", positive, 0.05, "kept free at both ends of the travel, rad"),
+        (
+            "--lower",
+            "lower_levels",
+            click.IntRange(0, 8),
+            4,
+            "most halvings of --speed-min, after a peak below it",
+        ),
+        (
+            "--ripple-per-turn",
+            "ripple_per_turn",
+            click.FloatRange(0, 1e5),
+            0.0,
+            "periods of the gear's ripple per turn of the joint; 0: the gear ratio",
+        ),
         ("--seed", "seed", click.IntRange(0, 2**31 - 1), 1, "of the order of the speeds and the places"),
     )
     for flag, name, kind, default, text in reversed(table):
@@ -216,12 +230,11 @@ def _report(
     dataset: Dataset, wall_s: float, truth: tuple[Deviation, ...], *, complete: bool, as_json: bool
 ) -> None:
     from rtctl.friction.presliding import Presliding, together
-    from rtctl.identify.plan import tasks
-    from rtctl.identify.settings import Settings
 
     document = dataset.document
     points = document["points"]
-    wanted = len(tasks(Settings(**document["settings"])))
+    skipped = document["skipped"]
+    wanted = len(points) + len(skipped) + len(dataset.left)
     bent = together(
         [
             Presliding(point["presliding_rad"], point["presliding_spread_rad"], point["presliding_ramps"])
@@ -235,6 +248,7 @@ def _report(
         "complete": document["complete"],
         "points": len(points),
         "points_wanted": wanted,
+        "skipped": skipped,
         "train": sum(point["use"] == "train" for point in points),
         "test": sum(point["use"] == "test" for point in points),
         "measurements": sum(point["count"] for point in points),
@@ -249,6 +263,8 @@ def _report(
         click.echo(json.dumps(summary))
     else:
         click.echo(f"{len(points)} of {wanted} points in {dataset.folder}, {wall_s:.0f} s")
+        for one in skipped:
+            click.echo(f"left out: {one['why']}")
         if points:
             click.echo(f"presliding length: {bent or 'not known: the encoder is too coarse for it'}")
         if truth:

@@ -106,7 +106,7 @@ def command(
         fit = replace(fit, warnings=(*fit.warnings, *against_rig(fit, rig_axis, str(config))))
     document: dict[str, Any] = {"logs": [{"file": part.source, "sha256": part.sha256} for part in parts]}
     delays = [0.5 / part.rate_hz if torque_delay is None else torque_delay for part in parts]
-    document |= {**asdict(fit), "cutoff_hz": cutoff_hz, "torque_delay_s": delays}
+    document |= {**asdict(fit), "cutoff_hz": cutoff_hz, "torque_delay_s": delays, "presliding": None}
     if out:
         sha256 = hashlib.sha256("".join(part.sha256 for part in parts).encode()).hexdigest()
         points = level_points(samples(signals, fit, sha256, remove_offset=not keep_offset))
@@ -206,6 +206,9 @@ def _lines(fit: JointFit, out: Path | None) -> list[str]:
             else "taken as constant"
         )
         lines.append(f"{each.parameter}: {each.source}, {drift}")
+    lines.append(
+        "presliding length: not measured from a log (rtctl identify CONFIG does; rtctl fit --presliding gives it)"
+    )
     lines += [f"warning: {text}" for text in fit.warnings]
     return [*lines, f"friction points: {out / 'points.csv'}"] if out else lines
 

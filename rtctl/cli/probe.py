@@ -104,7 +104,9 @@ def _finite(value: Any) -> Any:  # noqa: ANN401
 
 
 def _actuator_line(one: dict[str, Any]) -> str:
-    declared = f"axis {one['axis']}: torque declared {one['declared_delay_ms']:g} ms late"
+    declared = (
+        f"axis {one['axis']}: torque declared {one['declared_delay_ms']:g} ms late ({one['declared_by']})"
+    )
     found = one["measured"]
     if found is None:
         return f"{declared}; not measured yet: the test pulse of arming does, where a current is measured"

@@ -14,6 +14,10 @@ as it held. Such a vibration stays within the bristles' length, is credited noth
 periods; the compensation goes, friction is there in full, and the joint rests. The next stroke fills the account within
 some milliradians.
 
+Why a creeping joint earns nothing. A joint that a hand leans on may creep below break-away. If that filled the account,
+the compensation would grow, the creep with it, and the joint would slip seconds after it came to rest. Below
+`CREEP_RAD_S` the account is only spent.
+
 Why two accounts. The torque sent acts some ticks later. Which tick of motion it meets is known to one tick, so both are
 kept and the emptier one counts.
 """
@@ -26,27 +30,38 @@ from rtctl.control.records import HELD, Record
 VISCOUS_SHARE = 0.95
 """Share of the guaranteed viscous damping that may be credited in sliding."""
 
+CREEP_RAD_S = 0.01
+"""Slower motion does not fill the account."""
+
 TINY_J = 1e-12
 """Keeps a bank of nothing from dividing by it."""
 
 
 @compiled
-def keep_assistance(s: Record, p: Record, axis: int, dx: float, elapsed: int, powered: bool) -> None:
-    """Advance both accounts by the last period's motion; they are full while no torque leaves."""
+def keep_assistance(
+    s: Record, p: Record, axis: int, dx: float, elapsed: int, velocity: float, powered: bool
+) -> None:
+    """Advance both accounts by the last period's motion; they are full while no torque leaves.
+
+    `dx` rad in `elapsed` ticks; `velocity`, rad/s, only tells creep from sliding.
+    """
     bank = p.assistance_bank_j[axis]
     if not powered:
         s.assistance_energy_j[axis, 0] = s.assistance_energy_j[axis, 1] = bank
         return
     if dx == 0.0:
         return
-    late = min(max(p.follow_delay_ticks[axis], 0), HELD - 3)
+    late = min(max(p.actuator_delay_ticks[axis], 0), HELD - 3)
+    creeps = not abs(velocity) > CREEP_RAD_S
     slides = s.bristle_share[axis] ** 2
     viscous = VISCOUS_SHARE * max(p.viscous_nms_rad[axis], 0.0) * dx * dx / (p.period_s * max(elapsed, 1))
     credit = s.friction_credit_j[axis] + slides * viscous
     for later in range(2):
         acted = s.compensation_nm[axis, (s.ticks - 1 - late - later) % HELD]
-        energy = s.assistance_energy_j[axis, later] + credit - acted * dx
-        s.assistance_energy_j[axis, later] = min(energy, bank)
+        earned = credit - acted * dx
+        if creeps:
+            earned = min(earned, 0.0)
+        s.assistance_energy_j[axis, later] = min(s.assistance_energy_j[axis, later] + earned, bank)
 
 
 @compiled

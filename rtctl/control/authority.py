@@ -41,6 +41,6 @@ def raise_authority(s: Record, p: Record) -> None:
     rise = _paid_rise(s, p)
     s.authority = min(1.0, s.authority + rise)
     for axis in range(len(s.stored_energy_j)):
-        paid = min(rise * s.stored_energy_j[axis], s.renderer_store_j[axis])
+        paid = min(rise * s.stored_energy_j[axis], s.renderer_store_j[axis]) if rise > 0.0 else 0.0
         s.renderer_store_j[axis] -= paid
         s.authority_grant_j[axis] = paid

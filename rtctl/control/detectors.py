@@ -63,6 +63,8 @@ def _outside(s: Record, p: Record) -> bool:
     """True when the held sample is older than what the proof of some axis' coupling leaves beside its delay."""
     age_s = s.sample_age_ticks * p.period_s
     for axis in range(len(s.answer_delay)):
+        if s.sample_age_ticks <= p.proof_age_ticks[axis]:
+            continue
         delay_s = p.declared_delay_s[axis]
         if s.answer_count[axis] > 0:
             delay_s = max(delay_s, s.answer_delay[axis] * p.period_s)

@@ -52,7 +52,7 @@ def _forget(s: Record, axis: int) -> None:
 @compiled
 def _acting_torque(s: Record, p: Record, axis: int) -> float:
     """Torque that acted over the last period: sent one tick and the configured delay ago, N m."""
-    late = min(max(p.follow_delay_ticks[axis], 0), HELD - 3)
+    late = min(max(p.actuator_delay_ticks[axis], 0), HELD - 3)
     return float(s.held_nm[axis, (s.ticks - 1 - late) % HELD])
 
 

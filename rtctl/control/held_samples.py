@@ -33,8 +33,8 @@ import numpy as np
 
 from rtctl.control.sampled_loop import delays
 
-_ANGLES = 512
-_ALLOWANCE = 1.002
+_ANGLES = 256
+_ALLOWANCE = 1.005
 """For what may lie between the points of the sweep."""
 
 
@@ -51,12 +51,15 @@ def _needed(k_c: float, b_c: float, T: float, n: int, d: float, tau: float) -> f
     """Largest eigenvalue over the sweep, a quarter of it."""
     back = np.exp(-2j * _angles())  # 1/z
     torque, weight = _torques(k_c, b_c, T, n, back)
-    total = np.zeros((len(back), n, n), dtype=complex)
+    felt: dict[int, float] = {}  # share of a tick that the torque of so many ticks ago is felt for
     for share, late in delays(d, tau):
         k = math.floor(late)
         for piece, length in ((k + 1, late - k), (k, 1 - late + k)):
-            if share * length > 0:
-                total += share * length * T * _gram(torque, weight, n, piece, back)
+            felt[piece] = felt.get(piece, 0.0) + share * length
+    total = np.zeros((len(back), n, n), dtype=complex)
+    for piece, share in felt.items():
+        if share > 0:
+            total += share * T * _gram(torque, weight, n, piece, back)
     return 0.25 * float(np.linalg.eigvalsh(total)[:, -1].max())
 
 

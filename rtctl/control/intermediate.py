@@ -29,6 +29,15 @@ step that costs energy or stiffens is taken only while it leaves
 outrun the gate, whatever is in the store; what is left of r beside motion is what the steps may use. A hand
 that brings more energy than (2) finds a softer environment, until it is slower.
 
+A remote proxy is moved by a program with bodies of its own: an active hand by nature, which may know the state and
+always be ahead of the motion. Its work on the coupling is exact as well and paid from the same store; what is not
+paid for is not done, and (1) holds. The proxy then lags behind its target instead of running the port into a
+deficit. It is never put further ahead than U = L^2/(2 k_c), beyond which nobody feels it. The rest of (2) is not asked of it: it would
+have to stay behind any joint that moves; there the account bounds the torque (`take_back`).
+
+What a hand can be given at most, whatever is sent: since arming, beyond what it put in itself,
+`renderer_store_j + renderer_power_w t + 1.5 budget_j` (`passivity`; the rise of the authority is paid too: `authority`).
+
 What has no way in between (kind, side, pitch) is exchanged while stiffness and damping are zero.
 """
 

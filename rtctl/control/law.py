@@ -86,7 +86,7 @@ def step(
         t.environment_kind[axis] = s.world_kind[axis]
         # 6. friction: what it surely takes out, what is seen of it, and the help with it that both allow
         credit_friction(s, p, model[axis], axis, dx, elapsed, t.velocity_rad_s[axis])
-        keep_assistance(s, p, axis, dx, elapsed, powered)
+        keep_assistance(s, p, axis, dx, elapsed, t.velocity_rad_s[axis], powered)
         observe_friction(t, s, p, axis, elapsed > 0)
         velocity, doubt = device_velocity(t, s, p, axis, elapsed, dx)
         faults |= doubt | friction_feedforward(t, s, p, model[axis], axis, dx, velocity)

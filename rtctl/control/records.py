@@ -98,7 +98,9 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             # detectors and test pulse
             "follow_kind": (),  # 1: the measured current must follow the torque sent
             "follow_delay_ticks": (),  # the measurement may be this much late
+            "actuator_delay_ticks": (),  # the torque acts this much late, as far as is known
             "declared_delay_s": (),  # from a sample to its torque at the motor, as the rig file has it
+            "proof_age_ticks": (),  # age of samples that the proof includes beside it
             "proof_delay_s": (),  # up to which the coupling is proven; 0: delay and age are not watched
             "temperature_kind": (),  # 1: the motor has a temperature sensor
             "temperature_warn_c": (),

@@ -32,8 +32,8 @@ from functools import lru_cache
 
 import numpy as np
 
-_POINTS_PER_TICK = 1000
-"""Cells of the frequency sweep per tick of delay and lag: the bound is then at most some 1e-6 above the true peak."""
+_POINTS_PER_TICK = 300
+"""Cells of the frequency sweep per tick of delay and lag: the bound is then some 1e-6 to 1e-5 above the true peak."""
 
 _MOST_CELLS = 200_000
 

@@ -62,7 +62,7 @@ def _require_coupling(k_c: float, b_c: float, T: float, d: float = 0.0, lag_hz: 
         raise ValueError(msg)
 
 
-def _lag_ticks(lag_hz: float, T: float) -> float:
+def lag_ticks(lag_hz: float, T: float) -> float:
     """Time constant of the current loop in periods; 0 for an ideal one."""
     return 1 / (2 * math.pi * lag_hz * T) if lag_hz > 0 else 0.0
 
@@ -91,7 +91,7 @@ def damping_needed_sampled_data(
     Second theory reference, section 10; derivation and bound between the points of the sweep in
     `sampled_loop`. Whole ticks without a lag are (SD-1) of the first, ``sin^2((1+d) theta) (B^2 + K^2 cot^2 theta)/B``,
     with the closed forms ``b_c + k_c T/2`` for d = 0 (Colgate and Brown's wall) and a parabola in cos^2 theta for
-    d = 1. Swept values are up to some 1e-6 too large, never too small.
+    d = 1. Swept values are up to some 1e-5 too large, never too small.
     """
     _require_coupling(k_c, b_c, T, d, lag_hz)
     K = k_c * T / 2
@@ -104,13 +104,18 @@ def damping_needed_sampled_data(
     if lag_hz == 0 and d == 1:
         q = 1.0 if 2 * spread <= B * B else B * B / (2 * spread)
         return 4 * (B * B * q - spread * q * q) / B
-    return _largest(peaks(float(d), _lag_ticks(lag_hz, T), any_world=any_world), K, b_c)
+    return _largest(peaks(float(d), lag_ticks(lag_hz, T), any_world=any_world), K, b_c)
 
 
 def _largest(pairs: tuple[np.ndarray, np.ndarray], K: float, b_c: float) -> float:
     """The largest damping that any of the pairs of `sampled_loop` asks for."""
     W, U = pairs
     return float(np.max(W * (b_c * (b_c + 2 * K)) + U * (K * K))) / (2 * (b_c + K))
+
+
+def late_ticks(between: Between, T: float) -> float:
+    """Ticks from a position to most of the torque that answers it: delay, age of the sample and lag, at their worst."""
+    return between.delay + between.sample_ticks - 1 + lag_ticks(between.lag_hz, T)
 
 
 def _cases(T: float, between: Between) -> list[tuple[float, float]]:
@@ -133,7 +138,7 @@ def damping_needed_between(
     needed = [
         damping_needed_sampled_data(k_c, b_c, T, d, lag, any_world=any_world) for d, lag in _cases(T, between)
     ]
-    tau = _lag_ticks(between.lag_hz, T)
+    tau = lag_ticks(between.lag_hz, T)
     if between.jitter > 0 and k_c + b_c > 0:
         low = max(between.delay - between.jitter, 0.0)
         needed.append(_largest(varying_peaks(low, between.delay, tau), k_c * T / 2, b_c))
@@ -185,7 +190,9 @@ def margin_adams_hannaford(b: float, k_c: float, b_c: float, T: float) -> float:
     return b - damping_needed_adams_hannaford(k_c, b_c, T)
 
 
-def _largest_stiffness(needed: Callable[[float], float], b: float, high: float) -> float:
+def _largest_stiffness(
+    needed: Callable[[float], float], b: float, high: float, tolerance: float = 0.0
+) -> float:
     """Largest k_c up to `high` with needed(k_c) <= b; `needed` rises with k_c. 0 without any."""
     if not needed(0.0) <= b:
         return 0.0
@@ -194,7 +201,7 @@ def _largest_stiffness(needed: Callable[[float], float], b: float, high: float) 
     low = 0.0
     while True:
         middle = 0.5 * (low + high)
-        if not low < middle < high:
+        if not low < middle < high or high - low <= tolerance * high:
             return low
         if needed(middle) <= b:
             low = middle
@@ -217,15 +224,22 @@ def k_max_sampled_data(b: float, b_c: float, T: float, d: float = 0.0, lag_hz: f
         return 0.0
     if d == 0 and lag_hz == 0:
         return 2 * (b - b_c) / T
-    W, U = peaks(float(d), _lag_ticks(lag_hz, T))
+    W, U = peaks(float(d), lag_ticks(lag_hz, T))
     left, spare = b_c * (2 * b - W * b_c), b - W * b_c
     if np.min(left) < 0:
         return 0.0
     root = np.sqrt(spare * spare + U * left)
     with np.errstate(divide="ignore", invalid="ignore"):
         K = np.where(spare >= 0, (spare + root) / U, left / (root - spare))
-    low = float(np.min(K)) * 2 / T * (1 + 1e-5)  # closed forms may let a little more pass
-    return _largest_stiffness(lambda k: damping_needed_sampled_data(k, b_c, T, d, lag_hz), b, low + 1e-300)
+    low = float(np.min(K)) * 2 / T
+
+    def needed(k: float) -> float:
+        return damping_needed_sampled_data(k, b_c, T, d, lag_hz)
+
+    below = low * (1 - 1e-12)
+    if needed(low * (1 + 1e-9)) > b >= needed(below):
+        return below
+    return _largest_stiffness(needed, b, low * (1 + 1e-3))  # a closed form lets a little more pass
 
 
 def k_max_between(b: float, b_c: float, T: float, between: Between = IDEAL) -> float:
@@ -234,7 +248,7 @@ def k_max_between(b: float, b_c: float, T: float, between: Between = IDEAL) -> f
     high = min(k_max_sampled_data(b, b_c, T, d, lag) for d, lag in _cases(T, between))
     if (between.sample_ticks == 1 and between.jitter == 0) or high == 0:
         return high
-    return _largest_stiffness(lambda k: damping_needed_between(k, b_c, T, between), b, high)
+    return _largest_stiffness(lambda k: damping_needed_between(k, b_c, T, between), b, high, 1e-5)
 
 
 def k_max_adams_hannaford(b: float, b_c: float, T: float) -> float:

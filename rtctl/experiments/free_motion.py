@@ -1,4 +1,4 @@
-"""Free motion with and without compensation, over the same motion of the hand (Bi, Figs. 6 and 7)."""
+"""Free motion with and without compensation, of a hand that wishes the same (Bi, Figs. 6 and 7), and along the same path."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.experiments import figures, virtual
+from rtctl.experiments import figures, same_path, virtual
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part, Target
+from rtctl.experiments.same_path import Way
 from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import Estimate, estimate, reduction, rms
 from rtctl.experiments.virtual import FAST_SINE, SLOW_TRIANGLE, Motion, Run, Variant
@@ -62,8 +63,9 @@ def run(order: Order) -> Outcome:
     }
     released = _released(order, len(MOTIONS) * per_motion)
     pictures = [_picture(order, motion) for motion in MOTIONS]
+    ways = {motion.name: same_path.compare(order, motion) for motion in MOTIONS}
     order.progress(1.0, "free motion")
-    return _outcome(order, found, released, pictures)
+    return _outcome(order, found, released, pictures, ways)
 
 
 def _measure(order: Order, motion: Motion, start: float, share: float) -> Measured:
@@ -182,14 +184,18 @@ def _targets(found: dict[str, Measured], released: dict[str, Estimate]) -> tuple
 
 
 def _outcome(
-    order: Order, found: dict[str, Measured], released: dict[str, Estimate], pictures: list[Picture]
+    order: Order,
+    found: dict[str, Measured],
+    released: dict[str, Estimate],
+    pictures: list[Picture],
+    ways: dict[str, dict[str, Way]],
 ) -> Outcome:
     fast, slow = (reductions(found[motion.name], "hand_rms_nm") for motion in MOTIONS)
     key = (
         f"Moving the joint freely costs the hand {fast[ON.name].text(100, '.1f')} % (fast sine) and "
-        f"{slow[ON.name].text(100, '.1f')} % (slow triangle) less torque with the friction feed-forward than without, over "
-        f"the same motion; with local force feedback on top {fast[FEEDBACK.name].text(100, '.1f')} % and "
-        f"{slow[FEEDBACK.name].text(100, '.1f')} %."
+        f"{slow[ON.name].text(100, '.1f')} % (slow triangle) less torque with the friction feed-forward than without, when it "
+        f"wishes the same; with local force feedback on top {fast[FEEDBACK.name].text(100, '.1f')} % and "
+        f"{slow[FEEDBACK.name].text(100, '.1f')} %. {_paths(ways)}"
     )
     bars = {motion.name: reductions(found[motion.name], "hand_rms_nm") for motion in MOTIONS}
     bars = {name: {v: e for v, e in one.items() if v != OFF.name} for name, one in bars.items()}
@@ -220,20 +226,32 @@ def _outcome(
                 for variant, one in measured.items()
             }
             for name, measured in found.items()
-        }
+        },
+        "same_hand_or_same_path": {
+            motion: {name: vars(way) for name, way in of.items()} for motion, of in ways.items()
+        },
     }
     return Outcome(
         "free-motion",
         TITLE,
         key,
         (
-            Part("The same motion, three controllers", shown=tuple(shown)),
+            Part("The same hand, three controllers", shown=tuple(shown)),
+            Part("The same hand or the same path", shown=(same_path.table(ways),)),
             Part("Every controller", (_explanation(),), tuple(tables)),
             Part("Without a hand", shown=(hands_off,)),
         ),
         _targets(found, released),
         numbers,
     )
+
+
+def _paths(ways: dict[str, dict[str, Way]]) -> str:
+    """How far the paths of the same hand differ, and what is saved along the same one."""
+    hand, path = ([ways[motion.name][way] for motion in MOTIONS] for way in ("same hand", "same path"))
+    differ = " and ".join(one.path.text(100, ".0f") for one in hand)
+    saved = " and ".join(one.reduction.text(100, ".1f") for one in path)
+    return f"Its path then differs by {differ} %; a stiff hand, led along the same path, saves {saved} %."
 
 
 def _explanation() -> str:

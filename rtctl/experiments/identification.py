@@ -19,7 +19,7 @@ from rtctl.experiments.statistics import Estimate, estimate
 from rtctl.friction import ladder, report_evidence, report_tables, search, truth
 from rtctl.friction.points import FrictionPoints
 from rtctl.friction.report_tables import Table
-from rtctl.identify.plan import Task
+from rtctl.identify.plan import Known, Task
 from rtctl.identify.session import Bias, Point, identify
 from rtctl.identify.settings import Settings, rig_of, without_feedforward
 from rtctl.identify.signals import Measurement
@@ -58,6 +58,16 @@ class Kept:
 
     def warmed_up(self) -> None:
         """Nobody asks for the ticks later."""
+
+    def skip(self, _task: Task, _why: str) -> None:
+        """A point less."""
+
+    def known(self) -> list[Known]:
+        """Points so far."""
+        return [
+            Known(one.direction, abs(one.target_rad_s), abs(one.friction_torque_nm), one.presliding_rad)
+            for one in self.points
+        ]
 
     def add(self, point: Point, _measurements: Sequence[Measurement]) -> None:
         """Keep a point."""

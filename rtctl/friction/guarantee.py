@@ -20,7 +20,7 @@ SPREADS = 2.0
 LENGTH_UNKNOWN_RAD = 0.005
 """Presliding length where nobody measured one: longer than that of most geared joints (.5 to 2 mrad)."""
 
-BANK_MOST_J = 5e-4
+BANK_MOST_J = 1e-3
 """Most that the account of the compensation may hold: with a deficit as large and a bent bristle, a hand that holds
 still is given less than 1.5 mJ once, and nothing after."""
 
@@ -71,5 +71,5 @@ def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
         length_rad=length_rad,
         length_source=source,
         credited_rad=credited_rad,
-        bank_j=min(0.5 * peak_nm * credited_rad, BANK_MOST_J),
+        bank_j=min(peak_nm * credited_rad, BANK_MOST_J),
     )

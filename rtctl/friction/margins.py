@@ -15,6 +15,7 @@ import numpy as np
 from rtctl.config_tables import AxisTable
 from rtctl.control import friction_passivity as friction
 from rtctl.control import stability
+from rtctl.friction.guarantee import guarantee
 from rtctl.friction.model import FrictionModel
 
 GATED_POLICIES = ("hybrid", "intent", "stop_gated")
@@ -44,6 +45,8 @@ class FrictionFigures:
     drag_nms_rad: float
     """Least of all the friction over speed, N m s/rad, its largest known error added."""
     drag_speed_rad_s: float
+    presliding_rad: float
+    """Length that a feed-forward by displacement takes to turn."""
 
 
 @dataclass(frozen=True)
@@ -133,6 +136,7 @@ def friction_figures(
         dry_left_nm=max(0.0, min(float((c.F_lo - c.ff).min()) for c in trained)),
         drag_nms_rad=min(drags)[0],
         drag_speed_rad_s=min(drags)[1],
+        presliding_rad=axis.friction.stop_rad or guarantee(axis, model).length_rad,
     )
 
 

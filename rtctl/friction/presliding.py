@@ -36,6 +36,9 @@ CHANGES_MIN = 2
 GRID = np.linspace(SHARE_LOW, 0.8, 16)
 """Shares at which the counts of a coarse encoder are averaged over ramps; further, because little else is seen."""
 RAMPS_MIN = 2
+AVERAGED_MIN = 8
+COUNTS_MIN = 1.0
+"""The averages need so many ramps, and so many counts over the grid: of less, slope and bend cannot be told apart."""
 SURE = 3.0
 """A length found from averaged counts must be so many of its standard errors; else it is not known."""
 BEND_MAX = 1.5
@@ -72,12 +75,14 @@ class Presliding:
 class Ramp:
     """One ramp as a share of its break-away torque.
 
-    `position_rad` where the encoder counted (up to a constant), and the `share` then; `grid_rad` what it showed at `GRID`.
+    `position_rad` where the encoder counted (up to a constant), and the `share` then; `grid_rad` what it showed at `GRID`
+    and `count_rad` its quantum.
     """
 
     position_rad: np.ndarray
     share: np.ndarray
     grid_rad: np.ndarray
+    count_rad: float
 
 
 def ramp_of(
@@ -116,7 +121,7 @@ def ramp_of(
     risen = np.searchsorted(np.maximum.accumulate(share), GRID)
     if risen[-1] >= len(share):
         return None
-    return Ramp(each[usable] * count_rad, at[usable], level[risen] * count_rad)
+    return Ramp(each[usable] * count_rad, at[usable], level[risen] * count_rad, count_rad)
 
 
 def _passed(rising: np.ndarray) -> np.ndarray:
@@ -162,7 +167,9 @@ def presliding(ramps: Sequence[Ramp]) -> Presliding | None:
 def _averaged(ramps: Sequence[Ramp]) -> Presliding | None:
     """Length from the counts averaged over ramps; its spread is sqrt(n) jackknife errors, hence mostly the encoder's."""
     grids = np.array([ramp.grid_rad - ramp.grid_rad[0] for ramp in ramps])
-    n = len(grids)
+    n, seen = len(grids), float(np.mean(grids[:, -1]))
+    if n < AVERAGED_MIN or seen < COUNTS_MIN * ramps[0].count_rad:
+        return None
     length = _length_of_mean(grids.mean(axis=0))
     each = np.array([_length_of_mean((grids.sum(axis=0) - one) / (n - 1)) for one in grids])
     error = math.sqrt((n - 1) * float(np.var(each)))
@@ -171,7 +178,7 @@ def _averaged(ramps: Sequence[Ramp]) -> Presliding | None:
 
 
 def _length_of_mean(grid_rad: np.ndarray) -> float:
-    mean = [Ramp(grid_rad, GRID, grid_rad)]
+    mean = [Ramp(grid_rad, GRID, grid_rad, 0.0)]
     return float(lengths_rad(mean, bend_of(mean))[0])
 
 

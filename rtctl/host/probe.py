@@ -27,8 +27,9 @@ from hw.interface import (
 )
 from hw.rig import Member
 from hw.rig_words import subset
-from rtctl import timing
+from rtctl import lateness, timing
 from rtctl.config import LoadedConfig
+from rtctl.control.stability import lag_ticks
 from rtctl.errors import ConfigError
 from rtctl.tick import FIELD, new_ticks
 
@@ -197,15 +198,17 @@ def actuators(loaded: LoadedConfig, folder: Path) -> list[dict[str, Any]]:
     `folder` is the rig's state folder; `measured` is None where nothing is known of these devices.
     """
     known = timing.read(folder, timing.devices_sha256(loaded))
-    period_s = loaded.config.period_s
-    return [
-        {
+    found = []
+    for a, axis in enumerate(loaded.config.axis):
+        late, period_s = lateness.of_axis(loaded, a), loaded.config.period_s
+        lag_s = lag_ticks(late.between.lag_hz, period_s) * period_s
+        found.append({
             "axis": axis.name,
-            "declared_delay_ms": round(axis.coupling.delay_ticks * period_s * 1e3, 4),
+            "declared_delay_ms": round((late.between.delay * period_s + lag_s) * 1e3, 4),
+            "declared_by": late.delay_from,
             "measured": asdict(known[axis.name]) if axis.name in known else None,
-        }
-        for axis in loaded.config.axis
-    ]
+        })  # fmt: skip
+    return found
 
 
 def watch(

@@ -10,14 +10,12 @@ Every file is written beside its name and renamed, so a cut-off leaves the last 
 
 from __future__ import annotations
 
-import csv
 import hashlib
-import io
 import json
 import os
 import platform
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -28,7 +26,8 @@ import numpy as np
 from rtctl import __version__
 from rtctl.config import LoadedConfig
 from rtctl.errors import DataError
-from rtctl.identify.plan import Task, tasks
+from rtctl.identify.columns import points_csv
+from rtctl.identify.plan import Known, Task, remaining
 from rtctl.identify.session import Bias, Point
 from rtctl.identify.settings import Settings
 from rtctl.identify.signals import Measurement
@@ -36,31 +35,6 @@ from rtctl.identify.ticks import TickBlock
 
 SCHEMA = 1
 HEADER = "dataset.json"
-COLUMNS = (
-    "velocity_rad_s",
-    "friction_torque_nm",
-    "std_nm",
-    "count",
-    "direction",
-    "weakest_place_nm",
-    "presliding_rad",
-    "presliding_spread_rad",
-    "presliding_ramps",
-    "temperature_c",
-    "position_rad",
-    "time_s",
-)
-"""Columns of the points; those of `rtctl.friction.point_evidence` are among them. `position_rad` is the mean over the places a point was measured at; `time_s` runs from
-the begin of the first session, over all of them."""
-_NUMBER = {
-    "velocity_rad_s": ".9g",
-    "count": "d",
-    "direction": "d",
-    "presliding_ramps": "d",
-    "temperature_c": ".2f",
-    "position_rad": ".6f",
-    "time_s": ".3f",
-}
 
 
 def write_whole(path: Path, content: bytes) -> None:
@@ -126,6 +100,7 @@ class Dataset:
             "settings": asdict(settings),
             "complete": False,
             "sessions": [],
+            "skipped": [],
             "points": [],
         }
         dataset = cls(folder, document, settings.axis, loaded.config.period_s)
@@ -146,7 +121,8 @@ class Dataset:
             "rig file": (document["config_sha256"], loaded.sha256),
             "rig": (document["rig"], loaded.config.rig.name),
             "simulated": (document["simulated"], simulated),
-            "settings": (document["settings"], asdict(settings)),
+            # a setting that came later has its default in an older data set
+            "settings": (asdict(replace(Settings(), **document["settings"])), asdict(settings)),
         }
         for what, (before, now) in same.items():
             if before != now:
@@ -154,6 +130,7 @@ class Dataset:
                     f"{folder}: was begun with another {what} ({_difference(before, now)}); "
                     "points of two would not belong together: use the same, or begin a new --out"
                 )
+        document["skipped"] = []  # whatever was given up is tried again
         return cls(folder, document, settings.axis, loaded.config.period_s)
 
     def has(self, task: Task) -> bool:
@@ -217,6 +194,30 @@ class Dataset:
         self._names.add(point.name)
         self.save()
 
+    def skip(self, task: Task, why: str) -> None:
+        """Note a point that could not be measured; a later session tries it again."""
+        self.document["skipped"].append({"name": task.name, "why": why})
+        self.save()
+
+    def known(self) -> list[Known]:
+        """Points that are complete."""
+        return [
+            Known(
+                point["direction"],
+                abs(point["target_rad_s"]),
+                abs(point["friction_torque_nm"]),
+                point.get("presliding_rad"),
+            )
+            for point in self.document["points"]
+        ]
+
+    @property
+    def left(self) -> list[Task]:
+        """Points still to measure, less those that were given up."""
+        given_up = {one["name"] for one in self.document["skipped"]}
+        settings = Settings(**self.document["settings"])
+        return remaining(settings, lambda task: self.has(task) or task.name in given_up, self.known())
+
     def _keep(self, name: str, measurements: Sequence[Measurement] = ()) -> str:
         """Write the ticks since the last call; returns their SHA-256."""
         content = self.ticks.take([(one.first_tick, one.ticks) for one in measurements])
@@ -225,27 +226,19 @@ class Dataset:
 
     def save(self) -> None:
         """Write the header and the points."""
-        settings = Settings(**self.document["settings"])
-        self.document["complete"] = all(self.has(task) for task in tasks(settings))
+        self.document["complete"] = not self.left
         for use in ("train", "test"):
             write_whole(self.folder / f"points_{use}.csv", self._csv(use).encode())
         text = json.dumps(self.document, indent=1, allow_nan=False)
         write_whole(self.folder / HEADER, (text + "\n").encode())
 
     def _csv(self, use: str) -> str:
-        chosen = [point for point in self.document["points"] if point["use"] == use]
-        out = io.StringIO()
-        out.write(f"# rig {self.document['rig']}, config sha256 {self.document['config_sha256']}\n")
-        writer = csv.writer(out, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for point in sorted(chosen, key=lambda p: (-p["direction"], abs(p["target_rad_s"]))):
-            known = {**point, "time_s": self._time_s(point)}
-            writer.writerow([_cell(name, known.get(name)) for name in COLUMNS])
-        return out.getvalue()
-
-
-def _cell(column: str, value: float | None) -> str:
-    return "" if value is None else format(value, _NUMBER.get(column, ".7f"))
+        rows = [
+            {**point, "time_s": self._time_s(point)}
+            for point in self.document["points"]
+            if point["use"] == use
+        ]
+        return points_csv(rows, self.document["rig"], self.document["config_sha256"])
 
 
 def read_document(folder: Path) -> dict[str, Any]:

@@ -15,6 +15,7 @@ import numpy as np
 
 from rtctl.control.vocabulary import Fault, Program, ProgramFlag, State
 from rtctl.errors import DataError, FaultError, HandOnRigError
+from rtctl.identify.ripple import Ripple
 from rtctl.identify.settings import TURN_RAD, Rig, Settings
 
 T = TypeVar("T")
@@ -60,6 +61,10 @@ class Motion:
         Hand torque that counts as none: follows the slow drift of the force sensor.
     low_rad, high_rad
         Travel to use; set by `choose_travel`.
+    ripple, presliding_rad
+        The gear's ripple and the presliding length, as far as they were measured already.
+    stiffening
+        Factor on the servo's stiffness.
     notice
         Receives what a person must know now; an empty text when it is over.
     """
@@ -70,6 +75,7 @@ class Motion:
         self.rig, self.settings, self.notice = rig, settings, notice
         self.hand_zero_nm = 0.0
         self.low_rad, self.high_rad = rig.position_min_rad, rig.position_max_rad
+        self.ripple, self.presliding_rad, self.stiffening = Ripple(), 0.0, 1.0
         self.last: Any = None
         self._count = 0
 
@@ -79,6 +85,11 @@ class Motion:
     def position_rad(self) -> float:
         """Newest position."""
         return float(self.last["position_rad"][self.rig.axis])
+
+    @property
+    def stiffness_nm_rad(self) -> float:
+        """Stiffness of the servo."""
+        return self.stiffening * self.rig.stiffness_nm_rad
 
     def choose_travel(self) -> None:
         """Use the travel around the present position: all of it, or one and a half turns either way."""
@@ -107,7 +118,7 @@ class Motion:
             "limit_ticks": round(limit_s / rig.period_s),
             "velocity_rad_s": 0.0,
             "acceleration_rad_s2": ACCELERATION_RAD_S2,
-            "stiffness_nm_rad": rig.stiffness_nm_rad,
+            "stiffness_nm_rad": self.stiffness_nm_rad,
             "damping_nms_rad": rig.damping_nms_rad,
             "alpha": rig.period_s / (rig.period_s + rig.filter_s),
             "torque_max_nm": rig.servo_max_nm,

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from rtctl.identify.settings import Settings
+
+BEND_SHARE = 0.03
+"""A fall of friction by this much between the lowest speed and twice of it is the flank of a peak."""
 
 
 @dataclass(frozen=True)
@@ -24,6 +28,16 @@ class Task:
         """Name of the task's tick file, and what a person sees."""
         what = "breakaway" if self.speed_rad_s == 0 else f"{self.speed_rad_s:.5f}"
         return f"{self.number:03d}_{self.use}_{'plus' if self.direction > 0 else 'minus'}_{what}"
+
+
+@dataclass(frozen=True)
+class Known:
+    """A point that was measured already; torque as a magnitude."""
+
+    direction: int
+    speed_rad_s: float
+    friction_nm: float
+    presliding_rad: float | None = None
 
 
 def speeds(settings: Settings) -> tuple[np.ndarray, np.ndarray]:
@@ -56,3 +70,41 @@ def tasks(settings: Settings) -> list[Task]:
     todo: list[tuple[Literal["train", "test"], float]] = [("train", 0.0), *(runs[i] for i in order)]
     pairs = [(use, speed, direction) for use, speed in todo for direction in (1, -1)]
     return [Task(number, use, direction, speed) for number, (use, speed, direction) in enumerate(pairs)]
+
+
+def remaining(settings: Settings, is_over: Callable[[Task], bool], known: Sequence[Known]) -> list[Task]:
+    """Points still to measure: those of the plan, and when they are over, lower speeds where friction still rises there.
+
+    Notes
+    -----
+    A Stribeck peak below the lowest speed would be cut off. While friction in either direction falls by more than `BEND_SHARE`
+    from the lowest speed measured to twice that speed, half of it is measured too, in both directions, `lower_levels` times at most.
+    """
+    planned = tasks(settings)
+    if todo := [task for task in planned if not is_over(task)]:
+        return todo
+    for level in range(settings.lower_levels):
+        lowest = settings.speed_min_rad_s / 2**level
+        if not any(_still_rises(known, direction, lowest) for direction in (1, -1)):
+            break
+        pair = [
+            Task(len(planned) + 2 * level + n, "train", direction, 0.5 * lowest)
+            for n, direction in enumerate((1, -1))
+        ]
+        if todo := [task for task in pair if not is_over(task)]:
+            return todo
+    return []
+
+
+def _still_rises(known: Sequence[Known], direction: int, lowest_rad_s: float) -> bool:
+    """Whether friction falls markedly from this speed, which must have been measured, to twice of it."""
+    moving = sorted(
+        (one.speed_rad_s, one.friction_nm)
+        for one in known
+        if one.direction == direction and one.speed_rad_s > (1 - 1e-9) * lowest_rad_s
+    )
+    if not moving or moving[0][0] > (1 + 1e-9) * lowest_rad_s or moving[-1][0] < 2 * lowest_rad_s:
+        return False
+    speed, friction = np.array(moving).T
+    twice = float(np.interp(2 * lowest_rad_s, speed, friction))
+    return bool(friction[0] - twice > BEND_SHARE * friction[0])

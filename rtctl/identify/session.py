@@ -11,13 +11,17 @@ import numpy as np
 from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import DataError, FaultError, HandOnRigError
 from rtctl.friction.presliding import presliding
+from rtctl.identify.collected import Collected, UnsteadyError
 from rtctl.identify.motion import HandSeen, Motion, Order, Steps
-from rtctl.identify.plan import Task, tasks
-from rtctl.identify.points import Collected, collect, fastest_rad_s, run_up_rad, steady_s, window_s
+from rtctl.identify.plan import Known, Task, remaining
+from rtctl.identify.points import collect, look_for_ripple
 from rtctl.identify.settings import TURN_RAD, Rig, Settings
 from rtctl.identify.signals import Measurement
+from rtctl.identify.windows import fastest_rad_s, run_up_rad, steady_s, window_s
 
 ARM_PATIENCE_S = 30.0
+HOPELESS = 8
+"""So many points given up without a single speed measured end the identification."""
 ZERO_LIMITS = 5.0
 """The force sensor may drift by this many hand limits; then it is no drift any more."""
 
@@ -82,6 +86,12 @@ class Store(Protocol):
     def add(self, point: Point, measurements: Sequence[Measurement]) -> None:
         """Keep a point and what it is the mean of."""
 
+    def skip(self, task: Task, why: str) -> None:
+        """A point could not be measured; the others go on."""
+
+    def known(self) -> Sequence[Known]:
+        """Points there already."""
+
 
 def expected_s(motion: Motion, task: Task) -> float:
     """Rough time one point takes on the rig, s; for the progress bar only."""
@@ -89,7 +99,7 @@ def expected_s(motion: Motion, task: Task) -> float:
     turn_s = TURN_RAD / motion.jog_speed_rad_s()
     if task.speed_rad_s == 0:
         return turn_s + settings.measurements * (0.5 + 0.16 / settings.ramp_nm_s)
-    settle_s = 1.5 * steady_s(task.speed_rad_s) + 0.3
+    settle_s = 1.5 * steady_s(motion, task.speed_rad_s) + 0.3
     return turn_s + settings.spots * settle_s + settings.measurements * window_s(motion, task.speed_rad_s)
 
 
@@ -103,8 +113,12 @@ def identify(
     DataError, FaultError, HandOnRigError
         As the motions; what was complete is in the store.
     """
-    motion = Motion(rig, settings, notice)
-    todo = [task for task in tasks(settings) if not store.has(task)]
+    motion, tried = Motion(rig, settings, notice), set[str]()
+
+    def is_over(task: Task) -> bool:
+        return store.has(task) or task.name in tried
+
+    todo = remaining(settings, is_over, store.known())
     if not todo:
         return
     progress(0.0, 1.0, "sensor bias")
@@ -117,17 +131,37 @@ def identify(
     total_s = settings.warm_up_s + sum(expected_s(motion, task) for task in todo)
     progress(0.0, total_s, "warm-up")
     yield from warm_up(motion)
+    yield from look_for_ripple(motion, bias.motor_torque_nm)
     store.warmed_up()
     done_s = settings.warm_up_s
-    for task in todo:
-        progress(done_s, total_s, task.name)
-        got = yield from collect(motion, task, bias.motor_torque_nm)
-        point = summarise(task, got, bias.time_s)
-        store.add(point, got.measurements)
-        _follow_zero(motion, point)
-        done_s += expected_s(motion, task)
+    while todo:
+        for task in todo:
+            progress(done_s, total_s, task.name)
+            tried.add(task.name)
+            motion.presliding_rad = max((one.presliding_rad or 0.0 for one in store.known()), default=0.0)
+            try:
+                got = yield from collect(motion, task, bias.motor_torque_nm)
+                point = summarise(task, got, bias.time_s)
+                store.add(point, got.measurements)
+                _follow_zero(motion, point)
+            except UnsteadyError as why:
+                store.skip(task, str(why))
+                notice(f"left out: {why}")
+                _require_some(store, len(tried))
+            done_s += expected_s(motion, task)
+        todo = remaining(settings, is_over, store.known())
+        total_s = done_s + sum(expected_s(motion, task) for task in todo)
     progress(done_s, total_s, "done")
     yield from motion.rest()
+
+
+def _require_some(store: Store, tried: int) -> None:
+    """Raise DataError when many points were tried and not one speed became steady."""
+    if tried >= HOPELESS and not any(one.speed_rad_s > 0 for one in store.known()):
+        raise DataError(
+            f"none of {tried} points became steady: check the gearbox for backlash, the encoder's resolution and the "
+            "unit of its counts, and the inertia in the rig file, which the speed servo is made from"
+        )
 
 
 def summarise(task: Task, got: Collected, began_s: float) -> Point:

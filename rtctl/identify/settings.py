@@ -38,6 +38,10 @@ class Settings:
     margin_rad: float = 0.05
     """Kept free at both ends of the travel."""
     seed: int = 1
+    lower_levels: int = 4
+    """How often the lowest speed may be halved to follow a Stribeck peak below it."""
+    ripple_per_turn: float = 0.0
+    """Periods of the gear's ripple in one turn of the joint; 0: its gear ratio, once per turn of the motor."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,7 @@ class Rig:
     position_min_rad: float
     position_max_rad: float
     hand_limit_nm: float
+    ripple_per_turn: float = 1.0
 
     @property
     def filter_s(self) -> float:
@@ -123,6 +128,7 @@ def rig_of(loaded: LoadedConfig, settings: Settings) -> Rig:
         velocity_limit_rad_s=axis.velocity_limit_rad_s,
         position_min_rad=axis.position_min_rad,
         position_max_rad=axis.position_max_rad,
+        ripple_per_turn=settings.ripple_per_turn or axis.gear_ratio,
         hand_limit_nm=settings.hand_limit_nm or 0.02 * axis.torque_limit_nm,
     )
 

@@ -11,6 +11,9 @@ BLOCKS = 8
 STEADY_SHARE = 0.01
 """Change of the mean torque over the window, share of the torque, that still counts as steady."""
 SPEED_SHARE = 0.03
+UNEVEN_SHARE = 0.5
+"""A block of the window that is further off the wanted speed than this share is stick-slip."""
+DRIFTED_SHARE = 0.1
 MOVING_COUNTS = 8
 STANDSTILL_SLOTS = 10
 """So many slots left out at once are a standstill: a loop with a motor stops there (STALLED), a simulated one goes on."""
@@ -24,7 +27,15 @@ def stood_still(rows: np.ndarray) -> bool:
 
 
 def is_steady(
-    position_rad: np.ndarray, torque_nm: np.ndarray, period_s: float, speed_rad_s: float, count_rad: float
+    position_rad: np.ndarray,
+    torque_nm: np.ndarray,
+    period_s: float,
+    speed_rad_s: float,
+    count_rad: float,
+    *,
+    change_nm: float = 0.0,
+    speed_share: float = 0.0,
+    pairs: bool = False,
 ) -> bool:
     """True when neither torque nor speed still changes over the window, and the speed is the wanted one.
 
@@ -34,31 +45,67 @@ def is_steady(
         At least 16 consecutive ticks.
     speed_rad_s : float
         Wanted speed, signed.
+    change_nm, speed_share : float
+        Change of torque and of speed (share) that a ripple alone may make over the window.
+    pairs : bool
+        The window holds an even number of periods of a ripple: its halves are compared, phase by phase.
 
     Notes
     -----
     A straight line through the means of 8 blocks. Its rise over the window must be at most 1 % of the
     torque or within twice its own standard error, and that error itself at most 3 % (a window too noisy to
-    tell is not steady). NaN is never steady.
+    tell is not steady). No block may be slower than half the wanted speed or quicker than one and a half of it: that is
+    stick-slip, whatever the mean. NaN is never steady.
     """
     n = len(torque_nm) // BLOCKS * BLOCKS
     if n < 2 * BLOCKS:
         return False
+    level, rise, error = _trend(torque_nm, pairs=pairs)
+    tolerance = STEADY_SHARE * abs(level) + change_nm
+    window_s = (len(position_rad) - 1) * period_s
+    speed = float(position_rad[-1] - position_rad[0]) / window_s
+    slack = (SPEED_SHARE + speed_share) * abs(speed_rad_s) + 2 * count_rad / window_s
+    return (
+        abs(rise) <= max(tolerance, 2 * error)
+        and error <= 3 * tolerance
+        and abs(speed - speed_rad_s) <= slack
+        and is_even(position_rad, period_s, speed_rad_s, count_rad, speed_share)
+    )
+
+
+def is_even(
+    position_rad: np.ndarray, period_s: float, speed_rad_s: float, count_rad: float, speed_share: float = 0.0
+) -> bool:
+    """False for stick-slip: an eighth of the window off the wanted speed by half of it, or the whole by `DRIFTED_SHARE`.
+
+    `speed_share` is what a ripple alone may do to the speed. NaN is not even.
+    """
+    window_s = (len(position_rad) - 1) * period_s
+    edges = position_rad[np.linspace(0, len(position_rad) - 1, BLOCKS + 1).astype(int)]
+    off = np.abs(np.diff(edges) - speed_rad_s * window_s / BLOCKS)
+    whole = abs(float(edges[-1] - edges[0]) - speed_rad_s * window_s)
+    wanted = abs(speed_rad_s) * window_s
+    return bool(
+        np.all(off <= (UNEVEN_SHARE + speed_share) * wanted / BLOCKS + 2 * count_rad)
+        and whole <= (DRIFTED_SHARE + speed_share) * wanted + 2 * count_rad
+    )
+
+
+def _trend(torque_nm: np.ndarray, *, pairs: bool) -> tuple[float, float, float]:
+    """Mean of the torque, its rise over the window, and the rise's standard error."""
+    half = len(torque_nm) // (2 * BLOCKS) * BLOCKS
+    if pairs:
+        change = torque_nm[-half:] - torque_nm[-2 * half : -half]
+        blocks = change.reshape(BLOCKS, -1).mean(axis=1)
+        error = 2.0 * float(np.std(blocks, ddof=1)) / np.sqrt(BLOCKS)
+        return float(np.mean(torque_nm[-2 * half :])), 2.0 * float(np.mean(change)), error
+    n = len(torque_nm) // BLOCKS * BLOCKS
     means = torque_nm[-n:].reshape(BLOCKS, -1).mean(axis=1)
     level = float(np.mean(means))
     x = (np.arange(BLOCKS) - 0.5 * (BLOCKS - 1)) / BLOCKS
     rise = float(x @ means / (x @ x))
     residual = means - level - rise * x
-    error = float(np.sqrt(residual @ residual / (BLOCKS - 2) / (x @ x)))
-    tolerance = STEADY_SHARE * abs(level)
-    window_s = (len(position_rad) - 1) * period_s
-    speed = float(position_rad[-1] - position_rad[0]) / window_s
-    slack = SPEED_SHARE * abs(speed_rad_s) + 2 * count_rad / window_s
-    return (
-        abs(rise) <= max(tolerance, 2 * error)
-        and error <= 3 * tolerance
-        and abs(speed - speed_rad_s) <= slack
-    )
+    return level, rise, float(np.sqrt(residual @ residual / (BLOCKS - 2) / (x @ x)))
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from rtctl.cli import cli
 from rtctl.config import load
 from rtctl.errors import ConfigError
-from rtctl.experiments import free_motion, spring, virtual
+from rtctl.experiments import free_motion, same_path, spring, virtual
 from rtctl.experiments.order import Order
 from rtctl.experiments.registry import EXPERIMENTS
 from rtctl.experiments.virtual import FAST_SINE, SLOW_TRIANGLE, Variant
@@ -36,6 +36,14 @@ def test_feed_forward_and_then_force_feedback_take_the_friction_off_the_hand(moc
     assert 1 - on["hand_rms_nm"].mean() / off["hand_rms_nm"].mean() >= least
     assert 1 - feedback["hand_rms_nm"].mean() / off["hand_rms_nm"].mean() >= 0.88
     assert feedback["hand_energy_min_j"].min() >= -1e-6
+
+
+@pytest.mark.parametrize("motion", [FAST_SINE, SLOW_TRIANGLE])
+def test_a_hand_that_wishes_the_same_goes_another_path_and_a_stiff_one_the_same(mock, motion):
+    ways = same_path.compare(Order(mock, seeds=1), motion)
+    assert ways["same hand"].path.mean > 0.15
+    assert ways["same path"].path.mean < 0.01
+    assert all(way.reduction.mean > 0.7 for way in ways.values())
 
 
 def grip(stiffness_nm_rad, damping_nms_rad, delay_ticks, gain):

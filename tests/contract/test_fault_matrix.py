@@ -411,5 +411,8 @@ def test_every_fault_of_the_table_has_its_place_in_some_test():
         Fault.ARMING_MOVED: "test_arming",
         Fault.REALTIME: "test_state_sequences",
         Fault.DEVICE: "test_state_sequences",
+        Fault.CURRENT: "test_delay_on_the_mock",
+        Fault.DELAY: "test_delay_on_the_mock",
+        Fault.SAMPLE_AGE: "test_delay_on_the_mock",
     }
     assert here | set(elsewhere) == set(Fault)

@@ -10,6 +10,9 @@ STATES = (f"{UNIT}/test_states.py",)
 SEQUENCES = (f"{UNIT}/test_state_sequences.py",)
 DETECTORS = (f"{UNIT}/test_detectors.py",)
 ARMING = (f"{UNIT}/test_arming.py",)
+ANSWER = (f"{UNIT}/test_current_answer.py",)
+RUNNING = (f"{UNIT}/test_running_delay.py",)
+ON_THE_MOCK = ("tests/unit/test_delay_on_the_mock.py",)
 SAMPLE = (f"{UNIT}/test_sample.py",)
 VELOCITY = (f"{UNIT}/test_device_velocity.py",)
 PASSIVITY = (
@@ -27,6 +30,12 @@ FOLLOWS = (
     f"{UNIT}/test_intermediate.py::test_a_target_that_jumps_is_followed_no_faster_than_the_joint_may_move",
     f"{UNIT}/test_intermediate.py::test_a_world_of_another_kind_grows_where_it_belongs_and_not_where_the_last_one_was",
 )
+REMOTE = (
+    f"{UNIT}/test_intermediate.py::test_a_remote_proxy_whose_motion_nobody_pays_for_stays_where_it_is",
+    f"{UNIT}/test_intermediate.py::test_a_remote_proxy_waits_where_the_torque_limit_ends_and_not_beyond",
+    f"{UNIT}/test_intermediate.py::test_the_damper_of_a_remote_proxy_follows_no_velocity_beyond_what_the_joint_may_have_nor_one_unpaid",
+)
+AUTHORITY = (f"{UNIT}/test_authority.py",)
 
 SEEDS = (
     Seed(
@@ -52,7 +61,40 @@ SEEDS = (
     ),
     Seed(
         "a remote proxy jumps to its target", "rtctl/control/intermediate.py",
-        "proxy = _towards(before, target, p.velocity_limit_rad_s[axis] * p.period_s)", "proxy = target", FOLLOWS,
+        "step = _towards(before, target, p.velocity_limit_rad_s[axis] * p.period_s) - before", "step = target - before", FOLLOWS,
+    ),
+    Seed(
+        "a remote proxy goes where nobody paid for it to go", "rtctl/control/intermediate.py",
+        "if work > 0.0 and not (work <= s.renderer_store_j[axis] and k_c * stored <= room):", "if k_c * stored > room:", REMOTE,
+    ),
+    Seed(
+        "a remote proxy winds up beyond the torque limit", "rtctl/control/intermediate.py",
+        " and k_c * stored <= room)", ")", REMOTE,
+    ),
+    Seed(
+        "the damper of a remote proxy follows any velocity", "rtctl/control/intermediate.py",
+        "velocity = _towards(0.0, velocity, p.velocity_limit_rad_s[axis])", "pass", REMOTE,
+    ),
+    Seed(
+        "the damper of a remote proxy is not paid", "rtctl/control/intermediate.py",
+        "    if work > s.renderer_store_j[axis]:\n        return False\n", "", REMOTE,
+    ),
+    Seed(
+        "the authority rises however much is stretched", "rtctl/control/authority.py",
+        "rise = left / stored if left > 0.0 and stored > 0.0 else 0.0", "pass", AUTHORITY,
+    ),
+    Seed(
+        "the rise of the authority is granted and not paid", "rtctl/control/authority.py",
+        "        s.renderer_store_j[axis] -= paid\n", "", AUTHORITY,
+    ),
+    Seed(
+        "the rise of the authority is granted whether or not it was paid", "rtctl/control/authority.py",
+        "min(rise * s.stored_energy_j[axis], s.renderer_store_j[axis]) if rise > 0.0 else 0.0",
+        "rise * s.stored_energy_j[axis] if rise > 0.0 else 0.0", AUTHORITY,
+    ),
+    Seed(
+        "one rise of the authority is granted in every tick that follows", "rtctl/control/passivity.py",
+        "    s.authority_grant_j[axis] = 0.0\n", "", AUTHORITY,
     ),
     Seed(
         "the absolute limit bounds one sign only", "rtctl/control/gate.py",
@@ -346,5 +388,64 @@ SEEDS = (
         "    t.velocity_rad_s[axis] = velocity\n",
         "    t.velocity_rad_s[axis] = velocity = t.device_velocity_rad_s[axis] if p.device_velocity_kind[axis] == 2 else velocity\n",
         VELOCITY,
+    ),
+    Seed(
+        "a lag is no delay", "rtctl/control/current_answer.py",
+        "return left, gain, shift + 1.0 - rest + lag", "return left, gain, shift + 1.0 - rest", ANSWER,
+    ),
+    Seed(
+        "the best fit counts, and not the least delay that noise allows", "rtctl/control/current_answer.py",
+        "better = total < delay if most < math.inf else left < best", "better = left < best", ANSWER,
+    ),
+    Seed(
+        "the three steps are laid over one another with one sign", "rtctl/control/current_answer.py",
+        "weight = -2.0 if part == 2 else 1.0", "weight = 2.0 if part == 2 else 1.0", ANSWER,
+    ),
+    Seed(
+        "an answer with slots left out is measured", "rtctl/control/current_answer.py",
+        "ticks < SHORTEST or s.answer_late_count[axis] > 0 or", "ticks < SHORTEST or", ANSWER,
+    ),
+    Seed(
+        "a gain has no upper bound", "rtctl/control/current_answer.py",
+        "if not GAIN_LOW - error <= gain <= GAIN_HIGH + error:", "if not GAIN_LOW - error <= gain:", ANSWER,
+    ),
+    Seed(
+        "an offset that is no number is small", "rtctl/control/current_answer.py",
+        "fault = 0 if abs(offset) <= OFFSET_SHARE * p.torque_limit_nm[axis] else _F_CURRENT",
+        "fault = _F_CURRENT if abs(offset) > OFFSET_SHARE * p.torque_limit_nm[axis] else 0", ANSWER,
+    ),
+    Seed(
+        "a delay twice the proof's is tolerated", "rtctl/control/current_answer.py",
+        "return 0 if (delay - TOLERANCE_TICKS) * p.period_s <= covered else _F_DELAY",
+        "return 0 if delay * p.period_s <= 2.0 * covered else _F_DELAY", ANSWER,
+    ),
+    Seed(
+        "what the pulse measured stops nothing", "rtctl/control/arming.py",
+        "return current_answer.conclude(s, p, axis) if sent_ticks == PARTS * p.arming_ticks else 0",
+        "return 0 * current_answer.conclude(s, p, axis) if sent_ticks == PARTS * p.arming_ticks else 0", ON_THE_MOCK,
+    ),
+    Seed(
+        "one window beyond the proof is enough", "rtctl/control/running_delay.py",
+        "BAD_WINDOWS = 2", "BAD_WINDOWS = 1", RUNNING,
+    ),
+    Seed(
+        "a window takes slots left out for ticks", "rtctl/control/running_delay.py",
+        "if skipped > 0 or s.running_ticks[axis] < 0:", "if s.running_ticks[axis] < 0:", RUNNING,
+    ),
+    Seed(
+        "an estimate counts however uncertain it is", "rtctl/control/running_delay.py",
+        "if not error <= MOST_ERROR_TICKS:", "if error == math.inf:", RUNNING,
+    ),
+    Seed(
+        "samples of any age below three are fresh enough", "rtctl/control/detectors.py",
+        "    return _F_AGE if s.old_count > OLD_OF_1000 else 0\n", "    return 0\n", ON_THE_MOCK,
+    ),
+    Seed(
+        "one old sample is a fault", "rtctl/control/detectors.py",
+        "OLD_OF_1000 = 50", "OLD_OF_1000 = 0", ON_THE_MOCK,
+    ),
+    Seed(
+        "the proof is taken to cover an old sample beside all of its delay", "rtctl/control/detectors.py",
+        "not delay_s + age_s <= p.proof_delay_s[axis]", "not age_s <= p.proof_delay_s[axis]", ON_THE_MOCK,
     ),
 )  # fmt: skip

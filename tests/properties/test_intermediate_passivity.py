@@ -12,7 +12,12 @@ s = x - p and the damper's slip d = D - pi, f = k_c s + b_c d/T:
     together    f_k D + (k_c/2 + b_c/T) D^2 >= dU - W + b_c/T (d_k D + D^2 - d D + d^2)
     and         d_k D + D^2 - d D + d^2 = (d^2 - d_k^2)/2 + (D + d_k)^2/2 + (D - d)^2/2
 
-so what the joint takes is at least -(U_0 + b_c d_0^2/(2 T)) - sum W. The second term belongs to the damping in the
+so what the joint takes is at least -(U_0 + b_c d_0^2/(2 T)) - sum W. A remote proxy is put where it is, by pi, and its
+damper follows a velocity of its own, by w a tick: d = D - w. Its motion does W_s = dU_solved on the spring, exactly, and
+
+    d_k D + D^2 = (d^2 - d_k^2)/2 + (D + d_k)^2/2 + d w + w^2/2  >=  (d^2 - d_k^2)/2 + d w
+
+so that with W = W_s + W_d, W_d = -b_c d w/T, the same holds; both are paid where they are positive. The second term belongs to the damping in the
 first torque: its slip d_0 holds the proxy's own motion too, for one that starts at the joint before a spring elsewhere
 relaxes with b_c/k_c, 125 ticks in the example with a broken number.
 """
@@ -240,33 +245,51 @@ def test_what_is_commanded_is_reached_and_then_is_in_force_to_the_last_bit(k_c, 
     ]
 
 
-@settings(max_examples=100, deadline=None)
-@given(**couplings, every=st.integers(1, 60), reach=st.floats(1e-6, 0.02), seed=seeds)
-def test_a_remote_proxy_gives_out_what_its_motion_put_in_and_is_granted_a_bounded_share_of_it(
-    k_c, b_c, every, reach, seed
+def aimed(strategy, k, x, step, rng):
+    """Position and velocity of a target that is random, in resonance, or always ahead of the motion."""
+    ahead = math.copysign(1.0, step)
+    if strategy == "random":
+        return rng.uniform(-0.5, 0.5), rng.choice([0.0, rng.uniform(-20, 20), 1e6])
+    if strategy == "swing":
+        return 0.4 * math.sin(12.0 * k * T), 4.8 * math.cos(12.0 * k * T)
+    if strategy == "lead":
+        return x + 0.1 * step / T, step / T
+    return x + 0.2 * ahead, 6.0 * ahead
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    **couplings,
+    store_j=st.sampled_from([0.0, 1e-3, 0.1, 10.0]),
+    power_w=st.sampled_from([0.0, 0.1, 1.0, 20.0]),
+    strategy=st.sampled_from(["random", "swing", "lead", "push"]),
+    every=st.integers(1, 60),
+    reach=st.floats(1e-6, 0.02),
+    turn=st.floats(0.0, 0.99),
+    seed=seeds,
+)
+def test_no_stream_of_targets_feeds_more_than_the_store_and_the_power(
+    k_c, b_c, store_j, power_w, strategy, every, reach, turn, seed
 ):
-    params, state, command = records_of(k_c, b_c, 0.1, 1.0)
+    """The joint goes anywhere: what a hand and a device could do is among it."""
+    params, state, command = records_of(k_c, b_c, store_j, power_w, limit=1e3)
     rng = np.random.default_rng(seed)
     command["environment_kind"][0] = int(Environment.REMOTE)
     coupling_torque(state, params, command, 0, 1, 0.0, True)
-    put_in, granted, absorbed, scale, torque = 0.0, 0.0, 0.0, 1e-12, 0.0
+    account, step, torque = Account(params, math.inf), 0.0, 0.0
     for k in range(400):
         state["target_age_ticks"] += 1
         if k % every == 0:
+            x = state["position_rad"][0]
             state["target_age_ticks"] = 0
-            state["target_position_rad"][0] = rng.uniform(-0.5, 0.5)
-            state["target_velocity_rad_s"][0] = rng.choice([0.0, rng.uniform(-6, 6)])
-        step = reach * rng.uniform(-1, 1)
+            state["target_position_rad"][0], state["target_velocity_rad_s"][0] = aimed(
+                strategy, k, x, step, rng
+            )
+        step = turn * step + (1 - turn) * reach * rng.uniform(-1, 1)
+        state["position_before_rad"][0] = state["position_rad"][0]
         state["position_rad"][0] += step
-        x, proxy = state["position_rad"][0], state["proxy_position_rad"][0]
-        absorbed += 0.5 * k_c * step**2 + b_c / T * (abs(step) + 6.0 * T) ** 2 - torque * step
+        proxy = state["proxy_position_rad"][0]
+        account.held(torque, step)
         torque = coupling_torque(state, params, command, 0, 1, step / T, False)
-        after = state["proxy_position_rad"][0]
-        assert abs(after - proxy) <= 6.0 * T * (1 + 1e-12)
-        velocity = state["target_velocity_rad_s"][0] if state["target_age_ticks"] <= 20 else 0.0
-        put_in += 0.5 * k_c * ((x - after) ** 2 - (x - proxy) ** 2)
-        put_in -= b_c * (step / T - velocity) * velocity * T
-        granted += state["renderer_grant_j"][0]
-        scale += abs(torque * step) + abs(put_in)
-        assert absorbed >= -put_in - 1e-9 * (1.0 + scale)
-        assert granted <= 0.1 + 1.0 * T * (k + 1) + 1e-12
+        assert abs(state["proxy_position_rad"][0] - proxy) <= 6.0 * T * (1 + 1e-12)
+        account.check(state["renderer_grant_j"][0])

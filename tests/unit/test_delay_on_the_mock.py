@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from rtctl import config, plan
+from rtctl import config, plan, stability_report
 from rtctl.control.vocabulary import Environment, Fault, State
 from rtctl.demo import shipped_config
 from rtctl.errors import FaultError
 from rtctl.simulation import Simulation
+from rtctl.timing import AxisTiming
 
 PER_AMPERE = 0.768
 """N m at the joint per ampere of configs/mock.toml: gear ratio, efficiency, torque constant."""
@@ -191,3 +192,43 @@ def test_a_rig_that_never_arms_says_so(tmp_path):
     with pytest.raises(FaultError, match="state FAULT"):
         made.arm()
     assert int(made.state["fault_first"][0]) == Fault.DELAY.bit_length() - 1
+
+
+@pytest.mark.parametrize(("transport", "shown"), [(0.5, 0.0), (1.5, 1.0), (2.9, 2.0)])
+def test_of_a_fraction_of_a_period_only_the_whole_part_shows(tmp_path, transport, shown):
+    made = rig(tmp_path, transport_delay_ticks=transport)
+    faults, active, ticks = tried(made)
+    assert active == (shown < covered(made))
+    assert np.nanmax(ticks["arming_delay_ticks"]) == pytest.approx(shown, abs=0.02)
+    assert bool(faults & Fault.DELAY) != active
+
+
+def test_a_device_slower_than_it_says_does_not_arm(tmp_path):
+    faults, active, _ = tried(rig(tmp_path, sample_every_ticks=3))
+    assert (faults, active) == (Fault.SAMPLE_AGE, False)
+
+
+SLOW = ("[device.options.force]", "[device.options.timing]\nsample_every_ticks = 3\n\n[device.options.force]")
+
+
+def test_one_that_declares_it_is_proven_with_it_and_arms(tmp_path):
+    made = rig(tmp_path, SLOW, ("stiffness_nm_rad = 60.0", "stiffness_nm_rad = 8.0"))
+    assert int(made.params["proof_age_ticks"][0, 0]) == 2
+    assert not np.any(made.arm()["faults"])
+    ticks = made.run(3.0)
+    assert int(ticks["sample_age_ticks"].max()) == 2
+    assert not np.any(ticks["faults"])
+
+
+def test_check_counts_what_the_pulse_measured_where_it_is_worse(tmp_path):
+    loaded = config.load(rig(tmp_path)._loaded.path)
+    before = stability_report.examine(loaded).axes[0]
+    late = AxisTiming(2.5e-3, 5e-4, 1.0, 0.0, 1e-3, "2026-11-22")
+    after = stability_report.examine(loaded, {loaded.config.axis[0].name: late}).axes[0]
+    assert (before.delay_ticks, after.delay_ticks) == (0.0, pytest.approx(2.0))
+    assert after.delay_from == "test pulse of 2026-11-22"
+    assert after.current_loop_hz == pytest.approx(1 / (2 * np.pi * 5e-4))
+    assert after.sampled_data_k_max_nm_rad < 0.4 * before.sampled_data_k_max_nm_rad
+    assert not after.ok
+    early = AxisTiming(0.0, 0.0, 1.0, 0.0, 1e-3, "2026-11-22")
+    assert stability_report.examine(loaded, {loaded.config.axis[0].name: early}).axes[0] == before

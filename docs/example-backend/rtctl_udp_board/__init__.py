@@ -1,6 +1,6 @@
 """An rtctl backend for a one-axis motor board that speaks UDP."""
 
-from hw.interface import BackendInfo, Channels
+from hw.interface import BackendInfo, Channels, Options, Rig, Timing
 
 INFO = BackendInfo(
     factory="rtctl_udp_board.backend:UdpBoard",
@@ -10,5 +10,18 @@ INFO = BackendInfo(
     channels=Channels(
         provides=frozenset({"position", "current", "force", "estop"}), consumes=frozenset({"torque"})
     ),
+    timing="rtctl_udp_board:timing",
 )
 """What the entry point names. Importing it must not need the driver: rtctl lists backends with it."""
+
+BOARD_PERIOD_S = 0.0005
+NETWORK_S = 0.0002
+
+
+def timing(options: Options, rig: Rig) -> list[Timing]:
+    """How late the board is at worst: a state waits for the loop, a command for the board, each a cycle of the board, and
+    both need the network. `rtctl check` proves the coupling with it; measure yours with `rtctl probe`.
+    """
+    del options
+    delay_s = 2 * (BOARD_PERIOD_S + NETWORK_S)
+    return [Timing(delay_s=delay_s, sample_period_s=BOARD_PERIOD_S, jitter_s=BOARD_PERIOD_S)] * rig.n_axes

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from law_rig import LawRig
 
-from rtctl.campaign.monitor import INVARIANTS, memory_dtype, watch
+from hw.mock.records import params_dtype, state_dtype
+from rtctl.campaign.monitor import INVARIANTS, memory_dtype, watch, watch_hand
 from rtctl.control.jit import records
 from rtctl.control.vocabulary import Fault, Program, State
 
@@ -149,3 +150,34 @@ def test_a_target_nobody_may_send_is_seen_when_it_has_an_effect():
     watched.rig.tick()
     watched.rig.state["target_position_rad"] = 0.5
     assert watched.watch() == {10}
+
+
+@pytest.mark.parametrize("given_j", [0.12, 0.14, math.nan])
+def test_a_hand_that_is_given_more_than_store_power_and_budgets_is_seen(given_j):
+    """0.1 J, 5 ticks of 1 W, 0.03 J; the hand gives way by a radian at the end of a tick."""
+    rig = LawRig()
+    rig.params["energy_budget_j"] = 0.02
+    plant_p, plant, memory = (
+        records(np.zeros(1, kind)) for kind in (params_dtype(1), state_dtype(1), memory_dtype(1))
+    )
+
+    def judged(state, torque=0.0, place=0.0):
+        rig.now["state"], plant["hand_torque_nm"], plant["position_rad"] = int(state), torque, place
+        return watch_hand(rig.now[0], plant[0], plant_p[0], rig.params[0], memory[0])
+
+    assert judged(State.IDLE, -9.0, 1.0) == 0, "before arming it is the hand's own affair"
+    for _ in range(4):
+        assert judged(State.ACTIVE, 0.0, 1.0) == 0
+    seen = judged(State.ACTIVE, -2.0 * given_j, 2.0)
+    assert seen == (0 if given_j == 0.12 else 1 << 21)
+    assert judged(State.ACTIVE, 0.0, 2.0) == seen
+    assert judged(State.FAULT, 0.0, 2.0) == 0
+
+
+def test_what_the_device_had_stored_at_arming_is_the_hands():
+    rig, plant_p = LawRig(), records(np.zeros(1, params_dtype(1)))
+    plant, memory = records(np.zeros(1, state_dtype(1))), records(np.zeros(1, memory_dtype(1)))
+    plant_p["inertia_kgm2"], plant["velocity_rad_s"] = 0.02, 3.0
+    plant_p["bristle_stiffness_nm_rad"], plant["bristle_rad"] = 200.0, 1e-2
+    watch_hand(rig.now[0], plant[0], plant_p[0], rig.params[0], memory[0])
+    assert memory["given_j"][0, 0] == pytest.approx(-0.09 - 0.01)

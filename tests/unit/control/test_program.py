@@ -219,7 +219,7 @@ def test_torque_falls_monotonically_when_a_program_is_stopped(rig):
 
 def test_feedforward_and_environment_rest_while_a_program_runs(law_rig):
     rig = law_rig(friction_policy=int(Policy.SIGN), coupling_stiffness_nm_rad=50.0).friction()
-    rig.environment("spring", environment_stiffness_nm_rad=20.0, environment_center_rad=1.0)
+    rig.environment("spring", environment_stiffness_nm_rad=20.0, environment_center_rad=0.1)
     rig.arm()
     assert rig["torque_applied_nm"] > 0
     ask(rig, Program.SERVO).run(3000)

@@ -187,7 +187,7 @@ def test_three_late_ticks_in_a_row_ramp_down_and_two_do_not():
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_over_speed_brakes_from_the_limit_and_cuts_at_a_fifth_above(way):
     rig = LawRig(velocity_limit_rad_s=1.0, coupling_stiffness_nm_rad=60.0, energy_budget_j=10.0)
-    rig.environment("spring", environment_stiffness_nm_rad=60.0, environment_center_rad=0.5 * way).arm()
+    rig.environment("spring", environment_stiffness_nm_rad=60.0, environment_center_rad=0.2 * way).arm()
     x = 0.0
     for _ in range(60):
         x += 1.1e-3 * way
@@ -398,7 +398,7 @@ def test_a_fault_of_the_device_itself_is_cut_at_once():
 )
 def test_without_real_time_rights_a_rig_needs_a_waiver_that_caps_its_torque(share, armed, limit):
     rig = LawRig(coupling_stiffness_nm_rad=60.0, energy_budget_j=10.0)
-    rig.params["waiver_share"] = share
+    rig.params["waiver_share"], rig.params["renderer_store_j"] = share, 100.0
     rig.environment("spring", environment_stiffness_nm_rad=1e6, environment_center_rad=1.0).run(40, waiver=1)
     rig.request("arm_count")
     rig.run(100, waiver=1)

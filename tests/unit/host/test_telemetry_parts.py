@@ -78,6 +78,7 @@ def test_one_event_per_transition_across_batches():
     some = rows(9)
     some["state"][3:] = State.ARMING
     some["state"][6:] = State.ACTIVE
+    some["arming_delay_ticks"] = np.nan  # the pulse measured nothing
     detector = EventDetector(RIG)
     events = [event for batch in np.split(some, [3, 5]) for event in detector.detect(batch)]
     assert [(e["from"], e["to"], e["tick"]) for e in events] == [

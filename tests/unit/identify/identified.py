@@ -5,13 +5,22 @@ from pathlib import Path
 import numpy as np
 
 from rtctl.config import load
+from rtctl.identify.plan import Known
 from rtctl.identify.session import identify
 from rtctl.identify.settings import Settings, rig_of, without_feedforward
 from rtctl.identify.simulated import drive
 from rtctl.simulation import Simulation
 
 CONFIG = Path(__file__).parents[3] / "configs" / "mock-identify.toml"
-SMALL = Settings(train_levels=4, test_levels=2, measurements=12, spots=4, warm_up_s=2.0, speed_min_rad_s=0.02)
+SMALL = Settings(
+    train_levels=4,
+    test_levels=2,
+    measurements=12,
+    spots=4,
+    warm_up_s=2.0,
+    speed_min_rad_s=0.02,
+    lower_levels=0,
+)
 
 
 def variant(folder, *replacements, source=CONFIG):
@@ -37,7 +46,7 @@ class Kept:
 
     def __init__(self, present=()):
         self.points, self.measurements, self.sessions, self.warm_ups = [], [], [], 0
-        self.present = set(present)
+        self.present, self.skipped = set(present), []
 
     def has(self, task):
         return task.name in self.present
@@ -50,6 +59,15 @@ class Kept:
 
     def ticks(self, rows):
         pass
+
+    def skip(self, task, why):
+        self.skipped.append((task, why))
+
+    def known(self):
+        return [
+            Known(one.direction, abs(one.target_rad_s), abs(one.friction_torque_nm), one.presliding_rad)
+            for one in self.points
+        ]
 
     def add(self, point, measurements):
         self.points.append(point)

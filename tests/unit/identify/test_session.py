@@ -9,7 +9,7 @@ from identified import CONFIG, SMALL, Kept, run, true_friction_nm, variant
 from rtctl.config import load
 from rtctl.control.vocabulary import State
 from rtctl.errors import ConfigError, DataError, FaultError, HandOnRigError
-from rtctl.identify.points import gap_to
+from rtctl.identify.places import gap_to
 from rtctl.identify.settings import rig_of, without_feedforward
 
 HAND = '[[device.options.hand]]\nkind = "none"                       # nobody holds the rig\n'

@@ -1,0 +1,60 @@
+"""What came of one point so far, and when to give it up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rtctl.errors import DataError
+from rtctl.friction.presliding import Ramp
+from rtctl.identify.motion import SLIP_RAD
+from rtctl.identify.signals import Measurement
+
+DISCARDS_PER_MEASUREMENT = 3
+IN_VAIN = 6
+"""So many tries one after the other that give nothing are enough."""
+
+
+class UnsteadyError(DataError):
+    """A point that cannot be measured: it is left out, and the others go on."""
+
+
+@dataclass
+class Collected:
+    """Measurements of one point, and how many tries were thrown away."""
+
+    measurements: list[Measurement] = field(default_factory=list)
+    discarded: int = 0
+    in_vain: int = 0
+    """Tries since the last one that gave something."""
+    stiff: bool = False
+    """Whether the servo was made stiffer."""
+    ramps: list[Ramp] = field(default_factory=list)
+    """Beginnings of the slow break-away ramps, for the presliding length."""
+    slip_rad: float = SLIP_RAD
+    """Displacement that ends a ramp."""
+    starts: list[int] = field(default_factory=list)
+    """How many measurements there were when each place was reached: those in between are of one place."""
+
+    def add(self, measurement: Measurement) -> None:
+        """Keep a measurement."""
+        self.measurements.append(measurement)
+        self.in_vain = 0
+
+    def discard(self) -> None:
+        """Count a try that gave nothing."""
+        self.discarded += 1
+        self.in_vain += 1
+
+    def hopeless(self, wanted: int) -> bool:
+        """True after too many tries in vain, in a row or in all."""
+        return self.in_vain >= IN_VAIN or self.discarded > DISCARDS_PER_MEASUREMENT * wanted
+
+    @property
+    def weakest_nm(self) -> float:
+        """Torque at the place where it was least in size against the motion's direction, N m, signed."""
+        torque = np.array([one.torque_nm for one in self.measurements])
+        inner = [start for start in sorted(set(self.starts)) if 0 < start < len(torque)]
+        places = np.array([part.mean() for part in np.split(torque, inner)])
+        return float(places[np.argmin(places * np.sign(torque.mean()))])

@@ -1,0 +1,62 @@
+"""Break-away: from rest, the torque ramped open loop until the joint slips."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtctl.control.vocabulary import Program, ProgramFlag
+from rtctl.errors import DataError
+from rtctl.friction.presliding import ramp_of
+from rtctl.identify.collected import Collected
+from rtctl.identify.motion import LOOK_S, Motion, Order, Steps
+from rtctl.identify.places import Spot, go_on
+from rtctl.identify.plan import Task
+from rtctl.identify.signals import break_away, stood_still
+
+FAST_SHARE = 0.6
+"""The ramp is quick up to this share of the smallest break-away torque seen."""
+SLOW_EVERY = 5
+"""One ramp in so many is slow from the beginning: its presliding is looked at. A quick one bends against damping too."""
+SLIP_MAX_RAD = 0.2
+
+
+def slip(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float) -> Steps[None]:
+    """One break-away: move on in the direction of the ramp, rest, ramp until the joint slips."""
+    rig, settings, direction = motion.rig, motion.settings, task.direction
+    jog = motion.jog_speed_rad_s()
+    travel, stop = motion.high_rad - motion.low_rad, motion.stopping_rad(jog) + 0.5 * settings.margin_rad
+    yield from go_on(motion, direction, spot, min(stop, 0.5 * travel), 0.0)
+    yield from motion.rest()
+    slow = len(got.measurements) % SLOW_EVERY == 0
+    least = 0.0 if slow else min(abs(m.torque_nm) for m in got.measurements)
+    limit_s = 2.0 * rig.torque_limit_nm / settings.ramp_nm_s
+    fields = motion.order(
+        Program.RAMP,
+        limit_s,
+        ramp_nm_s=direction * settings.ramp_nm_s,
+        fast_nm=FAST_SHARE * least,
+        slip_rad=got.slip_rad,
+    )
+    parts = [(yield from motion.see(Order(fields, 4 * LOOK_S)))]
+    while not int(parts[-1]["program_flags"][-1, rig.axis]):
+        parts.append((yield from motion.see(Order(look_s=4 * LOOK_S))))
+    rows = np.concatenate(parts)
+    flags = ProgramFlag(int(rows["program_flags"][-1, rig.axis]))
+    if ProgramFlag.LIMIT in flags:
+        raise DataError(
+            f"{task.name}: the joint did not move at {rig.servo_max_nm:g} N m, 90 % of "
+            "torque_limit_nm; free the joint, or correct the torque constant or the limit in the rig file"
+        )
+    ended = int(np.argmax(rows["program_flags"][:, rig.axis] != 0))
+    found = break_away(rows[:ended], rig.axis, rig.period_s, rig.count_rad, bias_nm)
+    if found is None and ProgramFlag.SLIPPED in flags:  # it only bent so far: bristles as soft as that
+        got.slip_rad = min(2.0 * got.slip_rad, SLIP_MAX_RAD)
+    if found is None or ProgramFlag.SLIPPED not in flags or found.torque_nm * direction <= 0:
+        got.discard()
+        return
+    got.add(found)
+    if slow and not stood_still(rows):
+        torque = rows["motor_torque_nm"][:ended, rig.axis] - bias_nm
+        position = rows["position_rad"][:ended, rig.axis]
+        ramp = ramp_of(position, torque, found.torque_nm, rig.count_rad, rig.period_s)
+        got.ramps += [ramp] if ramp else []

@@ -1,0 +1,68 @@
+"""Seeded bugs of identification: presliding length, places, ripple, speeds that do not become steady."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+PRESLIDING = ("tests/unit/friction/test_presliding.py",)
+EVIDENCE = ("tests/unit/friction/test_point_evidence.py",)
+HARD = "tests/unit/identify/test_difficult_joints.py"
+
+SEEDS = (
+    Seed(
+        "bristles that soften make the presliding length longer",
+        "rtctl/friction/presliding.py",
+        "curve = ramp.share + bend * _softening(ramp.share)",
+        "curve = ramp.share",
+        PRESLIDING,
+    ),
+    Seed(
+        "the spread of two groups forgets how far apart they are",
+        "rtctl/friction/presliding.py",
+        "(within + n @ np.square(each - length))",
+        "within",
+        PRESLIDING,
+    ),
+    Seed(
+        "a length by hand gives way to the measured one",
+        "rtctl/friction/point_evidence.py",
+        "if presliding_rad is not None else presliding_of(points)",
+        "if False else presliding_of(points)",
+        EVIDENCE,
+    ),
+    Seed(
+        "the strongest place counts",
+        "rtctl/friction/point_evidence.py",
+        "shortfall = model.magnitude(_signed_speed(points)) - points.direction * weakest",
+        "shortfall = points.direction * weakest - model.magnitude(_signed_speed(points))",
+        EVIDENCE,
+    ),
+    Seed(
+        "stick-slip with the right mean speed is steady",
+        "rtctl/identify/signals.py",
+        "np.all(off <= (UNEVEN_SHARE",
+        "np.any(off <= (UNEVEN_SHARE",
+        (f"{HARD}::test_stick_slip_is_not_steady_whatever_the_mean",),
+    ),
+    Seed(
+        "a drift over whole periods of a ripple is not seen",
+        "rtctl/identify/signals.py",
+        "2.0 * float(np.mean(change)), error",
+        "0.0, error",
+        (f"{HARD}::test_a_ripple_is_no_drift_over_whole_periods_and_a_drift_is_one_all_the_same",),
+    ),
+    Seed(
+        "a lower speed that was given up is asked for for ever",
+        "rtctl/identify/plan.py",
+        "if todo := [task for task in pair if not is_over(task)]:",
+        "if todo := pair:",
+        (f"{HARD}::test_lower_speeds_are_asked_for_only_while_friction_rises_towards_them",),
+    ),
+    Seed(
+        "windows of a place are no whole periods",
+        "rtctl/identify/ripple.py",
+        "/ self.period_rad + 0.5)",
+        "/ self.period_rad + 0.5) + 0.3",
+        (f"{HARD}::test_windows_of_one_place_are_whole_periods_of_the_ripple_where_they_are_long_enough",),
+    ),
+)

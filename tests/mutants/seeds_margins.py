@@ -1,0 +1,103 @@
+"""Seeded bugs of what `rtctl check` proves: the sampled loop behind delay and lag, who says how late, verdicts."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+LOOP = ("tests/unit/control/test_sampled_loop.py",)
+CHECK = ("tests/unit/cli/test_check.py",)
+DECLARED = ("tests/unit/hw/test_declared.py",)
+
+SEEDS = (
+    Seed(
+        "a fraction of a tick of delay is left out",
+        "rtctl/control/sampled_loop.py",
+        "    inner = 1 - (f + tau) * (1 - back)\n",
+        "    inner = 1 - tau * (1 - back)\n",
+        LOOP,
+    ),
+    Seed(
+        "the lag turns the phase but does not weaken",
+        "rtctl/control/sampled_loop.py",
+        "        ratio = 1 - 2 * tau * sine2 * (1 - q * q)",
+        "        ratio = 1 - 0 * tau * sine2 * (1 - q * q)",
+        LOOP,
+    ),
+    Seed(
+        "a delay that may be shorter is proved at its longest only",
+        "rtctl/control/stability.py",
+        "    delays = [float(k) for k in range(math.ceil(between.delay))] + [between.delay]",
+        "    delays = [between.delay]",
+        LOOP,
+    ),
+    Seed(
+        "a delay that changes is taken at its longest",
+        "rtctl/control/stability.py",
+        "        low = max(between.delay - between.jitter, 0.0)",
+        "        low = between.delay",
+        LOOP,
+    ),
+    Seed(
+        "held samples cost no more than their longer period",
+        "rtctl/control/held_samples.py",
+        "rows[:, i, i] += b_c / (n * T if i == 0 else T)",
+        "rows[:, i, i] += b_c / (n * T if i == 0 else 1e9)",
+        LOOP,
+    ),
+    Seed(
+        "what a device declares does not count",
+        "rtctl/lateness.py",
+        "    return [claim] if names else [], undeclared",
+        "    return [], undeclared",
+        (*CHECK, *DECLARED),
+    ),
+    Seed(
+        "what was measured does not count",
+        "rtctl/lateness.py",
+        "    late = max(claims, key=lambda claim: claim.between.delay)",
+        "    late = max(claims[:-1], key=lambda claim: claim.between.delay)",
+        CHECK,
+    ),
+    Seed(
+        "all the damping of an elastic joint counts",
+        "rtctl/stability_report.py",
+        "    return joint.motor_share * b + (",
+        "    return b + (",
+        CHECK,
+    ),
+    Seed(
+        "dry friction damps small motions",
+        "rtctl/stability_report.py",
+        "    return found, min(secant, axis.viscous_nms_rad), found.dry_left_nm",
+        "    return found, secant, found.dry_left_nm",
+        CHECK,
+    ),
+    Seed(
+        "a shake by the encoder's steps is never refused",
+        "rtctl/verdicts_of_loop.py",
+        "Outcome.NOT_PROVED if shake <= FELT_RAD_S else Outcome.FAIL",
+        "Outcome.NOT_PROVED",
+        CHECK,
+    ),
+    Seed(
+        "a figure that is no number is told only",
+        "rtctl/verdicts_of_units.py",
+        "return Outcome.WARN if self.least <= value <= self.most else Outcome.FAIL",
+        "return Outcome.FAIL if value < self.least or value > self.most else Outcome.WARN",
+        CHECK,
+    ),
+    Seed(
+        "the worst row stands first",
+        "rtctl/verdict.py",
+        "key=lambda row: (row.outcome,",
+        "key=lambda row: (-row.outcome,",
+        CHECK,
+    ),
+    Seed(
+        "a failing test is only printed",
+        "rtctl/stability_report.py",
+        "return all(row.outcome != Outcome.FAIL for row in self.verdicts)",
+        "return all(row.name for row in self.verdicts)",
+        CHECK,
+    ),
+)

@@ -1,0 +1,72 @@
+"""What backends declare of their delay, against what their rig files say of it and arithmetic by hand."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hw import registry
+from hw.interface import Joint, Rig, Timing
+from rtctl import config, lateness
+
+CONFIGS = Path(__file__).parents[3] / "configs"
+
+
+def _rig(n_axes=1, period_s=1e-3):
+    ones = np.ones(n_axes)
+    return Rig(n_axes, period_s, ones, ones, ones, ones, np.zeros((n_axes, 3)))
+
+
+@pytest.mark.parametrize("kind", sorted(set(registry.BUILT_IN) - {"rokubi", "optoforce", "rdt"}))
+def test_every_device_that_takes_part_in_the_loop_declares_its_delay(kind):
+    assert registry.lookup(kind).timing is not None
+
+
+def test_the_mock_declares_what_it_was_told_to_be():
+    options = {
+        "axis": [
+            {"torque_delay_ticks": 2, "current_loop": {"bandwidth_hz": 300.0, "time_constant_s": 0.0}},
+            {
+                "current_loop": {"bandwidth_hz": 0.0, "time_constant_s": 1e-3},
+                "elastic": {"link_viscous_share": 0.6},
+            },
+        ],
+        "timing": {"sample_every_ticks": 3, "transport_delay_ticks": 0.4},
+    }
+    first, second = registry.timing("mock", options, _rig(2))
+    assert first == Timing(pytest.approx(2.4e-3), pytest.approx(3e-3), 0.0, 300.0)
+    assert second.delay_s == pytest.approx(0.4e-3)
+    assert second.current_loop_hz == pytest.approx(159.155, abs=1e-3)
+    rigid, elastic = registry.joint("mock", options, _rig(2))
+    assert rigid == Joint()
+    assert elastic == Joint(motor_share=0.4)
+
+
+@pytest.mark.parametrize(
+    ("name", "least", "most", "jitter"),
+    [
+        ("can-cia402", 1.0, 1.0, 0.0),
+        ("can-moteus", 1.0, 1.0, 1.0),
+        ("can-odrive", 1.2, 1.6, 1.0),
+        ("can-board", 1.1, 1.9, 1.0),
+        ("drive-and-force-sensor", 1.2, 1.6, 1.0),
+        ("serial", 2.1, 3.0, 1.0),
+        ("serial-described", 2.1, 3.0, 1.0),
+        ("mock", 0.0, 0.0, 0.0),
+    ],
+)
+def test_shipped_rigs_are_as_late_as_their_devices_declare(name, least, most, jitter):
+    found = lateness.of_axis(config.load(CONFIGS / f"{name}.toml"), 0)
+    assert least <= found.between.delay <= most
+    assert found.between.jitter <= jitter
+    assert found.between.sample_ticks == 1
+    assert found.undeclared == ()
+
+
+def test_an_odrive_that_is_asked_is_one_period_late_and_one_that_sends_slowly_is_old():
+    loaded = config.load(CONFIGS / "can-odrive.toml")
+    asked = registry.timing("odrive", {**loaded.options, "feedback": "request"}, _rig())[0]
+    assert asked.delay_s == pytest.approx(1e-3)
+    slow = registry.timing("odrive", {**loaded.options, "feedback_ms": 3.0}, _rig())[0]
+    assert slow.delay_s > 3e-3
+    assert slow.sample_period_s == pytest.approx(3e-3)
