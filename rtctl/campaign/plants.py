@@ -40,7 +40,7 @@ def drawn(draw: np.random.Generator) -> str:
 
 
 def reference(loaded: LoadedConfig, name: str) -> tuple[np.void, int]:
-    """Parameters of the plant in the size of the rig file, and the delay in ticks that its controller is told."""
+    """Parameters of the plant in the size of the rig file, and all that is late in it, in whole ticks."""
     key = (loaded.sha256, name)
     if key not in _made:
         changed = with_plant(loaded, name)
@@ -57,6 +57,7 @@ def put_timing(p: np.void, plant: np.void, like: np.void, delay_ticks: int) -> N
     for name in _TIMING:
         plant[name] = like[name]
     plant["torque_delay_ticks"], p["follow_delay_ticks"] = 0, delay_ticks
+    p["actuator_delay_ticks"] = delay_ticks - 1
 
 
 def put_plant(plant: np.void, like: np.void, usual: np.void, axis: int) -> None:

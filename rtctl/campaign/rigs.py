@@ -22,6 +22,7 @@ from rtctl.config import LoadedConfig
 from rtctl.control import stability
 from rtctl.control.delay_cover import delay_covered_ticks
 from rtctl.control.vocabulary import Environment, Policy
+from rtctl.friction.guarantee import BANK_MOST_J, LENGTH_FACTOR
 from rtctl.simulation import Simulation
 
 _FEEDBACK_STREAM = 7
@@ -34,6 +35,11 @@ hand's energy are streams of their own: the rigs are otherwise those of earlier 
 
 SHARES = {"margin": (0.3, 0.98), "friction": (1.0, 1.3)}
 """Stiffness used of the proven one; true friction as a share of the model's."""
+
+
+_POLICIES = [
+    int(policy) for policy in (Policy.OFF, Policy.HYBRID, Policy.STOP_GATED, Policy.OBSERVER, Policy.LUGRE)
+]
 
 
 @dataclass
@@ -71,6 +77,7 @@ def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: 
     for axis in range(made.plan.n_axes):
         _device(p, plant, made.model[axis], axis, draw)
         _plant(loaded, name, p, plant, axis)
+        _presliding(p, plant, axis)
         _coupling(p, axis, draw)
         _world(p, command, axis, draw, passive=passive)
         _hand(plant, axis, draw)
@@ -97,6 +104,16 @@ def _plant(loaded: LoadedConfig, name: str, p: np.void, plant: np.void, axis: in
     usual, _ = plants.reference(loaded, next(iter(plants.NAMES)))
     plants.put_plant(plant, like, usual, axis)
     plants.put_timing(p, plant, like, delay_ticks)
+
+
+def _presliding(p: np.void, plant: np.void, axis: int) -> None:
+    """Tell the law how long this plant's bristles are, as `rtctl identify` would, and give its account their size."""
+    length = float(plant["bristle_max_nm"][axis] / plant["bristle_stiffness_nm_rad"][axis])
+    p["presliding_rad"][axis] = LENGTH_FACTOR * length
+    p["friction_stop_rad"][axis] = length
+    p["assistance_bank_j"][axis] = min(
+        BANK_MOST_J, float(plant["bristle_max_nm"][axis]) * LENGTH_FACTOR * length
+    )
 
 
 def _log(draw: np.random.Generator, low: float, high: float) -> float:
@@ -141,11 +158,13 @@ def _friction(p: np.void, plant: np.void, model: np.void, axis: int, draw: np.ra
         plant[name][axis] *= truth
     for name in ("coefficient", "friction_min_nm", "viscous_nms_rad"):
         model[name] *= scale
-    for name in ("friction_ungated_cap_nm", "friction_floor_nm", "friction_intent_nm", "friction_gate_nm"):
+    for name in ("friction_ungated_cap_nm", "friction_floor_nm", "friction_seen_max_nm"):
+        p[name][axis] *= scale
+    for name in ("friction_intent_nm", "friction_gate_nm", "observer_deadband_nm"):
         p[name][axis] *= scale
     p["friction_gate_deadband_nm"][axis] *= scale
     p["friction_cap_nm"][axis] = draw.uniform(0.05, 0.3) * p["torque_limit_nm"][axis]
-    p["friction_policy"][axis] = draw.choice([int(Policy.OFF), int(Policy.HYBRID), int(Policy.STOP_GATED)])
+    p["friction_policy"][axis] = draw.choice(_POLICIES)
     p["friction_gain"][axis] = draw.uniform(0.0, 0.9)
 
 
