@@ -57,18 +57,22 @@ def settled(speed=0.5, friction_nm=0.2, deadband=0.0, **params):
 def test_it_finds_a_constant_friction_without_the_viscous_damping_that_the_joint_keeps(speed):
     rig = settled(speed)
     assert rig["friction_observed_nm"] == pytest.approx(math.copysign(0.2, speed), rel=1e-3)
-    assert rig["observer_torque_nm"] == pytest.approx(math.copysign(0.9 * TARGET_SHARE * 0.2, speed), rel=1e-3)
+    assert rig["observer_torque_nm"] == pytest.approx(
+        math.copysign(0.9 * TARGET_SHARE * 0.2, speed), rel=1e-3
+    )
     assert rig["feedforward_torque_nm"] == 0.0
     side = 0 if speed > 0 else 1
     assert rig.state["friction_seen_nm"][0, 0, side] == pytest.approx(0.2, rel=1e-2)
     assert rig.state["friction_seen_nm"][0, 0, 1 - side] == 0.0
 
 
-def waved(rig, hz=8.0, inertia=J, ticks=2000, late=0, joint_nm=None):
+def waved(rig, hz=8.0, inertia=J, ticks=800, late=0):
     """A hand that bears inertia and viscous damping of a sine and all that the motor adds; largest observed, N m."""
     worst, w, sent = 0.0, 2 * math.pi * hz, [0.0] * (late + 2)
     for k in range(ticks):
-        between = (k - 1) * T  # the difference of the mean velocities of two periods is the acceleration between them
+        between = (
+            k - 1
+        ) * T  # the difference of the mean velocities of two periods is the acceleration between them
         torque = -inertia * 0.05 * w * w * math.sin(w * between) + B * 0.05 * w * math.cos(w * between)
         acted = sent[-1 - late]
         rig.force_n[1] = (torque - acted) / LEVER
