@@ -619,11 +619,11 @@ SEEDS = (
     ),
     Seed(
         "the floor forgets that friction differs from place to place", "rtctl/friction/guarantee.py",
-        "(0.0 if places is None else float(places.max()))", "0.0", GUARANTEE,
+        "0.0 if places is None else float(places.max())", "0.0", GUARANTEE,
     ),
     Seed(
         "the floor forgets the drift", "rtctl/friction/guarantee.py",
-        " - doubt_nm - friction.drift_nm)", " - doubt_nm)", GUARANTEE,
+        "floor_nm, doubt_nm, peak_nm = 0.0, friction.drift_nm, cap_nm", "floor_nm, doubt_nm, peak_nm = 0.0, 0.0, cap_nm", GUARANTEE,
     ),
     Seed(
         "the length in the rig file is overruled by the model", "rtctl/friction/guarantee.py",

@@ -184,6 +184,12 @@ def test_a_missed_sample_holds_what_was_found_and_its_torque():
     rig.tick(fresh=False)
     assert rig["friction_observed_nm"] == found
     assert rig["observer_torque_nm"] == pytest.approx(torque, rel=1e-6)
+    rig = made(observer_gain=0.0).arm()
+    for k in range(60):
+        rig.tick(5.0 * (k * T) ** 2)
+    found = rig["friction_observed_nm"]
+    assert found == pytest.approx(-10.0 * J, rel=0.3), "a joint that gains speed by itself"
+    assert rig.tick(fresh=False)["friction_observed_nm"] == found
 
 
 def test_a_sample_that_took_two_ticks_counts_as_two():

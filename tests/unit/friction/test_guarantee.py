@@ -34,12 +34,14 @@ def placed(model, *spreads):
     return replace(model, branches=tuple(replace(branch, place_spread_nm=s) for branch, s in branches))
 
 
-def test_the_floor_is_the_least_of_the_curve_less_error_places_and_drift(axis, learned):
-    least = float(learned.friction_min_nm.min()) - float(learned.error_max_nm.max())
-    assert guarantee(axis, learned).floor_nm == pytest.approx(least)
-    assert guarantee(axis, placed(learned, 0.01, 0.04)).floor_nm == pytest.approx(least - 0.04)
-    drifted = with_friction(axis, drift_nm=0.03)
-    assert guarantee(drifted, placed(learned, 0.01, 0.04)).floor_nm == pytest.approx(least - 0.07)
+def test_the_floor_is_the_least_of_the_curve_less_the_worse_of_error_and_places_and_less_drift(axis, learned):
+    least, error = float(learned.friction_min_nm.min()), float(learned.error_max_nm.max())
+    assert guarantee(axis, learned).floor_nm == pytest.approx(least - error)
+    assert guarantee(axis, placed(learned, 0.5 * error, 0.0)).floor_nm == pytest.approx(least - error)
+    assert guarantee(axis, placed(learned, 0.01, 0.04)).floor_nm == pytest.approx(least - max(error, 0.04))
+    drifted = guarantee(with_friction(axis, drift_nm=0.03), placed(learned, 0.01, 0.04))
+    assert drifted.floor_nm == pytest.approx(least - max(error, 0.04) - 0.03)
+    assert drifted.doubt_nm == pytest.approx(max(error, 0.04) + 0.03)
     assert guarantee(with_friction(axis, drift_nm=9.0), learned).floor_nm == 0.0
     assert guarantee(axis, None).floor_nm == 0.0
 
@@ -56,6 +58,7 @@ def test_the_floor_is_the_least_of_the_curve_less_error_places_and_drift(axis, l
 def test_the_length_is_the_rig_files_or_the_models_or_assumed(axis, learned, given, known, length, source):
     sure = guarantee(with_friction(axis, presliding_rad=given), replace(learned, presliding_rad=known))
     assert (sure.length_rad, sure.length_source) == (length, source)
+    assert sure.measured == (source != "assumed")
     assert sure.credited_rad == pytest.approx(LENGTH_FACTOR * length)
 
 
