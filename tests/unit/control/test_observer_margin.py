@@ -132,7 +132,7 @@ def test_a_very_stiff_elastic_joint_is_a_rigid_one():
     stiff = replace(RIG, joints=(resonance(RIG.inertia_kgm2, 5e3),))
     elastic, _ = modes(stiff, grid(stiff))
     light = rigid > 0.99  # the joint's own vibration is no slower than that
-    assert light.sum() > 300
+    assert light.sum() > 200
     assert elastic[light] == pytest.approx(rigid[light], abs=2e-4)
 
 
