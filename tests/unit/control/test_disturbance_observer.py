@@ -86,9 +86,10 @@ def waved(rig, hz=8.0, inertia=J, ticks=800, late=0):
 def test_the_right_inertia_leaves_nothing_and_a_wrong_one_its_share():
     peak = J * 0.05 * (2 * math.pi * 8) ** 2
     free = {"observer_gain": 0.0, "count_rad": 1e-9, "observer_bandwidth_rad_s": EXACT_RAD_S}
-    assert waved(made(**free).arm()) < 0.01 * peak
-    as_planned = {**free, "observer_bandwidth_rad_s": 2 * math.pi * HZ}
-    assert waved(made(**as_planned).arm()) < (2 * math.pi * HZ / EXACT_RAD_S - 1) * peak * 1.05
+    assert waved(made(**free).arm()) < 0.03 * peak, (
+        "half a period between the acceleration and the mean torque"
+    )
+    assert waved(made(**{**free, "observer_bandwidth_rad_s": 2 * math.pi * HZ}).arm()) < 0.08 * peak
     passed = 1 / math.sqrt(1 + (8 / HZ) ** 2) / math.sqrt(1 + (8 / HZ / SMOOTHING) ** 2)
     assert waved(made(**free).arm(), inertia=1.5 * J) == pytest.approx(0.5 * peak * passed, rel=0.05)
 
