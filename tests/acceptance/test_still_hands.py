@@ -17,6 +17,8 @@ from rtctl.friction.guarantee import LENGTH_FACTOR
 from rtctl.simulation import Simulation
 
 CONFIGS = Path(__file__).parents[2] / "configs"
+
+pytestmark = pytest.mark.compiled
 STARTED_S, PERIOD_S = 1.0, 2.0
 HELD_S, EARLY_S = 5.0, 2.0
 
