@@ -103,10 +103,10 @@ SEEDS = (
         CHECK,
     ),
     Seed(
-        "the observer's loop forgets how late the torque is",
+        "the observer's loop forgets the fraction of a delay",
         "rtctl/control/observer_loop.py",
-        "    whole = math.floor(loop.delay / n + 1e-9)\n",
-        "    whole = 0\n",
+        "    rest = max(loop.delay / n - whole, 0.0)\n",
+        "    rest = 0.0\n",
         OBSERVER,
     ),
     Seed(
