@@ -246,14 +246,18 @@ def _fill_compensation(
     p["friction_stop_rad"][a] = friction.stop_rad or sure.length_rad
     if "force" in config.rig.absent:
         return
-    bandwidth_hz = friction.observer.bandwidth_hz
-    p["observer_gain"][a] = friction.observer.gain
-    p["observer_alpha"][a] = lowpass_alpha(bandwidth_hz, period_s)
-    p["observer_smooth_alpha"][a] = lowpass_alpha(SMOOTHING * bandwidth_hz, period_s)
-    p["observer_bandwidth_rad_s"][a] = 2 * math.pi * bandwidth_hz
+    fill_observer(p, a, period_s, friction.observer.gain, friction.observer.bandwidth_hz)
     p["observer_deadband_nm"][a] = friction.observer.deadband_nm
     p["friction_seen_alpha"][a] = lowpass_alpha(SEEN_HZ, period_s)
     p["friction_seen_max_nm"][a] = min(SEEN_FACTOR * sure.peak_nm, float(p["friction_cap_nm"][a]))
+
+
+def fill_observer(p: np.void, a: int, period_s: float, gain: float, bandwidth_hz: float) -> None:
+    """Gain and bandwidth of the disturbance observer, with the filters that belong to them."""
+    p["observer_gain"][a] = gain
+    p["observer_alpha"][a] = lowpass_alpha(bandwidth_hz, period_s)
+    p["observer_smooth_alpha"][a] = lowpass_alpha(SMOOTHING * bandwidth_hz, period_s)
+    p["observer_bandwidth_rad_s"][a] = 2 * math.pi * bandwidth_hz
 
 
 def _fill_friction(p: np.void, a: int, axis: AxisTable, config: Config, model: FrictionModel) -> np.ndarray:

@@ -129,6 +129,7 @@ def command(
         cases,
         out,
         resume,
+        plant or "",
     )
     began = time.monotonic()
     try:

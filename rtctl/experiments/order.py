@@ -43,6 +43,8 @@ class Order:
     """Folder of the report; long runs on a rig keep there what they have measured."""
     resume: bool = False
     """Go on with what an earlier start kept in `out`."""
+    plant: str = ""
+    """Plant of the mock's family that stands in the rig file's place; empty: the rig file's own."""
 
     @property
     def repetitions(self) -> int:

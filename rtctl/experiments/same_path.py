@@ -36,14 +36,14 @@ WAYS: dict[str, Change] = {"same hand": virtual.unchanged, "same path": led}
 
 @dataclass(frozen=True)
 class Way:
-    """What the feed-forward takes off the RMS torque, and how far the paths differ, both 0 to 1."""
+    """What the compensation takes off the RMS torque, and how far the paths differ, both 0 to 1."""
 
     reduction: Estimate
     path: Estimate
 
 
 def compare(order: Order, motion: Motion) -> dict[str, Way]:
-    """Reduction by the feed-forward alone and difference of the paths, for each of `WAYS`."""
+    """Reduction by the rig file's compensation and difference of the paths, for each of `WAYS`."""
     found = {}
     for name, change in WAYS.items():
         pair = tuple(Variant(name, compensation, change) for compensation in (0.0, 1.0))
@@ -72,7 +72,7 @@ def table(found: dict[str, dict[str, Way]]) -> Table:
         for name, way in ways.items()
     )
     caption = (
-        "Feed-forward alone against none. 'Same hand': the experiment's own, whose wish is the same and whose path is not. 'Same path': "
+        "The rig file's compensation against none. 'Same hand': the experiment's own, whose wish is the same and whose path is not. 'Same path': "
         f"a hand of {STIFF_NM_RAD:g} N m/rad leads the joint. Paths: RMS difference about the mean, in % of the path without compensation."
     )
     return Table(

@@ -21,6 +21,8 @@ from rtctl.control.vocabulary import Policy, State
 from rtctl.errors import DataError
 from rtctl.experiments.order import Order
 from rtctl.experiments.seeds import over_seeds
+from rtctl.friction.guarantee import BANK_MOST_J
+from rtctl.plan import fill_observer
 from rtctl.simulation import Simulation
 
 HAND_SPREAD = 0.1
@@ -119,6 +121,18 @@ def with_gain(gain: float, viscous_gain: float = 0.0) -> Change:
     return change
 
 
+def with_observer(gain: float) -> Change:
+    """Give the disturbance observer this gain, 0 for none, at the rig file's bandwidth."""
+
+    def change(simulation: Simulation) -> None:
+        p = simulation.params[0]
+        for axis in range(simulation.plan.n_axes):
+            bandwidth_hz = float(p["observer_bandwidth_rad_s"][axis]) / (2 * math.pi)
+            fill_observer(p, axis, simulation.plan.period_s, gain, bandwidth_hz)
+
+    return change
+
+
 def with_model_scaled(scale: float) -> Change:
     """Make the friction model wrong by a factor; the controller believes it."""
 
@@ -128,6 +142,8 @@ def with_model_scaled(scale: float) -> Change:
             simulation.model[name] *= scale
         for name in ("friction_ungated_cap_nm", "friction_floor_nm"):
             simulation.params[name] *= scale
+        bank = simulation.params["assistance_bank_j"]
+        simulation.params["assistance_bank_j"] = np.minimum(scale * bank, BANK_MOST_J)
 
     return change
 

@@ -13,7 +13,16 @@ from rtctl.recording.incident_report import trigger_row
 
 _PANELS = (
     ("rad, rad/s", ("position_rad", "velocity_rad_s")),
-    ("N m", ("hand_torque_nm", "feedforward_torque_nm", "torque_wanted_nm", "torque_applied_nm")),
+    (
+        "N m",
+        (
+            "hand_torque_nm",
+            "feedforward_torque_nm",
+            "observer_torque_nm",
+            "torque_wanted_nm",
+            "torque_applied_nm",
+        ),
+    ),
     ("A", ("current_a", "current_command_a")),
 )
 

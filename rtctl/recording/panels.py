@@ -13,17 +13,24 @@ from rtctl.control.vocabulary import State
 from rtctl.errors import DataError
 from rtctl.tick import FIELD, FIELDS
 
+TORQUES = (
+    "hand_torque_nm",
+    "feedforward_torque_nm",
+    "observer_torque_nm",
+    "coupling_torque_nm",
+    "torque_applied_nm",
+)
 PANELS: tuple[tuple[str, ...], ...] = (
     ("position_rad", "proxy_position_rad"),
     ("velocity_rad_s",),
-    ("hand_torque_nm", "feedforward_torque_nm", "coupling_torque_nm", "torque_applied_nm"),
+    TORQUES,
+    ("assistance_share",),
     ("energy_hand_j", "energy_port_j"),
     ("cycle_ns", "wakeup_ns"),
     ("state",),
 )
 MOST_POINTS = 20_000
 DURATIONS = ("wakeup_ns", "cycle_ns")
-TORQUES = ("hand_torque_nm", "feedforward_torque_nm", "coupling_torque_nm", "torque_applied_nm")
 
 
 @dataclass

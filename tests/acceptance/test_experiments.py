@@ -7,10 +7,19 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from hw.mock.family import FAMILY
 from rtctl.cli import cli
 from rtctl.config import load
 from rtctl.errors import ConfigError
-from rtctl.experiments import free_motion, same_path, spring, virtual
+from rtctl.experiments import (
+    free_motion,
+    policies,
+    policies_on_family,
+    same_path,
+    spring,
+    still_hand,
+    virtual,
+)
 from rtctl.experiments.order import Order
 from rtctl.experiments.registry import EXPERIMENTS
 from rtctl.experiments.virtual import FAST_SINE, SLOW_TRIANGLE, Variant
@@ -38,6 +47,42 @@ def test_feed_forward_and_then_force_feedback_take_the_friction_off_the_hand(moc
     assert feedback["hand_energy_min_j"].min() >= -1e-6
 
 
+def test_with_the_observer_a_model_a_quarter_too_low_costs_little(mock):
+    off, default, alone = (
+        figures_of(mock, FAST_SINE, one, 1)["hand_rms_nm"].mean()
+        for one in (free_motion.OFF, free_motion.LOW_MODEL, free_motion.LOW_ALONE)
+    )
+    assert alone / off > 0.33
+    assert default / off < 0.25
+
+
+@pytest.mark.parametrize("policy", [policies.DEFAULT, "observer"])
+def test_a_hand_that_holds_still_is_left_alone(mock, policy):
+    found = still_hand.worst(Order(mock), Variant(policy, 1.0, policies.POLICIES[policy]))
+    assert found.faults() == []
+
+
+def test_a_hand_that_holds_still_is_shaken_by_the_old_policy_without_its_account(mock):
+    # so the test before can fail: elasto-plastic friction of soft bristles, in a loose hand
+    def old(simulation):
+        virtual.with_observer(0.0)(simulation)
+        simulation.params["assistance_bank_j"] = 1e9
+        simulation.params["friction_intent_alpha"] = 1.0
+        simulation.plant_params["bristle_stiffness_nm_rad"] = 100.0
+        simulation.plant_params["bristle_damping_nms_rad"] = 0.3
+        simulation.plant_params["elastic_share"] = 0.7
+
+    found = still_hand.held(mock, 0, Variant("old", 1.0, old), 20.0, 0.1)
+    assert found.speed_rad_s > still_hand.SHAKES_RAD_S
+
+
+def test_the_family_is_compared_on_every_plant(mock, monkeypatch):
+    monkeypatch.setattr(policies_on_family, "FAMILY", {"maxwell-slip": FAMILY["maxwell-slip"]})
+    part, found = policies_on_family.part(Order(mock, seeds=1), lambda _share, _text: None)
+    assert "on 1 of 1 plants: maxwell-slip" in part.paragraphs[1]
+    assert found["maxwell-slip"][policies_on_family.BOTH]["fast sine"] <= 0.2
+
+
 @pytest.mark.parametrize("motion", [FAST_SINE, SLOW_TRIANGLE])
 def test_a_hand_that_wishes_the_same_goes_another_path_and_a_stiff_one_the_same(mock, motion):
     ways = same_path.compare(Order(mock, seeds=1), motion)
@@ -51,6 +96,7 @@ def grip(stiffness_nm_rad, damping_nms_rad, delay_ticks, gain):
         p = simulation.plant_params
         p["hand_stiffness_nm_rad"], p["hand_damping_nms_rad"] = stiffness_nm_rad, damping_nms_rad
         p["torque_delay_ticks"] = delay_ticks
+        simulation.params["proof_delay_s"] = 0.0  # the test pulse would see the delay and refuse
         simulation.params["force_feedback_gain"] = gain
 
     return Variant("grip", 1.0, change)

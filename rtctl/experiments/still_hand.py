@@ -1,0 +1,85 @@
+"""Hands that wish the same motion, and then to hold still: does the compensation let the joint rest in them?
+
+The hand swings the joint by two periods of the fast sine; from then on its wish stands still. What moves two seconds
+later is moved by the compensation: in presliding friction is a spring, and torque that follows the sign of the motion, or
+of the hand's torque, is negative damping there (theory, second part, section 8).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hw.mock.records import Hand
+from rtctl.config import LoadedConfig
+from rtctl.control.vocabulary import State
+from rtctl.experiments import virtual
+from rtctl.experiments.order import Order
+from rtctl.experiments.seeds import over_seeds
+from rtctl.experiments.statistics import rms
+from rtctl.experiments.virtual import FAST_SINE, Variant
+
+HANDS = tuple((k, b) for k in (5.0, 20.0, 100.0, 500.0) for b in (0.1, 0.3))
+"""Stiffness, N m/rad, and damping, N m s/rad: from a loose grip to a clamp, all passive and hardly damped."""
+
+SETTLE_S = 2.0
+WATCHED_S = 3.0
+SHAKES_RAD_S = 2e-3
+FED_J = 1e-3
+
+
+@dataclass(frozen=True)
+class Still:
+    """The worst of `HANDS`: RMS speed, rad/s; energy the hand was given, J; whether the rig stopped for a fault."""
+
+    speed_rad_s: float
+    fed_j: float
+    stopped: bool
+
+    def faults(self) -> list[str]:
+        """What is wrong, in words. NaN is wrong."""
+        found = {
+            "shakes a hand that holds still": not self.speed_rad_s <= SHAKES_RAD_S,
+            "feeds a hand that holds still": not self.fed_j <= FED_J,
+            "stopped by a fault in a hand that holds still": self.stopped,
+        }
+        return [text for text, true in found.items() if true]
+
+
+def worst(order: Order, variant: Variant) -> Still:
+    """The worst of every hand, each at a place and with a noise of its own."""
+
+    def once(order: Order, number: int) -> Still:
+        return held(order.loaded, number, variant, *HANDS[number])
+
+    found = over_seeds(replace(order, seeds=len(HANDS)), once)
+    return Still(
+        float(np.max([one.speed_rad_s for one in found])),
+        float(np.max([one.fed_j for one in found])),
+        any(one.stopped for one in found),
+    )
+
+
+def held(loaded: LoadedConfig, seed: int, variant: Variant, stiffness: float, damping: float) -> Still:
+    """One hand: the fast sine, then still; figures of the time from `SETTLE_S` on, true."""
+    simulation = virtual.make(loaded, seed)
+    FAST_SINE.apply(simulation)
+    p = simulation.plant_params
+    p["hand_stiffness_nm_rad"], p["hand_damping_nms_rad"] = stiffness, damping
+    variant.change(simulation)
+    simulation.arm(compensation=variant.compensation)
+    # a whole number of periods, two at least: the wish then stands where it began
+    moved_s = float(p["hand_start_s"][0, 0]) + 2 * FAST_SINE.period_s
+    while moved_s <= simulation.time_s:
+        moved_s += FAST_SINE.period_s
+    simulation.run(moved_s - simulation.time_s)
+    p["hand_kind"] = int(Hand.REST)
+    simulation.run(SETTLE_S)
+    start_rad = float(simulation.plant_state["position_rad"][0, 0])
+    trace = simulation.run(WATCHED_S)
+    truth = simulation.truth
+    steps_rad = np.diff(truth["position_rad"][:, 0], prepend=start_rad)
+    given_j = -np.cumsum(truth["hand_torque_nm"][:, 0] * steps_rad)
+    stopped = bool(np.any(trace["state"] != State.ACTIVE))
+    return Still(rms(truth["velocity_rad_s"][:, 0]), float(given_j.max()), stopped)
