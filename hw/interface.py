@@ -147,6 +147,10 @@ class Joint:
     """Of the joint itself, N m s/rad."""
     encoder: str = "motor"
     """The side it turns with: "motor" or "link"."""
+    stiffness_nm_rad: float = 0.0
+    """Of its spring; 0: not known, or rigid."""
+    link_inertia_share: float = 0.5
+    """Share of the inertia on the link's side."""
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rtctl.control import stability
+from rtctl.friction.guarantee import Guarantee
 from rtctl.friction.margins import FrictionFigures
 
 
@@ -54,6 +55,11 @@ class AxisFigures:
     torque_rate_needed_nm_s: float
     """Slope of the gate with which that is all of the torque limit, N m/s; infinite when no slope is enough."""
     friction: FrictionFigures | None
+    guarantee: Guarantee
+    """Least friction, presliding length, and the account of the compensation on both."""
+    compensates: bool
+    """True when feed-forward or observer help with the friction."""
+    force_sensor: bool
 
     @property
     def between(self) -> stability.Between:

@@ -101,6 +101,8 @@ def joint_of_axis(loaded: LoadedConfig, axis: int) -> Joint:
         motor_share=min([drive.motor_share, *(one.motor_share for one in elastic)]),
         dry_share=min([drive.motor_share, *(one.dry_share for one in elastic)]),
         damping_nms_rad=min(dampings),
+        stiffness_nm_rad=elastic[0].stiffness_nm_rad if len(elastic) == 1 else 0.0,
+        link_inertia_share=elastic[0].link_inertia_share if len(elastic) == 1 else 0.5,
         encoder="link" if "link" in (drive.encoder, *(one.encoder for one in elastic)) else "motor",
     )
 

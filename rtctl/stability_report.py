@@ -34,6 +34,7 @@ from rtctl.config_tables import AxisTable
 from rtctl.control import stability
 from rtctl.errors import StabilityError
 from rtctl.friction import artefact
+from rtctl.friction.guarantee import Guarantee, guarantee
 from rtctl.friction.margins import FrictionFigures, friction_figures
 from rtctl.lateness import Lateness
 from rtctl.timing import AxisTiming
@@ -57,8 +58,9 @@ class AxisReport(AxisFigures):
         """Plain values for JSON."""
         plain = {one.name: getattr(self, one.name) for one in fields(self)}
         friction = None if self.friction is None else asdict(self.friction)
+        sure = {**asdict(self.guarantee), "given_most_j": self.guarantee.given_most_j}
         rows = [row.to_dict() for row in self.verdicts]
-        return {**plain, "friction": friction, "verdicts": rows, "ok": self.ok}
+        return {**plain, "friction": friction, "guarantee": sure, "verdicts": rows, "ok": self.ok}
 
 
 @dataclass(frozen=True)
@@ -101,7 +103,7 @@ class Report:
 def bearing(loaded: LoadedConfig, index: int) -> tuple[float, stability.Between]:
     """Damping of an axis that no hand can cancel, N m s/rad, and what is declared to lie between law and joint."""
     late, joint = lateness.of_axis(loaded, index), lateness.joint_of_axis(loaded, index)
-    _, b, _ = _friction(loaded, loaded.config.axis[index], late)
+    _, b, _, _ = _friction(loaded, loaded.config.axis[index], late)
     return _uncancelled(b, joint), late.between
 
 
@@ -128,27 +130,28 @@ def examine(loaded: LoadedConfig, pulse: Mapping[str, AxisTiming] | None = None)
 
 def _examine_axis(loaded: LoadedConfig, index: int, axis: AxisTable, pulse: AxisTiming | None) -> AxisReport:
     late, joint = lateness.of_axis(loaded, index, pulse), lateness.joint_of_axis(loaded, index)
-    figures, b, dry = _friction(loaded, axis, late)
-    found = _figures(loaded, index, late, joint, figures, (b, joint.dry_share * dry))
-    subject = Subject(found, axis, loaded.config.period_s, f"{loaded.path}: axis[{index}]")
+    figures, b, dry, sure = _friction(loaded, axis, late)
+    found = _figures(loaded, index, late, joint, figures, (b, joint.dry_share * dry, sure))
+    where, config = f"{loaded.path}: axis[{index}]", loaded.config
+    subject = Subject(found, axis, config.period_s, where, joint, config.simulated)
     plain = {one.name: getattr(found, one.name) for one in fields(found)}
     return AxisReport(**plain, verdicts=tuple(verdicts(subject)))
 
 
 def _friction(
     loaded: LoadedConfig, axis: AxisTable, late: Lateness
-) -> tuple[FrictionFigures | None, float, float]:
-    """Figures of the friction model, if there is one; damping and dry friction that are guaranteed."""
+) -> tuple[FrictionFigures | None, float, float, Guarantee]:
+    """Figures of the friction model, if there is one; damping and dry friction that are guaranteed; the account's facts."""
     path = loaded.model_path(axis)
     if path is None:
-        return None, axis.viscous_nms_rad, axis.dry_friction_nm
+        return None, axis.viscous_nms_rad, axis.dry_friction_nm, guarantee(axis, None)
     model = artefact.load(path)
     artefact.require_rig(model, loaded.config.rig.name, path)
     count = 2 * math.pi / axis.encoder_counts_per_rev
     found = friction_figures(model, path, axis, loaded.config.period_s, count, late.between)
     beyond = found.beyond_damping_nms_rad
     secant = min(found.secant_damping_nms_rad, math.inf if beyond is None else beyond)
-    return found, min(secant, axis.viscous_nms_rad), found.dry_left_nm
+    return found, min(secant, axis.viscous_nms_rad), found.dry_left_nm, guarantee(axis, model)
 
 
 def _uncancelled(b: float, joint: Joint) -> float:
@@ -163,9 +166,9 @@ def _figures(
     late: Lateness,
     joint: Joint,
     figures: FrictionFigures | None,
-    guaranteed: tuple[float, float],
+    guaranteed: tuple[float, float, Guarantee],
 ) -> AxisFigures:
-    """Every figure of one axis; `guaranteed` are damping and dry friction."""
+    """Every figure of one axis; `guaranteed` are damping, dry friction, and what the account of the compensation rests on."""
     axis, T, between = loaded.config.axis[index], loaded.config.period_s, late.between
     k_c, b_c = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad
     count = 2 * math.pi / axis.encoder_counts_per_rev
@@ -212,7 +215,17 @@ def _figures(
         empty_account_torque_nm=held,
         torque_rate_needed_nm_s=rate_needed,
         friction=figures,
+        guarantee=guaranteed[2],
+        compensates=_compensates(loaded, axis, figures),
+        force_sensor="force" not in loaded.config.rig.absent,
     )
+
+
+def _compensates(loaded: LoadedConfig, axis: AxisTable, figures: FrictionFigures | None) -> bool:
+    """Whether anything helps with the friction: a feed-forward needs a model, the observer a force sensor."""
+    policy, sensor = axis.friction.policy, "force" not in loaded.config.rig.absent
+    observes = sensor and axis.friction.observer.gain > 0 and (figures is not None or policy == "observer")
+    return policy != "off" and (observes or (figures is not None and figures.feedforward_max_nm > 0))
 
 
 def _empty_account(loaded: LoadedConfig, axis: AxisTable) -> tuple[float, float]:

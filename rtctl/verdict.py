@@ -9,6 +9,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from hw.interface import Joint
     from rtctl.axis_report import AxisFigures
     from rtctl.config_tables import AxisTable
 
@@ -67,6 +68,10 @@ class Subject:
     period_s: float
     where: str
     """`file: axis[i]`, to begin a refusal with."""
+    joint: Joint
+    """As the rig file has it or, where that is worse, the devices."""
+    simulated: bool = False
+    """Nobody holds it."""
 
     def row(
         self,

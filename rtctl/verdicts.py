@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from rtctl import verdicts_of_friction, verdicts_of_loop, verdicts_of_units
+from rtctl import verdicts_of_friction, verdicts_of_loop, verdicts_of_observer, verdicts_of_units
 from rtctl.verdict import Subject, Verdict, ranked
 
 TESTS: tuple[Callable[[Subject], list[Verdict]], ...] = (
@@ -17,8 +17,13 @@ TESTS: tuple[Callable[[Subject], list[Verdict]], ...] = (
     verdicts_of_loop.declared_delay,
     verdicts_of_loop.elastic_joint,
     verdicts_of_loop.encoder_steps,
-    # tests of friction policies stand here: two lines, hands that hold still, disturbance observer
     verdicts_of_friction.two_lines,
+    verdicts_of_friction.energy_account,
+    verdicts_of_friction.policy_at_rest,
+    verdicts_of_friction.wish,
+    verdicts_of_observer.closed_loop,
+    verdicts_of_observer.steps_of_the_encoder,
+    verdicts_of_observer.bias,
     verdicts_of_friction.damping_and_model,
     verdicts_of_units.acceleration,
     verdicts_of_units.current,

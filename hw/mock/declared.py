@@ -51,4 +51,6 @@ def _joint(elastic: Mapping[str, Any] | None) -> Joint:
         dry_share=1.0 - float(elastic.get("link_dry_share") or 0.0),
         damping_nms_rad=float(elastic.get("damping_nms_rad") or 0.0),
         encoder=str(elastic.get("encoder") or "motor"),
+        stiffness_nm_rad=float(elastic.get("stiffness_nm_rad") or 0.0),
+        link_inertia_share=float(elastic.get("link_inertia_share") or 0.5),
     )

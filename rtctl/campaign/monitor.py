@@ -46,7 +46,7 @@ INVARIANTS = {
     10: "only targets of the lease holder and the present epoch have an effect; a program begins by a fresh request of that epoch "
     "in ACTIVE and ends with it",
     13: "no port gives out more than 1.5 budgets",
-    14: "the feed-forward stays under its cap, and is zero outside the trained range",
+    14: "feed-forward and friction observer together stay under their cap, and are zero outside the trained range",
     15: "torque times velocity is not positive above v_max",
     18: "a stop disables within 51 ticks",
     19: "a fault does not raise the torque in the tick that detects it",
@@ -124,15 +124,18 @@ def _torque(t: Record, p: Record, m: Record, axis: int) -> int:
 
 @compiled
 def _feedforward(t: Record, p: Record, model: Record, axis: int) -> int:
-    """Invariant 14."""
-    value = t.feedforward_torque_nm[axis]
-    if abs(value) > p.friction_cap_nm[axis] * (1 + ROUNDING):
+    """Invariant 14; without a model there is no trained range, and the observer alone has none to keep to."""
+    value, observer = t.feedforward_torque_nm[axis], t.observer_torque_nm[axis]
+    cap = p.friction_cap_nm[axis] * (1 + ROUNDING)
+    if abs(value) > cap or abs(value + observer) > cap:
         return 1 << 14
     end = max(
         model.speed_max_rad_s[0] + model.speed_fade_rad_s[0],
         model.speed_max_rad_s[1] + model.speed_fade_rad_s[1],
     )
-    return 1 << 14 if abs(t.velocity_rad_s[axis]) > end and value != 0.0 else 0
+    learned = model.n_segments[0] > 0 and model.n_segments[1] > 0
+    left = value != 0.0 or (learned and observer != 0.0)
+    return 1 << 14 if abs(t.velocity_rad_s[axis]) > end and left else 0
 
 
 @compiled

@@ -43,6 +43,21 @@ if TYPE_CHECKING:
     is_flag=True,
     help="linear rigs instead: is what `rtctl check` certifies stable, and how far is what it refuses from unstable",
 )
+@click.option(
+    "--still",
+    is_flag=True,
+    help="passive hands that hold still after a motion instead, on joints of all kinds: does one feel anything",
+)
+@click.option(
+    "--policy", "policies", multiple=True, metavar="NAME", help="with --still: friction.policy, once or more"
+)
+@click.option(
+    "--hold-s",
+    type=click.FloatRange(5, 3600),
+    default=5.0,
+    show_default=True,
+    help="with --still: how long the hand holds",
+)
 @click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout")
 def command(
     *,
@@ -55,6 +70,9 @@ def command(
     index: int | None,
     trace: Path | None,
     margins: bool,
+    still: bool,
+    policies: tuple[str, ...],
+    hold_s: float,
     as_json: bool,
 ) -> None:
     """Prove the safety contract by volume.
@@ -68,6 +86,9 @@ def command(
 
     if margins:
         _margins(rigs, seed, jobs, as_json=as_json)
+        return
+    if still:
+        _still(rigs, seed, jobs, index, policies, hold_s, as_json=as_json)
         return
     order = campaign.Order(seed, rigs, ticks, faults, passive)
     if index is not None:
@@ -91,6 +112,37 @@ def _margins(rigs: int, seed: int, jobs: int, *, as_json: bool) -> None:
         found = margins.run(rigs, seed, jobs, bar.update)
     click.echo(json.dumps(found.as_dict()) if as_json else found.text())
     if found.shaking:
+        sys.exit(1)
+
+
+def _still(
+    cases: int,
+    seed: int,
+    jobs: int,
+    index: int | None,
+    policies: tuple[str, ...],
+    hold_s: float,
+    *,
+    as_json: bool,
+) -> None:
+    from rtctl.campaign import still
+    from rtctl.control.vocabulary import Policy
+
+    for name in policies:
+        if name.upper() not in Policy.__members__:
+            known = ", ".join(policy.name.lower() for policy in Policy)
+            raise click.BadParameter(f"no policy {name!r}; there are: {known}", param_hint="--policy")
+    order = still.Order(seed, cases, hold_s, policies or still.POLICIES)
+    if index is not None:
+        found = still.Findings()
+        found.add([still.run_case(still.drawn(seed, index, order.policies), hold_s)], hold_s)
+    else:
+        with click.progressbar(
+            length=cases, label="hands", file=sys.stderr, hidden=as_json or not sys.stderr.isatty()
+        ) as bar:
+            found = still.run(order, jobs, bar.update)
+    click.echo(json.dumps(found.as_dict()) if as_json else found.text(seed))
+    if found.loud:
         sys.exit(1)
 
 

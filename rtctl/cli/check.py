@@ -94,11 +94,18 @@ def _echo_verdicts(report: Report) -> None:
     if not report.ok:
         return
     told = [row for row in report.verdicts if row.outcome != Outcome.PASS]
+    given = [
+        f"{axis.name} at most {axis.guarantee.given_most_j * 1e3:.3g} mJ"
+        for axis in report.axes
+        if axis.compensates
+    ]
+    help_ = f"; the help with friction gives a hand, over all time, on {', '.join(given)}" if given else ""
     if not told:
-        click.echo("\nOK: passive with every passive hand and every passive virtual environment")
+        click.echo(f"\nOK: passive with every passive hand and every passive virtual environment{help_}")
         return
     click.echo(
         "\nOK: no test fails; the coupling is passive with every passive hand and every passive environment"
+        + help_
     )
     for outcome, word in ((Outcome.NOT_PROVED, "but not proved"), (Outcome.WARN, "look again at")):
         names = "; ".join(f"{row.axis}: {row.name}" for row in told if row.outcome == outcome)
@@ -148,6 +155,7 @@ def _lines(axis: AxisReport) -> list[tuple[str, str, str]]:
         ),
     ]
     lines += _friction_lines(axis.friction) if axis.friction else []
+    lines += _account_lines(axis) if axis.compensates else []
     felt, k_e = axis.felt_stiffness_nm_rad, axis.environment_stiffness_nm_rad
     lines += [
         (
@@ -197,6 +205,20 @@ def _source(axis: AxisReport) -> str:
     if beyond is not None and beyond < found.secant_damping_nms_rad:
         return f"beyond the trained range; within it {found.secant_damping_nms_rad:.4g}{share}"
     return f"secant damping with feed-forward, least at {found.secant_speed_rad_s:.3g} rad/s{share}"
+
+
+def _account_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
+    """What the account of the compensation rests on."""
+    sure = axis.guarantee
+    return [
+        ("presliding length", f"{sure.length_rad * 1e3:.4g} mrad", sure.length_source),
+        ("  credited to the bristles", f"{sure.credited_rad * 1e3:.4g} mrad", "1.5 times it and two spreads"),
+        (
+            "bank of the compensation",
+            f"{sure.bank_j * 1e3:.3g} mJ",
+            f"a hand is given at most {sure.given_most_j * 1e3:.3g} mJ",
+        ),
+    ]
 
 
 def _friction_lines(found: FrictionFigures) -> list[tuple[str, str, str]]:

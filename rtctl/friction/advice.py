@@ -54,9 +54,7 @@ class Advice:
             )
         if self.ok:
             return f"{set_to} passes the two-line test of its model; {advised}"
-        gate = (
-            ". Until then only the force gate keeps a feed-forward of the wrong sign from driving the device"
-        )
+        gate = ". Until then the force gate and the account of the compensation keep a feed-forward of the wrong sign from driving the device"
         failed = f"{set_to} fails the two-line test of its model by {-self.margin_nm:.4g} N m; {advised}"
         return failed + (gate if self.gated else "")
 

@@ -25,12 +25,18 @@ BANK_MOST_J = 2e-3
 still is given less than 1.5 mJ once, and nothing after."""
 
 
+ASSUMED = "assumed"
+"""Source of a presliding length that nobody measured or gave."""
+
+
 @dataclass(frozen=True)
 class Guarantee:
     """Facts of one axis. Torques in N m, lengths in rad, energies in J."""
 
     floor_nm: float
     """Dry friction that is there at every trained speed, place and within the stated drift; 0 without a model."""
+    doubt_nm: float
+    """How far below the learned curve friction may be, with what was measured of its error and its places, and the drift."""
     peak_nm: float
     """Largest dry friction that is ever compensated or credited."""
     length_rad: float
@@ -43,6 +49,16 @@ class Guarantee:
     """Bank of the compensation's account (`control.assistance`)."""
 
     @property
+    def measured(self) -> bool:
+        """True when the length is known, not assumed."""
+        return self.length_source != ASSUMED
+
+    @property
+    def bristle_nm_rad(self) -> float:
+        """Stiffness of a joint that sticks, N m/rad."""
+        return self.peak_nm / self.length_rad
+
+    @property
     def given_most_j(self) -> float:
         """Most energy that the compensation gives a hand over any stretch of time, J (`control.assistance`)."""
         return 2 * self.bank_j + 0.5 * self.peak_nm * self.credited_rad
@@ -52,13 +68,14 @@ def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
     """Gather the facts of `axis`, whose friction model is `model`, if it has one."""
     friction = axis.friction
     cap_nm = friction.cap_share * axis.torque_limit_nm
-    floor_nm, peak_nm = 0.0, cap_nm
+    floor_nm, doubt_nm, peak_nm = 0.0, friction.drift_nm, cap_nm
     if model is not None:
         places = model.place_spread_nm
-        doubt_nm = float(model.error_max_nm.max()) + (0.0 if places is None else float(places.max()))
-        floor_nm = max(0.0, float(model.friction_min_nm.min()) - doubt_nm - friction.drift_nm)
+        # the shortfall at a place is below the curve, its error included: the larger of the two, not both
+        doubt_nm += max(float(model.error_max_nm.max()), 0.0 if places is None else float(places.max()))
+        floor_nm = max(0.0, float(model.friction_min_nm.min()) - doubt_nm)
         peak_nm = min(cap_nm, model.friction_max_nm)
-    length_rad, spread_rad, source = LENGTH_UNKNOWN_RAD, 0.0, "assumed"
+    length_rad, spread_rad, source = LENGTH_UNKNOWN_RAD, 0.0, ASSUMED
     if friction.presliding_rad > 0:
         length_rad, source = friction.presliding_rad, "rig file"
     elif model is not None and model.presliding_rad is not None:
@@ -67,6 +84,7 @@ def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
     credited_rad = LENGTH_FACTOR * (length_rad + SPREADS * spread_rad)
     return Guarantee(
         floor_nm=floor_nm,
+        doubt_nm=doubt_nm,
         peak_nm=peak_nm,
         length_rad=length_rad,
         length_source=source,

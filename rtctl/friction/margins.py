@@ -1,7 +1,7 @@
 """What a friction model and its feed-forward leave of one axis' passivity: curves in, figures out.
 
-Friction is taken at its lower bound: the model minus its largest known error minus `drift_nm`, never
-below 0. Beyond the trained range it is taken to rise from there with the rig file's `viscous_nms_rad`
+Friction is taken at its lower bound, never below 0: the model minus what `friction.guarantee` says it may be off by (its
+largest known error, its spread over places, `drift_nm`). Beyond the trained range it is taken to rise from there with the rig file's `viscous_nms_rad`
 only, while the feed-forward fades out.
 """
 
@@ -69,7 +69,8 @@ def _curves(model: FrictionModel, branch: int, axis: AxisTable, v: np.ndarray) -
     end = part.speed_max_rad_s
     F_hat = part.magnitude(v)
     past = np.maximum(v - end, 0.0)
-    F_lo = np.maximum(F_hat - part.error_max_nm - table.drift_nm, 0.0) + axis.viscous_nms_rad * past
+    doubt_nm = guarantee(axis, model).doubt_nm
+    F_lo = np.maximum(F_hat - doubt_nm, 0.0) + axis.viscous_nms_rad * past
     fade = np.clip(1 - past / model.speed_fade_rad_s, 0.0, 1.0)
     within = np.minimum(v, end)
     limit = friction.feedforward_limit(

@@ -75,12 +75,24 @@ class Watched:
         ({"energy_port_j": -0.031}, {13}),
         ({"energy_port_j": math.nan}, {13}),
         ({"feedforward_torque_nm": 0.91}, {14}),
+        ({"observer_torque_nm": -0.91}, {14}),
+        ({"feedforward_torque_nm": 0.5, "observer_torque_nm": 0.41}, {14}),
+        ({"feedforward_torque_nm": 0.5, "observer_torque_nm": -0.41}, set()),
         ({"feedforward_torque_nm": 0.1, "velocity_rad_s": 9.0, "torque_applied_nm": 0.3}, {14}),
         ({"velocity_rad_s": 10.1}, {15}),
     ],
 )
 def test_each_invariant_is_seen_when_broken(fields, broken):
     assert Watched().spoil(**fields) == broken
+
+
+@pytest.mark.parametrize(("learned", "broken"), [(True, {14}), (False, set())])
+def test_an_observer_beyond_the_trained_range_is_seen_where_there_is_a_range(learned, broken):
+    watched = Watched()
+    if learned:
+        watched.rig.friction()
+    assert watched.spoil(observer_torque_nm=0.1, velocity_rad_s=-4.4, torque_applied_nm=0.3) == set()
+    assert watched.spoil(observer_torque_nm=0.1, velocity_rad_s=-4.6, torque_applied_nm=0.3) == broken
 
 
 def test_active_out_of_nowhere_is_seen():

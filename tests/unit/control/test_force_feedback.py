@@ -117,7 +117,7 @@ def test_the_account_takes_the_worse_of_the_delay_it_knows_and_one_tick_more():
     rig = push(made(friction_policy=0).arm(), 0.02, n=50)
     rig.state["force_feedback_energy_j"] = 0.0
     rig.state["assistance_nm"] = 0.0
-    rig.state["force_feedback_stop"] = 1.0
+    rig.state["bristle_share"] = 1.0
     now = int(rig.state["ticks"][0])
     rig.state["assistance_nm"][0, 0, (now - 2) % 32] = 0.3  # sent two ticks ago: acts now if one tick is lost
     rig.tick(position=rig.position + 1e-5)

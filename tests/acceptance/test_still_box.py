@@ -1,0 +1,78 @@
+"""Hands that hold still, and hands at work: nothing is felt of the help with friction, and nothing is alarmed by it."""
+
+import numpy as np
+import pytest
+
+from hw.mock.family import FAMILY
+from hw.mock.records import Hand
+from rtctl import config
+from rtctl.campaign import still
+from rtctl.control.vocabulary import Environment, State
+from rtctl.demo import shipped_config
+from rtctl.family import with_plant
+from rtctl.simulation import Simulation
+
+CASES = 1000
+SECONDS = 12.0
+"""Of each plant in each world; `slow`: so long that all of them make ten hours."""
+SLOW_SECONDS = 36_000 / (len(FAMILY) * 4)
+
+WORLDS = {
+    "free sine": {},
+    "free triangle": {},
+    "spring": {"environment_kind": int(Environment.SPRING), "environment_stiffness_nm_rad": 10.0},
+    "wall": {"environment_kind": int(Environment.WALL), "environment_stiffness_nm_rad": 100.0},
+}
+
+
+@pytest.mark.compiled
+@pytest.mark.timeout(900)
+def test_a_thousand_hands_that_hold_still_feel_nothing_of_the_default_policy():
+    found = still.run(still.Order(seed=1, cases=CASES, policies=("hybrid",)))
+    assert not found.loud, found.text(1)
+    assert found.cases == CASES
+    assert found.own <= CASES / 100, "joints that ring by themselves are the exception"
+    assert 0 < found.worst_rad_s <= still.QUIET_RAD_S
+    assert found.most_fed_j <= still.FED_J
+
+
+@pytest.mark.compiled
+def test_the_judge_hears_a_policy_that_shakes():
+    found = still.run(still.Order(seed=1, cases=40, policies=("sign",)))
+    assert len(found.loud) >= 4, "sign(v) shakes nearly half of the hands"
+
+
+def alarms(name, world, seconds):
+    """Ticks outside ACTIVE of this plant in this world, and the least energy of its port, J."""
+    simulation = Simulation(with_plant(config.load(shipped_config("mock.toml")), name))
+    if world == "free triangle":
+        plant = simulation.plant_params[0]
+        plant["hand_kind"], plant["hand_amplitude_rad"], plant["hand_speed_rad_s"] = (
+            int(Hand.TRIANGLE),
+            0.15,
+            0.1,
+        )
+    simulation.arm(**WORLDS[world])
+    every = max(1, round(seconds / 60))
+    trace = simulation.run(seconds, every=every)
+    return int(np.sum(trace["state"] != State.ACTIVE)), float(trace["energy_port_j"].min())
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("world", WORLDS)
+@pytest.mark.parametrize("name", FAMILY)
+def test_ordinary_motion_alarms_nobody(name, world):
+    stopped, least_j = alarms(name, world, SECONDS)
+    assert stopped == 0
+    assert least_j > -0.02, "nor is the budget ever used"
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+@pytest.mark.timeout(3600)
+@pytest.mark.parametrize("name", FAMILY)
+def test_ten_hours_of_ordinary_motion_alarm_nobody(name):
+    for world in WORLDS:
+        stopped, least_j = alarms(name, world, SLOW_SECONDS)
+        assert stopped == 0, world
+        assert least_j > -0.02, world

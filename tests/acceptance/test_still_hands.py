@@ -1,0 +1,75 @@
+"""A hand that holds still after a motion: shaken with the help the first releases had, seen; left alone with today's.
+
+Three cases of the theory reference (second part, section 8). The hand moves two periods of the sine, then its
+reference stands still. The figures: `python -m pytest tests/acceptance/test_still_hands.py -rP`.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hw.mock.records import Hand
+from rtctl.config import load
+from rtctl.control.vocabulary import Fault, State
+from rtctl.simulation import Simulation
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+STARTED_S, PERIOD_S = 1.0, 2.0
+HELD_S, EARLY_S = 5.0, 2.0
+
+CASES = {
+    "LuGre, stiff hand": {"hand_stiffness_nm_rad": 100.0, "hand_damping_nms_rad": 0.3},
+    "elasto-plastic, the experiments' hand": {"elastic_share": 0.7},
+    "elasto-plastic, soft bristles": {
+        "elastic_share": 0.7,
+        "bristle_stiffness_nm_rad": 100.0,
+        "bristle_damping_nms_rad": 0.3,
+        "hand_stiffness_nm_rad": 20.0,
+    },
+}
+
+
+def held_still(case, **params):
+    """Ticks and true speeds from the moment on at which the hand's reference stands still."""
+    simulation = Simulation(load(CONFIGS / "mock.toml"))
+    for name, value in CASES[case].items():
+        simulation.plant_params[name] = value
+    for name, value in params.items():
+        simulation.params[name] = value
+    simulation.arm()
+    simulation.run(STARTED_S + 2 * PERIOD_S - simulation.time_s)
+    simulation.plant_params["hand_kind"] = int(Hand.REST)
+    trace = simulation.run(HELD_S)
+    return simulation, trace, simulation.truth["velocity_rad_s"][:, 0]
+
+
+def as_in_the_first_releases(simulation_params):
+    """No observer, an account that never bites, the hand's torque unfiltered for the intent."""
+    return {"observer_gain": 0.0, "assistance_bank_j": 1e3, "friction_intent_alpha": 1.0, **simulation_params}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_old_help_shakes_it_and_is_seen_within_three_seconds(case):
+    simulation, trace, speed = held_still(case, **as_in_the_first_releases({}))
+    faulted = np.flatnonzero(trace["faults"] & Fault.PASSIVITY.value)
+    assert len(faulted), "not seen at all"
+    seconds = faulted[0] * simulation.plan.period_s
+    before = speed[: faulted[0]]
+    sys.stdout.write(
+        f"{case}: {np.sqrt(np.mean(before**2)):.3f} rad/s RMS until PASSIVITY {seconds:.2f} s after the motion\n"
+    )
+    assert seconds <= 3.0
+    assert int(trace["fault_first"][-1]) == Fault.PASSIVITY.value.bit_length() - 1
+    assert np.sqrt(np.mean(before**2)) > 0.02, "the hand is shaken, so the test below can fail"
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_help_of_today_leaves_it_alone(case):
+    simulation, trace, speed = held_still(case)
+    late = speed[round(EARLY_S / simulation.plan.period_s) :]
+    rms = float(np.sqrt(np.mean(late**2)))
+    sys.stdout.write(f"{case}: {rms:.2e} rad/s RMS {EARLY_S:.0f} to {HELD_S:.0f} s after the motion\n")
+    assert np.all(trace["state"] == State.ACTIVE)
+    assert rms <= 0.002

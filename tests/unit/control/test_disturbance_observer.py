@@ -1,0 +1,215 @@
+"""The friction observer: what it finds with a force sensor, an inertia and two low-passes, and what it sends for it."""
+
+import math
+
+import numpy as np
+import pytest
+from law_rig import LEVER, B, J, LawRig, T
+
+from rtctl.control.disturbance_observer import SMOOTHING, TARGET_SHARE
+from rtctl.control.velocity import lowpass_alpha
+from rtctl.control.vocabulary import Fault, Policy, State
+
+HZ = 20.0
+LATE = 3
+EXACT_RAD_S = lowpass_alpha(HZ, T) / T
+"""With it the derivative by a low-pass is that of the samples; 2 pi HZ is some percent more, as if J were."""
+
+
+def made(policy=Policy.OBSERVER, hz=HZ, model=False, **params):
+    """A rig with an observer, the motion of its joint prescribed."""
+    values = {
+        "observer_gain": 0.9,
+        "observer_alpha": lowpass_alpha(hz, T),
+        "observer_smooth_alpha": lowpass_alpha(SMOOTHING * hz, T),
+        "observer_bandwidth_rad_s": 2 * math.pi * hz,
+        "observer_deadband_nm": 0.0,
+        "friction_seen_alpha": lowpass_alpha(5.0, T),
+        "friction_seen_max_nm": 9.0,
+    }
+    rig = LawRig(friction_policy=int(policy), **{**values, **params})
+    if model:
+        rig.friction()
+    rig.command["compensation"] = 1.0
+    return rig
+
+
+def stroke(rig, speed, hand_nm, ticks=600):
+    """Move at constant speed under a constant hand torque."""
+    rig.force_n[1] = hand_nm / LEVER
+    for _ in range(ticks):
+        rig.tick(rig.position[0] + speed * T)
+    return rig
+
+
+def settled(speed=0.5, friction_nm=0.2, deadband=0.0, **params):
+    """Hand and motor together bear this friction: the hand what the motor leaves it."""
+    rig = made(observer_deadband_nm=deadband, **params).arm()
+    for _ in range(1500):
+        acting = float(rig.state["held_nm"][0, 0, (int(rig.state["ticks"][0]) - 1) % 32])
+        hand = math.copysign(friction_nm, speed) + B * speed - acting
+        rig.force_n[1] = hand / LEVER
+        rig.tick(rig.position[0] + speed * T)
+    return rig
+
+
+@pytest.mark.parametrize("speed", [0.5, -0.5, 0.02])
+def test_it_finds_a_constant_friction_without_the_viscous_damping_that_the_joint_keeps(speed):
+    rig = settled(speed)
+    assert rig["friction_observed_nm"] == pytest.approx(math.copysign(0.2, speed), rel=1e-3)
+    assert rig["observer_torque_nm"] == pytest.approx(math.copysign(0.9 * TARGET_SHARE * 0.2, speed), rel=1e-3)
+    assert rig["feedforward_torque_nm"] == 0.0
+    side = 0 if speed > 0 else 1
+    assert rig.state["friction_seen_nm"][0, 0, side] == pytest.approx(0.2, rel=1e-2)
+    assert rig.state["friction_seen_nm"][0, 0, 1 - side] == 0.0
+
+
+def waved(rig, hz=8.0, inertia=J, ticks=2000, late=0, joint_nm=None):
+    """A hand that bears inertia and viscous damping of a sine and all that the motor adds; largest observed, N m."""
+    worst, w, sent = 0.0, 2 * math.pi * hz, [0.0] * (late + 2)
+    for k in range(ticks):
+        between = (k - 1) * T  # the difference of the mean velocities of two periods is the acceleration between them
+        torque = -inertia * 0.05 * w * w * math.sin(w * between) + B * 0.05 * w * math.cos(w * between)
+        acted = sent[-1 - late]
+        rig.force_n[1] = (torque - acted) / LEVER
+        rig.tick(0.05 * math.sin(w * k * T))
+        sent.append(rig["torque_applied_nm"])
+        if k > ticks // 2:
+            worst = max(worst, abs(rig["friction_observed_nm"]))
+    return worst
+
+
+def test_the_right_inertia_leaves_nothing_and_a_wrong_one_its_share():
+    peak = J * 0.05 * (2 * math.pi * 8) ** 2
+    free = {"observer_gain": 0.0, "count_rad": 1e-9, "observer_bandwidth_rad_s": EXACT_RAD_S}
+    assert waved(made(**free).arm()) < 0.01 * peak
+    as_planned = {**free, "observer_bandwidth_rad_s": 2 * math.pi * HZ}
+    assert waved(made(**as_planned).arm()) < (2 * math.pi * HZ / EXACT_RAD_S - 1) * peak * 1.05
+    passed = 1 / math.sqrt(1 + (8 / HZ) ** 2) / math.sqrt(1 + (8 / HZ / SMOOTHING) ** 2)
+    assert waved(made(**free).arm(), inertia=1.5 * J) == pytest.approx(0.5 * peak * passed, rel=0.05)
+
+
+def excited(late, told):
+    """Largest friction found while a coupling pulls at a joint whose torque comes `late` ticks late."""
+    rig = made(
+        observer_gain=0.0,
+        observer_bandwidth_rad_s=EXACT_RAD_S,
+        actuator_delay_ticks=told,
+        follow_delay_ticks=late,
+        coupling_stiffness_nm_rad=40.0,
+        force_limit_n=1e3,
+    )
+    rig.environment("spring", environment_stiffness_nm_rad=1e6).arm()
+    return waved(rig, late=late)
+
+
+def test_the_delay_of_the_motor_is_accounted_for():
+    assert excited(0, 0) < 0.02
+    assert excited(LATE, LATE) < 0.02
+    assert excited(LATE, 0) > 0.1
+
+
+@pytest.mark.parametrize("bias_nm", [0.0029, -0.0029])
+def test_a_bias_below_the_dead_band_makes_no_torque_at_rest_and_one_above_only_the_rest(bias_nm):
+    rig = stroke(made(observer_deadband_nm=0.003).arm(), 0.0, bias_nm)
+    assert rig["friction_observed_nm"] == pytest.approx(bias_nm, rel=1e-3)
+    assert rig["observer_torque_nm"] == 0.0
+    assert rig["torque_applied_nm"] == 0.0
+    rig = settled(deadband=0.003, friction_nm=0.2)
+    assert rig["observer_torque_nm"] == pytest.approx(0.9 * (TARGET_SHARE * 0.2 - 0.003), rel=1e-3)
+
+
+@pytest.mark.parametrize("speed", [0.5, -0.5])
+def test_it_fills_only_what_the_feed_forward_leaves(speed):
+    rig = made(Policy.TANH, model=True, friction_ungated_cap_nm=0.15).arm()
+    rig = stroke(rig, speed, math.copysign(0.05, speed))
+    observed, forward = rig["friction_observed_nm"], rig["feedforward_torque_nm"]
+    assert abs(forward) == pytest.approx(0.15, rel=1e-3)
+    assert rig["observer_torque_nm"] == pytest.approx(0.9 * (TARGET_SHARE * observed - forward), rel=1e-2)
+
+
+def test_with_the_feed_forward_it_keeps_under_the_cap():
+    rig = stroke(made(Policy.TANH, model=True, friction_cap_nm=0.25).arm(), 0.5, 0.6)
+    assert rig["feedforward_torque_nm"] == pytest.approx(0.225, rel=1e-3)
+    assert rig["observer_torque_nm"] == pytest.approx(0.025, rel=1e-3)
+    rig.force_n[1] = -60.0 / LEVER * 0.08
+    assert rig.run(30)["feedforward_torque_nm"] + rig["observer_torque_nm"] >= -0.25
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_beyond_the_trained_range_it_fades_out_where_there_is_one(sign):
+    def at(speed, model):
+        rig = made(model=model, friction_cap_nm=0.3)
+        return stroke(rig.arm(), sign * speed, sign * 2.0)["observer_torque_nm"]
+
+    assert at(3.9, True) == at(4.25, False) == at(5.0, False) == pytest.approx(sign * 0.3)
+    assert abs(at(4.45, True)) < 0.3
+    assert at(4.6, True) == 0.0
+
+
+def test_the_command_scales_it_and_the_policy_off_ends_it():
+    rig = settled()
+    full = rig["observer_torque_nm"]
+    rig.command["compensation"] = 0.5
+    assert rig.tick(rig.position[0] + 0.5 * T)["observer_torque_nm"] == pytest.approx(0.5 * full, rel=1e-2)
+    rig.params["friction_policy"] = int(Policy.OFF)
+    assert rig.tick(rig.position[0] + 0.5 * T)["observer_torque_nm"] == 0.0
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_a_torque_that_is_not_a_number_is_a_fault_and_is_forgotten(bad):
+    rig = settled()
+    rig.state["force_filtered_nm"] = bad  # the sample check would refuse the sensor's own
+    with np.errstate(invalid="ignore"):
+        rig.tick()
+    assert math.isnan(rig["friction_observed_nm"])
+    assert rig["torque_applied_nm"] == 0.0
+    assert Fault.LAW_NOT_FINITE in rig.faults
+    for name in rig.state.dtype.names:
+        if "observer" in name or name in ("friction_seen_nm", "friction_observed_nm"):
+            assert not rig.state[name].any(), name
+    rig.state["force_filtered_nm"] = 0.0
+    assert rig.run(3)["friction_observed_nm"] == pytest.approx(0.0, abs=1e-2)
+    assert rig.mode is State.FAULT
+
+
+def test_a_missed_sample_holds_what_was_found_and_its_torque():
+    rig = settled()
+    found, torque = rig["friction_observed_nm"], rig["observer_torque_nm"]
+    assert abs(torque) > 0.1
+    rig.tick(fresh=False)
+    assert rig["friction_observed_nm"] == found
+    assert rig["observer_torque_nm"] == pytest.approx(torque, rel=1e-6)
+
+
+def test_a_sample_that_took_two_ticks_counts_as_two():
+    every, second = (made(observer_gain=0.0, hz=5.0).arm() for _ in range(2))
+    for rig in (every, second):
+        rig.force_n[1] = 0.2 / LEVER
+    for k in range(40):
+        place = 0.3 * T * (k + 1)
+        every.tick(place)
+        if k % 2 == 0:
+            second.tick(fresh=False)
+        else:
+            second.tick(place)
+    assert every["friction_observed_nm"] > 0.05
+    assert second["friction_observed_nm"] == pytest.approx(every["friction_observed_nm"], rel=0.05)
+
+
+def test_friction_is_remembered_in_sliding_only():
+    rig = made(observer_gain=0.0).arm()
+    rig.params["presliding_rad"] = 1.0
+    stroke(rig, 0.5, 0.2, ticks=300)
+    assert rig["friction_observed_nm"] > 0.1
+    assert not rig.state["friction_seen_nm"].any()
+    rig.params["presliding_rad"] = 1e-4
+    assert stroke(rig, 0.5, 0.2, ticks=300).state["friction_seen_nm"][0, 0, 0] > 0.1
+
+
+def test_without_a_coefficient_it_is_off():
+    rig = settled(observer_alpha=0.0)
+    assert rig["friction_observed_nm"] == rig["observer_torque_nm"] == 0.0
+    rig = settled(observer_gain=0.0)
+    assert rig["friction_observed_nm"] == pytest.approx(0.2, rel=1e-3), "it may watch without acting"
+    assert rig["observer_torque_nm"] == 0.0
