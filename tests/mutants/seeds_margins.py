@@ -100,4 +100,11 @@ SEEDS = (
         "return all(row.name for row in self.verdicts)",
         CHECK,
     ),
+    Seed(
+        "a count may be as long as it likes",
+        "rtctl/verdicts_of_friction.py",
+        "    seen = share <= most\n",
+        "    seen = True\n",
+        ("tests/unit/cli/test_check_friction.py",),
+    ),
 )
