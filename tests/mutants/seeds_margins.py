@@ -165,4 +165,11 @@ SEEDS = (
         "Outcome.WARN",
         FRICTION,
     ),
+    Seed(
+        "a count may be as long as it likes",
+        "rtctl/verdicts_of_friction.py",
+        "    seen = share <= most\n",
+        "    seen = True\n",
+        ("tests/unit/cli/test_check_friction.py",),
+    ),
 )
