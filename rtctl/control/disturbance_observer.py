@@ -16,9 +16,9 @@ feed-forward tau_ff the observer adds what the feed-forward leaves; alone (polic
 v is the plain backward difference: half a period late, where a window that grows at low speed is as late as it is
 long, and a late acceleration is a negative inertia that a stiff hand rings on.
 
-For the same reason tau_h is the mean of two samples: the hand's torque over the period over which the velocity is taken.
-The last sample alone is half a period early; a stiff hand's -k_h x then leaves a false friction k_h T/2 v, which the
-low-passes turn into negative damping (slow drive, 600 N m/rad: growth of 7 per second at 20 Hz, and 1.4 with the mean).
+For the same reason tau_h is the sample before: the difference of two mean velocities is the acceleration between them,
+one period ago. The last sample alone is early; a stiff hand's -k_h x then leaves a false friction k_h T v, which the
+low-passes turn into negative damping (`observer_margin`: on a slow drive unstable from 15 Hz on in a hand of 600 N m/rad).
 
 A bias of the sensor is amplified by gain/(1 - gain) at rest: the dead band keeps a resting joint from creeping as long
 as the bias is below it. `rtctl check` bounds gain and bandwidth by the eigenvalues of the loop with every hand of a
@@ -79,7 +79,7 @@ def observe_friction(t: Record, s: Record, p: Record, axis: int, elapsed: int) -
         t.friction_observed_nm[axis] = s.friction_observed_nm[axis]
         return
     slow, quick = _over(p.observer_alpha[axis], elapsed), _over(p.observer_smooth_alpha[axis], elapsed)
-    hand = 0.5 * (s.hand_torque_before_nm[axis] + t.hand_torque_nm[axis])
+    hand = s.hand_torque_before_nm[axis]
     torque = _acting_torque(s, p, axis) + hand
     velocity = t.velocity_difference_rad_s[axis]
     s.observer_torque_smooth_nm[axis] += quick * (torque - s.observer_torque_smooth_nm[axis])

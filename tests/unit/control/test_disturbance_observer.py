@@ -70,9 +70,8 @@ def waved(rig, hz=8.0, inertia=J, ticks=800, late=0):
     """A hand that bears inertia and viscous damping of a sine and all that the motor adds; largest observed, N m."""
     worst, w, sent = 0.0, 2 * math.pi * hz, [0.0] * (late + 2)
     for k in range(ticks):
-        between = (
-            k - 1
-        ) * T  # the difference of the mean velocities of two periods is the acceleration between them
+        # the difference of two mean velocities is the acceleration at (k - 1) T, where the sample before was taken
+        between = (k - 1) * T
         torque = -inertia * 0.05 * w * w * math.sin(w * between) + B * 0.05 * w * math.cos(w * between)
         acted = sent[-1 - late]
         rig.force_n[1] = (torque - acted) / LEVER
