@@ -19,6 +19,7 @@ TESTS: tuple[Callable[[Subject], list[Verdict]], ...] = (
     verdicts_of_loop.encoder_steps,
     verdicts_of_friction.two_lines,
     verdicts_of_friction.energy_account,
+    verdicts_of_friction.motion_seen,
     verdicts_of_friction.policy_at_rest,
     verdicts_of_friction.wish,
     verdicts_of_observer.closed_loop,

@@ -12,6 +12,10 @@ from rtctl.verdict import Outcome, Subject, Verdict
 HEAVIEST_HAND_KGM2 = 0.02
 """Of the box of hands, at the link."""
 
+COUNT_SHARE_MAX = 1.0
+"""Encoder counts per presliding length: the mock is quiet in every hand with 1.1, and shakes stiff ones with 2.2
+(`rtctl experiment policies`)."""
+
 _GATED_BY_WISH = ("hybrid", "intent")
 """Policies in which the hand's torque decides the direction."""
 
@@ -34,6 +38,33 @@ def energy_account(s: Subject) -> list[Verdict]:
             "presliding length known",
             Outcome.PASS if sure.measured else Outcome.NOT_PROVED,
             text,
+        )
+    ]
+
+
+def motion_seen(s: Subject) -> list[Verdict]:
+    """The account knows the motion by the encoder: it does not see a joint that vibrates within one count."""
+    if not s.axis.compensates:
+        return []
+    length_rad = s.axis.guarantee.length_rad
+    share, most = s.axis.count_rad / length_rad, COUNT_SHARE_MAX
+    counts = math.ceil(2 * math.pi / (most * length_rad))
+    remedy = f'an encoder of {counts} counts per turn of the link, or policy = "off"'
+    seen = share <= most
+    return [
+        s.row(
+            "encoder count against the presliding length",
+            f"{share:.3g}",
+            f"<= {most:g}",
+            Outcome.PASS if seen else Outcome.FAIL,
+            "so that the account of the compensation sees the joint bend before it slides"
+            if seen
+            else remedy,
+            share / most,
+            ""
+            if seen
+            else f"{s.where}.encoder_counts_per_rev: axis {s.axis.name}: one of {s.table.encoder_counts_per_rev:g} counts is {share:.3g} "
+            f"presliding lengths, the bound is {most:g}: {remedy}",
         )
     ]
 

@@ -99,7 +99,13 @@ def plot_comparison(comparison: Comparison, path: Path, names: tuple[str, str]) 
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    shown = ("position_rad", "hand_torque_nm", "feedforward_torque_nm", "observer_torque_nm", "torque_applied_nm")
+    shown = (
+        "position_rad",
+        "hand_torque_nm",
+        "feedforward_torque_nm",
+        "observer_torque_nm",
+        "torque_applied_nm",
+    )
     axes = range(len(comparison.axes))
     figure = Figure(figsize=(11, 2.4 * len(shown) + 1), layout="constrained")
     FigureCanvasAgg(figure)

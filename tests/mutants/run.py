@@ -22,6 +22,7 @@ sys.path[:0] = [str(HERE), str(ROOT)]
 
 import seeds_control  # noqa: E402
 import seeds_devices  # noqa: E402
+import seeds_experiments  # noqa: E402
 import seeds_host  # noqa: E402
 import seeds_identify  # noqa: E402
 import seeds_margins  # noqa: E402
@@ -32,6 +33,7 @@ from workshop import Outcome, Workshop, say  # noqa: E402
 SEEDS: tuple[Seed, ...] = (
     *seeds_control.SEEDS,
     *seeds_devices.SEEDS,
+    *seeds_experiments.SEEDS,
     *seeds_host.SEEDS,
     *seeds_identify.SEEDS,
     *seeds_margins.SEEDS,

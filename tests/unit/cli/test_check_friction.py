@@ -74,6 +74,23 @@ def _subject(loaded, **changes):
     return dataclasses.replace(subject, **changes)
 
 
+def test_an_encoder_whose_count_is_longer_than_the_joint_bends_hides_a_vibration_from_the_account(rig):
+    def row(counts, *changes):
+        coarse = rig(("encoder_counts_per_rev = 160000", f"encoder_counts_per_rev = {counts}"), *changes)
+        return _rows(coarse).get("encoder count against the presliding length")
+
+    length_rad = guarantee(
+        load(CONFIGS / "mock.toml").config.axis[0], artefact.load(CONFIGS / "friction" / "mock.json")
+    ).length_rad
+    least = math.ceil(2 * math.pi / length_rad)
+    assert row(160000).outcome == Outcome.PASS
+    assert row(least).outcome == Outcome.PASS
+    found = row(least - 1)
+    assert found.outcome == Outcome.FAIL
+    assert f"an encoder of {least} counts" in found.refusal
+    assert row(2000, _policy("off")) is None
+
+
 def _policy(name):
     return ('policy = "hybrid"', f'policy = "{name}"')
 

@@ -1,0 +1,45 @@
+"""Seeded bugs of the experiments: what a policy is judged by, and what the page says of it."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+POLICIES = ("tests/unit/experiments/test_policies.py",)
+
+SEEDS = (
+    Seed(
+        "a speed that is not a number is quiet",
+        "rtctl/experiments/still_hand.py",
+        "not self.speed_rad_s <= SHAKES_RAD_S",
+        "self.speed_rad_s > SHAKES_RAD_S",
+        POLICIES,
+    ),
+    Seed(
+        "a rig that stopped has a quiet policy",
+        "rtctl/experiments/policies.py",
+        '"stopped by a fault": not np.isfinite(energy).all(),',
+        '"stopped by a fault": False,',
+        POLICIES,
+    ),
+    Seed(
+        "a plant on which the rig stopped counts as won",
+        "rtctl/experiments/policies_on_family.py",
+        "not left[HYBRID][motion.name] <= left[ALONE][motion.name]",
+        "left[HYBRID][motion.name] > left[ALONE][motion.name]",
+        POLICIES,
+    ),
+    Seed(
+        "the baselines get the observer, too",
+        "rtctl/experiments/policies.py",
+        "return virtual.both(virtual.with_policy(policy), virtual.with_observer(0.0))",
+        "return virtual.with_policy(policy)",
+        POLICIES,
+    ),
+    Seed(
+        "an observer has the filters of another bandwidth",
+        "rtctl/experiments/virtual.py",
+        "/ (2 * math.pi)\n            fill_observer",
+        "\n            fill_observer",
+        POLICIES,
+    ),
+)
