@@ -618,10 +618,6 @@ SEEDS = (
         "math.exp(-abs(dx) / length)", "max(1.0 - abs(dx) / length, 0.0)", LUGRE,
     ),
     Seed(
-        "the floor forgets that friction differs from place to place", "rtctl/friction/guarantee.py",
-        "0.0 if places is None else float(places.max())", "0.0", GUARANTEE,
-    ),
-    Seed(
         "the floor forgets the drift", "rtctl/friction/guarantee.py",
         "floor_nm, doubt_nm, peak_nm = 0.0, friction.drift_nm, cap_nm", "floor_nm, doubt_nm, peak_nm = 0.0, 0.0, cap_nm", GUARANTEE,
     ),
