@@ -6,6 +6,8 @@ from seed import Seed
 
 LOOP = ("tests/unit/control/test_sampled_loop.py",)
 CHECK = ("tests/unit/cli/test_check.py",)
+OBSERVER = ("tests/unit/control/test_observer_margin.py",)
+FRICTION = ("tests/unit/cli/test_check_friction.py",)
 DECLARED = ("tests/unit/hw/test_declared.py",)
 
 SEEDS = (
@@ -68,8 +70,8 @@ SEEDS = (
     Seed(
         "dry friction damps small motions",
         "rtctl/stability_report.py",
-        "    return found, min(secant, axis.viscous_nms_rad), found.dry_left_nm",
-        "    return found, secant, found.dry_left_nm",
+        "    return found, min(secant, axis.viscous_nms_rad), found.dry_left_nm,",
+        "    return found, secant, found.dry_left_nm,",
         CHECK,
     ),
     Seed(
@@ -99,6 +101,69 @@ SEEDS = (
         "return all(row.outcome != Outcome.FAIL for row in self.verdicts)",
         "return all(row.name for row in self.verdicts)",
         CHECK,
+    ),
+    Seed(
+        "the observer's loop forgets the fraction of a delay",
+        "rtctl/control/observer_loop.py",
+        "    rest = max(loop.delay / n - whole, 0.0)\n",
+        "    rest = 0.0\n",
+        OBSERVER,
+    ),
+    Seed(
+        "the observer's loop knows a hand without its mass",
+        "rtctl/control/observer_loop.py",
+        "    hand = -points.m_h[:, None] * A[np.arange(n), moving]\n",
+        "    hand = 0 * A[np.arange(n), moving]\n",
+        OBSERVER,
+    ),
+    Seed(
+        "the hand's torque is taken half a period before the velocity",
+        "rtctl/control/disturbance_observer.py",
+        "    hand = 0.5 * (s.hand_torque_before_nm[axis] + t.hand_torque_nm[axis])\n",
+        "    hand = t.hand_torque_nm[axis]\n",
+        OBSERVER,
+    ),
+    Seed(
+        "a vibration that is hardly damped any more passes",
+        "rtctl/control/observer_margin.py",
+        "return self.radius <= 1 + TOLERANCE and self.kept >= KEPT_LEAST",
+        "return not self.radius > 1 + TOLERANCE",
+        OBSERVER,
+    ),
+    Seed(
+        "a policy that shakes a resting hand is only told of on a real rig",
+        "rtctl/verdicts_of_friction.py",
+        "    beyond = Outcome.WARN if s.simulated else Outcome.FAIL\n",
+        "    beyond = Outcome.WARN\n",
+        FRICTION,
+    ),
+    Seed(
+        "a presliding length that nobody measured proves the account",
+        "rtctl/verdicts_of_friction.py",
+        "            Outcome.PASS if sure.measured else Outcome.NOT_PROVED,\n            text,",
+        "            Outcome.PASS,\n            text,",
+        FRICTION,
+    ),
+    Seed(
+        "friction is weaker at no place",
+        "rtctl/friction/guarantee.py",
+        "0.0 if places is None else float(places.max())",
+        "0.0",
+        FRICTION,
+    ),
+    Seed(
+        "the intent's loop has no delay",
+        "rtctl/verdicts_of_friction.py",
+        "        low, high = (alpha, high) if np.abs(roots).max() < 1 else (low, alpha)\n",
+        "        low, high = (alpha, high) if alpha * (1 + lead) < 2 else (low, alpha)\n",
+        FRICTION,
+    ),
+    Seed(
+        "a coarse encoder is only told of",
+        "rtctl/verdicts_of_observer.py",
+        "Outcome.WARN if share <= NOISE_MOST else Outcome.FAIL",
+        "Outcome.WARN",
+        FRICTION,
     ),
     Seed(
         "a count may be as long as it likes",

@@ -23,12 +23,15 @@ def dry(speed):
     return 0.25 + 0.1 * math.exp(-((speed / 0.1) ** 2))
 
 
-def test_off_gives_nothing():
-    assert moving(Policy.OFF, 0.5, hand_nm=0.1)["feedforward_torque_nm"] == 0.0
+@pytest.mark.parametrize("policy", [Policy.OFF, Policy.OBSERVER])
+def test_off_and_the_observer_alone_have_no_feedforward(policy):
+    assert moving(policy, 0.5, hand_nm=0.1)["feedforward_torque_nm"] == 0.0
 
 
 @pytest.mark.parametrize("speed", [0.5, -0.5, 2.0])
-@pytest.mark.parametrize("policy", [Policy.SIGN, Policy.DEADBAND, Policy.TANH, Policy.DITHER, Policy.STOP])
+@pytest.mark.parametrize(
+    "policy", [Policy.SIGN, Policy.DEADBAND, Policy.TANH, Policy.DITHER, Policy.STOP, Policy.LUGRE]
+)
 def test_ungated_policies_are_capped_at_the_least_friction(policy, speed):
     rig = moving(policy, speed, friction_ungated_cap_nm=0.2)
     assert rig["feedforward_torque_nm"] == pytest.approx(math.copysign(0.2, speed), rel=1e-6)
@@ -82,6 +85,29 @@ def test_the_stop_operator_turns_over_its_distance_whatever_the_speed():
             back += 1
             rig.tick(rig.position[0] - speed * T)
         assert back * speed * T == pytest.approx(2e-3, abs=speed * T * 1.01)
+
+
+@pytest.mark.parametrize("steps", [1, 7, 200])
+def test_the_bristles_of_lugre_turn_exponentially_over_their_length_whatever_the_steps(steps):
+    rig = moving(Policy.LUGRE, 0.5, ticks=100)
+    assert rig["friction_sign"] == pytest.approx(1.0)
+    assert rig["feedforward_torque_nm"] == pytest.approx(0.225, rel=1e-3)
+    for _ in range(steps):
+        rig.tick(rig.position[0] - 3e-3 / steps)
+    assert rig["friction_sign"] == pytest.approx(-1 + 2 * math.exp(-3), rel=1e-6)
+    assert rig.run(20)["friction_sign"] == pytest.approx(-1 + 2 * math.exp(-3), rel=1e-6), "at rest it stays"
+
+
+def test_the_intent_is_low_passed_and_forgets_what_is_not_a_number():
+    rig = LawRig(friction_policy=int(Policy.INTENT), friction_intent_alpha=0.2).friction().arm()
+    rig.force_n[1] = 0.04 / LEVER
+    assert rig.tick()["friction_sign"] == pytest.approx(0.2 * 0.8)
+    assert rig.tick()["friction_sign"] == pytest.approx(0.36 * 0.8)
+    assert rig.run(100)["friction_sign"] == pytest.approx(0.8, rel=1e-6)
+    rig.state["force_filtered_nm"] = math.nan  # the sample check would refuse the sensor's own
+    rig.tick()
+    assert rig["friction_sign"] == rig.state["friction_intent_nm"][0, 0] == 0.0
+    assert rig["torque_applied_nm"] == 0.0
 
 
 def test_the_gate_follows_the_hand_with_its_low_pass_and_dead_band():

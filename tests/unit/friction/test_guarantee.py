@@ -1,0 +1,86 @@
+"""What is known for sure of dry friction: floor, length of the bristles, bank."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from rtctl.config import load
+from rtctl.friction import artefact
+from rtctl.friction.guarantee import BANK_MOST_J, LENGTH_FACTOR, LENGTH_UNKNOWN_RAD, SPREADS, guarantee
+
+CONFIGS = Path(__file__).parents[3] / "configs"
+
+
+@pytest.fixture(scope="module")
+def axis():
+    return load(CONFIGS / "mock.toml").config.axis[0]
+
+
+@pytest.fixture(scope="module")
+def learned():
+    """The shipped model with a bristle length, and nothing known of places."""
+    model = artefact.load(CONFIGS / "friction" / "mock.json")
+    branches = tuple(replace(branch, place_spread_nm=None) for branch in model.branches)
+    return replace(model, branches=branches, presliding_rad=1e-3, presliding_spread_rad=None)
+
+
+def with_friction(axis, **friction):
+    return axis.model_copy(update={"friction": axis.friction.model_copy(update=friction)})
+
+
+def placed(model, *spreads):
+    branches = zip(model.branches, spreads, strict=True)
+    return replace(model, branches=tuple(replace(branch, place_spread_nm=s) for branch, s in branches))
+
+
+def test_the_floor_is_the_least_of_the_curve_less_the_worse_of_error_and_places_and_less_drift(axis, learned):
+    least, error = float(learned.friction_min_nm.min()), float(learned.error_max_nm.max())
+    assert guarantee(axis, learned).floor_nm == pytest.approx(least - error)
+    assert guarantee(axis, placed(learned, 0.5 * error, 0.0)).floor_nm == pytest.approx(least - error)
+    assert guarantee(axis, placed(learned, 0.01, 0.04)).floor_nm == pytest.approx(least - max(error, 0.04))
+    drifted = guarantee(with_friction(axis, drift_nm=0.03), placed(learned, 0.01, 0.04))
+    assert drifted.floor_nm == pytest.approx(least - max(error, 0.04) - 0.03)
+    assert drifted.doubt_nm == pytest.approx(max(error, 0.04) + 0.03)
+    assert guarantee(with_friction(axis, drift_nm=9.0), learned).floor_nm == 0.0
+    assert guarantee(axis, None).floor_nm == 0.0
+
+
+@pytest.mark.parametrize(
+    ("given", "known", "length", "source"),
+    [
+        (2e-3, 1e-3, 2e-3, "rig file"),
+        (0.0, 1e-3, 1e-3, "model"),
+        (2e-3, None, 2e-3, "rig file"),
+        (0.0, None, LENGTH_UNKNOWN_RAD, "assumed"),
+    ],
+)
+def test_the_length_is_the_rig_files_or_the_models_or_assumed(axis, learned, given, known, length, source):
+    sure = guarantee(with_friction(axis, presliding_rad=given), replace(learned, presliding_rad=known))
+    assert (sure.length_rad, sure.length_source) == (length, source)
+    assert sure.measured == (source != "assumed")
+    assert sure.credited_rad == pytest.approx(LENGTH_FACTOR * length)
+
+
+def test_the_spread_of_a_measured_length_lengthens_what_is_credited(axis, learned):
+    spread = replace(learned, presliding_spread_rad=2e-4)
+    assert guarantee(axis, spread).credited_rad == pytest.approx(LENGTH_FACTOR * (1e-3 + SPREADS * 2e-4))
+    given = with_friction(axis, presliding_rad=2e-3)
+    assert guarantee(given, spread).credited_rad == pytest.approx(LENGTH_FACTOR * 2e-3)
+
+
+def test_without_a_model_nothing_is_sure_but_the_cap(axis):
+    sure = guarantee(axis, None)
+    assert sure.peak_nm == pytest.approx(axis.friction.cap_share * axis.torque_limit_nm)
+    assert sure.length_source == "assumed"
+
+
+def test_the_bank_is_two_bent_bristles_but_never_more_than_a_hand_may_be_given(axis, learned):
+    sure = guarantee(axis, learned)
+    assert sure.peak_nm == pytest.approx(learned.friction_max_nm)
+    assert sure.bank_j == pytest.approx(sure.peak_nm * LENGTH_FACTOR * 1e-3)
+    assert sure.given_most_j == pytest.approx(2.5 * sure.bank_j)
+    long = guarantee(with_friction(axis, presliding_rad=0.02), learned)
+    assert long.bank_j == BANK_MOST_J
+    capped = guarantee(with_friction(axis, cap_share=0.01), learned)
+    assert capped.peak_nm == pytest.approx(0.01 * axis.torque_limit_nm)
