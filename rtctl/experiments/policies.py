@@ -233,15 +233,14 @@ def _key(quiet: dict[str, set[str]], numbers: dict[str, Any]) -> str:
     if len(named) < len(POLICIES):
         text += " Every other policy hunts, runs away, shakes, feeds the hand or is stopped by a fault on at least one."
     if named:
+        own = [rig for rig in RIGS if not rig.startswith("encoder")]
         least = {
             name: min(
-                numbers[rig][name][f"reduction, {motion.name}"].mean for rig in judged for motion in MOTIONS
+                numbers[rig][name][f"reduction, {motion.name}"].mean for rig in own for motion in MOTIONS
             )
             for name in named
         }
         best = max(named, key=lambda name: least[name])
-        text += (
-            f" The strongest of the quiet, by the least it saves there: {best}, {100 * least[best]:.0f} %."
-        )
+        text += f" The strongest of the quiet, by the least it saves with the rig file's encoder: {best}, {100 * least[best]:.0f} %."
     beyond = [name for name in POLICIES if name in quiet[BEYOND]]
     return f"{text} With an {BEYOND}, whose step is longer than friction is a spring: {', '.join(beyond) or 'none'}."

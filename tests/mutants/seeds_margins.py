@@ -145,13 +145,6 @@ SEEDS = (
         FRICTION,
     ),
     Seed(
-        "friction is weaker at no place",
-        "rtctl/friction/guarantee.py",
-        "0.0 if places is None else float(places.max())",
-        "0.0",
-        FRICTION,
-    ),
-    Seed(
         "the intent's loop has no delay",
         "rtctl/verdicts_of_friction.py",
         "        low, high = (alpha, high) if np.abs(roots).max() < 1 else (low, alpha)\n",
