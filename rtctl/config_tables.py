@@ -164,7 +164,7 @@ class ObserverTable(Table):
     """[axis.friction.observer]: disturbance observer from the force sensor; off while gain is 0, or without a sensor"""
 
     gain: float = _number(0, 0.98, "share of what the feed-forward leaves that it compensates", default=0.9)
-    bandwidth_hz: float = _number(0.5, 200, "of its low-pass; too much rings on a stiff hand", default=25.0)
+    bandwidth_hz: float = _number(0.5, 200, "of its low-pass; too much rings on a stiff hand", default=20.0)
     deadband_nm: float = _number(
         0, 1e3, "friction left alone: more than the force sensor may be off after its tare", default=0.003
     )

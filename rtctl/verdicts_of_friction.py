@@ -76,7 +76,7 @@ def policy_at_rest(s: Subject) -> list[Verdict]:
     policy = s.table.friction.policy
     standing = STANDINGS[policy]
     beyond = Outcome.WARN if s.simulated else Outcome.FAIL
-    remedy = 'policy = "hybrid" or "observer"' if s.axis.force_sensor else 'policy = "off", or a force sensor'
+    remedy = 'policy = "hybrid"' if s.axis.force_sensor else 'policy = "off", or a force sensor'
     return [
         s.row(
             "policy at rest",

@@ -207,7 +207,7 @@ def matrices(loop: Loop, points: Points) -> np.ndarray:
     felt = force + lowpass_alpha(loop.force_lowpass_hz, loop.period_s) * (tau_h - force)  # once a sample
     v = (x - before) / frame
     quick, slow = _alpha(SMOOTHING * loop.bandwidth_hz, loop), _alpha(loop.bandwidth_hz, loop)
-    q1 = q1 + quick * (u[:, acting - 1] + 0.5 * (felt + force) - q1)
+    q1 = q1 + quick * (u[:, acting - 1] + force - q1)
     w1 = w1 + quick * (v - w1)
     behind = w1 - w2
     q2, w2 = q2 + slow * (q1 - q2), w2 + slow * behind

@@ -22,7 +22,6 @@ from rtctl.errors import DataError
 from rtctl.experiments.order import Order
 from rtctl.experiments.seeds import over_seeds
 from rtctl.friction.guarantee import BANK_MOST_J
-from rtctl.plan import fill_observer
 from rtctl.simulation import Simulation
 
 HAND_SPREAD = 0.1
@@ -125,10 +124,7 @@ def with_observer(gain: float) -> Change:
     """Give the disturbance observer this gain, 0 for none, at the rig file's bandwidth."""
 
     def change(simulation: Simulation) -> None:
-        p = simulation.params[0]
-        for axis in range(simulation.plan.n_axes):
-            bandwidth_hz = float(p["observer_bandwidth_rad_s"][axis]) / (2 * math.pi)
-            fill_observer(p, axis, simulation.plan.period_s, gain, bandwidth_hz)
+        simulation.params["observer_gain"] = gain
 
     return change
 

@@ -36,10 +36,10 @@ SEEDS = (
         POLICIES,
     ),
     Seed(
-        "an observer has the filters of another bandwidth",
+        "an observer is switched on and off by nobody",
         "rtctl/experiments/virtual.py",
-        "/ (2 * math.pi)\n            fill_observer",
-        "\n            fill_observer",
+        'simulation.params["observer_gain"] = gain',
+        'simulation.params["observer_gain"] *= 1.0',
         POLICIES,
     ),
 )

@@ -117,9 +117,9 @@ SEEDS = (
         OBSERVER,
     ),
     Seed(
-        "the hand's torque is taken half a period before the velocity",
+        "the hand's torque is taken a period before the acceleration",
         "rtctl/control/disturbance_observer.py",
-        "    hand = 0.5 * (s.hand_torque_before_nm[axis] + t.hand_torque_nm[axis])\n",
+        "    hand = s.hand_torque_before_nm[axis]\n",
         "    hand = t.hand_torque_nm[axis]\n",
         OBSERVER,
     ),

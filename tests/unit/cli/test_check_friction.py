@@ -152,7 +152,7 @@ def test_policies_that_shake_a_resting_hand_warn_on_a_simulated_rig_and_fail_on_
         assert (row.outcome, real.outcome) == (Outcome.PASS, Outcome.PASS)
     else:
         assert (row.outcome, real.outcome) == (Outcome.WARN, Outcome.FAIL)
-        assert 'policy = "hybrid" or "observer"' in real.refusal
+        assert 'policy = "hybrid"' in real.refusal
         assert examine(loaded).ok
 
 
@@ -160,7 +160,7 @@ def test_every_policy_of_a_rig_file_has_a_standing_and_the_default_is_quiet():
     names = FrictionTable.model_fields["policy"].annotation.__args__
     assert set(names) == set(STANDINGS)
     assert STANDINGS[FrictionTable().policy].quiet
-    assert [name for name in STANDINGS if STANDINGS[name].quiet] == ["off", "hybrid", "observer"]
+    assert [name for name in STANDINGS if STANDINGS[name].quiet] == ["off", "hybrid"]
 
 
 def test_without_a_force_sensor_only_no_help_is_advised(rig):
@@ -206,7 +206,7 @@ def test_the_default_observer_passes_on_every_plant_of_the_family(name):
     assert _rows(loaded)[LOOP].outcome is Outcome.PASS
 
 
-def test_an_observer_too_slow_for_a_slow_drive_is_refused_with_gain_and_bandwidth_that_pass():
+def test_an_observer_too_quick_for_a_slow_drive_is_refused_with_gain_and_bandwidth_that_pass():
     loaded = with_plant(load(CONFIGS / "mock.toml"), "slow-drive")
 
     def tried(**observer):
@@ -215,11 +215,11 @@ def test_an_observer_too_slow_for_a_slow_drive_is_refused_with_gain_and_bandwidt
         changed = axis.model_copy(update={"friction": axis.friction.model_copy(update={"observer": table})})
         return loaded.model_copy(update={"config": loaded.config.model_copy(update={"axis": (changed,)})})
 
-    row = _rows(tried(bandwidth_hz=15.0))[LOOP]
+    row = _rows(tried(bandwidth_hz=150.0))[LOOP]
     assert row.outcome is Outcome.FAIL
     gain = float(row.refusal.split("gain of at most ")[1].split()[0])
     bandwidth_hz = float(row.refusal.split("or bandwidth_hz = ")[1].split()[0])
-    assert _rows(tried(bandwidth_hz=15.0, gain=gain))[LOOP].outcome is Outcome.PASS
+    assert _rows(tried(bandwidth_hz=150.0, gain=gain))[LOOP].outcome is Outcome.PASS
     assert _rows(tried(bandwidth_hz=bandwidth_hz))[LOOP].outcome is Outcome.PASS
 
 
@@ -256,7 +256,7 @@ def test_the_torque_of_a_count_is_what_the_law_sends(rig):
         t["velocity_difference_rad_s"] = p["count_rad"] / p["period_s"] if k == 1 else 0.0
         law.observe_friction(t, state, p, 0, 1)
         torques.append(abs(law.observer_torque(t, state, p, model, 0, 1)))
-    assert max(torques) == pytest.approx(verdicts_of_observer.count_torque_nm(subject, 25.0), rel=0.03)
+    assert max(torques) == pytest.approx(verdicts_of_observer.count_torque_nm(subject, 20.0), rel=0.03)
 
 
 def test_the_bias_at_which_a_joint_creeps_is_that_of_the_theory(rig):

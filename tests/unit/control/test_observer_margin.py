@@ -21,6 +21,7 @@ SLOW = replace(
     RIG, delay=1.5, lag_hz=200.0, sample_ticks=2, acting_ticks=2, stiffness_nm_rad=10.0, damping_nms_rad=0.0
 )
 LATE = replace(RIG, delay=1.0, acting_ticks=1, stiffness_nm_rad=30.0)
+BEHIND = replace(SLOW, delay=3.0, bandwidth_hz=50.0)
 STIFF = (600.0, 0.0, 0.0, 0.0)
 HEAVY = (80.0, 0.03, 0.006, 250.0)
 
@@ -87,32 +88,33 @@ def test_the_largest_eigenvalue_is_the_growth_of_the_law_in_time(loop, hand, ban
     )
 
 
-def test_the_default_is_quiet_with_every_hand_of_the_box_where_a_slower_one_is_not():
+def test_the_default_is_quiet_with_every_hand_of_the_box_where_a_quick_one_behind_more_delay_is_not():
     assert judge(RIG).ok
     assert judge(LATE).ok
     assert judge(SLOW).ok
-    slower = judge(replace(SLOW, bandwidth_hz=15.0))
-    assert not slower.ok
-    assert "600 N m/rad" in slower.at
-    assert slower.radius > 1.001
+    quick = judge(BEHIND)
+    assert not quick.ok
+    assert "600 N m/rad" in quick.at
+    assert quick.radius > 1.001
 
 
 def test_a_law_that_knows_nothing_of_the_delay_rings_where_one_that_does_is_quiet():
-    # theory, second part, section 9: quiet at 25 Hz on the rigid joint, unstable at 50 Hz on the slow drive
+    # theory, second part, section 9: quiet at 25 Hz; its 50 Hz on the slow drive are unstable with the newest sample of
+    # the hand's torque only, which this law does not go by
     blind = replace(SLOW, acting_ticks=0)
-    assert judge(replace(RIG, bandwidth_hz=50.0)).ok
-    assert not judge(replace(blind, bandwidth_hz=50.0)).ok
-    assert judge(replace(SLOW, bandwidth_hz=50.0)).ok
+    assert judge(replace(RIG, bandwidth_hz=80.0)).ok
+    assert not judge(replace(blind, bandwidth_hz=80.0)).ok
+    assert judge(replace(SLOW, bandwidth_hz=80.0)).ok
 
 
 def test_without_gain_nothing_is_damped_less_and_the_remedies_pass():
-    weak = replace(SLOW, bandwidth_hz=15.0)
+    weak = BEHIND
     assert judge(replace(weak, gain=0.0)).kept == 1.0
     gain, bandwidth_hz = largest_gain(weak), nearest_bandwidth(weak)
     assert 0 < gain < weak.gain
     assert judge(replace(weak, gain=gain)).ok
     assert not judge(replace(weak, gain=round(gain + 0.02, 2))).ok
-    assert bandwidth_hz == 25.0
+    assert bandwidth_hz == 30.0
     assert judge(replace(weak, bandwidth_hz=bandwidth_hz)).ok
 
 
