@@ -4,9 +4,10 @@
     share = clip(1 + E/bank, 0, 1)               of the compensation that is sent
 
 `credit` is what the joint's dry friction has surely taken out of the same motion (`dry_friction`), and, as far as the
-bristles are at their end, its viscous damping. Whatever the policy decides about the direction, whatever a delay, a
-noise, a hand or a wrong model make of it, over any stretch of time the compensation puts in no more than friction took
-out, two banks, and one bent bristle F x_b/2. The bank is F x_b/2, so that a hand is given three bent bristles at most.
+bristles are at their end, the viscous damping that the coupling does not live on. Whatever the policy decides about the
+direction, whatever a delay, a noise, a hand or a wrong model make of it, over any stretch of time the compensation puts
+in no more than friction took out, two banks, and one bent bristle F x_b/2. The bank is F x_b, what one reversal costs,
+and 2 mJ at most (`friction.guarantee`).
 
 Why it is needed. A policy that is right in sliding is wrong in presliding: there friction is a spring, and torque that
 follows the sign of the motion, or the hand's, is negative damping. A hand that holds still was shaken by it for as long
@@ -24,11 +25,12 @@ kept and the emptier one counts.
 
 from __future__ import annotations
 
+from rtctl.control.force_feedback import spare_damping
 from rtctl.control.jit import compiled
 from rtctl.control.records import HELD, Record
 
 VISCOUS_SHARE = 0.95
-"""Share of the guaranteed viscous damping that may be credited in sliding."""
+"""Share of the viscous damping that nothing else lives on that may be credited in sliding."""
 
 CREEP_RAD_S = 0.01
 """Slower motion does not fill the account."""
@@ -54,7 +56,7 @@ def keep_assistance(
     late = min(max(p.actuator_delay_ticks[axis], 0), HELD - 3)
     creeps = not abs(velocity) > CREEP_RAD_S
     slides = s.bristle_share[axis] ** 2
-    viscous = VISCOUS_SHARE * max(p.viscous_nms_rad[axis], 0.0) * dx * dx / (p.period_s * max(elapsed, 1))
+    viscous = VISCOUS_SHARE * spare_damping(s, p, axis) * dx * dx / (p.period_s * max(elapsed, 1))
     credit = s.friction_credit_j[axis] + slides * viscous
     for later in range(2):
         acted = s.compensation_nm[axis, (s.ticks - 1 - late - later) % HELD]
