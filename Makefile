@@ -40,11 +40,12 @@ lint: $(VENV)/.ready-dev
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
 
-# Ten times the campaign of `make test`, and every passive rig for 30 s.
+# Ten times the campaign of `make test`, every passive rig for 30 s, linear rigs at the edge of their proof, hands that hold still.
 campaign: $(VENV)/.ready
 	$(BIN)/rtctl campaign --rigs 10000 --ticks 10000
 	$(BIN)/rtctl campaign --rigs 1000 --ticks 30000 --passive
 	$(BIN)/rtctl campaign --margins --rigs 10000
+	$(BIN)/rtctl campaign --still --rigs 20000
 
 # Each seeded bug, in a copy of the tree, must make a test fail; a few minutes on two cores.
 mutants: $(VENV)/.ready-dev
