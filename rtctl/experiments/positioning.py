@@ -23,6 +23,8 @@ KP_PER_INERTIA, ZETA = 830.0, 1.0
 """Position gain k_p = 830 J (29 rad/s), damping ratio of the closed loop."""
 
 VELOCITY_HZ = 80.0
+ERROR_RAD = 1e-3
+"""Error at which a standing reference gets the friction in full, where the rig file gives no `friction.stop_rad`."""
 FRICTION_GAIN = 0.95
 INTEGRAL_PER_S = 1.6
 """Integral gain over position gain, 1/s."""
@@ -73,7 +75,7 @@ def gains_of(order: Order, controller: str) -> np.ndarray:
     g["integral_max_nm"] = 0.2 * axis.torque_limit_nm
     g["inertia_kgm2"], g["friction_gain"] = inertia, FRICTION_GAIN
     g["alpha"] = lowpass_alpha(VELOCITY_HZ, order.loaded.config.period_s)
-    g["error_rad"] = axis.friction.stop_rad
+    g["error_rad"] = axis.friction.stop_rad or ERROR_RAD
     return g
 
 
