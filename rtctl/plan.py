@@ -31,6 +31,8 @@ STALE_LIMIT_TICKS = 3
 LATE_LIMIT_TICKS = 3
 WAIVER_SHARE = 0.25
 ARMING_PART_S = 0.02
+NEVER_SHORT_J = 1e6
+"""Bank of an account that never holds anything back."""
 SEEN_HZ = 5.0
 """Low-pass of the friction seen in sliding: longer than a gear's ripple, shorter than a stroke."""
 SEEN_FACTOR = 1.5
@@ -85,7 +87,10 @@ def build(loaded: LoadedConfig) -> Plan:
         _fill_compensation(params[0], a, axis, config, learned)
         if learned is not None:
             model[a] = _fill_friction(params[0], a, axis, config, learned)
-    _fill_proof(params[0], loaded)
+    if all(registry.lookup(member.kind).follows for member in loaded.members()):
+        _fill_proof(params[0], loaded)
+    else:
+        _let_go(params[0])
     return Plan(
         params=params,
         command=command,
@@ -184,11 +189,15 @@ def _fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
     p["hold_damping_nms_rad"][a] = axis.viscous_nms_rad
 
 
+def _let_go(p: np.void) -> None:
+    """A recording answers no torque: delays are not watched, an observer has nothing to see, and nobody can be shaken."""
+    p["observer_gain"] = p["observer_alpha"] = p["friction_seen_alpha"] = 0.0
+    p["assistance_bank_j"] = NEVER_SHORT_J
+
+
 def _fill_proof(p: np.void, loaded: LoadedConfig) -> None:
-    """Delay up to which each coupling is proven. Devices that answer nothing (a recording) are not watched."""
+    """Delay up to which each coupling is proven."""
     period_s = loaded.config.period_s
-    if not all(registry.lookup(member.kind).follows for member in loaded.members()):
-        return
     for a, axis in enumerate(loaded.config.axis):
         b, between = stability_report.bearing(loaded, a)
         coupling, age_ticks = axis.coupling, between.sample_ticks - 1

@@ -23,6 +23,8 @@ is withdrawn in full although the joint has become faster.
 
 from __future__ import annotations
 
+import math
+
 from rtctl.control.friction import BACKWARD, FORWARD, branch_magnitude
 from rtctl.control.jit import compiled
 from rtctl.control.records import Record
@@ -61,6 +63,12 @@ def seen_friction(s: Record, p: Record, axis: int, forward: bool) -> float:
 
 
 @compiled
+def _finite(energy: float) -> float:
+    """`energy`, or 0 where a model that is not finite makes it so: no credit is the safe one."""
+    return energy if math.isfinite(energy) else 0.0
+
+
+@compiled
 def credit_friction(
     s: Record, p: Record, model: Record, axis: int, dx: float, elapsed: int, velocity: float
 ) -> None:
@@ -84,10 +92,10 @@ def credit_friction(
     s.bristle_share[axis] = now
     work = 0.5 * (before + now) * dx
     if work <= 0.0:  # given back
-        s.friction_credit_j[axis] = guaranteed_friction(p, model, axis, 0.0) * work
+        s.friction_credit_j[axis] = _finite(guaranteed_friction(p, model, axis, 0.0) * work)
         return
     v = velocity if velocity * dx > 0.0 else dx / (p.period_s * max(elapsed, 1))
     friction = guaranteed_friction(p, model, axis, v)
     if now == end:
         friction = max(friction, seen_friction(s, p, axis, dx > 0.0))
-    s.friction_credit_j[axis] = friction * work
+    s.friction_credit_j[axis] = _finite(friction * work)
