@@ -134,6 +134,18 @@ def decoder(field: Field) -> Decode:
     return lambda buffer, offset: scale * raw(buffer, offset) + offset_value
 
 
+def within(field: Field) -> Decode:
+    """As `decoder`, but NaN where the raw value stands at an end of its range: there the device holds it."""
+    raw, scale, offset_value = raw_decoder(field), field.scale, field.offset
+    low, high = field.raw_range
+
+    def _inside(buffer: Buffer, offset: int) -> float:
+        value = raw(buffer, offset)
+        return scale * value + offset_value if low < value < high else math.nan
+
+    return _inside
+
+
 def to_raw(field: Field, value: float) -> float:
     """Raw value of a physical one: rounded for integers, saturated; NaN counts as physical 0."""
     low, high = field.raw_range
@@ -186,6 +198,31 @@ class Unwrap:
             self._total += ((raw - self._last + self._half) & self._mask) - self._half
         self._last = raw
         return self._total
+
+
+class Modulo:
+    """Follows an angle that starts over after `period`, any number: a full turn of 360 degrees, 4000 lines.
+
+    Between two samples it may turn by less than half the period. A step of more than one and a half periods is
+    none of this device: it gives NaN and is forgotten.
+    """
+
+    __slots__ = ("_last", "_period", "_turns")
+
+    def __init__(self, period: float) -> None:
+        self._period = abs(period)
+        self._last = math.nan
+        self._turns = 0
+
+    def __call__(self, value: float) -> float:
+        """The angle on its endless axis; the first one is `value` itself."""
+        step = value - self._last
+        if abs(step) <= 1.5 * self._period:
+            self._turns -= round(step / self._period)
+        elif self._last == self._last or value - value != 0.0:  # too far, or not finite
+            return math.nan
+        self._last = value
+        return value + self._turns * self._period
 
 
 class Sequence:
@@ -241,8 +278,12 @@ def _xor8(data: Buffer) -> int:
 CHECKSUMS: dict[str, Callable[[Buffer], int]] = {
     "xor8": _xor8,
     "sum8": lambda data: sum(data) & 0xFF,
+    "sum16": lambda data: sum(data) & 0xFFFF,
     "crc8_j1850": _tabled(0x1D),
     "crc8_autosar": _tabled(0x2F),
 }
-"""One-byte checksums over the bytes of a frame besides the checksum's own. CAN's own CRC guards the wire
+"""Checksums over the bytes of a frame besides the checksum's own: one byte, or as `CHECKSUM_BYTES` says. CAN's own CRC guards the wire
 already; these guard what happens before and after it, and are wanted where a board sends one."""
+
+CHECKSUM_BYTES = {"sum16": 2}
+"""Bytes of those that are longer than one, the high one first."""
