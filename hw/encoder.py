@@ -6,12 +6,37 @@ number of turns in both directions, as long as less than half the range passes b
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from hw.jit import compiled
 
 ENCODER_STATE = 2
 """Words (int64) of state of one unwrapped counter: whether it has started, and its count. Zeros to begin."""
+
+
+ANGLE_STATE = 2
+"""Words (float64) of state of one angle that starts over: the last one, NaN to begin, and how often it has."""
+
+
+@compiled
+def beyond(value: float, period: float, state: np.ndarray) -> bool:
+    """Whether an angle lies further from the last one than one that starts over after `period` can."""
+    return bool(abs(value - state[0]) > 1.5 * period)
+
+
+@compiled
+def follow(value: float, period: float, state: np.ndarray) -> float:
+    """Endless angle of one that starts over after `period` and shows `value` (finite, not `beyond`) now.
+
+    As `unwrap`, for any period: less than half of it may pass between two samples. `state`, float64 of shape
+    (ANGLE_STATE,), is changed in place.
+    """
+    if not math.isnan(state[0]):
+        state[1] -= round((value - state[0]) / period)
+    state[0] = value
+    return float(value + state[1] * period)
 
 
 @compiled

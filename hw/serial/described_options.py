@@ -14,11 +14,9 @@ from pydantic import Field, model_validator
 
 from hw.serial.checksums import SIZE
 from hw.serial.described_plan import PER_AXIS, TYPES
-from hw.serial.layout import LENGTH_MAX, SYNC_MAX
-from hw.serial.options import PortOptions, SerialTable
+from hw.serial.layout import FLOAT, LENGTH_MAX, SIGNED, SYNC_MAX
+from hw.serial.options import AskedOptions, Bytes, SerialTable
 
-Byte = Annotated[int, Field(ge=0, le=255)]
-Bytes = Annotated[tuple[Byte, ...], Field(strict=False)]
 Type = Literal["u8", "i8", "u16", "i16", "u24", "i24", "u32", "i32", "f32"]
 Unit = Literal[
     "counts",
@@ -53,6 +51,7 @@ _UNITS = {
     "force": ("N", "mN"),
     "temperature": ("degC",),
 }
+MEASURED = ("position", "velocity", "current", "force", "temperature", "estop")
 _SWITCHES = ("estop", "fault", "enable")
 
 
@@ -68,6 +67,9 @@ class FieldOptions(SerialTable):
     zero: float = Field(0.0, ge=-1e12, le=1e12, description="number on the wire that means 0")
     wrap_bits: int = Field(
         0, ge=0, le=32, description="position: width of the counter, if narrower than its type"
+    )
+    wrap_at: float | None = Field(
+        None, gt=0, le=1e12, description="position: it starts over after this much, in its unit: 360 (deg)"
     )
     mask: int = Field(0, ge=0, le=2**32 - 1, description="estop, fault, enable: the bits that say so")
     invert: bool = Field(False, description="estop, fault, enable: they say so when 0")
@@ -100,7 +102,19 @@ class FieldOptions(SerialTable):
         if self.wrap_bits and (name != "position" or self.wrap_bits > 8 * (self.end - self.offset)):
             msg = f"wrap_bits {self.wrap_bits} of {name!r}: for a position, at most the bits of its type"
             raise ValueError(msg)
+        if self.wrap_at is not None and (name != "position" or self.wrap_bits):
+            msg = f"wrap_at {self.wrap_at:g} of {name!r}: for a position, in place of wrap_bits"
+            raise ValueError(msg)
+        if name in ("current_command", "torque") and not self._says_zero():
+            msg = f"zero {self.zero:g} of {name!r}: beyond what type {self.type!r} can say, so a command of 0 cannot be sent"
+            raise ValueError(msg)
         return self
+
+    def _says_zero(self) -> bool:
+        kind, size = TYPES[self.type]
+        span = 2.0 ** (8 * size)
+        low, high = (-span / 2, span / 2 - 1) if kind == SIGNED else (0.0, span - 1)
+        return kind == FLOAT or low <= self.zero <= high
 
 
 class SampleField(FieldOptions):
@@ -123,14 +137,15 @@ class ConstantOptions(SerialTable):
 
 
 class FrameOptions(SerialTable):
-    """A frame of fixed length: sync bytes first, checksum last."""
+    """A frame of fixed length: sync bytes first; checksum last, or before a tail."""
 
     sync: Bytes = Field(min_length=1, max_length=SYNC_MAX, description="bytes every frame begins with")
     length: int = Field(ge=3, le=LENGTH_MAX, description="of the whole frame, sync and checksum included")
     endian: Literal["little", "big"] = "little"
-    checksum: Literal["sum8", "xor8", "crc8", "crc16-ccitt", "crc16-modbus", "crc32"]
+    checksum: Literal["sum8", "xor8", "crc8", "crc16-ccitt", "crc16-xmodem", "crc16-modbus", "crc32"]
     checksum_from: int = Field(0, ge=0, le=LENGTH_MAX - 1, description="first byte it covers")
     checksum_endian: Literal["little", "big"] | None = Field(None, description="default: that of the frame")
+    tail: Bytes = Field((), max_length=SYNC_MAX, description="bytes behind the checksum, always the same")
     constant: Annotated[tuple[ConstantOptions, ...], Field(strict=False)] = Field((), max_length=16)
 
     @property
@@ -140,7 +155,7 @@ class FrameOptions(SerialTable):
 
     @model_validator(mode="after")
     def _everything_has_a_place(self) -> Self:
-        end = self.length - SIZE[self.checksum]
+        end = self.length - SIZE[self.checksum] - len(self.tail)
         if self.checksum_from >= end:
             msg = f"checksum_from {self.checksum_from}: the checksum begins at byte {end} and must cover bytes before it"
             raise ValueError(msg)
@@ -198,9 +213,8 @@ class SampleOptions(FrameOptions):
     @model_validator(mode="after")
     def _complete(self) -> Self:
         _once(self.field)
-        names = [field.channel for field in self.field]
-        if "position" not in names:
-            msg = "field: a position is needed"
+        if not {field.channel for field in self.field} & set(MEASURED):
+            msg = f"field: nothing is measured: one of {', '.join(MEASURED)} is needed"
             raise ValueError(msg)
         return self
 
@@ -212,6 +226,10 @@ class CommandOptions(FrameOptions):
     stop: Bytes = Field(
         (), max_length=LENGTH_MAX, description="bytes that stop the board; default: command 0"
     )
+    enter: Bytes = Field(
+        (), max_length=LENGTH_MAX, description="sent in place of the first command after arming"
+    )
+    idle: Bytes = Field((), max_length=LENGTH_MAX, description="sent in place of the command while not armed")
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -220,10 +238,13 @@ class CommandOptions(FrameOptions):
         if len(kinds) != 1:
             msg = "field: either torque or current_command is needed, for every axis"
             raise ValueError(msg)
+        if self.enter and not self.idle:
+            msg = "enter needs idle: what switches a drive on needs what switches it off"
+            raise ValueError(msg)
         return self
 
 
-class DescribedOptions(PortOptions):
+class DescribedOptions(AskedOptions):
     """[device.options] of `kind = "serial-described"`."""
 
     sample: SampleOptions

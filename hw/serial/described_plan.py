@@ -81,14 +81,18 @@ def layout_of(table: Options) -> np.ndarray:
     """The layout record of a frame table (`[device.options.sample]` or `.command`)."""
     record = np.zeros(1, layout_dtype())
     row = record[0]
+    tail = list(table.get("tail") or ())
+    end = table["length"] - len(tail)
     row["length"], row["big_endian"] = table["length"], table["endian"] == "big"
     row["n_sync"] = len(table["sync"])
     row["checksum"], row["checksum_size"] = KINDS[table["checksum"]], SIZE[table["checksum"]]
     row["checksum_big"] = (table["checksum_endian"] or table["endian"]) == "big"
     row["checksum_at"], row["checksum_from"] = (
-        table["length"] - SIZE[table["checksum"]],
+        end - SIZE[table["checksum"]],
         table["checksum_from"],
     )
+    row["n_tail"] = len(tail)
+    row["template"][end : table["length"]] = tail
     row["template"][: len(table["sync"])] = table["sync"]
     for constant in table["constant"]:
         at = constant["offset"]
@@ -120,7 +124,8 @@ def _fill(row: Any, field: Options, rig: Rig, where: str) -> None:  # noqa: ANN4
     else:
         unit = UNITS[field["unit"]]
     row["scale"] = field["scale"] * unit
-    whole = name == "position" and row["kind"] != FLOAT
+    row["period"] = unit * (field.get("wrap_at") or 0.0)
+    whole = name == "position" and row["kind"] != FLOAT and not row["period"]
     row["bits"] = (field["wrap_bits"] or 8 * int(row["n_bytes"])) if whole else 0
 
 

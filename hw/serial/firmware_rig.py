@@ -133,7 +133,9 @@ class Simulation:
         turns = self.tick["position_rad"][0] / (2 * math.pi)
         counts = np.rint(turns * self.rig.encoder_counts_per_rev).astype(np.int64) + self.first_count
         time_us = round(self.slot * self.rig.period_s * 1e6)
-        self.line.send_sample(self.board.state_packet(self.tick, counts, time_us))
+        packet = self.board.state_packet(self.tick, counts, time_us)
+        if packet:  # a board that waits to be asked has none
+            self.line.send_sample(packet)
 
     def apply(self) -> None:
         """Drive the motor with the command in force and put it on record."""
