@@ -58,6 +58,13 @@ BUILT_IN = {
         summary="a board on a serial port with a frame of its own, described in the rig file (docs/serial-described.md)",
         timing="hw.serial.declared:described_timing",
     ),
+    "serial-lines": BackendInfo(
+        factory="hw.serial.lines:LinesBackend",
+        options="hw.serial.lines_options:LinesOptions",
+        simulated=False,
+        summary="a board on a serial port that prints and takes lines of text (docs/serial-lines.md)",
+        timing="hw.serial.declared:lines_timing",
+    ),
     "rokubi": BackendInfo(
         factory="hw.force.serial_sensor:make_rokubi",
         options="hw.force.options:RokubiOptions",

@@ -7,9 +7,10 @@ from typing import Any
 
 from hw.can.board_map import factor, identifier, make_field, selector
 from hw.can.bus import Handler
-from hw.can.fields import CHECKSUM_BYTES, CHECKSUMS, Buffer, Modulo, Unwrap, decoder, raw_decoder, within
+from hw.can.fields import CHECKSUM_BYTES, CHECKSUMS, Buffer, Unwrap, decoder, raw_decoder, within
 from hw.can.fields import Sequence as Order
 from hw.can.sample import Sample
+from hw.encoder import Modulo
 from hw.interface import Options, Rig
 
 _Row = tuple[Callable[[Buffer, int], float], Any, int]

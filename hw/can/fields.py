@@ -200,31 +200,6 @@ class Unwrap:
         return self._total
 
 
-class Modulo:
-    """Follows an angle that starts over after `period`, any number: a full turn of 360 degrees, 4000 lines.
-
-    Between two samples it may turn by less than half the period. A step of more than one and a half periods is
-    none of this device: it gives NaN and is forgotten.
-    """
-
-    __slots__ = ("_last", "_period", "_turns")
-
-    def __init__(self, period: float) -> None:
-        self._period = abs(period)
-        self._last = math.nan
-        self._turns = 0
-
-    def __call__(self, value: float) -> float:
-        """The angle on its endless axis; the first one is `value` itself."""
-        step = value - self._last
-        if abs(step) <= 1.5 * self._period:
-            self._turns -= round(step / self._period)
-        elif self._last == self._last or value - value != 0.0:  # too far, or not finite
-            return math.nan
-        self._last = value
-        return value + self._turns * self._period
-
-
 class Sequence:
     """Accepts only newer frames by a counter of `bits` bits: no duplicate, no older one."""
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import select
+import time
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,12 +16,37 @@ ASK_AGAIN_S = 0.1
 """How often a board that is not heard yet is started and asked while it is opened."""
 
 
-def knock(port: Port, options: Options) -> None:
-    """Send the start packets, then a poll."""
-    for packet in options["start"]:
-        port.write(bytes(packet))
-    if options["poll"]:
-        port.write(bytes(options["poll"]))
+def await_first(
+    port: Port,
+    chunk: np.ndarray,
+    seconds: float,
+    questions: Sequence[bytes],
+    take_in: Callable[[int], None],
+    heard: Callable[[], bool],
+) -> int | None:
+    """Send `questions` every `ASK_AGAIN_S` and take in what comes, until a sample is `heard` (None) or `seconds` are over.
+
+    Returns
+    -------
+    int or None
+        Bytes that came, when none of them made a sample. Raises LinkLost.
+    """
+    end, asked, seen = time.monotonic() + seconds, -1.0, 0
+    view: Any = memoryview
+    views = [view(chunk)]
+    while not heard():
+        now = time.monotonic()
+        if now >= end:
+            return seen
+        if now - asked > ASK_AGAIN_S:
+            asked = now
+            for packet in questions:
+                port.write(packet)
+        select.select([port.fd], [], [], min(end - now, ASK_AGAIN_S))
+        n = port.read_into(views)
+        seen += n
+        take_in(n)
+    return None
 
 
 def switched(

@@ -187,7 +187,7 @@ def require_line_rate(
     needed = n_bytes * BITS_PER_BYTE * rate_hz
     if needed > 0.9 * baud:
         raise BackendError(
-            f"serial port {path}: baud {baud} is too slow: {what} of {n_bytes} bytes, {rate_hz:g} times a second, "
-            f"needs at least {needed / 0.9:.0f}; raise baud, or lower {key} if it is slower "
+            f"serial port {path}: baud {baud} is too slow for {what} of {n_bytes} bytes, {rate_hz:g} times a second: they "
+            f"need at least {needed / 0.9:.0f}; raise baud, or lower {key} if it is slower "
             "(USB boards ignore the number: write any high one)"
         )

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import select
-import time
 from collections.abc import Callable
 
 import numpy as np
@@ -11,9 +9,9 @@ import numpy as np
 from hw.interface import BackendError, Options, Rig
 from hw.jit import bound, records
 from hw.serial import described_codec as codec
-from hw.serial.asking import ASK_AGAIN_S, knock, switched
+from hw.serial.asking import await_first, switched
 from hw.serial.core import SerialCore, require_line_rate
-from hw.serial.described_plan import Target, fields_of, layout_of, require_every_axis
+from hw.serial.described_plan import MEASURED, Target, fields_of, layout_of, require_every_axis
 from hw.serial.layout import LENGTH_MAX, stream_dtype
 from hw.serial.port import Port, usb_identity
 
@@ -45,8 +43,7 @@ class DescribedBackend(SerialCore):
             raise BackendError(
                 "serial-described: identity is given, but the sample has no field of that channel"
             )
-        measured = {"position", "velocity", "current", "force", "temperature", "estop"}
-        self.provides = frozenset(channels & measured)
+        self.provides = frozenset(channels & set(MEASURED))
         self._set_command(command, rig)
         self.identity: tuple[int, str | None] | None = None
         self._poll, self.asks = bytes(options["poll"]), bool(options["poll"])
@@ -58,7 +55,7 @@ class DescribedBackend(SerialCore):
         self._stream = records(np.zeros(1, stream_dtype()))
         self.link = records(np.zeros(1, codec.described_dtype(rig.n_axes)))
         self.link["angle"][..., 0] = np.nan
-        for channel in ("position", "velocity", "current", "force", "temperature", "estop"):
+        for channel in MEASURED:
             self.link["show_" + channel] = channel in channels
         self.link["torque_mode"] = "torque" in self.consumes
         self._command = command
@@ -122,19 +119,15 @@ class DescribedBackend(SerialCore):
     def _greet(self, port: Port) -> None:
         """Wait for the first good frame; refuse another board than before."""
         self._take_in(0)  # compiles before the clock below starts
-        end, bytes_seen, asked = time.monotonic() + self._patience_s, 0, 0.0
-        views: list[memoryview] = [memoryview(self.chunk)]  # type: ignore[arg-type] # numpy offers the buffer
-        while not self.sample_waits:
-            left = end - time.monotonic()
-            if left < 0:
-                raise BackendError(self._silence(bytes_seen))
-            if time.monotonic() - asked > ASK_AGAIN_S:
-                asked = time.monotonic()
-                knock(port, self._options)
-            select.select([port.fd], [], [], min(left, ASK_AGAIN_S))
-            n = port.read_into(views)
-            bytes_seen += n
-            self._take_in(n)
+        questions = [
+            *(bytes(packet) for packet in self._options["start"]),
+            *([self._poll] if self._poll else []),
+        ]
+        seen = await_first(
+            port, self.chunk, self._patience_s, questions, self._take_in, lambda: self.sample_waits
+        )
+        if seen is not None:
+            raise BackendError(self._silence(seen))
         found = (int(self.link["identity"][0]), usb_identity(self._path))
         if self._wanted is not None and found[0] != self._wanted:
             raise BackendError(

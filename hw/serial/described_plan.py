@@ -74,6 +74,9 @@ UNITS = {
     "": 1.0,
 }
 
+MEASURED = ("position", "velocity", "current", "force", "temperature", "estop")
+"""What a board may measure."""
+
 PER_AXIS = {"position", "velocity", "current", "temperature", "current_command", "torque"}
 
 
@@ -109,6 +112,13 @@ def fields_of(table: Options, rig: Rig, where: str) -> np.ndarray:
     return record
 
 
+def unit_of(field: Options, rig: Rig) -> float:
+    """SI units per unit of a field."""
+    if field["unit"] in ("counts", "counts/s"):
+        return 2 * math.pi / float(rig.encoder_counts_per_rev[field["axis"]])
+    return UNITS[field["unit"]]
+
+
 def _fill(row: Any, field: Options, rig: Rig, where: str) -> None:  # noqa: ANN401
     name = field["channel"]
     row["kind"], row["n_bytes"] = TYPES[field["type"]]
@@ -119,10 +129,7 @@ def _fill(row: Any, field: Options, rig: Rig, where: str) -> None:  # noqa: ANN4
             f"{where}: field {name!r} is for axis {field['axis']}, the device has axes 0 to {rig.n_axes - 1}"
         )
     row["zero"], row["mask"], row["invert"] = field["zero"], field["mask"], field["invert"]
-    if field["unit"] in ("counts", "counts/s"):
-        unit = 2 * math.pi / float(rig.encoder_counts_per_rev[field["axis"]])
-    else:
-        unit = UNITS[field["unit"]]
+    unit = unit_of(field, rig)
     row["scale"] = field["scale"] * unit
     row["period"] = unit * (field.get("wrap_at") or 0.0)
     whole = name == "position" and row["kind"] != FLOAT and not row["period"]

@@ -3,9 +3,10 @@
 import threading
 from pathlib import Path
 
+from hw.mock.options import MockOptions
 from hw.rig import compose
 from hw.serial.firmware_line import Damage, Line
-from hw.serial.firmware_rig import Simulation, read_described, read_rig
+from hw.serial.firmware_rig import Simulation, read_described
 from hw.serial.firmware_sim import step
 from rtctl.config import load
 from rtctl.control.jit import records
@@ -16,7 +17,7 @@ from rtctl.tick import new_ticks
 class Played:
     """The backend of a rig file on a pty, and the board at its other end."""
 
-    def __init__(self, folder, name, port):
+    def __init__(self, folder, name, port, plant):
         self.link = folder / "board"
         text = Path(shipped_config(name)).read_text()
         assert text.count(f'"{port}"') == 1
@@ -24,7 +25,7 @@ class Played:
         loaded = load(folder / "rig.toml")
         self.hardware = loaded.config.hardware()
         self.backend = compose(loaded.members(), self.hardware)
-        _, plant = read_rig(None, None)
+        plant = MockOptions.model_validate(plant).model_dump(mode="json")
         self.line = Line(self.link, Damage(), 1)
         described = read_described(folder / "rig.toml")
         self.sim = Simulation(self.hardware, plant, self.line, "1", 0, described)

@@ -11,8 +11,8 @@ from test_can_configs import rig
 from hw import registry
 from hw.can.board_in import ReceivedFrame, handlers
 from hw.can.board_options import BoardOptions
-from hw.can.fields import Modulo
 from hw.can.sample import Sample
+from hw.encoder import Modulo
 from hw.interface import LinkFault
 
 DBC = """VERSION ""

@@ -57,13 +57,13 @@ def test_a_board_that_measures_nothing_is_refused():
 def test_the_bit_rate_is_judged_by_the_boards_own_rate():
     slow = {**SENSOR, "baud": 9600}
     with pytest.raises(
-        BackendError, match=r"baud 9600 is too slow: a sample of 6 bytes, 1000 times a second"
+        BackendError, match=r"baud 9600 is too slow for a sample of 6 bytes, 1000 times a second"
     ):
         made(slow)
     assert made(slow, device_rate_hz=100.0)
     assert made({**slow, "rate_hz": 100.0})
     with pytest.raises(
-        BackendError, match=r"4000 times a second, needs at least 266667; .*lower the device's rate_hz"
+        BackendError, match=r"4000 times a second: they need at least 266667; .*lower the device's rate_hz"
     ):
         made({**SENSOR, "rate_hz": 4000.0})
 
@@ -137,7 +137,7 @@ def test_an_angle_beyond_its_range_is_a_device_fault_and_never_a_sample():
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"wrap_at": 360.0, "wrap_bits": 12}, "in place of wrap_bits"),
+        ({"wrap_at": 360.0, "wrap_bits": 12}, "in place of wrap_bits, not"),
         ({"wrap_at": 0.0}, "wrap_at"),
     ],
 )
@@ -210,7 +210,7 @@ def test_a_board_is_started_and_asked_until_it_is_heard(monkeypatch):
 
     table = {**SENSOR, "port": os.ttyname(slave), "start": [[0x21]], "poll": [0x3F], "open_timeout_s": 30.0}
     backend = Told(DescribedOptions.model_validate(table).model_dump(mode="json"), rig())
-    monkeypatch.setattr("hw.serial.described.ASK_AGAIN_S", 0.01)
+    monkeypatch.setattr("hw.serial.asking.ASK_AGAIN_S", 0.01)
     backend.open()
     assert bytes(heard[:6]) == b"!?" * 3
     backend.close()
@@ -225,5 +225,7 @@ def test_the_bit_rate_of_an_optoforce_is_judged_by_its_own_rate(output_hz, fits)
     if fits:
         assert registry.create("optoforce", valid, rig()).provides == {"force"}
     else:
-        with pytest.raises(BackendError, match="baud 115200 is too slow: a sample of 16 bytes, 1000 times"):
+        with pytest.raises(
+            BackendError, match="baud 115200 is too slow for a sample of 16 bytes, 1000 times"
+        ):
             registry.create("optoforce", valid, rig())
