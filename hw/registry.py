@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import importlib
 import math
+import sys
 from collections.abc import Sequence
 from dataclasses import astuple
 from functools import cache
@@ -125,8 +126,16 @@ def lookup(kind: str) -> BackendInfo:
     found = {entry.name: entry for entry in entry_points(group=GROUP)}
     if kind not in found:
         known = ", ".join(sorted({*BUILT_IN, *found}))
-        raise BackendError(f"no backend {kind!r}; there are: {known}")
-    info = found[kind].load()
+        raise BackendError(
+            f"no backend {kind!r}; there are: {known}; a third party's comes with its package: install that into {sys.prefix}"
+        )
+    try:
+        info = found[kind].load()
+    except (ImportError, AttributeError, SyntaxError) as error:
+        package = found[kind].dist.name if found[kind].dist else "a package"
+        raise BackendError(
+            f"backend {kind!r} of {package} cannot be loaded: {error}; install {package} again, into {sys.prefix}"
+        ) from error
     if not isinstance(info, BackendInfo):
         raise BackendError(f"entry point {kind!r} of {GROUP} is not a hw.interface.BackendInfo")
     return info

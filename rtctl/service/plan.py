@@ -89,6 +89,18 @@ def own_command() -> str:
     return f"{python} -m rtctl"
 
 
+def install_command(config: Path | None) -> str:
+    """The command line that makes the rig of `config` a service here; from elsewhere, where its user could not reach rtctl."""
+    rig = "RIG.toml" if config is None else str(config)
+    try:
+        return f"sudo {own_command()} service install {rig}"
+    except ConfigError:
+        return (
+            "sudo python3 -m venv /opt/rtctl; sudo /opt/rtctl/bin/pip install rtctl; "
+            f"sudo /opt/rtctl/bin/rtctl service install {rig}"
+        )
+
+
 def plan(loaded: LoadedConfig, root: Path, command: str, *, start: bool) -> Installation:
     """The installation of a rig.
 
