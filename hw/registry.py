@@ -132,7 +132,8 @@ def lookup(kind: str) -> BackendInfo:
     try:
         info = found[kind].load()
     except (ImportError, AttributeError, SyntaxError) as error:
-        package = found[kind].dist.name if found[kind].dist else "a package"
+        dist = found[kind].dist
+        package = "a package" if dist is None else dist.name
         raise BackendError(
             f"backend {kind!r} of {package} cannot be loaded: {error}; install {package} again, into {sys.prefix}"
         ) from error

@@ -61,7 +61,8 @@ class BoardBackend(CanBackend):
         wanted = {field["channel"] for table in options["send"] for field in table["field"]}
         self.provides = frozenset(given - {"fault"})
         self.consumes = frozenset(wanted & {"current_command", "torque"})
-        self._received: list[ReceivedFrame] = []
+        # made once: a counter or angle is followed on over a re-plug
+        self._received = [ReceivedFrame(table, rig, self.sample) for table in options["receive"]]
         self._sent: list[SentFrame] = []
         self._start: list[Any] = []
         self._poll: list[Any] = []
@@ -69,8 +70,9 @@ class BoardBackend(CanBackend):
 
     def _set_up(self, bus: Bus) -> Mapping[int, Handler]:
         options = self._options
-        self.sample.needed = self.sample.fresh = 0
-        self._received = [ReceivedFrame(table, self._rig, self.sample) for table in options["receive"]]
+        self.sample.fresh = 0
+        for frame in self._received:
+            frame.forget()
         self._sent = [SentFrame(table, self._rig, bus) for table in options["send"]]
         self._start, self._poll, self._halt = (
             fixed(options.get(name, ()), bus) for name in ("start", "poll", "stop")

@@ -31,15 +31,22 @@ class ReceivedFrame:
         self._bit = sample.need() if table["required"] else 0
         counter, checksum = table["counter"], table["checksum"]
         self._count = raw_decoder(make_field(counter, self._length)) if counter else None
-        self._order = Order(counter["bits"]) if counter else None
+        self._counter_bits = int(counter["bits"]) if counter else 0
         self._checksum = checksum_of(checksum)
         parts = table.get("parts") or (self._length,)
         select = table.get("select") or ()
         self._selected = selector(select, parts[0]) if select else None
         self._parts = Parts(parts, self._selected) if len(parts) > 1 else None
-        self.fault = False
+        self.forget()
         self._fields = [self._compile(field, rig) for field in table["field"]]
         self._values = [0.0] * len(self._fields)
+
+    def forget(self) -> None:
+        """A new connection begins: the order of frames, and parts. Where the joint stands is kept."""
+        self._order = Order(self._counter_bits) if self._counter_bits else None
+        self.fault = False
+        if self._parts is not None:
+            self._parts.forget()
 
     def _compile(self, table: Options, rig: Rig) -> _Row:
         field, to_si = make_field(table, self._length), factor(table, rig)
@@ -136,6 +143,10 @@ class Parts:
     def __init__(self, lengths: Sequence[int], begins: Callable[[Buffer, int], bool] | None) -> None:
         self.lengths, self._begins = tuple(lengths), begins
         self._data, self._n = bytearray(), 0
+
+    def forget(self) -> None:
+        """Drop what is there of a frame."""
+        self._n = 0
 
     def add(self, buffer: Buffer, offset: int, length: int) -> bytearray | None:
         """Take a part; the whole frame once it has all of them. A part of another length, or out of turn, ends it."""

@@ -236,3 +236,23 @@ def test_an_axis_that_is_not_there_is_refused():
     )
     with pytest.raises(BackendError, match="names axis 1"):
         BoardBackend(options.model_dump(mode="json"), RIG)
+
+
+def test_a_counter_and_an_angle_are_followed_on_over_a_re_plug(monkeypatch):
+    turn = {"channel": "position", "byte": 0, "bits": 16, "unit": "deg", "wrap_at": 360.0}
+    frame = {"id": 1, "length": 2, "field": [turn]}
+    for receive, told, step in [
+        ([SENSED], [sensed(9, counts=65_000), sensed(10, counts=500)], 1036 * 2 * math.pi / 4096),
+        ([frame], [(1, struct.pack("<H", 350)), (1, struct.pack("<H", 10))], math.radians(20)),
+    ]:
+        backend, bus, tick = opened(monkeypatch, lambda n, first=told[0]: [first], receive=receive)
+        bus.answer = lambda n, first=told[0]: [first if first[0] == 1 else sensed(20, counts=65_000)]
+        backend.read(tick)
+        before = float(tick["position_rad"][0, 0])
+        backend.close()
+        bus.answer = lambda n, last=told[1]: [last]
+        backend.open()
+        backend.warm_up(tick)
+        bus.answer = lambda n, last=told[1]: [last if last[0] == 1 else sensed(11, counts=500)]
+        backend.read(tick)
+        assert tick["position_rad"][0, 0] - before == pytest.approx(step)
