@@ -187,7 +187,7 @@ def test_the_work_of_a_cycle_and_the_memory_are_bounded_whatever_comes(flood):
         looked_at.clear()
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.lists(st.binary(max_size=40), max_size=20))
 def test_no_bytes_make_a_number_that_no_whole_line_has(pieces):
     lines, seen = Lines(), []
@@ -324,3 +324,16 @@ def test_the_simulated_board_lets_go_after_its_time_to_live():
     assert board.output[0] == 0.5
     board.begin_cycle()
     assert board.output[0] == 0.0
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.lists(st.text("0123456789.,-+eEnainf*$\r\n \t\x00\xff", max_size=60), max_size=12), st.booleans())
+def test_no_text_raises_or_shows_anything_but_a_finite_number(pieces, seal):
+    wire = Wire(options(DRIVE, sample={"checksum": "nmea" if seal else "none"}))
+    for piece in pieces:
+        before = wire.backend.counts()["good"]
+        wire.feed(piece.encode("latin-1"))
+        assert math.isfinite(wire.position)
+        assert (wire.count > 0) == (wire.backend.counts()["good"] > 0)
+        if wire.backend.counts()["good"] == before:
+            assert wire.sent(enabled=1, torque=0.25) == b"T0.2500\n"
