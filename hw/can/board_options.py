@@ -173,6 +173,9 @@ class BoardOptions(BusUser):
                 raise ValueError(msg)
         lengths = [length for frame in (*self.receive, *self.send) for length in frame.on_wire]
         lengths += [len(frame.data) for frame in (*self.start, *self.poll, *self.stop)]
+        if self.bus.fd and any(frame.remote for frame in (*self.start, *self.poll, *self.stop)):
+            msg = "CAN FD has no remote frames: ask by data, or bus.fd = false"
+            raise ValueError(msg)
         if not self.bus.fd and max(lengths) > 8:
             msg = "frames longer than 8 bytes need bus.fd = true"
             raise ValueError(msg)

@@ -7,19 +7,23 @@ from typing import Any
 
 from hw.can.board_in import checksum_of
 from hw.can.board_map import factor, identifier, make_field
-from hw.can.bus import Bus
+from hw.can.bus import REMOTE, Bus
 from hw.can.fields import Encode, encoder
 from hw.interface import Options, Rig
 
 
 def fixed(tables: Sequence[Options], bus: Bus) -> list[Any]:
     """Frames with the bytes that `data` of each table says."""
-    return [_frame(bus, identifier(table), bytes(table["data"])) for table in tables]
+    return [
+        _frame(bus, identifier(table) | (REMOTE if table["remote"] else 0), bytes(table["data"]))
+        for table in tables
+    ]
 
 
 def _frame(bus: Bus, can_id: int, data: bytes) -> Any:  # noqa: ANN401
     frame = bus.outgoing(can_id, len(data))
-    frame.buffer[frame.offset : frame.offset + len(data)] = data
+    if data:
+        frame.buffer[frame.offset : frame.offset + len(data)] = data
     return frame
 
 

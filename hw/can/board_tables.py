@@ -127,9 +127,13 @@ class FixedOptions(Table):
     id: int = Field(ge=0, le=0x1FFF_FFFF)
     extended: bool = False
     data: Bytes = ()
+    remote: bool = Field(False, description="a remote frame: asks for the frame of this identifier; no data")
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
+        if self.remote and self.data:
+            msg = f"id 0x{self.id:x}: a remote frame carries no data"
+            raise ValueError(msg)
         possible(self.id, (len(self.data),), extended=self.extended)
         return self
 

@@ -23,7 +23,7 @@ def holders(path: str, root: Path = Path("/")) -> list[tuple[int, str]]:
         *_by_lock(root, device),
         *_by_file(root, device),
     }
-    return [(pid, _command(root, pid)) for pid in sorted(found - {os.getpid(), 0})]
+    return [(pid, command_of(root, pid)) for pid in sorted(found - {os.getpid(), 0})]
 
 
 def _by_descriptor(root: Path, wanted: str) -> Iterator[int]:
@@ -56,7 +56,7 @@ def _by_file(root: Path, device: Path) -> Iterator[int]:
                 yield pid
 
 
-def _command(root: Path, pid: int) -> str:
+def command_of(root: Path, pid: int) -> str:
     """How a process was started, shortened; its name where that is hidden."""
     folder = root / "proc" / str(pid)
     for name in ("cmdline", "comm"):

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from hw import registry
 from rtctl.config_tables import LoopTable
-from rtctl.doctor import machine, ports, rights, software, wakeup, wiring
+from rtctl.doctor import machine, network, ports, rights, software, wakeup, wiring
 from rtctl.doctor.line import Line
 
 
@@ -72,6 +72,7 @@ def examine(
         devices = zip(members, (loaded.options, *loaded.more_options), strict=True)
         wired = {member.label for member in members if not registry.lookup(member.kind).simulated}
         _add(wiring.check(root, [(member.label, options) for member, options in devices], ask, wired))
+        _add(list(network.gateway(root, loaded.config.gateway.bind, loaded.config.gateway.port)))
     elif config is None:
         _add(ports.usb_adapters(root))
     core = machine.loop_core(loop.cpu, os.sched_getaffinity(0))

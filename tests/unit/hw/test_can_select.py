@@ -3,6 +3,7 @@
 import math
 import struct
 
+import can
 import numpy as np
 import pytest
 from test_can_board import RIG, SENT, Bus, opened
@@ -187,6 +188,35 @@ def test_a_number_beyond_the_angles_range_is_none_and_is_forgotten():
     for wrong in (1e30, math.nan, math.inf, -600.0):
         assert math.isnan(follow(wrong))
     assert follow(10.0) == 370.0
+
+
+def test_a_board_may_be_asked_by_remote_frames():
+    """On the bus of python-can, which has data for none of them."""
+    asked = []
+    options = {
+        "bus": {"interface": "virtual", "channel": "asked"},
+        "receive": [{"id": 1, "length": 2, "field": [POSITION]}],
+    }
+    valid = BoardOptions.model_validate({**options, "poll": [{"id": 1, "remote": True}]}).model_dump()
+    with can.Bus(interface="virtual", channel="asked", ignore_config=True) as board:
+        backend = registry.create("can", valid, rig())
+        answer = can.Message(arbitration_id=1, data=b"\x10\0", is_extended_id=False)
+        told = [lambda message: asked.append(message.is_remote_frame) or board.send(answer)]
+        notifier = can.Notifier(board, told, timeout=0.01)
+        try:
+            backend.open()
+        finally:
+            notifier.stop()
+        backend.close()
+    assert asked[0]
+    for wrong, text in (({"data": [1]}, "carries no data"), ({}, "no remote frames")):
+        table = {
+            **options,
+            "poll": [{"id": 1, "remote": True, **wrong}],
+            "bus": {**options["bus"], "fd": not wrong},
+        }
+        with pytest.raises(ValueError, match=text):
+            BoardOptions.model_validate(table)
 
 
 START, POLL, STOP = ({"id": 0x300 + k, "data": [k]} for k in range(3))
