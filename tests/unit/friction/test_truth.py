@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from shipped_friction import law_nm
 
 from rtctl.config import load
 from rtctl.friction import artefact, truth
@@ -15,11 +16,6 @@ SPEEDS = np.geomspace(0.005, 2, 20)
 @pytest.fixture(scope="module")
 def loaded():
     return load(CONFIGS / "mock-identify.toml")
-
-
-def law_nm(v, direction):
-    scale = 1.0 if direction > 0 else 1.06
-    return scale * (0.25 + 0.1 * np.exp(-((v / 0.1) ** 2)) + 0.05 * v)
 
 
 def test_the_true_friction_is_the_rig_files_law(loaded):
