@@ -21,7 +21,10 @@ from rtctl.identify.signals import is_even, is_steady
 HARD = replace(
     SMALL, train_levels=6, test_levels=0, measurements=20, spots=20, speed_min_rad_s=0.0079, lower_levels=2
 )
-STRIBECK = (("stribeck_rad_s = 0.06 ", "stribeck_rad_s = 0.01 "), ("second_share = 0.5 ", "second_share = 0.0 "))
+STRIBECK = (
+    ("stribeck_rad_s = 0.06 ", "stribeck_rad_s = 0.01 "),
+    ("second_share = 0.5 ", "second_share = 0.0 "),
+)
 STICTION = (("coulomb_nm = 0.25 ", "coulomb_nm = 0.35 "), ("breakaway_nm = 0.35 ", "breakaway_nm = 0.6 "))
 RIPPLE = ("ripple_nm = 0.003 ", "ripple_nm = 0.03 ")
 ELASTO_PLASTIC = (
