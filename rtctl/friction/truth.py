@@ -68,7 +68,7 @@ def true_friction_nm(loaded: LoadedConfig, axis: int, velocity_rad_s: np.ndarray
     )
 
 
-def _means_over_travel(loaded: LoadedConfig, axis: int, params: np.void) -> tuple[float, float]:
+def _means_over_travel(loaded: LoadedConfig, axis: int, params: np.record) -> tuple[float, float]:
     """Mean factor of the dry friction over position, and mean torque ripple, N m; 1 and 0 over a whole turn."""
     table = loaded.config.axis[axis]
     if table.position_max_rad - table.position_min_rad >= 2 * np.pi:
