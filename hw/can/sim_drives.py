@@ -31,12 +31,21 @@ class SimDrive(Protocol):
 
 
 class OdriveSim:
-    """ODrive axis: torque control only with state 8 and mode (torque, pass-through); watchdog."""
+    """ODrive axis: torque control only with state 8 and mode (torque, pass-through); watchdog.
+
+    Firmware before 0.6.9 has Set_Axis_Node_ID where Address is now, and obeys it in a remote frame too; 0.5 tells no
+    version.
+    """
 
     def __init__(
-        self, node: int, torque_constant_nm_a: float, feedback_s: float | None, watchdog_s: float
+        self,
+        node: int,
+        torque_constant_nm_a: float,
+        feedback_s: float | None,
+        watchdog_s: float,
+        firmware: tuple[int, int, int] = (0, 6, 11),
     ) -> None:
-        self._node, self._constant = node, torque_constant_nm_a
+        self.node, self._constant, self.firmware = node, torque_constant_nm_a, firmware
         self._feedback_s, self._watchdog_s = feedback_s, watchdog_s
         self.state, self.error, self.mode = 1, 0, (0, 0)
         self.torque_nm = self.current_a = self._turns = self._turns_s = self._measured_a = 0.0
@@ -44,7 +53,7 @@ class OdriveSim:
         self.serial = b"\x12\x34\x56\x78\x9a\xbc"
 
     def _id(self, command: int) -> int:
-        return self._node << 5 | command
+        return self.node << 5 | command
 
     def _estimates(self) -> Frame:
         return self._id(0x09), struct.pack("<ff", self._turns, self._turns_s)
@@ -57,8 +66,13 @@ class OdriveSim:
         command, remote = can_id & 0x1F, bool(can_id & REMOTE)
         if can_id & 0x7FF != self._id(command):
             return []
+        if command == 0x06 and self.firmware < (0, 6, 9):
+            self.node = int.from_bytes(data[:4].ljust(4, b"\0"), "little")
+            return []
         if remote:
             answers = {0x09: self._estimates, 0x14: self._iq, 0x06: self._address}
+            if self.firmware >= (0, 6, 0):
+                answers[0x00] = self._version
             return [answers[command]()] if command in answers else []
         if command == 0x0E and len(data) >= 4:
             self.torque_nm, self._unfed_s = struct.unpack_from("<f", data)[0], 0.0
@@ -74,7 +88,10 @@ class OdriveSim:
         return [self._heartbeat()] if command in (0x07, 0x18) else []
 
     def _address(self) -> Frame:
-        return self._id(0x06), bytes([self._node]) + self.serial + b"\0"
+        return self._id(0x06), bytes([self.node]) + self.serial + b"\0"
+
+    def _version(self) -> Frame:
+        return self._id(0x00), bytes([2, 4, 4, 58, *self.firmware, 0])
 
     def _heartbeat(self) -> Frame:
         return self._id(0x01), struct.pack("<IBBBB", self.error, self.state, 0, 0, 0)

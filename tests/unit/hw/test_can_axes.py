@@ -86,11 +86,18 @@ def test_an_odrive_that_is_not_heard_is_refused_with_what_to_check(no_waiting):
     def beat():
         on[odrive.can_id(5, odrive.HEARTBEAT)](struct.pack("<IBBBB", 0, 1, 0, 0, 0), 0, 8)
 
-    with pytest.raises(BackendError, match="no encoder estimates"):
+    with pytest.raises(BackendError, match="firmware older than 0.6 sends no temperature"):
         axis.set_up(Bus(beat))
 
-    def everything():
+    def versed():
         beat()
+        on[odrive.can_id(5, odrive.GET_VERSION)](bytes([2, 4, 4, 58, 0, 6, 11, 0]), 0, 8)
+
+    with pytest.raises(BackendError, match="no encoder estimates"):
+        axis.set_up(Bus(versed))
+
+    def everything():
+        versed()
         for command in (odrive.GET_ENCODER, odrive.GET_IQ):
             on[odrive.can_id(5, command)](struct.pack("<ff", 0.5, 0.5), 0, 8)
 
@@ -126,7 +133,7 @@ def test_an_odrive_gets_torque_only_while_armed_and_is_told_again_while_it_shoul
     states = [data for can_id, data in bus.sent if can_id & 0x1F == odrive.SET_AXIS_STATE]
     assert states == [struct.pack("<I", odrive.IDLE)] * 2
     assert [can_id & 0x1F for can_id, _ in bus.sent].count(odrive.CLEAR_ERRORS) == 1
-    assert axis.link_faults() == DEVICE
+    assert axis.link_faults() == DEVICE | LOST, "no heartbeat for 101 cycles"
     assert "DRV_FAULT" in axis.status()
     axis.error = axis.state = 0
     bus.sent.clear()
