@@ -95,7 +95,7 @@ class Cia402Axis:
     def __init__(self, table: Options, options: Options, rig: Rig, axis: int, sample: Sample) -> None:
         self.node, self._axis, self._sample = int(table["node"]), axis, sample
         self._shaft = Shaft(table, rig, axis)
-        self._table, self._options = table, options
+        self._table, self._options, self._period_s = table, options, rig.period_s
         self._bit = sample.need()
         self._rad_per_count = self._shaft.rad_per_turn / float(table["counts_per_turn"])
         self._torque_rated_nm = float(table["rated_torque_nm"] or 0.0)
@@ -156,8 +156,11 @@ class Cia402Axis:
         self._command = bus.outgoing(RPDO1 + self.node, COMMAND.size)
         self._sync = bus.outgoing(SYNC, 0)
         self._set(SHUT_DOWN, 0)
-        found = configure(bus, self.node, self._table, self._options)
-        self._torque_rated_nm, self._current_rated_a, self.identity = found
+        found = configure(bus, self.node, self._table, self._options, self._period_s)
+        self._torque_rated_nm, current_a, self.identity = found
+        if current_a is None:  # the feedback is a torque: the current that gives the rated one is its full scale
+            current_a = self._torque_rated_nm / abs(self._shaft.torque_per_ampere)
+        self._current_rated_a = current_a
         self._unwrap = Unwrap(32)
         bus.subscribe(self.handlers())
         start = bus.outgoing(NMT, 2)

@@ -219,6 +219,8 @@ class Cia402Sim:
         self.objects: dict[tuple[int, int], int] = {
             (0x6075, 0): 5000, (0x6076, 0): round(5000 * torque_constant_nm_a),
             (0x1018, 1): 0xABC, (0x1018, 2): 0x402, (0x1018, 4): 77 + node, (0x6060, 0): 0,
+            (0x1400, 1): 0x200 + node, (0x1800, 1): 0x4000_0180 + node, (0x1801, 1): 0xC000_0280 + node,
+            (0x60C2, 1): 1, (0x60C2, 2): -3, (0x6007, 0): 1,
         }  # fmt: skip
         self.state, self.nmt = 0x40, 0x7F
         self.controlword = self._pending_target = 0
@@ -249,6 +251,7 @@ class Cia402Sim:
         if command & 0xE0 == 0x20:
             size = 4 - (command >> 2 & 3)
             self.objects[index, sub] = int.from_bytes(data[4 : 4 + size], "little")
+            self.objects[0x6061, 0] = self.objects[0x6060, 0]
             return struct.pack("<BHB4x", 0x60, index, sub)
         if (index, sub) not in self.objects:
             return struct.pack("<BHBI", 0x80, index, sub, 0x0602_0000)
@@ -266,7 +269,7 @@ class Cia402Sim:
         frames = [(0x180 + self._node, struct.pack("<Hih", self.state | 0x10, counts - 0x8000_0000, actual))]
         if (
             self.objects.get((0x1A01, 1)) == 0x606C_0020
-            and self.objects.get((0x1801, 1)) == 0x280 + self._node
+            and self.objects[0x1801, 1] & 0x8000_07FF == 0x280 + self._node
         ):
             frames.append((0x280 + self._node, struct.pack("<i", round(self._turns_s * self._counts))))
         return frames
