@@ -26,7 +26,7 @@ MODE_S, MODE_ASKED = 0.5, 25
 """How long a drive may take to show the mode it was set to, and how often it is asked meanwhile."""
 
 
-class Refused(BackendError):
+class RefusedError(BackendError):
     """The drive answers that it has no such object, or does not take that value."""
 
 
@@ -58,7 +58,7 @@ class SdoClient:
         """Download where the drive takes it; False where it does not. Raises BackendError if it is silent."""
         try:
             self.write(index, sub, value, size)
-        except Refused:
+        except RefusedError:
             return False
         return True
 
@@ -66,11 +66,11 @@ class SdoClient:
         """Upload; None where the drive has no such object. Raises BackendError if it is silent."""
         try:
             return self.read(index, sub)
-        except Refused:
+        except RefusedError:
             return None
 
     def _error(self, what: str, index: int, sub: int, error: Exception) -> BackendError:
-        kind = Refused if isinstance(error, self._aborted) else BackendError
+        kind = RefusedError if isinstance(error, self._aborted) else BackendError
         return kind(
             f"cia402 node {self._number}: cannot {what} object {index:04X}:{sub:02X}: {error}; check power, wiring, "
             "node id, bit rate, and that the drive supports cyclic synchronous torque (mode 10)"
@@ -161,10 +161,10 @@ def _map_feedback(sdo: SdoClient, node: int) -> int:
     """Map statusword, position and current, or torque where the drive does not show a current; returns which."""
     try:
         _map(sdo, 0x1800, 0x1A00, 0x180 + node, (*_TPDO, _CURRENT))
-    except Refused as current:
+    except RefusedError as current:
         try:
             _map(sdo, 0x1800, 0x1A00, 0x180 + node, (*_TPDO, _TORQUE))
-        except Refused as torque:
+        except RefusedError as torque:
             raise BackendError(f"{torque}; with the current (6078) in its place: {current}") from torque
         return _TORQUE
     return _CURRENT

@@ -8,14 +8,26 @@ more than 8 bytes, what it cannot map, any other mode, and a size that is not th
 import struct
 import threading
 
-import can
 import canopen
-from canopen.objectdictionary import ODRecord, ODVariable, ObjectDictionary
-from canopen.objectdictionary.datatypes import INTEGER8, INTEGER16, INTEGER32, UNSIGNED8, UNSIGNED16, UNSIGNED32
+from canopen.objectdictionary import ObjectDictionary, ODRecord, ODVariable
+from canopen.objectdictionary.datatypes import (
+    INTEGER8,
+    INTEGER16,
+    INTEGER32,
+    UNSIGNED8,
+    UNSIGNED16,
+    UNSIGNED32,
+)
 from canopen.sdo import SdoAbortedError
 
 OFF, NO_REMOTE = 0x8000_0000, 0x4000_0000
-NOT_NOW, RANGE, NOT_MAPPABLE, TOO_LONG, READ_ONLY = 0x0800_0022, 0x0609_0030, 0x0604_0041, 0x0604_0042, 0x0601_0002
+NOT_NOW, RANGE, NOT_MAPPABLE, TOO_LONG, READ_ONLY = (
+    0x0800_0022,
+    0x0609_0030,
+    0x0604_0041,
+    0x0604_0042,
+    0x0601_0002,
+)
 SIZES = {INTEGER8: "b", INTEGER16: "h", INTEGER32: "i", UNSIGNED8: "B", UNSIGNED16: "H", UNSIGNED32: "I"}
 PDOS = {0x1400: 0x1600, 0x1800: 0x1A00, 0x1801: 0x1A01}
 
@@ -48,7 +60,15 @@ class StrictDrive:
     """
 
     def __init__(
-        self, channel, node=1, *, lacks=(), bit_30=NO_REMOTE, fixed_period=False, shown_mode=None, no_action=False
+        self,
+        channel,
+        node=1,
+        *,
+        lacks=(),
+        bit_30=NO_REMOTE,
+        fixed_period=False,
+        shown_mode=None,
+        no_action=False,
     ):
         self.number, self._bit_30 = node, bit_30
         self._fixed = {0x6061} | ({0x60C2} if fixed_period else set()) | ({0x6007} if no_action else set())
@@ -135,7 +155,9 @@ class StrictDrive:
 
     # -- PDOs and the state machine ----------------------------------------------------------------
     def _mapped(self, mapping):
-        return [(self[mapping, k] >> 16, self[mapping, k] >> 8 & 0xFF) for k in range(1, self[mapping, 0] + 1)]
+        return [
+            (self[mapping, k] >> 16, self[mapping, k] >> 8 & 0xFF) for k in range(1, self[mapping, 0] + 1)
+        ]
 
     def _on_rpdo(self, can_id, data, timestamp):
         with self._lock:

@@ -106,7 +106,9 @@ def test_a_drive_that_shows_its_torque_in_place_of_its_current_is_driven_all_the
 
 
 def test_a_drive_that_shows_neither_is_refused(bench):
-    with pytest.raises(BackendError, match=r"1A00:03.*cannot be mapped.*with the current \(6078\) in its place"):
+    with pytest.raises(
+        BackendError, match=r"1A00:03.*cannot be mapped.*with the current \(6078\) in its place"
+    ):
         bench(lacks=(0x6077, 0x6078)).backend.open()
 
 
@@ -117,7 +119,14 @@ def test_a_drive_in_another_mode_is_not_armed_but_refused(bench):
 
 @pytest.mark.parametrize(
     ("period_s", "wanted"),
-    [(1e-3, (1, -3)), (2e-3, (2, -3)), (5e-4, (5, -4)), (1.25e-3, (125, -5)), (1 / 300, (33, -4)), (4e-4, (4, -4))],
+    [
+        (1e-3, (1, -3)),
+        (2e-3, (2, -3)),
+        (5e-4, (5, -4)),
+        (1.25e-3, (125, -5)),
+        (1 / 300, (33, -4)),
+        (4e-4, (4, -4)),
+    ],
 )
 def test_the_drive_is_told_the_period_of_the_loop(bench, period_s, wanted):
     assert interpolation_time(period_s) == wanted

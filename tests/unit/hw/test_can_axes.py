@@ -86,7 +86,7 @@ def test_an_odrive_that_is_not_heard_is_refused_with_what_to_check(no_waiting):
     def beat():
         on[odrive.can_id(5, odrive.HEARTBEAT)](struct.pack("<IBBBB", 0, 1, 0, 0, 0), 0, 8)
 
-    with pytest.raises(BackendError, match="firmware older than 0.6 sends no temperature"):
+    with pytest.raises(BackendError, match=r"firmware older than 0\.6 sends no temperature"):
         axis.set_up(Bus(beat))
 
     def versed():

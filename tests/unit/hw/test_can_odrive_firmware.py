@@ -19,7 +19,9 @@ from hw.interface import BackendError, Rig
 from rtctl.control.jit import records
 from rtctl.tick import new_ticks
 
-RIG = Rig(1, 1e-3, np.full(1, 80.0), np.full(1, 0.72), np.full(1, 0.0134), np.full(1, 160_000.0), np.eye(3)[:1])
+RIG = Rig(
+    1, 1e-3, np.full(1, 80.0), np.full(1, 0.72), np.full(1, 0.0134), np.full(1, 160_000.0), np.eye(3)[:1]
+)
 ALIKE = {0x07, 0x0B, 0x0E, 0x18, REMOTE | 0x00, REMOTE | 0x09, REMOTE | 0x14}
 """Commands that firmware 0.5 (can_simple.cpp) and 0.6 (its DBC) read alike; 0.5 ignores a remote frame of 0."""
 
@@ -52,7 +54,11 @@ class Heard(OdriveSim):
 def opened(drive, **options):
     """The backend, opened beside its drive; then the drive is served by hand."""
     channel = next(_channels)
-    table = {"bus": {"interface": "virtual", "channel": channel}, "feedback": "request", "axis": [{"node": 1}]}
+    table = {
+        "bus": {"interface": "virtual", "channel": channel},
+        "feedback": "request",
+        "axis": [{"node": 1}],
+    }
     valid = OdriveOptions.model_validate({**table, **options}, context={"rate_hz": 1000.0})
     backend = registry.create("odrive", valid.model_dump(mode="json"), RIG)
     with can.Bus(interface="virtual", channel=channel, ignore_config=True) as bus:
@@ -114,7 +120,9 @@ def test_firmware_0_5_is_driven_and_says_its_own_errors():
 
 def test_firmware_0_5_has_no_temperature():
     with (
-        pytest.raises(BackendError, match=r"firmware older than 0\.6 sends no temperature.*temperature_ms = 0"),
+        pytest.raises(
+            BackendError, match=r"firmware older than 0\.6 sends no temperature.*temperature_ms = 0"
+        ),
         opened(Heard((0, 5, 6)), temperature_ms=100.0),
     ):
         pass
@@ -128,7 +136,9 @@ def test_every_error_bit_has_its_word_or_its_number():
 
 def test_a_drive_whose_heartbeat_is_slower_than_the_rig_file_says_is_refused_with_the_setting():
     with (
-        pytest.raises(BackendError, match=r"no second one within 50 ms, but heartbeat_ms is 10.*heartbeat_msg_rate_ms"),
+        pytest.raises(
+            BackendError, match=r"no second one within 50 ms, but heartbeat_ms is 10.*heartbeat_msg_rate_ms"
+        ),
         opened(Heard((0, 6, 11), heartbeat_every=10_000)),
     ):
         pass
