@@ -384,3 +384,33 @@ def test_a_sample_counts_what_is_not_newer():
     sample.not_newer()
     assert sample.counts == {"damaged": 0, "not_newer": 1, "not_finite": 0}
     assert sample.faults == int(LinkFault.SEQUENCE)
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_cia402_drive_without_a_current_shows_the_one_its_torque_takes(monkeypatch, no_waiting, direction):
+    axis, sample, on, bus = cia402_axis(direction=direction)
+    monkeypatch.setattr("hw.can.cia402_setup.configure", lambda *_: (1.5, None, b"who"))
+    bus.answer = lambda: feedback(on, 0x21, current=500)
+    axis.set_up(bus)
+    feedback(on, 0x21, current=500)
+    assert sample.current_a[0] == pytest.approx(direction * 0.5 * 1.5 / 0.05)
+
+
+def test_a_cia402_drive_that_drops_out_of_operation_enabled_is_not_walked_back_into_it():
+    axis, _, on, bus = cia402_axis()
+    feedback(on, 0x27)
+    axis.write(bus, 2.0, True)
+    feedback(on, 0x27)
+    axis.write(bus, 2.0, True)
+    assert axis.link_faults() == 0
+    feedback(on, 0x40)
+    assert axis.link_faults() == DEVICE, "in this very cycle"
+    for state in (0x40, 0x21, 0x23, 0x27, 0x08) * 40:
+        feedback(on, state)
+        axis.write(bus, 2.0, True)
+        control, target = struct.unpack("<Hh", bus.sent[-1][1])
+        assert (control in (cia402.SHUT_DOWN, cia402.DISABLE_VOLTAGE), target) == (True, 0)
+        assert axis.link_faults() & DEVICE
+    feedback(on, 0x27)
+    axis.write(bus, 2.0, False)
+    assert axis.link_faults() & DEVICE == 0
