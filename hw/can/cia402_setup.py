@@ -10,6 +10,7 @@ from hw.can.bus import Bus
 from hw.interface import BackendError, Options
 
 CYCLIC_SYNCHRONOUS_TORQUE = 10
+SHUT_DOWN = 0x06
 _OFF, _NO_REMOTE = 0x8000_0000, 0x4000_0000
 """Bits of a PDO's COB-ID: it does not exist; no remote frame asks for it, which most drives have and refuse to change."""
 _RPDO = (0x6040_0010, 0x6071_0010)  # controlword u16, target torque i16
@@ -108,6 +109,7 @@ def configure(
         remote.sdo.RESPONSE_TIMEOUT, remote.sdo.MAX_RETRIES = options["sdo_timeout_s"], SDO_ATTEMPTS
         sdo = SdoClient(remote, node)
         remote.nmt.state = "PRE-OPERATIONAL"
+        _take_down(sdo)
         torque_nm = _rated(sdo, node, table, "torque_nm", 0x6076)
         identity = struct.pack("<3I", *(sdo.read(0x1018, sub) for sub in (1, 2, 4)))
         _map(sdo, 0x1400, 0x1600, 0x200 + node, _RPDO)
@@ -125,6 +127,12 @@ def configure(
             network.notifier.stop(1.0)
         bus.release(wire)
     return torque_nm, current_a, identity
+
+
+def _take_down(sdo: SdoClient) -> None:
+    """Power stage off before anything else: who died may have left it on, and `rtctl stop-rig` has no other purpose."""
+    sdo.try_write(0x6040, 0, SHUT_DOWN, 2)
+    sdo.try_write(0x6071, 0, 0, 2)
 
 
 def _rated(sdo: SdoClient, node: int, table: Options, what: str, index: int) -> float:

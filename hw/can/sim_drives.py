@@ -224,7 +224,7 @@ class Cia402Sim:
         }  # fmt: skip
         self.state, self.nmt = 0x40, 0x7F
         self.controlword = self._pending_target = 0
-        self._pending_control = 0
+        self._pending_control = self._last = 0
         self.current_a = self._turns = self._turns_s = self._measured_a = 0.0
         self._unheard_s, self._watching, self._since_beat_s = 0.0, False, 0.0
 
@@ -252,6 +252,8 @@ class Cia402Sim:
             size = 4 - (command >> 2 & 3)
             self.objects[index, sub] = int.from_bytes(data[4 : 4 + size], "little")
             self.objects[0x6061, 0] = self.objects[0x6060, 0]
+            if index == 0x6040:
+                self._transition(self.objects[index, sub])
             return struct.pack("<BHB4x", 0x60, index, sub)
         if (index, sub) not in self.objects:
             return struct.pack("<BHBI", 0x80, index, sub, 0x0602_0000)

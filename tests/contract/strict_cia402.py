@@ -1,7 +1,7 @@
 """A CiA 402 drive as strict as CiA 301 and 402-2 allow, made of `canopen`'s LocalNode on python-can's virtual bus.
 
 Its SDO server, object dictionary, NMT and heartbeat are canopen's; PDOs are read and written as they are mapped. It
-refuses: to change an identifier or a mapping while the PDO exists, bit 30 at all, entries while the count is not 0,
+refuses: to change the mode while it is enabled, to change an identifier or a mapping while the PDO exists, bit 30 at all, entries while the count is not 0,
 more than 8 bytes, what it cannot map, any other mode, and a size that is not the object's.
 """
 
@@ -126,6 +126,10 @@ class StrictDrive:
     def _objection(self, index, sub, value):
         if index in self._fixed:
             return READ_ONLY
+        if index == 0x6040:
+            self._transition(value)
+        if index == 0x6060 and self[0x6041, 0] == 0x27:
+            return NOT_NOW
         if index == 0x6060 and value != 10:
             return RANGE
         if index == 0x60C2 and sub == 1 and not 2.5e-4 <= value * 10.0 ** self[0x60C2, 2] <= 0.02:

@@ -145,3 +145,11 @@ def test_a_drive_that_would_go_on_without_its_host_is_refused(bench):
     with pytest.raises(BackendError, match=r"object 6007 is 0.*set 6007 to 1"):
         bench(no_action=True).backend.open()
     bench(lacks=(0x6007,)).backend.open()
+
+
+def test_a_drive_that_was_left_enabled_is_taken_down_first(bench):
+    one = bench()
+    one.drive[0x6041, 0], one.drive[0x6071, 0] = 0x27, 300
+    one.backend.open()
+    assert one.drive.refusals == []
+    assert (one.drive[0x6041, 0], one.drive[0x6071, 0]) == (0x21, 0)

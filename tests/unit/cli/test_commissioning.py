@@ -117,6 +117,7 @@ def test_its_probe_shows_a_drive_that_answers_only_when_asked(name, kind, option
         try:
             words = ["probe", str(rig), "--seconds", "1.5", "--json", "--runtime-dir", str(tmp_path)]
             done = CliRunner().invoke(cli, words)
+            stopped = CliRunner().invoke(cli, ["stop-rig", str(rig)])
         finally:
             sim.stop()
     assert done.exit_code == 0, done.output
@@ -124,6 +125,7 @@ def test_its_probe_shows_a_drive_that_answers_only_when_asked(name, kind, option
     assert shown["samples"] > shown["cycles"] / 2, shown
     assert shown["faults"]["LOST"] < shown["cycles"] / 2, shown
     assert all(drive.current_a == 0.0 for drive in sim.drives)
+    assert "opened afresh and stopped" in stopped.output
 
 
 def test_the_lines_that_arm_it_arm_the_mock(tmp_path, monkeypatch, capsys):
