@@ -158,9 +158,7 @@ class Cia402Axis:
         self._set(SHUT_DOWN, 0)
         found = configure(bus, self.node, self._table, self._options, self._period_s)
         self._torque_rated_nm, current_a, self.identity = found
-        if (
-            current_a is None
-        ):  # the feedback is a torque: the current that gives the rated one is its full scale
+        if current_a is None:  # its full scale is the current that gives the rated torque
             current_a = self._torque_rated_nm / abs(self._shaft.torque_per_ampere)
         self._current_rated_a = current_a
         self._unwrap = Unwrap(32)

@@ -117,6 +117,7 @@ class OdriveAxis:
         self._shaft = Shaft(table, rig, axis)
         self._encoder_bit, self._iq_bit = sample.need(), sample.need()
         self._request = options["feedback"] == "request"
+        self._remote = not options.get("bus", {}).get("fd")  # CAN FD has none: an empty frame asks there
         self._has_temperature = bool(options.get("temperature_ms"))
         beat_s = 1e-3 * float(options["heartbeat_ms"])
         self._armed = Armed(round(ARM_S / rig.period_s) + round(2 * beat_s / rig.period_s))
@@ -189,10 +190,10 @@ class OdriveAxis:
         self._make_frames(bus)
         self.identity, self.version, self._beats = b"", OLD, 0
         self.stop(bus)
+        for frame in (self._ask_version, self._mode, self._clear):
+            bus.send(frame)
         self._hear_beat(bus)
         self._learn(bus)
-        bus.send(self._mode)
-        bus.send(self._clear)
         self.prime(bus)
         if not wait_for(bus, self._heard, 1.0):
             raise BackendError(
@@ -218,9 +219,9 @@ class OdriveAxis:
     def _learn(self, bus: Bus) -> None:
         """Firmware, and serial number where asking for it means nothing else."""
         for _ in range(VERSION_ASKED):
-            bus.send(self._ask_version)
             if wait_for(bus, lambda: self.version != OLD, VERSION_S):
                 break
+            bus.send(self._ask_version)
         if self.version >= ADDRESS_SINCE:
             bus.send(self._ask_address)
             wait_for(bus, lambda: bool(self.identity), ADDRESS_S)
@@ -241,16 +242,16 @@ class OdriveAxis:
         return self._sample.fresh & both == both
 
     def _make_frames(self, bus: Bus) -> None:
-        def _frame(command: int, length: int, *, remote: bool = False) -> Any:  # noqa: ANN401
-            return bus.outgoing(can_id(self.node, command) | (REMOTE if remote else 0), length)
+        def _frame(command: int, length: int, *, ask: bool = False) -> Any:  # noqa: ANN401
+            return bus.outgoing(can_id(self.node, command) | (REMOTE if ask and self._remote else 0), length)
 
         self._torque = _frame(SET_INPUT_TORQUE, 4)
         self._state = _frame(SET_AXIS_STATE, 4)
         self._mode = _frame(SET_CONTROLLER_MODE, 8)
         TWO_WORDS.pack_into(self._mode.buffer, self._mode.offset, TORQUE_CONTROL, PASS_THROUGH)
         self._clear = _frame(CLEAR_ERRORS, 1)
-        self._ask_encoder, self._ask_iq = (_frame(c, 0, remote=True) for c in (GET_ENCODER, GET_IQ))
-        self._ask_address, self._ask_version = (_frame(c, 0, remote=True) for c in (ADDRESS, GET_VERSION))
+        self._ask_encoder, self._ask_iq = (_frame(c, 0, ask=True) for c in (GET_ENCODER, GET_IQ))
+        self._ask_address, self._ask_version = (_frame(c, 0, ask=True) for c in (ADDRESS, GET_VERSION))
 
     def _request_state(self, bus: Bus, state: int) -> None:
         WORD.pack_into(self._state.buffer, self._state.offset, state)

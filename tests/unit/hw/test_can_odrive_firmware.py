@@ -3,6 +3,7 @@
 import itertools
 import struct
 from contextlib import contextmanager
+from types import SimpleNamespace
 
 import can
 import numpy as np
@@ -13,6 +14,7 @@ from hw.can import odrive
 from hw.can.drive_sim import TORQUE_CONSTANT_NM_A, DriveSim
 from hw.can.odrive_firmware import decode_version
 from hw.can.options import OdriveOptions
+from hw.can.sample import Sample
 from hw.can.sim_drives import REMOTE, OdriveSim
 from hw.can.sim_plant import Inertia
 from hw.interface import BackendError, Rig
@@ -116,6 +118,22 @@ def test_firmware_0_5_is_driven_and_says_its_own_errors():
         cycles(backend, sim, tick, 20, current_a=2.0, enabled=1)
         assert backend.status() == ["node 1: state 1, WATCHDOG_TIMER_EXPIRED, HOMING_WITHOUT_ENDSTOP"]
     assert set(drive.heard) <= ALIKE
+
+
+@pytest.mark.parametrize("fd", [False, True])
+def test_a_question_is_a_remote_frame_where_there_are_any_and_an_empty_one_on_can_fd(fd):
+    options = {"feedback": "cyclic", "heartbeat_ms": 10.0, "bus": {"fd": fd}}
+    table = {"node": 5, "direction": 1, "shaft": "motor", "offset_rad": 0.0, "current_max_a": 20.0}
+    axis = odrive.OdriveAxis(table, options, RIG, 0, Sample(1))
+    made = []
+    axis._make_frames(SimpleNamespace(outgoing=lambda can_id, n: made.append((can_id, n)) or _frame(n)))
+    asked = [can_id for can_id, n in made if n == 0]
+    assert [can_id & 0x1F for can_id in asked] == [0x09, 0x14, 0x06, 0x00]
+    assert all(bool(can_id & REMOTE) != fd for can_id in asked)
+
+
+def _frame(length):
+    return SimpleNamespace(buffer=bytearray(length), offset=0, length=length)
 
 
 def test_firmware_0_5_has_no_temperature():
