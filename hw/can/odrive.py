@@ -16,11 +16,11 @@ import struct
 from typing import Any
 
 from hw.can.armed import Armed
-from hw.can.bus import REMOTE, Bus, Handler, wait_for
+from hw.can.bus import REMOTE, Bus, Handler, twice_within, wait_for
 from hw.can.fields import Buffer
 from hw.can.load import Traffic
 from hw.can.odrive_firmware import ADDRESS as ADDRESS_SINCE
-from hw.can.odrive_firmware import ERRORS_05, NAMED_ERRORS, OLD, Version, decode_version, version_text
+from hw.can.odrive_firmware import ERRORS, ERRORS_05, NAMED_ERRORS, OLD, Version, decode_version, version_text
 from hw.can.sample import Sample, Shaft
 from hw.interface import BackendError, LinkFault, Options, Rig
 
@@ -29,16 +29,6 @@ GET_ENCODER, SET_CONTROLLER_MODE, SET_INPUT_TORQUE = 0x09, 0x0B, 0x0E
 GET_IQ, GET_TEMPERATURE, CLEAR_ERRORS = 0x14, 0x15, 0x18
 IDLE, CLOSED_LOOP = 1, 8
 TORQUE_CONTROL, PASS_THROUGH = 1, 1
-
-ERRORS = {
-    0x1: "INITIALIZING", 0x2: "SYSTEM_LEVEL", 0x4: "TIMING_ERROR", 0x8: "MISSING_ESTIMATE", 0x10: "BAD_CONFIG",
-    0x20: "DRV_FAULT", 0x40: "MISSING_INPUT", 0x100: "DC_BUS_OVER_VOLTAGE", 0x200: "DC_BUS_UNDER_VOLTAGE",
-    0x400: "DC_BUS_OVER_CURRENT", 0x800: "DC_BUS_OVER_REGEN_CURRENT", 0x1000: "CURRENT_LIMIT_VIOLATION",
-    0x2000: "MOTOR_OVER_TEMP", 0x4000: "INVERTER_OVER_TEMP", 0x8000: "VELOCITY_LIMIT_VIOLATION",
-    0x10000: "POSITION_LIMIT_VIOLATION", 0x20000: "REQUESTED_CURRENT_TOO_HIGH", 0x1000000: "WATCHDOG_TIMER_EXPIRED",
-    0x2000000: "ESTOP_REQUESTED", 0x4000000: "SPINOUT_DETECTED", 0x8000000: "BRAKE_RESISTOR_DISARMED",
-    0x10000000: "THERMISTOR_DISCONNECTED", 0x40000000: "CALIBRATION_ERROR",
-}  # fmt: skip
 
 PAIR = struct.Struct("<ff")
 HEARTBEAT_STRUCT = struct.Struct("<IBBB")
@@ -203,18 +193,19 @@ class OdriveAxis:
             )
 
     def _hear_beat(self, bus: Bus) -> None:
-        """Wait for two heartbeats, the second one as soon as in the loop."""
-        if not wait_for(bus, lambda: self._beats > 0, 1.0):
+        """Wait for two heartbeats, the second as soon after the first as the loop wants it."""
+        if wait_for(bus, twice_within(lambda: self._beats, self._silence_s), max(1.0, 3e-3 * self._beat_ms)):
+            return
+        if self._beats == 0:
             raise BackendError(
                 f"odrive node {self.node}: no heartbeat within 1 s: check power, wiring and termination, node id, "
                 "the bus' bit rate, and can.config.heartbeat_msg_rate_ms on the drive"
             )
-        if not wait_for(bus, lambda: self._beats > 1, self._silence_s):
-            raise BackendError(
-                f"odrive node {self.node}: one heartbeat and no second one within {1e3 * self._silence_s:g} ms, but "
-                f"heartbeat_ms is {self._beat_ms:g}: it tells that the drive has let go, so set heartbeat_msg_rate_ms of "
-                f"<axis>.config.can on the drive to {self._beat_ms:g} (firmware 0.5: heartbeat_rate_ms)"
-            )
+        raise BackendError(
+            f"odrive node {self.node}: no two heartbeats within {1e3 * self._silence_s:g} ms, but heartbeat_ms is "
+            f"{self._beat_ms:g}: they tell that the drive has let go, so set heartbeat_msg_rate_ms of <axis>.config.can "
+            f"on the drive to {self._beat_ms:g} (firmware 0.5: heartbeat_rate_ms)"
+        )
 
     def _learn(self, bus: Bus) -> None:
         """Firmware, and serial number where asking for it means nothing else."""

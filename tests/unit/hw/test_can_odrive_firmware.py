@@ -155,7 +155,8 @@ def test_every_error_bit_has_its_word_or_its_number():
 def test_a_drive_whose_heartbeat_is_slower_than_the_rig_file_says_is_refused_with_the_setting():
     with (
         pytest.raises(
-            BackendError, match=r"no second one within 50 ms, but heartbeat_ms is 10.*heartbeat_msg_rate_ms"
+            BackendError,
+            match=r"no two heartbeats within 50 ms, but heartbeat_ms is 10.*heartbeat_msg_rate_ms",
         ),
         opened(Heard((0, 6, 11), heartbeat_every=10_000)),
     ):
