@@ -109,6 +109,14 @@ class CountingBackend(Protocol):
         """Totals since `open`: frames, checksum errors, lost frames, ... by name."""
 
 
+@runtime_checkable
+class AskedBackend(Protocol):
+    """A backend some of whose devices answer only when asked; `rtctl probe` asks, and never writes a command."""
+
+    def ask(self) -> None:
+        """Ask for one sample, disabled and without torque, where none comes unasked. Never blocks. Raises LinkLost."""
+
+
 @dataclass(frozen=True)
 class Channels:
     """What a device provides and consumes: names of `CHANNEL_FIELDS`."""

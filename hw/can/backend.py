@@ -190,6 +190,10 @@ class CanBackend:
             raise LinkLost("the CAN bus is not open")
         self.send(self.bus, enabled=self._enabled[0] != 0)
 
+    def ask(self) -> None:
+        """See AskedBackend: what `open` asks with, once."""
+        self._prime(self._open_bus())
+
     def counts(self) -> dict[str, int]:
         """Samples taken, frames refused here by reason, and what the controller reported."""
         health = {} if self.bus is None else self.bus.health.counts

@@ -109,7 +109,7 @@ class SerialBackend(SerialCore):
         row = self.link[0]
         row["started"] = row["fresh"] = row["older_in_row"] = row["identified"] = 0
         row["status"] = 0
-        row["damaged_now"] = row["older_now"] = row["enabled_in_row"] = 0
+        row["damaged_now"] = row["older_now"] = row["enabled_in_row"] = row["driven"] = row["dropped"] = 0
         self._before = row.copy()
 
     def _greet(self, port: Port) -> None:

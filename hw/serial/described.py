@@ -93,7 +93,17 @@ class DescribedBackend(SerialCore):
 
     def _forget(self) -> None:
         self._stream[:] = np.zeros(1, self._stream.dtype)
-        for name in ("started", "fresh", "older_in_row", "damaged_now", "older_now", "fault"):
+        for name in (
+            "started",
+            "fresh",
+            "older_in_row",
+            "damaged_now",
+            "older_now",
+            "fault",
+            "asked",
+            "driven",
+            "dropped",
+        ):
             self.link[name] = 0
 
     def counts(self) -> dict[str, int]:

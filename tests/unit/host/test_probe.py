@@ -11,6 +11,7 @@ import pytest
 
 from hw import registry
 from hw.interface import BackendError, BackendInfo, Channels, LinkFault, LinkLost
+from rtctl.cli.probe import _lines
 from rtctl.config import load
 from rtctl.errors import ConfigError
 from rtctl.host.endpoints import RuntimeDirectory
@@ -116,6 +117,56 @@ def test_nothing_is_written_unless_asked_and_then_disabled_zeros(loaded):
     assert MADE[-1].calls == ["open"]
     run(loaded, 2, poll=True)
     assert MADE[-1].calls == ["open", ("write", 0, 0.0), ("write", 0, 0.0)]
+
+
+class Asked(Fake):
+    """Answers only when it is asked, and never shows more than it was asked for."""
+
+    asked = 0
+
+    def read(self, tick):
+        tick["sample_count"] = self.asked
+
+    def ask(self):
+        self.asked += 1
+        self.calls.append("ask")
+
+
+def test_a_device_that_answers_only_when_asked_is_asked_and_never_commanded(loaded, monkeypatch):
+    info = BackendInfo(
+        f"{__name__}:Asked", "hw.mock.options:MockOptions", False, "", Channels(Fake.provides, Fake.consumes)
+    )
+    monkeypatch.setitem(registry.BUILT_IN, "fake", info)
+    registry.lookup.cache_clear()
+    (finger,) = run(loaded, 50, only="finger")
+    assert finger["samples"] == 49
+    assert MADE[-1].calls == ["open"] + ["ask"] * 50
+
+
+class Biased(Fake):
+    """Shows a sensor's bias at first, then a pull of 2 N along x."""
+
+    def read(self, tick):
+        self.cycle += 1
+        tick["sample_count"] = self.cycle
+        tick["force_n"][0] = (5.0 + 2.0 * (self.cycle > 300), -3.0, math.nan)
+
+
+def test_the_force_is_shown_tared_by_its_first_samples_as_before_arming(loaded, monkeypatch):
+    info = BackendInfo(
+        f"{__name__}:Biased", "hw.mock.options:MockOptions", False, "", Channels(Fake.provides, Fake.consumes)
+    )
+    monkeypatch.setitem(registry.BUILT_IN, "fake", info)
+    registry.lookup.cache_clear()
+    (finger,) = run(loaded, 299, only="finger")  # tare_s is 0.3 s, 300 samples
+    assert [(value["value"], value["tare"]) for value in finger["values"][:2]] == [(5.0, None), (-3.0, None)]
+    assert "untared yet: let go" in "".join(_lines(finger))
+    (finger,) = run(loaded, 400, only="finger")
+    x, y, z = finger["values"]
+    assert (x["value"], x["tare"], x["min"], x["max"]) == (2.0, 5.0, 0.0, 2.0)
+    assert (y["value"], y["tare"]) == (0.0, -3.0)
+    assert math.isnan(z["value"])
+    assert "tared by 5" in "".join(_lines(finger))
 
 
 @pytest.mark.parametrize("only", ["1", "finger"])
