@@ -17,6 +17,7 @@ import struct
 from hw.can.bus import Bus, Handler, wait_for
 from hw.can.fields import Buffer, Unwrap
 from hw.can.load import Traffic
+from hw.can.names import emergency_name
 from hw.can.sample import Sample, Shaft
 from hw.interface import BackendError, LinkFault, Options, Rig
 
@@ -213,7 +214,7 @@ class Cia402Axis:
     def status(self) -> str:
         """What the drive says about itself."""
         return f"node {self.node}: {self.state}" + (
-            f", emergency 0x{self.emergency:04x}" if self.emergency else ""
+            f", emergency {emergency_name(self.emergency)}" if self.emergency else ""
         )
 
     def stop(self, bus: Bus) -> None:

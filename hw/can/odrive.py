@@ -17,6 +17,7 @@ from typing import Any
 from hw.can.bus import REMOTE, Bus, Handler, wait_for
 from hw.can.fields import Buffer
 from hw.can.load import Traffic
+from hw.can.names import ODRIVE_STATES, named
 from hw.can.sample import Sample, Shaft
 from hw.interface import BackendError, LinkFault, Options, Rig
 
@@ -253,7 +254,7 @@ class OdriveAxis:
 
     def status(self) -> str:
         """What the drive says about itself."""
-        return f"node {self.node}: state {self.state}" + (
+        return f"node {self.node}: state {named(self.state, ODRIVE_STATES)}" + (
             f", {error_names(self.error)}" if self.error else ""
         )
 

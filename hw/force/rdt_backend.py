@@ -12,7 +12,7 @@ import numpy as np
 from hw.force import rdt
 from hw.force.reading import Reading
 from hw.force.sample import ForceSample
-from hw.interface import BackendError, LinkFault, LinkLost, Options, Rig
+from hw.interface import BackendError, LinkFault, LinkLost, Options, Rig, Words
 
 DRAIN_MOST = 256
 """Datagrams taken in one cycle. A cycle that finds more shows nothing fresh: newer ones wait behind them."""
@@ -158,6 +158,11 @@ class RdtBackend:
             with contextlib.suppress(OSError):
                 made.send(rdt.request(rdt.STOP))
             made.close()
+
+    def words(self) -> list[Words]:
+        """See `SpeakingBackend`: why the sensor does not vouch for its newest record."""
+        status = self._sample.status
+        return [Words(f"status 0x{status:08x}" if status else "")]
 
     def counts(self) -> dict[str, int]:
         """What the link has seen since `open`."""
