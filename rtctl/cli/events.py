@@ -50,7 +50,7 @@ def line(event: dict[str, Any]) -> str:
 
 
 def _text(event: dict[str, Any]) -> str:
-    from rtctl.host.fault_book import sentence
+    from rtctl.host.faults import sentence
     from rtctl.host.speaker import line_of
 
     kind = event["event"]

@@ -9,8 +9,8 @@ import numpy as np
 from rtctl.control.vocabulary import State
 from rtctl.host.description import RigDescription
 from rtctl.host.device_words import DeviceWords, Voice
-from rtctl.host.fault_book import FaultBook, cause_bit
-from rtctl.host.faults import fault_entries
+from rtctl.host.fault_book import FaultBook
+from rtctl.host.faults import cause_bit, fault_entries
 from rtctl.host.temperature import TemperatureWatch
 from rtctl.host.timing_watch import EVENT, TimingWatch
 

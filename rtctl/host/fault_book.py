@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from hw.interface import LinkFault
@@ -11,12 +9,7 @@ from rtctl.control.vocabulary import Fault, State
 from rtctl.host.blame import NOWHERE, Scene, Where, locate
 from rtctl.host.description import RigDescription
 from rtctl.host.device_words import DeviceWords, Voice, words_of
-from rtctl.host.faults import fault_entries
-
-Entry = dict[str, Any]
-
-PLACE = ("axis", "channel", "device", "detail")
-"""What an entry has beside `name` and `text`: each a text, or None where there is nothing to say."""
+from rtctl.host.faults import PLACE, Entry, cause_bit, fault_entries
 
 MOST_ARMING_TICKS = 4000
 
@@ -162,24 +155,3 @@ class FaultBook:
             if set(wanted) & set(device.channels) and (where.axis is None or where.axis in device.axes):
                 return device.label
         return None
-
-
-def cause_bit(state: int, fault_first: int) -> int:
-    """Bit of the fault that a rig stands still for: ESTOP in ESTOP, whatever was latched before; 0 for none."""
-    if state == State.ESTOP:
-        return int(Fault.ESTOP)
-    return 1 << fault_first if fault_first >= 0 else 0
-
-
-def place_of(entry: Entry) -> str:
-    """Where a fault is, for a person: `axis tip, current, device[0] 'drive'`; empty when nothing is known."""
-    parts = [f"axis {entry['axis']}"] if entry.get("axis") else []
-    parts += [str(entry[name]) for name in ("channel", "device") if entry.get(name)]
-    return ", ".join(parts)
-
-
-def sentence(entry: Entry) -> str:
-    """A fault as one line: name, place, what was seen, what to do."""
-    place = place_of(entry)
-    seen = f": {entry['detail']}" if entry.get("detail") else ""
-    return f"{entry['name']}{f' ({place})' if place else ''}{seen}: {entry['text']}"

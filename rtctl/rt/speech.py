@@ -14,12 +14,12 @@ import numpy as np
 
 from hw.interface import Backend
 from hw.rig import Member, Said, said
+from rtctl.control.vocabulary import Fault
 
 EVERY_TICKS = 50
 """Ticks at rest between two looks."""
 
-STALE_TICKS = 3
-"""Age of the rig's sample from which a single device counts as silent; `control.sample` calls it STALE."""
+_STALE = int(Fault.STALE)
 
 MOST_LETTERS = 200
 """Of one axis' words. A message then fits into a pipe whole, or not at all."""
@@ -57,7 +57,7 @@ class Speech:
             self._wait -= 1
             return
         self._wait, self._before = EVERY_TICKS, self._faults[0]
-        stale = bool(tick["sample_age_ticks"][0] >= STALE_TICKS)
+        stale = bool(self._before & _STALE)
         for one in said(self._backend, self._members, tick, stale=stale):
             if one != self._told.get(one.label) and self._tell(message(one)):
                 self._told[one.label] = one

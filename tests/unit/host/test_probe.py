@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from hw import registry
-from hw.interface import BackendError, BackendInfo, Channels, LinkFault, LinkLost
+from hw.interface import BackendError, BackendInfo, Channels, LinkFault, LinkLost, Words
+from rtctl.cli.probe import _lines as lines_of
 from rtctl.config import load
 from rtctl.errors import ConfigError
 from rtctl.host.endpoints import RuntimeDirectory
@@ -109,6 +110,16 @@ def test_it_counts_fresh_samples_damage_and_what_the_link_counts(loaded):
     assert finger["counts"] == {"received": 6}
     assert finger["age_ms"] >= 0
     assert finger["age_max_ms"] > 0
+
+
+def test_it_shows_what_the_device_says_and_what_it_said_in_a_fault_that_is_over(loaded, monkeypatch):
+    def words(self):
+        return [Words("OVERLOAD" if self.cycle == 4 else "")]
+
+    monkeypatch.setattr(Fake, "words", words, raising=False)
+    (finger,) = run(loaded, 6, only="finger")
+    assert finger["words"] == [{"axis": "joint", "text": "OVERLOAD", "now": False, "fault_cycles": 1}]
+    assert any("said (axis joint) in 1 cycles with a fault: OVERLOAD" in text for text in lines_of(finger))
 
 
 def test_nothing_is_written_unless_asked_and_then_disabled_zeros(loaded):
