@@ -51,6 +51,7 @@ class RdtBackend:
     def _reset(self) -> None:
         self._sample.forget()
         self._number = -1
+        self._begun = False  # no sample was shown yet: what came while others were opened is not missed
         self._heard_ns = self._asked_ns = 0
         self._received = self._lost = self._older = self._malformed = 0
 
@@ -112,6 +113,7 @@ class RdtBackend:
             self._heard_ns = now_ns
             if drained:
                 faults |= self._sample.take(newest)
+                self._begun = True
         elif now_ns - self._heard_ns > self._lost_after_ns:
             faults |= _LOST
             self._number = -1  # after a restart the sensor counts from the beginning
@@ -137,7 +139,7 @@ class RdtBackend:
             if self._number >= 0 and not 0 < step < _HALF:
                 self._older += 1
                 continue
-            if self._number >= 0:
+            if self._number >= 0 and self._begun:
                 self._lost += step - 1
             self._number, newest = number, reading
             self._received += 1

@@ -108,7 +108,7 @@ class SerialSensor:
         newest, self._waiting = self._waiting, None
         n = self._port.read_into(self._views)
         if n >= FULL:
-            self._overflows += 1
+            self._overflows += self._sample.count > 0  # before the first sample nobody was there to read
             frames.forget()
         elif n:
             damaged = frames.damaged

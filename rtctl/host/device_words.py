@@ -6,12 +6,16 @@ so whoever looks here after reading that tick finds the words that belong to it.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from hw.interface import LinkFault
 from rtctl.host.description import RigDescription
+
+KEPT = 16
+"""Utterances of one device that are kept: a fault that lasts one tick is laid at what was said in that one."""
 
 _SILENT_TEXT = "parts of its sample do not come"
 
@@ -57,12 +61,23 @@ class Voice:
         }
 
 
+@dataclass(frozen=True)
+class Utterance:
+    """What one device said in one tick: its number among all utterances, the tick, and its voices."""
+
+    number: int
+    tick: int
+    device: str
+    voices: tuple[Voice, ...]
+
+
 class DeviceWords:
-    """The newest words of every device of one rig."""
+    """The words of every device of one rig: the newest, and those of the last few changes."""
 
     def __init__(self, rig: RigDescription) -> None:
         self._axes = [axis.name for axis in rig.axes]
-        self._said: dict[str, list[Voice]] = {}
+        self._said: dict[str, deque[Utterance]] = {}
+        self._number = 0
 
     def hear(self, message: Mapping[str, Any]) -> None:
         """Take in what the loop says of one device."""
@@ -80,24 +95,39 @@ class DeviceWords:
             text = voices[0].text if single and voices else ""
             whole = Voice(label, axes[0] if len(axes) == 1 else None, text, rest, bool(stale))
             voices = [whole] if single else [whole, *voices]
-        self._said[label] = voices
+        self._number += 1
+        said = self._said.setdefault(label, deque(maxlen=KEPT))
+        said.append(Utterance(self._number, int(message["tick"]), label, tuple(voices)))
 
-    def voices(self) -> list[Voice]:
-        """All devices, those with axes of their own by axis."""
-        return [voice for voices in self._said.values() for voice in voices]
+    def since(self, number: int) -> list[Utterance]:
+        """What was said after utterance `number` (0: all), in order."""
+        found = [one for said in self._said.values() for one in said if one.number > number]
+        return sorted(found, key=lambda one: one.number)
 
-    def blame(self, bits: int) -> Voice | None:
+    def voices(self, tick: int | None = None) -> list[Voice]:
+        """What all devices had last said in `tick` (None: now), those with axes of their own by axis."""
+        found: list[Voice] = []
+        for said in self._said.values():
+            until = [one for one in said if tick is None or one.tick <= tick]
+            found += until[-1].voices if until else ()
+        return found
+
+    def blame(self, bits: int, tick: int | None = None) -> Voice | None:
         """Who shows one of these bits of `LinkFault`; one that names its axis and has words before one that does not."""
-        return _best([voice for voice in self.voices() if voice.faults & bits])
+        return _best([voice for voice in self.voices(tick) if voice.faults & bits])
 
-    def silent(self) -> Voice | None:
+    def silent(self, tick: int | None = None) -> Voice | None:
         """Whose sample is missing."""
-        return _best([voice for voice in self.voices() if voice.silent])
+        return _best([voice for voice in self.voices(tick) if voice.silent])
 
-    def of(self, device: str, axis: str | None) -> str:
+    def of(self, device: str, axis: str | None, tick: int | None = None) -> str:
         """The words of a device (of its axis, if it has words by axis); empty when it has none."""
-        found = [voice for voice in self._said.get(device, []) if voice.axis in (axis, None) and voice.text]
-        return found[0].text if found else ""
+        found = [
+            voice.text
+            for voice in self.voices(tick)
+            if voice.device == device and voice.axis in (axis, None) and voice.text
+        ]
+        return found[0] if found else ""
 
 
 def _best(found: list[Voice]) -> Voice | None:

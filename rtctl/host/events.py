@@ -53,17 +53,20 @@ class WordsWatch:
 
     def __init__(self, words: DeviceWords) -> None:
         self._words = words
+        self._heard = 0
         self._before: dict[tuple[str, str | None], Voice] = {}
 
     def changes(self) -> list[tuple[str, dict[str, Any]]]:
         """Kind (`device`) and content of what changed since the last call."""
-        now = {(voice.device, voice.axis): voice for voice in self._words.voices()}
-        before, self._before = self._before, now
-        return [
-            ("device", voice.as_dict())
-            for key, voice in now.items()
-            if voice != before.get(key) and (voice.complains or (key in before and before[key].complains))
-        ]
+        told: list[tuple[str, dict[str, Any]]] = []
+        for one in self._words.since(self._heard):
+            self._heard = one.number
+            for voice in one.voices:
+                before = self._before.get((voice.device, voice.axis))
+                self._before[voice.device, voice.axis] = voice
+                if voice != before and (voice.complains or (before is not None and before.complains)):
+                    told.append(("device", voice.as_dict()))
+        return told
 
 
 class EventDetector:

@@ -57,7 +57,7 @@ class FaultBook:
             for number in range(appeared.bit_length()):
                 if appeared >> number & 1 and 1 << number in Fault._value2member_map_:
                     fault = Fault(1 << number)
-                    self._places[fault] = self._place(fault, scene)
+                    self._places[fault] = self._place(fault, scene, int(rows["tick"][i]))
         self._remember(rows)
 
     def entries(self, bits: int) -> list[Entry]:
@@ -108,25 +108,25 @@ class FaultBook:
         if sum(map(len, self._arming)) > MOST_ARMING_TICKS:
             self._arming = []
 
-    def _place(self, fault: Fault, scene: Scene | None) -> Entry:
-        """Where a fault comes from that has just appeared."""
-        if fault in _OF_SAMPLES and (place := self._of_samples(fault)):
+    def _place(self, fault: Fault, scene: Scene | None, tick: int) -> Entry:
+        """Where a fault comes from that appeared in `tick`."""
+        if fault in _OF_SAMPLES and (place := self._of_samples(fault, tick) or self._only_device(tick)):
             return place
         found = NOWHERE if scene is None else locate(fault, scene)
         device = self._device(found, motor=fault in _MOTOR)
         axis = None if found.axis is None else self._rig.axes[found.axis].name
-        said = self.words.of(device, axis) if device and fault in _MOTOR else ""
+        said = self.words.of(device, axis, tick) if device and fault in _MOTOR else ""
         detail = "; ".join(part for part in (found.detail, said) if part)
         return {"axis": axis, "channel": found.channel, "device": device, "detail": detail or None}
 
-    def _of_samples(self, fault: Fault) -> Entry | None:
-        """The device that says by itself that something is wrong with its samples; None when none does."""
+    def _of_samples(self, fault: Fault, tick: int | None = None) -> Entry | None:
+        """The device that says by itself that something is wrong with its samples (None: now); None when none does."""
         bits = int(_LINK_BITS.get(fault, 0))
-        voice = self.words.blame(bits) if bits else None
+        voice = self.words.blame(bits, tick) if bits else None
         if fault in (Fault.STALE, Fault.SAMPLE_AGE):
-            voice = self.words.silent() or voice
+            voice = self.words.silent(tick) or voice
         if voice is None:
-            return self._only_device() if fault in _OF_SAMPLES else None
+            return None
         return {
             "axis": voice.axis,
             "channel": self._only_channel(voice),
@@ -134,13 +134,13 @@ class FaultBook:
             "detail": words_of(voice) or None,
         }
 
-    def _only_device(self) -> Entry | None:
+    def _only_device(self, tick: int | None) -> Entry | None:
         """The one device of a rig of one; what it says stands beside it."""
         if len(self._rig.devices) != 1:
             return None
         device = self._rig.devices[0]
         axis = self._rig.axes[0].name if len(self._rig.axes) == 1 else None
-        said = self.words.of(device.label, axis)
+        said = self.words.of(device.label, axis, tick)
         return {"axis": axis, "channel": None, "device": device.label, "detail": said or None}
 
     def _only_channel(self, voice: Voice) -> str | None:

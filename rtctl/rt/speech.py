@@ -59,7 +59,7 @@ class Speech:
         self._wait, self._before = EVERY_TICKS, self._faults[0]
         stale = bool(self._before & _STALE)
         for one in said(self._backend, self._members, tick, stale=stale):
-            if one != self._told.get(one.label) and self._tell(message(one)):
+            if one != self._told.get(one.label) and self._tell(message(one, int(tick["tick"][0]))):
                 self._told[one.label] = one
 
     def _bind(self, tick: np.ndarray) -> None:
@@ -69,10 +69,11 @@ class Speech:
         self._tick = tick
 
 
-def message(one: Said) -> dict[str, Any]:
-    """One device's words as JSON can carry them."""
+def message(one: Said, tick: int) -> dict[str, Any]:
+    """One device's words in `tick`, as JSON can carry them."""
     words = [[word.text[:MOST_LETTERS], word.faults, word.silent] for word in one.words]
     return {
+        "tick": tick,
         "device": one.label,
         "axes": list(one.axes),
         "faults": one.faults,

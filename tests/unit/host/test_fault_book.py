@@ -103,8 +103,8 @@ def test_the_test_pulse_that_finds_no_current_names_the_axis():
     assert (entry["axis"], entry["channel"], entry["device"]) == ("tip", "current", DRIVE)
 
 
-def said(device, axes, words, faults=0, stale=False):
-    return {"device": device, "axes": axes, "faults": faults, "stale": stale, "words": words}
+def said(device, axes, words, faults=0, stale=False, tick=0):
+    return {"tick": tick, "device": device, "axes": axes, "faults": faults, "stale": stale, "words": words}
 
 
 DEVICE, LOST = int(LinkFault.DEVICE), int(LinkFault.LOST)
@@ -146,6 +146,18 @@ def test_of_several_devices_the_one_that_is_silent_or_lost_is_named():
     words.hear(said(FINGER, [0, 1], [["", 0, False]], LOST, stale=True))
     entry = place(Fault.LINK_LOST, rows(), words)
     assert (entry["axis"], entry["channel"], entry["device"]) == (None, "force", FINGER)
+
+
+def test_a_fault_that_was_over_before_anybody_looked_is_laid_at_what_was_said_in_its_tick():
+    words, some = DeviceWords(RIG), rows(6)
+    words.hear(said(DRIVE, [0, 1], [["a", 0, False], ["node 2: idle", 0, False]]))
+    words.hear(said(DRIVE, [0, 1], [["a", 0, False], ["node 2: short", DEVICE, False]], DEVICE, tick=3))
+    words.hear(said(DRIVE, [0, 1], [["a", 0, False], ["node 2: idle", 0, False]], tick=4))
+    some["faults"][3] = Fault.DEVICE
+    events = EventDetector(RIG, words).detect(some)
+    (fault,) = [event for event in events if event["event"] == "fault"]
+    assert (fault["axis"], fault["detail"]) == ("tip", "node 2: short")
+    assert [e["text"] for e in events if e["event"] == "device"] == ["node 2: short", "node 2: idle"]
 
 
 def test_events_tell_the_place_and_what_a_device_says_once():
