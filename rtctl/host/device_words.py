@@ -112,6 +112,10 @@ class DeviceWords:
             found += until[-1].voices if until else ()
         return found
 
+    def spoke(self, device: str, tick: int) -> bool:
+        """Whether a device said something in this very tick; what it said before it was powered may be long over."""
+        return any(one.tick == tick for one in self._said.get(device, ()))
+
     def blame(self, bits: int, tick: int | None = None) -> Voice | None:
         """Who shows one of these bits of `LinkFault`; one that names its axis and has words before one that does not."""
         return _best([voice for voice in self.voices(tick) if voice.faults & bits])

@@ -115,7 +115,8 @@ class FaultBook:
         found = NOWHERE if scene is None else locate(fault, scene)
         device = self._device(found, motor=fault in _MOTOR)
         axis = None if found.axis is None else self._rig.axes[found.axis].name
-        said = self.words.of(device, axis, tick) if device and fault in _MOTOR else ""
+        spoke = device is not None and fault in _MOTOR and self.words.spoke(device, tick)
+        said = self.words.of(str(device), axis, tick) if spoke else ""
         detail = "; ".join(part for part in (found.detail, said) if part)
         return {"axis": axis, "channel": found.channel, "device": device, "detail": detail or None}
 

@@ -160,6 +160,16 @@ def test_a_fault_that_was_over_before_anybody_looked_is_laid_at_what_was_said_in
     assert [e["text"] for e in events if e["event"] == "device"] == ["node 2: short", "node 2: idle"]
 
 
+@pytest.mark.parametrize(("spoken", "detail"), [(2, ""), (4, "; node 2: current limit")])
+def test_a_motor_that_does_not_follow_is_explained_by_what_its_drive_says_then_not_by_what_it_said_at_rest(
+    spoken, detail
+):
+    words = DeviceWords(RIG)
+    words.hear(said(DRIVE, [0, 1], [["a", 0, False], ["node 2: current limit", 0, False]], tick=spoken))
+    entry = place(Fault.ACTUATOR_WRONG, rows(motor_torque_nm=[0.1, -1.6]), words)
+    assert entry["detail"] == f"sent 0 N m, measured -1.6{detail}"
+
+
 def test_events_tell_the_place_and_what_a_device_says_once():
     words = DeviceWords(RIG)
     detector, some = EventDetector(RIG, words), rows(4)
