@@ -50,7 +50,7 @@ def line(event: dict[str, Any]) -> str:
 
 
 def _text(event: dict[str, Any]) -> str:
-    from rtctl.host.faults import sentence
+    from rtctl.fault_words import sentence
     from rtctl.host.speaker import line_of
 
     kind = event["event"]
@@ -83,7 +83,7 @@ def _text(event: dict[str, Any]) -> str:
         case "log_gap":
             return f"{event['lost']} events could not be written here"
         case _:
-            return line_of(event) or str(kind)
+            return f"{line_of(event) or kind}{_left_out(event)}"
 
 
 def _left_out(event: dict[str, Any]) -> str:

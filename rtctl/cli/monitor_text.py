@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from rtctl.cli.monitor import NO_DATA_S
-from rtctl.host.faults import Entry, sentence
+from rtctl.fault_words import Entry, sentence
 from rtctl.host.speaker import device_line
 
 if TYPE_CHECKING:

@@ -6,10 +6,11 @@ import numpy as np
 
 from hw.interface import LinkFault
 from rtctl.control.vocabulary import Fault, State
+from rtctl.fault_words import PLACE, Entry
 from rtctl.host.blame import NOWHERE, Scene, Where, locate
 from rtctl.host.description import RigDescription
 from rtctl.host.device_words import DeviceWords, Voice, words_of
-from rtctl.host.faults import PLACE, Entry, cause_bit, fault_entries
+from rtctl.host.faults import cause_bit, fault_entries
 
 MOST_ARMING_TICKS = 4000
 

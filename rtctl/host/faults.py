@@ -7,11 +7,7 @@ from typing import Any
 
 from rtctl.control.faults import ROW
 from rtctl.control.vocabulary import Fault, State
-
-Entry = dict[str, Any]
-
-PLACE = ("axis", "channel", "device", "detail")
-"""What an entry of events, `status` and `health` has beside `name` and `text`: each a text, or None."""
+from rtctl.fault_words import PLACE, Entry
 
 FAULT_TEXT: dict[Fault, str] = {fault: row.text for fault, row in ROW.items()}
 
@@ -35,20 +31,6 @@ def cause_bit(state: int, fault_first: int) -> int:
     if state == State.ESTOP:
         return int(Fault.ESTOP)
     return 1 << fault_first if fault_first >= 0 else 0
-
-
-def place_of(entry: Entry) -> str:
-    """Where a fault is, for a person: `axis tip, current, device[0] 'drive'`; empty when nothing is known."""
-    parts = [f"axis {entry['axis']}"] if entry.get("axis") else []
-    parts += [str(entry[name]) for name in ("channel", "device") if entry.get(name)]
-    return ", ".join(parts)
-
-
-def sentence(entry: Entry) -> str:
-    """A fault as one line: name, place, what was seen, what to do."""
-    place = place_of(entry)
-    seen = f": {entry['detail']}" if entry.get("detail") else ""
-    return f"{entry['name']}{f' ({place})' if place else ''}{seen}: {entry['text']}"
 
 
 class FaultPlaces:

@@ -15,11 +15,11 @@ import numpy as np
 
 from rtctl import tick
 from rtctl.control.vocabulary import State
+from rtctl.fault_words import sentence
 from rtctl.host.authenticator import Caller
 from rtctl.host.command_slot import CommandSlot
 from rtctl.host.description import RigDescription
 from rtctl.host.fault_book import FaultBook
-from rtctl.host.faults import sentence
 from rtctl.host.lease import LeaseDesk
 from rtctl.host.messages import Refusal, Request
 from rtctl.host.operations import OPERATIONS, allowed

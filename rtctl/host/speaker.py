@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rtctl.host.faults import sentence
+from rtctl.fault_words import sentence
 from rtctl.host.notices import Notices
 
 LINES_PER_S = 16

@@ -2,7 +2,7 @@
 
 Words are strings: making them takes memory and microseconds that the cycle of a powered rig has not got. So
 they are made in ticks whose actuator is disabled only: in the first one after a CUT, before that tick is
-recorded (the host then has the words when it sees the fault), whenever the faults change, and now and then.
+recorded (the host then has the words when it sees the fault), when the faults change, and now and then.
 """
 
 from __future__ import annotations
@@ -18,6 +18,9 @@ from rtctl.control.vocabulary import Fault
 
 EVERY_TICKS = 50
 """Ticks at rest between two looks."""
+
+_QUICK = EVERY_TICKS - 10
+"""While there is more left to wait, a change waits too: a fault that flickers must not fill the pipe."""
 
 _STALE = int(Fault.STALE)
 
@@ -53,7 +56,7 @@ class Speech:
         if self._enabled[0]:
             self._wait = 0
             return
-        if self._wait and self._faults[0] == self._before:
+        if self._wait and (self._wait > _QUICK or self._faults[0] == self._before):
             self._wait -= 1
             return
         self._wait, self._before = EVERY_TICKS, self._faults[0]

@@ -7,7 +7,7 @@ from typing import Any
 
 from rtctl.client import RigClient
 from rtctl.control.vocabulary import Environment, State
-from rtctl.host.faults import Entry, sentence
+from rtctl.fault_words import Entry, sentence
 from rtctl.host.speaker import device_line
 from rtctl.tick import FIELDS
 from rtctl.view.feed import Feed

@@ -80,6 +80,13 @@ def test_the_tick_that_cuts_carries_the_words_and_later_ones_are_told_when_they_
     assert rig.drive.asked - asked <= 11, "and seldom asked for"
 
 
+def test_a_fault_that_flickers_at_rest_does_not_fill_the_pipe(rig):
+    for tick in range(1000):
+        rig.drive.text = str(tick)
+        rig.cycle(faults=Fault.DEVICE if tick % 2 else 0)
+    assert 50 <= len(rig.told) <= 100
+
+
 def test_what_the_host_did_not_take_is_said_again(rig):
     rig.room = False
     rig.cycle(3)
