@@ -109,6 +109,11 @@ class CanBackend:
         self._prime(bus)
         self._bind(tick)
 
+    @property
+    def silent_cycles(self) -> int:
+        """Cycles since the last whole sample."""
+        return self._silent
+
     def _open_bus(self) -> Bus:
         if self.bus is None:
             raise LinkLost(f"the bus {self._options['bus']['channel']} is not open")

@@ -15,7 +15,7 @@ from hw.can.bus import EXTENDED, Bus, Handler, wait_for
 from hw.can.fields import CHECKSUMS, Buffer, Encode, Field, Sequence, Unwrap, decoder, encoder, raw_decoder
 from hw.can.load import Traffic
 from hw.can.sample import Sample
-from hw.interface import BackendError, LinkFault, Options, Rig
+from hw.interface import BackendError, LinkFault, Options, Rig, Words
 
 UNITS = {
     "rad": 1.0, "deg": math.pi / 180, "turn": 2 * math.pi, "count": 1.0,
@@ -79,7 +79,8 @@ class ReceivedFrame:
 
     def __init__(self, table: Options, rig: Rig, sample: Sample) -> None:
         self._sample, self._length = sample, int(table["length"])
-        self._bit = sample.need() if table["required"] else 0
+        self.id = int(table["id"])
+        self.bit = sample.need() if table["required"] else 0
         counter, checksum = table["counter"], table["checksum"]
         self._count = raw_decoder(make_field(counter, self._length)) if counter else None
         self._sequence = Sequence(counter["bits"]) if counter else None
@@ -135,7 +136,7 @@ class ReceivedFrame:
                 target.saw(value != 0)
             else:
                 target[axis] = value
-        sample.fresh |= self._bit
+        sample.fresh |= self.bit
 
     def _intact(self, buffer: Buffer, offset: int) -> bool:
         if self._checksum is None:
@@ -270,3 +271,10 @@ class BoardBackend(CanBackend):
             if armed.ill:
                 return _DEVICE
         return 0
+
+    def words(self) -> list[Words]:
+        """See `SpeakingBackend`: which frame carries the fault flag, and which frames have not come."""
+        told = [f"frame 0x{f.id:x} sets its fault flag" for f in self._received if f.fault]
+        waiting = self.sample.needed & ~self.sample.fresh if self.silent_cycles else 0
+        told += [f"frame 0x{f.id:x} does not come" for f in self._received if waiting & f.bit]
+        return [Words(", ".join(told), self._device_faults(), bool(waiting))]

@@ -18,6 +18,7 @@ from hw.can.armed import Armed
 from hw.can.bus import Bus, Handler, wait_for
 from hw.can.fields import Buffer, Unwrap
 from hw.can.load import Traffic
+from hw.can.names import emergency_name
 from hw.can.sample import Sample, Shaft
 from hw.interface import BackendError, LinkFault, Options, Rig
 
@@ -215,7 +216,7 @@ class Cia402Axis:
     def status(self) -> str:
         """What the drive says about itself."""
         return f"node {self.node}: {self.state}" + (
-            f", emergency 0x{self.emergency:04x}" if self.emergency else ""
+            f", emergency {emergency_name(self.emergency)}" if self.emergency else ""
         )
 
     def stop(self, bus: Bus) -> None:

@@ -20,6 +20,7 @@ from hw.can.armed import Armed
 from hw.can.bus import EXTENDED, Bus, Handler, wait_for
 from hw.can.fields import Buffer
 from hw.can.load import Traffic, fd_length
+from hw.can.names import MOTEUS_FAULTS, MOTEUS_MODES, named
 from hw.can.sample import Sample, Shaft
 from hw.interface import BackendError, LinkFault, Options, Rig
 
@@ -234,7 +235,9 @@ class MoteusAxis:
 
     def status(self) -> str:
         """What the drive says about itself."""
-        return f"id {self.node}: mode {self.mode}" + (f", fault {self.fault}" if self.fault else "")
+        return f"id {self.node}: mode {named(self.mode, MOTEUS_MODES)}" + (
+            f", fault {named(self.fault, MOTEUS_FAULTS)}" if self.fault else ""
+        )
 
     def stop(self, bus: Bus) -> None:
         """Mode stopped."""

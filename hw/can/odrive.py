@@ -19,6 +19,7 @@ from hw.can.armed import Armed
 from hw.can.bus import REMOTE, Bus, Handler, twice_within, wait_for
 from hw.can.fields import Buffer
 from hw.can.load import Traffic
+from hw.can.names import ODRIVE_STATES, named
 from hw.can.odrive_firmware import ADDRESS as ADDRESS_SINCE
 from hw.can.odrive_firmware import ERRORS, ERRORS_05, NAMED_ERRORS, OLD, Version, decode_version, version_text
 from hw.can.sample import Sample, Shaft
@@ -291,7 +292,7 @@ class OdriveAxis:
 
     def status(self) -> str:
         """What the drive says about itself."""
-        return f"node {self.node}: state {self.state}" + (
+        return f"node {self.node}: state {named(self.state, ODRIVE_STATES)}" + (
             f", {error_names(self.error, self.version)}" if self.error else ""
         )
 

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from hw.interface import BackendError, Options, Rig
+from hw.interface import BackendError, Options, Rig, Words
 from hw.jit import bound, records
 from hw.serial import frame, link
 from hw.serial.core import SerialCore, require_line_rate
@@ -75,6 +75,11 @@ class SerialBackend(SerialCore):
         row = self.link[0]
         names = ("good", "damaged", "older", "lost", "foreign")
         return {**{name: int(row[name]) for name in names}, "unsent": self.unsent}
+
+    def words(self) -> list[Words]:
+        """See `SpeakingBackend`: the flags of the board's status, by name."""
+        flags = frame.Status(int(self.link[0]["status"]))
+        return [Words(", ".join(str(flag.name) for flag in frame.Status if flag in flags))]
 
     @property
     def sample_waits(self) -> bool:

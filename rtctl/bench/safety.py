@@ -7,7 +7,9 @@ credit, energy account, disturbance observer, rest.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -93,7 +95,11 @@ def _times_ns(simulation: Simulation, seconds: float) -> dict[str, list[float]]:
     start = simulation.state.copy()
     recorded = simulation.run(seconds)
     params, command, model = simulation.params, simulation.command, simulation.model
-    parts = {"guard": (guard, ()), "account": (account, (model,)), "law": (whole_law, (model,))}
+    parts: dict[str, tuple[Callable[..., None], tuple[Any, ...]]] = {
+        (guard, ()),
+        "account": (account, (model,)),
+        "law": (whole_law, (model,)),
+    }
     states = {name: start.copy() for name in parts}
     times: dict[str, list[float]] = {name: [] for name in parts}
     for first in range(0, len(recorded) - CHUNK + 1, CHUNK):

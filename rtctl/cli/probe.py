@@ -152,6 +152,10 @@ def _lines(report: dict[str, Any]) -> list[str]:
         lines.append(
             "  link counts: " + ", ".join(f"{name} {count}" for name, count in report["counts"].items())
         )
+    for said in report["words"]:
+        axis = f" (axis {said['axis']})" if said["axis"] else ""
+        when = f" in {said['fault_cycles']} cycles with a fault" if said["fault_cycles"] else ""
+        lines.append(f"  {'says' if said['now'] else 'said'}{axis}{when}: {said['text']}")
     if report["error"]:
         lines.append(f"  ERROR {report['error']}")
     return lines

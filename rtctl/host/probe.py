@@ -26,6 +26,7 @@ from hw.interface import (
     CompiledBackend,
     CountingBackend,
     LinkFault,
+    SpeakingBackend,
 )
 from hw.rig import Member
 from hw.rig_words import subset
@@ -35,6 +36,9 @@ from rtctl.control.stability import lag_ticks
 from rtctl.errors import ConfigError
 from rtctl.host.probe_tare import Tare
 from rtctl.tick import FIELD, new_ticks
+
+MOST_COMPLAINTS = 16
+"""Different words of one device in its faults that are kept."""
 
 READ_TIMES = 4096
 """Durations of reading, and times between samples, that are kept: the latest ones."""
@@ -65,6 +69,7 @@ class DeviceProbe:
         self._faults = dict.fromkeys(LinkFault, 0)
         self._read_ns: deque[int] = deque(maxlen=READ_TIMES)
         self._sums: dict[str, np.ndarray] = {}
+        self._complaints: dict[tuple[int, str], int] = {}
 
     def open(self) -> None:
         """Acquire the device; a failure is kept in `error`."""
@@ -99,6 +104,8 @@ class DeviceProbe:
         self._cycles += 1
         self._read_ns.append(ended - began)
         faults = int(self.tick["link_faults"][0])
+        if faults and isinstance(self.backend, SpeakingBackend):
+            self._hear(self.backend)
         for fault in LinkFault:
             if faults & fault:
                 self._faults[fault] += 1
@@ -111,6 +118,34 @@ class DeviceProbe:
         self._fresh_ns = ended
         for channel in self.backend.provides:
             self._gather(channel)
+
+    def _hear(self, backend: SpeakingBackend) -> None:
+        """Keep what it says of its faults: a drive may clear them before anybody looks."""
+        words = backend.words()
+        whole = len(words) == 1
+        for i, word in enumerate(words):
+            if word.text and (whole or word.faults):
+                said = (i, word.text)
+                if said in self._complaints or len(self._complaints) < MOST_COMPLAINTS:
+                    self._complaints[said] = self._complaints.get(said, 0) + 1
+
+    def _words(self) -> list[dict[str, Any]]:
+        """What the device says now, and what it said while it showed a fault; `cycles` counts the latter."""
+        if not isinstance(self.backend, SpeakingBackend) or self.error:
+            now = []
+        else:
+            now = [(i, word.text) for i, word in enumerate(self.backend.words()) if word.text]
+        told = dict.fromkeys(now, 0) | self._complaints
+        single = len({i for i, _ in told}) <= 1 and len(self._axis_names) > 1
+        return [
+            {
+                "axis": None if single else self._axis_names[i],
+                "text": text,
+                "now": (i, text) in now,
+                "fault_cycles": n,
+            }
+            for (i, text), n in told.items()
+        ]
 
     def _gather(self, channel: str) -> None:
         value = np.atleast_1d(np.asarray(self.tick[CHANNEL_FIELDS[channel]][0], dtype=float))
@@ -153,6 +188,7 @@ class DeviceProbe:
             "read_us": {"p50": round(float(np.median(read)), 2), "max": round(float(read.max()), 2)},
             "values": [value for channel in sorted(self.backend.provides) for value in self._values(channel)],
             "faults": {str(fault.name): count for fault, count in self._faults.items()},
+            "words": self._words(),
             "counts": self.backend.counts() if isinstance(self.backend, CountingBackend) else {},
         }
 

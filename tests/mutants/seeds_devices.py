@@ -232,8 +232,12 @@ SEEDS = (
     ),
     Seed(
         "a device that is gone is written to", "rtctl/rt/replug.py",
-        "        if self._wait:\n            return\n        try:\n            self._backend.write(tick)",
-        "        try:\n            self._backend.write(tick)", REPLUG,
+        "        if not self._wait:\n            try:\n                self._backend.write(tick)",
+        "        if True:\n            try:\n                self._backend.write(tick)", REPLUG,
+    ),
+    Seed(
+        "words are made while torque flows", "rtctl/rt/speech.py", "        if self._enabled[0]:\n", "        if False:\n",
+        ("tests/unit/rt/test_speech.py",),
     ),
     Seed(
         "what is left of a lost rig is not stopped", "rtctl/rt/replug.py",

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from hw import registry
-from hw.interface import BackendError, BackendInfo, Channels, LinkFault, LinkLost
-from rtctl.cli.probe import _lines
+from hw.interface import BackendError, BackendInfo, Channels, LinkFault, LinkLost, Words
+from rtctl.cli.probe import _lines as lines_of
 from rtctl.config import load
 from rtctl.errors import ConfigError
 from rtctl.host.endpoints import RuntimeDirectory
@@ -112,6 +112,16 @@ def test_it_counts_fresh_samples_damage_and_what_the_link_counts(loaded):
     assert finger["age_max_ms"] > 0
 
 
+def test_it_shows_what_the_device_says_and_what_it_said_in_a_fault_that_is_over(loaded, monkeypatch):
+    def words(self):
+        return [Words("OVERLOAD" if self.cycle == 4 else "")]
+
+    monkeypatch.setattr(Fake, "words", words, raising=False)
+    (finger,) = run(loaded, 6, only="finger")
+    assert finger["words"] == [{"axis": "joint", "text": "OVERLOAD", "now": False, "fault_cycles": 1}]
+    assert any("said (axis joint) in 1 cycles with a fault: OVERLOAD" in text for text in lines_of(finger))
+
+
 def test_nothing_is_written_unless_asked_and_then_disabled_zeros(loaded):
     run(loaded, 3)
     assert MADE[-1].calls == ["open"]
@@ -160,13 +170,13 @@ def test_the_force_is_shown_tared_by_its_first_samples_as_before_arming(loaded, 
     registry.lookup.cache_clear()
     (finger,) = run(loaded, 299, only="finger")  # tare_s is 0.3 s, 300 samples
     assert [(value["value"], value["tare"]) for value in finger["values"][:2]] == [(5.0, None), (-3.0, None)]
-    assert "untared yet: let go" in "".join(_lines(finger))
+    assert "untared yet: let go" in "".join(lines_of(finger))
     (finger,) = run(loaded, 400, only="finger")
     x, y, z = finger["values"]
     assert (x["value"], x["tare"], x["min"], x["max"]) == (2.0, 5.0, 0.0, 2.0)
     assert (y["value"], y["tare"]) == (0.0, -3.0)
     assert math.isnan(z["value"])
-    assert "tared by 5" in "".join(_lines(finger))
+    assert "tared by 5" in "".join(lines_of(finger))
 
 
 @pytest.mark.parametrize("only", ["1", "finger"])

@@ -140,7 +140,7 @@ def test_an_odrive_gets_torque_only_while_armed_and_is_told_again_while_it_shoul
     for _ in range(100):
         axis.write(bus, 0.0, False)
     assert not [1 for can_id, _ in bus.sent if can_id & 0x1F in (odrive.SET_AXIS_STATE, odrive.CLEAR_ERRORS)]
-    assert axis.status() == "node 5: state 0"
+    assert axis.status() == "node 5: state UNDEFINED (0)"
 
 
 def test_an_odrive_that_does_not_arm_or_falls_silent_is_a_fault():
@@ -254,7 +254,7 @@ def test_a_moteus_in_fault_or_not_armed_is_a_fault_of_the_device():
     bus = Bus()
     on(reply(mode=moteus.FAULT, fault=33), 0, 32)
     assert axis.link_faults() == DEVICE
-    assert axis.status() == "id 5: mode 1, fault 33"
+    assert axis.status() == "id 5: mode fault (1), fault motor driver fault (33)"
     on(reply(mode=0), 0, 32)
     assert axis.link_faults() == 0
     for _ in range(201):
@@ -268,7 +268,7 @@ def test_a_moteus_in_fault_or_not_armed_is_a_fault_of_the_device():
     axis.prime(bus)
     axis.stop(bus)
     assert [can_id for can_id, _ in bus.sent[-2:]] == [2, 2]
-    assert axis.status() == "id 5: mode 10"
+    assert axis.status() == "id 5: mode position (10)"
 
 
 def cia402_axis(**more):
@@ -295,7 +295,7 @@ def test_a_cia402_drive_turns_feedback_into_angle_and_current_and_refuses_other_
     assert sample.position_rad[0] == pytest.approx(2 * math.pi / 10)
     assert sample.current_a[0] == pytest.approx(1.0)
     on[cia402.EMERGENCY + 5](b"\x10\x23\x00", 0, 3)
-    assert axis.status() == "node 5: operation enabled, emergency 0x2310"
+    assert axis.status() == "node 5: operation enabled, emergency 0x2310 (continuous over-current)"
 
 
 def test_a_cia402_drive_that_missed_its_start_is_started_again(monkeypatch, no_waiting):

@@ -116,7 +116,7 @@ def test_firmware_0_5_is_driven_and_says_its_own_errors():
         assert tick["link_faults"][0] == 0
         drive.error, drive.state = 0x20000 | 0x800, 1
         cycles(backend, sim, tick, 20, current_a=2.0, enabled=1)
-        assert backend.status() == ["node 1: state 1, WATCHDOG_TIMER_EXPIRED, HOMING_WITHOUT_ENDSTOP"]
+        assert backend.status() == ["node 1: state IDLE (1), WATCHDOG_TIMER_EXPIRED, HOMING_WITHOUT_ENDSTOP"]
     assert set(drive.heard) <= ALIKE
 
 
