@@ -96,7 +96,7 @@ def _times_ns(simulation: Simulation, seconds: float) -> dict[str, list[float]]:
     recorded = simulation.run(seconds)
     params, command, model = simulation.params, simulation.command, simulation.model
     parts: dict[str, tuple[Callable[..., None], tuple[Any, ...]]] = {
-        (guard, ()),
+        "guard": (guard, ()),
         "account": (account, (model,)),
         "law": (whole_law, (model,)),
     }
