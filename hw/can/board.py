@@ -15,11 +15,11 @@ from hw.can.board_map import UNITS, identifier, make_field
 from hw.can.board_out import SentFrame, fixed
 from hw.can.bus import Bus, Handler, wait_for
 from hw.can.load import Traffic
-from hw.interface import BackendError, LinkFault, Options, Rig
+from hw.interface import BackendError, LinkFault, Options, Rig, Words
 
 __all__ = ["UNITS", "BoardBackend", "ReceivedFrame", "SentFrame", "identifier", "make_field", "traffic"]
 
-CHANNELS = ("position", "velocity", "current", "force", "temperature", "estop", "fault")
+CHANNELS = ("position", "velocity", "current", "force", "temperature", "estop", "fault", "enabled")
 COMMANDS = ("current_command", "torque", "enable", "counter", "constant")
 
 OPEN_S, OPEN_ASKED = 1.0, 10
@@ -59,7 +59,7 @@ class BoardBackend(CanBackend):
                     )
         given = {field["channel"] for table in options["receive"] for field in table["field"]}
         wanted = {field["channel"] for table in options["send"] for field in table["field"]}
-        self.provides = frozenset(given - {"fault"})
+        self.provides = frozenset(given - {"fault", "enabled"})
         self.consumes = frozenset(wanted & {"current_command", "torque"})
         # made once: a counter or angle is followed on over a re-plug
         self._received = [ReceivedFrame(table, rig, self.sample) for table in options["receive"]]
@@ -67,6 +67,7 @@ class BoardBackend(CanBackend):
         self._start: list[Any] = []
         self._poll: list[Any] = []
         self._halt: list[Any] = []
+        self._armed = [armed for frame in self._received for armed in frame.armed]
 
     def _set_up(self, bus: Bus) -> Mapping[int, Handler]:
         options = self._options
@@ -106,8 +107,11 @@ class BoardBackend(CanBackend):
 
     def send(self, bus: Bus, *, enabled: bool) -> None:
         """See CanBackend."""
+        on = enabled
+        for armed in self._armed:
+            on = armed.order(enabled) and on
         for sent in self._sent:
-            sent.send(bus, self._current, self._torque, enabled)
+            sent.send(bus, self._current, self._torque, on)
         for frame in self._poll:
             bus.send(frame)
 
@@ -121,4 +125,14 @@ class BoardBackend(CanBackend):
         for frame in self._received:
             if frame.fault:
                 return _DEVICE
+        for armed in self._armed:
+            if armed.ill:
+                return _DEVICE
         return 0
+
+    def words(self) -> list[Words]:
+        """See `SpeakingBackend`: which frame carries the fault flag, and which frames have not come."""
+        told = [f"{f.label} sets its fault flag" for f in self._received if f.fault]
+        waiting = self.sample.needed & ~self.sample.fresh if self.silent_cycles else 0
+        told += [f"{f.label} does not come" for f in self._received if waiting & f.bit]
+        return [Words(", ".join(told), self._device_faults(), bool(waiting))]

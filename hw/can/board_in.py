@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from hw.can.armed import Armed
 from hw.can.board_map import factor, identifier, make_field, selector
 from hw.can.bus import Handler
 from hw.can.fields import CHECKSUM_BYTES, CHECKSUMS, Buffer, Unwrap, decoder, raw_decoder, within
@@ -12,6 +13,9 @@ from hw.can.fields import Sequence as Order
 from hw.can.sample import Sample
 from hw.encoder import Modulo
 from hw.interface import Options, Rig
+
+ARM_S = 0.5
+"""Longest time from `enable` to `enabled`, where the board tells it."""
 
 _Row = tuple[Callable[[Buffer, int], float], Any, int]
 
@@ -28,7 +32,7 @@ class ReceivedFrame:
 
     def __init__(self, table: Options, rig: Rig, sample: Sample) -> None:
         self._sample, self._length = sample, int(table["length"])
-        self._bit = sample.need() if table["required"] else 0
+        self.bit = sample.need() if table["required"] else 0
         counter, checksum = table["counter"], table["checksum"]
         self._count = raw_decoder(make_field(counter, self._length)) if counter else None
         self._counter_bits = int(counter["bits"]) if counter else 0
@@ -36,7 +40,12 @@ class ReceivedFrame:
         parts = table.get("parts") or (self._length,)
         select = table.get("select") or ()
         self._selected = selector(select, parts[0]) if select else None
+        which = ", ".join(str(entry["value"]) for entry in select)
+        self.label = f"frame 0x{table['id']:x}" + (f" (select {which})" if which else "")
         self._parts = Parts(parts, self._selected) if len(parts) > 1 else None
+        told = [field for field in table["field"] if field["channel"] == "enabled"]
+        self.armed = [Armed(round(ARM_S / rig.period_s)) for _ in told]
+        self._tells = iter(self.armed)
         self.forget()
         self._fields = [self._compile(field, rig) for field in table["field"]]
         self._values = [0.0] * len(self._fields)
@@ -45,6 +54,8 @@ class ReceivedFrame:
         """A new connection begins: the order of frames, and parts. Where the joint stands is kept."""
         self._order = Order(self._counter_bits) if self._counter_bits else None
         self.fault = False
+        for armed in self.armed:
+            armed.order(False)
         if self._parts is not None:
             self._parts.forget()
 
@@ -58,6 +69,8 @@ class ReceivedFrame:
             "temperature": self._sample.temperature_c,
             "force": self._sample.force_n,
         }.get(channel, channel)
+        if channel == "enabled":
+            target = next(self._tells)
         if table["wrap"]:
             raw, unwrap = raw_decoder(field), Unwrap(field.bits)
             scale, offset = to_si * field.scale, to_si * field.offset
@@ -118,9 +131,11 @@ class ReceivedFrame:
         for value, (_, target, axis) in zip(values, self._fields, strict=True):
             if isinstance(target, str):
                 self._flag(target, value)
+            elif isinstance(target, Armed):
+                target.saw(value != 0)
             else:
                 target[axis] = value
-        sample.fresh |= self._bit
+        sample.fresh |= self.bit
 
     def _intact(self, buffer: Buffer, offset: int) -> bool:
         if self._checksum is None:

@@ -77,8 +77,11 @@ def switched(
 
     def _send() -> int:
         nonlocal entered
-        first, entered = bool(enabled[0]) and not entered, bool(enabled[0])
+        before, entered = entered, bool(enabled[0])
+        first = entered and not before
         if idle and not entered:
+            if before:
+                send()  # not sent: what it keeps of the board is to know that the host has disabled it
             return _put(poll, _put(idle))
         if enter and first:
             return _put(poll, _put(enter))

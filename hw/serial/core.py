@@ -37,6 +37,8 @@ class SerialCore:
     consumes: frozenset[str]
     asks = False
     """Whether something is sent in every cycle besides commands."""
+    _poll = b""
+    """That, if so."""
 
     def __init__(self, options: Options, rig: Rig) -> None:
         self._path, self._baud = str(options["port"]), int(options["baud"])
@@ -154,6 +156,13 @@ class SerialCore:
         port.discard_output()  # what waits there is older than this one
         if self._unsent >= RESTART_PACKETS:
             raise LinkLost(f"serial port {self._path}: the board takes no more commands (line full)")
+
+    def ask(self) -> None:
+        """See AskedBackend: the poll, where the board has one."""
+        if self._port is None:
+            raise LinkLost(f"serial port {self._path}: not open")
+        if self._poll:
+            self._port.write(self._poll)
 
     def stop(self) -> None:
         """Make the board torque-free: a stop packet ahead of anything queued. Never raises."""

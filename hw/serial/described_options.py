@@ -38,7 +38,7 @@ class FieldOptions(NumberOptions):
             msg = f"type 'f32' of {name!r}: whole numbers only"
             raise ValueError(msg)
         if (name in SWITCHES) != bool(self.mask) or self.mask >> (8 * (self.end - self.offset)):
-            msg = f"mask {self.mask:#x} of {name!r}: estop, fault and enable need bits within their type, others none"
+            msg = f"mask {self.mask:#x} of {name!r}: estop, fault, enabled and enable need bits within their type, others none"
             raise ValueError(msg)
         if self.wrap_bits and (name != "position" or self.wrap_bits > 8 * (self.end - self.offset)):
             msg = f"wrap_bits {self.wrap_bits} of {name!r}: for a position, at most the bits of its type"

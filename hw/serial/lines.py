@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hw.interface import CHANNEL_FIELDS, BackendError, Options, Rig
+from hw.interface import CHANNEL_FIELDS, BackendError, Options, Rig, Words
 from hw.serial.asking import await_first, switched
 from hw.serial.core import SerialCore, require_line_rate
 from hw.serial.described_plan import MEASURED, PER_AXIS, unit_of
@@ -139,6 +139,10 @@ class LinesBackend(SerialCore):
     def counts(self) -> dict[str, int]:
         """Lines since the start by what became of them, and commands that found the line full."""
         return {**self.sample.counts, "skipped": self._lines.skipped, "unsent": self.unsent}
+
+    def words(self) -> list[Words]:
+        """See `SpeakingBackend`: whether the board's own fault flag is set, or a number of it is none."""
+        return [Words("its fault flag is set, or a number in its line is none" if self.sample.fault else "")]
 
     @property
     def sample_waits(self) -> bool:

@@ -38,7 +38,7 @@ class LineSample:
         self._shown = sorted({field["channel"] for field in fields} & set(self._values))
         self._has_estop = any(field["channel"] == "estop" for field in fields)
         self._rows = [_Row(field, rig) for field in fields]
-        self._estop = self._fault = 0
+        self._estop = self.fault = 0
         self._sequence: int | None = None
         self.fresh = False
         self._damaged = self._older = False
@@ -49,7 +49,7 @@ class LineSample:
     def forget(self) -> None:
         """A new connection begins. Where the joint stands is kept."""
         self.fresh = self._damaged = self._older = False
-        self._fault, self._sequence, self.older_in_row = 0, None, 0
+        self.fault, self._sequence, self.older_in_row = 0, None, 0
 
     def damaged(self) -> None:
         """A line is not what it should be."""
@@ -59,7 +59,7 @@ class LineSample:
     def invalid(self) -> None:
         """A line has a number that is none: a failure of the device."""
         self.counts["invalid"] += 1
-        self._fault = 1
+        self.fault = 1
 
     def take(self, numbers: Sequence[float]) -> None:
         """Make the numbers of a line the newest sample, unless they are older or cannot be."""
@@ -74,12 +74,12 @@ class LineSample:
         if not all(map(math.isfinite, values)):
             self.invalid()
             return
-        self._estop = self._fault = 0
+        self._estop = self.fault = 0
         for row, value in zip(rows, values, strict=True):
             if row.channel == "estop":
                 self._estop = int(value)
             elif row.channel == "fault":
-                self._fault |= int(value)
+                self.fault |= int(value)
             elif row.channel in self._values:
                 self._values[row.channel][row.at] = value
         self.counts["good"] += 1
@@ -95,7 +95,7 @@ class LineSample:
         """Count a fresh sample, or tell by `LinkFault` bits why there is none; ready for the next cycle."""
         fresh, damaged, older = self.fresh, self._damaged, self._older
         self.fresh = self._damaged = self._older = False
-        device = _DEVICE if self._fault else 0
+        device = _DEVICE if self.fault else 0
         if backlogged:  # anything may be lost behind it, and the order begins anew
             self._sequence, self.older_in_row = None, 0
             return device

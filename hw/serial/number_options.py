@@ -33,7 +33,16 @@ Unit = Literal[
     "",
 ]
 SampleChannel = Literal[
-    "position", "velocity", "current", "force", "temperature", "estop", "sequence", "fault", "identity"
+    "position",
+    "velocity",
+    "current",
+    "force",
+    "temperature",
+    "estop",
+    "sequence",
+    "fault",
+    "identity",
+    "enabled",
 ]
 
 UNITS = {
@@ -45,7 +54,7 @@ UNITS = {
     "force": ("N", "mN"),
     "temperature": ("degC",),
 }
-SWITCHES = ("estop", "fault", "enable")
+SWITCHES = ("estop", "fault", "enabled", "enable")
 
 
 class NumberOptions(SerialTable):
@@ -59,8 +68,10 @@ class NumberOptions(SerialTable):
     wrap_at: float | None = Field(
         None, gt=0, le=1e12, description="position: it starts over after this much, in its unit: 360 (deg)"
     )
-    mask: int = Field(0, ge=0, le=2**32 - 1, description="estop, fault, enable: the bits that say so")
-    invert: bool = Field(False, description="estop, fault, enable: they say so when 0")
+    mask: int = Field(
+        0, ge=0, le=2**32 - 1, description="estop, fault, enabled, enable: the bits that say so"
+    )
+    invert: bool = Field(False, description="estop, fault, enabled, enable: they say so when 0")
 
     @property
     def name(self) -> str:

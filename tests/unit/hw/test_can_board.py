@@ -256,3 +256,76 @@ def test_a_counter_and_an_angle_are_followed_on_over_a_re_plug(monkeypatch):
         bus.answer = lambda n, last=told[1]: [last if last[0] == 1 else sensed(11, counts=500)]
         backend.read(tick)
         assert tick["position_rad"][0, 0] - before == pytest.approx(step)
+
+
+def test_a_board_that_tells_that_it_drives_stays_down_once_it_has_let_go(monkeypatch):
+    sensed_too = {**SENSED, "field": [*SENSED["field"][:3], {"channel": "enabled", "byte": 5, "bits": 8}]}
+    backend, bus, tick = opened(monkeypatch, receive=[sensed_too])
+    held = []
+
+    def exchange(enabled, times=1):
+        for _ in range(times):
+            tick["enabled"], tick["current_command_a"] = enabled, 1.0
+            backend.write(tick)
+            drives = bus.sent[-1][4] and not held
+            bus.answer = lambda n, on=drives: [sensed(n, fault=int(on))]
+            backend.read(tick)
+            tick["tick"] += 1
+        return LinkFault(int(tick["link_faults"][0]))
+
+    assert "enabled" not in backend.provides
+    assert exchange(0, 3) == 0
+    assert exchange(1, 3) == 0
+    held.append("it lets go")
+    assert exchange(1) == LinkFault.DEVICE
+    held.clear()
+    assert exchange(1, 600) == LinkFault.DEVICE
+    assert (bus.sent[-1][4], bus.sent[-1][:2]) == (0, b"\0\0"), "disabled, no current"
+    assert exchange(0) == 0
+    assert exchange(1, 600) == 0
+    assert bus.sent[-1][4] == 1
+    assert exchange(0) == 0
+    held.append("it never comes up")
+    assert exchange(1, 400) == 0
+    assert exchange(1, 150) == LinkFault.DEVICE
+
+
+def test_a_board_that_had_let_go_is_as_new_after_a_re_plug(monkeypatch):
+    told = {**SENSED, "field": [*SENSED["field"][:3], {"channel": "enabled", "byte": 5, "bits": 8}]}
+    backend, bus, tick = opened(monkeypatch, receive=[told])
+    for on in (1, 1, 0):  # it comes up, and lets go
+        tick["enabled"] = 1
+        backend.write(tick)
+        bus.answer = lambda n, on=on: [sensed(n, fault=on)]
+        backend.read(tick)
+    assert LinkFault(int(tick["link_faults"][0])) == LinkFault.DEVICE
+    backend.close()
+    tick["enabled"] = 0
+    backend.open()
+    backend.warm_up(tick)
+    backend.read(tick)
+    assert int(tick["link_faults"][0]) == 0
+
+
+def test_frames_that_do_not_come_are_named_also_where_select_tells_them_apart(monkeypatch):
+    def part(value, channel):
+        chosen = {"byte": 0, "bits": 8, "value": value}
+        return {
+            "id": 5,
+            "length": 2,
+            "select": [chosen],
+            "field": [{"channel": channel, "byte": 1, "bits": 8}],
+        }
+
+    frames = [(5, b"\1\0"), (5, b"\2\0")]
+    receive = [part(1, "estop"), part(2, "fault")]
+    backend, bus, tick = opened(monkeypatch, lambda n: frames, receive=receive)
+    backend.read(tick)
+    bus.answer = lambda n: frames[:1]
+    for _ in range(3):
+        backend.read(tick)
+    (said,) = backend.words()
+    assert (said.text, said.silent) == ("frame 0x5 (select 2) does not come", True)
+    bus.answer = lambda n: [frames[0], (5, b"\2\1")]
+    backend.read(tick)
+    assert backend.words()[0] == ("frame 0x5 (select 2) sets its fault flag", LinkFault.DEVICE, False)

@@ -11,7 +11,7 @@ import pytest
 from test_serial_described import Wire, options, rig
 
 from hw import registry
-from hw.interface import BackendError, LinkFault
+from hw.interface import AskedBackend, BackendError, LinkFault, LinkLost
 from hw.serial.checksums import KINDS, checksum
 from hw.serial.described import DescribedBackend
 from hw.serial.described_options import DescribedOptions
@@ -185,6 +185,49 @@ def test_a_drive_is_switched_on_once_and_off_while_not_armed():
     assert wire.backend._stop_packet() == b"\xfd" * 3
     with pytest.raises(ValueError, match="enter needs idle"):
         made(options(command__enter=[0xFC]))
+
+
+def test_a_drive_that_has_let_go_is_taken_back_only_once_idle_has_been_sent():
+    table = options(command__enter=[0xFC], command__idle=[0xFD])
+    fault = next(field for field in table["sample"]["field"] if field["channel"] == "fault")
+    free = next(k for k in range(8) if not any(f.get("mask", 0) >> k & 1 for f in table["sample"]["field"]))
+    table["sample"]["field"].append({**fault, "channel": "enabled", "mask": 1 << free})
+    wire = Wire(table)
+
+    def exchange(enabled):
+        wire.tick["enabled"], wire.tick["current_command_a"] = enabled, 0.1 * enabled
+        wire.board.take(wire.sent())
+        wire.feed(wire.frame())
+        return wire.faults
+
+    assert [exchange(on) for on in (0, 1, 1, 1, 0, 0)] == [0] * 6, (
+        "switched off by the host it has let go of nothing"
+    )
+    assert [exchange(1) for _ in range(3)] == [0] * 3
+    wire.board.hold()
+    wire.feed(wire.frame())
+    assert wire.faults == LinkFault.DEVICE
+    assert [exchange(on) for on in (1, 1)] == [LinkFault.DEVICE] * 2
+    assert [exchange(on) for on in (0, 0, 1, 1)] == [0] * 4
+    assert wire.board.output[0] == pytest.approx(0.1)
+
+
+def test_probe_asks_by_the_poll_and_sends_nothing_else():
+    class Port(list):
+        write = list.append
+
+    for table, asked in [
+        ({**SENSOR, "poll": [9, 9]}, [b"\t\t"]),
+        (options(poll=[9]), [b"\t"]),
+        (options(), []),
+    ]:
+        backend = made(table)
+        assert isinstance(backend, AskedBackend)
+        with pytest.raises(LinkLost, match="not open"):
+            backend.ask()
+        backend._port = Port()
+        backend.ask()
+        assert backend._port == asked
 
 
 def test_the_stop_of_a_board_comes_behind_commands_of_zero():

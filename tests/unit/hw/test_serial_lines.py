@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from test_serial_described import rig
 
 from hw import registry
-from hw.interface import BackendError, LinkFault
+from hw.interface import BackendError, LinkFault, SpeakingBackend
 from hw.serial import link
 from hw.serial.lines import LinesBackend
 from hw.serial.lines_board import LineBoard
@@ -313,6 +313,15 @@ def test_a_board_that_prints_otherwise_is_refused_with_what_came():
     backend.close()
     os.close(master)
     os.close(slave)
+
+
+def test_a_board_says_in_words_what_its_device_fault_is():
+    wire = Wire()
+    assert isinstance(wire.backend, SpeakingBackend)
+    wire.feed(b"1,0\n")
+    assert wire.backend.words()[0].text == ""
+    wire.feed(b"nan,0\n")
+    assert "a number in its line is none" in wire.backend.words()[0].text
 
 
 def test_the_simulated_board_lets_go_after_its_time_to_live():
