@@ -104,14 +104,14 @@ class LinesBackend(SerialCore):
 
     def _sender(self, row: np.ndarray) -> Callable[[], int]:
         view: Any = memoryview
-        writer, end, buffer = self._writer, self._end, self._packet_bytes
+        writer, end, buffer, order = self._writer, self._end, self._packet_bytes, self.sample.order
         if writer is None:
             return switched(row, self.packet, lambda: 0, {"enter": b"", "idle": b""}, self._poll)
         values, enabled = view(row[CHANNEL_FIELDS[self._channel]][0]), view(row["enabled"])
 
         def _send() -> int:
             cut = end if self._unsent else b""  # the line before may have gone out in part: it ends here
-            line = cut + writer.write(values, enabled=enabled[0] != 0) + end
+            line = cut + writer.write(values, enabled=order(enabled[0] != 0)) + end
             buffer[: len(line)] = line
             return len(line)
 

@@ -138,8 +138,8 @@ class LineBoard:
         channel = field["channel"]
         if channel == "sequence":
             return str(self.sequence)
-        if channel in ("estop", "fault"):
-            on = self.estop if channel == "estop" else self.drive_fault
+        if channel in ("estop", "fault", "enabled"):
+            on = {"estop": self.estop, "fault": self.drive_fault, "enabled": self.enabled}[channel]
             return str(field["mask"] if on != field["invert"] else 0)
         unit = unit_of(field, self._rig)
         value = float(tick[_TICK[channel]][0][field["component" if channel == "force" else "axis"]])

@@ -82,7 +82,7 @@ class LineReader:
         self._prefix = table["prefix"].encode()
         self._separator = None if table["separator"] == " " else table["separator"].encode()
         self._columns, self._sealed = int(table["columns"]), table["checksum"] == "nmea"
-        whole = ("estop", "fault", "sequence")
+        whole = ("estop", "fault", "enabled", "sequence")
         self._wanted = [
             (field["column"], field["channel"] in whole, field["decimals"]) for field in table["field"]
         ]

@@ -15,7 +15,7 @@ Text = Annotated[str, Field(max_length=100, pattern=r"^[\x20-\x7e]*$")]
 Texts = Annotated[tuple[Text, ...], Field(max_length=16, strict=False)]
 Checksum = Literal["none", "nmea"]
 SampleChannel = Literal[
-    "position", "velocity", "current", "force", "temperature", "estop", "sequence", "fault"
+    "position", "velocity", "current", "force", "temperature", "estop", "sequence", "fault", "enabled"
 ]
 CommandChannel = Literal["current_command", "torque", "enable", "time_to_live"]
 
@@ -32,7 +32,7 @@ class LineSampleField(NumberOptions):
     @model_validator(mode="after")
     def _fits_its_channel(self) -> Self:
         if (self.channel in SWITCHES) != bool(self.mask):
-            msg = f"mask {self.mask:#x} of {self.channel!r}: estop and fault need bits, others none"
+            msg = f"mask {self.mask:#x} of {self.channel!r}: estop, fault and enabled need bits, others none"
             raise ValueError(msg)
         if self.decimals and self.channel in (*SWITCHES, "sequence"):
             msg = f"decimals of {self.channel!r}: whole numbers only"

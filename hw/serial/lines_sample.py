@@ -39,6 +39,7 @@ class LineSample:
         self._has_estop = any(field["channel"] == "estop" for field in fields)
         self._rows = [_Row(field, rig) for field in fields]
         self._estop = self.fault = 0
+        self._asked = self._driven = self._dropped = False
         self._sequence: int | None = None
         self.fresh = False
         self._damaged = self._older = False
@@ -50,6 +51,20 @@ class LineSample:
         """A new connection begins. Where the joint stands is kept."""
         self.fresh = self._damaged = self._older = False
         self.fault, self._sequence, self.older_in_row = 0, None, 0
+        self._asked = self._driven = self._dropped = False
+
+    def order(self, wanted: bool) -> bool:
+        """Whether the board may be enabled if the host wants it: one that has let go only once the host has disabled it."""
+        if not wanted:
+            self._driven = self._dropped = False
+        self._asked = wanted and not self._dropped
+        return self._asked
+
+    def _saw(self, enabled: bool) -> None:
+        if enabled:
+            self._driven = self._asked
+        elif self._driven:
+            self._dropped = True
 
     def damaged(self) -> None:
         """A line is not what it should be."""
@@ -80,6 +95,8 @@ class LineSample:
                 self._estop = int(value)
             elif row.channel == "fault":
                 self.fault |= int(value)
+            elif row.channel == "enabled":
+                self._saw(value != 0)
             elif row.channel in self._values:
                 self._values[row.channel][row.at] = value
         self.counts["good"] += 1
@@ -95,7 +112,7 @@ class LineSample:
         """Count a fresh sample, or tell by `LinkFault` bits why there is none; ready for the next cycle."""
         fresh, damaged, older = self.fresh, self._damaged, self._older
         self.fresh = self._damaged = self._older = False
-        device = _DEVICE if self.fault else 0
+        device = _DEVICE if self.fault or self._dropped else 0
         if backlogged:  # anything may be lost behind it, and the order begins anew
             self._sequence, self.older_in_row = None, 0
             return device

@@ -270,3 +270,24 @@ def test_a_sample_is_damaged_when_a_selected_frame_has_another_length():
     )
     feed(by_id[1], b"\1\0")
     assert sample.faults == LinkFault.CHECKSUM
+
+
+def test_of_parts_of_different_lengths_a_first_one_begins_anew():
+    sample, _, by_id = receiving(
+        [{**PARTS, "length": 14, "parts": [8, 6], "checksum": {"kind": "sum16", "byte": 12}}]
+    )
+    body = struct.pack(">HHIhh", 0xAA07, 1, 0, 30, 0)
+    whole = body + (sum(body) & 0xFFFF).to_bytes(2, "big")
+    feed(by_id[0x100], whole[:8], whole[:8], whole[8:])
+    assert (sample.force_n[0], sample.fresh, sample.counts["damaged"]) == (30.0, sample.needed, 0)
+
+
+def test_several_numbers_may_tell_a_frame():
+    chosen = [{"byte": k, "bits": 8, "value": 7 + k} for k in range(2)]
+    sample, frames, by_id = receiving(
+        [{"id": 1, "length": 3, "select": chosen, "field": [{"channel": "estop", "byte": 2, "bits": 8}]}]
+    )
+    feed(by_id[1], b"\7\7\1", b"\x08\x08\1")
+    assert not sample.fresh
+    feed(by_id[1], b"\7\x08\1")
+    assert (sample.fresh, sample.estop, frames[0].label) == (sample.needed, 1, "frame 0x1 (select 7, 8)")

@@ -315,6 +315,29 @@ def test_a_board_that_prints_otherwise_is_refused_with_what_came():
     os.close(slave)
 
 
+@pytest.mark.parametrize("words", [{}, {"enter": "ME1", "idle": "ME0"}])
+def test_a_board_that_tells_that_it_drives_stays_down_once_it_has_let_go(words):
+    told = {"channel": "enabled", "column": 1, "mask": 1}
+    wire = Wire(options({**DRIVE, **words}, {"field": [POSITION, told]}))
+    board = LineBoard(wire.valid, rig(), "1")
+
+    def exchange(enabled):
+        board.take(wire.sent(enabled=enabled, torque=0.1 * enabled))
+        wire.feed(board.state_packet(wire.tick, np.zeros(1), 0))
+        return wire.faults
+
+    assert [exchange(on) for on in (0, 1, 1, 1, 0, 0)] == [0] * 6
+    assert [exchange(1) for _ in range(3)] == [0] * 3
+    assert board.output[0] == pytest.approx(0.1)
+    board.hold()
+    wire.feed(board.state_packet(wire.tick, np.zeros(1), 0))
+    assert wire.faults == LinkFault.DEVICE
+    assert [exchange(1) for _ in range(5)] == [LinkFault.DEVICE] * 5
+    assert board.output[0] == 0.0
+    assert [exchange(on) for on in (0, 0, 1, 1)] == [0] * 4
+    assert board.output[0] == pytest.approx(0.1)
+
+
 def test_a_board_says_in_words_what_its_device_fault_is():
     wire = Wire()
     assert isinstance(wire.backend, SpeakingBackend)
