@@ -25,6 +25,7 @@ from rtctl.host.description import describe
 from rtctl.host.endpoints import RuntimeDirectory
 from rtctl.host.gateway import PAUSE_S, Gateway
 from rtctl.host.heap import Heap
+from rtctl.host.heartbeat import Heartbeat, promised_ticks
 from rtctl.host.loop_guard import LoopGuard
 from rtctl.host.loop_process import LoopProcess
 from rtctl.host.notices import Notices
@@ -184,7 +185,9 @@ class Host:
         poller.register(self.signals.fileno(), zmq.POLLIN)
         end = None if seconds is None else time.monotonic() + seconds
         next_batch, heap = time.monotonic(), Heap()
+        heart = Heartbeat(self.writer, promised_ticks(self.loaded.config))
         while True:
+            heart.beat(time.monotonic())
             wait_s = min(next_batch - time.monotonic(), self.guard.look_s)
             if self.signals.fileno() in dict(poller.poll(max(0, round(wait_s * 1e3)))):
                 self.signals.drain()
