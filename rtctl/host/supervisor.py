@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Protocol
@@ -30,6 +31,7 @@ from rtctl.host.loop_guard import LoopGuard
 from rtctl.host.loop_process import LoopProcess
 from rtctl.host.notices import Notices
 from rtctl.host.notify import Notifier
+from rtctl.host.outlet import streams_that_never_wait
 from rtctl.host.preparation import Preparation
 from rtctl.host.run_record import RunRecord
 from rtctl.host.signals import Signals
@@ -70,7 +72,8 @@ class Host:
     model
         Friction model of the first axis for its programs, shape (1,), dtype `MODEL`, in place of the rig file's.
     announce
-        Receives one-line notes for a person (starting, compiling, real-time rights refused).
+        Receives one-line notes for a person (starting, compiling, real-time rights refused). It may print: while the host
+        lives, nothing that this process writes to stdout or stderr makes it wait (`rtctl.host.outlet`).
     """
 
     def __init__(
@@ -93,6 +96,7 @@ class Host:
         self._finished = False
         self._told = False
         self._ending_since: float | None = None
+        self._streams = ExitStack()
 
     def __enter__(self) -> Host:
         self._check()
@@ -114,6 +118,7 @@ class Host:
             raise StabilityError(report.refusal())
 
     def _start(self) -> None:
+        self._streams.enter_context(streams_that_never_wait())
         self.notifier = Notifier()
         plan = self.plan
         self.memory = Memory.create(plan.n_axes, plan.ring_rows, plan.period_ns)
@@ -315,3 +320,4 @@ class Host:
             self.runtime.release()
         if hasattr(self, "notifier"):
             self.notifier.close()
+        self._streams.close()

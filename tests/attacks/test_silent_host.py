@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -79,7 +80,7 @@ def test_a_daemon_that_was_stopped_from_a_terminal_has_stopped_its_rig():
 
 
 def _stop_and_look(daemon, folder):
-    until(lambda: os.path.exists(f"{folder}/mock/command"))
+    until((Path(folder) / "mock" / "command").exists)
     with RigClient("mock", runtime_dir=folder, timeout_s=PATIENCE_S) as client, client.events() as events:
         until(lambda: client.status()["state"] == "ACTIVE")
         os.kill(daemon, signal.SIGSTOP)
