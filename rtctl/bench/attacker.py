@@ -2,7 +2,7 @@
 
 Kinds, all of raw ZMTP 3.0 without a key: `frames` sends messages of three million empty frames, one after the other; `unfinished` one
 message that never ends; `trickle` the same slowly; `connects` opens connections as fast as it can and keeps them. Whoever is cut
-off comes again. Prints one JSON line: bytes sent, connections opened.
+off comes again. Prints `begun` when it is at work, and in the end one JSON line: bytes sent, connections opened.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import socket
 import sys
 import time
 from collections.abc import Iterator
+from functools import cache
 
 from rtctl.bench.flooder import MOST_SECONDS
 from rtctl.errors import ClientError
@@ -33,12 +34,16 @@ def _ready(kind: bytes) -> bytes:
 
 
 def connect(address: str, socket_type: bytes = b"DEALER") -> socket.socket:
-    """A connection that has greeted and was let in, or was closed. Raises OSError."""
+    """A connection that has greeted and was let in. Raises OSError."""
     made = plain(address)
     try:
         made.settimeout(2.0)
         made.sendall(_GREETING + _ready(socket_type))
-        made.recv(4096)
+        heard = b""
+        while b"READY" not in heard:  # who says more before that is cut off by libzmq itself
+            heard += (said := made.recv(4096))
+            if not said:
+                raise ConnectionResetError(f"{address}: not let in")
     except OSError:
         made.close()
         raise
@@ -72,6 +77,13 @@ def _messages(kind: str) -> Iterator[bytes]:
             yield _LAST
 
 
+@cache
+def _say_begun() -> None:
+    """Once."""
+    sys.stdout.write("begun\n")
+    sys.stdout.flush()
+
+
 def send_frames(kind: str, address: str, socket_type: bytes, seconds: float) -> dict[str, int]:
     """Send frames without an end, over one connection at a time."""
     end = time.monotonic() + seconds
@@ -83,8 +95,10 @@ def send_frames(kind: str, address: str, socket_type: bytes, seconds: float) -> 
                 if time.monotonic() > end:
                     break
                 sent += made.send(part[:TRICKLE_BYTES] if kind == "trickle" else part)
+                _say_begun()
                 if kind == "trickle":
                     time.sleep(0.05)
+        _say_begun()  # also where it is not let in
         time.sleep(0.002)
     return {"sent": sent, "opened": opened}
 
@@ -101,6 +115,7 @@ def keep_connecting(address: str, seconds: float) -> dict[str, int]:
             time.sleep(0.001)
             continue
         opened += 1
+        _say_begun()
         if len(kept) > MOST_OPEN:
             kept.pop(0).close()
     for one in kept:
@@ -112,6 +127,7 @@ def main(kind: str, address: str, seconds: str, socket_type: str = "DEALER") -> 
     """Run one kind of attack."""
     if not address.startswith(("ipc://", "tcp://127.0.0.1:")):
         raise ClientError(f"{address}: attacks are for this machine only")
+    sys.stdin.read()  # until its end: the word to begin
     duration = min(float(seconds), MOST_SECONDS)
     if kind == "connects":
         counts = keep_connecting(address, duration)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Protocol
@@ -27,6 +27,7 @@ from rtctl.host.endpoints import RuntimeDirectory
 from rtctl.host.gateway import PAUSE_S, Gateway
 from rtctl.host.heap import Heap
 from rtctl.host.heartbeat import Heartbeat, promised_ticks
+from rtctl.host.intruders import Resident
 from rtctl.host.loop_guard import LoopGuard
 from rtctl.host.loop_process import LoopProcess
 from rtctl.host.notices import Notices
@@ -132,7 +133,8 @@ class Host:
         self.writer.send()
         endpoints = self.runtime.endpoints
         self.context = zmq.Context()
-        self.access = Access(self.context, endpoints, Openings.of(self.loaded), Notices())
+        resident = None if virtual else self._streams.enter_context(closing(Resident()))
+        self.access = Access(self.context, endpoints, Openings.of(self.loaded), Notices(), resident=resident)
         self.loop = LoopProcess(self.loaded, self.memory, self.runtime.lock_fd)
         self.runtime.note_holder(self.loop.pid)
         records = self._record_to is not None or self.loaded.config.record is not None

@@ -1,22 +1,15 @@
 """A daemon with every door open, whom strangers may reach, and how soon it obeys a STOP."""
 
-import os
 import subprocess
 import sys
-import time
-from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
 from patience import PATIENCE_S, until
 from ports import free_ports
 
 from rtctl.client import RigClient
-from rtctl.control.vocabulary import State
 from rtctl.demo import shipped_config
 from rtctl.keys import KeyStore
-
-MOST_MB = 300.0
 
 
 class Daemon:
@@ -38,9 +31,6 @@ class Daemon:
             [sys.executable, "-m", "rtctl", "run", str(self.file), "--runtime-dir", str(self.folder)],
             **{**quiet, **streams},
         )
-        self.ipc = f"ipc://{self.folder}/mock"
-        self.viewer = f"tcp://127.0.0.1:{self.port + 3}"
-        self.tcp = f"tcp://127.0.0.1:{self.port}"
 
     def __enter__(self):
         until(lambda: (self.folder / "mock" / "command").exists() or self.process.poll() is not None)
@@ -57,26 +47,6 @@ class Daemon:
             self.process.kill()
             self.process.wait()
 
-    def arm(self):
-        """Bring the rig to ACTIVE."""
-        if self.client.status()["state"] != "IDLE":
-            self.client.reset(timeout_s=PATIENCE_S)
-        self.client.arm(timeout_s=PATIENCE_S)
-
-    def obeys_a_stop(self, client=None):
-        """Milliseconds from sending a STOP to the tick from which on the torque goes to zero. The rig must be armed."""
-        with self.client.ticks() as ticks:
-            assert (ticks.receive(PATIENCE_S)["state"] == State.ACTIVE).any()
-            sent_ns = time.monotonic_ns()
-            (client or self.client).stop()
-            deadline = time.monotonic() + PATIENCE_S
-            while time.monotonic() < deadline:
-                batch = ticks.receive(PATIENCE_S)
-                if batch is not None and len(batch) and batch["state"][-1] != State.ACTIVE:
-                    first = int(np.argmax(batch["state"] != State.ACTIVE))
-                    return (int(batch["time_ns"][first]) - sent_ns) / 1e6
-        raise AssertionError("the STOP was not obeyed")
-
     def memory_mb(self):
         """Most resident memory of the host so far."""
         for line in Path(f"/proc/{self.process.pid}/status").read_text().splitlines():
@@ -86,17 +56,4 @@ class Daemon:
 
     def descriptors(self):
         """Open files and sockets of the host."""
-        return len(os.listdir(f"/proc/{self.process.pid}/fd"))
-
-
-@contextmanager
-def attack(kind, address, seconds=60.0, socket_type="DEALER"):
-    """An attacker in a process of its own, at work when this returns."""
-    command = [sys.executable, "-m", "rtctl.bench.attacker", kind, address, str(seconds), socket_type]
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
-    try:
-        time.sleep(1.0)
-        yield process
-    finally:
-        process.kill()
-        process.wait()
+        return sum(1 for _ in Path(f"/proc/{self.process.pid}/fd").iterdir())

@@ -107,8 +107,8 @@ SEEDS = (
     ),
     Seed(
         "of targets that wait the oldest is taken", "rtctl/host/targets.py",
-        "newest[number, identity] = (user_id(frame), frame.bytes)",
-        "newest.setdefault((number, identity), (user_id(frame), frame.bytes))", TARGETS,
+        "newest[sender] = (user_id(frame), frame.bytes)",
+        "newest.setdefault(sender, (user_id(frame), frame.bytes))", TARGETS,
     ),
     Seed(
         "a half-written command is taken", "rtctl/control/mailbox.py",
