@@ -114,6 +114,11 @@ class Config(Table):
         """True when no device of the rig has a real actuator."""
         return all(registry.lookup(device.kind).simulated for device in self.device)
 
+    @property
+    def may_be_late(self) -> bool:
+        """True for a simulated rig on a laptop without real-time rights: it counts its late ticks and goes on, for nobody holds it."""
+        return self.simulated and self.loop.realtime != "require"
+
     def hardware(self) -> Rig:
         """The facts a backend needs."""
         return Rig(

@@ -19,6 +19,7 @@ GROUPS = (
     "wakeup",
     "streams",
     "flood",
+    "attacks",
     "io",
     "recording",
     "view",
@@ -44,7 +45,7 @@ def command(
     groups: tuple[str, ...], *, quick: bool, minutes: float, rig_seconds: float, as_json: bool
 ) -> None:
     """Measure side by side: friction evaluation, safety machine, feel of a 60 Hz program, virtual time, start,
-    cycle, wake-up, telemetry streams, floods, device I/O, recording, live view; and, only when asked for, soak: hours of subscribers that come and go, and of floods;
+    cycle, wake-up, telemetry streams, floods, STOP under attack, device I/O, recording, live view; and, only when asked for, soak: hours of subscribers that come and go, and of floods;
     deaths: a hundred killed loops, and how soon a simulated board was without torque.
 
     Give GROUPS to run only some. The whole takes about ten minutes and wants an otherwise idle machine;
@@ -73,6 +74,7 @@ def command(
 
 def _group(name: str, *, quick: bool, minutes: float, rig_seconds: float) -> Callable[[], list[Row]]:
     from rtctl.bench import (
+        attacks,
         deaths,
         feel,
         flood,
@@ -104,6 +106,7 @@ def _group(name: str, *, quick: bool, minutes: float, rig_seconds: float) -> Cal
         "cycle": lambda: loop.cycle_rows(mock, 1 if quick else 4, 10 * short),
         "wakeup": lambda: loop.wakeup_rows(mock, 1 if quick else 4, max(5.0, 15 * short)),
         "flood": lambda: flood.rows(mock, 10 * short, 1 if quick else 2),
+        "attacks": lambda: attacks.rows(mock, 1 if quick else 5),
         "soak": lambda: soak.rows(mock, minutes, lambda text: click.echo(text, err=True)),
         "io": lambda: io.rows(short, rig_seconds),
         "view": lambda: view.rows(mock, 30 * short, 3 if quick else 10),

@@ -49,6 +49,7 @@ def command(
     from rtctl.errors import ConfigError, FaultError, RecordingError
     from rtctl.host.auto_arm import AutoArm
     from rtctl.host.notices import Notices
+    from rtctl.host.outlet import LAST_WORDS_S, streams_that_never_wait
     from rtctl.host.supervisor import Host
 
     loaded = load(config, faults)
@@ -76,7 +77,8 @@ def command(
             for grant in _grants(host.loop.grants):
                 click.echo(f"  {grant}")
         summary = host.run(seconds)
-    click.echo(json.dumps(summary) if as_json else "\n".join(_lines(summary)))
+    with streams_that_never_wait(LAST_WORDS_S):
+        click.echo(json.dumps(summary) if as_json else "\n".join(_lines(summary)))
     if summary["state"] in ("FAULT", "ESTOP", "LOCKOUT") or summary["fault_first"]:
         if as_json:  # the summary says it; nothing may follow it
             sys.exit(FaultError.exit_code)

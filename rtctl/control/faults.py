@@ -225,6 +225,15 @@ TABLE: tuple[FaultRow, ...] = (
         clears="a new lease and an operator's arm",
     ),
     FaultRow(
+        Fault.HOST_SILENT,
+        Reaction.STOP,
+        1,
+        "powered, and no beat from the host's own turn for 200 ms (2 s on a simulated rig without real-time rights; "
+        "virtual clock: not watched)",
+        "the host stood still, so that no STOP could have come through: see what else runs on the machine, and `rtctl events`; then arm",
+        clears="the host's next beat and an operator's arm",
+    ),
+    FaultRow(
         Fault.ESTOP,
         Reaction.ESTOP,
         1,
