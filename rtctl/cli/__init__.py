@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import importlib
-import json
 import sys
 from typing import Any
 
 import click
 
 from rtctl import __version__
+from rtctl.cli.json_text import json_text
 from rtctl.errors import ConfigError, RtctlError
 
 COMMANDS: dict[str, str] = {
@@ -77,7 +77,7 @@ def report(error: RtctlError, *, as_json: bool) -> None:
         }
         if isinstance(error, ConfigError):
             body["faults"] = faults
-        click.echo(json.dumps(body))
+        click.echo(json_text(body))
         return
     click.echo(f"rtctl: {error}", err=True)
     for line in faults:

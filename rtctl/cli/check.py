@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 from dataclasses import asdict
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from rtctl.cli.json_text import json_text
 from rtctl.errors import StabilityError
 from rtctl.verdict import Outcome
 
@@ -60,7 +60,7 @@ def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
         body["warnings"] = [one.text for one in advices if not one.ok]
         if not report.ok:
             body |= {"error": StabilityError.__name__, "exit_code": StabilityError.exit_code}
-        click.echo(json.dumps(body, indent=2, allow_nan=False))
+        click.echo(json_text(body, indent=2))
         if not report.ok:
             sys.exit(StabilityError.exit_code)
         return

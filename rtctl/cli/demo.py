@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from typing import Any
 
 import click
+
+from rtctl.cli.json_text import json_text
 
 
 @click.command("demo")
@@ -39,7 +40,7 @@ def command(config: Path | None, measure: float, *, as_json: bool) -> None:
     off, on = (phase.rms_nm() for phase in demo.phases)
     summary["hand_torque_rms_nm"] = {"off": off, "on": on, "reduction": 1 - on / off}
     if as_json:
-        click.echo(json.dumps(summary))
+        click.echo(json_text(summary))
     else:
         click.echo("\n" + "\n".join(_table(summary)))
 

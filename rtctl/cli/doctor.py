@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+
+from rtctl.cli.json_text import json_text
 
 if TYPE_CHECKING:
     from rtctl.doctor.line import Line
@@ -56,7 +57,7 @@ def command(config: Path | None, seconds: float, *, no_timing: bool, as_json: bo
             "lines": [line.as_dict() for line in report.lines],
             "wakeup": None if report.wakeups is None else asdict(report.wakeups),
         }
-        click.echo(json.dumps(body, allow_nan=False))
+        click.echo(json_text(body))
     else:
         for line in wakeup.histogram(report.wakeups) if report.wakeups else []:
             click.echo(f"      {line}")

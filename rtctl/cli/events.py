@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 import click
+
+from rtctl.cli.json_text import json_text
 
 
 @click.command("events")
@@ -32,12 +33,12 @@ def command(rig: str, last: int, state_dir: Path | None, *, follow: bool, as_jso
     following = event_log.follow(folder) if follow else iter(())
     events, torn = event_log.read_events(folder, last)
     for event in events:
-        click.echo(json.dumps(event) if as_json else line(event))
+        click.echo(json_text(event) if as_json else line(event))
     if torn:
         click.echo(f"rtctl: {torn} line(s) cut off by a crash were skipped", err=True)
     try:
         for event in following:
-            click.echo(json.dumps(event) if as_json else line(event))
+            click.echo(json_text(event) if as_json else line(event))
     except KeyboardInterrupt:
         click.echo("", err=True)
 

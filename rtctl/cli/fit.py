@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+
+from rtctl.cli.json_text import json_text
 
 if TYPE_CHECKING:
     from rtctl.friction.ladder import Ladder
@@ -246,7 +247,7 @@ def command(
         body |= {"report": str(page)} if page else {}
         if ladder is not None:
             body |= ladder_report.body(ladder)
-        click.echo(json.dumps(body, indent=2, allow_nan=False))
+        click.echo(json_text(body, indent=2))
         return
     if ladder is not None:
         ladder_report.show(ladder)

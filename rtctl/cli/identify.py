@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import json
 import sys
 import time
 from dataclasses import asdict
@@ -12,6 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+
+from rtctl.cli.json_text import json_text
 
 if TYPE_CHECKING:
     from rtctl.config import LoadedConfig
@@ -260,7 +261,7 @@ def _report(
         "truth": [asdict(one) for one in truth],
     }
     if as_json:
-        click.echo(json.dumps(summary))
+        click.echo(json_text(summary))
     else:
         click.echo(f"{len(points)} of {wanted} points in {dataset.folder}, {wall_s:.0f} s")
         for one in skipped:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import hashlib
 import io
-import json
 import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict, replace
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rtctl.cli.json_text import json_text
 from rtctl.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -111,7 +111,7 @@ def command(
         sha256 = hashlib.sha256("".join(part.sha256 for part in parts).encode()).hexdigest()
         points = level_points(samples(signals, fit, sha256, remove_offset=not keep_offset))
         _write(out, points, document)
-    click.echo(json.dumps(document) if as_json else "\n".join(_lines(fit, out)))
+    click.echo(json_text(document) if as_json else "\n".join(_lines(fit, out)))
 
 
 def _axis(config: Path, axis: int) -> AxisTable:
@@ -182,7 +182,7 @@ def _write(out: Path, points: FrictionPoints, document: dict[str, Any]) -> None:
         writer.writerow([repr(float(v)), repr(float(f * d)), int(d), repr(float(std)), int(n)])
     rows = text.getvalue().encode()
     document["points_sha256"] = hashlib.sha256(rows).hexdigest()
-    write_together(out, {"points.csv": rows, "regression.json": json.dumps(document, indent=1).encode()})
+    write_together(out, {"points.csv": rows, "regression.json": json_text(document, indent=1).encode()})
 
 
 def _lines(fit: JointFit, out: Path | None) -> list[str]:

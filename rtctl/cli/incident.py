@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import click
+
+from rtctl.cli.json_text import json_text
 
 
 @click.command("incident")
@@ -21,7 +22,7 @@ def command(file: Path, plot: Path | None, *, as_json: bool) -> None:
     incident = read_incident(file)
     if as_json:
         body = {"about": incident.about, "trigger": incident.trigger, "events": incident.events}
-        click.echo(json.dumps({**body, "ticks": len(incident.ticks), "extremes": extremes(incident)}))
+        click.echo(json_text({**body, "ticks": len(incident.ticks), "extremes": extremes(incident)}))
     else:
         click.echo("\n".join(summary(incident)))
         click.echo("\nevents")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 import time
@@ -11,6 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+
+from rtctl.cli.json_text import json_text
 
 if TYPE_CHECKING:
     from rtctl.client import RigClient, RigState
@@ -87,7 +88,7 @@ def _samples(client: RigClient, end: float) -> Iterator[tuple[RigState, int]]:
 
 def _json(client: RigClient, end: float) -> None:
     for sample, _lost in _samples(client, end):
-        click.echo(json.dumps(_plain(sample)))
+        click.echo(json_text(_plain(sample)))
 
 
 def _plain(sample: RigState) -> dict[str, Any]:

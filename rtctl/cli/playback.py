@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+
+from rtctl.cli.json_text import json_text
 
 if TYPE_CHECKING:
     from rtctl.playback_job import Job
@@ -75,7 +76,7 @@ def command(config: Path | None, *, as_json: bool, **options: Any) -> None:  # n
 
     job = Job(config=config, **options)
     result = run(job)
-    click.echo(json.dumps(result) if as_json else "\n".join(_lines(result, job)))
+    click.echo(json_text(result) if as_json else "\n".join(_lines(result, job)))
 
 
 def _lines(result: dict[str, Any], job: Job) -> list[str]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+
+from rtctl.cli.json_text import json_text
 
 if TYPE_CHECKING:
     from rtctl.recording.panels import Run
@@ -62,7 +63,7 @@ def compare(
     if plot is not None:
         plot_runs(runs, plot, _names(fields))
     if as_json:
-        click.echo(json.dumps({"a": {"file": str(a), **found[0]}, "b": {"file": str(b), **found[1]}}))
+        click.echo(json_text({"a": {"file": str(a), **found[0]}, "b": {"file": str(b), **found[1]}}))
         return
     click.echo(f"{'':28}{a.name[-22:]:>24}{b.name[-22:]:>24}{'change':>10}")
     for key in found[0]:

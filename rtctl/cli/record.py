@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 import time
@@ -10,6 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+
+from rtctl.cli.json_text import json_text
 
 if TYPE_CHECKING:
     from rtctl.client.capture import Capture, Run
@@ -51,7 +52,7 @@ def command(
         if not as_json:
             click.echo(_line(status) + f", in {status['folder']}")
     if as_json:
-        click.echo(json.dumps({"recordings": done}))
+        click.echo(json_text({"recordings": done}))
     broken = [status["broken"] for status in done if status["broken"]]
     if broken:
         raise RtctlError(f"the recording is broken: {broken[0]}")

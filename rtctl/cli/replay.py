@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import click
+
+from rtctl.cli.json_text import json_text
 
 
 @click.command("replay")
@@ -54,7 +55,7 @@ def _same(reader: Any, *, as_json: bool) -> None:  # noqa: ANN401
     )
     remark = "" if same_law else "; recorded with other sources of the law"
     if as_json:
-        click.echo(json.dumps({**asdict(verdict), "took_s": took, "same_law_sources": same_law}))
+        click.echo(json_text({**asdict(verdict), "took_s": took, "same_law_sources": same_law}))
     else:
         click.echo(text)
         if missing := reader.missing_fields():
@@ -84,7 +85,7 @@ def _other(reader: Any, config: Path, plot: Path | None, *, as_json: bool) -> No
         plot_comparison(comparison, plot, (reader.about.get("config_file", "recorded"), config.name))
     if as_json:
         click.echo(
-            json.dumps({"ticks": comparison.verdict.ticks, "stopped": comparison.verdict.stopped, **found})
+            json_text({"ticks": comparison.verdict.ticks, "stopped": comparison.verdict.stopped, **found})
         )
         return
     active = found.pop("active_s")

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from typing import Any
 
 import click
+
+from rtctl.cli.json_text import json_text
 
 
 @click.command("run")
@@ -72,7 +73,7 @@ def command(
             for grant in _grants(host.loop.grants):
                 click.echo(f"  {grant}")
         summary = host.run(seconds)
-    click.echo(json.dumps(summary) if as_json else "\n".join(_lines(summary)))
+    click.echo(json_text(summary) if as_json else "\n".join(_lines(summary)))
     if summary["state"] in ("FAULT", "ESTOP", "LOCKOUT") or summary["fault_first"]:
         if as_json:  # the summary says it; nothing may follow it
             sys.exit(FaultError.exit_code)

@@ -133,6 +133,7 @@ class Host:
         self.preparation = Preparation(plan.n_axes, recording=records)
         self.guard = LoopGuard(self.loaded, self.loop, self.memory, plan.period_s)
         rig = describe(self.loaded)
+        self._batch_s = rig.batch_s
         self.telemetry = Telemetry(self.context, endpoints, rig, access=self.access)
         self.gateway = Gateway(
             self.context, endpoints, self.writer, rig, self.reader.latest, access=self.access
@@ -177,7 +178,6 @@ class Host:
 
         Returns the closing summary. Raises LoopDiedError, DeviceError or RealtimeError when the loop failed.
         """
-        batch_s = self.loaded.config.telemetry.batch_ms / 1e3
         poller = zmq.Poller()
         self.gateway.register(poller)
         poller.register(self.loop.fileno(), zmq.POLLIN)
@@ -199,7 +199,7 @@ class Host:
                 self._batch()
                 while self.reader.waiting and not alive:
                     self._batch()
-                next_batch = now if self.reader.waiting > self._most_ticks else max(next_batch + batch_s, now)
+                next_batch = now if self.reader.waiting > self._most_ticks else max(next_batch + self._batch_s, now)
                 heap.look(now)
             if not alive:
                 break
