@@ -370,10 +370,16 @@ class TelemetryTable(Table):
     """[telemetry]"""
 
     state_hz: float | None = _number(
-        1, 1000, "rate of the decimated state samples; left out: 100, or one a message if that is more", default=None
+        1,
+        1000,
+        "rate of the decimated state samples; left out: 100, or one a message if that is more",
+        default=None,
     )
     batch_ms: float | None = _number(
-        1, 1000, "ticks per message, as time; left out: 8 ticks, at least 2 ms and at most 20 ms", default=None
+        1,
+        1000,
+        "ticks per message, as time; left out: 8 ticks, at least 2 ms and at most 20 ms",
+        default=None,
     )
     plotjuggler: bool = Field(
         False, description="also publish the state samples on 127.0.0.1 without keys, read-only, for viewers"

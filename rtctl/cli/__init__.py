@@ -14,7 +14,13 @@ from rtctl.errors import ConfigError, RtctlError
 
 COMMANDS: dict[str, str] = {
     "demo": "rtctl.cli.demo",
+    "init": "rtctl.cli.init",
     "run": "rtctl.cli.run",
+    "status": "rtctl.cli.operate:status",
+    "arm": "rtctl.cli.operate:arm",
+    "stop": "rtctl.cli.operate:stop",
+    "reset": "rtctl.cli.operate:reset",
+    "tare": "rtctl.cli.operate:tare",
     "check": "rtctl.cli.check",
     "identify": "rtctl.cli.identify",
     "fit": "rtctl.cli.fit",
@@ -39,6 +45,7 @@ COMMANDS: dict[str, str] = {
     "service": "rtctl.cli.service",
     "view": "rtctl.cli.view",
     "world": "rtctl.cli.view:world",
+    "completion": "rtctl.cli.completion",
 }
 """Command name -> the module whose `command` it is, or `module:name`."""
 
@@ -79,9 +86,11 @@ def report(error: RtctlError, *, as_json: bool) -> None:
             body["faults"] = faults
         click.echo(json_text(body))
         return
-    click.echo(f"rtctl: {error}", err=True)
+    from rtctl.cli.invocation import as_run
+
+    click.echo(as_run(f"rtctl: {error}"), err=True)
     for line in faults:
-        click.echo(f"  {line}", err=True)
+        click.echo(as_run(f"  {line}"), err=True)
 
 
 def main() -> None:

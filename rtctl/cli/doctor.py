@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from rtctl.cli.colour import coloured
+from rtctl.cli.invocation import as_run
 from rtctl.cli.json_text import json_text
 
 if TYPE_CHECKING:
@@ -40,10 +42,10 @@ def command(config: Path | None, seconds: float, *, no_timing: bool, as_json: bo
 
     def _say(line: Line) -> None:
         click.echo(
-            f"{click.style(f'{line.status:<4}', fg=_COLOURS[line.status])}  {line.check:<22}{line.found}"
+            f"{coloured(f'{line.status:<4}', _COLOURS[line.status])}  {line.check:<22}{as_run(line.found)}"
         )
         if line.fix:
-            click.echo(f"      {'':<22}-> {line.fix}")
+            click.echo(f"      {'':<22}-> {as_run(line.fix)}")
 
     report = examine(
         None if config is None else str(config),

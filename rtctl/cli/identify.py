@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rtctl.cli.invocation import as_run, shown
 from rtctl.cli.json_text import json_text
 
 if TYPE_CHECKING:
@@ -274,7 +275,10 @@ def _report(
             click.echo(f"  {one}, {one.speeds} speeds")
         if complete:
             click.echo(
-                f"next: rtctl fit {dataset.folder / 'points_train.csv'} --rig {document['rig']} --out MODEL.json"
+                as_run(
+                    f"next: rtctl fit {shown(dataset.folder / 'points_train.csv')} --rig {document['rig']} "
+                    f"--out {shown(dataset.folder / 'model.json')}"
+                )
             )
     if not complete:
         click.echo("rtctl: stopped; the points measured are kept, continue with --resume", err=True)

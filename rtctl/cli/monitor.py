@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rtctl.cli.json_text import json_text
+from rtctl.cli.rig_argument import connect, reach_options
 
 if TYPE_CHECKING:
     from rtctl.client import RigClient, RigState
@@ -25,10 +26,8 @@ _HOME_AND_CLEAR = "\x1b[H\x1b[J"
 
 
 @click.command("monitor")
-@click.option("--rig", help="name of the rig; not needed when one runs")
-@click.option("--runtime-dir", type=click.Path(path_type=Path), help="where the daemon listens")
-@click.option("--address", help="HOST:PORT of a rig on another machine")
-@click.option("--key", type=click.Path(path_type=Path), help="key file for that (rtctl keys new)")
+@reach_options
+@click.option("--rig", "named", hidden=True, help="the same as RIG; of versions before")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object per state sample")
 @click.option(
     "--for", "seconds", type=click.FloatRange(min=0, min_open=True), help="end after this many seconds"
@@ -38,16 +37,14 @@ def command(
     runtime_dir: Path | None,
     address: str | None,
     key: Path | None,
+    named: str | None,
     *,
     as_json: bool,
     seconds: float | None,
 ) -> None:
     """Show state, torques, latency and losses of a running rig. Ctrl-C ends it; the rig runs on."""
-    from rtctl.client import RigClient
-
-    name = rig or ("" if address else only_rig(runtime_dir))
     try:
-        with RigClient(name, runtime_dir=runtime_dir, address=address, key=key) as client:
+        with connect(rig or named, runtime_dir, address, key) as client:
             hello = client.hello()
             end = math.inf if seconds is None else time.monotonic() + seconds
             if as_json:
@@ -56,21 +53,6 @@ def command(
                 _show(client, hello, end)
     except KeyboardInterrupt:
         click.echo("", err=True)
-
-
-def only_rig(runtime_dir: Path | None) -> str:
-    """The one rig that runs on this machine."""
-    from rtctl.errors import ClientError
-    from rtctl.protocol import running_rigs, runtime_root
-
-    running = running_rigs(runtime_dir)
-    if not running:
-        raise ClientError(
-            f"no daemon runs (looked in {runtime_dir or runtime_root()}); start one with: rtctl run CONFIG"
-        )
-    if len(running) > 1:
-        raise ClientError(f"several rigs run: {', '.join(running)}; name one with --rig")
-    return running[0]
 
 
 def _samples(client: RigClient, end: float) -> Iterator[tuple[RigState, int]]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rtctl.cli.json_text import json_text
+from rtctl.cli.rig_argument import only_rig, rig_argument, runtime_option
 
 if TYPE_CHECKING:
     from rtctl.client.capture import Capture, Run
@@ -24,17 +25,17 @@ SHOW_S = 1.0
 
 
 @click.command("record")
-@click.argument("rig", metavar="CONFIG|RIG")
+@rig_argument
 @click.option(
     "--out", type=click.Path(path_type=Path, file_okay=False), help="folder; default: that of [record]"
 )
 @click.option(
     "--for", "seconds", type=click.FloatRange(min=0, min_open=True), help="end after this many seconds"
 )
-@click.option("--runtime-dir", type=click.Path(path_type=Path), help="where the daemon listens")
+@runtime_option
 @click.option("--json", "as_json", is_flag=True, help="end with one JSON object on stdout")
 def command(
-    rig: str, out: Path | None, seconds: float | None, runtime_dir: Path | None, *, as_json: bool
+    rig: str | None, out: Path | None, seconds: float | None, runtime_dir: Path | None, *, as_json: bool
 ) -> None:
     """Record a rig that runs, from now until Ctrl-C; the rig runs on.
 
@@ -44,7 +45,7 @@ def command(
     from rtctl.errors import RtctlError
     from rtctl.protocol import client_directory, endpoints_in
 
-    name, folder, limits = _target(rig, out)
+    name, folder, limits = _target(rig or only_rig(runtime_dir), out)
     with Capture(endpoints_in(client_directory(name, runtime_dir))) as capture:
         _await(capture, name)
         done = _record(capture, folder, limits, math.inf if seconds is None else seconds)

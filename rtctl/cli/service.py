@@ -11,6 +11,8 @@ from pathlib import Path
 
 import click
 
+from rtctl.cli.invocation import as_run
+
 _ROOT = click.option(
     "--root",
     type=click.Path(path_type=Path, file_okay=False),
@@ -53,7 +55,7 @@ def install(config: Path, root: Path, starter: str | None, *, no_start: bool, dr
     made = service.plan(loaded, root, starter or service.own_command(), start=not no_start)
     service.apply(made, click.echo, _run, dry_run=dry_run)
     if made.live and not dry_run:
-        click.echo(f"rtctl@{made.name} is installed; see: rtctl service status {made.name}")
+        click.echo(as_run(f"rtctl@{made.name} is installed; see: rtctl service status {made.name}"))
 
 
 @command.command("uninstall")

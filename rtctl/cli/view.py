@@ -8,6 +8,8 @@ from typing import Any
 
 import click
 
+from rtctl.cli.rig_argument import reach_options, rig_of
+
 PORT = 8650
 ANSWER_S = 1.0
 
@@ -15,10 +17,7 @@ ANSWER_S = 1.0
 def _options(function: Callable[..., Any]) -> Callable[..., Any]:
     for option in reversed(
         (
-            click.argument("rig", required=False),
-            click.option("--runtime-dir", type=click.Path(path_type=Path), help="where the daemon listens"),
-            click.option("--address", help="HOST:PORT of a rig on another machine"),
-            click.option("--key", type=click.Path(path_type=Path), help="key file for that (rtctl keys new)"),
+            reach_options,
             click.option(
                 "--host", default="127.0.0.1", show_default=True, help="address the page listens on"
             ),
@@ -65,13 +64,11 @@ def _serve(
     host: str,
     port: int | None,
 ) -> None:
-    from rtctl.cli.monitor import only_rig
-    from rtctl.cli.rig_argument import rig_name
     from rtctl.client import RigClient
     from rtctl.errors import ClientError
     from rtctl.view.server import ViewServer
 
-    name = rig_name(rig) if rig else ("" if address else only_rig(runtime_dir))
+    name = "" if address and not rig else rig_of(rig, runtime_dir)
     if port is None:
         port = PORT
         if name and (shown := _shown_by_daemon(name, runtime_dir)):

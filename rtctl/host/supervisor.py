@@ -199,7 +199,9 @@ class Host:
                 self._batch()
                 while self.reader.waiting and not alive:
                     self._batch()
-                next_batch = now if self.reader.waiting > self._most_ticks else max(next_batch + self._batch_s, now)
+                next_batch = (
+                    now if self.reader.waiting > self._most_ticks else max(next_batch + self._batch_s, now)
+                )
                 heap.look(now)
             if not alive:
                 break

@@ -27,7 +27,9 @@ def events_since(rig, seen):
 
 
 def test_the_snippets_run_as_written_and_the_rig_stays_armed_until_the_last_one_stops_it(rig, monkeypatch):
-    monkeypatch.setenv("RTCTL_RUNTIME_DIR", str(Path(rig.endpoints.command.removeprefix("ipc://")).parents[1]))
+    monkeypatch.setenv(
+        "RTCTL_RUNTIME_DIR", str(Path(rig.endpoints.command.removeprefix("ipc://")).parents[1])
+    )
     assert len(SNIPPETS) == 3
     names, began = {}, rig.latest_state().position_rad[0]
     epoch = rig.status()["epoch"]
