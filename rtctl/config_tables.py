@@ -11,6 +11,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from hw.plain_words import NAME_PATTERN
+
 
 class Table(BaseModel):
     """Base of all tables: strict types, no unknown keys, finite numbers, immutable."""
@@ -22,7 +24,7 @@ def _number(low: float, high: float, text: str, **more: Any) -> Any:  # noqa: AN
     return Field(ge=low, le=high, description=text, **more)
 
 
-Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,31}$")]
+Name = Annotated[str, Field(pattern=NAME_PATTERN)]
 
 
 class RigTable(Table):

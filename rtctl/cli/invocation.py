@@ -7,6 +7,7 @@ import re
 import shlex
 import shutil
 import sys
+from importlib.metadata import PackageNotFoundError, requires
 from pathlib import Path
 
 from rtctl.cli import COMMANDS
@@ -32,9 +33,23 @@ def shown(path: Path) -> str:
 
 
 _COMMAND = re.compile(rf"(?<![\w/.@-])rtctl (?=(?:{'|'.join(sorted(COMMANDS, key=len, reverse=True))})\b)")
+_PIP = re.compile(r"(?<!-m )(?<![\w/.-])pip install ")
+_EXTRA = re.compile(r"'rtctl\[(\w+)\]'")
 
 
 def as_run(text: str) -> str:
-    """`text` with every command of rtctl in it as it runs here."""
+    """`text` with every command in it as it runs here: this rtctl, the pip of its Python, packages that there are."""
+    text = _EXTRA.sub(lambda found: " ".join(map(shlex.quote, packages_of(found[1]))), text)
+    text = _PIP.sub(lambda _: f"{shlex.quote(sys.executable)} -m pip install ", text)
     called = program()
     return text if called == "rtctl" else _COMMAND.sub(lambda _: f"{called} ", text)
+
+
+def packages_of(extra: str) -> list[str]:
+    """What an extra of rtctl asks for: rtctl itself is in no registry of packages."""
+    try:
+        wanted = requires("rtctl") or []
+    except PackageNotFoundError:  # run from a folder that was never installed
+        wanted = []
+    marker = re.compile(rf"extra == ['\"]{extra}['\"]")
+    return [one.partition(";")[0].strip() for one in wanted if marker.search(one)] or [f"rtctl[{extra}]"]

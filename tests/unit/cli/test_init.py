@@ -1,6 +1,7 @@
 """`rtctl init`: every shipped rig file can be one's own, complete, and nothing that exists is lost."""
 
 import json
+import shlex
 import subprocess
 import sys
 
@@ -102,6 +103,17 @@ def test_commands_are_printed_as_they_run_here(monkeypatch, tmp_path):
     monkeypatch.setattr(sys, "argv", ["-m"])
     monkeypatch.setattr(sys, "executable", str(tmp_path / "other python"))
     assert invocation.program() == f"'{tmp_path}/other python' -m rtctl"
+
+
+def test_an_extra_is_installed_by_its_packages_and_this_python():
+    told = invocation.as_run("needs python-can: pip install 'rtctl[can]'")
+    assert told.startswith(f"needs python-can: {sys.executable} -m pip install ")
+    packages = shlex.split(told.partition(" -m pip install ")[2])
+    assert "python-can>=4.4" in packages
+    assert all("rtctl" not in one for one in packages)
+    assert invocation.as_run("sudo /opt/rtctl/bin/python -m pip install /src") == (
+        "sudo /opt/rtctl/bin/python -m pip install /src"
+    )
 
 
 def test_paths_are_printed_as_this_folder_needs_them(monkeypatch, tmp_path):
