@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFile
 from rtctl.errors import StabilityError
 from rtctl.verdict import Outcome
 
@@ -26,7 +27,7 @@ _MEMBER_KEYS = ("kind", "axes", "channels", "max_age_ticks", "budget_ns")
 @click.command("check")
 @click.argument("config", type=_File)
 @click.option("--json", "as_json", is_flag=True, help="one JSON object with every figure, for scripts")
-@click.option("--plot", type=_File, help="draw the region of passive couplings (PNG)")
+@click.option("--plot", type=OutputFile(picture=True), help="draw the region of passive couplings (PNG)")
 def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
     """Check a rig file: bounds, friction model, and whether its coupling is provably passive.
 

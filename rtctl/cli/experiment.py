@@ -11,6 +11,7 @@ import click
 
 from hw.mock.family import FAMILY
 from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFolder
 
 if TYPE_CHECKING:
     from rtctl.config import LoadedConfig
@@ -33,9 +34,7 @@ NAMES = (
 @click.command("experiment")
 @click.argument("name", type=click.Choice(NAMES))
 @click.argument("config", type=click.Path(path_type=Path))
-@click.option(
-    "--out", type=click.Path(file_okay=False, path_type=Path), required=True, help="folder of the report"
-)
+@click.option("--out", type=OutputFolder(), required=True, help="folder of the report")
 @click.option("--simulate", is_flag=True, help="the simulated rig in this process, as fast as it goes")
 @click.option(
     "--seeds",

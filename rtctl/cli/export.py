@@ -8,11 +8,13 @@ from typing import Literal
 
 import click
 
+from rtctl.cli.outputs import OutputFile
+
 
 @click.command("export")
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("--to", "kind", type=click.Choice(["npz", "parquet", "csv"]), required=True, help="format")
-@click.option("--out", type=click.Path(path_type=Path), help="file to write; default: beside FILE")
+@click.option("--out", type=OutputFile(), help="file to write; default: beside FILE")
 @click.option("--fields", help="tick fields, separated by commas; default: all")
 def command(file: Path, kind: Literal["npz", "parquet", "csv"], out: Path | None, fields: str | None) -> None:
     """Write every tick of the recording in FILE, over all its parts, in another format.

@@ -14,6 +14,7 @@ import click
 
 from rtctl.cli.invocation import as_run, shown
 from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFolder
 
 if TYPE_CHECKING:
     from rtctl.config import LoadedConfig
@@ -94,7 +95,7 @@ class _Identify(click.Command):
 
 @click.command("identify", cls=_Identify)
 @click.argument("config", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path), required=True, help="folder of the data set")
+@click.option("--out", type=OutputFolder(), required=True, help="folder of the data set")
 @click.option("--simulate", is_flag=True, help="the simulated rig in this process, as fast as it goes")
 @click.option("--resume", is_flag=True, help="continue the data set in --out")
 @click.option("--yes", is_flag=True, help="do not ask whether the rig is free to move")

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFolder
 from rtctl.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -65,7 +66,7 @@ _POSITIVE = click.FloatRange(min=0, max=1e9, min_open=True)
 )
 @click.option("--speed-min-rad-s", type=click.FloatRange(0, 100), default=0.03, show_default=True)
 @click.option("--keep-offset", is_flag=True, help="leave the offset in the friction samples")
-@click.option("--out", type=click.Path(path_type=Path), help="folder for points.csv and regression.json")
+@click.option("--out", type=OutputFolder(), help="folder for points.csv and regression.json")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout")
 def command(
     logs: tuple[Path, ...],

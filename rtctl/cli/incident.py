@@ -7,11 +7,12 @@ from pathlib import Path
 import click
 
 from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFile
 
 
 @click.command("incident")
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--plot", type=click.Path(path_type=Path), help="write a PNG of the signals around the fault")
+@click.option("--plot", type=OutputFile(picture=True), help="write a PNG of the signals around the fault")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object: about, trigger, events, extremes")
 def command(file: Path, plot: Path | None, *, as_json: bool) -> None:
     """Show what led to the incident in FILE (`rtctl events` names the files)."""

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFile
 from rtctl.protocol import ROLES
 
 _FOLDER = click.option(
@@ -29,7 +30,7 @@ def command() -> None:
 @command.command("new")
 @click.argument("name")
 @click.option("--role", type=click.Choice(ROLES), required=True, help="what the client may do")
-@click.option("--out", type=click.Path(path_type=Path), help="file of the client's secret; default NAME.key")
+@click.option("--out", type=OutputFile(), help="file of the client's secret; default NAME.key")
 @_FOLDER
 @_JSON
 def new(name: str, role: str, out: Path | None, folder: Path, *, as_json: bool) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFile
 
 if TYPE_CHECKING:
     from rtctl.recording.panels import Run
@@ -27,7 +28,7 @@ _FIELDS = click.option(
 
 @click.command("plot")
 @click.argument("file", type=_FILE)
-@click.option("--out", type=_FILE, help="picture to write; default: FILE with .png")
+@click.option("--out", type=OutputFile(picture=True), help="picture to write; default: FILE with .png")
 @_FROM
 @_TO
 @_FIELDS
@@ -43,7 +44,7 @@ def command(file: Path, out: Path | None, from_s: float, to_s: float, fields: st
 @click.command("compare")
 @click.argument("a", type=_FILE)
 @click.argument("b", type=_FILE)
-@click.option("--plot", type=_FILE, help="also draw both on one time axis (PNG)")
+@click.option("--plot", type=OutputFile(picture=True), help="also draw both on one time axis (PNG)")
 @_FROM
 @_TO
 @_FIELDS

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFolder
 from rtctl.cli.rig_argument import only_rig, rig_argument, runtime_option
 
 if TYPE_CHECKING:
@@ -26,9 +27,7 @@ SHOW_S = 1.0
 
 @click.command("record")
 @rig_argument
-@click.option(
-    "--out", type=click.Path(path_type=Path, file_okay=False), help="folder; default: that of [record]"
-)
+@click.option("--out", type=OutputFolder(), help="folder; default: that of [record]")
 @click.option(
     "--for", "seconds", type=click.FloatRange(min=0, min_open=True), help="end after this many seconds"
 )

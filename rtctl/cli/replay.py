@@ -9,12 +9,13 @@ from typing import Any
 import click
 
 from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFile
 
 
 @click.command("replay")
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("--config", type=click.Path(path_type=Path), help="what this rig file would have done instead")
-@click.option("--plot", type=click.Path(path_type=Path), help="with --config: overlay of both, PNG")
+@click.option("--plot", type=OutputFile(picture=True), help="with --config: overlay of both, PNG")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object")
 def command(file: Path, config: Path | None, plot: Path | None, *, as_json: bool) -> None:
     """Send the recorded samples of FILE through the compiled law and compare everything it writes, bit for bit.

@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFolder
 
 
 @click.command("run")
@@ -24,7 +25,7 @@ from rtctl.cli.json_text import json_text
 @click.option(
     "--record",
     "record_to",
-    type=click.Path(path_type=Path, file_okay=False),
+    type=OutputFolder(),
     help="record every tick into this folder, whatever [record] says",
 )
 @click.option("--runtime-dir", type=click.Path(), help="folder of sockets and lock, instead of the default")

@@ -129,7 +129,9 @@ def test_a_python_the_service_cannot_see_is_refused(monkeypatch):
     commands = [shlex.split(line) for line in str(refused.value).splitlines()[1:]]
     assert [command[0] for command in commands] == ["sudo"] * 3
     assert commands[1][:-1] == ["sudo", "/opt/rtctl/bin/python", "-m", "pip", "install"]
-    assert (Path(commands[1][-1]) / "pyproject.toml").is_file()  # something pip can install, not a name nobody published
+    assert (
+        Path(commands[1][-1]) / "pyproject.toml"
+    ).is_file()  # something pip can install, not a name nobody published
 
 
 def test_an_installed_rtctl_names_what_it_was_installed_from(monkeypatch, tmp_path):
