@@ -103,7 +103,11 @@ def main() -> None:
     except click.exceptions.Exit as stop:
         sys.exit(stop.exit_code)
     except click.ClickException as error:
-        error.show()
+        if "--json" in sys.argv:
+            body = {"error": type(error).__name__, "message": error.format_message()}
+            click.echo(json_text({**body, "exit_code": error.exit_code}))
+        else:
+            error.show()
         sys.exit(error.exit_code)
     except (click.Abort, KeyboardInterrupt):
         click.echo("interrupted", err=True)

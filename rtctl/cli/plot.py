@@ -32,13 +32,16 @@ _FIELDS = click.option(
 @_FROM
 @_TO
 @_FIELDS
-def command(file: Path, out: Path | None, from_s: float, to_s: float, fields: str | None) -> None:
+@click.option("--json", "as_json", is_flag=True, help="one JSON object")
+def command(
+    file: Path, out: Path | None, from_s: float, to_s: float, fields: str | None, *, as_json: bool
+) -> None:
     """Draw the recording in FILE: motion, torques, energies, timing, state (PNG)."""
     from rtctl.recording.panels import plot_runs
 
     target = out or file.with_suffix(".png")
     plot_runs([_run(file, from_s, to_s)], target, _names(fields))
-    click.echo(f"{target}")
+    click.echo(json_text({"picture": target}) if as_json else f"{target}")
 
 
 @click.command("compare")

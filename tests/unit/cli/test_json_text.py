@@ -5,14 +5,17 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
+import click
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from rtctl.bench.row import Row
-from rtctl.cli import bench, cli
+from rtctl.cli import bench, cli, main
 from rtctl.cli.json_text import json_text, plain
 from rtctl.control.vocabulary import State
+from rtctl.doctor.examine import Report
+from rtctl.doctor.line import Line
 
 CLI = Path(bench.__file__).parent
 
@@ -86,3 +89,44 @@ def test_a_group_that_cannot_be_measured_is_told(monkeypatch):
 
 def test_no_command_has_an_encoder_of_its_own():
     assert [path.name for path in CLI.glob("*.py") if "json.dumps" in path.read_text()] == ["json_text.py"]
+
+
+def test_every_command_has_json_as_the_readme_says():
+    without = set()
+
+    def look(group, path):
+        for name in group.list_commands(click.Context(group)):
+            command = group.get_command(click.Context(group), name)
+            if isinstance(command, click.Group):
+                look(command, f"{path}{name} ")
+            elif not any("--json" in option.opts for option in command.params):
+                without.add(path + name)
+
+    look(cli, "")
+    assert without == {"completion", "service status", "service logs"}
+
+
+def test_wrong_usage_is_json_too(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(
+        "sys.argv", ["rtctl", "fit", "points.csv", "--json", "--out", str(tmp_path / "no" / "m.json")]
+    )
+    with pytest.raises(SystemExit, match="2"):
+        main()
+    told = json.loads(capsys.readouterr().out)
+    assert (told["exit_code"], "cannot write" in told["message"]) == (2, True)
+
+
+@pytest.mark.parametrize(("no_color", "coloured"), [("", True), ("1", False)])
+def test_no_color_is_honoured(no_color, coloured, monkeypatch):
+    monkeypatch.setattr("rtctl.doctor.examine.examine", _examined)
+    done = CliRunner().invoke(cli, ["doctor", "--no-timing"], color=True, env={"NO_COLOR": no_color})
+    assert ("\x1b[" in done.stdout) is coloured
+
+
+def _examined(_config, _seconds, *, say, measuring):
+    say(Line("kernel", "ok", "6.1"))
+    return Report([Line("kernel", "ok", "6.1")], None)
+
+
+def test_colour_has_one_source():
+    assert [path.name for path in CLI.glob("*.py") if "click.style(" in path.read_text()] == ["colour.py"]
