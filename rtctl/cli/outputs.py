@@ -24,7 +24,7 @@ class OutputFile(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:  # noqa: ANN401
         """The path, once it has been tried."""
-        path = Path(super().convert(value, param, ctx))
+        path = Path(os.fsdecode(super().convert(value, param, ctx)))
         if self._picture and path.suffix.lower() not in PICTURES:
             self.fail(f"{path}: a picture ends in {', '.join(PICTURES)}", param, ctx)
         why = "" if path.parent.is_dir() else f"there is no folder {path.parent}; make it first"
@@ -44,7 +44,7 @@ class OutputFolder(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:  # noqa: ANN401
         """The path, once it has been tried."""
-        path = Path(super().convert(value, param, ctx))
+        path = Path(os.fsdecode(super().convert(value, param, ctx)))
         if why := why_no_folder(path):
             self.fail(f"cannot write into {path}: {why}", param, ctx)
         return path
