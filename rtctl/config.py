@@ -7,8 +7,6 @@ The tables and their bounds stand in `rtctl.config_tables`.
 from __future__ import annotations
 
 import hashlib
-import re
-import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
@@ -34,7 +32,7 @@ from rtctl.config_tables import (
     ViewTable,
 )
 from rtctl.errors import ConfigError
-from rtctl.toml_lines import TomlLines
+from rtctl.toml_lines import read_toml
 
 
 def _or_switch(schema: dict[str, Any]) -> None:
@@ -198,46 +196,6 @@ def _told(
     return out
 
 
-def _not_toml(path: Path, text: str, error: tomllib.TOMLDecodeError) -> ConfigError:
-    """Where the file stops being TOML, with the line itself."""
-    found = re.search(r"(.*) \(at line (\d+), column \d+\)", str(error))
-    if found is None:  # at the end of the file
-        return ConfigError(f"{path}: not a TOML file: {str(error)[:1].lower()}{str(error)[1:]}")
-    number = int(found[2])
-    line = text.splitlines()[number - 1].strip() if number <= len(text.splitlines()) else ""
-    why = {
-        "Cannot overwrite a value": "this was given before",
-        "Invalid value": "no value; text needs quotes",
-    }
-    return ConfigError(f"{path}:{number}: not a TOML file: {why.get(found[1], found[1])}: {line}")
-
-
-def _read(path: Path) -> tuple[bytes, dict[str, Any], Callable[[Key], str]]:
-    """The file, its tables, and what tells file and line of a key."""
-    try:
-        raw = path.read_bytes()
-        text = raw.decode()
-    except FileNotFoundError as error:
-        raise ConfigError(
-            f"{path}: cannot read the rig file: there is no such file (`rtctl init` lists those that can be copied)"
-        ) from error
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot read the rig file: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise ConfigError(f"{path}: not a TOML file: {error}") from error
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise _not_toml(path, text, error) from error
-    lines = TomlLines(text)
-
-    def where(key: Key) -> str:
-        number = lines.of(key)
-        return f"{path}:{number}" if number else str(path)
-
-    return raw, data, where
-
-
 def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
     """Read and validate a rig file.
 
@@ -255,7 +213,7 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
         is given for a rig that is not simulated, or has no one device to take it.
     """
     path = Path(path).resolve()
-    raw, data, where = _read(path)
+    raw, data, where = read_toml(path)
     faults: list[str] = []
     config: Config | None = None
     try:

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+import tomllib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
 
-Key = tuple[str | int, ...]
+from hw.plain_words import Key
+from rtctl.errors import ConfigError
 
 _HEADER = re.compile(r"\s*(\[\[?)([^\[\]]+)\]\]?\s*(#.*)?$")
 _ASSIGNMENT = re.compile(
@@ -69,3 +73,43 @@ class TomlLines:
             if at in self._counts:
                 at = (*at, self._counts[at])
         return at
+
+
+def _not_toml(path: Path, text: str, error: tomllib.TOMLDecodeError) -> ConfigError:
+    """Where the file stops being TOML, with the line itself."""
+    found = re.search(r"(.*) \(at line (\d+), column \d+\)", str(error))
+    if found is None:  # at the end of the file
+        return ConfigError(f"{path}: not a TOML file: {str(error)[:1].lower()}{str(error)[1:]}")
+    number = int(found[2])
+    line = text.splitlines()[number - 1].strip() if number <= len(text.splitlines()) else ""
+    why = {
+        "Cannot overwrite a value": "this was given before",
+        "Invalid value": "no value; text needs quotes",
+    }
+    return ConfigError(f"{path}:{number}: not a TOML file: {why.get(found[1], found[1])}: {line}")
+
+
+def read_toml(path: Path) -> tuple[bytes, dict[str, Any], Callable[[Key], str]]:
+    """The file, its tables, and what tells file and line of a key. Raises ConfigError."""
+    try:
+        raw = path.read_bytes()
+        text = raw.decode()
+    except FileNotFoundError as error:
+        raise ConfigError(
+            f"{path}: cannot read the rig file: there is no such file (`rtctl init` lists those that can be copied)"
+        ) from error
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot read the rig file: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise ConfigError(f"{path}: not a TOML file: {error}") from error
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise _not_toml(path, text, error) from error
+    lines = TomlLines(text)
+
+    def where(key: Key) -> str:
+        number = lines.of(key)
+        return f"{path}:{number}" if number else str(path)
+
+    return raw, data, where
