@@ -166,10 +166,16 @@ class ObserverTable(Table):
     """[axis.friction.observer]: disturbance observer from the force sensor; off while gain is 0, or without a sensor"""
 
     gain: float = _number(0, 0.98, "share of what the feed-forward leaves that it compensates", default=0.9)
-    bandwidth_hz: float = _number(0.5, 200, "of its low-pass; too much rings on a stiff hand", default=20.0)
+    bandwidth_hz: float = _number(
+        0, 200, "of its low-pass; too much rings on a stiff hand; 0: rate_hz/20, at most 20", default=0.0
+    )
     deadband_nm: float = _number(
         0, 1e3, "friction left alone: more than the force sensor may be off after its tare", default=0.003
     )
+
+    def bandwidth_at(self, rate_hz: float) -> float:
+        """Bandwidth in Hz of a loop of this rate."""
+        return self.bandwidth_hz or min(20.0, rate_hz / 20)
 
 
 class FrictionTable(Table):
@@ -204,10 +210,10 @@ class FrictionTable(Table):
         1e-5, 1e3, "hand torque at which intent saturates; 0.2 F_c is usual", default=0.05
     )
     intent_lowpass_hz: float = _number(
-        0.1,
+        0,
         5000,
-        "low-pass of the hand's torque for the intent: the mass of a hand buzzes without",
-        default=50.0,
+        "low-pass of the hand's torque for the intent: the mass of a hand buzzes without; 0: rate_hz/20, at most 50",
+        default=0.0,
     )
     gate_deadband_nm: float = _number(0, 1e3, "hand torque below which the gate stays shut", default=0.002)
     gate_nm: float = _number(
@@ -222,6 +228,10 @@ class FrictionTable(Table):
     )
     drift_nm: float = _number(0, 1e3, "how far friction may have drifted below the model", default=0.0)
     observer: ObserverTable = ObserverTable()
+
+    def intent_lowpass_at(self, rate_hz: float) -> float:
+        """Low-pass of the intent in Hz of a loop of this rate."""
+        return self.intent_lowpass_hz or min(50.0, rate_hz / 20)
 
 
 class ForceFeedbackTable(Table):

@@ -63,7 +63,8 @@ class _LazyGroup(click.Group):
     cls=_LazyGroup,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="Exit codes: 0 done, 2 wrong usage, 3 config, 4 model, 5 not provably stable, 6 device, "
-    "7 real-time rights, 8 busy, 9 loop died, 10 data, 11 latched fault, 12 client, 13 hand on the rig, 1 anything else.",
+    "7 real-time rights, 8 busy, 9 loop died, 10 data, 11 latched fault, 12 client, 13 hand on the rig, "
+    "14 recording broken, 1 anything else.",
 )
 @click.version_option(__version__, prog_name="rtctl")
 def cli() -> None:

@@ -52,13 +52,16 @@ def line(event: dict[str, Any]) -> str:
 
 
 def _text(event: dict[str, Any]) -> str:
+    from rtctl.fault_words import sentence
+    from rtctl.host.speaker import line_of
+
     kind = event["event"]
     match kind:
         case "state":
             return f"{event['from']} -> {event['to']}: {event.get('cause') or 'the law'} (command {event.get('command_seq')})"
         case "fault":
-            first = ", first cause" if event.get("first_cause") else ""
-            return f"fault {event['name']}{first}: {event['text']}{_left_out(event)}"
+            first = " (first cause)" if event.get("first_cause") else ""
+            return f"fault {sentence(event)}{first}{_left_out(event)}"
         case "fault_cleared":
             return f"fault {event['name']} is gone{_left_out(event)}"
         case "fault_repeated":
@@ -82,7 +85,7 @@ def _text(event: dict[str, Any]) -> str:
         case "log_gap":
             return f"{event['lost']} events could not be written here"
         case _:
-            return str(kind)
+            return f"{line_of(event) or kind}{_left_out(event)}"
 
 
 def _left_out(event: dict[str, Any]) -> str:

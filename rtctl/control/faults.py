@@ -76,8 +76,8 @@ TABLE: tuple[FaultRow, ...] = (
         Fault.DEVICE,
         Reaction.CUT,
         1,
-        "the drive or sensor sets a fault bit of its own",
-        "the drive or sensor reports a fault of its own: see its display or manual, clear it there",
+        "the drive or sensor sets a fault bit of its own, or the drive leaves its enabled state while armed",
+        "the drive or sensor reports a fault of its own, or let go by itself: see its display or manual, clear it there",
     ),
     FaultRow(
         Fault.ACTUATOR_LAG,

@@ -135,6 +135,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             "friction_dither_ticks": (),  # period of the dither in ticks
             "friction_intent_nm": (),  # tau_g of the force intent: saturation of the sign
             "friction_intent_alpha": (),  # low-pass coefficient per tick of the force intent
+            "rest_alpha": (),  # of what follows the hand's torque on a joint at rest (control.resting)
             "friction_gate_deadband_nm": (),
             "friction_gate_nm": (),  # tau_g of the force gate
             "friction_gate_alpha": (),
@@ -222,6 +223,8 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "friction_gate": (),
             "friction_stop": (),  # stop operator state, -1..1
             "friction_intent_nm": (),  # hand torque, low-passed for the intent
+            "rest_position_rad": (),  # where the joint was when it last moved
+            "rest_ticks": (),  # ticks since then
             "bristle_share": (),  # h: deflection of the credited bristles over their length, -1..1
             "friction_credit_j": (),  # what dry friction took out in the last period
             "friction_seen_nm": (2,),  # friction seen in sliding, forward and backward

@@ -5,7 +5,9 @@ from __future__ import annotations
 import secrets
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+
+import numpy as np
 
 from rtctl import __version__, timing
 from rtctl.config import LoadedConfig
@@ -39,12 +41,22 @@ class AxisDescription:
     """One axis: its name and what a client may ask of it.
 
     `trained_c` is the range of temperature its friction was learned at, degC: None without a model in use, or
-    one that does not say.
+    one that does not say. `coupling` is the virtual coupling in force: stiffness_nm_rad, damping_nms_rad.
     """
 
     name: str
     bounds: Bounds
     trained_c: tuple[float, float] | None = None
+    coupling: Mapping[str, float] | None = None
+
+
+@dataclass(frozen=True)
+class DeviceDescription:
+    """One device: its label, the axes it serves (numbers), and those of its channels the rig uses."""
+
+    label: str
+    axes: tuple[int, ...]
+    channels: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -60,6 +72,10 @@ class RigDescription:
     start_wall_ns
         Wall-clock time minus the loop's clock, ns: add it to `time_ns` for a time stamp. Taken once, so a
         step of the wall clock never makes time stamps jump.
+    devices
+        In the order of the rig file.
+    params
+        The law's parameters, shape (1,), by which a fault is laid at an axis; None: they are not known.
     """
 
     name: str
@@ -73,6 +89,8 @@ class RigDescription:
     version: str = __version__
     session: int = SESSION
     start_wall_ns: int = -1
+    devices: tuple[DeviceDescription, ...] = ()
+    params: np.ndarray | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         if self.start_wall_ns < 0:
@@ -94,7 +112,16 @@ def describe(rig: LoadedConfig | RigDescription) -> RigDescription:
     return RigDescription(
         name=config.rig.name,
         axes=tuple(
-            AxisDescription(axis.name, _bounds(axis), _trained_c(loaded, axis)) for axis in config.axis
+            AxisDescription(
+                axis.name,
+                _bounds(axis),
+                _trained_c(loaded, axis),
+                {
+                    "stiffness_nm_rad": axis.coupling.stiffness_nm_rad,
+                    "damping_nms_rad": axis.coupling.damping_nms_rad,
+                },
+            )
+            for axis in config.axis
         ),
         rate_hz=config.loop.rate_hz,
         state_hz=state_hz,
@@ -103,6 +130,17 @@ def describe(rig: LoadedConfig | RigDescription) -> RigDescription:
         config_sha256=loaded.sha256,
         devices_sha256=timing.devices_sha256(loaded),
     )
+
+
+def describe_run(loaded: LoadedConfig, params: np.ndarray) -> RigDescription:
+    """The description of a rig that is about to run, with all that tells where a fault comes from.
+
+    `params` are the law's, shape (1,).
+    """
+    devices = tuple(
+        DeviceDescription(member.label, member.axes, member.channels) for member in loaded.members()
+    )
+    return replace(describe(loaded), devices=devices, params=params)
 
 
 def _trained_c(loaded: LoadedConfig, axis: AxisTable) -> tuple[float, float] | None:

@@ -17,6 +17,7 @@ from rtctl.host.access import Access
 from rtctl.host.authenticator import Caller
 from rtctl.host.description import RigDescription, describe
 from rtctl.host.doors import user_id
+from rtctl.host.fault_book import FaultBook
 from rtctl.host.messages import Refusal, Request, decode, decode_target, encode
 from rtctl.host.rates import RateLimit
 from rtctl.host.requests import LatestRow, Requests
@@ -75,6 +76,8 @@ class Gateway:
         Returns the newest tick as an array of one row, or None before the first.
     access
         Who may come in; default: this machine, by ipc.
+    book
+        Where faults come from.
 
     Attributes
     ----------
@@ -93,11 +96,12 @@ class Gateway:
         latest: LatestRow,
         *,
         access: Access | None = None,
+        book: FaultBook | None = None,
         clock_s: Callable[[], float] = time.monotonic,
     ) -> None:
         self._rig = describe(rig)
         self.access = access or Access(context, endpoints)
-        self._requests = Requests(writer, self._rig, endpoints, latest, self.access.remote)
+        self._requests = Requests(writer, self._rig, endpoints, latest, self.access.remote, book)
         self.counters = Counters()
         rate_hz = 2.0 * max(self._rig.rate_hz, NOMINAL_LEAST_HZ)
         self._request_rate = RateLimit(rate_hz, BURST, clock_s)

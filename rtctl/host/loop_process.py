@@ -69,6 +69,7 @@ class LoopProcess:
         self.ready = False
         self._opening_until = 0.0
         self._notes: list[str] = []
+        self._words: list[dict[str, Any]] = []
         self.compile_s = 0.0
         self._pending = b""
         self._process = subprocess.Popen(
@@ -132,6 +133,8 @@ class LoopProcess:
             self.ready, self.grants, self.compile_s = True, message["grants"], message["compile_s"]
         elif message["message"] == "note":
             self._notes.append(message["text"])
+        elif message["message"] == "words":
+            self._words.append(message)
         elif message["message"] == "opening":
             self._opening_until = time.monotonic() + OPEN_TIMEOUT_S if message["begun"] else 0.0
         elif message["message"] == "ended":
@@ -141,6 +144,11 @@ class LoopProcess:
         """What the loop has said about its devices since this was asked last."""
         notes, self._notes = self._notes, []
         return notes
+
+    def take_words(self) -> list[dict[str, Any]]:
+        """What the devices have said of themselves since this was asked last, oldest first (`rtctl.rt.speech`)."""
+        words, self._words = self._words, []
+        return words
 
     @property
     def left_torque(self) -> bool:

@@ -21,7 +21,8 @@ from rtctl.config import LoadedConfig
 from rtctl.errors import LoopDiedError, StabilityError
 from rtctl.host import reload
 from rtctl.host.access import Access, Openings
-from rtctl.host.description import describe
+from rtctl.host.description import describe_run
+from rtctl.host.device_words import DeviceWords
 from rtctl.host.endpoints import RuntimeDirectory
 from rtctl.host.gateway import PAUSE_S, Gateway
 from rtctl.host.heap import Heap
@@ -32,6 +33,7 @@ from rtctl.host.notify import Notifier
 from rtctl.host.preparation import Preparation
 from rtctl.host.run_record import RunRecord
 from rtctl.host.signals import Signals
+from rtctl.host.speaker import Speaker
 from rtctl.host.statistics import RunStatistics
 from rtctl.host.telemetry import Telemetry
 from rtctl.host.view_process import ViewProcess
@@ -68,6 +70,8 @@ class Host:
         Record into this folder, whatever the rig file says.
     model
         Friction model of the first axis for its programs, shape (1,), dtype `MODEL`, in place of the rig file's.
+    notices
+        Where changes of state, faults and a broken recording are said as they happen; None: nowhere.
     announce
         Receives one-line notes for a person (starting, compiling, real-time rights refused).
     """
@@ -79,12 +83,14 @@ class Host:
         observers: Sequence[Observer] = (),
         runtime_dir: str | None = None,
         announce: Callable[[str], None] = lambda _text: None,
+        notices: Notices | None = None,
         record_to: Path | None = None,
         model: np.ndarray | None = None,
     ) -> None:
         self.loaded = loaded
         self.observers = list(observers)
         self.announce = announce
+        self.speaker = Speaker(notices)
         self.statistics = RunStatistics()
         self._runtime_dir = runtime_dir
         self._record_to = record_to
@@ -132,17 +138,26 @@ class Host:
         records = self._record_to is not None or self.loaded.config.record is not None
         self.preparation = Preparation(plan.n_axes, recording=records)
         self.guard = LoopGuard(self.loaded, self.loop, self.memory, plan.period_s)
-        rig = describe(self.loaded)
+        rig = describe_run(self.loaded, plan.params)
         self._batch_s = rig.batch_s
-        self.telemetry = Telemetry(self.context, endpoints, rig, access=self.access)
+        self.words = DeviceWords(rig)
+        self.telemetry = Telemetry(self.context, endpoints, rig, access=self.access, words=self.words)
         self.gateway = Gateway(
-            self.context, endpoints, self.writer, rig, self.reader.latest, access=self.access
+            self.context,
+            endpoints,
+            self.writer,
+            rig,
+            self.reader.latest,
+            access=self.access,
+            book=self.telemetry.book,
         )
         self.telemetry.set_commands(self.gateway.counts)
         self.signals = Signals()
         self._wait_for(self.preparation.done)
         law = LawArrays(plan.params, plan.model, plan.command)
-        self.record = RunRecord(self.loaded, rig, law, self.writer, self.telemetry, self._record_to)
+        self.record = RunRecord(
+            self.loaded, rig, law, self.writer, self.telemetry, self._record_to, self.words
+        )
         self._wait_for(self._ticking)  # clients are answered once there is a tick to speak of
         for grant in self.loop.grants:
             if grant["required"] and not grant["granted"]:
@@ -214,13 +229,18 @@ class Host:
             self.guard.look()
         self.loop.raise_if_failed(aftermath)
         self.record.finish()
+        self.speaker.tell([], self.record.broken())
         return self.summary()
 
     def _batch(self) -> None:
         rows = self.reader.read(self._most_ticks)
+        self.loop.poll()  # after the ticks: the words that belong to a fault are there before it is read
+        for said in self.loop.take_words():
+            self.words.hear(said)
         self.statistics.update(rows)
         self.gateway.latency.observe(rows)
-        self.record.keep(self.reader.next - len(rows), rows)
+        events = self.record.keep(self.reader.next - len(rows), rows)
+        self.speaker.tell(events, self.record.broken())
         self.telemetry.publish(rows, self.reader.overwritten)
         self.notifier.alive(int(self.memory.header[0]["head"]), excused=self.loop.opening)
         if len(rows):

@@ -18,8 +18,10 @@ from rtctl.config import LoadedConfig
 from rtctl.host import publisher
 from rtctl.host.access import Access
 from rtctl.host.description import RigDescription, describe
+from rtctl.host.device_words import DeviceWords
 from rtctl.host.endpoints import private_umask
 from rtctl.host.events import EventDetector
+from rtctl.host.fault_book import FaultBook
 from rtctl.host.health import HealthWindow
 from rtctl.host.lease import veil_leases
 from rtctl.host.messages import encode
@@ -67,6 +69,8 @@ class Telemetry:
         Returns the gateway's counters for `health`.
     clock_ns
         CLOCK_MONOTONIC, ns.
+    words
+        What the devices say.
 
     Attributes
     ----------
@@ -85,6 +89,7 @@ class Telemetry:
         access: Access | None = None,
         commands: Counts = dict,
         clock_ns: Callable[[], int] = time.monotonic_ns,
+        words: DeviceWords | None = None,
     ) -> None:
         self._rig = describe(rig)
         self._commands = commands
@@ -95,7 +100,7 @@ class Telemetry:
         self._setup: Callable[[], Mapping[str, Any]] | None = None
         self._schema_sha256 = schema_sha256(self._rig.n_axes)
         self._decimator = Decimator(self._rig.rate_hz, self._rig.state_hz)
-        self._events = EventDetector(self._rig)
+        self._events = EventDetector(self._rig, words)
         self._health = HealthWindow()
         self._newest: np.void | None = None
         self._next_health_ns = clock_ns() + HEALTH_PERIOD_NS
@@ -116,6 +121,11 @@ class Telemetry:
                 *(Publisher(door, TOPICS, access.expeller(door)) for door in doors),
                 *(Publisher(door, [TOPIC_STATE], access.expeller(door)) for door in viewers),
             ]
+
+    @property
+    def book(self) -> FaultBook:
+        """Where each fault came from."""
+        return self._events.book
 
     def set_realtime(self, grants: Sequence[Mapping[str, Any]]) -> None:
         """Tell in `health` which real-time rights were granted and which refused, and why."""
@@ -210,7 +220,8 @@ class Telemetry:
             "config_sha256": rig.config_sha256,
             "schema_sha256": self._schema_sha256,
             "rate_hz": rig.rate_hz,
-            **self._health.take(),
+            **self._health.take(self.book),
+            "devices": [voice.as_dict() for voice in self.book.words.voices()],
             "warnings": [] if self._newest is None else temperature_warnings(rig, self._newest),
             "overwritten": self._overwritten,
             "telemetry": self.counts(),

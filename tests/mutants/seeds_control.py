@@ -276,6 +276,11 @@ SEEDS = (
         "ready = s.good_ticks >= p.ready_ticks and not faults", "ready = not faults", SEQUENCES,
     ),
     Seed(
+        "a sensor that is bad from the first tick on says nothing", "rtctl/control/sample.py",
+        "if elapsed >= patience and not faults & _F_END and (started or not faults & _F_LOST):",
+        "if started and elapsed >= patience and not faults & _F_END:", SAMPLE,
+    ),
+    Seed(
         "a jump ramps instead of cutting", "rtctl/control/faults.py",
         "Fault.JUMP,\n        Reaction.CUT,", "Fault.JUMP,\n        Reaction.RAMP,", SAMPLE,
     ),
