@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 
 import click
 
 from rtctl.bench.row import Row
+from rtctl.cli.json_text import json_text
 
 GROUPS = (
     "friction",
@@ -40,7 +40,7 @@ ON_REQUEST = ("soak", "deaths")
     show_default=True,
     help="how long io watches a composed rig at 1 kHz",
 )
-@click.option("--json", "as_json", is_flag=True, help="one JSON object with all rows")
+@click.option("--json", "as_json", is_flag=True, help="one JSON object, its rows as they are measured")
 def command(
     groups: tuple[str, ...], *, quick: bool, minutes: float, rig_seconds: float, as_json: bool
 ) -> None:
@@ -52,24 +52,52 @@ def command(
     wakeup and streams need cyclictest (Debian rt-tests), friction the extra rtctl[bench].
     Exit code 0 whatever the figures are; `ok` in each row says whether its target was met.
     """
-    from rtctl.bench.row import table
     from rtctl.errors import RtctlError
 
-    chosen = groups or GROUPS
-    measured: list[Row] = []
-    skipped: dict[str, str] = {}
-    for name in chosen:
-        click.echo(f"measuring {name} ...", err=True)
-        try:
-            measured += _group(name, quick=quick, minutes=minutes, rig_seconds=rig_seconds)()
-        except (RtctlError, ModuleNotFoundError) as error:
-            skipped[name] = str(error)
-    if as_json:
-        click.echo(json.dumps({"rows": [row.as_dict() for row in measured], "skipped": skipped}))
-        return
-    click.echo("\n".join(table(measured)))
-    for name, why in skipped.items():
-        click.echo(f"not measured: {name}: {why}", err=True)
+    report = _Json() if as_json else _Text()
+    try:
+        for name in groups or GROUPS:
+            click.echo(f"measuring {name} ...", err=True)
+            try:
+                report.rows(_group(name, quick=quick, minutes=minutes, rig_seconds=rig_seconds)())
+            except (RtctlError, ModuleNotFoundError) as error:
+                report.skipped[name] = str(error)
+    finally:
+        report.end()
+
+
+class _Text:
+    """A table for each group, as soon as it is measured: what comes later cannot lose it."""
+
+    def __init__(self) -> None:
+        self.skipped: dict[str, str] = {}
+
+    def rows(self, measured: list[Row]) -> None:
+        from rtctl.bench.row import table
+
+        click.echo("\n".join(table(measured)))
+
+    def end(self) -> None:
+        for name, why in self.skipped.items():
+            click.echo(f"not measured: {name}: {why}", err=True)
+
+
+class _Json(_Text):
+    """One JSON object, its rows written as they come, and closed whatever happens."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._before = '{"rows": ['
+
+    def rows(self, measured: list[Row]) -> None:
+        for row in measured:
+            click.echo(self._before + json_text(row), nl=False)
+            self._before = ",\n"
+
+    def end(self) -> None:
+        click.echo(
+            ("" if self._before == ",\n" else self._before) + f'], "skipped": {json_text(self.skipped)}}}'
+        )
 
 
 def _group(name: str, *, quick: bool, minutes: float, rig_seconds: float) -> Callable[[], list[Row]]:

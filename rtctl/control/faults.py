@@ -220,7 +220,7 @@ TABLE: tuple[FaultRow, ...] = (
         Fault.TARGET_LOST,
         Reaction.STOP,
         1,
-        "no target of the lease holder for 100 ticks; HOLD from 20 on",
+        "no target of the lease holder for 100 ticks of a remote environment; HOLD from 20 on",
         "the renderer stopped sending targets: start it again, then arm",
         clears="a new lease and an operator's arm",
     ),

@@ -92,6 +92,15 @@ def _share(x: float) -> float:
 
 
 @compiled
+def _is_remote(c: Record) -> bool:
+    """True when a renderer moves the proxy of any axis."""
+    for axis in range(len(c.environment_kind)):
+        if c.environment_kind[axis] == _REMOTE:
+            return True
+    return False
+
+
+@compiled
 def take_command(t: Record, s: Record, p: Record, c: Record) -> tuple[int, bool]:
     """Read the newest command into tick and state.
 
@@ -107,6 +116,7 @@ def take_command(t: Record, s: Record, p: Record, c: Record) -> tuple[int, bool]
     requests = _rising_requests(s, c)
     _take_target(s, p, c)
     _hear_host(s, c)
+    s.remote_ticks = s.remote_ticks + 1 if _is_remote(c) else 0
     retare = c.tare_count > s.tare_seen and not states.is_powered(s.state)
     s.tare_seen = c.tare_count
     t.command_seq = c.seq
@@ -118,24 +128,21 @@ def take_command(t: Record, s: Record, p: Record, c: Record) -> tuple[int, bool]
 
 
 @compiled
-def _is_remote(c: Record) -> bool:
-    """True when a renderer moves the proxy of any axis."""
-    for axis in range(len(c.environment_kind)):
-        if c.environment_kind[axis] == _REMOTE:
-            return True
-    return False
+def _silence(s: Record) -> int:
+    """Ticks of silence of the renderer: nobody can have been silent since before there was anything to move."""
+    return int(min(s.target_age_ticks, s.remote_ticks))
 
 
 @compiled
 def holding(s: Record, p: Record, c: Record) -> bool:
     """True when a remote environment's target is too old to follow."""
-    return _is_remote(c) and s.target_age_ticks > p.target_hold_ticks
+    return _is_remote(c) and _silence(s) > p.target_hold_ticks
 
 
 @compiled
 def target_fault(s: Record, p: Record, c: Record) -> int:
     """TARGET_LOST while torque depends on a renderer that has been silent for `target_stop_ticks`."""
-    lost = s.target_age_ticks > p.target_stop_ticks and _is_remote(c)
+    lost = _silence(s) > p.target_stop_ticks and _is_remote(c)
     return _F_TARGET if lost and s.state in (_ACTIVE, _HOLD) else 0
 
 

@@ -193,6 +193,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "target_age_ticks": "<i8",
             "beat_seen": "<i8",
             "beat_age_ticks": "<i8",  # ticks run since the host's last sign of life
+            "remote_ticks": "<i8",  # ticks for which the command has had a remote environment, this one counted
             "clear_ticks": "<i8",  # ticks in FAULT without any fault present
             "stop_target": "<i8",  # state that STOPPING ends in
             "fault_total": "<i8",  # faults so far

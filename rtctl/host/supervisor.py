@@ -147,6 +147,7 @@ class Host:
         self.preparation = Preparation(plan.n_axes, recording=records)
         self.guard = LoopGuard(self.loaded, self.loop, self.memory, plan.period_s)
         rig = describe_run(self.loaded, plan.params)
+        self._batch_s = rig.batch_s
         self.words = DeviceWords(rig)
         self.telemetry = Telemetry(self.context, endpoints, rig, access=self.access, words=self.words)
         self.gateway = Gateway(
@@ -200,7 +201,6 @@ class Host:
 
         Returns the closing summary. Raises LoopDiedError, DeviceError or RealtimeError when the loop failed.
         """
-        batch_s = self.loaded.config.telemetry.batch_ms / 1e3
         poller = zmq.Poller()
         self.gateway.register(poller)
         poller.register(self.loop.fileno(), zmq.POLLIN)
@@ -224,7 +224,9 @@ class Host:
                 self._batch()
                 while self.reader.waiting and not alive:
                     self._batch()
-                next_batch = now if self.reader.waiting > self._most_ticks else max(next_batch + batch_s, now)
+                next_batch = (
+                    now if self.reader.waiting > self._most_ticks else max(next_batch + self._batch_s, now)
+                )
                 heap.look(now)
             if not alive:
                 break

@@ -459,3 +459,39 @@ def test_what_is_found_after_a_standstill_does_not_hide_it():
     rig = spring_rig().tick(skipped=10, link_faults=int(LinkFault.LOST | LinkFault.DEVICE))
     assert rig.faults & (Fault.LINK_LOST | Fault.STALLED) == Fault.LINK_LOST | Fault.STALLED
     assert rig["fault_first"] == Fault.STALLED.value.bit_length() - 1
+
+
+def changed_to_remote(**before):
+    """A rig in a spring that has just been asked to follow a renderer, which has not sent anything."""
+    rig = LawRig(coupling_stiffness_nm_rad=60.0)
+    rig.environment("spring", environment_stiffness_nm_rad=5.0, **before).arm()
+    return rig.environment("remote")
+
+
+def test_an_active_rig_can_change_to_a_remote_environment_and_waits_for_the_renderer():
+    rig = changed_to_remote().run(20)
+    assert rig.mode is State.ACTIVE
+    rig.run(20)
+    assert rig.mode is State.HOLD
+    rig.command["target_position_rad"] = 0.001
+    for _ in range(80):
+        rig.request("target_count")
+        rig.tick()
+    assert rig.mode is State.ACTIVE
+    assert rig["proxy_position_rad"] == pytest.approx(0.001)
+
+
+def test_a_renderer_that_never_comes_stops_the_rig_after_as_long_as_one_that_falls_silent():
+    rig = changed_to_remote().run(100)
+    assert rig.mode is State.HOLD
+    rig.run(1)
+    assert rig.mode is State.STOPPING
+    assert rig["fault_first"] == Fault.TARGET_LOST.value.bit_length() - 1
+
+
+def test_what_a_renderer_sent_before_the_change_moves_nothing():
+    rig = remote_rig()
+    rig.environment("free").run(5)
+    rig.environment("remote").run(15)
+    assert rig.mode is State.ACTIVE
+    assert rig["torque_applied_nm"] == pytest.approx(0.0, abs=1e-9)
