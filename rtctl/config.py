@@ -7,8 +7,7 @@ The tables and their bounds stand in `rtctl.config_tables`.
 from __future__ import annotations
 
 import hashlib
-import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -17,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from hw import registry
 from hw.interface import BackendError, Rig
+from hw.plain_words import Key, Told, explain
 from hw.rig import Member
 from rtctl.config_devices import Composition
 from rtctl.config_tables import (
@@ -32,6 +32,7 @@ from rtctl.config_tables import (
     ViewTable,
 )
 from rtctl.errors import ConfigError
+from rtctl.toml_lines import read_toml
 
 
 def _or_switch(schema: dict[str, Any]) -> None:
@@ -114,6 +115,11 @@ class Config(Table):
         """True when no device of the rig has a real actuator."""
         return all(registry.lookup(device.kind).simulated for device in self.device)
 
+    @property
+    def may_be_late(self) -> bool:
+        """True for a simulated rig on a laptop without real-time rights: it counts its late ticks and goes on, for nobody holds it."""
+        return self.simulated and self.loop.realtime != "require"
+
     def hardware(self) -> Rig:
         """The facts a backend needs."""
         return Rig(
@@ -184,24 +190,14 @@ class LoadedConfig(Table):
         return (self.path.parent / axis.friction.model).resolve() if axis.friction.model else None
 
 
-def _lines(path: Path, prefix: str, error: ValidationError) -> list[str]:
+def _told(
+    where: Callable[[Key], str], prefix: Key, error: ValidationError, model: type[BaseModel], data: object
+) -> list[str]:
+    """One line per fault: file and line, key, and what is wrong with it."""
     out = []
-    found = error.errors(include_url=False)
-    for fault in found:
-        deeper = any(
-            len(other["loc"]) > len(fault["loc"]) and other["loc"][: len(fault["loc"])] == fault["loc"]
-            for other in found
-        )
-        if fault["type"] == "too_short" and deeper:  # only says that the entries below it were refused
-            continue
-        where = prefix + "".join(
-            f"[{part}]" if isinstance(part, int) else f".{part}" for part in fault["loc"]
-        )
-        key = where.lstrip(".") or "(file)"
-        given = fault.get("input")
-        shown = "" if isinstance(given, dict | list | tuple | BaseModel) else f" (got {given!r})"
-        remedy = "; remove it or correct its spelling" if fault["type"] == "extra_forbidden" else ""
-        out.append(f"{path}: {key}: {fault['msg']}{shown}{remedy}")
+    for told in explain(error, model, data):
+        whole = Told((*prefix, *told.key), told.text)
+        out.append(f"{where(whole.key)}: {whole.where or '(file)'}: {told.text}")
     return out
 
 
@@ -222,22 +218,16 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
         is given for a rig that is not simulated, or has no one device to take it.
     """
     path = Path(path).resolve()
-    try:
-        raw = path.read_bytes()
-        data = tomllib.loads(raw.decode())
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot read the rig file: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: not a TOML file: {error}") from error
+    raw, data, where = read_toml(path)
     faults: list[str] = []
     config: Config | None = None
     try:
         config = Config.model_validate(data)
     except ValidationError as error:
-        faults += _lines(path, "", error)
+        faults += _told(where, (), error, Config, data)
     if script is not None and config is not None:
         faults += _put_script(path, config, data, Path(script).resolve())
-    options, more = _device_options(path, data)
+    options, more = _device_options(path, data, where)
     faults += more
     if config is not None and not faults:
         faults += [f"{path}: {line}" for line in config.composition(options).faults()]
@@ -249,7 +239,9 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
     )
 
 
-def _device_options(path: Path, data: dict[str, Any]) -> tuple[list[dict[str, Any]], list[str]]:
+def _device_options(
+    path: Path, data: dict[str, Any], where: Callable[[Key], str]
+) -> tuple[list[dict[str, Any]], list[str]]:
     """Validate every device's options against its backend's own model."""
     devices = data.get("device")
     valid: list[dict[str, Any]] = []
@@ -263,9 +255,10 @@ def _device_options(path: Path, data: dict[str, Any]) -> tuple[list[dict[str, An
             context = {"folder": path.parent, **_facts(data, device)}
             options = model.model_validate(device.get("options", {}), context=context)
         except ValidationError as error:
-            faults += _lines(path, f"device[{i}].options", error)
+            key = ("device", i, "options")
+            faults += _told(where, key, error, model, device.get("options", {}))
         except BackendError as error:
-            faults.append(f"{path}: device[{i}].kind: {error}")
+            faults.append(f"{where(('device', i, 'kind'))}: device[{i}].kind: {error}")
         else:
             valid.append(options.model_dump(mode="json"))
     return valid, faults

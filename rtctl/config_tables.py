@@ -11,6 +11,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from hw.plain_words import NAME_PATTERN
+
 
 class Table(BaseModel):
     """Base of all tables: strict types, no unknown keys, finite numbers, immutable."""
@@ -22,7 +24,7 @@ def _number(low: float, high: float, text: str, **more: Any) -> Any:  # noqa: AN
     return Field(ge=low, le=high, description=text, **more)
 
 
-Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,31}$")]
+Name = Annotated[str, Field(pattern=NAME_PATTERN)]
 
 
 class RigTable(Table):
@@ -379,8 +381,18 @@ class ViewTable(Table):
 class TelemetryTable(Table):
     """[telemetry]"""
 
-    state_hz: float = _number(1, 1000, "rate of the decimated state samples", default=100.0)
-    batch_ms: float = _number(1, 1000, "ticks per message, as time", default=20.0)
+    state_hz: float | None = _number(
+        1,
+        1000,
+        "rate of the decimated state samples; left out: 100, or one a message if that is more",
+        default=None,
+    )
+    batch_ms: float | None = _number(
+        1,
+        1000,
+        "ticks per message, as time; left out: 8 ticks, at least 2 ms and at most 20 ms",
+        default=None,
+    )
     plotjuggler: bool = Field(
         False, description="also publish the state samples on 127.0.0.1 without keys, read-only, for viewers"
     )

@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import importlib
-import json
 import sys
 from typing import Any
 
 import click
 
 from rtctl import __version__
+from rtctl.cli.json_text import json_text
 from rtctl.errors import ConfigError, RtctlError
 
 COMMANDS: dict[str, str] = {
     "demo": "rtctl.cli.demo",
+    "init": "rtctl.cli.init",
     "run": "rtctl.cli.run",
+    "status": "rtctl.cli.operate:status",
+    "arm": "rtctl.cli.operate:arm",
+    "stop": "rtctl.cli.operate:stop",
+    "reset": "rtctl.cli.operate:reset",
+    "tare": "rtctl.cli.operate:tare",
     "check": "rtctl.cli.check",
     "identify": "rtctl.cli.identify",
     "fit": "rtctl.cli.fit",
@@ -39,6 +45,7 @@ COMMANDS: dict[str, str] = {
     "service": "rtctl.cli.service",
     "view": "rtctl.cli.view",
     "world": "rtctl.cli.view:world",
+    "completion": "rtctl.cli.completion",
 }
 """Command name -> the module whose `command` it is, or `module:name`."""
 
@@ -78,11 +85,13 @@ def report(error: RtctlError, *, as_json: bool) -> None:
         }
         if isinstance(error, ConfigError):
             body["faults"] = faults
-        click.echo(json.dumps(body))
+        click.echo(json_text(body))
         return
-    click.echo(f"rtctl: {error}", err=True)
+    from rtctl.cli.invocation import as_run
+
+    click.echo(as_run(f"rtctl: {error}"), err=True)
     for line in faults:
-        click.echo(f"  {line}", err=True)
+        click.echo(as_run(f"  {line}"), err=True)
 
 
 def main() -> None:
@@ -95,7 +104,11 @@ def main() -> None:
     except click.exceptions.Exit as stop:
         sys.exit(stop.exit_code)
     except click.ClickException as error:
-        error.show()
+        if "--json" in sys.argv:
+            body = {"error": type(error).__name__, "message": error.format_message()}
+            click.echo(json_text({**body, "exit_code": error.exit_code}))
+        else:
+            error.show()
         sys.exit(error.exit_code)
     except (click.Abort, KeyboardInterrupt):
         click.echo("interrupted", err=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import math
 import sys
 import time
@@ -11,6 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+
+from rtctl.cli.json_text import json_text
+from rtctl.cli.rig_argument import connect, reach_options
 
 if TYPE_CHECKING:
     from rtctl.cli.monitor_text import Shown
@@ -26,10 +28,8 @@ _HOME_AND_CLEAR = "\x1b[H\x1b[J"
 
 
 @click.command("monitor")
-@click.option("--rig", help="name of the rig; not needed when one runs")
-@click.option("--runtime-dir", type=click.Path(path_type=Path), help="where the daemon listens")
-@click.option("--address", help="HOST:PORT of a rig on another machine")
-@click.option("--key", type=click.Path(path_type=Path), help="key file for that (rtctl keys new)")
+@reach_options
+@click.option("--rig", "named", hidden=True, help="the same as RIG; of versions before")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object per state sample")
 @click.option(
     "--for", "seconds", type=click.FloatRange(min=0, min_open=True), help="end after this many seconds"
@@ -39,6 +39,7 @@ def command(
     runtime_dir: Path | None,
     address: str | None,
     key: Path | None,
+    named: str | None,
     *,
     as_json: bool,
     seconds: float | None,
@@ -48,12 +49,10 @@ def command(
     What is shown ages: when no sample comes for half a second it says NO DATA, and goes on when the daemon is back.
     Exit code 12 when there is no data at the end of --for.
     """
-    from rtctl.client import RigClient
     from rtctl.errors import NoReplyError
 
-    name = rig or ("" if address else only_rig(runtime_dir))
     try:
-        with RigClient(name, runtime_dir=runtime_dir, address=address, key=key) as client:
+        with connect(rig or named, runtime_dir, address, key) as client:
             end = math.inf if seconds is None else time.monotonic() + seconds
             with Watch(client, local=address is None) as watch:
                 (_json if as_json else _show)(watch, end)
@@ -64,21 +63,6 @@ def command(
                 )
     except KeyboardInterrupt:
         click.echo("", err=True)
-
-
-def only_rig(runtime_dir: Path | None) -> str:
-    """The one rig that runs on this machine."""
-    from rtctl.errors import ClientError
-    from rtctl.protocol import running_rigs, runtime_root
-
-    running = running_rigs(runtime_dir)
-    if not running:
-        raise ClientError(
-            f"no daemon runs (looked in {runtime_dir or runtime_root()}); start one with: rtctl run CONFIG"
-        )
-    if len(running) > 1:
-        raise ClientError(f"several rigs run: {', '.join(running)}; name one with --rig")
-    return running[0]
 
 
 class Watch:
@@ -167,10 +151,10 @@ def _json(watch: Watch, end: float) -> None:
     while (left_s := end - time.monotonic()) > 0:
         sample = watch.receive(min(REFRESH_S, left_s))
         if sample is not None:
-            click.echo(json.dumps(_plain(sample)))
+            click.echo(json_text(_plain(sample)))
         elif watch.silent_s >= NO_DATA_S and time.monotonic() - told >= LINE_S:
             told = time.monotonic()
-            click.echo(json.dumps({"state": None, "no_data_s": round(watch.silent_s, 3)}))
+            click.echo(json_text({"state": None, "no_data_s": round(watch.silent_s, 3)}))
 
 
 def _plain(sample: RigState) -> dict[str, Any]:

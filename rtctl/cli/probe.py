@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import shutil
 import sys
@@ -10,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import click
+
+from rtctl.cli.json_text import json_text
 
 JSON_SECONDS = 2.0
 
@@ -85,7 +86,7 @@ def command(
     torque = actuators(loaded, written_folder(loaded.config.rig.name))
     if as_json:
         body = {"ok": not bad, "devices": _finite(reports), "actuators": _finite(torque)}
-        click.echo(json.dumps(body, allow_nan=False))
+        click.echo(json_text(body))
         sys.exit(DeviceError.exit_code if bad else 130 if interrupted else 0)
     _show()
     click.echo("\n".join(_actuator_line(one) for one in torque))

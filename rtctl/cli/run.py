@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from typing import Any
 
 import click
+
+from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFolder
 
 
 @click.command("run")
@@ -23,7 +25,7 @@ import click
 @click.option(
     "--record",
     "record_to",
-    type=click.Path(path_type=Path, file_okay=False),
+    type=OutputFolder(),
     help="record every tick into this folder, whatever [record] says",
 )
 @click.option("--runtime-dir", type=click.Path(), help="folder of sockets and lock, instead of the default")
@@ -49,6 +51,7 @@ def command(
     from rtctl.errors import ConfigError, FaultError, RecordingError
     from rtctl.host.auto_arm import AutoArm
     from rtctl.host.notices import Notices
+    from rtctl.host.outlet import LAST_WORDS_S, streams_that_never_wait
     from rtctl.host.supervisor import Host
 
     loaded = load(config, faults)
@@ -76,7 +79,8 @@ def command(
             for grant in _grants(host.loop.grants):
                 click.echo(f"  {grant}")
         summary = host.run(seconds)
-    click.echo(json.dumps(summary) if as_json else "\n".join(_lines(summary)))
+    with streams_that_never_wait(LAST_WORDS_S):
+        click.echo(json_text(summary) if as_json else "\n".join(_lines(summary)))
     if summary["state"] in ("FAULT", "ESTOP", "LOCKOUT") or summary["fault_first"]:
         if as_json:  # the summary says it; nothing may follow it
             sys.exit(FaultError.exit_code)

@@ -100,7 +100,7 @@ def step(
         # 7. energy of the last period, and damping where it ran out
         faults |= _observe(t, s, p, axis, dx, elapsed, powered)
         faults |= _sum_torques(t, s, axis, feedback, program)
-    faults |= intake.target_fault(s, p, c)
+    faults |= intake.target_fault(s, p, c) | intake.host_fault(s, c)
     # 8. state machine
     may_arm = arm_allowed and tare_done(s, p)
     changed = advance(s, p, t.tick, faults, requests, may_arm, arming.tested(s, p), intake.holding(s, p, c))

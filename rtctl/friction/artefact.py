@@ -16,6 +16,7 @@ from typing import Any, NoReturn
 import numpy as np
 from pydantic import ValidationError
 
+from hw.plain_words import explain
 from rtctl.errors import ModelError
 from rtctl.friction.baselines import NAMES
 from rtctl.friction.compile import PiecewiseCubic
@@ -151,8 +152,8 @@ def _verified(path: Path, raw: bytes) -> FrictionModel:
     try:
         document = ModelDocument.model_validate(data)
     except ValidationError as error:
-        fault = error.errors(include_url=False)[0]
-        _refuse(path, ".".join(str(part) for part in fault["loc"]), fault["msg"])
+        told = explain(error, ModelDocument, data)[0]
+        _refuse(path, told.where, told.text)
     if checksum(data) != document.sha256 or render(data).encode() != raw:
         _refuse(path, "sha256", "the checksum does not match: the file was edited or damaged")
     model = _model(document)

@@ -21,6 +21,21 @@ SESSION = secrets.randbits(32)
 """Random number of this run of the daemon; a client that sees it change knows of the restart."""
 
 
+BATCH_TICKS = 8
+"""Ticks of a telemetry message: a world that answers each message with a target is never near the 20 ticks of HOLD."""
+
+SHORTEST_BATCH_S, LONGEST_BATCH_S = 2e-3, 20e-3
+STATE_HZ = 100.0
+
+
+def pace(rate_hz: float, batch_ms: float | None, state_hz: float | None) -> tuple[float, float]:
+    """Seconds from one telemetry message to the next, and state samples a second, where the rig file leaves them out."""
+    batch_s = min(max(BATCH_TICKS / rate_hz, SHORTEST_BATCH_S), LONGEST_BATCH_S)
+    if batch_ms is not None:
+        batch_s = batch_ms * 1e-3
+    return batch_s, max(STATE_HZ, 1.0 / batch_s) if state_hz is None else state_hz
+
+
 @dataclass(frozen=True)
 class AxisDescription:
     """One axis: its name and what a client may ask of it.
@@ -93,6 +108,7 @@ def describe(rig: LoadedConfig | RigDescription) -> RigDescription:
     if isinstance(rig, RigDescription):
         return rig
     loaded, config = rig, rig.config
+    batch_s, state_hz = pace(config.loop.rate_hz, config.telemetry.batch_ms, config.telemetry.state_hz)
     return RigDescription(
         name=config.rig.name,
         axes=tuple(
@@ -108,8 +124,8 @@ def describe(rig: LoadedConfig | RigDescription) -> RigDescription:
             for axis in config.axis
         ),
         rate_hz=config.loop.rate_hz,
-        state_hz=config.telemetry.state_hz,
-        batch_s=config.telemetry.batch_ms * 1e-3,
+        state_hz=state_hz,
+        batch_s=batch_s,
         virtual=config.loop.clock == "virtual",
         config_sha256=loaded.sha256,
         devices_sha256=timing.devices_sha256(loaded),

@@ -35,8 +35,10 @@ def is_dying(pid: int) -> bool:
     """
     try:
         descriptor = os.open(f"/proc/{pid}/stat", os.O_RDONLY | os.O_CLOEXEC)
-    except OSError:
+    except (FileNotFoundError, ProcessLookupError):
         return True
+    except OSError:  # no descriptors left: nothing is known
+        return False
     try:
         state, *rest = os.read(descriptor, 4096).decode("ascii", "replace").rpartition(")")[2].split()
     except OSError:

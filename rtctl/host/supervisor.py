@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack, closing
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Protocol
@@ -26,10 +27,13 @@ from rtctl.host.device_words import DeviceWords
 from rtctl.host.endpoints import RuntimeDirectory
 from rtctl.host.gateway import PAUSE_S, Gateway
 from rtctl.host.heap import Heap
+from rtctl.host.heartbeat import Heartbeat, promised_ticks
+from rtctl.host.intruders import Resident
 from rtctl.host.loop_guard import LoopGuard
 from rtctl.host.loop_process import LoopProcess
 from rtctl.host.notices import Notices
 from rtctl.host.notify import Notifier
+from rtctl.host.outlet import streams_that_never_wait
 from rtctl.host.preparation import Preparation
 from rtctl.host.run_record import RunRecord
 from rtctl.host.signals import Signals
@@ -73,7 +77,8 @@ class Host:
     notices
         Where changes of state, faults and a broken recording are said as they happen; None: nowhere.
     announce
-        Receives one-line notes for a person (starting, compiling, real-time rights refused).
+        Receives one-line notes for a person (starting, compiling, real-time rights refused). It may print: while the host
+        lives, nothing that this process writes to stdout or stderr makes it wait (`rtctl.host.outlet`).
     """
 
     def __init__(
@@ -98,6 +103,7 @@ class Host:
         self._finished = False
         self._told = False
         self._ending_since: float | None = None
+        self._streams = ExitStack()
 
     def __enter__(self) -> Host:
         self._check()
@@ -119,6 +125,7 @@ class Host:
             raise StabilityError(report.refusal())
 
     def _start(self) -> None:
+        self._streams.enter_context(streams_that_never_wait())
         self.notifier = Notifier()
         plan = self.plan
         self.memory = Memory.create(plan.n_axes, plan.ring_rows, plan.period_ns)
@@ -132,13 +139,15 @@ class Host:
         self.writer.send()
         endpoints = self.runtime.endpoints
         self.context = zmq.Context()
-        self.access = Access(self.context, endpoints, Openings.of(self.loaded), Notices())
+        resident = None if virtual else self._streams.enter_context(closing(Resident()))
+        self.access = Access(self.context, endpoints, Openings.of(self.loaded), Notices(), resident=resident)
         self.loop = LoopProcess(self.loaded, self.memory, self.runtime.lock_fd)
         self.runtime.note_holder(self.loop.pid)
         records = self._record_to is not None or self.loaded.config.record is not None
         self.preparation = Preparation(plan.n_axes, recording=records)
         self.guard = LoopGuard(self.loaded, self.loop, self.memory, plan.period_s)
         rig = describe_run(self.loaded, plan.params)
+        self._batch_s = rig.batch_s
         self.words = DeviceWords(rig)
         self.telemetry = Telemetry(self.context, endpoints, rig, access=self.access, words=self.words)
         self.gateway = Gateway(
@@ -192,14 +201,15 @@ class Host:
 
         Returns the closing summary. Raises LoopDiedError, DeviceError or RealtimeError when the loop failed.
         """
-        batch_s = self.loaded.config.telemetry.batch_ms / 1e3
         poller = zmq.Poller()
         self.gateway.register(poller)
         poller.register(self.loop.fileno(), zmq.POLLIN)
         poller.register(self.signals.fileno(), zmq.POLLIN)
         end = None if seconds is None else time.monotonic() + seconds
         next_batch, heap = time.monotonic(), Heap()
+        heart = Heartbeat(self.writer, promised_ticks(self.loaded.config))
         while True:
+            heart.beat(time.monotonic())
             wait_s = min(next_batch - time.monotonic(), self.guard.look_s)
             if self.signals.fileno() in dict(poller.poll(max(0, round(wait_s * 1e3)))):
                 self.signals.drain()
@@ -214,7 +224,9 @@ class Host:
                 self._batch()
                 while self.reader.waiting and not alive:
                     self._batch()
-                next_batch = now if self.reader.waiting > self._most_ticks else max(next_batch + batch_s, now)
+                next_batch = (
+                    now if self.reader.waiting > self._most_ticks else max(next_batch + self._batch_s, now)
+                )
                 heap.look(now)
             if not alive:
                 break
@@ -332,3 +344,4 @@ class Host:
             self.runtime.release()
         if hasattr(self, "notifier"):
             self.notifier.close()
+        self._streams.close()

@@ -19,8 +19,8 @@ from rtctl.errors import ClientError, NoReplyError
 from rtctl.host.faults import FaultPlaces
 from rtctl.tick import FIELD
 
-KEPT_BATCHES = 150
-"""Unread batches a follower may leave behind: three seconds at 50 a second."""
+KEPT_BATCHES = 600
+"""Unread batches a follower may leave behind: five seconds of a rig of 1 kHz."""
 
 POINTS = 12
 """Rows of one message to a browser, at most."""

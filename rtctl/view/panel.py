@@ -72,8 +72,8 @@ def _arm(client: RigClient, _world: World, _body: dict[str, Any]) -> None:
 
 
 def _stop(client: RigClient, world: World, _body: dict[str, Any]) -> None:
+    client.stop()  # first: what the world does meanwhile may take its time
     world.release()
-    client.stop()
 
 
 def _reset(client: RigClient, _world: World, _body: dict[str, Any]) -> None:

@@ -108,8 +108,8 @@ SEEDS = (
     ),
     Seed(
         "of targets that wait the oldest is taken", "rtctl/host/targets.py",
-        "newest[number, identity] = (user_id(frame), frame.bytes)",
-        "newest.setdefault((number, identity), (user_id(frame), frame.bytes))", TARGETS,
+        "newest[sender] = (user_id(frame), frame.bytes)",
+        "newest.setdefault(sender, (user_id(frame), frame.bytes))", TARGETS,
     ),
     Seed(
         "an emergency stop is told as what came before it", "rtctl/host/faults.py",
