@@ -6,12 +6,37 @@ number of turns in both directions, as long as less than half the range passes b
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from hw.jit import compiled
 
 ENCODER_STATE = 2
 """Words (int64) of state of one unwrapped counter: whether it has started, and its count. Zeros to begin."""
+
+
+ANGLE_STATE = 2
+"""Words (float64) of state of one angle that starts over: the last one, NaN to begin, and how often it has."""
+
+
+@compiled
+def beyond(value: float, period: float, state: np.ndarray) -> bool:
+    """Whether an angle lies further from the last one than one that starts over after `period` can."""
+    return bool(abs(value - state[0]) > 1.5 * period)
+
+
+@compiled
+def follow(value: float, period: float, state: np.ndarray) -> float:
+    """Endless angle of one that starts over after `period` and shows `value` (finite, not `beyond`) now.
+
+    As `unwrap`, for any period: less than half of it may pass between two samples. `state`, float64 of shape
+    (ANGLE_STATE,), is changed in place.
+    """
+    if not math.isnan(state[0]):
+        state[1] -= round((value - state[0]) / period)
+    state[0] = value
+    return float(value + state[1] * period)
 
 
 @compiled
@@ -46,3 +71,28 @@ def unwrap(raw: int, bits: int, state: np.ndarray) -> int:
     else:
         state[1] += wrap(raw - state[1], bits)
     return int(state[1])
+
+
+class Modulo:
+    """As `follow`, outside compiled code: an angle that starts over after `period`, such as 360 degrees.
+
+    Between two samples it may turn by less than half the period. A step of more than one and a half periods is
+    none of this device: it gives NaN and is forgotten.
+    """
+
+    __slots__ = ("_last", "_period", "_turns")
+
+    def __init__(self, period: float) -> None:
+        self._period = abs(period)
+        self._last = math.nan
+        self._turns = 0
+
+    def __call__(self, value: float) -> float:
+        """The angle on its endless axis; the first one is `value` itself."""
+        step = value - self._last
+        if abs(step) <= 1.5 * self._period:
+            self._turns -= round(step / self._period)
+        elif self._last == self._last or value - value != 0.0:  # too far, or not finite
+            return math.nan
+        self._last = value
+        return value + self._turns * self._period

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import importlib
 import math
+import sys
 from collections.abc import Sequence
 from dataclasses import astuple
 from functools import cache
@@ -57,6 +58,13 @@ BUILT_IN = {
         simulated=False,
         summary="a board on a serial port with a frame of its own, described in the rig file (docs/serial-described.md)",
         timing="hw.serial.declared:described_timing",
+    ),
+    "serial-lines": BackendInfo(
+        factory="hw.serial.lines:LinesBackend",
+        options="hw.serial.lines_options:LinesOptions",
+        simulated=False,
+        summary="a board on a serial port that prints and takes lines of text (docs/serial-lines.md)",
+        timing="hw.serial.declared:lines_timing",
     ),
     "rokubi": BackendInfo(
         factory="hw.force.serial_sensor:make_rokubi",
@@ -118,8 +126,17 @@ def lookup(kind: str) -> BackendInfo:
     found = {entry.name: entry for entry in entry_points(group=GROUP)}
     if kind not in found:
         known = ", ".join(sorted({*BUILT_IN, *found}))
-        raise BackendError(f"no backend {kind!r}; there are: {known}")
-    info = found[kind].load()
+        raise BackendError(
+            f"no backend {kind!r}; there are: {known}; a third party's comes with its package: install that into {sys.prefix}"
+        )
+    try:
+        info = found[kind].load()
+    except (ImportError, AttributeError, SyntaxError) as error:
+        dist = found[kind].dist
+        package = "a package" if dist is None else dist.name
+        raise BackendError(
+            f"backend {kind!r} of {package} cannot be loaded: {error}; install {package} again, into {sys.prefix}"
+        ) from error
     if not isinstance(info, BackendInfo):
         raise BackendError(f"entry point {kind!r} of {GROUP} is not a hw.interface.BackendInfo")
     return info

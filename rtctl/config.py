@@ -270,6 +270,9 @@ def _facts(data: dict[str, Any], device: dict[str, Any]) -> dict[str, Any]:
     axes = device.get("axes") or data.get("axis")
     if isinstance(axes, list):
         facts["n_axes"] = len(axes)
+    own_hz = device.get("rate_hz")
+    if isinstance(own_hz, int | float) and own_hz > 0:
+        facts["device_rate_hz"] = float(own_hz)
     loop = data.get("loop", {})
     if isinstance(loop, dict):
         facts["clock"] = loop.get("clock")

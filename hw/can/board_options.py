@@ -3,92 +3,26 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Self
 
 from pydantic import Field, ValidationInfo, model_validator
 
 from hw.can import board
 from hw.can.board import CHANNELS, COMMANDS
-from hw.can.load import FD_LENGTHS, Traffic
-from hw.can.options import BusUser, Table, number
+from hw.can.board_tables import (
+    BitsOptions,
+    Bytes,
+    ChecksumOptions,
+    FixedOptions,
+    ReceivedField,
+    SelectOptions,
+    SentField,
+    have_room,
+    possible,
+)
+from hw.can.load import Traffic
+from hw.can.options import BusUser, Table
 from hw.interface import BackendError
-
-Unit = Literal[
-    "rad", "deg", "turn", "count", "rad/s", "deg/s", "turn/s", "rpm", "count/s", "A", "mA", "N", "mN", "Nm", "mNm", "degC", "1"
-]  # fmt: skip
-_UNITS = {
-    "position": ("rad", "deg", "turn", "count"), "velocity": ("rad/s", "deg/s", "turn/s", "rpm", "count/s"), "current": ("A", "mA"), "force": ("N", "mN"), "temperature": ("degC",),
-    "current_command": ("A", "mA"), "torque": ("Nm", "mNm"),
-}  # fmt: skip
-
-
-class BitsOptions(Table):
-    """Where a number lies in its frame."""
-
-    start_bit: int = Field(
-        ge=0, le=511, description="as a DBC counts: lowest bit (little endian) or highest (big endian)"
-    )
-    bits: int = Field(ge=1, le=64)
-    order: Literal["little", "big"] = "little"
-    type: Literal["uint", "int", "float"] = "uint"
-    scale: float = number(-1e12, 1e12, "physical = scale * raw + offset", 1.0)
-    offset: float = number(-1e12, 1e12, "in the unit of the field", 0.0)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _byte(cls, data: Any) -> Any:  # noqa: ANN401
-        """`byte = 2` in place of start_bit: a field of whole bytes beginning there, in either order."""
-        if isinstance(data, dict) and "byte" in data and "start_bit" not in data:
-            rest = {key: value for key, value in data.items() if key != "byte"}
-            if isinstance(data["byte"], int):
-                return {**rest, "start_bit": 8 * data["byte"] + (7 if data.get("order") == "big" else 0)}
-        return data
-
-
-class ReceivedField(BitsOptions):
-    """[[device.options.receive.field]]"""
-
-    channel: Literal["position", "velocity", "current", "force", "temperature", "estop", "fault", "enabled"]
-    axis: int = Field(0, ge=0, le=7, description="axis of the rig; force: 0, 1, 2 are x, y, z")
-    unit: Unit = Field("1", description="of the physical value; counts: encoder_counts_per_rev of the axis")
-    wrap: bool = Field(False, description="an encoder counter that wraps: followed through its wraps")
-
-    @model_validator(mode="after")
-    def _sensible(self) -> Self:
-        _unit_of(self.channel, self.unit)
-        if self.wrap and (self.channel != "position" or self.type == "float"):
-            msg = "wrap is for a position of type uint or int"
-            raise ValueError(msg)
-        return self
-
-
-class SentField(BitsOptions):
-    """[[device.options.send.field]]"""
-
-    channel: Literal["current_command", "torque", "enable", "counter", "constant"]
-    axis: int = Field(0, ge=0, le=7)
-    unit: Unit = "1"
-    limit: float = number(1e-6, 1e6, "command: cut to this, in SI units, before it is encoded", 1e6)
-    value: float = number(-1e12, 1e12, "constant: what is sent", 0.0)
-
-    @model_validator(mode="after")
-    def _sensible(self) -> Self:
-        _unit_of(self.channel, self.unit)
-        return self
-
-
-def _unit_of(channel: str, unit: str) -> None:
-    allowed = _UNITS.get(channel, ("1",))
-    if unit not in allowed:
-        msg = f"unit {unit!r} of {channel}: one of {', '.join(allowed)}"
-        raise ValueError(msg)
-
-
-class ChecksumOptions(Table):
-    """Checksum of a frame, over its other bytes."""
-
-    kind: Literal["xor8", "sum8", "crc8_j1850", "crc8_autosar"]
-    byte: int = Field(ge=0, le=63)
 
 
 class FrameOptions(Table):
@@ -99,21 +33,17 @@ class FrameOptions(Table):
     length: int = Field(8, ge=1, le=64)
     checksum: ChecksumOptions | None = None
 
+    @property
+    def on_wire(self) -> tuple[int, ...]:
+        """Lengths of the CAN frames that make it up."""
+        return (self.length,)
+
     def _check(self, fields: list[BitsOptions]) -> None:
-        if not self.extended and self.id > 0x7FF:
-            msg = f"id 0x{self.id:x} needs extended = true"
-            raise ValueError(msg)
-        if self.length not in FD_LENGTHS:
-            msg = f"length {self.length}: a frame has one of {FD_LENGTHS}"
-            raise ValueError(msg)
-        if self.checksum is not None and self.checksum.byte >= self.length:
+        possible(self.id, self.on_wire, extended=self.extended)
+        if self.checksum is not None and self.checksum.end > self.length:
             msg = f"checksum.byte {self.checksum.byte} lies outside the frame of {self.length} bytes"
             raise ValueError(msg)
-        try:
-            for field in fields:
-                board.make_field(field.model_dump(), self.length)
-        except BackendError as error:
-            raise ValueError(str(error)) from error
+        have_room(fields, self.length)
 
 
 class ReceivedFrameOptions(FrameOptions):
@@ -124,23 +54,60 @@ class ReceivedFrameOptions(FrameOptions):
         None, ge=0.05, le=1e5, description="how often it comes; default: every period"
     )
     counter: BitsOptions | None = Field(None, description="counts up with every frame: no older one is taken")
+    select: tuple[SelectOptions, ...] = Field(
+        (), max_length=4, strict=False, description="which frames of the identifier are meant; default: all"
+    )
+    parts: tuple[Annotated[int, Field(ge=1, le=64)], ...] = Field(
+        (),
+        max_length=8,
+        strict=False,
+        description="lengths of the CAN frames it comes in, one after the other",
+    )
     field: tuple[ReceivedField, ...] = Field(min_length=1, max_length=32, strict=False)
+
+    @property
+    def on_wire(self) -> tuple[int, ...]:
+        """See FrameOptions."""
+        return self.parts or (self.length,)
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
+        if self.parts and (sum(self.parts) != self.length or len(self.parts) < 2):
+            msg = f"parts {list(self.parts)} of a frame of {self.length} bytes: two or more that add up to its length"
+            raise ValueError(msg)
+        if self.parts and not (self.select and self.checksum):
+            msg = "a frame in parts needs select (what its first part begins with) and checksum: a lost part must be noticed"
+            raise ValueError(msg)
         self._check([*self.field, *([self.counter] if self.counter else [])])
+        have_room(self.select, self.on_wire[0])
         return self
 
 
 class SentFrameOptions(FrameOptions):
     """[[device.options.send]]: a frame to the board, sent in every cycle."""
 
+    enter: Bytes = Field(
+        (), description="sent in place of the first command after arming: switches the drive on"
+    )
+    idle: Bytes = Field(
+        (), description="sent in place of the command while not armed: switches the drive off"
+    )
     field: tuple[SentField, ...] = Field(min_length=1, max_length=32, strict=False)
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         self._check(list(self.field))
+        for name, data in (("enter", self.enter), ("idle", self.idle)):
+            if data and len(data) != self.length:
+                msg = f"{name} has {len(data)} bytes, the frame {self.length}"
+                raise ValueError(msg)
+        if self.enter and not self.idle:
+            msg = "enter needs idle: what switches a drive on needs what switches it off"
+            raise ValueError(msg)
         return self
+
+
+Fixed = Annotated[tuple[FixedOptions, ...], Field(max_length=16, strict=False)]
 
 
 class BoardOptions(BusUser):
@@ -155,6 +122,9 @@ class BoardOptions(BusUser):
     )
     receive: tuple[ReceivedFrameOptions, ...] = Field((), max_length=32, strict=False)
     send: tuple[SentFrameOptions, ...] = Field((), max_length=16, strict=False)
+    start: Fixed = Field((), description="sent when opening, again and again until the board is heard")
+    poll: Fixed = Field((), description="sent in every cycle, after the commands: asks for the next sample")
+    stop: Fixed = Field((), description="sent when stopping, after commands of zero")
 
     def frames(self, rate_hz: float) -> list[Traffic]:
         """See BusUser."""
@@ -162,7 +132,8 @@ class BoardOptions(BusUser):
 
     def identifiers(self) -> frozenset[int]:
         """See BusUser."""
-        return frozenset(board.identifier(frame.model_dump()) for frame in (*self.receive, *self.send))
+        every = (*self.receive, *self.send, *self.start, *self.poll, *self.stop)
+        return frozenset(board.identifier(frame.model_dump()) for frame in every)
 
     @model_validator(mode="before")
     @classmethod
@@ -194,12 +165,32 @@ class BoardOptions(BusUser):
         if not any(frame.required for frame in self.receive):
             msg = "at least one received frame must be required: nothing else can make a sample fresh"
             raise ValueError(msg)
+        self._tell_apart()
         if self.send and not any(f.channel == "enable" for frame in self.send for f in frame.field):
             names = {f.channel for frame in self.send for f in frame.field}
             if not names & {"current_command", "torque"}:
                 msg = "a board that is sent frames needs a command field (current_command, torque) or enable"
                 raise ValueError(msg)
-        if not self.bus.fd and any(frame.length > 8 for frame in (*self.receive, *self.send)):
+        lengths = [length for frame in (*self.receive, *self.send) for length in frame.on_wire]
+        lengths += [len(frame.data) for frame in (*self.start, *self.poll, *self.stop)]
+        if self.bus.fd and any(frame.remote for frame in (*self.start, *self.poll, *self.stop)):
+            msg = "CAN FD has no remote frames: ask by data, or bus.fd = false"
+            raise ValueError(msg)
+        if not self.bus.fd and max(lengths) > 8:
             msg = "frames longer than 8 bytes need bus.fd = true"
             raise ValueError(msg)
         return self
+
+    def _tell_apart(self) -> None:
+        """Frames of one identifier must be of one length, and all but one selected."""
+        seen: dict[int, ReceivedFrameOptions] = {}
+        for frame in self.receive:
+            other = seen.setdefault(board.identifier(frame.model_dump()), frame)
+            if other is frame:
+                continue
+            if (other.length, other.parts) != (frame.length, frame.parts):
+                msg = f"frames of id 0x{frame.id:x} have different lengths, {other.length} and {frame.length}"
+                raise ValueError(msg)
+            if other.select == frame.select:
+                msg = f"id 0x{frame.id:x} is received twice: tell the frames apart by select"
+                raise ValueError(msg)

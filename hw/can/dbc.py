@@ -8,7 +8,19 @@ from typing import Any
 
 from hw.interface import BackendError
 
-_ENTRY = {"channel", "axis", "message", "signal", "unit", "wrap", "limit"}
+_ENTRY = {
+    "channel",
+    "axis",
+    "message",
+    "signal",
+    "unit",
+    "wrap",
+    "wrap_at",
+    "saturates",
+    "limit",
+    "required",
+    "period_ms",
+}
 _UNITS = {"deg": "deg", "degree": "deg", "°": "deg", "rad": "rad", "rev": "turn", "turn": "turn", "turns": "turn",
           "A": "A", "mA": "mA", "N": "N", "mN": "mN", "Nm": "Nm", "N m": "Nm", "mNm": "mNm", "degC": "degC", "°C": "degC",
           "rad/s": "rad/s", "deg/s": "deg/s", "°/s": "deg/s", "turn/s": "turn/s", "turns/s": "turn/s", "rev/s": "turn/s",
@@ -38,7 +50,7 @@ def frames(
         Naming the file, and the message or signal it does not have or that cannot be used.
     """
     database = load(path)
-    tables: dict[tuple[str, str], dict[str, Any]] = {}
+    tables: dict[tuple[str, str, tuple[Any, ...]], dict[str, Any]] = {}
     for entry in entries:
         if not isinstance(entry, dict) or not {"channel", "message", "signal"} <= set(entry):
             raise BackendError(f"{path}: a signal needs channel, message and signal, not {entry!r}")
@@ -50,11 +62,17 @@ def frames(
             raise BackendError(f"{path}: no channel {channel!r}; one of {', '.join((*received, *sent))}")
         message = _message(database, path, str(entry["message"]))
         way = "receive" if channel in received else "send"
-        table = tables.setdefault((way, message.name), _frame(message))
-        table["field"].append(_field(message, path, entry))
+        signal = _signal(message, path, entry)
+        chosen = _multiplexers(message, signal, path)
+        key = way, message.name, tuple(value for _, value in chosen)
+        table = tables.setdefault(key, _frame(message, chosen, way))
+        table["field"].append(_field(signal, entry))
+        if way == "receive":  # a frame is required unless none of its signals is
+            table["required"] = table.get("required", False) or entry.get("required", True)
+            table |= {"period_ms": entry["period_ms"]} if "period_ms" in entry else {}
     return (
-        [table for (way, _), table in tables.items() if way == "receive"],
-        [table for (way, _), table in tables.items() if way == "send"],
+        [table for (way, *_), table in tables.items() if way == "receive"],
+        [table for (way, *_), table in tables.items() if way == "send"],
     )
 
 
@@ -64,38 +82,67 @@ def _message(database: Any, path: Path, name: str) -> Any:  # noqa: ANN401
     except KeyError as error:
         known = ", ".join(sorted(one.name for one in database.messages)[:20])
         raise BackendError(f"{path}: no message {name!r}; it has {known}") from error
-    if message.is_multiplexed():
-        raise BackendError(
-            f"{path}: message {name!r} is multiplexed, which is not supported: use plain messages"
-        )
     return message
 
 
-def _frame(message: Any) -> dict[str, Any]:  # noqa: ANN401
-    return {
-        "id": message.frame_id,
-        "extended": message.is_extended_frame,
-        "length": message.length,
-        "field": [],
-    }
-
-
-def _field(message: Any, path: Path, entry: dict[str, Any]) -> dict[str, Any]:  # noqa: ANN401
+def _signal(message: Any, path: Path, entry: dict[str, Any]) -> Any:  # noqa: ANN401
     try:
-        signal = message.get_signal_by_name(entry["signal"])
+        return message.get_signal_by_name(entry["signal"])
     except KeyError as error:
         known = ", ".join(signal.name for signal in message.signals)
         raise BackendError(
             f"{path}: message {message.name} has no signal {entry['signal']!r}; it has {known}"
         ) from error
-    table = {
+
+
+def _multiplexers(message: Any, signal: Any, path: Path) -> list[tuple[Any, int]]:  # noqa: ANN401
+    """Signals that choose what the frame carries, and their values where it carries `signal`; outermost first."""
+    chosen: list[tuple[Any, int]] = []
+    while signal.multiplexer_ids:
+        if len(signal.multiplexer_ids) > 1:
+            raise BackendError(
+                f"{path}: signal {signal.name} of message {message.name} comes with several values of "
+                f"{signal.multiplexer_signal}: {signal.multiplexer_ids}; describe the frame as [[device.options.receive]] "
+                "with the select that is meant"
+            )
+        value, signal = int(signal.multiplexer_ids[0]), message.get_signal_by_name(signal.multiplexer_signal)
+        chosen.insert(0, (signal, value))
+    return chosen
+
+
+def _frame(message: Any, chosen: list[tuple[Any, int]], way: str) -> dict[str, Any]:  # noqa: ANN401
+    table: dict[str, Any] = {
+        "id": message.frame_id,
+        "extended": message.is_extended_frame,
+        "length": message.length,
+        "field": [],
+    }
+    if way == "receive" and chosen:
+        table["select"] = [{**_bits(signal), "value": value} for signal, value in chosen]
+    elif chosen:  # the raw number, whatever the file says it means
+        table["field"] = [
+            {"channel": "constant", **_bits(signal), "value": value} for signal, value in chosen
+        ]
+    return table
+
+
+def _bits(signal: Any) -> dict[str, Any]:  # noqa: ANN401
+    """Where its raw number lies."""
+    return {
         "start_bit": signal.start,
         "bits": signal.length,
         "order": "little" if signal.byte_order == "little_endian" else "big",
         "type": "float" if signal.is_float else "int" if signal.is_signed else "uint",
+    }
+
+
+def _field(signal: Any, entry: dict[str, Any]) -> dict[str, Any]:  # noqa: ANN401
+    of_frame = ("message", "signal", "required", "period_ms")
+    table = {
+        **_bits(signal),
         "scale": float(signal.scale),
         "offset": float(signal.offset),
-        **{key: value for key, value in entry.items() if key not in ("message", "signal")},
+        **{key: value for key, value in entry.items() if key not in of_frame},
     }
     if "unit" not in table and signal.unit in _UNITS:
         table["unit"] = _UNITS[signal.unit]

@@ -20,12 +20,23 @@ from hw.can.adapter import python_can
 from hw.can.bus import EXTENDED, REMOTE
 from hw.can.sim_board import BoardSim
 from hw.can.sim_drives import Cia402Sim, MoteusSim, OdriveSim, SimDrive
+from hw.can.sim_maps import MitSim, OptoForceSim, VescSim
 from hw.can.sim_plant import Inertia, MockRig, Plant
 from hw.interface import Rig
 
 TORQUE_CONSTANT_NM_A = 0.0134
 STEP_S = 5e-4
-KINDS = ("odrive", "odrive-request", "odrive-0.5", "moteus", "cia402", "can")
+KINDS = (
+    "odrive",
+    "odrive-request",
+    "odrive-0.5",
+    "moteus",
+    "cia402",
+    "can",
+    "mit",
+    "vesc",
+    "optoforce",
+)
 
 
 def make_drives(kind: str, nodes: Sequence[int], time_to_live_s: float = 0.01) -> list[SimDrive]:
@@ -38,6 +49,9 @@ def make_drives(kind: str, nodes: Sequence[int], time_to_live_s: float = 0.01) -
         "moteus": lambda node: MoteusSim(node, constant),
         "cia402": lambda node: Cia402Sim(node, constant, 65536.0),
         "can": lambda _: BoardSim(time_to_live_s),
+        "mit": lambda node: MitSim(node, constant, time_to_live_s=time_to_live_s),
+        "vesc": lambda node: VescSim(node, time_to_live_s),
+        "optoforce": OptoForceSim,
     }
     return [makers[kind](node) for node in nodes]
 

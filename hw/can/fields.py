@@ -134,6 +134,18 @@ def decoder(field: Field) -> Decode:
     return lambda buffer, offset: scale * raw(buffer, offset) + offset_value
 
 
+def within(field: Field) -> Decode:
+    """As `decoder`, but NaN where the raw value stands at an end of its range: there the device holds it."""
+    raw, scale, offset_value = raw_decoder(field), field.scale, field.offset
+    low, high = field.raw_range
+
+    def _inside(buffer: Buffer, offset: int) -> float:
+        value = raw(buffer, offset)
+        return scale * value + offset_value if low < value < high else math.nan
+
+    return _inside
+
+
 def to_raw(field: Field, value: float) -> float:
     """Raw value of a physical one: rounded for integers, saturated; NaN counts as physical 0."""
     low, high = field.raw_range
@@ -241,8 +253,12 @@ def _xor8(data: Buffer) -> int:
 CHECKSUMS: dict[str, Callable[[Buffer], int]] = {
     "xor8": _xor8,
     "sum8": lambda data: sum(data) & 0xFF,
+    "sum16": lambda data: sum(data) & 0xFFFF,
     "crc8_j1850": _tabled(0x1D),
     "crc8_autosar": _tabled(0x2F),
 }
-"""One-byte checksums over the bytes of a frame besides the checksum's own. CAN's own CRC guards the wire
+"""Checksums over the bytes of a frame besides the checksum's own: one byte, or as `CHECKSUM_BYTES` says. CAN's own CRC guards the wire
 already; these guard what happens before and after it, and are wanted where a board sends one."""
+
+CHECKSUM_BYTES = {"sum16": 2}
+"""Bytes of those that are longer than one, the high one first."""

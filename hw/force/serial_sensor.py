@@ -14,6 +14,7 @@ from hw.force.frames import Frames
 from hw.force.reading import Reading
 from hw.force.sample import ForceSample
 from hw.interface import BackendError, LinkFault, LinkLost, Options, Rig, Words
+from hw.serial.core import require_line_rate
 from hw.serial.port import CHUNK, Port
 
 FULL = CHUNK - 1
@@ -175,6 +176,9 @@ def make_optoforce(options: Options, rig: Rig) -> SerialSensor:
         return optoforce.decode(frame, sensor)
 
     x, y, z = options["counts_per_n"]
+    require_line_rate(
+        options["port"], int(options["baud"]), optoforce.length(layout), float(options["output_hz"])
+    )
     return SerialSensor(
         options,
         Frames(optoforce.header(layout), optoforce.length(layout), optoforce.intact),

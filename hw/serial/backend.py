@@ -53,9 +53,10 @@ class SerialBackend(SerialCore):
         require_line_rate(
             self._path,
             self._baud,
-            rig.period_s,
             state_packet_bytes(rig.n_axes, velocity="velocity" in options["channels"]),
+            options.get("rate_hz") or 1.0 / rig.period_s,
             command_packet_bytes(rig.n_axes),
+            1.0 / rig.period_s,
         )
         self._torque = options["command"] == "torque"
         self.provides = frozenset({"position", *options["channels"]})

@@ -6,6 +6,7 @@
 | xor8 | exclusive or of bytes | 0 | | | 1 bit only |
 | crc8 (SMBUS) | 07 | 00 | no | no | up to 14 bytes covered |
 | crc16-ccitt (IBM-3740, "false") | 1021 | FFFF | no | no | any frame |
+| crc16-xmodem | 1021 | 0000 | no | no | any frame |
 | crc16-modbus | 8005 | FFFF | yes | no | any frame |
 | crc32 (IEEE 802.3, zlib) | 04C11DB7 | FFFFFFFF | yes | yes | any frame |
 """
@@ -17,7 +18,7 @@ import numpy as np
 from hw.jit import compiled
 from hw.serial.framing import crc32
 
-SUM8, XOR8, CRC8, CRC16_CCITT, CRC16_MODBUS, CRC32 = range(6)
+SUM8, XOR8, CRC8, CRC16_CCITT, CRC16_MODBUS, CRC32, CRC16_XMODEM = range(7)
 
 KINDS = {
     "sum8": SUM8,
@@ -26,9 +27,10 @@ KINDS = {
     "crc16-ccitt": CRC16_CCITT,
     "crc16-modbus": CRC16_MODBUS,
     "crc32": CRC32,
+    "crc16-xmodem": CRC16_XMODEM,
 }
 
-SIZE = {"sum8": 1, "xor8": 1, "crc8": 1, "crc16-ccitt": 2, "crc16-modbus": 2, "crc32": 4}
+SIZE = {"sum8": 1, "xor8": 1, "crc8": 1, "crc16-ccitt": 2, "crc16-modbus": 2, "crc32": 4, "crc16-xmodem": 2}
 """Bytes of each on the wire."""
 
 CHECK = {
@@ -38,6 +40,7 @@ CHECK = {
     "crc16-ccitt": 0x29B1,
     "crc16-modbus": 0x4B37,
     "crc32": 0xCBF43926,
+    "crc16-xmodem": 0x31C3,
 }
 
 
@@ -82,7 +85,7 @@ def checksum(kind: int, data: np.ndarray, start: int, stop: int) -> int:
             rest ^= byte
         elif kind == CRC8:
             rest = _CRC8[rest ^ byte]
-        elif kind == CRC16_CCITT:
+        elif kind in (CRC16_CCITT, CRC16_XMODEM):
             rest = ((rest << 8) & 0xFFFF) ^ _CCITT[(rest >> 8) ^ byte]
         else:
             rest = (rest >> 8) ^ _MODBUS[(rest ^ byte) & 0xFF]

@@ -35,6 +35,10 @@ class SerialCore:
 
     provides: frozenset[str]
     consumes: frozenset[str]
+    asks = False
+    """Whether something is sent in every cycle besides commands."""
+    _poll = b""
+    """That, if so."""
 
     def __init__(self, options: Options, rig: Rig) -> None:
         self._path, self._baud = str(options["port"]), int(options["baud"])
@@ -142,7 +146,7 @@ class SerialCore:
             self.warm_up(tick)
         send = self._send
         assert send is not None
-        if not self.consumes:
+        if not (self.consumes or self.asks):
             return
         if port.write(self._packet_bytes[: send()]):
             self._unsent = 0
@@ -152,6 +156,13 @@ class SerialCore:
         port.discard_output()  # what waits there is older than this one
         if self._unsent >= RESTART_PACKETS:
             raise LinkLost(f"serial port {self._path}: the board takes no more commands (line full)")
+
+    def ask(self) -> None:
+        """See AskedBackend: the poll, where the board has one."""
+        if self._port is None:
+            raise LinkLost(f"serial port {self._path}: not open")
+        if self._poll:
+            self._port.write(self._poll)
 
     def stop(self) -> None:
         """Make the board torque-free: a stop packet ahead of anything queued. Never raises."""
@@ -173,12 +184,19 @@ class SerialCore:
             port.close()
 
 
-def require_line_rate(path: str, baud: int, period_s: float, bytes_in: int, bytes_out: int) -> None:
-    """Refuse a bit rate at which a cycle's packets do not fit into a cycle. Raises BackendError."""
-    needed = max(bytes_in, bytes_out) * BITS_PER_BYTE / period_s
+def require_line_rate(
+    path: str, baud: int, bytes_in: int, in_hz: float, bytes_out: int = 0, out_hz: float = 0.0
+) -> None:
+    """Refuse a bit rate that cannot carry `in_hz` samples and `out_hz` commands a second. Raises BackendError."""
+    ways = [
+        ("a sample", bytes_in, in_hz, "the device's rate_hz"),
+        ("a command", bytes_out, out_hz, "[loop] rate_hz"),
+    ]
+    what, n_bytes, rate_hz, key = max(ways, key=lambda way: way[1] * way[2])
+    needed = n_bytes * BITS_PER_BYTE * rate_hz
     if needed > 0.9 * baud:
         raise BackendError(
-            f"serial port {path}: baud {baud} is too slow: {max(bytes_in, bytes_out)} bytes each {period_s * 1e3:g} ms "
-            f"need at least {needed / 0.9:.0f}; raise baud or lower [loop] rate_hz "
+            f"serial port {path}: baud {baud} is too slow for {what} of {n_bytes} bytes, {rate_hz:g} times a second: they "
+            f"need at least {needed / 0.9:.0f}; raise baud, or lower {key} if it is slower "
             "(USB boards ignore the number: write any high one)"
         )

@@ -30,3 +30,9 @@ def described_timing(options: Options, rig: Rig) -> list[Timing]:
     """Of a board with a frame of its own."""
     command = options.get("command") or {}
     return _timing(int(options["sample"]["length"]) + int(command.get("length") or 0), options, rig)
+
+
+def lines_timing(options: Options, rig: Rig) -> list[Timing]:
+    """Of a board that speaks in lines of text: some ten characters a number."""
+    command = options.get("command") or {"field": ()}
+    return _timing(10 * (int(options["sample"]["columns"]) + len(command["field"])), options, rig)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import select
-import time
 from collections.abc import Callable
 
 import numpy as np
@@ -11,9 +9,10 @@ import numpy as np
 from hw.interface import BackendError, Options, Rig, Words
 from hw.jit import bound, records
 from hw.serial import described_codec as codec
+from hw.serial.asking import await_first, switched
 from hw.serial.core import SerialCore, require_line_rate
-from hw.serial.described_plan import Target, fields_of, layout_of, require_every_axis
-from hw.serial.layout import stream_dtype
+from hw.serial.described_plan import MEASURED, Target, fields_of, layout_of, require_every_axis
+from hw.serial.layout import LENGTH_MAX, stream_dtype
 from hw.serial.port import Port, usb_identity
 
 STOP_REPEATS = 3
@@ -32,25 +31,31 @@ class DescribedBackend(SerialCore):
 
     def __init__(self, options: Options, rig: Rig) -> None:
         super().__init__(options, rig)
+        self._options = options
         sample, command = options["sample"], options["command"]
         self.layout, self.fields = records(layout_of(sample)), records(fields_of(sample, rig, "sample"))
-        require_every_axis(self.fields, Target.POSITION, rig.n_axes, "sample")
+        channels = {field["channel"] for field in sample["field"]}
+        if "position" in channels:
+            require_every_axis(self.fields, Target.POSITION, rig.n_axes, "sample")
         self._has_identity = Target.IDENTITY in self.fields["target"]
         self._wanted = options["identity"]
         if self._wanted is not None and not self._has_identity:
             raise BackendError(
                 "serial-described: identity is given, but the sample has no field of that channel"
             )
-        channels = {field["channel"] for field in sample["field"]}
-        measured = {"position", "velocity", "current", "force", "temperature", "estop"}
-        self.provides = frozenset(channels & measured)
+        self.provides = frozenset(channels & set(MEASURED))
         self._set_command(command, rig)
         self.identity: tuple[int, str | None] | None = None
-        length = 0 if command is None else command["length"]
-        require_line_rate(self._path, self._baud, rig.period_s, sample["length"], length)
+        self._poll, self.asks = bytes(options["poll"]), bool(options["poll"])
+        self.packet = np.zeros(3 * LENGTH_MAX, np.uint8)  # a command and a poll
+        self._packet_bytes = memoryview(self.packet)  # type: ignore[arg-type] # numpy offers the buffer
+        sent = len(self._poll) + (0 if command is None else command["length"])
+        own_hz = options.get("rate_hz") or 1.0 / rig.period_s
+        require_line_rate(self._path, self._baud, sample["length"], own_hz, sent, 1.0 / rig.period_s)
         self._stream = records(np.zeros(1, stream_dtype()))
         self.link = records(np.zeros(1, codec.described_dtype(rig.n_axes)))
-        for channel in ("velocity", "current", "force", "temperature", "estop"):
+        self.link["angle"][..., 0] = np.nan
+        for channel in MEASURED:
             self.link["show_" + channel] = channel in channels
         self.link["torque_mode"] = "torque" in self.consumes
         self._command = command
@@ -69,10 +74,12 @@ class DescribedBackend(SerialCore):
     def _stop_packet(self) -> bytes:
         """The bytes of the rig file, or a command of zeros, disabled."""
         command = self._command
+        last = b"".join(bytes(packet) for packet in self._options["stop"])
         if command is None or self.command_layout is None or self.command_fields is None:
-            return b""
-        if command["stop"]:
-            return bytes(command["stop"]) * STOP_REPEATS
+            return last
+        for given in (command["stop"], command["idle"]):
+            if given:
+                return bytes(given) * STOP_REPEATS + last
         fields = [
             ("enabled", "<i8"),
             ("torque_applied_nm", "<f8", (self._rig.n_axes,)),
@@ -80,15 +87,18 @@ class DescribedBackend(SerialCore):
         ]
         tick = records(np.zeros(1, fields))
         n = codec.send(tick, self.link, self.packet, self.command_layout, self.command_fields)
-        return self.packet[:n].tobytes() * STOP_REPEATS
+        return self.packet[:n].tobytes() * STOP_REPEATS + last
 
     def _bind(self, tick: np.ndarray) -> tuple[Callable[[], int], Callable[[], int]]:
         row = records(tick)
         stream, layout, fields = self._stream, self.layout, self.fields
         receive = bound(codec.receive, row, self.chunk, self.meta, self.link, stream, layout, fields)
         if self.command_layout is None or self.command_fields is None:
-            return receive, lambda: 0
+            nothing = {"enter": b"", "idle": b""}
+            return receive, switched(tick, self.packet, lambda: 0, nothing, self._poll)
         send = bound(codec.send, row, self.link, self.packet, self.command_layout, self.command_fields)
+        if self._command["enter"] or self._command["idle"] or self._poll:
+            send = switched(tick, self.packet, send, self._command, self._poll)
         return receive, send
 
     def _forget(self) -> None:
@@ -125,16 +135,15 @@ class DescribedBackend(SerialCore):
     def _greet(self, port: Port) -> None:
         """Wait for the first good frame; refuse another board than before."""
         self._take_in(0)  # compiles before the clock below starts
-        end, bytes_seen = time.monotonic() + self._patience_s, 0
-        views: list[memoryview] = [memoryview(self.chunk)]  # type: ignore[arg-type] # numpy offers the buffer
-        while not self.sample_waits:
-            left = end - time.monotonic()
-            if left < 0:
-                raise BackendError(self._silence(bytes_seen))
-            select.select([port.fd], [], [], left)
-            n = port.read_into(views)
-            bytes_seen += n
-            self._take_in(n)
+        questions = [
+            *(bytes(packet) for packet in self._options["start"]),
+            *([self._poll] if self._poll else []),
+        ]
+        seen = await_first(
+            port, self.chunk, self._patience_s, questions, self._take_in, lambda: self.sample_waits
+        )
+        if seen is not None:
+            raise BackendError(self._silence(seen))
         found = (int(self.link["identity"][0]), usb_identity(self._path))
         if self._wanted is not None and found[0] != self._wanted:
             raise BackendError(

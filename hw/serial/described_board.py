@@ -16,6 +16,43 @@ TIME_TO_LIVE = 10
 """Board cycles; such boards have theirs built in."""
 
 
+class Words:
+    """Bytes besides commands that a board understands: start, poll, stop, enter, idle; and what they did to it."""
+
+    def __init__(self, options: Options, command: Options) -> None:
+        self._start = [bytes(packet) for packet in options["start"]]
+        self._stops = [bytes(packet) for packet in options["stop"]]
+        self._halt = bytes(command.get("stop", ()))
+        self._poll = bytes(options["poll"])
+        self._enter, self._idle = bytes(command.get("enter", ())), bytes(command.get("idle", ()))
+        self._heard: set[bytes] = set()
+        self._asked = False
+        self.on = not self._enter
+        """Whether commands are obeyed."""
+
+    def take(self, data: bytes) -> tuple[bytes, bool]:
+        """What is left of `data`, and whether the motor is to be let go."""
+        held = False
+        for word in (*self._stops, *self._start, self._halt, self._idle, self._enter, self._poll):
+            if not word or word not in data:
+                continue
+            data = data.replace(word, b"")
+            if word in self._stops:
+                self._heard.clear()
+            elif word in self._start:
+                self._heard.add(word)
+            self._asked |= word == self._poll
+            held |= word in (self._halt, self._idle)
+            if self._enter:
+                self.on = word == self._enter or (self.on and word not in (self._halt, self._idle))
+        return data, held
+
+    def speaks(self) -> bool:
+        """Whether a sample goes out now."""
+        asked, self._asked = self._asked or not self._poll, False
+        return asked and self._heard == set(self._start)
+
+
 class DescribedBoard:
     """As `hw.serial.firmware.Board`, but for a described frame: a plain board that holds nothing after a stop."""
 
@@ -26,13 +63,14 @@ class DescribedBoard:
             records(fields_of(options["sample"], rig, "sample")),
         )
         command = options["command"]
-        self._command_layout = records(layout_of(command))
-        self._command_fields = records(fields_of(command, rig, "command"))
-        self._stop = bytes(command["stop"])
+        self._command_layout = None if command is None else records(layout_of(command))
+        self._command_fields = () if command is None else records(fields_of(command, rig, "command"))
+        self._words = Words(options, command or {})
         self._stream = records(np.zeros(1, stream_dtype()))
         # one row like the command record of `Board`: what the simulation asks of it
         self.command = np.zeros(1, [("sequence", "<i8"), ("torque_mode", "<i8")])
-        self.command["torque_mode"] = any(field["channel"] == "torque" for field in command["field"])
+        if command is not None:
+            self.command["torque_mode"] = any(field["channel"] == "torque" for field in command["field"])
         self._value, self._enable = np.zeros(rig.n_axes), False
         self.age, self.sequence = 255, 0
         self.estop = self.drive_fault = False
@@ -40,19 +78,24 @@ class DescribedBoard:
 
     def take(self, data: bytes) -> Taken:
         """Read commands; the newest good one is in force from now on."""
-        chunk, at, taken = np.frombuffer(data, np.uint8), 0, Taken()
-        if self._stop and self._stop in data:
+        taken = Taken()
+        data, held = self._words.take(data)
+        if held:
             taken.stops += 1
             self.hold()
-        while True:
+        chunk, at = np.frombuffer(data, np.uint8), 0
+        while self._command_layout is not None:
             at, found, broken = next_frame(self._stream, chunk, at, len(chunk), self._command_layout)
             taken.damaged += broken
             if not found:
                 return taken
             taken.commands += 1
-            self._obey(self._stream[0]["pending"])
+            if self._words.on:
+                self._obey(self._stream[0]["pending"])
+        return taken
 
     def _obey(self, frame: np.ndarray) -> None:
+        assert self._command_layout is not None
         big, self._enable, self.age = int(self._command_layout["big_endian"][0]), True, 0
         for field in self._command_fields:
             raw = read_raw(frame, 0, field, big)
@@ -91,9 +134,10 @@ class DescribedBoard:
 
     def rehearse(self, tick: np.ndarray) -> None:
         """Go through everything once, so that all of it is compiled. The board is of no use afterwards."""
-        frame = self._command_layout[0]["template"].copy()
-        seal_frame(frame, self._command_layout)
-        self.take(bytes(frame[: int(self._command_layout["length"][0])].tobytes()))
+        if self._command_layout is not None:
+            frame = self._command_layout[0]["template"].copy()
+            seal_frame(frame, self._command_layout)
+            self.take(bytes(frame[: int(self._command_layout["length"][0])].tobytes()))
         self.state_packet(tick, np.zeros(self.n_axes, np.int64), 0)
 
     def identity_packet(self) -> bytes:
@@ -101,8 +145,10 @@ class DescribedBoard:
         return b""
 
     def state_packet(self, tick: np.ndarray, counts: np.ndarray, time_us: int) -> bytes:
-        """Frame with the measured fields of `tick` and encoder `counts`."""
+        """Frame with the measured fields of `tick` and encoder `counts`; empty from a board that waits to be asked."""
         del time_us
+        if not self._words.speaks():
+            return b""
         frame, layout = self._layout[0]["template"].copy(), self._layout
         big = int(layout["big_endian"][0])
         self.sequence += 1
@@ -119,8 +165,8 @@ class DescribedBoard:
                     frame, at, size, big, int(counts[field["index"]]) & ((1 << int(field["bits"])) - 1)
                 )
             elif target in names or target == Target.FORCE:
-                value = tick[names.get(target, "force_n")][0][field["index"]]
-                write_number(frame, field, big, float(value))
+                value = float(tick[names.get(target, "force_n")][0][field["index"]])
+                write_number(frame, field, big, value % field["period"] if field["period"] else value)
             elif target == Target.SEQUENCE:
                 write_bytes(frame, at, size, big, self.sequence)
             elif target == Target.IDENTITY:

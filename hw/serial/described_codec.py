@@ -2,7 +2,7 @@
 
 Freshness: with a `sequence` field a frame counts only when it is ahead of the last one by less than half the
 field's range; without one every frame with a right checksum is new, and a duplicate cannot be told. A frame
-with a number that is not finite is a failure of the device, never a sample.
+with a number that is not finite, or an angle beyond its range, is a failure of the device, never a sample.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from functools import cache
 
 import numpy as np
 
-from hw.encoder import ENCODER_STATE, unwrap
+from hw.encoder import ANGLE_STATE, ENCODER_STATE, beyond, follow, unwrap
 from hw.interface import LinkFault
 from hw.jit import compiled
 from hw.serial.described_plan import Target
@@ -43,6 +43,7 @@ def described_dtype(n_axes: int) -> np.dtype[np.void]:
     return np.dtype(
         [
             ("torque_mode", "<i8"),
+            ("show_position", "<i8"),
             ("show_current", "<i8"),
             ("show_force", "<i8"),
             ("show_temperature", "<i8"),
@@ -51,6 +52,7 @@ def described_dtype(n_axes: int) -> np.dtype[np.void]:
             ("started", "<i8"),
             ("sequence", "<i8"),
             ("encoder", "<i8", (n_axes, ENCODER_STATE)),
+            ("angle", "<f8", (n_axes, ANGLE_STATE)),
             ("position_rad", "<f8", axis),
             ("current_a", "<f8", axis),
             ("temperature_c", "<f8", axis),
@@ -117,6 +119,8 @@ def _store(d: np.record, raw: np.ndarray, fields: np.ndarray) -> None:
         on = ((np.int64(raw[k]) & f.mask) != 0) != (f.invert != 0) if f.mask else False
         if f.target == _POSITION and f.bits:
             d.position_rad[i] = (unwrap(int(np.int64(raw[k])), f.bits, d.encoder[i]) - f.zero) * f.scale
+        elif f.target == _POSITION and f.period > 0:
+            d.position_rad[i] = follow(value, f.period, d.angle[i])
         elif f.target == _POSITION:
             d.position_rad[i] = value
         elif f.target == _CURRENT:
@@ -134,6 +138,14 @@ def _store(d: np.record, raw: np.ndarray, fields: np.ndarray) -> None:
 
 
 @compiled
+def _is_sound(d: np.record, raw: float, f: np.record) -> bool:
+    """Whether a number can be one of this device: finite, and no angle that its range does not have."""
+    if not math.isfinite(raw):
+        return False
+    return f.period == 0 or not beyond((raw - f.zero) * f.scale, f.period, d.angle[f.index])
+
+
+@compiled
 def absorb(
     chunk: np.ndarray, n: int, link: np.ndarray, stream: np.ndarray, layout: np.ndarray, fields: np.ndarray
 ) -> None:
@@ -147,11 +159,11 @@ def absorb(
         if not found:
             return
         d.good += 1
-        finite = True
+        sound = True
         for k in range(len(fields)):
             raw[k] = read_raw(stream[0].pending, 0, fields[k], big)
-            finite = finite and math.isfinite(raw[k])
-        if not finite:
+            sound = sound and _is_sound(d, raw[k], fields[k])
+        if not sound:
             d.invalid += 1
             d.fault = 1
         elif not _in_order(d, raw, fields):
@@ -172,7 +184,8 @@ def show(tick: np.ndarray, link: np.ndarray, end: int) -> None:
         faults |= _DEVICE
     t.sample_count, t.link_faults = d.sample_count, faults
     for axis in range(len(d.position_rad)):
-        t.position_rad[axis] = d.position_rad[axis]
+        if d.show_position:
+            t.position_rad[axis] = d.position_rad[axis]
         if d.show_current:
             t.current_a[axis] = d.current_a[axis]
         if d.show_temperature:

@@ -1,9 +1,4 @@
-"""A frame described in the rig file: `[device.options]` of `kind = "serial-described"`. Host side only.
-
-    value = scale * unit * (raw - zero)
-
-with `raw` the number on the wire and `unit` the factor to SI. A negative scale turns the sign.
-"""
+"""A frame described in the rig file: `[device.options]` of `kind = "serial-described"`. Host side only."""
 
 from __future__ import annotations
 
@@ -13,80 +8,23 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from hw.serial.checksums import SIZE
-from hw.serial.described_plan import PER_AXIS, TYPES
-from hw.serial.layout import LENGTH_MAX, SYNC_MAX
-from hw.serial.options import PortOptions, SerialTable
+from hw.serial.described_plan import MEASURED, PER_AXIS, TYPES
+from hw.serial.layout import FLOAT, LENGTH_MAX, SIGNED, SYNC_MAX
+from hw.serial.number_options import SWITCHES, UNITS, NumberOptions, SampleChannel
+from hw.serial.options import AskedOptions, Bytes, SerialTable
 
-Byte = Annotated[int, Field(ge=0, le=255)]
-Bytes = Annotated[tuple[Byte, ...], Field(strict=False)]
 Type = Literal["u8", "i8", "u16", "i16", "u24", "i24", "u32", "i32", "f32"]
-Unit = Literal[
-    "counts",
-    "rad",
-    "deg",
-    "rev",
-    "counts/s",
-    "rad/s",
-    "deg/s",
-    "rev/s",
-    "rpm",
-    "A",
-    "mA",
-    "N",
-    "mN",
-    "N m",
-    "mN m",
-    "degC",
-    "",
-]
-SampleChannel = Literal[
-    "position",
-    "velocity",
-    "current",
-    "force",
-    "temperature",
-    "estop",
-    "sequence",
-    "fault",
-    "identity",
-    "enabled",
-]
 CommandChannel = Literal["current_command", "torque", "enable", "sequence"]
 
-_UNITS = {
-    "position": ("counts", "rad", "deg", "rev"),
-    "velocity": ("counts/s", "rad/s", "deg/s", "rev/s", "rpm"),
-    "current": ("A", "mA"),
-    "current_command": ("A", "mA"),
-    "torque": ("N m", "mN m"),
-    "force": ("N", "mN"),
-    "temperature": ("degC",),
-}
-_SWITCHES = ("estop", "fault", "enabled", "enable")
 
-
-class FieldOptions(SerialTable):
+class FieldOptions(NumberOptions):
     """One number of a frame."""
 
     type: Type = Field(description="u unsigned, i two's complement, f IEEE 754; bits")
     offset: int = Field(ge=0, le=LENGTH_MAX - 1, description="first byte, from the start of the frame")
-    axis: int = Field(0, ge=0, le=7, description="which joint, from 0")
-    component: int = Field(0, ge=0, le=2, description="force: 0 x, 1 y, 2 z")
-    unit: Unit = Field("", description="what one step of the scale is")
-    scale: float = Field(1.0, ge=-1e9, le=1e9, description="units per wire step; negative turns the sign")
-    zero: float = Field(0.0, ge=-1e12, le=1e12, description="number on the wire that means 0")
     wrap_bits: int = Field(
         0, ge=0, le=32, description="position: width of the counter, if narrower than its type"
     )
-    mask: int = Field(
-        0, ge=0, le=2**32 - 1, description="estop, fault, enabled, enable: the bits that say so"
-    )
-    invert: bool = Field(False, description="estop, fault, enabled, enable: they say so when 0")
-
-    @property
-    def name(self) -> str:
-        """Its channel."""
-        return str(getattr(self, "channel", ""))
 
     @property
     def end(self) -> int:
@@ -95,23 +33,29 @@ class FieldOptions(SerialTable):
 
     @model_validator(mode="after")
     def _fits_its_channel(self) -> Self:
-        name, allowed = self.name, _UNITS.get(self.name, ("",))
-        if self.unit not in allowed:
-            msg = f"unit {self.unit!r} of {name!r}: one of {', '.join(repr(unit) for unit in allowed)}"
-            raise ValueError(msg)
-        if self.scale == 0:
-            msg = f"scale of {name!r} is 0: every value would be 0"
-            raise ValueError(msg)
-        if self.type == "f32" and name not in _UNITS:
+        name = self.name
+        if self.type == "f32" and name not in UNITS:
             msg = f"type 'f32' of {name!r}: whole numbers only"
             raise ValueError(msg)
-        if (name in _SWITCHES) != bool(self.mask) or self.mask >> (8 * (self.end - self.offset)):
+        if (name in SWITCHES) != bool(self.mask) or self.mask >> (8 * (self.end - self.offset)):
             msg = f"mask {self.mask:#x} of {name!r}: estop, fault, enabled and enable need bits within their type, others none"
             raise ValueError(msg)
         if self.wrap_bits and (name != "position" or self.wrap_bits > 8 * (self.end - self.offset)):
             msg = f"wrap_bits {self.wrap_bits} of {name!r}: for a position, at most the bits of its type"
             raise ValueError(msg)
+        if self.wrap_at is not None and self.wrap_bits:
+            msg = f"wrap_at {self.wrap_at:g} of {name!r}: in place of wrap_bits, not beside it"
+            raise ValueError(msg)
+        if name in ("current_command", "torque") and not self._says_zero():
+            msg = f"zero {self.zero:g} of {name!r}: beyond what type {self.type!r} can say, so a command of 0 cannot be sent"
+            raise ValueError(msg)
         return self
+
+    def _says_zero(self) -> bool:
+        kind, size = TYPES[self.type]
+        span = 2.0 ** (8 * size)
+        low, high = (-span / 2, span / 2 - 1) if kind == SIGNED else (0.0, span - 1)
+        return kind == FLOAT or low <= self.zero <= high
 
 
 class SampleField(FieldOptions):
@@ -134,14 +78,15 @@ class ConstantOptions(SerialTable):
 
 
 class FrameOptions(SerialTable):
-    """A frame of fixed length: sync bytes first, checksum last."""
+    """A frame of fixed length: sync bytes first; checksum last, or before a tail."""
 
     sync: Bytes = Field(min_length=1, max_length=SYNC_MAX, description="bytes every frame begins with")
     length: int = Field(ge=3, le=LENGTH_MAX, description="of the whole frame, sync and checksum included")
     endian: Literal["little", "big"] = "little"
-    checksum: Literal["sum8", "xor8", "crc8", "crc16-ccitt", "crc16-modbus", "crc32"]
+    checksum: Literal["sum8", "xor8", "crc8", "crc16-ccitt", "crc16-xmodem", "crc16-modbus", "crc32"]
     checksum_from: int = Field(0, ge=0, le=LENGTH_MAX - 1, description="first byte it covers")
     checksum_endian: Literal["little", "big"] | None = Field(None, description="default: that of the frame")
+    tail: Bytes = Field((), max_length=SYNC_MAX, description="bytes behind the checksum, always the same")
     constant: Annotated[tuple[ConstantOptions, ...], Field(strict=False)] = Field((), max_length=16)
 
     @property
@@ -151,7 +96,7 @@ class FrameOptions(SerialTable):
 
     @model_validator(mode="after")
     def _everything_has_a_place(self) -> Self:
-        end = self.length - SIZE[self.checksum]
+        end = self.length - SIZE[self.checksum] - len(self.tail)
         if self.checksum_from >= end:
             msg = f"checksum_from {self.checksum_from}: the checksum begins at byte {end} and must cover bytes before it"
             raise ValueError(msg)
@@ -160,8 +105,8 @@ class FrameOptions(SerialTable):
             msg = f"length {self.length}: no room for sync and checksum"
             raise ValueError(msg)
         places = [(f"constant at {c.offset}", c.offset, c.offset + len(c.bytes)) for c in self.constant]
-        switches = [field for field in self.fields if field.name in _SWITCHES]
-        numbers = [field for field in self.fields if field.name not in _SWITCHES]
+        switches = [field for field in self.fields if field.name in SWITCHES]
+        numbers = [field for field in self.fields if field.name not in SWITCHES]
         _place(taken, places, end)
         for field in switches:  # bits: they may share a byte with each other and with constants
             _place(
@@ -209,9 +154,8 @@ class SampleOptions(FrameOptions):
     @model_validator(mode="after")
     def _complete(self) -> Self:
         _once(self.field)
-        names = [field.channel for field in self.field]
-        if "position" not in names:
-            msg = "field: a position is needed"
+        if not {field.channel for field in self.field} & set(MEASURED):
+            msg = f"field: nothing is measured: one of {', '.join(MEASURED)} is needed"
             raise ValueError(msg)
         return self
 
@@ -223,6 +167,10 @@ class CommandOptions(FrameOptions):
     stop: Bytes = Field(
         (), max_length=LENGTH_MAX, description="bytes that stop the board; default: command 0"
     )
+    enter: Bytes = Field(
+        (), max_length=LENGTH_MAX, description="sent in place of the first command after arming"
+    )
+    idle: Bytes = Field((), max_length=LENGTH_MAX, description="sent in place of the command while not armed")
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -231,10 +179,13 @@ class CommandOptions(FrameOptions):
         if len(kinds) != 1:
             msg = "field: either torque or current_command is needed, for every axis"
             raise ValueError(msg)
+        if self.enter and not self.idle:
+            msg = "enter needs idle: what switches a drive on needs what switches it off"
+            raise ValueError(msg)
         return self
 
 
-class DescribedOptions(PortOptions):
+class DescribedOptions(AskedOptions):
     """[device.options] of `kind = "serial-described"`."""
 
     sample: SampleOptions

@@ -76,6 +76,9 @@ UNITS = {
     "": 1.0,
 }
 
+MEASURED = ("position", "velocity", "current", "force", "temperature", "estop")
+"""What a board may measure."""
+
 PER_AXIS = {"position", "velocity", "current", "temperature", "current_command", "torque"}
 
 
@@ -83,14 +86,18 @@ def layout_of(table: Options) -> np.ndarray:
     """The layout record of a frame table (`[device.options.sample]` or `.command`)."""
     record = np.zeros(1, layout_dtype())
     row = record[0]
+    tail = list(table.get("tail") or ())
+    end = table["length"] - len(tail)
     row["length"], row["big_endian"] = table["length"], table["endian"] == "big"
     row["n_sync"] = len(table["sync"])
     row["checksum"], row["checksum_size"] = KINDS[table["checksum"]], SIZE[table["checksum"]]
     row["checksum_big"] = (table["checksum_endian"] or table["endian"]) == "big"
     row["checksum_at"], row["checksum_from"] = (
-        table["length"] - SIZE[table["checksum"]],
+        end - SIZE[table["checksum"]],
         table["checksum_from"],
     )
+    row["n_tail"] = len(tail)
+    row["template"][end : table["length"]] = tail
     row["template"][: len(table["sync"])] = table["sync"]
     for constant in table["constant"]:
         at = constant["offset"]
@@ -107,6 +114,13 @@ def fields_of(table: Options, rig: Rig, where: str) -> np.ndarray:
     return record
 
 
+def unit_of(field: Options, rig: Rig) -> float:
+    """SI units per unit of a field."""
+    if field["unit"] in ("counts", "counts/s"):
+        return 2 * math.pi / float(rig.encoder_counts_per_rev[field["axis"]])
+    return UNITS[field["unit"]]
+
+
 def _fill(row: Any, field: Options, rig: Rig, where: str) -> None:  # noqa: ANN401
     name = field["channel"]
     row["kind"], row["n_bytes"] = TYPES[field["type"]]
@@ -117,12 +131,10 @@ def _fill(row: Any, field: Options, rig: Rig, where: str) -> None:  # noqa: ANN4
             f"{where}: field {name!r} is for axis {field['axis']}, the device has axes 0 to {rig.n_axes - 1}"
         )
     row["zero"], row["mask"], row["invert"] = field["zero"], field["mask"], field["invert"]
-    if field["unit"] in ("counts", "counts/s"):
-        unit = 2 * math.pi / float(rig.encoder_counts_per_rev[field["axis"]])
-    else:
-        unit = UNITS[field["unit"]]
+    unit = unit_of(field, rig)
     row["scale"] = field["scale"] * unit
-    whole = name == "position" and row["kind"] != FLOAT
+    row["period"] = unit * (field.get("wrap_at") or 0.0)
+    whole = name == "position" and row["kind"] != FLOAT and not row["period"]
     row["bits"] = (field["wrap_bits"] or 8 * int(row["n_bytes"])) if whole else 0
 
 

@@ -18,6 +18,8 @@ from hw.serial.described_board import DescribedBoard
 from hw.serial.described_options import DescribedOptions
 from hw.serial.firmware import Board, Taken
 from hw.serial.firmware_line import Line
+from hw.serial.lines_board import LineBoard
+from hw.serial.lines_options import LinesOptions
 from hw.serial.observation import Observation, row_dtype
 
 DEFAULT_AXIS = {
@@ -63,12 +65,25 @@ def _tick_dtype(n_axes: int) -> np.dtype[np.void]:
 
 
 def read_described(path: Path) -> dict[str, Any]:
-    """Options of the first `serial-described` device of a rig file. ValueError if it has none."""
+    """Options of the first device of a rig file that describes a board. ValueError if it has none."""
     for device in tomllib.loads(path.read_text()).get("device", []):
-        if device.get("kind") == "serial-described":
-            return DescribedOptions.model_validate(device.get("options", {})).model_dump(mode="json")
-    msg = f"{path}: no [[device]] of kind 'serial-described'"
+        models: dict[str, Any] = {"serial-described": DescribedOptions, "serial-lines": LinesOptions}
+        if device.get("kind") in models:
+            valid = models[device["kind"]].model_validate(device.get("options", {}))
+            options: dict[str, Any] = valid.model_dump(mode="json")
+            return options
+    msg = f"{path}: no [[device]] of kind 'serial-described' or 'serial-lines'"
     raise ValueError(msg)
+
+
+def _tells(described: dict[str, Any], channel: str) -> bool:
+    return any(field["channel"] == channel for field in described["sample"]["field"])
+
+
+def _with_velocity(options: dict[str, Any]) -> dict[str, Any]:
+    """The plant with a tacho, where it has none: the board tells a velocity."""
+    tacho = MockOptions.model_validate({"velocity": {}}).model_dump(mode="json")["velocity"]
+    return {**options, "velocity": options["velocity"] or tacho}
 
 
 class Simulation:
@@ -83,7 +98,8 @@ class Simulation:
         first_count: int,
         described: dict[str, Any] | None = None,
     ) -> None:
-        self.rig, self.options, self.line = rig, options, line
+        self.rig, self.line = rig, line
+        self.options = _with_velocity(options) if described and _tells(described, "velocity") else options
         self.name, self.first_count = name, first_count
         self.described = described
         self.observation: Observation | None = None
@@ -107,7 +123,9 @@ class Simulation:
             self.line.send(self.board.identity_packet())
         return taken
 
-    def _make_board(self) -> Board | DescribedBoard:
+    def _make_board(self) -> Board | DescribedBoard | LineBoard:
+        if self.described is not None and "columns" in self.described["sample"]:
+            return LineBoard(self.described, self.rig, self.name)
         if self.described is not None:
             return DescribedBoard(self.described, self.rig, int(self.name))
         counts_per_rad = self.rig.encoder_counts_per_rev / (2 * math.pi)
@@ -133,7 +151,9 @@ class Simulation:
         turns = self.tick["position_rad"][0] / (2 * math.pi)
         counts = np.rint(turns * self.rig.encoder_counts_per_rev).astype(np.int64) + self.first_count
         time_us = round(self.slot * self.rig.period_s * 1e6)
-        self.line.send_sample(self.board.state_packet(self.tick, counts, time_us))
+        packet = self.board.state_packet(self.tick, counts, time_us)
+        if packet:  # a board that waits to be asked has none
+            self.line.send_sample(packet)
 
     def apply(self) -> None:
         """Drive the motor with the command in force and put it on record."""

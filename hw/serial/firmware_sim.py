@@ -177,7 +177,7 @@ def _arguments() -> argparse.Namespace:
     )
     parser.add_argument("--identity", help="serial number of the board (default SIM-0001; described: 1)")
     parser.add_argument(
-        "--described", type=Path, help="rig file: speak the frame of its serial-described device"
+        "--described", type=Path, help="rig file: speak as its serial-described or serial-lines device"
     )
     parser.add_argument("--first-count", type=int, default=0, help="encoder count at joint angle 0")
     parser.add_argument("--step", action="store_true", help="one cycle per command instead of a clock")

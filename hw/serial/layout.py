@@ -35,7 +35,8 @@ def layout_dtype() -> np.dtype[np.void]:
             ("checksum_big", "<i8"),
             ("checksum_at", "<i8"),
             ("checksum_from", "<i8"),
-            ("template", "u1", (LENGTH_MAX,)),  # sync and constants, zeros elsewhere
+            ("n_tail", "<i8"),  # bytes behind the checksum that are always the same
+            ("template", "u1", (LENGTH_MAX,)),  # sync, constants and tail, zeros elsewhere
         ]
     )
 
@@ -52,6 +53,7 @@ def field_dtype() -> np.dtype[np.void]:
             ("kind", "<i8"),
             ("scale", "<f8"),
             ("zero", "<f8"),
+            ("period", "<f8"),  # after which a position starts over, in the unit of the scale; 0: it does not
             ("bits", "<i8"),  # width of a counter that runs over its end; 0: it does not
             ("mask", "<i8"),  # bits that count, for switches
             ("invert", "<i8"),
@@ -112,9 +114,12 @@ def wire_value(f: np.record, value: float) -> float:
 
 @compiled
 def sealed_at(data: np.ndarray, at: int, layout: np.ndarray) -> bool:
-    """True when the bytes from `at` on are a frame: its sync bytes and a right checksum."""
+    """True when the bytes from `at` on are a frame: its sync bytes, its tail and a right checksum."""
     x = layout[0]
     for k in range(x.n_sync):
+        if data[at + k] != x.template[k]:
+            return False
+    for k in range(x.length - x.n_tail, x.length):
         if data[at + k] != x.template[k]:
             return False
     found = read_bytes(data, at + x.checksum_at, x.checksum_size, x.checksum_big)

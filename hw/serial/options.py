@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
+Byte = Annotated[int, Field(ge=0, le=255)]
+Bytes = Annotated[tuple[Byte, ...], Field(strict=False)]
 Channel = Literal["current", "force", "velocity", "temperature", "estop"]
 
 
@@ -28,6 +30,35 @@ class PortOptions(SerialTable):
     open_timeout_s: float = Field(3.0, ge=0.1, le=30, description="patience at start, for a board that boots")
     reopen_timeout_s: float = Field(
         0.2, ge=0.01, le=10, description="patience after a re-plug: the loop waits meanwhile, and tries again"
+    )
+    rate_hz: float | None = Field(
+        None,
+        ge=1,
+        le=100_000,
+        description="samples a second the board sends; default: [[device]] rate_hz, or one in every cycle",
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _own_rate(cls, data: Any, info: ValidationInfo) -> Any:  # noqa: ANN401
+        """Take the rate that the device's table gives, unless the options have one of their own."""
+        rate_hz = (info.context or {}).get("device_rate_hz")
+        if rate_hz and isinstance(data, dict) and data.get("rate_hz") is None:
+            return {**data, "rate_hz": rate_hz}
+        return data
+
+
+class AskedOptions(PortOptions):
+    """A board that may want to be started, asked in every cycle, and told to stop."""
+
+    start: Annotated[tuple[Bytes, ...], Field(strict=False)] = Field(
+        (), max_length=16, description="sent when opening, each by itself, until the board is heard"
+    )
+    poll: Bytes = Field(
+        (), max_length=250, description="sent in every cycle, after the command: asks for the next sample"
+    )
+    stop: Annotated[tuple[Bytes, ...], Field(strict=False)] = Field(
+        (), max_length=16, description="sent when stopping, after commands of zero"
     )
 
 

@@ -23,6 +23,7 @@ from pathlib import Path
 import serial
 
 from hw.interface import BackendError, LinkLost
+from hw.serial.holders import holders
 
 CHUNK = 4096
 """The kernel's line discipline holds at most 4095 bytes; one read takes them all."""
@@ -31,19 +32,6 @@ DRAIN_S = 0.05
 """Longest wait for a stop packet to leave before a port is closed."""
 
 _GONE = {errno.EIO, errno.ENODEV, errno.ENXIO, errno.EBADF, errno.EPIPE, errno.ENOENT}
-
-
-def holders(path: str) -> list[str]:
-    """Processes that have `path` open, as `name (pid N)`, as far as this user may see them."""
-    wanted = os.path.realpath(path)
-    found = []
-    for process in Path("/proc").glob("[0-9]*"):
-        if process.name == str(os.getpid()):
-            continue
-        with contextlib.suppress(OSError):
-            if any(os.path.realpath(fd) == wanted for fd in (process / "fd").iterdir()):
-                found.append(f"{(process / 'comm').read_text().strip()} (pid {process.name})")
-    return found
 
 
 def latency_timer_ms(path: str) -> int | None:
@@ -74,7 +62,8 @@ def _refusal(path: str, error: Exception) -> BackendError:
             "no such port: is the board plugged in and powered? ls -l /dev/serial/by-id names those there are"
         )
     elif number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in str(error):
-        by = ", ".join(holders(path)) or "a process of another user (sudo fuser -v shows it)"
+        found = [f"{command} (pid {pid})" for pid, command in holders(path)]
+        by = ", ".join(found) or "a process of another user (sudo fuser -v shows it)"
         remedy = f"the port is in use by {by}: end it, or name another port"
     elif number == errno.ENOTTY or os.strerror(errno.ENOTTY) in str(error):
         remedy = "not a serial port"

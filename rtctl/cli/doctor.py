@@ -39,6 +39,7 @@ def command(config: Path | None, seconds: float, *, no_timing: bool, as_json: bo
     """
     from rtctl.doctor import wakeup
     from rtctl.doctor.examine import examine
+    from rtctl.service.plan import install_command
 
     def _say(line: Line) -> None:
         click.echo(
@@ -51,6 +52,7 @@ def command(config: Path | None, seconds: float, *, no_timing: bool, as_json: bo
         None if config is None else str(config),
         0.0 if no_timing else seconds,
         say=(lambda _line: None) if as_json else _say,
+        install=install_command(config),
         measuring=lambda s: click.echo(f"measuring wake-ups for {s:g} s ...", err=True),
     )
     if as_json:

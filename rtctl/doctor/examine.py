@@ -7,8 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from hw import registry
 from rtctl.config_tables import LoopTable
-from rtctl.doctor import machine, rights, software, wakeup, wiring
+from rtctl.doctor import machine, network, ports, rights, software, wakeup, wiring
 from rtctl.doctor.line import Line
 
 
@@ -33,6 +34,7 @@ def examine(
     ask: wiring.Run = wiring.run,
     say: Callable[[Line], None] = lambda _line: None,
     measuring: Callable[[float], None] = lambda _seconds: None,
+    install: str = rights.INSTALL,
 ) -> Report:
     """Look at everything; nothing is changed, opened or armed.
 
@@ -48,6 +50,8 @@ def examine(
         Runs commands that only tell (`ip`).
     say, measuring
         Called with each line as it comes, and before the measurement.
+    install
+        The command that makes the rig a service on this machine.
     """
     lines: list[Line] = []
 
@@ -64,13 +68,16 @@ def examine(
     loop = loaded.config.loop if loaded else LoopTable()
     if loaded is not None:
         _add(software.model(loaded))
-        devices = zip(loaded.members(), (loaded.options, *loaded.more_options), strict=True)
-        _add(wiring.check(root, [(member.label, options) for member, options in devices], ask))
+        members = loaded.members()
+        devices = zip(members, (loaded.options, *loaded.more_options), strict=True)
+        wired = {member.label for member in members if not registry.lookup(member.kind).simulated}
+        _add(wiring.check(root, [(member.label, options) for member, options in devices], ask, wired))
+        _add(list(network.gateway(root, loaded.config.gateway.bind, loaded.config.gateway.port)))
     elif config is None:
-        _add(wiring.usb_adapters(root))
+        _add(ports.usb_adapters(root))
     core = machine.loop_core(loop.cpu, os.sched_getaffinity(0))
     _add(machine.check(root, core))
-    _add(rights.check(root, loaded.config.rig.name if loaded else "", loop.priority))
+    _add(rights.check(root, loaded.config.rig.name if loaded else "", loop.priority, install))
     found = None
     if seconds:
         measuring(seconds)

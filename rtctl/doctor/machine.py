@@ -113,7 +113,10 @@ def idle_states(root: Path) -> Line:
     if os.access(device, os.W_OK):
         return Line("cpu_dma_latency", "ok", "writable")
     rule = 'KERNEL=="cpu_dma_latency", GROUP="realtime", MODE="0660"'
-    fix = f"echo '{rule}' | sudo tee /etc/udev/rules.d/99-rtctl-latency.rules && sudo udevadm trigger -s misc"
+    fix = (
+        f"the service may (rtctl service install); for this shell: echo '{rule}' | sudo tee "
+        "/etc/udev/rules.d/99-rtctl-latency.rules && sudo udevadm control --reload && sudo udevadm trigger -s misc"
+    )
     return Line("cpu_dma_latency", "warn", "not writable by this user: wake-ups from deep idle states", fix)
 
 

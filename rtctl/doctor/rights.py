@@ -20,16 +20,36 @@ _NEEDED_LOCK = 512 * 1024 * 1024
 """Locked memory a rig needs at most (arrays, code, libraries): below it, mlockall is refused or the loop dies."""
 
 
-def check(root: Path, rig: str, priority: int) -> list[Line]:
-    """Limits of the shell and of the unit of `rig` (or of any rig, when empty)."""
-    return [*shell(root, priority), *service(root, rig, priority)]
+INSTALL = "sudo rtctl service install RIG.toml"
+"""What gives a rig all rights it needs: as a service, by a user of its own."""
 
 
-def shell(root: Path, priority: int) -> list[Line]:
+def check(root: Path, rig: str, priority: int, install: str = INSTALL) -> list[Line]:
+    """Who runs this, and limits of the shell and of the unit of `rig` (or of any rig, when empty).
+
+    `install` is the command that makes the rig a service on this machine.
+    """
+    return [*user(root, install), *shell(root, priority, install), *service(root, rig, priority, install)]
+
+
+def user(root: Path, install: str = INSTALL) -> Iterator[Line]:
+    """Whether this is root: nothing of rtctl needs that but installing the service."""
+    for line in (text(root / "proc/self/status") or "").splitlines():
+        if line.startswith("Uid:") and line.split()[2:3] == ["0"]:
+            fix = (
+                f"work as an ordinary user of group dialout (sudo usermod -aG dialout NAME, log in again); real-time rights "
+                f"come with the service: {install}"
+            )
+            yield Line(
+                "user", "warn", "root: a fault of any program part may then change the whole machine", fix
+            )
+
+
+def shell(root: Path, priority: int, install: str = INSTALL) -> list[Line]:
     """What a daemon started from this shell gets."""
     limits, held = _limits(root), _capabilities(root)
     rtprio, memlock = limits.get("Max realtime priority", 0.0), limits.get("Max locked memory", 0.0)
-    where = "log in again after: "
+    where = f"as a service it has them: {install}; in this shell log in again after: "
     out = []
     if held >> _SYS_NICE & 1:
         out.append(Line("shell rtprio", "ok", "any (CAP_SYS_NICE)"))
@@ -53,13 +73,12 @@ def shell(root: Path, priority: int) -> list[Line]:
 _GROUP = " && sudo groupadd -f realtime && sudo usermod -aG realtime $USER"
 
 
-def service(root: Path, rig: str, priority: int) -> list[Line]:
+def service(root: Path, rig: str, priority: int, install: str = INSTALL) -> list[Line]:
     """What systemd would grant: the installed unit with its drop-ins."""
     settings = unit_settings(root, rig)
     if settings is None:
-        fix = f"sudo install -m 644 systemd/{UNIT} /etc/systemd/system/ && sudo systemctl daemon-reload"
-        return [Line("service unit", "warn", f"{UNIT} is not installed", fix)]
-    edit = f"sudo systemctl edit {UNIT}: [Service] "
+        return [Line("service unit", "warn", f"{UNIT} is not installed", install)]
+    edit = f"{install} (puts the unit right), or sudo systemctl edit {UNIT}: [Service] "
     out = [Line("service unit", "ok", settings.get("", UNIT))]
     rtprio = _limit(settings.get("LimitRTPRIO", "0"))
     right = rtprio >= priority

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-import grp
 import json
-import os
+import re
 import socket
-import stat
 import subprocess
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from rtctl.doctor.line import Line, text
+from rtctl.doctor.ports import serial_port, usb_adapters, usb_device
 
 Run = Callable[[Sequence[str]], str]
 """Runs a command and returns what it printed, empty when it failed."""
 
 _ARPHRD_CAN = "280"
+_CAN_KEYS = ("channel", "interface", "can", "can_interface", "can_channel")
+_CAN_NAME = re.compile(r"(?:v|vx|sl)?can[0-9]{1,3}")
+_USB_ID = re.compile(r"[0-9A-Fa-f]{4}:[0-9A-Fa-f]{4}(?::.+)?")
+_USB_NUMBER = re.compile(r"(?:0x)?[0-9A-Fa-f]{1,4}")
 
 
 def run(command: Sequence[str]) -> str:
@@ -29,81 +32,101 @@ def run(command: Sequence[str]) -> str:
     return done.stdout if done.returncode == 0 else ""
 
 
-def check(root: Path, devices: Sequence[tuple[str, Mapping[str, Any]]], ask: Run = run) -> list[Line]:
-    """Presence, permission and set-up of each device: (label, validated options) each.
+def check(
+    root: Path,
+    devices: Sequence[tuple[str, Mapping[str, Any]]],
+    ask: Run = run,
+    real: Collection[str] = (),
+) -> list[Line]:
+    """Presence, permission and set-up of each device: (label, validated options) each; `real` ones have a label here.
 
-    What a device needs is read off its options: `port` names a serial port, `host` a network address,
-    `bus` a CAN bus. Any backend that uses these names is looked at, third parties' too.
+    What a device needs is read off its options, wherever in them it stands: a path below `/dev`, a `port` with a path, a
+    `host`, a table of `interface` and `channel`, the name of a CAN interface, a USB id as `usb = "0403:6014"` or as
+    `vendor_id` and `product_id`. Any backend is looked at, third parties' too (docs/devices.md).
     """
     out: list[Line] = []
     for label, options in devices:
         before = len(out)
-        port, host, bus = options.get("port"), options.get("host"), options.get("bus")
-        if isinstance(port, str):
-            out += serial_port(root, label, port)
-        if isinstance(host, str):
-            out.append(address(label, host))
-        if isinstance(bus, Mapping):
-            out += can_bus(root, label, bus, ask)
-        if len(out) == before:
+        seen: set[str] = set()
+        out += _wires(root, label, options, ask, seen)
+        if len(out) == before and label in real:
+            fix = "name in its options what it is wired to: port, host, bus or usb (docs/devices.md)"
+            out.append(
+                Line(label, "warn", "its options name no port, address, bus or USB device to look for", fix)
+            )
+        elif len(out) == before:
             out.append(Line(label, "ok", "nothing to be wired"))
     return out or usb_adapters(root)
 
 
-def serial_port(root: Path, label: str, port: str) -> Iterator[Line]:
-    """Presence and permission of a serial port, and the latency timer of its USB adapter."""
-    path = root / port.lstrip("/")
-    try:
-        mode = path.stat()
-    except OSError:
-        there = sorted(p.name for p in (root / "dev/serial/by-id").glob("*"))
-        listed = f"; there are {', '.join(there)}" if there else ""
-        yield Line(
-            label,
-            "fail",
-            f"no {port}{listed}",
-            "plug it in and power it, or correct port (ls -l /dev/serial/by-id)",
-        )
+def _wires(root: Path, label: str, table: Mapping[str, Any], ask: Run, seen: set[str]) -> Iterator[Line]:
+    """Lines of all wires that a table of options, or a table inside it, names; each once."""
+    if isinstance(table.get("channel"), str) and "interface" in table:
+        if _is_new(f"{table['interface']} {table['channel']}", seen):
+            yield from can_bus(root, label, table, ask)
         return
-    if not stat.S_ISCHR(mode.st_mode):
-        yield Line(label, "fail", f"{port} is not a device", "correct port in the rig file")
-        return
-    if not os.access(path, os.R_OK | os.W_OK):
-        group = _group(mode.st_gid)
-        fix = f"sudo usermod -aG {group} $USER, then log in again"
-        yield Line(label, "fail", f"{port} belongs to group {group}, this user may not use it", fix)
-        return
-    yield Line(label, "ok", f"{port} is there and may be used")
-    name = path.resolve().name
-    if (line := _latency(root, name)) is not None:
-        yield line
+    vendor, product = (_usb_number(table, *names) for names in (("vendor_id", "vid"), ("product_id", "pid")))
+    if vendor and product and _is_new(f"{vendor}:{product}", seen):
+        yield usb_device(root, label, f"{vendor}:{product}")
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            yield from _wires(root, label, value, ask, seen)
+        for part in value if isinstance(value, list | tuple) else [value]:
+            if isinstance(part, Mapping) and part is not value:
+                yield from _wires(root, label, part, ask, seen)
+            elif isinstance(part, str) and part:
+                yield from _wire(root, label, key, part, seen)
 
 
-def _group(gid: int) -> str:
-    try:
-        return grp.getgrgid(gid).gr_name
-    except KeyError:
-        return str(gid)
+def _wire(root: Path, label: str, key: str, value: str, seen: set[str]) -> Iterator[Line]:
+    """Lines of the wire that one text names, if it names one."""
+    if value.startswith("/dev/") or (key == "port" and value.startswith("/")):
+        if _is_new(value, seen):
+            yield from serial_port(root, label, value)
+    elif key == "host":
+        if _is_new(value, seen):
+            yield address(label, value)
+    elif "usb" in key and _USB_ID.fullmatch(value):
+        if _is_new(value, seen):
+            yield usb_device(root, label, value)
+    elif key in _CAN_KEYS and _CAN_NAME.fullmatch(value) and _is_new(value, seen):
+        yield _can_there(root, label, value)
 
 
-def _latency(root: Path, name: str) -> Line | None:
-    found = text(root / "sys/bus/usb-serial/devices" / name / "latency_timer")
-    if found is None:
-        return None
-    if found == "1":
-        return Line(f"latency timer {name}", "ok", "1 ms")
-    rule = 'ACTION=="add", SUBSYSTEM=="usb-serial", DRIVER=="ftdi_sio", ATTR{latency_timer}="1"'
-    fix = (
-        f"echo 1 | sudo tee /sys/bus/usb-serial/devices/{name}/latency_timer; "
-        f"lasting: echo '{rule}' | sudo tee /etc/udev/rules.d/99-rtctl-serial.rules"
-    )
-    return Line(f"latency timer {name}", "warn", f"{found} ms: samples wait that long in the adapter", fix)
+def _is_new(wire: str, seen: set[str]) -> bool:
+    """Whether this wire has not been looked at for this device; notes that it has."""
+    new = wire not in seen
+    seen.add(wire)
+    return new
 
 
-def usb_adapters(root: Path) -> list[Line]:
-    """Latency timers of every USB serial adapter there is: for a report without a rig file."""
-    names = sorted(path.name for path in (root / "sys/bus/usb-serial/devices").glob("*"))
-    return [line for name in names if (line := _latency(root, name)) is not None]
+def _usb_number(table: Mapping[str, Any], *names: str) -> str:
+    """A vendor or product number, four hexadecimal digits; empty without one."""
+    for name in names:
+        value = table.get(name)
+        if isinstance(value, int) and not isinstance(value, bool) and 0 < value < 1 << 16:
+            return f"{value:04x}"
+        if isinstance(value, str) and _USB_NUMBER.fullmatch(value):
+            return value.lower().removeprefix("0x").zfill(4)
+    return ""
+
+
+def _can_there(root: Path, label: str, name: str) -> Line:
+    """A CAN interface of which the options say no more than its name."""
+    folder = root / "sys/class/net" / name
+    if not folder.exists():
+        fix = f"plug the adapter in, or load its driver; then sudo ip link set {name} up type can bitrate 1000000"
+        return Line(label, "fail", f"no CAN interface {name}{_others(root)}", fix)
+    if not int(text(folder / "flags") or "0", 0) & 1:
+        return Line(label, "fail", f"{name} is down", f"sudo ip link set {name} up type can bitrate 1000000")
+    return Line(label, "ok", f"CAN interface {name} is up")
+
+
+def _others(root: Path) -> str:
+    """The CAN interfaces there are, for a message about one that is not."""
+    folders = sorted((root / "sys/class/net").glob("*"))
+    there = [folder.name for folder in folders if text(folder / "type") == _ARPHRD_CAN]
+    return f"; there are {', '.join(there)}" if there else ""
 
 
 def address(label: str, host: str) -> Line:
@@ -132,7 +155,7 @@ def can_bus(root: Path, label: str, bus: Mapping[str, Any], ask: Run) -> Iterato
     set_up = _set_up(channel, bus)
     if not folder.exists():
         fix = f"plug the adapter in, or load its driver; then {set_up}"
-        yield Line(label, "fail", f"no CAN interface {channel}", fix)
+        yield Line(label, "fail", f"no CAN interface {channel}{_others(root)}", fix)
         return
     if text(folder / "type") != _ARPHRD_CAN:
         yield Line(label, "fail", f"{channel} is no CAN interface", "correct bus.channel in the rig file")

@@ -95,13 +95,22 @@ def own_command() -> str:
     return f"{python} -m rtctl"
 
 
-def for_all_users() -> str:
-    """The commands that install this very rtctl to /opt/rtctl, one a line."""
+def install_command(config: Path | None) -> str:
+    """The command line that makes the rig of `config` a service here; from elsewhere, where its user could not reach rtctl."""
+    rig = "RIG.toml" if config is None else shlex.quote(str(config))
+    try:
+        return f"sudo {own_command()} service install {rig}"
+    except ConfigError:
+        return "; ".join(line.strip() for line in for_all_users(rig).splitlines())
+
+
+def for_all_users(rig: str = "RIG.toml") -> str:
+    """The commands that install this very rtctl to /opt/rtctl and make `rig` a service, one a line."""
     python = Path(sys.executable).resolve()
     base = "python3" if _hidden(python) else shlex.quote(str(python))
     return (
         f"  sudo {base} -m venv /opt/rtctl\n  sudo /opt/rtctl/bin/python -m pip install {shlex.quote(source())}\n"
-        "  sudo /opt/rtctl/bin/rtctl service install RIG.toml"
+        f"  sudo /opt/rtctl/bin/rtctl service install {rig}"
     )
 
 

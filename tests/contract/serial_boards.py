@@ -63,8 +63,40 @@ def described_bytes(n_axes):
     return described(n_axes)["sample"]["length"]
 
 
-def _device(tables):
-    lines = ["[[device]]", 'kind = "serial-described"', "[device.options]", 'port = "/dev/none"']
+def lines(n_axes):
+    """Lines of text of a board of many axes; without the port."""
+    units = {"position": "rad", "current": "A", "velocity": "rad/s"}
+    fields = [
+        {"channel": channel, "axis": axis, "unit": unit}
+        for channel, unit in units.items()
+        for axis in range(n_axes)
+    ]
+    fields += [{"channel": "force", "component": k, "unit": "N"} for k in range(3)]
+    fields += [{"channel": "sequence"}, {"channel": "estop", "mask": 1}, {"channel": "fault", "mask": 1}]
+    numbers = [{**field, "column": k} for k, field in enumerate(fields)]
+    exact = [{**one, "decimals": 9} if "unit" in one else one for one in numbers]
+    wanted = [
+        {"channel": "current_command", "axis": axis, "prefix": " C", "unit": "A", "decimals": 9}
+        for axis in range(n_axes)
+    ]
+    return {
+        "sample": {"separator": ";", "columns": len(fields), "checksum": "nmea", "field": exact},
+        "command": {"time_to_live_ms": 10.0, "checksum": "nmea", "field": wanted},
+    }
+
+
+def lines_bytes(n_axes):
+    """Less than a line has; the board writes a line at once."""
+    return 2 * lines(n_axes)["sample"]["columns"]
+
+
+def lines_board(n_axes, make_folder, which="first"):
+    """A board that speaks `lines(n_axes)`, just powered up and plugged in."""
+    return _describing("serial-lines", lines(n_axes), n_axes, make_folder, which)
+
+
+def _device(kind, tables):
+    lines = ["[[device]]", f'kind = "{kind}"', "[device.options]", 'port = "/dev/none"']
     for name, table in tables.items():
         lines.append(f"[device.options.{name}]")
         for key, value in table.items():
@@ -81,10 +113,14 @@ def _device(tables):
 
 def described_board(n_axes, make_folder, which="first"):
     """A board that speaks `described(n_axes)`, just powered up and plugged in."""
-    folder = make_folder("described")
-    (folder / "frame.toml").write_text(_device(described(n_axes)))
+    return _describing("serial-described", described(n_axes), n_axes, make_folder, which)
+
+
+def _describing(kind, tables, n_axes, make_folder, which):
+    folder = make_folder(kind)
+    (folder / "frame.toml").write_text(_device(kind, tables))
     speaks = ("--described", str(folder / "frame.toml"))
-    found = board(n_axes, lambda _: folder, "described " + which, *speaks, velocity=True)
+    found = board(n_axes, lambda _: folder, f"{kind} {which}", *speaks, velocity=True)
     found.order("identity 1")
     return found
 
@@ -116,14 +152,15 @@ def close_all():
 class InLockstep:
     """A serial backend whose `read` first waits for the answer to the command before: for tests in step."""
 
-    def __init__(self, backend, answer_bytes, board=None):
+    def __init__(self, backend, answer_bytes, board=None, samples=1):
         self._backend, self._answer_bytes, self._awaited = backend, answer_bytes, False
         if board is not None:  # a described board sends nothing unasked, and cannot be asked
             self._greet, backend._greet = backend._greet, self._have_it_send
-            self._board = board
+            self._board, self._samples = board, samples
 
     def _have_it_send(self, port):
-        self._board.order("sample")
+        for _ in range(self._samples):
+            self._board.order("sample")
         self._greet(port)
 
     def __getattr__(self, name):

@@ -69,6 +69,17 @@ def described(n_axes, folder, which):
     return {"port": board.port, **PATIENT, **serial_boards.described(n_axes)}
 
 
+def lines(n_axes, folder, which):
+    board = serial_boards.lines_board(n_axes, lambda name: folder_of_boards(folder, which), which)
+    return {"port": board.port, **PATIENT, **serial_boards.lines(n_axes)}
+
+
+def in_step_with_lines(backend, n_axes):
+    board = serial_boards.at_port(backend._path)
+    # two: the first may be the rest of a line
+    return serial_boards.InLockstep(backend, serial_boards.lines_bytes(n_axes), board, samples=2)
+
+
 def in_step_with_described(backend, n_axes):
     board = serial_boards.at_port(backend._path)
     return serial_boards.InLockstep(backend, serial_boards.described_bytes(n_axes), board)
@@ -103,6 +114,7 @@ ROWS = {
     "serial with velocity over pty, two axes": ("serial", 2, serial_with_velocity),
     "described frame over pty": ("serial-described", 1, described),
     "described frame over pty, two axes": ("serial-described", 2, described),
+    "lines of text over pty, two axes": ("serial-lines", 2, lines),
     **{kind: (kind, 1, sensor(kind)) for kind in force_devices.SENSORS},
     **can_rows.ROWS,
     "a third party's": (example_package.KIND, 1, example),
@@ -113,6 +125,7 @@ WRAPPERS = {
         backend, 35 + (14 if "velocity" in backend.provides else 10) * n_axes
     ),
     "serial-described": in_step_with_described,
+    "serial-lines": in_step_with_lines,
     example_package.KIND: lambda backend, _: example_package.InStep(backend, example_package.newest_board()),
     **{kind: lambda backend, _: force_devices.Fed(backend) for kind in force_devices.SENSORS},
 }

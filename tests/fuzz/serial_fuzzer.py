@@ -25,11 +25,11 @@ from hw.serial.layout import LENGTH_MAX, next_frame, seal_frame, stream_dtype
 ROOM = 640
 OPS_MAX = 8
 
-WIDTH = np.array([8, 8, 8, 16, 16, 32])
-START = np.array([0, 0, 0, 0xFFFF, 0xFFFF, 0xFFFFFFFF])
-END = np.array([0, 0, 0, 0, 0, 0xFFFFFFFF])
-POLYNOMIAL = np.array([0, 0, 0xE0, 0x8408, 0xA001, 0xEDB88320])  # reflected
-REFLECTED = np.array([0, 0, 0, 0, 1, 1])
+WIDTH = np.array([8, 8, 8, 16, 16, 32, 16])
+START = np.array([0, 0, 0, 0xFFFF, 0xFFFF, 0xFFFFFFFF, 0])
+END = np.array([0, 0, 0, 0, 0, 0xFFFFFFFF, 0])
+POLYNOMIAL = np.array([0, 0, 0xE0, 0x8408, 0xA001, 0xEDB88320, 0x8408])  # reflected
+REFLECTED = np.array([0, 0, 0, 0, 1, 1, 0])
 
 
 @compiled
@@ -202,7 +202,8 @@ def run_frames(inputs, seed, name):
         seal_frame(packet, layout)
         packets.append(packet[: 20 + size].tobytes())
     link = records(np.zeros(1, described_codec.described_dtype(1)))
-    link["show_velocity"] = 1
+    link["show_position"] = link["show_velocity"] = 1
+    link["angle"][..., 0] = np.nan
     tick = records(np.zeros(1, [*_TICK]))
     counts = np.zeros(3, np.int64)
     stream = records(np.zeros(2, stream_dtype()))

@@ -154,7 +154,7 @@ def service(root, rig="mock"):
 def test_a_unit_that_is_not_installed_is_told_with_the_command(tmp_path):
     line = service(tmp_path)["service unit"]
     assert line.status == "warn"
-    assert "systemctl daemon-reload" in line.fix
+    assert line.fix == "sudo rtctl service install RIG.toml"
 
 
 @pytest.mark.parametrize(
@@ -188,3 +188,22 @@ def test_the_unit_we_ship_grants_what_the_default_priority_asks(tmp_path):
     ours = Path(__file__).parents[3] / "systemd" / rights.UNIT
     put(tmp_path, f"etc/systemd/system/{rights.UNIT}", ours.read_text())
     assert {line.status for line in rights.service(tmp_path, "mock", 80)} == {"ok"}
+
+
+@pytest.mark.parametrize(("uid", "said"), [("0", 1), ("1000", 0)])
+def test_root_is_told_to_work_as_an_ordinary_user(tmp_path, uid, said):
+    put(tmp_path, "proc/self/status", f"Name:\trtctl\nUid:\t1000\t{uid}\t1000\t1000")
+    lines = list(rights.user(tmp_path, "sudo rtctl service install a.toml"))
+    assert len(lines) == said
+    for line in lines:
+        assert line.status == "warn"
+        assert "group dialout" in line.fix
+        assert "sudo rtctl service install a.toml" in line.fix
+
+
+def test_missing_rights_name_the_command_that_gives_them_all(tmp_path):
+    install = "sudo /opt/rtctl/bin/python -m rtctl service install rig.toml"
+    lines = rights.check(tmp_path, "rig", 80, install)
+    wrong = [line for line in lines if line.status != "ok"]
+    assert {"shell rtprio", "shell memlock", "service unit"} <= {line.check for line in wrong}
+    assert all(install in line.fix for line in wrong)

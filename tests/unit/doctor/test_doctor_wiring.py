@@ -1,11 +1,17 @@
 """Devices of a rig file, read from made-up trees: present, permitted, set up."""
 
+import getpass
 import json
 import os
+import stat
+import subprocess
+import sys
+from types import SimpleNamespace
 
 import pytest
 
-from rtctl.doctor import wiring
+from hw.serial.holders import holders
+from rtctl.doctor import ports, wiring
 
 BUS = {
     "interface": "socketcan",
@@ -56,7 +62,7 @@ def test_a_port_of_another_group_fails_with_the_command_to_join_it(port, monkeyp
     monkeypatch.setattr(os, "access", lambda *_: False)
     (line,) = look(port, {"port": "/dev/ttyUSB0"})
     assert line.status == "fail"
-    assert "usermod -aG" in line.fix
+    assert "usermod -aG dialout" in line.fix
 
 
 @pytest.mark.parametrize(("timer", "status"), [("1", "ok"), ("16", "warn")])
@@ -70,7 +76,7 @@ def test_the_latency_timer_of_the_ports_adapter_is_looked_at(port, timer, status
 def test_without_a_rig_file_every_adapter_is_looked_at(tmp_path):
     put(tmp_path, "sys/bus/usb-serial/devices/ttyUSB1/latency_timer", "16")
     put(tmp_path, "sys/bus/usb-serial/devices/ttyUSB0/latency_timer", "1")
-    assert [line.status for line in wiring.usb_adapters(tmp_path)] == ["ok", "warn"]
+    assert [line.status for line in ports.usb_adapters(tmp_path)] == ["ok", "warn"]
 
 
 def test_an_address_is_resolved_but_nothing_is_sent(tmp_path):
@@ -151,3 +157,153 @@ def test_a_device_without_wires_is_ok(tmp_path):
 def test_a_command_that_is_missing_or_fails_says_nothing():
     assert wiring.run(["no-such-command-here"]) == ""
     assert wiring.run(["false"]) == ""
+
+
+# ---- devices of third parties: whatever their options call it --------------------------------------------------------
+@pytest.mark.parametrize(
+    ("options", "missing"),
+    [
+        ({"device": "/dev/ttyACM7"}, "no /dev/ttyACM7"),
+        ({"link": {"path": "/dev/ttyACM7", "speed": 3}}, "no /dev/ttyACM7"),
+        ({"ports": ["/dev/ttyACM7"]}, "no /dev/ttyACM7"),
+        ({"motors": [{"tty": "/dev/ttyACM7"}]}, "no /dev/ttyACM7"),
+        ({"usb": "0403:6014"}, "no USB device 0403:6014; there are 2341:0043:a1"),
+        ({"usb_id": "2341:0043:B2"}, "no USB device 2341:0043:B2"),
+        ({"vendor_id": 0x0403, "product_id": 0x6014}, "no USB device 0403:6014"),
+        ({"vid": "0x403", "pid": "6014"}, "no USB device 0403:6014"),
+        ({"channel": "can3"}, "no CAN interface can3; there are can0"),
+        ({"can_interface": "vcan1"}, "no CAN interface vcan1"),
+        ({"wire": {"interface": "socketcan", "channel": "can3", "bitrate": 500_000}}, "no CAN interface can3; there are can0"),
+    ],
+)  # fmt: skip
+def test_a_third_partys_device_that_is_not_there_is_named(tmp_path, options, missing):
+    put(tmp_path, "sys/bus/usb/devices/1-1/idVendor", "2341")
+    put(tmp_path, "sys/bus/usb/devices/1-1/idProduct", "0043")
+    put(tmp_path, "sys/bus/usb/devices/1-1/serial", "A1")
+    can(tmp_path)
+    (line,) = look(tmp_path, options)
+    assert (line.status, line.check) == ("fail", "device[0] 'drive'")
+    assert missing in line.found
+    assert line.fix
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"usb": "2341:0043"},
+        {"usb": "2341:0043:a1"},
+        {"vendor_id": 0x2341, "product_id": 0x43},
+        {"can": "can0"},
+    ],
+)
+def test_a_third_partys_device_that_is_there_is_ok(tmp_path, options):
+    for name, value in {
+        "idVendor": "2341",
+        "idProduct": "0043",
+        "serial": "A1",
+        "busnum": "1",
+        "devnum": "5",
+    }.items():
+        put(tmp_path, f"sys/bus/usb/devices/1-1/{name}", value)
+    can(tmp_path)
+    assert [line.status for line in look(tmp_path, options)] == ["ok"]
+
+
+def test_a_usb_device_of_another_user_fails_with_the_rule_that_opens_it(tmp_path, monkeypatch):
+    for name, value in {"idVendor": "2341", "idProduct": "0043", "busnum": "1", "devnum": "5"}.items():
+        put(tmp_path, f"sys/bus/usb/devices/1-1/{name}", value)
+    put(tmp_path, "dev/bus/usb/001/005", "")
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    (line,) = look(tmp_path, {"usb": "2341:0043"})
+    assert line.status == "fail"
+    assert 'ATTR{idVendor}=="2341"' in line.fix
+
+
+def test_a_wire_that_two_keys_name_is_looked_at_once(port):
+    assert len(look(port, {"port": "/dev/ttyUSB0", "spare": {"path": "/dev/ttyUSB0"}})) == 1
+
+
+def test_a_real_device_that_names_no_wire_is_told_so_and_a_simulated_one_is_not(tmp_path):
+    (line,) = wiring.check(tmp_path, [("device[0] 'odd'", {"gain": 3})], real={"device[0] 'odd'"})
+    assert (line.status, "port, host, bus or usb" in line.fix) == ("warn", True)
+    (line,) = wiring.check(tmp_path, [("device[0] 'odd'", {"gain": 3})])
+    assert line.status == "ok"
+
+
+# ---- ports held by others, and by whom they may be used --------------------------------------------------------------
+def process(root, pid, command, holds=None):
+    put(root, f"proc/{pid}/cmdline", command.replace(" ", "\0"))
+    (root / f"proc/{pid}/fd").mkdir(parents=True)
+    if holds:
+        (root / f"proc/{pid}/fd/3").symlink_to(holds)
+
+
+@pytest.mark.parametrize(
+    ("command", "status", "fix"),
+    [
+        ("/usr/bin/minicom -D /dev/ttyUSB0", "fail", "kill 4242"),
+        ("/usr/sbin/ModemManager", "fail", "systemctl mask --now ModemManager"),
+        ("/usr/bin/brltty -b", "fail", "apt-get remove brltty"),
+        ("python -m rtctl run rig.toml", "warn", "if that is this rig, running"),
+    ],
+)
+def test_a_port_that_another_process_holds_names_it(port, command, status, fix):
+    process(port, 4242, command, holds=os.path.realpath("/dev/null"))
+    process(port, 4243, "bash")
+    first, held = look(port, {"port": "/dev/ttyUSB0"})
+    assert first.status == "ok"
+    assert (held.status, f"{command} (pid 4242)" in held.found) == (status, True)
+    assert fix in held.fix
+
+
+def test_a_lock_or_a_lock_file_of_another_users_process_tells_who_it_is(port):
+    found = (port / "dev/ttyUSB0").stat()
+    where = f"{os.major(found.st_dev):02x}:{os.minor(found.st_dev):02x}:{found.st_ino}"
+    put(
+        port,
+        "proc/locks",
+        f"1: POSIX ADVISORY WRITE 7 00:01:1 0 EOF\n2: FLOCK ADVISORY WRITE 4242 {where} 0 EOF",
+    )
+    put(port, "proc/4242/comm", "screen")
+    put(port, "proc/77/comm", "picocom")
+    put(port, "run/lock/LCK..null", "        77 picocom")
+    put(port, "var/lock/LCK..null", "78")
+    lines = look(port, {"port": "/dev/ttyUSB0"})
+    assert [line.status for line in lines] == ["ok", "fail", "fail"]
+    assert "picocom (pid 77)" in lines[1].found
+    assert "screen (pid 4242)" in lines[2].found
+
+
+def test_a_port_held_by_a_real_process_is_found_on_this_machine(tmp_path):
+    master, slave = os.openpty()
+    path = os.ttyname(slave)
+    program = f"import time; held = open({path!r}, 'rb', 0); print('open', flush=True); time.sleep(60)"
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE) as child:
+        assert child.stdout.readline() == b"open\n"
+        found = holders(path)
+        child.kill()
+    os.close(master)
+    os.close(slave)
+    assert [pid for pid, _ in found] == [child.pid]
+    assert "python" in found[0][1]
+
+
+def test_a_port_of_no_group_gets_a_rule_and_not_membership_of_roots_group(port, monkeypatch):
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    (line,) = look(port, {"port": "/dev/ttyUSB0"})
+    assert "usermod -aG root" not in line.fix
+    assert 'GROUP="dialout"' in line.fix
+    assert "do not run rtctl as root" in line.fix
+
+
+@pytest.mark.parametrize(("member", "words"), [(False, "usermod -aG dialout"), (True, "log in again")])
+def test_a_member_of_the_group_is_told_to_log_in_again(port, monkeypatch, member, words):
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    me = getpass.getuser()
+    group = SimpleNamespace(gr_name="dialout", gr_mem=[me] if member else [])
+    monkeypatch.setattr("grp.getgrgid", lambda _gid: group)
+    known = (port / "dev/ttyUSB0").stat()
+    shown = SimpleNamespace(st_mode=stat.S_IFCHR | 0o660, st_gid=20, st_dev=known.st_dev, st_ino=known.st_ino)
+    line = ports._forbidden("drive", "/dev/ttyUSB0", "ttyUSB0", shown)
+    assert words in line.fix
+    assert ("usermod" in line.fix) != member

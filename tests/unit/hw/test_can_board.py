@@ -238,6 +238,26 @@ def test_an_axis_that_is_not_there_is_refused():
         BoardBackend(options.model_dump(mode="json"), RIG)
 
 
+def test_a_counter_and_an_angle_are_followed_on_over_a_re_plug(monkeypatch):
+    turn = {"channel": "position", "byte": 0, "bits": 16, "unit": "deg", "wrap_at": 360.0}
+    frame = {"id": 1, "length": 2, "field": [turn]}
+    for receive, told, step in [
+        ([SENSED], [sensed(9, counts=65_000), sensed(10, counts=500)], 1036 * 2 * math.pi / 4096),
+        ([frame], [(1, struct.pack("<H", 350)), (1, struct.pack("<H", 10))], math.radians(20)),
+    ]:
+        backend, bus, tick = opened(monkeypatch, lambda n, first=told[0]: [first], receive=receive)
+        bus.answer = lambda n, first=told[0]: [first if first[0] == 1 else sensed(20, counts=65_000)]
+        backend.read(tick)
+        before = float(tick["position_rad"][0, 0])
+        backend.close()
+        bus.answer = lambda n, last=told[1]: [last]
+        backend.open()
+        backend.warm_up(tick)
+        bus.answer = lambda n, last=told[1]: [last if last[0] == 1 else sensed(11, counts=500)]
+        backend.read(tick)
+        assert tick["position_rad"][0, 0] - before == pytest.approx(step)
+
+
 def test_a_board_that_tells_that_it_drives_stays_down_once_it_has_let_go(monkeypatch):
     sensed_too = {**SENSED, "field": [*SENSED["field"][:3], {"channel": "enabled", "byte": 5, "bits": 8}]}
     backend, bus, tick = opened(monkeypatch, receive=[sensed_too])
@@ -268,3 +288,44 @@ def test_a_board_that_tells_that_it_drives_stays_down_once_it_has_let_go(monkeyp
     held.append("it never comes up")
     assert exchange(1, 400) == 0
     assert exchange(1, 150) == LinkFault.DEVICE
+
+
+def test_a_board_that_had_let_go_is_as_new_after_a_re_plug(monkeypatch):
+    told = {**SENSED, "field": [*SENSED["field"][:3], {"channel": "enabled", "byte": 5, "bits": 8}]}
+    backend, bus, tick = opened(monkeypatch, receive=[told])
+    for on in (1, 1, 0):  # it comes up, and lets go
+        tick["enabled"] = 1
+        backend.write(tick)
+        bus.answer = lambda n, on=on: [sensed(n, fault=on)]
+        backend.read(tick)
+    assert LinkFault(int(tick["link_faults"][0])) == LinkFault.DEVICE
+    backend.close()
+    tick["enabled"] = 0
+    backend.open()
+    backend.warm_up(tick)
+    backend.read(tick)
+    assert int(tick["link_faults"][0]) == 0
+
+
+def test_frames_that_do_not_come_are_named_also_where_select_tells_them_apart(monkeypatch):
+    def part(value, channel):
+        chosen = {"byte": 0, "bits": 8, "value": value}
+        return {
+            "id": 5,
+            "length": 2,
+            "select": [chosen],
+            "field": [{"channel": channel, "byte": 1, "bits": 8}],
+        }
+
+    frames = [(5, b"\1\0"), (5, b"\2\0")]
+    receive = [part(1, "estop"), part(2, "fault")]
+    backend, bus, tick = opened(monkeypatch, lambda n: frames, receive=receive)
+    backend.read(tick)
+    bus.answer = lambda n: frames[:1]
+    for _ in range(3):
+        backend.read(tick)
+    (said,) = backend.words()
+    assert (said.text, said.silent) == ("frame 0x5 (select 2) does not come", True)
+    bus.answer = lambda n: [frames[0], (5, b"\2\1")]
+    backend.read(tick)
+    assert backend.words()[0] == ("frame 0x5 (select 2) sets its fault flag", LinkFault.DEVICE, False)

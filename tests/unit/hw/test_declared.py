@@ -52,6 +52,10 @@ def test_the_mock_declares_what_it_was_told_to_be():
         ("drive-and-force-sensor", 1.2, 1.6, 1.0),
         ("serial", 2.1, 3.0, 1.0),
         ("serial-described", 2.1, 3.0, 1.0),
+        ("serial-vesc", 2.1, 3.0, 1.0),
+        ("serial-simplefoc", 2.1, 3.0, 1.0),
+        ("can-mit", 1.1, 1.9, 1.0),
+        ("can-vesc", 1.1, 2.0, 1.0),
         ("mock", 0.0, 0.0, 0.0),
     ],
 )

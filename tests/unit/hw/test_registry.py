@@ -1,6 +1,7 @@
 """Backends are found by name, and what is missing for one is named with what to install."""
 
 import sys
+from importlib.metadata import EntryPoint
 
 import pytest
 
@@ -25,4 +26,26 @@ def test_a_missing_module_of_a_third_party_is_named_as_it_is(monkeypatch):
     registry.lookup.cache_clear()
     with pytest.raises(BackendError, match="pip install 'no_such_module_here'"):
         registry.options_model("odd")
+    registry.lookup.cache_clear()
+
+
+@pytest.mark.parametrize(
+    ("offered", "said"),
+    [
+        ([], r"no backend 'odd'; there are: .*serial-lines; .*install that into "),
+        (
+            ["no_such_module_here:INFO"],
+            "'odd' of a package cannot be loaded: No module named 'no_such_module_here'",
+        ),
+        (["hw.interface:NO_SUCH_INFO"], "cannot be loaded: .*NO_SUCH_INFO.*; install a package again"),
+    ],
+)
+def test_a_third_partys_backend_that_is_not_there_is_named_with_where_to_install_it(
+    monkeypatch, offered, said
+):
+    made = [EntryPoint("odd", value, registry.GROUP) for value in offered]
+    monkeypatch.setattr(registry, "entry_points", lambda group: made)
+    registry.lookup.cache_clear()
+    with pytest.raises(BackendError, match=said):
+        registry.lookup("odd")
     registry.lookup.cache_clear()

@@ -338,10 +338,7 @@ FIELD = {"channel": "position", "type": "i32", "offset": 4, "unit": "counts"}
             {"sample__field": [FIELD, {"channel": "sequence", "type": "f32", "offset": 10}]},
             "whole numbers only",
         ),
-        (
-            {"sample__field": [{"channel": "current", "type": "i16", "offset": 4, "unit": "A"}]},
-            "a position is needed",
-        ),
+        ({"sample__tail": [1, 2, 3, 4]}, "field 'estop' ends at byte 18; the checksum begins at byte 16"),
         ({"sample__constant": [{"offset": 4, "bytes": [1]}]}, "overlaps constant at 4"),
         (
             {"command__field": [{"channel": "enable", "type": "u8", "offset": 4, "mask": 1}]},

@@ -1,0 +1,197 @@
+"""Frames from a board of one's own: checked, put together where they come in parts, decoded into the sample."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from hw.can.armed import Armed
+from hw.can.board_map import factor, identifier, make_field, selector
+from hw.can.bus import Handler
+from hw.can.fields import CHECKSUM_BYTES, CHECKSUMS, Buffer, Unwrap, decoder, raw_decoder, within
+from hw.can.fields import Sequence as Order
+from hw.can.sample import Sample
+from hw.encoder import Modulo
+from hw.interface import Options, Rig
+
+ARM_S = 0.5
+"""Longest time from `enable` to `enabled`, where the board tells it."""
+
+_Row = tuple[Callable[[Buffer, int], float], Any, int]
+
+
+def checksum_of(table: Options | None) -> tuple[Callable[[Buffer], int], int, int] | None:
+    """Function, first byte and bytes of a frame's checksum; None without one."""
+    if table is None:
+        return None
+    return CHECKSUMS[table["kind"]], int(table["byte"]), CHECKSUM_BYTES.get(table["kind"], 1)
+
+
+class ReceivedFrame:
+    """One kind of frame from the board: checks it, decodes its fields into the sample."""
+
+    def __init__(self, table: Options, rig: Rig, sample: Sample) -> None:
+        self._sample, self._length = sample, int(table["length"])
+        self.bit = sample.need() if table["required"] else 0
+        counter, checksum = table["counter"], table["checksum"]
+        self._count = raw_decoder(make_field(counter, self._length)) if counter else None
+        self._counter_bits = int(counter["bits"]) if counter else 0
+        self._checksum = checksum_of(checksum)
+        parts = table.get("parts") or (self._length,)
+        select = table.get("select") or ()
+        self._selected = selector(select, parts[0]) if select else None
+        which = ", ".join(str(entry["value"]) for entry in select)
+        self.label = f"frame 0x{table['id']:x}" + (f" (select {which})" if which else "")
+        self._parts = Parts(parts, self._selected) if len(parts) > 1 else None
+        told = [field for field in table["field"] if field["channel"] == "enabled"]
+        self.armed = [Armed(round(ARM_S / rig.period_s)) for _ in told]
+        self._tells = iter(self.armed)
+        self.forget()
+        self._fields = [self._compile(field, rig) for field in table["field"]]
+        self._values = [0.0] * len(self._fields)
+
+    def forget(self) -> None:
+        """A new connection begins: the order of frames, and parts. Where the joint stands is kept."""
+        self._order = Order(self._counter_bits) if self._counter_bits else None
+        self.fault = False
+        for armed in self.armed:
+            armed.order(False)
+        if self._parts is not None:
+            self._parts.forget()
+
+    def _compile(self, table: Options, rig: Rig) -> _Row:
+        field, to_si = make_field(table, self._length), factor(table, rig)
+        channel, axis = table["channel"], int(table["axis"])
+        target: Any = {
+            "position": self._sample.position_rad,
+            "velocity": self._sample.velocity_rad_s,
+            "current": self._sample.current_a,
+            "temperature": self._sample.temperature_c,
+            "force": self._sample.force_n,
+        }.get(channel, channel)
+        if channel == "enabled":
+            target = next(self._tells)
+        if table["wrap"]:
+            raw, unwrap = raw_decoder(field), Unwrap(field.bits)
+            scale, offset = to_si * field.scale, to_si * field.offset
+            return (lambda buffer, at: scale * unwrap(int(raw(buffer, at))) + offset), target, axis
+        decode = within(field) if table.get("saturates") else decoder(field)
+        if table.get("wrap_at"):
+            modulo, physical = Modulo(to_si * table["wrap_at"]), decode
+            return (lambda buffer, at: modulo(to_si * physical(buffer, at))), target, axis
+        if to_si == 1.0:
+            return decode, target, axis
+        return (lambda buffer, at: to_si * decode(buffer, at)), target, axis
+
+    @property
+    def handler(self) -> Handler:
+        """What takes the frames of its identifier."""
+        if self._parts is not None:
+            return self._part
+        return self._whole if self._selected is None else self._if_selected
+
+    def _if_selected(self, buffer: Buffer, offset: int, length: int) -> None:
+        """Take a frame if it is this one, and pass over the others of the identifier."""
+        if length != self._length:
+            self._sample.damaged()
+        elif self._selected(buffer, offset):  # type: ignore[misc]
+            self._whole(buffer, offset, length)
+
+    def _part(self, buffer: Buffer, offset: int, length: int) -> None:
+        """Take the next part of a frame. One that does not fit together is dropped, and its last part looked at anew."""
+        parts = self._parts
+        assert parts is not None
+        if length not in parts.lengths:
+            self._sample.damaged()
+        whole = parts.add(buffer, offset, length)
+        if whole is None:
+            return
+        if self._intact(whole, 0):
+            self._whole(whole, 0, self._length)
+        else:  # a part was lost: this one may begin the next frame
+            self._sample.damaged()
+            parts.add(buffer, offset, length)
+
+    def _whole(self, buffer: Buffer, offset: int, length: int) -> None:
+        """Decode one frame; a damaged, repeated or not finite one changes nothing but counters."""
+        sample = self._sample
+        if length != self._length or not self._intact(buffer, offset):
+            sample.damaged()
+            return
+        if self._order is not None and not self._order.newer(int(self._count(buffer, offset))):  # type: ignore[misc]
+            sample.not_newer()
+            return
+        values = self._values
+        for i, (decode, _, _) in enumerate(self._fields):
+            value = decode(buffer, offset)
+            if value - value != 0.0:  # NaN or infinite
+                sample.not_finite()
+                return
+            values[i] = value
+        for value, (_, target, axis) in zip(values, self._fields, strict=True):
+            if isinstance(target, str):
+                self._flag(target, value)
+            elif isinstance(target, Armed):
+                target.saw(value != 0)
+            else:
+                target[axis] = value
+        sample.fresh |= self.bit
+
+    def _intact(self, buffer: Buffer, offset: int) -> bool:
+        if self._checksum is None:
+            return True
+        checksum, byte, size = self._checksum
+        data = bytes(buffer[offset : offset + self._length])
+        found = int.from_bytes(data[byte : byte + size], "big")
+        return bool(checksum(data[:byte] + data[byte + size :]) == found)
+
+    def _flag(self, channel: str, value: float) -> None:
+        if channel == "estop":
+            self._sample.estop = int(value != 0)
+        else:
+            self.fault = value != 0
+
+
+class Parts:
+    """A frame that comes in several, all of one identifier: the first is told by its numbers, the others follow it."""
+
+    def __init__(self, lengths: Sequence[int], begins: Callable[[Buffer, int], bool] | None) -> None:
+        self.lengths, self._begins = tuple(lengths), begins
+        self._data, self._n = bytearray(), 0
+
+    def forget(self) -> None:
+        """Drop what is there of a frame."""
+        self._n = 0
+
+    def add(self, buffer: Buffer, offset: int, length: int) -> bytearray | None:
+        """Take a part; the whole frame once it has all of them. A part of another length, or out of turn, ends it."""
+        if length != self.lengths[self._n]:
+            self._n = 0
+            if length != self.lengths[0]:
+                return None
+        if self._n == 0:
+            if self._begins is not None and not self._begins(buffer, offset):
+                return None
+            self._data = bytearray()
+        self._data += buffer[offset : offset + length]
+        self._n += 1
+        if self._n < len(self.lengths):
+            return None
+        self._n = 0
+        return self._data
+
+
+def handlers(tables: Sequence[Options], frames: Sequence[ReceivedFrame]) -> Mapping[int, Handler]:
+    """One handler per identifier, which hands a frame to all that wait for it."""
+    by_id: dict[int, list[Handler]] = {}
+    for table, frame in zip(tables, frames, strict=True):
+        by_id.setdefault(identifier(table), []).append(frame.handler)
+    return {can_id: found[0] if len(found) == 1 else _all_of(found) for can_id, found in by_id.items()}
+
+
+def _all_of(found: Sequence[Handler]) -> Handler:
+    def _each(buffer: Buffer, offset: int, length: int) -> None:
+        for handler in found:
+            handler(buffer, offset, length)
+
+    return _each

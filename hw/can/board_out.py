@@ -1,0 +1,93 @@
+"""Frames to a board of one's own: each cycle's commands, and frames that are always the same."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from hw.can.board_in import checksum_of
+from hw.can.board_map import factor, identifier, make_field
+from hw.can.bus import REMOTE, Bus
+from hw.can.fields import Encode, encoder
+from hw.interface import Options, Rig
+
+
+def fixed(tables: Sequence[Options], bus: Bus) -> list[Any]:
+    """Frames with the bytes that `data` of each table says."""
+    return [
+        _frame(bus, identifier(table) | (REMOTE if table["remote"] else 0), bytes(table["data"]))
+        for table in tables
+    ]
+
+
+def _frame(bus: Bus, can_id: int, data: bytes) -> Any:  # noqa: ANN401
+    frame = bus.outgoing(can_id, len(data))
+    if data:
+        frame.buffer[frame.offset : frame.offset + len(data)] = data
+    return frame
+
+
+class SentFrame:
+    """One kind of frame to the board: every cycle's commands encoded into it.
+
+    While not enabled `idle` goes out in its place, where there is one, else a command of zeros. The first cycle
+    that is enabled sends `enter`, where there is one, and no command.
+    """
+
+    def __init__(self, table: Options, rig: Rig, bus: Bus) -> None:
+        can_id, length = identifier(table), int(table["length"])
+        self._frame = bus.outgoing(can_id, length)
+        self._enter = _frame(bus, can_id, bytes(table["enter"])) if table.get("enter") else None
+        self._idle = _frame(bus, can_id, bytes(table["idle"])) if table.get("idle") else None
+        self._entered = False
+        self._fields: list[tuple[Encode, str, int, float, float]] = []
+        self._counter: tuple[Encode, int] | None = None
+        self._count = 0
+        self._checksum = checksum_of(table["checksum"])
+        for entry in table["field"]:
+            field = make_field(entry, length)
+            encode, channel = encoder(field), entry["channel"]
+            if channel == "constant":
+                encode(self._frame.buffer, self._frame.offset, entry["value"])
+            elif channel == "counter":
+                self._counter = encode, 1 << field.bits
+            else:
+                limit = abs(entry["limit"]) if channel != "enable" else 1.0
+                self._fields.append((encode, channel, int(entry["axis"]), 1.0 / factor(entry, rig), limit))
+
+    def send(self, bus: Bus, currents_a: Any, torques_nm: Any, enabled: bool) -> None:  # noqa: ANN401
+        """Encode and send; a command that is not finite disables the board in this frame."""
+        if not enabled:
+            self._entered = False
+            if self._idle is not None:
+                bus.send(self._idle)
+                return
+        elif self._enter is not None and not self._entered:
+            self._entered = bus.send(self._enter)
+            return
+        frame = self._frame
+        buffer, offset = frame.buffer, frame.offset
+        for encode, channel, axis, to_wire, limit in self._fields:
+            value = 0.0
+            if channel == "enable":
+                value = 1.0 if enabled else 0.0
+            elif enabled:
+                wanted = (currents_a if channel == "current_command" else torques_nm)[axis]
+                if wanted - wanted != 0.0:
+                    self.send(bus, currents_a, torques_nm, False)
+                    return
+                value = to_wire * (limit if wanted > limit else -limit if wanted < -limit else wanted)
+            encode(buffer, offset, value)
+        if self._counter is not None:
+            encode_count, modulus = self._counter
+            self._count = (self._count + 1) % modulus
+            encode_count(buffer, offset, self._count)
+        if self._checksum is not None:
+            self._seal(frame)
+        bus.send(frame)
+
+    def _seal(self, frame: Any) -> None:  # noqa: ANN401
+        checksum, byte, size = self._checksum  # type: ignore[misc]
+        data = bytes(frame.buffer[frame.offset : frame.offset + frame.length])
+        at = frame.offset + byte
+        frame.buffer[at : at + size] = checksum(data[:byte] + data[byte + size :]).to_bytes(size, "big")

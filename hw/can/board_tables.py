@@ -1,0 +1,158 @@
+"""Tables inside the options of kind `can`: where numbers lie, what they mean, frames that never change. Host side only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, model_validator
+
+from hw.can.board_map import make_field
+from hw.can.fields import CHECKSUM_BYTES, to_raw
+from hw.can.fields import Field as Bits
+from hw.can.load import FD_LENGTHS
+from hw.can.options import Table, number
+from hw.interface import BackendError
+
+Unit = Literal[
+    "rad", "deg", "turn", "count", "rad/s", "deg/s", "turn/s", "rpm", "count/s", "A", "mA", "N", "mN", "Nm", "mNm", "degC", "1"
+]  # fmt: skip
+_UNITS = {
+    "position": ("rad", "deg", "turn", "count"), "velocity": ("rad/s", "deg/s", "turn/s", "rpm", "count/s"), "current": ("A", "mA"), "force": ("N", "mN"), "temperature": ("degC",),
+    "current_command": ("A", "mA"), "torque": ("Nm", "mNm"),
+}  # fmt: skip
+
+
+Bytes = Annotated[tuple[Annotated[int, Field(ge=0, le=255)], ...], Field(strict=False, max_length=64)]
+
+
+class BitsOptions(Table):
+    """Where a number lies in its frame."""
+
+    start_bit: int = Field(
+        ge=0, le=511, description="as a DBC counts: lowest bit (little endian) or highest (big endian)"
+    )
+    bits: int = Field(ge=1, le=64)
+    order: Literal["little", "big"] = "little"
+    type: Literal["uint", "int", "float"] = "uint"
+    scale: float = number(-1e12, 1e12, "physical = scale * raw + offset", 1.0)
+    offset: float = number(-1e12, 1e12, "in the unit of the field", 0.0)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _byte(cls, data: Any) -> Any:  # noqa: ANN401
+        """`byte = 2` in place of start_bit: a field of whole bytes beginning there, in either order."""
+        if isinstance(data, dict) and "byte" in data and "start_bit" not in data:
+            rest = {key: value for key, value in data.items() if key != "byte"}
+            if isinstance(data["byte"], int):
+                return {**rest, "start_bit": 8 * data["byte"] + (7 if data.get("order") == "big" else 0)}
+        return data
+
+
+class SelectOptions(BitsOptions):
+    """A number that tells one frame of an identifier from the others: a multiplexer, a node, a header."""
+
+    value: int = Field(ge=-(2**63), le=2**64 - 1, description="raw value in the frames that are meant")
+
+
+class ReceivedField(BitsOptions):
+    """[[device.options.receive.field]]"""
+
+    channel: Literal["position", "velocity", "current", "force", "temperature", "estop", "fault", "enabled"]
+    axis: int = Field(0, ge=0, le=7, description="axis of the rig; force: 0, 1, 2 are x, y, z")
+    unit: Unit = Field("1", description="of the physical value; counts: encoder_counts_per_rev of the axis")
+    wrap: bool = Field(False, description="an encoder counter that wraps: followed through its wraps")
+    wrap_at: float | None = Field(
+        None, gt=0, le=1e12, description="position that starts over after this much, in its unit: 360 (deg)"
+    )
+    saturates: bool = Field(
+        False, description="the device holds the number at the ends of its range: there it is no measurement"
+    )
+
+    @model_validator(mode="after")
+    def _sensible(self) -> Self:
+        _unit_of(self.channel, self.unit)
+        if self.wrap_at is not None and (self.wrap or self.channel != "position"):
+            msg = f"wrap_at {self.wrap_at:g} of {self.channel}: for a position, in place of wrap"
+            raise ValueError(msg)
+        if self.wrap and (self.channel != "position" or self.type == "float"):
+            msg = "wrap is for a position of type uint or int"
+            raise ValueError(msg)
+        return self
+
+
+class SentField(BitsOptions):
+    """[[device.options.send.field]]"""
+
+    channel: Literal["current_command", "torque", "enable", "counter", "constant"]
+    axis: int = Field(0, ge=0, le=7)
+    unit: Unit = "1"
+    limit: float = number(1e-6, 1e6, "command: cut to this, in SI units, before it is encoded", 1e6)
+    value: float = number(-1e12, 1e12, "constant: what is sent", 0.0)
+
+    @model_validator(mode="after")
+    def _sensible(self) -> Self:
+        _unit_of(self.channel, self.unit)
+        if self.channel in ("current_command", "torque") and self.scale and self.bits <= 64:
+            field = Bits(self.bits, 0, self.bits, "little", self.type, self.scale, self.offset)
+            least = self.scale * to_raw(field, 0.0) + self.offset
+            if abs(least) > abs(self.scale):
+                msg = f"{self.channel}: {self.bits} bits of type {self.type} with this scale and offset cannot say 0, only {least:g}"
+                raise ValueError(msg)
+        return self
+
+
+def _unit_of(channel: str, unit: str) -> None:
+    allowed = _UNITS.get(channel, ("1",))
+    if unit not in allowed:
+        msg = f"unit {unit!r} of {channel}: one of {', '.join(allowed)}"
+        raise ValueError(msg)
+
+
+class ChecksumOptions(Table):
+    """Checksum of a frame, over its other bytes."""
+
+    kind: Literal["xor8", "sum8", "sum16", "crc8_j1850", "crc8_autosar"]
+    byte: int = Field(ge=0, le=63, description="where it is; sum16: its high byte, the low one follows")
+
+    @property
+    def end(self) -> int:
+        """First byte after it."""
+        return self.byte + CHECKSUM_BYTES.get(self.kind, 1)
+
+
+class FixedOptions(Table):
+    """A frame that is always the same: [[device.options.start]], poll, stop."""
+
+    id: int = Field(ge=0, le=0x1FFF_FFFF)
+    extended: bool = False
+    data: Bytes = ()
+    remote: bool = Field(False, description="a remote frame: asks for the frame of this identifier; no data")
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        if self.remote and self.data:
+            msg = f"id 0x{self.id:x}: a remote frame carries no data"
+            raise ValueError(msg)
+        possible(self.id, (len(self.data),), extended=self.extended)
+        return self
+
+
+def possible(can_id: int, lengths: tuple[int, ...], *, extended: bool) -> None:
+    """Refuse an identifier or a length that no CAN frame has."""
+    if not extended and can_id > 0x7FF:
+        msg = f"id 0x{can_id:x} needs extended = true"
+        raise ValueError(msg)
+    for length in lengths:
+        if length not in FD_LENGTHS:
+            msg = f"length {length}: a frame has one of {FD_LENGTHS}"
+            raise ValueError(msg)
+
+
+def have_room(fields: Sequence[BitsOptions], length: int) -> None:
+    """Refuse fields that do not fit into a frame of `length` bytes."""
+    try:
+        for field in fields:
+            make_field(field.model_dump(), length)
+    except BackendError as error:
+        raise ValueError(str(error)) from error

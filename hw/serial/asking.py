@@ -1,0 +1,90 @@
+"""What a board on a serial port is sent besides its commands: start, poll, and what switches a drive on and off."""
+
+from __future__ import annotations
+
+import select
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from hw.interface import Options
+from hw.serial.port import Port
+
+ASK_AGAIN_S = 0.1
+"""How often a board that is not heard yet is started and asked while it is opened."""
+
+
+def await_first(
+    port: Port,
+    chunk: np.ndarray,
+    seconds: float,
+    questions: Sequence[bytes],
+    take_in: Callable[[int], None],
+    heard: Callable[[], bool],
+) -> int | None:
+    """Send `questions` every `ASK_AGAIN_S` and take in what comes, until a sample is `heard` (None) or `seconds` are over.
+
+    Returns
+    -------
+    int or None
+        Bytes that came, when none of them made a sample. Raises LinkLost.
+    """
+    end, asked, seen = time.monotonic() + seconds, -1.0, 0
+    view: Any = memoryview
+    views = [view(chunk)]
+    while not heard():
+        now = time.monotonic()
+        if now >= end:
+            return seen
+        if now - asked > ASK_AGAIN_S:
+            asked = now
+            for packet in questions:
+                port.write(packet)
+        select.select([port.fd], [], [], min(end - now, ASK_AGAIN_S))
+        n = port.read_into(views)
+        seen += n
+        take_in(n)
+    return None
+
+
+def switched(
+    tick: np.ndarray, packet: np.ndarray, send: Callable[[], int], command: Options, poll: bytes
+) -> Callable[[], int]:
+    """`send() -> bytes in packet` with `enter` and `idle` of the command in its place where due, and a poll behind it.
+
+    Parameters
+    ----------
+    tick
+        One-row tick array; `enabled` tells whether the rig is armed.
+    packet
+        uint8, room for a command and a poll.
+    send
+        Writes a command to the beginning of `packet`; returns its length.
+    command
+        Has `enter` and `idle`, possibly empty.
+    poll
+        Bytes that ask for the next sample, possibly none.
+    """
+    enter, idle, entered = bytes(command["enter"]), bytes(command["idle"]), False
+    view: Any = memoryview  # numpy offers the buffer
+    buffer, enabled = view(packet), view(tick["enabled"])
+
+    def _put(data: bytes, at: int = 0) -> int:
+        buffer[at : at + len(data)] = data
+        return at + len(data)
+
+    def _send() -> int:
+        nonlocal entered
+        before, entered = entered, bool(enabled[0])
+        first = entered and not before
+        if idle and not entered:
+            if before:
+                send()  # not sent: what it keeps of the board is to know that the host has disabled it
+            return _put(poll, _put(idle))
+        if enter and first:
+            return _put(poll, _put(enter))
+        return _put(poll, send())
+
+    return _send

@@ -1,0 +1,126 @@
+"""Lines of text described in the rig file: `[device.options]` of `kind = "serial-lines"`. Host side only."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, ValidationInfo, model_validator
+
+from hw.serial.described_plan import MEASURED
+from hw.serial.lines_codec import LINE_MAX
+from hw.serial.number_options import SWITCHES, NumberOptions
+from hw.serial.options import PortOptions, SerialTable
+
+Text = Annotated[str, Field(max_length=100, pattern=r"^[\x20-\x7e]*$")]
+Texts = Annotated[tuple[Text, ...], Field(max_length=16, strict=False)]
+Checksum = Literal["none", "nmea"]
+SampleChannel = Literal[
+    "position", "velocity", "current", "force", "temperature", "estop", "sequence", "fault", "enabled"
+]
+CommandChannel = Literal["current_command", "torque", "enable", "time_to_live"]
+
+
+class LineSampleField(NumberOptions):
+    """[[device.options.sample.field]]"""
+
+    channel: SampleChannel
+    column: int = Field(ge=0, le=63, description="which number of the line, from 0")
+    decimals: int | None = Field(
+        None, ge=0, le=9, description="digits behind the point, exactly: a lost character is noticed"
+    )
+
+    @model_validator(mode="after")
+    def _fits_its_channel(self) -> Self:
+        if (self.channel in SWITCHES) != bool(self.mask):
+            msg = f"mask {self.mask:#x} of {self.channel!r}: estop, fault and enabled need bits, others none"
+            raise ValueError(msg)
+        if self.decimals and self.channel in (*SWITCHES, "sequence"):
+            msg = f"decimals of {self.channel!r}: whole numbers only"
+            raise ValueError(msg)
+        return self
+
+
+class LineCommandField(NumberOptions):
+    """[[device.options.command.field]]: its prefix, then its number."""
+
+    channel: CommandChannel
+    prefix: Text = Field("", description="what stands before the number")
+    decimals: int = Field(4, ge=0, le=9, description="digits behind the point; the rest is cut off, toward 0")
+    limit: float = Field(1e6, ge=1e-6, le=1e6, description="in the unit: larger commands are cut to it")
+
+
+class LineSampleOptions(SerialTable):
+    """[device.options.sample]: the lines the board prints."""
+
+    prefix: Text = Field(
+        "", description="what a line of numbers begins with; all other lines are passed over"
+    )
+    separator: Literal[",", ";", ":", "\t", " "] = Field(",", description="' ': any run of blanks and tabs")
+    columns: int = Field(ge=1, le=64, description="numbers of a line, exactly")
+    checksum: Checksum = Field(
+        "none", description="nmea: '*' and the exclusive or of what stands before, two digits"
+    )
+    field: Annotated[tuple[LineSampleField, ...], Field(strict=False)] = Field(min_length=1, max_length=64)
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        names = [(field.channel, field.axis, field.component) for field in self.field]
+        for field in self.field:
+            if field.column >= self.columns:
+                msg = f"column {field.column} of {field.channel!r}: the line has columns 0 to {self.columns - 1}"
+                raise ValueError(msg)
+            if names.count((field.channel, field.axis, field.component)) > 1:
+                msg = f"field {field.channel!r} of axis {field.axis}, component {field.component} is given twice"
+                raise ValueError(msg)
+        if not {field.channel for field in self.field} & set(MEASURED):
+            msg = f"field: nothing is measured: one of {', '.join(MEASURED)} is needed"
+            raise ValueError(msg)
+        return self
+
+
+class LineCommandOptions(SerialTable):
+    """[device.options.command]: the line the board is sent, once per cycle."""
+
+    time_to_live_ms: float = Field(
+        ge=1, le=100, description="the board lets go this long after its last line: by its own watchdog"
+    )
+    checksum: Checksum = "none"
+    enter: Text = Field("", description="line sent in place of the first command after arming")
+    idle: Text = Field(
+        "", description="line sent in place of the command while not armed; default: command 0"
+    )
+    field: Annotated[tuple[LineCommandField, ...], Field(strict=False)] = Field(min_length=1, max_length=16)
+
+    @model_validator(mode="after")
+    def _complete(self, info: ValidationInfo) -> Self:
+        kinds = {field.channel for field in self.field} & {"torque", "current_command"}
+        if len(kinds) != 1:
+            msg = "field: either torque or current_command is needed, for every axis"
+            raise ValueError(msg)
+        if self.enter and not self.idle:
+            msg = "enter needs idle: what switches a drive on needs what switches it off"
+            raise ValueError(msg)
+        rate_hz = (info.context or {}).get("rate_hz")
+        longest_ms = max(10.0, 1e4 / rate_hz) if rate_hz else 100.0
+        if self.time_to_live_ms > longest_ms:
+            msg = f"time_to_live_ms {self.time_to_live_ms:g} must be at most {longest_ms:g}: 10 periods"
+            raise ValueError(msg)
+        if sum(len(field.prefix) + 12 + field.decimals for field in self.field) > LINE_MAX:
+            msg = f"field: the line may come to more than {LINE_MAX} characters"
+            raise ValueError(msg)
+        return self
+
+
+class LinesOptions(PortOptions):
+    """[device.options] of `kind = "serial-lines"`."""
+
+    end: Literal["\n", "\r\n", "\r"] = Field(
+        "\n", description="end of the lines sent; of those received either"
+    )
+    sample: LineSampleOptions
+    command: LineCommandOptions | None = Field(None, description="none: a sensor")
+    start: Texts = Field((), description="lines sent when opening, until the board is heard")
+    poll: Text = Field(
+        "", description="line sent in every cycle, after the command: asks for the next sample"
+    )
+    stop: Texts = Field((), description="lines sent when stopping, after commands of zero")

@@ -1,0 +1,93 @@
+"""What a number of a described board means, whether it stands in a frame or in a line of text. Host side only.
+
+    value = scale * unit * (number on the wire - zero)
+
+A negative scale turns the sign.
+"""
+
+from __future__ import annotations
+
+from typing import Literal, Self
+
+from pydantic import Field, model_validator
+
+from hw.serial.options import SerialTable
+
+Unit = Literal[
+    "counts",
+    "rad",
+    "deg",
+    "rev",
+    "counts/s",
+    "rad/s",
+    "deg/s",
+    "rev/s",
+    "rpm",
+    "A",
+    "mA",
+    "N",
+    "mN",
+    "N m",
+    "mN m",
+    "degC",
+    "",
+]
+SampleChannel = Literal[
+    "position",
+    "velocity",
+    "current",
+    "force",
+    "temperature",
+    "estop",
+    "sequence",
+    "fault",
+    "identity",
+    "enabled",
+]
+
+UNITS = {
+    "position": ("counts", "rad", "deg", "rev"),
+    "velocity": ("counts/s", "rad/s", "deg/s", "rev/s", "rpm"),
+    "current": ("A", "mA"),
+    "current_command": ("A", "mA"),
+    "torque": ("N m", "mN m"),
+    "force": ("N", "mN"),
+    "temperature": ("degC",),
+}
+SWITCHES = ("estop", "fault", "enabled", "enable")
+
+
+class NumberOptions(SerialTable):
+    """One number that a board sends or is sent."""
+
+    axis: int = Field(0, ge=0, le=7, description="which joint, from 0")
+    component: int = Field(0, ge=0, le=2, description="force: 0 x, 1 y, 2 z")
+    unit: Unit = Field("", description="what one step of the scale is")
+    scale: float = Field(1.0, ge=-1e9, le=1e9, description="units per wire step; negative turns the sign")
+    zero: float = Field(0.0, ge=-1e12, le=1e12, description="number on the wire that means 0")
+    wrap_at: float | None = Field(
+        None, gt=0, le=1e12, description="position: it starts over after this much, in its unit: 360 (deg)"
+    )
+    mask: int = Field(
+        0, ge=0, le=2**32 - 1, description="estop, fault, enabled, enable: the bits that say so"
+    )
+    invert: bool = Field(False, description="estop, fault, enabled, enable: they say so when 0")
+
+    @property
+    def name(self) -> str:
+        """Its channel."""
+        return str(getattr(self, "channel", ""))
+
+    @model_validator(mode="after")
+    def _means_something(self) -> Self:
+        name, allowed = self.name, UNITS.get(self.name, ("",))
+        if self.unit not in allowed:
+            msg = f"unit {self.unit!r} of {name!r}: one of {', '.join(repr(unit) for unit in allowed)}"
+            raise ValueError(msg)
+        if self.scale == 0:
+            msg = f"scale of {name!r} is 0: every value would be 0"
+            raise ValueError(msg)
+        if self.wrap_at is not None and name != "position":
+            msg = f"wrap_at {self.wrap_at:g} of {name!r}: for a position"
+            raise ValueError(msg)
+        return self
