@@ -7,6 +7,7 @@ export OPENBLAS_NUM_THREADS = 1
 
 .PHONY: run test test-system lint bench soak fuzz campaign mutants mutation coverage setup setup-bench docs model recordings clean
 setup: $(VENV)/.ready-dev
+setup-bench: $(VENV)/.ready-bench
 
 $(VENV)/bin/python:
 	@bash .ci/make-venv "$(PYTHON)" "$(VENV)"

@@ -44,6 +44,10 @@ CREDIT = (
     f"{UNIT}/test_dry_friction.py::test_the_curve_is_lowered_as_much_as_its_minimum_was",
     f"{UNIT}/test_dry_friction.py::test_friction_seen_counts_in_sliding_its_own_direction_and_up_to_its_cap",
 )
+RESTING = (f"{UNIT}/test_resting.py",)
+JUMPED = (
+    "tests/unit/test_delay_on_the_mock.py::test_samples_refused_because_the_joint_is_out_of_reach_are_not_the_devices",
+)
 ASSISTANCE = (f"{UNIT}/test_assistance.py",)
 FINDS = (
     f"{UNIT}/test_disturbance_observer.py::test_it_finds_a_constant_friction_without_the_viscous_damping_that_the_joint_keeps",
@@ -620,7 +624,19 @@ SEEDS = (
     ),
     Seed(
         "the intent is not low-passed", "rtctl/control/feedforward.py",
-        "p.friction_intent_alpha[axis] * (hand - s.friction_intent_nm[axis])", "(hand - s.friction_intent_nm[axis])", INTENT,
+        "alpha * (hand - s.friction_intent_nm[axis])", "(hand - s.friction_intent_nm[axis])", INTENT,
+    ),
+    Seed(
+        "a resting joint follows the hand at once", "rtctl/control/resting.py",
+        "min(alpha, p.rest_alpha[axis]) if s.rest_ticks", "alpha if s.rest_ticks", RESTING,
+    ),
+    Seed(
+        "flicker between two counts is motion", "rtctl/control/resting.py",
+        "REST_COUNTS = 1.5", "REST_COUNTS = 0.5", RESTING,
+    ),
+    Seed(
+        "a jump that is refused is the device's age", "rtctl/control/detectors.py",
+        " and s.jump_count[0] == 0", "", JUMPED,
     ),
     Seed(
         "an intent that is not a number stays", "rtctl/control/feedforward.py",
