@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import zmq
 
-from rtctl.errors import ConfigError
+from rtctl.errors import ConfigError, NoReplyError
 from rtctl.keys import ClientKey
+from rtctl.private_folder import foreign_endpoint
 from rtctl.protocol import Endpoints, tcp_endpoints
 
 HEARTBEAT_MS = 500
@@ -35,7 +36,11 @@ class Connection:
     key: ClientKey | None = None
 
     def socket(self, kind: int, endpoint: str, options: dict[zmq.SocketOption, int]) -> zmq.Socket[bytes]:
-        """A socket that connects to `endpoint`, now or once somebody listens there."""
+        """A socket that connects to `endpoint`, now or once somebody listens there.
+
+        Raises NoReplyError where somebody else could answer in place of the rig.
+        """
+        self.vouch(endpoint)
         made = self.context.socket(kind)
         for option, value in {**_OPTIONS, **options}.items():
             made.setsockopt(option, value)
@@ -48,6 +53,12 @@ class Connection:
             made.setsockopt(zmq.HEARTBEAT_TIMEOUT, 3 * HEARTBEAT_MS)
         made.connect(endpoint)
         return made
+
+    @staticmethod
+    def vouch(endpoint: str) -> None:
+        """Raise NoReplyError when the folder of a socket is another user's: whatever answers there is not the rig."""
+        if reason := foreign_endpoint(endpoint):
+            raise NoReplyError(f"{reason} (whoever owns it could answer in place of the rig)")
 
 
 def remote_endpoints(address: str) -> Endpoints:
