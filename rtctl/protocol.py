@@ -147,7 +147,7 @@ def _alive(lock: Path) -> bool:
         return False
     try:
         fd = os.open(lock, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK)
-        with open(fd, "rb") as file:
+        with os.fdopen(fd, "rb") as file:
             os.kill(int(file.read(64).split()[0]), 0)
     except (OSError, ValueError, IndexError, OverflowError):
         return False

@@ -20,6 +20,7 @@ from typing import Self
 from rtctl.errors import BusyError, ConfigError
 from rtctl.private_folder import REMEDY, objection, open_to_others
 from rtctl.protocol import LOCK_NAME, Endpoints, endpoints_in, rig_directory
+from rtctl.standard_streams import above_standard_streams
 
 ORPHAN_S = 3.0
 """Longest wait for the loop of a host that has died: a ramp takes 50 ticks."""
@@ -84,7 +85,7 @@ class RuntimeDirectory:
 
 def _lock(rig: str, path: Path) -> int:
     """Take the lock file; returns its descriptor, which holds the lock until it is closed."""
-    fd = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
+    fd = above_standard_streams(os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600))
     if not _take(fd):
         holders = os.pread(fd, 64, 0).decode("ascii", "replace").split() or ["unknown"]
         alive = [pid for pid in holders if not pid.isdecimal() or _is_alive(int(pid))]

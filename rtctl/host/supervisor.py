@@ -113,6 +113,9 @@ class Host:
             raise StabilityError(report.refusal())
 
     def _start(self) -> None:
+        self.signals = (
+            Signals()
+        )  # before there is a loop: a signal must not end this process without ending it
         self.notifier = Notifier()
         plan = self.plan
         self.memory = Memory.create(plan.n_axes, plan.ring_rows, plan.period_ns)
@@ -138,7 +141,6 @@ class Host:
             self.context, endpoints, self.writer, rig, self.reader.latest, access=self.access
         )
         self.telemetry.set_commands(self.gateway.counts)
-        self.signals = Signals()
         self._wait_for(self.preparation.done)
         law = LawArrays(plan.params, plan.model, plan.command)
         self.record = RunRecord(self.loaded, rig, law, self.writer, self.telemetry, self._record_to)
