@@ -76,6 +76,7 @@ class Forked:
                 PermissionError
             ):  # punctual; without the locked memory of a fork's 500 MB
                 os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(10))
+            signal.set_wakeup_fd(-1)  # of the host: a new program would not have it
             sys.stdin, sys.argv = os.fdopen(0), ["rtctl.rt", str(pass_fds[0]), str(os.getppid())]
             os._exit(rt.main())
         except BaseException:  # noqa: BLE001 - a forked process must end here
