@@ -61,7 +61,7 @@ def is_own(path: str | Path, *, folder: bool = False) -> bool:
     return kind(status.st_mode) and status.st_uid == os.geteuid() and not status.st_mode & _WRITE
 
 
-class OwnFiles(IndexDataCacheFile):  # type: ignore[misc] # untyped
+class OwnFiles(IndexDataCacheFile):
     """Numba's index and data files of one function, as far as they are this user's."""
 
     def load(self, key: object) -> Any:  # noqa: ANN401
@@ -69,17 +69,20 @@ class OwnFiles(IndexDataCacheFile):  # type: ignore[misc] # untyped
         place = Path(self._cache_path)
         if not all(is_own(path, folder=True) for path in (place, place.parent, place.parent.parent)):
             return None
-        return super().load(key)
+        numbas: Any = super()
+        return numbas.load(key)
 
     def _load_index(self) -> dict[Any, str]:
-        index: dict[Any, str] = super()._load_index() if is_own(self._index_path) else {}
+        numbas: Any = super()
+        index: dict[Any, str] = numbas._load_index() if is_own(self._index_path) else {}
         return index
 
     def _load_data(self, name: str) -> Any:  # noqa: ANN401
-        path = self._data_path(name)
+        numbas: Any = super()
+        path = numbas._data_path(name)
         if not is_own(path):
             raise FileNotFoundError(path)
-        return super()._load_data(name)
+        return numbas._load_data(name)
 
     @contextmanager
     def _open_for_write(self, filepath: str) -> Iterator[IO[bytes]]:

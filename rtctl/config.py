@@ -7,7 +7,6 @@ The tables and their bounds stand in `rtctl.config_tables`.
 from __future__ import annotations
 
 import hashlib
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
@@ -17,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from hw import registry
 from hw.interface import BackendError, Rig
+from hw.outside import MOST_SHOWN, MOST_TABLE_BYTES, read_bounded, shown, toml_of
 from hw.rig import Member
 from rtctl.config_devices import Composition
 from rtctl.config_tables import (
@@ -32,6 +32,13 @@ from rtctl.config_tables import (
     ViewTable,
 )
 from rtctl.errors import ConfigError
+from rtctl.protocol import MOST_AXES
+
+MOST_FAULTS = 50
+"""Faults of one table of a file that are told one by one."""
+
+MOST_MESSAGE = 2000
+"""Characters of one fault's text: that of a schedule of faults tells all of its own."""
 
 
 def _or_switch(schema: dict[str, Any]) -> None:
@@ -45,7 +52,7 @@ class Config(Table):
     schema_version: Literal[1] = Field(1, alias="schema")
     rig: RigTable
     loop: LoopTable = LoopTable()
-    axis: tuple[AxisTable, ...] = Field(min_length=1, max_length=8, strict=False)
+    axis: tuple[AxisTable, ...] = Field(min_length=1, max_length=MOST_AXES, strict=False)
     passivity: PassivityTable = PassivityTable()
     device: tuple[DeviceTable, ...] = Field(min_length=1, max_length=8, strict=False)
     telemetry: TelemetryTable = TelemetryTable()
@@ -185,24 +192,38 @@ class LoadedConfig(Table):
 
 
 def _lines(path: Path, prefix: str, error: ValidationError) -> list[str]:
-    out = []
+    """One line for each fault, at most `MOST_FAULTS`, in texts that no terminal obeys."""
     found = error.errors(include_url=False)
+    deeper = {fault["loc"][:k] for fault in found for k in range(len(fault["loc"]))}
+    out = []
     for fault in found:
-        deeper = any(
-            len(other["loc"]) > len(fault["loc"]) and other["loc"][: len(fault["loc"])] == fault["loc"]
-            for other in found
-        )
-        if fault["type"] == "too_short" and deeper:  # only says that the entries below it were refused
+        if (
+            fault["type"] == "too_short" and fault["loc"] in deeper
+        ):  # only says that the entries below it were refused
             continue
         where = prefix + "".join(
-            f"[{part}]" if isinstance(part, int) else f".{part}" for part in fault["loc"]
+            f"[{part}]" if isinstance(part, int) else f".{shown(part)}" for part in fault["loc"]
         )
         key = where.lstrip(".") or "(file)"
-        given = fault.get("input")
-        shown = "" if isinstance(given, dict | list | tuple | BaseModel) else f" (got {given!r})"
+        value = fault.get("input")
+        given = "" if isinstance(value, dict | list | tuple | BaseModel) else f" (got {_given(value)})"
         remedy = "; remove it or correct its spelling" if fault["type"] == "extra_forbidden" else ""
-        out.append(f"{path}: {key}: {fault['msg']}{shown}{remedy}")
+        out.append(f"{path}: {key}: {shown(fault['msg'], MOST_MESSAGE)}{given}{remedy}")
+    if len(out) > MOST_FAULTS:
+        out[MOST_FAULTS:] = [f"{path}: and {len(out) - MOST_FAULTS} more of the kind"]
     return out
+
+
+def _given(value: object) -> str:
+    """A refused value, as far as it helps to see it."""
+    if isinstance(value, str):
+        return shown(repr(value[: 2 * MOST_SHOWN]))
+    return "a whole number of that many digits" if _is_huge(value) else shown(repr(value))
+
+
+def _is_huge(value: object) -> bool:
+    """An integer that Python would take long to spell out, or refuse to."""
+    return isinstance(value, int) and value.bit_length() > 1000
 
 
 def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
@@ -223,12 +244,12 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
     """
     path = Path(path).resolve()
     try:
-        raw = path.read_bytes()
-        data = tomllib.loads(raw.decode())
+        raw = read_bounded(path, MOST_TABLE_BYTES)
+        data = toml_of(raw)
     except OSError as error:
         raise ConfigError(f"{path}: cannot read the rig file: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: not a TOML file: {error}") from error
+    except ValueError as error:
+        raise ConfigError(f"{path}: not a TOML file: {shown(error, MOST_MESSAGE)}") from error
     faults: list[str] = []
     config: Config | None = None
     try:

@@ -6,7 +6,6 @@ import csv
 import hashlib
 import io
 import json
-import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hw.outside import read_toml
 from rtctl.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -149,7 +149,7 @@ def _tables(columns: tuple[str, ...], map_file: Path | None) -> dict[str, dict[s
     given: dict[str, Any] = {}
     if map_file:
         try:
-            given = tomllib.loads(map_file.read_text("utf-8"))
+            given = read_toml(map_file)
         except (OSError, ValueError) as error:
             raise ConfigError(f"{map_file}: cannot read the map of columns: {error}") from error
     for text in columns:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 
+from hw.outside import read_toml, shown
 from rtctl.errors import ConfigError
 
 
@@ -14,11 +14,11 @@ def rig_name(rig: str) -> str:
     if not (rig.endswith(".toml") or path.is_file()):
         return rig
     try:
-        table = tomllib.loads(path.read_text()).get("rig")
+        table = read_toml(path).get("rig")
     except OSError as error:
         raise ConfigError(f"{rig}: {error.strerror}") from error
     except ValueError as error:
-        raise ConfigError(f"{rig}: not TOML: {error}") from error
+        raise ConfigError(f"{rig}: not TOML: {shown(error)}") from error
     name = table.get("name") if isinstance(table, dict) else None
     if not isinstance(name, str):
         raise ConfigError(f"{rig}: [rig] name is missing; it names the rig to ask")

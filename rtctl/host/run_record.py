@@ -53,6 +53,7 @@ class RunRecord:
         self._folder = record_to or recording_folder(loaded)
         self.flight = FlightRecorder(state_folder(rig.name), rig)
         self.recorder: Recorder | None = None
+        self._broken: dict[str, str | None] = {}
         telemetry.set_log(self.flight.status)
         if self._table is not None:
             TickText(rig.n_axes).warm_up()  # compiles while the loop starts, not while it runs
@@ -87,6 +88,21 @@ class RunRecord:
             "state": {} if state is None else tick_columns(veil_leases(state, "lease")),
             "state_row": self._shadow.next_row,
         }
+
+    def news(self) -> list[str]:
+        """What of it the disk has refused since this was asked last: told once, and again after it went well."""
+        recorder = self.recorder
+        broken = {
+            "event log": self.flight.broken,
+            "recording": None if recorder is None else recorder.broken,
+        }
+        told = [
+            f"{what} BROKEN: {why}"
+            for what, why in broken.items()
+            if why is not None and self._broken.get(what) is None
+        ]
+        self._broken = broken
+        return told
 
     def summary(self) -> dict[str, Any]:
         """For the closing summary: `log`, `recording` (None without one), and whether the law gave all of it again."""

@@ -221,6 +221,8 @@ class Host:
         self.statistics.update(rows)
         self.gateway.latency.observe(rows)
         self.record.keep(self.reader.next - len(rows), rows)
+        for text in self.record.news():
+            self.announce(text)
         self.telemetry.publish(rows, self.reader.overwritten)
         self.notifier.alive(int(self.memory.header[0]["head"]), excused=self.loop.opening)
         if len(rows):

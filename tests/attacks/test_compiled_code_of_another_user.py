@@ -1,7 +1,7 @@
 """Whoever can put a file where compiled code is kept would have it executed by the next user, on the rig."""
 
 import os
-import pickle
+import pickle  # noqa: TID251 - what an attacker would write
 import shutil
 import stat
 import subprocess
