@@ -9,6 +9,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import re
 import stat
 import tomllib
 from collections.abc import Mapping
@@ -20,6 +21,11 @@ MOST_TABLE_BYTES = 1 << 20
 
 MOST_DEPTH = 32
 """Deepest nesting of tables and lists in one; ours need six."""
+
+_MOST_WHOLE = 1 << 63
+_PART = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*"""
+_DEEP_KEY = re.compile(rf"(?<![\w-])(?:{_PART}){{{MOST_DEPTH + 1}}}", re.ASCII)
+"""A dotted key of so many parts: the parser takes a minute for one of 20,000."""
 
 MOST_SHOWN = 200
 """Characters of one foreign value that are shown."""
@@ -58,14 +64,17 @@ def read_bounded(path: Path, most: int, *, follow: bool = True) -> bytes:
 
 def toml_of(raw: bytes) -> dict[str, Any]:
     """A table of settings. Raises ValueError for anything that is none, or is nested too deeply."""
+    text = raw.decode()
+    if _DEEP_KEY.search(text):
+        _too_deep()
     try:
-        table = tomllib.loads(raw.decode())
+        table = tomllib.loads(text)
     except RecursionError:
         _too_deep()
     except (AttributeError, KeyError, TypeError, OverflowError) as error:
         msg = f"cannot be understood ({type(error).__name__})"
         raise ValueError(msg) from error
-    require_shallow(table)
+    require_sane(table)
     return table
 
 
@@ -80,24 +89,35 @@ def json_of(raw: bytes | str) -> Any:  # noqa: ANN401
         value = json.loads(raw)
     except RecursionError:
         _too_deep()
-    require_shallow(value)
+    require_sane(value)
     return value
 
 
-def require_shallow(value: object) -> None:
-    """Raise ValueError where tables and lists stand deeper in each other than `MOST_DEPTH`."""
+def require_sane(value: object) -> None:
+    """Raise ValueError where tables and lists stand deeper in each other than `MOST_DEPTH`, or a whole number has over 64 bits."""
     level = [value]
-    for _ in range(MOST_DEPTH):
+    for _ in range(MOST_DEPTH + 1):
         inner: list[object] = []
         for one in level:
             if isinstance(one, Mapping):
                 inner += one.values()
             elif isinstance(one, list):
                 inner += one
+        if any(isinstance(one, int) and not -_MOST_WHOLE <= one < _MOST_WHOLE for one in inner):
+            msg = "a whole number of more than 64 bits"
+            raise ValueError(msg)
         level = [one for one in inner if isinstance(one, Mapping | list)]
         if not level:
             return
     _too_deep()
+
+
+def whole(value: object) -> object:
+    """For a choice among whole numbers. Raises ValueError for `true` and 1.0, which are equal to 1 and mean something else."""
+    if isinstance(value, bool | float):
+        msg = f"a whole number is needed, not {value!r}".replace("True", "true").replace("False", "false")
+        raise ValueError(msg)
+    return value
 
 
 def shown(text: object, most: int = MOST_SHOWN) -> str:

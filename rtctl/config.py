@@ -9,14 +9,22 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 
 from hw import registry
 from hw.interface import BackendError, Rig
-from hw.outside import MOST_SHOWN, MOST_TABLE_BYTES, read_bounded, shown, toml_of
+from hw.outside import MOST_SHOWN, MOST_TABLE_BYTES, read_bounded, shown, toml_of, whole
 from hw.rig import Member
 from rtctl.config_devices import Composition
 from rtctl.config_tables import (
@@ -33,6 +41,10 @@ from rtctl.config_tables import (
 )
 from rtctl.errors import ConfigError
 from rtctl.protocol import MOST_AXES
+from rtctl.tiny_numbers import LEAST, too_small
+
+FILE_OPTIONS = ("file", "faults", "dbc")
+"""Options of devices that name a file: a recorded log, a schedule of faults, a description of CAN frames."""
 
 MOST_FAULTS = 50
 """Faults of one table of a file that are told one by one."""
@@ -49,7 +61,7 @@ def _or_switch(schema: dict[str, Any]) -> None:
 class Config(Table):
     """A whole rig file."""
 
-    schema_version: Literal[1] = Field(1, alias="schema")
+    schema_version: Annotated[Literal[1], BeforeValidator(whole)] = Field(1, alias="schema")
     rig: RigTable
     loop: LoopTable = LoopTable()
     axis: tuple[AxisTable, ...] = Field(min_length=1, max_length=MOST_AXES, strict=False)
@@ -218,12 +230,7 @@ def _given(value: object) -> str:
     """A refused value, as far as it helps to see it."""
     if isinstance(value, str):
         return shown(repr(value[: 2 * MOST_SHOWN]))
-    return "a whole number of that many digits" if _is_huge(value) else shown(repr(value))
-
-
-def _is_huge(value: object) -> bool:
-    """An integer that Python would take long to spell out, or refuse to."""
-    return isinstance(value, int) and value.bit_length() > 1000
+    return shown(repr(value))
 
 
 def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
@@ -250,7 +257,10 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
         raise ConfigError(f"{path}: cannot read the rig file: {error.strerror}") from error
     except ValueError as error:
         raise ConfigError(f"{path}: not a TOML file: {shown(error, MOST_MESSAGE)}") from error
-    faults: list[str] = []
+    faults = [
+        f"{path}: {shown(key)}: {value!r} is nearer to 0 than {LEAST:g}; write 0, or the number that is meant"
+        for key, value in too_small(data)[:MOST_FAULTS]
+    ]
     config: Config | None = None
     try:
         config = Config.model_validate(data)
@@ -279,6 +289,7 @@ def _device_options(path: Path, data: dict[str, Any]) -> tuple[list[dict[str, An
         kind = device.get("kind") if isinstance(device, dict) else None
         if not isinstance(kind, str):
             continue  # the table's own fault
+        faults += [f"{path}: device[{i}].options.{line}" for line in _no_files(path.parent, device)]
         try:
             model = registry.options_model(kind)
             context = {"folder": path.parent, **_facts(data, device)}
@@ -290,6 +301,19 @@ def _device_options(path: Path, data: dict[str, Any]) -> tuple[list[dict[str, An
         else:
             valid.append(options.model_dump(mode="json"))
     return valid, faults
+
+
+def _no_files(folder: Path, device: dict[str, Any]) -> list[str]:
+    """Options that name a file, and something else is there: a device without an end, a pipe nobody writes into."""
+    options = device.get("options")
+    named = {key: options[key] for key in FILE_OPTIONS if key in options} if isinstance(options, dict) else {}
+    found = []
+    for key, name in named.items():
+        if isinstance(name, str) and "\0" not in name and len(name) < MOST_MESSAGE:
+            place = Path(folder, name).expanduser()
+            if name and place.exists() and not place.is_file():
+                found.append(f"{key}: {shown(repr(name))} is not a file; name one")
+    return found
 
 
 def _facts(data: dict[str, Any], device: dict[str, Any]) -> dict[str, Any]:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator
+
+from hw.outside import whole
 
 Channel = Literal["current", "force", "velocity", "temperature", "estop"]
 
@@ -34,9 +36,11 @@ class PortOptions(SerialTable):
 class AxisOptions(SerialTable):
     """[[device.options.axis]]: how the board's numbers relate to the joint."""
 
-    position_sign: Literal[-1, 1] = Field(1, description="-1: counts fall as the joint angle rises")
+    position_sign: Annotated[Literal[-1, 1], BeforeValidator(whole)] = Field(
+        1, description="-1: counts fall as the joint angle rises"
+    )
     position_offset_rad: float = Field(0.0, ge=-1e3, le=1e3, description="joint angle at count 0")
-    motor_sign: Literal[-1, 1] = Field(
+    motor_sign: Annotated[Literal[-1, 1], BeforeValidator(whole)] = Field(
         1, description="-1: a positive current (or torque) of the board drives the joint to smaller angles"
     )
 

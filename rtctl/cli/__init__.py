@@ -12,6 +12,7 @@ from typing import Any
 import click
 
 from rtctl import __version__
+from rtctl.cli.terminal import obey_nothing_foreign
 from rtctl.errors import ConfigError, RtctlError
 from rtctl.standard_streams import open_standard_streams
 
@@ -90,6 +91,7 @@ def report(error: RtctlError, *, as_json: bool) -> None:
 def main() -> None:
     """Entry point of the `rtctl` program."""
     open_standard_streams()
+    obey_nothing_foreign()
     code = _exit_code()
     if sys.argv[1:2] == ["run"]:
         _leave_at_once(code)

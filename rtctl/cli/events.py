@@ -9,6 +9,10 @@ from typing import Any
 
 import click
 
+from hw.outside import shown
+
+MOST_LINE = 2000
+
 
 @click.command("events")
 @click.argument("rig", metavar="CONFIG|RIG")
@@ -44,9 +48,12 @@ def command(rig: str, last: int, state_dir: Path | None, *, follow: bool, as_jso
 
 def line(event: dict[str, Any]) -> str:
     """One event as a line for a person."""
-    when = datetime.fromtimestamp(event["timestamp"]).astimezone()
-    head = f"{when:%Y-%m-%d %H:%M:%S}.{when.microsecond // 1000:03d} tick {event['tick']:>9}"
-    return f"{head}  {_text(event)}"
+    try:
+        when = datetime.fromtimestamp(event["timestamp"]).astimezone()
+        head = f"{when:%Y-%m-%d %H:%M:%S}.{when.microsecond // 1000:03d} tick {event['tick']:>9}"
+        return shown(f"{head}  {_text(event)}", MOST_LINE)
+    except (KeyError, TypeError, ValueError, OverflowError, OSError):
+        return shown(f"an event that this version cannot read: {json.dumps(event)}")
 
 
 def _text(event: dict[str, Any]) -> str:

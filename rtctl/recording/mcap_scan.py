@@ -120,9 +120,8 @@ def _records(file: BinaryIO, contents: Contents) -> Iterator[tuple[int, bytes]]:
     """Whole records until the file ends; what no record can be is passed over up to the next chunk."""
     end = os.fstat(file.fileno()).st_size
     at = before = len(MAGIC)
-    budget = (
-        MOST_PASSES * end
-    )  # of bytes: damaged lengths overlap, and could have the same ones read for ever
+    # damaged lengths overlap: without a bound they could have the same bytes read for ever
+    budget = MOST_PASSES * (end + MOST_PASSES * _WINDOW)
     while at + RECORD_HEAD <= end and budget > 0:
         file.seek(at)
         op, size = struct.unpack("<BQ", file.read(RECORD_HEAD))

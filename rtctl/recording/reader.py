@@ -25,6 +25,10 @@ from rtctl.tick import tick_dtype
 _PART = re.compile(r"(.*)-(\d{3,})\.mcap")
 
 
+class OtherRunError(DataError):
+    """Files of two runs were given as parts of one."""
+
+
 @dataclass
 class Batch:
     """One chunk: ticks with their numbers among all the loop recorded, events, commands."""
@@ -136,6 +140,8 @@ class RecordingReader:
             contents = Contents()
             try:
                 yield from self._part(path, contents)
+            except OtherRunError:
+                raise
             except DataError as error:
                 self.left_out[path] = str(error)
                 continue
@@ -189,11 +195,17 @@ class RecordingReader:
     def _same_run(self, contents: Contents, path: Path) -> None:
         about = contents.metadata.get("rtctl", {})
         if any(about.get(name, self.about[name]) != self.about[name] for name in ("session", "n_axes")):
-            raise DataError(f"{path}: a part of another run than {self.parts[0]}")
+            stems = {
+                found[1] if (found := _PART.fullmatch(part.name)) else part for part in (path, self.parts[0])
+            }
+            if len(stems) > 1:
+                raise OtherRunError(f"{path}: a part of another run than {self.parts[0]}")
+            self.notes.append(
+                f"{path}: says that it is of another run; taken for a part of this one by its name"
+            )
 
     def _batch(self, chunk: Chunk, contents: Contents, first_row: int) -> Batch | None:
-        channel = {topic: number for number, topic in contents.topics.items()}
-        of = {kind: channel.get(topic, -1) for kind, topic in TOPICS.items()}
+        of = {kind: _channel(kind, chunk, contents) for kind in TOPICS}
         if len(chunk.table) == 0:
             return None
         ticks = chunk.of(of[TICK])
@@ -207,10 +219,16 @@ class RecordingReader:
         return Batch(rows, numbers, events, _commands(commands, self.n_axes))
 
 
+def _channel(kind: int, chunk: Chunk, contents: Contents) -> int:
+    """Channel of one kind of messages: by its topic, or where that is damaged by the number that rtctl gives it."""
+    named = {topic: number for number, topic in contents.topics.items()}.get(TOPICS[kind], kind)
+    lost = contents.topics.get(kind) not in TOPICS.values() and not (chunk.table[:, 0] == named).any()
+    return kind if lost else named
+
+
 def _axes_of(chunk: Chunk | None, contents: Contents) -> int:
     """Number of axes by the first tick itself; 0 where it does not say."""
-    channel = {topic: number for number, topic in contents.topics.items()}.get(TOPICS[TICK], -1)
-    texts = chunk.texts(channel)[:1] if chunk is not None else []
+    texts = chunk.texts(_channel(TICK, chunk, contents))[:1] if chunk is not None else []
     try:
         return len(orjson.loads(texts[0])["position_rad"])
     except (IndexError, ValueError, KeyError, TypeError):
