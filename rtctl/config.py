@@ -13,7 +13,6 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import (
-    BaseModel,
     BeforeValidator,
     ConfigDict,
     Field,
@@ -24,9 +23,10 @@ from pydantic import (
 
 from hw import registry
 from hw.interface import BackendError, Rig
-from hw.outside import MOST_SHOWN, MOST_TABLE_BYTES, read_bounded, shown, toml_of, whole
+from hw.outside import MOST_TABLE_BYTES, read_bounded, shown, toml_of, whole
 from hw.rig import Member
 from rtctl.config_devices import Composition
+from rtctl.config_faults import MOST_MESSAGE, fault_lines, no_files, tiny_lines
 from rtctl.config_tables import (
     AxisTable,
     DeviceTable,
@@ -41,16 +41,6 @@ from rtctl.config_tables import (
 )
 from rtctl.errors import ConfigError
 from rtctl.protocol import MOST_AXES
-from rtctl.tiny_numbers import LEAST, too_small
-
-FILE_OPTIONS = ("file", "faults", "dbc")
-"""Options of devices that name a file: a recorded log, a schedule of faults, a description of CAN frames."""
-
-MOST_FAULTS = 50
-"""Faults of one table of a file that are told one by one."""
-
-MOST_MESSAGE = 2000
-"""Characters of one fault's text: that of a schedule of faults tells all of its own."""
 
 
 def _or_switch(schema: dict[str, Any]) -> None:
@@ -203,36 +193,6 @@ class LoadedConfig(Table):
         return (self.path.parent / axis.friction.model).resolve() if axis.friction.model else None
 
 
-def _lines(path: Path, prefix: str, error: ValidationError) -> list[str]:
-    """One line for each fault, at most `MOST_FAULTS`, in texts that no terminal obeys."""
-    found = error.errors(include_url=False)
-    deeper = {fault["loc"][:k] for fault in found for k in range(len(fault["loc"]))}
-    out = []
-    for fault in found:
-        if (
-            fault["type"] == "too_short" and fault["loc"] in deeper
-        ):  # only says that the entries below it were refused
-            continue
-        where = prefix + "".join(
-            f"[{part}]" if isinstance(part, int) else f".{shown(part)}" for part in fault["loc"]
-        )
-        key = where.lstrip(".") or "(file)"
-        value = fault.get("input")
-        given = "" if isinstance(value, dict | list | tuple | BaseModel) else f" (got {_given(value)})"
-        remedy = "; remove it or correct its spelling" if fault["type"] == "extra_forbidden" else ""
-        out.append(f"{path}: {key}: {shown(fault['msg'], MOST_MESSAGE)}{given}{remedy}")
-    if len(out) > MOST_FAULTS:
-        out[MOST_FAULTS:] = [f"{path}: and {len(out) - MOST_FAULTS} more of the kind"]
-    return out
-
-
-def _given(value: object) -> str:
-    """A refused value, as far as it helps to see it."""
-    if isinstance(value, str):
-        return shown(repr(value[: 2 * MOST_SHOWN]))
-    return shown(repr(value))
-
-
 def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
     """Read and validate a rig file.
 
@@ -257,15 +217,12 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
         raise ConfigError(f"{path}: cannot read the rig file: {error.strerror}") from error
     except ValueError as error:
         raise ConfigError(f"{path}: not a TOML file: {shown(error, MOST_MESSAGE)}") from error
-    faults = [
-        f"{path}: {shown(key)}: {value!r} is nearer to 0 than {LEAST:g}; write 0, or the number that is meant"
-        for key, value in too_small(data)[:MOST_FAULTS]
-    ]
+    faults = tiny_lines(path, data)
     config: Config | None = None
     try:
         config = Config.model_validate(data)
     except ValidationError as error:
-        faults += _lines(path, "", error)
+        faults += fault_lines(path, "", error)
     if script is not None and config is not None:
         faults += _put_script(path, config, data, Path(script).resolve())
     options, more = _device_options(path, data)
@@ -289,31 +246,18 @@ def _device_options(path: Path, data: dict[str, Any]) -> tuple[list[dict[str, An
         kind = device.get("kind") if isinstance(device, dict) else None
         if not isinstance(kind, str):
             continue  # the table's own fault
-        faults += [f"{path}: device[{i}].options.{line}" for line in _no_files(path.parent, device)]
+        faults += [f"{path}: device[{i}].options.{line}" for line in no_files(path.parent, device)]
         try:
             model = registry.options_model(kind)
             context = {"folder": path.parent, **_facts(data, device)}
             options = model.model_validate(device.get("options", {}), context=context)
         except ValidationError as error:
-            faults += _lines(path, f"device[{i}].options", error)
+            faults += fault_lines(path, f"device[{i}].options", error)
         except BackendError as error:
             faults.append(f"{path}: device[{i}].kind: {error}")
         else:
             valid.append(options.model_dump(mode="json"))
     return valid, faults
-
-
-def _no_files(folder: Path, device: dict[str, Any]) -> list[str]:
-    """Options that name a file, and something else is there: a device without an end, a pipe nobody writes into."""
-    options = device.get("options")
-    named = {key: options[key] for key in FILE_OPTIONS if key in options} if isinstance(options, dict) else {}
-    found = []
-    for key, name in named.items():
-        if isinstance(name, str) and "\0" not in name and len(name) < MOST_MESSAGE:
-            place = Path(folder, name).expanduser()
-            if name and place.exists() and not place.is_file():
-                found.append(f"{key}: {shown(repr(name))} is not a file; name one")
-    return found
 
 
 def _facts(data: dict[str, Any], device: dict[str, Any]) -> dict[str, Any]:

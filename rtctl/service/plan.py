@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from hw.outside import read_bounded, shown, toml_of
-from rtctl.config import FILE_OPTIONS, LoadedConfig
+from rtctl.config import LoadedConfig
+from rtctl.config_faults import FILE_OPTIONS
 from rtctl.errors import ConfigError
 
 UNIT = "rtctl@.service"
