@@ -72,9 +72,8 @@ class Capture:
         Connection.vouch(self._endpoint)
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         connection = Connection(self._context, endpoints)
-        self._socket = connection.socket(zmq.SUB, self._endpoint, {zmq.RCVHWM: QUEUE_MESSAGES})
-        for topic in (TOPIC_SETUP, TOPIC_TICKS, TOPIC_EVENT, TOPIC_COMMAND, TOPIC_HEALTH):
-            self._socket.setsockopt(zmq.SUBSCRIBE, topic)
+        topics = (TOPIC_SETUP, TOPIC_TICKS, TOPIC_EVENT, TOPIC_COMMAND, TOPIC_HEALTH)
+        self._socket = connection.socket(zmq.SUB, self._endpoint, {zmq.RCVHWM: QUEUE_MESSAGES}, topics)
         self._heard = time.monotonic()
         self.run: Run | None = None
 

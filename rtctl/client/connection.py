@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import zmq
@@ -35,8 +36,14 @@ class Connection:
     endpoints: Endpoints
     key: ClientKey | None = None
 
-    def socket(self, kind: int, endpoint: str, options: dict[zmq.SocketOption, int]) -> zmq.Socket[bytes]:
-        """A socket that connects to `endpoint`, now or once somebody listens there.
+    def socket(
+        self,
+        kind: int,
+        endpoint: str,
+        options: dict[zmq.SocketOption, int],
+        topics: Iterable[bytes] = (),
+    ) -> zmq.Socket[bytes]:
+        """A socket that connects to `endpoint`, now or once somebody listens there, to hear all of `topics` from the first moment.
 
         Raises NoReplyError where somebody else could answer in place of the rig.
         """
@@ -44,6 +51,8 @@ class Connection:
         made = self.context.socket(kind)
         for option, value in {**_OPTIONS, **options}.items():
             made.setsockopt(option, value)
+        for topic in topics:
+            made.setsockopt(zmq.SUBSCRIBE, topic)
         if self.key is not None:
             made.setsockopt(zmq.CURVE_SERVERKEY, self.key.server_key.encode())
             made.setsockopt(zmq.CURVE_PUBLICKEY, self.key.public_key.encode())
