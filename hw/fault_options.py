@@ -12,7 +12,6 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
-    TypeAdapter,
     ValidationError,
     ValidationInfo,
     field_validator,
@@ -22,6 +21,7 @@ from pydantic import (
 from hw.fault_kinds import KINDS, Channel
 from hw.faults import FAULTS
 from hw.outside import read_toml
+from hw.plain_words import explain
 
 MAX_S = 1e9
 MAX_TICKS = 10**15
@@ -150,7 +150,7 @@ def load_schedule(path: Path, context: Mapping[str, Any] | None = None) -> tuple
     except OSError as error:
         msg = f"{path}: cannot read the faults: {error.strerror}"
     except ValidationError as error:
-        msg = "; ".join(_told(f"{path}: ", fault) for fault in _each(error))
+        msg = "; ".join(f"{path}: {told.where}: {told.text}" for told in explain(error, Schedule, data))
     except ValueError as error:
         msg = f"{path}: not a TOML file: {error}"
     raise ValueError(msg)
@@ -169,26 +169,21 @@ def read_faults(
     if isinstance(faults, str | Path):
         found = load_schedule(Path(faults), context)
     else:
+        given = {"fault": list(faults)}
         try:
-            found = _TABLES.validate_python(list(faults), context=dict(context or {}))
+            found = _Tables.model_validate(given, context=dict(context or {})).fault
         except ValidationError as error:
-            raise ValueError("; ".join(_told("fault", fault) for fault in _each(error))) from error
+            told = explain(error, _Tables, given)
+            raise ValueError("; ".join(f"{one.where}: {one.text}" for one in told)) from error
     return [fault.model_dump(mode="json") for fault in found]
 
 
-_TABLES = TypeAdapter(Annotated[tuple[FaultOptions, ...], Field(max_length=FAULTS, strict=False)])
+class _Tables(BaseModel):
+    """Faults that a program gives, none among them."""
 
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
-def _each(error: ValidationError) -> list[Any]:
-    return list(error.errors(include_url=False))
-
-
-def _told(source: str, fault: Any) -> str:  # noqa: ANN401
-    where = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in fault["loc"])
-    where = where.removeprefix(".")
-    given = fault.get("input")
-    shown = "" if isinstance(given, Mapping | list | tuple | BaseModel) else f" (got {given!r})"
-    return f"{source}{where}: {fault['msg'].removeprefix('Value error, ')}{shown}"
+    fault: tuple[FaultOptions, ...] = Field(max_length=FAULTS, strict=False)
 
 
 def _from_file(given: Any, info: ValidationInfo) -> Any:  # noqa: ANN401

@@ -10,10 +10,10 @@ A third-party backend is any object with this shape, offered through the entry-p
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntFlag
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -107,6 +107,36 @@ class CountingBackend(Protocol):
 
     def counts(self) -> dict[str, int]:
         """Totals since `open`: frames, checksum errors, lost frames, ... by name."""
+
+
+@runtime_checkable
+class AskedBackend(Protocol):
+    """A backend some of whose devices answer only when asked; `rtctl probe` asks, and never writes a command."""
+
+    def ask(self) -> None:
+        """Ask for one sample, disabled and without torque, where none comes unasked. Never blocks. Raises LinkLost."""
+
+
+class Words(NamedTuple):
+    """What a device says of itself, or of one of its axes, in words for a person."""
+
+    text: str
+    """Error registers, emergency codes, states and flags by their names; empty: nothing to say."""
+    faults: int = 0
+    """`LinkFault` bits that this axis raises now."""
+    silent: bool = False
+    """This axis is what a whole new sample waits for."""
+
+
+@runtime_checkable
+class SpeakingBackend(Protocol):
+    """A backend whose device has words of its own: events, `rtctl probe`, monitor and view show them."""
+
+    def words(self) -> Sequence[Words]:
+        """One per axis of the device, in its order, or a single one for all of it.
+
+        Asked for only while the actuator is disabled, so it may make strings. Never blocks, never raises.
+        """
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,8 @@ from hw.interface import (
     LinkFault,
     Options,
     Rig,
+    SpeakingBackend,
+    Words,
 )
 from hw.reach import reach_all
 from hw.rig_words import Exchange, device_dtype, subset
@@ -45,7 +47,7 @@ SLOW_REST_TICKS = 10
 READ_ORDER = ("position", "current", "force", "estop", "velocity", "temperature")
 """Who is read first: what the law needs most is delayed by nobody."""
 
-_OVER_BUDGET = int(LinkFault.OVER_BUDGET)
+_OVER_BUDGET, _LOST = int(LinkFault.OVER_BUDGET), int(LinkFault.LOST)
 _STACK_BYTES = (
     256 * 1024
 )  # of a stopping thread: with locked memory the default 8 MB would be filled in first
@@ -84,6 +86,32 @@ class Member:
     def from_dict(cls, data: Mapping[str, Any]) -> Member:
         """Back from JSON."""
         return cls(**{**data, "axes": tuple(data["axes"]), "channels": tuple(data["channels"])})
+
+
+@dataclass(frozen=True)
+class Said:
+    """What one device of a rig says: its words, bits of `LinkFault` it shows, and whether its sample is too old."""
+
+    label: str
+    axes: tuple[int, ...]
+    faults: int
+    stale: bool
+    words: tuple[Words, ...] = ()
+
+
+def said(backend: Backend, members: Sequence[Member], tick: np.ndarray, *, stale: bool) -> list[Said]:
+    """What the devices of a rig say after a cycle; for a rig of one device `tick` and `stale` are its own.
+
+    Makes strings: not for a cycle that has torque to send.
+    """
+    if isinstance(backend, Composite):
+        return backend.said()
+    first = members[0]
+    return [Said(first.label, first.axes, int(tick["link_faults"][0]), stale, _words(backend))]
+
+
+def _words(backend: Backend) -> tuple[Words, ...]:
+    return tuple(backend.words()) if isinstance(backend, SpeakingBackend) else ()
 
 
 def compose(members: Sequence[Member], rig: Rig) -> Backend:
@@ -168,7 +196,15 @@ class _Device:
             raise self._named(error) from error
 
     def _named(self, error: BackendError) -> BackendError:
+        if self.tick is not None:
+            self._words[self._link_faults] = _LOST  # until it is read again: `said` then names it
         return type(error)(f"{self.member.label}: {error}")
+
+    def said(self) -> Said:
+        """What it says after this cycle."""
+        faults = 0 if self.tick is None else int(self._words[self._link_faults])
+        stale = bool(self.provides) and self.age > max(self.max_age_ticks, REST_TICKS)
+        return Said(self.member.label, self.member.axes, faults, stale, _words(self.backend))
 
     @property
     def stopped(self) -> bool:
@@ -265,6 +301,10 @@ class Composite:
     def close(self) -> None:
         """Release every device. Never raises."""
         reach_all([device.backend.close for device in self._devices])
+
+    def said(self) -> list[Said]:
+        """What every device says after this cycle."""
+        return [device.said() for device in self._devices]
 
     def counts(self) -> dict[str, int]:
         """What the links have seen, each name after its device's, and how often a budget was overrun."""

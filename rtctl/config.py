@@ -7,7 +7,7 @@ The tables and their bounds stand in `rtctl.config_tables`.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -23,10 +23,11 @@ from pydantic import (
 
 from hw import registry
 from hw.interface import BackendError, Rig
-from hw.outside import MOST_TABLE_BYTES, read_bounded, shown, toml_of, whole
+from hw.outside import whole
+from hw.plain_words import Key
 from hw.rig import Member
 from rtctl.config_devices import Composition
-from rtctl.config_faults import MOST_MESSAGE, fault_lines, no_files, tiny_lines
+from rtctl.config_faults import fault_lines, no_files, tiny_lines
 from rtctl.config_tables import (
     AxisTable,
     DeviceTable,
@@ -41,6 +42,7 @@ from rtctl.config_tables import (
 )
 from rtctl.errors import ConfigError
 from rtctl.protocol import MOST_AXES
+from rtctl.toml_lines import read_toml
 
 
 def _or_switch(schema: dict[str, Any]) -> None:
@@ -122,6 +124,11 @@ class Config(Table):
     def simulated(self) -> bool:
         """True when no device of the rig has a real actuator."""
         return all(registry.lookup(device.kind).simulated for device in self.device)
+
+    @property
+    def may_be_late(self) -> bool:
+        """True for a simulated rig on a laptop without real-time rights: it counts its late ticks and goes on, for nobody holds it."""
+        return self.simulated and self.loop.realtime != "require"
 
     def hardware(self) -> Rig:
         """The facts a backend needs."""
@@ -210,22 +217,16 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
         is given for a rig that is not simulated, or has no one device to take it.
     """
     path = Path(path).resolve()
-    try:
-        raw = read_bounded(path, MOST_TABLE_BYTES)
-        data = toml_of(raw)
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot read the rig file: {error.strerror}") from error
-    except ValueError as error:
-        raise ConfigError(f"{path}: not a TOML file: {shown(error, MOST_MESSAGE)}") from error
-    faults = tiny_lines(path, data)
+    raw, data, where = read_toml(path)
+    faults = tiny_lines(where, data)
     config: Config | None = None
     try:
         config = Config.model_validate(data)
     except ValidationError as error:
-        faults += fault_lines(path, "", error)
+        faults += fault_lines(where, (), error, Config, data)
     if script is not None and config is not None:
         faults += _put_script(path, config, data, Path(script).resolve())
-    options, more = _device_options(path, data)
+    options, more = _device_options(path, data, where)
     faults += more
     if config is not None and not faults:
         faults += [f"{path}: {line}" for line in config.composition(options).faults()]
@@ -237,7 +238,9 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
     )
 
 
-def _device_options(path: Path, data: dict[str, Any]) -> tuple[list[dict[str, Any]], list[str]]:
+def _device_options(
+    path: Path, data: dict[str, Any], where: Callable[[Key], str]
+) -> tuple[list[dict[str, Any]], list[str]]:
     """Validate every device's options against its backend's own model."""
     devices = data.get("device")
     valid: list[dict[str, Any]] = []
@@ -246,15 +249,16 @@ def _device_options(path: Path, data: dict[str, Any]) -> tuple[list[dict[str, An
         kind = device.get("kind") if isinstance(device, dict) else None
         if not isinstance(kind, str):
             continue  # the table's own fault
-        faults += [f"{path}: device[{i}].options.{line}" for line in no_files(path.parent, device)]
+        faults += no_files(where, ("device", i, "options"), path.parent, device)
         try:
             model = registry.options_model(kind)
             context = {"folder": path.parent, **_facts(data, device)}
             options = model.model_validate(device.get("options", {}), context=context)
         except ValidationError as error:
-            faults += fault_lines(path, f"device[{i}].options", error)
+            key = ("device", i, "options")
+            faults += fault_lines(where, key, error, model, device.get("options", {}))
         except BackendError as error:
-            faults.append(f"{path}: device[{i}].kind: {error}")
+            faults.append(f"{where(('device', i, 'kind'))}: device[{i}].kind: {error}")
         else:
             valid.append(options.model_dump(mode="json"))
     return valid, faults

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from hw.outside import whole
+from hw.plain_words import NAME_PATTERN
 
 
 class Table(BaseModel):
@@ -24,7 +25,7 @@ def _number(low: float, high: float, text: str, **more: Any) -> Any:  # noqa: AN
     return Field(ge=low, le=high, description=text, **more)
 
 
-Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,31}$")]
+Name = Annotated[str, Field(pattern=NAME_PATTERN)]
 
 
 class RigTable(Table):
@@ -168,10 +169,16 @@ class ObserverTable(Table):
     """[axis.friction.observer]: disturbance observer from the force sensor; off while gain is 0, or without a sensor"""
 
     gain: float = _number(0, 0.98, "share of what the feed-forward leaves that it compensates", default=0.9)
-    bandwidth_hz: float = _number(0.5, 200, "of its low-pass; too much rings on a stiff hand", default=20.0)
+    bandwidth_hz: float = _number(
+        0, 200, "of its low-pass; too much rings on a stiff hand; 0: rate_hz/20, at most 20", default=0.0
+    )
     deadband_nm: float = _number(
         0, 1e3, "friction left alone: more than the force sensor may be off after its tare", default=0.003
     )
+
+    def bandwidth_at(self, rate_hz: float) -> float:
+        """Bandwidth in Hz of a loop of this rate."""
+        return self.bandwidth_hz or min(20.0, rate_hz / 20)
 
 
 class FrictionTable(Table):
@@ -206,10 +213,10 @@ class FrictionTable(Table):
         1e-5, 1e3, "hand torque at which intent saturates; 0.2 F_c is usual", default=0.05
     )
     intent_lowpass_hz: float = _number(
-        0.1,
+        0,
         5000,
-        "low-pass of the hand's torque for the intent: the mass of a hand buzzes without",
-        default=50.0,
+        "low-pass of the hand's torque for the intent: the mass of a hand buzzes without; 0: rate_hz/20, at most 50",
+        default=0.0,
     )
     gate_deadband_nm: float = _number(0, 1e3, "hand torque below which the gate stays shut", default=0.002)
     gate_nm: float = _number(
@@ -224,6 +231,10 @@ class FrictionTable(Table):
     )
     drift_nm: float = _number(0, 1e3, "how far friction may have drifted below the model", default=0.0)
     observer: ObserverTable = ObserverTable()
+
+    def intent_lowpass_at(self, rate_hz: float) -> float:
+        """Low-pass of the intent in Hz of a loop of this rate."""
+        return self.intent_lowpass_hz or min(50.0, rate_hz / 20)
 
 
 class ForceFeedbackTable(Table):
@@ -373,8 +384,18 @@ class ViewTable(Table):
 class TelemetryTable(Table):
     """[telemetry]"""
 
-    state_hz: float = _number(1, 1000, "rate of the decimated state samples", default=100.0)
-    batch_ms: float = _number(1, 1000, "ticks per message, as time", default=20.0)
+    state_hz: float | None = _number(
+        1,
+        1000,
+        "rate of the decimated state samples; left out: 100, or one a message if that is more",
+        default=None,
+    )
+    batch_ms: float | None = _number(
+        1,
+        1000,
+        "ticks per message, as time; left out: 8 ticks, at least 2 ms and at most 20 ms",
+        default=None,
+    )
     plotjuggler: bool = Field(
         False, description="also publish the state samples on 127.0.0.1 without keys, read-only, for viewers"
     )

@@ -16,15 +16,14 @@ import numpy as np
 from rtctl.control.vocabulary import State
 from rtctl.host.auto_arm import AutoArm
 from rtctl.host.supervisor import Host
+from rtctl.shipped import shipped
 
 SETTLE_S = 1.0
 
 
 def shipped_config(name: str) -> Path:
     """Path of a rig file that comes with rtctl, e.g. `mock.toml`, in a checkout or in an installed package."""
-    package = Path(__file__).parent
-    inside = package / "configs" / name
-    return inside if inside.exists() else package.parent / "configs" / name
+    return shipped(f"configs/{name}")
 
 
 @dataclass

@@ -15,7 +15,8 @@
     ├── ClientError           exit 12  a client could not do what was asked
     │   ├── NoReplyError               the daemon did not answer in time
     │   └── RefusedError               the daemon refused, and said why
-    └── HandOnRigError        exit 13  a hand was on the rig where there must be none
+    ├── HandOnRigError        exit 13  a hand was on the rig where there must be none
+    └── RecordingError        exit 14  the disk refused parts of a recording
 
 Exit code 2 is click's own: wrong command-line usage.
 """
@@ -122,3 +123,9 @@ class HandOnRigError(RtctlError):
     """A hand (or a load) on the force sensor of a rig that must move by itself."""
 
     exit_code = 13
+
+
+class RecordingError(RtctlError):
+    """A recording that the disk refused: it has gaps, or is not there at all."""
+
+    exit_code = 14

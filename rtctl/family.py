@@ -6,6 +6,7 @@ from pydantic import ValidationError
 
 from hw import registry
 from hw.mock.family import FAMILY, merged, options_with
+from hw.plain_words import explain
 from rtctl.config import Config, LoadedConfig
 from rtctl.errors import ConfigError
 
@@ -29,5 +30,12 @@ def with_plant(loaded: LoadedConfig, name: str) -> LoadedConfig:
         wanted = options_with(plant, loaded.options)
         options = registry.options_model("mock").model_validate(wanted, context={"n_axes": config.n_axes})
     except ValidationError as error:
-        raise ConfigError(f"{loaded.path}: plant {name!r} does not fit: {error}") from error
+        of_rig = error.title == Config.__name__
+        told = (
+            explain(error, Config, table)
+            if of_rig
+            else explain(error, registry.options_model("mock"), wanted)
+        )
+        faults = "; ".join(f"{one.where}: {one.text}" for one in told)
+        raise ConfigError(f"{loaded.path}: plant {name!r} does not fit: {faults}") from error
     return loaded.model_copy(update={"config": config, "options": options.model_dump(mode="json")})

@@ -7,6 +7,7 @@ taken to the client's machine, and is kept nowhere else. Revoking removes the cl
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import secrets
@@ -24,6 +25,8 @@ CLIENTS = "clients"
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,31}")
 _Z85 = re.compile(r"[0-9a-zA-Z.\-:+=^!/*?&<>()\[\]{}@%$#]{40}")
 _MOST_BYTES = 4096
+_PASSING = (errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.EIO, errno.EINTR)
+"""What says nothing about the file, but of the moment."""
 
 
 @dataclass(frozen=True)
@@ -91,27 +94,38 @@ class KeyStore:
         return ServerKey(**_read(path, ("public_key", "secret_key"), private=True))
 
     def clients(self) -> tuple[dict[str, Key], list[str]]:
-        """Clients that are let in, by public key, and one line for every file that cannot be used."""
+        """Clients that are let in, by public key, and one line for every file that cannot be used.
+
+        Raises
+        ------
+        OSError
+            The folder or a file cannot be read now: nothing is known.
+        """
         found: dict[str, Key] = {}
         faults: list[str] = []
-        for path in sorted(self._clients.glob("*.key")):
+        try:
+            paths = sorted(path for path in self._clients.iterdir() if path.suffix == ".key")
+        except FileNotFoundError:
+            paths = []
+        for path in paths:
             try:
                 values = _read(path, ("name", "role", "public_key", "created"), private=False)
                 if values["name"] != path.stem:
                     raise ConfigError(f"{path}: name {values['name']!r} is not the file's name")
                 found[values["public_key"]] = Key(**values)
             except ConfigError as error:
+                if isinstance(error.__cause__, OSError) and error.__cause__.errno in _PASSING:
+                    raise error.__cause__ from None
                 faults.append(str(error))
         return found, faults
 
     def signature(self) -> tuple[tuple[str, int, int], ...]:
-        """Changes whenever a client's file is added, removed or replaced."""
+        """Changes whenever a client's file is added, removed or replaced. Raises OSError for a folder that cannot be read."""
         try:
             with os.scandir(self._clients) as entries:
-                marks = [(entry.name, entry.stat().st_ino, entry.stat().st_mtime_ns) for entry in entries]
+                return tuple(sorted(_mark(entry) for entry in entries))
         except FileNotFoundError:
             return ()
-        return tuple(sorted(marks))
 
     def new(self, name: str, role: str, out: Path) -> Path:
         """Make a client's pair, let it in, and write its secret to `out`; returns `out`.
@@ -193,6 +207,15 @@ class KeyStore:
                 raise ConfigError(f"{folder}: others may write there; run: chmod go-w {folder}")
 
 
+def _mark(entry: os.DirEntry[str]) -> tuple[str, int, int]:
+    """Name, number and time of a file; of the link itself where it leads nowhere or to itself."""
+    try:
+        status = entry.stat()
+    except OSError:
+        status = entry.stat(follow_symlinks=False)
+    return entry.name, status.st_ino, status.st_mtime_ns
+
+
 def _pair() -> tuple[str, str]:
     import zmq
 
@@ -225,11 +248,18 @@ def _write(path: Path, values: dict[str, str], like: Path | None) -> None:
 def _read(path: Path, names: tuple[str, ...], *, private: bool) -> dict[str, str]:
     """The values of a key file, checked."""
     try:
-        with path.open("rb") as file:
-            mode = os.fstat(file.fileno()).st_mode
-            raw = file.read(_MOST_BYTES)
+        fd = os.open(
+            path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC
+        )  # a FIFO would wait for its writer
+        try:
+            mode = os.fstat(fd).st_mode
+            raw = os.read(fd, _MOST_BYTES) if stat.S_ISREG(mode) else b""
+        finally:
+            os.close(fd)
     except OSError as error:
         raise ConfigError(f"{path}: cannot read the key: {error.strerror}") from error
+    if not stat.S_ISREG(mode):
+        raise ConfigError(f"{path}: not a file: a key is a small text file; remove it")
     if private and mode & (stat.S_IRWXG | stat.S_IRWXO):
         raise ConfigError(f"{path}: others may read this secret; run: chmod 600 {path}")
     try:

@@ -16,6 +16,7 @@ from rtctl.control.delay_cover import delay_covered_ticks
 from rtctl.control.disturbance_observer import SMOOTHING
 from rtctl.control.gate import WINDOW_S
 from rtctl.control.records import HELD, new_records
+from rtctl.control.resting import REST_HZ
 from rtctl.control.velocity import kalman_gains, lowpass_alpha
 from rtctl.control.vocabulary import DeviceVelocity, Environment, Policy, VelocityMethod
 from rtctl.friction import artefact
@@ -121,9 +122,7 @@ def _fill_scalars(p: np.void, config: Config) -> None:
     p["target_hold_ticks"] = TARGET_HOLD_TICKS
     p["target_stop_ticks"] = TARGET_STOP_TICKS
     p["stale_limit_ticks"] = STALE_LIMIT_TICKS
-    # A simulated rig on a laptop without real-time rights counts its late ticks and goes on: nobody holds it.
-    lenient = config.simulated and config.loop.realtime != "require"
-    p["late_limit_ticks"] = 0 if lenient else LATE_LIMIT_TICKS
+    p["late_limit_ticks"] = 0 if config.may_be_late else LATE_LIMIT_TICKS
     p["waiver_share"] = _waiver_share(config)
     p["arming_ticks"] = max(2, math.floor(ARMING_PART_S * rate_hz))
     p["window_share"] = -math.expm1(-2 * config.period_s / WINDOW_S)
@@ -255,7 +254,7 @@ def _fill_compensation(
     p["friction_stop_rad"][a] = friction.stop_rad or sure.length_rad
     if "force" in config.rig.absent:
         return
-    fill_observer(p, a, period_s, friction.observer.gain, friction.observer.bandwidth_hz)
+    fill_observer(p, a, period_s, friction.observer.gain, friction.observer.bandwidth_at(1 / period_s))
     p["observer_deadband_nm"][a] = friction.observer.deadband_nm
     p["friction_seen_alpha"][a] = lowpass_alpha(SEEN_HZ, period_s)
     p["friction_seen_max_nm"][a] = min(SEEN_FACTOR * sure.peak_nm, float(p["friction_cap_nm"][a]))
@@ -280,7 +279,10 @@ def _fill_friction(p: np.void, a: int, axis: AxisTable, config: Config, model: F
     p["friction_deadband_rad_s"][a] = friction.deadband_rad_s
     p["friction_dither_ticks"][a] = max(2, round(config.loop.rate_hz / friction.dither_hz))
     p["friction_intent_nm"][a] = friction.intent_nm
-    p["friction_intent_alpha"][a] = lowpass_alpha(friction.intent_lowpass_hz, config.period_s)
+    p["friction_intent_alpha"][a] = lowpass_alpha(
+        friction.intent_lowpass_at(config.loop.rate_hz), config.period_s
+    )
+    p["rest_alpha"][a] = lowpass_alpha(REST_HZ, config.period_s)
     p["friction_gate_deadband_nm"][a] = friction.gate_deadband_nm
     p["friction_gate_nm"][a] = friction.gate_nm
     p["friction_gate_alpha"][a] = (

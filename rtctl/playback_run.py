@@ -16,6 +16,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from hw.interface import Backend, BackendError, Rig
+from hw.plain_words import explain
 from hw.playback.backend import PlaybackBackend
 from hw.playback.reader import TORQUE_UNITS, Recording
 from hw.playback.reader import load as load_recording
@@ -87,10 +88,7 @@ def config_for_log(options: Mapping[str, Any], rate_hz: float, axis: Mapping[str
     try:
         config = Config.model_validate(data)
     except ValidationError as error:
-        faults = tuple(
-            f"{'.'.join(str(part) for part in fault['loc'])}: {fault['msg']} (got {fault['input']!r})"
-            for fault in error.errors(include_url=False)
-        )
+        faults = tuple(f"{told.where}: {told.text}" for told in explain(error, Config, data))
         raise ConfigError("the rig given by options is not a valid one", faults) from error
     digest = hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
     return LoadedConfig(path=Path(options["file"]), sha256=digest, config=config, options=dict(options))

@@ -107,12 +107,13 @@ def wish(s: Subject) -> list[Verdict]:
         return []
     lead = found.feedforward_max_nm / table.intent_nm
     lead *= HEAVIEST_HAND_KGM2 / (s.table.inertia_kgm2 + HEAVIEST_HAND_KGM2)
-    alpha = -math.expm1(-2 * math.pi * table.intent_lowpass_hz * s.period_s)
+    lowpass_hz = table.intent_lowpass_at(1 / s.period_s)
+    alpha = -math.expm1(-2 * math.pi * lowpass_hz * s.period_s)
     loop = lead * alpha / (2 - alpha)
     passes_hz = _intent_bound_hz(lead, s.period_s)
     late = math.ceil(s.axis.delay_ticks) + s.axis.sample_ticks - 1
     later_hz = _late_bound_hz(lead, late, s.period_s)
-    quiet = table.intent_lowpass_hz <= later_hz
+    quiet = lowpass_hz <= later_hz
     beyond = Outcome.FAIL if not loop < 1 else Outcome.NOT_PROVED
     meaning = f"loop gain at half the rate with a hand of {HEAVIEST_HAND_KGM2:g} kg m^2: intent_lowpass_hz up to {passes_hz:.4g}"
     if late > 0:
@@ -124,10 +125,10 @@ def wish(s: Subject) -> list[Verdict]:
             "< 1",
             Outcome.PASS if loop < 1 and quiet else beyond,
             meaning,
-            max(loop, table.intent_lowpass_hz / later_hz),
+            max(loop, lowpass_hz / later_hz),
             ""
             if loop < 1
-            else f"{s.where}.friction.intent_lowpass_hz: axis {s.axis.name}: {table.intent_lowpass_hz:g} Hz lets a hand of "
+            else f"{s.where}.friction.intent_lowpass_hz: axis {s.axis.name}: {lowpass_hz:g} Hz lets a hand of "
             f"{HEAVIEST_HAND_KGM2:g} kg m^2 buzz at half the rate (loop gain {loop:.3g}), the bound is {passes_hz:.4g} Hz: that, "
             "or a larger intent_nm",
         )

@@ -98,7 +98,7 @@ def loop_of(s: Subject) -> Loop:
         viscous_nms_rad=s.table.viscous_nms_rad,
         period_s=s.period_s,
         gain=observer.gain,
-        bandwidth_hz=observer.bandwidth_hz,
+        bandwidth_hz=observer.bandwidth_at(1 / s.period_s),
         delay=axis.delay_ticks,
         lag_hz=axis.current_loop_hz,
         sample_ticks=axis.sample_ticks,
@@ -131,7 +131,8 @@ def steps_of_the_encoder(s: Subject) -> list[Verdict]:
     if not _observes(s):
         return []
     observer, held = s.table.friction.observer, _held_nm(s)
-    jump = count_torque_nm(s, observer.bandwidth_hz)
+    bandwidth_hz = observer.bandwidth_at(1 / s.period_s)
+    jump = count_torque_nm(s, bandwidth_hz)
     share = jump / held if held > 0 else math.inf
     outcome = Outcome.PASS if share <= NOISE_SHARE else Outcome.WARN if share <= NOISE_MOST else Outcome.FAIL
     remedy = f"bandwidth_hz = {_quiet_bandwidth(s):.3g}, or gain = 0" if held > 0 else "gain = 0"
@@ -146,7 +147,7 @@ def steps_of_the_encoder(s: Subject) -> list[Verdict]:
             outcome,
             meaning,
             share / NOISE_SHARE,
-            f"{s.where}.friction.observer.bandwidth_hz: axis {s.axis.name}: at {observer.bandwidth_hz:g} Hz one of "
+            f"{s.where}.friction.observer.bandwidth_hz: axis {s.axis.name}: at {bandwidth_hz:g} Hz one of "
             f"{s.table.encoder_counts_per_rev:g} counts is {jump:.3g} N m, the bound is {NOISE_SHARE * held:.3g} N m: {remedy}, "
             "or a finer encoder"
             if outcome == Outcome.FAIL
@@ -168,7 +169,7 @@ def count_torque_nm(s: Subject, bandwidth_hz: float) -> float:
 
 def _quiet_bandwidth(s: Subject) -> float:
     """Largest bandwidth at which a count is below the bound, Hz: the torque rises with the bandwidth."""
-    low, high = 0.0, s.table.friction.observer.bandwidth_hz
+    low, high = 0.0, s.table.friction.observer.bandwidth_at(1 / s.period_s)
     for _ in range(40):
         middle = 0.5 * (low + high)
         low, high = (

@@ -109,6 +109,11 @@ class CanBackend:
         self._prime(bus)
         self._bind(tick)
 
+    @property
+    def silent_cycles(self) -> int:
+        """Cycles since the last whole sample."""
+        return self._silent
+
     def _open_bus(self) -> Bus:
         if self.bus is None:
             raise LinkLost(f"the bus {self._options['bus']['channel']} is not open")
@@ -189,6 +194,10 @@ class CanBackend:
         if self.bus is None:
             raise LinkLost("the CAN bus is not open")
         self.send(self.bus, enabled=self._enabled[0] != 0)
+
+    def ask(self) -> None:
+        """See AskedBackend: what `open` asks with, once."""
+        self._prime(self._open_bus())
 
     def counts(self) -> dict[str, int]:
         """Samples taken, frames refused here by reason, and what the controller reported."""

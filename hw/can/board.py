@@ -9,12 +9,13 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from hw.can.armed import Armed
 from hw.can.backend import CanBackend
 from hw.can.bus import EXTENDED, Bus, Handler, wait_for
 from hw.can.fields import CHECKSUMS, Buffer, Encode, Field, Sequence, Unwrap, decoder, encoder, raw_decoder
 from hw.can.load import Traffic
 from hw.can.sample import Sample
-from hw.interface import BackendError, LinkFault, Options, Rig
+from hw.interface import BackendError, LinkFault, Options, Rig, Words
 
 UNITS = {
     "rad": 1.0, "deg": math.pi / 180, "turn": 2 * math.pi, "count": 1.0,
@@ -23,11 +24,14 @@ UNITS = {
 }  # fmt: skip
 """Unit of a field's physical value -> factor to SI. Counts are those of the axis' encoder_counts_per_rev."""
 
-CHANNELS = ("position", "velocity", "current", "force", "temperature", "estop", "fault")
+CHANNELS = ("position", "velocity", "current", "force", "temperature", "estop", "fault", "enabled")
 COMMANDS = ("current_command", "torque", "enable", "counter", "constant")
 
 OPEN_S, OPEN_ASKED = 1.0, 10
 """How long `open` waits for a first sample, and how often it asks: one lost frame is no missing board."""
+
+ARM_S = 0.5
+"""Longest time from `enable` to `enabled`, where the board tells it."""
 
 _DEVICE = int(LinkFault.DEVICE)
 
@@ -75,25 +79,31 @@ class ReceivedFrame:
 
     def __init__(self, table: Options, rig: Rig, sample: Sample) -> None:
         self._sample, self._length = sample, int(table["length"])
-        self._bit = sample.need() if table["required"] else 0
+        self.id = int(table["id"])
+        self.bit = sample.need() if table["required"] else 0
         counter, checksum = table["counter"], table["checksum"]
         self._count = raw_decoder(make_field(counter, self._length)) if counter else None
         self._sequence = Sequence(counter["bits"]) if counter else None
         self._checksum = (CHECKSUMS[checksum["kind"]], checksum["byte"]) if checksum else None
         self.fault = False
+        told = [field for field in table["field"] if field["channel"] == "enabled"]
+        self.armed = [Armed(round(ARM_S / rig.period_s)) for _ in told]
+        self._tells = iter(self.armed)
         self._fields = [self._compile(field, rig) for field in table["field"]]
         self._values = [0.0] * len(self._fields)
 
     def _compile(self, table: Options, rig: Rig) -> tuple[Callable[[Buffer, int], float], Any, int]:
         field, factor = make_field(table, self._length), _factor(table, rig)
         channel, axis = table["channel"], int(table["axis"])
+        if channel == "enabled":
+            channel = next(self._tells)
         target: Any = {
             "position": self._sample.position_rad,
             "velocity": self._sample.velocity_rad_s,
             "current": self._sample.current_a,
             "temperature": self._sample.temperature_c,
             "force": self._sample.force_n,
-        }.get(channel, channel)
+        }.get(table["channel"], channel)
         if table["wrap"]:
             raw, unwrap = raw_decoder(field), Unwrap(field.bits)
             scale, offset = factor * field.scale, factor * field.offset
@@ -122,9 +132,11 @@ class ReceivedFrame:
         for value, (_, target, axis) in zip(values, self._fields, strict=True):
             if isinstance(target, str):
                 self._flag(target, value)
+            elif isinstance(target, Armed):
+                target.saw(value != 0)
             else:
                 target[axis] = value
-        sample.fresh |= self._bit
+        sample.fresh |= self.bit
 
     def _intact(self, buffer: Buffer, offset: int) -> bool:
         if self._checksum is None:
@@ -205,15 +217,17 @@ class BoardBackend(CanBackend):
                     )
         given = {field["channel"] for table in options["receive"] for field in table["field"]}
         wanted = {field["channel"] for table in options["send"] for field in table["field"]}
-        self.provides = frozenset(given - {"fault"})
+        self.provides = frozenset(given - {"fault", "enabled"})
         self.consumes = frozenset(wanted & {"current_command", "torque"})
         self._received: list[ReceivedFrame] = []
         self._sent: list[SentFrame] = []
+        self._armed: list[Armed] = []
 
     def _set_up(self, bus: Bus) -> Mapping[int, Handler]:
         self.sample.needed = self.sample.fresh = 0
         self._received = [ReceivedFrame(table, self._rig, self.sample) for table in self._options["receive"]]
         self._sent = [SentFrame(table, self._rig, bus) for table in self._options["send"]]
+        self._armed = [armed for frame in self._received for armed in frame.armed]
         handlers: dict[int, Handler] = {}
         for table, frame in zip(self._options["receive"], self._received, strict=True):
             handlers[identifier(table)] = frame.handler
@@ -239,8 +253,11 @@ class BoardBackend(CanBackend):
 
     def send(self, bus: Bus, *, enabled: bool) -> None:
         """See CanBackend."""
+        on = enabled
+        for armed in self._armed:
+            on = armed.order(enabled) and on
         for frame in self._sent:
-            frame.send(bus, self._current, self._torque, enabled)
+            frame.send(bus, self._current, self._torque, on)
 
     def _stop(self, bus: Bus) -> None:
         for frame in self._sent:
@@ -250,4 +267,14 @@ class BoardBackend(CanBackend):
         for frame in self._received:
             if frame.fault:
                 return _DEVICE
+        for armed in self._armed:
+            if armed.ill:
+                return _DEVICE
         return 0
+
+    def words(self) -> list[Words]:
+        """See `SpeakingBackend`: which frame carries the fault flag, and which frames have not come."""
+        told = [f"frame 0x{f.id:x} sets its fault flag" for f in self._received if f.fault]
+        waiting = self.sample.needed & ~self.sample.fresh if self.silent_cycles else 0
+        told += [f"frame 0x{f.id:x} does not come" for f in self._received if waiting & f.bit]
+        return [Words(", ".join(told), self._device_faults(), bool(waiting))]

@@ -48,7 +48,7 @@ class BitsOptions(Table):
 class ReceivedField(BitsOptions):
     """[[device.options.receive.field]]"""
 
-    channel: Literal["position", "velocity", "current", "force", "temperature", "estop", "fault"]
+    channel: Literal["position", "velocity", "current", "force", "temperature", "estop", "fault", "enabled"]
     axis: int = Field(0, ge=0, le=7, description="axis of the rig; force: 0, 1, 2 are x, y, z")
     unit: Unit = Field("1", description="of the physical value; counts: encoder_counts_per_rev of the axis")
     wrap: bool = Field(False, description="an encoder counter that wraps: followed through its wraps")

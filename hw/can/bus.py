@@ -7,6 +7,7 @@ carry SocketCAN's flags in their upper bits, so that one integer tells standard 
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
@@ -89,6 +90,20 @@ def wait_for(bus: Bus, done: Callable[[], bool], seconds: float) -> bool:
             return done()
         time.sleep(2e-4)
     return True
+
+
+def twice_within(count: Callable[[], int], seconds: float) -> Callable[[], bool]:
+    """What tells, asked again and again from a count of 0 on, whether two have come no more than `seconds` apart."""
+    seen, at = 0, -math.inf
+
+    def _close() -> bool:
+        nonlocal seen, at
+        new, seen, now = count() - seen, count(), time.monotonic()
+        close = new > 1 or (new == 1 and now - at <= seconds)
+        at = now if new else at
+        return close
+
+    return _close
 
 
 def require(condition: bool, text: str) -> None:

@@ -14,9 +14,11 @@ from __future__ import annotations
 
 import struct
 
+from hw.can.armed import Armed
 from hw.can.bus import Bus, Handler, wait_for
 from hw.can.fields import Buffer, Unwrap
 from hw.can.load import Traffic
+from hw.can.names import emergency_name
 from hw.can.sample import Sample, Shaft
 from hw.interface import BackendError, LinkFault, Options, Rig
 
@@ -94,7 +96,7 @@ class Cia402Axis:
     def __init__(self, table: Options, options: Options, rig: Rig, axis: int, sample: Sample) -> None:
         self.node, self._axis, self._sample = int(table["node"]), axis, sample
         self._shaft = Shaft(table, rig, axis)
-        self._table, self._options = table, options
+        self._table, self._options, self._period_s = table, options, rig.period_s
         self._bit = sample.need()
         self._rad_per_count = self._shaft.rad_per_turn / float(table["counts_per_turn"])
         self._torque_rated_nm = float(table["rated_torque_nm"] or 0.0)
@@ -103,10 +105,9 @@ class Cia402Axis:
         self._velocity_bit = sample.need() if units else 0
         self._rad_s_per_unit = self._shaft.rad_per_turn / units if units else 0.0
         self._unwrap = Unwrap(32)
-        self._arm_ticks = round(ARM_S / rig.period_s)
+        self._armed = Armed(round(ARM_S / rig.period_s))
         self._heartbeat_ticks = max(1, round(5e-3 * options["heartbeat_ms"] / rig.period_s))
-        self._enabled = False
-        self._tick = self._armed_for = self._silent_for = 0
+        self._tick = self._silent_for = 0
         self.state, self.emergency, self.nmt = NOT_READY, 0, OPERATIONAL
         self.identity = b""
 
@@ -127,6 +128,7 @@ class Cia402Axis:
             return
         statusword, counts, current = FEEDBACK.unpack_from(buffer, offset)
         self.state = _STATES[statusword & 0x7F]
+        self._armed.saw(self.state == ENABLED)
         sample, shaft, axis = self._sample, self._shaft, self._axis
         sample.position_rad[axis] = self._unwrap(counts) * self._rad_per_count + shaft.offset_rad
         sample.current_a[axis] = shaft.direction * 1e-3 * current * self._current_rated_a
@@ -155,8 +157,11 @@ class Cia402Axis:
         self._command = bus.outgoing(RPDO1 + self.node, COMMAND.size)
         self._sync = bus.outgoing(SYNC, 0)
         self._set(SHUT_DOWN, 0)
-        found = configure(bus, self.node, self._table, self._options)
-        self._torque_rated_nm, self._current_rated_a, self.identity = found
+        found = configure(bus, self.node, self._table, self._options, self._period_s)
+        self._torque_rated_nm, current_a, self.identity = found
+        if current_a is None:  # its full scale is the current that gives the rated torque
+            current_a = self._torque_rated_nm / abs(self._shaft.torque_per_ampere)
+        self._current_rated_a = current_a
         self._unwrap = Unwrap(32)
         bus.subscribe(self.handlers())
         start = bus.outgoing(NMT, 2)
@@ -188,23 +193,21 @@ class Cia402Axis:
 
     def write(self, bus: Bus, current_a: float, enabled: bool) -> None:
         """Send this cycle's controlword and torque."""
-        if enabled != self._enabled:
-            self._enabled, self._armed_for = enabled, 0
+        on = self._armed.order(enabled)
         self._tick += 1
-        self._armed_for += 1
         self._silent_for += 1
         target = 0
-        if enabled and self.state == ENABLED:
+        if on and self.state == ENABLED:
             torque_nm = self._shaft.limited(current_a) * self._shaft.torque_per_ampere
             target = per_mille(torque_nm, self._torque_rated_nm)
-        self._set(controlword(self.state, enabled, self._tick), target)
+        tick = 1 if enabled else self._tick  # no fault is reset while the host wants torque
+        self._set(controlword(self.state, on, tick), target)
         bus.send(self._command)
 
     def link_faults(self) -> int:
-        """DEVICE: fault, or not enabled though told so; LOST: no heartbeat."""
+        """DEVICE: fault, out of operation enabled again, or never in it; LOST: no heartbeat."""
         faults = 0
-        late = self._enabled and self._armed_for > self._arm_ticks and self.state != ENABLED
-        if self.state == FAULT or late or self.nmt != OPERATIONAL:
+        if self.state == FAULT or self._armed.ill or self.nmt != OPERATIONAL:
             faults |= _DEVICE
         if self._silent_for > self._heartbeat_ticks:
             faults |= _LOST
@@ -213,12 +216,12 @@ class Cia402Axis:
     def status(self) -> str:
         """What the drive says about itself."""
         return f"node {self.node}: {self.state}" + (
-            f", emergency 0x{self.emergency:04x}" if self.emergency else ""
+            f", emergency {emergency_name(self.emergency)}" if self.emergency else ""
         )
 
     def stop(self, bus: Bus) -> None:
         """Power stage off, torque 0. RPDO1 is event-driven for the controlword, SYNC follows all the same."""
-        self._enabled = False
+        self._armed.order(False)
         self._set(SHUT_DOWN, 0)
         bus.send(self._command)
         bus.send(self._sync)

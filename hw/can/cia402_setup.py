@@ -3,30 +3,42 @@
 from __future__ import annotations
 
 import struct
+import time
 from typing import Any
 
 from hw.can.bus import Bus
 from hw.interface import BackendError, Options
 
 CYCLIC_SYNCHRONOUS_TORQUE = 10
-_OFF = 0x8000_0000
+SHUT_DOWN = 0x06
+_OFF, _NO_REMOTE = 0x8000_0000, 0x4000_0000
+"""Bits of a PDO's COB-ID: it does not exist; no remote frame asks for it, which most drives have and refuse to change."""
 _RPDO = (0x6040_0010, 0x6071_0010)  # controlword u16, target torque i16
-_TPDO = (0x6041_0010, 0x6064_0020, 0x6078_0010)  # statusword u16, position i32, current i16
+_TPDO = (0x6041_0010, 0x6064_0020)  # statusword u16, position i32; and one of these:
+_CURRENT, _TORQUE = 0x6078_0010, 0x6077_0010  # i16, per mille of rated current, of rated torque
 _TPDO2 = (0x606C_0020,)  # velocity i32
 _SYNCHRONOUS = 1
+_NO_ACTION = 0
+"""Of object 6007: the drive goes on as it is when it hears the host no more."""
 
 SDO_ATTEMPTS = 3
 """An object is asked for so often before the drive counts as silent: a frame may be lost on a busy line."""
+MODE_S, MODE_ASKED = 0.5, 25
+"""How long a drive may take to show the mode it was set to, and how often it is asked meanwhile."""
+
+
+class RefusedError(BackendError):
+    """The drive answers that it has no such object, or does not take that value."""
 
 
 class SdoClient:
     """Reads and writes objects of one node."""
 
     def __init__(self, node: Any, number: int) -> None:  # noqa: ANN401
-        from canopen.sdo.exceptions import SdoError
+        from canopen.sdo.exceptions import SdoAbortedError, SdoError
 
         self._node, self._number = node, number
-        self._errors = (SdoError,)
+        self._errors, self._aborted = (SdoError,), SdoAbortedError
 
     def write(self, index: int, sub: int, value: int, size: int) -> None:
         """Download an unsigned or negative number of `size` bytes. Raises BackendError."""
@@ -44,27 +56,39 @@ class SdoClient:
             raise self._error("read", index, sub, error) from error
 
     def try_write(self, index: int, sub: int, value: int, size: int) -> bool:
-        """Download where the drive has the object; False where it has not."""
+        """Download where the drive takes it; False where it does not. Raises BackendError if it is silent."""
         try:
             self.write(index, sub, value, size)
-        except BackendError:
+        except RefusedError:
             return False
         return True
 
+    def try_read(self, index: int, sub: int) -> int | None:
+        """Upload; None where the drive has no such object. Raises BackendError if it is silent."""
+        try:
+            return self.read(index, sub)
+        except RefusedError:
+            return None
+
     def _error(self, what: str, index: int, sub: int, error: Exception) -> BackendError:
-        return BackendError(
+        kind = RefusedError if isinstance(error, self._aborted) else BackendError
+        return kind(
             f"cia402 node {self._number}: cannot {what} object {index:04X}:{sub:02X}: {error}; check power, wiring, "
             "node id, bit rate, and that the drive supports cyclic synchronous torque (mode 10)"
         )
 
 
-def configure(bus: Bus, node: int, table: Options, options: Options) -> tuple[float, float, bytes]:
+def configure(
+    bus: Bus, node: int, table: Options, options: Options, period_s: float
+) -> tuple[float, float | None, bytes]:
     """Mode, PDO mapping, heartbeats both ways; then operational.
 
     Returns
     -------
-    rated_torque_nm, rated_current_a : float
-        From the options, or else from objects 6076 and 6075.
+    rated_torque_nm : float
+        From the options, or else from object 6076.
+    rated_current_a : float or None
+        From the options, or else from object 6075; None: the drive shows its torque (6077) in place of its current.
     identity : bytes
         Vendor, product and serial number (object 1018).
 
@@ -85,50 +109,129 @@ def configure(bus: Bus, node: int, table: Options, options: Options) -> tuple[fl
         remote.sdo.RESPONSE_TIMEOUT, remote.sdo.MAX_RETRIES = options["sdo_timeout_s"], SDO_ATTEMPTS
         sdo = SdoClient(remote, node)
         remote.nmt.state = "PRE-OPERATIONAL"
-        found = _rated(sdo, node, table)
+        _take_down(sdo)
+        torque_nm = _rated(sdo, node, table, "torque_nm", 0x6076)
         identity = struct.pack("<3I", *(sdo.read(0x1018, sub) for sub in (1, 2, 4)))
         _map(sdo, 0x1400, 0x1600, 0x200 + node, _RPDO)
-        _map(sdo, 0x1800, 0x1A00, 0x180 + node, _TPDO)
+        current = _map_feedback(sdo, node)
+        current_a = _rated(sdo, node, table, "current_a", 0x6075) if current == _CURRENT else None
         if table["velocity_units"]:
             _map(sdo, 0x1801, 0x1A01, 0x280 + node, _TPDO2)
-        _supervise(sdo, options)
+        _supervise(sdo, node, options)
         sdo.write(0x6060, 0, CYCLIC_SYNCHRONOUS_TORQUE, 1)
+        _set_period(sdo, node, period_s)
         remote.nmt.state = "OPERATIONAL"
+        _require_mode(sdo, node)
     finally:
         if network.notifier is not None:
             network.notifier.stop(1.0)
         bus.release(wire)
-    return (*found, identity)
+    return torque_nm, current_a, identity
 
 
-def _rated(sdo: SdoClient, node: int, table: Options) -> tuple[float, float]:
-    torque_nm = table["rated_torque_nm"] or 1e-3 * sdo.read(0x6076, 0)
-    current_a = table["rated_current_a"] or 1e-3 * sdo.read(0x6075, 0)
-    if torque_nm <= 0 or current_a <= 0:
+def _take_down(sdo: SdoClient) -> None:
+    """Power stage off before anything else: who died may have left it on, and `rtctl stop-rig` has no other purpose."""
+    sdo.try_write(0x6040, 0, SHUT_DOWN, 2)
+    sdo.try_write(0x6071, 0, 0, 2)
+
+
+def _rated(sdo: SdoClient, node: int, table: Options, what: str, index: int) -> float:
+    """Rated torque or current, from the options or the drive. Raises BackendError unless it is above 0."""
+    rated = float(table[f"rated_{what}"] or 1e-3 * sdo.read(index, 0))
+    if rated <= 0:
         raise BackendError(
-            f"cia402 node {node}: rated torque {torque_nm} N m (object 6076) and current {current_a} A (6075) must be "
-            "above 0: set them on the drive, or rated_torque_nm and rated_current_a in its [[device.options.axis]]"
+            f"cia402 node {node}: rated_{what} {rated} (object {index:04X}) must be above 0: set it on the drive, or "
+            f"rated_{what} in its [[device.options.axis]]"
         )
-    return torque_nm, current_a
+    return rated
 
 
 def _map(sdo: SdoClient, communication: int, mapping: int, cob_id: int, objects: tuple[int, ...]) -> None:
-    """Change a PDO the way CiA 301 demands: off, count 0, objects, count, type, on."""
-    sdo.write(communication, 1, _OFF | cob_id, 4)
+    """Change a PDO the way CiA 301 demands: off, count 0, objects, count, type, id, on.
+
+    Its id may not change while it exists, and bit 30 stays what the drive says.
+    """
+    before = sdo.read(communication, 1)
+    wanted = before & _NO_REMOTE | cob_id
+    if not before & _OFF:
+        sdo.write(communication, 1, _OFF | before, 4)
     sdo.write(mapping, 0, 0, 1)
     for sub, entry in enumerate(objects, start=1):
         sdo.write(mapping, sub, entry, 4)
     sdo.write(mapping, 0, len(objects), 1)
     sdo.write(communication, 2, _SYNCHRONOUS, 1)
-    sdo.write(communication, 1, cob_id, 4)
+    if _OFF | before != _OFF | wanted:
+        sdo.write(communication, 1, _OFF | wanted, 4)
+    sdo.write(communication, 1, wanted, 4)
 
 
-def _supervise(sdo: SdoClient, options: Options) -> None:
+def _map_feedback(sdo: SdoClient, node: int) -> int:
+    """Map statusword, position and current, or torque where the drive does not show a current; returns which."""
+    try:
+        _map(sdo, 0x1800, 0x1A00, 0x180 + node, (*_TPDO, _CURRENT))
+    except RefusedError as current:
+        try:
+            _map(sdo, 0x1800, 0x1A00, 0x180 + node, (*_TPDO, _TORQUE))
+        except RefusedError as torque:
+            raise BackendError(f"{torque}; with the current (6078) in its place: {current}") from torque
+        return _TORQUE
+    return _CURRENT
+
+
+def interpolation_time(period_s: float) -> tuple[int, int]:
+    """Object 60C2 for a period: value of 1 to 255 and exponent of ten, as exact as it gets, in whole ms if they do."""
+    best = (1, -3)
+    for exponent in (-3, -4, -5, -6):
+        value = round(period_s / 10.0**exponent)
+        if not 1 <= value <= 255:
+            continue
+        best = value, exponent
+        if abs(value * 10.0**exponent - period_s) < 1e-9:
+            break
+    return best
+
+
+def _set_period(sdo: SdoClient, node: int, period_s: float) -> None:
+    """Tell the drive how often a torque comes (60C2), where it has that object; in the order it takes."""
+    value, exponent = interpolation_time(period_s)
+    wanted = {1: value, 2: exponent & 0xFF}
+    if sdo.try_read(0x60C2, 1) is None:
+        return
+    for order in ((1, 2), (2, 1)):
+        if all(sdo.try_write(0x60C2, sub, wanted[sub], 1) for sub in order):
+            break
+    shown = {sub: sdo.read(0x60C2, sub) & 0xFF for sub in wanted}
+    if shown != wanted:
+        exponent = shown[2] - 0x100 if shown[2] & 0x80 else shown[2]
+        raise BackendError(
+            f"cia402 node {node}: wants a torque every {1e3 * shown[1] * 10.0**exponent:g} ms (object 60C2) and takes no "
+            f"other period: set it on the drive to {1e3 * period_s:g} ms, or [loop] rate_hz to what it wants"
+        )
+
+
+def _require_mode(sdo: SdoClient, node: int) -> None:
+    """Wait until the drive shows the mode it was set to: a torque meant in another one may be a speed."""
+    for _ in range(MODE_ASKED):
+        shown = sdo.read(0x6061, 0) & 0xFF
+        if shown == CYCLIC_SYNCHRONOUS_TORQUE:
+            return
+        time.sleep(MODE_S / MODE_ASKED)
+    raise BackendError(
+        f"cia402 node {node}: set to cyclic synchronous torque (6060 = 10), it shows mode {shown} (6061): check that it "
+        "supports mode 10 (object 6502, bit 9), and that nothing else chooses its mode"
+    )
+
+
+def _supervise(sdo: SdoClient, node: int, options: Options) -> None:
     """The drive watches our heartbeat and we watch its; when ours ends it must stop (6007 = 1: fault).
 
-    Raises BackendError if the drive cannot watch it: without that, nothing stops it when the host dies.
+    Raises BackendError if the drive cannot watch it, or would do nothing: nothing else stops it when the host dies.
     """
     consumer = int(options["source"]) << 16 | int(options["time_to_live_ms"])
     sdo.write(0x1016, 1, consumer, 4)
     sdo.write(0x1017, 0, int(options["heartbeat_ms"]), 2)
-    sdo.try_write(0x6007, 0, 1, 2)
+    if not sdo.try_write(0x6007, 0, 1, 2) and sdo.try_read(0x6007, 0) == _NO_ACTION:
+        raise BackendError(
+            f"cia402 node {node}: goes on as it is when the host's heartbeat ends (object 6007 is 0) and does not let "
+            "that be changed: set 6007 to 1 (fault), 2 (off) or 3 (quick stop) on the drive"
+        )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, Protocol
 
 from hw.can.backend import CanBackend
@@ -10,7 +10,7 @@ from hw.can.bus import Bus, Handler
 from hw.can.cia402 import HEARTBEAT, OPERATIONAL, SYNC, Cia402Axis
 from hw.can.moteus import MoteusAxis
 from hw.can.odrive import OdriveAxis
-from hw.interface import BackendError, Options, Rig
+from hw.interface import BackendError, Options, Rig, Words
 
 
 class Drive(Protocol):
@@ -53,9 +53,12 @@ class DriveBackend(CanBackend):
                 f"{self.name}: {len(options['axis'])} [[device.options.axis]] tables for {rig.n_axes} axes; "
                 "give one per axis, in order"
             )
-        self.drives: Sequence[Drive] = [
-            self.kind(table, options, rig, axis, self.sample) for axis, table in enumerate(options["axis"])
-        ]
+        self.drives: list[Drive] = []
+        self._parts: list[int] = []
+        for axis, table in enumerate(options["axis"]):
+            before = self.sample.needed
+            self.drives.append(self.kind(table, options, rig, axis, self.sample))
+            self._parts.append(self.sample.needed & ~before)  # of a whole sample
         self.provides = frozenset({"position", "current", *self._more_channels()})
         self.consumes = frozenset({"current_command"})
         self._writers = [drive.write for drive in self.drives]
@@ -97,6 +100,14 @@ class DriveBackend(CanBackend):
     def status(self) -> list[str]:
         """What the drives say about themselves."""
         return [drive.status() for drive in self.drives]
+
+    def words(self) -> list[Words]:
+        """See `SpeakingBackend`: one per drive. A drive is silent while parts of its sample are missing."""
+        waiting = self.sample.needed & ~self.sample.fresh if self.silent_cycles else 0
+        return [
+            Words(drive.status(), drive.link_faults(), bool(waiting & part))
+            for drive, part in zip(self.drives, self._parts, strict=True)
+        ]
 
 
 class OdriveBackend(DriveBackend):

@@ -25,7 +25,7 @@ from hw.interface import Rig
 
 TORQUE_CONSTANT_NM_A = 0.0134
 STEP_S = 5e-4
-KINDS = ("odrive", "odrive-request", "moteus", "cia402", "can")
+KINDS = ("odrive", "odrive-request", "odrive-0.5", "moteus", "cia402", "can")
 
 
 def make_drives(kind: str, nodes: Sequence[int], time_to_live_s: float = 0.01) -> list[SimDrive]:
@@ -34,6 +34,7 @@ def make_drives(kind: str, nodes: Sequence[int], time_to_live_s: float = 0.01) -
     makers: dict[str, Any] = {
         "odrive": lambda node: OdriveSim(node, constant, 1e-3, time_to_live_s),
         "odrive-request": lambda node: OdriveSim(node, constant, None, time_to_live_s),
+        "odrive-0.5": lambda node: OdriveSim(node, constant, None, time_to_live_s, (0, 5, 6)),
         "moteus": lambda node: MoteusSim(node, constant),
         "cia402": lambda node: Cia402Sim(node, constant, 65536.0),
         "can": lambda _: BoardSim(time_to_live_s),

@@ -16,9 +16,11 @@ from __future__ import annotations
 import math
 import struct
 
+from hw.can.armed import Armed
 from hw.can.bus import EXTENDED, Bus, Handler, wait_for
 from hw.can.fields import Buffer
 from hw.can.load import Traffic, fd_length
+from hw.can.names import MOTEUS_FAULTS, MOTEUS_MODES, named
 from hw.can.sample import Sample, Shaft
 from hw.interface import BackendError, LinkFault, Options, Rig
 
@@ -157,9 +159,7 @@ class MoteusAxis:
         self._bit = sample.need()
         self._ttl_s = 1e-3 * float(options["time_to_live_ms"])
         self._torque_max_nm = abs(self._shaft.current_max_a * self._shaft.torque_per_ampere)
-        self._arm_ticks = round(ARM_S / rig.period_s)
-        self._enabled = False
-        self._armed_for = 0
+        self._armed = Armed(round(ARM_S / rig.period_s))
         self.mode = self.fault = 0
         self.identity = b""
 
@@ -174,6 +174,7 @@ class MoteusAxis:
                 self._sample.damaged()
             return
         self.mode, position, velocity, current, temperature, self.fault = values
+        self._armed.saw(self.mode == POSITION)
         finite = position + velocity + current + temperature  # NaN or infinite if one of them is
         if finite - finite != 0.0:
             self._sample.not_finite()
@@ -220,32 +221,25 @@ class MoteusAxis:
 
     def write(self, bus: Bus, current_a: float, enabled: bool) -> None:
         """Send this cycle's torque with its time to live, or stop."""
-        if not enabled:
-            self._enabled = False
+        if not self._armed.order(enabled):
             bus.send(self._stop)
             return
-        if not self._enabled:
-            self._enabled, self._armed_for = True, 0
-        self._armed_for += 1
         torque_nm = self._shaft.limited(current_a) * self._shaft.torque_per_ampere
         frame = self._command
         encode_command(frame.buffer, frame.offset, torque_nm, self._torque_max_nm, self._ttl_s)
         bus.send(frame)
 
     def link_faults(self) -> int:
-        """DEVICE: fault or timeout mode, or not armed though told so."""
-        if self.mode == FAULT or (self._enabled and self._ill()):
-            return _DEVICE
-        return 0
-
-    def _ill(self) -> bool:
-        return self._armed_for > self._arm_ticks and self.mode != POSITION
+        """DEVICE: fault, out of position mode again (its time to live was over), or never in it."""
+        return _DEVICE if self.mode == FAULT or self._armed.ill else 0
 
     def status(self) -> str:
         """What the drive says about itself."""
-        return f"id {self.node}: mode {self.mode}" + (f", fault {self.fault}" if self.fault else "")
+        return f"id {self.node}: mode {named(self.mode, MOTEUS_MODES)}" + (
+            f", fault {named(self.fault, MOTEUS_FAULTS)}" if self.fault else ""
+        )
 
     def stop(self, bus: Bus) -> None:
         """Mode stopped."""
-        self._enabled = False
+        self._armed.order(False)
         bus.send(self._stop)

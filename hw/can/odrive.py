@@ -1,7 +1,8 @@
 """ODrive over CAN Simple: the codec (pure), and what it takes to arm and disarm one axis.
 
 Identifier = node << 5 | command, little endian, 11 bits. Layouts from ODrive's CAN protocol page and DBC
-(firmware 0.6). Angles are turns of the encoder's shaft, torques N m at it.
+(firmware 0.6; `hw.can.odrive_firmware` has what 0.5 reads otherwise). Angles are turns of the encoder's shaft, torques
+N m at it.
 
     arm      Set_Controller_Mode (torque, pass-through), Clear_Errors, Set_Axis_State 8
     command  Set_Input_Torque in every cycle, armed or not: it feeds the drive's watchdog
@@ -14,9 +15,13 @@ import math
 import struct
 from typing import Any
 
-from hw.can.bus import REMOTE, Bus, Handler, wait_for
+from hw.can.armed import Armed
+from hw.can.bus import REMOTE, Bus, Handler, twice_within, wait_for
 from hw.can.fields import Buffer
 from hw.can.load import Traffic
+from hw.can.names import ODRIVE_STATES, named
+from hw.can.odrive_firmware import ADDRESS as ADDRESS_SINCE
+from hw.can.odrive_firmware import ERRORS, ERRORS_05, NAMED_ERRORS, OLD, Version, decode_version, version_text
 from hw.can.sample import Sample, Shaft
 from hw.interface import BackendError, LinkFault, Options, Rig
 
@@ -25,16 +30,6 @@ GET_ENCODER, SET_CONTROLLER_MODE, SET_INPUT_TORQUE = 0x09, 0x0B, 0x0E
 GET_IQ, GET_TEMPERATURE, CLEAR_ERRORS = 0x14, 0x15, 0x18
 IDLE, CLOSED_LOOP = 1, 8
 TORQUE_CONTROL, PASS_THROUGH = 1, 1
-
-ERRORS = {
-    0x1: "INITIALIZING", 0x2: "SYSTEM_LEVEL", 0x4: "TIMING_ERROR", 0x8: "MISSING_ESTIMATE", 0x10: "BAD_CONFIG",
-    0x20: "DRV_FAULT", 0x40: "MISSING_INPUT", 0x100: "DC_BUS_OVER_VOLTAGE", 0x200: "DC_BUS_UNDER_VOLTAGE",
-    0x400: "DC_BUS_OVER_CURRENT", 0x800: "DC_BUS_OVER_REGEN_CURRENT", 0x1000: "CURRENT_LIMIT_VIOLATION",
-    0x2000: "MOTOR_OVER_TEMP", 0x4000: "INVERTER_OVER_TEMP", 0x8000: "VELOCITY_LIMIT_VIOLATION",
-    0x10000: "POSITION_LIMIT_VIOLATION", 0x1000000: "WATCHDOG_TIMER_EXPIRED", 0x2000000: "ESTOP_REQUESTED",
-    0x4000000: "SPINOUT_DETECTED", 0x8000000: "BRAKE_RESISTOR_DISARMED", 0x10000000: "THERMISTOR_DISCONNECTED",
-    0x40000000: "CALIBRATION_ERROR",
-}  # fmt: skip
 
 PAIR = struct.Struct("<ff")
 HEARTBEAT_STRUCT = struct.Struct("<IBBB")
@@ -46,6 +41,10 @@ ARM_S = 0.5
 """Longest time from Set_Axis_State 8 to a heartbeat that shows it."""
 ADDRESS_S = 0.2
 """Longest wait for the serial number."""
+VERSION_S, VERSION_ASKED = 0.05, 3
+"""Longest wait for the firmware's version, and how often it is asked: one lost frame makes no old firmware."""
+SILENT_TICKS, SILENT_BEATS = 20, 5
+"""The heartbeat counts as lost after the longer of so many cycles and so many of its periods."""
 RETRY_S = 0.1
 """While disarmed: a drive still in closed loop is told again, one with errors is asked to clear them."""
 
@@ -57,9 +56,12 @@ def can_id(node: int, command: int) -> int:
     return node << 5 | command
 
 
-def error_names(error: int) -> str:
-    """The error bits in ODrive's words."""
-    return ", ".join(name for bit, name in ERRORS.items() if error & bit) or f"0x{error:x}"
+def error_names(error: int, version: Version = NAMED_ERRORS) -> str:
+    """The error bits in the words of that firmware; bits it has no word for as a number."""
+    words = ERRORS if version >= NAMED_ERRORS else ERRORS_05
+    unnamed = error & ~sum(words)
+    names = [name for bit, name in words.items() if error & bit]
+    return ", ".join(names + [f"0x{unnamed:x}"] * bool(unnamed or not names))
 
 
 def decode_pair(buffer: Buffer, offset: int, length: int) -> tuple[float, float] | None:
@@ -106,14 +108,19 @@ class OdriveAxis:
         self._shaft = Shaft(table, rig, axis)
         self._encoder_bit, self._iq_bit = sample.need(), sample.need()
         self._request = options["feedback"] == "request"
-        self._arm_ticks = round(ARM_S / rig.period_s) + round(2e-3 * options["heartbeat_ms"] / rig.period_s)
-        self._heartbeat_ticks = round(max(0.2, 5e-3 * options["heartbeat_ms"]) / rig.period_s)
+        self._remote = not options.get("bus", {}).get("fd")  # CAN FD has none: an empty frame asks there
+        self._has_temperature = bool(options.get("temperature_ms"))
+        beat_s = 1e-3 * float(options["heartbeat_ms"])
+        self._armed = Armed(round(ARM_S / rig.period_s) + round(2 * beat_s / rig.period_s))
+        self._silence_s = max(SILENT_TICKS * rig.period_s, SILENT_BEATS * beat_s)
+        self._heartbeat_ticks = round(self._silence_s / rig.period_s)
+        self._beat_ms = 1e3 * beat_s
         self._retry_ticks = max(1, round(RETRY_S / rig.period_s))
-        self._enabled = False
-        self._armed_for = self._silent_for = 0
+        self._on = False
+        self._silent_for = self._beats = 0
         self.error = self.state = 0
         self.identity: bytes = b""
-        self._seen_heartbeat = False
+        self.version: Version = NAMED_ERRORS
 
     def handlers(self) -> dict[int, Handler]:
         """What to do with this axis' frames."""
@@ -123,6 +130,7 @@ class OdriveAxis:
             can_id(self.node, GET_TEMPERATURE): self._on_temperature,
             can_id(self.node, HEARTBEAT): self._on_heartbeat,
             can_id(self.node, ADDRESS): self._on_address,
+            can_id(self.node, GET_VERSION): self._on_version,
         }
 
     def _on_encoder(self, buffer: Buffer, offset: int, length: int) -> None:
@@ -158,31 +166,61 @@ class OdriveAxis:
         if beat is not None:
             self.error, self.state = beat
             self._silent_for = 0
-            self._seen_heartbeat = True
+            self._beats += 1
+            self._armed.saw(self.state == CLOSED_LOOP)
 
     def _on_address(self, buffer: Buffer, offset: int, length: int) -> None:
         if length >= 7:  # node, serial number of 6 bytes, connection
             self.identity = bytes(buffer[offset + 1 : offset + 7])
 
+    def _on_version(self, buffer: Buffer, offset: int, length: int) -> None:
+        self.version = decode_version(buffer, offset, length) or self.version
+
     def set_up(self, bus: Bus) -> None:
-        """Disarm, choose torque control, and hear every kind of frame once. Blocks; before the loop only."""
+        """Disarm, learn its firmware, choose torque control, hear every kind of frame. Blocks; before the loop only."""
         self._make_frames(bus)
-        self.identity, self._seen_heartbeat = b"", False
+        self.identity, self.version, self._beats = b"", OLD, 0
         self.stop(bus)
-        bus.send(self._mode)
-        bus.send(self._clear)
-        bus.send(self._ask_address)
-        if not wait_for(bus, lambda: self._seen_heartbeat, 1.0):
-            raise BackendError(
-                f"odrive node {self.node}: no heartbeat within 1 s: check power, wiring and termination, node id, "
-                "the bus' bit rate, and can.config.heartbeat_msg_rate_ms on the drive"
-            )
-        wait_for(bus, lambda: bool(self.identity), ADDRESS_S)  # older firmware has no Address: unknown then
+        for frame in (self._ask_version, self._mode, self._clear):
+            bus.send(frame)
+        self._hear_beat(bus)
+        self._learn(bus)
         self.prime(bus)
         if not wait_for(bus, self._heard, 1.0):
             raise BackendError(
                 f"odrive node {self.node}: no encoder estimates or no Iq within 1 s: set encoder_msg_rate_ms and "
-                "iq_msg_rate_ms of <axis>.config.can to the loop's period, or feedback = 'request' here"
+                "iq_msg_rate_ms of <axis>.config.can to the loop's period, or feedback = 'request' here "
+                "(firmware 0.5 sends no Iq by itself)"
+            )
+
+    def _hear_beat(self, bus: Bus) -> None:
+        """Wait for two heartbeats, the second as soon after the first as the loop wants it."""
+        if wait_for(bus, twice_within(lambda: self._beats, self._silence_s), max(1.0, 3e-3 * self._beat_ms)):
+            return
+        if self._beats == 0:
+            raise BackendError(
+                f"odrive node {self.node}: no heartbeat within 1 s: check power, wiring and termination, node id, "
+                "the bus' bit rate, and can.config.heartbeat_msg_rate_ms on the drive"
+            )
+        raise BackendError(
+            f"odrive node {self.node}: no two heartbeats within {1e3 * self._silence_s:g} ms, but heartbeat_ms is "
+            f"{self._beat_ms:g}: they tell that the drive has let go, so set heartbeat_msg_rate_ms of <axis>.config.can "
+            f"on the drive to {self._beat_ms:g} (firmware 0.5: heartbeat_rate_ms)"
+        )
+
+    def _learn(self, bus: Bus) -> None:
+        """Firmware, and serial number where asking for it means nothing else."""
+        for _ in range(VERSION_ASKED):
+            if wait_for(bus, lambda: self.version != OLD, VERSION_S):
+                break
+            bus.send(self._ask_version)
+        if self.version >= ADDRESS_SINCE:
+            bus.send(self._ask_address)
+            wait_for(bus, lambda: bool(self.identity), ADDRESS_S)
+        if self._has_temperature and self.version < NAMED_ERRORS:
+            raise BackendError(
+                f"odrive node {self.node}: firmware {version_text(self.version)} sends no temperature, another value "
+                "has its command: temperature_ms = 0 in [device.options]"
             )
 
     def prime(self, bus: Bus) -> None:
@@ -196,16 +234,16 @@ class OdriveAxis:
         return self._sample.fresh & both == both
 
     def _make_frames(self, bus: Bus) -> None:
-        def _frame(command: int, length: int, *, remote: bool = False) -> Any:  # noqa: ANN401
-            return bus.outgoing(can_id(self.node, command) | (REMOTE if remote else 0), length)
+        def _frame(command: int, length: int, *, ask: bool = False) -> Any:  # noqa: ANN401
+            return bus.outgoing(can_id(self.node, command) | (REMOTE if ask and self._remote else 0), length)
 
         self._torque = _frame(SET_INPUT_TORQUE, 4)
         self._state = _frame(SET_AXIS_STATE, 4)
         self._mode = _frame(SET_CONTROLLER_MODE, 8)
         TWO_WORDS.pack_into(self._mode.buffer, self._mode.offset, TORQUE_CONTROL, PASS_THROUGH)
         self._clear = _frame(CLEAR_ERRORS, 1)
-        self._ask_encoder, self._ask_iq = (_frame(c, 0, remote=True) for c in (GET_ENCODER, GET_IQ))
-        self._ask_address = _frame(ADDRESS, 0, remote=True)
+        self._ask_encoder, self._ask_iq = (_frame(c, 0, ask=True) for c in (GET_ENCODER, GET_IQ))
+        self._ask_address, self._ask_version = (_frame(c, 0, ask=True) for c in (ADDRESS, GET_VERSION))
 
     def _request_state(self, bus: Bus, state: int) -> None:
         WORD.pack_into(self._state.buffer, self._state.offset, state)
@@ -213,27 +251,28 @@ class OdriveAxis:
 
     def write(self, bus: Bus, current_a: float, enabled: bool) -> None:
         """Send this cycle's torque; arm or disarm when `enabled` changes."""
-        if enabled != self._enabled:
-            self._switch(bus, enabled)
-        self._armed_for += 1
+        on = self._armed.order(enabled)
+        if on != self._on:
+            self._switch(bus, on)
         self._silent_for += 1
         torque = self._torque
-        armed = enabled and self.state == CLOSED_LOOP
-        wanted_nm = self._shaft.limited(current_a) * self._shaft.torque_per_ampere if armed else 0.0
+        driving = on and self.state == CLOSED_LOOP
+        wanted_nm = self._shaft.limited(current_a) * self._shaft.torque_per_ampere if driving else 0.0
         TORQUE.pack_into(torque.buffer, torque.offset, wanted_nm)
         bus.send(torque)
-        if not enabled and self._armed_for % self._retry_ticks == 0:
+        if not enabled and self._armed.ticks % self._retry_ticks == 0:
             self._quieten(bus)
         if self._request:
             bus.send(self._ask_encoder)
             bus.send(self._ask_iq)
 
-    def _switch(self, bus: Bus, enabled: bool) -> None:
-        self._enabled, self._armed_for = enabled, 0
-        if enabled:
+    def _switch(self, bus: Bus, on: bool) -> None:
+        self._on = on
+        if on:
+            self.state = 0  # what it said before is no answer to this
             bus.send(self._mode)
             bus.send(self._clear)
-        self._request_state(bus, CLOSED_LOOP if enabled else IDLE)
+        self._request_state(bus, CLOSED_LOOP if on else IDLE)
 
     def _quieten(self, bus: Bus) -> None:
         """Disarmed: what the drive should have heard is said again."""
@@ -243,9 +282,9 @@ class OdriveAxis:
             bus.send(self._clear)
 
     def link_faults(self) -> int:
-        """DEVICE: an error, or not armed though told so; LOST: no heartbeat."""
+        """DEVICE: an error, out of closed loop again, or never in it; LOST: no heartbeat."""
         faults = 0
-        if self.error or (self._enabled and self._armed_for > self._arm_ticks and self.state != CLOSED_LOOP):
+        if self.error or self._armed.ill:
             faults |= _DEVICE
         if self._silent_for > self._heartbeat_ticks:
             faults |= _LOST
@@ -253,13 +292,13 @@ class OdriveAxis:
 
     def status(self) -> str:
         """What the drive says about itself."""
-        return f"node {self.node}: state {self.state}" + (
-            f", {error_names(self.error)}" if self.error else ""
+        return f"node {self.node}: state {named(self.state, ODRIVE_STATES)}" + (
+            f", {error_names(self.error, self.version)}" if self.error else ""
         )
 
     def stop(self, bus: Bus) -> None:
         """Torque 0 and idle."""
-        self._enabled = False
+        self._on = self._armed.order(False)
         TORQUE.pack_into(self._torque.buffer, self._torque.offset, 0.0)
         bus.send(self._torque)
         self._request_state(bus, IDLE)

@@ -144,7 +144,9 @@ class OdriveOptions(DriveOptions):
         description="cyclic: the drive sends by itself; request: asked in every cycle by remote frames",
     )
     feedback_ms: float = number(1, 100, "cyclic: encoder_msg_rate_ms and iq_msg_rate_ms of the drive", 1.0)
-    heartbeat_ms: float = number(1, 1000, "heartbeat_msg_rate_ms of the drive", 100.0)
+    heartbeat_ms: float = number(
+        1, 1000, "heartbeat_msg_rate_ms of the drive; at most 20 periods are allowed", 10.0
+    )
     temperature_ms: float = number(0, 10_000, "temperature_msg_rate_ms of the drive; 0: none", 0.0)
     axis: tuple[OdriveAxisOptions, ...] = Field(min_length=1, max_length=8, strict=False)
 
@@ -160,6 +162,18 @@ class OdriveOptions(DriveOptions):
     def _classic(self) -> Self:
         if self.bus.fd and self.feedback == "request":
             msg = "CAN FD has no remote frames: feedback = 'cyclic', or fd = false"
+            raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _tells_soon(self, info: ValidationInfo) -> Self:
+        """The heartbeat alone tells that the drive has let go; a lag of 20 cycles is a fault by itself."""
+        rate_hz = (info.context or {}).get("rate_hz")
+        if rate_hz and self.heartbeat_ms > max(20.0, 2e4 / rate_hz):
+            msg = (
+                f"heartbeat_ms {self.heartbeat_ms:g} must be at most {max(20.0, 2e4 / rate_hz):g} (20 periods): a drive that "
+                "lets go says so in its heartbeat only; set heartbeat_msg_rate_ms on the drive and this"
+            )
             raise ValueError(msg)
         return self
 

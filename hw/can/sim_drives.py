@@ -31,12 +31,21 @@ class SimDrive(Protocol):
 
 
 class OdriveSim:
-    """ODrive axis: torque control only with state 8 and mode (torque, pass-through); watchdog."""
+    """ODrive axis: torque control only with state 8 and mode (torque, pass-through); watchdog.
+
+    Firmware before 0.6.9 has Set_Axis_Node_ID where Address is now, and obeys it in a remote frame too; 0.5 tells no
+    version.
+    """
 
     def __init__(
-        self, node: int, torque_constant_nm_a: float, feedback_s: float | None, watchdog_s: float
+        self,
+        node: int,
+        torque_constant_nm_a: float,
+        feedback_s: float | None,
+        watchdog_s: float,
+        firmware: tuple[int, int, int] = (0, 6, 11),
     ) -> None:
-        self._node, self._constant = node, torque_constant_nm_a
+        self.node, self._constant, self.firmware = node, torque_constant_nm_a, firmware
         self._feedback_s, self._watchdog_s = feedback_s, watchdog_s
         self.state, self.error, self.mode = 1, 0, (0, 0)
         self.torque_nm = self.current_a = self._turns = self._turns_s = self._measured_a = 0.0
@@ -44,7 +53,7 @@ class OdriveSim:
         self.serial = b"\x12\x34\x56\x78\x9a\xbc"
 
     def _id(self, command: int) -> int:
-        return self._node << 5 | command
+        return self.node << 5 | command
 
     def _estimates(self) -> Frame:
         return self._id(0x09), struct.pack("<ff", self._turns, self._turns_s)
@@ -57,8 +66,13 @@ class OdriveSim:
         command, remote = can_id & 0x1F, bool(can_id & REMOTE)
         if can_id & 0x7FF != self._id(command):
             return []
+        if command == 0x06 and self.firmware < (0, 6, 9):
+            self.node = int.from_bytes(data[:4].ljust(4, b"\0"), "little")
+            return []
         if remote:
             answers = {0x09: self._estimates, 0x14: self._iq, 0x06: self._address}
+            if self.firmware >= (0, 6, 0):
+                answers[0x00] = self._version
             return [answers[command]()] if command in answers else []
         if command == 0x0E and len(data) >= 4:
             self.torque_nm, self._unfed_s = struct.unpack_from("<f", data)[0], 0.0
@@ -74,7 +88,10 @@ class OdriveSim:
         return [self._heartbeat()] if command in (0x07, 0x18) else []
 
     def _address(self) -> Frame:
-        return self._id(0x06), bytes([self._node]) + self.serial + b"\0"
+        return self._id(0x06), bytes([self.node]) + self.serial + b"\0"
+
+    def _version(self) -> Frame:
+        return self._id(0x00), bytes([2, 4, 4, 58, *self.firmware, 0])
 
     def _heartbeat(self) -> Frame:
         return self._id(0x01), struct.pack("<IBBBB", self.error, self.state, 0, 0, 0)
@@ -202,10 +219,12 @@ class Cia402Sim:
         self.objects: dict[tuple[int, int], int] = {
             (0x6075, 0): 5000, (0x6076, 0): round(5000 * torque_constant_nm_a),
             (0x1018, 1): 0xABC, (0x1018, 2): 0x402, (0x1018, 4): 77 + node, (0x6060, 0): 0,
+            (0x1400, 1): 0x200 + node, (0x1800, 1): 0x4000_0180 + node, (0x1801, 1): 0xC000_0280 + node,
+            (0x60C2, 1): 1, (0x60C2, 2): -3, (0x6007, 0): 1,
         }  # fmt: skip
         self.state, self.nmt = 0x40, 0x7F
         self.controlword = self._pending_target = 0
-        self._pending_control = 0
+        self._pending_control = self._last = 0
         self.current_a = self._turns = self._turns_s = self._measured_a = 0.0
         self._unheard_s, self._watching, self._since_beat_s = 0.0, False, 0.0
 
@@ -232,6 +251,9 @@ class Cia402Sim:
         if command & 0xE0 == 0x20:
             size = 4 - (command >> 2 & 3)
             self.objects[index, sub] = int.from_bytes(data[4 : 4 + size], "little")
+            self.objects[0x6061, 0] = self.objects[0x6060, 0]
+            if index == 0x6040:
+                self._transition(self.objects[index, sub])
             return struct.pack("<BHB4x", 0x60, index, sub)
         if (index, sub) not in self.objects:
             return struct.pack("<BHBI", 0x80, index, sub, 0x0602_0000)
@@ -249,7 +271,7 @@ class Cia402Sim:
         frames = [(0x180 + self._node, struct.pack("<Hih", self.state | 0x10, counts - 0x8000_0000, actual))]
         if (
             self.objects.get((0x1A01, 1)) == 0x606C_0020
-            and self.objects.get((0x1801, 1)) == 0x280 + self._node
+            and self.objects[0x1801, 1] & 0x8000_07FF == 0x280 + self._node
         ):
             frames.append((0x280 + self._node, struct.pack("<i", round(self._turns_s * self._counts))))
         return frames

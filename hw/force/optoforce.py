@@ -64,6 +64,12 @@ def decode(frame: bytes, sensor: int = 0) -> Reading:
     return Reading(count, status & _UNUSABLE, (fx, fy, fz))
 
 
+def explain(status: int) -> str:
+    """What unusable status bits mean."""
+    masks = {"DAQ_ERROR": DAQ_ERROR, "SENSOR_ERROR": SENSOR_ERROR, "OVERLOAD": OVERLOAD}
+    return ", ".join(name for name, mask in masks.items() if status & mask) + f" (0x{status:04x})"
+
+
 def encode(layout: Layout, values: list[int], count: int = 0, status: int = 0) -> bytes:
     """A frame as the device sends it, for simulators and tests. `values` beyond those given are 0."""
     n = _VALUES[layout]

@@ -12,7 +12,7 @@ import numpy as np
 from hw.force import rdt
 from hw.force.reading import Reading
 from hw.force.sample import ForceSample
-from hw.interface import BackendError, LinkFault, LinkLost, Options, Rig
+from hw.interface import BackendError, LinkFault, LinkLost, Options, Rig, Words
 
 DRAIN_MOST = 256
 """Datagrams taken in one cycle. A cycle that finds more shows nothing fresh: newer ones wait behind them."""
@@ -51,6 +51,7 @@ class RdtBackend:
     def _reset(self) -> None:
         self._sample.forget()
         self._number = -1
+        self._begun = False  # no sample was shown yet: what came while others were opened is not missed
         self._heard_ns = self._asked_ns = 0
         self._received = self._lost = self._older = self._malformed = 0
 
@@ -112,6 +113,7 @@ class RdtBackend:
             self._heard_ns = now_ns
             if drained:
                 faults |= self._sample.take(newest)
+                self._begun = True
         elif now_ns - self._heard_ns > self._lost_after_ns:
             faults |= _LOST
             self._number = -1  # after a restart the sensor counts from the beginning
@@ -137,7 +139,7 @@ class RdtBackend:
             if self._number >= 0 and not 0 < step < _HALF:
                 self._older += 1
                 continue
-            if self._number >= 0:
+            if self._number >= 0 and self._begun:
                 self._lost += step - 1
             self._number, newest = number, reading
             self._received += 1
@@ -158,6 +160,11 @@ class RdtBackend:
             with contextlib.suppress(OSError):
                 made.send(rdt.request(rdt.STOP))
             made.close()
+
+    def words(self) -> list[Words]:
+        """See `SpeakingBackend`: why the sensor does not vouch for its newest record."""
+        status = self._sample.status
+        return [Words(f"status 0x{status:08x}" if status else "")]
 
     def counts(self) -> dict[str, int]:
         """What the link has seen since `open`."""

@@ -48,6 +48,12 @@ def decode(frame: bytes) -> Reading:
     return Reading(stamp, status, force)
 
 
+def explain(status: int) -> str:
+    """The bits of a status word by name."""
+    flags = Status(status & sum(Status))
+    return ", ".join(str(flag.name) for flag in Status if flag in flags) or f"0x{status:x}"
+
+
 def encode(
     force_n: tuple[float, float, float],
     stamp_us: int = 0,

@@ -27,6 +27,8 @@ class ForceSample:
         Fresh samples so far.
     refused, repeated : int
         Readings the device did not vouch for, and readings shown before.
+    status : int
+        The device's own status in its newest reading; 0 when it vouches for it.
     """
 
     def __init__(self, matrix: Sequence[Sequence[float]]) -> None:
@@ -34,14 +36,14 @@ class ForceSample:
         self._mark: int | None = None
         self._force = (0.0, 0.0, 0.0)
         self._tick: np.ndarray | None = None
-        self.count = self.refused = self.repeated = 0
+        self.count = self.refused = self.repeated = self.status = 0
 
     def take(self, reading: Reading) -> int:
         """Use a reading if it is a new one the device vouches for. Returns bits of `LinkFault`."""
         if reading.mark == self._mark:
             self.repeated += 1
             return 0
-        self._mark = reading.mark
+        self._mark, self.status = reading.mark, reading.status
         if reading.status:
             self.refused += 1
             return _DEVICE

@@ -13,7 +13,7 @@ from hw.force import optoforce, rokubi
 from hw.force.frames import Frames
 from hw.force.reading import Reading
 from hw.force.sample import ForceSample
-from hw.interface import BackendError, LinkFault, LinkLost, Options, Rig
+from hw.interface import BackendError, LinkFault, LinkLost, Options, Rig, Words
 from hw.serial.port import CHUNK, Port
 
 FULL = CHUNK - 1
@@ -37,6 +37,8 @@ class SerialSensor:
         Force per unit of the reading's x, y, z, N.
     start, farewell
         Bytes sent when opening and before closing.
+    explain
+        From the sensor's status to its words.
     """
 
     provides = frozenset({"force"})
@@ -51,11 +53,12 @@ class SerialSensor:
         scale: tuple[float, float, float],
         start: bytes,
         farewell: bytes,
+        explain: Callable[[int], str],
     ) -> None:
         self._path, self._baud = str(options["port"]), int(options["baud"])
         self._open_timeout_s = float(options["open_timeout_s"])
         self._frames, self._decode = frames, decode
-        self._start, self._farewell = start, farewell
+        self._start, self._farewell, self._explain = start, farewell, explain
         matrix = [[entry * k for entry, k in zip(row, scale, strict=True)] for row in options["matrix"]]
         self._sample = ForceSample(matrix)
         self._port: Port | None = None
@@ -105,7 +108,7 @@ class SerialSensor:
         newest, self._waiting = self._waiting, None
         n = self._port.read_into(self._views)
         if n >= FULL:
-            self._overflows += 1
+            self._overflows += self._sample.count > 0  # before the first sample nobody was there to read
             frames.forget()
         elif n:
             damaged = frames.damaged
@@ -135,6 +138,11 @@ class SerialSensor:
                     port.write(self._farewell)
             port.close()
 
+    def words(self) -> list[Words]:
+        """See `SpeakingBackend`: why the sensor does not vouch for its newest reading."""
+        status = self._sample.status
+        return [Words(f"status {self._explain(status)}" if status else "")]
+
     def counts(self) -> dict[str, int]:
         """What the link has seen since it was made."""
         return {
@@ -155,6 +163,7 @@ def make_rokubi(options: Options, rig: Rig) -> SerialSensor:
         scale=(1.0, 1.0, 1.0),
         start=rokubi.START,
         farewell=rokubi.STOP if options["stop_at_close"] else b"",
+        explain=rokubi.explain,
     )
 
 
@@ -173,4 +182,5 @@ def make_optoforce(options: Options, rig: Rig) -> SerialSensor:
         scale=(1.0 / x, 1.0 / y, 1.0 / z),
         start=optoforce.configure(options["output_hz"], options["filter_hz"]),
         farewell=optoforce.configure(0, options["filter_hz"]),
+        explain=optoforce.explain,
     )

@@ -96,7 +96,7 @@ _PLANTS = (
     Plant(
         "strong-stiction",
         "break-away 1.7 times Coulomb friction, peak at slow speeds",
-        _friction("lugre", breakaway_nm=0.425, stribeck_rad_s=0.03),
+        _friction("lugre", breakaway_nm=0.425, stribeck_rad_s=0.03, second_share=0.0),
     ),
     Plant("load-dependent", "friction grows with the torque through the gear", {"load": _MX106_LOAD}),
     Plant(

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from hw.interface import BackendError, Options, Rig
+from hw.interface import BackendError, Options, Rig, Words
 from hw.jit import bound, records
 from hw.serial import frame, link
 from hw.serial.core import SerialCore, require_line_rate
@@ -76,6 +76,11 @@ class SerialBackend(SerialCore):
         names = ("good", "damaged", "older", "lost", "foreign")
         return {**{name: int(row[name]) for name in names}, "unsent": self.unsent}
 
+    def words(self) -> list[Words]:
+        """See `SpeakingBackend`: the flags of the board's status, by name."""
+        flags = frame.Status(int(self.link[0]["status"]))
+        return [Words(", ".join(str(flag.name) for flag in frame.Status if flag in flags))]
+
     @property
     def sample_waits(self) -> bool:
         """True when a sample came that no `read` has shown yet (while opening)."""
@@ -109,7 +114,7 @@ class SerialBackend(SerialCore):
         row = self.link[0]
         row["started"] = row["fresh"] = row["older_in_row"] = row["identified"] = 0
         row["status"] = 0
-        row["damaged_now"] = row["older_now"] = row["enabled_in_row"] = 0
+        row["damaged_now"] = row["older_now"] = row["enabled_in_row"] = row["driven"] = row["dropped"] = 0
         self._before = row.copy()
 
     def _greet(self, port: Port) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from hw.interface import BackendError, Options, Rig
+from hw.interface import BackendError, Options, Rig, Words
 from hw.jit import bound, records
 from hw.serial import described_codec as codec
 from hw.serial.core import SerialCore, require_line_rate
@@ -93,13 +93,29 @@ class DescribedBackend(SerialCore):
 
     def _forget(self) -> None:
         self._stream[:] = np.zeros(1, self._stream.dtype)
-        for name in ("started", "fresh", "older_in_row", "damaged_now", "older_now", "fault"):
+        for name in (
+            "started",
+            "fresh",
+            "older_in_row",
+            "damaged_now",
+            "older_now",
+            "fault",
+            "asked",
+            "driven",
+            "dropped",
+        ):
             self.link[name] = 0
 
     def counts(self) -> dict[str, int]:
         """Frames since the start by what became of them, and commands that found the line full."""
         names = ("good", "damaged", "older", "lost", "invalid")
         return {**{name: int(self.link[name][0]) for name in names}, "unsent": self.unsent}
+
+    def words(self) -> list[Words]:
+        """See `SpeakingBackend`: whether the board's own fault flag is set, or a number of it is none."""
+        return [
+            Words("its fault flag is set, or a number in its frame is none" if self.link["fault"][0] else "")
+        ]
 
     @property
     def sample_waits(self) -> bool:

@@ -126,7 +126,7 @@ class DescribedBoard:
             elif target == Target.IDENTITY:
                 write_bytes(frame, at, size, big, int(self.serial_number))
             else:
-                on = self.estop if target == Target.ESTOP else self.drive_fault
+                on = {Target.ESTOP: self.estop, Target.ENABLED: self.enabled}.get(target, self.drive_fault)
                 if on != bool(field["invert"]):
                     for k in range(size):
                         frame[at + (size - 1 - k if big else k)] |= (int(field["mask"]) >> (8 * k)) & 0xFF

@@ -23,7 +23,7 @@ _DEVICE = int(LinkFault.DEVICE)
 
 _POSITION, _CURRENT, _FORCE = int(Target.POSITION), int(Target.CURRENT), int(Target.FORCE)
 _TEMPERATURE, _ESTOP, _SEQUENCE_FIELD = int(Target.TEMPERATURE), int(Target.ESTOP), int(Target.SEQUENCE)
-_VELOCITY = int(Target.VELOCITY)
+_VELOCITY, _ENABLED = int(Target.VELOCITY), int(Target.ENABLED)
 _FAULT, _IDENTITY, _COMMAND, _ENABLE = (
     int(Target.FAULT),
     int(Target.IDENTITY),
@@ -58,6 +58,9 @@ def described_dtype(n_axes: int) -> np.dtype[np.void]:
             ("force_n", "<f8", (3,)),
             ("estop", "<i8"),
             ("fault", "<i8"),
+            ("asked", "<i8"),  # the command sent last was enabled
+            ("driven", "<i8"),  # the board has said `enabled` since the host enabled it
+            ("dropped", "<i8"),  # and not any more; until the host disables
             ("identity", "<i8"),
             ("fresh", "<i8"),
             ("damaged_now", "<i8"),
@@ -92,6 +95,19 @@ def _in_order(d: np.record, raw: np.ndarray, fields: np.ndarray) -> bool:
 
 
 @compiled
+def _store_switch(d: np.record, target: int, on: bool) -> None:
+    """Take over what one bit says. A board that has said `enabled` since it was, and says it no more, has let go."""
+    if target == _ESTOP and on:
+        d.estop = 1
+    elif target == _FAULT and on:
+        d.fault = 1
+    elif target == _ENABLED and on:
+        d.driven = d.asked
+    elif target == _ENABLED and d.driven:
+        d.dropped = 1
+
+
+@compiled
 def _store(d: np.record, raw: np.ndarray, fields: np.ndarray) -> None:
     """Take over the numbers of a frame that counts."""
     d.estop, d.fault = 0, 0
@@ -111,12 +127,10 @@ def _store(d: np.record, raw: np.ndarray, fields: np.ndarray) -> None:
             d.temperature_c[i] = value
         elif f.target == _VELOCITY:
             d.velocity_rad_s[i] = value
-        elif f.target == _ESTOP and on:
-            d.estop = 1
-        elif f.target == _FAULT and on:
-            d.fault = 1
         elif f.target == _IDENTITY:
             d.identity = np.int64(raw[k])
+        else:
+            _store_switch(d, f.target, on)
 
 
 @compiled
@@ -154,7 +168,7 @@ def show(tick: np.ndarray, link: np.ndarray, end: int) -> None:
     """Write the newest sample into the tick; fresh only if it is and not out of a backlog."""
     t, d = tick[0], link[0]
     faults = judge(d, end)
-    if d.fault:
+    if d.fault or d.dropped:
         faults |= _DEVICE
     t.sample_count, t.link_faults = d.sample_count, faults
     for axis in range(len(d.position_rad)):
@@ -201,13 +215,16 @@ def send(
 ) -> int:
     """Write the command frame of this tick; returns its length.
 
-    Disabled, or a value of any axis not finite: every command 0 and the enable bits off.
+    Disabled, a value of any axis not finite, or a board that has let go: every command 0 and the enable bits off.
     """
     t, d, x = tick[0], link[0], layout[0]
-    enable = t.enabled != 0
+    if t.enabled == 0:
+        d.driven, d.dropped = 0, 0
+    enable = t.enabled != 0 and d.dropped == 0
     for axis in range(len(t.current_command_a)):
         value = t.torque_applied_nm[axis] if d.torque_mode else t.current_command_a[axis]
         enable = enable and math.isfinite(value)
+    d.asked = 1 if enable else 0
     for k in range(x.length):
         packet[k] = x.template[k]
     d.command_sequence += 1

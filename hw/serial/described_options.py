@@ -40,7 +40,16 @@ Unit = Literal[
     "",
 ]
 SampleChannel = Literal[
-    "position", "velocity", "current", "force", "temperature", "estop", "sequence", "fault", "identity"
+    "position",
+    "velocity",
+    "current",
+    "force",
+    "temperature",
+    "estop",
+    "sequence",
+    "fault",
+    "identity",
+    "enabled",
 ]
 CommandChannel = Literal["current_command", "torque", "enable", "sequence"]
 
@@ -53,7 +62,7 @@ _UNITS = {
     "force": ("N", "mN"),
     "temperature": ("degC",),
 }
-_SWITCHES = ("estop", "fault", "enable")
+_SWITCHES = ("estop", "fault", "enabled", "enable")
 
 
 class FieldOptions(SerialTable):
@@ -69,8 +78,10 @@ class FieldOptions(SerialTable):
     wrap_bits: int = Field(
         0, ge=0, le=32, description="position: width of the counter, if narrower than its type"
     )
-    mask: int = Field(0, ge=0, le=2**32 - 1, description="estop, fault, enable: the bits that say so")
-    invert: bool = Field(False, description="estop, fault, enable: they say so when 0")
+    mask: int = Field(
+        0, ge=0, le=2**32 - 1, description="estop, fault, enabled, enable: the bits that say so"
+    )
+    invert: bool = Field(False, description="estop, fault, enabled, enable: they say so when 0")
 
     @property
     def name(self) -> str:
@@ -95,7 +106,7 @@ class FieldOptions(SerialTable):
             msg = f"type 'f32' of {name!r}: whole numbers only"
             raise ValueError(msg)
         if (name in _SWITCHES) != bool(self.mask) or self.mask >> (8 * (self.end - self.offset)):
-            msg = f"mask {self.mask:#x} of {name!r}: estop, fault and enable need bits within their type, others none"
+            msg = f"mask {self.mask:#x} of {name!r}: estop, fault, enabled and enable need bits within their type, others none"
             raise ValueError(msg)
         if self.wrap_bits and (name != "position" or self.wrap_bits > 8 * (self.end - self.offset)):
             msg = f"wrap_bits {self.wrap_bits} of {name!r}: for a position, at most the bits of its type"

@@ -27,6 +27,7 @@ class Target(IntEnum):
     COMMAND = 8
     ENABLE = 9
     VELOCITY = 10
+    ENABLED = 11
 
 
 TARGETS = {
@@ -39,6 +40,7 @@ TARGETS = {
     "sequence": Target.SEQUENCE,
     "fault": Target.FAULT,
     "identity": Target.IDENTITY,
+    "enabled": Target.ENABLED,
     "current_command": Target.COMMAND,
     "torque": Target.COMMAND,
     "enable": Target.ENABLE,

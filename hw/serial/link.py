@@ -23,6 +23,7 @@ _SEQUENCE = int(LinkFault.SEQUENCE)
 _DEVICE = int(LinkFault.DEVICE)
 _ESTOP = int(frame.Status.ESTOP)
 _HELD = int(frame.Status.HELD)
+_ENABLED = int(frame.Status.ENABLED)
 _NO_VELOCITY = int(frame.Status.VELOCITY_MISSING)
 
 MORE, DRAINED, BACKLOGGED = 0, 1, 2
@@ -75,6 +76,8 @@ def link_dtype(n_axes: int) -> np.dtype[np.void]:
             # commands
             ("command_sequence", "<i8"),
             ("enabled_in_row", "<i8"),
+            ("driven", "<i8"),  # the power stage has driven the motor since the host enabled it
+            ("dropped", "<i8"),  # and the board let go of it; until the host disables
         ]
     )
 
@@ -136,9 +139,18 @@ def absorb(
 
 @compiled
 def _dropped(ln: np.record) -> bool:
-    """True when the board is torque-free by its own decision although it has seen `enable`."""
+    """True when the board is torque-free by its own decision although it has seen `enable`.
+
+    A power stage may take its time to come up, but one that was up and is not any more has let go (an emergency stop that
+    the host is shown apart). That holds until the host disables, whatever the board says later.
+    """
     since = (ln.command_sequence - ln.command_acknowledged) & 0xFFFF
-    return bool((ln.status & _HELD) != 0 and since < ln.enabled_in_row)
+    if since < ln.enabled_in_row:
+        if ln.status & _ENABLED:
+            ln.driven = 1
+        elif ln.status & _HELD or (ln.driven and not (ln.show_estop and ln.status & _ESTOP)):
+            ln.dropped = 1
+    return bool(ln.dropped)
 
 
 @compiled
@@ -213,10 +225,12 @@ def send(
 ) -> int:
     """Write the command packet of this tick; returns its length.
 
-    Disabled, or a value of any axis not finite: every value 0 and enable 0.
+    Disabled, a value of any axis not finite, or a board that has let go: every value 0 and enable 0.
     """
     t, ln, c = tick[0], link[0], command[0]
-    enable = t.enabled != 0
+    if t.enabled == 0:
+        ln.driven, ln.dropped = 0, 0
+    enable = t.enabled != 0 and ln.dropped == 0
     for axis in range(len(c.value)):
         value = t.torque_applied_nm[axis] if ln.torque_mode else t.current_command_a[axis]
         enable = enable and math.isfinite(value)

@@ -56,7 +56,7 @@ def rows(config: Path, seconds: float, rounds: int) -> list[Row]:
     ):
         rig.timeout_s = START_S
         rig.hello()
-        idle_mb = _memory_mb(process.pid)
+        idle_mb = memory_mb(process.pid)
         for _ in range(rounds):
             _measure(rig, quiet, seconds)
             for kind, sample in floods.items():
@@ -65,7 +65,7 @@ def rows(config: Path, seconds: float, rounds: int) -> list[Row]:
                     _measure(rig, sample, seconds)
                     counts = json.loads(flooder.communicate(timeout=60)[0])
                     taken[kind] += counts["taken"] / (rounds * (seconds + 2 * SETTLE_S))
-        flooded_mb = _memory_mb(process.pid)
+        flooded_mb = memory_mb(process.pid)
         latency_us = 1e6 * np.array(_target_latency_s(rig, seconds))
         alone_ms = _connect_ms(port, key, seconds)
         with flooding("connections", f"tcp://127.0.0.1:{port}", seconds + 5.0):
@@ -114,14 +114,19 @@ def _rig(config: Path) -> str:
 
 @contextmanager
 def daemon_on_loopback(
-    config: Path, seconds: float = 3000.0
+    config: Path, seconds: float = 3000.0, *, viewer: bool = False
 ) -> Iterator[tuple[subprocess.Popen[bytes], str, Path, int]]:
-    """The daemon with a TCP door of its own on 127.0.0.1: process, runtime folder, an operator's key, port."""
+    """The daemon with a TCP door of its own on 127.0.0.1: process, runtime folder, an operator's key, port.
+
+    With `viewer` also the port for viewers without keys, three further on; `config` must not have [telemetry] then.
+    """
     with tempfile.TemporaryDirectory(prefix="rt") as folder:
         root = Path(folder)
         key = KeyStore(root / "keys").new("bench", "operator", root / "bench.key")
         port = _free_port()
         door = f'[gateway]\nbind = "127.0.0.1"\nport = {port}\ncurve_dir = "keys"\n'
+        if viewer:
+            door += f"[telemetry]\nplotjuggler = true\nplotjuggler_port = {port + 3}\n"
         environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
         with daemon(config, root, door, environment=environment, seconds=seconds) as process:
             yield process, folder, key, port
@@ -203,7 +208,7 @@ def _connect_ms(port: int, key: Path, seconds: float) -> list[float]:
     return times
 
 
-def _memory_mb(pid: int) -> float:
+def memory_mb(pid: int) -> float:
     """Largest resident memory of a process so far, MB."""
     for line in Path(f"/proc/{pid}/status").read_text().splitlines():
         if line.startswith("VmHWM:"):
@@ -212,12 +217,12 @@ def _memory_mb(pid: int) -> float:
 
 
 def _free_port() -> int:
-    """A port with the two after it free now."""
+    """A port with the three after it free now."""
     for first in range(29_860, 60_000, 7):
         try:
-            for port in range(first, first + 3):
+            for port in range(first, first + 4):
                 socket.create_server(("127.0.0.1", port)).close()
         except OSError:
             continue
         return first
-    raise RtctlError("no three free TCP ports in a row")
+    raise RtctlError("no four free TCP ports in a row")

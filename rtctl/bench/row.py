@@ -28,7 +28,7 @@ class Row:
             return None
         if math.isnan(self.value):
             return False
-        return self.value <= self.target if self.sense == "<=" else self.value >= self.target
+        return bool(self.value <= self.target if self.sense == "<=" else self.value >= self.target)
 
     def as_dict(self) -> dict[str, Any]:
         """For `--json`."""

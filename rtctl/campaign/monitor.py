@@ -27,7 +27,7 @@ _CUT = int(
 )  # fmt: skip
 _RAMP = int(
     Fault.ACTUATOR_LAG | Fault.OVERTORQUE | Fault.OVERTEMPERATURE | Fault.OVERRUN | Fault.PASSIVITY | Fault.TARGET_LOST
-    | Fault.DELAY | Fault.SAMPLE_AGE
+    | Fault.DELAY | Fault.SAMPLE_AGE | Fault.HOST_SILENT
 )  # fmt: skip
 
 STOP_TICKS = 51

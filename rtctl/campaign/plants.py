@@ -2,7 +2,8 @@
 
 The plant keeps its shape (resonance, presliding length, shares, waves, load) and takes its size from the rig drawn:
 inertia, friction, damping. Dry friction is raised until the model, which is never too high, is a lower bound of what
-acts on the motor's side at every place; viscous friction until what the law is told is the motor's share.
+acts on the motor's side at every place; viscous friction until what the law is told is the motor's share. What thins
+out of it goes with the dry friction, whose model contains it.
 """
 
 from __future__ import annotations
@@ -31,6 +32,14 @@ AS_DRAWN = "as drawn"
 
 _TIMING = ("sample_every_ticks", "transport_delay_ticks")
 _SHAPE = tuple(name for name, *_ in effect_fields(1) if name not in _TIMING)
+_CURVE = (
+    "stribeck_rad_s",
+    "stribeck_exponent",
+    "second_share",
+    "second_rad_s",
+    "thinning_rad_s",
+    "elastic_share",
+)
 _made: dict[tuple[str, str], tuple[np.void, int]] = {}
 
 
@@ -85,8 +94,9 @@ def put_plant(plant: np.void, like: np.void, usual: np.void, axis: int) -> None:
     up = friction / ((1 - dry) * (1 - waves))
     for name in ("coulomb_nm", "breakaway_nm", "bristle_max_nm", "bristle_stiffness_nm_rad"):
         plant[name][axis] = up * like[name][axis]
-    for name in ("stribeck_rad_s", "stribeck_exponent", "elastic_share"):
+    for name in _CURVE:
         plant[name][axis] = like[name][axis]
+    plant["thinning_nms_rad"][axis] = friction * like["thinning_nms_rad"][axis] / (1 - viscous)
     # as stiff bristles of a small friction are damped: like the root, as in a joint that rings as this one does
     plant["bristle_damping_nms_rad"][axis] = like["bristle_damping_nms_rad"][axis] * math.sqrt(up * size)
     plant["viscous_nms_rad"][axis] /= 1 - viscous

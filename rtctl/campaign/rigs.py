@@ -154,7 +154,13 @@ def _friction(p: np.void, plant: np.void, model: np.void, axis: int, draw: np.ra
     """Friction of another size, and a model of it that is never too high."""
     scale = _log(draw, 0.05, 2.0)
     truth = scale * draw.uniform(*SHARES["friction"])
-    for name in ("coulomb_nm", "breakaway_nm", "bristle_max_nm", "bristle_stiffness_nm_rad"):
+    for name in (
+        "coulomb_nm",
+        "breakaway_nm",
+        "bristle_max_nm",
+        "bristle_stiffness_nm_rad",
+        "thinning_nms_rad",
+    ):
         plant[name][axis] *= truth
     for name in ("coefficient", "friction_min_nm", "viscous_nms_rad"):
         model[name] *= scale

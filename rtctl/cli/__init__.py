@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import json
 import os
 import sys
 from contextlib import suppress
@@ -12,13 +11,20 @@ from typing import Any
 import click
 
 from rtctl import __version__
-from rtctl.cli.terminal import obey_nothing_foreign
+from rtctl.cli.json_text import json_text
 from rtctl.errors import ConfigError, RtctlError
 from rtctl.standard_streams import open_standard_streams
+from rtctl.terminal import obey_nothing_foreign
 
 COMMANDS: dict[str, str] = {
     "demo": "rtctl.cli.demo",
+    "init": "rtctl.cli.init",
     "run": "rtctl.cli.run",
+    "status": "rtctl.cli.operate:status",
+    "arm": "rtctl.cli.operate:arm",
+    "stop": "rtctl.cli.operate:stop",
+    "reset": "rtctl.cli.operate:reset",
+    "tare": "rtctl.cli.operate:tare",
     "check": "rtctl.cli.check",
     "identify": "rtctl.cli.identify",
     "fit": "rtctl.cli.fit",
@@ -43,6 +49,7 @@ COMMANDS: dict[str, str] = {
     "service": "rtctl.cli.service",
     "view": "rtctl.cli.view",
     "world": "rtctl.cli.view:world",
+    "completion": "rtctl.cli.completion",
 }
 """Command name -> the module whose `command` it is, or `module:name`."""
 
@@ -60,7 +67,8 @@ class _LazyGroup(click.Group):
     cls=_LazyGroup,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="Exit codes: 0 done, 2 wrong usage, 3 config, 4 model, 5 not provably stable, 6 device, "
-    "7 real-time rights, 8 busy, 9 loop died, 10 data, 11 latched fault, 12 client, 13 hand on the rig, 1 anything else.",
+    "7 real-time rights, 8 busy, 9 loop died, 10 data, 11 latched fault, 12 client, 13 hand on the rig, "
+    "14 recording broken, 1 anything else.",
 )
 @click.version_option(__version__, prog_name="rtctl")
 def cli() -> None:
@@ -81,11 +89,13 @@ def report(error: RtctlError, *, as_json: bool) -> None:
         }
         if isinstance(error, ConfigError):
             body["faults"] = faults
-        click.echo(json.dumps(body))
+        click.echo(json_text(body))
         return
-    click.echo(f"rtctl: {error}", err=True)
+    from rtctl.cli.invocation import as_run
+
+    click.echo(as_run(f"rtctl: {error}"), err=True)
     for line in faults:
-        click.echo(f"  {line}", err=True)
+        click.echo(as_run(f"  {line}"), err=True)
 
 
 def main() -> None:
@@ -107,7 +117,11 @@ def _exit_code() -> int:
     except click.exceptions.Exit as stop:
         return stop.exit_code
     except click.ClickException as error:
-        error.show()
+        if "--json" in sys.argv:
+            body = {"error": type(error).__name__, "message": error.format_message()}
+            click.echo(json_text({**body, "exit_code": error.exit_code}))
+        else:
+            error.show()
         return error.exit_code
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else int(stop.code is not None)

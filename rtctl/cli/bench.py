@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 
 import click
 
 from rtctl.bench.row import Row
+from rtctl.cli.json_text import json_text
 
 GROUPS = (
     "friction",
@@ -19,6 +19,7 @@ GROUPS = (
     "wakeup",
     "streams",
     "flood",
+    "attacks",
     "io",
     "recording",
     "view",
@@ -39,40 +40,69 @@ ON_REQUEST = ("soak", "deaths")
     show_default=True,
     help="how long io watches a composed rig at 1 kHz",
 )
-@click.option("--json", "as_json", is_flag=True, help="one JSON object with all rows")
+@click.option("--json", "as_json", is_flag=True, help="one JSON object, its rows as they are measured")
 def command(
     groups: tuple[str, ...], *, quick: bool, minutes: float, rig_seconds: float, as_json: bool
 ) -> None:
     """Measure side by side: friction evaluation, safety machine, feel of a 60 Hz program, virtual time, start,
-    cycle, wake-up, telemetry streams, floods, device I/O, recording, live view; and, only when asked for, soak: hours of subscribers that come and go, and of floods;
+    cycle, wake-up, telemetry streams, floods, STOP under attack, device I/O, recording, live view; and, only when asked for, soak: hours of subscribers that come and go, and of floods;
     deaths: a hundred killed loops, and how soon a simulated board was without torque.
 
     Give GROUPS to run only some. The whole takes about ten minutes and wants an otherwise idle machine;
     wakeup and streams need cyclictest (Debian rt-tests), friction the extra rtctl[bench].
     Exit code 0 whatever the figures are; `ok` in each row says whether its target was met.
     """
-    from rtctl.bench.row import table
     from rtctl.errors import RtctlError
 
-    chosen = groups or GROUPS
-    measured: list[Row] = []
-    skipped: dict[str, str] = {}
-    for name in chosen:
-        click.echo(f"measuring {name} ...", err=True)
-        try:
-            measured += _group(name, quick=quick, minutes=minutes, rig_seconds=rig_seconds)()
-        except (RtctlError, ModuleNotFoundError) as error:
-            skipped[name] = str(error)
-    if as_json:
-        click.echo(json.dumps({"rows": [row.as_dict() for row in measured], "skipped": skipped}))
-        return
-    click.echo("\n".join(table(measured)))
-    for name, why in skipped.items():
-        click.echo(f"not measured: {name}: {why}", err=True)
+    report = _Json() if as_json else _Text()
+    try:
+        for name in groups or GROUPS:
+            click.echo(f"measuring {name} ...", err=True)
+            try:
+                report.rows(_group(name, quick=quick, minutes=minutes, rig_seconds=rig_seconds)())
+            except (RtctlError, ModuleNotFoundError) as error:
+                report.skipped[name] = str(error)
+    finally:
+        report.end()
+
+
+class _Text:
+    """A table for each group, as soon as it is measured: what comes later cannot lose it."""
+
+    def __init__(self) -> None:
+        self.skipped: dict[str, str] = {}
+
+    def rows(self, measured: list[Row]) -> None:
+        from rtctl.bench.row import table
+
+        click.echo("\n".join(table(measured)))
+
+    def end(self) -> None:
+        for name, why in self.skipped.items():
+            click.echo(f"not measured: {name}: {why}", err=True)
+
+
+class _Json(_Text):
+    """One JSON object, its rows written as they come, and closed whatever happens."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._before = '{"rows": ['
+
+    def rows(self, measured: list[Row]) -> None:
+        for row in measured:
+            click.echo(self._before + json_text(row), nl=False)
+            self._before = ",\n"
+
+    def end(self) -> None:
+        click.echo(
+            ("" if self._before == ",\n" else self._before) + f'], "skipped": {json_text(self.skipped)}}}'
+        )
 
 
 def _group(name: str, *, quick: bool, minutes: float, rig_seconds: float) -> Callable[[], list[Row]]:
     from rtctl.bench import (
+        attacks,
         deaths,
         feel,
         flood,
@@ -104,6 +134,7 @@ def _group(name: str, *, quick: bool, minutes: float, rig_seconds: float) -> Cal
         "cycle": lambda: loop.cycle_rows(mock, 1 if quick else 4, 10 * short),
         "wakeup": lambda: loop.wakeup_rows(mock, 1 if quick else 4, max(5.0, 15 * short)),
         "flood": lambda: flood.rows(mock, 10 * short, 1 if quick else 2),
+        "attacks": lambda: attacks.rows(mock, 1 if quick else 5),
         "soak": lambda: soak.rows(mock, minutes, lambda text: click.echo(text, err=True)),
         "io": lambda: io.rows(short, rig_seconds),
         "view": lambda: view.rows(mock, 30 * short, 3 if quick else 10),

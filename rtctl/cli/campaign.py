@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+
+from rtctl.cli.json_text import json_text
 
 if TYPE_CHECKING:
     from rtctl.campaign.run import Order, Result
@@ -98,7 +99,7 @@ def command(
             length=rigs, label="rigs", file=sys.stderr, hidden=as_json or not sys.stderr.isatty()
         ) as bar:
             result = campaign.run(order, jobs, bar.update)
-    click.echo(json.dumps(result.as_dict()) if as_json else _text(result))
+    click.echo(json_text(result.as_dict()) if as_json else _text(result))
     if result.violations:
         sys.exit(1)
 
@@ -110,7 +111,7 @@ def _margins(rigs: int, seed: int, jobs: int, *, as_json: bool) -> None:
         length=rigs, label="rigs", file=sys.stderr, hidden=as_json or not sys.stderr.isatty()
     ) as bar:
         found = margins.run(rigs, seed, jobs, bar.update)
-    click.echo(json.dumps(found.as_dict()) if as_json else found.text())
+    click.echo(json_text(found.as_dict()) if as_json else found.text())
     if found.shaking:
         sys.exit(1)
 
@@ -141,7 +142,7 @@ def _still(
             length=cases, label="hands", file=sys.stderr, hidden=as_json or not sys.stderr.isatty()
         ) as bar:
             found = still.run(order, jobs, bar.update)
-    click.echo(json.dumps(found.as_dict()) if as_json else found.text(seed))
+    click.echo(json_text(found.as_dict()) if as_json else found.text(seed))
     if found.loud:
         sys.exit(1)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 from dataclasses import asdict
@@ -11,6 +10,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFile
 from rtctl.errors import StabilityError
 from rtctl.verdict import Outcome
 
@@ -26,7 +27,7 @@ _MEMBER_KEYS = ("kind", "axes", "channels", "max_age_ticks", "budget_ns")
 @click.command("check")
 @click.argument("config", type=_File)
 @click.option("--json", "as_json", is_flag=True, help="one JSON object with every figure, for scripts")
-@click.option("--plot", type=_File, help="draw the region of passive couplings (PNG)")
+@click.option("--plot", type=OutputFile(picture=True), help="draw the region of passive couplings (PNG)")
 def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
     """Check a rig file: bounds, friction model, and whether its coupling is provably passive.
 
@@ -60,7 +61,7 @@ def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
         body["warnings"] = [one.text for one in advices if not one.ok]
         if not report.ok:
             body |= {"error": StabilityError.__name__, "exit_code": StabilityError.exit_code}
-        click.echo(json.dumps(body, indent=2, allow_nan=False))
+        click.echo(json_text(body, indent=2))
         if not report.ok:
             sys.exit(StabilityError.exit_code)
         return

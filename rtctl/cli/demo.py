@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from typing import Any
 
 import click
+
+from rtctl.cli.invocation import as_run, shown
+from rtctl.cli.json_text import json_text
+from rtctl.shipped import shipped
 
 
 @click.command("demo")
@@ -39,7 +42,7 @@ def command(config: Path | None, measure: float, *, as_json: bool) -> None:
     off, on = (phase.rms_nm() for phase in demo.phases)
     summary["hand_torque_rms_nm"] = {"off": off, "on": on, "reduction": 1 - on / off}
     if as_json:
-        click.echo(json.dumps(summary))
+        click.echo(json_text(summary))
     else:
         click.echo("\n" + "\n".join(_table(summary)))
 
@@ -73,7 +76,16 @@ def _table(summary: dict[str, Any]) -> list[str]:
         f"state at the end     {summary['state']}, faults: {', '.join(summary['faults']) or 'none'}",
         "",
         "Where to look next",
-        "  rtctl run configs/mock-spring.toml --arm    another rig; in a second terminal: rtctl monitor",
-        "  rtctl check configs/mock.toml               why this coupling is stable with any hand",
-        "  docs/protocol.md                            write a virtual world in any language",
+        *_next(
+            f"rtctl run {shown(shipped('configs/mock-spring.toml'))} --arm",
+            "another rig; in a second terminal: rtctl monitor",
+        ),
+        *_next(
+            f"rtctl check {shown(shipped('configs/mock.toml'))}", "why this coupling is stable with any hand"
+        ),
+        *_next(shown(shipped("docs/protocol.md")), "write a virtual world in any language"),
     ]
+
+
+def _next(command: str, why: str) -> list[str]:
+    return [f"  {as_run(command)}", f"      {as_run(why)}"]

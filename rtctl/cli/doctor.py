@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+
+from rtctl.cli.colour import coloured
+from rtctl.cli.invocation import as_run
+from rtctl.cli.json_text import json_text
 
 if TYPE_CHECKING:
     from rtctl.doctor.line import Line
@@ -39,10 +42,10 @@ def command(config: Path | None, seconds: float, *, no_timing: bool, as_json: bo
 
     def _say(line: Line) -> None:
         click.echo(
-            f"{click.style(f'{line.status:<4}', fg=_COLOURS[line.status])}  {line.check:<22}{line.found}"
+            f"{coloured(f'{line.status:<4}', _COLOURS[line.status])}  {line.check:<22}{as_run(line.found)}"
         )
         if line.fix:
-            click.echo(f"      {'':<22}-> {line.fix}")
+            click.echo(f"      {'':<22}-> {as_run(line.fix)}")
 
     report = examine(
         None if config is None else str(config),
@@ -56,7 +59,7 @@ def command(config: Path | None, seconds: float, *, no_timing: bool, as_json: bo
             "lines": [line.as_dict() for line in report.lines],
             "wakeup": None if report.wakeups is None else asdict(report.wakeups),
         }
-        click.echo(json.dumps(body, allow_nan=False))
+        click.echo(json_text(body))
     else:
         for line in wakeup.histogram(report.wakeups) if report.wakeups else []:
             click.echo(f"      {line}")

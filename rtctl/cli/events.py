@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -10,38 +9,40 @@ from typing import Any
 import click
 
 from hw.outside import shown
+from rtctl.cli.invocation import as_run
+from rtctl.cli.json_text import json_text
+from rtctl.cli.rig_argument import rig_argument, rig_of
 
 MOST_LINE = 2000
 
 
 @click.command("events")
-@click.argument("rig", metavar="CONFIG|RIG")
+@rig_argument
 @click.option("--last", type=click.IntRange(0), default=50, show_default=True, help="so many of the newest")
 @click.option("--follow", is_flag=True, help="then go on showing new ones; Ctrl-C ends")
 @click.option("--state-dir", type=click.Path(path_type=Path), help="folder that holds one folder per rig")
 @click.option("--json", "as_json", is_flag=True, help="the log's own lines, one JSON object each")
-def command(rig: str, last: int, state_dir: Path | None, *, follow: bool, as_json: bool) -> None:
+def command(rig: str | None, last: int, state_dir: Path | None, *, follow: bool, as_json: bool) -> None:
     """Show changes of state, faults and incidents of a rig, whether it runs now or not.
 
     The log is kept under $RTCTL_STATE_DIR, $STATE_DIRECTORY (systemd) or ~/.local/state/rtctl.
     """
-    from rtctl.cli.rig_argument import rig_name
     from rtctl.errors import DataError
     from rtctl.recording import event_log
     from rtctl.recording.state_folder import written_folder
 
-    folder = written_folder(rig_name(rig), state_dir)
+    folder = written_folder(rig_of(rig), state_dir)
     if not event_log.log_files(folder) and not follow:
         raise DataError(f"no event log in {folder}: the rig has not run for this user; see --state-dir")
     following = event_log.follow(folder) if follow else iter(())
     events, torn = event_log.read_events(folder, last)
     for event in events:
-        click.echo(json.dumps(event) if as_json else line(event))
+        click.echo(json_text(event) if as_json else line(event))
     if torn:
         click.echo(f"rtctl: {torn} line(s) cut off by a crash were skipped", err=True)
     try:
         for event in following:
-            click.echo(json.dumps(event) if as_json else line(event))
+            click.echo(json_text(event) if as_json else line(event))
     except KeyboardInterrupt:
         click.echo("", err=True)
 
@@ -53,17 +54,20 @@ def line(event: dict[str, Any]) -> str:
         head = f"{when:%Y-%m-%d %H:%M:%S}.{when.microsecond // 1000:03d} tick {event['tick']:>9}"
         return shown(f"{head}  {_text(event)}", MOST_LINE)
     except (KeyError, TypeError, ValueError, OverflowError, OSError):
-        return shown(f"an event that this version cannot read: {json.dumps(event)}")
+        return shown(f"an event that this version cannot read: {json_text(event)}")
 
 
 def _text(event: dict[str, Any]) -> str:
+    from rtctl.fault_words import sentence
+    from rtctl.host.speaker import line_of
+
     kind = event["event"]
     match kind:
         case "state":
             return f"{event['from']} -> {event['to']}: {event.get('cause') or 'the law'} (command {event.get('command_seq')})"
         case "fault":
-            first = ", first cause" if event.get("first_cause") else ""
-            return f"fault {event['name']}{first}: {event['text']}{_left_out(event)}"
+            first = " (first cause)" if event.get("first_cause") else ""
+            return f"fault {sentence(event)}{first}{_left_out(event)}"
         case "fault_cleared":
             return f"fault {event['name']} is gone{_left_out(event)}"
         case "fault_repeated":
@@ -79,7 +83,7 @@ def _text(event: dict[str, Any]) -> str:
                 f"a sample every {event['sample_period_s'] * 1e3:.3g} ms"
             )
         case "incident":
-            return f"incident of {event['ticks']} ticks: rtctl incident {event['file']}"
+            return as_run(f"incident of {event['ticks']} ticks: rtctl incident {event['file']}")
         case "started":
             return f"rtctl {event['version']} started, process {event['pid']}, config {event['config_sha256'][:12]}"
         case "ended":
@@ -87,7 +91,7 @@ def _text(event: dict[str, Any]) -> str:
         case "log_gap":
             return f"{event['lost']} events could not be written here"
         case _:
-            return str(kind)
+            return f"{line_of(event) or kind}{_left_out(event)}"
 
 
 def _left_out(event: dict[str, Any]) -> str:

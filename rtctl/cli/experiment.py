@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 from pathlib import Path
@@ -11,6 +10,8 @@ from typing import TYPE_CHECKING
 import click
 
 from hw.mock.family import FAMILY
+from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFolder
 
 if TYPE_CHECKING:
     from rtctl.config import LoadedConfig
@@ -33,9 +34,7 @@ NAMES = (
 @click.command("experiment")
 @click.argument("name", type=click.Choice(NAMES))
 @click.argument("config", type=click.Path(path_type=Path))
-@click.option(
-    "--out", type=click.Path(file_okay=False, path_type=Path), required=True, help="folder of the report"
-)
+@click.option("--out", type=OutputFolder(), required=True, help="folder of the report")
 @click.option("--simulate", is_flag=True, help="the simulated rig in this process, as fast as it goes")
 @click.option(
     "--seeds",
@@ -200,11 +199,11 @@ def _ask(name: str, loaded: LoadedConfig, seconds: float) -> None:
 
 
 def _show(outcomes: list[Outcome], page: Path, took_s: float, *, as_json: bool) -> None:
-    from rtctl.experiments.report import document_of, plain
+    from rtctl.experiments.report import document_of
 
     if as_json:
         found = {one.name: document_of(one) for one in outcomes}
-        click.echo(json.dumps(plain({"report": str(page), "took_s": took_s, "experiments": found})))
+        click.echo(json_text({"report": str(page), "took_s": took_s, "experiments": found}))
         return
     for one in outcomes:
         click.echo(f"{one.title}: {one.key}\n")

@@ -8,13 +8,24 @@ from typing import Literal
 
 import click
 
+from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFile
+
 
 @click.command("export")
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("--to", "kind", type=click.Choice(["npz", "parquet", "csv"]), required=True, help="format")
-@click.option("--out", type=click.Path(path_type=Path), help="file to write; default: beside FILE")
+@click.option("--out", type=OutputFile(), help="file to write; default: beside FILE")
 @click.option("--fields", help="tick fields, separated by commas; default: all")
-def command(file: Path, kind: Literal["npz", "parquet", "csv"], out: Path | None, fields: str | None) -> None:
+@click.option("--json", "as_json", is_flag=True, help="one JSON object")
+def command(
+    file: Path,
+    kind: Literal["npz", "parquet", "csv"],
+    out: Path | None,
+    fields: str | None,
+    *,
+    as_json: bool,
+) -> None:
     """Write every tick of the recording in FILE, over all its parts, in another format.
 
     npz keeps the shape of per-axis fields; Parquet and CSV have a column `field.axis` for each. Parquet needs
@@ -34,4 +45,4 @@ def command(file: Path, kind: Literal["npz", "parquet", "csv"], out: Path | None
     ticks = export(RecordingReader(all_parts(file)), kind, target, chosen, progress)
     if tty:
         click.echo("", err=True)
-    click.echo(f"{target}: {ticks} ticks")
+    click.echo(json_text({"file": target, "ticks": ticks}) if as_json else f"{target}: {ticks} ticks")

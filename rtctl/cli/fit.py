@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+
+from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFile, OutputFolder
 
 if TYPE_CHECKING:
     from rtctl.friction.ladder import Ladder
@@ -33,10 +36,25 @@ def _range(
     return value
 
 
+def _rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
+    """A name that a rig can have, before anything is learned."""
+    from hw.plain_words import NAME_PATTERN, NAME_WORDS
+
+    if not re.fullmatch(NAME_PATTERN, name):
+        raise click.BadParameter(f"{name!r} is no rig's name: {NAME_WORDS}, as [rig] name of its rig file")
+    return name
+
+
 @click.command("fit")
 @click.argument("points", type=_File)
-@click.option("--out", type=_File, required=True, help="model file to write (JSON)")
-@click.option("--rig", default="mock", show_default=True, help="name of the rig the points were measured on")
+@click.option("--out", type=OutputFile(), required=True, help="model file to write (JSON)")
+@click.option(
+    "--rig",
+    default="mock",
+    show_default=True,
+    callback=_rig_name,
+    help="name of the rig the points were measured on",
+)
 @click.option(
     "--C",
     "c",
@@ -129,11 +147,11 @@ def _range(
     metavar="RAD",
     help="presliding length (break-away torque over initial slope), rad; default: what the points file says",
 )
-@click.option("--plot", type=_File, help="draw points and learned curve (PNG)")
+@click.option("--plot", type=OutputFile(picture=True), help="draw points and learned curve (PNG)")
 @click.option(
     "--report",
     "report_dir",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=OutputFolder(),
     help="write report.html with figures and tables there; runs --search halving unless told otherwise",
 )
 @click.option("--test", "test_points", type=_File, help="points to judge the fit by, in the report")
@@ -246,7 +264,7 @@ def command(
         body |= {"report": str(page)} if page else {}
         if ladder is not None:
             body |= ladder_report.body(ladder)
-        click.echo(json.dumps(body, indent=2, allow_nan=False))
+        click.echo(json_text(body, indent=2))
         return
     if ladder is not None:
         ladder_report.show(ladder)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import json
 import sys
 import time
 from dataclasses import asdict
@@ -12,6 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+
+from rtctl.cli.invocation import as_run, shown
+from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFolder
 
 if TYPE_CHECKING:
     from rtctl.config import LoadedConfig
@@ -92,7 +95,7 @@ class _Identify(click.Command):
 
 @click.command("identify", cls=_Identify)
 @click.argument("config", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path), required=True, help="folder of the data set")
+@click.option("--out", type=OutputFolder(), required=True, help="folder of the data set")
 @click.option("--simulate", is_flag=True, help="the simulated rig in this process, as fast as it goes")
 @click.option("--resume", is_flag=True, help="continue the data set in --out")
 @click.option("--yes", is_flag=True, help="do not ask whether the rig is free to move")
@@ -260,7 +263,7 @@ def _report(
         "truth": [asdict(one) for one in truth],
     }
     if as_json:
-        click.echo(json.dumps(summary))
+        click.echo(json_text(summary))
     else:
         click.echo(f"{len(points)} of {wanted} points in {dataset.folder}, {wall_s:.0f} s")
         for one in skipped:
@@ -273,7 +276,10 @@ def _report(
             click.echo(f"  {one}, {one.speeds} speeds")
         if complete:
             click.echo(
-                f"next: rtctl fit {dataset.folder / 'points_train.csv'} --rig {document['rig']} --out MODEL.json"
+                as_run(
+                    f"next: rtctl fit {shown(dataset.folder / 'points_train.csv')} --rig {document['rig']} "
+                    f"--out {shown(dataset.folder / 'model.json')}"
+                )
             )
     if not complete:
         click.echo("rtctl: stopped; the points measured are kept, continue with --resume", err=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import hashlib
 import io
-import json
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -14,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hw.outside import read_toml
+from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFolder
 from rtctl.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -65,7 +66,7 @@ _POSITIVE = click.FloatRange(min=0, max=1e9, min_open=True)
 )
 @click.option("--speed-min-rad-s", type=click.FloatRange(0, 100), default=0.03, show_default=True)
 @click.option("--keep-offset", is_flag=True, help="leave the offset in the friction samples")
-@click.option("--out", type=click.Path(path_type=Path), help="folder for points.csv and regression.json")
+@click.option("--out", type=OutputFolder(), help="folder for points.csv and regression.json")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout")
 def command(
     logs: tuple[Path, ...],
@@ -111,7 +112,7 @@ def command(
         sha256 = hashlib.sha256("".join(part.sha256 for part in parts).encode()).hexdigest()
         points = level_points(samples(signals, fit, sha256, remove_offset=not keep_offset))
         _write(out, points, document)
-    click.echo(json.dumps(document) if as_json else "\n".join(_lines(fit, out)))
+    click.echo(json_text(document) if as_json else "\n".join(_lines(fit, out)))
 
 
 def _axis(config: Path, axis: int) -> AxisTable:
@@ -182,7 +183,7 @@ def _write(out: Path, points: FrictionPoints, document: dict[str, Any]) -> None:
         writer.writerow([repr(float(v)), repr(float(f * d)), int(d), repr(float(std)), int(n)])
     rows = text.getvalue().encode()
     document["points_sha256"] = hashlib.sha256(rows).hexdigest()
-    write_together(out, {"points.csv": rows, "regression.json": json.dumps(document, indent=1).encode()})
+    write_together(out, {"points.csv": rows, "regression.json": json_text(document, indent=1).encode()})
 
 
 def _lines(fit: JointFit, out: Path | None) -> list[str]:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import click
 
+from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFile
+
 
 @click.command("incident")
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--plot", type=click.Path(path_type=Path), help="write a PNG of the signals around the fault")
+@click.option("--plot", type=OutputFile(picture=True), help="write a PNG of the signals around the fault")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object: about, trigger, events, extremes")
 def command(file: Path, plot: Path | None, *, as_json: bool) -> None:
     """Show what led to the incident in FILE (`rtctl events` names the files)."""
@@ -21,7 +23,7 @@ def command(file: Path, plot: Path | None, *, as_json: bool) -> None:
     incident = read_incident(file)
     if as_json:
         body = {"about": incident.about, "trigger": incident.trigger, "events": incident.events}
-        click.echo(json.dumps({**body, "ticks": len(incident.ticks), "extremes": extremes(incident)}))
+        click.echo(json_text({**body, "ticks": len(incident.ticks), "extremes": extremes(incident)}))
     else:
         click.echo("\n".join(summary(incident)))
         click.echo("\nevents")

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import click
+
+from rtctl.cli.json_text import json_text
 
 
 @click.command("info")
@@ -18,7 +19,7 @@ def command(file: Path, *, as_json: bool) -> None:
     from rtctl.recording.reader import RecordingReader, all_parts
 
     found = overview(RecordingReader(all_parts(file)))
-    click.echo(json.dumps(found) if as_json else "\n".join(_lines(found)))
+    click.echo(json_text(found) if as_json else "\n".join(_lines(found)))
 
 
 def _lines(found: dict[str, Any]) -> list[str]:

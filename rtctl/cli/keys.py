@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import click
 
+from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFile
 from rtctl.protocol import ROLES
 
 _FOLDER = click.option(
@@ -29,7 +30,7 @@ def command() -> None:
 @command.command("new")
 @click.argument("name")
 @click.option("--role", type=click.Choice(ROLES), required=True, help="what the client may do")
-@click.option("--out", type=click.Path(path_type=Path), help="file of the client's secret; default NAME.key")
+@click.option("--out", type=OutputFile(), help="file of the client's secret; default NAME.key")
 @_FOLDER
 @_JSON
 def new(name: str, role: str, out: Path | None, folder: Path, *, as_json: bool) -> None:
@@ -38,7 +39,7 @@ def new(name: str, role: str, out: Path | None, folder: Path, *, as_json: bool) 
 
     path = KeyStore(folder).new(name, role, out or Path(f"{name}.key"))
     if as_json:
-        click.echo(json.dumps({"name": name, "role": role, "out": str(path), "dir": str(folder)}))
+        click.echo(json_text({"name": name, "role": role, "out": str(path), "dir": str(folder)}))
         return
     click.echo(f"{path}: secret of {role} {name}. Take it to the client's machine and delete it here;")
     click.echo(f'there: RigClient(address="HOST:PORT", key="{path.name}")')
@@ -56,7 +57,7 @@ def show(folder: Path, *, as_json: bool) -> None:
     keys, faults = store.clients()
     if as_json:
         body = [vars(key) for key in keys.values()]
-        click.echo(json.dumps({"server_key": server.public_key, "keys": body, "unusable": faults}))
+        click.echo(json_text({"server_key": server.public_key, "keys": body, "unusable": faults}))
         return
     click.echo(f"{'name':<24} {'role':<10} {'made':<21} public key")
     for key in keys.values():
@@ -74,4 +75,4 @@ def revoke(name: str, folder: Path, *, as_json: bool) -> None:
     from rtctl.keys import KeyStore
 
     key = KeyStore(folder).revoke(name)
-    click.echo(json.dumps({"revoked": vars(key)}) if as_json else f"revoked {key.role} {key.name}")
+    click.echo(json_text({"revoked": vars(key)}) if as_json else f"revoked {key.role} {key.name}")

@@ -2,32 +2,34 @@
 
 from __future__ import annotations
 
-import json
+import contextlib
 import math
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from rtctl.cli.json_text import json_text
+from rtctl.cli.rig_argument import connect, reach_options
+
 if TYPE_CHECKING:
+    from rtctl.cli.monitor_text import Shown
     from rtctl.client import RigClient, RigState
 
 REFRESH_S = 0.2
 LINE_S = 1.0
-SILENCE_S = 5.0
-"""Telemetry may pause this long, for a restart of the daemon."""
+LOOK_S = 0.1
+NO_DATA_S = 0.5
+"""Without a sample for so long, what was seen last is no state of the rig any more."""
 
 _HOME_AND_CLEAR = "\x1b[H\x1b[J"
 
 
 @click.command("monitor")
-@click.option("--rig", help="name of the rig; not needed when one runs")
-@click.option("--runtime-dir", type=click.Path(path_type=Path), help="where the daemon listens")
-@click.option("--address", help="HOST:PORT of a rig on another machine")
-@click.option("--key", type=click.Path(path_type=Path), help="key file for that (rtctl keys new)")
+@reach_options
+@click.option("--rig", "named", hidden=True, help="the same as RIG; of versions before")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object per state sample")
 @click.option(
     "--for", "seconds", type=click.FloatRange(min=0, min_open=True), help="end after this many seconds"
@@ -37,57 +39,122 @@ def command(
     runtime_dir: Path | None,
     address: str | None,
     key: Path | None,
+    named: str | None,
     *,
     as_json: bool,
     seconds: float | None,
 ) -> None:
-    """Show state, torques, latency and losses of a running rig. Ctrl-C ends it; the rig runs on."""
-    from rtctl.client import RigClient
+    """Show state, faults with their causes, torques, latency and losses of a running rig. Ctrl-C ends it; the rig runs on.
 
-    name = rig or ("" if address else only_rig(runtime_dir))
+    What is shown ages: when no sample comes for half a second it says NO DATA, and goes on when the daemon is back.
+    Exit code 12 when there is no data at the end of --for.
+    """
+    from rtctl.errors import NoReplyError
+
     try:
-        with RigClient(name, runtime_dir=runtime_dir, address=address, key=key) as client:
-            hello = client.hello()
+        with connect(rig or named, runtime_dir, address, key) as client:
             end = math.inf if seconds is None else time.monotonic() + seconds
-            if as_json:
-                _json(client, end)
-            else:
-                _show(client, hello, end)
+            with Watch(client, local=address is None) as watch:
+                (_json if as_json else _show)(watch, end)
+                silent_s = watch.silent_s
+            if silent_s >= NO_DATA_S:
+                raise NoReplyError(
+                    f"no data for {silent_s:.1f} s: the daemon has ended, or cannot be reached"
+                )
     except KeyboardInterrupt:
         click.echo("", err=True)
 
 
-def only_rig(runtime_dir: Path | None) -> str:
-    """The one rig that runs on this machine."""
-    from rtctl.errors import ClientError
-    from rtctl.protocol import running_rigs, runtime_root
+class Watch:
+    """What is known of the rig now. Telemetry may cease and come back, from another run of the daemon too.
 
-    running = running_rigs(runtime_dir)
-    if not running:
-        raise ClientError(
-            f"no daemon runs (looked in {runtime_dir or runtime_root()}); start one with: rtctl run CONFIG"
+    Parameters
+    ----------
+    client
+        Connected to the rig.
+    local
+        The rig's clock is this machine's, so a sample's own age counts.
+    """
+
+    def __init__(self, client: RigClient, *, local: bool) -> None:
+        from rtctl.host.faults import FaultPlaces
+
+        self._client, self._local = client, local
+        self.hello = client.hello()
+        self._places = FaultPlaces()
+        self._states, self._healths, self._events = client.states(), client.health(), client.events()
+        self._came = time.monotonic()
+        self.health: dict[str, Any] | None = None
+        self.sample: RigState | None = None
+
+    def __enter__(self) -> Watch:
+        return self
+
+    def __exit__(self, *_exception: object) -> None:
+        for stream in (self._states, self._healths, self._events):
+            stream.close()
+
+    def receive(self, timeout_s: float) -> RigState | None:
+        """The next sample; None when none comes within `timeout_s`."""
+        sample = self._states.receive(timeout_s)
+        while (event := self._events.receive(0)) is not None:
+            self._places.take_event(event)
+        if (health := self._healths.receive(0)) is not None:
+            self.health = health
+            self._places.take_health(health)
+        if sample is None:
+            return None
+        self._came = time.monotonic()
+        if self.sample is not None and sample.session != self.sample.session:
+            self._greet_again()
+        self.sample = sample
+        return sample
+
+    def _greet_again(self) -> None:
+        """The daemon was restarted, maybe with another rig file."""
+        from rtctl.errors import ClientError
+
+        self.health = None
+        with contextlib.suppress(ClientError):  # it dies again: the old names stay until it is back
+            self.hello = self._client.hello()
+
+    @property
+    def silent_s(self) -> float:
+        """For how long nothing new has been known of the rig, s: no sample came, or only old ones."""
+        silent_s = time.monotonic() - self._came
+        if self._local and self.sample is not None:
+            age_s = self.sample.as_of(time.monotonic()).age_s
+            silent_s = max(silent_s, age_s) if math.isfinite(age_s) else silent_s
+        return silent_s
+
+    def shown(self) -> Shown | None:
+        """What to draw now; None before the first sample."""
+        from rtctl.cli.monitor_text import Shown
+
+        if self.sample is None:
+            return None
+        sample = self.sample
+        bits = sum(sample.faults)
+        return Shown(
+            sample.as_of(time.monotonic()) if self._local else sample,
+            self.silent_s,
+            self._states.lost,
+            self.health,
+            self._places.entries(bits),
+            self._places.cause(int(sample.state), int(sample.fields["fault_first"])),
         )
-    if len(running) > 1:
-        raise ClientError(f"several rigs run: {', '.join(running)}; name one with --rig")
-    return running[0]
 
 
-def _samples(client: RigClient, end: float) -> Iterator[tuple[RigState, int]]:
-    """Samples until `end`, each with the number lost so far. Silence means that the daemon is gone."""
-    from rtctl.errors import NoReplyError
-
-    with client.states() as states:
-        while (left_s := end - time.monotonic()) > 0:
-            sample = states.receive(min(SILENCE_S, left_s))
-            if sample is not None:
-                yield sample, states.lost
-            elif left_s > SILENCE_S:
-                raise NoReplyError(f"no telemetry for {SILENCE_S:g} s: the daemon has ended")
-
-
-def _json(client: RigClient, end: float) -> None:
-    for sample, _lost in _samples(client, end):
-        click.echo(json.dumps(_plain(sample)))
+def _json(watch: Watch, end: float) -> None:
+    """Every sample; while there is none, once a second an object that says so."""
+    told = 0.0
+    while (left_s := end - time.monotonic()) > 0:
+        sample = watch.receive(min(REFRESH_S, left_s))
+        if sample is not None:
+            click.echo(json_text(_plain(sample)))
+        elif watch.silent_s >= NO_DATA_S and time.monotonic() - told >= LINE_S:
+            told = time.monotonic()
+            click.echo(json_text({"state": None, "no_data_s": round(watch.silent_s, 3)}))
 
 
 def _plain(sample: RigState) -> dict[str, Any]:
@@ -107,98 +174,25 @@ def _finite(value: Any) -> Any:  # noqa: ANN401
     return value if not isinstance(value, float) or math.isfinite(value) else None
 
 
-def _show(client: RigClient, hello: dict[str, Any], end: float) -> None:
-    """Refresh a table in place on a terminal; elsewhere write a line now and then."""
+def _show(watch: Watch, end: float) -> None:
+    """Refresh a table in place on a terminal; elsewhere write a line now and then, and at once when data cease."""
+    from rtctl.cli.monitor_text import line, table
+
     tty = sys.stdout.isatty()
-    health: dict[str, Any] | None = None
-    due = 0.0
-    with client.health() as healths:
-        for sample, lost in _samples(client, end):
-            health = healths.receive(0) or health
-            if time.monotonic() < due:
-                continue
-            due = time.monotonic() + (REFRESH_S if tty else LINE_S)
-            if tty:
-                click.echo(_HOME_AND_CLEAR + "\n".join(table(hello, sample, health, lost)))
-            else:
-                click.echo(line(sample, health, lost))
-
-
-def table(hello: dict[str, Any], sample: RigState, health: dict[str, Any] | None, lost: int) -> list[str]:
-    """Lines of the live table."""
-    faults = ", ".join(str(fault.name) for fault in sample.faults) or "none"
-    lines = [
-        f"{hello['rig']}   {hello['rate_hz']:g} Hz   rtctl {hello['version']}   Ctrl-C ends, the rig runs on",
-        "",
-        f"state   {sample.state.name:<10} authority {sample.authority:4.0%}   epoch {sample.epoch}",
-        f"faults  {faults}",
-        "",
-        f"{'axis':<12}{'position':>12}{'velocity':>12}{'hand':>12}{'feed-fwd':>12}{'applied':>12}",
-        f"{'':<12}{'rad':>12}{'rad/s':>12}{'N m':>12}{'N m':>12}{'N m':>12}",
-    ]
-    for a, axis in enumerate(hello["axes"]):
-        values = (
-            sample.position_rad[a],
-            sample.velocity_rad_s[a],
-            sample.hand_torque_nm[a],
-            sample.feedforward_torque_nm[a],
-            sample.torque_applied_nm[a],
-        )
-        lines.append(f"{axis['name']:<12}" + "".join(f"{value:>12.4f}" for value in values))
-    lines += [
-        "",
-        *_latency(health),
-        *([f"EVENT LOG BROKEN: {_broken(health, 'log')}"] if _broken(health, "log") else []),
-        *([f"RECORDING BROKEN: {_broken(health, 'recording')}"] if _broken(health, "recording") else []),
-        *[f"WARNING: {warning['text']}" for warning in _warnings(health)],
-        f"missed {sample.missed_ticks}   lost here {lost}   age {sample.age_s * 1e3:.1f} ms",
-    ]
-    return lines
-
-
-def _broken(health: dict[str, Any] | None, what: str) -> str:
-    """Why the daemon could not write its event log (`log`) or its recording; empty while it can."""
-    return ((health or {}).get(what) or {}).get("broken") or ""
-
-
-def _warnings(health: dict[str, Any] | None) -> list[dict[str, str]]:
-    """Warnings the daemon gives: nothing that stops the rig."""
-    found: list[dict[str, str]] = (health or {}).get("warnings", [])
-    return found
-
-
-def _latency(health: dict[str, Any] | None) -> list[str]:
-    if health is None or health["wakeup_us"] is None:
-        return ["latency: once a second, wait ..."]
-    names = list(health["wakeup_us"])
-    lines = [f"{'us':<12}" + "".join(f"{name:>12}" for name in names)]
-    lines += [
-        f"{phase:<12}" + "".join(f"{health[f'{phase}_us'][n]:>12.1f}" for n in names)
-        for phase in ("wakeup", "cycle")
-    ]
-    return [
-        *lines,
-        f"rate {health['measured_rate_hz']:.1f} Hz"
-        + ("   WAIVER: no real-time rights" if health["waiver"] else ""),
-    ]
-
-
-def line(sample: RigState, health: dict[str, Any] | None, lost: int) -> str:
-    """One plain line, for a log or a pipe."""
-    faults = ",".join(str(fault.name) for fault in sample.faults) or "-"
-    latency = "-"
-    if health is not None and health["wakeup_us"] is not None:
-        latency = f"{health['wakeup_us']['p50']:.1f}/{health['wakeup_us']['p99']:.1f}"
-    return (
-        f"{sample.timestamp:.3f} {sample.state.name} faults={faults} "
-        f"position_rad={_vector(sample.position_rad)} velocity_rad_s={_vector(sample.velocity_rad_s)} "
-        f"hand_torque_nm={_vector(sample.hand_torque_nm)} "
-        f"feedforward_torque_nm={_vector(sample.feedforward_torque_nm)} wakeup_us_p50/p99={latency} "
-        f"missed={sample.missed_ticks} lost={lost}"
-        + "".join(f" {what}=BROKEN" for what in ("log", "recording") if _broken(health, what))
-        + "".join(f" warning={warning['name']}:{warning['axis']}" for warning in _warnings(health))
-    )
-
-
-def _vector(values: tuple[float, ...]) -> str:
-    return ",".join(f"{value:.4f}" for value in values)
+    due, was_silent = 0.0, False
+    while (left_s := end - time.monotonic()) > 0:
+        watch.receive(min(LOOK_S, left_s))
+        shown = watch.shown()
+        if shown is None:
+            if watch.silent_s >= NO_DATA_S and time.monotonic() >= due:
+                due = time.monotonic() + LINE_S
+                click.echo(f"NO DATA for {watch.silent_s:.1f} s; waiting for the daemon")
+            continue
+        silent = bool(shown.no_data)
+        if time.monotonic() < due and silent == was_silent:
+            continue
+        due, was_silent = time.monotonic() + (REFRESH_S if tty else LINE_S), silent
+        if tty:
+            click.echo(_HOME_AND_CLEAR + "\n".join(table(watch.hello, shown)))
+        else:
+            click.echo(line(shown))

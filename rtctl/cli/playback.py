@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+
+from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFile
 
 if TYPE_CHECKING:
     from rtctl.playback_job import Job
@@ -61,8 +63,8 @@ _NUMBER = click.FloatRange(1e-9, 1e9)
 @click.option("--cutoff-hz", type=click.FloatRange(0.1, 1e4), default=20.0, show_default=True)
 @click.option("--speed-min-rad-s", type=click.FloatRange(0, 100), default=0.03, show_default=True)
 @click.option("--epsilon-nm", type=_NUMBER, default=0.001, show_default=True, help="tube of the regression")
-@click.option("--save-model", type=click.Path(path_type=Path), help="keep the learned model in this file")
-@click.option("--plot", type=click.Path(path_type=Path), help="write a figure (PNG)")
+@click.option("--save-model", type=OutputFile(), help="keep the learned model in this file")
+@click.option("--plot", type=OutputFile(picture=True), help="write a figure (PNG)")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout")
 def command(config: Path | None, *, as_json: bool, **options: Any) -> None:  # noqa: ANN401
     """Run the real control loop over a recorded log and report what compensation would have done.
@@ -75,7 +77,7 @@ def command(config: Path | None, *, as_json: bool, **options: Any) -> None:  # n
 
     job = Job(config=config, **options)
     result = run(job)
-    click.echo(json.dumps(result) if as_json else "\n".join(_lines(result, job)))
+    click.echo(json_text(result) if as_json else "\n".join(_lines(result, job)))
 
 
 def _lines(result: dict[str, Any], job: Job) -> list[str]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+
+from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFile
 
 if TYPE_CHECKING:
     from rtctl.recording.panels import Run
@@ -26,23 +28,26 @@ _FIELDS = click.option(
 
 @click.command("plot")
 @click.argument("file", type=_FILE)
-@click.option("--out", type=_FILE, help="picture to write; default: FILE with .png")
+@click.option("--out", type=OutputFile(picture=True), help="picture to write; default: FILE with .png")
 @_FROM
 @_TO
 @_FIELDS
-def command(file: Path, out: Path | None, from_s: float, to_s: float, fields: str | None) -> None:
+@click.option("--json", "as_json", is_flag=True, help="one JSON object")
+def command(
+    file: Path, out: Path | None, from_s: float, to_s: float, fields: str | None, *, as_json: bool
+) -> None:
     """Draw the recording in FILE: motion, torques, energies, timing, state (PNG)."""
     from rtctl.recording.panels import plot_runs
 
     target = out or file.with_suffix(".png")
     plot_runs([_run(file, from_s, to_s)], target, _names(fields))
-    click.echo(f"{target}")
+    click.echo(json_text({"picture": target}) if as_json else f"{target}")
 
 
 @click.command("compare")
 @click.argument("a", type=_FILE)
 @click.argument("b", type=_FILE)
-@click.option("--plot", type=_FILE, help="also draw both on one time axis (PNG)")
+@click.option("--plot", type=OutputFile(picture=True), help="also draw both on one time axis (PNG)")
 @_FROM
 @_TO
 @_FIELDS
@@ -62,7 +67,7 @@ def compare(
     if plot is not None:
         plot_runs(runs, plot, _names(fields))
     if as_json:
-        click.echo(json.dumps({"a": {"file": str(a), **found[0]}, "b": {"file": str(b), **found[1]}}))
+        click.echo(json_text({"a": {"file": str(a), **found[0]}, "b": {"file": str(b), **found[1]}}))
         return
     click.echo(f"{'':28}{a.name[-22:]:>24}{b.name[-22:]:>24}{'change':>10}")
     for key in found[0]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import shutil
 import sys
@@ -10,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import click
+
+from rtctl.cli.json_text import json_text
 
 JSON_SECONDS = 2.0
 
@@ -23,7 +24,9 @@ JSON_SECONDS = 2.0
     help="stop after this long; default: Ctrl-C, with --json 2 seconds",
 )
 @click.option(
-    "--poll", is_flag=True, help="send disabled zero commands, for devices that only answer commands"
+    "--poll",
+    is_flag=True,
+    help="send disabled zero commands; drives and boards on a CAN bus are asked without it",
 )
 @click.option("--runtime-dir", type=click.Path(), help="folder of the rig's lock, instead of the default")
 @click.option("--json", "as_json", is_flag=True, help="end with one JSON object on stdout")
@@ -38,7 +41,8 @@ def command(
 ) -> None:
     """Show what the devices of CONFIG measure: values, rate, age, damaged and lost frames.
 
-    Nothing is armed and no torque is written. Refused while a daemon runs the rig. Beside it stands what the
+    Nothing is armed and no torque is written; drives that answer only when asked are asked. The force is tared
+    over its first samples, as before arming: let go meanwhile. Refused while a daemon runs the rig. Beside it stands what the
     last arming measured of each axis' torque (delay, lag, gain, offset). Exit code 6 when a device cannot be
     opened, is lost, or shows no sample.
     """
@@ -82,7 +86,7 @@ def command(
     torque = actuators(loaded, written_folder(loaded.config.rig.name))
     if as_json:
         body = {"ok": not bad, "devices": _finite(reports), "actuators": _finite(torque)}
-        click.echo(json.dumps(body, allow_nan=False))
+        click.echo(json_text(body))
         sys.exit(DeviceError.exit_code if bad else 130 if interrupted else 0)
     _show()
     click.echo("\n".join(_actuator_line(one) for one in torque))
@@ -117,6 +121,12 @@ def _actuator_line(one: dict[str, Any]) -> str:
     )
 
 
+def _tare(value: dict[str, Any]) -> str:
+    if "tare" not in value:
+        return ""
+    return ", untared yet: let go" if value["tare"] is None else f", tared by {value['tare']:.4g}"
+
+
 def _lines(report: dict[str, Any]) -> list[str]:
     age = (
         "none yet"
@@ -134,7 +144,7 @@ def _lines(report: dict[str, Any]) -> list[str]:
         )
     lines += [
         f"  {value['channel']:<12}{value['of']:<10}{value['value']:>14.6g} {value['unit']:<5}"
-        f" from {value['min']:.6g} to {value['max']:.6g}, std {value['std']:.3g}"
+        f" from {value['min']:.6g} to {value['max']:.6g}, std {value['std']:.3g}{_tare(value)}"
         for value in report["values"]
     ]
     faults = ", ".join(f"{name} {count}" for name, count in report["faults"].items() if count) or "none"
@@ -143,6 +153,10 @@ def _lines(report: dict[str, Any]) -> list[str]:
         lines.append(
             "  link counts: " + ", ".join(f"{name} {count}" for name, count in report["counts"].items())
         )
+    for said in report["words"]:
+        axis = f" (axis {said['axis']})" if said["axis"] else ""
+        when = f" in {said['fault_cycles']} cycles with a fault" if said["fault_cycles"] else ""
+        lines.append(f"  {'says' if said['now'] else 'said'}{axis}{when}: {said['text']}")
     if report["error"]:
         lines.append(f"  ERROR {report['error']}")
     return lines

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 import time
@@ -10,6 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+
+from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFolder
+from rtctl.cli.rig_argument import only_rig, rig_argument, runtime_option
 
 if TYPE_CHECKING:
     from rtctl.client.capture import Capture, Run
@@ -23,17 +26,15 @@ SHOW_S = 1.0
 
 
 @click.command("record")
-@click.argument("rig", metavar="CONFIG|RIG")
-@click.option(
-    "--out", type=click.Path(path_type=Path, file_okay=False), help="folder; default: that of [record]"
-)
+@rig_argument
+@click.option("--out", type=OutputFolder(), help="folder; default: that of [record]")
 @click.option(
     "--for", "seconds", type=click.FloatRange(min=0, min_open=True), help="end after this many seconds"
 )
-@click.option("--runtime-dir", type=click.Path(path_type=Path), help="where the daemon listens")
+@runtime_option
 @click.option("--json", "as_json", is_flag=True, help="end with one JSON object on stdout")
 def command(
-    rig: str, out: Path | None, seconds: float | None, runtime_dir: Path | None, *, as_json: bool
+    rig: str | None, out: Path | None, seconds: float | None, runtime_dir: Path | None, *, as_json: bool
 ) -> None:
     """Record a rig that runs, from now until Ctrl-C; the rig runs on.
 
@@ -43,7 +44,7 @@ def command(
     from rtctl.errors import RtctlError
     from rtctl.protocol import client_directory, endpoints_in
 
-    name, folder, limits = _target(rig, out)
+    name, folder, limits = _target(rig or only_rig(runtime_dir), out)
     with Capture(endpoints_in(client_directory(name, runtime_dir))) as capture:
         _await(capture, name)
         done = _record(capture, folder, limits, math.inf if seconds is None else seconds)
@@ -51,7 +52,7 @@ def command(
         if not as_json:
             click.echo(_line(status) + f", in {status['folder']}")
     if as_json:
-        click.echo(json.dumps({"recordings": done}))
+        click.echo(json_text({"recordings": done}))
     broken = [status["broken"] for status in done if status["broken"]]
     if broken:
         raise RtctlError(f"the recording is broken: {broken[0]}")

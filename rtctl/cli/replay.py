@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import click
 
+from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFile
+
 
 @click.command("replay")
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("--config", type=click.Path(path_type=Path), help="what this rig file would have done instead")
-@click.option("--plot", type=click.Path(path_type=Path), help="with --config: overlay of both, PNG")
+@click.option("--plot", type=OutputFile(picture=True), help="with --config: overlay of both, PNG")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object")
 def command(file: Path, config: Path | None, plot: Path | None, *, as_json: bool) -> None:
     """Send the recorded samples of FILE through the compiled law and compare everything it writes, bit for bit.
@@ -54,7 +56,7 @@ def _same(reader: Any, *, as_json: bool) -> None:  # noqa: ANN401
     )
     remark = "" if same_law else "; recorded with other sources of the law"
     if as_json:
-        click.echo(json.dumps({**asdict(verdict), "took_s": took, "same_law_sources": same_law}))
+        click.echo(json_text({**asdict(verdict), "took_s": took, "same_law_sources": same_law}))
     else:
         click.echo(text)
         if missing := reader.missing_fields():
@@ -84,7 +86,7 @@ def _other(reader: Any, config: Path, plot: Path | None, *, as_json: bool) -> No
         plot_comparison(comparison, plot, (reader.about.get("config_file", "recorded"), config.name))
     if as_json:
         click.echo(
-            json.dumps({"ticks": comparison.verdict.ticks, "stopped": comparison.verdict.stopped, **found})
+            json_text({"ticks": comparison.verdict.ticks, "stopped": comparison.verdict.stopped, **found})
         )
         return
     active = found.pop("active_s")

@@ -1,11 +1,80 @@
-"""The argument CONFIG|RIG: a rig file, or the name of a rig."""
+"""CONFIG|RIG: how every command that talks to a rig is told which one, and how it gets there."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+from click.shell_completion import CompletionItem
 
 from hw.outside import read_toml, shown
-from rtctl.errors import ConfigError
+from rtctl.errors import ClientError, ConfigError
+
+if TYPE_CHECKING:
+    from rtctl.client import RigClient
+
+
+def _complete(_ctx: click.Context, _param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """The rigs that run here, then files."""
+    from rtctl.protocol import running_rigs
+
+    rigs = [CompletionItem(name) for name in running_rigs(None) if name.startswith(incomplete)]
+    return [*rigs, CompletionItem(incomplete, type="file")]
+
+
+def rig_argument(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The argument `rig`: a rig file, the name of a rig, or nothing where one runs."""
+    return click.argument("rig", metavar="[CONFIG|RIG]", required=False, shell_complete=_complete)(function)
+
+
+def runtime_option(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The option `--runtime-dir`."""
+    return click.option(
+        "--runtime-dir",
+        type=click.Path(path_type=Path),
+        help="where the daemon listens, instead of the default",
+    )(function)
+
+
+def reach_options(function: Callable[..., Any]) -> Callable[..., Any]:
+    """`rig` and the options by which a rig is reached, here or on another machine: what `connect` takes."""
+    for option in (
+        click.option("--key", type=click.Path(path_type=Path), help="key file for that (rtctl keys new)"),
+        click.option("--address", help="HOST:PORT of a rig on another machine"),
+        runtime_option,
+        rig_argument,
+    ):
+        function = option(function)
+    return function
+
+
+def connect(rig: str | None, runtime_dir: Path | None, address: str | None, key: Path | None) -> RigClient:
+    """A client of the rig that was named. Raises ClientError where none runs, or several and none was named."""
+    from rtctl.client import RigClient
+
+    name = "" if address and not rig else rig_of(rig, runtime_dir)
+    return RigClient(name, runtime_dir=runtime_dir, address=address, key=key)
+
+
+def rig_of(rig: str | None, runtime_dir: Path | None = None) -> str:
+    """Name of the rig of the argument: the only one that runs where it was left out."""
+    return rig_name(rig) if rig else only_rig(runtime_dir)
+
+
+def only_rig(runtime_dir: Path | None) -> str:
+    """The one rig that runs on this machine."""
+    from rtctl.protocol import running_rigs, runtime_root
+
+    running = running_rigs(runtime_dir)
+    if not running:
+        raise ClientError(
+            f"no daemon runs (looked in {runtime_dir or runtime_root()}); start one with: rtctl run CONFIG"
+        )
+    if len(running) > 1:
+        raise ClientError(f"several rigs run: name one of {', '.join(running)}")
+    return running[0]
 
 
 def rig_name(rig: str) -> str:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from typing import Any
 
 import click
+
+from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFolder
 
 
 @click.command("run")
@@ -23,7 +25,7 @@ import click
 @click.option(
     "--record",
     "record_to",
-    type=click.Path(path_type=Path, file_okay=False),
+    type=OutputFolder(),
     help="record every tick into this folder, whatever [record] says",
 )
 @click.option("--runtime-dir", type=click.Path(), help="folder of sockets and lock, instead of the default")
@@ -41,11 +43,15 @@ def command(
     """Run the rig of CONFIG: loop, telemetry, commands.
 
     The rig starts unarmed; a client arms it (see docs/protocol.md). Ctrl-C ramps the torque down and exits 0;
-    a second Ctrl-C cuts it. The exit code is 11 when the run ended in a latched fault.
+    a second Ctrl-C cuts it. Changes of state, faults with their place and remedy, and a recording that the disk
+    refuses are said on stderr as they happen. The exit code is 11 when the run ended in a latched fault, 14 when
+    the recording has gaps because the disk refused it.
     """
     from rtctl.config import load
-    from rtctl.errors import ConfigError, FaultError
+    from rtctl.errors import ConfigError, FaultError, RecordingError
     from rtctl.host.auto_arm import AutoArm
+    from rtctl.host.notices import Notices
+    from rtctl.host.outlet import LAST_WORDS_S, streams_that_never_wait
     from rtctl.host.supervisor import Host
 
     loaded = load(config, faults)
@@ -58,6 +64,7 @@ def command(
         observers=[AutoArm()] if arm else [],
         runtime_dir=runtime_dir,
         announce=lambda text: click.echo(f"rtctl: {text}", err=True),
+        notices=Notices(),
         record_to=record_to,
     ) as host:
         if not as_json:
@@ -72,11 +79,21 @@ def command(
             for grant in _grants(host.loop.grants):
                 click.echo(f"  {grant}")
         summary = host.run(seconds)
-    click.echo(json.dumps(summary) if as_json else "\n".join(_lines(summary)))
+    with streams_that_never_wait(LAST_WORDS_S):
+        click.echo(json_text(summary) if as_json else "\n".join(_lines(summary)))
     if summary["state"] in ("FAULT", "ESTOP", "LOCKOUT") or summary["fault_first"]:
         if as_json:  # the summary says it; nothing may follow it
             sys.exit(FaultError.exit_code)
-        raise FaultError(f"the run ended with a latched fault: {summary['fault_first']}")
+        raise FaultError(f"the run ended with a latched fault: {_cause(summary)}")
+    if (summary["recording"] or {}).get("broken"):
+        if as_json:
+            sys.exit(RecordingError.exit_code)
+        raise RecordingError(f"the recording has gaps: {summary['recording']['broken']}")
+
+
+def _cause(summary: dict[str, Any]) -> str:
+    """The fault that is latched, or the state that is."""
+    return str(summary["fault_first"] or summary["state"])
 
 
 def _grants(grants: list[dict[str, Any]]) -> list[str]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import click
 
 from rtctl import documents, tick
+from rtctl.cli.json_text import json_text
 
 
 @click.command("schema")
@@ -29,8 +29,8 @@ def command(subject: str, axes: int, documents_to_fill: tuple[Path, ...], *, as_
     if documents_to_fill:
         return
     if subject == "tick":
-        click.echo(json.dumps(tick.json_schema(axes), indent=2))
+        click.echo(json_text(tick.json_schema(axes), indent=2))
         return
     from rtctl.config import Config
 
-    click.echo(json.dumps(Config.model_json_schema(), indent=2))
+    click.echo(json_text(Config.model_json_schema(), indent=2))

@@ -11,12 +11,16 @@ from pathlib import Path
 
 import click
 
+from rtctl.cli.invocation import as_run
+from rtctl.cli.json_text import json_text
+
 _ROOT = click.option(
     "--root",
     type=click.Path(path_type=Path, file_okay=False),
     default=Path("/"),
     help="write below this folder instead of into the system (packaging); nothing is started",
 )
+_JSON = click.option("--json", "as_json", is_flag=True, help="the steps as one JSON object on stdout")
 _DRY = click.option("--dry-run", is_flag=True, help="say what would be done, and do nothing")
 
 
@@ -33,7 +37,10 @@ def command() -> None:
 )
 @_ROOT
 @_DRY
-def install(config: Path, root: Path, starter: str | None, *, no_start: bool, dry_run: bool) -> None:
+@_JSON
+def install(
+    config: Path, root: Path, starter: str | None, *, no_start: bool, dry_run: bool, as_json: bool
+) -> None:
     """Make the rig of CONFIG a service: sudo rtctl service install configs/rig.toml.
 
     Copies the rig file (and its friction models) to /etc/rtctl, the unit to /etc/systemd/system, makes the user
@@ -51,9 +58,12 @@ def install(config: Path, root: Path, starter: str | None, *, no_start: bool, dr
     if root == Path("/") and not dry_run:
         _require_root()
     made = service.plan(loaded, root, starter or service.own_command(), start=not no_start)
-    service.apply(made, click.echo, _run, dry_run=dry_run)
-    if made.live and not dry_run:
-        click.echo(f"rtctl@{made.name} is installed; see: rtctl service status {made.name}")
+    steps: list[str] = []
+    service.apply(made, steps.append if as_json else click.echo, _run, dry_run=dry_run)
+    if as_json:
+        click.echo(json_text({"rig": made.name, "dry_run": dry_run, "steps": steps}))
+    elif made.live and not dry_run:
+        click.echo(as_run(f"rtctl@{made.name} is installed; see: rtctl service status {made.name}"))
 
 
 @command.command("uninstall")
@@ -61,7 +71,8 @@ def install(config: Path, root: Path, starter: str | None, *, no_start: bool, dr
 @click.option("--purge", is_flag=True, help="also delete its rig file, event log and recordings")
 @_ROOT
 @_DRY
-def uninstall(name: str, root: Path, *, purge: bool, dry_run: bool) -> None:
+@_JSON
+def uninstall(name: str, root: Path, *, purge: bool, dry_run: bool, as_json: bool) -> None:
     """Stop rig NAME and remove its service. Its rig file and data stay, unless --purge.
 
     With the last rig the unit, the udev rules and the compiled cache go too.
@@ -72,17 +83,21 @@ def uninstall(name: str, root: Path, *, purge: bool, dry_run: bool) -> None:
         _require_root()
     others = [rig for rig in service.installed(root) if rig != name]
     commands, paths = service.removal(name, root, last=not others, purge=purge)
+    steps: list[str] = []
+    say = steps.append if as_json else click.echo
     for step in commands:
-        click.echo(f"{'would run' if dry_run else 'run'} {' '.join(step)}")
+        say(f"{'would run' if dry_run else 'run'} {' '.join(step)}")
         if not dry_run:
             _run(step, check=False)
     for path in paths:
-        click.echo(f"{'would remove' if dry_run else 'remove'} {path}")
+        say(f"{'would remove' if dry_run else 'remove'} {path}")
         if not dry_run:
             _remove(path)
     if root == Path("/") and not dry_run:
         _run(["systemctl", "daemon-reload"])
-    if not paths and not commands:
+    if as_json:
+        click.echo(json_text({"rig": name, "dry_run": dry_run, "steps": steps}))
+    elif not paths and not commands:
         click.echo(f"nothing of rig {name!r} is installed")
 
 
@@ -115,7 +130,7 @@ def _require_root() -> None:
 def _run(command: list[str], *, check: bool = True) -> None:
     """Run one step. What is missing on a small machine (udev) is said and passed over."""
     if shutil.which(command[0]) is None:
-        click.echo(f"  {command[0]} is not there: left out")
+        click.echo(f"  {command[0]} is not there: left out", err=True)
         return
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode and check and command[0] != "udevadm":

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 
 import click
+
+from rtctl.cli.json_text import json_text
 
 
 @click.command("stop-rig")
@@ -26,7 +27,7 @@ def command(config: Path, *, as_json: bool) -> None:
     stopped = SafeStop(load(config)).now()
     bad = [one for one in stopped if not one.confirmed]
     if as_json:
-        click.echo(json.dumps({"ok": not bad, "devices": [one.as_dict() for one in stopped]}))
+        click.echo(json_text({"ok": not bad, "devices": [one.as_dict() for one in stopped]}))
         sys.exit(DeviceError.exit_code if bad else 0)
     for one in stopped:
         click.echo(one.text())

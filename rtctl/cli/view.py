@@ -8,6 +8,9 @@ from typing import Any
 
 import click
 
+from rtctl.cli.json_text import json_text
+from rtctl.cli.rig_argument import reach_options, rig_of
+
 PORT = 8650
 ANSWER_S = 1.0
 
@@ -15,12 +18,12 @@ ANSWER_S = 1.0
 def _options(function: Callable[..., Any]) -> Callable[..., Any]:
     for option in reversed(
         (
-            click.argument("rig", required=False),
-            click.option("--runtime-dir", type=click.Path(path_type=Path), help="where the daemon listens"),
-            click.option("--address", help="HOST:PORT of a rig on another machine"),
-            click.option("--key", type=click.Path(path_type=Path), help="key file for that (rtctl keys new)"),
+            reach_options,
             click.option(
                 "--host", default="127.0.0.1", show_default=True, help="address the page listens on"
+            ),
+            click.option(
+                "--json", "as_json", is_flag=True, help="the addresses as one JSON object; then it serves"
             ),
             click.option(
                 "--port",
@@ -64,21 +67,21 @@ def _serve(
     key: Path | None,
     host: str,
     port: int | None,
+    *,
+    as_json: bool,
 ) -> None:
-    from rtctl.cli.monitor import only_rig
-    from rtctl.cli.rig_argument import rig_name
     from rtctl.client import RigClient
     from rtctl.errors import ClientError
     from rtctl.view.server import ViewServer
 
-    name = rig_name(rig) if rig else ("" if address else only_rig(runtime_dir))
+    name = "" if address and not rig else rig_of(rig, runtime_dir)
     if port is None:
         port = PORT
         if name and (shown := _shown_by_daemon(name, runtime_dir)):
             url, key_part = shown
-            click.echo("the daemon shows it already (view = true):")
-            click.echo(f"{url}{page}#{key_part}   (operator: may arm)")
-            click.echo(f"{url}{page}   (anyone: may look and STOP)")
+            if not as_json:
+                click.echo("the daemon shows it already (view = true):")
+            _tell(f"{url}{page}", key_part, as_json=as_json)
             return
     with RigClient(name, runtime_dir=runtime_dir, address=address, key=key) as client:
         try:
@@ -87,14 +90,21 @@ def _serve(
             raise ClientError(
                 f"cannot listen on {host}:{port}: {error.strerror}; choose another --port"
             ) from error
-        click.echo(f"{server.url}{page}#key={server.key}   (operator: may arm)")
-        click.echo(f"{server.url}{page}   (anyone: may look and STOP)")
+        _tell(f"{server.url}{page}", f"key={server.key}", as_json=as_json)
         try:
             server.serve_forever(poll_interval=0.2)
         except KeyboardInterrupt:
             click.echo("", err=True)
         finally:
             server.close()
+
+
+def _tell(address: str, key_part: str, *, as_json: bool) -> None:
+    if as_json:
+        click.echo(json_text({"operator": f"{address}#{key_part}", "anyone": address}))
+        return
+    click.echo(f"{address}#{key_part}   (operator: may arm)")
+    click.echo(f"{address}   (anyone: may look and STOP)")
 
 
 def _shown_by_daemon(name: str, runtime_dir: Path | None) -> tuple[str, str] | None:

@@ -18,6 +18,7 @@ from rtctl.client.requests import Reply, Requester
 from rtctl.client.worlds import Worlds
 from rtctl.control.vocabulary import State
 from rtctl.errors import ClientError, ConfigError, RefusedError
+from rtctl.fault_words import sentence
 from rtctl.keys import ClientKey
 from rtctl.protocol import Endpoints, client_directory, endpoints_in
 
@@ -140,10 +141,10 @@ class RigClient(Worlds, Listener):
             if state == State.ACTIVE:
                 return
             if state in (State.FAULT, State.ESTOP, *_CLOSED):
-                first = status["fault_first"] or {"name": "no fault", "text": "none told"}
-                raise RefusedError(
-                    "not_ready", f"arming ended in {state.name}: {first['name']}: {first['text']}"
+                cause = (
+                    status.get("cause") or status["fault_first"] or {"name": "no fault", "text": "none told"}
                 )
+                raise RefusedError("not_ready", f"arming ended in {state.name}: {sentence(cause)}")
             if time.monotonic() > deadline:
                 raise RefusedError("not_ready", f"state {state.name} after {timeout_s:g} s; not ACTIVE")
             if state == State.IDLE and time.monotonic() - asked > _ASK_AGAIN_S:
@@ -174,7 +175,7 @@ class RigClient(Worlds, Listener):
             if state not in (State.FAULT, State.ESTOP):
                 return
             if time.monotonic() > deadline:
-                present = ", ".join(fault["name"] for fault in status["faults"]) or "none"
+                present = "; ".join(sentence(fault) for fault in status["faults"]) or "none"
                 raise RefusedError(
                     "not_ready", f"still {status['state']} after {timeout_s:g} s; present: {present}"
                 )

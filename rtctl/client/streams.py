@@ -21,7 +21,7 @@ from rtctl.protocol import TOPIC_EVENT, TOPIC_HEALTH, TOPIC_STATE, TOPIC_TICKS
 Item = TypeVar("Item")
 
 QUEUE_MESSAGES = 5000
-"""Messages a stream may hold unread: at 50 batches a second, more than a minute."""
+"""Messages a stream may hold unread: at the 125 a second of a rig of 1 kHz, more than half a minute."""
 
 
 class Stream(Generic[Item]):

@@ -75,8 +75,13 @@ def _outside(s: Record, p: Record) -> bool:
 
 @compiled
 def age_fault(s: Record, p: Record) -> int:
-    """SAMPLE_AGE while samples are too old too often; one that is as old as STALE is that one's matter."""
-    old = 0 < s.sample_age_ticks < p.stale_limit_ticks and _outside(s, p)
+    """SAMPLE_AGE while samples come too late too often.
+
+    One that is as old as STALE is that one's matter. One that came in time but was refused because the joint was out of
+    reach is JUMP's, or OVERSPEED's: a joint about as fast as its limit would otherwise be blamed on its device.
+    """
+    late = 0 < s.sample_age_ticks < p.stale_limit_ticks and s.jump_count[0] == 0
+    old = late and _outside(s, p)
     s.old_count += window.push(s.old_marks, s.ticks, old)
     return _F_AGE if s.old_count > OLD_OF_1000 else 0
 

@@ -38,6 +38,7 @@ from rtctl.control.feedforward import range_fade
 from rtctl.control.friction import BACKWARD, FORWARD
 from rtctl.control.jit import compiled
 from rtctl.control.records import HELD, Record
+from rtctl.control.resting import calmed
 from rtctl.control.vocabulary import Policy
 
 _OFF = int(Policy.OFF)
@@ -87,7 +88,8 @@ def observe_friction(t: Record, s: Record, p: Record, axis: int, elapsed: int) -
     s.observer_torque_smooth_nm[axis] += quick * (torque - s.observer_torque_smooth_nm[axis])
     s.observer_velocity_smooth_rad_s[axis] += quick * (velocity - s.observer_velocity_smooth_rad_s[axis])
     behind = s.observer_velocity_smooth_rad_s[axis] - s.observer_velocity_rad_s[axis]
-    s.observer_torque_nm[axis] += slow * (s.observer_torque_smooth_nm[axis] - s.observer_torque_nm[axis])
+    follow = _over(calmed(s, p, axis, p.observer_alpha[axis]), elapsed)
+    s.observer_torque_nm[axis] += follow * (s.observer_torque_smooth_nm[axis] - s.observer_torque_nm[axis])
     s.observer_velocity_rad_s[axis] += slow * behind
     friction = s.observer_torque_nm[axis] - p.inertia_kgm2[axis] * p.observer_bandwidth_rad_s[axis] * behind
     friction -= p.viscous_nms_rad[axis] * s.observer_velocity_rad_s[axis]
@@ -115,8 +117,8 @@ def observer_torque(t: Record, s: Record, p: Record, model: Record, axis: int, e
         return 0.0
     forward = t.feedforward_torque_nm[axis]
     if elapsed > 0:
-        slow = _over(p.observer_alpha[axis], elapsed)
-        s.observer_forward_nm[axis] += slow * (forward - s.observer_forward_nm[axis])
+        follow = _over(calmed(s, p, axis, p.observer_alpha[axis]), elapsed)
+        s.observer_forward_nm[axis] += follow * (forward - s.observer_forward_nm[axis])
     rest = TARGET_SHARE * t.friction_observed_nm[axis] - s.observer_forward_nm[axis]
     if not math.isfinite(rest):
         return math.nan

@@ -76,8 +76,8 @@ TABLE: tuple[FaultRow, ...] = (
         Fault.DEVICE,
         Reaction.CUT,
         1,
-        "the drive or sensor sets a fault bit of its own",
-        "the drive or sensor reports a fault of its own: see its display or manual, clear it there",
+        "the drive or sensor sets a fault bit of its own, or the drive leaves its enabled state while armed",
+        "the drive or sensor reports a fault of its own, or let go by itself: see its display or manual, clear it there",
     ),
     FaultRow(
         Fault.ACTUATOR_LAG,
@@ -220,9 +220,18 @@ TABLE: tuple[FaultRow, ...] = (
         Fault.TARGET_LOST,
         Reaction.STOP,
         1,
-        "no target of the lease holder for 100 ticks; HOLD from 20 on",
+        "no target of the lease holder for 100 ticks of a remote environment; HOLD from 20 on",
         "the renderer stopped sending targets: start it again, then arm",
         clears="a new lease and an operator's arm",
+    ),
+    FaultRow(
+        Fault.HOST_SILENT,
+        Reaction.STOP,
+        1,
+        "powered, and no beat from the host's own turn for 200 ms (2 s on a simulated rig without real-time rights; "
+        "virtual clock: not watched)",
+        "the host stood still, so that no STOP could have come through: see what else runs on the machine, and `rtctl events`; then arm",
+        clears="the host's next beat and an operator's arm",
     ),
     FaultRow(
         Fault.ESTOP,

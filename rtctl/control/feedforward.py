@@ -11,6 +11,7 @@ import math
 from rtctl.control.friction import BACKWARD, FORWARD, branch_magnitude
 from rtctl.control.jit import compiled
 from rtctl.control.records import Record
+from rtctl.control.resting import calmed
 from rtctl.control.vocabulary import Fault, Policy
 
 _OFF = int(Policy.OFF)
@@ -113,7 +114,8 @@ def advance_intent(s: Record, p: Record, axis: int, hand: float) -> None:
     Unfiltered, the mass of a hand closes a loop within one tick: its torque falls by m/(J + m) of what the motor adds,
     and kappa F/tau_g times that is above 1 for a few grams on a small joint, which then buzzes at half the rate.
     """
-    s.friction_intent_nm[axis] += p.friction_intent_alpha[axis] * (hand - s.friction_intent_nm[axis])
+    alpha = calmed(s, p, axis, p.friction_intent_alpha[axis])
+    s.friction_intent_nm[axis] += alpha * (hand - s.friction_intent_nm[axis])
     if not math.isfinite(s.friction_intent_nm[axis]):
         s.friction_intent_nm[axis] = 0.0
 

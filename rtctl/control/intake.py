@@ -18,6 +18,7 @@ _REMOTE = int(Environment.REMOTE)
 _ACTIVE = int(State.ACTIVE)
 _HOLD = int(State.HOLD)
 _F_TARGET = int(Fault.TARGET_LOST)
+_F_HOST = int(Fault.HOST_SILENT)
 
 
 @compiled
@@ -76,11 +77,27 @@ def _take_target(s: Record, p: Record, c: Record) -> None:
 
 
 @compiled
+def _hear_host(s: Record, c: Record) -> None:
+    """Let the host's last sign of life age. It counts ticks that ran: what kept the loop too is no silence."""
+    s.beat_age_ticks = 0 if c.beat_count > s.beat_seen else s.beat_age_ticks + 1
+    s.beat_seen = c.beat_count
+
+
+@compiled
 def _share(x: float) -> float:
     """Limit to 0..1; NaN is 0."""
     if x > 1.0:
         return 1.0
     return x if x > 0.0 else 0.0
+
+
+@compiled
+def _is_remote(c: Record) -> bool:
+    """True when a renderer moves the proxy of any axis."""
+    for axis in range(len(c.environment_kind)):
+        if c.environment_kind[axis] == _REMOTE:
+            return True
+    return False
 
 
 @compiled
@@ -98,6 +115,8 @@ def take_command(t: Record, s: Record, p: Record, c: Record) -> tuple[int, bool]
         s.fault_first = -1
     requests = _rising_requests(s, c)
     _take_target(s, p, c)
+    _hear_host(s, c)
+    s.remote_ticks = s.remote_ticks + 1 if _is_remote(c) else 0
     retare = c.tare_count > s.tare_seen and not states.is_powered(s.state)
     s.tare_seen = c.tare_count
     t.command_seq = c.seq
@@ -109,22 +128,26 @@ def take_command(t: Record, s: Record, p: Record, c: Record) -> tuple[int, bool]
 
 
 @compiled
-def _is_remote(c: Record) -> bool:
-    """True when a renderer moves the proxy of any axis."""
-    for axis in range(len(c.environment_kind)):
-        if c.environment_kind[axis] == _REMOTE:
-            return True
-    return False
+def _silence(s: Record) -> int:
+    """Ticks of silence of the renderer: nobody can have been silent since before there was anything to move."""
+    return int(min(s.target_age_ticks, s.remote_ticks))
 
 
 @compiled
 def holding(s: Record, p: Record, c: Record) -> bool:
     """True when a remote environment's target is too old to follow."""
-    return _is_remote(c) and s.target_age_ticks > p.target_hold_ticks
+    return _is_remote(c) and _silence(s) > p.target_hold_ticks
 
 
 @compiled
 def target_fault(s: Record, p: Record, c: Record) -> int:
     """TARGET_LOST while torque depends on a renderer that has been silent for `target_stop_ticks`."""
-    lost = s.target_age_ticks > p.target_stop_ticks and _is_remote(c)
+    lost = _silence(s) > p.target_stop_ticks and _is_remote(c)
     return _F_TARGET if lost and s.state in (_ACTIVE, _HOLD) else 0
+
+
+@compiled
+def host_fault(s: Record, c: Record) -> int:
+    """HOST_SILENT while powered and the host has broken the promise in its last command: no STOP would come either."""
+    silent = c.beat_ticks > 0 and s.beat_age_ticks > c.beat_ticks
+    return _F_HOST if silent and states.is_powered(s.state) else 0

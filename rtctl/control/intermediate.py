@@ -278,8 +278,11 @@ def follow_target(s: Record, p: Record, axis: int, difference: float) -> float:
     The target is extrapolated no further than `target_hold_ticks`; the proxy moves at most v_max T a tick, and the
     damper follows the target's velocity up to v_max. Such a target is an active hand by nature, which may always be
     ahead of the joint: its work on the coupling's spring and through the coupling's damper is paid, one after the
-    other, and what the store does not pay for is not done. The proxy then lags behind its target.
+    other, and what the store does not pay for is not done. The proxy then lags behind its target. It rests until the
+    first target since the environment became remote: what was sent before was meant for another world.
     """
+    if s.target_age_ticks >= s.remote_ticks:
+        return 0.0
     age = min(s.target_age_ticks, p.target_hold_ticks)
     velocity = s.target_velocity_rad_s[axis]
     target = s.target_position_rad[axis] + velocity * p.period_s * age

@@ -24,6 +24,7 @@ from rtctl.control.jit import compiled
 from rtctl.control.passivity import injected_damping, observe_port, passivity_fault
 from rtctl.control.program import in_program, program_torque
 from rtctl.control.records import Record
+from rtctl.control.resting import advance_rest
 from rtctl.control.sample import accept_sample
 from rtctl.control.states import advance, is_powered
 from rtctl.control.take_back import OVERSPEED_FACTOR, torque_to_take_back
@@ -85,6 +86,7 @@ def step(
         t.proxy_position_rad[axis] = s.proxy_position_rad[axis]
         t.environment_kind[axis] = s.world_kind[axis]
         # 6. friction: what it surely takes out, what is seen of it, and the help with it that both allow
+        advance_rest(s, p, axis)
         credit_friction(s, p, model[axis], axis, dx, elapsed, t.velocity_rad_s[axis])
         keep_assistance(s, p, axis, dx, elapsed, t.velocity_rad_s[axis], powered)
         observe_friction(t, s, p, axis, elapsed)
@@ -98,7 +100,7 @@ def step(
         # 7. energy of the last period, and damping where it ran out
         faults |= _observe(t, s, p, axis, dx, elapsed, powered)
         faults |= _sum_torques(t, s, axis, feedback, program)
-    faults |= intake.target_fault(s, p, c)
+    faults |= intake.target_fault(s, p, c) | intake.host_fault(s, c)
     # 8. state machine
     may_arm = arm_allowed and tare_done(s, p)
     changed = advance(s, p, t.tick, faults, requests, may_arm, arming.tested(s, p), intake.holding(s, p, c))

@@ -135,6 +135,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             "friction_dither_ticks": (),  # period of the dither in ticks
             "friction_intent_nm": (),  # tau_g of the force intent: saturation of the sign
             "friction_intent_alpha": (),  # low-pass coefficient per tick of the force intent
+            "rest_alpha": (),  # of what follows the hand's torque on a joint at rest (control.resting)
             "friction_gate_deadband_nm": (),
             "friction_gate_nm": (),  # tau_g of the force gate
             "friction_gate_alpha": (),
@@ -190,6 +191,9 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "tare_seen": "<i8",
             "target_seen": "<i8",
             "target_age_ticks": "<i8",
+            "beat_seen": "<i8",
+            "beat_age_ticks": "<i8",  # ticks run since the host's last sign of life
+            "remote_ticks": "<i8",  # ticks for which the command has had a remote environment, this one counted
             "clear_ticks": "<i8",  # ticks in FAULT without any fault present
             "stop_target": "<i8",  # state that STOPPING ends in
             "fault_total": "<i8",  # faults so far
@@ -221,6 +225,8 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "friction_gate": (),
             "friction_stop": (),  # stop operator state, -1..1
             "friction_intent_nm": (),  # hand torque, low-passed for the intent
+            "rest_position_rad": (),  # where the joint was when it last moved
+            "rest_ticks": (),  # ticks since then
             "bristle_share": (),  # h: deflection of the credited bristles over their length, -1..1
             "friction_credit_j": (),  # what dry friction took out in the last period
             "friction_seen_nm": (2,),  # friction seen in sliding, forward and backward
@@ -316,7 +322,8 @@ def command_dtype(n_axes: int) -> np.dtype[np.void]:
     """The newest command: what the host asks of the loop. Counters make edges that cannot be lost.
 
     A rise of `arm_count`, `stop_count`, `reset_count`, `tare_count` is one request; a rise of
-    `target_count` is a fresh renderer target.
+    `target_count` is a fresh renderer target. A rise of `beat_count` is a sign of life of the host, which promises
+    the next one within `beat_ticks` ticks; 0 promises nothing.
     """
     return _record(
         {
@@ -328,6 +335,8 @@ def command_dtype(n_axes: int) -> np.dtype[np.void]:
             "reset_count": "<i8",
             "tare_count": "<i8",
             "shutdown_count": "<i8",
+            "beat_count": "<i8",
+            "beat_ticks": "<i8",
             "target_count": "<i8",
             "target_epoch": "<i8",  # epoch the target was made for
             "target_lease": "<i8",  # nonce of whoever sent it; 0 holds no lease

@@ -139,7 +139,8 @@ def accept_sample(t: Record, s: Record, p: Record, skipped: int) -> tuple[int, i
     Notes
     -----
     A sample at the end of a recorded log does not age into STALE: the log's end is not a failure.
-    Before the first valid sample there is nothing to hold, so nothing is stale.
+    Before the first valid sample, after a loss too, there is nothing to hold: a start may take as long as readiness
+    does (`ready_ticks`). What is wrong with a sensor that shows nothing usable by then is named like any other.
     """
     started = s.history_count[0] > 0
     elapsed = s.sample_age_ticks + 1 + skipped
@@ -163,6 +164,7 @@ def accept_sample(t: Record, s: Record, p: Record, skipped: int) -> tuple[int, i
             return faults | _F_JUMP, 1
         cause = _F_STALE
     s.sample_age_ticks = elapsed
-    if started and elapsed >= p.stale_limit_ticks and not faults & _F_END:
+    patience = p.stale_limit_ticks if started else max(p.stale_limit_ticks, p.ready_ticks)
+    if elapsed >= patience and not faults & _F_END and (started or not faults & _F_LOST):
         faults |= cause
     return faults, 0

@@ -136,6 +136,7 @@ class Fault(IntFlag):
     CURRENT = 1 << 24
     DELAY = 1 << 25
     SAMPLE_AGE = 1 << 26
+    HOST_SILENT = 1 << 27
 
 
 class Reaction(IntEnum):

@@ -17,6 +17,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from hw.outside import read_bounded, require_sane, shown
+from hw.plain_words import explain, written
 from rtctl.errors import ModelError
 from rtctl.friction.baselines import NAMES
 from rtctl.friction.compile import PiecewiseCubic
@@ -149,12 +150,12 @@ def _verified(path: Path, raw: bytes) -> FrictionModel:
             "fit it with this rtctl version",
         )
     for key, value in too_small(data, LEAST_COMPUTED):
-        _refuse(path, key, f"{value!r} is nearer to 0 than {LEAST_COMPUTED:g}")
+        _refuse(path, written(key), f"{value!r} is nearer to 0 than {LEAST_COMPUTED:g}")
     try:
         document = ModelDocument.model_validate(data)
     except ValidationError as error:
-        fault = error.errors(include_url=False)[0]
-        _refuse(path, ".".join(str(part) for part in fault["loc"]), fault["msg"])
+        told = explain(error, ModelDocument, data)[0]
+        _refuse(path, told.where, told.text)
     if checksum(data) != document.sha256 or render(data).encode() != raw:
         _refuse(path, "sha256", "the checksum does not match: the file was edited or damaged")
     model = _model(document)

@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from hw.interface import BackendError, Rig
+from hw.plain_words import explain
 from hw.playback.options import PlaybackOptions
 from hw.playback.reader import load as load_recording
 from rtctl.errors import ConfigError, DataError
@@ -139,10 +140,7 @@ def of_file(options: Mapping[str, Any], file: Path) -> dict[str, Any]:
     try:
         return PlaybackOptions.model_validate(table, context={"folder": Path.cwd()}).model_dump(mode="json")
     except ValidationError as error:
-        faults = (
-            f"{'.'.join(str(part) for part in fault['loc'])}: {fault['msg'].removeprefix('Value error, ')}"
-            for fault in error.errors(include_url=False)
-        )
+        faults = (f"{told.where}: {told.text}" for told in explain(error, PlaybackOptions, table))
         raise ConfigError(f"{file}: {'; '.join(faults)}") from error
 
 

@@ -22,9 +22,7 @@ class Standing:
 
 STANDINGS: Mapping[str, Standing] = {
     "off": Standing(quiet=True, evidence="no help with friction at all"),
-    "hybrid": Standing(
-        quiet=True, evidence="1 of 1000 hands that held still kept more than .002 rad/s, at .0022"
-    ),
+    "hybrid": Standing(quiet=True, evidence="none of 1000 hands that held still kept more than .002 rad/s"),
     "observer": Standing(
         quiet=False, evidence="1.5 % of 400 hands, all of 200 N m/rad and more, kept up to .0032 rad/s"
     ),

@@ -10,12 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hw.mock.friction import static_friction
+from hw.mock.friction import modulation, static_friction, waves
 from hw.mock.records import plant_records
 from rtctl.config import LoadedConfig
 from rtctl.friction.model import FrictionModel
 
 _GRID = 2000
+_PLACES = 2001
 SPEED_MIN_RAD_S = 0.005
 """Slowest speed at which a learned curve is judged: below it no run measures."""
 
@@ -50,10 +51,34 @@ def is_known(loaded: LoadedConfig) -> bool:
 
 
 def true_friction_nm(loaded: LoadedConfig, axis: int, velocity_rad_s: np.ndarray) -> np.ndarray:
-    """True static friction of an axis of the mock at signed velocities, magnitude, mean over a turn, without load and drift, N m."""
+    """True static friction of an axis of the mock at signed velocities, magnitude, without load and drift, N m.
+
+    The mean over a turn, or over the travel of a joint that cannot make one: what is measured at even places.
+    """
     params = plant_records(loaded.options, loaded.config.hardware())[0]
-    params["modulation_share"], params["friction_wave_count"] = 0.0, 0  # their mean over a turn
-    return np.array([abs(static_friction(float(v), 0.0, params[0], axis)) for v in velocity_rad_s])
+    dry, ripple_nm = _means_over_travel(loaded, axis, params[0])
+    params["modulation_share"], params["friction_wave_count"] = 0.0, 0
+    for name in ("coulomb_nm", "breakaway_nm"):
+        params[name][0, axis] *= dry
+    return np.array(
+        [
+            abs(static_friction(float(v), 0.0, params[0], axis)) - np.copysign(ripple_nm, v)
+            for v in velocity_rad_s
+        ]
+    )
+
+
+def _means_over_travel(loaded: LoadedConfig, axis: int, params: np.record) -> tuple[float, float]:
+    """Mean factor of the dry friction over position, and mean torque ripple, N m; 1 and 0 over a whole turn."""
+    table = loaded.config.axis[axis]
+    if table.position_max_rad - table.position_min_rad >= 2 * np.pi:
+        return 1.0, 0.0
+    places = np.linspace(table.position_min_rad, table.position_max_rad, _PLACES)
+    factors = [modulation(float(x), params, axis) for x in places]
+    table_of_waves, count = params["ripple_wave"][axis], int(params["ripple_wave_count"][axis])
+    ripple = [waves(float(x), table_of_waves, count) for x in places]
+    ripple += params["ripple_nm"][axis] * np.sin(params["ripple_per_rad"][axis] * places)
+    return float(np.mean(factors)), float(np.mean(ripple))
 
 
 def of_points(

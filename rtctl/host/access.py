@@ -17,6 +17,8 @@ import zmq
 from rtctl.config import LoadedConfig
 from rtctl.host.authenticator import Authenticator, Caller, Notice
 from rtctl.host.doors import Binding, Door, Options, allow_descriptors, tcp_binding
+from rtctl.host.intruders import Intruders
+from rtctl.host.reserve import Reserve
 from rtctl.keys import KeyStore
 from rtctl.protocol import Endpoints, tcp_endpoints
 
@@ -30,6 +32,12 @@ REFRESH_S = 0.05
 """Strangers make the host look there at most this often."""
 
 VIEWER_ADDRESS = "127.0.0.1"
+
+LOCAL_LISTENERS = 64
+"""Subscribers by ipc."""
+
+LINGER_MS = 50
+"""What subscribers by ipc have not taken at the end is given this long."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +70,8 @@ class Access:
         What is opened besides; nothing by default.
     notice
         Told, in a line each, of what concerns the keeper of the rig.
+    resident
+        Resident memory of this process, bytes, by which floods are known that nothing else shows; None: not looked at.
 
     Attributes
     ----------
@@ -85,6 +95,7 @@ class Access:
         openings: Openings = Openings(),
         notice: Notice = lambda _kind, _text: None,
         clock_s: Callable[[], float] = time.monotonic,
+        resident: Callable[[], int] | None = None,
     ) -> None:
         self._context = context
         self._endpoints = endpoints
@@ -99,8 +110,11 @@ class Access:
         self._store = None if openings.keys is None else KeyStore(openings.keys)
         self._server_secret = b"" if self._store is None else self._store.server().secret_key.encode()
         self.authenticator = Authenticator(context, notice, clock_s)
+        self._reserve = Reserve()
+        self._opened: list[int] = []
+        descriptors = allow_descriptors(DESCRIPTORS)
+        self.intruders = Intruders(self._doors, self.authenticator, notice, descriptors, resident)
         if self._store is not None:
-            allow_descriptors(DESCRIPTORS)
             self.remote = tcp_endpoints(openings.bind, openings.port)
         self.authenticator.refresh = self._refresh
         self._read_keys()
@@ -113,8 +127,13 @@ class Access:
         return doors
 
     def publishers(self, options: Options) -> list[Door]:
-        """XPUB sockets over TCP for all telemetry: for clients with a key."""
-        return [] if self.remote is None else [self._door("telemetry", self._by_key(2), zmq.XPUB, options)]
+        """XPUB sockets for all telemetry: by ipc and, if asked for, over TCP for clients with a key."""
+        local = Binding(self._endpoints.telemetry, "ipc")
+        more = {"places": LOCAL_LISTENERS, "linger_ms": LINGER_MS}
+        doors = [self._door("telemetry", local, zmq.XPUB, options, **more)]
+        if self.remote is not None:
+            doors.append(self._door("telemetry", self._by_key(2), zmq.XPUB, options))
+        return doors
 
     def viewers(self, options: Options) -> list[Door]:
         """XPUB sockets for the state samples that viewers without keys may see."""
@@ -132,29 +151,39 @@ class Access:
             door.cut()
             name = user_id if who is None else who.name
             self._notice(
-                "expelled", f"{name} subscribed to topics that do not exist, again and again: expelled"
+                "expelled",
+                f"{name} sent what is no subscription, or asked again and again for topics that do not exist: expelled",
             )
 
         return expel
 
-    def look(self) -> bool:
-        """Read the keys again if they changed. True when connections were cut: sockets are new then."""
+    def look(self) -> None:
+        """Look after every door: who is connected, who takes too much, which keys hold no more."""
         for door in self._doors:
-            door.connections.take()
+            if door.is_open:
+                door.connections.take()
         now = self._clock_s()
-        if self._store is None or now < self._next_look_s:
-            return False
+        self.intruders.look(now)
+        if now < self._next_look_s:
+            return
         self._next_look_s = now + LOOK_S
+        for door in self._doors:
+            if not door.is_open:
+                door.reopen()
         self._read_keys()
         if not self._gone:
-            return False
+            return
         for door in self._doors:
             if door.by_key:
                 door.cut()
         names = ", ".join(self._gone)
         self._notice("revoked", f"keys revoked or changed: {names}; connections with keys were cut")
         self._gone = []
-        return True
+
+    def renewed(self) -> bool:
+        """Whether any door has another socket than when this was asked last."""
+        before, self._opened = self._opened, [door.openings * door.is_open for door in self._doors]
+        return before != self._opened
 
     def caller(self, user_id: str) -> Caller | None:
         """Who a message is from, by the keys of this moment."""
@@ -163,7 +192,7 @@ class Access:
     def counts(self) -> dict[str, int]:
         """Clients connected now, connections let in and turned away so far."""
         return {
-            "connected": sum(door.connections.count for door in self._doors),
+            "connected": sum(door.connections.count for door in self._doors if door.is_open),
             "admitted": self.authenticator.admitted,
             "turned_away": self.authenticator.refused,
         }
@@ -185,13 +214,14 @@ class Access:
         for door in self._doors:
             door.close()
         self.authenticator.close()
+        self._reserve.close()
 
     def _by_key(self, port_offset: int) -> Binding:
         address, port = self._openings.bind, self._openings.port + port_offset
         return tcp_binding(address, port, "curve", self._server_secret)
 
-    def _door(self, name: str, binding: Binding, kind: int, options: Options) -> Door:
-        door = Door(self._context, self.authenticator, name, binding, kind, options)
+    def _door(self, name: str, binding: Binding, kind: int, options: Options, **more: int) -> Door:
+        door = Door(self._context, self.authenticator, name, binding, kind, options, self._reserve, **more)
         self._doors.append(door)
         return door
 
@@ -203,12 +233,21 @@ class Access:
             self._read_keys()
 
     def _read_keys(self) -> None:
-        """Take over the keys if they changed, and note those that hold no more."""
-        if self._store is None or (signature := self._store.signature()) == self._signature:
+        """Take over the keys if they changed, and note those that hold no more. What cannot be read has not changed."""
+        if self._store is None:
+            return
+        try:
+            if (signature := self._store.signature()) == self._signature:
+                return
+            found, faults = self._store.clients()
+        except OSError as error:
+            self._notice(
+                "keys",
+                f"{self._store.folder}: cannot be read now ({error.strerror}): the keys stay as they are",
+            )
             return
         self._signature = signature
-        before = self.authenticator.keys
-        self.authenticator.keys, faults = self._store.clients()
+        before, self.authenticator.keys = self.authenticator.keys, found
         self._gone += [
             key.name for public, key in before.items() if self.authenticator.keys.get(public) != key
         ]

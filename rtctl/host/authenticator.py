@@ -26,6 +26,9 @@ ANSWERS_PER_CALL = 64
 BAN_S = 60.0
 """How long somebody who was expelled stays out."""
 
+KNOWN_S = 5.0
+"""How long somebody who was let in is told from strangers, until the age of the connection tells."""
+
 Entry = Literal["ipc", "curve", "viewer"]
 """Who may come in: processes of this machine by ipc; clients with a key; viewers of this machine by TCP."""
 
@@ -78,6 +81,7 @@ class Authenticator:
     ) -> None:
         self._clock_s = clock_s
         self._banned: dict[tuple[bytes, str], float] = {}
+        self._let_in: dict[tuple[bytes, str], float] = {}
         self.keys: Mapping[str, Key] = {}
         self.refresh: Callable[[], None] = lambda: None
         self.admitted = self.refused = 0
@@ -120,6 +124,10 @@ class Authenticator:
         key = self.keys.get(user_id.removeprefix("key:"))
         return None if key is None else Caller(user_id, key.name, key.role)
 
+    def knows(self, domain: bytes, user_id: str) -> bool:
+        """Whether this user was let in by the door of `domain` in the last `KNOWN_S`."""
+        return self._clock_s() < self._let_in.get((domain, user_id), -math.inf) + KNOWN_S
+
     def ban(self, domain: bytes, user_id: str) -> None:
         """Let this user in at the door of `domain` no more for `BAN_S`; the others stay open to it, for a stop."""
         now = self._clock_s()
@@ -144,6 +152,10 @@ class Authenticator:
             user_id, why = None, "300 expelled for a while"
         if user_id is not None and not door.connections.permit(role):
             user_id, why = None, "300 all places are taken"  # 300: it may try again
+        if user_id is not None:
+            now = self._clock_s()
+            self._let_in = {which: at for which, at in self._let_in.items() if now < at + KNOWN_S}
+            self._let_in[domain, user_id] = now
         if user_id is None:
             self._notice("refused", f"connection from {peer} to {domain.decode()} refused: {why[4:]}")
         return user_id, why

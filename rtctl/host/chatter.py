@@ -1,4 +1,4 @@
-"""Keeps a fault that flickers from filling the event log: its first events are kept, then one now and then.
+"""Keeps a fault that flickers, or a device that does, from filling the event log: its first events are kept, then one now and then.
 
 Nothing is left out silently: the next event of that fault that is kept says in `suppressed` how many were
 not, and `flush` says it at the end of the run. Changes of state, and faults in the tick of one, always pass.
@@ -44,10 +44,10 @@ class ChatterFilter:
         ]
 
     def _judge(self, event: Event, decisive: set[int]) -> Event | None:
-        if event["event"] not in ("fault", "fault_cleared"):
+        if event["event"] not in ("fault", "fault_cleared", "device"):
             return event
         now_s = event["monotonic_s"]
-        fault = self._faults.setdefault(event["name"], _Fault(BURST, now_s))
+        fault = self._faults.setdefault(_name(event), _Fault(BURST, now_s))
         fault.tokens = min(BURST, fault.tokens + max(0.0, now_s - fault.at_s) / REFILL_S)
         fault.at_s = now_s
         if fault.tokens < 1.0 and event["tick"] not in decisive:
@@ -56,3 +56,10 @@ class ChatterFilter:
         fault.tokens = max(0.0, fault.tokens - 1.0)
         told, fault.suppressed = fault.suppressed, 0
         return {**event, "suppressed": told} if told else event
+
+
+def _name(event: Event) -> str:
+    """What flickers: a fault, or what a device says of itself or an axis."""
+    if event["event"] != "device":
+        return str(event["name"])
+    return f"of {event['device']}, axis {event['axis']}" if event["axis"] else f"of {event['device']}"

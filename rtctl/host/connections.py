@@ -34,15 +34,24 @@ _NUMBER = itertools.count()
 
 
 class Connections:
-    """Counts the clients connected to one socket, and says whether one more may come."""
+    """Counts the clients connected to one socket, and says whether one more may come.
+
+    Parameters
+    ----------
+    context, socket
+        The socket, and the context it is of.
+    places
+        Clients that may be connected.
+    """
 
     def __init__(
         self,
         context: zmq.Context[zmq.Socket[bytes]],
         socket: zmq.Socket[bytes],
         clock_s: Callable[[], float] = time.monotonic,
+        places: int = CONNECTIONS,
     ) -> None:
-        self._clock_s = clock_s
+        self._clock_s, self._places = clock_s, places
         self._watched = socket
         self._opened: dict[int, float] = {}
         self._permitted: deque[float] = deque()
@@ -65,11 +74,20 @@ class Connections:
 
     def permit(self, role: str) -> bool:
         """Whether a client of this role may come in; then its place is taken."""
-        places = CONNECTIONS if role == "operator" else CONNECTIONS - RESERVED
+        places = self._places if role == "operator" else self._places - RESERVED
         if self.count >= places:
             return False
         self._permitted.append(self._clock_s())
         return True
+
+    def descriptors(self) -> list[int]:
+        """Of every connection that is open, strangers included, the oldest first."""
+        return list(self._opened)
+
+    def strangers(self) -> list[int]:
+        """Of those that may not be authenticated yet, the oldest first."""
+        old = self._clock_s() - CERTAIN_S
+        return [descriptor for descriptor, opened in self._opened.items() if opened > old]
 
     def take(self) -> None:
         """Read every event that waits."""
@@ -80,6 +98,7 @@ class Connections:
                 return
             event, fd = _EVENT.unpack(head)
             if event == zmq.EVENT_ACCEPTED:
+                self._opened.pop(fd, None)  # in the order of arrival
                 self._opened[fd] = self._clock_s()
             else:
                 self._opened.pop(fd, None)

@@ -24,7 +24,9 @@ from rtctl.errors import BusyError
 from rtctl.host.authenticator import Authenticator, Entry
 from rtctl.host.connections import Connections
 from rtctl.host.endpoints import private_umask
-from rtctl.protocol import HANDSHAKE_MS, MAX_REQUEST_BYTES
+from rtctl.host.reserve import Reserve
+from rtctl.host.traffic import Traffic
+from rtctl.protocol import CONNECTIONS, HANDSHAKE_MS, MAX_REQUEST_BYTES
 
 Options = Mapping[int, int] | Mapping[zmq.SocketOption, int]
 """Integer options of a socket."""
@@ -69,12 +71,14 @@ def tcp_binding(host: str, port: int, entry: Entry, server_secret: bytes = b"") 
     return Binding(f"tcp://{host}:{listener.getsockname()[1]}", entry, listener, server_secret)
 
 
-def allow_descriptors(wanted: int) -> None:
-    """Have this process open up to `wanted` files and sockets, as far as it may allow itself."""
+def allow_descriptors(wanted: int) -> int:
+    """Have this process open up to `wanted` files and sockets, as far as it may allow itself. Returns how many it may."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     most = wanted if hard == resource.RLIM_INFINITY else min(wanted, hard)
     if soft != resource.RLIM_INFINITY and soft < most:
         resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
+        return most
+    return wanted if soft == resource.RLIM_INFINITY else soft
 
 
 def user_id(frame: zmq.Frame) -> str:
@@ -100,6 +104,19 @@ class Door:
         Type of the ZeroMQ socket.
     options
         More integer options of the socket.
+    reserve
+        Given up for a moment when the door is opened anew.
+    places
+        Clients that may be connected.
+    linger_ms
+        What is unsent at the end is given this long.
+
+    Attributes
+    ----------
+    traffic : Traffic
+        What its connections have sent.
+    openings : int
+        How often it was opened: its socket is another one each time.
     """
 
     def __init__(
@@ -110,7 +127,14 @@ class Door:
         binding: Binding,
         kind: int,
         options: Options,
+        reserve: Reserve,
+        *,
+        places: int = CONNECTIONS,
+        linger_ms: int = 0,
     ) -> None:
+        self._reserve, self._places, self._linger_ms = reserve, places, linger_ms
+        self.openings = 0
+        self.traffic = self._new_traffic(binding, kind)
         self._context = context
         self._authenticator = authenticator
         self._name = name
@@ -129,31 +153,61 @@ class Door:
         """Whether keys decide who comes in."""
         return self._binding.entry == "curve"
 
+    @property
+    def by_tcp(self) -> bool:
+        """Whether clients come by TCP."""
+        return self._binding.listener is not None
+
+    @property
+    def for_viewers(self) -> bool:
+        """Whether anybody of this machine may listen."""
+        return self._binding.entry == "viewer"
+
+    @property
+    def is_open(self) -> bool:
+        """False after a cut for which there were no descriptors left, until `reopen`."""
+        return not self.socket.closed
+
     def cut(self) -> None:
         """Close every connection. Clients that may still come in connect again by themselves."""
-        self._shut()
-        self._open()
+        if self.is_open:
+            self._shut(0)
+        self.reopen()
+
+    def reopen(self) -> None:
+        """Open a door that a cut left shut; it stays so while that cannot be done."""
+        with self._reserve.lent():
+            try:
+                self._open()
+            except OSError:  # zmq.ZMQError is one: no descriptors, or the last socket still holds the address
+                self.socket.close(linger=0)
 
     def close(self) -> None:
-        """Close the socket and give the address back; what is unsent is dropped. Idempotent."""
-        if not self.socket.closed:
-            self._shut()
+        """Close the socket and give the address back. Idempotent."""
+        if self.is_open:
+            self._shut(self._linger_ms)
         if self._binding.listener is not None:
             self._binding.listener.close()
 
-    def _shut(self) -> None:
+    def _shut(self, linger_ms: int) -> None:
         self.connections.close()
-        self.socket.close(linger=0)
+        self.socket.close(linger=linger_ms)
+
+    @staticmethod
+    def _new_traffic(binding: Binding, kind: int) -> Traffic:
+        return Traffic(by_tcp=binding.listener is not None, listeners=kind in (zmq.PUB, zmq.XPUB))
 
     def _open(self) -> None:
         binding = self._binding
+        self.openings += 1
+        self.traffic = self._new_traffic(binding, self._kind)
         self.socket = self._context.socket(self._kind)
         self.socket.setsockopt(zmq.LINGER, 0)
         self.socket.setsockopt(zmq.MAXMSGSIZE, MAX_REQUEST_BYTES)
         self.socket.setsockopt(zmq.HANDSHAKE_IVL, HANDSHAKE_MS)
         for option, value in self._options.items():
             self.socket.setsockopt(option, value)
-        self.connections = Connections(self._context, self.socket)
+        self.connections = Connections(self._context, self.socket, places=self._places)
         self.domain = self._authenticator.guard(self.socket, self._name, binding.entry, self.connections)
         if binding.entry == "curve":  # with an empty secret this fails, as it must
             self.socket.setsockopt(zmq.HEARTBEAT_IVL, HEARTBEAT_MS)
@@ -161,6 +215,6 @@ class Door:
             self.socket.setsockopt(zmq.CURVE_SERVER, 1)
             self.socket.setsockopt(zmq.CURVE_SECRETKEY, binding.server_secret)
         if binding.listener is not None:
-            self.socket.setsockopt(zmq.USE_FD, os.dup(binding.listener.fileno()))
+            self.socket.setsockopt(zmq.USE_FD, os.dup(binding.listener.fileno()))  # libzmq closes it
         with private_umask():
             self.socket.bind(binding.address)

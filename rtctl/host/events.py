@@ -1,4 +1,4 @@
-"""Events from ticks: one per change of state, one per fault or warning that appears or goes."""
+"""Events from ticks: one per change of state, one per fault or warning that appears or goes, and devices' words."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ import numpy as np
 
 from rtctl.control.vocabulary import State
 from rtctl.host.description import RigDescription
-from rtctl.host.faults import fault_entries
+from rtctl.host.device_words import DeviceWords, Voice
+from rtctl.host.fault_book import FaultBook
+from rtctl.host.faults import cause_bit, fault_entries
 from rtctl.host.temperature import TemperatureWatch
 from rtctl.host.timing_watch import EVENT, TimingWatch
 
@@ -41,17 +43,45 @@ def _transition(row: np.void, before: State, after: State) -> dict[str, Any]:
 
 
 def _fault_behind(row: np.void) -> str | None:
-    """The latched first cause, or the lowest fault present, or None."""
-    first, present = int(row["fault_first"]), int(row["faults"])
-    bits = 1 << first if first >= 0 else present
+    """The emergency stop in ESTOP; else the latched first cause, or the lowest fault present, or None."""
+    bits = cause_bit(int(row["state"]), int(row["fault_first"])) or int(row["faults"])
     return fault_entries(bits)[0]["name"] if bits else None
 
 
-class EventDetector:
-    """Compares every tick with the one before, over all calls. Starts from INIT without faults."""
+class WordsWatch:
+    """Tells when a device begins to complain, says something else of it, or is content again."""
 
-    def __init__(self, rig: RigDescription) -> None:
+    def __init__(self, words: DeviceWords) -> None:
+        self._words = words
+        self._heard = 0
+        self._before: dict[tuple[str, str | None], Voice] = {}
+
+    def changes(self) -> list[tuple[str, dict[str, Any]]]:
+        """Kind (`device`) and content of what changed since the last call."""
+        told: list[tuple[str, dict[str, Any]]] = []
+        for one in self._words.since(self._heard):
+            self._heard = one.number
+            for voice in one.voices:
+                before = self._before.get((voice.device, voice.axis))
+                self._before[voice.device, voice.axis] = voice
+                if voice != before and (voice.complains or (before is not None and before.complains)):
+                    told.append(("device", voice.as_dict()))
+        return told
+
+
+class EventDetector:
+    """Compares every tick with the one before, over all calls. Starts from INIT without faults.
+
+    Attributes
+    ----------
+    book : FaultBook
+        Where each fault came from.
+    """
+
+    def __init__(self, rig: RigDescription, words: DeviceWords | None = None) -> None:
         self._rig = rig
+        self.book = FaultBook(rig, words)
+        self._words = WordsWatch(self.book.words)
         self._state = int(State.INIT)
         self._faults = 0
         self._sequence = 0
@@ -61,10 +91,11 @@ class EventDetector:
     def detect(self, rows: np.ndarray) -> list[dict[str, Any]]:
         """Events of these ticks in order; faults come before the change of state they cause.
 
-        What a test pulse measured and warnings come last: slow things are judged by the newest tick alone.
+        What a test pulse measured, devices' words and warnings come last: slow things, as of the newest tick.
         """
         if len(rows) == 0:
             return []
+        self.book.follow(rows)
         states, faults = rows["state"], rows["faults"]
         state_before = np.concatenate((np.array([self._state], states.dtype), states[:-1]))
         faults_before = np.concatenate((np.array([self._faults], faults.dtype), faults[:-1]))
@@ -77,16 +108,17 @@ class EventDetector:
             first_name = fault_entries(1 << first)[0]["name"] if first >= 0 else ""
             events += [
                 self._event(rows[i], "fault", {**entry, "first_cause": entry["name"] == first_name})
-                for entry in fault_entries(now & ~before)
+                for entry in self.book.entries(now & ~before)
             ]
-            events += [self._event(rows[i], "fault_cleared", entry) for entry in fault_entries(before & ~now)]
+            events += [
+                self._event(rows[i], "fault_cleared", entry) for entry in self.book.entries(before & ~now)
+            ]
             if states[i] != state_before[i]:
                 before_after = State(int(state_before[i])), State(int(states[i]))
                 events.append(self._event(rows[i], "state", _transition(rows[i], *before_after)))
         events += [self._event(rows[i], EVENT, more) for i, more in self._timing.changes(rows)]
-        return events + [
-            self._event(rows[-1], kind, more) for kind, more in self._temperature.changes(rows[-1])
-        ]
+        slow = [*self._words.changes(), *self._temperature.changes(rows[-1])]
+        return events + [self._event(rows[-1], kind, more) for kind, more in slow]
 
     def _event(self, row: np.void, kind: str, more: dict[str, Any]) -> dict[str, Any]:
         loop_ns = int(row["time_ns"])

@@ -20,6 +20,7 @@ import numpy as np
 from rtctl import timing
 from rtctl.host.chatter import ChatterFilter
 from rtctl.host.description import RigDescription
+from rtctl.host.device_words import DeviceWords
 from rtctl.host.events import EventDetector
 from rtctl.host.timing_watch import EVENT, timing_of
 from rtctl.recording.event_log import Event, EventLog
@@ -41,9 +42,11 @@ class FlightRecorder:
         The rig's state folder (`rtctl.recording.state_folder`); made when it does not exist.
     rig
         Facts of the rig, with the session.
+    words
+        What the devices say.
     """
 
-    def __init__(self, folder: Path, rig: RigDescription) -> None:
+    def __init__(self, folder: Path, rig: RigDescription, words: DeviceWords | None = None) -> None:
         self.folder = folder
         self._rig = rig
         self._about = {
@@ -55,7 +58,7 @@ class FlightRecorder:
             "axes": [axis.name for axis in rig.axes],
             "start_wall_ns": rig.start_wall_ns,
         }
-        self._detector = EventDetector(rig)
+        self._detector = EventDetector(rig, words)
         self._chatter = ChatterFilter()
         self._capture = Capture()
         self._log = EventLog(folder)

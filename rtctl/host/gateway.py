@@ -17,6 +17,8 @@ from rtctl.host.access import Access
 from rtctl.host.authenticator import Caller
 from rtctl.host.description import RigDescription, describe
 from rtctl.host.doors import user_id
+from rtctl.host.fault_book import FaultBook
+from rtctl.host.frames import Frames, Message
 from rtctl.host.messages import Refusal, Request, decode, decode_target, encode
 from rtctl.host.rates import RateLimit
 from rtctl.host.requests import LatestRow, Requests
@@ -75,6 +77,8 @@ class Gateway:
         Returns the newest tick as an array of one row, or None before the first.
     access
         Who may come in; default: this machine, by ipc.
+    book
+        Where faults come from.
 
     Attributes
     ----------
@@ -93,19 +97,20 @@ class Gateway:
         latest: LatestRow,
         *,
         access: Access | None = None,
+        book: FaultBook | None = None,
         clock_s: Callable[[], float] = time.monotonic,
     ) -> None:
         self._rig = describe(rig)
         self.access = access or Access(context, endpoints)
-        self._requests = Requests(writer, self._rig, endpoints, latest, self.access.remote)
+        self._requests = Requests(writer, self._rig, endpoints, latest, self.access.remote, book)
         self.counters = Counters()
         rate_hz = 2.0 * max(self._rig.rate_hz, NOMINAL_LEAST_HZ)
         self._request_rate = RateLimit(rate_hz, BURST, clock_s)
         self._target_rate = RateLimit(rate_hz, BURST, clock_s)
-        self.doors = self.access.routers("command", 0, OPTIONS)
-        self.inbox = TargetInbox(
-            self.access.routers("targets", 1, TARGET_OPTIONS), self.access.caller, self._carry_out_target
-        )
+        expel = self.access.intruders.expel
+        self.doors = [Frames(door, expel) for door in self.access.routers("command", 0, OPTIONS)]
+        targets = [Frames(door, expel) for door in self.access.routers("targets", 1, TARGET_OPTIONS)]
+        self.inbox = TargetInbox(targets, self.access.caller, self._carry_out_target)
         self.latency = TargetLatency(virtual=self._rig.virtual)
         self._polled: list[zmq.Socket[bytes]] = []
         self._poller: zmq.Poller | None = None
@@ -113,15 +118,15 @@ class Gateway:
     @property
     def socket(self) -> zmq.Socket[bytes]:
         """The socket of requests by ipc."""
-        return self.doors[0].socket
+        return self.doors[0].door.socket
 
     def register(self, poller: zmq.Poller) -> None:
         """Have `poller` wake up for everything `serve` handles, also when sockets are replaced later."""
         self._poller = poller
         for socket in self._polled:
             poller.unregister(socket)
-        doors = (*self.doors, *self.inbox.doors)
-        self._polled = [self.access.authenticator.socket, *(door.socket for door in doors)]
+        doors = [frames.door for frames in (*self.doors, *self.inbox.doors)]
+        self._polled = [self.access.authenticator.socket, *(door.socket for door in doors if door.is_open)]
         for socket in self._polled:
             poller.register(socket, zmq.POLLIN)
 
@@ -132,11 +137,12 @@ class Gateway:
         """
         flooded = self.inbox.serve()  # first: a hand waits for the renderer
         self.access.authenticator.serve()
-        if self.access.look() and self._poller is not None:
-            self.register(self._poller)
+        self.access.look()
         share = max(1, limit // len(self.doors))
-        for door in self.doors:
-            flooded |= self._serve_socket(door.socket, share) == share
+        for frames in self.doors:
+            flooded |= self._serve_door(frames, share) == share
+        if self.access.renewed() and self._poller is not None:
+            self.register(self._poller)
         return flooded
 
     def counts(self) -> dict[str, Any]:
@@ -151,42 +157,29 @@ class Gateway:
         """Close the sockets; unsent replies are dropped."""
         self.access.close()
 
-    def _serve_socket(self, socket: zmq.Socket[bytes], limit: int) -> int:
-        """Handle at most `limit` requests of one socket; returns how many there were."""
+    def _serve_door(self, frames: Frames, limit: int) -> int:
+        """Handle at most `limit` requests of one door; returns how many there were."""
         for handled in range(limit):
             try:
-                identity, envelope, frame = self._receive(socket)
+                message = frames.read()
             except zmq.Again:
                 return handled
             self.counters.received += 1
+            envelope, frame = self._opened(message)
             reply = None if frame is None else self._answer(frame.bytes, self.access.caller(user_id(frame)))
             if reply is None:
                 self.counters.malformed += 1
             else:
-                self._send(socket, [identity, *envelope, encode(reply)])
+                self._send(frames.door.socket, [message.identity, *envelope, encode(reply)])
         return limit
 
     @staticmethod
-    def _receive(socket: zmq.Socket[bytes]) -> tuple[bytes, list[bytes], zmq.Frame | None]:
-        """One message: identity, the empty delimiter if the client sent one, and the payload frame.
-
-        The payload is None when there is not exactly one. Surplus frames are read away one by one and
-        never kept.
-        """
-        identity = socket.recv(zmq.NOBLOCK)
-        envelope: list[bytes] = []
-        payload: zmq.Frame | None = None
-        count = 0
-        more = bool(socket.getsockopt(zmq.RCVMORE))
-        while more:
-            frame = socket.recv(zmq.NOBLOCK, copy=False)
-            more = frame.more
-            if count == 0 and len(frame) == 0 and not envelope:
-                envelope = [b""]
-                continue
-            count += 1
-            payload = frame if count == 1 else None
-        return identity, envelope, payload
+    def _opened(message: Message) -> tuple[list[bytes], zmq.Frame | None]:
+        """The empty delimiter if the client sent one, and the payload: None when there is not exactly one."""
+        frames = message.frames
+        envelope = [b""] if frames and len(frames[0]) == 0 else []
+        payload = frames[len(envelope) :]
+        return envelope, payload[0] if len(payload) == 1 else None
 
     def _answer(self, payload: bytes, caller: Caller | None) -> dict[str, Any] | None:
         """The reply to a payload, or None where nobody can be answered."""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.control.vocabulary import State
-from rtctl.host.faults import fault_entries
+from rtctl.host.fault_book import FaultBook
 
 PHASES = ("wakeup", "read", "law", "write", "record", "cycle")
 """Durations of a tick whose percentiles are told; tick field `<phase>_ns`."""
@@ -36,8 +36,8 @@ class HealthWindow:
         self.ticks += len(rows)
         self._last = rows[-1:].copy()
 
-    def take(self) -> dict[str, Any]:
-        """What was seen since the last call. Percentiles are nil when there was no tick."""
+    def take(self, book: FaultBook) -> dict[str, Any]:
+        """What was seen since the last call, faults with their places of `book`. Percentiles are nil without a tick."""
         rows = np.concatenate(self._batches) if self._batches else None
         self._batches, self._rows = [], 0
         summary: dict[str, Any] = {"ticks": self.ticks, "measured_rate_hz": _rate_hz(rows)}
@@ -45,13 +45,21 @@ class HealthWindow:
             summary[f"{phase}_us"] = None if rows is None else percentiles_us(rows[f"{phase}_ns"])
         last = self._last
         if last is None:
-            return {**summary, "missed_ticks": 0, "waiver": False, "state": State.INIT.name, "faults": []}
+            return {
+                **summary,
+                "missed_ticks": 0,
+                "waiver": False,
+                "state": State.INIT.name,
+                "faults": [],
+                "cause": None,
+            }
         return {
             **summary,
             "missed_ticks": int(last["missed_ticks"][0]),
             "waiver": bool(last["waiver"][0]),
             "state": State(int(last["state"][0])).name,
-            "faults": fault_entries(int(last["faults"][0])),
+            "faults": book.entries(int(last["faults"][0])),
+            "cause": book.cause(last[0]),
         }
 
 

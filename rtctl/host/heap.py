@@ -27,4 +27,8 @@ class Heap:
         """Give back what is free, now and then; `now_s` on a clock that never goes back, s."""
         if now_s >= self._next_s:
             self._next_s = now_s + TRIM_S
-            self._trim(0)
+            self.trim()
+
+    def trim(self) -> None:
+        """Give back what is free, now."""
+        self._trim(0)

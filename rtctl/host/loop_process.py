@@ -36,8 +36,10 @@ def is_dying(pid: int) -> bool:
     """
     try:
         descriptor = os.open(f"/proc/{pid}/stat", os.O_RDONLY | os.O_CLOEXEC)
-    except OSError:
+    except (FileNotFoundError, ProcessLookupError):
         return True
+    except OSError:  # no descriptors left: nothing is known
+        return False
     try:
         state, *rest = os.read(descriptor, 4096).decode("ascii", "replace").rpartition(")")[2].split()
     except OSError:
@@ -70,6 +72,7 @@ class LoopProcess:
         self.ready = False
         self._opening_until = 0.0
         self._notes: list[str] = []
+        self._words: list[dict[str, Any]] = []
         self.compile_s = 0.0
         self._pending = b""
         held = signal.pthread_sigmask(signal.SIG_BLOCK, OF_THE_TERMINAL)  # until it ignores them
@@ -137,6 +140,8 @@ class LoopProcess:
             self.ready, self.grants, self.compile_s = True, message["grants"], message["compile_s"]
         elif message["message"] == "note":
             self._notes.append(message["text"])
+        elif message["message"] == "words":
+            self._words.append(message)
         elif message["message"] == "opening":
             self._opening_until = time.monotonic() + OPEN_TIMEOUT_S if message["begun"] else 0.0
         elif message["message"] == "ended":
@@ -146,6 +151,11 @@ class LoopProcess:
         """What the loop has said about its devices since this was asked last."""
         notes, self._notes = self._notes, []
         return notes
+
+    def take_words(self) -> list[dict[str, Any]]:
+        """What the devices have said of themselves since this was asked last, oldest first (`rtctl.rt.speech`)."""
+        words, self._words = self._words, []
+        return words
 
     @property
     def left_torque(self) -> bool:

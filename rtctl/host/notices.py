@@ -1,20 +1,20 @@
 """Lines for the journal that never wait and never pile up.
 
-A pipe that nobody reads fills up; a daemon that writes to it then hangs for good. So a line is written only
-where there is room for it at once, and each kind of line once a second; what was left out is counted in the
-next line of its kind.
+A line is written only where there is room for it at once (`rtctl.host.outlet`), and each kind of line once a second; what
+was left out is counted in the next line of its kind.
 """
 
 from __future__ import annotations
 
-import os
-import select
 import time
 from collections.abc import Callable
 
+from hw.outside import harmless
+from rtctl.host.outlet import Outlet
+
 PERIOD_S = 1.0
 MOST_BYTES = 512
-"""Longest line. A pipe that is ready for writing has room for 4096 bytes, so this never waits."""
+"""Longest line."""
 
 _MOST_KINDS = 32
 
@@ -29,7 +29,7 @@ class Notices:
     """
 
     def __init__(self, fd: int = 2, clock_s: Callable[[], float] = time.monotonic) -> None:
-        self._fd = fd
+        self._outlet = Outlet(fd)
         self._clock_s = clock_s
         self._kinds: dict[str, tuple[float, int]] = {}
         self.left_out = 0
@@ -51,14 +51,5 @@ class Notices:
         self.left_out += not written
 
     def _write(self, text: str) -> bool:
-        line = " ".join(text.split()).encode("utf-8", "replace")[: MOST_BYTES - 1] + b"\n"
-        try:
-            poll = select.poll()
-            poll.register(self._fd, select.POLLOUT)
-            ready = poll.poll(0)
-            if not ready or not ready[0][1] & select.POLLOUT:
-                return False
-            os.write(self._fd, line)
-        except OSError:  # closed, or the reader has gone
-            return False
-        return True
+        line = harmless(" ".join(text.split())).encode("utf-8", "replace")[: MOST_BYTES - 1]
+        return self._outlet.write(line + b"\n")

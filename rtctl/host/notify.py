@@ -12,7 +12,7 @@ import socket
 import time
 
 from rtctl.control.vocabulary import State
-from rtctl.host.faults import fault_entries
+from rtctl.host.faults import cause_bit, fault_entries
 
 ENDING_US = 30_000_000
 """Watchdog time while the rig is brought to rest, us."""
@@ -55,8 +55,8 @@ class Notifier:
         """One line for `systemctl status`, sent when it changes."""
         names = [entry["name"] for entry in fault_entries(faults)]
         text = State(state).name
-        if fault_first >= 0:
-            text += f", first cause {fault_entries(1 << fault_first)[0]['name']}"
+        if cause := cause_bit(state, fault_first):
+            text += f", first cause {fault_entries(cause)[0]['name']}"
         if names:
             text += f", present: {', '.join(names)}"
         if text != self._status:

@@ -1,7 +1,8 @@
 """Looks at the devices of a rig without moving anything: decoded values, rate, age, what the links have seen.
 
-Nothing is armed and no torque is written: `write` is called only on request, disabled and zero, for devices
-that answer nothing but commands.
+Nothing is armed and no torque is written. A backend whose devices answer only when asked asks them (`AskedBackend`), without
+torque and disabled; `write` is called only on request, disabled and zero, for other devices that answer nothing but
+commands.
 """
 
 from __future__ import annotations
@@ -19,11 +20,13 @@ from hw import registry
 from hw.interface import (
     CHANNEL_FIELDS,
     WHOLE_RIG_CHANNELS,
+    AskedBackend,
     Backend,
     BackendError,
     CompiledBackend,
     CountingBackend,
     LinkFault,
+    SpeakingBackend,
 )
 from hw.rig import Member
 from hw.rig_words import subset
@@ -31,7 +34,11 @@ from rtctl import lateness, timing
 from rtctl.config import LoadedConfig
 from rtctl.control.stability import lag_ticks
 from rtctl.errors import ConfigError
+from rtctl.host.probe_tare import Tare
 from rtctl.tick import FIELD, new_ticks
+
+MOST_COMPLAINTS = 16
+"""Different words of one device in its faults that are kept."""
 
 READ_TIMES = 4096
 """Durations of reading, and times between samples, that are kept: the latest ones."""
@@ -48,9 +55,12 @@ class DeviceProbe:
         Why it cannot be read (any more); empty while it can.
     """
 
-    def __init__(self, member: Member, backend: Backend, axis_names: Sequence[str], poll: bool) -> None:
+    def __init__(
+        self, member: Member, backend: Backend, axis_names: Sequence[str], poll: bool, tare_samples: int = 0
+    ) -> None:
         self.member, self.backend, self.error = member, backend, ""
         self._axis_names, self._poll = axis_names, poll and bool(backend.consumes)
+        self._tare = Tare(tare_samples)
         self.tick = new_ticks(1, len(member.axes))
         self._fresh = self._cycles = 0
         self._began_ns = self._fresh_ns = 0
@@ -59,6 +69,7 @@ class DeviceProbe:
         self._faults = dict.fromkeys(LinkFault, 0)
         self._read_ns: deque[int] = deque(maxlen=READ_TIMES)
         self._sums: dict[str, np.ndarray] = {}
+        self._complaints: dict[tuple[int, str], int] = {}
 
     def open(self) -> None:
         """Acquire the device; a failure is kept in `error`."""
@@ -82,6 +93,8 @@ class DeviceProbe:
             ended = time.monotonic_ns()
             if self._poll:
                 self.backend.write(self.tick)
+            elif isinstance(self.backend, AskedBackend):
+                self.backend.ask()
         except BackendError as error:
             self.error = str(error)
             return
@@ -91,6 +104,8 @@ class DeviceProbe:
         self._cycles += 1
         self._read_ns.append(ended - began)
         faults = int(self.tick["link_faults"][0])
+        if faults and isinstance(self.backend, SpeakingBackend):
+            self._hear(self.backend)
         for fault in LinkFault:
             if faults & fault:
                 self._faults[fault] += 1
@@ -104,8 +119,38 @@ class DeviceProbe:
         for channel in self.backend.provides:
             self._gather(channel)
 
+    def _hear(self, backend: SpeakingBackend) -> None:
+        """Keep what it says of its faults: a drive may clear them before anybody looks."""
+        words = backend.words()
+        whole = len(words) == 1
+        for i, word in enumerate(words):
+            if word.text and (whole or word.faults):
+                said = (i, word.text)
+                if said in self._complaints or len(self._complaints) < MOST_COMPLAINTS:
+                    self._complaints[said] = self._complaints.get(said, 0) + 1
+
+    def _words(self) -> list[dict[str, Any]]:
+        """What the device says now, and what it said while it showed a fault; `cycles` counts the latter."""
+        if not isinstance(self.backend, SpeakingBackend) or self.error:
+            now = []
+        else:
+            now = [(i, word.text) for i, word in enumerate(self.backend.words()) if word.text]
+        told = dict.fromkeys(now, 0) | self._complaints
+        single = len({i for i, _ in told}) <= 1 and len(self._axis_names) > 1
+        return [
+            {
+                "axis": None if single else self._axis_names[i],
+                "text": text,
+                "now": (i, text) in now,
+                "fault_cycles": n,
+            }
+            for (i, text), n in told.items()
+        ]
+
     def _gather(self, channel: str) -> None:
         value = np.atleast_1d(np.asarray(self.tick[CHANNEL_FIELDS[channel]][0], dtype=float))
+        if channel == "force":
+            self._tare.take(value)
         if channel not in self._sums:
             self._sums[channel] = np.stack([np.zeros_like(value), np.zeros_like(value), value, value, value])
         sums = self._sums[channel]
@@ -143,6 +188,7 @@ class DeviceProbe:
             "read_us": {"p50": round(float(np.median(read)), 2), "max": round(float(read.max()), 2)},
             "values": [value for channel in sorted(self.backend.provides) for value in self._values(channel)],
             "faults": {str(fault.name): count for fault, count in self._faults.items()},
+            "words": self._words(),
             "counts": self.backend.counts() if isinstance(self.backend, CountingBackend) else {},
         }
 
@@ -154,6 +200,9 @@ class DeviceProbe:
         total, squares, low, high, _first = self._sums[channel]
         mean = total / self._fresh
         spread = np.sqrt(np.maximum(squares / self._fresh - mean * mean, 0.0))
+        force = channel == "force"
+        if force:
+            latest, low, high = (self._tare.applied(values) for values in (latest, low, high))
         for i, value in enumerate(latest):
             yield {
                 "channel": channel,
@@ -163,6 +212,7 @@ class DeviceProbe:
                 "min": float(low[i]),
                 "max": float(high[i]),
                 "std": float(spread[i]),
+                **(self._tare.note(i) if force else {}),
             }
 
     def _of(self, channel: str, i: int) -> str:
@@ -180,12 +230,13 @@ def devices(loaded: LoadedConfig, only: str | None = None, *, poll: bool = False
         There is no device of that number or name.
     """
     config, found = loaded.config, []
+    tare_samples = round(max(axis.force.tare_s for axis in config.axis) / config.period_s)
     for i, (table, member) in enumerate(zip(config.device, loaded.members(), strict=True)):
         if only is not None and only not in (str(i), table.name or table.kind):
             continue
         backend = registry.create(member.kind, member.options, subset(config.hardware(), member.axes))
         names = [config.axis[axis].name for axis in member.axes]
-        found.append(DeviceProbe(member, backend, names, poll))
+        found.append(DeviceProbe(member, backend, names, poll, tare_samples))
     if not found:
         known = ", ".join(f"{i} ({table.name or table.kind})" for i, table in enumerate(config.device))
         raise ConfigError(f"{loaded.path}: no device {only!r}; there are {known}")

@@ -15,10 +15,11 @@ import numpy as np
 
 from rtctl import tick
 from rtctl.control.vocabulary import State
+from rtctl.fault_words import sentence
 from rtctl.host.authenticator import Caller
 from rtctl.host.command_slot import CommandSlot
 from rtctl.host.description import RigDescription
-from rtctl.host.faults import fault_entries
+from rtctl.host.fault_book import FaultBook
 from rtctl.host.lease import LeaseDesk
 from rtctl.host.messages import Refusal, Request
 from rtctl.host.operations import OPERATIONS, allowed
@@ -50,6 +51,8 @@ class Requests:
         Returns the newest tick as an array of one row, or None before the first.
     remote
         Told in `hello` to clients with a key.
+    book
+        Where faults come from.
     """
 
     def __init__(
@@ -59,7 +62,9 @@ class Requests:
         endpoints: Endpoints,
         latest: LatestRow,
         remote: Endpoints | None = None,
+        book: FaultBook | None = None,
     ) -> None:
+        self._book = book or FaultBook(rig)
         self._slot = CommandSlot(writer)
         self._rig = rig
         self._endpoints = endpoints
@@ -116,7 +121,11 @@ class Requests:
             "state_hz": rig.state_hz,
             "virtual_clock": rig.virtual,
             "axes": [
-                {"name": axis.name, "bounds": {k: list(v) for k, v in axis.bounds.items()}}
+                {
+                    "name": axis.name,
+                    "bounds": {k: list(v) for k, v in axis.bounds.items()},
+                    "coupling": None if axis.coupling is None else dict(axis.coupling),
+                }
                 for axis in rig.axes
             ],
             "endpoints": asdict(self._remote if caller.user_id.startswith("key:") else self._endpoints),
@@ -141,8 +150,10 @@ class Requests:
             "estop": bool(row["estop"]),
             "waiver": bool(row["waiver"]),
             "missed_ticks": int(row["missed_ticks"]),
-            "faults": fault_entries(int(row["faults"])),
-            "fault_first": fault_entries(1 << first)[0] if first >= 0 else None,
+            "faults": self._book.entries(int(row["faults"])),
+            "fault_first": self._book.entries(1 << first)[0] if first >= 0 else None,
+            "cause": self._book.cause(row),
+            "devices": [voice.as_dict() for voice in self._book.words.voices()],
             "warnings": temperature_warnings(self._rig, row),
             "command_seq_in_force": int(row["command_seq"]),
             "target_age_ticks": int(row["target_age_ticks"]),
@@ -163,7 +174,8 @@ class Requests:
 
     def _not_ready_to_arm(self, row: np.void) -> str:
         state = State(int(row["state"]))
-        faults = ", ".join(entry["name"] for entry in fault_entries(int(row["faults"])))
+        present = self._book.entries(int(row["faults"]))
+        faults = "; ".join(sentence(entry) for entry in present)
         age_s = (time.monotonic_ns() - int(row["time_ns"])) * 1e-9
         if row["time_ns"] == 0 or (not self._rig.virtual and age_s > STALLED_S):
             return "the loop does not run: its newest tick is missing or older than 1 s"
@@ -176,7 +188,7 @@ class Requests:
         if state != State.IDLE:
             return f"state {state.name}: arming starts from IDLE"
         if faults:
-            return f"state IDLE with faults present: {faults}"
+            return f"state IDLE with faults present: {faults}; arm again when they are gone"
         return ""
 
     def _stop(self, _request: Request, _row: np.void, _caller: Caller) -> Result:

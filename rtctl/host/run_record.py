@@ -11,10 +11,12 @@ from rtctl.config import LoadedConfig
 from rtctl.config_tables import RecordTable
 from rtctl.host.command_trace import CommandTrace
 from rtctl.host.description import RigDescription
+from rtctl.host.device_words import DeviceWords
 from rtctl.host.flight_recorder import FlightRecorder
 from rtctl.host.lease import veil_leases
 from rtctl.host.samples import tick_columns
 from rtctl.host.telemetry import Telemetry
+from rtctl.recording.event_log import Event
 from rtctl.recording.parts import Limits
 from rtctl.recording.recorder import Recorder
 from rtctl.recording.setup import LawArrays, Setup
@@ -33,6 +35,8 @@ class RunRecord:
         The law's arrays at the start of the run.
     record_to
         Folder of a recording, whatever the rig file says; None: as it says.
+    words
+        What the devices say.
     """
 
     def __init__(
@@ -43,6 +47,7 @@ class RunRecord:
         writer: CommandWriter,
         telemetry: Telemetry,
         record_to: Path | None = None,
+        words: DeviceWords | None = None,
     ) -> None:
         self.rig = rig
         self._telemetry = telemetry
@@ -51,9 +56,8 @@ class RunRecord:
         self._setup: dict[str, Any] = {}
         self._table = RecordTable() if record_to is not None else loaded.config.record
         self._folder = record_to or recording_folder(loaded)
-        self.flight = FlightRecorder(state_folder(rig.name), rig)
+        self.flight = FlightRecorder(state_folder(rig.name), rig, words)
         self.recorder: Recorder | None = None
-        self._broken: dict[str, str | None] = {}
         telemetry.set_log(self.flight.status)
         if self._table is not None:
             TickText(rig.n_axes).warm_up()  # compiles while the loop starts, not while it runs
@@ -66,10 +70,10 @@ class RunRecord:
             self.recorder = Recorder(self._folder, setup, limits(self._table), wait=self.rig.virtual)
             self._telemetry.set_recording(self.recorder.status)
 
-    def keep(self, first_row: int, rows: np.ndarray) -> None:
+    def keep(self, first_row: int, rows: np.ndarray) -> list[Event]:
         """Log events, record ticks, tell clients of commands; before the ticks themselves are published.
 
-        `first_row` numbers the first tick among all the loop recorded.
+        `first_row` numbers the first tick among all the loop recorded. Returns the events of these ticks.
         """
         commands = self._trace.take(rows)
         self._telemetry.publish_commands(commands)
@@ -78,6 +82,7 @@ class RunRecord:
             state = self._shadow.state() if self._shadow.next_row == first_row else None
             self.recorder.observe(first_row, rows, events, commands, self._trace.lost, state)
         self._shadow.follow(first_row, rows, commands)
+        return events
 
     def _message(self) -> dict[str, Any]:
         """For `rtctl/setup`: the setup, the command in force, and the law's state before the next tick."""
@@ -89,21 +94,6 @@ class RunRecord:
             "state_row": self._shadow.next_row,
         }
 
-    def news(self) -> list[str]:
-        """What of it the disk has refused since this was asked last: told once, and again after it went well."""
-        recorder = self.recorder
-        broken = {
-            "event log": self.flight.broken,
-            "recording": None if recorder is None else recorder.broken,
-        }
-        told = [
-            f"{what} BROKEN: {why}"
-            for what, why in broken.items()
-            if why is not None and self._broken.get(what) is None
-        ]
-        self._broken = broken
-        return told
-
     def summary(self) -> dict[str, Any]:
         """For the closing summary: `log`, `recording` (None without one), and whether the law gave all of it again."""
         return {
@@ -111,6 +101,13 @@ class RunRecord:
             "recording": None if self.recorder is None else self.recorder.status(),
             "replayable": self._shadow.why or "yes",
         }
+
+    def broken(self) -> dict[str, str | None]:
+        """Why the disk refuses the event log or the recording, None for each that it takes."""
+        kept = {"event log": self.flight.broken}
+        if self.recorder is not None:
+            kept["recording"] = self.recorder.broken
+        return kept
 
     def finish(self) -> None:
         """After the last batch: let the disk take what is queued, so that the summary is final."""

@@ -22,6 +22,8 @@ class Signals:
             number: signal.signal(number, self._on_end) for number in (signal.SIGINT, signal.SIGTERM)
         }
         self._old[signal.SIGHUP] = signal.signal(signal.SIGHUP, self._on_hangup)
+        # In the background of a terminal set to `tostop`, a word would stop the whole process.
+        self._old[signal.SIGTTOU] = signal.signal(signal.SIGTTOU, signal.SIG_IGN)
 
     def fileno(self) -> int:
         """For a poller."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack, closing
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Protocol
@@ -21,17 +22,22 @@ from rtctl.config import LoadedConfig
 from rtctl.errors import LoopDiedError, StabilityError
 from rtctl.host import reload
 from rtctl.host.access import Access, Openings
-from rtctl.host.description import describe
+from rtctl.host.description import describe_run
+from rtctl.host.device_words import DeviceWords
 from rtctl.host.endpoints import RuntimeDirectory
 from rtctl.host.gateway import PAUSE_S, Gateway
 from rtctl.host.heap import Heap
+from rtctl.host.heartbeat import Heartbeat, promised_ticks
+from rtctl.host.intruders import Resident
 from rtctl.host.loop_guard import LoopGuard
 from rtctl.host.loop_process import LoopProcess
 from rtctl.host.notices import Notices
 from rtctl.host.notify import Notifier
+from rtctl.host.outlet import streams_that_never_wait
 from rtctl.host.preparation import Preparation
 from rtctl.host.run_record import RunRecord
 from rtctl.host.signals import Signals
+from rtctl.host.speaker import Speaker
 from rtctl.host.statistics import RunStatistics
 from rtctl.host.telemetry import Telemetry
 from rtctl.host.view_process import ViewProcess
@@ -68,8 +74,11 @@ class Host:
         Record into this folder, whatever the rig file says.
     model
         Friction model of the first axis for its programs, shape (1,), dtype `MODEL`, in place of the rig file's.
+    notices
+        Where changes of state, faults and a broken recording are said as they happen; None: nowhere.
     announce
-        Receives one-line notes for a person (starting, compiling, real-time rights refused).
+        Receives one-line notes for a person (starting, compiling, real-time rights refused). It may print: while the host
+        lives, nothing that this process writes to stdout or stderr makes it wait (`rtctl.host.outlet`).
     """
 
     def __init__(
@@ -79,12 +88,14 @@ class Host:
         observers: Sequence[Observer] = (),
         runtime_dir: str | None = None,
         announce: Callable[[str], None] = lambda _text: None,
+        notices: Notices | None = None,
         record_to: Path | None = None,
         model: np.ndarray | None = None,
     ) -> None:
         self.loaded = loaded
         self.observers = list(observers)
         self.announce = announce
+        self.speaker = Speaker(notices)
         self.statistics = RunStatistics()
         self._runtime_dir = runtime_dir
         self._record_to = record_to
@@ -92,6 +103,7 @@ class Host:
         self._finished = False
         self._told = False
         self._ending_since: float | None = None
+        self._streams = ExitStack()
 
     def __enter__(self) -> Host:
         self._check()
@@ -113,9 +125,9 @@ class Host:
             raise StabilityError(report.refusal())
 
     def _start(self) -> None:
-        self.signals = (
-            Signals()
-        )  # before there is a loop: a signal must not end this process without ending it
+        # before there is a loop: a signal must not end this process without ending it
+        self.signals = Signals()
+        self._streams.enter_context(streams_that_never_wait())
         self.notifier = Notifier()
         plan = self.plan
         self.memory = Memory.create(plan.n_axes, plan.ring_rows, plan.period_ns)
@@ -129,21 +141,32 @@ class Host:
         self.writer.send()
         endpoints = self.runtime.endpoints
         self.context = zmq.Context()
-        self.access = Access(self.context, endpoints, Openings.of(self.loaded), Notices())
+        resident = None if virtual else self._streams.enter_context(closing(Resident()))
+        self.access = Access(self.context, endpoints, Openings.of(self.loaded), Notices(), resident=resident)
         self.loop = LoopProcess(self.loaded, self.memory, self.runtime.lock_fd)
         self.runtime.note_holder(self.loop.pid)
         records = self._record_to is not None or self.loaded.config.record is not None
         self.preparation = Preparation(plan.n_axes, recording=records)
         self.guard = LoopGuard(self.loaded, self.loop, self.memory, plan.period_s)
-        rig = describe(self.loaded)
-        self.telemetry = Telemetry(self.context, endpoints, rig, access=self.access)
+        rig = describe_run(self.loaded, plan.params)
+        self._batch_s = rig.batch_s
+        self.words = DeviceWords(rig)
+        self.telemetry = Telemetry(self.context, endpoints, rig, access=self.access, words=self.words)
         self.gateway = Gateway(
-            self.context, endpoints, self.writer, rig, self.reader.latest, access=self.access
+            self.context,
+            endpoints,
+            self.writer,
+            rig,
+            self.reader.latest,
+            access=self.access,
+            book=self.telemetry.book,
         )
         self.telemetry.set_commands(self.gateway.counts)
         self._wait_for(self.preparation.done)
         law = LawArrays(plan.params, plan.model, plan.command)
-        self.record = RunRecord(self.loaded, rig, law, self.writer, self.telemetry, self._record_to)
+        self.record = RunRecord(
+            self.loaded, rig, law, self.writer, self.telemetry, self._record_to, self.words
+        )
         self._wait_for(self._ticking)  # clients are answered once there is a tick to speak of
         for grant in self.loop.grants:
             if grant["required"] and not grant["granted"]:
@@ -179,14 +202,15 @@ class Host:
 
         Returns the closing summary. Raises LoopDiedError, DeviceError or RealtimeError when the loop failed.
         """
-        batch_s = self.loaded.config.telemetry.batch_ms / 1e3
         poller = zmq.Poller()
         self.gateway.register(poller)
         poller.register(self.loop.fileno(), zmq.POLLIN)
         poller.register(self.signals.fileno(), zmq.POLLIN)
         end = None if seconds is None else time.monotonic() + seconds
         next_batch, heap = time.monotonic(), Heap()
+        heart = Heartbeat(self.writer, promised_ticks(self.loaded.config))
         while True:
+            heart.beat(time.monotonic())
             wait_s = min(next_batch - time.monotonic(), self.guard.look_s)
             if self.signals.fileno() in dict(poller.poll(max(0, round(wait_s * 1e3)))):
                 self.signals.drain()
@@ -201,7 +225,9 @@ class Host:
                 self._batch()
                 while self.reader.waiting and not alive:
                     self._batch()
-                next_batch = now if self.reader.waiting > self._most_ticks else max(next_batch + batch_s, now)
+                next_batch = (
+                    now if self.reader.waiting > self._most_ticks else max(next_batch + self._batch_s, now)
+                )
                 heap.look(now)
             if not alive:
                 break
@@ -214,15 +240,18 @@ class Host:
             self.guard.look()
         self.loop.raise_if_failed(aftermath)
         self.record.finish()
+        self.speaker.tell([], self.record.broken())
         return self.summary()
 
     def _batch(self) -> None:
         rows = self.reader.read(self._most_ticks)
+        self.loop.poll()  # after the ticks: the words that belong to a fault are there before it is read
+        for said in self.loop.take_words():
+            self.words.hear(said)
         self.statistics.update(rows)
         self.gateway.latency.observe(rows)
-        self.record.keep(self.reader.next - len(rows), rows)
-        for text in self.record.news():
-            self.announce(text)
+        events = self.record.keep(self.reader.next - len(rows), rows)
+        self.speaker.tell(events, self.record.broken())
         self.telemetry.publish(rows, self.reader.overwritten)
         self.notifier.alive(int(self.memory.header[0]["head"]), excused=self.loop.opening)
         if len(rows):
@@ -316,3 +345,4 @@ class Host:
             self.runtime.release()
         if hasattr(self, "notifier"):
             self.notifier.close()
+        self._streams.close()

@@ -13,7 +13,8 @@ from dataclasses import asdict, dataclass
 import zmq
 
 from rtctl.host.authenticator import Caller
-from rtctl.host.doors import Door, user_id
+from rtctl.host.doors import user_id
+from rtctl.host.frames import Frames
 
 FRAMES_PER_CALL = 256
 """Most messages read in one turn from one door."""
@@ -51,7 +52,7 @@ class TargetInbox:
 
     def __init__(
         self,
-        doors: list[Door],
+        doors: list[Frames],
         caller: Callable[[str], Caller | None],
         carry_out: Callable[[bytes, Caller], bool],
     ) -> None:
@@ -67,7 +68,7 @@ class TargetInbox:
         more = False
         self.read_ns = time.monotonic_ns()
         for number, door in enumerate(self.doors):
-            more |= self._read(number, door.socket, newest)
+            more |= self._read(number, door, newest)
         for sender, payload in newest.values():
             caller = self._caller(sender)
             if caller is not None and self._carry_out(payload, caller):
@@ -80,23 +81,19 @@ class TargetInbox:
         """The counters by name."""
         return asdict(self.counters)
 
-    def _read(
-        self, number: int, socket: zmq.Socket[bytes], newest: dict[tuple[int, bytes], tuple[str, bytes]]
-    ) -> bool:
+    def _read(self, number: int, frames: Frames, newest: dict[tuple[int, bytes], tuple[str, bytes]]) -> bool:
         counters = self.counters
         for _ in range(FRAMES_PER_CALL):
             try:
-                identity = socket.recv(zmq.NOBLOCK)
+                message = frames.read()
             except zmq.Again:
                 return False
             counters.received += 1
-            frame = socket.recv(zmq.NOBLOCK, copy=False)
-            whole = not frame.more
-            while frame.more:
-                frame = socket.recv(zmq.NOBLOCK, copy=False)
-            if not whole:
+            if len(message.frames) != 1:
                 counters.refused += 1
                 continue
-            counters.superseded += (number, identity) in newest
-            newest[number, identity] = (user_id(frame), frame.bytes)
+            (frame,) = message.frames
+            sender = number, message.identity
+            counters.superseded += sender in newest
+            newest[sender] = (user_id(frame), frame.bytes)
         return True

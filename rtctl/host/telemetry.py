@@ -16,14 +16,16 @@ import zmq
 
 from rtctl.config import LoadedConfig
 from rtctl.host import publisher
-from rtctl.host.access import Access
+from rtctl.host.access import LINGER_MS, Access
 from rtctl.host.description import RigDescription, describe
+from rtctl.host.device_words import DeviceWords
 from rtctl.host.endpoints import private_umask
 from rtctl.host.events import EventDetector
+from rtctl.host.fault_book import FaultBook
 from rtctl.host.health import HealthWindow
 from rtctl.host.lease import veil_leases
 from rtctl.host.messages import encode
-from rtctl.host.publisher import Publisher
+from rtctl.host.publisher import HasSocket, Publisher
 from rtctl.host.samples import Decimator, state_samples, tick_columns
 from rtctl.host.temperature import temperature_warnings
 from rtctl.protocol import (
@@ -50,8 +52,21 @@ HEALTH_PERIOD_NS = 1_000_000_000
 Counts = Callable[[], Mapping[str, Any]]
 
 
+class _Unguarded:
+    """A socket that asks nobody who may come in."""
+
+    def __init__(
+        self, context: zmq.Context[zmq.Socket[bytes]], address: str, options: Mapping[int, int]
+    ) -> None:
+        self.socket = context.socket(zmq.PUB)
+        for option, value in options.items():
+            self.socket.setsockopt(option, value)
+        with private_umask():
+            self.socket.bind(address)
+
+
 class Telemetry:
-    """The PUB socket of one rig.
+    """The publishers of one rig.
 
     Parameters
     ----------
@@ -62,16 +77,16 @@ class Telemetry:
     rig
         The rig file, or the description made from it.
     access
-        Who may listen by TCP; None: ipc only.
+        Who may listen; None: whoever may enter the folder, by ipc.
     commands
         Returns the gateway's counters for `health`.
     clock_ns
         CLOCK_MONOTONIC, ns.
+    words
+        What the devices say.
 
     Attributes
     ----------
-    socket : zmq.Socket
-        The one by ipc.
     published, dropped : int
         Messages published, and those that found a subscriber's queue full (see `rtctl.host.publisher`).
     """
@@ -85,6 +100,7 @@ class Telemetry:
         access: Access | None = None,
         commands: Counts = dict,
         clock_ns: Callable[[], int] = time.monotonic_ns,
+        words: DeviceWords | None = None,
     ) -> None:
         self._rig = describe(rig)
         self._commands = commands
@@ -95,27 +111,35 @@ class Telemetry:
         self._setup: Callable[[], Mapping[str, Any]] | None = None
         self._schema_sha256 = schema_sha256(self._rig.n_axes)
         self._decimator = Decimator(self._rig.rate_hz, self._rig.state_hz)
-        self._events = EventDetector(self._rig)
+        self._events = EventDetector(self._rig, words)
         self._health = HealthWindow()
         self._newest: np.void | None = None
         self._next_health_ns = clock_ns() + HEALTH_PERIOD_NS
         self._states = self._batches = self._healths = self._rows = self._overwritten = 0
         self.published = self.dropped = 0
         options = publisher.options(queue_messages(self._rig.batch_s))
-        doors = [] if access is None else access.publishers(options)
-        viewers = [] if access is None else access.viewers(options)
-        self.socket = context.socket(zmq.PUB)
-        for option, value in options.items():
-            self.socket.setsockopt(option, value)
-        self.socket.setsockopt(zmq.LINGER, 50)
-        with private_umask():
-            self.socket.bind(endpoints.telemetry)
-        self._publishers = [Publisher(self, TOPICS)]
-        if access is not None:
-            self._publishers += [
+        self._unguarded: _Unguarded | None = None
+        self._local: HasSocket
+        if access is None:
+            self._local = self._unguarded = _Unguarded(context, endpoints.telemetry, options)
+            self._publishers = [Publisher(self._local, TOPICS)]
+        else:
+            doors = access.publishers(options)
+            self._local = doors[0]
+            self._publishers = [
                 *(Publisher(door, TOPICS, access.expeller(door)) for door in doors),
-                *(Publisher(door, [TOPIC_STATE], access.expeller(door)) for door in viewers),
+                *(Publisher(door, [TOPIC_STATE], access.expeller(door)) for door in access.viewers(options)),
             ]
+
+    @property
+    def book(self) -> FaultBook:
+        """Where each fault came from."""
+        return self._events.book
+
+    @property
+    def socket(self) -> zmq.Socket[bytes]:
+        """The one by ipc."""
+        return self._local.socket
 
     def set_realtime(self, grants: Sequence[Mapping[str, Any]]) -> None:
         """Tell in `health` which real-time rights were granted and which refused, and why."""
@@ -166,8 +190,9 @@ class Telemetry:
         return {"published": self.published, "dropped": self.dropped}
 
     def close(self) -> None:
-        """Close the socket. What subscribers have not taken is given 50 ms."""
-        self.socket.close()
+        """Close the socket, where it is no door (those close with `access`)."""
+        if self._unguarded is not None:
+            self._unguarded.socket.close(linger=LINGER_MS)
 
     def _publish_ticks(self, rows: np.ndarray) -> None:
         self._health.add(rows)
@@ -210,7 +235,8 @@ class Telemetry:
             "config_sha256": rig.config_sha256,
             "schema_sha256": self._schema_sha256,
             "rate_hz": rig.rate_hz,
-            **self._health.take(),
+            **self._health.take(self.book),
+            "devices": [voice.as_dict() for voice in self.book.words.voices()],
             "warnings": [] if self._newest is None else temperature_warnings(rig, self._newest),
             "overwritten": self._overwritten,
             "telemetry": self.counts(),

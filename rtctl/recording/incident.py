@@ -77,7 +77,7 @@ class Capture:
     """Cuts incidents out of the stream of ticks. Pure: no file, no clock.
 
     A further incident inside an open window extends it instead of starting a second one: a ramp that ends
-    in FAULT is one incident.
+    in FAULT is one incident. An emergency stop gives the incident its name.
     """
 
     def __init__(self, before: int = BEFORE_TICKS, after: int = AFTER_TICKS) -> None:
@@ -100,6 +100,8 @@ class Capture:
             done += self._take(rows[at:i])
             if self._trigger is None:
                 self._trigger, self._parts = event, [self._history(rows[:i])]
+            elif event["to"] == "ESTOP":  # what it brought with it, a dying supply say, is not its name
+                self._trigger = event
             self._parts.append(rows[max(at, i) : i + 1])
             at, self._left = i + 1, self._after
         done += self._take(rows[at:])

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.control.vocabulary import State
+from rtctl.fault_words import sentence
 from rtctl.recording.incident import Incident
 
 COLUMNS = (
@@ -35,7 +36,7 @@ def summary(incident: Incident) -> list[str]:
     trigger, about, ticks = incident.trigger, incident.about, incident.ticks
     when = datetime.fromtimestamp(trigger["timestamp"], UTC)
     what = f"{trigger['from']} -> {trigger['to']}" if "to" in trigger else "the run ended"
-    texts = {event["name"]: event["text"] for event in incident.events if event["event"] == "fault"}
+    texts = {event["name"]: sentence(event) for event in incident.events if event["event"] == "fault"}
     cause = trigger.get("cause") or "unknown"
     lines = [
         f"{about.get('rig', '?')}: {what}, cause {cause}",

@@ -1,7 +1,7 @@
 """What the loop process does, instructed by one JSON line on stdin (`rtctl.rt.birth` has come before).
 
 It answers with JSON lines on stdout: `ready` before the first cycle, `ended` after the last; in between only
-`note` and `opening`, while a device is lost.
+`note` and `opening`, while a device is lost, and `words` of the devices, while the rig is disabled.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from rtctl.rt import realtime
 from rtctl.rt.clock import Clock, VirtualClock, WallClock
 from rtctl.rt.loop import Stop, run_loop, warm_up
 from rtctl.rt.replug import Replug
+from rtctl.rt.speech import Speech
 from rtctl.shm import Memory
 
 
@@ -31,16 +32,24 @@ def _say(kind: str, **body: Any) -> None:  # noqa: ANN401
         os.write(1, (json.dumps({"message": kind, **body}) + "\n").encode())
 
 
-def _mention(kind: str, **body: Any) -> None:  # noqa: ANN401
-    """Tell the host something, without ever waiting for it."""
+def _mention(kind: str, **body: Any) -> bool:  # noqa: ANN401
+    """Tell the host something, without ever waiting for it; False when it did not take it."""
     os.set_blocking(1, False)
-    with contextlib.suppress(OSError):
+    try:
         _say(kind, **body)
-    os.set_blocking(1, True)
+    except OSError:
+        return False
+    finally:
+        os.set_blocking(1, True)
+    return True
 
 
 def _note(text: str) -> None:
     _mention("note", text=text)
+
+
+def _words(body: dict[str, Any]) -> bool:
+    return _mention("words", **body)
 
 
 def _opening(begun: bool) -> None:
@@ -53,9 +62,9 @@ def _rig(data: dict[str, Any]) -> Rig:
     return Rig(n_axes=data["n_axes"], period_s=data["period_s"], **arrays)
 
 
-def _open(order: dict[str, Any]) -> Backend | None:
+def _open(order: dict[str, Any], members: list[Member]) -> Backend | None:
     try:
-        backend = compose([Member.from_dict(device) for device in order["devices"]], _rig(order["rig"]))
+        backend = compose(members, _rig(order["rig"]))
         backend.open()
     except BackendError as error:
         _say("ended", reason="device", detail=str(error))
@@ -81,7 +90,8 @@ def main(memory_fd: int) -> int:
     order = json.loads(line)
     memory = Memory.attach(memory_fd)
     began = time.monotonic()
-    backend = _open(order)
+    members = [Member.from_dict(device) for device in order["devices"]]
+    backend = _open(order, members)
     if backend is None:
         return 1
     warm_up(memory, backend)
@@ -101,7 +111,7 @@ def main(memory_fd: int) -> int:
         _say("ended", reason="realtime", detail="real-time rights were refused")
         return 1
     try:
-        device = Replug(backend, _note, _opening)
+        device = Replug(backend, _note, _opening, Speech(backend, members, _words).listen)
         run_loop(device, memory, clock, stop, waiver=not granted and not virtual)
     except Exception as error:  # noqa: BLE001 - the one allowed: whatever it was, the actuator is stopped; say it and end
         _say("ended", reason="error", detail=f"{type(error).__name__}: {error}", trace=traceback.format_exc())

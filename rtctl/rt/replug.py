@@ -32,6 +32,8 @@ class Replug:
     opening
         Called with True before each attempt to open the device, which may take seconds, and with False after it.
         Must not block.
+    listen
+        Called with the tick after every `write` (`rtctl.rt.speech`). Must not block.
     """
 
     def __init__(
@@ -39,8 +41,9 @@ class Replug:
         backend: Backend,
         tell: Callable[[str], None] = lambda _text: None,
         opening: Callable[[bool], None] = lambda _begun: None,
+        listen: Callable[[np.ndarray], None] = lambda _tick: None,
     ) -> None:
-        self._backend = backend
+        self._backend, self._listen = backend, listen
         self._tell, self._opening = tell, opening
         self._said = ""
         self._wait = 0  # ticks until the next attempt to open; 0: the device is there
@@ -68,12 +71,12 @@ class Replug:
 
     def write(self, tick: np.ndarray) -> None:
         """Send, unless there is nobody to send to; the next `read` says so."""
-        if self._wait:
-            return
-        try:
-            self._backend.write(tick)
-        except LinkLost as error:
-            self._lose(error)
+        if not self._wait:
+            try:
+                self._backend.write(tick)
+            except LinkLost as error:
+                self._lose(error)
+        self._listen(tick)
 
     def stop(self) -> None:
         """Make the actuator torque-free now. Never raises."""

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import errno
 import hashlib
+import json
 import os
+import shlex
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from typing import Any
 
@@ -82,18 +85,44 @@ def unit_text(command: str) -> bytes:
     return shipped(UNIT).replace(b"/usr/bin/rtctl", command.encode())
 
 
+def _hidden(place: Path) -> str:
+    """The folder that hides a place from the daemon; empty for none."""
+    return next((hidden for hidden in HIDDEN if place.is_relative_to(hidden)), "")
+
+
 def own_command() -> str:
     """How this very rtctl is started. Raises ConfigError when the daemon's user could not reach it."""
     python = Path(sys.executable)
     for place in (python, python.resolve(), Path(__file__).resolve()):
-        for hidden in HIDDEN:
-            if place.is_relative_to(hidden):
-                raise ConfigError(
-                    f"{place} lies below {hidden}, which the service cannot see (ProtectHome=yes, PrivateTmp=yes): install rtctl "
-                    "for all users, e.g. python3 -m venv /opt/rtctl; /opt/rtctl/bin/pip install rtctl; then call "
-                    "/opt/rtctl/bin/rtctl service install"
-                )
+        if hidden := _hidden(place):
+            raise ConfigError(
+                f"{place} lies below {hidden}, which the service cannot see (ProtectHome=yes, PrivateTmp=yes): install rtctl "
+                f"for all users, then call its own program:\n{for_all_users()}"
+            )
     return f"{python} -m rtctl"
+
+
+def for_all_users() -> str:
+    """The commands that install this very rtctl to /opt/rtctl, one a line."""
+    python = Path(sys.executable).resolve()
+    base = "python3" if _hidden(python) else shlex.quote(str(python))
+    return (
+        f"  sudo {base} -m venv /opt/rtctl\n  sudo /opt/rtctl/bin/python -m pip install {shlex.quote(source())}\n"
+        "  sudo /opt/rtctl/bin/rtctl service install RIG.toml"
+    )
+
+
+def source() -> str:
+    """What pip can install this rtctl from: the checkout it runs from, or the file or address it was installed from."""
+    checkout = Path(__file__).resolve().parents[2]
+    if (checkout / "pyproject.toml").is_file():
+        return str(checkout)
+    try:
+        told = distribution("rtctl").read_text("direct_url.json")
+    except PackageNotFoundError:
+        told = None
+    url = str(json.loads(told)["url"]) if told else ""
+    return url.removeprefix("file://") or "RTCTL_WHEEL_OR_CHECKOUT"
 
 
 def plan(loaded: LoadedConfig, root: Path, command: str, *, start: bool) -> Installation:

@@ -16,10 +16,11 @@ import numpy as np
 
 from rtctl.client import RigClient
 from rtctl.errors import ClientError, NoReplyError
+from rtctl.host.faults import FaultPlaces
 from rtctl.tick import FIELD
 
-KEPT_BATCHES = 150
-"""Unread batches a follower may leave behind: three seconds at 50 a second."""
+KEPT_BATCHES = 600
+"""Unread batches a follower may leave behind: five seconds of a rig of 1 kHz."""
 
 POINTS = 12
 """Rows of one message to a browser, at most."""
@@ -98,6 +99,8 @@ class Feed:
         The newest health message.
     silent
         Why there is no telemetry; empty while there is.
+    places
+        Where faults come from.
     """
 
     def __init__(self, client: RigClient) -> None:
@@ -108,6 +111,7 @@ class Feed:
         self.health: dict[str, Any] = {}
         self.silent = "connecting"
         self.newest: np.ndarray | None = None
+        self.places = FaultPlaces()
         self._histograms = {name: Histogram() for name in ("wakeup", "cycle")}
         self._threads = [
             threading.Thread(target=target, name=f"rtctl-view-{name}", daemon=True)
@@ -167,6 +171,7 @@ class Feed:
             while not self._closed.is_set():
                 event = stream.receive(0.5)
                 if event is not None:
+                    self.places.take_event(event)
                     for follower in self._each():
                         follower.events.append(event)
                         follower.news.set()
@@ -175,6 +180,7 @@ class Feed:
         with self._client.health() as stream:
             while not self._closed.is_set():
                 self.health = stream.receive(0.5) or self.health
+                self.places.take_health(self.health)
 
 
 def columns(rows: np.ndarray, signals: list[Signal], points: int = POINTS) -> dict[str, list[float | None]]:

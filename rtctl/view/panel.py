@@ -7,7 +7,8 @@ from typing import Any
 
 from rtctl.client import RigClient
 from rtctl.control.vocabulary import Environment, State
-from rtctl.host.faults import fault_entries
+from rtctl.fault_words import Entry, sentence
+from rtctl.host.speaker import device_line
 from rtctl.tick import FIELDS
 from rtctl.view.feed import Feed
 from rtctl.view.world import World
@@ -38,14 +39,15 @@ def status(feed: Feed, world: World) -> dict[str, Any]:
     if rows is None:
         return out
     row = rows[0]
-    first = int(row["fault_first"])
+    cause = feed.places.cause(int(row["state"]), int(row["fault_first"]))
     return {
         **out,
         "state": State(int(row["state"])).name,
         "enabled": bool(row["enabled"]),
         "authority": float(row["authority"]),
-        "faults": fault_entries(int(row["faults"])),
-        "first": fault_entries(1 << first)[0] if first >= 0 else None,
+        "faults": [_said(entry) for entry in feed.places.entries(int(row["faults"]))],
+        "first": _said(cause) if cause else None,
+        "devices": [device_line(one) for one in health.get("devices", []) if one["faults"] or one["silent"]],
         "lease": bool(row["lease_held"]),
         "epoch": int(row["epoch"]),
         "missed": int(row["missed_ticks"]),
@@ -60,13 +62,18 @@ def status(feed: Feed, world: World) -> dict[str, Any]:
     }
 
 
+def _said(entry: Entry) -> Entry:
+    """A fault with the line that a person reads."""
+    return {**entry, "sentence": sentence(entry)}
+
+
 def _arm(client: RigClient, _world: World, _body: dict[str, Any]) -> None:
     client.arm(wait=False)
 
 
 def _stop(client: RigClient, world: World, _body: dict[str, Any]) -> None:
+    client.stop()  # first: what the world does meanwhile may take its time
     world.release()
-    client.stop()
 
 
 def _reset(client: RigClient, _world: World, _body: dict[str, Any]) -> None:

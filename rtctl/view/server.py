@@ -20,6 +20,7 @@ from urllib.parse import parse_qs, urlsplit
 
 from rtctl.client import RigClient
 from rtctl.errors import RtctlError
+from rtctl.host.speaker import line_of
 from rtctl.view.feed import Feed, Signal, columns
 from rtctl.view.panel import ACTIONS, signals_of, status
 from rtctl.view.world import World
@@ -214,7 +215,7 @@ class _Handler(BaseHTTPRequestHandler):
             if rows is not None:
                 self._event("ticks", columns(rows, signals))
             for event in events:
-                self._event("event", event)
+                self._event("event", {**event, "sentence": line_of(event)})
             if time.monotonic() - told >= STATUS_S:
                 told = time.monotonic()
                 self._event("status", status(self.server.feed, self.server.world))

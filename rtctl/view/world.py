@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from rtctl.client import RigClient
+from rtctl.client import Lease, RigClient
 from rtctl.errors import ClientError
 
 FRAME_S = 1 / 60
@@ -32,6 +32,11 @@ BALL_DRAG_NMS_RAD = 0.15
 BALL_STIFFNESS_NM_RAD = 15.0
 DRAG_RATE_RAD_S = 1.0
 """The dragged proxy goes no faster than this, whatever the mouse does."""
+
+TARGET_TICKS = 8
+"""While something is dragged a frame is no longer than this many ticks: after 20 without a target the rig holds still."""
+
+SHORTEST_FRAME_S = 1e-3
 
 
 @dataclass
@@ -68,7 +73,9 @@ class World:
         self._closed = threading.Event()
         self._ball: Ball | None = None
         self._drag_rad: float | None = None
-        self._proxy_rad = 0.0
+        self._lease: Lease | None = None
+        self._proxy_rad: list[float] = []
+        self._drag_frame_s = min(FRAME_S, max(TARGET_TICKS / hello.get("rate_hz", 1e3), SHORTEST_FRAME_S))
         self._in_force: dict[str, Any] = {}
         self.kind = ""
         self.trouble = ""
@@ -98,6 +105,7 @@ class World:
                 self._ball = Ball(center_rad)
                 stiffness_nm_rad = BALL_STIFFNESS_NM_RAD
             elif kind == "drag":
+                self._take_lease()  # before the environment, which waits for targets from then on
                 self._drag_rad = center_rad
             law_kind = {"ball": "wall", "drag": "remote"}.get(kind, kind)
             in_force = self._client.set_environment(
@@ -109,6 +117,10 @@ class World:
                 pitch_rad=pitch_rad,
             )
             self.kind, self._in_force = kind, in_force["environment"]
+            if kind == "drag":
+                self._frame()
+            elif self._lease is not None:
+                self._lease.release()
         return in_force
 
     def describe(self) -> dict[str, Any]:
@@ -129,21 +141,34 @@ class World:
         return (len(frames) - 1) / (frames[-1] - frames[0]) if len(frames) > 1 else None
 
     def release(self) -> None:
-        """A stop: whatever moves here, lets go."""
+        """After a stop: whatever moves here lets go, and leaves nothing behind that waits for targets."""
         with self._lock:
-            self._drag_rad = None
-            if self.kind == "drag":
-                self.kind = ""
+            if self._drag_rad is not None:
+                self._let_go()
 
     def close(self) -> None:
         """End the animation."""
         self._closed.set()
         self._thread.join(2.0)
 
+    def _take_lease(self) -> None:
+        """Hold the lease of the present epoch, and begin where the proxy is."""
+        if self._lease is None or self._lease.lost:
+            self._client.status()  # a lease belongs to the epoch last seen
+            self._lease = self._client.lease()
+            self._proxy_rad = list(self._lease.start_rad)
+
+    def _let_go(self) -> None:
+        """End the drag. Nobody but the next renderer should find the rig waiting for targets."""
+        self._drag_rad, self.kind = None, ""
+        if self._client.status()["lease_holder"] is None:
+            self._client.set_environment(self._axis, "free")
+
     def _animate(self) -> None:
         due = time.monotonic()
         while not self._closed.wait(max(0.0, due - time.monotonic())):
-            due += FRAME_S
+            frame_s = self._frame_s
+            due += frame_s
             if time.monotonic() - due > LOST_S:
                 due = time.monotonic()
             with self._lock:
@@ -153,6 +178,10 @@ class World:
                     self.trouble = str(error)
             self._frames.append(time.monotonic())
 
+    @property
+    def _frame_s(self) -> float:
+        return FRAME_S if self._drag_rad is None else self._drag_frame_s
+
     def _frame(self) -> None:
         """One picture's worth of world."""
         if self._ball is not None:
@@ -160,12 +189,17 @@ class World:
             self._ball.step(handle_rad, FRAME_S)
             self._client.set_environment(self._axis, "wall", center_rad=self._ball.face_rad, side=1)
         elif self._drag_rad is not None:
-            state = self._client.latest_state()
-            if not state.lease_held:
-                self._proxy_rad = state.position_rad[0]
-            step = DRAG_RATE_RAD_S * FRAME_S
-            self._proxy_rad += min(max(self._drag_rad - self._proxy_rad, -step), step)
-            self._client.set_target([self._proxy_rad, *state.position_rad[1 : self._n_axes]])
+            self._drag(self._drag_rad)
         else:
             return
         self.trouble = ""
+
+    def _drag(self, wanted_rad: float) -> None:
+        """Move the proxy a step nearer to where the mouse is; after a stop somebody has to decide to go on."""
+        assert self._lease is not None
+        if why := self._lease.lost:
+            self._let_go()
+            raise ClientError(f"no longer dragged: {why}; choose drag again")
+        step = DRAG_RATE_RAD_S * self._drag_frame_s
+        self._proxy_rad[0] += min(max(wanted_rad - self._proxy_rad[0], -step), step)
+        self._lease.set_target(self._proxy_rad)

@@ -29,7 +29,8 @@ def recording(seed, drift_n_sqrt_s=0.0, seconds=25.0):
     """A log of the mock, and the true drift of its torque (N m) at each row."""
     loaded = load(Path(__file__).parents[2] / "configs" / "mock.toml")
     axis, hand = loaded.options["axis"][0], loaded.options["hand"][0]
-    plain = {"breakaway_nm": 0.25, "coulomb_nm": 0.25, "modulation_share": 0.0, "scale_negative": 1.0}
+    plain = {"breakaway_nm": 0.25, "coulomb_nm": 0.25, "thinning_nms_rad": 0.0}
+    plain |= {"modulation_share": 0.0, "scale_negative": 1.0}
     sines = ((0.4, 0.4), (0.15, 1.1), (0.06, 2.3))
     options = {
         **loaded.options,

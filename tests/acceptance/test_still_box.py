@@ -27,14 +27,12 @@ WORLDS = {
 
 @pytest.mark.compiled
 @pytest.mark.timeout(900)
-def test_of_a_thousand_hands_that_hold_still_hardly_one_feels_anything_of_the_default_policy():
-    """The aim is none above .002 rad/s. One of these is at .0022: a Maxwell-slip joint of 48 Hz in a hand of 346 N m/rad."""
+def test_of_a_thousand_hands_that_hold_still_none_feels_anything_of_the_default_policy():
     found = still.run(still.Order(seed=1, cases=CASES, policies=("hybrid",)))
-    assert len(found.loud) <= 1, found.text(1)
-    assert all(one.fault < 0 for one in found.loud)
+    assert not found.loud, found.text(1)
     assert found.cases == CASES
     assert found.own <= CASES / 100, "joints that ring by themselves are the exception"
-    assert 0 < found.worst_rad_s <= 1.2 * still.QUIET_RAD_S
+    assert 0 < found.worst_rad_s <= still.OWN_RING * still.QUIET_RAD_S
     assert found.most_fed_j <= still.FED_J
 
 

@@ -15,8 +15,8 @@ from patience import PATIENCE_S
 from hw import outside
 from hw.interface import BackendError
 from hw.playback.reader import read_columns
-from rtctl import demo, plan, stability_report
-from rtctl.cli import cli, terminal
+from rtctl import demo, plan, stability_report, terminal
+from rtctl.cli import cli
 from rtctl.config import load
 from rtctl.errors import ConfigError, DataError, ModelError
 from rtctl.friction import artefact

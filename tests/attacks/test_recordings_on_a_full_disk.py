@@ -9,6 +9,7 @@ from rtctl.config import load
 from rtctl.control.records import command_dtype
 from rtctl.demo import shipped_config
 from rtctl.host.run_record import RunRecord
+from rtctl.host.speaker import Speaker
 from rtctl.plan import build
 from rtctl.recording.mcap_file import McapFile
 from rtctl.recording.parts import Limits, Parts
@@ -90,12 +91,20 @@ class Kept:
 
 def test_a_log_or_a_recording_that_breaks_is_told_once_each_time():
     record = RunRecord.__new__(RunRecord)
-    record.flight, record.recorder, record._broken = Kept(), Kept(), {}
-    assert record.news() == []
+    record.flight, record.recorder = Kept(), Kept()
+    said = []
+    speaker = Speaker(lambda _kind, text: said.append(text))
+
+    def new():
+        said.clear()
+        speaker.tell([], record.broken())
+        return list(said)
+
+    assert new() == []
     record.flight.broken = "events.jsonl: No space left on device"
-    assert record.news() == ["event log BROKEN: events.jsonl: No space left on device"]
-    assert record.news() == []
+    assert new() == ["EVENT LOG BROKEN: events.jsonl: No space left on device"]
+    assert new() == []
     record.recorder.broken, record.flight.broken = "x", None
-    assert record.news() == ["recording BROKEN: x"]
+    assert new() == ["event log: written again", "RECORDING BROKEN: x"]
     record.flight.broken = "again"
-    assert record.news() == ["event log BROKEN: again"]
+    assert new() == ["EVENT LOG BROKEN: again"]

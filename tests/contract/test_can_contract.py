@@ -170,6 +170,33 @@ def test_a_closed_bus_is_a_lost_link_and_stop_still_never_raises(bench):
     bench.backend.stop()
 
 
+LET_GO = {"odrive": {"state": 1}, "moteus": {"mode": 11}, "cia402": {"state": 0x40}}
+"""What each simulated drive shows when it has left its enabled state on its own account, without an error."""
+
+
+def test_a_drive_that_lets_go_is_a_fault_at_once_and_takes_no_torque_until_it_is_armed_anew(bench):
+    if bench.kind not in LET_GO:
+        pytest.skip("a board tells by its field `fault`")
+    bench.arm()
+    bench.cycle(current_a=2.0, enabled=1, times=3)
+    drive = bench.sim.drives[-1]
+    for name, value in LET_GO[bench.kind].items():
+        setattr(drive, name, value)
+    bench.cycle(current_a=2.0, enabled=1, times=12)  # an ODrive tells by its heartbeat, every 10 cycles
+    assert bench.faults & LinkFault.DEVICE
+    if bench.kind == "odrive":
+        drive.state = 8
+    for _ in range(1200):
+        bench.cycle(current_a=2.0, enabled=1)
+        assert drive.current_a == 0.0, "walked back into it"
+        assert bench.faults & LinkFault.DEVICE
+    bench.cycle(times=20)
+    assert bench.faults == 0
+    bench.arm().cycle(current_a=2.0, enabled=1, times=3)
+    assert drive.current_a == pytest.approx(2.0, rel=1e-2)
+    assert bench.faults == 0
+
+
 @pytest.mark.parametrize("row", can_rows.ROWS)
 def test_replugging_leaks_no_descriptor_and_no_thread(row, tmp_path):
     bench = Bench(row, tmp_path)

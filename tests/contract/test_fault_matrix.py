@@ -406,6 +406,7 @@ def test_every_fault_of_the_table_has_its_place_in_some_test():
         Fault.PASSIVITY: "test_passivity",
         Fault.PASSIVITY_GROSS: "test_passivity",
         Fault.TARGET_LOST: "test_state_sequences",
+        Fault.HOST_SILENT: "test_state_sequences",
         Fault.OVERTORQUE: "test_gate",
         Fault.GATE: "test_gate",
         Fault.ARMING_MOVED: "test_arming",

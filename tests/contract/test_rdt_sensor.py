@@ -35,6 +35,14 @@ def test_an_older_record_is_never_used_and_gaps_are_counted(bench):
     assert (counts["older"], counts["lost"], counts["received"]) == (1, 3, 2)
 
 
+def test_what_came_before_the_first_sample_is_shown_is_not_lost(bench):
+    at = bench("rdt")
+    tick = at.send(Rdt.frame(5), Rdt.frame(300))  # the sensor streams while the loop is still being compiled
+    assert (tick["sample_count"], at.backend.counts()["lost"]) == (1, 0)
+    at.send(Rdt.frame(302))
+    assert at.backend.counts()["lost"] == 1
+
+
 def test_the_newest_of_a_burst_of_records_is_shown_even_out_of_order(bench):
     at = bench("rdt")
     tick = at.send(Rdt.frame(2), Rdt.frame(4), Rdt.frame(3))

@@ -206,3 +206,30 @@ def test_a_request_to_end_while_a_device_is_being_opened_is_an_orderly_end(folde
         process.send_signal(signal.SIGTERM)
         code, summary, stderr = finish(process)
     assert (code, summary["state"]) == (11, "SHUTDOWN"), stderr
+
+
+UNDER_VOLTAGE = b"t02180002000001000000\r"
+"""An ODrive's heartbeat of node 1: DC_BUS_UNDER_VOLTAGE, state IDLE."""
+
+
+def test_an_error_of_the_drive_reaches_events_and_status_in_its_own_words_with_axis_and_device(folder, wire):
+    port = os.open(wire.ports[1], os.O_WRONLY | os.O_NOCTTY)
+    with (
+        drive("odrive", wire.ports[1]),
+        daemon(folder, "odrive", wire.ports[0]),
+        client("odrive", folder) as made,
+        made.events() as events,
+    ):
+        axis, heard = made.hello()["axes"][0]["name"], {}
+        while not {"fault", "device"} <= set(heard):  # the drive's next heartbeat is without the error
+            os.write(port, UNDER_VOLTAGE)
+            while (event := events.receive(0.2)) is not None:
+                if event.get("name") == "DEVICE" or "DEVICE" in event.get("faults", ()):
+                    heard.setdefault(event["event"], event)
+        os.close(port)
+        fault, said = heard["fault"], heard["device"]
+        assert (fault["axis"], fault["device"]) == (axis, "device[0] 'odrive'")
+        assert fault["detail"] == "node 1: state IDLE (1), DC_BUS_UNDER_VOLTAGE"
+        assert (said["axis"], said["text"], said["faults"]) == (axis, fault["detail"], ["DEVICE"])
+        (voice,) = made.status()["devices"]
+        assert voice["text"].startswith("node 1: state IDLE")

@@ -234,7 +234,7 @@ def test_monitor_writes_one_json_object_per_sample(root):
 
 def test_monitor_shows_lines_and_ctrl_c_ends_it_cleanly(root):
     with FakeRig(root):
-        process = monitor(root, "--rig", "mock")
+        process = monitor(root, "mock")
         assert "IDLE" in process.stdout.readline()
         os.kill(process.pid, signal.SIGINT)
         _, err = process.communicate(timeout=60)

@@ -294,6 +294,37 @@ def test_an_observer_moves_nothing_by_the_endpoint_for_targets_either(rig, root,
     assert rig.writer.command["target_count"][0] == 0
 
 
+def test_keys_that_cannot_be_read_for_the_moment_stay_as_they_are(rig, store, client, monkeypatch):
+    operator = client("operator")
+    operator.hello()
+
+    def refuse():
+        raise OSError(24, "Too many open files")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(rig.access._store, "signature", refuse)
+        until(lambda: any("cannot be read now" in text for _kind, text in rig.notices))
+        assert operator.hello()["role"] == "operator"
+    store.revoke("the-observer")
+    until(lambda: any(kind == "revoked" for kind, _text in rig.notices))
+
+
+def test_whoever_sends_a_message_of_too_many_frames_is_expelled_and_the_others_go_on(rig, root, port, client):
+    operator = client("operator")
+    operator.hello()
+    with zmq.Context() as context:
+        where = remote_endpoints(f"127.0.0.1:{port}")
+        connection = Connection(context, where, ClientKey.load(root / "observer.key"))
+        greedy = connection.socket(zmq.DEALER, where.command, {})
+        greedy.send_multipart([b"x"] * 50)
+        until(lambda: any(kind == "expelled" for kind, _text in rig.notices))
+        greedy.close(linger=0)
+    assert "the-observer" in next(text for kind, text in rig.notices if kind == "expelled")
+    assert operator.hello()["role"] == "operator"
+    with pytest.raises(NoReplyError):
+        client("observer", timeout_s=0.5).hello()
+
+
 # -- what is open at all -----------------------------------------------------------------------------------
 
 

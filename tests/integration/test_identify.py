@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from patience import PATIENCE_S, until
+from shipped_friction import law_nm
 
 from rtctl.cli import cli, identify
 from rtctl.friction.points import read_points
@@ -109,9 +110,7 @@ def test_on_the_real_loop_ctrl_c_keeps_the_points_and_resume_completes_them(tmp_
     assert document["complete"]
     assert len(document["sessions"]) == 2
     for point in document["points"]:
-        true = 0.25 + 0.1 * 2.718281828 ** -((point["velocity_rad_s"] / 0.1) ** 2)
-        true += 0.05 * abs(point["velocity_rad_s"])
-        true *= 1.0 if point["direction"] > 0 else 1.06
+        true = law_nm(abs(point["velocity_rad_s"]), point["direction"])
         assert abs(point["friction_torque_nm"]) == pytest.approx(true, abs=0.02)
     for point in document["points"]:
         with np.load(out / "ticks" / f"{point['name']}.npz", allow_pickle=False) as ticks:

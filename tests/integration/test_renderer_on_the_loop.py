@@ -35,7 +35,6 @@ def config(tmp_path):
         ('"friction/', f'"{CONFIGS}/friction/'),
         ("rate_hz = 1000.0", "rate_hz = 200.0"),
         ("stiffness_nm_rad = 60.0", "stiffness_nm_rad = 12.0"),
-        ("intent_nm = 0.05", "intent_lowpass_hz = 10.0\nintent_nm = 0.05"),
     ):
         assert shipped in text
         text = text.replace(shipped, here)

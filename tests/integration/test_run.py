@@ -136,10 +136,6 @@ def test_a_second_signal_cuts_a_ramp_short(folder, tmp_path):
     text = text.replace("rate_hz = 1000.0", "rate_hz = 100.0").replace(
         "stiffness_nm_rad = 60.0", "stiffness_nm_rad = 5.0"
     )
-    # what this rate bears of the help with friction
-    text = text.replace(
-        "intent_nm = 0.05", "intent_lowpass_hz = 4.0\nobserver = { gain = 0.0 }\nintent_nm = 0.05"
-    )
     config, faults = tmp_path / "slow.toml", tmp_path / "faults.toml"
     config.write_text(text)
     faults.write_text(LATE)

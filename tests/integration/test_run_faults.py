@@ -1,7 +1,15 @@
 """`rtctl run --faults` as a process: the schedule reaches the device of the real loop."""
 
+import signal
+import subprocess
+import sys
+
 import pytest
+from patience import PATIENCE_S, until
 from test_run import CONFIGS, finish, start
+
+from rtctl.client import RigClient
+from rtctl.errors import FaultError, RecordingError, RefusedError
 
 STALL = "[[fault]]\nchannel = 'loop'\nkind = 'stall'\nvalue = 3.0\nat_s = 0.3\nfor_ticks = 1\n"
 PRESSED = "[[fault]]\nchannel = 'estop'\nkind = 'pressed'\nat_s = 0.6\nfor_s = 0.1\n"
@@ -39,5 +47,77 @@ def test_a_link_that_raises_is_a_latched_fault_with_its_name_and_the_device_is_f
 def test_a_bad_schedule_starts_nothing(folder):
     code, error, _ = run(folder, PRESSED + "axes = 1\n", "--for", "5")
     assert code == 3
-    assert "faults.toml: fault[0].axes: Extra inputs are not permitted (got 1)" in error["faults"][0]
+    assert "faults.toml: fault[0].axes: unknown key; did you mean axis?" in error["faults"][0]
     assert not any(folder.iterdir())
+
+
+NO_FORCE = "[[fault]]\nchannel = 'force'\nkind = 'nan'\nat_s = 0.0\nfor_s = 0\n"
+
+
+def test_a_sensor_that_is_bad_from_the_first_tick_on_is_said_and_is_why_the_rig_is_not_armed(folder):
+    path = folder.parent / "faults.toml"
+    path.write_text(NO_FORCE)
+    process = start(CONFIGS / "mock.toml", folder, "--faults", str(path))
+    try:
+        with RigClient("mock", runtime_dir=str(folder), timeout_s=PATIENCE_S) as rig:
+            (fault,) = until(lambda: rig.status()["faults"], "the fault")
+            assert (fault["name"], fault["channel"], fault["device"]) == (
+                "BAD_SAMPLE",
+                "force",
+                "device[0] 'mock'",
+            )
+            with pytest.raises(
+                RefusedError, match=r"BAD_SAMPLE \(force, device\[0\] 'mock'\): force x nan N"
+            ):
+                rig.arm()
+            assert rig.hello()["axes"][0]["coupling"]["stiffness_nm_rad"] > 0
+        process.send_signal(signal.SIGTERM)
+        code, summary, stderr = finish(process)
+    finally:
+        process.kill()
+    assert (code, summary["state"], summary["faults"]) == (0, "SHUTDOWN", ["BAD_SAMPLE"])
+    said = [line for line in stderr.splitlines() if "compiling" not in line and "warning" not in line]
+    assert [line.split(": ")[:2] for line in said] == [
+        ["rtctl", "INIT -> IDLE"],
+        ["rtctl", "fault BAD_SAMPLE (force, device[0] 'mock')"],
+        ["rtctl", "IDLE -> SHUTDOWN"],
+    ]
+    assert "check sensor range and wiring" in said[1]
+
+
+def test_a_recording_that_the_disk_refuses_is_said_and_is_no_success(folder):
+    blocked = folder.parent / "blocked"
+    blocked.write_text("a file where a folder should be")
+    config = folder.parent / "recorded.toml"
+    text = (CONFIGS / "mock.toml").read_text().replace('"friction/', f'"{CONFIGS}/friction/')
+    config.write_text(f'{text}\n[record]\nfolder = "{blocked}/x"\n')
+    code, summary, stderr = finish(start(config, folder, "--for", "1"))
+    assert code == (FaultError if summary["fault_first"] else RecordingError).exit_code, stderr
+    assert str(blocked) in summary["recording"]["broken"]
+    assert f"rtctl: RECORDING BROKEN: {blocked}" in stderr
+
+
+def test_a_monitor_says_no_data_when_the_rig_is_killed_and_goes_on_when_it_is_back(folder):
+    command = [sys.executable, "-m", "rtctl", "monitor", "--rig", "mock", "--runtime-dir", str(folder)]
+    first = start(CONFIGS / "mock.toml", folder)
+    second = watching = None
+    try:
+        with RigClient("mock", runtime_dir=str(folder), timeout_s=PATIENCE_S) as rig:
+            rig.hello()
+        watching = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        assert watching.stdout.readline().split()[1] == "IDLE"
+        first.kill()
+        first.wait()
+        gone = next(line for line in watching.stdout if " IDLE " not in line)
+        assert gone.split()[1] == "NO_DATA"
+        assert "was=IDLE" in gone
+        second = start(CONFIGS / "mock.toml", folder)
+        assert next(line for line in watching.stdout if " NO_DATA " not in line).split()[1] in (
+            "INIT",
+            "IDLE",
+        )
+    finally:
+        for process in (first, second, watching):
+            if process is not None:
+                process.kill()
+                process.communicate()

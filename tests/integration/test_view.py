@@ -257,14 +257,24 @@ def test_faults_and_events_are_told_with_their_texts(page):
     rig, server = page
     stream = events(server)
     next(stream)
+    where = {"axis": "tip", "channel": None, "device": "device[0] 'can'", "detail": "node 2 is silent"}
+    rig.told.put({"event": "fault", "name": "STALE", "text": "", "tick": 7, "timestamp": 1.0, **where})
     rig.told.put({"event": "state", "from": "ACTIVE", "to": "FAULT", "tick": 7, "timestamp": 1.0})
+    voice = {"device": "device[0] 'can'", "axis": "tip", "text": "", "faults": [], "silent": True}
+    rig.well.put({"devices": [voice, {**voice, "axis": "base", "silent": False}]})
     rig.batch(state=State.FAULT, faults=int(Fault.STALE), fault_first=0)
     heard = {}
     for name, data in stream:
         heard[name] = data
-        if "event" in heard and heard.get("status", {}).get("first"):
+        status = heard.get("status", {})
+        if heard.get("event", {}).get("to") and status.get("first") and status["devices"]:
             break
-    assert heard["event"]["to"] == "FAULT"
+    assert heard["event"]["sentence"] == "ACTIVE -> FAULT: the law"
+    said = heard["status"]["faults"][0]["sentence"]
+    assert said.startswith(
+        "STALE (axis tip, device[0] 'can'): node 2 is silent: the device sends no fresh samples"
+    )
+    assert heard["status"]["devices"] == ["device[0] 'can', axis tip: no fresh sample"]
     assert heard["status"]["first"]["name"] == "STALE"
     assert "power and cable" in heard["status"]["faults"][0]["text"]
     stream.close()

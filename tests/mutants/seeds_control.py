@@ -224,8 +224,16 @@ SEEDS = (
     ),
     Seed(
         "a silent renderer is followed five times longer", "rtctl/control/intake.py",
-        "return _is_remote(c) and s.target_age_ticks > p.target_hold_ticks",
-        "return _is_remote(c) and s.target_age_ticks > 5 * p.target_hold_ticks", SEQUENCES,
+        "return _is_remote(c) and _silence(s) > p.target_hold_ticks",
+        "return _is_remote(c) and _silence(s) > 5 * p.target_hold_ticks", SEQUENCES,
+    ),
+    Seed(
+        "a renderer is silent before there is anything to move", "rtctl/control/intake.py",
+        "return int(min(s.target_age_ticks, s.remote_ticks))", "return int(s.target_age_ticks)", SEQUENCES,
+    ),
+    Seed(
+        "a target from before the environment became remote is followed", "rtctl/control/intermediate.py",
+        "if s.target_age_ticks >= s.remote_ticks:", "if s.remote_ticks <= 0:", SEQUENCES,
     ),
     Seed(
         "the rig locks out one fault too late", "rtctl/control/states.py",
@@ -266,6 +274,11 @@ SEEDS = (
     Seed(
         "a rig arms before it was good for long enough", "rtctl/control/states.py",
         "ready = s.good_ticks >= p.ready_ticks and not faults", "ready = not faults", SEQUENCES,
+    ),
+    Seed(
+        "a sensor that is bad from the first tick on says nothing", "rtctl/control/sample.py",
+        "if elapsed >= patience and not faults & _F_END and (started or not faults & _F_LOST):",
+        "if started and elapsed >= patience and not faults & _F_END:", SAMPLE,
     ),
     Seed(
         "a jump ramps instead of cutting", "rtctl/control/faults.py",

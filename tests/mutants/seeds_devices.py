@@ -27,6 +27,9 @@ ENCODER = (
 FIELDS = (f"{HW}/test_can_fields.py",)
 CODECS = (f"{HW}/test_can_codecs.py",)
 AXES = (f"{HW}/test_can_axes.py",)
+FIRMWARE = (f"{HW}/test_can_odrive_firmware.py",)
+ARMED = (f"{HW}/test_can_armed.py",)
+STRICT = ("tests/contract/test_cia402_strict.py",)
 FORCE = (f"{HW}/test_force_codecs.py",)
 LOOP = ("tests/unit/rt/test_loop.py",)
 REPLUG = ("tests/unit/rt/test_replug.py",)
@@ -160,6 +163,31 @@ SEEDS = (
         "    return _NEXT.get(state, DISABLE_VOLTAGE)", "    return _NEXT.get(state, FAULT_RESET)", CODECS,
     ),
     Seed(
+        "an ODrive is asked for its serial number whatever its firmware", "hw/can/odrive.py",
+        "if self.version >= ADDRESS_SINCE:", "if True:", FIRMWARE,
+    ),
+    Seed(
+        "a drive that has let go may come back by itself", "hw/can/armed.py",
+        "return wanted and not self.dropped", "return wanted", ARMED,
+    ),
+    Seed(
+        "a drive that has let go is forgiven when it says so", "hw/can/armed.py",
+        "            self.reached = True\n", "            self.reached, self.dropped = True, False\n", ARMED,
+    ),
+    Seed(
+        "bit 30 of a PDO's identifier is lost", "hw/can/cia402_setup.py",
+        "wanted = before & _NO_REMOTE | cob_id", "wanted = cob_id", STRICT,
+    ),
+    Seed(
+        "the mode that a CiA 402 drive shows is not looked at", "hw/can/cia402_setup.py",
+        "if shown == CYCLIC_SYNCHRONOUS_TORQUE:", "if shown >= 0:", STRICT,
+    ),
+    Seed(
+        "a board that has let go is sent torque", "hw/serial/link.py",
+        "enable = t.enabled != 0 and ln.dropped == 0", "enable = t.enabled != 0",
+        (f"{HW}/test_serial_link.py::test_a_board_whose_power_stage_lets_go_stays_torque_free_until_it_is_disabled",),
+    ),
+    Seed(
         "a drive gets a current of NaN", "hw/can/sample.py",
         "        if current_a - current_a != 0.0:\n            return 0.0\n", "", CODECS,
     ),
@@ -204,8 +232,12 @@ SEEDS = (
     ),
     Seed(
         "a device that is gone is written to", "rtctl/rt/replug.py",
-        "        if self._wait:\n            return\n        try:\n            self._backend.write(tick)",
-        "        try:\n            self._backend.write(tick)", REPLUG,
+        "        if not self._wait:\n            try:\n                self._backend.write(tick)",
+        "        if True:\n            try:\n                self._backend.write(tick)", REPLUG,
+    ),
+    Seed(
+        "words are made while torque flows", "rtctl/rt/speech.py", "        if self._enabled[0]:\n", "        if False:\n",
+        ("tests/unit/rt/test_speech.py",),
     ),
     Seed(
         "what is left of a lost rig is not stopped", "rtctl/rt/replug.py",

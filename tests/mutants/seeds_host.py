@@ -9,6 +9,7 @@ MESSAGES = (f"{HOST}/test_message_decoder.py",)
 REQUESTS = (f"{HOST}/test_requests.py",)
 LEASE = (f"{HOST}/test_lease.py",)
 TARGETS = (f"{HOST}/test_targets.py",)
+BOOK = (f"{HOST}/test_fault_book.py",)
 MAILBOX = (
     "tests/unit/test_shm.py::test_the_newest_command_wins_and_counters_lose_no_request",
     "tests/unit/test_shm.py::test_a_half_written_command_changes_nothing_and_is_counted",
@@ -107,8 +108,16 @@ SEEDS = (
     ),
     Seed(
         "of targets that wait the oldest is taken", "rtctl/host/targets.py",
-        "newest[number, identity] = (user_id(frame), frame.bytes)",
-        "newest.setdefault((number, identity), (user_id(frame), frame.bytes))", TARGETS,
+        "newest[sender] = (user_id(frame), frame.bytes)",
+        "newest.setdefault(sender, (user_id(frame), frame.bytes))", TARGETS,
+    ),
+    Seed(
+        "an emergency stop is told as what came before it", "rtctl/host/faults.py",
+        "    if state == State.ESTOP:\n", "    if False:\n", BOOK,
+    ),
+    Seed(
+        "a fault is laid at the newest words", "rtctl/host/device_words.py",
+        "if tick is None or one.tick <= tick", "if True", BOOK,
     ),
     Seed(
         "a half-written command is taken", "rtctl/control/mailbox.py",

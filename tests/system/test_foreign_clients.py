@@ -31,11 +31,7 @@ def daemon():
         keys = {role: store.new(role, role, folder / f"{role}.key") for role in ("operator", "observer")}
         text = (CONFIGS / "mock.toml").read_text().replace("amplitude_rad = 0.3", "amplitude_rad = 0.0")
         text = text.replace('"friction/', f'"{CONFIGS}/friction/')
-        for shipped, here in (
-            ("rate_hz = 1000.0", "rate_hz = 200.0"),
-            ("_rad = 60.0", "_rad = 12.0"),
-            ("intent_nm = 0.05", "intent_lowpass_hz = 10.0\nintent_nm = 0.05"),
-        ):
+        for shipped, here in (("rate_hz = 1000.0", "rate_hz = 200.0"), ("_rad = 60.0", "_rad = 12.0")):
             assert text.count(shipped) == 1
             text = text.replace(shipped, here)
         text += f'\n[gateway]\nbind = "127.0.0.1"\nport = {port}\ncurve_dir = "keys"\n'

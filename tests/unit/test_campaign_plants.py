@@ -33,10 +33,17 @@ def test_friction_from_below_damping_of_the_motor_and_all_that_is_late_are_true(
     assert p["coulomb_nm"][0] * dry * least >= drawn["coulomb_nm"][0] * (1 - 1e-12)
     assert p["bristle_max_nm"][0] >= p["breakaway_nm"][0] * (2 - least)
     assert p["viscous_nms_rad"][0] * viscous >= told["viscous_nms_rad"][0] * (1 - 1e-12)
+    # what thins out is part of the model's curve: as much of it on the motor's side, in this rig's size
+    assert p["thinning_nms_rad"][0] * viscous == pytest.approx(drawn["thinning_nms_rad"][0], rel=1e-12)
+    assert drawn["thinning_nms_rad"][0] / 0.02 == pytest.approx(drawn["coulomb_nm"][0] / 0.25, rel=1e-12)
     assert told["viscous_nms_rad"][0] == plain.params[0]["viscous_nms_rad"][0]
     late = p["torque_delay_ticks"][0] + p["transport_delay_ticks"] + max(0, p["sample_every_ticks"] - 1)
     assert told["follow_delay_ticks"][0] >= late + p["current_lag_s"][0] / p["period_s"]
     assert p["inertia_kgm2"][0] == told["inertia_kgm2"][0]
+    if name != "strong-stiction":
+        assert (p["second_share"][0], p["second_rad_s"][0]) == (0.5, 0.5)
+    else:
+        assert (p["second_share"][0], drawn["second_share"][0]) == (0.0, 0.5)
     # drift and load only add
     assert (p["drift_dry"][0, : p["drift_count"][0]] >= 1).all()
     assert (p["drift_viscous"][0, : p["drift_count"][0]] >= 1).all()

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from rtctl import config, plan, stability_report
+from rtctl.control.detectors import age_fault
 from rtctl.control.vocabulary import Environment, Fault, State
 from rtctl.demo import shipped_config
 from rtctl.errors import FaultError
@@ -170,6 +171,26 @@ def test_single_lost_samples_are_none_of_this(tmp_path):
     ticks = made.run(20.0)
     assert np.mean(ticks["sample_age_ticks"] > 0) == pytest.approx(1 / 21, rel=0.02)
     assert not np.any(ticks["faults"])
+
+
+def ages(made, ticks):
+    """What is said of the age of the sample, tick by tick."""
+    found = []
+    for _ in range(ticks):
+        found.append(int(age_fault(made.state[0], made.params[0])))
+        made.state["ticks"] += 1
+    return found
+
+
+def test_samples_refused_because_the_joint_is_out_of_reach_are_not_the_devices(tmp_path):
+    """A joint about as fast as its limit: every third position is beyond the reach of a tick."""
+    made = rig(tmp_path)
+    made.arm()
+    made.state["jump_count"][0, 0] = 1
+    made.state["sample_age_ticks"] = 2
+    assert not any(ages(made, 200))
+    made.state["jump_count"][0, 0] = 0
+    assert ages(made, 200)[-1] == int(Fault.SAMPLE_AGE)
 
 
 def test_a_recording_is_not_watched(tmp_path):

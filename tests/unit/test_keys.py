@@ -1,3 +1,4 @@
+import errno
 import json
 import os
 import stat
@@ -121,3 +122,37 @@ def test_the_command_makes_lists_and_revokes(tmp_path):
     secret = ClientKey.load(tmp_path / "b.key").secret_key
     assert "observer ben" in text.output
     assert secret not in text.output
+
+
+def test_a_link_to_itself_a_fifo_and_a_folder_are_no_keys_and_keep_nobody_waiting(tmp_path):
+    store = KeyStore(tmp_path / "keys")
+    store.new("anna", "operator", tmp_path / "anna.key")
+    clients = tmp_path / "keys" / "clients"
+    (clients / "loop.key").symlink_to("loop.key")
+    (clients / "nowhere.key").symlink_to("gone")
+    os.mkfifo(clients / "pipe.key")
+    (clients / "folder.key").mkdir()
+    found, faults = store.clients()
+    assert [key.name for key in found.values()] == ["anna"]
+    assert [name for name in ("folder", "loop", "nowhere", "pipe") if any(f"{name}.key" in one for one in faults)] == [
+        "folder", "loop", "nowhere", "pipe",
+    ]  # fmt: skip
+    before = store.signature()
+    (clients / "loop.key").unlink()
+    assert store.signature() != before
+
+
+@pytest.mark.parametrize("number", [errno.EMFILE, errno.ENFILE, errno.EIO])
+def test_what_cannot_be_read_for_the_moment_is_not_taken_for_gone(tmp_path, monkeypatch, number):
+    store = KeyStore(tmp_path / "keys")
+    store.new("anna", "operator", tmp_path / "anna.key")
+
+    def refuse(*_args, **_more):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(os, "open", refuse)
+    with pytest.raises(OSError, match=os.strerror(number)):
+        store.clients()
+    monkeypatch.setattr(os, "scandir", refuse)
+    with pytest.raises(OSError, match=os.strerror(number)):
+        store.signature()

@@ -9,6 +9,7 @@ from hw.mock.family import FAMILY
 from rtctl import config, stability_report
 from rtctl.control.vocabulary import State
 from rtctl.family import with_plant
+from rtctl.friction import truth
 from rtctl.simulation import Simulation
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -47,6 +48,25 @@ def test_a_rig_file_of_the_family_is_that_plant(name):
     told, wanted = config.load(CONFIGS / name), with_plant(config.load(CONFIGS / "mock.toml"), PLANTS[name])
     assert told.options == wanted.options
     assert told.config.axis == wanted.config.axis
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_friction_is_nowhere_below_what_the_controller_is_told_of_it(name):
+    """Coulomb friction and the viscous friction stated, at every speed: the certificate stands on both."""
+    loaded = config.load(CONFIGS / name)
+    speed = np.linspace(1e-3, loaded.config.axis[0].velocity_limit_rad_s, 500)
+    least = (
+        loaded.options["axis"][0]["friction"]["coulomb_nm"] + loaded.config.axis[0].viscous_nms_rad * speed
+    )
+    for sign in (1, -1):
+        assert (truth.true_friction_nm(loaded, 0, sign * speed) >= least).all()
+
+
+def test_the_shipped_joint_has_neither_one_peak_nor_linear_viscous_friction():
+    friction = config.load(CONFIGS / "mock.toml").options["axis"][0]["friction"]
+    assert 0.2 <= friction["second_share"] <= 0.8
+    assert friction["second_rad_s"] > 3 * friction["stribeck_rad_s"]
+    assert friction["thinning_nms_rad"] > 0.2 * friction["viscous_nms_rad"]
 
 
 def test_every_effect_has_a_rig_file():

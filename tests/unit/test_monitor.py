@@ -1,11 +1,14 @@
+import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
 from test_client import RIG, rows
 
 from rtctl.cli import monitor
+from rtctl.cli.monitor_text import Shown, line, table
 from rtctl.client.samples import rig_state
-from rtctl.errors import NoReplyError
+from rtctl.control.vocabulary import Fault, State
 from rtctl.host.samples import state_samples
 
 HELLO = {"rig": "mock", "rate_hz": 1000.0, "version": "0", "axes": [{"name": "base"}, {"name": "tip"}]}
@@ -18,20 +21,22 @@ def sample():
     return rig_state(state_samples(rows(1), RIG, 0, 0)[0])
 
 
-class Silent:
+class Line:
+    """A stream by hand: what is put in comes out, and time goes by while it is waited for."""
+
     lost = 0
 
-    def __init__(self):
-        self.waits = []
+    def __init__(self, clock):
+        self.clock, self.items, self.waits = clock, [], []
 
     def receive(self, timeout_s):
+        if self.items:
+            return self.items.pop(0)
         self.waits.append(timeout_s)
-        monitor.time.now += timeout_s * 0.999  # a poll may end a little early
+        self.clock.now += timeout_s * 0.999  # a poll may end a little early
+        return None
 
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
+    def close(self):
         pass
 
 
@@ -43,26 +48,135 @@ def clock(monkeypatch):
     return clock
 
 
-def test_the_end_of_the_time_asked_for_is_no_silence(clock):
-    stream = Silent()
-    assert list(monitor._samples(SimpleNamespace(states=lambda: stream), clock.now + 0.5)) == []
-    assert stream.waits[0] == pytest.approx(0.5)
+class Client:
+    def __init__(self, clock):
+        self.states_, self.healths, self.told = Line(clock), Line(clock), Line(clock)
+        self.greeted = 0
+
+    def hello(self):
+        self.greeted += 1
+        return {**HELLO, "version": str(self.greeted)}
+
+    def states(self):
+        return self.states_
+
+    def health(self):
+        return self.healths
+
+    def events(self):
+        return self.told
 
 
-def test_silence_before_the_end_means_that_the_daemon_is_gone(clock):
-    with pytest.raises(NoReplyError, match="ended"):
-        list(monitor._samples(SimpleNamespace(states=Silent), clock.now + 60))
+@pytest.fixture
+def client(clock):
+    return Client(clock)
+
+
+def sample_at(clock, session=7, state=State.ACTIVE, **fields):
+    some = rows(1)
+    some["state"], some["faults"], some["fault_first"] = state, 0, -1
+    some["time_ns"] = round((clock.now - 0.002) * 1e9)
+    for name, value in fields.items():
+        some[name] = value
+    rig = replace(RIG, session=session)
+    return rig_state(state_samples(some, rig, 0, round(clock.now * 1e9))[0], clock.now)
+
+
+def drawn(watch):
+    return "\n".join(table(watch.hello, watch.shown()))
+
+
+def test_a_rig_that_is_gone_is_no_data_within_half_a_second_and_its_age_grows(clock, client):
+    watch = monitor.Watch(client, local=True)
+    client.states_.items.append(sample_at(clock))
+    assert watch.receive(0.1) is not None
+    assert "state   ACTIVE" in drawn(watch)
+    while clock.now < 100.49:
+        watch.receive(0.1)
+    assert "NO DATA for 0.5 s (was ACTIVE)" in drawn(watch)
+    assert "state   ACTIVE" not in drawn(watch)
+    assert line(watch.shown()).split()[1:4] == ["NO_DATA", "silent_s=0.5", "was=ACTIVE"]
+    clock.now += 3.0
+    assert "NO DATA for 3.5 s" in drawn(watch)
+    assert "age 3501" in drawn(watch)
+
+
+def test_old_samples_of_a_daemon_that_stood_still_are_no_data_either(clock, client):
+    watch = monitor.Watch(client, local=True)
+    client.states_.items.append(sample_at(clock))
+    clock.now += 2.0  # it waited in the queue
+    watch.receive(0.1)
+    assert watch.shown().no_data
+
+
+def test_when_the_daemon_is_back_it_goes_on_and_greets_it_again(clock, client):
+    watch = monitor.Watch(client, local=True)
+    client.states_.items.append(sample_at(clock))
+    watch.receive(0.1)
+    clock.now += 5.0
+    client.states_.items.append(sample_at(clock, session=8, state=State.IDLE))
+    watch.receive(0.1)
+    assert "state   IDLE" in drawn(watch)
+    assert (watch.hello["version"], client.greeted) == ("2", 2)
+
+
+def test_lines_say_at_once_that_data_cease_and_the_end_of_the_time_asked_for_is_kept(clock, client, capsys):
+    watch = monitor.Watch(client, local=True)
+    client.states_.items.append(sample_at(clock))
+    monitor._show(watch, clock.now + 1.0)
+    said = [text.split()[1] for text in capsys.readouterr().out.splitlines()]
+    assert said == ["ACTIVE", "NO_DATA"]
+    assert clock.now == pytest.approx(101.0, abs=0.01)
+
+
+def test_json_says_that_there_are_no_data(clock, client, capsys):
+    watch = monitor.Watch(client, local=True)
+    client.states_.items.append(sample_at(clock))
+    monitor._json(watch, clock.now + 1.0)
+    first, *more = [json.loads(text) for text in capsys.readouterr().out.splitlines()]
+    assert first["state"] == "ACTIVE"
+    assert [set(one) for one in more] == [{"state", "no_data_s"}]
+    assert 0.5 <= more[0]["no_data_s"] < 0.8
+
+
+def test_a_latched_cause_is_shown_with_its_place_when_the_fault_is_gone(clock, client):
+    watch = monitor.Watch(client, local=True)
+    where = {"axis": "tip", "channel": None, "device": "device[0] 'drive'", "detail": "DC_BUS_UNDER_VOLTAGE"}
+    client.told.items.append({"event": "fault", "name": "DEVICE", "text": "see its manual", **where})
+    number = Fault.DEVICE.value.bit_length() - 1
+    client.states_.items.append(sample_at(clock, state=State.FAULT, fault_first=number))
+    watch.receive(0.1)
+    text = "cause   DEVICE (axis tip, device[0] 'drive'): DC_BUS_UNDER_VOLTAGE: the drive or sensor reports"
+    assert text in drawn(watch)
+    assert " cause=DEVICE:tip " in line(watch.shown())
+    client.states_.items.append(sample_at(clock, state=State.ESTOP, fault_first=number))
+    watch.receive(0.1)
+    assert "cause   ESTOP: the emergency stop is pressed" in drawn(watch)
+
+
+def test_a_device_that_complains_is_shown_and_one_that_is_well_is_not(sample):
+    ill = {
+        "device": "device[0] 'can'",
+        "axis": "tip",
+        "text": "node 2: fault",
+        "faults": ["DEVICE"],
+        "silent": False,
+    }
+    well = {**ill, "axis": "base", "text": "node 1: ready", "faults": []}
+    text = "\n".join(table(HELLO, Shown(sample, 0.0, 0, {**HEALTH, "devices": [well, ill]})))
+    assert "device  device[0] 'can', axis tip: node 2: fault; DEVICE" in text
+    assert "node 1" not in text
 
 
 def test_the_table_names_state_faults_axes_latency_and_losses(sample):
-    text = "\n".join(monitor.table(HELLO, sample, HEALTH, 7))
+    text = "\n".join(table(HELLO, Shown(sample, 0.0, 7, HEALTH)))
     for part in ("FAULT", "STALE, JUMP", "base", "tip", "0.1429", "40.0", "999.9", "WAIVER", "lost here 7"):
         assert part in text
-    assert "wait" in "\n".join(monitor.table(HELLO, sample, None, 0))
+    assert "wait" in "\n".join(table(HELLO, Shown(sample, 0.0, 0)))
 
 
 def test_a_line_is_one_line(sample):
-    text = monitor.line(sample, HEALTH, 7)
+    text = line(Shown(sample, 0.0, 7, HEALTH))
     assert "\n" not in text
     assert "faults=STALE,JUMP" in text
     assert "3.0/40.0" in text
@@ -77,16 +191,18 @@ def test_json_has_names_for_numbers_and_null_for_what_is_not_finite(sample):
 def test_a_warning_of_the_daemon_is_shown_and_is_no_fault(sample):
     warning = {"name": "TEMPERATURE", "axis": "tip", "text": "axis tip: friction was learned at 22-31 degC"}
     health = {**HEALTH, "warnings": [warning]}
-    assert "WARNING: axis tip: friction was learned at 22-31 degC" in monitor.table(HELLO, sample, health, 0)
-    assert monitor.line(sample, health, 0).endswith(" warning=TEMPERATURE:tip")
-    assert "WARNING" not in "".join(monitor.table(HELLO, sample, HEALTH, 0))
+    assert "WARNING: axis tip: friction was learned at 22-31 degC" in table(
+        HELLO, Shown(sample, 0.0, 0, health)
+    )
+    assert line(Shown(sample, 0.0, 0, health)).endswith(" warning=TEMPERATURE:tip")
+    assert "WARNING" not in "".join(table(HELLO, Shown(sample, 0.0, 0, HEALTH)))
 
 
 def test_a_log_or_recording_the_disk_refuses_is_shown(sample):
     health = {**HEALTH, "log": {"broken": None}, "recording": {"broken": "no space left"}}
-    text = "\n".join(monitor.table(HELLO, sample, health, 0))
+    text = "\n".join(table(HELLO, Shown(sample, 0.0, 0, health)))
     assert "RECORDING BROKEN: no space left" in text
     assert "EVENT LOG" not in text
-    assert "recording=BROKEN" in monitor.line(sample, health, 0)
-    assert "BROKEN" not in monitor.line(sample, {**HEALTH, "log": {"broken": None}, "recording": None}, 0)
-    assert "log=BROKEN" in monitor.line(sample, {**HEALTH, "log": {"broken": "full"}}, 0)
+    assert "recording=BROKEN" in line(Shown(sample, 0.0, 0, health))
+    assert "BROKEN" not in line(Shown(sample, 0.0, 0, {**HEALTH, "log": {"broken": None}, "recording": None}))
+    assert "log=BROKEN" in line(Shown(sample, 0.0, 0, {**HEALTH, "log": {"broken": "full"}}))

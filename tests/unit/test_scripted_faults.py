@@ -130,9 +130,11 @@ def test_a_bad_schedule_is_refused_with_both_files_key_value_and_bound(tmp_path)
     with pytest.raises(ConfigError) as refused:
         load(path)
     (line,) = refused.value.faults
-    assert line.startswith(f"{path}: device[0].options.faults: ")
+    rows = path.read_text().splitlines()
+    (number,) = (i for i, row in enumerate(rows, 1) if row.startswith("faults"))
+    assert line.startswith(f"{path}:{number}: device[0].options.faults: ")
     assert f"{tmp_path / 'faults.toml'}: fault[0].probability: " in line
-    assert "less than or equal to 1 (got 2.0)" in line
+    assert "must be a number from 0 to 1, not 2.0" in line
     assert "fault[0].axis: " in line
 
 

@@ -95,8 +95,9 @@ function showStatus(status) {
   drawScene($("scene"), status);
   if (!status.position_rad) return;
   showFigures($("numbers"), [...jointFigures(status), ["world", status.environment.join(", ")], ["authority", Math.round(status.authority * 100) + " %"]]);
-  const faults = status.faults.map((fault) => `${fault.name}: ${fault.text}`);
-  if (status.first && !status.faults.some((fault) => fault.name === status.first.name)) faults.unshift(`${status.first.name} (first cause): ${status.first.text}`);
+  const faults = status.faults.map((fault) => fault.sentence);
+  if (status.first && !status.faults.some((fault) => fault.name === status.first.name)) faults.unshift(`cause: ${status.first.sentence}`);
+  faults.push(...status.devices);
   $("faults").replaceChildren(...faults.map((text) => Object.assign(document.createElement("li"), { textContent: text })));
   const health = status.health || {};
   const body = $("latency").tBodies[0];
@@ -140,7 +141,7 @@ function drawHistogram(canvas, histogram) {
 }
 
 function showEvent(event) {
-  const text = event.event === "state" ? `${event.from} → ${event.to}` : `${event.event} ${event.name || ""}`;
+  const text = event.sentence || `${event.event} ${event.name || ""}`;
   const item = Object.assign(document.createElement("li"), { textContent: `${new Date(event.timestamp * 1000).toLocaleTimeString()}  tick ${event.tick}  ${text}` });
   $("events").prepend(item);
   while ($("events").children.length > 100) $("events").lastChild.remove();

@@ -102,7 +102,10 @@ def test_the_shipped_mock_passes_every_row_and_says_what_a_hand_can_be_given(rig
         Outcome.PASS
     ] * 7
     sure = examine(loaded).axes[0].guarantee
-    assert sure.credited_rad == pytest.approx(LENGTH_FACTOR * (1.4428e-3 + 2 * 4.5116e-5), rel=1e-4)
+    model = artefact.load(CONFIGS / "friction" / "mock.json")
+    assert model.presliding_rad == pytest.approx(1.03 * 0.35 / 250, rel=0.02)
+    length = model.presliding_rad + 2 * model.presliding_spread_rad
+    assert sure.credited_rad == pytest.approx(LENGTH_FACTOR * length, rel=1e-9)
     assert sure.given_most_j == pytest.approx(2.5 * sure.peak_nm * sure.credited_rad)
     assert f"{sure.given_most_j * 1e3:.3g} mJ" == rows[ACCOUNT].figure
 

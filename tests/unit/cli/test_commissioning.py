@@ -1,5 +1,6 @@
 """docs/commissioning.md: every command in it exists, with these options, and those that can run here do."""
 
+import json
 import os
 import re
 import shlex
@@ -8,10 +9,13 @@ import sys
 import time
 from pathlib import Path
 
+import can
 import click
 import pytest
 from click.testing import CliRunner
 
+from hw.can.drive_sim import TORQUE_CONSTANT_NM_A, DriveSim, make_drives
+from hw.can.sim_plant import Inertia
 from rtctl.cli import cli
 from rtctl.control.faults import TABLE
 
@@ -79,6 +83,49 @@ def test_what_can_run_on_the_mock_runs(words, codes, tmp_path):
         [sys.executable, "-m", "rtctl", *words], capture_output=True, text=True, check=False, timeout=280
     )
     assert done.returncode in codes, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "options"),
+    [
+        ("cia402", "cia402", ""),
+        ("moteus", "moteus", ""),
+        ("odrive", "odrive-request", 'feedback = "request"'),
+        ("odrive", "odrive-0.5", 'feedback = "request"'),
+        ("board", "can", ""),
+    ],
+    ids=["cia402", "moteus", "odrive request", "odrive 0.5", "board"],
+)
+def test_its_probe_shows_a_drive_that_answers_only_when_asked(name, kind, options, tmp_path):
+    tmp_path.chmod(0o700)
+    text = (ROOT / "configs" / f"can-{name}.toml").read_text()
+    for before, after in (
+        ('interface = "socketcan"', 'interface = "virtual"'),
+        ('channel = "can0"', f'channel = "commissioning {kind}"'),
+        ("rate_hz = 1000.0", "rate_hz = 100.0"),  # a shared machine
+        ('feedback = "cyclic"', options),
+        ("time_to_live_ms = 10 ", "time_to_live_ms = 100 "),
+        ("heartbeat_ms = 5 ", "heartbeat_ms = 40 "),
+    ):
+        text = text.replace(before, after)
+    rig = tmp_path / "rig.toml"
+    rig.write_text(text)
+    fd = kind == "moteus"
+    with can.Bus(interface="virtual", channel=f"commissioning {kind}", fd=fd, ignore_config=True) as bus:
+        sim = DriveSim(bus, make_drives(kind, [1]), Inertia(1, TORQUE_CONSTANT_NM_A), fd=fd)
+        sim.start()
+        try:
+            words = ["probe", str(rig), "--seconds", "1.5", "--json", "--runtime-dir", str(tmp_path)]
+            done = CliRunner().invoke(cli, words)
+            stopped = CliRunner().invoke(cli, ["stop-rig", str(rig)])
+        finally:
+            sim.stop()
+    assert done.exit_code == 0, done.output
+    (shown,) = json.loads(done.output)["devices"]
+    assert shown["samples"] > shown["cycles"] / 2, shown
+    assert shown["faults"]["LOST"] < shown["cycles"] / 2, shown
+    assert all(drive.current_a == 0.0 for drive in sim.drives)
+    assert "opened afresh and stopped" in stopped.output
 
 
 def test_the_lines_that_arm_it_arm_the_mock(tmp_path, monkeypatch, capsys):

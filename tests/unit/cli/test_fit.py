@@ -79,13 +79,14 @@ def test_options_that_are_no_positive_number_are_wrong_usage(
     assert option in err
 
 
-def test_a_bad_rig_name_or_folder_is_a_model_error(csv, monkeypatch, capsys, tmp_path):
+def test_a_bad_rig_name_or_folder_is_told_before_anything_is_learned(csv, monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr("rtctl.friction.points.read_points", None)  # work would fail otherwise
     code, _, err = _run(monkeypatch, capsys, "fit", csv, "--out", tmp_path / "m.json", "--rig", "two words")
-    assert code == 4
-    assert "rig" in err
+    assert code == 2
+    assert "'two words' is no rig's name: a letter, then at most 31 letters, digits, - or _" in err
     code, _, err = _run(monkeypatch, capsys, "fit", csv, "--out", tmp_path / "no" / "m.json")
-    assert code == 4
-    assert "cannot write" in err
+    assert code == 2
+    assert f"cannot write {tmp_path}/no/m.json: there is no folder" in " ".join(err.split())
 
 
 def test_the_ladder_is_shown_with_its_reason_and_the_winner_written(csv, monkeypatch, capsys, tmp_path):

@@ -1,7 +1,9 @@
 """`rtctl service` on a folder: what is written, that doing it twice changes nothing, and what is taken away."""
 
+import shlex
 import shutil
 import subprocess
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
@@ -122,8 +124,32 @@ def test_uninstall_leaves_data_unless_purged_and_nothing_at_all_with_the_last_ri
 def test_a_python_the_service_cannot_see_is_refused(monkeypatch):
     monkeypatch.undo()
     monkeypatch.setattr(service.sys, "executable", "/home/anna/venv/bin/python")
-    with pytest.raises(service.ConfigError, match="install rtctl for all users"):
+    with pytest.raises(service.ConfigError, match="install rtctl for all users") as refused:
         service.own_command()
+    commands = [shlex.split(line) for line in str(refused.value).splitlines()[1:]]
+    assert [command[0] for command in commands] == ["sudo"] * 3
+    assert commands[1][:-1] == ["sudo", "/opt/rtctl/bin/python", "-m", "pip", "install"]
+    assert (
+        Path(commands[1][-1]) / "pyproject.toml"
+    ).is_file()  # something pip can install, not a name nobody published
+
+
+def test_an_installed_rtctl_names_what_it_was_installed_from(monkeypatch, tmp_path):
+    monkeypatch.setattr(service, "__file__", str(tmp_path / "site-packages/rtctl/service/plan.py"))
+
+    class Installed:
+        def __init__(self, told):
+            self.told = told
+
+        def read_text(self, _name):
+            return self.told
+
+    for told, wanted in (
+        ('{"url": "file:///srv/rtctl-0.1.0-py3-none-any.whl"}', "/srv/rtctl-0.1.0-py3-none-any.whl"),
+        (None, "RTCTL_WHEEL_OR_CHECKOUT"),
+    ):
+        monkeypatch.setattr(service, "distribution", lambda _name, told=told: Installed(told))
+        assert service.source() == wanted
 
 
 @pytest.mark.skipif(not shutil.which("systemd-analyze"), reason="no systemd-analyze on this machine")

@@ -46,6 +46,7 @@ NOMINAL = {
     "friction_deadband_rad_s": 0.01,
     "friction_dither_ticks": 12,
     "friction_intent_nm": 0.05,
+    "rest_alpha": 1.0,
     "friction_intent_alpha": 1.0,  # no low-pass, and an account that does not bite: each policy by itself
     "assistance_bank_j": 1e3,
     "friction_gate_deadband_nm": 0.002,

@@ -157,3 +157,31 @@ def test_a_device_that_was_lost_begins_anew_and_only_a_reset_and_an_arm_lead_bac
     rig.request("reset_count")
     assert rig.tick().mode is State.IDLE
     assert rig.run(500).mode is State.IDLE
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "fault"),
+    [
+        ({"position": math.nan}, Fault.BAD_SAMPLE),
+        ({"force_n": [0.0, 0.0, math.nan]}, Fault.BAD_SAMPLE),
+        ({"fresh": False}, Fault.STALE),
+        ({"link_faults": int(LinkFault.CHECKSUM)}, Fault.CHECKSUM),
+    ],
+)
+def test_a_sensor_that_is_bad_from_the_first_tick_on_names_its_cause_and_is_not_armed(spoilt, fault):
+    rig = LawRig()
+    rig.run(19, **spoilt)
+    assert rig.faults == Fault(0), "a start may take as long as readiness does"
+    rig.tick(**spoilt)
+    assert (rig.faults, rig.mode) == (fault, State.IDLE)
+    rig.request("arm_count")
+    rig.run(20, **spoilt)
+    assert (rig.faults, rig.mode) == (fault, State.IDLE)
+    assert rig.tick(0.0).faults == Fault(0)
+
+
+def test_a_device_that_is_found_again_and_shows_nothing_usable_names_its_cause():
+    rig = started().run(30, fresh=False, link_faults=int(LinkFault.LOST))
+    assert rig.faults == Fault.LINK_LOST, "as long as it is gone that is all there is to say"
+    rig.run(30, current_a=math.nan)
+    assert rig.faults == Fault.BAD_SAMPLE

@@ -250,6 +250,54 @@ def test_a_target_lost_for_long_stops_and_only_the_operator_brings_it_back():
     assert rig["torque_applied_nm"] == 0.0
 
 
+def watched_rig(promise=200):
+    rig = LawRig().arm()
+    rig.command["beat_ticks"] = promise
+    rig.request("beat_count")
+    return rig.tick()
+
+
+def test_a_host_that_is_silent_longer_than_it_promised_stops_the_rig():
+    rig = watched_rig().run(200)
+    assert rig.mode is State.ACTIVE
+    epoch = int(rig["epoch"])
+    rig.tick()
+    assert rig.mode is State.STOPPING
+    assert rig.faults == Fault.HOST_SILENT
+    assert rig["fault_first"] == Fault.HOST_SILENT.value.bit_length() - 1
+    assert rig["epoch"] == epoch + 1  # what waited in the host meanwhile is void
+    rig.run(60)
+    assert (rig.mode, rig.faults) == (State.IDLE, Fault(0))
+    rig.request("beat_count")
+    rig.run(60)
+    assert rig.mode is State.IDLE  # it is back, but only an operator's ARM leads back
+
+
+def test_beats_of_the_host_keep_the_rig_going_and_other_commands_do_not():
+    rig = watched_rig()
+    for _ in range(3):
+        rig.run(190)
+        rig.request("beat_count")
+        rig.tick()
+    assert rig.mode is State.ACTIVE
+    for _ in range(250):
+        rig.command["seq"] += 1
+        rig.request("target_count")
+        rig.tick()
+    assert rig.mode is State.IDLE
+
+
+def test_a_host_that_promises_nothing_is_not_watched():
+    assert watched_rig(promise=0).run(400).mode is State.ACTIVE
+
+
+def test_slots_that_the_loop_itself_missed_are_no_silence_of_the_host():
+    rig = watched_rig(promise=20).run(19)
+    rig.tick(skipped=5)
+    assert rig.faults & Fault.HOST_SILENT == 0
+    assert rig.mode is State.ACTIVE
+
+
 def test_a_target_of_an_older_epoch_does_not_count_as_fresh():
     rig = remote_rig()
     for _ in range(30):
@@ -411,3 +459,39 @@ def test_what_is_found_after_a_standstill_does_not_hide_it():
     rig = spring_rig().tick(skipped=10, link_faults=int(LinkFault.LOST | LinkFault.DEVICE))
     assert rig.faults & (Fault.LINK_LOST | Fault.STALLED) == Fault.LINK_LOST | Fault.STALLED
     assert rig["fault_first"] == Fault.STALLED.value.bit_length() - 1
+
+
+def changed_to_remote(**before):
+    """A rig in a spring that has just been asked to follow a renderer, which has not sent anything."""
+    rig = LawRig(coupling_stiffness_nm_rad=60.0)
+    rig.environment("spring", environment_stiffness_nm_rad=5.0, **before).arm()
+    return rig.environment("remote")
+
+
+def test_an_active_rig_can_change_to_a_remote_environment_and_waits_for_the_renderer():
+    rig = changed_to_remote().run(20)
+    assert rig.mode is State.ACTIVE
+    rig.run(20)
+    assert rig.mode is State.HOLD
+    rig.command["target_position_rad"] = 0.001
+    for _ in range(80):
+        rig.request("target_count")
+        rig.tick()
+    assert rig.mode is State.ACTIVE
+    assert rig["proxy_position_rad"] == pytest.approx(0.001)
+
+
+def test_a_renderer_that_never_comes_stops_the_rig_after_as_long_as_one_that_falls_silent():
+    rig = changed_to_remote().run(100)
+    assert rig.mode is State.HOLD
+    rig.run(1)
+    assert rig.mode is State.STOPPING
+    assert rig["fault_first"] == Fault.TARGET_LOST.value.bit_length() - 1
+
+
+def test_what_a_renderer_sent_before_the_change_moves_nothing():
+    rig = remote_rig()
+    rig.environment("free").run(5)
+    rig.environment("remote").run(15)
+    assert rig.mode is State.ACTIVE
+    assert rig["torque_applied_nm"] == pytest.approx(0.0, abs=1e-9)

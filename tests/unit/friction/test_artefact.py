@@ -158,7 +158,7 @@ def test_a_missing_key_is_named(path, key):
     document = json.loads(path.read_text())
     del document[key]
     path.write_text(render(document))
-    with pytest.raises(ModelError, match=f"{key}: Field required"):
+    with pytest.raises(ModelError, match=f"{key} is missing"):
         artefact.load(path)
 
 

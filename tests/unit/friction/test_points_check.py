@@ -32,8 +32,8 @@ def test_points_of_the_rig_are_plausible(points, loaded):
     ("column", "factor", "said"),
     [
         ("velocity_rad_s", 57.3, r"velocity_rad_s: 114\.6 rad/s is not plausible \(at most 7\.5 .*degrees"),
-        ("friction_nm", 1e3, r"friction_torque_nm: 37\d\.?\d* N m is not plausible \(at most 2\.5 .*mN m"),
-        ("friction_nm", 1e-3, r"no friction above 0\.00037\d N m.*motor's side"),
+        ("friction_nm", 1e3, r"friction_torque_nm: 39\d\.?\d* N m is not plausible \(at most 2\.5 .*mN m"),
+        ("friction_nm", 1e-3, r"no friction above 0\.00039\d N m.*motor's side"),
     ],
 )
 def test_a_wrong_unit_is_named_with_the_bound(points, loaded, column, factor, said):

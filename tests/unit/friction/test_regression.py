@@ -81,7 +81,8 @@ def test_25_seconds_of_a_hand_on_the_mock_give_the_parameters_of_the_rig():
     """Coulomb and viscous friction with the mock's own bristles; torque from its Hall and force sensors."""
     loaded = load(Path(__file__).parents[3] / "configs" / "mock.toml")
     axis, hand = loaded.options["axis"][0], loaded.options["hand"][0]
-    plain = {"breakaway_nm": 0.25, "coulomb_nm": 0.25, "modulation_share": 0.0, "scale_negative": 1.0}
+    plain = {"breakaway_nm": 0.25, "coulomb_nm": 0.25, "thinning_nms_rad": 0.0}
+    plain |= {"modulation_share": 0.0, "scale_negative": 1.0}
     options = {
         **loaded.options,
         "axis": [{**axis, "friction": {**axis["friction"], **plain}}],

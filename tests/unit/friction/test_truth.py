@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from shipped_friction import BACKWARD, law_nm
 
 from rtctl.config import load
 from rtctl.friction import artefact, truth
@@ -12,20 +13,46 @@ CONFIGS = Path(__file__).parents[3] / "configs"
 SPEEDS = np.geomspace(0.005, 2, 20)
 
 
+def dry_nm(speed):
+    """Dry part of the law in both directions: all of it but what rises with speed."""
+    thin = (0.05 + 0.02 / (1 + (speed / 2.0) ** 2)) * speed
+    return np.array([(law_nm(speed) - thin) * scale for scale in (1.0, BACKWARD)])
+
+
 @pytest.fixture(scope="module")
 def loaded():
     return load(CONFIGS / "mock-identify.toml")
-
-
-def law_nm(v, direction):
-    scale = 1.0 if direction > 0 else 1.06
-    return scale * (0.25 + 0.1 * np.exp(-((v / 0.1) ** 2)) + 0.05 * v)
 
 
 def test_the_true_friction_is_the_rig_files_law(loaded):
     for direction in (1, -1):
         found = truth.true_friction_nm(loaded, 0, direction * SPEEDS)
         np.testing.assert_allclose(found, law_nm(SPEEDS, direction), rtol=1e-12)
+
+
+def test_of_a_joint_that_cannot_make_a_turn_it_is_the_mean_over_its_travel(loaded):
+    # waves of 18 and 2 % of the dry friction, one in a turn, and a ripple of two turns of the joint
+    waves = {"friction": [[0.18, 1.0, 0.4]], "ripple": [[0.01, 0.5, 0.0]]}
+    low, high = 0.2, 1.4
+    options = {**loaded.options, "axis": [{**loaded.options["axis"][0], "waves": waves, "ripple_nm": 0.0}]}
+    axis = loaded.config.axis[0]
+
+    def found(update):
+        config = loaded.config.model_copy(update={"axis": (axis.model_copy(update=update),)})
+        changed = loaded.model_copy(update={"options": options, "config": config})
+        return [truth.true_friction_nm(changed, 0, sign * SPEEDS) for sign in (1, -1)]
+
+    dry = 1 + 0.18 * (np.cos(low + 0.4) - np.cos(high + 0.4)) / (high - low)
+    dry += 0.02 * (np.cos(low) - np.cos(high)) / (high - low)
+    ripple_nm = 0.02 * (np.cos(low / 2) - np.cos(high / 2)) / (high - low)
+    wet = np.array([law_nm(SPEEDS, sign) for sign in (1, -1)]) - dry_nm(SPEEDS)
+    expected = wet + dry * dry_nm(SPEEDS) - [[ripple_nm], [-ripple_nm]]
+    assert dry > 1.15
+    np.testing.assert_allclose(
+        found({"position_min_rad": low, "position_max_rad": high}), expected, rtol=1e-5
+    )
+    turn = found({"position_min_rad": -3.2, "position_max_rad": 3.2})
+    np.testing.assert_allclose(turn, [law_nm(SPEEDS, sign) for sign in (1, -1)], rtol=1e-12)
 
 
 def test_points_that_are_off_by_a_known_amount_are_off_by_that_share_of_coulomb(loaded):

@@ -70,7 +70,12 @@ def test_the_status_names_state_and_faults_and_is_sent_once_per_change(manager, 
     for _ in range(3):
         notifier.status(State.ACTIVE, 0, -1)
     notifier.status(State.FAULT, int(Fault.STALE | Fault.JUMP), 0)
-    assert heard(receiver) == ["STATUS=ACTIVE", "STATUS=FAULT, first cause STALE, present: STALE, JUMP"]
+    notifier.status(State.ESTOP, 0, 0)
+    assert heard(receiver) == [
+        "STATUS=ACTIVE",
+        "STATUS=FAULT, first cause STALE, present: STALE, JUMP",
+        "STATUS=ESTOP, first cause ESTOP",
+    ]
 
 
 def test_without_a_manager_nothing_happens(monkeypatch, tmp_path, notifying):

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from hw import registry
-from hw.interface import BackendError, BackendInfo, Channels, LinkFault, LinkLost
+from hw.interface import BackendError, BackendInfo, Channels, LinkFault, LinkLost, Words
+from rtctl.cli.probe import _lines as lines_of
 from rtctl.config import load
 from rtctl.errors import ConfigError
 from rtctl.host.endpoints import RuntimeDirectory
@@ -111,11 +112,71 @@ def test_it_counts_fresh_samples_damage_and_what_the_link_counts(loaded):
     assert finger["age_max_ms"] > 0
 
 
+def test_it_shows_what_the_device_says_and_what_it_said_in_a_fault_that_is_over(loaded, monkeypatch):
+    def words(self):
+        return [Words("OVERLOAD" if self.cycle == 4 else "")]
+
+    monkeypatch.setattr(Fake, "words", words, raising=False)
+    (finger,) = run(loaded, 6, only="finger")
+    assert finger["words"] == [{"axis": "joint", "text": "OVERLOAD", "now": False, "fault_cycles": 1}]
+    assert any("said (axis joint) in 1 cycles with a fault: OVERLOAD" in text for text in lines_of(finger))
+
+
 def test_nothing_is_written_unless_asked_and_then_disabled_zeros(loaded):
     run(loaded, 3)
     assert MADE[-1].calls == ["open"]
     run(loaded, 2, poll=True)
     assert MADE[-1].calls == ["open", ("write", 0, 0.0), ("write", 0, 0.0)]
+
+
+class Asked(Fake):
+    """Answers only when it is asked, and never shows more than it was asked for."""
+
+    asked = 0
+
+    def read(self, tick):
+        tick["sample_count"] = self.asked
+
+    def ask(self):
+        self.asked += 1
+        self.calls.append("ask")
+
+
+def test_a_device_that_answers_only_when_asked_is_asked_and_never_commanded(loaded, monkeypatch):
+    info = BackendInfo(
+        f"{__name__}:Asked", "hw.mock.options:MockOptions", False, "", Channels(Fake.provides, Fake.consumes)
+    )
+    monkeypatch.setitem(registry.BUILT_IN, "fake", info)
+    registry.lookup.cache_clear()
+    (finger,) = run(loaded, 50, only="finger")
+    assert finger["samples"] == 49
+    assert MADE[-1].calls == ["open"] + ["ask"] * 50
+
+
+class Biased(Fake):
+    """Shows a sensor's bias at first, then a pull of 2 N along x."""
+
+    def read(self, tick):
+        self.cycle += 1
+        tick["sample_count"] = self.cycle
+        tick["force_n"][0] = (5.0 + 2.0 * (self.cycle > 300), -3.0, math.nan)
+
+
+def test_the_force_is_shown_tared_by_its_first_samples_as_before_arming(loaded, monkeypatch):
+    info = BackendInfo(
+        f"{__name__}:Biased", "hw.mock.options:MockOptions", False, "", Channels(Fake.provides, Fake.consumes)
+    )
+    monkeypatch.setitem(registry.BUILT_IN, "fake", info)
+    registry.lookup.cache_clear()
+    (finger,) = run(loaded, 299, only="finger")  # tare_s is 0.3 s, 300 samples
+    assert [(value["value"], value["tare"]) for value in finger["values"][:2]] == [(5.0, None), (-3.0, None)]
+    assert "untared yet: let go" in "".join(lines_of(finger))
+    (finger,) = run(loaded, 400, only="finger")
+    x, y, z = finger["values"]
+    assert (x["value"], x["tare"], x["min"], x["max"]) == (2.0, 5.0, 0.0, 2.0)
+    assert (y["value"], y["tare"]) == (0.0, -3.0)
+    assert math.isnan(z["value"])
+    assert "tared by 5" in "".join(lines_of(finger))
 
 
 @pytest.mark.parametrize("only", ["1", "finger"])

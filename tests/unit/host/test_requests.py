@@ -108,7 +108,9 @@ def test_arming_starts_from_idle_only_and_the_refusal_names_the_state(desk, stat
 
 def test_a_refused_arm_names_what_is_missing(desk):
     desk.row["faults"] = Fault.STALE | Fault.JUMP
-    assert "STALE, JUMP" in desk.refused("not_ready", "arm", 0)
+    why = desk.refused("not_ready", "arm", 0)
+    assert "STALE: the device sends no fresh samples" in why
+    assert "JUMP: the position jumped" in why
     desk.row["faults"], desk.row["estop"] = 0, 1
     assert "emergency stop" in desk.refused("not_ready", "arm", 0)
 

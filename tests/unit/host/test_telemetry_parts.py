@@ -7,6 +7,7 @@ import numpy as np
 from rtctl.control.vocabulary import Fault, State
 from rtctl.host.description import AxisDescription, RigDescription
 from rtctl.host.events import EventDetector
+from rtctl.host.fault_book import FaultBook
 from rtctl.host.faults import FAULT_TEXT, fault_entries
 from rtctl.host.health import HealthWindow
 from rtctl.host.samples import Decimator, state_samples, tick_columns
@@ -16,6 +17,8 @@ from rtctl.tick import FIELDS, new_ticks
 RIG = RigDescription(
     "mock", (AxisDescription("a", {}), AxisDescription("b", {})), 1000.0, start_wall_ns=10**18, session=7
 )
+
+BOOK = FaultBook(RIG)
 
 
 def rows(n=10, first=0):
@@ -160,18 +163,18 @@ def test_health_gives_percentiles_of_its_own_second_and_counts_of_the_whole_run(
     slow, fast = rows(100), rows(100, 100)
     slow["wakeup_ns"], fast["wakeup_ns"], fast["missed_ticks"] = 9000, np.arange(100) * 1000, 4
     window.add(slow)
-    assert window.take()["wakeup_us"] == {"p50": 9.0, "p99": 9.0, "p99.9": 9.0, "max": 9.0}
+    assert window.take(BOOK)["wakeup_us"] == {"p50": 9.0, "p99": 9.0, "p99.9": 9.0, "max": 9.0}
     window.add(fast)
-    second = window.take()
+    second = window.take(BOOK)
     assert (second["ticks"], second["missed_ticks"], second["wakeup_us"]["max"]) == (200, 4, 99.0)
     assert abs(second["measured_rate_hz"] - 1000.0) < 1e-6
-    assert window.take()["wakeup_us"] is None
+    assert window.take(BOOK)["wakeup_us"] is None
 
 
 def test_missed_slots_lower_the_measured_rate():
     window = HealthWindow()
     window.add(rows(100)[::2])
-    assert abs(window.take()["measured_rate_hz"] - 500.0) < 1e-6
+    assert abs(window.take(BOOK)["measured_rate_hz"] - 500.0) < 1e-6
 
 
 def test_health_keeps_bounded_memory_when_ticks_flood_in():
@@ -179,4 +182,4 @@ def test_health_keeps_bounded_memory_when_ticks_flood_in():
     for _ in range(30):
         window.add(rows(10_000))
     assert window._rows <= 110_000
-    assert window.take()["ticks"] == 300_000
+    assert window.take(BOOK)["ticks"] == 300_000

@@ -86,11 +86,18 @@ def test_an_odrive_that_is_not_heard_is_refused_with_what_to_check(no_waiting):
     def beat():
         on[odrive.can_id(5, odrive.HEARTBEAT)](struct.pack("<IBBBB", 0, 1, 0, 0, 0), 0, 8)
 
-    with pytest.raises(BackendError, match="no encoder estimates"):
+    with pytest.raises(BackendError, match=r"firmware older than 0\.6 sends no temperature"):
         axis.set_up(Bus(beat))
 
-    def everything():
+    def versed():
         beat()
+        on[odrive.can_id(5, odrive.GET_VERSION)](bytes([2, 4, 4, 58, 0, 6, 11, 0]), 0, 8)
+
+    with pytest.raises(BackendError, match="no encoder estimates"):
+        axis.set_up(Bus(versed))
+
+    def everything():
+        versed()
         for command in (odrive.GET_ENCODER, odrive.GET_IQ):
             on[odrive.can_id(5, command)](struct.pack("<ff", 0.5, 0.5), 0, 8)
 
@@ -126,14 +133,14 @@ def test_an_odrive_gets_torque_only_while_armed_and_is_told_again_while_it_shoul
     states = [data for can_id, data in bus.sent if can_id & 0x1F == odrive.SET_AXIS_STATE]
     assert states == [struct.pack("<I", odrive.IDLE)] * 2
     assert [can_id & 0x1F for can_id, _ in bus.sent].count(odrive.CLEAR_ERRORS) == 1
-    assert axis.link_faults() == DEVICE
+    assert axis.link_faults() == DEVICE | LOST, "no heartbeat for 101 cycles"
     assert "DRV_FAULT" in axis.status()
     axis.error = axis.state = 0
     bus.sent.clear()
     for _ in range(100):
         axis.write(bus, 0.0, False)
     assert not [1 for can_id, _ in bus.sent if can_id & 0x1F in (odrive.SET_AXIS_STATE, odrive.CLEAR_ERRORS)]
-    assert axis.status() == "node 5: state 0"
+    assert axis.status() == "node 5: state UNDEFINED (0)"
 
 
 def test_an_odrive_that_does_not_arm_or_falls_silent_is_a_fault():
@@ -247,7 +254,7 @@ def test_a_moteus_in_fault_or_not_armed_is_a_fault_of_the_device():
     bus = Bus()
     on(reply(mode=moteus.FAULT, fault=33), 0, 32)
     assert axis.link_faults() == DEVICE
-    assert axis.status() == "id 5: mode 1, fault 33"
+    assert axis.status() == "id 5: mode fault (1), fault motor driver fault (33)"
     on(reply(mode=0), 0, 32)
     assert axis.link_faults() == 0
     for _ in range(201):
@@ -261,7 +268,7 @@ def test_a_moteus_in_fault_or_not_armed_is_a_fault_of_the_device():
     axis.prime(bus)
     axis.stop(bus)
     assert [can_id for can_id, _ in bus.sent[-2:]] == [2, 2]
-    assert axis.status() == "id 5: mode 10"
+    assert axis.status() == "id 5: mode position (10)"
 
 
 def cia402_axis(**more):
@@ -288,7 +295,7 @@ def test_a_cia402_drive_turns_feedback_into_angle_and_current_and_refuses_other_
     assert sample.position_rad[0] == pytest.approx(2 * math.pi / 10)
     assert sample.current_a[0] == pytest.approx(1.0)
     on[cia402.EMERGENCY + 5](b"\x10\x23\x00", 0, 3)
-    assert axis.status() == "node 5: operation enabled, emergency 0x2310"
+    assert axis.status() == "node 5: operation enabled, emergency 0x2310 (continuous over-current)"
 
 
 def test_a_cia402_drive_that_missed_its_start_is_started_again(monkeypatch, no_waiting):
@@ -377,3 +384,33 @@ def test_a_sample_counts_what_is_not_newer():
     sample.not_newer()
     assert sample.counts == {"damaged": 0, "not_newer": 1, "not_finite": 0}
     assert sample.faults == int(LinkFault.SEQUENCE)
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_cia402_drive_without_a_current_shows_the_one_its_torque_takes(monkeypatch, no_waiting, direction):
+    axis, sample, on, bus = cia402_axis(direction=direction)
+    monkeypatch.setattr("hw.can.cia402_setup.configure", lambda *_: (1.5, None, b"who"))
+    bus.answer = lambda: feedback(on, 0x21, current=500)
+    axis.set_up(bus)
+    feedback(on, 0x21, current=500)
+    assert sample.current_a[0] == pytest.approx(direction * 0.5 * 1.5 / 0.05)
+
+
+def test_a_cia402_drive_that_drops_out_of_operation_enabled_is_not_walked_back_into_it():
+    axis, _, on, bus = cia402_axis()
+    feedback(on, 0x27)
+    axis.write(bus, 2.0, True)
+    feedback(on, 0x27)
+    axis.write(bus, 2.0, True)
+    assert axis.link_faults() == 0
+    feedback(on, 0x40)
+    assert axis.link_faults() == DEVICE, "in this very cycle"
+    for state in (0x40, 0x21, 0x23, 0x27, 0x08) * 40:
+        feedback(on, state)
+        axis.write(bus, 2.0, True)
+        control, target = struct.unpack("<Hh", bus.sent[-1][1])
+        assert (control in (cia402.SHUT_DOWN, cia402.DISABLE_VOLTAGE), target) == (True, 0)
+        assert axis.link_faults() & DEVICE
+    feedback(on, 0x27)
+    axis.write(bus, 2.0, False)
+    assert axis.link_faults() & DEVICE == 0

@@ -236,3 +236,35 @@ def test_an_axis_that_is_not_there_is_refused():
     )
     with pytest.raises(BackendError, match="names axis 1"):
         BoardBackend(options.model_dump(mode="json"), RIG)
+
+
+def test_a_board_that_tells_that_it_drives_stays_down_once_it_has_let_go(monkeypatch):
+    sensed_too = {**SENSED, "field": [*SENSED["field"][:3], {"channel": "enabled", "byte": 5, "bits": 8}]}
+    backend, bus, tick = opened(monkeypatch, receive=[sensed_too])
+    held = []
+
+    def exchange(enabled, times=1):
+        for _ in range(times):
+            tick["enabled"], tick["current_command_a"] = enabled, 1.0
+            backend.write(tick)
+            drives = bus.sent[-1][4] and not held
+            bus.answer = lambda n, on=drives: [sensed(n, fault=int(on))]
+            backend.read(tick)
+            tick["tick"] += 1
+        return LinkFault(int(tick["link_faults"][0]))
+
+    assert "enabled" not in backend.provides
+    assert exchange(0, 3) == 0
+    assert exchange(1, 3) == 0
+    held.append("it lets go")
+    assert exchange(1) == LinkFault.DEVICE
+    held.clear()
+    assert exchange(1, 600) == LinkFault.DEVICE
+    assert (bus.sent[-1][4], bus.sent[-1][:2]) == (0, b"\0\0"), "disabled, no current"
+    assert exchange(0) == 0
+    assert exchange(1, 600) == 0
+    assert bus.sent[-1][4] == 1
+    assert exchange(0) == 0
+    held.append("it never comes up")
+    assert exchange(1, 400) == 0
+    assert exchange(1, 150) == LinkFault.DEVICE

@@ -381,3 +381,26 @@ def test_the_usb_identity_is_that_of_the_device_behind_the_port(tmp_path):
     (port / "device").symlink_to(device / "1-1:1.0" / "ttyUSB9")
     assert usb_identity("/dev/ttyUSB9", tmp_path / "class") == "0403:6014:FT123"
     assert usb_identity("/dev/ttyS0", tmp_path / "class") is None
+
+
+def test_a_board_that_tells_that_it_drives_stays_down_once_it_has_let_go():
+    table = options()
+    fault = next(field for field in table["sample"]["field"] if field["channel"] == "fault")
+    free = next(k for k in range(8) if not any(f.get("mask", 0) >> k & 1 for f in table["sample"]["field"]))
+    table["sample"]["field"].append({**fault, "channel": "enabled", "mask": 1 << free})
+    wire = Wire(table)
+
+    def exchange(enabled):
+        wire.tick["enabled"], wire.tick["current_command_a"] = enabled, 0.1 * enabled
+        wire.board.take(wire.sent())
+        wire.feed(wire.frame())
+        return wire.faults
+
+    assert [exchange(on) for on in (0, 1, 1)] == [0, 0, 0]
+    wire.board.hold()
+    wire.feed(wire.frame())
+    assert wire.faults == DROPPED
+    assert [exchange(1) for _ in range(50)] == [DROPPED] * 50
+    assert wire.board.output[0] == 0.0
+    assert [exchange(on) for on in (0, 1, 1)] == [0, 0, 0]
+    assert wire.board.output[0] == pytest.approx(0.1)

@@ -386,3 +386,30 @@ def test_tables_for_another_number_of_axes_are_refused():
 def test_bad_options_are_refused_by_key(options, key):
     with pytest.raises(ValueError, match=key):
         SerialOptions.model_validate({"port": "/dev/ttyUSB0", **options})
+
+
+@pytest.mark.parametrize("channels", [["current"], ["estop"]])
+def test_a_board_whose_power_stage_lets_go_stays_torque_free_until_it_is_disabled(channels):
+    wire = Wire(channels=channels)
+    wire.board.take(b"\0")
+
+    def exchange(enabled):
+        wire.tick["enabled"], wire.tick["current_command_a"] = enabled, 0.1 * enabled
+        wire.board.take(wire.sent())
+        wire.board.begin_cycle()
+        wire.feed(wire.packet())
+        return wire.faults
+
+    assert [exchange(on) for on in (0, 1, 1)] == [0, 0, 0]
+    wire.board.estop = True  # it blocks the power stage; a host that is not shown it has the enabled bit only
+    seen = [exchange(1) for _ in range(3)]
+    wire.board.estop = False
+    after = [exchange(1) for _ in range(50)]
+    if channels == ["estop"]:
+        assert seen == [0, 0, 0]
+        return
+    assert seen == [DROPPED] * 3
+    assert after == [DROPPED] * 50
+    assert wire.board.output[0] == 0.0
+    assert [exchange(on) for on in (0, 1, 1)] == [0, 0, 0]
+    assert wire.board.output[0] == pytest.approx(0.1)

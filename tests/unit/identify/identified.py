@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-import numpy as np
+from shipped_friction import law_nm
 
 from rtctl.config import load
 from rtctl.identify.plan import Known
@@ -36,9 +36,7 @@ def variant(folder, *replacements, source=CONFIG):
 
 def true_friction_nm(velocity_rad_s, direction):
     """Static friction of the mock of the rig file, averaged over a turn, signed."""
-    v = abs(velocity_rad_s)
-    scale = 1.0 if direction > 0 else 1.06
-    return direction * scale * (0.25 + 0.10 * np.exp(-((v / 0.1) ** 2)) + 0.05 * v)
+    return direction * law_nm(abs(velocity_rad_s), direction)
 
 
 class Kept:

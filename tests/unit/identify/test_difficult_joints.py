@@ -21,7 +21,10 @@ from rtctl.identify.signals import is_even, is_steady
 HARD = replace(
     SMALL, train_levels=6, test_levels=0, measurements=20, spots=20, speed_min_rad_s=0.0079, lower_levels=2
 )
-STRIBECK = ("stribeck_rad_s = 0.1 ", "stribeck_rad_s = 0.01 ")
+STRIBECK = (
+    ("stribeck_rad_s = 0.06 ", "stribeck_rad_s = 0.01 "),
+    ("second_share = 0.5 ", "second_share = 0.0 "),
+)
 STICTION = (("coulomb_nm = 0.25 ", "coulomb_nm = 0.35 "), ("breakaway_nm = 0.35 ", "breakaway_nm = 0.6 "))
 RIPPLE = ("ripple_nm = 0.003 ", "ripple_nm = 0.03 ")
 ELASTO_PLASTIC = (
@@ -39,7 +42,7 @@ def _moving_errors(path, points):
 
 @pytest.mark.parametrize(
     "changes",
-    [(STRIBECK,), STICTION, (RIPPLE,), ELASTO_PLASTIC, (STRIBECK, *STICTION)],
+    [STRIBECK, STICTION, (RIPPLE,), ELASTO_PLASTIC, (*STRIBECK, *STICTION)],
     ids=[
         "Stribeck peak at .01 rad/s",
         "F_s / F_c 1.7",
@@ -57,7 +60,7 @@ def test_a_joint_that_is_hard_to_turn_evenly_is_identified_within_two_percent(tm
 
 
 def test_a_peak_below_the_lowest_speed_is_followed(tmp_path):
-    kept = run(variant(tmp_path, STRIBECK), HARD)
+    kept = run(variant(tmp_path, *STRIBECK), HARD)
     lowest = min(abs(point.target_rad_s) for point in kept.points if point.target_rad_s)
     assert lowest == pytest.approx(0.0079 / 4)
     shallow = run(settings=replace(HARD, train_levels=4))
@@ -119,7 +122,7 @@ def test_the_servo_is_as_soft_as_before_after_a_speed_that_needed_a_stiffer_one(
 
     monkeypatch.setattr(module, "measure", measure)
     monkeypatch.setattr(module, "settle", settle)
-    run(variant(tmp_path, STRIBECK), replace(HARD, lower_levels=0))
+    run(variant(tmp_path, *STRIBECK), replace(HARD, lower_levels=0))
     assert seen == {1.0, module.STIFFER}
     assert stiffening[-1] == 1.0 or 1.0 in stiffening[stiffening.index(module.STIFFER) :]
 

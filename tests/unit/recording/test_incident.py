@@ -71,6 +71,20 @@ def test_a_ramp_that_ends_in_a_fault_is_one_incident(batches, second, count):
         assert done[1].ticks.tobytes() == rows[second - 200 : second + 51].tobytes()
 
 
+@pytest.mark.parametrize("batches", [[], [1000], [1003], list(range(13, 2000, 13))])
+@pytest.mark.parametrize(("pressed", "count"), [(1000, 1), (1003, 1), (1050, 1), (1400, 2)])
+def test_an_emergency_stop_files_its_incident_under_its_own_name(batches, pressed, count):
+    rows = run()
+    fault(rows, 1000, cause=Fault.STALE)  # its supply died first, and stays the first cause that is latched
+    rows["state"][pressed:], rows["faults"][pressed:] = State.ESTOP, int(Fault.STALE | Fault.ESTOP)
+    done, taker = capture(rows, batches)
+    done += taker.flush()
+    assert len(done) == count
+    assert "-ESTOP-ESTOP-tick" in done[-1].name
+    assert (done[-1].trigger["cause"], done[-1].trigger["tick"]) == ("ESTOP", pressed)
+    assert done[-1].ticks.tobytes() == rows[(800 if count == 1 else pressed - 200) : pressed + 51].tobytes()
+
+
 def test_a_stop_that_was_asked_for_is_no_incident():
     rows = run()
     rows["state"][500:], rows["state"][550:] = State.STOPPING, State.IDLE

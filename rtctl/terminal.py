@@ -17,12 +17,17 @@ _OWN = re.compile("(\x1b\\[(?:[0-9;]*m|H|J|[0-9]{1,3}F))")
 """Colours of click, and what `monitor` and `probe` draw with: nothing a terminal could be tricked with."""
 
 
+def obeyed_by_none(text: str) -> str:
+    """The text with every control character spelled out but layout and what rtctl itself draws with."""
+    return "".join(part if _OWN.fullmatch(part) else harmless(part) for part in _OWN.split(text))
+
+
 class Harmless(io.TextIOWrapper):
     """A text stream that spells out every control character but layout and colours."""
 
     def write(self, text: str) -> int:
         """Write; returns the number of characters given."""
-        super().write("".join(part if _OWN.fullmatch(part) else harmless(part) for part in _OWN.split(text)))
+        super().write(obeyed_by_none(text))
         return len(text)
 
 
@@ -32,7 +37,7 @@ def obey_nothing_foreign() -> None:
 
 
 def _wrapped(stream: TextIO) -> TextIO:
-    if not isinstance(stream, io.TextIOWrapper):
+    if type(stream) is not io.TextIOWrapper:  # done already, or somebody else's, who would lose what it wraps
         return stream
     encoding, lines = stream.encoding, stream.line_buffering
     return Harmless(

@@ -1,0 +1,140 @@
+"""A stranger: `python -m rtctl.bench.attacker KIND ADDRESS SECONDS`. Of this machine only; ends by itself.
+
+Kinds, all of raw ZMTP 3.0 without a key: `frames` sends messages of three million empty frames, one after the other; `unfinished` one
+message that never ends; `trickle` the same slowly; `connects` opens connections as fast as it can and keeps them. Whoever is cut
+off comes again. Prints `begun` when it is at work, and in the end one JSON line: bytes sent, connections opened.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import socket
+import sys
+import time
+from collections.abc import Iterator
+from functools import cache
+
+from rtctl.bench.flooder import MOST_SECONDS
+from rtctl.errors import ClientError
+
+FRAMES = 3_000_000
+MOST_OPEN = 4000
+"""Connections that `connects` keeps; the oldest is closed for another one."""
+
+TRICKLE_BYTES = 20_000
+_MORE, _LAST = b"\x01\x00", b"\x00\x00"
+_CHUNK = _MORE * 32_768
+_GREETING = b"\xff" + bytes(8) + b"\x7f\x03\x00" + b"NULL".ljust(20, b"\0") + bytes(32)
+
+
+def _ready(kind: bytes) -> bytes:
+    body = b"\x05READY\x0bSocket-Type" + len(kind).to_bytes(4, "big") + kind
+    return b"\x04" + bytes([len(body)]) + body
+
+
+def connect(address: str, socket_type: bytes = b"DEALER") -> socket.socket:
+    """A connection that has greeted and was let in. Raises OSError."""
+    made = plain(address)
+    try:
+        made.settimeout(2.0)
+        made.sendall(_GREETING + _ready(socket_type))
+        heard = b""
+        while b"READY" not in heard:  # who says more before that is cut off by libzmq itself
+            heard += (said := made.recv(4096))
+            if not said:
+                raise ConnectionResetError(f"{address}: not let in")
+    except OSError:
+        made.close()
+        raise
+    return made
+
+
+def plain(address: str) -> socket.socket:
+    """A connection that has said nothing. Raises OSError."""
+    if address.startswith("ipc://"):
+        made = socket.socket(socket.AF_UNIX)
+        where: str | tuple[str, int] = address.removeprefix("ipc://")
+    else:
+        made = socket.socket()
+        host, port = address.removeprefix("tcp://").split(":")
+        where = host, int(port)
+    try:
+        made.settimeout(2.0)
+        made.connect(where)
+    except OSError:
+        made.close()
+        raise
+    return made
+
+
+def _messages(kind: str) -> Iterator[bytes]:
+    """What is sent over one connection, in parts."""
+    while True:
+        for _ in range(FRAMES * len(_MORE) // len(_CHUNK)):
+            yield _CHUNK
+        if kind == "frames":
+            yield _LAST
+
+
+@cache
+def _say_begun() -> None:
+    """Once."""
+    sys.stdout.write("begun\n")
+    sys.stdout.flush()
+
+
+def send_frames(kind: str, address: str, socket_type: bytes, seconds: float) -> dict[str, int]:
+    """Send frames without an end, over one connection at a time."""
+    end = time.monotonic() + seconds
+    opened = sent = 0
+    while time.monotonic() < end:
+        with contextlib.suppress(OSError), connect(address, socket_type) as made:
+            opened += 1
+            for part in _messages(kind):
+                if time.monotonic() > end:
+                    break
+                sent += made.send(part[:TRICKLE_BYTES] if kind == "trickle" else part)
+                _say_begun()
+                if kind == "trickle":
+                    time.sleep(0.05)
+        _say_begun()  # also where it is not let in
+        time.sleep(0.002)
+    return {"sent": sent, "opened": opened}
+
+
+def keep_connecting(address: str, seconds: float) -> dict[str, int]:
+    """Open connections that say nothing, and keep them."""
+    end = time.monotonic() + seconds
+    opened = 0
+    kept: list[socket.socket] = []
+    while time.monotonic() < end:
+        try:
+            kept.append(plain(address))
+        except OSError:
+            time.sleep(0.001)
+            continue
+        opened += 1
+        _say_begun()
+        if len(kept) > MOST_OPEN:
+            kept.pop(0).close()
+    for one in kept:
+        one.close()
+    return {"sent": 0, "opened": opened}
+
+
+def main(kind: str, address: str, seconds: str, socket_type: str = "DEALER") -> None:
+    """Run one kind of attack."""
+    if not address.startswith(("ipc://", "tcp://127.0.0.1:")):
+        raise ClientError(f"{address}: attacks are for this machine only")
+    sys.stdin.read()  # until its end: the word to begin
+    duration = min(float(seconds), MOST_SECONDS)
+    if kind == "connects":
+        counts = keep_connecting(address, duration)
+    else:
+        counts = send_frames(kind, address, socket_type.encode(), duration)
+    sys.stdout.write(json.dumps(counts) + "\n")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

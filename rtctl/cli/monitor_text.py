@@ -1,0 +1,148 @@
+"""What `rtctl monitor` shows: a live table for a terminal, single lines for a pipe."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from rtctl.cli.monitor import NO_DATA_S
+from rtctl.fault_words import Entry, sentence
+from rtctl.host.speaker import device_line
+
+if TYPE_CHECKING:
+    from rtctl.client import RigState
+
+
+@dataclass(frozen=True)
+class Shown:
+    """Everything one drawing needs.
+
+    Attributes
+    ----------
+    sample
+        The newest, its age as of now.
+    silent_s
+        Time since it came, s.
+    faults
+        Those present in it, with their places.
+    cause
+        What the rig stands still for, None while it does not.
+    """
+
+    sample: RigState
+    silent_s: float
+    lost: int
+    health: dict[str, Any] | None = None
+    faults: Sequence[Entry] = ()
+    cause: Entry | None = None
+
+    @property
+    def no_data(self) -> str:
+        """Why the sample must not be taken for the rig; empty while it may."""
+        if self.silent_s < NO_DATA_S:
+            return ""
+        return f"NO DATA for {self.silent_s:.1f} s (was {self.sample.state.name}); waiting for the daemon"
+
+
+def table(hello: dict[str, Any], shown: Shown) -> list[str]:
+    """Lines of the live table."""
+    sample, health = shown.sample, shown.health
+    names = ", ".join(str(fault.name) for fault in sample.faults) or "none"
+    state = f"{sample.state.name:<10} authority {sample.authority:4.0%}   epoch {sample.epoch}"
+    lines = [
+        f"{hello['rig']}   {hello['rate_hz']:g} Hz   rtctl {hello['version']}   Ctrl-C ends, the rig runs on",
+        "",
+        f"state   {shown.no_data or state}",
+        f"faults  {names}" + (" (when it was last heard)" if shown.no_data else ""),
+        *_trouble(shown),
+        "",
+        f"{'axis':<12}{'position':>12}{'velocity':>12}{'hand':>12}{'feed-fwd':>12}{'applied':>12}",
+        f"{'':<12}{'rad':>12}{'rad/s':>12}{'N m':>12}{'N m':>12}{'N m':>12}",
+    ]
+    for a, axis in enumerate(hello["axes"]):
+        columns = (
+            sample.position_rad,
+            sample.velocity_rad_s,
+            sample.hand_torque_nm,
+            sample.feedforward_torque_nm,
+            sample.torque_applied_nm,
+        )
+        cells = [f"{values[a]:>12.4f}" if a < len(values) else f"{'-':>12}" for values in columns]
+        lines.append(f"{axis['name']:<12}" + "".join(cells))
+    lines += [
+        "",
+        *_latency(health),
+        *([f"EVENT LOG BROKEN: {broken(health, 'log')}"] if broken(health, "log") else []),
+        *([f"RECORDING BROKEN: {broken(health, 'recording')}"] if broken(health, "recording") else []),
+        *[f"WARNING: {warning['text']}" for warning in _warnings(health)],
+        f"missed {sample.missed_ticks}   lost here {shown.lost}   age {_age(shown)}",
+    ]
+    return lines
+
+
+def _trouble(shown: Shown) -> list[str]:
+    """A line for the cause of a stop, for each fault present, and for each device that complains."""
+    present = [entry["name"] for entry in shown.faults]
+    latched = shown.cause is not None and shown.cause["name"] not in present
+    lines = [f"cause   {sentence(shown.cause)}"] if latched and shown.cause is not None else []
+    lines += [f"        {sentence(entry)}" for entry in shown.faults]
+    devices = (shown.health or {}).get("devices", [])
+    return lines + [f"device  {device_line(one)}" for one in devices if one["faults"] or one["silent"]]
+
+
+def _age(shown: Shown) -> str:
+    age_s = shown.sample.age_s
+    return f"{(age_s if math.isfinite(age_s) else shown.silent_s) * 1e3:.1f} ms"
+
+
+def broken(health: dict[str, Any] | None, what: str) -> str:
+    """Why the daemon could not write its event log (`log`) or its recording; empty while it can."""
+    return ((health or {}).get(what) or {}).get("broken") or ""
+
+
+def _warnings(health: dict[str, Any] | None) -> list[dict[str, str]]:
+    """Warnings the daemon gives: nothing that stops the rig."""
+    found: list[dict[str, str]] = (health or {}).get("warnings", [])
+    return found
+
+
+def _latency(health: dict[str, Any] | None) -> list[str]:
+    if health is None or health["wakeup_us"] is None:
+        return ["latency: once a second, wait ..."]
+    names = list(health["wakeup_us"])
+    lines = [f"{'us':<12}" + "".join(f"{name:>12}" for name in names)]
+    lines += [
+        f"{phase:<12}" + "".join(f"{health[f'{phase}_us'][n]:>12.1f}" for n in names)
+        for phase in ("wakeup", "cycle")
+    ]
+    return [
+        *lines,
+        f"rate {health['measured_rate_hz']:.1f} Hz"
+        + ("   WAIVER: no real-time rights" if health["waiver"] else ""),
+    ]
+
+
+def line(shown: Shown) -> str:
+    """One plain line, for a log or a pipe."""
+    sample, health = shown.sample, shown.health
+    faults = ",".join(str(fault.name) for fault in sample.faults) or "-"
+    latency = "-"
+    if health is not None and health["wakeup_us"] is not None:
+        latency = f"{health['wakeup_us']['p50']:.1f}/{health['wakeup_us']['p99']:.1f}"
+    state = f"NO_DATA silent_s={shown.silent_s:.1f} was={sample.state.name}"
+    cause = f" cause={shown.cause['name']}:{shown.cause['axis'] or '-'}" if shown.cause else ""
+    return (
+        f"{sample.timestamp:.3f} {state if shown.no_data else sample.state.name} faults={faults}{cause} "
+        f"position_rad={_vector(sample.position_rad)} velocity_rad_s={_vector(sample.velocity_rad_s)} "
+        f"hand_torque_nm={_vector(sample.hand_torque_nm)} "
+        f"feedforward_torque_nm={_vector(sample.feedforward_torque_nm)} wakeup_us_p50/p99={latency} "
+        f"missed={sample.missed_ticks} lost={shown.lost}"
+        + "".join(f" {what}=BROKEN" for what in ("log", "recording") if broken(health, what))
+        + "".join(f" warning={warning['name']}:{warning['axis']}" for warning in _warnings(health))
+    )
+
+
+def _vector(values: tuple[float, ...]) -> str:
+    return ",".join(f"{value:.4f}" for value in values)

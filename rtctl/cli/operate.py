@@ -1,0 +1,118 @@
+"""`rtctl status | arm | stop | reset | tare`: a running rig by the command line, as an operator's client."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rtctl.cli.json_text import json_text
+from rtctl.cli.rig_argument import connect, reach_options
+
+if TYPE_CHECKING:
+    from rtctl.client import RigClient
+
+STOP_S = 2.0
+POLL_S = 0.01
+
+_Act = Callable[..., None]
+
+
+def _operation(name: str) -> Callable[[_Act], click.Command]:
+    """A command that does `act` to a rig, then tells its state."""
+
+    def made(act: _Act) -> click.Command:
+        @wraps(act)
+        def run(
+            rig: str | None,
+            runtime_dir: Path | None,
+            address: str | None,
+            key: Path | None,
+            *,
+            as_json: bool,
+            **more: Any,  # noqa: ANN401
+        ) -> None:
+            with connect(rig, runtime_dir, address, key) as client:
+                act(client, **more)
+                told = {"rig": client.hello()["rig"], **client.status()}
+            click.echo(json_text(told) if as_json else "\n".join(lines(told)))
+
+        flag = click.option("--json", "as_json", is_flag=True, help="the state as one JSON object")
+        return click.command(name)(reach_options(flag(run)))
+
+    return made
+
+
+@_operation("status")
+def status(_client: RigClient) -> None:
+    """Show the state of a running rig: state, faults with their remedy, axes, who holds the lease."""
+
+
+@click.option(
+    "--timeout",
+    "timeout_s",
+    type=click.FloatRange(0.1, 600),
+    default=10.0,
+    show_default=True,
+    help="seconds until the rig must be ACTIVE",
+)
+def _arm(client: RigClient, timeout_s: float) -> None:
+    """Arm a running rig: from here on its motor may move. Ends when the rig is ACTIVE.
+
+    Whoever calls this is the operator, and sees the rig. Its test pulse needs a joint that rests; hands off for a second.
+    """
+    client.arm(timeout_s=timeout_s)
+
+
+arm = _operation("arm")(_arm)
+
+
+@_operation("stop")
+def stop(client: RigClient) -> None:
+    """Stop a running rig: the torque ramps to zero, then the motor is disabled. Never refused.
+
+    Where no daemon answers, `rtctl stop-rig CONFIG` makes the actuators torque-free by itself.
+    """
+    client.stop()
+    deadline = time.monotonic() + STOP_S
+    while client.status()["enabled"] and time.monotonic() < deadline:
+        time.sleep(POLL_S)
+
+
+@_operation("reset")
+def reset(client: RigClient) -> None:
+    """Leave FAULT or ESTOP once its cause has been gone for a second. Never arms."""
+    client.reset()
+
+
+@_operation("tare")
+def tare(client: RigClient) -> None:
+    """Take the present force as zero: at rest, with no hand on the device."""
+    client.tare()
+
+
+def lines(told: dict[str, Any]) -> list[str]:
+    """The state for a person."""
+    first = told["fault_first"]
+    out = [
+        f"{told['rig']}: {told['state']}"
+        + (f", authority {told['authority']:.0%}" if told["enabled"] else ", no torque")
+        + (", EMERGENCY STOP pressed" if told["estop"] else "")
+    ]
+    out += [f"  stopped by {first['name']}: {first['text']}"] if first else []
+    out += [f"  present: {fault['name']}: {fault['text']}" for fault in told["faults"] if fault != first]
+    out += [f"  warning: {warning['text']}" for warning in told["warnings"]]
+    out += ["  without real-time rights (rtctl doctor)"] if told["waiver"] else []
+    for axis, position, velocity in zip(
+        told["axes"], told["position_rad"], told["velocity_rad_s"], strict=True
+    ):
+        out.append(
+            f"  {axis['axis']}: {position:.4f} rad, {velocity:.4f} rad/s, environment {axis['environment']['kind']}, "
+            f"compensation {axis['compensation']:.0%}"
+        )
+    out += [f"  lease: {told['lease_holder']}"] if told["lease_holder"] else []
+    return out

@@ -1,0 +1,68 @@
+"""Options that name what is written: tried when the command line is read, before any work begins.
+
+A measurement of half an hour must not end in front of a folder that cannot be written. Trying leaves nothing behind.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import click
+
+PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg")
+
+
+class OutputFile(click.Path):
+    """A file to write, into a folder that is there. `picture`: a figure, by the ending of its name."""
+
+    def __init__(self, *, picture: bool = False) -> None:
+        super().__init__(path_type=Path, dir_okay=False)
+        self._picture = picture
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:  # noqa: ANN401
+        """The path, once it has been tried."""
+        path = Path(os.fsdecode(super().convert(value, param, ctx)))
+        if self._picture and path.suffix.lower() not in PICTURES:
+            self.fail(f"{path}: a picture ends in {', '.join(PICTURES)}", param, ctx)
+        why = "" if path.parent.is_dir() else f"there is no folder {path.parent}; make it first"
+        why = why or _why_not(path.parent)
+        if not why and path.exists() and not os.access(path, os.W_OK):
+            why = "it exists and may not be written"
+        if why:
+            self.fail(f"cannot write {path}: {why}", param, ctx)
+        return path
+
+
+class OutputFolder(click.Path):
+    """A folder to write into, made when it is not there."""
+
+    def __init__(self) -> None:
+        super().__init__(path_type=Path, file_okay=False)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:  # noqa: ANN401
+        """The path, once it has been tried."""
+        path = Path(os.fsdecode(super().convert(value, param, ctx)))
+        if why := why_no_folder(path):
+            self.fail(f"cannot write into {path}: {why}", param, ctx)
+        return path
+
+
+def why_no_folder(path: Path) -> str:
+    """Why nothing can be written into `path`, a folder that may still have to be made; empty when it can."""
+    there = path.absolute()
+    while not there.exists() and there != there.parent:
+        there = there.parent
+    return _why_not(there) if there.is_dir() else f"{there} is a file"
+
+
+def _why_not(folder: Path) -> str:
+    try:
+        with tempfile.TemporaryFile(dir=folder) as file:
+            file.write(b"tried")
+            file.flush()
+    except OSError as error:
+        return f"{error.strerror} ({folder})"
+    return ""

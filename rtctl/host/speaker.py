@@ -1,0 +1,72 @@
+"""What happens to a rig, said in the terminal (or the journal) as it happens: one line each, never waiting."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rtctl.fault_words import sentence
+from rtctl.host.notices import Notices
+
+LINES_PER_S = 16
+"""Most lines a second; what is beyond is counted in a later one, and stands in the event log whole."""
+
+
+class Speaker:
+    """Says events and a broken recording or event log.
+
+    Parameters
+    ----------
+    notices
+        Where to say it; None: nowhere.
+    """
+
+    def __init__(self, notices: Notices | None) -> None:
+        self._notices = notices
+        self._lines = 0
+        self._broken: dict[str, str | None] = {}
+
+    def tell(self, events: list[dict[str, Any]], broken: Mapping[str, str | None]) -> None:
+        """Say new events, and of each of `broken` (what it is, why it cannot be written) when that changes."""
+        for event in events:
+            if text := line_of(event):
+                self._say(text)
+        for what, why in broken.items():
+            if why != self._broken.get(what):
+                self._broken[what] = why
+                self._say(f"{what.upper()} BROKEN: {why}" if why else f"{what}: written again")
+
+    def _say(self, text: str) -> None:
+        if self._notices is None:
+            return
+        self._notices(f"run {self._lines % LINES_PER_S}", text)  # each of a kind once a second
+        self._lines += 1
+
+
+def line_of(event: Mapping[str, Any]) -> str:
+    """One event for a person; empty for those that say nothing to one who watches the rig."""
+    match event["event"]:
+        case "state":
+            cause = event.get("cause") or "the law"
+            return f"{event['from']} -> {event['to']}: {cause}"
+        case "fault":
+            return f"fault {sentence(dict(event))}"
+        case "fault_cleared":
+            return f"fault {event['name']} is gone"
+        case "device":
+            return device_line(event)
+        case "warning":
+            return f"warning: {event['text']}"
+        case "warning_cleared":
+            return f"warning {event['name']} of axis {event['axis']} is gone"
+        case _:
+            return ""
+
+
+def device_line(said: Mapping[str, Any]) -> str:
+    """What a device says (`Voice.as_dict`, or an event `device`), as one line."""
+    where = f"{said['device']}, axis {said['axis']}" if said["axis"] else str(said["device"])
+    link = [*said["faults"], *(["no fresh sample"] if said["silent"] else [])]
+    return f"{where}: " + (
+        "; ".join(part for part in (said["text"], ", ".join(link)) if part) or "well again"
+    )

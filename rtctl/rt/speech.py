@@ -1,0 +1,85 @@
+"""What the devices say of themselves, told to the host while no torque can flow.
+
+Words are strings: making them takes memory and microseconds that the cycle of a powered rig has not got. So
+they are made in ticks whose actuator is disabled only: in the first one after a CUT, before that tick is
+recorded (the host then has the words when it sees the fault), when the faults change, and now and then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from hw.interface import Backend
+from hw.rig import Member, Said, said
+from rtctl.control.vocabulary import Fault
+
+EVERY_TICKS = 50
+"""Ticks at rest between two looks."""
+
+_QUICK = EVERY_TICKS - 10
+"""While there is more left to wait, a change waits too: a fault that flickers must not fill the pipe."""
+
+_STALE = int(Fault.STALE)
+
+MOST_LETTERS = 200
+"""Of one axis' words. A message then fits into a pipe whole, or not at all."""
+
+
+class Speech:
+    """Tells what is new in the devices' words.
+
+    Parameters
+    ----------
+    backend
+        Of the rig, as the loop reads it.
+    members
+        Its devices, in the order of the rig file.
+    tell
+        Given one device's words when they changed; returns False when they could not be passed on.
+    """
+
+    def __init__(
+        self, backend: Backend, members: Sequence[Member], tell: Callable[[dict[str, Any]], bool]
+    ) -> None:
+        self._backend, self._members, self._tell = backend, members, tell
+        self._told: dict[str, Said] = {}
+        self._tick: np.ndarray | None = None
+        self._wait = self._before = 0
+
+    def listen(self, tick: np.ndarray) -> None:
+        """After every `write`: speak if no torque can flow and something may be new."""
+        if tick is not self._tick:
+            self._bind(tick)
+        if self._enabled[0]:
+            self._wait = 0
+            return
+        if self._wait and (self._wait > _QUICK or self._faults[0] == self._before):
+            self._wait -= 1
+            return
+        self._wait, self._before = EVERY_TICKS, self._faults[0]
+        stale = bool(self._before & _STALE)
+        for one in said(self._backend, self._members, tick, stale=stale):
+            if one != self._told.get(one.label) and self._tell(message(one, int(tick["tick"][0]))):
+                self._told[one.label] = one
+
+    def _bind(self, tick: np.ndarray) -> None:
+        row: Any = tick.view(np.ndarray)
+        view: Any = memoryview
+        self._enabled, self._faults = view(row["enabled"]), view(row["faults"])
+        self._tick = tick
+
+
+def message(one: Said, tick: int) -> dict[str, Any]:
+    """One device's words in `tick`, as JSON can carry them."""
+    words = [[word.text[:MOST_LETTERS], word.faults, word.silent] for word in one.words]
+    return {
+        "tick": tick,
+        "device": one.label,
+        "axes": list(one.axes),
+        "faults": one.faults,
+        "stale": one.stale,
+        "words": words,
+    }

@@ -1,0 +1,83 @@
+"""`docs/virtual-world.md` as a reader would try it: its snippets in their order, and the page's drag, on an armed rig."""
+
+import re
+import tempfile
+from pathlib import Path
+
+import pytest
+from patience import until
+from slow_rig import daemon
+
+from rtctl.client import State
+from rtctl.errors import ClientError
+from rtctl.view.world import World
+
+PAGE = Path(__file__).parents[2] / "docs" / "virtual-world.md"
+SNIPPETS = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
+
+
+@pytest.fixture(scope="module")
+def rig():
+    with tempfile.TemporaryDirectory(prefix="rt") as folder, daemon(Path(folder) / "run") as client:
+        yield client
+
+
+def events_since(rig, seen):
+    return [event for event in iter(lambda: seen.receive(0.2), None) if event["event"] != "device"]
+
+
+def test_the_snippets_run_as_written_and_the_rig_stays_armed_until_the_last_one_stops_it(rig, monkeypatch):
+    monkeypatch.setenv(
+        "RTCTL_RUNTIME_DIR", str(Path(rig.endpoints.command.removeprefix("ipc://")).parents[1])
+    )
+    assert len(SNIPPETS) == 3
+    names, began = {}, rig.latest_state().position_rad[0]
+    epoch = rig.status()["epoch"]
+    with rig.events() as events:
+        for snippet in SNIPPETS[:-1]:
+            exec(compile(snippet, str(PAGE), "exec"), names)
+        assert rig.status()["state"] == "ACTIVE"
+        exec(compile(SNIPPETS[-1], str(PAGE), "exec"), names)
+        until(lambda: rig.latest_state().state == State.IDLE)
+        told = events_since(rig, events)
+    assert not [event for event in told if event["event"] == "fault"]
+    assert rig.status()["epoch"] == epoch + 1  # the stop at the end, and no other
+    assert rig.latest_state().position_rad[0] != began
+
+
+def test_drag_moves_the_joint_of_an_armed_rig_and_a_stop_ends_it_for_good(rig):
+    world = World(rig, rig.hello())
+    try:
+        rig.arm()
+        epoch, began = rig.status()["epoch"], rig.latest_state().position_rad[0]
+        world.choose("drag", center_rad=began + 0.2)
+        until(lambda: rig.latest_state().position_rad[0] > began + 0.02, "the joint to follow")
+        assert (rig.status()["epoch"], world.trouble) == (epoch, "")
+        world.choose("drag", center_rad=began)  # the mouse goes on: the lease stays
+        until(lambda: rig.latest_state().position_rad[0] < began + 0.02, "the joint to come back")
+        rig.stop()  # from another window
+        until(lambda: "choose drag again" in world.trouble, "the world to let go")
+        until(lambda: rig.status()["axes"][0]["environment"]["kind"] == "free")
+        until(lambda: rig.status()["state"] == "IDLE")
+        rig.arm()
+        until(lambda: rig.latest_state().authority == 1.0)
+        world.choose("spring", stiffness_nm_rad=2.0)
+        world.choose("drag", center_rad=0.0)
+        until(lambda: rig.latest_state().lease_held)
+        world.choose("wall", center_rad=1.0)
+        until(lambda: rig.status()["lease_holder"] is None)
+        assert rig.latest_state().state == State.ACTIVE
+        rig.stop()
+    finally:
+        world.close()
+
+
+def test_a_drag_while_somebody_else_holds_the_lease_is_refused_and_changes_nothing(rig):
+    world = World(rig, rig.hello())
+    from rtctl.client import RigClient
+
+    with RigClient("mock", endpoints=rig.endpoints) as other, other.lease():
+        with pytest.raises(ClientError, match="lease_taken"):
+            world.choose("drag")
+        assert rig.status()["axes"][0]["environment"]["kind"] != "remote"
+    world.close()

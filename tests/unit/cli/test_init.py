@@ -1,0 +1,143 @@
+"""`rtctl init`: every shipped rig file can be one's own, complete, and nothing that exists is lost."""
+
+import json
+import shlex
+import subprocess
+import sys
+
+import pytest
+from click.testing import CliRunner
+
+from rtctl.cli import cli, invocation
+from rtctl.config import load
+from rtctl.errors import ConfigError
+from rtctl.friction import artefact
+from rtctl.shipped import about, rig_files, shipped, write_copy
+
+
+def call(*arguments):
+    return CliRunner().invoke(cli, [str(argument) for argument in arguments])
+
+
+def test_without_arguments_it_lists_every_shipped_file_with_what_it_is():
+    told = call("init").stdout.splitlines()
+    assert [line.split()[0] for line in told] == [path.name for path in rig_files()]
+    assert all(len(line.split()) > 4 for line in told)
+    assert json.loads(call("init", "--json").stdout)["mock.toml"] == about(shipped("configs/mock.toml"))
+
+
+@pytest.mark.parametrize("path", rig_files(), ids=lambda path: path.stem)
+def test_a_copy_of_each_loads_under_its_new_name(path, tmp_path):
+    target = tmp_path / "new folder" / "my-rig.toml"
+    done = call("init", path.name, target)
+    assert done.exit_code == 0, done.output
+    if path.stem == "playback":  # a log of one's own belongs beside it
+        (target.parent / "my_log.csv.gz").touch()
+    loaded = load(target)
+    assert loaded.config.rig.name == "my-rig"
+    for axis in loaded.config.axis:
+        if model := loaded.model_path(axis):
+            artefact.require_rig(artefact.load(model), "my-rig", model)
+            assert model.is_relative_to(tmp_path)
+    assert f"configs/{path.name}" not in target.read_text()
+    assert len(target.read_text().splitlines()) == len(path.read_text().splitlines())
+
+
+def test_two_rigs_live_in_one_folder_and_nothing_is_overwritten(tmp_path):
+    first = write_copy("mock", tmp_path / "a.toml", "a")
+    write_copy("mock.toml", tmp_path / "b.toml", "b")
+    before = {path: path.read_bytes() for path in first}
+    with pytest.raises(ConfigError, match="exists already"):
+        write_copy("mock-wall.toml", tmp_path / "a.toml", "c")
+    with pytest.raises(ConfigError, match="exists already"):
+        write_copy("mock-wall.toml", tmp_path / "c.toml", "a")  # its model is there
+    assert {path: path.read_bytes() for path in first} == before
+    assert not (tmp_path / "c.toml").exists()
+
+
+@pytest.mark.parametrize(
+    ("source", "name", "words"),
+    [
+        ("mok.toml", "a", "did you mean mock.toml"),
+        ("xyzzy", "a", "rtctl init lists"),
+        ("mock", "a b", "--name"),
+    ],
+)
+def test_what_cannot_be_copied_is_told_with_a_remedy(source, name, words, tmp_path):
+    with pytest.raises(ConfigError, match=words):
+        write_copy(source, tmp_path / "x.toml", name)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_cannot_be_written_is_told(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ConfigError, match="file"):
+        write_copy("mock", tmp_path / "file" / "x.toml", "x")
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_every_shell_gets_a_completion(shell):
+    assert "_RTCTL_COMPLETE" in call("completion", shell).stdout
+
+
+def test_completion_offers_shipped_files(monkeypatch):
+    words = {"_RTCTL_COMPLETE": "bash_complete", "COMP_WORDS": "rtctl init mock-sp", "COMP_CWORD": "2"}
+    done = CliRunner().invoke(cli, [], prog_name="rtctl", env=words, standalone_mode=False)
+    assert "mock-spring.toml" in done.stdout
+
+
+def test_commands_are_printed_as_they_run_here(monkeypatch, tmp_path):
+    (tmp_path / "bin").mkdir()
+    own = tmp_path / "bin" / "rtctl"
+    own.write_text("#!/bin/sh\n")
+    own.chmod(0o755)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", [str(own)])
+    monkeypatch.setenv("PATH", "/usr/bin")
+    text = "see rtctl check a.toml, rtctl@mock, configs/rtctl check, `rtctl stop-rig X`, rtctl: no"
+    assert invocation.as_run(text) == text.replace("see rtctl", "see bin/rtctl").replace(
+        "`rtctl", "`bin/rtctl"
+    )
+    monkeypatch.setenv("PATH", str(tmp_path / "bin"))
+    assert invocation.as_run(text) == text
+    monkeypatch.setattr(sys, "argv", ["-m"])
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "other python"))
+    assert invocation.program() == f"'{tmp_path}/other python' -m rtctl"
+
+
+def test_an_extra_is_installed_by_its_packages_and_this_python():
+    told = invocation.as_run("needs python-can: pip install 'rtctl[can]'")
+    assert told.startswith(f"needs python-can: {sys.executable} -m pip install ")
+    packages = shlex.split(told.partition(" -m pip install ")[2])
+    assert "python-can>=4.4" in packages
+    assert all("rtctl" not in one for one in packages)
+    assert invocation.as_run("sudo /opt/rtctl/bin/python -m pip install /src") == (
+        "sudo /opt/rtctl/bin/python -m pip install /src"
+    )
+
+
+def test_paths_are_printed_as_this_folder_needs_them(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    assert invocation.shown(tmp_path / "a b.toml") == "'a b.toml'"
+    assert invocation.shown(tmp_path.parent / "x") == str(tmp_path.parent / "x")
+
+
+def test_what_the_demonstration_names_exists(capsys):
+    from rtctl.cli.demo import _table
+
+    figures = dict.fromkeys(("p50", "p99"), 1.0)
+    told = _table(
+        {
+            "hand_torque_rms_nm": {"off": 1.0, "on": 0.5, "reduction": 0.5},
+            **dict.fromkeys(("wakeup_us", "cycle_us"), figures),
+            "ticks": 1,
+            "rate_hz": 1.0,
+            "missed_ticks": 0,
+            "state": "IDLE",
+            "faults": [],
+        }
+    )
+    commands = [line for line in told if line.startswith("  ") and (" run " in line or " check " in line)]
+    assert len(commands) == 2
+    program, word, file = commands[1].split()
+    assert subprocess.run([program, word, file], capture_output=True, check=False).returncode == 0

@@ -1,0 +1,80 @@
+"""What is written is tried before work begins, by every command, and trying leaves nothing behind."""
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from rtctl.cli import COMMANDS, cli
+from rtctl.cli.outputs import OutputFile, OutputFolder, why_no_folder
+
+WRITES = ("--out", "--plot", "--report", "--record", "--save-model")
+
+
+def commands(group, ctx, path=()):
+    for name in group.list_commands(ctx):
+        command = group.get_command(ctx, name)
+        if isinstance(command, click.Group):
+            yield from commands(command, ctx, (*path, name))
+        else:
+            yield (*path, name), command
+
+
+ALL = dict(commands(cli, click.Context(cli)))
+
+
+def outputs():
+    for path, command in ALL.items():
+        for option in command.params:
+            if set(option.opts) & set(WRITES):
+                yield path, option
+
+
+def test_every_option_that_names_an_output_is_one():
+    found = list(outputs())
+    assert len(found) > 15
+    assert len(ALL) >= len(COMMANDS)
+    wrong = [path for path, option in found if not isinstance(option.type, OutputFile | OutputFolder)]
+    assert wrong == []
+
+
+@pytest.mark.parametrize("path", sorted({path for path, _ in outputs()}), ids=" ".join)
+def test_no_command_begins_when_its_output_cannot_be_written(path, tmp_path, monkeypatch):
+    file = tmp_path / "a file"
+    file.write_text("")
+    given = [tmp_path / "nothing"] if path[0] != "keys" else ["anna", "--role", "renderer", "--dir", tmp_path]
+    for option in (option for found, option in outputs() if found == path):
+        ending = "x.png" if isinstance(option.type, OutputFile) else "x"
+        before = sorted(tmp_path.iterdir())
+        called = [*path, *given, option.opts[0], file / ending]
+        called += ["free-motion"] if path == ("experiment",) else []
+        if path == ("experiment",):
+            called = ["experiment", "free-motion", tmp_path / "nothing", option.opts[0], file / ending]
+        done = CliRunner().invoke(cli, [str(one) for one in called])
+        assert done.exit_code == 2, done.output
+        assert "cannot write" in done.output
+        assert "a file" in done.output
+        assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_picture_has_the_ending_of_one(tmp_path):
+    done = CliRunner().invoke(cli, ["check", "configs/mock.toml", "--plot", str(tmp_path / "region.txt")])
+    assert done.exit_code == 2
+    assert "a picture ends in .png" in done.output
+
+
+def test_trying_leaves_nothing_and_takes_nothing(tmp_path):
+    assert why_no_folder(tmp_path / "a" / "b") == ""
+    kept = tmp_path / "kept.json"
+    kept.write_text("old")
+    OutputFile().convert(str(kept), None, None)
+    OutputFolder().convert(str(tmp_path / "new" / "er"), None, None)
+    assert [path.name for path in tmp_path.iterdir()] == ["kept.json"]
+    assert kept.read_text() == "old"
+
+
+def test_a_folder_that_takes_no_file_is_told(tmp_path, monkeypatch):
+    def full(**_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("tempfile.TemporaryFile", full)
+    assert why_no_folder(tmp_path / "x") == f"No space left on device ({tmp_path})"

@@ -1,0 +1,224 @@
+import contextlib
+import errno
+import os
+import resource
+import socket
+import tempfile
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+import zmq
+from patience import until
+
+from rtctl.bench.attacker import connect, plain
+from rtctl.host import intruders as module
+from rtctl.host import traffic
+from rtctl.host.access import Access, Openings
+from rtctl.host.doors import Door
+from rtctl.host.reserve import RESERVE, Reserve
+from rtctl.protocol import Endpoints
+
+MORE = b"\x01\x00"
+
+
+class House:
+    """Doors for requests (ipc) and viewers (TCP); its clock and its memory are the test's."""
+
+    def __init__(self, folder, port=0):
+        self.context, self.notices = zmq.Context(), []
+        self.now_s, self.memory = 100.0, 200 << 20
+        self.endpoints = Endpoints(f"ipc://{folder}/t", f"ipc://{folder}/c", f"ipc://{folder}/x")
+        self.access = Access(
+            self.context,
+            self.endpoints,
+            Openings(viewer_port=port),
+            lambda *notice: self.notices.append(notice),
+            clock_s=lambda: self.now_s,
+            resident=lambda: self.memory,
+        )
+        (self.command,) = self.access.routers("command", 0, {zmq.RCVHWM: 8})
+        (self.viewer,) = self.access.viewers({zmq.RCVHWM: 64})
+        self.open = []
+
+    def enter(self, address, **more):
+        """A stranger that greets, with the host taking its turns meanwhile."""
+        with ThreadPoolExecutor(1) as pool:
+            entering = pool.submit(connect, address, **more)
+            while not entering.done():
+                self.turn()
+                time.sleep(0.005)
+        self.open.append(entering.result())
+        return self.open[-1]
+
+    def turn(self, seconds=0.01):
+        self.now_s += seconds
+        self.access.authenticator.serve()
+        self.access.look()
+
+    def kinds(self):
+        return {kind for kind, _text in self.notices}
+
+    def is_cut(self, one):
+        """Whether the host has hung up on a connection."""
+        self.turn()
+        one.settimeout(0.01)
+        try:
+            return one.recv(65536) == b""
+        except TimeoutError:
+            return False
+        except OSError:
+            return True
+
+    def close(self):
+        for one in self.open:
+            one.close()
+        self.access.close()
+        self.context.term()
+
+
+@pytest.fixture
+def house():
+    with socket.create_server(("127.0.0.1", 0)) as probe:
+        port = probe.getsockname()[1]
+    with tempfile.TemporaryDirectory(prefix="rt") as folder:
+        made = House(folder, port)
+        yield made
+        made.close()
+
+
+def test_a_viewer_that_sends_a_message_without_an_end_is_cut_off_and_kept_out(house):
+    one = house.enter(house.viewer.address, socket_type=b"SUB")
+    one.sendall(MORE * traffic.LISTENER_BYTES)
+    until(lambda: house.is_cut(one), "its end")
+    assert "expelled" in house.kinds()
+    with pytest.raises(OSError, match=r"timed out|not let in|reset"):
+        house.enter(house.viewer.address, socket_type=b"SUB")
+    assert "refused" in house.kinds()
+
+
+def test_a_viewer_that_only_listens_stays_for_ever(house):
+    one = house.enter(house.viewer.address, socket_type=b"SUB")
+    one.sendall(b"\x00\x0c\x01rtctl/state")
+    for _ in range(50):
+        one.sendall(b"\x04\x07\x04PING\x00\x00")
+        house.turn(60.0)
+    assert not house.is_cut(one)
+    assert "expelled" not in house.kinds()
+
+
+def test_a_slow_message_without_an_end_is_seen_too(house):
+    one = house.enter(house.viewer.address, socket_type=b"SUB")
+
+    def cut():
+        with contextlib.suppress(OSError):
+            one.send(MORE * 2048)
+        return house.is_cut(one)
+
+    until(cut, "its end")
+
+
+def test_when_memory_grows_a_local_flood_is_expelled_and_a_quiet_client_is_not(house):
+    quiet, flood = house.enter(house.command.address), house.enter(house.command.address)
+    flood.setblocking(False)
+    house.turn()
+    house.memory += 2 * module.GROWTH_BYTES
+
+    def flooded():
+        with contextlib.suppress(OSError):
+            while True:
+                flood.send(MORE * 100_000)
+        return house.is_cut(flood)
+
+    until(flooded, "its end")
+    assert "memory" not in house.kinds(), "all local clients were cut off"
+    assert not house.is_cut(quiet)
+
+
+def test_when_memory_goes_on_growing_and_nobody_floods_local_clients_are_cut_off_then_all_then_it_is_the_hosts_own(
+    house,
+):
+    quiet = house.enter(house.command.address)
+    viewer = house.enter(house.viewer.address, socket_type=b"SUB")
+    house.turn()
+    house.memory += 2 * module.GROWTH_BYTES
+    for _ in range(20):
+        house.turn()
+    assert not house.is_cut(quiet), "memory grew no more"
+    house.memory += module.STEP_BYTES
+    until(lambda: house.is_cut(quiet), "the end of the local one")
+    assert not house.is_cut(viewer)
+    house.memory += module.STEP_BYTES
+    until(lambda: house.is_cut(viewer), "the end of all")
+    opened = house.command.openings
+    for _ in range(8):
+        house.memory += module.STEP_BYTES
+        house.turn(5.0)
+    assert house.command.openings == opened, "it goes on cutting"
+
+
+def test_what_an_observer_of_the_host_collects_slowly_is_no_attack(house):
+    quiet = house.enter(house.command.address)
+    for _ in range(200):
+        house.memory += 1 << 20
+        house.turn(1.0)
+    assert not house.is_cut(quiet)
+    assert not {"memory", "expelled"} & house.kinds()
+
+
+def test_of_a_crowd_the_silent_go_and_no_more_stay_than_there_is_room_for(house, monkeypatch):
+    monkeypatch.setattr(module, "STRANGERS", 8)
+    spoke = house.enter(house.viewer.address, socket_type=b"SUB")
+    silent = [plain(house.viewer.address) for _ in range(40)]
+    house.open += silent
+    until(
+        lambda: (
+            (house.turn(0.006), len(house.viewer.connections.strangers()) <= 8)[1]
+            and "crowd" in house.kinds()
+        )
+    )
+    assert not house.is_cut(spoke)
+
+
+def test_of_a_local_crowd_whoever_was_let_in_stays(house, monkeypatch):
+    monkeypatch.setattr(module, "STRANGERS", 8)
+    known = house.enter(house.command.address)
+    (first,) = house.command.connections.descriptors()
+    true_peer = traffic.local_peer
+    monkeypatch.setattr(module, "local_peer", lambda one: true_peer(one) if one == first else "ipc:0:0:1")
+    house.open += [plain(house.command.address) for _ in range(40)]
+    until(lambda: (house.turn(0.006), "crowd" in house.kinds())[1])
+    assert not house.is_cut(known)
+
+
+def test_a_door_that_cannot_be_opened_again_stays_shut_until_it_can(house, monkeypatch):
+    opened = Door._open
+
+    def refuse(_door):
+        raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+
+    monkeypatch.setattr(Door, "_open", refuse)
+    house.command.cut()
+    assert not house.command.is_open
+    house.turn()
+    monkeypatch.setattr(Door, "_open", opened)
+    house.turn(1.0)
+    assert house.command.is_open
+    house.enter(house.command.address)
+
+
+def test_the_reserve_is_there_for_whom_it_is_lent_when_nothing_else_is():
+    reserve = Reserve()
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    lowest = os.open(os.devnull, os.O_RDONLY)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (max(lowest + 1, 3), hard))
+    try:
+        with pytest.raises(OSError, match="Too many"):
+            os.open(os.devnull, os.O_RDONLY)
+        with reserve.lent():
+            taken = [os.open(os.devnull, os.O_RDONLY) for _ in range(RESERVE)]
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    for one in (*taken, lowest):
+        os.close(one)
+    reserve.close()
