@@ -5,24 +5,35 @@ BIN    := $(VENV)/bin
 export PYTHONUNBUFFERED = 1
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: run test test-system lint bench soak fuzz campaign mutants mutation coverage setup setup-bench docs model recordings clean
+.PHONY: locks run test test-system lint bench soak fuzz campaign mutants mutation coverage setup setup-bench docs model recordings clean
 setup: $(VENV)/.ready-dev
 setup-bench: $(VENV)/.ready-bench
 
 $(VENV)/bin/python:
 	@bash .ci/make-venv "$(PYTHON)" "$(VENV)"
 
-$(VENV)/.ready: pyproject.toml constraints.txt | $(VENV)/bin/python
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
-	@touch $@ 
-
-$(VENV)/.ready-dev: $(VENV)/.ready
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+# Everything that is fetched has a hash; this package itself, for which there is none, is built from what is there by then.
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+$(VENV)/.ready: pyproject.toml locks/run.txt | $(VENV)/bin/python
+	$(PIP) --require-hashes -r locks/run.txt
+	$(PIP) --no-deps --no-build-isolation -e .
 	@touch $@
 
-$(VENV)/.ready-bench: $(VENV)/.ready-dev
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[bench]'
+$(VENV)/.ready-dev: $(VENV)/.ready locks/dev.txt
+	$(PIP) --require-hashes -r locks/dev.txt
 	@touch $@
+
+$(VENV)/.ready-bench: $(VENV)/.ready-dev locks/bench.txt
+	$(PIP) --require-hashes -r locks/bench.txt
+	@touch $@
+
+# The versions of constraints.txt with the hashes of all their files, for every Python and machine. Needs uv.
+LOCK := uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --no-annotate \
+  --no-emit-index-url -c constraints.txt pyproject.toml locks/build.in
+locks:
+	$(LOCK) -o locks/run.txt
+	$(LOCK) --extra dev -o locks/dev.txt
+	$(LOCK) --extra dev --extra bench -o locks/bench.txt
 
 run: $(VENV)/.ready
 	$(BIN)/rtctl demo

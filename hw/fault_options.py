@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -21,6 +20,7 @@ from pydantic import (
 
 from hw.fault_kinds import KINDS, Channel
 from hw.faults import FAULTS
+from hw.outside import read_toml
 from hw.plain_words import explain
 
 MAX_S = 1e9
@@ -145,14 +145,14 @@ def load_schedule(path: Path, context: Mapping[str, Any] | None = None) -> tuple
         The text names the file and every fault in it: key, value, bound.
     """
     try:
-        data = tomllib.loads(path.read_bytes().decode())
+        data = read_toml(path)
         return Schedule.model_validate(data, context=dict(context or {})).fault
     except OSError as error:
         msg = f"{path}: cannot read the faults: {error.strerror}"
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        msg = f"{path}: not a TOML file: {error}"
     except ValidationError as error:
         msg = "; ".join(f"{path}: {told.where}: {told.text}" for told in explain(error, Schedule, data))
+    except ValueError as error:
+        msg = f"{path}: not a TOML file: {error}"
     raise ValueError(msg)
 
 

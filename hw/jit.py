@@ -18,6 +18,9 @@ from typing import Any, TypeVar, cast
 import numba
 import numpy as np
 from numba.core import config as numba_config
+from numba.core.caching import NullCache
+
+from hw.private_cache import OwnFiles, make_private
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -46,6 +49,11 @@ def cache_root() -> Path:
     return Path(base) / "rtctl"
 
 
+def compiled_folder() -> Path:
+    """Folder of compiled code, one folder per set of sources; for this user alone."""
+    return cache_root() / "compiled"
+
+
 def source_key(*roots: Path) -> str:
     """Hash of every Python file below `roots`, of the interpreter, and of Numba itself (hex)."""
     digest = hashlib.sha256(f"{sys.version} numba {numba.__version__} numpy {np.__version__}".encode())
@@ -64,13 +72,27 @@ def compiler(*roots: Path, nogil: bool = False) -> Callable[[F], F]:
     No fast-math: results are the same bit for bit inside the loop, in a simulation and in a replay.
     Division by zero follows IEEE 754 (inf, nan); the law checks its results itself.
     """
-    folder = str(cache_root() / "compiled" / source_key(*roots))
+    folder = compiled_folder() / source_key(*roots)
+    kept = JIT_DISABLED or make_private(folder, levels=2)
 
     def compiled(function: F) -> F:
-        numba_config.CACHE_DIR = folder  # type: ignore[attr-defined] # read by njit below
-        return cast("F", numba.njit(cache=True, error_model="numpy", nogil=nogil)(function))
+        numba_config.CACHE_DIR = str(folder)  # type: ignore[attr-defined] # read by njit below
+        made = numba.njit(cache=kept, error_model="numpy", nogil=nogil)(function)
+        if kept and not JIT_DISABLED:
+            _read_own_files_only(made, folder)
+        return cast("F", made)
 
     return compiled
+
+
+def _read_own_files_only(dispatcher: Any, folder: Path) -> None:  # noqa: ANN401
+    """Have Numba ask whose a file is before it executes it, and look nowhere else when it cannot use `folder`."""
+    cache = dispatcher._cache
+    if Path(cache.cache_path).parent != folder:
+        dispatcher._cache = NullCache()
+        return
+    files = cache._cache_file
+    files.__class__ = OwnFiles
 
 
 compiled = compiler(Path(__file__).parent)

@@ -14,11 +14,19 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
+from hw.outside import shown as on_one_line
+
 Key = tuple[str | int, ...]
 
 NAME_PATTERN = r"^[A-Za-z][A-Za-z0-9_-]{0,31}$"
 NAME_WORDS = "a letter, then at most 31 letters, digits, - or _"
 MOST_SHOWN = 60
+
+MOST_FAULTS = 50
+"""Faults of one table that are told one by one."""
+
+MOST_MESSAGE = 2000
+"""Characters of one fault's text: that of a schedule of faults tells all of its own."""
 
 
 @dataclass(frozen=True)
@@ -31,19 +39,29 @@ class Told:
     @property
     def where(self) -> str:
         """The key as people write it: `axis[0].name`; empty for the whole."""
-        parts = (f"[{part}]" if isinstance(part, int) else f".{part}" for part in self.key)
-        return "".join(parts).removeprefix(".")
+        return written(self.key)
+
+
+def written(key: Key) -> str:
+    """A key as people write it, on one line and without control characters: `axis[0].name`."""
+    parts = (f"[{part}]" if isinstance(part, int) else f".{on_one_line(part)}" for part in key)
+    return "".join(parts).removeprefix(".")
 
 
 def explain(error: ValidationError, model: type[BaseModel], data: Any) -> list[Told]:  # noqa: ANN401
-    """Every fault of `data` as a `model`, in the order of the model."""
-    found = [(_key(fault["loc"], data), dict(fault)) for fault in error.errors(include_url=False)]
+    """The faults of `data` as a `model`, in the order of the model; the last one counts those beyond `MOST_FAULTS`.
+
+    No text holds a control character, whatever the data do.
+    """
+    every = [(_key(fault["loc"], data), dict(fault)) for fault in error.errors(include_url=False)]
+    holding = {key[:length] for key, _ in every for length in range(len(key))}
+    # a list is too short as well where only the entries below it were refused
+    found = [(key, fault) for key, fault in every if fault["type"] != "too_short" or key not in holding]
     out: list[Told] = []
-    for key, fault in found:
-        deeper = any(len(other) > len(key) and other[: len(key)] == key for other, _ in found)
-        if fault["type"] == "too_short" and deeper:  # only says that the entries below it were refused
-            continue
-        told = Told(key, _text(key, fault, model))
+    for i, (key, fault) in enumerate(found):
+        if len(out) == MOST_FAULTS:
+            return [*out, Told((), f"and {len(found) - i} more of the kind")]
+        told = Told(key, on_one_line(_text(key, fault, model), MOST_MESSAGE))
         if told not in out:
             out.append(told)
     return out

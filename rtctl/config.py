@@ -9,16 +9,25 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 
 from hw import registry
 from hw.interface import BackendError, Rig
-from hw.plain_words import Key, Told, explain
+from hw.outside import whole
+from hw.plain_words import Key
 from hw.rig import Member
 from rtctl.config_devices import Composition
+from rtctl.config_faults import fault_lines, no_files, tiny_lines
 from rtctl.config_tables import (
     AxisTable,
     DeviceTable,
@@ -32,6 +41,7 @@ from rtctl.config_tables import (
     ViewTable,
 )
 from rtctl.errors import ConfigError
+from rtctl.protocol import MOST_AXES
 from rtctl.toml_lines import read_toml
 
 
@@ -43,10 +53,10 @@ def _or_switch(schema: dict[str, Any]) -> None:
 class Config(Table):
     """A whole rig file."""
 
-    schema_version: Literal[1] = Field(1, alias="schema")
+    schema_version: Annotated[Literal[1], BeforeValidator(whole)] = Field(1, alias="schema")
     rig: RigTable
     loop: LoopTable = LoopTable()
-    axis: tuple[AxisTable, ...] = Field(min_length=1, max_length=8, strict=False)
+    axis: tuple[AxisTable, ...] = Field(min_length=1, max_length=MOST_AXES, strict=False)
     passivity: PassivityTable = PassivityTable()
     device: tuple[DeviceTable, ...] = Field(min_length=1, max_length=8, strict=False)
     telemetry: TelemetryTable = TelemetryTable()
@@ -190,17 +200,6 @@ class LoadedConfig(Table):
         return (self.path.parent / axis.friction.model).resolve() if axis.friction.model else None
 
 
-def _told(
-    where: Callable[[Key], str], prefix: Key, error: ValidationError, model: type[BaseModel], data: object
-) -> list[str]:
-    """One line per fault: file and line, key, and what is wrong with it."""
-    out = []
-    for told in explain(error, model, data):
-        whole = Told((*prefix, *told.key), told.text)
-        out.append(f"{where(whole.key)}: {whole.where or '(file)'}: {told.text}")
-    return out
-
-
 def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
     """Read and validate a rig file.
 
@@ -219,12 +218,12 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
     """
     path = Path(path).resolve()
     raw, data, where = read_toml(path)
-    faults: list[str] = []
+    faults = tiny_lines(where, data)
     config: Config | None = None
     try:
         config = Config.model_validate(data)
     except ValidationError as error:
-        faults += _told(where, (), error, Config, data)
+        faults += fault_lines(where, (), error, Config, data)
     if script is not None and config is not None:
         faults += _put_script(path, config, data, Path(script).resolve())
     options, more = _device_options(path, data, where)
@@ -250,13 +249,14 @@ def _device_options(
         kind = device.get("kind") if isinstance(device, dict) else None
         if not isinstance(kind, str):
             continue  # the table's own fault
+        faults += no_files(where, ("device", i, "options"), path.parent, device)
         try:
             model = registry.options_model(kind)
             context = {"folder": path.parent, **_facts(data, device)}
             options = model.model_validate(device.get("options", {}), context=context)
         except ValidationError as error:
             key = ("device", i, "options")
-            faults += _told(where, key, error, model, device.get("options", {}))
+            faults += fault_lines(where, key, error, model, device.get("options", {}))
         except BackendError as error:
             faults.append(f"{where(('device', i, 'kind'))}: device[{i}].kind: {error}")
         else:

@@ -9,8 +9,9 @@ from __future__ import annotations
 import ipaddress
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
+from hw.outside import whole
 from hw.plain_words import NAME_PATTERN
 
 
@@ -154,7 +155,9 @@ class EnvironmentTable(Table):
     stiffness_nm_rad: float = _number(0, 1e6, "spring, wall: k; detents: greatest slope", default=0.0)
     damping_nms_rad: float = _number(0, 1e4, "damper, wall: b", default=0.0)
     center_rad: float = _number(-1e3, 1e3, "rest angle, wall face, or centre of a detent", default=0.0)
-    side: Literal[-1, 1] = Field(1, description="wall: +1 resists motion to larger angles")
+    side: Annotated[Literal[-1, 1], BeforeValidator(whole)] = Field(
+        1, description="wall: +1 resists motion to larger angles"
+    )
     pitch_rad: float = _number(1e-3, 100, "detents: distance", default=0.2)
 
 

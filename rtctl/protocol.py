@@ -16,6 +16,7 @@ from pathlib import Path
 
 from rtctl import tick
 from rtctl.errors import ConfigError
+from rtctl.private_folder import foreign
 
 PROTOCOL_VERSION = 1
 
@@ -27,6 +28,9 @@ TOPIC_COMMAND = b"rtctl/command"
 TOPIC_SETUP = b"rtctl/setup"
 TOPICS = (TOPIC_STATE, TOPIC_TICKS, TOPIC_EVENT, TOPIC_HEALTH, TOPIC_COMMAND, TOPIC_SETUP)
 """All of them: a subscriber that asks for others is expelled in the end."""
+
+MOST_AXES = 8
+"""Axes of a rig, and of what claims to be recorded from one."""
 
 MAX_REQUEST_BYTES = 4096
 MAX_OUTSTANDING_REQUESTS = 8
@@ -88,10 +92,21 @@ def rig_directory(rig: str, root: Path | None = None) -> Path:
 
 
 def client_directory(rig: str, root: Path | None = None) -> Path:
-    """Folder in which a client looks for the rig: this user's, else that of the service. Raises ConfigError."""
+    """Folder in which a client looks for the rig: this user's, else that of the service.
+
+    Raises
+    ------
+    ConfigError
+        A name that is none, or a folder of somebody else who could answer in the rig's place.
+    """
     own = rig_directory(rig, root)
     service = SERVICE_ROOT / rig
-    return service if root is None and not own.exists() and service.exists() else own
+    reason = foreign(own)
+    if root is None and (reason or not own.exists()) and service.exists():
+        own, reason = service, foreign(service)
+    if reason:
+        raise ConfigError(f"{reason} (whoever owns it could answer in place of the rig)")
+    return own
 
 
 def endpoints_in(directory: Path) -> Endpoints:
@@ -123,17 +138,21 @@ def running_rigs(root: Path | None = None) -> list[str]:
     """Names of the rigs whose daemons run, by the process ids in their lock files.
 
     It looks without locking: a look must never make a daemon that starts at that moment believe the rig is
-    taken.
+    taken. Folders of other users are passed over.
     """
     roots = [root] if root else [runtime_root(), SERVICE_ROOT]
     locks = sorted({lock for folder in roots for lock in folder.glob(f"*/{LOCK_NAME}")})
-    return [lock.parent.name for lock in locks if _alive(lock)]
+    return [lock.parent.name for lock in locks if _RIG_NAME.fullmatch(lock.parent.name) and _alive(lock)]
 
 
 def _alive(lock: Path) -> bool:
+    if foreign(lock.parent):
+        return False
     try:
-        os.kill(int(lock.read_text().split()[0]), 0)
-    except (OSError, ValueError, IndexError):
+        fd = os.open(lock, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK)
+        with os.fdopen(fd, "rb") as file:
+            os.kill(int(file.read(64).split()[0]), 0)
+    except (OSError, ValueError, IndexError, OverflowError):
         return False
     return True
 

@@ -28,6 +28,7 @@ import numpy as np
 from rtctl.control import mailbox
 from rtctl.control.jit import records
 from rtctl.control.records import MODEL, command_dtype, params_dtype
+from rtctl.standard_streams import above_standard_streams
 from rtctl.tick import tick_dtype
 
 MAILBOX_SLOTS = 4
@@ -91,7 +92,7 @@ class Memory:
     @classmethod
     def create(cls, n_axes: int, ring_rows: int, period_ns: int) -> Memory:
         """Make the memory; rows are zero. The descriptor is inheritable only through `pass_fds`."""
-        memory = cls(os.memfd_create("rtctl", os.MFD_CLOEXEC), n_axes, ring_rows)
+        memory = cls(above_standard_streams(os.memfd_create("rtctl", os.MFD_CLOEXEC)), n_axes, ring_rows)
         header = memory.header[0]
         header["n_axes"], header["ring_rows"], header["period_ns"] = n_axes, ring_rows, period_ns
         header["magic"] = _MAGIC

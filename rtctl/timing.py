@@ -15,9 +15,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from hw.outside import json_of, read_bounded
 from rtctl.config import LoadedConfig
 
 NAME = "timing.json"
+MOST_BYTES = 1 << 20
 
 BOUNDS: dict[str, tuple[float, float]] = {
     "delay_s": (0.0, 10.0),
@@ -78,7 +80,7 @@ def write(folder: Path, devices: str, axes: Mapping[str, AxisTiming]) -> None:
 def read(folder: Path, devices: str) -> dict[str, AxisTiming]:
     """Timing of each axis that is known, by its name; none from a file that is missing, damaged or of other devices."""
     try:
-        body = json.loads((folder / NAME).read_text())
+        body = json_of(read_bounded(folder / NAME, MOST_BYTES))
     except (OSError, ValueError):
         return {}
     if not isinstance(body, dict) or body.get("devices_sha256") != devices:

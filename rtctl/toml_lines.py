@@ -8,14 +8,15 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from hw.plain_words import Key
+from hw.outside import MOST_TABLE_BYTES, read_bounded, shown, toml_of
+from hw.plain_words import MOST_MESSAGE, Key
 from rtctl.errors import ConfigError
 
 _HEADER = re.compile(r"\s*(\[\[?)([^\[\]]+)\]\]?\s*(#.*)?$")
 _ASSIGNMENT = re.compile(
     r"""\s*((?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*'))*)\s*=(.*)"""
 )
-_QUOTED = re.compile(r""""(?:\\.|[^"\\])*"|'[^']*'|#.*""")
+_QUOTED = re.compile(r""""(?:\\.?|[^"\\])*+"?|'[^']*+'?|#.*""")  # what is never closed ends with the line
 
 
 def _names(text: str) -> list[str]:
@@ -25,7 +26,7 @@ def _names(text: str) -> list[str]:
 def _statements(text: str) -> Iterator[tuple[int, str]]:
     """Numbers and texts of the lines on which something begins: not those inside of lists and long strings."""
     depth, ends = 0, ""
-    for number, line in enumerate(text.splitlines(), 1):
+    for number, line in enumerate(text.split("\n"), 1):
         if ends:
             ends = "" if ends in line else ends
             continue
@@ -79,34 +80,34 @@ def _not_toml(path: Path, text: str, error: tomllib.TOMLDecodeError) -> ConfigEr
     """Where the file stops being TOML, with the line itself."""
     found = re.search(r"(.*) \(at line (\d+), column \d+\)", str(error))
     if found is None:  # at the end of the file
-        return ConfigError(f"{path}: not a TOML file: {str(error)[:1].lower()}{str(error)[1:]}")
+        end = f"{str(error)[:1].lower()}{str(error)[1:]}"
+        return ConfigError(f"{path}: not a TOML file: {shown(end, MOST_MESSAGE)}")
     number = int(found[2])
-    line = text.splitlines()[number - 1].strip() if number <= len(text.splitlines()) else ""
+    line = "".join(text.split("\n")[number - 1 : number]).strip()
     why = {
         "Cannot overwrite a value": "this was given before",
         "Invalid value": "no value; text needs quotes",
     }
-    return ConfigError(f"{path}:{number}: not a TOML file: {why.get(found[1], found[1])}: {line}")
+    told = shown(why.get(found[1], found[1]), MOST_MESSAGE)
+    return ConfigError(f"{path}:{number}: not a TOML file: {told}: {shown(line)}")
 
 
 def read_toml(path: Path) -> tuple[bytes, dict[str, Any], Callable[[Key], str]]:
     """The file, its tables, and what tells file and line of a key. Raises ConfigError."""
     try:
-        raw = path.read_bytes()
-        text = raw.decode()
+        raw = read_bounded(path, MOST_TABLE_BYTES)
+        data = toml_of(raw)
     except FileNotFoundError as error:
         raise ConfigError(
             f"{path}: cannot read the rig file: there is no such file (`rtctl init` lists those that can be copied)"
         ) from error
     except OSError as error:
         raise ConfigError(f"{path}: cannot read the rig file: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise ConfigError(f"{path}: not a TOML file: {error}") from error
-    try:
-        data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise _not_toml(path, text, error) from error
-    lines = TomlLines(text)
+        raise _not_toml(path, raw.decode(), error) from error
+    except ValueError as error:
+        raise ConfigError(f"{path}: not a TOML file: {shown(error, MOST_MESSAGE)}") from error
+    lines = TomlLines(raw.decode())
 
     def where(key: Key) -> str:
         number = lines.of(key)

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 
 from hw.can import cia402, load, moteus, odrive
 from hw.can.load import Load, Traffic
+from hw.outside import whole
 
 
 class Table(BaseModel):
@@ -100,7 +101,9 @@ class BusUser(Table):
 class AxisOptions(Table):
     """[[device.options.axis]] of a drive: one per axis, in order."""
 
-    direction: Literal[1, -1] = Field(1, description="-1 turns the sign of angle, current and torque")
+    direction: Annotated[Literal[1, -1], BeforeValidator(whole)] = Field(
+        1, description="-1 turns the sign of angle, current and torque"
+    )
     shaft: Literal["motor", "link"] = Field(
         "motor", description="where the drive's angle and torque are meant"
     )

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from hw.force import optoforce, rdt, rokubi
+from hw.outside import whole
 
 Entry = Annotated[float, Field(ge=-100, le=100)]
 Row = Annotated[tuple[Entry, Entry, Entry], Field(strict=False)]
@@ -66,8 +67,12 @@ class OptoForceOptions(SerialSensorOptions):
     counts_per_n: tuple[Counts, Counts, Counts] = Field(
         strict=False, description="sensitivity of x, y, z from the sensor's own data sheet"
     )
-    output_hz: Literal[1000, 333, 100] = Field(1000, description="rate the DAQ is set to when opening")
-    filter_hz: Literal[0, 500, 150, 50, 15] = Field(0, description="cut-off of the DAQ's filter; 0: none")
+    output_hz: Annotated[Literal[1000, 333, 100], BeforeValidator(whole)] = Field(
+        1000, description="rate the DAQ is set to when opening"
+    )
+    filter_hz: Annotated[Literal[0, 500, 150, 50, 15], BeforeValidator(whole)] = Field(
+        0, description="cut-off of the DAQ's filter; 0: none"
+    )
 
     @model_validator(mode="after")
     def _one_sensor(self) -> OptoForceOptions:

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from hw.interface import BackendError, Options, Rig
+from hw.outside import read_bounded
 
 # Factors to SI of the units that hw.playback.options admits (pydantic stays out of the loop process).
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
@@ -27,8 +28,11 @@ CURRENT_UNITS = {"A": 1.0, "mA": 1e-3}
 TORQUE_UNITS = {"N m": 1.0, "mN m": 1e-3}
 FORCE_UNITS = {"N": 1.0, "mN": 1e-3}
 
-MAX_CHARACTERS = 1 << 30
-"""Largest log after decompression; a small .gz may unpack to any size."""
+MAX_BYTES = 1 << 30
+"""Largest log, after decompression too."""
+
+MOST_RATIO, LEAST_UNPACKED = 100, 1 << 20
+"""How many times its size a .gz may unpack to, and what it always may: logs reach 5 to 20, a bomb 1,000."""
 
 MAX_STEP_ERROR = 0.25
 """Largest deviation of one sampling step from the mean step, as a share of it."""
@@ -58,11 +62,9 @@ class Recording:
 
 def _text(path: Path) -> str:
     try:
-        with path.open("rb") as raw:
-            packed = path.suffix == ".gz" or raw.read(2) == b"\x1f\x8b"
-        opened = gzip.open if packed else Path.open
-        with opened(path, "rt", encoding="utf-8-sig") as stream:
-            text = str(stream.read(MAX_CHARACTERS + 1))
+        raw = read_bounded(path, MAX_BYTES)
+        packed = path.suffix == ".gz" or raw[:2] == b"\x1f\x8b"
+        text = (_unpacked(path, raw) if packed else raw).decode("utf-8-sig")
     except EOFError as error:
         raise BackendError(f"{path}: the gzip file is cut off; copy it again") from error
     except (gzip.BadGzipFile, zlib.error) as error:
@@ -71,8 +73,18 @@ def _text(path: Path) -> str:
         raise BackendError(f"{path}: not a text file ({error.reason} at byte {error.start})") from error
     except OSError as error:
         raise BackendError(f"{path}: cannot read the log: {error.strerror or error}") from error
-    if len(text) > MAX_CHARACTERS:
-        raise BackendError(f"{path}: more than {MAX_CHARACTERS} characters; cut the log into parts")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _unpacked(path: Path, raw: bytes) -> bytes:
+    """The content of a gzip file, if it is no larger than a log's could be."""
+    most = min(MAX_BYTES, LEAST_UNPACKED + MOST_RATIO * len(raw))
+    with gzip.open(io.BytesIO(raw)) as stream:
+        text = stream.read(most + 1)
+    if len(text) > most:
+        raise BackendError(
+            f"{path}: its {len(raw)} bytes unpack to more than {most}, which no log does; unpack it yourself, or cut it into parts"
+        )
     return text
 
 

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+
+from hw.outside import whole
 
 Byte = Annotated[int, Field(ge=0, le=255)]
 Bytes = Annotated[tuple[Byte, ...], Field(strict=False)]
@@ -65,9 +75,11 @@ class AskedOptions(PortOptions):
 class AxisOptions(SerialTable):
     """[[device.options.axis]]: how the board's numbers relate to the joint."""
 
-    position_sign: Literal[-1, 1] = Field(1, description="-1: counts fall as the joint angle rises")
+    position_sign: Annotated[Literal[-1, 1], BeforeValidator(whole)] = Field(
+        1, description="-1: counts fall as the joint angle rises"
+    )
     position_offset_rad: float = Field(0.0, ge=-1e3, le=1e3, description="joint angle at count 0")
-    motor_sign: Literal[-1, 1] = Field(
+    motor_sign: Annotated[Literal[-1, 1], BeforeValidator(whole)] = Field(
         1, description="-1: a positive current (or torque) of the board drives the joint to smaller angles"
     )
 

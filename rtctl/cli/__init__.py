@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import importlib
+import os
 import sys
+from contextlib import suppress
 from typing import Any
 
 import click
@@ -11,6 +13,8 @@ import click
 from rtctl import __version__
 from rtctl.cli.json_text import json_text
 from rtctl.errors import ConfigError, RtctlError
+from rtctl.standard_streams import open_standard_streams
+from rtctl.terminal import obey_nothing_foreign
 
 COMMANDS: dict[str, str] = {
     "demo": "rtctl.cli.demo",
@@ -96,23 +100,43 @@ def report(error: RtctlError, *, as_json: bool) -> None:
 
 def main() -> None:
     """Entry point of the `rtctl` program."""
+    open_standard_streams()
+    obey_nothing_foreign()
+    code = _exit_code()
+    if sys.argv[1:2] == ["run"]:
+        _leave_at_once(code)
+    sys.exit(code)
+
+
+def _exit_code() -> int:
     try:
         cli.main(standalone_mode=False)
     except RtctlError as error:
         report(error, as_json="--json" in sys.argv)
-        sys.exit(error.exit_code)
+        return error.exit_code
     except click.exceptions.Exit as stop:
-        sys.exit(stop.exit_code)
+        return stop.exit_code
     except click.ClickException as error:
         if "--json" in sys.argv:
             body = {"error": type(error).__name__, "message": error.format_message()}
             click.echo(json_text({**body, "exit_code": error.exit_code}))
         else:
             error.show()
-        sys.exit(error.exit_code)
+        return error.exit_code
+    except SystemExit as stop:
+        return stop.code if isinstance(stop.code, int) else int(stop.code is not None)
     except (click.Abort, KeyboardInterrupt):
         click.echo("interrupted", err=True)
-        sys.exit(130)
+        return 130
     except BrokenPipeError:
         sys.stderr.close()
-        sys.exit(0)
+        return 0
+    return 0
+
+
+def _leave_at_once(code: int) -> None:
+    """End a daemon that has closed everything. To take its interpreter apart would last longer than its whole end may."""
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError, ValueError):  # nobody reads it any more
+            stream.flush()
+    os._exit(code)

@@ -8,9 +8,12 @@ from typing import Any
 
 import click
 
+from hw.outside import shown
 from rtctl.cli.invocation import as_run
 from rtctl.cli.json_text import json_text
 from rtctl.cli.rig_argument import rig_argument, rig_of
+
+MOST_LINE = 2000
 
 
 @click.command("events")
@@ -46,9 +49,12 @@ def command(rig: str | None, last: int, state_dir: Path | None, *, follow: bool,
 
 def line(event: dict[str, Any]) -> str:
     """One event as a line for a person."""
-    when = datetime.fromtimestamp(event["timestamp"]).astimezone()
-    head = f"{when:%Y-%m-%d %H:%M:%S}.{when.microsecond // 1000:03d} tick {event['tick']:>9}"
-    return f"{head}  {_text(event)}"
+    try:
+        when = datetime.fromtimestamp(event["timestamp"]).astimezone()
+        head = f"{when:%Y-%m-%d %H:%M:%S}.{when.microsecond // 1000:03d} tick {event['tick']:>9}"
+        return shown(f"{head}  {_text(event)}", MOST_LINE)
+    except (KeyError, TypeError, ValueError, OverflowError, OSError):
+        return shown(f"an event that this version cannot read: {json_text(event)}")
 
 
 def _text(event: dict[str, Any]) -> str:

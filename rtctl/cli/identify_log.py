@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import hashlib
 import io
-import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hw.outside import read_toml
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFolder
 from rtctl.errors import ConfigError
@@ -150,7 +150,7 @@ def _tables(columns: tuple[str, ...], map_file: Path | None) -> dict[str, dict[s
     given: dict[str, Any] = {}
     if map_file:
         try:
-            given = tomllib.loads(map_file.read_text("utf-8"))
+            given = read_toml(map_file)
         except (OSError, ValueError) as error:
             raise ConfigError(f"{map_file}: cannot read the map of columns: {error}") from error
     for text in columns:

@@ -23,13 +23,19 @@ def command(file: Path, *, as_json: bool) -> None:
 
 
 def _lines(found: dict[str, Any]) -> list[str]:
+    from hw.outside import shown
+
     about = found["about"]
+
+    def told(name: str) -> str:
+        return shown(about.get(name, "?"))
+
     lines = [
-        f"rig {about['rig']} ({', '.join(found['axes'])}) at {float(about['rate_hz']):g} Hz, rtctl {about['version']}, "
-        f"config {about['config_file']} {about['config_sha256'][:12]}",
+        f"rig {told('rig')} ({', '.join(found['axes'])}) at {float(about['rate_hz']):g} Hz, rtctl {told('version')}, "
+        f"config {told('config_file')} {told('config_sha256')[:12]}",
         f"{found['ticks']} ticks, {found['duration_s']:.3f} s, slots {found['first_tick']} to {found['last_tick']}",
         f"{len(found['files'])} file(s), {found['bytes'] / 1e6:.2f} MB, {found['commands']} commands, "
-        + (", ".join(f"{n} {name}" for name, n in found["events"].items()) or "no")
+        + (", ".join(f"{n} {shown(name)}" for name, n in found["events"].items()) or "no")
         + " events",
         "states: " + ", ".join(f"{name} {s:.3f} s" for name, s in found["states_s"].items()),
         f"faults: {', '.join(found['faults']) or 'none'}",
@@ -39,14 +45,16 @@ def _lines(found: dict[str, Any]) -> list[str]:
     if found["waiver"] or found["realtime_waivers"]:
         lines.append(f"WAIVER: ran without real-time rights: {', '.join(found['realtime_waivers'])}")
     lines += [f"CUT OFF: {part} has no end; every whole chunk was read" for part in found["cut_off"]]
+    lines += [f"LEFT OUT: {shown(why, 500)}" for why in found["left_out"].values()]
+    lines += [f"DAMAGED: {note}" for note in found["damaged"]]
     if found["bad_chunks"]:
         lines.append(f"DAMAGED: {found['bad_chunks']} chunk(s) left out")
     for name, end in found["ends"].items():
         if end.get("broken"):
             lines.append(
-                f"BROKEN while recording {name}: {end['broken']}; {end.get('dropped', '?')} ticks dropped"
+                f"BROKEN while recording {name}: {shown(end['broken'], 500)}; {shown(end.get('dropped', '?'))} ticks dropped"
             )
     return [
         *lines,
-        "attachments: " + ", ".join(f"{n} ({size} B)" for n, size in found["attachments"].items()),
+        "attachments: " + ", ".join(f"{shown(n)} ({size} B)" for n, size in found["attachments"].items()),
     ]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.shell_completion import CompletionItem
 
+from hw.outside import read_toml, shown
 from rtctl.errors import ClientError, ConfigError
 
 if TYPE_CHECKING:
@@ -83,11 +83,11 @@ def rig_name(rig: str) -> str:
     if not (rig.endswith(".toml") or path.is_file()):
         return rig
     try:
-        table = tomllib.loads(path.read_text()).get("rig")
+        table = read_toml(path).get("rig")
     except OSError as error:
         raise ConfigError(f"{rig}: {error.strerror}") from error
     except ValueError as error:
-        raise ConfigError(f"{rig}: not TOML: {error}") from error
+        raise ConfigError(f"{rig}: not TOML: {shown(error)}") from error
     name = table.get("name") if isinstance(table, dict) else None
     if not isinstance(name, str):
         raise ConfigError(f"{rig}: [rig] name is missing; it names the rig to ask")

@@ -114,8 +114,20 @@ def _lines(summary: dict[str, Any]) -> list[str]:
         "cycle us:   " + ", ".join(f"{name} {value}" for name, value in cycle.items()),
         f"telemetry: {telemetry['published']} messages, {telemetry['dropped']} dropped",
         f"faults: {', '.join(summary['faults']) or 'none'}",
+        *_logged(summary["log"]),
         *_recorded(summary["recording"]),
     ]
+
+
+def _logged(log: dict[str, Any]) -> list[str]:
+    lost = f", {log['dropped']} events lost" if log["dropped"] else ""
+    return (
+        [f"EVENT LOG BROKEN: {log['broken']}{lost}"]
+        if log["broken"]
+        else [f"event log:{lost[1:]}"]
+        if lost
+        else []
+    )
 
 
 def _recorded(recording: dict[str, Any] | None) -> list[str]:

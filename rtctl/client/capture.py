@@ -12,6 +12,7 @@ import msgpack
 import numpy as np
 import zmq
 
+from rtctl.client.connection import Connection
 from rtctl.client.samples import tick_rows
 from rtctl.control.records import command_dtype, state_dtype
 from rtctl.errors import ClientError, NoReplyError
@@ -68,13 +69,11 @@ class Capture:
 
     def __init__(self, endpoints: Endpoints) -> None:
         self._endpoint = endpoints.telemetry
+        Connection.vouch(self._endpoint)
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
-        self._socket = self._context.socket(zmq.SUB)
-        self._socket.setsockopt(zmq.LINGER, 0)
-        self._socket.setsockopt(zmq.RCVHWM, QUEUE_MESSAGES)
-        for topic in (TOPIC_SETUP, TOPIC_TICKS, TOPIC_EVENT, TOPIC_COMMAND, TOPIC_HEALTH):
-            self._socket.setsockopt(zmq.SUBSCRIBE, topic)
-        self._socket.connect(self._endpoint)
+        connection = Connection(self._context, endpoints)
+        topics = (TOPIC_SETUP, TOPIC_TICKS, TOPIC_EVENT, TOPIC_COMMAND, TOPIC_HEALTH)
+        self._socket = connection.socket(zmq.SUB, self._endpoint, {zmq.RCVHWM: QUEUE_MESSAGES}, topics)
         self._heard = time.monotonic()
         self.run: Run | None = None
 

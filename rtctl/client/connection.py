@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import zmq
 
-from rtctl.errors import ConfigError
+from rtctl.errors import ConfigError, NoReplyError
 from rtctl.keys import ClientKey
+from rtctl.private_folder import foreign_endpoint
 from rtctl.protocol import Endpoints, tcp_endpoints
 
 HEARTBEAT_MS = 500
@@ -34,11 +36,23 @@ class Connection:
     endpoints: Endpoints
     key: ClientKey | None = None
 
-    def socket(self, kind: int, endpoint: str, options: dict[zmq.SocketOption, int]) -> zmq.Socket[bytes]:
-        """A socket that connects to `endpoint`, now or once somebody listens there."""
+    def socket(
+        self,
+        kind: int,
+        endpoint: str,
+        options: dict[zmq.SocketOption, int],
+        topics: Iterable[bytes] = (),
+    ) -> zmq.Socket[bytes]:
+        """A socket that connects to `endpoint`, now or once somebody listens there, to hear all of `topics` from the first moment.
+
+        Raises NoReplyError where somebody else could answer in place of the rig.
+        """
+        self.vouch(endpoint)
         made = self.context.socket(kind)
         for option, value in {**_OPTIONS, **options}.items():
             made.setsockopt(option, value)
+        for topic in topics:
+            made.setsockopt(zmq.SUBSCRIBE, topic)
         if self.key is not None:
             made.setsockopt(zmq.CURVE_SERVERKEY, self.key.server_key.encode())
             made.setsockopt(zmq.CURVE_PUBLICKEY, self.key.public_key.encode())
@@ -48,6 +62,12 @@ class Connection:
             made.setsockopt(zmq.HEARTBEAT_TIMEOUT, 3 * HEARTBEAT_MS)
         made.connect(endpoint)
         return made
+
+    @staticmethod
+    def vouch(endpoint: str) -> None:
+        """Raise NoReplyError when the folder of a socket is another user's: whatever answers there is not the rig."""
+        if reason := foreign_endpoint(endpoint):
+            raise NoReplyError(f"{reason} (whoever owns it could answer in place of the rig)")
 
 
 def remote_endpoints(address: str) -> Endpoints:

@@ -34,7 +34,8 @@ class Requester:
         Raises
         ------
         NoReplyError
-            No daemon listens, or it did not answer within `timeout_s`. It may or may not have acted.
+            No daemon listens, or it did not answer within `timeout_s` (it may or may not have acted), or
+            what answers there belongs to somebody else.
         RefusedError
             The daemon refused, with code and reason.
         """
@@ -44,6 +45,7 @@ class Requester:
         socket = self._connected()
         try:
             reply = self._exchange(socket, payload, identity, deadline)
+            self._connection.vouch(self._endpoint)  # also of a folder made since this client connected
         except BaseException:
             self.close()
             raise

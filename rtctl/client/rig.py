@@ -50,7 +50,8 @@ class RigClient(Worlds, Listener):
     Raises
     ------
     ConfigError
-        A name that cannot be a rig's, a path too long for a socket, a key file that is none.
+        A name that cannot be a rig's, a path too long for a socket, a key file that is none, a folder that
+        belongs to another user, who could answer in place of the rig.
     """
 
     def __init__(

@@ -12,12 +12,13 @@ from __future__ import annotations
 import contextlib
 import io
 import json
-import zipfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 
+from hw.outside import json_of, shown
+from rtctl.bounded_npz import read_arrays
 from rtctl.control.records import MODEL
 from rtctl.errors import ConfigError, DataError
 from rtctl.experiments.models import Compared
@@ -25,6 +26,8 @@ from rtctl.experiments.positioning import Followed
 from rtctl.friction.whole_files import write_together
 
 NAME = "kept.npz"
+MOST_BYTES = 1 << 30
+"""Of all runs, unpacked: a day at 1 kHz."""
 
 Key = tuple[str, str, str]
 """controller, case, model"""
@@ -108,13 +111,16 @@ def columns(runs: Runs) -> Iterator[tuple[str, np.ndarray]]:
 
 def _read(path: Path) -> tuple[dict[str, str], list[Compared], Runs]:
     try:
-        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as file:
-            about = json.loads(bytes(file[_ABOUT]))
-            keys = dict.fromkeys(name.rsplit("/", 1)[0] for name in file.files if name != _ABOUT)
-            models = [_model(file, key) for key in keys if key.startswith(f"{_MODEL}/")]
-            runs = {_key(key): _run(file, key) for key in keys if not key.startswith(f"{_MODEL}/")}
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-        raise DataError(f"{path}: not runs that rtctl kept ({error}); remove it and start anew") from error
+        with path.open("rb") as raw:
+            file = read_arrays(raw, MOST_BYTES)
+        about = json_of(bytes(file[_ABOUT]))
+        keys = dict.fromkeys(name.rsplit("/", 1)[0] for name in file if name != _ABOUT)
+        models = [_model(file, key) for key in keys if key.startswith(f"{_MODEL}/")]
+        runs = {_key(key): _run(file, key) for key in keys if not key.startswith(f"{_MODEL}/")}
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise DataError(
+            f"{path}: not runs that rtctl kept ({shown(error)}); remove it and start anew"
+        ) from error
     return about, models, runs
 
 

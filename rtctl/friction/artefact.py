@@ -16,13 +16,15 @@ from typing import Any, NoReturn
 import numpy as np
 from pydantic import ValidationError
 
-from hw.plain_words import explain
+from hw.outside import read_bounded, require_sane, shown
+from hw.plain_words import explain, written
 from rtctl.errors import ModelError
 from rtctl.friction.baselines import NAMES
 from rtctl.friction.compile import PiecewiseCubic
 from rtctl.friction.document import FORMAT, SCHEMA, BranchDocument, ModelDocument, checksum, render
 from rtctl.friction.model import Branch, FrictionModel
 from rtctl.friction.tables import sampled_error
+from rtctl.tiny_numbers import LEAST_COMPUTED, too_small
 
 __all__ = ["Branch", "FrictionModel", "load", "require_rig", "save"]
 
@@ -71,7 +73,7 @@ _PARAMETERS = {"spline": (), "rbf": ("sigma_rad_s",), "polynomial": ("degree",),
 
 
 def _refuse(path: Path, key: str, what: str, remedy: str = _REMEDY) -> NoReturn:
-    raise ModelError(f"{path}: {key}: {what}; {remedy}")
+    raise ModelError(f"{path}: {shown(key)}: {shown(what, 500)}; {remedy}")
 
 
 def save(model: FrictionModel, path: str | Path) -> None:
@@ -117,14 +119,11 @@ def load(path: str | Path) -> FrictionModel:
     """
     path = Path(path)
     try:
-        with path.open("rb") as file:
-            raw = file.read(MAX_BYTES + 1)
+        raw = read_bounded(path, MAX_BYTES)
     except OSError as error:
         _refuse(
             path, "(file)", f"cannot read the model: {error.strerror}", "correct the path, or run rtctl fit"
         )
-    if len(raw) > MAX_BYTES:
-        _refuse(path, "(file)", f"larger than {MAX_BYTES} bytes, so not a model file")
     return _verified(path, raw)
 
 
@@ -138,6 +137,7 @@ def require_rig(model: FrictionModel, rig: str, path: str | Path) -> None:
 def _verified(path: Path, raw: bytes) -> FrictionModel:
     try:
         data = json.loads(raw.decode(), parse_constant=_not_a_number)
+        require_sane(data)
     except (ValueError, RecursionError) as error:
         _refuse(path, "(file)", f"not a model file, or cut short: {error}")
     if not isinstance(data, dict) or data.get("format") != FORMAT:
@@ -149,6 +149,8 @@ def _verified(path: Path, raw: bytes) -> FrictionModel:
             f"version {data.get('schema')!r} is not {SCHEMA}",
             "fit it with this rtctl version",
         )
+    for key, value in too_small(data, LEAST_COMPUTED):
+        _refuse(path, written(key), f"{value!r} is nearer to 0 than {LEAST_COMPUTED:g}")
     try:
         document = ModelDocument.model_validate(data)
     except ValidationError as error:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -50,6 +51,11 @@ class FrictionSamples:
         )
 
 
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
 def axis_log(
     recording: Recording, rig: Rig, axis: int = 0, use: Literal["both", "motor", "hand"] = "both"
 ) -> AxisLog:
@@ -83,7 +89,7 @@ def axis_log(
         position_rad=recording.position_rad[:, axis],
         torque_nm=np.sum(torques, axis=0),
         source=str(recording.path),
-        sha256=hashlib.sha256(recording.path.read_bytes()).hexdigest(),
+        sha256=_sha256(recording.path),
         velocity_rad_s=None if recording.velocity_rad_s is None else recording.velocity_rad_s[:, axis],
     )
 

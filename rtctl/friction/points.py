@@ -25,7 +25,11 @@ from pathlib import Path
 
 import numpy as np
 
+from hw.outside import read_bounded
 from rtctl.errors import DataError
+
+MOST_BYTES = 1 << 26
+"""Largest file of points: a million rows."""
 
 POINTS_MIN = 8
 """Fewest points of one direction."""
@@ -100,7 +104,7 @@ def read_points(path: str | Path) -> FrictionPoints:
     """
     path = Path(path)
     try:
-        raw = path.read_bytes()
+        raw = read_bounded(path, MOST_BYTES)
         lines = raw.decode("utf-8-sig").splitlines()
     except OSError as error:
         raise DataError(f"{path}: cannot read the points: {error.strerror}; correct the path") from error

@@ -19,6 +19,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from hw.outside import MOST_TABLE_BYTES, json_of, read_bounded
 from rtctl.config import LoadedConfig
 from rtctl.errors import DataError
 from rtctl.friction import report_figures, report_gain, report_page, report_tables
@@ -48,7 +49,7 @@ def require_place(folder: Path) -> None:
     if not found:
         return
     try:
-        document = json.loads((folder / HEADER).read_bytes())
+        document = json_of(read_bounded(folder / HEADER, MOST_TABLE_BYTES))
         ours = set(document["files"]) if document["kind"] == KIND else set()
     except (OSError, ValueError, TypeError, KeyError):
         ours = set()

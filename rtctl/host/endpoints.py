@@ -18,7 +18,9 @@ from types import TracebackType
 from typing import Self
 
 from rtctl.errors import BusyError, ConfigError
+from rtctl.private_folder import REMEDY, objection, open_to_others
 from rtctl.protocol import LOCK_NAME, Endpoints, endpoints_in, rig_directory
+from rtctl.standard_streams import above_standard_streams
 
 ORPHAN_S = 3.0
 """Longest wait for the loop of a host that has died: a ramp takes 50 ticks."""
@@ -83,7 +85,7 @@ class RuntimeDirectory:
 
 def _lock(rig: str, path: Path) -> int:
     """Take the lock file; returns its descriptor, which holds the lock until it is closed."""
-    fd = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
+    fd = above_standard_streams(os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600))
     if not _take(fd):
         holders = os.pread(fd, 64, 0).decode("ascii", "replace").split() or ["unknown"]
         alive = [pid for pid in holders if not pid.isdecimal() or _is_alive(int(pid))]
@@ -128,29 +130,13 @@ def _make_private(directory: Path) -> None:
         with private_umask():
             root.mkdir(mode=0o700, parents=True, exist_ok=True)
             directory.mkdir(mode=0o700, exist_ok=True)
-        sticky = root.lstat().st_mode & stat.S_ISVTX  # as /tmp: others cannot rename or remove what is ours
-        _check(root, {0, os.geteuid()}, 0 if sticky else stat.S_IWGRP | stat.S_IWOTH)
-        _check(directory, {os.geteuid()}, stat.S_IRWXG | stat.S_IRWXO)
+        reason = open_to_others(root) or objection(directory, {os.geteuid()}, stat.S_IRWXG | stat.S_IRWXO)
     except OSError as error:
         raise ConfigError(
-            f"{error.filename}: cannot use it as runtime folder: {error.strerror}; "
-            "set RTCTL_RUNTIME_DIR to a folder of your own"
+            f"{error.filename}: cannot use it as runtime folder: {error.strerror}; {REMEDY}"
         ) from error
-
-
-def _check(path: Path, owners: set[int], forbidden: int) -> None:
-    """Refuse a folder that somebody else owns, that is a link, or that is open to others."""
-    status = path.lstat()
-    if not stat.S_ISDIR(status.st_mode):
-        raise ConfigError(f"{path}: must be a folder, not a link or a file; remove it")
-    if status.st_uid not in owners:
-        raise ConfigError(
-            f"{path}: belongs to user {status.st_uid}, not to {os.geteuid()}; "
-            "set RTCTL_RUNTIME_DIR to a folder of your own"
-        )
-    if status.st_mode & forbidden:
-        mode = stat.S_IMODE(status.st_mode)
-        raise ConfigError(f"{path}: mode {mode:04o} lets others in; run: chmod go-rwx {path}")
+    if reason:
+        raise ConfigError(reason)
 
 
 @contextmanager

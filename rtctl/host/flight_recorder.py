@@ -90,12 +90,17 @@ class FlightRecorder:
         """
         return {
             "folder": str(self.folder),
-            "broken": self._log.broken or self._incident_error,
+            "broken": self.broken,
             "written": self._log.written,
             "dropped": self._log.dropped + self._crowded,
             "incidents": self._incidents,
             "incidents_lost": self._incidents_lost,
         }
+
+    @property
+    def broken(self) -> str | None:
+        """Why events or incidents could last not be written."""
+        return self._log.broken or self._incident_error
 
     def close(self, error: BaseException | None = None) -> None:
         """Write what is left and end; `error` is why the run ended, when it did not end by itself. Idempotent."""

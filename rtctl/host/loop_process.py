@@ -16,6 +16,7 @@ import numpy as np
 
 from rtctl.config import LoadedConfig
 from rtctl.errors import DeviceError, LoopDiedError, RealtimeError
+from rtctl.rt.birth import OF_THE_TERMINAL
 from rtctl.shm import Memory
 
 OPEN_TIMEOUT_S = 20.0
@@ -74,13 +75,17 @@ class LoopProcess:
         self._words: list[dict[str, Any]] = []
         self.compile_s = 0.0
         self._pending = b""
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "rtctl.rt", str(memory.fd)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            pass_fds=(memory.fd,) if lock_fd is None else (memory.fd, lock_fd),
-            env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
-        )
+        held = signal.pthread_sigmask(signal.SIG_BLOCK, OF_THE_TERMINAL)  # until it ignores them
+        try:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "rtctl.rt", str(memory.fd), str(os.getpid())],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                pass_fds=(memory.fd,) if lock_fd is None else (memory.fd, lock_fd),
+                env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
+            )
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, held)
         stdin, self._stdout = self._process.stdin, cast("IO[bytes]", self._process.stdout)
         assert stdin is not None
         os.set_blocking(self._stdout.fileno(), False)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
+from hw.outside import harmless
 from rtctl.host.outlet import Outlet
 
 PERIOD_S = 1.0
@@ -50,5 +51,5 @@ class Notices:
         self.left_out += not written
 
     def _write(self, text: str) -> bool:
-        line = " ".join(text.split()).encode("utf-8", "replace")[: MOST_BYTES - 1]
+        line = harmless(" ".join(text.split())).encode("utf-8", "replace")[: MOST_BYTES - 1]
         return self._outlet.write(line + b"\n")

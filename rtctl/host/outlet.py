@@ -18,6 +18,8 @@ import threading
 import time
 from collections.abc import Iterator
 
+from rtctl.terminal import Harmless, obeyed_by_none
+
 LOOK_S = 0.01
 """Between two attempts of somebody patient."""
 
@@ -110,7 +112,7 @@ class _Stream(io.TextIOBase):
         if not isinstance(text, str):
             raise TypeError("text is written here, not bytes")
         if text:
-            self._outlet.write(text.encode(self.encoding, self.errors), self._patience_s)
+            self._outlet.write(obeyed_by_none(text).encode(self.encoding, self.errors), self._patience_s)
         return len(text)
 
     def writable(self) -> bool:
@@ -127,12 +129,13 @@ class _Stream(io.TextIOBase):
 def streams_that_never_wait(patience_s: float = 0.0) -> Iterator[None]:
     """While this lasts nothing that this process prints makes it wait; what finds no room (in `patience_s`) is left out.
 
-    Streams that somebody has replaced already stay as they are.
+    No terminal obeys it either (`rtctl.terminal`). Streams that somebody else has replaced already stay as they are.
     """
     with contextlib.ExitStack() as stack:
         for name in ("stdout", "stderr"):
             before = getattr(sys, name)
-            if before is None or before is not getattr(sys, f"__{name}__"):
+            own = isinstance(before, Harmless) or before is getattr(sys, f"__{name}__")
+            if before is None or not own:
                 continue
             with contextlib.suppress(OSError, ValueError):
                 before.flush()

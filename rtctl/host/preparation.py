@@ -17,7 +17,8 @@ import numpy as np
 import hw
 import rtctl.control
 import rtctl.recording
-from hw.jit import JIT_DISABLED, cache_root, source_key
+from hw.jit import JIT_DISABLED, compiled_folder, source_key
+from hw.private_cache import is_own, make_private
 from rtctl.control.records import MODEL, command_dtype, params_dtype
 from rtctl.recording.law_runner import LawRunner
 from rtctl.recording.setup import LawArrays
@@ -37,7 +38,7 @@ class Preparation:
 
     def __init__(self, n_axes: int, *, recording: bool) -> None:
         self._process: subprocess.Popen[bytes] | None = None
-        if JIT_DISABLED or mark(n_axes, recording=recording).exists():
+        if JIT_DISABLED or is_own(mark(n_axes, recording=recording)):
             return
         command = [sys.executable, "-m", "rtctl.host.preparation", str(n_axes), str(int(recording))]
         # a session of its own: Ctrl-C is for the host, which then ends it
@@ -59,7 +60,7 @@ def mark(n_axes: int, *, recording: bool) -> Path:
     folders = [Path(str(package.__file__)).parent for package in (rtctl.control, rtctl.recording, hw)]
     times = [path.stat().st_mtime_ns for folder in folders for path in sorted(folder.rglob("*.py"))]
     told = f"{source_key(*folders)} {folders} {times} {n_axes} {recording}"
-    return cache_root() / "compiled" / f"host-{hashlib.sha256(told.encode()).hexdigest()[:20]}"
+    return compiled_folder() / f"host-{hashlib.sha256(told.encode()).hexdigest()[:20]}"
 
 
 def compile_for(n_axes: int, *, recording: bool) -> None:
@@ -71,8 +72,8 @@ def compile_for(n_axes: int, *, recording: bool) -> None:
     if recording:
         TickText(n_axes).warm_up()
     path = mark(n_axes, recording=recording)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.touch()
+    if make_private(path.parent, levels=1):
+        path.touch()
 
 
 if __name__ == "__main__":

@@ -104,9 +104,9 @@ class RunRecord:
 
     def broken(self) -> dict[str, str | None]:
         """Why the disk refuses the event log or the recording, None for each that it takes."""
-        kept = {"event log": self.flight.status()["broken"]}
+        kept = {"event log": self.flight.broken}
         if self.recorder is not None:
-            kept["recording"] = self.recorder.status()["broken"]
+            kept["recording"] = self.recorder.broken
         return kept
 
     def finish(self) -> None:

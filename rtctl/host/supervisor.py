@@ -125,6 +125,8 @@ class Host:
             raise StabilityError(report.refusal())
 
     def _start(self) -> None:
+        # before there is a loop: a signal must not end this process without ending it
+        self.signals = Signals()
         self._streams.enter_context(streams_that_never_wait())
         self.notifier = Notifier()
         plan = self.plan
@@ -160,7 +162,6 @@ class Host:
             book=self.telemetry.book,
         )
         self.telemetry.set_commands(self.gateway.counts)
-        self.signals = Signals()
         self._wait_for(self.preparation.done)
         law = LawArrays(plan.params, plan.model, plan.command)
         self.record = RunRecord(

@@ -23,6 +23,7 @@ from typing import Any
 import numba
 import numpy as np
 
+from hw.outside import json_of, read_bounded
 from rtctl import __version__
 from rtctl.config import LoadedConfig
 from rtctl.errors import DataError
@@ -35,6 +36,7 @@ from rtctl.identify.ticks import TickBlock
 
 SCHEMA = 1
 HEADER = "dataset.json"
+MOST_HEADER_BYTES = 1 << 26
 
 
 def write_whole(path: Path, content: bytes) -> None:
@@ -251,7 +253,7 @@ def read_document(folder: Path) -> dict[str, Any]:
     """
     path = folder / HEADER
     try:
-        document = json.loads(path.read_bytes())
+        document = json_of(read_bounded(path, MOST_HEADER_BYTES))
     except OSError as error:
         raise DataError(
             f"{path}: cannot read: {error.strerror}; there is nothing to resume in {folder}"

@@ -16,11 +16,17 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from hw.outside import json_of, read_bounded
+from rtctl.errors import DataError
+
 Event = dict[str, Any]
 
 CURRENT = "events.jsonl"
 MAX_BYTES = 4 << 20
 KEPT_FILES = 4
+MOST_BYTES = 16 * MAX_BYTES
+"""Of one file that is read: a batch of events is written whole, whatever its size."""
+
 FOLLOW_S = 0.2
 
 
@@ -124,7 +130,7 @@ def read_events(folder: Path, last: int | None = None) -> tuple[list[Event], int
     events: list[Event] = []
     torn = 0
     for path in log_files(folder):
-        found, bad = _parse(path.read_bytes().split(b"\n"))
+        found, bad = _parse(_whole(path).split(b"\n"))
         events += found
         torn += bad
     return (events if last is None else events[max(0, len(events) - last) :]), torn
@@ -136,13 +142,21 @@ def _parse(lines: Iterable[bytes]) -> tuple[list[Event], int]:
         if not line:
             continue
         try:
-            event = json.loads(line)
+            event = json_of(line)
         except ValueError:
             torn += 1
             continue
         if isinstance(event, dict):
             events.append(event)
     return events, torn
+
+
+def _whole(path: Path) -> bytes:
+    """A file of the log. Raises DataError when it cannot be one."""
+    try:
+        return read_bounded(path, MOST_BYTES)
+    except OSError as error:
+        raise DataError(f"{path}: cannot read the event log: {error.strerror}") from error
 
 
 def follow(folder: Path, poll_s: float = FOLLOW_S) -> Iterator[Event]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import os
-import zipfile
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -16,7 +15,10 @@ from typing import Any
 
 import numpy as np
 
+from hw.outside import json_of, shown
+from rtctl.bounded_npz import read_arrays
 from rtctl.errors import DataError
+from rtctl.protocol import MOST_AXES
 from rtctl.recording.event_log import Event
 from rtctl.tick import tick_dtype
 
@@ -28,6 +30,8 @@ MOST_TICKS = 2000
 FOLDER = "incidents"
 KEPT_FILES = 64
 KEPT_BYTES = 64 << 20
+MOST_BYTES = 1 << 26
+"""Of one incident, unpacked."""
 
 _TO_INCIDENT = ("FAULT", "ESTOP", "LOCKOUT")
 
@@ -171,15 +175,18 @@ def prune(folder: Path, files: int = KEPT_FILES, size: int = KEPT_BYTES) -> None
 def read_incident(path: Path) -> Incident:
     """Read a file of `write_incident`. Raises DataError for anything else."""
     try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
-            body = json.loads(str(archive["incident"]))
-            n_axes = archive["position_rad"].shape[1]
-            ticks = np.zeros(len(archive["tick"]), tick_dtype(n_axes))
-            for name in ticks.dtype.names or ():
-                if name in archive.files:
-                    ticks[name] = archive[name]
+        with path.open("rb") as file:
+            archive = read_arrays(file, MOST_BYTES)
+        body = json_of(str(archive["incident"]))
+        n_axes = archive["position_rad"].shape[1]
+        if not 1 <= n_axes <= MOST_AXES:
+            raise ValueError(f"{n_axes} axes")
+        ticks = np.zeros(len(archive["tick"]), tick_dtype(n_axes))
+        for name in ticks.dtype.names or ():
+            if name in archive:
+                ticks[name] = archive[name]
+        return Incident(dict(body["trigger"]), ticks, list(body["events"]), dict(body["about"]))
     except OSError as error:
         raise DataError(f"{path}: cannot be read: {error.strerror or error}") from error
-    except (KeyError, ValueError, IndexError, EOFError, zipfile.BadZipFile) as error:
-        raise DataError(f"{path}: not an incident file of rtctl ({error})") from error
-    return Incident(body["trigger"], ticks, body["events"], body["about"])
+    except (KeyError, ValueError, IndexError, TypeError) as error:
+        raise DataError(f"{path}: not an incident file of rtctl ({shown(error)})") from error

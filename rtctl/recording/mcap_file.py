@@ -106,6 +106,11 @@ class McapFile:
         for channel, (times, _) in index.items():
             self._counts[channel] = self._counts.get(channel, 0) + len(times)
 
+    def rename(self, path: Path) -> None:
+        """Give the file another name in the same folder."""
+        self.path.rename(path)
+        self.path = path
+
     def close(self) -> None:
         """Write the summary and close the file."""
         groups = (

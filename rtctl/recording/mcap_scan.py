@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import struct
 import zlib
 from collections.abc import Iterator
@@ -16,8 +17,19 @@ from rtctl.errors import DataError
 from rtctl.recording.mcap_format import MAGIC, RECORD_HEAD, Cursor, Op
 from rtctl.recording.tick_text import MESSAGE_HEAD, split_messages
 
-MOST_RECORD_BYTES = 1 << 32
-"""A longer record is a damaged length, not data."""
+MOST_RECORD_BYTES = 1 << 28
+"""A longer record is a damaged length, not data; a chunk unpacks to no more either."""
+
+MOST_RATIO, LEAST_UNPACKED = 500, 1 << 24
+"""How many times its size a file may unpack to, and what it always may: recordings reach 10 to 40, a bomb 16,000."""
+
+_CHUNK_MARK = struct.pack("<I", 4) + b"zstd"
+_MARK_AT = RECORD_HEAD + 28
+"""Where in a chunk record its compression is named: what a chunk is found by behind a damaged length."""
+
+_WINDOW = 1 << 16
+MOST_PASSES = 4
+"""How often a file is read over at most, in search of its next sound chunk."""
 
 
 @dataclass
@@ -58,7 +70,9 @@ class Contents:
     complete
         True once the end of the file has been seen.
     bad_chunks
-        Chunks whose checksum or compression is damaged.
+        Chunks whose checksum or compression is damaged, and damaged lengths between them.
+    unpacked
+        Bytes that the chunks so far have unpacked to.
     """
 
     topics: dict[int, str] = field(default_factory=dict)
@@ -68,6 +82,14 @@ class Contents:
     complete: bool = False
     whole_chunks: int = 0
     bad_chunks: int = 0
+    unpacked: int = 0
+
+    def may_unpack(self, size: int, packed: int) -> None:
+        """Count what a chunk unpacks to. Raises ValueError for more than a recording of this size can hold."""
+        if size > MOST_RECORD_BYTES or self.unpacked + size > LEAST_UNPACKED + MOST_RATIO * packed:
+            msg = f"unpacks to {size} bytes"
+            raise ValueError(msg)
+        self.unpacked += size
 
 
 def chunks(path: Path, contents: Contents) -> Iterator[Chunk]:
@@ -82,31 +104,63 @@ def chunks(path: Path, contents: Contents) -> Iterator[Chunk]:
         with path.open("rb") as file:
             if file.read(len(MAGIC)) != MAGIC:
                 raise DataError(f"{path}: not an MCAP file")
-            for op, content in _records(file):
+            for op, content in _records(file, contents):
                 if op == Op.CHUNK:
-                    found = _chunk(content, contents)
+                    found = _chunk(content, contents, file.tell())
                     if found is not None:
                         contents.whole_chunks += 1
                         yield found
                 else:
                     _note(op, content, contents)
-                if op == Op.FOOTER:
-                    contents.complete = file.read(len(MAGIC)) == MAGIC
-                    return
     except OSError as error:
         raise DataError(f"{path}: cannot be read: {error.strerror or error}") from error
 
 
-def _records(file: BinaryIO) -> Iterator[tuple[int, bytes]]:
-    """Whole records until the file ends or is cut off."""
-    while len(head := file.read(RECORD_HEAD)) == RECORD_HEAD:
-        op, size = struct.unpack("<BQ", head)
-        if size > MOST_RECORD_BYTES:
+def _records(file: BinaryIO, contents: Contents) -> Iterator[tuple[int, bytes]]:
+    """Whole records until the file ends; what no record can be is passed over up to the next chunk."""
+    end = os.fstat(file.fileno()).st_size
+    at = before = len(MAGIC)
+    # damaged lengths overlap: without a bound they could have the same bytes read for ever
+    budget = MOST_PASSES * (end + MOST_PASSES * _WINDOW)
+    while at + RECORD_HEAD <= end and budget > 0:
+        file.seek(at)
+        op, size = struct.unpack("<BQ", file.read(RECORD_HEAD))
+        behind = at + RECORD_HEAD + size
+        if op == Op.FOOTER and behind + len(MAGIC) == end:
+            file.seek(behind)
+            contents.complete = file.read(len(MAGIC)) == MAGIC
             return
-        content = file.read(size)
-        if len(content) < size:
-            return
-        yield op, content
+        if op in _OPS and size <= MOST_RECORD_BYTES and behind <= end:
+            yield op, file.read(size)
+            before, at, budget = at, behind, budget - size
+            continue
+        found, budget = _next_chunk(file, before + 1), budget - _WINDOW
+        if found is None:
+            return  # cut off here, as after a crash
+        contents.bad_chunks += 1
+        before = at = found
+
+
+_OPS = frozenset(op.value for op in Op)
+
+
+def _next_chunk(file: BinaryIO, start: int) -> int | None:
+    """Where the next chunk that could be one begins, at `start` at the earliest."""
+    at = start + _MARK_AT
+    while True:
+        file.seek(at)
+        window = file.read(_WINDOW)
+        found = window.find(_CHUNK_MARK)
+        if found >= 0:
+            begin = at + found - _MARK_AT
+            file.seek(begin)
+            if file.read(1) == bytes([Op.CHUNK]):
+                return begin
+            at += found + 1
+        elif len(window) < _WINDOW:
+            return None
+        else:
+            at += _WINDOW - len(_CHUNK_MARK) + 1
 
 
 def _note(op: int, content: bytes, contents: Contents) -> None:
@@ -132,29 +186,41 @@ def _note(op: int, content: bytes, contents: Contents) -> None:
         return  # a damaged record says nothing
 
 
-def _chunk(content: bytes, contents: Contents) -> Chunk | None:
+def _chunk(content: bytes, contents: Contents, read: int) -> Chunk | None:
+    """A chunk's messages; None for a damaged one. `read` counts the bytes of the file so far."""
     try:
         cursor = Cursor(content)
         _, _, size, crc = cursor.numbers("QQQI")
         compression = cursor.string()
         data = cursor.take(cursor.number("Q"))
+        contents.may_unpack(size, read)
         records = _decompressed(data, compression, size)
         if crc and zlib.crc32(records) != crc:
             msg = "checksum"
             raise ValueError(msg)
         return _messages(records)
-    except (struct.error, UnicodeDecodeError, ValueError, zstandard.ZstdError):
+    except (struct.error, ValueError, OverflowError, MemoryError, zstandard.ZstdError):
         contents.bad_chunks += 1
         return None
 
 
 def _decompressed(data: bytes, compression: str, size: int) -> bytes:
-    if compression == "":
+    if compression == "" and len(data) == size:
         return data
     if compression != "zstd":
         msg = f"compression {compression!r}"
         raise ValueError(msg)
-    return zstandard.ZstdDecompressor().decompress(data, max_output_size=size)
+    told = zstandard.get_frame_parameters(data).content_size
+    if told not in (size, zstandard.CONTENTSIZE_UNKNOWN):
+        msg = f"{size} bytes are claimed, {told} packed"
+        raise ValueError(msg)
+    records = zstandard.ZstdDecompressor(max_window_size=MOST_RECORD_BYTES).decompress(
+        data, max_output_size=size
+    )
+    if len(records) != size:
+        msg = f"{size} bytes are claimed, {len(records)} packed"
+        raise ValueError(msg)
+    return records
 
 
 def _messages(records: bytes) -> Chunk:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 import numpy as np
 
+from hw.outside import json_of
 from rtctl.control.vocabulary import State
+from rtctl.errors import DataError
+from rtctl.recording.facts import texts
 from rtctl.recording.reader import RecordingReader
 
 
@@ -38,18 +40,20 @@ def overview(reader: RecordingReader) -> dict[str, Any]:
         expected, slot, last = int(numbers[-1]) + 1, int(rows["tick"][-1]) + 1, int(rows["tick"][-1])
         ticks += len(rows)
         for state, count in zip(*np.unique(rows["state"], return_counts=True), strict=True):
-            name = State(int(state)).name
+            name = _state(int(state))
             states[name] = states.get(name, 0) + int(count)
         faults |= int(np.bitwise_or.reduce(rows["faults"]))
         waiver = waiver or bool(rows["waiver"].any())
     period_s = int(reader.about["period_ns"]) * 1e-9
     return {
         "files": [str(part) for part in reader.parts],
+        "left_out": {str(part): why for part, why in reader.left_out.items()},
+        "damaged": reader.notes,
         "bytes": sum(part.stat().st_size for part in reader.parts),
         "about": {k: v for k, v in reader.about.items() if k not in ("realtime", "axes", "realtime_waivers")},
         "axes": reader.axes,
-        "realtime": json.loads(reader.about.get("realtime", "[]")),
-        "realtime_waivers": json.loads(reader.about.get("realtime_waivers", "[]")),
+        "realtime": _realtime(reader.about.get("realtime", "[]")),
+        "realtime_waivers": texts(reader.about, "realtime_waivers"),
         "waiver": waiver,
         "ticks": ticks,
         "duration_s": ticks * period_s,
@@ -71,8 +75,26 @@ def overview(reader: RecordingReader) -> dict[str, Any]:
     }
 
 
+def _state(number: int) -> str:
+    try:
+        return State(number).name
+    except ValueError:
+        return f"STATE_{number}"
+
+
+def _realtime(text: str) -> list[Any]:
+    try:
+        found = json_of(text)
+    except ValueError:
+        return []
+    return found if isinstance(found, list) else []
+
+
 def _has_state(reader: RecordingReader) -> bool:
-    return "law.npz" in reader.attachments and reader.law().state is not None
+    try:
+        return "law.npz" in reader.attachments and reader.law().state is not None
+    except DataError:
+        return False
 
 
 def _names(bits: int) -> list[str]:

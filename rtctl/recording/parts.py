@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import errno
 import os
+import re
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -39,12 +40,16 @@ class Limits:
     free_bytes: int = 200 << 20
 
 
+_NO_NAME = re.compile(r"[^A-Za-z0-9_-]")
+
+
 def part_name(setup: Setup, number: int) -> str:
     """Name of a part: rig, start of the run, session, number; sorts by time."""
     began_ns = int(setup.about.get("began_wall_ns", setup.about["start_wall_ns"]))
     when = datetime.fromtimestamp(began_ns * 1e-9, UTC)
     session = int(setup.about["session"])
-    return f"{setup.about['rig']}-{when:%Y%m%dT%H%M%SZ}-{session:08x}-{number:03d}.mcap"
+    rig = _NO_NAME.sub("_", setup.about["rig"])[:32]  # over the wire it may be anything, a path too
+    return f"{rig}-{when:%Y%m%dT%H%M%SZ}-{session:08x}-{number:03d}.mcap"
 
 
 def recorded_schema(n_axes: int) -> dict[str, Any]:
@@ -60,7 +65,8 @@ class Parts:
     Attributes
     ----------
     path
-        The file being written, None between two.
+        The file being written, None between two. Until its first chunk is on the disk it has a draft's name: a file
+        with a part's name always holds ticks, and one that the disk refused is taken away.
     written : int
         Ticks on disk.
     files : list of Path
@@ -73,6 +79,7 @@ class Parts:
         self._text.warm_up()
         self._start_wall_ns = int(setup.about["start_wall_ns"])
         self._file: McapFile | None = None
+        self._final = folder  # the name of the file being written, once it has a chunk
         self._records: list[bytes] = []
         self._size = 0
         self._index: dict[int, tuple[list[np.ndarray], list[np.ndarray]]] = {}
@@ -86,7 +93,7 @@ class Parts:
     @property
     def path(self) -> Path | None:
         """The open file."""
-        return None if self._file is None else self._file.path
+        return None if self._file is None else self._final
 
     @property
     def pending(self) -> int:
@@ -145,6 +152,9 @@ class Parts:
         try:
             self._leave_room(len(records))
             self._file.add_chunk(records, index)
+            if self._file.path != self._final:
+                self._file.rename(self._final)
+                self.files.append(self._final)
         except OSError:
             self.abandon()
             raise
@@ -164,10 +174,12 @@ class Parts:
             self._file = None
 
     def abandon(self) -> None:
-        """Close the file as it is and forget what is pending."""
+        """Close the file as it is and forget what is pending; a file without ticks is taken away."""
         self._clear()
         if self._file is not None:
             self._file.abandon()
+            if self._file.path != self._final:
+                self._file.path.unlink(missing_ok=True)
             self._file = None
 
     def _clear(self) -> None:
@@ -193,8 +205,11 @@ class Parts:
         path = self._folder / part_name(self._setup, len(self.files))
         while path.exists():  # two recordings of one session
             path = path.with_name(path.stem + "b.mcap")
-        file = McapFile(path, *_declarations(self._setup.n_axes), self._level)
+        draft = path.with_name(f".{path.name}.{os.getpid()}.draft")
+        draft.unlink(missing_ok=True)
+        file: McapFile | None = None
         try:
+            file = McapFile(draft, *_declarations(self._setup.n_axes), self._level)
             facts = {
                 "part": str(len(self.files)),
                 "first_row": str(first_row),
@@ -207,10 +222,12 @@ class Parts:
             for name, (media, data) in setup.attachments.items():
                 file.add_attachment(name, media, self._start_wall_ns, data)
         except OSError:
-            file.abandon()
+            if file is not None:
+                file.abandon()
+            draft.unlink(missing_ok=True)
             raise
         self._file, self._file_ns = file, int(rows["time_ns"][0]) + self._start_wall_ns
-        self.files.append(path)
+        self._final = path
 
     def _single(self, channel: int, time_ns: int, data: bytes) -> None:
         record = fmt.message(channel, self._numbers[channel], time_ns, data)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import json
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -16,6 +15,7 @@ import orjson
 from rtctl.control.records import command_dtype
 from rtctl.errors import DataError
 from rtctl.recording.ahead import ahead
+from rtctl.recording.facts import MOST_DIGITS, axis_names, sound
 from rtctl.recording.mcap_scan import Chunk, Contents, chunks
 from rtctl.recording.parts import COMMAND, EVENT, RAW, TICK, TOPICS
 from rtctl.recording.setup import LAW_NAME, LawArrays, unpack_law
@@ -23,6 +23,10 @@ from rtctl.recording.tick_text import RECORDED, TickText
 from rtctl.tick import tick_dtype
 
 _PART = re.compile(r"(.*)-(\d{3,})\.mcap")
+
+
+class OtherRunError(DataError):
+    """Files of two runs were given as parts of one."""
 
 
 @dataclass
@@ -67,6 +71,10 @@ class RecordingReader:
         Closing facts of the parts that were closed.
     cut
         Parts that do not end as they should.
+    left_out
+        Parts that could not be read at all, and why.
+    notes
+        What was damaged beside the ticks, and what is taken in its place.
     bad_chunks : int
         Damaged chunks left out so far.
     """
@@ -76,14 +84,27 @@ class RecordingReader:
     attachments: dict[str, bytes] = field(default_factory=dict)
     ends: dict[Path, dict[str, str]] = field(default_factory=dict)
     cut: list[Path] = field(default_factory=list)
+    left_out: dict[Path, str] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
     whole_chunks: int = 0
     bad_chunks: int = 0
 
     def __post_init__(self) -> None:
-        """Read the facts. Raises DataError when the first part has none."""
-        first = Contents()
-        next(chunks(self.parts[0], first), None)
-        self._adopt(first, self.parts[0])
+        """Read the facts, of the first part that can be read. Raises DataError when none can."""
+        why = ""
+        for path in self.parts:
+            first = Contents()
+            try:
+                chunk = next(chunks(path, first), None)
+                self._adopt(first, chunk, path)
+            except DataError as error:
+                why = why or str(error)
+                self.left_out[path] = str(error)
+                continue
+            break
+        else:
+            raise DataError(why or "there is no such recording")
+        self.parts = [path for path in self.parts if path not in self.left_out]
         self._text = TickText(self.n_axes)
         self._text.warm_up()
 
@@ -95,8 +116,7 @@ class RecordingReader:
     @property
     def axes(self) -> list[str]:
         """Names of the axes."""
-        names: list[str] = json.loads(self.about["axes"])
-        return names
+        return axis_names(self.about)
 
     @property
     def from_start(self) -> bool:
@@ -118,20 +138,35 @@ class RecordingReader:
         self.cut, self.ends, self.whole_chunks, self.bad_chunks = [], {}, 0, 0
         for path in self.parts:
             contents = Contents()
-            first_row: int | None = None
-            for chunk in ahead(chunks(path, contents)):
-                if first_row is None:
-                    self._same_run(contents, path)
-                    first_row = int(contents.metadata["rtctl"]["first_row"])
-                batch = self._batch(chunk, contents, first_row)
-                if batch is not None:
-                    yield batch
+            try:
+                yield from self._part(path, contents)
+            except OtherRunError:
+                raise
+            except DataError as error:
+                self.left_out[path] = str(error)
+                continue
             self.whole_chunks += contents.whole_chunks
             self.bad_chunks += contents.bad_chunks
             if "rtctl.end" in contents.metadata:
                 self.ends[path] = contents.metadata["rtctl.end"]
             if not contents.complete:
                 self.cut.append(path)
+
+    def _part(self, path: Path, contents: Contents) -> Iterator[Batch]:
+        first_row: int | None = None
+        for chunk in ahead(chunks(path, contents)):
+            if first_row is None:
+                if path != self.parts[0]:
+                    self._same_run(contents, path)
+                first_row = _first_row(contents)
+            try:
+                batch = self._batch(chunk, contents, first_row)
+            except (DataError, ValueError, TypeError, KeyError, OverflowError, AttributeError):
+                contents.bad_chunks += 1  # sound as a chunk, but no ticks of such a rig
+                contents.whole_chunks -= 1
+                continue
+            if batch is not None:
+                yield batch
 
     def read(self) -> Recording:
         """Everything at once: needs memory for all ticks."""
@@ -143,21 +178,34 @@ class RecordingReader:
         events = [event for b in found for event in b.events]
         return Recording(self.about, rows, numbers, events, commands, self.attachments)
 
-    def _adopt(self, contents: Contents, path: Path) -> None:
-        if "rtctl" not in contents.metadata or "n_axes" not in contents.metadata["rtctl"]:
+    def _adopt(self, contents: Contents, chunk: Chunk | None, path: Path) -> None:
+        told = contents.metadata.get("rtctl", {})
+        self.about, notes = sound(told, _axes_of(chunk, contents))
+        if not self.about:
             raise DataError(f"{path}: not a recording of rtctl, or cut off before its first facts")
-        self.about, self.attachments = contents.metadata["rtctl"], contents.attachments
-        schema = contents.schemas.get(TOPICS[TICK].replace("/", "."), b"{}")
-        self._recorded = set(orjson.loads(schema).get("properties", {}))
+        self.attachments = contents.attachments
+        self.notes = [f"{path}: {note}" for note in notes]
+        try:
+            schema = orjson.loads(contents.schemas.get(TOPICS[TICK].replace("/", "."), b"{}"))
+            self._recorded = set(schema.get("properties", {}))
+        except (ValueError, AttributeError, TypeError):
+            self._recorded = {field.name for field in RECORDED}
+            self.notes.append(f"{path}: the schema is damaged; it is taken for that of this version")
 
     def _same_run(self, contents: Contents, path: Path) -> None:
         about = contents.metadata.get("rtctl", {})
-        if about.get("session") != self.about["session"] or about.get("n_axes") != self.about["n_axes"]:
-            raise DataError(f"{path}: a part of another run than {self.parts[0]}")
+        if any(about.get(name, self.about[name]) != self.about[name] for name in ("session", "n_axes")):
+            stems = {
+                found[1] if (found := _PART.fullmatch(part.name)) else part for part in (path, self.parts[0])
+            }
+            if len(stems) > 1:
+                raise OtherRunError(f"{path}: a part of another run than {self.parts[0]}")
+            self.notes.append(
+                f"{path}: says that it is of another run; taken for a part of this one by its name"
+            )
 
     def _batch(self, chunk: Chunk, contents: Contents, first_row: int) -> Batch | None:
-        channel = {topic: number for number, topic in contents.topics.items()}
-        of = {kind: channel.get(topic, -1) for kind, topic in TOPICS.items()}
+        of = {kind: _channel(kind, chunk, contents) for kind in TOPICS}
         if len(chunk.table) == 0:
             return None
         ticks = chunk.of(of[TICK])
@@ -166,9 +214,39 @@ class RecordingReader:
         for data in chunk.texts(of[RAW]):
             _restore(rows, orjson.loads(data))
         numbers = first_row + (ticks[:, 1] - first_row) % (1 << 32)
-        events = [orjson.loads(data) for data in chunk.texts(of[EVENT])]
+        events = [event for data in chunk.texts(of[EVENT]) if (event := _event(data)) is not None]
         commands = [orjson.loads(data) for data in chunk.texts(of[COMMAND])]
         return Batch(rows, numbers, events, _commands(commands, self.n_axes))
+
+
+def _channel(kind: int, chunk: Chunk, contents: Contents) -> int:
+    """Channel of one kind of messages: by its topic, or where that is damaged by the number that rtctl gives it."""
+    named = {topic: number for number, topic in contents.topics.items()}.get(TOPICS[kind], kind)
+    lost = contents.topics.get(kind) not in TOPICS.values() and not (chunk.table[:, 0] == named).any()
+    return kind if lost else named
+
+
+def _axes_of(chunk: Chunk | None, contents: Contents) -> int:
+    """Number of axes by the first tick itself; 0 where it does not say."""
+    texts = chunk.texts(_channel(TICK, chunk, contents))[:1] if chunk is not None else []
+    try:
+        return len(orjson.loads(texts[0])["position_rad"])
+    except (IndexError, ValueError, KeyError, TypeError):
+        return 0
+
+
+def _first_row(contents: Contents) -> int:
+    """Number of the part's first tick, as far as the part says; else its ticks are counted from 0."""
+    text = contents.metadata.get("rtctl", {}).get("first_row", "")
+    return int(text) if text.isdecimal() and len(text) <= MOST_DIGITS else 0
+
+
+def _event(data: bytes) -> dict[str, Any] | None:
+    """An event as everybody relies on it; None for anything else."""
+    event = orjson.loads(data)
+    if not isinstance(event, dict) or not isinstance(event.get("event"), str):
+        return None
+    return event
 
 
 def _restore(rows: np.ndarray, raw: dict[str, Any]) -> None:

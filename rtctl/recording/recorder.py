@@ -113,6 +113,11 @@ class Recorder:
         }
 
     @property
+    def broken(self) -> str | None:
+        """Why the disk refused, for good once it did."""
+        return self._broken
+
+    @property
     def files(self) -> list[Path]:
         """Files written so far."""
         return list(self._parts.files)

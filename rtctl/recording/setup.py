@@ -6,7 +6,6 @@ import io
 import json
 import platform
 import time
-import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +17,9 @@ import numpy as np
 import hw
 import rtctl.control
 from hw.jit import source_key
+from hw.outside import shown
 from rtctl import __version__
+from rtctl.bounded_npz import read_arrays
 from rtctl.config import LoadedConfig
 from rtctl.control.records import MODEL, command_dtype, params_dtype, state_dtype
 from rtctl.errors import DataError
@@ -27,6 +28,8 @@ from rtctl.protocol import schema_sha256
 
 LAW_NAME = "law.npz"
 RIG_NAME = "rig.toml"
+MOST_LAW_BYTES = 1 << 24
+"""Of the law's arrays, unpacked: those of eight axes have a hundredth of it."""
 
 
 def law_key() -> str:
@@ -146,18 +149,18 @@ def unpack_law(data: bytes, n_axes: int) -> LawArrays:
         Not such an archive, or one of another rig size.
     """
     try:
-        with np.load(io.BytesIO(data), allow_pickle=False) as archive:
-            parts = {
-                "params": np.zeros(1, params_dtype(n_axes)),
-                "model": np.zeros(n_axes, MODEL),
-                "command": np.zeros(1, command_dtype(n_axes)),
-                "state": np.zeros(1, state_dtype(n_axes)),
-            }
-            for part, array in parts.items():
-                for name in array.dtype.names or ():
-                    if f"{part}.{name}" in archive.files:
-                        array[name] = archive[f"{part}.{name}"]
-            has_state = any(name.startswith("state.") for name in archive.files)
-    except (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile) as error:
-        raise DataError(f"the law's arrays in the recording cannot be read: {error}") from error
+        archive = read_arrays(io.BytesIO(data), MOST_LAW_BYTES)
+        parts = {
+            "params": np.zeros(1, params_dtype(n_axes)),
+            "model": np.zeros(n_axes, MODEL),
+            "command": np.zeros(1, command_dtype(n_axes)),
+            "state": np.zeros(1, state_dtype(n_axes)),
+        }
+        for part, array in parts.items():
+            for name in array.dtype.names or ():
+                if f"{part}.{name}" in archive:
+                    array[name] = archive[f"{part}.{name}"]
+        has_state = any(name.startswith("state.") for name in archive)
+    except (ValueError, TypeError) as error:
+        raise DataError(f"the law's arrays in the recording cannot be read: {shown(error)}") from error
     return LawArrays(parts["params"], parts["model"], parts["command"], parts["state"] if has_state else None)

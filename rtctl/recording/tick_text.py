@@ -314,9 +314,9 @@ def split_messages(records: np.ndarray, found: np.ndarray) -> int:
     at, n, size = 0, 0, len(records)
     while at + 9 <= size:
         length = _number(records, at + 1, 8)
-        end = at + 9 + length
-        if length < 0 or end > size:
+        if length < 0 or length > size - at - 9:  # in this order: a sum could overflow
             return -1
+        end = at + 9 + length
         if records[at] == 5 and length >= 22:
             found[n, 0], found[n, 1] = _number(records, at + 9, 2), _number(records, at + 11, 4)
             found[n, 2], found[n, 3], found[n, 4] = _number(records, at + 15, 8), at + MESSAGE_HEAD, end

@@ -1,127 +1,21 @@
-"""The loop process: `python -m rtctl.rt FD`, started by the host, instructed by one JSON line on stdin.
+"""The loop process: `python -m rtctl.rt FD HOST`, started by the host with that process id.
 
-It answers with JSON lines on stdout: `ready` before the first cycle, `ended` after the last; in between only
-`note` and `opening`, while a device is lost, and `words` of the devices, while the rig is disabled. Ctrl-C in a terminal reaches the host, which asks for a shutdown; this process ignores it.
+What must hold from the first moment is done here, before anything heavy is imported (`rtctl.rt.process`).
 """
 
 from __future__ import annotations
 
-import contextlib
-import json
-import os
-import signal
 import sys
-import time
-import traceback
-from typing import Any
 
-import numpy as np
-
-from hw.interface import Backend, BackendError, Rig
-from hw.rig import Member, compose
-from rtctl.rt import realtime
-from rtctl.rt.clock import Clock, VirtualClock, WallClock
-from rtctl.rt.loop import Stop, run_loop, warm_up
-from rtctl.rt.replug import Replug
-from rtctl.rt.speech import Speech
-from rtctl.shm import Memory
-
-
-def _say(kind: str, **body: Any) -> None:  # noqa: ANN401
-    with contextlib.suppress(BrokenPipeError):  # the host is gone: nobody is left to be told
-        os.write(1, (json.dumps({"message": kind, **body}) + "\n").encode())
-
-
-def _mention(kind: str, **body: Any) -> bool:  # noqa: ANN401
-    """Tell the host something, without ever waiting for it; False when it did not take it."""
-    os.set_blocking(1, False)
-    try:
-        _say(kind, **body)
-    except OSError:
-        return False
-    finally:
-        os.set_blocking(1, True)
-    return True
-
-
-def _note(text: str) -> None:
-    _mention("note", text=text)
-
-
-def _words(body: dict[str, Any]) -> bool:
-    return _mention("words", **body)
-
-
-def _opening(begun: bool) -> None:
-    """Have the host wait for a device that is being opened: no tick is made meanwhile."""
-    _mention("opening", begun=begun)
-
-
-def _rig(data: dict[str, Any]) -> Rig:
-    arrays = {name: np.array(value, dtype=float) for name, value in data.items() if isinstance(value, list)}
-    return Rig(n_axes=data["n_axes"], period_s=data["period_s"], **arrays)
-
-
-def _open(order: dict[str, Any], members: list[Member]) -> Backend | None:
-    try:
-        backend = compose(members, _rig(order["rig"]))
-        backend.open()
-    except BackendError as error:
-        _say("ended", reason="device", detail=str(error))
-        return None
-    return backend
+from rtctl.rt import birth
 
 
 def main() -> int:
-    """Run one loop from order to end. Returns the exit status: 0 shut down, 1 anything else."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    realtime.die_with_parent()
-    stop = Stop()
+    """Run one loop. Returns the exit status: 0 shut down, 1 anything else."""
+    birth.be_guarded(int(sys.argv[2]))
+    from rtctl.rt import process
 
-    def _request(_signal: int, _frame: object) -> None:
-        stop.requests += 1
-
-    def _cut(_signal: int, _frame: object) -> None:
-        stop.requests = 2
-
-    signal.signal(signal.SIGTERM, _request)
-    signal.signal(signal.SIGUSR1, _cut)
-    order = json.loads(sys.stdin.readline())
-    memory = Memory.attach(int(sys.argv[1]))
-    began = time.monotonic()
-    members = [Member.from_dict(device) for device in order["devices"]]
-    backend = _open(order, members)
-    if backend is None:
-        return 1
-    warm_up(memory, backend)
-    compile_s = time.monotonic() - began
-    virtual = order["clock"] == "virtual"
-    grants, held = (
-        ([], [])
-        if virtual or order["realtime"] == "off"
-        else realtime.acquire(order["priority"], order["cpu"])
-    )
-    granted = bool(grants) and realtime.complete(grants)
-    _say("ready", grants=[grant.as_dict() for grant in grants], compile_s=round(compile_s, 3))
-    clock: Clock = VirtualClock(memory.header) if virtual else WallClock()
-    if not granted and order["realtime"] == "require" and not virtual:
-        backend.stop()
-        backend.close()
-        _say("ended", reason="realtime", detail="real-time rights were refused")
-        return 1
-    try:
-        device = Replug(backend, _note, _opening, Speech(backend, members, _words).listen)
-        run_loop(device, memory, clock, stop, waiver=not granted and not virtual)
-    except Exception as error:  # noqa: BLE001 - the one allowed: whatever it was, the actuator is stopped; say it and end
-        _say("ended", reason="error", detail=f"{type(error).__name__}: {error}", trace=traceback.format_exc())
-        return 1
-    finally:
-        backend.close()
-        for fd in held:
-            os.close(fd)
-    modules = sorted({name.partition(".")[0] for name in sys.modules})
-    _say("ended", reason="shutdown" if stop.requests < 2 else "cut", detail="", modules=modules)
-    return 0
+    return process.main(int(sys.argv[1]))
 
 
 if __name__ == "__main__":

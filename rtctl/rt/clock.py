@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -71,11 +72,13 @@ class WallClock:
 class VirtualClock:
     """Time that jumps to each deadline. Waits only for the reader of the ring, so that no tick is lost.
 
-    `header` is the shared header: the loop pauses while the host is more than half a ring behind.
+    `header` is the shared header: the loop pauses while the host is more than half a ring behind, unless `ending`
+    says that this process has been told to end: a host that has died reads no more.
     """
 
-    def __init__(self, header: np.ndarray | None = None) -> None:
+    def __init__(self, header: np.ndarray | None = None, ending: Callable[[], bool] = lambda: False) -> None:
         self._now = 0
+        self._ending = ending
         self._header = header
         self._most_unread = 0 if header is None else int(header[0]["ring_rows"]) // 2
 
@@ -87,7 +90,7 @@ class VirtualClock:
         """Jump to the deadline."""
         if self._header is not None and self._most_unread:
             header = self._header
-            while header[0]["head"] - header[0]["read_head"] > self._most_unread:
+            while header[0]["head"] - header[0]["read_head"] > self._most_unread and not self._ending():
                 time.sleep(0.0005)
         self._now = max(self._now, deadline_ns)
         return self._now

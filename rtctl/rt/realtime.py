@@ -6,12 +6,10 @@ import contextlib
 import ctypes
 import gc
 import os
-import signal
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 _MCL_CURRENT, _MCL_FUTURE = 1, 2
-_PR_SET_PDEATHSIG = 1
 _PR_SET_TIMERSLACK = 29
 _DMA_LATENCY = Path("/dev/cpu_dma_latency")
 
@@ -61,11 +59,6 @@ def acquire(priority: int, cpu: int) -> tuple[list[Grant], list[int]]:
 def complete(grants: list[Grant]) -> bool:
     """True when every required right was granted."""
     return all(grant.granted for grant in grants if grant.required)
-
-
-def die_with_parent() -> None:
-    """Have the kernel send SIGTERM when the host process dies, so that the rig is stopped."""
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
 
 
 def _fifo(priority: int) -> Grant:

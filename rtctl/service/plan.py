@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import errno
+import hashlib
 import json
 import os
 import shlex
 import sys
-import tomllib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from typing import Any
 
+from hw.outside import read_bounded, shown, toml_of
 from rtctl.config import LoadedConfig
+from rtctl.config_faults import FILE_OPTIONS
 from rtctl.errors import ConfigError
 
 UNIT = "rtctl@.service"
@@ -46,8 +49,12 @@ class File:
         """Write it whole, then put it in place."""
         self.path.parent.mkdir(parents=True, exist_ok=True, mode=0o755)
         temporary = self.path.with_name(f".{self.path.name}.new")
-        temporary.write_bytes(self.content)
-        temporary.chmod(self.mode)
+        temporary.unlink(missing_ok=True)  # a link there would lead the writing elsewhere
+        with os.fdopen(
+            os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600), "wb"
+        ) as file:
+            file.write(self.content)
+            os.fchmod(file.fileno(), self.mode)
         os.replace(temporary, self.path)  # noqa: PTH105 - Path.replace is the same call
 
 
@@ -133,7 +140,7 @@ def plan(loaded: LoadedConfig, root: Path, command: str, *, start: bool) -> Inst
     Raises
     ------
     ConfigError
-        A file the rig file names lies outside its folder by a relative path.
+        A file the rig file names lies outside its folder by a relative path, is a link, or is no regular file.
     """
     name = loaded.config.rig.name
     etc, made = root / "etc", Installation(name, root)
@@ -141,7 +148,7 @@ def plan(loaded: LoadedConfig, root: Path, command: str, *, start: bool) -> Inst
         File(etc / "systemd/system" / UNIT, unit_text(command)),
         File(etc / "sysusers.d/rtctl.conf", shipped("rtctl.sysusers")),
         File(etc / "udev/rules.d/60-rtctl.rules", shipped("60-rtctl.rules")),
-        File(etc / "rtctl" / f"{name}.toml", loaded.path.read_bytes()),
+        File(etc / "rtctl" / f"{name}.toml", _rig_file(loaded)),
     ]
     made.files += [File(etc / "rtctl" / part, content) for part, content in _named_files(loaded)]
     drop_in = etc / f"systemd/system/rtctl@{name}.service.d"
@@ -180,32 +187,57 @@ def needs_loopback(loaded: LoadedConfig) -> bool:
     return loaded.config.telemetry.plotjuggler or loaded.config.view is not None
 
 
-def _strings(value: Any) -> Iterator[str]:  # noqa: ANN401
-    """Every string in the values of a parsed TOML file."""
-    if isinstance(value, str):
-        yield value
-    elif isinstance(value, dict):
-        for item in value.values():
-            yield from _strings(item)
-    elif isinstance(value, list):
-        for item in value:
-            yield from _strings(item)
+MOST_NAMED_BYTES = 1 << 26
+"""Of one file that a rig file names."""
+
+
+def _named(data: dict[str, Any]) -> Iterator[str]:
+    """The files that a rig file names, by the keys that do so: a description that reads like a path is none."""
+    for axis in data.get("axis", []):
+        yield axis.get("friction", {}).get("model", "")
+    for device in data.get("device", []):
+        options = device.get("options", {})
+        for table in (options, *(value for value in options.values() if isinstance(value, dict))):
+            yield from (table[key] for key in FILE_OPTIONS if isinstance(table.get(key), str))
+
+
+def _rig_file(loaded: LoadedConfig) -> bytes:
+    """The rig file as it was checked. Raises ConfigError when it has been changed since."""
+    content = _content(loaded.path.parent, Path(loaded.path.name))
+    if hashlib.sha256(content).hexdigest() != loaded.sha256:
+        raise ConfigError(f"{loaded.path}: was changed while it was read; install it again")
+    return content
 
 
 def _named_files(loaded: LoadedConfig) -> list[tuple[Path, bytes]]:
     """Files beside the rig file that it names (friction models, frames, schedules), to go along with it."""
     folder, found = loaded.path.parent, {}
-    for text in _strings(tomllib.loads(loaded.path.read_text())):
+    for text in _named(toml_of(_rig_file(loaded))):
         part = Path(text)
-        if not text or part.is_absolute() or not (folder / part).is_file():
+        if not text or part.is_absolute():
             continue
         if ".." in part.parts:
             raise ConfigError(
-                f"{loaded.path}: {text!r} leads out of the rig file's folder; give an absolute path, or move the "
+                f"{loaded.path}: {shown(repr(text))} leads out of the rig file's folder; give an absolute path, or move the "
                 "file beside the rig file"
             )
-        found[part] = (folder / part).read_bytes()
+        if os.path.lexists(folder / part):
+            found[part] = _content(folder, part)
     return list(found.items())
+
+
+def _content(folder: Path, part: Path) -> bytes:
+    """A file below the rig file's folder, through no link: root reads it, and everybody may read the copy."""
+    for depth in range(1, len(part.parts)):
+        if folder.joinpath(*part.parts[:depth]).is_symlink():
+            raise ConfigError(
+                f"{folder.joinpath(*part.parts[:depth])}: is a link; put the folder itself there"
+            )
+    try:
+        return read_bounded(folder / part, MOST_NAMED_BYTES, follow=False)
+    except OSError as error:
+        why = "is a link; put the file itself there" if error.errno == errno.ELOOP else str(error.strerror)
+        raise ConfigError(f"{folder / part}: cannot be copied: {why}") from error
 
 
 def apply(

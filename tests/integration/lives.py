@@ -16,6 +16,7 @@ import traceback
 from pathlib import Path
 from types import SimpleNamespace
 
+from hw.rig import compose
 from rtctl import plan
 from rtctl.config import load
 from rtctl.errors import FaultError, RtctlError
@@ -23,6 +24,7 @@ from rtctl.host import loop_process
 from rtctl.host.safe_stop import SafeStop
 from rtctl.host.supervisor import Host
 from rtctl.rt import __main__ as rt
+from rtctl.rt import process  # noqa: F401 - imported before the fork
 from rtctl.rt.clock import WallClock
 from rtctl.rt.loop import warm_up
 from rtctl.shm import Memory
@@ -74,7 +76,8 @@ class Forked:
                 PermissionError
             ):  # punctual; without the locked memory of a fork's 500 MB
                 os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(10))
-            sys.stdin, sys.argv = os.fdopen(0), ["rtctl.rt", str(pass_fds[0])]
+            signal.set_wakeup_fd(-1)  # of the host: a new program would not have it
+            sys.stdin, sys.argv = os.fdopen(0), ["rtctl.rt", str(pass_fds[0]), str(os.getppid())]
             os._exit(rt.main())
         except BaseException:  # noqa: BLE001 - a forked process must end here
             traceback.print_exc()
@@ -142,7 +145,7 @@ def nursery(config):
     loaded = load(Path(config))
     made = plan.build(loaded)
     memory = Memory.create(made.n_axes, 8, made.period_ns)
-    backend = rt.compose(list(loaded.members()), loaded.config.hardware())
+    backend = compose(list(loaded.members()), loaded.config.hardware())
     warm_up(memory, backend)
     SafeStop(loaded)
     WallClock()

@@ -88,9 +88,10 @@ def test_a_sensor_that_is_bad_from_the_first_tick_on_is_said_and_is_why_the_rig_
 def test_a_recording_that_the_disk_refuses_is_said_and_is_no_success(folder):
     blocked = folder.parent / "blocked"
     blocked.write_text("a file where a folder should be")
-    code, summary, stderr = finish(
-        start(CONFIGS / "mock.toml", folder, "--for", "1", "--record", str(blocked / "x"))
-    )
+    config = folder.parent / "recorded.toml"
+    text = (CONFIGS / "mock.toml").read_text().replace('"friction/', f'"{CONFIGS}/friction/')
+    config.write_text(f'{text}\n[record]\nfolder = "{blocked}/x"\n')
+    code, summary, stderr = finish(start(config, folder, "--for", "1"))
     assert code == (FaultError if summary["fault_first"] else RecordingError).exit_code, stderr
     assert str(blocked) in summary["recording"]["broken"]
     assert f"rtctl: RECORDING BROKEN: {blocked}" in stderr

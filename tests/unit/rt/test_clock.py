@@ -64,3 +64,10 @@ def test_virtual_time_waits_for_a_reader_that_is_half_a_ring_behind():
     thread.join()
     memory.close()
     assert np.all(memory.header["head"] == 60)
+
+
+def test_virtual_time_does_not_wait_for_a_reader_once_the_process_shall_end():
+    memory = Memory.create(1, 100, 1_000_000)
+    memory.header["head"] = 60
+    assert VirtualClock(memory.header, lambda: True).sleep_until(7) == 7
+    memory.close()

@@ -1,0 +1,49 @@
+"""What a terminal, or the journal, gets to see: no control characters but those that rtctl itself sends.
+
+Texts from files, devices and other machines end up in errors, tables and log lines. In each place they could be
+made harmless by itself; here it is done once for all, where everything passes.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+import sys
+from typing import TextIO
+
+from hw.outside import harmless
+
+_OWN = re.compile("(\x1b\\[(?:[0-9;]*m|H|J|[0-9]{1,3}F))")
+"""Colours of click, and what `monitor` and `probe` draw with: nothing a terminal could be tricked with."""
+
+
+def obeyed_by_none(text: str) -> str:
+    """The text with every control character spelled out but layout and what rtctl itself draws with."""
+    return "".join(part if _OWN.fullmatch(part) else harmless(part) for part in _OWN.split(text))
+
+
+class Harmless(io.TextIOWrapper):
+    """A text stream that spells out every control character but layout and colours."""
+
+    def write(self, text: str) -> int:
+        """Write; returns the number of characters given."""
+        super().write(obeyed_by_none(text))
+        return len(text)
+
+
+def obey_nothing_foreign() -> None:
+    """Have stdout and stderr write harmless texts from now on."""
+    sys.stdout, sys.stderr = _wrapped(sys.stdout), _wrapped(sys.stderr)
+
+
+def _wrapped(stream: TextIO) -> TextIO:
+    if type(stream) is not io.TextIOWrapper:  # done already, or somebody else's, who would lose what it wraps
+        return stream
+    encoding, lines = stream.encoding, stream.line_buffering
+    return Harmless(
+        stream.detach(),
+        encoding,
+        "backslashreplace",
+        line_buffering=lines,
+        write_through=stream.write_through,
+    )

@@ -1,0 +1,61 @@
+"""Recordings as a stranger, a full disk or a bad block could leave them."""
+
+import json
+import struct
+
+import numpy as np
+import zstandard
+
+from rtctl.recording import mcap_format as fmt
+from rtctl.recording.mcap_file import McapFile
+from rtctl.recording.mcap_format import Op
+from rtctl.recording.parts import TICK, TOPICS
+
+ABOUT = {
+    "rig": "mock", "version": "0", "session": "7", "n_axes": "1", "axes": '["joint"]', "rate_hz": "1000.0",
+    "period_ns": "1000000", "start_wall_ns": "1000", "first_row": "0", "config_file": "mock.toml", "config_sha256": "0" * 64,
+}  # fmt: skip
+SCHEMA = json.dumps({"properties": {"tick": {}, "position_rad": {}}}).encode()
+
+
+def ticks(first, n):
+    """Messages of n ticks, with their times and offsets."""
+    records, offsets = b"", []
+    for k in range(first, first + n):
+        data = json.dumps({"tick": k, "position_rad": [k / 7]}).encode()
+        offsets.append(len(records))
+        records += fmt.message(TICK, k, 1000 + k * 1_000_000, data)
+    times = 1000 + np.arange(first, first + n) * 1_000_000
+    return records, {TICK: (times, np.array(offsets))}
+
+
+def write(path, about=None, schema=SCHEMA, chunks=4, n=25, attachments=None, raw=(), first=0, end=True):
+    """A file of `chunks` chunks of `n` ticks; `raw` records come before them."""
+    schemas = [fmt.schema(k, topic.replace("/", "."), "jsonschema", schema) for k, topic in TOPICS.items()]
+    channels = [fmt.channel(k, k, topic, "json") for k, topic in TOPICS.items()]
+    file = McapFile(path, schemas, channels)
+    if about is not False:
+        file.add_metadata("rtctl", {**ABOUT, "first_row": str(first), **(about or {})})
+    for name, data in (attachments or {}).items():
+        file.add_attachment(name, "application/zip", 0, data)
+    for record in raw:
+        file._write(record)
+    for k in range(chunks):
+        file.add_chunk(*ticks(first + k * n, n))
+    file.close() if end else file.abandon()
+    return path
+
+
+def lying_chunk(claimed, records=b"", packed=None):
+    """A chunk record that claims to unpack to `claimed` bytes."""
+    packed = zstandard.ZstdCompressor().compress(records) if packed is None else packed
+    head = struct.pack("<QQQI", 0, 0, claimed, 0) + fmt.string("zstd")
+    return fmt.record(Op.CHUNK, head + struct.pack("<Q", len(packed)) + packed)
+
+
+def zeros(size):
+    """A zstd frame of `size` zeros in as few bytes as can be: blocks that say which byte is repeated how often."""
+    block = 1 << 17
+    head = b"\x28\xb5\x2f\xfd\xe0" + struct.pack("<Q", size)
+    more, last = ((block << 3 | 1 << 1 | end).to_bytes(3, "little") + b"\0" for end in (0, 1))
+    return head + more * (size // block - 1) + last
