@@ -32,6 +32,9 @@ def slow_config(tmp_path):
     text = (CONFIGS / "mock.toml").read_text().replace('"friction/', f'"{CONFIGS}/friction/')
     text = text.replace('clock = "wall"', 'clock = "virtual"')
     text = text.replace("velocity_limit_rad_s = 6.0", "velocity_limit_rad_s = 0.7")
+    # virtual time runs ahead of the host that arms the rig
+    assert "start_s = 1.0 " in text
+    text = text.replace("start_s = 1.0 ", "start_s = 10.0 ")
     path = tmp_path / "slow.toml"
     path.write_text(text)
     return path
