@@ -53,13 +53,22 @@ class FaultBook:
         faults = rows["faults"]
         earlier = np.concatenate((np.array([self._present], faults.dtype), faults[:-1]))
         for i in np.flatnonzero(faults & ~earlier):
-            scene = self._scene(rows, int(i))
-            appeared = int(faults[i] & ~earlier[i])
-            for number in range(appeared.bit_length()):
-                if appeared >> number & 1 and 1 << number in Fault._value2member_map_:
-                    fault = Fault(1 << number)
-                    self._places[fault] = self._place(fault, scene, int(rows["tick"][i]))
+            self._lay(int(faults[i] & ~earlier[i]), rows, int(i))
         self._remember(rows)
+
+    def glance(self, row: np.void) -> None:
+        """Lay faults of a tick that is newer than those followed at the place that this tick shows, until it is followed."""
+        ahead = int(row["faults"]) & ~self._present
+        if ahead:
+            self._lay(ahead, np.array([row], row.dtype), 0)
+
+    def _lay(self, appeared: int, rows: np.ndarray, i: int) -> None:
+        """Keep where each fault of the bits `appeared` comes from, as the tick `rows[i]` shows it."""
+        scene = self._scene(rows, i)
+        for number in range(appeared.bit_length()):
+            if appeared >> number & 1 and 1 << number in Fault._value2member_map_:
+                fault = Fault(1 << number)
+                self._places[fault] = self._place(fault, scene, int(rows["tick"][i]))
 
     def entries(self, bits: int) -> list[Entry]:
         """`name`, `text`, `axis`, `channel`, `device`, `detail` of every fault in `bits`, lowest bit first."""

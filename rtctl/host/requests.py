@@ -91,6 +91,7 @@ class Requests:
         """The newest tick, or one of zeros (state INIT) before the first."""
         row = self._latest()
         record: np.void = (tick.new_ticks(1, self._rig.n_axes) if row is None else row)[0]
+        self._book.glance(record)
         return record
 
     def perform(self, request: Request, row: np.void, caller: Caller) -> Result | Refusal:

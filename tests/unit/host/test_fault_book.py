@@ -89,6 +89,20 @@ def test_a_fault_is_laid_at_the_axis_and_channel_that_the_tick_shows(fault, seen
     assert (entry["axis"], entry["channel"], entry["device"]) == where
 
 
+def test_a_tick_that_is_newer_than_those_followed_has_its_place_already():
+    book = FaultBook(RIG)
+    book.follow(rows())
+    newer = rows(faults=Fault.BAD_SAMPLE)
+    newer["force_n"][-1] = math.nan
+    assert book.entries(Fault.BAD_SAMPLE)[0]["channel"] is None
+    book.glance(newer[-1])
+    assert book.entries(Fault.BAD_SAMPLE)[0]["channel"] == "force"
+    assert book.entries(Fault.BAD_SAMPLE)[0]["device"] == FINGER
+    newer["force_n"][-1], newer["position_rad"][-1] = 0.0, 7.0
+    book.follow(newer)
+    assert book.entries(Fault.BAD_SAMPLE)[0]["channel"] == "position", "what is followed has the last word"
+
+
 def test_where_no_axis_is_beyond_its_limit_none_is_named():
     assert place(Fault.OVERSPEED, rows(velocity_rad_s=[1.0, 2.0]))["axis"] is None
 
