@@ -123,7 +123,7 @@ def test_no_color_is_honoured(no_color, coloured, monkeypatch):
     assert ("\x1b[" in done.stdout) is coloured
 
 
-def _examined(_config, _seconds, *, say, measuring):
+def _examined(_config, _seconds, *, say, **_more):
     say(Line("kernel", "ok", "6.1"))
     return Report([Line("kernel", "ok", "6.1")], None)
 
