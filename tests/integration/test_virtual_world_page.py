@@ -68,6 +68,7 @@ def test_drag_moves_the_joint_of_an_armed_rig_and_a_stop_ends_it_for_good(rig):
         until(lambda: rig.status()["lease_holder"] is None)
         assert rig.latest_state().state == State.ACTIVE
         rig.stop()
+        until(lambda: rig.status()["state"] == "IDLE")
     finally:
         world.close()
 

@@ -111,7 +111,8 @@ def test_the_command_says_how_it_held_out(monkeypatch, capsys, tmp_path, options
     assert way_for(read_points(path)) == "time"
     arguments = ["fit", path, "--out", out, "--C", 10, "--report", folder, *options, "--json"]
     monkeypatch.setattr(sys, "argv", ["rtctl", *map(str, arguments)])
-    main()
+    with pytest.raises(SystemExit, match="0"):
+        main()
     body = json.loads(capsys.readouterr().out)
     assert body["folds"] == json.loads((folder / "report.json").read_text())["folds"] == way
     said = {"time": "5 stretches of time", "speed": "5 folds by speed"}[way]
