@@ -24,11 +24,11 @@ STANDINGS: Mapping[str, Standing] = {
     "off": Standing(quiet=True, evidence="no help with friction at all"),
     "hybrid": Standing(
         quiet=True,
-        evidence="9 of 5000 hands that held still kept more than .002 rad/s, up to .013, 8 on elastic joints; fed .04 mJ at most",
+        evidence="21 of 10000 hands that held still kept more than .002 rad/s, up to .055; fed .12 mJ at most",
     ),
     "observer": Standing(
         quiet=False,
-        evidence="1 of 5000 hands that held still kept .0027 rad/s; it flickers between two counts",
+        evidence="1 of 10000 hands that held still kept .0027 rad/s; it flickers between two counts",
     ),
     "sign": Standing(quiet=False, evidence="45 % of the hands that held still were shaken"),
     "dither": Standing(quiet=False, evidence="25 % of the hands that held still were shaken"),
