@@ -6,10 +6,10 @@ import numpy as np
 
 from hw.interface import Options, Rig
 from hw.jit import records
+from hw.serial.commanded_board import CommandedBoard
 from hw.serial.described_codec import write_number
 from hw.serial.described_plan import Target, fields_of, layout_of
 from hw.serial.firmware import Taken
-from hw.serial.frame import Status
 from hw.serial.layout import next_frame, read_raw, seal_frame, stream_dtype, write_bytes
 
 TIME_TO_LIVE = 10
@@ -53,11 +53,12 @@ class Words:
         return asked and self._heard == set(self._start)
 
 
-class DescribedBoard:
+class DescribedBoard(CommandedBoard):
     """As `hw.serial.firmware.Board`, but for a described frame: a plain board that holds nothing after a stop."""
 
     def __init__(self, options: Options, rig: Rig, identity: int) -> None:
-        self.n_axes, self.serial_number = rig.n_axes, str(identity)
+        super().__init__(rig.n_axes, TIME_TO_LIVE)
+        self.serial_number = str(identity)
         self._layout, self._fields = (
             records(layout_of(options["sample"])),
             records(fields_of(options["sample"], rig, "sample")),
@@ -67,14 +68,8 @@ class DescribedBoard:
         self._command_fields = () if command is None else records(fields_of(command, rig, "command"))
         self._words = Words(options, command or {})
         self._stream = records(np.zeros(1, stream_dtype()))
-        # one row like the command record of `Board`: what the simulation asks of it
-        self.command = np.zeros(1, [("sequence", "<i8"), ("torque_mode", "<i8")])
         if command is not None:
             self.command["torque_mode"] = any(field["channel"] == "torque" for field in command["field"])
-        self._value, self._enable = np.zeros(rig.n_axes), False
-        self.age, self.sequence = 255, 0
-        self.estop = self.drive_fault = False
-        self.force_missing = self.temperature_missing = self.velocity_missing = False
 
     def take(self, data: bytes) -> Taken:
         """Read commands; the newest good one is in force from now on."""
@@ -106,32 +101,6 @@ class DescribedBoard:
             elif field["target"] == Target.SEQUENCE:
                 self.command["sequence"] = int(raw)
 
-    def hold(self) -> None:
-        """Torque-free until the next command."""
-        self._enable = False
-        self._value[:] = 0.0
-
-    def begin_cycle(self, cycles: int = 1) -> None:
-        """Let `cycles` of the board's own clock pass: commands grow old."""
-        self.age = min(self.age + cycles, 255)
-        if self.age >= TIME_TO_LIVE:
-            self.hold()
-
-    @property
-    def enabled(self) -> bool:
-        """Whether the power stage drives the motor."""
-        return self._enable and not (self.estop or self.drive_fault)
-
-    @property
-    def output(self) -> np.ndarray:
-        """Value in force, A or N m, shape (n_axes,); zero unless enabled."""
-        return self._value.copy() if self.enabled else np.zeros(self.n_axes)
-
-    @property
-    def status(self) -> Status:
-        """As far as it has one."""
-        return Status(int(self.enabled) + 2 * int(self.estop) + 4 * int(self.drive_fault))
-
     def rehearse(self, tick: np.ndarray) -> None:
         """Go through everything once, so that all of it is compiled. The board is of no use afterwards."""
         if self._command_layout is not None:
@@ -139,10 +108,6 @@ class DescribedBoard:
             seal_frame(frame, self._command_layout)
             self.take(bytes(frame[: int(self._command_layout["length"][0])].tobytes()))
         self.state_packet(tick, np.zeros(self.n_axes, np.int64), 0)
-
-    def identity_packet(self) -> bytes:
-        """It has none."""
-        return b""
 
     def state_packet(self, tick: np.ndarray, counts: np.ndarray, time_us: int) -> bytes:
         """Frame with the measured fields of `tick` and encoder `counts`; empty from a board that waits to be asked."""

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from hw.serial.checksums import SIZE
 from hw.serial.described_plan import MEASURED, PER_AXIS, TYPES
 from hw.serial.layout import FLOAT, LENGTH_MAX, SIGNED, SYNC_MAX
-from hw.serial.number_options import SWITCHES, UNITS, NumberOptions, SampleChannel
+from hw.serial.number_options import SWITCHES, UNITS, NumberOptions, SampleChannel, require_one_command
 from hw.serial.options import AskedOptions, Bytes, SerialTable
 
 Type = Literal["u8", "i8", "u16", "i16", "u24", "i24", "u32", "i32", "f32"]
@@ -175,13 +175,7 @@ class CommandOptions(FrameOptions):
     @model_validator(mode="after")
     def _complete(self) -> Self:
         _once(self.field)
-        kinds = {field.channel for field in self.field} & {"torque", "current_command"}
-        if len(kinds) != 1:
-            msg = "field: either torque or current_command is needed, for every axis"
-            raise ValueError(msg)
-        if self.enter and not self.idle:
-            msg = "enter needs idle: what switches a drive on needs what switches it off"
-            raise ValueError(msg)
+        require_one_command({field.channel for field in self.field}, bool(self.enter), bool(self.idle))
         return self
 
 

@@ -7,9 +7,9 @@ import re
 import numpy as np
 
 from hw.interface import Options, Rig
+from hw.serial.commanded_board import CommandedBoard
 from hw.serial.described_plan import unit_of
 from hw.serial.firmware import Taken
-from hw.serial.frame import Status
 from hw.serial.lines_codec import Lines, nmea, sealed
 
 _TICK = {
@@ -21,29 +21,24 @@ _TICK = {
 }
 
 
-class LineBoard:
+class LineBoard(CommandedBoard):
     """As `hw.serial.described_board.DescribedBoard`, in text. Its time to live is that of the description."""
 
     def __init__(self, options: Options, rig: Rig, identity: str) -> None:
-        self.n_axes, self.serial_number, self._rig = rig.n_axes, identity, rig
         self._options, self._sample, self._command = options, options["sample"], options["command"]
         self._lines = Lines()
         self._end: bytes = options["end"].encode()
         self._lines.cut(b"\n")
         command = self._command or {"field": (), "enter": "", "idle": "", "time_to_live_ms": 10.0}
+        super().__init__(rig.n_axes, max(round(1e-3 * command["time_to_live_ms"] / rig.period_s), 1))
+        self.serial_number, self._rig = identity, rig
         self._fields, self._enter, self._idle = command["field"], command["enter"], command["idle"]
-        # one row like the command record of `Board`: what the simulation asks of it
-        self.command = np.zeros(1, [("sequence", "<i8"), ("torque_mode", "<i8")])
         self.command["torque_mode"] = any(field["channel"] == "torque" for field in self._fields)
         pattern = "".join(re.escape(field["prefix"]) + r"([-+.0-9]+)" for field in self._fields)
         self._pattern = re.compile(pattern.encode())
-        self._cycles = max(round(1e-3 * command["time_to_live_ms"] / rig.period_s), 1)
-        self._value, self._on, self._enable = np.zeros(rig.n_axes), not self._enter, False
+        self._on = not self._enter
         self._heard: set[str] = set()
         self._asked = False
-        self.age, self.sequence = 255, 0
-        self.estop = self.drive_fault = False
-        self.force_missing = self.temperature_missing = self.velocity_missing = False
 
     def take(self, data: bytes) -> Taken:
         """Read lines; the newest good command is in force from now on."""
@@ -87,39 +82,9 @@ class LineBoard:
         self._enable = enable and self._on
         return True
 
-    def hold(self) -> None:
-        """Torque-free until the next command."""
-        self._enable = False
-        self._value[:] = 0.0
-
-    def begin_cycle(self, cycles: int = 1) -> None:
-        """Let `cycles` of the board's own clock pass: commands grow old."""
-        self.age = min(self.age + cycles, 1000)
-        if self.age >= self._cycles:
-            self.hold()
-
-    @property
-    def enabled(self) -> bool:
-        """Whether the power stage drives the motor."""
-        return self._enable and not (self.estop or self.drive_fault)
-
-    @property
-    def output(self) -> np.ndarray:
-        """Value in force, A or N m, shape (n_axes,); zero unless enabled."""
-        return self._value.copy() if self.enabled else np.zeros(self.n_axes)
-
-    @property
-    def status(self) -> Status:
-        """As far as it has one."""
-        return Status(int(self.enabled) + 2 * int(self.estop) + 4 * int(self.drive_fault))
-
     def rehearse(self, tick: np.ndarray) -> None:
         """Nothing to compile."""
         del tick
-
-    def identity_packet(self) -> bytes:
-        """It has none."""
-        return b""
 
     def state_packet(self, tick: np.ndarray, counts: np.ndarray, time_us: int) -> bytes:
         """A line with the measured fields of `tick`; empty from a board that waits to be asked or started."""

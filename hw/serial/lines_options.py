@@ -8,7 +8,7 @@ from pydantic import Field, ValidationInfo, model_validator
 
 from hw.serial.described_plan import MEASURED
 from hw.serial.lines_codec import LINE_MAX
-from hw.serial.number_options import SWITCHES, NumberOptions
+from hw.serial.number_options import SWITCHES, NumberOptions, require_one_command
 from hw.serial.options import PortOptions, SerialTable
 
 Text = Annotated[str, Field(max_length=100, pattern=r"^[\x20-\x7e]*$")]
@@ -93,13 +93,7 @@ class LineCommandOptions(SerialTable):
 
     @model_validator(mode="after")
     def _complete(self, info: ValidationInfo) -> Self:
-        kinds = {field.channel for field in self.field} & {"torque", "current_command"}
-        if len(kinds) != 1:
-            msg = "field: either torque or current_command is needed, for every axis"
-            raise ValueError(msg)
-        if self.enter and not self.idle:
-            msg = "enter needs idle: what switches a drive on needs what switches it off"
-            raise ValueError(msg)
+        require_one_command({field.channel for field in self.field}, bool(self.enter), bool(self.idle))
         rate_hz = (info.context or {}).get("rate_hz")
         longest_ms = max(10.0, 1e4 / rate_hz) if rate_hz else 100.0
         if self.time_to_live_ms > longest_ms:

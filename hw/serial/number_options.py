@@ -91,3 +91,13 @@ class NumberOptions(SerialTable):
             msg = f"wrap_at {self.wrap_at:g} of {name!r}: for a position"
             raise ValueError(msg)
         return self
+
+
+def require_one_command(channels: set[str], enter: bool, idle: bool) -> None:
+    """Raise ValueError unless one kind of command is sent, and what switches a drive on comes with what switches it off."""
+    if len(channels & {"torque", "current_command"}) != 1:
+        msg = "field: either torque or current_command is needed, for every axis"
+        raise ValueError(msg)
+    if enter and not idle:
+        msg = "enter needs idle: what switches a drive on needs what switches it off"
+        raise ValueError(msg)
