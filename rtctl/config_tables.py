@@ -227,7 +227,10 @@ class FrictionTable(Table):
         0, 1, "F_s / sigma0: motion over which friction is a spring; 0: as the model says", default=0.0
     )
     stop_rad: float = _number(
-        0, 1, "stop and lugre policies: their length; 0: the presliding length", default=0.0
+        0,
+        1,
+        "hybrid, stop and lugre policies: length over which their direction turns; 0: the presliding length",
+        default=0.0,
     )
     drift_nm: float = _number(0, 1e3, "how far friction may have drifted below the model", default=0.0)
     observer: ObserverTable = ObserverTable()
