@@ -1,6 +1,6 @@
 """What can be said about the simulated rig in a rig file: `[device.options]`. Host side only.
 
-The defaults are the nominal plant of the theory reference, with perfect sensors but for their
+The defaults are the nominal joint of docs/theory.md 1.3, with perfect sensors but for their
 resolution; noise, bias and unevenness are switched on in the rig file.
 """
 

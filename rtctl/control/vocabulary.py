@@ -38,7 +38,7 @@ class DeviceVelocity(IntEnum):
 
 
 class Policy(IntEnum):
-    """What decides the direction of the friction feed-forward near zero velocity (theory section 6)."""
+    """What decides the direction of the friction feed-forward near zero velocity (docs/theory.md 5.6)."""
 
     OFF = 0
     HYBRID = 1

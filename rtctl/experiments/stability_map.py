@@ -1,4 +1,4 @@
-"""The k-b region of provably stable couplings against simulation with the worst hands (theory reference, 1.5)."""
+"""The k-b region of provably stable couplings against simulation with the worst hands (docs/theory.md 2.11)."""
 
 from __future__ import annotations
 
