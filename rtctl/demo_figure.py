@@ -43,8 +43,7 @@ def draw(
     from matplotlib.figure import Figure
 
     after = time_s - switch_s
-    style = {"svg.fonttype": "none", "svg.hashsalt": "rtctl", "font.size": 9, "text.color": INK}
-    with rc_context(style):
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "rtctl", "font.size": 9, "text.color": INK}):
         figure = Figure(figsize=(6.4, 2.3), layout="constrained", facecolor="white")
         FigureCanvasAgg(figure)
         plot = figure.subplots()

@@ -183,3 +183,18 @@ def test_every_command_that_a_document_calls_exists_with_its_options():
         f"{name}: rtctl {' '.join(words)}: no {unknown(words)}" for name, words in calls if unknown(words)
     ]
     assert wrong == []
+
+
+def test_the_index_leads_to_every_document():
+    index = (ROOT / "docs" / "index.md").read_text()
+    pages = [path.relative_to(ROOT / "docs") for path in DOCUMENTS if path.is_relative_to(ROOT / "docs")]
+    assert [str(page) for page in pages if f"]({page})" not in index and page.name != "index.md"] == []
+
+
+def test_the_readme_is_short_and_its_picture_small():
+    readme = (ROOT / "README.md").read_text()
+    picture = (ROOT / "docs" / "demo.svg").read_bytes()
+    assert len(readme.split()) < 900
+    assert "(docs/demo.svg)" in readme
+    assert len(picture) < 40_000
+    assert b"dc:date" not in picture
