@@ -93,7 +93,7 @@ class FrameOptions(SerialTable):
 
     @property
     def fields(self) -> tuple[FieldOptions, ...]:
-        """Its numbers."""
+        """Numbers of the frame."""
         return tuple(getattr(self, "field", ()))
 
     @model_validator(mode="after")

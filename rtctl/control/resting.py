@@ -16,7 +16,7 @@ REST_COUNTS = 1.5
 """A joint within so many encoder counts of one place may rest: one that flickers between two counts does."""
 
 REST_S = 0.02
-"""It rests when it has stayed there for so long."""
+"""A joint counts as resting when it has stayed within that for so long."""
 
 REST_HZ = 5.0
 """Low-pass of the hand's torque for the help with friction while the joint rests."""

@@ -46,7 +46,7 @@ class Between:
     sample_ticks: int = 1
     """Ticks between two fresh samples."""
     jitter: float = 0.0
-    """By so much, in ticks, the delay may be shorter in one tick than in another."""
+    """How much shorter the delay may be in one tick than in another, ticks."""
 
 
 IDEAL = Between()

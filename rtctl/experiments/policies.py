@@ -33,7 +33,7 @@ FED_J = -1e-6
 MOTIONS = (FAST_SINE, SLOW_TRIANGLE)
 
 FAMILY_SHARE = 0.3
-"""Of the experiment's time."""
+"""Share of the experiment's time that the plants of the family take."""
 
 Measured = dict[str, np.ndarray]
 

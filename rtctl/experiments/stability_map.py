@@ -21,7 +21,7 @@ SHARES = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
 
 MODES = (1, 2, 3, 5, 14)
 TICKS = 4000
-"""Of the simulations in time."""
+"""Ticks of each simulation in time."""
 
 VISCOUS_GAINS = (0.0, 0.3, 0.6)
 

@@ -19,7 +19,7 @@ _HALVINGS = 10
 _GRID = 4000
 
 START_SHARE = 0.9
-"""Of the largest gain that passes: what a rig file should begin with. The rest is for what no test knows."""
+"""Share of the largest gain that passes with which a rig file should begin. The rest is for what no test knows."""
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ from rtctl.protocol import schema_sha256
 LAW_NAME = "law.npz"
 RIG_NAME = "rig.toml"
 MOST_LAW_BYTES = 1 << 24
-"""Of the law's arrays, unpacked: those of eight axes have a hundredth of it."""
+"""Largest size of the law's arrays, unpacked: those of eight axes have a hundredth of it."""
 
 
 def law_key() -> str:
