@@ -91,7 +91,7 @@ def _with_dry_friction(device: Device, gain: float) -> float:
 def _with_more(
     made: Outcome, device: Device, delayed: dict[int, list[float]], dry: dict[float, float]
 ) -> Outcome:
-    """The same, with the parts on delay and on dry friction."""
+    """The outcome with the parts on delay and on dry friction added."""
     rows = []
     for delay, shares in delayed.items():
         for share, found in zip(DELAY_SHARES, shares, strict=True):

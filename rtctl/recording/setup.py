@@ -51,7 +51,10 @@ class Setup:
         return int(self.about["n_axes"])
 
     def with_state(self, state: np.ndarray) -> Setup:
-        """The same, with the law's state before the first tick. Without the law's arrays: as it is."""
+        """A copy of this setup with the law's state before the first tick.
+
+        A setup without the law's arrays is returned as it is.
+        """
         if LAW_NAME not in self.attachments:
             return self
         media, data = self.attachments[LAW_NAME]
