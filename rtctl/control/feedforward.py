@@ -1,4 +1,4 @@
-"""Friction feed-forward: how much, in which direction, and how far it may go (theory reference, section 6).
+"""Friction feed-forward: how much, in which direction, and how far it may go (docs/theory.md 5.5).
 
 tau_ff = compensation * g * s * min(magnitude, cap): s in -1..1 is the direction the policy decides near
 zero velocity, g in 0..1 the force gate. v rad/s, tau_h hand torque N m.

@@ -25,7 +25,7 @@ import zmq
 from rtctl.host.doors import user_id
 
 WRONG_TOPICS = 8
-"""Subscriptions to topics that do not exist that are put down to mistakes."""
+"""So many subscriptions of one connection to topics that do not exist are forgiven as mistakes of its program."""
 
 _LOOKS_PER_SEND = 64
 

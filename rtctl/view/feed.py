@@ -66,7 +66,7 @@ class Signal:
         return cls(name, int(index or 0))
 
     def of(self, rows: np.ndarray) -> np.ndarray:
-        """Its values in these ticks, as numbers; NaN where the rig has no such axis."""
+        """The signal's values in these ticks, as numbers; NaN where the rig has no such axis."""
         column = rows[self.field].reshape(len(rows), -1)
         if self.index >= column.shape[1]:
             return np.full(len(rows), math.nan)

@@ -186,7 +186,7 @@ def test_a_model_that_is_not_finite_is_no_friction_and_a_fault(bad):
 
 
 class BristlePlant(Plant):
-    """LuGre joint (theory reference, section 4: coupled exponential step, 20 sub-steps) and a hand spring."""
+    """LuGre joint (docs/theory.md 12.3 with theta = 1, 20 sub-steps) and a hand spring."""
 
     sigma0, sigma1 = 250.0, 1.0
 
