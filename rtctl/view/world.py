@@ -128,6 +128,7 @@ class World:
         ball = self._ball
         return {
             "kind": self.kind,
+            "axis": self._axis,
             "ball_rad": None if ball is None else ball.face_rad,
             **{name: self._in_force.get(name) for name in ("center_rad", "pitch_rad", "side")},
             "trouble": self.trouble,
