@@ -6,7 +6,9 @@ const QUIET_MS = 1000;       // without any status for so long the page's server
 const NOTICE_MS = 8000;
 const ARMED_WITHIN_MS = 2000;
 
-let newest = {}, cameAt = 0, why = "", rig = "rtctl", noticeEnds = 0, stopFailed = "", armPressedAt = 0;
+/** The last status. */
+export let newest = {};
+let cameAt = 0, why = "", rig = "rtctl", noticeEnds = 0, stopFailed = "", armPressedAt = 0;
 
 /** A line that vanishes: what was refused, or done. It goes at the next change of state, too. */
 export function notice(text, bad = true) {

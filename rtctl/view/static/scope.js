@@ -3,7 +3,7 @@
 import { $, element } from "./link.js";
 import { CURVES, makePlot, tidy, valueText } from "./plot.js";
 
-const KEEP_S = 65, HOLD_S = 600, GAP_S = 0.5, MOST = 16, STEP = 0.2;
+const KEEP_S = 65, HOLD_S = 600, LEAST_S = 0.02, GAP_S = 0.5, MOST = 16, STEP = 0.2;
 const START = ["state.0", "position_rad.0", "hand_torque_nm.0", "torque_applied_nm.0"];
 
 export const data = { t: [] };
@@ -109,9 +109,13 @@ export const follow = () => hold(false);
 
 function end() { return data.t.length ? data.t[data.t.length - 1] : 0; }
 
+/** Move by a part of what is shown, or show more or less time around its middle; not beyond the data. */
 function shift(factor, by) {
-  const span = (view.to - view.from) * factor, middle = (view.from + view.to) / 2 + by * span;
-  zoomed(Math.max(0, middle - span / 2), Math.max(0.01, middle + span / 2));
+  const span = Math.min(Math.max((view.to - view.from) * factor, LEAST_S), HOLD_S);
+  const to = (view.from + view.to) / 2 + by * span + span / 2;
+  view.to = Math.min(Math.max(to, Math.min(span, end())), end());
+  view.from = view.to - span;
+  hold(true);
 }
 
 /** Index of the first time at or after `t`. */

@@ -26,7 +26,7 @@ const SLIDERS = {
 const STEPS = 200;
 const TOLD = { center_rad: ["wall", "spring", "detents"], pitch_rad: ["detents"] };  // what another page has chosen shows here, too
 const chosen = Object.fromEntries(Object.values(SLIDERS).map((slider) => [slider.key, slider.value]));
-let kind = "", told = "", sending = false, again = false, axes = [], newest = {};
+let kind = "", told = "", sending = false, again = false, axes = [];
 
 // At most one request under way; the newest wish is sent when it is answered.
 async function send() {
@@ -83,16 +83,16 @@ new Stream(() => [], {
   lost,
   status(status) {
     showStatus(status);
-    newest = { ...status, axes };
+    status.axes = axes;
     const now = status.world.kind;
-    if (now && now !== told && !sending) {
+    if (now && now !== told && now !== kind && !sending) {
       for (const [key, kinds] of Object.entries(TOLD)) if (kinds.includes(now) && status.world[key] != null) chosen[key] = status.world[key];
       show(now);
     }
     told = now;
     if (!status.position_rad) return;
-    showLegend($("legend"), newest);
-    showAxes($("axes").tBodies[0], newest);
+    drawScene($("scene"), status);
+    showLegend($("legend"), status);
+    showAxes($("axes").tBodies[0], status);
   },
 });
-(function frame() { requestAnimationFrame(frame); if (!document.hidden) drawScene($("scene"), newest); })();
