@@ -9,8 +9,8 @@ from typing import Any
 from hw.outside import shown
 from rtctl.client import RigClient
 from rtctl.control.vocabulary import Environment, Fault, Program, State
+from rtctl.event_words import device_line
 from rtctl.fault_words import Entry, sentence
-from rtctl.host.speaker import device_line
 from rtctl.tick import FIELDS
 from rtctl.view.feed import Feed
 from rtctl.view.guidance import hindrances, next_step, taken_apart

@@ -20,7 +20,7 @@ from urllib.parse import parse_qs, urlsplit
 
 from rtctl.client import RigClient
 from rtctl.errors import RtctlError
-from rtctl.host.speaker import line_of
+from rtctl.event_words import line_of
 from rtctl.view import record
 from rtctl.view.feed import Feed, Follower, Signal, columns
 from rtctl.view.panel import ACTIONS, plain, signals_of, status
