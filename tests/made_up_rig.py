@@ -15,8 +15,10 @@ HELLO = {"rig": "made-up", "rate_hz": 1000.0, "axes": [{"name": "yaw"}, {"name":
 
 
 class Stream:
-    def __init__(self, items):
-        self.items = items
+    """As of the client; `patience_s`: None comes as soon as this, so that closing takes no time."""
+
+    def __init__(self, items, patience_s=0.05):
+        self.items, self.patience_s = items, patience_s
 
     def __enter__(self):
         return self
@@ -26,7 +28,7 @@ class Stream:
 
     def receive(self, timeout_s):
         try:
-            return self.items.get(timeout=min(timeout_s, 0.05))
+            return self.items.get(timeout=min(timeout_s, self.patience_s))
         except queue.Empty:
             return None
 
@@ -79,6 +81,9 @@ class MovingRig(Rig):
         self._sends.set()
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
+
+    def ticks(self):
+        return Stream(self.rows, patience_s=0.5)  # a busy machine sends late: that is no silence
 
     def be(self, state, **fields):
         self._fields = {"state": state, "fault_first": -1, **fields}

@@ -10,6 +10,14 @@ const SHAPES = {
   wall: ["obstacle", "wall"], ball: ["ball", "ball"], spring: ["object", "spring"], detents: ["object", "detents"], damper: ["object", "damper"],
 };
 
+const LAW = { ball: "wall", drag: "remote" };  // the environment that the law has for it
+
+/** The world of the page's server where it is what the law renders now; else nothing: another program has changed it. */
+function inForce(status) {
+  const world = status.world || {}, axis = status.axes.indexOf(world.axis);
+  return axis >= 0 && status.environment[axis] === (LAW[world.kind] || world.kind) ? world : {};
+}
+
 export function drawScene(canvas, status) {
   const ratio = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
   if (!width) return;
@@ -32,7 +40,7 @@ function drawJoint(draw, status, axis, x, cell, height) {
     draw.moveTo(...at(angle, r0)); draw.lineTo(...at(angle, r1)); draw.stroke(); draw.setLineDash([]);
   };
   drawDial(draw, at, line, length);
-  const position = status.position_rad[axis], world = status.world && status.world.axis === name ? status.world : {};
+  const position = status.position_rad[axis], world = inForce(status).axis === name ? status.world : {};
   if (position == null) { label(draw, `${name}: no position`, x, height - 8); return; }
   if (status.environment[axis] !== "free" && status.proxy_rad[axis] != null) line(status.proxy_rad[axis], 0, length * 0.95, 4, colour("object"), [7, 7]);
   drawObject(draw, world, position, length, x, y, line);
@@ -96,7 +104,7 @@ function drawObject(draw, world, handle, length, x, y, line) {
 
 /** What the picture's colours mean, those only that are in it now. */
 export function showLegend(place, status) {
-  const kind = status.world && status.world.kind;
+  const kind = inForce(status).kind;
   const entries = [["joint", "joint"], ["hand", "torque of the hand"]];
   if ((status.environment || []).some((one) => one !== "free")) entries.push(["object", "virtual object (dashed)"]);
   if (SHAPES[kind]) entries.push(SHAPES[kind]);
