@@ -19,7 +19,7 @@ from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 from rtctl.client import RigClient
-from rtctl.errors import RtctlError
+from rtctl.errors import RefusedError, RtctlError
 from rtctl.event_words import line_of
 from rtctl.view import record
 from rtctl.view.feed import Feed, Follower, Signal, columns
@@ -169,6 +169,8 @@ class _Handler(BaseHTTPRequestHandler):
             result = ACTIONS[name](self.server.client, self.server.world, values)
         except (ValueError, TypeError, KeyError) as error:
             self._json({"error": f"not understood: {error}"}, HTTPStatus.BAD_REQUEST)
+        except RefusedError as error:
+            self._json({"error": error.reason, "code": error.code}, HTTPStatus.CONFLICT)
         except RtctlError as error:
             self._json({"error": str(error)}, HTTPStatus.CONFLICT)
         else:

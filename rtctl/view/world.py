@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rtctl.client import Lease, RigClient
-from rtctl.errors import ClientError
+from rtctl.errors import ClientError, RefusedError
 
 FRAME_S = 1 / 60
 FRAMES_COUNTED = 121
@@ -175,6 +175,8 @@ class World:
             with self._lock:
                 try:
                     self._frame()
+                except RefusedError as error:
+                    self.trouble = error.reason
                 except ClientError as error:
                     self.trouble = str(error)
             self._frames.append(time.monotonic())

@@ -179,7 +179,7 @@ def test_nonsense_is_refused_with_a_reason(page, name, body):
 
 def test_what_the_daemon_refuses_is_said(page):
     page[0].refuse = "state FAULT: reset first"
-    assert press(page[1], "arm") == (409, {"error": "not_ready: state FAULT: reset first"})
+    assert press(page[1], "arm") == (409, {"error": "state FAULT: reset first", "code": "not_ready"})
 
 
 def test_a_refused_press_leaves_the_connection_usable(page):
