@@ -47,15 +47,22 @@ def chromium():
 def served(hello=ONE_AXIS):
     rig = MovingRig(hello)
     rig.well.put(HEALTH)
-    server = ViewServer(rig, "127.0.0.1", 0, key="right")
+    try:
+        with serving(ViewServer(rig, "127.0.0.1", 0, key="right")) as server:
+            yield rig, server
+    finally:
+        rig.close()
+
+
+@contextmanager
+def serving(server):
     thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.02})
     thread.start()
     try:
-        yield rig, server
+        yield server
     finally:
         server.close()
         thread.join()
-        rig.close()
 
 
 @pytest.fixture
@@ -223,7 +230,7 @@ def test_escape_stops_from_anywhere_and_a_stop_that_does_not_arrive_is_said_abov
 def test_more_windows_than_a_browser_has_connections_for_do_not_keep_stop_waiting(chromium, rig):
     made, server = rig
     made.be(State.ACTIVE)
-    pages = [Page(chromium, f"{server.url}#key=right", "desk", "light") for _ in range(4)]
+    pages = [Page(chromium, f"{server.url}world", "desk", "light") for _ in range(4)]
     for page in pages:
         page.state("ACTIVE")
     more = [Page(chromium, server.url, "desk", "light", settled=False) for _ in range(3)]
@@ -234,6 +241,21 @@ def test_more_windows_than_a_browser_has_connections_for_do_not_keep_stop_waitin
     pages[0].close()
     until(lambda: "ACTIVE" in [page("document.getElementById('state').textContent") for page in more], "room")
     for page in pages[1:] + more:
+        page.close()
+
+
+def test_a_page_whose_server_ends_says_so_and_comes_back_with_it(chromium, rig):
+    made, _server = rig
+    first = ViewServer(made, "127.0.0.1", 0)
+    port = first.server_address[1]
+    with serving(first):
+        page = Page(chromium, first.url, "desk", "light")
+        page.state("IDLE")
+    page.state("NO DATA")
+    page.becomes('alert_says("the page\'s server")')
+    with serving(ViewServer(made, "127.0.0.1", port)):
+        page.state("IDLE")
+        page.becomes("document.getElementById('alert').hidden && !document.body.classList.contains('stale')")
         page.close()
 
 

@@ -107,7 +107,7 @@ export class Stream {
     const reader = answer.body.pipeThrough(new TextDecoderStream()).getReader();
     for (let pending = ""; ;) {
       const { value, done } = await reader.read();
-      if (done) return;
+      if (done) throw new Error("the page's server has ended");
       const messages = (pending + value).split("\n\n");
       pending = messages.pop();
       for (const message of messages) {
