@@ -1,0 +1,195 @@
+"""Runs one tier of the tests, as many parts at a time as there are cores: `python tests/run_tier.py check|test|volume`.
+
+Tests that meet a clock run as one part, alone at their priority; the parts beside them get only what nobody else
+wants (SCHED_IDLE), so that no real-time loop waits for them. Each part's output goes to a file and is shown when the
+part fails. Ctrl-C ends all parts.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import tiers
+
+ROOT = tiers.TESTS.parent
+LOGS = ROOT / "build" / "tests"
+BIN = Path(sys.executable).parent
+NOTHING_COLLECTED = 5
+END_S = 30.0
+"""Time that an interrupted part may take to end its rigs before it is killed."""
+
+COUNTED = re.compile(r"(\d+) (passed|failed|errors?|skipped|xfailed|xpassed)")
+
+
+@dataclass
+class Part:
+    """A program with its output. `idle`: it takes no processor time that anybody else wants."""
+
+    name: str
+    command: tuple[str, ...]
+    idle: bool = False
+    process: subprocess.Popen[bytes] | None = None
+    began: float = field(default=0.0)
+
+    @property
+    def log(self) -> Path:
+        """Where its output goes."""
+        return LOGS / f"{self.name.replace('/', '-')}.log"
+
+    def start(self) -> None:
+        """In a process group of its own, which can be ended whole, but in this session: the kernel weighs sessions."""
+        self.began = time.monotonic()
+        with self.log.open("wb") as log:
+            self.process = subprocess.Popen(
+                self.command,
+                cwd=ROOT,
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                process_group=0,
+                preexec_fn=_be_idle if self.idle else None,
+            )
+
+    def signal(self, number: int) -> None:
+        """To all of it that still runs."""
+        if self.process is not None and self.process.poll() is None:
+            os.killpg(self.process.pid, number)
+
+
+def _be_idle() -> None:
+    os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+
+
+def pytest_part(name: str, files: list[Path], *options: str, idle: bool = False) -> Part:
+    """These files in one session of pytest."""
+    chosen = [str(path.relative_to(ROOT)) for path in files]
+    quiet = ("-q", "--color=no", "-p", "no:cacheprovider")
+    return Part(name, (sys.executable, "-m", "pytest", *quiet, *options, *chosen), idle)
+
+
+def by_folder(files: list[Path], *options: str, idle: bool) -> list[Part]:
+    """One part for each folder."""
+    folders = itertools.groupby(files, lambda path: path.parent)
+    return [
+        pytest_part(folder.relative_to(ROOT).as_posix(), list(inside), *options, idle=idle)
+        for folder, inside in folders
+    ]
+
+
+def check() -> list[Part]:
+    """The inner loop: format, lint, types, contracts, and the tests that are done in seconds."""
+    mypy = Part("types", (str(BIN / "mypy"),))
+    style = Part("style", ("sh", "-c", f"{BIN}/ruff format --check . && {BIN}/ruff check ."))
+    imports = Part("imports", (str(BIN / "lint-imports"), "--no-cache"))
+    quick = [path for path in tiers.every_file() if tiers.is_quick(path)]
+    return [mypy, *by_folder(quick, idle=False), style, imports]
+
+
+def test() -> list[Part]:
+    """What a user would run: everything but volume, and but what needs other people's programs."""
+    files = tiers.every_file()
+    clock = [path for path in files if tiers.meets_a_clock(path)]
+    others = [path for path in files if not tiers.meets_a_clock(path)]
+    patient = "--timeout=1200"  # beside busy others they may stand still for long
+    return [pytest_part("clock", clock), *by_folder(others, patient, idle=True)]
+
+
+def volume() -> list[Part]:
+    """The same questions asked many more times."""
+    files = [path for path in tiers.every_file() if "mark.volume" in path.read_text()]
+    return by_folder(files, "-m", "volume", "--timeout=1800", idle=True)
+
+
+TIERS = {"check": check, "test": test, "volume": volume}
+
+
+class Run:
+    """Some parts at a time, in their order; what each said is counted, and shown if it failed."""
+
+    def __init__(self, parts: list[Part], at_a_time: int) -> None:
+        self._waiting, self._running, self._at_a_time = list(parts), [], at_a_time
+        self._counted: Counter[str] = Counter()
+        self._failed: list[Part] = []
+        self._began = time.monotonic()
+
+    def whole(self) -> int:
+        """Until all have ended; the exit code."""
+        while self._waiting or self._running:
+            while self._waiting and len(self._running) < self._at_a_time:
+                self._running.append(self._waiting.pop(0))
+                self._running[-1].start()
+            for part in [part for part in self._running if part.process.poll() is not None]:
+                self._running.remove(part)
+                self._judge(part)
+            time.sleep(0.05)
+        return self._sum_up()
+
+    def _judge(self, part: Part) -> None:
+        text = part.log.read_text(errors="replace")
+        last = text.rstrip().rpartition("\n")[2].strip("= ")
+        found = {what.rstrip("s"): int(number) for number, what in COUNTED.findall(last)}
+        self._counted.update(found)
+        seconds = time.monotonic() - part.began
+        if part.process.returncode in (0, NOTHING_COLLECTED):
+            counts = ", ".join(f"{number} {what}" for what, number in found.items())
+            say(f"ok      {seconds:6.1f} s  {part.name}  {counts}")
+        else:
+            self._failed.append(part)
+            say(f"FAILED  {seconds:6.1f} s  {part.name} ({part.process.returncode})\n{text}")
+
+    def _sum_up(self) -> int:
+        counts = ", ".join(f"{number} {what}" for what, number in self._counted.items())
+        say(
+            f"{counts or 'nothing counted'} in {time.monotonic() - self._began:.0f} s; what they said: {LOGS.relative_to(ROOT)}/"
+        )
+        for part in self._failed:
+            lines = part.log.read_text(errors="replace").splitlines()
+            named = [line for line in lines if line.startswith(("FAILED ", "ERROR "))]
+            say("\n".join([f"FAILED part {part.name}", *named]))
+        return 1 if self._failed else 0
+
+    def end(self) -> None:
+        """Ask all that run to end, as Ctrl-C would; kill what does not."""
+        for part in self._running:
+            part.signal(signal.SIGINT)
+        deadline = time.monotonic() + END_S
+        while any(part.process.poll() is None for part in self._running) and time.monotonic() < deadline:
+            time.sleep(0.05)
+        for part in self._running:
+            part.signal(signal.SIGKILL)
+
+
+def say(text: str) -> None:
+    """Show it at once."""
+    sys.stdout.write(f"{text}\n")
+    sys.stdout.flush()
+
+
+def main() -> int:
+    """Run the tier named on the command line; the exit code."""
+    if len(sys.argv) != 2 or sys.argv[1] not in TIERS:
+        say(f"usage: python tests/run_tier.py {'|'.join(TIERS)}")
+        return 2
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job has it ignored
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    LOGS.mkdir(parents=True, exist_ok=True)
+    run = Run(TIERS[sys.argv[1]](), at_a_time=max(2, len(os.sched_getaffinity(0))))
+    try:
+        return run.whole()
+    except KeyboardInterrupt:
+        run.end()
+        say("interrupted")
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,64 @@
+"""Which tests run when: the one table of it. `tests/conftest.py` marks by it, `tests/run_tier.py` runs by it.
+
+A file of tests either only computes, or meets a clock: it starts real-time loops, opens ptys, or talks through
+sockets to what answers in its own time. Only-computing files run side by side; those that meet a clock run one
+after the other, with nothing beside them but what takes processor time that nobody else wants.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+TESTS = Path(__file__).resolve().parent
+
+MEETS_A_CLOCK = ("attacks", "contract", "integration", "unit/cli/test_commissioning.py")
+"""Folders and files, below `tests`."""
+
+ONLY_COMPUTES = (
+    "contract/test_makers_libraries.py",
+    "integration/test_first_start.py",  # compiles everything, and waits for that as long as it takes
+)
+"""Files in such folders that meet none."""
+
+OTHER_MACHINES = ("system",)
+"""Needs other people's programs: `make test-system`."""
+
+LONG = (
+    "properties/test_safety_invariants.py",
+    "properties/test_safety_invariants_12_to_20.py",
+    "properties/test_safety_machine.py",
+    "unit/friction/test_search.py",
+    "unit/friction/test_report.py",
+    "unit/control/test_running_delay.py",
+    "unit/control/test_dry_friction.py",
+    "unit/experiments/test_identification_experiment.py",
+    "unit/hw/test_mock_sensors.py",
+    "unit/hw/test_mock_joint.py",
+    "unit/hw/test_mock_hand.py",
+)
+"""Unit tests and properties that `make check` leaves to `make test`: each takes more than five seconds of a core."""
+
+
+def _is_below(path: Path, names: tuple[str, ...]) -> bool:
+    path = path.resolve()
+    inside = path.relative_to(TESTS).as_posix() if path.is_relative_to(TESTS) else ""
+    return any(inside == name or inside.startswith(f"{name}/") for name in names)
+
+
+def meets_a_clock(path: Path) -> bool:
+    """Whether this file of tests must not run beside busy others."""
+    return _is_below(path, MEETS_A_CLOCK) and not _is_below(path, ONLY_COMPUTES)
+
+
+def every_file() -> list[Path]:
+    """All files of tests but those of `make test-system`."""
+    return [
+        path
+        for path in sorted(TESTS.rglob("test_*.py"), key=lambda path: (path.parent, path))
+        if not _is_below(path, OTHER_MACHINES)
+    ]
+
+
+def is_quick(path: Path) -> bool:
+    """Whether `make check` runs this file: unit tests and properties that are done in seconds."""
+    return _is_below(path, ("unit", "properties")) and not meets_a_clock(path) and not _is_below(path, LONG)
