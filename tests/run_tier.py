@@ -1,12 +1,13 @@
 """Runs one tier of the tests, as many parts at a time as there are cores: `python tests/run_tier.py check|test|volume`.
 
-Tests that meet a clock run as one part, alone at their priority; the parts beside them get only what nobody else
-wants (SCHED_IDLE), so that no real-time loop waits for them. Each part's output goes to a file and is shown when the
-part fails. Ctrl-C ends all parts.
+Tests that meet a clock run as one part, alone at their priority; parts that start beside them get only what nobody
+else wants (SCHED_IDLE), so that no real-time loop waits for them. Each part's output goes to a file and is shown when
+the part fails. Ctrl-C ends all parts.
 """
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import os
 import re
@@ -27,15 +28,19 @@ NOTHING_COLLECTED = 5
 END_S = 30.0
 """Time that an interrupted part may take to end its rigs before it is killed."""
 
+PATIENT = "--timeout=1800"
+"""Of one test: beside busy others it may stand still for long."""
+
 COUNTED = re.compile(r"(\d+) (passed|failed|errors?|skipped|xfailed|xpassed)")
 
 
 @dataclass
 class Part:
-    """A program with its output. `idle`: it takes no processor time that anybody else wants."""
+    """A program with its output. `clock`: what starts beside it must leave it alone. `idle`: it always does so."""
 
     name: str
     command: tuple[str, ...]
+    clock: bool = False
     idle: bool = False
     process: subprocess.Popen[bytes] | None = None
     began: float = field(default=0.0)
@@ -45,7 +50,7 @@ class Part:
         """Where its output goes."""
         return LOGS / f"{self.name.replace('/', '-')}.log"
 
-    def start(self) -> None:
+    def start(self, *, idle: bool) -> None:
         """In a process group of its own, which can be ended whole, but in this session: the kernel weighs sessions."""
         self.began = time.monotonic()
         with self.log.open("wb") as log:
@@ -56,27 +61,28 @@ class Part:
                 stdout=log,
                 stderr=subprocess.STDOUT,
                 process_group=0,
-                preexec_fn=_be_idle if self.idle else None,
+                preexec_fn=_be_idle if idle else None,
             )
 
     def signal(self, number: int) -> None:
-        """To all of it that still runs."""
-        if self.process is not None and self.process.poll() is None:
-            os.killpg(self.process.pid, number)
+        """To its whole group, of which some may live when the program itself has ended."""
+        if self.process is not None:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self.process.pid, number)
 
 
 def _be_idle() -> None:
     os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
 
 
-def pytest_part(name: str, files: list[Path], *options: str, idle: bool = False) -> Part:
+def pytest_part(name: str, files: list[Path], *options: str, clock: bool = False, idle: bool = False) -> Part:
     """These files in one session of pytest."""
     chosen = [str(path.relative_to(ROOT)) for path in files]
     quiet = ("-q", "--color=no", "-p", "no:cacheprovider")
-    return Part(name, (sys.executable, "-m", "pytest", *quiet, *options, *chosen), idle)
+    return Part(name, (sys.executable, "-m", "pytest", *quiet, *options, *chosen), clock, idle)
 
 
-def by_folder(files: list[Path], *options: str, idle: bool) -> list[Part]:
+def by_folder(files: list[Path], *options: str, idle: bool = False) -> list[Part]:
     """One part for each folder."""
     folders = itertools.groupby(files, lambda path: path.parent)
     return [
@@ -87,11 +93,9 @@ def by_folder(files: list[Path], *options: str, idle: bool) -> list[Part]:
 
 def check() -> list[Part]:
     """The inner loop: format, lint, types, contracts, and the tests that are done in seconds."""
-    mypy = Part("types", (str(BIN / "mypy"),))
-    style = Part("style", ("sh", "-c", f"{BIN}/ruff format --check . && {BIN}/ruff check ."))
-    imports = Part("imports", (str(BIN / "lint-imports"), "--no-cache"))
+    style = f"{BIN}/ruff format --check . && {BIN}/ruff check . && {BIN}/lint-imports --no-cache"
     quick = [path for path in tiers.every_file() if tiers.is_quick(path)]
-    return [mypy, *by_folder(quick, idle=False), style, imports]
+    return [Part("style", ("sh", "-c", style)), Part("types", (str(BIN / "mypy"),)), *by_folder(quick)]
 
 
 def test() -> list[Part]:
@@ -99,14 +103,13 @@ def test() -> list[Part]:
     files = tiers.every_file()
     clock = [path for path in files if tiers.meets_a_clock(path)]
     others = [path for path in files if not tiers.meets_a_clock(path)]
-    patient = "--timeout=1200"  # beside busy others they may stand still for long
-    return [pytest_part("clock", clock), *by_folder(others, patient, idle=True)]
+    return [pytest_part("clock", clock, clock=True), *by_folder(others, PATIENT)]
 
 
 def volume() -> list[Part]:
-    """The same questions asked many more times."""
+    """The same questions asked many more times; it may run beside anything."""
     files = [path for path in tiers.every_file() if "mark.volume" in path.read_text()]
-    return by_folder(files, "-m", "volume", "--timeout=1800", idle=True)
+    return by_folder(files, "-m", "volume", PATIENT, idle=True)
 
 
 TIERS = {"check": check, "test": test, "volume": volume}
@@ -125,13 +128,17 @@ class Run:
         """Until all have ended; the exit code."""
         while self._waiting or self._running:
             while self._waiting and len(self._running) < self._at_a_time:
-                self._running.append(self._waiting.pop(0))
-                self._running[-1].start()
+                self._start(self._waiting.pop(0))
             for part in [part for part in self._running if part.process.poll() is not None]:
                 self._running.remove(part)
+                part.signal(signal.SIGKILL)  # nothing it started outlives it
                 self._judge(part)
             time.sleep(0.05)
         return self._sum_up()
+
+    def _start(self, part: Part) -> None:
+        part.start(idle=part.idle or any(one.clock for one in self._running))
+        self._running.append(part)
 
     def _judge(self, part: Part) -> None:
         text = part.log.read_text(errors="replace")
@@ -149,7 +156,7 @@ class Run:
     def _sum_up(self) -> int:
         counts = ", ".join(f"{number} {what}" for what, number in self._counted.items())
         say(
-            f"{counts or 'nothing counted'} in {time.monotonic() - self._began:.0f} s; what they said: {LOGS.relative_to(ROOT)}/"
+            f"{counts or 'nothing counted'} in {time.monotonic() - self._began:.0f} s; what they said: {os.path.relpath(LOGS)}/"
         )
         for part in self._failed:
             lines = part.log.read_text(errors="replace").splitlines()

@@ -24,19 +24,34 @@ OTHER_MACHINES = ("system",)
 """Needs other people's programs: `make test-system`."""
 
 LONG = (
+    "properties/test_intermediate_passivity.py",
     "properties/test_safety_invariants.py",
     "properties/test_safety_invariants_12_to_20.py",
     "properties/test_safety_machine.py",
-    "unit/friction/test_search.py",
-    "unit/friction/test_report.py",
-    "unit/control/test_running_delay.py",
+    "unit/cli/test_check_friction.py",
+    "unit/cli/test_fit.py",
+    "unit/cli/test_plot_and_compare.py",
+    "unit/control/test_assistance.py",
     "unit/control/test_dry_friction.py",
+    "unit/control/test_observer_margin.py",
+    "unit/control/test_running_delay.py",
+    "unit/control/test_sampled_loop.py",
     "unit/experiments/test_identification_experiment.py",
-    "unit/hw/test_mock_sensors.py",
-    "unit/hw/test_mock_joint.py",
+    "unit/experiments/test_positioning.py",
+    "unit/friction/test_folds.py",
+    "unit/friction/test_report.py",
+    "unit/friction/test_search.py",
+    "unit/host/test_flight_recorder.py",
     "unit/hw/test_mock_hand.py",
+    "unit/hw/test_mock_joint.py",
+    "unit/hw/test_mock_points.py",
+    "unit/hw/test_mock_sensors.py",
+    "unit/identify/test_bristles.py",
+    "unit/identify/test_dataset.py",
+    "unit/identify/test_difficult_joints.py",
+    "unit/identify/test_session.py",
 )
-"""Unit tests and properties that `make check` leaves to `make test`: each takes more than five seconds of a core."""
+"""Unit tests and properties that `make check` leaves to `make test`: each file takes three seconds of a core or more."""
 
 
 def _is_below(path: Path, names: tuple[str, ...]) -> bool:
