@@ -11,6 +11,7 @@ import contextlib
 import itertools
 import os
 import re
+import resource
 import signal
 import subprocess
 import sys
@@ -121,6 +122,7 @@ class Run:
     def __init__(self, parts: list[Part], at_a_time: int) -> None:
         self._waiting, self._running, self._at_a_time = list(parts), [], at_a_time
         self._counted: Counter[str] = Counter()
+        self._used_s = _used_s()
         self._failed: list[Part] = []
         self._began = time.monotonic()
 
@@ -129,10 +131,11 @@ class Run:
         while self._waiting or self._running:
             while self._waiting and len(self._running) < self._at_a_time:
                 self._start(self._waiting.pop(0))
-            for part in [part for part in self._running if part.process.poll() is not None]:
-                self._running.remove(part)
-                part.signal(signal.SIGKILL)  # nothing it started outlives it
-                self._judge(part)
+            for part in list(self._running):
+                if part.process.poll() is not None:
+                    self._running.remove(part)
+                    part.signal(signal.SIGKILL)  # nothing it started outlives it
+                    self._judge(part)
             time.sleep(0.05)
         return self._sum_up()
 
@@ -145,13 +148,14 @@ class Run:
         last = text.rstrip().rpartition("\n")[2].strip("= ")
         found = {what.rstrip("s"): int(number) for number, what in COUNTED.findall(last)}
         self._counted.update(found)
-        seconds = time.monotonic() - part.began
+        used_before_s, self._used_s = self._used_s, _used_s()
+        took = f"{time.monotonic() - part.began:6.1f} s ({self._used_s - used_before_s:5.1f} s of a core)"
         if part.process.returncode in (0, NOTHING_COLLECTED):
             counts = ", ".join(f"{number} {what}" for what, number in found.items())
-            say(f"ok      {seconds:6.1f} s  {part.name}  {counts}")
+            say(f"ok      {took}  {part.name}  {counts}")
         else:
             self._failed.append(part)
-            say(f"FAILED  {seconds:6.1f} s  {part.name} ({part.process.returncode})\n{text}")
+            say(f"FAILED  {took}  {part.name} ({part.process.returncode})\n{text}")
 
     def _sum_up(self) -> int:
         counts = ", ".join(f"{number} {what}" for what, number in self._counted.items())
@@ -173,6 +177,12 @@ class Run:
             time.sleep(0.05)
         for part in self._running:
             part.signal(signal.SIGKILL)
+
+
+def _used_s() -> float:
+    """Processor time of all that was started and has ended, s."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def say(text: str) -> None:

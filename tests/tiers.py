@@ -15,16 +15,24 @@ MEETS_A_CLOCK = ("attacks", "contract", "integration", "unit/cli/test_commission
 """Folders and files, below `tests`."""
 
 ONLY_COMPUTES = (
+    "attacks/test_compiled_code_of_another_user.py",
+    "attacks/test_files_of_strangers.py",
+    "attacks/test_recordings_of_strangers.py",
+    "contract/test_backend_contract.py",  # in step with what plays the device
+    "contract/test_fault_matrix.py",  # in step, too
+    "contract/test_force_sensors.py",
     "contract/test_makers_libraries.py",
     "integration/test_first_start.py",  # compiles everything, and waits for that as long as it takes
 )
-"""Files in such folders that meet none."""
+"""Files in such folders that meet none: whatever they wait for may take minutes."""
 
 OTHER_MACHINES = ("system",)
 """Needs other people's programs: `make test-system`."""
 
 LONG = (
+    "properties/test_control_environment.py",
     "properties/test_intermediate_passivity.py",
+    "properties/test_messages.py",
     "properties/test_safety_invariants.py",
     "properties/test_safety_invariants_12_to_20.py",
     "properties/test_safety_machine.py",
@@ -36,22 +44,32 @@ LONG = (
     "unit/control/test_observer_margin.py",
     "unit/control/test_running_delay.py",
     "unit/control/test_sampled_loop.py",
+    "unit/doctor/test_doctor_report.py",
+    "unit/experiments/test_experiment_parts.py",
     "unit/experiments/test_identification_experiment.py",
     "unit/experiments/test_positioning.py",
+    "unit/friction/test_artefact.py",
     "unit/friction/test_folds.py",
     "unit/friction/test_report.py",
     "unit/friction/test_search.py",
+    "unit/friction/test_tables.py",
     "unit/host/test_flight_recorder.py",
+    "unit/host/test_probe.py",
     "unit/hw/test_mock_hand.py",
     "unit/hw/test_mock_joint.py",
     "unit/hw/test_mock_points.py",
     "unit/hw/test_mock_sensors.py",
+    "unit/hw/test_serial_asked.py",
+    "unit/hw/test_serial_rig_files.py",
     "unit/identify/test_bristles.py",
     "unit/identify/test_dataset.py",
     "unit/identify/test_difficult_joints.py",
     "unit/identify/test_session.py",
+    "unit/recording/test_decimal_text.py",
+    "unit/test_delay_on_the_mock.py",
+    "unit/test_playback_report.py",
 )
-"""Unit tests and properties that `make check` leaves to `make test`: each file takes three seconds of a core or more."""
+"""Unit tests and properties that `make check` leaves to `make test`: each file takes two seconds of a core or more."""
 
 
 def _is_below(path: Path, names: tuple[str, ...]) -> bool:

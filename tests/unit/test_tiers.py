@@ -42,10 +42,10 @@ def test_what_meets_a_clock_is_in_the_first_part_and_in_no_other():
     clock, *others = run_tier.test()
     assert clock.clock
     assert not any(part.clock for part in others)
-    assert "tests/integration/test_run.py" in files_of([clock])
-    assert not [
-        name for name in files_of(others) if name.startswith(("tests/integration/test_run", "tests/attacks/"))
-    ]
+    meeting = files_of([clock])
+    assert {"tests/integration/test_run.py", "tests/attacks/test_strangers.py"} < set(meeting)
+    assert not [name for name in meeting if name.endswith(tiers.ONLY_COMPUTES)]
+    assert set(files_of(others)) >= {f"tests/{name}" for name in tiers.ONLY_COMPUTES}
 
 
 def test_the_inner_loop_is_part_of_what_a_user_runs():
