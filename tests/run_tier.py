@@ -29,6 +29,9 @@ NOTHING_COLLECTED = 5
 END_S = 30.0
 """Time that an interrupted part may take to end its rigs before it is killed."""
 
+ENOUGH_FILES = 25
+"""In one part: it starts Python and imports for three seconds."""
+
 PATIENT = "--timeout=1800"
 """Of one test: beside busy others it may stand still for long."""
 
@@ -49,7 +52,7 @@ class Part:
     @property
     def log(self) -> Path:
         """Where its output goes."""
-        return LOGS / f"{self.name.replace('/', '-')}.log"
+        return LOGS / f"{self.name.replace('/', '-').replace(' ', '+')}.log"
 
     def start(self, *, idle: bool) -> None:
         """In a process group of its own, which can be ended whole, but in this session: the kernel weighs sessions."""
@@ -84,12 +87,17 @@ def pytest_part(name: str, files: list[Path], *options: str, clock: bool = False
 
 
 def by_folder(files: list[Path], *options: str, idle: bool = False) -> list[Part]:
-    """One part for each folder."""
-    folders = itertools.groupby(files, lambda path: path.parent)
-    return [
-        pytest_part(folder.relative_to(ROOT).as_posix(), list(inside), *options, idle=idle)
-        for folder, inside in folders
-    ]
+    """Whole folders, so many together that it pays to start Python and to import what they need."""
+    parts, names, together = [], [], []
+    for folder, inside in itertools.groupby(files, lambda path: path.parent):
+        names.append(folder.relative_to(ROOT).as_posix().removeprefix("tests/"))
+        together += inside
+        if len(together) >= ENOUGH_FILES:
+            parts.append(pytest_part(" ".join(names), together, *options, idle=idle))
+            names, together = [], []
+    if together:
+        parts.append(pytest_part(" ".join(names), together, *options, idle=idle))
+    return parts
 
 
 def check() -> list[Part]:
