@@ -109,6 +109,17 @@ def test_what_starts_beside_a_clock_takes_idle_time_only_and_what_starts_later_d
     assert told == {"clock": ordinary, "beside": os.SCHED_IDLE, "later": ordinary, "volume": os.SCHED_IDLE}
 
 
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root takes a program out of idle time again")
+def test_when_the_clock_is_over_what_ran_beside_it_takes_its_share_again(tmp_path):
+    idle = f"{sys.executable} -c 'import os, sys; sys.exit(os.sched_getscheduler(0) != os.SCHED_IDLE)'"
+    beside, over = tmp_path / "beside", tmp_path / "over"
+    parts = [
+        shell("clock", f"while [ ! -e {beside} ]; do sleep .02; done; touch {over}", clock=True),
+        shell("after", f"{idle} && touch {beside}; while {idle}; do sleep .02; done; [ -e {over} ]"),
+    ]
+    assert Run(parts, at_a_time=2).whole() == 0
+
+
 WHOLE = """
 import sys, pathlib
 sys.path.insert(0, {tests!r})
