@@ -1,6 +1,7 @@
 """The tiers: every test is in one of them, a part that fails fails the whole, and an interruption ends all."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -61,6 +62,32 @@ def test_ci_runs_every_tier():
     text = (ROOT / ".ci/run").read_text()
     for command in ("make lint", "make run", "make test ", "make test-volume", "make test-system"):
         assert command in text, command
+
+
+MAKE = """#!/bin/sh
+echo "$@" >>{told}
+case " $* " in *" {fails} "*) exit 2;; esac
+"""
+
+
+@pytest.mark.skipif(not shutil.which("make"), reason="no make on this machine")
+@pytest.mark.parametrize("fails", ["lint", "run", "test", "test-system", "test-volume", "nothing"])
+def test_whatever_fails_in_ci_fails_it_and_the_rest_is_run_all_the_same(tmp_path, fails):
+    script, tools, told = tmp_path / "tree/.ci/run", tmp_path / "tools", tmp_path / "told"
+    script.parent.mkdir(parents=True)
+    tools.mkdir()
+    script.write_bytes((ROOT / ".ci/run").read_bytes())
+    for name, text in (("make", MAKE.format(told=told, fails=fails)), ("apt-get", "#!/bin/sh\n")):
+        (tools / name).write_text(text)
+        (tools / name).chmod(0o755)
+    environment = {**os.environ, "PATH": f"{tools}:{os.environ['PATH']}"}
+    done = subprocess.run(
+        ["bash", script], env=environment, capture_output=True, text=True, check=False, timeout=60
+    )
+    assert done.returncode == (0 if fails == "nothing" else 2), done.stdout + done.stderr
+    assert "s in all" in done.stdout
+    ran = sorted(line.split()[0] for line in told.read_text().splitlines())
+    assert ran == ["lint", "run", "setup", "test", "test-system", "test-system", "test-volume"]
 
 
 def shell(name, text, **more):
