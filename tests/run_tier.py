@@ -159,6 +159,7 @@ class Run:
         return self._sum_up()
 
     def _start(self, part: Part) -> None:
+        say(f"begins                          {part.name}")
         part.start(idle=part.idle or any(one.clock for one in self._running))
         self._running.append(part)
 
