@@ -11,7 +11,7 @@ from pathlib import Path
 
 TESTS = Path(__file__).resolve().parent
 
-MEETS_A_CLOCK = ("attacks", "contract", "integration", "unit/cli/test_commissioning.py")
+MEETS_A_CLOCK = ("attacks", "contract", "integration", "system", "unit/cli/test_commissioning.py")
 """Folders and files, below `tests`."""
 
 ONLY_COMPUTES = (
@@ -25,9 +25,6 @@ ONLY_COMPUTES = (
     "integration/test_first_start.py",  # compiles everything, and waits for that as long as it takes
 )
 """Files in such folders that meet none: whatever they wait for may take minutes."""
-
-OTHER_MACHINES = ("system",)
-"""Needs other people's programs: `make test-system`."""
 
 LONG = (
     "properties/test_control_environment.py",
@@ -91,12 +88,8 @@ def meets_a_clock(path: Path) -> bool:
 
 
 def every_file() -> list[Path]:
-    """All files of tests but those of `make test-system`."""
-    return [
-        path
-        for path in sorted(TESTS.rglob("test_*.py"), key=lambda path: (path.parent, path))
-        if not _is_below(path, OTHER_MACHINES)
-    ]
+    """All files of tests, folder by folder. What is marked `system` in them, pytest leaves to `make test-system`."""
+    return sorted(TESTS.rglob("test_*.py"), key=lambda path: (path.parent, path))
 
 
 def is_quick(path: Path) -> bool:

@@ -14,7 +14,7 @@ from patience import until
 from run_tier import Part, Run
 
 ROOT = Path(__file__).parents[2]
-TABLES = (tiers.MEETS_A_CLOCK, tiers.ONLY_COMPUTES, tiers.OTHER_MACHINES, tiers.LONG)
+TABLES = (tiers.MEETS_A_CLOCK, tiers.ONLY_COMPUTES, tiers.LONG)
 
 
 @pytest.fixture(autouse=True)
@@ -32,11 +32,10 @@ def test_what_the_table_names_is_there(name):
     assert (tiers.TESTS / name).exists()
 
 
-def test_every_file_of_tests_is_in_one_part_of_make_test_or_needs_another_machine():
+def test_every_file_of_tests_is_in_one_part_of_make_test():
     every = sorted(str(path.relative_to(ROOT)) for path in tiers.TESTS.rglob("test_*.py"))
-    elsewhere = [name for name in every if name.startswith("tests/system/")]
-    assert sorted(files_of(run_tier.test())) == [name for name in every if name not in elsewhere]
-    assert len(every) - len(elsewhere) > 200
+    assert sorted(files_of(run_tier.test())) == every
+    assert len(every) > 200
 
 
 def test_what_meets_a_clock_is_in_the_first_part_and_in_no_other():
