@@ -111,9 +111,13 @@ def by_folder(files: list[Path], *options: str, idle: bool = False) -> list[Part
 
 def check() -> list[Part]:
     """The inner loop: format, lint, types, contracts, and the tests that are done in seconds."""
-    style = f"{BIN}/ruff format --check . && {BIN}/ruff check . && {BIN}/lint-imports --no-cache"
+    style = '"$0"/ruff format --check . && "$0"/ruff check . && "$0"/lint-imports --no-cache'
     quick = [path for path in tiers.every_file() if tiers.is_quick(path)]
-    return [Part("style", ("sh", "-c", style)), Part("types", (str(BIN / "mypy"),)), *by_folder(quick)]
+    return [
+        Part("style", ("sh", "-c", style, str(BIN))),
+        Part("types", (str(BIN / "mypy"),)),
+        *by_folder(quick),
+    ]
 
 
 def test() -> list[Part]:
