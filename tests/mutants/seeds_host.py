@@ -132,4 +132,9 @@ SEEDS = (
         "a torn tick is shown", "rtctl/shm.py",
         "        if not sealed.all():\n", "        if False:\n", MAILBOX,
     ),
+    Seed(
+        "a loop drives what another process drives", "rtctl/rt/process.py",
+        "            claims.take(member.label, member.claims)\n", "            pass\n",
+        ("tests/attacks/test_two_daemons_one_drive.py",),
+    ),
 )  # fmt: skip
