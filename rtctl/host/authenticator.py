@@ -150,8 +150,9 @@ class Authenticator:
         user_id, role, why = self._identify(door.entry, peer, mechanism, credentials)
         if user_id is not None and self._clock_s() < self._banned.get((domain, user_id), -math.inf):
             user_id, why = None, "300 expelled for a while"
-        if user_id is not None and not door.connections.permit(role):
-            user_id, why = None, "300 all places are taken"  # 300: it may try again
+        process = user_id if door.entry == "ipc" else None
+        if user_id is not None and not door.connections.permit(role, process):
+            user_id, why = None, "300 all places, or those of one process, are taken"  # 300: it may try again
         if user_id is not None:
             now = self._clock_s()
             self._let_in = {which: at for which, at in self._let_in.items() if now < at + KNOWN_S}

@@ -137,4 +137,9 @@ SEEDS = (
         "            claims.take(member.label, member.claims)\n", "            pass\n",
         ("tests/attacks/test_two_daemons_one_drive.py",),
     ),
+    Seed(
+        "one process may take every place", "rtctl/host/connections.py",
+        "SHARE = 0.5\n", "SHARE = 1.0\n",
+        ("tests/unit/host/test_intruders.py::test_one_process_gets_half_of_the_places_of_a_door",),
+    ),
 )  # fmt: skip

@@ -12,12 +12,13 @@ import zmq
 from patience import until
 
 from rtctl.bench.attacker import connect, plain
+from rtctl.host import connections
 from rtctl.host import intruders as module
 from rtctl.host import traffic
 from rtctl.host.access import Access, Openings
 from rtctl.host.doors import Door
 from rtctl.host.reserve import RESERVE, Reserve
-from rtctl.protocol import Endpoints
+from rtctl.protocol import CONNECTIONS, Endpoints
 
 MORE = b"\x01\x00"
 
@@ -189,6 +190,15 @@ def test_of_a_local_crowd_whoever_was_let_in_stays(house, monkeypatch):
     house.open += [plain(house.command.address) for _ in range(40)]
     until(lambda: (house.turn(0.006), "crowd" in house.kinds())[1])
     assert not house.is_cut(known)
+
+
+def test_one_process_gets_half_of_the_places_of_a_door(house, monkeypatch):
+    for _ in range(CONNECTIONS // 2):
+        house.enter(house.command.address)
+    with pytest.raises(OSError):  # nobody answers, or hangs up
+        house.enter(house.command.address)
+    monkeypatch.setattr(connections, "local_peer", lambda _descriptor: "ipc:0:0:1")  # another one comes
+    house.enter(house.command.address)
 
 
 def test_a_door_that_cannot_be_opened_again_stays_shut_until_it_can(house, monkeypatch):
