@@ -12,9 +12,8 @@ import zmq
 from patience import until
 
 from rtctl.bench.attacker import connect, plain
-from rtctl.host import connections
+from rtctl.host import connections, traffic
 from rtctl.host import intruders as module
-from rtctl.host import traffic
 from rtctl.host.access import Access, Openings
 from rtctl.host.doors import Door
 from rtctl.host.reserve import RESERVE, Reserve
