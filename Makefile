@@ -42,7 +42,7 @@ test: $(VENV)/.ready-dev
 	$(BIN)/python -m pytest
 
 # Against other people's programs; what is missing on this machine is skipped, with its reason.
-SYSTEM ?= tests/system
+SYSTEM ?= tests/system tests/attacks
 test-system: $(VENV)/.ready-dev
 	$(BIN)/python -m pytest -m system -rs $(SYSTEM)
 

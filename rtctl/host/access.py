@@ -15,6 +15,7 @@ from pathlib import Path
 import zmq
 
 from rtctl.config import LoadedConfig
+from rtctl.errors import RtctlError
 from rtctl.host.authenticator import Authenticator, Caller, Notice
 from rtctl.host.doors import Binding, Door, Options, allow_descriptors, tcp_binding
 from rtctl.host.intruders import Intruders
@@ -27,6 +28,9 @@ LOOK_S = 0.5
 
 DESCRIPTORS = 8192
 """Files and sockets the host may open: strangers hold a connection for as long as a handshake may take."""
+
+LEAST_DESCRIPTORS = 512
+"""Fewer are too few for clients that mean well."""
 
 REFRESH_S = 0.05
 """Strangers make the host look there at most this often."""
@@ -86,6 +90,8 @@ class Access:
         Keys that are missing, or that others could read or change.
     BusyError
         A TCP address in use.
+    RtctlError
+        Too few descriptors for its clients.
     """
 
     def __init__(
@@ -112,12 +118,25 @@ class Access:
         self.authenticator = Authenticator(context, notice, clock_s)
         self._reserve = Reserve()
         self._opened: list[int] = []
-        descriptors = allow_descriptors(DESCRIPTORS)
+        descriptors = self._allow_descriptors()
         self.intruders = Intruders(self._doors, self.authenticator, notice, descriptors, resident)
         if self._store is not None:
             self.remote = tcp_endpoints(openings.bind, openings.port)
         self.authenticator.refresh = self._refresh
         self._read_keys()
+
+    def _allow_descriptors(self) -> int:
+        """libzmq ends the process (as a death of the host: the loop ramps down) when a Unix socket finds no descriptor."""
+        found = allow_descriptors(DESCRIPTORS)
+        remedy = f"raise the hard limit to {DESCRIPTORS} (ulimit -Hn; in a unit: LimitNOFILE=)"
+        if found < LEAST_DESCRIPTORS:
+            raise RtctlError(f"this process may open only {found} files and sockets: {remedy}")
+        if found < DESCRIPTORS:
+            self._notice(
+                "descriptors",
+                f"this process may open only {found} files and sockets, and a crowd of connections could end it: {remedy}",
+            )
+        return found
 
     def routers(self, name: str, port_offset: int, options: Options) -> list[Door]:
         """ROUTER sockets for the endpoint `name` (`command` or `targets`): by ipc and, if asked for, TCP."""

@@ -264,7 +264,8 @@ int main(int argc, char **argv)
     printf("ready\n");
     fflush(stdout);
     int64_t began = now_ns();
-    while (!over) {
+    pid_t parent = getppid();
+    while (!over && getppid() == parent) {
         int64_t due = began + (slot + 1) * 1000 * period_us;
         struct timespec until = {due / 1000000000, due % 1000000000};
         clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, NULL);
