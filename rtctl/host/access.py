@@ -103,10 +103,11 @@ class Access:
         clock_s: Callable[[], float] = time.monotonic,
         resident: Callable[[], int] | None = None,
     ) -> None:
+        self._notice = notice
+        descriptors = self._allow_descriptors()
         self._context = context
         self._endpoints = endpoints
         self._openings = openings
-        self._notice = notice
         self._clock_s = clock_s
         self._doors: list[Door] = []
         self._signature: tuple[tuple[str, int, int], ...] = ()
@@ -118,7 +119,6 @@ class Access:
         self.authenticator = Authenticator(context, notice, clock_s)
         self._reserve = Reserve()
         self._opened: list[int] = []
-        descriptors = self._allow_descriptors()
         self.intruders = Intruders(self._doors, self.authenticator, notice, descriptors, resident)
         if self._store is not None:
             self.remote = tcp_endpoints(openings.bind, openings.port)
@@ -126,7 +126,7 @@ class Access:
         self._read_keys()
 
     def _allow_descriptors(self) -> int:
-        """libzmq ends the process (as a death of the host: the loop ramps down) when a Unix socket finds no descriptor."""
+        """How many this process may open. Without any left, libzmq ends it at the next connection to a Unix socket."""
         found = allow_descriptors(DESCRIPTORS)
         remedy = f"raise the hard limit to {DESCRIPTORS} (ulimit -Hn; in a unit: LimitNOFILE=)"
         if found < LEAST_DESCRIPTORS:

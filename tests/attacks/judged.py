@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import resource
 import signal
 import sys
 import threading
@@ -69,10 +70,11 @@ class Standstill:
     memory_mb: float
     torque_later: bool
     words: str
+    seen: bool
 
     def __str__(self):
         return (
-            f"{self.what}: zero torque begun after {self.obeyed_ms:.1f} ms, motor free after {self.free_ms:.0f} ms, "
+            f"{self.what}: zero torque begun after {'' if self.seen else 'at most '}{self.obeyed_ms:.1f} ms, motor free after {self.free_ms:.0f} ms, "
             f"then {self.state}, host {self.memory_mb:.0f} MB"
         )
 
@@ -132,6 +134,22 @@ def stand_still(lane, nursery, target, seconds):
     )
 
 
+def run_out_of_memory(lane, nursery):
+    """Arm, leave neither host nor loop a page more than they have, ask for things, send STOP."""
+    daemon, client = armed(lane, nursery)
+    stopper = Stopper(lane)
+    first, memory = lane.observation.count, memory_mb(daemon.pid)
+    for pid in (daemon.loop(), daemon.pid):
+        resource.prlimit(pid, resource.RLIMIT_AS, (1 << 20, resource.RLIM_INFINITY))
+    client.timeout_s = 2.0
+    with client, contextlib.suppress(ClientError):  # the host may end of it: then its loop stops the rig
+        for _ in range(20):
+            client.schema()
+    stopper.start()
+    stopper.join(PATIENCE_S)
+    return ended(lane, daemon, stopper.sent_ns, None, first, "no memory left", memory)
+
+
 def ended(lane, daemon, sent_ns, begun_ns, first, what, memory):
     """Wait until the motor is free, look on for a while, end the daemon, and tell what was seen."""
     until(lambda: not lane.newest()["torque_nm"].any(), "the end of the torque")
@@ -158,6 +176,7 @@ def ended(lane, daemon, sent_ns, begun_ns, first, what, memory):
         memory,
         bool(later["torque_nm"].any()),
         daemon.said.read_text(),
+        begun_ns is not None,
     )
 
 

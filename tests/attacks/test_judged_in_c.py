@@ -13,7 +13,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from judged import Stopper, armed, ended, judged_lanes, show, stand_still
+from judged import Stopper, armed, ended, judged_lanes, run_out_of_memory, show, stand_still
 from lanes import SEED, Death, Nursery
 from patience import PATIENCE_S
 
@@ -59,15 +59,17 @@ def judge(found, halted_s):
         assert found.obeyed_ms < 1e3 * halted_s, f"{found}: {found.words}"
 
 
-def test_four_kills_and_a_standstill_of_loop_and_host(tmp_path_factory):
-    with judged_lanes(tmp_path_factory.mktemp("judged"), 2) as lanes:
+def test_four_kills_no_memory_and_a_standstill_of_loop_and_host(tmp_path_factory):
+    with judged_lanes(tmp_path_factory.mktemp("judged"), 3) as lanes:
         nursery = Nursery(lanes[0].config)
         try:
-            kill(lanes, nursery, 4)
-            with ThreadPoolExecutor(2) as pool:
+            kill(lanes[:2], nursery, 4)
+            with ThreadPoolExecutor(3) as pool:
+                starved = pool.submit(run_out_of_memory, lanes[2], nursery)
                 loop, host = pool.map(
-                    lambda *one: stand_still(one[0], nursery, one[1], LONG_S), lanes, TARGETS
+                    lambda lane, target: stand_still(lane, nursery, target, LONG_S), lanes[:2], TARGETS
                 )
+                judge(starved.result(), 0.0)
         finally:
             nursery.close()
     judge(host, LONG_S)
