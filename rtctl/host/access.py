@@ -18,6 +18,7 @@ from rtctl.config import LoadedConfig
 from rtctl.errors import RtctlError
 from rtctl.host.authenticator import Authenticator, Caller, Notice
 from rtctl.host.doors import Binding, Door, Options, allow_descriptors, tcp_binding
+from rtctl.host.group import group_id
 from rtctl.host.intruders import Intruders
 from rtctl.host.reserve import Reserve
 from rtctl.keys import KeyStore
@@ -46,19 +47,20 @@ LINGER_MS = 50
 
 @dataclass(frozen=True)
 class Openings:
-    """What a rig file opens besides ipc: TCP for clients with keys, and a port for viewers."""
+    """What a rig file opens besides ipc for the own user: TCP for clients with keys, a port for viewers, ipc for a group."""
 
     bind: str = ""
     port: int = 0
     keys: Path | None = None
     viewer_port: int | None = None
+    group: int | None = None
 
     @classmethod
     def of(cls, loaded: LoadedConfig) -> Openings:
-        """As the rig file says."""
+        """As the rig file says. Raises ConfigError for a group that is none."""
         gateway, telemetry = loaded.config.gateway, loaded.config.telemetry
         viewer_port = telemetry.plotjuggler_port if telemetry.plotjuggler else None
-        return cls(gateway.bind, gateway.port, loaded.keys_folder(), viewer_port)
+        return cls(gateway.bind, gateway.port, loaded.keys_folder(), viewer_port, group_id(gateway.group))
 
 
 class Access:
@@ -140,14 +142,15 @@ class Access:
 
     def routers(self, name: str, port_offset: int, options: Options) -> list[Door]:
         """ROUTER sockets for the endpoint `name` (`command` or `targets`): by ipc and, if asked for, TCP."""
-        doors = [self._door(name, Binding(getattr(self._endpoints, name), "ipc"), zmq.ROUTER, options)]
+        local = Binding(getattr(self._endpoints, name), "ipc", group=self._openings.group)
+        doors = [self._door(name, local, zmq.ROUTER, options)]
         if self.remote is not None:
             doors.append(self._door(name, self._by_key(port_offset), zmq.ROUTER, options))
         return doors
 
     def publishers(self, options: Options) -> list[Door]:
         """XPUB sockets for all telemetry: by ipc and, if asked for, over TCP for clients with a key."""
-        local = Binding(self._endpoints.telemetry, "ipc")
+        local = Binding(self._endpoints.telemetry, "ipc", group=self._openings.group)
         more = {"places": LOCAL_LISTENERS, "linger_ms": LINGER_MS}
         doors = [self._door("telemetry", local, zmq.XPUB, options, **more)]
         if self.remote is not None:

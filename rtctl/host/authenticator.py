@@ -8,6 +8,7 @@ permissions have decided already, and the user id names the process as the kerne
 from __future__ import annotations
 
 import math
+import os
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -178,4 +179,6 @@ class Authenticator:
         if entry == "viewer":
             local = peer == "127.0.0.1"
             return ("viewer:", "observer", "") if local else (None, "", "400 not from this machine")
-        return f"ipc:{peer.partition(':')[2]}", "operator", ""
+        uid = peer.partition(":")[2].partition(":")[0]
+        own = uid in {"0", str(os.geteuid())}  # the last places are not for those of the group
+        return f"ipc:{peer.partition(':')[2]}", "operator" if own else "renderer", ""
