@@ -39,7 +39,7 @@ def run(where, inodes, *arguments):
     )
 
 
-@pytest.mark.compiled
+@pytest.mark.system
 def test_a_full_dev_shm_is_nothing_to_a_daemon(tmp_path):
     """What host and loop share has no name there (decision 0001)."""
     folder = tmp_path / "run"
