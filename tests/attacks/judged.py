@@ -167,6 +167,8 @@ def ended(lane, daemon, sent_ns, begun_ns, first, what, memory):
         state = "ended"
     code = daemon.exit_code()
     free_ms = max(0.0, free_ms)  # it was free before the STOP
+    if begun_ns is not None and (begun_ns - sent_ns) * 1e-6 > free_ms:
+        begun_ns = None  # the ring had lost the ticks of that moment
     begun_ms = free_ms if begun_ns is None else min(free_ms, max(0.0, (begun_ns - sent_ns) * 1e-6))
     return Standstill(
         what,

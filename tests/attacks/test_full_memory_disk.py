@@ -6,7 +6,6 @@ import subprocess
 import sys
 
 import pytest
-from patience import PATIENCE_S
 
 from rtctl.demo import shipped_config
 
@@ -35,7 +34,7 @@ def run(where, inodes, *arguments):
     command = ["unshare", "-m", "bash", "-c", script, "-", sys.executable, "-m", "rtctl", "run"]
     config = str(shipped_config("mock.toml"))
     return subprocess.run(
-        [*command, config, *arguments], capture_output=True, text=True, timeout=4 * PATIENCE_S, check=False
+        [*command, config, *arguments], capture_output=True, text=True, timeout=280, check=False
     )
 
 
