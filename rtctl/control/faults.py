@@ -214,7 +214,8 @@ TABLE: tuple[FaultRow, ...] = (
         Reaction.RAMP,
         500,
         "powered, no component of the force changed by one bit for .5 s or longer, and meanwhile the joint, back where it was, "
-        "has taken more energy than motor and force shown gave it, by a budget and what the sensor's steps may hide",
+        "has taken more energy than motor and force shown gave it, by a budget and what the sensor's steps may hide; or it is "
+        "off as FORCE_OFFSET has it",
         "the force sensor repeats one value while a hand moves the joint: check its cable and mode; power it anew, tare, reset",
     ),
     FaultRow(

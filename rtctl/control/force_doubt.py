@@ -7,13 +7,15 @@ when the value began to stay, a weight or a spring has given nothing on the whol
 
     D - W_motor - W_shown + kinetic energy gained  >  budget + path * what one step of the sensor can hide
 
-somebody moved the joint whom the sensor did not show. A step is the smallest change of the value seen so far, or
+somebody moved the joint whom the sensor did not show. (Joints that carry each other are not judged so: a weight may give one of
+them something while the other one moves.) A step is the smallest change of the value seen so far, or
 `axis.force.resolution_n`, whichever is smaller; what it hides, as torque, is that times the longest lever, on both sides.
 
 **Clipped.** A component exactly at its limit may stand for anything beyond.
 
 **Off.** The friction that `disturbance_observer` sees in sliding is as large forward as backward, give and take the joint. Half of
-the difference is what the force shows too much (or a weight that nobody compensates, which the hand feels just the same).
+the difference is what the force shows too much (or a weight that nobody compensates, which the hand feels just the same). Where
+not a bit of it has changed meanwhile, it is frozen.
 
 **Across.** The tared force or moment beside those that turn a joint.
 """
@@ -123,7 +125,7 @@ def frozen_fault(t: Record, s: Record, p: Record, elapsed: int, powered: bool) -
     """FORCE_FROZEN while a value that stays hides who moves the joint. After friction and hand torque of every axis."""
     if elapsed == 0:
         return 0
-    watched = powered and p.force_used != 0 and p.force_answers != 0
+    watched = powered and p.force_used != 0 and p.force_answers != 0 and p.chain_count < 2
     for axis in range(len(s.position_rad)):
         watched = watched and not in_program(s, axis)
     if _changed(s) or not watched:
@@ -185,4 +187,9 @@ def offset_fault(t: Record, s: Record, p: Record, axis: int, elapsed: int, power
     t.force_offset_nm[axis] = offset
     off = not abs(offset) <= p.force_offset_limit_nm[axis]
     s.offset_ticks[axis] = s.offset_ticks[axis] + max(elapsed, 1) if off else 0
-    return _F_OFFSET if s.offset_ticks[axis] * p.period_s >= OFFSET_S else 0
+    if s.offset_ticks[axis] * p.period_s < OFFSET_S:
+        return 0
+    stays_s = s.same_ticks * p.period_s  # of one value all the while: then it is not the sensor's zero that moved
+    if stays_s >= FROZEN_S:
+        return _F_FROZEN
+    return 0 if stays_s >= OFFSET_S else _F_OFFSET

@@ -56,10 +56,10 @@ def _is_off(s: Record, p: Record, axis: int, floor: float, share: float) -> bool
     if gain_error <= MOST_ERROR:
         s.running_gain[axis], s.running_offset_nm[axis] = gain, offset
         s.running_known_count[axis] = 1
-        off = abs(gain - 1.0) > most_gain + ERRORS * gain_error
-        return bool(off or abs(offset) > most_offset + ERRORS * offset_error)
+        right = abs(gain - 1.0) <= most_gain + ERRORS * gain_error
+        return not (right and abs(offset) <= most_offset + ERRORS * offset_error)
     error = math.sqrt(_of_mean(sums[8] / n - e * e, n, floor, share))
-    return bool(abs(e) > most_gain * abs(u) + most_offset + ERRORS * error)
+    return not abs(e) <= most_gain * abs(u) + most_offset + ERRORS * error
 
 
 @compiled

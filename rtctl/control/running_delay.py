@@ -100,7 +100,7 @@ def _judge(s: Record, p: Record, axis: int, share: float) -> int:
     delay, error = _estimate(s, axis, share, floor)
     other = judge_current(s, p, axis, floor, share)
     _restart(s, axis)
-    if not error <= MOST_ERROR_TICKS:
+    if not (error <= MOST_ERROR_TICKS and p.proof_delay_s[axis] > 0.0):
         return other
     s.running_delay[axis] = delay
     s.running_count[axis] = 1

@@ -22,7 +22,8 @@ class Motor:
         self.params, self.state = records(made[0]), records(made[1])
         self.tick = records(new_ticks(1, 1))
         for name, value in {
-            "period_s": period_s, "follow_kind": 1, "proof_delay_s": proof_ticks * period_s, "torque_limit_nm": LIMIT, **params,
+            "period_s": period_s, "follow_kind": 1, "proof_delay_s": proof_ticks * period_s, "torque_limit_nm": LIMIT,
+            "current_gain_error": 0.3, "current_offset_nm": 0.1 * LIMIT, **params,
         }.items():  # fmt: skip
             self.params[name] = value
         self.state["state"], self.state["ticks_in_state"] = State.ACTIVE, 1
