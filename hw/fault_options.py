@@ -30,7 +30,7 @@ Seconds = Annotated[float, Field(ge=0, le=MAX_S)]
 Ticks = Annotated[int, Field(ge=0, le=MAX_TICKS)]
 
 
-SAMPLE_CHANNELS = ("position", "current", "force", "moment", "link", "loop")
+SAMPLE_CHANNELS = ("position", "current", "force", "link", "loop")
 """Channels that can go wrong in a device that only plays samples."""
 
 

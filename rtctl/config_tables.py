@@ -116,7 +116,9 @@ class ForceSensorTable(Table):
         description="joints that turn the sensor, from the base on: levers and weight follow their positions; "
         "empty: they are the same at every position",
     )
-    tip_kg: float = _number(0, 100, "mass of what is mounted on the sensor; 0: its weight is not followed", default=0.0)
+    tip_kg: float = _number(
+        0, 100, "mass of what is mounted on the sensor; 0: its weight is not followed", default=0.0
+    )
     tip_center_m: Vector = Field(
         (0.0, 0.0, 0.0), strict=False, description="its centre of mass from the sensor's origin, sensor axes"
     )

@@ -125,7 +125,12 @@ FIELDS: tuple[Field, ...] = (
     _axis("hand_torque_nm", "N m", "torque of the hand on the joint: tared, low-passed"),
     _axis("hand_torque_raw_nm", "N m", "torque of the hand on the joint before tare and filter"),
     Field(
-        "force_tared_n", "float", "xyz", "N", "law", "force of the hand, sensor axes: less tare and weight of the tip"
+        "force_tared_n",
+        "float",
+        "xyz",
+        "N",
+        "law",
+        "force of the hand, sensor axes: less tare and weight of the tip",
     ),
     Field(
         "moment_tared_nm",

@@ -26,7 +26,9 @@ class SensorOptions(_Table):
         default=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
         description="force of the hand on the tip = matrix . sensor's force: axes, signs, cross-talk",
     )
-    moments: bool = Field(False, description="show its moments too (channel moment), for force_sensor.moments")
+    moments: bool = Field(
+        False, description="show its moments too (channel moment), for force_sensor.moments"
+    )
     moment_matrix: Matrix = Field(
         default=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
         description="moment about the sensor's origin = moment_matrix . sensor's moment: axes, signs, cross-talk",

@@ -48,7 +48,9 @@ class RdtBackend:
         moments = None
         if options["moments"]:
             self.provides = frozenset({"force", "moment"})
-            moments = [[entry / options["counts_per_nm"] for entry in row] for row in options["moment_matrix"]]
+            moments = [
+                [entry / options["counts_per_nm"] for entry in row] for row in options["moment_matrix"]
+            ]
         self._sample = ForceSample(self._matrix, moments)
         self._reset()
 

@@ -83,7 +83,9 @@ class ForceSample:
         self._link_faults: Any = memoryview(row["link_faults"])  # type: ignore[arg-type]
 
 
-def _product(rows: Sequence[tuple[float, ...]], vector: tuple[float, float, float]) -> tuple[float, float, float]:
+def _product(
+    rows: Sequence[tuple[float, ...]], vector: tuple[float, float, float]
+) -> tuple[float, float, float]:
     x, y, z = vector
     (a, b, c), (d, e, f), (g, h, i) = rows
     return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z

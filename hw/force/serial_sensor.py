@@ -192,7 +192,7 @@ def make_optoforce(options: Options, rig: Rig) -> SerialSensor:
         Frames(optoforce.header(layout), optoforce.length(layout), optoforce.intact),
         _decode,
         scale=(1.0 / x, 1.0 / y, 1.0 / z),
-        moment_scale=tuple(1.0 / counts for counts in options["counts_per_nm"]),  # type: ignore[arg-type] # three
+        moment_scale=tuple(1.0 / counts for counts in options["counts_per_nm"]),
         start=optoforce.configure(options["output_hz"], options["filter_hz"]),
         farewell=optoforce.configure(0, options["filter_hz"]),
         explain=optoforce.explain,

@@ -168,7 +168,8 @@ class MomentOptions(Table):
     noise_nm: float = number(0, 10, "standard deviation", 0.0)
     bias_nm: Vector = Field(default=(0.0, 0.0, 0.0), description="bias of each sensor axis")
     contact_m: Vector = Field(
-        default=(0.0, 0.0, 0.0), description="where the hand holds the tip, from the sensor's origin, sensor axes"
+        default=(0.0, 0.0, 0.0),
+        description="where the hand holds the tip, from the sensor's origin, sensor axes",
     )
 
 
@@ -186,7 +187,9 @@ class ForceOptions(Table):
     )
     moment: MomentOptions | None = Field(default=None, description="none: a sensor of forces only")
     tip_kg: float = number(0, 100, "mass mounted on the sensor, which every joint turns", 0.0)
-    tip_center_m: Vector = Field(default=(0.0, 0.0, 0.0), description="its centre of mass from the sensor's origin")
+    tip_center_m: Vector = Field(
+        default=(0.0, 0.0, 0.0), description="its centre of mass from the sensor's origin"
+    )
     gravity_m_s2: Vector = Field(default=(0.0, 0.0, 0.0), description="at position 0, sensor axes")
 
 
@@ -247,5 +250,8 @@ class MockOptions(Table):
                 msg = (
                     f"faults[{k}].channel: 'velocity' needs a velocity sensor: add [device.options.velocity]"
                 )
+                raise ValueError(msg)
+            if fault.channel == "moment" and self.force.moment is None:
+                msg = f"faults[{k}].channel: 'moment' needs a sensor with moments: add [device.options.force.moment]"
                 raise ValueError(msg)
         return self

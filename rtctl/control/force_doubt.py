@@ -189,7 +189,9 @@ def offset_fault(t: Record, s: Record, p: Record, axis: int, elapsed: int, power
     s.offset_ticks[axis] = s.offset_ticks[axis] + max(elapsed, 1) if off else 0
     if s.offset_ticks[axis] * p.period_s < OFFSET_S:
         return 0
-    stays_s = s.same_ticks * p.period_s  # of one value all the while: then it is not the sensor's zero that moved
+    stays_s = (
+        s.same_ticks * p.period_s
+    )  # of one value all the while: then it is not the sensor's zero that moved
     if stays_s >= FROZEN_S:
         return _F_FROZEN
     return 0 if stays_s >= OFFSET_S else _F_OFFSET

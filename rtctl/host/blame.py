@@ -62,7 +62,11 @@ def locate(fault: Fault, scene: Scene) -> Where:
     if judge is None:
         return NOWHERE
     found = judge(scene)
-    if found.axis is None and found.channel not in ("force", "moment") and len(scene.row["position_rad"]) == 1:
+    if (
+        found.axis is None
+        and found.channel not in ("force", "moment")
+        and len(scene.row["position_rad"]) == 1
+    ):
         return Where(0, found.channel, found.detail)
     return found
 

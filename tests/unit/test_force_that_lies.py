@@ -132,7 +132,9 @@ def test_how_far_it_may_be_off_is_the_rig_files(tmp_path):
     assert lived(rig(tmp_path, ANY_OFFSET), 8.0, fault("force", "offset", 3.0, value=4.0))[0] == Fault(0)
 
 
-@pytest.mark.parametrize(("kind", "value"), [("scale", 0.6), ("scale", 1.5), ("offset", 0.4), ("offset", -0.4)])
+@pytest.mark.parametrize(
+    ("kind", "value"), [("scale", 0.6), ("scale", 1.5), ("offset", 0.4), ("offset", -0.4)]
+)
 def test_a_current_that_becomes_another_in_power_is_found_within_a_few_seconds(tmp_path, kind, value):
     found, after_s, ticks = lived(rig(tmp_path), 8.0, fault("current", kind, 4.0, value=value))
     assert found == Fault.CURRENT
@@ -154,7 +156,9 @@ def test_an_offset_of_a_current_that_never_changes_shows_too(tmp_path):
     assert np.isnan(ticks["running_gain"][0, 0])
 
 
-@pytest.mark.parametrize(("key", "passes"), [("current_gain_error = 0.5", True), ("current_gain_error = 0.1", False)])
+@pytest.mark.parametrize(
+    ("key", "passes"), [("current_gain_error = 0.5", True), ("current_gain_error = 0.1", False)]
+)
 def test_the_bounds_of_the_pulse_are_the_rig_files(tmp_path, key, passes):
     made = rig(tmp_path, ("[axis.coupling]", f"[axis.drive]\n{key}\n\n[axis.coupling]"))
     made.script([fault("current", "scale", 0.0, value=0.75 if not passes else 0.6)])
@@ -166,7 +170,9 @@ def test_the_bounds_of_the_pulse_are_the_rig_files(tmp_path, key, passes):
 
 @pytest.mark.parametrize(("share", "passes"), [(0.3, True), (0.05, False)])
 def test_so_is_how_far_it_may_be_off_besides(tmp_path, share, passes):
-    made = rig(tmp_path, ("[axis.coupling]", f"[axis.drive]\ncurrent_offset_share = {share}\n\n[axis.coupling]"))
+    made = rig(
+        tmp_path, ("[axis.coupling]", f"[axis.drive]\ncurrent_offset_share = {share}\n\n[axis.coupling]")
+    )
     made.script([fault("current", "offset", 0.0, value=0.4 if passes else 0.2)])
     made.run(1.5)
     ticks = made.run(0.2, arm_count=1, epoch=int(made.state["epoch"][0]))

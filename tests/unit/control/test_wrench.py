@@ -61,7 +61,9 @@ def take(tick, state, params, angles, force, moment):
 
 
 SHOULDER_ELBOW = Arm([[0, 0, 1], [0, 0, 1]], [[0, 0, 0], [0.3, 0, 0]], [0.5, 0.02, 0.01])
-ANY = Arm([[0, 0, 1], [0, 1, 0], [0.6, 0.0, 0.8]], [[0, 0.1, 0], [0, 0, 0.3], [0.1, 0.05, 0.4]], [0.2, 0.1, 0.5])
+ANY = Arm(
+    [[0, 0, 1], [0, 1, 0], [0.6, 0.0, 0.8]], [[0, 0.1, 0], [0, 0, 0.3], [0.1, 0.05, 0.4]], [0.2, 0.1, 0.5]
+)
 RNG = np.random.default_rng(15)
 
 
@@ -71,7 +73,9 @@ def test_r_x_f_plus_m_at_every_pose(arm):
     rig = law(arm, range(n))
     for _ in range(50):
         angles, force, moment = RNG.uniform(-3, 3, n), RNG.normal(size=3), RNG.normal(size=3)
-        assert take(*rig, angles, force, moment) == pytest.approx(arm.torques(angles, force, moment), abs=1e-12)
+        assert take(*rig, angles, force, moment) == pytest.approx(
+            arm.torques(angles, force, moment), abs=1e-12
+        )
 
 
 def test_the_order_is_the_chains_and_not_the_rig_files():

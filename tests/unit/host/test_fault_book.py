@@ -49,7 +49,13 @@ def rows(n=5, **last):
     out["tick"] = np.arange(n)
     out["state"], out["fault_first"] = State.ACTIVE, -1
     out["device_velocity_rad_s"], out["temperature_c"] = 0.0, 20.0
-    for name in ("arming_delay_ticks", "running_delay_ticks", "arming_gain", "running_gain", "force_offset_nm"):
+    for name in (
+        "arming_delay_ticks",
+        "running_delay_ticks",
+        "arming_gain",
+        "running_gain",
+        "force_offset_nm",
+    ):
         out[name] = math.nan
     for name, value in last.items():
         out[name][-1] = value

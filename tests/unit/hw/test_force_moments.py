@@ -82,7 +82,9 @@ def test_counts_become_newton_metres():
     sensor._sample.show(tick, 0)
     assert tick["moment_nm"][0].tolist() == [1.0, 1.0, 1.0]
     model, given = OPTIONS["rdt"]
-    options = model.model_validate({**given, "moments": True, "counts_per_nm": 1000.0}).model_dump(mode="json")
+    options = model.model_validate({**given, "moments": True, "counts_per_nm": 1000.0}).model_dump(
+        mode="json"
+    )
     sensor = registry.create("rdt", options, RIG)
     sensor._sample.take(rdt.decode(struct.pack(">3I6i", 1, 1, 0, 0, 0, 0, 1000, -2000, 0))[1])
     sensor._sample.show(tick, 0)
