@@ -38,7 +38,7 @@ from rtctl.control.feedforward import range_fade
 from rtctl.control.friction import BACKWARD, FORWARD
 from rtctl.control.jit import compiled
 from rtctl.control.records import HELD, Record
-from rtctl.control.resting import calmed
+from rtctl.control.resting import calmed, is_resting
 from rtctl.control.vocabulary import Policy
 
 _OFF = int(Policy.OFF)
@@ -81,11 +81,13 @@ def observe_friction(t: Record, s: Record, p: Record, axis: int, elapsed: int) -
     if not p.observer_alpha[axis] > 0.0 or elapsed < 1:
         t.friction_observed_nm[axis] = s.friction_observed_nm[axis]
         return
-    slow, quick = _over(p.observer_alpha[axis], elapsed), _over(p.observer_smooth_alpha[axis], elapsed)
+    slow = _over(p.observer_alpha[axis], elapsed)
+    quick = _over(p.observer_smooth_alpha[axis], elapsed)
+    calm = _over(calmed(s, p, axis, p.observer_smooth_alpha[axis]), elapsed)
     hand = s.hand_torque_before_nm[axis]
     torque = _acting_torque(s, p, axis) + hand
-    velocity = t.velocity_difference_rad_s[axis]
-    s.observer_torque_smooth_nm[axis] += quick * (torque - s.observer_torque_smooth_nm[axis])
+    velocity = 0.0 if is_resting(s, p, axis) else t.velocity_difference_rad_s[axis]
+    s.observer_torque_smooth_nm[axis] += calm * (torque - s.observer_torque_smooth_nm[axis])
     s.observer_velocity_smooth_rad_s[axis] += quick * (velocity - s.observer_velocity_smooth_rad_s[axis])
     behind = s.observer_velocity_smooth_rad_s[axis] - s.observer_velocity_rad_s[axis]
     follow = _over(calmed(s, p, axis, p.observer_alpha[axis]), elapsed)

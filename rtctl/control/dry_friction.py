@@ -41,14 +41,17 @@ def guaranteed_friction(p: Record, model: Record, axis: int, velocity: float) ->
     -----
     F_lo(v) = Fhat_dry(v) - (min Fhat_dry - friction_floor_nm): the learned curve lowered by the same amount
     (validation error, spread over places, drift) that lowered its minimum to the configured floor. Outside the trained
-    range only the floor is guaranteed. NaN counts as outside.
+    range only the floor is guaranteed. NaN counts as outside. Fhat_dry is the curve without its viscous part, which is
+    credited by itself with the rig file's b: of the two slopes the larger, so that a curve whose slope was learned too low
+    is not credited the difference twice.
     """
     floor = max(p.friction_floor_nm[axis], 0.0)
     branch = FORWARD if velocity >= 0.0 else BACKWARD
     speed = abs(velocity)
     if floor == 0.0 or not speed <= model.speed_max_rad_s[branch]:
         return floor
-    dry = branch_magnitude(model, branch, speed) - model.viscous_nms_rad[branch] * speed
+    viscous = max(model.viscous_nms_rad[branch], p.viscous_nms_rad[axis])
+    dry = branch_magnitude(model, branch, speed) - viscous * speed
     lowered = dry - (model.friction_min_nm[branch] - floor)
     return lowered if lowered > floor else floor
 

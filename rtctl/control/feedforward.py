@@ -124,7 +124,9 @@ def advance_intent(s: Record, p: Record, axis: int, hand: float) -> None:
 def advance_gate(s: Record, p: Record, axis: int, hand: float) -> float:
     """Force gate g <- LPF clip((|tau_h| - deadband)/tau_g, 0, 1): without a hand there is no feed-forward."""
     wanted = saturate(max(abs(hand) - p.friction_gate_deadband_nm[axis], 0.0) / p.friction_gate_nm[axis])
-    s.friction_gate[axis] += p.friction_gate_alpha[axis] * (wanted - s.friction_gate[axis])
+    s.friction_gate[axis] += calmed(s, p, axis, p.friction_gate_alpha[axis]) * (
+        wanted - s.friction_gate[axis]
+    )
     return s.friction_gate[axis]
 
 
@@ -179,7 +181,7 @@ def friction_feedforward(
 ) -> int:
     """Write the feed-forward fields of axis `axis` of the tick; return fault bits.
 
-    Reads `hand_torque_nm`, `velocity_rad_s` and `compensation` of the tick; `dx` is the joint's motion since the
+    Reads the hand's torque of `resting.advance_rest`, `velocity_rad_s` and `compensation` of the tick; `dx` is the joint's motion since the
     last tick, rad, `v` the velocity to go by, rad/s. A model value that is not finite counts as no friction and
     is a fault.
 
@@ -189,7 +191,7 @@ def friction_feedforward(
     passivity and the observer's credit rest on, |tau_ff| <= ff(|v|) at the encoder's velocity, holds however far
     off or late `v` is: an error of `v` can only take compensation away.
     """
-    hand = t.hand_torque_nm[axis]
+    hand = s.calm_hand_nm[axis]
     policy = p.friction_policy[axis]
     advance_stop(s, p, axis, dx)
     advance_intent(s, p, axis, hand)

@@ -152,7 +152,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             "friction_dither_ticks": (),  # period of the dither in ticks
             "friction_intent_nm": (),  # tau_g of the force intent: saturation of the sign
             "friction_intent_alpha": (),  # low-pass coefficient per tick of the force intent
-            "rest_alpha": (),  # of what follows the hand's torque on a joint at rest (control.resting)
+            "rest_alpha": (),  # of what follows the hand's torque after a long rest (control.resting)
             "friction_gate_deadband_nm": (),
             "friction_gate_nm": (),  # tau_g of the force gate
             "friction_gate_alpha": (),
@@ -258,8 +258,9 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "friction_gate": (),
             "friction_stop": (),  # stop operator state, -1..1
             "friction_intent_nm": (),  # hand torque, low-passed for the intent
-            "rest_position_rad": (),  # where the joint was when it last moved
+            "rest_position_rad": (),  # where the joint was when it last moved on
             "rest_ticks": (),  # ticks since then
+            "calm_hand_nm": (),  # hand torque, low-passed while the joint rests
             "bristle_share": (),  # h: deflection of the credited bristles over their length, -1..1
             "friction_credit_j": (),  # what dry friction took out in the last period
             "friction_seen_nm": (2,),  # friction seen in sliding, forward and backward

@@ -44,6 +44,9 @@ CREDIT = (
     f"{UNIT}/test_dry_friction.py::test_the_curve_is_lowered_as_much_as_its_minimum_was",
     f"{UNIT}/test_dry_friction.py::test_friction_seen_counts_in_sliding_its_own_direction_and_up_to_its_cap",
 )
+TWICE = (
+    f"{UNIT}/test_dry_friction.py::test_viscous_friction_is_not_credited_as_dry_where_the_curves_slope_is_too_low",
+)
 RESTING = (f"{UNIT}/test_resting.py",)
 JUMPED = (
     "tests/unit/test_delay_on_the_mock.py::test_samples_refused_because_the_joint_is_out_of_reach_are_not_the_devices",
@@ -619,6 +622,10 @@ SEEDS = (
         "        _forget(s, axis)\n", "        pass\n", SAMPLES,
     ),
     Seed(
+        "viscous friction is credited twice", "rtctl/control/dry_friction.py",
+        "max(model.viscous_nms_rad[branch], p.viscous_nms_rad[axis])", "model.viscous_nms_rad[branch]", TWICE,
+    ),
+    Seed(
         "friction is seen in presliding", "rtctl/control/disturbance_observer.py",
         "elif abs(s.bristle_share[axis]) >= 1.0:", "else:", SEEN,
     ),
@@ -628,7 +635,27 @@ SEEDS = (
     ),
     Seed(
         "a resting joint follows the hand at once", "rtctl/control/resting.py",
-        "min(alpha, p.rest_alpha[axis]) if s.rest_ticks", "alpha if s.rest_ticks", RESTING,
+        "min(alpha, p.rest_alpha[axis] * (1.0 + CALMING_S / rested_s))", "alpha", RESTING,
+    ),
+    Seed(
+        "a resting joint follows the hand through one low-pass", "rtctl/control/resting.py",
+        "+= calmed(s, p, axis, 1.0) *", "+= 1.0 *", RESTING,
+    ),
+    Seed(
+        "the gate of a resting joint follows the hand", "rtctl/control/feedforward.py",
+        "calmed(s, p, axis, p.friction_gate_alpha[axis])", "p.friction_gate_alpha[axis]", RESTING,
+    ),
+    Seed(
+        "flicker at rest is a velocity", "rtctl/control/disturbance_observer.py",
+        "0.0 if is_resting(s, p, axis) else t.velocity", "t.velocity", RESTING,
+    ),
+    Seed(
+        "a hand's torque that is not a number stays", "rtctl/control/resting.py",
+        "    if not math.isfinite(s.calm_hand_nm[axis]):\n        s.calm_hand_nm[axis] = 0.0\n", "", RESTING,
+    ),
+    Seed(
+        "only counts tell rest", "rtctl/control/resting.py",
+        "REST_SHARE = 0.1", "REST_SHARE = 0.0", RESTING,
     ),
     Seed(
         "flicker between two counts is motion", "rtctl/control/resting.py",

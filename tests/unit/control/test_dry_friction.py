@@ -180,3 +180,14 @@ def test_it_is_a_lower_bound_of_bristles_up_to_two_thirds_of_its_length(kind):
     half_bristle = 0.5 * STICTION * 1.5 * length
     assert (drop / half_bristle).max() < 1.5
     assert np.median(taken) > 10 * np.median(half_bristle), "a credit of nothing would be a lower bound too"
+
+
+@pytest.mark.parametrize("v", [0.3, -1.0, 3.9])
+def test_viscous_friction_is_not_credited_as_dry_where_the_curves_slope_is_too_low(v):
+    rig = made()
+    rig.model["viscous_nms_rad"] = 0.4 * rig.params["viscous_nms_rad"]  # of a curve that has all of it
+    assert guaranteed_friction(rig.params[0], rig.model[0], 0, v) == pytest.approx(F, rel=1e-6)
+    rig.model["viscous_nms_rad"] = 1.5 * rig.params["viscous_nms_rad"]
+    assert guaranteed_friction(rig.params[0], rig.model[0], 0, v) == pytest.approx(F, rel=1e-6), (
+        "never below the floor"
+    )
