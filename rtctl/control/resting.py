@@ -42,11 +42,12 @@ CALMING_S = 0.2
 
 @compiled
 def advance_rest(s: Record, p: Record, axis: int, hand: float) -> None:
-    """Count the ticks since the joint last moved, and take the hand's torque in, N m; one that is not finite is none."""
+    """Count the ticks since the joint last moved, and take the hand's torque in, N m; what is not finite is so for one tick."""
     _count(s, p, axis)
-    s.calm_hand_nm[axis] += calmed(s, p, axis, 1.0) * (hand - s.calm_hand_nm[axis])
-    if not math.isfinite(s.calm_hand_nm[axis]):
-        s.calm_hand_nm[axis] = 0.0
+    before = s.calm_hand_nm[axis]
+    if not math.isfinite(before):
+        before = 0.0
+    s.calm_hand_nm[axis] = before + calmed(s, p, axis, 1.0) * (hand - before)
 
 
 @compiled

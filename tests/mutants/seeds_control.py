@@ -651,7 +651,7 @@ SEEDS = (
     ),
     Seed(
         "a hand's torque that is not a number stays", "rtctl/control/resting.py",
-        "    if not math.isfinite(s.calm_hand_nm[axis]):\n        s.calm_hand_nm[axis] = 0.0\n", "", RESTING,
+        "    if not math.isfinite(before):\n        before = 0.0\n", "", RESTING,
     ),
     Seed(
         "only counts tell rest", "rtctl/control/resting.py",
