@@ -491,7 +491,7 @@ SEEDS = (
     ),
     Seed(
         "an estimate counts however uncertain it is", "rtctl/control/running_delay.py",
-        "if not error <= MOST_ERROR_TICKS:", "if error == math.inf:", RUNNING,
+        "if not (error <= MOST_ERROR_TICKS and", "if not (error < math.inf and", RUNNING,
     ),
     Seed(
         "samples of any age below three are fresh enough", "rtctl/control/detectors.py",

@@ -37,7 +37,12 @@ SHOWN = (
 MOVING = {
     "seed": 7,
     "axis": [{"start_position_rad": 0.2, "current_noise_a": 0.02, "current_bias_a": 0.3}],
-    "force": {"noise_n": 0.01, "bias_n": [0.1, -0.2, 0.3], "drift_n_sqrt_s": 0.1, "moment": {"noise_nm": 0.01, "contact_m": [0.1, 0.02, 0.0]}},
+    "force": {
+        "noise_n": 0.01,
+        "bias_n": [0.1, -0.2, 0.3],
+        "drift_n_sqrt_s": 0.1,
+        "moment": {"noise_nm": 0.01, "contact_m": [0.1, 0.02, 0.0]},
+    },
     "velocity": {"noise_rad_s": 0.01, "resolution_rad_s": 0.001},
     "hand": [{"kind": "sine", "start_s": 0.0, "frequency_hz": 5.0}],
 }
@@ -203,7 +208,14 @@ def test_a_fault_of_the_link_changes_counter_bits_and_values_as_it_says(kind, cl
     bits[DUE] = BITS.get(kind, 0)
     assert shown["link_faults"].tolist() == bits.tolist()
     until = AT + FOR if kind == "lost" else N  # after it the rig stands elsewhere: nothing drove it
-    for name in ("position_rad", "current_a", "force_n", "moment_nm", "temperature_c", "device_velocity_rad_s"):
+    for name in (
+        "position_rad",
+        "current_a",
+        "force_n",
+        "moment_nm",
+        "temperature_c",
+        "device_velocity_rad_s",
+    ):
         expected = holding(clean[0][name]) if held else clean[0][name]
         assert shown[name][:until].tobytes() == expected[:until].tobytes(), name
 
