@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 export PYTHONUNBUFFERED = 1
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: locks run test test-system lint bench soak fuzz campaign mutants mutation coverage setup setup-bench docs model recordings clean
+.PHONY: locks run check test test-volume test-system lint bench soak fuzz campaign mutants mutation coverage setup setup-bench docs model recordings clean
 setup: $(VENV)/.ready-dev
 setup-bench: $(VENV)/.ready-bench
 
@@ -38,8 +38,17 @@ locks:
 run: $(VENV)/.ready
 	$(BIN)/rtctl demo
 
+# The inner loop: format, lint, types, import contracts, and the tests that are done in seconds.
+check: $(VENV)/.ready-dev
+	$(BIN)/python tests/run_tier.py check
+
+# Everything a user would run; tests/tiers.py says what runs beside what.
 test: $(VENV)/.ready-dev
-	$(BIN)/python -m pytest
+	$(BIN)/python tests/run_tier.py test
+
+# The same questions asked many more times; takes only processor time that nobody else wants.
+test-volume: $(VENV)/.ready-dev
+	$(BIN)/python tests/run_tier.py volume
 
 # Against other people's programs; what is missing on this machine is skipped, with its reason.
 SYSTEM ?= tests/system
@@ -52,7 +61,7 @@ lint: $(VENV)/.ready-dev
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
 
-# Ten times the campaign of `make test`, every passive rig for 30 s, linear rigs at the edge of their proof, hands that hold still.
+# Ten times the campaign of `make test-volume`, every passive rig for 30 s, linear rigs at the edge of their proof, hands that hold still.
 campaign: $(VENV)/.ready
 	$(BIN)/rtctl campaign --rigs 10000 --ticks 10000
 	$(BIN)/rtctl campaign --rigs 1000 --ticks 30000 --passive
@@ -98,7 +107,7 @@ fuzz: $(VENV)/.ready-dev
 	NUMBA_BOUNDSCHECK=1 RTCTL_CACHE_DIR=build/bounds-checked PYTHONPATH=. $(BIN)/python tests/fuzz/serial_fuzzer.py 10000000
 
 docs: $(VENV)/.ready-dev
-	$(BIN)/python -m rtctl schema --fill docs/tick.md --fill docs/safety.md --fill docs/protocol.md
+	$(BIN)/python -m rtctl schema --fill docs/tick.md --fill docs/safety.md --fill docs/protocol.md --fill docs/config.md --fill docs/api.md
 
 # The friction model of the mock rig: measured on the mock through its sensors, then learned.
 model: $(VENV)/.ready

@@ -45,11 +45,11 @@ class FaultOptions(BaseModel):
     kind: str = Field(description="what goes wrong there; docs/faults.md lists them")
     axis: int | None = Field(None, ge=0, le=7, description="joint, or axis of the force sensor; default all")
     at_s: Seconds | None = Field(None, description="when it begins; or at_tick")
-    at_tick: Ticks | None = None
+    at_tick: Ticks | None = Field(None, description="as at_s, counted in ticks")
     for_s: Seconds | None = Field(None, description="how long it is due, 0 for ever; or for_ticks")
-    for_ticks: Ticks | None = None
+    for_ticks: Ticks | None = Field(None, description="as for_s, counted in ticks")
     every_s: Seconds | None = Field(None, description="comes again after this long; or every_ticks")
-    every_ticks: Ticks | None = None
+    every_ticks: Ticks | None = Field(None, description="as every_s, counted in ticks")
     probability: float = Field(1.0, ge=0, le=1, description="of acting in each tick in which it is due")
     value: float = Field(0.0, ge=-1e12, le=1e12, description="in the unit of its kind")
 

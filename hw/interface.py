@@ -163,7 +163,7 @@ class Timing:
     sample_period_s: float = 0.0
     """Time between two fresh positions; 0: a new one for every reading."""
     jitter_s: float = 0.0
-    """By so much the delay may be shorter in one cycle than in another."""
+    """How much shorter the delay may be in one cycle than in another, s."""
     current_loop_hz: float = 0.0
     """Bandwidth of the current loop, Hz, behind the delay; 0: none to speak of."""
 
@@ -177,11 +177,11 @@ class Joint:
     dry_share: float = 1.0
     """Share of the dry friction there."""
     damping_nms_rad: float = 0.0
-    """Of the joint itself, N m s/rad."""
+    """Damping of the elastic joint itself, N m s/rad."""
     encoder: str = "motor"
     """The side it turns with: "motor" or "link"."""
     stiffness_nm_rad: float = 0.0
-    """Of its spring; 0: not known, or rigid."""
+    """Stiffness of its spring, N m/rad; 0: not known, or rigid."""
     link_inertia_share: float = 0.5
     """Share of the inertia on the link's side."""
 
@@ -209,7 +209,7 @@ class BackendInfo:
     """`module:attribute` of a function `(options, rig) -> Sequence[Timing]`, one per axis of `rig`. None: the backend
     does not say, and `rtctl check` has only the rig file's word for it."""
     joint: str | None = None
-    """The same for `Joint`. None: rigid, as far as the device knows."""
+    """Module and function that give a `Joint` per axis. None: rigid, as far as the device knows."""
 
 
 Options = Mapping[str, Any]

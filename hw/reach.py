@@ -1,4 +1,4 @@
-"""Calls one thing on every device though one of them raises or hangs."""
+"""Calls an action on every device, even if one device raises an exception or hangs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ STOP_TIMEOUT_S = 0.1
 """How long to wait for a device that hangs."""
 
 _STACK_BYTES = 256 * 1024
-"""Of a stopping thread: with locked memory the default 8 MB would be filled in first."""
+"""Stack of a stopping thread. With locked memory the default stack of 8 MB would have to be filled before it starts."""
 
 
 def reach_all(actions: Sequence[Callable[[], None]]) -> None:

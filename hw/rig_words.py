@@ -1,4 +1,4 @@
-"""How a device's own tick and the rig's tick exchange words: what of which goes where, worked out once.
+"""Which words of a device's own tick are copied to which words of the rig's tick, and back; worked out once.
 
 A tick is a row of 8-byte words. A device that serves some of the rig's axes has a tick with these axes only.
 """

@@ -54,7 +54,9 @@ def _or_switch(schema: dict[str, Any]) -> None:
 class Config(Table):
     """A whole rig file."""
 
-    schema_version: Annotated[Literal[1], BeforeValidator(whole)] = Field(1, alias="schema")
+    schema_version: Annotated[Literal[1], BeforeValidator(whole)] = Field(
+        1, alias="schema", description="version of the keys of this file"
+    )
     rig: RigTable
     loop: LoopTable = LoopTable()
     axis: tuple[AxisTable, ...] = Field(min_length=1, max_length=MOST_AXES, strict=False)

@@ -37,7 +37,7 @@ class RigTable(Table):
     name: Name = Field(
         description="rig name: lock file, telemetry, model files and service instance carry it"
     )
-    description: str = Field("", max_length=200)
+    description: str = Field("", max_length=200, description="what the rig is, in words")
     absent: tuple[Literal["current", "force"], ...] = Field(
         (),
         strict=False,
@@ -65,7 +65,9 @@ class LoopTable(Table):
 class VelocityTable(Table):
     """[axis.velocity]"""
 
-    method: Literal["foaw", "difference", "lowpass", "kalman"] = "foaw"
+    method: Literal["foaw", "difference", "lowpass", "kalman"] = Field(
+        "foaw", description="estimator of the velocity (docs/theory.md 10.1)"
+    )
     window: int = _number(2, 64, "FOAW: longest window, samples", default=16)
     band_counts: float = _number(0.1, 100, "FOAW: tolerated deviation, encoder counts", default=1.0)
     cutoff_hz: float = _number(0.1, 5000, "low-pass cut-off or Kalman bandwidth", default=30.0)
@@ -168,8 +170,8 @@ class TemperatureTable(Table):
 class CouplingTable(Table):
     """[axis.coupling]"""
 
-    stiffness_nm_rad: float = _number(0, 1e6, "k_c", default=0.0)
-    damping_nms_rad: float = _number(0, 1e4, "b_c", default=0.0)
+    stiffness_nm_rad: float = _number(0, 1e6, "k_c: spring of the virtual coupling", default=0.0)
+    damping_nms_rad: float = _number(0, 1e4, "b_c: its damper", default=0.0)
     delay_ticks: float = _number(
         0,
         20,
@@ -223,7 +225,9 @@ class MeasuredTable(Table):
 class EnvironmentTable(Table):
     """[axis.environment]: the environment at start; a client may change it later within these bounds."""
 
-    kind: Literal["free", "spring", "wall", "damper", "detents", "remote"] = "free"
+    kind: Literal["free", "spring", "wall", "damper", "detents", "remote"] = Field(
+        "free", description="remote: a renderer moves the proxy (docs/theory.md 3.1)"
+    )
     stiffness_nm_rad: float = _number(0, 1e6, "spring, wall: k; detents: greatest slope", default=0.0)
     damping_nms_rad: float = _number(0, 1e4, "damper, wall: b", default=0.0)
     center_rad: float = _number(-1e3, 1e3, "rest angle, wall face, or centre of a detent", default=0.0)
@@ -269,7 +273,10 @@ class FrictionTable(Table):
         "stop_gated",
         "observer",
         "lugre",
-    ] = "hybrid"
+    ] = Field(
+        "hybrid",
+        description="what decides the direction of the feed-forward near rest (docs/theory.md 5.6)",
+    )
     gain: float = _number(0, 1, "kappa: share of Coulomb and Stribeck friction compensated", default=0.9)
     viscous_gain: float = _number(0, 1, "kappa_v: share of the viscous part compensated", default=0.0)
     cap_share: float = _number(
@@ -279,7 +286,7 @@ class FrictionTable(Table):
     blend_rad_s: float = _number(
         1e-4, 10, "hybrid: speed above which motion decides, not intent", default=0.05
     )
-    deadband_rad_s: float = _number(0, 10, "deadband policy", default=0.01)
+    deadband_rad_s: float = _number(0, 10, "deadband policy: slower motion has no direction", default=0.01)
     dither_hz: float = _number(1, 1000, "dither policy: frequency", default=80.0)
     intent_nm: float = _number(
         1e-5, 1e3, "hand torque at which intent saturates; 0.2 F_c is usual", default=0.05
@@ -299,7 +306,10 @@ class FrictionTable(Table):
         0, 1, "F_s / sigma0: motion over which friction is a spring; 0: as the model says", default=0.0
     )
     stop_rad: float = _number(
-        0, 1, "stop and lugre policies: their length; 0: the presliding length", default=0.0
+        0,
+        1,
+        "hybrid, stop and lugre policies: length over which their direction turns; 0: the presliding length",
+        default=0.0,
     )
     drift_nm: float = _number(0, 1e3, "how far friction may have drifted below the model", default=0.0)
     observer: ObserverTable = ObserverTable()
@@ -329,15 +339,16 @@ class ForceFeedbackTable(Table):
 class AxisTable(Table):
     """[[axis]]"""
 
-    name: Name
-    inertia_kgm2: float = _number(1e-9, 1e3, "J at the link")
+    name: Name = Field(description="name of the axis in telemetry, tables and errors")
+    inertia_kgm2: float = _number(1e-9, 1e3, "J: inertia at the link, motor and gear included")
     viscous_nms_rad: float = _number(0, 1e4, "b: guaranteed viscous damping at the link, amplifier as in use")
     encoder_counts_per_rev: float = _number(1, 1e9, "counts per turn of the link")
     gear_ratio: float = _number(1e-3, 1e4, "motor turns per link turn", default=1.0)
     gear_efficiency: float = _number(0.01, 1, "gearbox efficiency", default=1.0)
     torque_constant_nm_a: float = _number(1e-6, 1e3, "k_t of the motor")
     lever_m: tuple[float, float, float] = Field(
-        strict=False, description="joint torque = lever . tip force in sensor axes"
+        strict=False,
+        description="joint torque = lever . tip force in sensor axes; each within -10 to 10, not all 0",
     )
     axis_direction: Vector = Field(
         (0.0, 0.0, 0.0),
@@ -352,9 +363,9 @@ class AxisTable(Table):
         0, 0.05, "torque of the arming test, share of the limit; 0: no test", default=0.05
     )
     torque_rate_nm_s: float = _number(1e-3, 1e7, "largest slope of the torque sent")
-    velocity_limit_rad_s: float = _number(1e-3, 1e4, "v_max")
-    position_min_rad: float = _number(-1e6, 1e6, "end of travel", default=-1e3)
-    position_max_rad: float = _number(-1e6, 1e6, "end of travel", default=1e3)
+    velocity_limit_rad_s: float = _number(1e-3, 1e4, "v_max: above it the torque may only brake")
+    position_min_rad: float = _number(-1e6, 1e6, "lower end of travel", default=-1e3)
+    position_max_rad: float = _number(-1e6, 1e6, "upper end of travel", default=1e3)
     current_limit_a: float = _number(1e-3, 1e4, "range of the current sensor", default=100.0)
     dry_friction_nm: float = _number(
         0,

@@ -20,6 +20,9 @@ from rtctl.shipped import shipped
 
 SETTLE_S = 1.0
 
+TRACE_HZ = 50.0
+"""Samples a second that are kept for the picture."""
+
 
 def shipped_config(name: str) -> Path:
     """Path of a rig file that comes with rtctl, e.g. `mock.toml`, in a checkout or in an installed package."""
@@ -62,12 +65,27 @@ class Demo:
     def __post_init__(self) -> None:
         self._arm = AutoArm()
         self._ticks = 0  # ticks at full authority, over all phases
+        self._trace: list[np.ndarray] = []
         self._entered = -1
 
     @property
     def total_s(self) -> float:
         """Length of all phases, s."""
         return len(self.phases) * (SETTLE_S + self.measure_s)
+
+    @property
+    def switch_s(self) -> float:
+        """When the second phase begins, s."""
+        return SETTLE_S + self.measure_s
+
+    def trace(self) -> tuple[np.ndarray, np.ndarray]:
+        """Time (s) and torque of the hand (N m) of the first axis, `TRACE_HZ` times a second."""
+        torque = np.concatenate([np.zeros(0), *self._trace])
+        return np.arange(len(torque)) * self._step / self.rate_hz, torque
+
+    @property
+    def _step(self) -> int:
+        return max(1, round(self.rate_hz / TRACE_HZ))
 
     def __call__(self, host: Host, rows: np.ndarray) -> None:
         """Follow the ticks."""
@@ -97,6 +115,7 @@ class Demo:
             torque = rows["hand_torque_nm"][inside, 0]
             phase.torque_sum_nm2 += float(torque @ torque)
             phase.count += len(torque)
+        self._trace.append(rows["hand_torque_nm"][-self._ticks % self._step :: self._step, 0].copy())
         self._ticks += len(rows)
         now_in = min(int(index[-1]) // phase_ticks, len(self.phases) - 1)
         if now_in != self._entered:

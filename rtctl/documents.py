@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
-from rtctl import tick
+from rtctl import api_document, config_document, tick
 from rtctl.control import faults, states
 from rtctl.control.vocabulary import Fault, State
 
@@ -25,6 +25,9 @@ PARTS: dict[str, Callable[[], str]] = {
     "transitions": states.markdown_table,
     "fault bits": _fault_bits,
     "state numbers": _state_numbers,
+    "rig file keys": config_document.rig_file,
+    "client reference": api_document.reference,
+    "device option keys": config_document.device_options,
 }
 """What can stand between marks."""
 

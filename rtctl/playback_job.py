@@ -24,7 +24,7 @@ from rtctl.playback_report import trace as trace_of
 from rtctl.playback_run import changed, config_for_log, fault_names, load_log, run_log, with_bias
 
 INTENT_SHARE, GATE_SHARE = 0.2, 0.1
-"""Intent and gate of the feed-forward, share of the Coulomb friction (theory reference, section 6)."""
+"""Intent and gate of the feed-forward, share of the Coulomb friction (docs/theory.md 5.6)."""
 
 
 @dataclass(frozen=True)

@@ -66,6 +66,6 @@ def foreign(directory: Path) -> str:
 
 
 def foreign_endpoint(endpoint: str) -> str:
-    """The same for a ZeroMQ address; one that is no socket in a folder has nothing against it."""
+    """Why not to believe the folder of a ZeroMQ address; "" for an address that is no socket in a folder."""
     kind, _, path = endpoint.partition("://")
     return foreign(Path(path).absolute().parent) if kind == "ipc" and path[:1] != "@" else ""

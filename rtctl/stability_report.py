@@ -7,7 +7,7 @@ How the guaranteed damping comes about, per axis:
 
 - without a friction model: `viscous_nms_rad` of the rig file;
 - with one: no more than that either, as dry friction is a spring in motions smaller than its presliding and damps
-  nothing there; and no more than the secant damping left after feed-forward (theory reference 2.2) over the trained
+  nothing there; and no more than the secant damping left after feed-forward (docs/theory.md 5.2) over the trained
   range, with the friction at its lower bound (model minus its largest known error minus `drift_nm`);
 - where the velocity limit lies beyond the trained range, friction there is taken to rise from that lower
   bound with `viscous_nms_rad` only, while the feed-forward fades out;

@@ -25,7 +25,7 @@ def open_standard_streams() -> None:
 
 
 def above_standard_streams(fd: int) -> int:
-    """The same file under a descriptor that is none of theirs; `fd` is closed if it was one."""
+    """A descriptor of the file of `fd` above those of the standard streams; `fd` is closed if it was one of theirs."""
     if fd >= FIRST_OWN:
         return fd
     try:

@@ -4,7 +4,7 @@ A tick is one row of this structured dtype. The backend writes the measured fiel
 rest; the ring, telemetry, recordings, plots, the JSON Schema and the table in `docs/tick.md` are all
 generated from `FIELDS`. Every per-axis field has shape `(n_axes,)`, also on a one-axis rig.
 
-Signs (theory reference, section 0): link side, after the gearbox. A torque is positive when it
+Signs (docs/theory.md 1.1): link side, after the gearbox. A torque is positive when it
 accelerates the joint towards positive position, whoever applies it. Power into the device from the hand
 is `hand_torque_nm * velocity_rad_s`.
 """

@@ -28,7 +28,7 @@ BOUNDS: dict[str, tuple[float, float]] = {
     "offset_nm": (-1e4, 1e4),
     "sample_period_s": (1e-6, 10.0),
 }
-"""Of each number that is read."""
+"""Bounds of each number that is read."""
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from rtctl.friction.policies import STANDINGS
 from rtctl.verdict import Outcome, Subject, Verdict
 
 HEAVIEST_HAND_KGM2 = 0.02
-"""Of the box of hands, at the link."""
+"""Heaviest hand of the box of hands, at the link."""
 
 COUNT_SHARE_MAX = 1.0
 """Encoder counts per presliding length: the mock is quiet in every hand with 1.1, and shakes stiff ones with 2.2

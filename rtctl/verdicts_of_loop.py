@@ -86,7 +86,7 @@ def declared_delay(s: Subject) -> list[Verdict]:
 
 
 def elastic_joint(s: Subject) -> list[Verdict]:
-    """Of an elastic joint only what damps the motor's side is sure, and only if the encoder turns with it."""
+    """Only the damping on the motor's side of an elastic joint is sure, and only if the encoder turns with the motor."""
     axis = s.axis
     if axis.joint_encoder == "link":
         return [

@@ -1,10 +1,11 @@
-"""No test writes into the state folder of the person who runs it; what needs compiled code says so."""
+"""No test writes into the state folder of the person who runs it; what needs compiled code, or a clock, says so."""
 
 import os
 import signal
 import tempfile
 
 import pytest
+import tiers
 
 _FOLDER = tempfile.TemporaryDirectory(prefix="rtctl-state-")
 os.environ["RTCTL_STATE_DIR"] = _FOLDER.name
@@ -21,6 +22,9 @@ def pytest_unconfigure():
 
 
 def pytest_collection_modifyitems(items):
+    for item in items:
+        if tiers.meets_a_clock(item.path):
+            item.add_marker(pytest.mark.clock)
     if os.environ.get("NUMBA_DISABLE_JIT", "0") == "0":
         return
     for item in items:

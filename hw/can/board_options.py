@@ -28,10 +28,10 @@ from hw.interface import BackendError
 class FrameOptions(Table):
     """What received and sent frames have in common."""
 
-    id: int = Field(ge=0, le=0x1FFF_FFFF)
-    extended: bool = False
-    length: int = Field(8, ge=1, le=64)
-    checksum: ChecksumOptions | None = None
+    id: int = Field(ge=0, le=0x1FFF_FFFF, description="identifier")
+    extended: bool = Field(False, description="an identifier of 29 bits")
+    length: int = Field(8, ge=1, le=64, description="bytes of the frame, its parts together")
+    checksum: ChecksumOptions | None = Field(None, description="none: only the bus' own")
 
     @property
     def on_wire(self) -> tuple[int, ...]:

@@ -32,9 +32,11 @@ class BitsOptions(Table):
     start_bit: int = Field(
         ge=0, le=511, description="as a DBC counts: lowest bit (little endian) or highest (big endian)"
     )
-    bits: int = Field(ge=1, le=64)
-    order: Literal["little", "big"] = "little"
-    type: Literal["uint", "int", "float"] = "uint"
+    bits: int = Field(ge=1, le=64, description="width of the number")
+    order: Literal["little", "big"] = Field("little", description="order of its bytes")
+    type: Literal["uint", "int", "float"] = Field(
+        "uint", description="unsigned, two's complement, or IEEE 754 of 32 or 64 bits"
+    )
     scale: float = number(-1e12, 1e12, "physical = scale * raw + offset", 1.0)
     offset: float = number(-1e12, 1e12, "in the unit of the field", 0.0)
 
@@ -58,7 +60,9 @@ class SelectOptions(BitsOptions):
 class ReceivedField(BitsOptions):
     """[[device.options.receive.field]]"""
 
-    channel: Literal["position", "velocity", "current", "force", "temperature", "estop", "fault", "enabled"]
+    channel: Literal[
+        "position", "velocity", "current", "force", "temperature", "estop", "fault", "enabled"
+    ] = Field(description="what the number is")
     axis: int = Field(0, ge=0, le=7, description="axis of the rig; force: 0, 1, 2 are x, y, z")
     unit: Unit = Field("1", description="of the physical value; counts: encoder_counts_per_rev of the axis")
     wrap: bool = Field(False, description="an encoder counter that wraps: followed through its wraps")
@@ -84,9 +88,11 @@ class ReceivedField(BitsOptions):
 class SentField(BitsOptions):
     """[[device.options.send.field]]"""
 
-    channel: Literal["current_command", "torque", "enable", "counter", "constant"]
-    axis: int = Field(0, ge=0, le=7)
-    unit: Unit = "1"
+    channel: Literal["current_command", "torque", "enable", "counter", "constant"] = Field(
+        description="what the number is"
+    )
+    axis: int = Field(0, ge=0, le=7, description="axis of the rig")
+    unit: Unit = Field("1", description="of the physical value")
     limit: float = number(1e-6, 1e6, "command: cut to this, in SI units, before it is encoded", 1e6)
     value: float = number(-1e12, 1e12, "constant: what is sent", 0.0)
 
@@ -112,7 +118,9 @@ def _unit_of(channel: str, unit: str) -> None:
 class ChecksumOptions(Table):
     """Checksum of a frame, over its other bytes."""
 
-    kind: Literal["xor8", "sum8", "sum16", "crc8_j1850", "crc8_autosar"]
+    kind: Literal["xor8", "sum8", "sum16", "crc8_j1850", "crc8_autosar"] = Field(
+        description="how it is computed"
+    )
     byte: int = Field(ge=0, le=63, description="where it is; sum16: its high byte, the low one follows")
 
     @property
@@ -124,9 +132,9 @@ class ChecksumOptions(Table):
 class FixedOptions(Table):
     """A frame that is always the same: [[device.options.start]], poll, stop."""
 
-    id: int = Field(ge=0, le=0x1FFF_FFFF)
-    extended: bool = False
-    data: Bytes = ()
+    id: int = Field(ge=0, le=0x1FFF_FFFF, description="identifier")
+    extended: bool = Field(False, description="an identifier of 29 bits")
+    data: Bytes = Field((), description="its bytes")
     remote: bool = Field(False, description="a remote frame: asks for the frame of this identifier; no data")
 
     @model_validator(mode="after")

@@ -19,7 +19,7 @@ _CURRENT, _TORQUE = 0x6078_0010, 0x6077_0010  # i16, per mille of rated current,
 _TPDO2 = (0x606C_0020,)  # velocity i32
 _SYNCHRONOUS = 1
 _NO_ACTION = 0
-"""Of object 6007: the drive goes on as it is when it hears the host no more."""
+"""Value of object 6007 with which a drive goes on as it is when it hears the host no more."""
 
 SDO_ATTEMPTS = 3
 """An object is asked for so often before the drive counts as silent: a frame may be lost on a busy line."""

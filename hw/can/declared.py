@@ -28,7 +28,7 @@ def _by_itself(period_s: float, cycle_s: float, rig: Rig) -> list[Timing]:
 
 
 def odrive_timing(options: Options, rig: Rig) -> list[Timing]:
-    """Of ODrives: asked in every cycle, or sending by themselves."""
+    """Timing of ODrives: asked in every cycle, or sending by themselves."""
     cycle_s = _cycle_s(odrive.traffic(options, 1 / rig.period_s), options, rig)
     if options["feedback"] == "request":
         return _asked(cycle_s, rig)
@@ -36,17 +36,17 @@ def odrive_timing(options: Options, rig: Rig) -> list[Timing]:
 
 
 def moteus_timing(options: Options, rig: Rig) -> list[Timing]:
-    """Of moteus controllers: a command asks for the sample."""
+    """Timing of moteus controllers: a command asks for the sample."""
     return _asked(_cycle_s(moteus.traffic(options, 1 / rig.period_s), options, rig), rig)
 
 
 def cia402_timing(options: Options, rig: Rig) -> list[Timing]:
-    """Of CiA 402 drives: sample and command are both taken at the SYNC."""
+    """Timing of CiA 402 drives: sample and command are both taken at the SYNC."""
     return [Timing(rig.period_s, rig.period_s)] * rig.n_axes
 
 
 def board_timing(options: Options, rig: Rig) -> list[Timing]:
-    """Of a board by field map: its slowest required frame, sent by itself, or once a cycle."""
+    """Timing of a board by field map: its slowest required frame, sent by itself, or once a cycle."""
     cycle_s = _cycle_s(board.traffic(options, 1 / rig.period_s), options, rig)
     periods_s = [
         1e-3 * float(frame.get("period_ms") or 0) for frame in options["receive"] if frame["required"]

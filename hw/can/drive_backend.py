@@ -19,7 +19,7 @@ class Drive(Protocol):
     identity: bytes
 
     def handlers(self) -> Mapping[int, Handler]:
-        """Its frames."""
+        """Handler of each frame that the drive sends, by identifier."""
 
     def set_up(self, bus: Bus) -> None:
         """Make it ready, disarmed, and hear it. May block. Raises BackendError."""

@@ -20,7 +20,7 @@ class Plant(Protocol):
         """Angle of the motor's shaft, turns."""
 
     def motor_turns_s(self, axis: int) -> float:
-        """Its speed, turns/s."""
+        """Speed of the axis' motor, turns/s."""
 
     def motor_current_a(self, axis: int) -> float:
         """Current that flows, A."""

@@ -29,7 +29,7 @@ RATES = {
     1_000_000: 8,
 }
 ARGUMENTS = frozenset({"tty_baudrate", "sleep_after_open", "timeout"})
-"""Those of python-can's arguments that mean something here (the last one nothing)."""
+"""Arguments of python-can's adapter that are accepted here; `timeout` is accepted and has no effect."""
 
 _BELL = b"\x07"
 _STANDARD, _EXTENDED, _STANDARD_REMOTE, _EXTENDED_REMOTE = b"tTrR"

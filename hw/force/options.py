@@ -61,7 +61,7 @@ class SerialSensorOptions(SensorOptions):
 class RokubiOptions(SerialSensorOptions):
     """[device.options] of kind rokubi: Bota Systems' serial sensors."""
 
-    baud: int = Field(rokubi.BAUD, ge=9600, le=4_000_000)
+    baud: int = Field(rokubi.BAUD, ge=9600, le=4_000_000, description="bit rate of the port, bit/s")
     stop_at_close: bool = Field(
         default=False,
         description="leave the sensor silent in its configuration mode; the next start wakes it",
@@ -71,8 +71,8 @@ class RokubiOptions(SerialSensorOptions):
 class OptoForceOptions(SerialSensorOptions):
     """[device.options] of kind optoforce: the OptoForce / OnRobot DAQ."""
 
-    baud: int = Field(optoforce.BAUD, ge=9600, le=4_000_000)
-    layout: Literal["3-axis", "6-axis", "4x3-axis"] = "3-axis"
+    baud: int = Field(optoforce.BAUD, ge=9600, le=4_000_000, description="bit rate of the port, bit/s")
+    layout: Literal["3-axis", "6-axis", "4x3-axis"] = Field("3-axis", description="kind of sensor at the DAQ")
     sensor: int = Field(1, ge=1, le=4, description="which of the four, with layout 4x3-axis")
     counts_per_n: tuple[Counts, Counts, Counts] = Field(
         strict=False, description="sensitivity of x, y, z from the sensor's own data sheet"
@@ -102,7 +102,7 @@ class RdtOptions(SensorOptions):
     """[device.options] of kind rdt: ATI Net F/T and Axia, OnRobot HEX, Schunk, over UDP."""
 
     host: str = Field(min_length=1, max_length=253, description="address of the sensor")
-    port: int = Field(rdt.PORT, ge=1, le=65535)
+    port: int = Field(rdt.PORT, ge=1, le=65535, description="UDP port of the sensor")
     counts_per_n: Counts = Field(
         1e6, description="from the sensor's configuration page; ATI usually 1000000, OnRobot HEX 10000"
     )

@@ -3,7 +3,7 @@
 A plant is told as a change of the mock's options, in the words of a rig file: what stands under `axis` goes into
 every [[device.options.axis]], what stands under `device` into [device.options]. `told` is what the controller's own
 [[axis]] must then say for it to be true of this plant: viscous damping that is surely on the motor's side, the
-delay, and a coupling inside what that leaves (theory2 section 10). Everything else stays the rig file's.
+delay, and a coupling inside what that leaves (docs/theory.md 2.4). Everything else stays the rig file's.
 """
 
 from __future__ import annotations

@@ -90,7 +90,7 @@ def dry_friction(v: float, x: float, p: np.record, axis: int) -> float:
 
     Notes
     -----
-    g = [F_c + (F_s - F_c) exp(-(|v|/v_s)^delta)] * scale(direction) * modulation(x); theory section 4. With a second
+    g = [F_c + (F_s - F_c) exp(-(|v|/v_s)^delta)] * scale(direction) * modulation(x); docs/theory.md 12.1. With a second
     speed the peak is (1 - m) exp(-(|v|/v_s)^delta) + m exp(-(|v|/v_2)^delta), m its share.
     """
     peak = (p.breakaway_nm[axis] - p.coulomb_nm[axis]) * peak_share(v, p, axis)
@@ -129,7 +129,7 @@ def bristle_gains(slope: float, v: float, h: float, rate: float) -> tuple[float,
     Notes
     -----
     a = slope |v|,  E = exp(-a h),  gain = (1 - E) / a,  m = gain / h,  n = (1 - m) / a (1, h, 1 and h / 2
-    where a vanishes); theory section 4. gain and n in s.
+    where a vanishes); docs/theory.md 12.3. gain and n in s.
     """
     q = slope * abs(v) * h
     if q < 1e-5:
@@ -180,8 +180,8 @@ def coupled_step(
 
     Notes
     -----
-    Linear in w, so it needs no iteration and is stable for every stiffness; of second order (theory
-    section 4 is theta = 1, of first order). With mu = 2 theta - 1, the bristle under constant w is
+    Linear in w, so it needs no iteration and is stable for every stiffness; of second order (theta = 1 is
+    of first order; docs/theory.md 12.3). With mu = 2 theta - 1, the bristle under constant w is
     z' = E z + gain w, on average m z + (1 - m) w / a where m = gain / h, and
     J (v' - v) / h = torque - drag w - s0 [(1 - mu) average + mu z'] - s1 (z' - z) / h - b w.
     The bristle cannot stretch beyond break-away; where a step would, it is held there and w solved anew.

@@ -1,6 +1,6 @@
 """What can be said about the simulated rig in a rig file: `[device.options]`. Host side only.
 
-The defaults are the nominal plant of the theory reference, with perfect sensors but for their
+The defaults are the nominal joint of docs/theory.md 1.3, with perfect sensors but for their
 resolution; noise, bias and unevenness are switched on in the rig file.
 """
 
@@ -49,17 +49,17 @@ class FrictionOptions(Table):
         description="elasto_plastic does not creep under vibration below break-away; gms: Maxwell-slip elements",
     )
     elements: int = Field(default=8, ge=2, le=ELEMENTS, description="gms: how many")
-    coulomb_nm: float = number(1e-6, 1e3, "F_c", 0.25)
-    breakaway_nm: float = number(1e-6, 1e3, "F_s", 0.35)
-    stribeck_rad_s: float = number(1e-6, 1e2, "v_s", 0.1)
+    coulomb_nm: float = number(1e-6, 1e3, "F_c: Coulomb friction", 0.25)
+    breakaway_nm: float = number(1e-6, 1e3, "F_s: break-away torque", 0.35)
+    stribeck_rad_s: float = number(1e-6, 1e2, "v_s: Stribeck speed", 0.1)
     stribeck_exponent: float = number(0.5, 4, "delta: 2 is Gaussian", 2.0)
     second_share: float = number(0, 1, "share of the peak that is gone at second_rad_s instead", 0.0)
     second_rad_s: float = number(1e-6, 1e2, "the second speed", 0.4)
-    viscous_nms_rad: float = number(0, 1e3, "b_v", 0.05)
+    viscous_nms_rad: float = number(0, 1e3, "b_v: viscous friction", 0.05)
     thinning_nms_rad: float = number(0, 1e3, "viscous friction besides, that thins out with speed", 0.0)
     thinning_rad_s: float = number(1e-6, 1e2, "speed at which half of that is left", 0.5)
-    bristle_stiffness_nm_rad: float = number(1e-3, 1e7, "sigma0", 250.0)
-    bristle_damping_nms_rad: float = number(0, 1e4, "sigma1", 1.0)
+    bristle_stiffness_nm_rad: float = number(1e-3, 1e7, "sigma0: stiffness of the bristles", 250.0)
+    bristle_damping_nms_rad: float = number(0, 1e4, "sigma1: their damping", 1.0)
     elastic_share: float = number(0, 0.99, "elasto_plastic: z_ba / z_ss, purely elastic share", 0.7)
     scale_positive: float = number(0.1, 10, "scale of the whole curve for v >= 0", 1.0)
     scale_negative: float = number(0.1, 10, "scale of the whole curve for v < 0", 1.0)
@@ -121,15 +121,17 @@ class AxisOptions(Table):
 class HandOptions(Table):
     """[[device.options.hand]]: one joint's hand."""
 
-    kind: Literal["none", "rest", "sine", "sines", "triangle", "push"] = "rest"
-    stiffness_nm_rad: float = number(0, 1e4, "k_h", 5.0)
-    damping_nms_rad: float = number(0, 1e3, "b_h", 0.1)
+    kind: Literal["none", "rest", "sine", "sines", "triangle", "push"] = Field(
+        default="rest", description="how the hand wants to move; none: nobody holds the joint"
+    )
+    stiffness_nm_rad: float = number(0, 1e4, "k_h: of the hand, to where it wants to be", 5.0)
+    damping_nms_rad: float = number(0, 1e3, "b_h: of the hand", 0.1)
     inertia_kgm2: float = number(0, 1e2, "of the hand, on its side of the force sensor", 0.0)
     start_s: float = number(0, 1e9, "rest until then (tare, arming)", 1.0)
     center_rad: float = number(-1e3, 1e3, "middle of the motion; push: start", 0.0)
     amplitude_rad: float = number(-100, 100, "sine, triangle: amplitude; push: depth, signed", 0.3)
-    frequency_hz: float = Field(default=0.5, gt=0, le=100, description="sine")
-    speed_rad_s: float = number(1e-4, 1e3, "triangle, push", 0.1)
+    frequency_hz: float = Field(default=0.5, gt=0, le=100, description="sine: frequency")
+    speed_rad_s: float = number(1e-4, 1e3, "triangle, push: speed", 0.1)
     hold_s: float = number(0, 1e6, "push: pause at depth", 1.0)
     rest_s: float = number(0, 1e6, "push: pause at the start", 1.0)
     sines: tuple[Sine, ...] = Field(

@@ -21,10 +21,11 @@ from hw.mock.records import DELAY_LINE
 from hw.mock.sensors import hold_sample, sense_axes, sense_force
 
 CATCH_UP_TICKS = 50
-"""Most missed periods simulated one by one; any more share as many steps as one block of these."""
+"""Up to so many missed periods are simulated one by one. What remains of a longer gap is simulated in one go, in as many
+steps as this number of periods has."""
 
 _AT_ONCE = 1e-6
-"""Share of a period below which a fraction of the transport delay is none: its steps would be nil."""
+"""A fraction of the transport delay below this share of a period counts as zero: a step of that length would do nothing."""
 
 
 @compiled

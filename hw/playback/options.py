@@ -24,6 +24,9 @@ Scale = Annotated[float, Field(ge=-1e9, le=1e9, description="factor; negative tu
 Offset = Annotated[float, Field(ge=-1e15, le=1e15, description="subtracted from the raw value, in its unit")]
 
 
+_UNIT = "unit of the column in the file"
+
+
 class _Table(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
 
@@ -46,44 +49,44 @@ class Column(_Table):
 class TimeColumn(Column):
     """The time column."""
 
-    unit: Literal["s", "ms", "us", "ns"] = "s"
+    unit: Literal["s", "ms", "us", "ns"] = Field("s", description=_UNIT)
 
 
 class PositionColumn(Column):
     """Joint angle, link side."""
 
-    unit: Literal["rad", "deg", "rev", "counts"] = "rad"
+    unit: Literal["rad", "deg", "rev", "counts"] = Field("rad", description=_UNIT)
 
 
 class VelocityColumn(Column):
     """Joint velocity, link side."""
 
-    unit: Literal["rad/s", "deg/s", "rev/s", "rpm"] = "rad/s"
+    unit: Literal["rad/s", "deg/s", "rev/s", "rpm"] = Field("rad/s", description=_UNIT)
 
 
 class CurrentColumn(Column):
     """Motor current."""
 
-    unit: Literal["A", "mA"] = "A"
+    unit: Literal["A", "mA"] = Field("A", description=_UNIT)
 
 
 class TorqueColumn(Column):
     """A torque on the joint, link side."""
 
-    unit: Literal["N m", "mN m"] = "N m"
+    unit: Literal["N m", "mN m"] = Field("N m", description=_UNIT)
 
 
 class ForceColumn(Column):
     """One component of the force of the hand on the tip."""
 
-    unit: Literal["N", "mN"] = "N"
+    unit: Literal["N", "mN"] = Field("N", description=_UNIT)
 
 
 class AxisColumns(_Table):
     """Columns of one axis."""
 
     position: PositionColumn
-    current: CurrentColumn | None = None
+    current: CurrentColumn | None = Field(None, description="of the motor")
     motor_torque: TorqueColumn | None = Field(None, description="in place of current")
     hand_torque: TorqueColumn | None = Field(None, description="in place of the force columns")
     velocity: VelocityColumn | None = Field(
@@ -104,7 +107,7 @@ class PlaybackOptions(_Table):
     file: str = Field(
         min_length=1, max_length=1000, description="log, relative to the rig file: .csv or .csv.gz"
     )
-    delimiter: Literal[",", ";", "\t"] = ","
+    delimiter: Literal[",", ";", "\t"] = Field(",", description="between two cells of a row")
     time: TimeColumn | None = Field(None, description="needed unless rate_hz is given")
     rate_hz: float | None = Field(None, ge=1, le=1e6, description="rate of a log without a time column")
     axis: tuple[AxisColumns, ...] = Field(min_length=1, max_length=8, strict=False)

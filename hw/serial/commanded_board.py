@@ -42,9 +42,9 @@ class CommandedBoard:
 
     @property
     def status(self) -> Status:
-        """As far as it has one."""
+        """Status word: enabled, emergency stop, fault of the drive."""
         return Status(int(self.enabled) + 2 * int(self.estop) + 4 * int(self.drive_fault))
 
     def identity_packet(self) -> bytes:
-        """It has none."""
+        """Empty: such a board tells no identity."""
         return b""

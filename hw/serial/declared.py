@@ -21,18 +21,18 @@ def _timing(wire_bytes: int, options: Options, rig: Rig) -> list[Timing]:
 
 
 def timing(options: Options, rig: Rig) -> list[Timing]:
-    """Of a board that speaks rtctl-frame."""
+    """Timing of a board that speaks rtctl-frame."""
     axes = (_STATE_AXIS_BYTES + _COMMAND_AXIS_BYTES) * rig.n_axes
     return _timing(_STATE_BYTES + _COMMAND_BYTES + axes, options, rig)
 
 
 def described_timing(options: Options, rig: Rig) -> list[Timing]:
-    """Of a board with a frame of its own."""
+    """Timing of a board with a frame of its own."""
     command = options.get("command") or {}
     return _timing(int(options["sample"]["length"]) + int(command.get("length") or 0), options, rig)
 
 
 def lines_timing(options: Options, rig: Rig) -> list[Timing]:
-    """Of a board that speaks in lines of text: some ten characters a number."""
+    """Timing of a board that speaks in lines of text: some ten characters a number."""
     command = options.get("command") or {"field": ()}
     return _timing(10 * (int(options["sample"]["columns"]) + len(command["field"])), options, rig)

@@ -61,20 +61,20 @@ class FieldOptions(NumberOptions):
 class SampleField(FieldOptions):
     """[[device.options.sample.field]]"""
 
-    channel: SampleChannel
+    channel: SampleChannel = Field(description="what the number is")
 
 
 class CommandField(FieldOptions):
     """[[device.options.command.field]]"""
 
-    channel: CommandChannel
+    channel: CommandChannel = Field(description="what the number is")
 
 
 class ConstantOptions(SerialTable):
     """Bytes that are always the same."""
 
-    offset: int = Field(ge=0, le=LENGTH_MAX - 1)
-    bytes: Bytes = Field(min_length=1, max_length=LENGTH_MAX)
+    offset: int = Field(ge=0, le=LENGTH_MAX - 1, description="first byte, from 0")
+    bytes: Bytes = Field(min_length=1, max_length=LENGTH_MAX, description="what stands there")
 
 
 class FrameOptions(SerialTable):
@@ -82,8 +82,10 @@ class FrameOptions(SerialTable):
 
     sync: Bytes = Field(min_length=1, max_length=SYNC_MAX, description="bytes every frame begins with")
     length: int = Field(ge=3, le=LENGTH_MAX, description="of the whole frame, sync and checksum included")
-    endian: Literal["little", "big"] = "little"
-    checksum: Literal["sum8", "xor8", "crc8", "crc16-ccitt", "crc16-xmodem", "crc16-modbus", "crc32"]
+    endian: Literal["little", "big"] = Field("little", description="order of the bytes of a number")
+    checksum: Literal["sum8", "xor8", "crc8", "crc16-ccitt", "crc16-xmodem", "crc16-modbus", "crc32"] = Field(
+        description="how its last bytes (or those before the tail) are computed"
+    )
     checksum_from: int = Field(0, ge=0, le=LENGTH_MAX - 1, description="first byte it covers")
     checksum_endian: Literal["little", "big"] | None = Field(None, description="default: that of the frame")
     tail: Bytes = Field((), max_length=SYNC_MAX, description="bytes behind the checksum, always the same")
@@ -91,7 +93,7 @@ class FrameOptions(SerialTable):
 
     @property
     def fields(self) -> tuple[FieldOptions, ...]:
-        """Its numbers."""
+        """Numbers of the frame."""
         return tuple(getattr(self, "field", ()))
 
     @model_validator(mode="after")

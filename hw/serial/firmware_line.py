@@ -29,7 +29,7 @@ class Damage:
     """Cycles without any packet."""
     next_duplicates: int = 0
     command_flip_share: float = 0.0
-    """Of chunks of commands received."""
+    """Share of the received chunks of commands in which a bit is flipped."""
 
 
 class Line:

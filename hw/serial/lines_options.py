@@ -23,7 +23,7 @@ CommandChannel = Literal["current_command", "torque", "enable", "time_to_live"]
 class LineSampleField(NumberOptions):
     """[[device.options.sample.field]]"""
 
-    channel: SampleChannel
+    channel: SampleChannel = Field(description="what the number is")
     column: int = Field(ge=0, le=63, description="which number of the line, from 0")
     decimals: int | None = Field(
         None, ge=0, le=9, description="digits behind the point, exactly: a lost character is noticed"
@@ -43,7 +43,7 @@ class LineSampleField(NumberOptions):
 class LineCommandField(NumberOptions):
     """[[device.options.command.field]]: its prefix, then its number."""
 
-    channel: CommandChannel
+    channel: CommandChannel = Field(description="what the number is")
     prefix: Text = Field("", description="what stands before the number")
     decimals: int = Field(4, ge=0, le=9, description="digits behind the point; the rest is cut off, toward 0")
     limit: float = Field(1e6, ge=1e-6, le=1e6, description="in the unit: larger commands are cut to it")
@@ -84,7 +84,7 @@ class LineCommandOptions(SerialTable):
     time_to_live_ms: float = Field(
         ge=1, le=100, description="the board lets go this long after its last line: by its own watchdog"
     )
-    checksum: Checksum = "none"
+    checksum: Checksum = Field("none", description="as that of the sample")
     enter: Text = Field("", description="line sent in place of the first command after arming")
     idle: Text = Field(
         "", description="line sent in place of the command while not armed; default: command 0"

@@ -141,8 +141,9 @@ def absorb(
 def _dropped(ln: np.record) -> bool:
     """True when the board is torque-free by its own decision although it has seen `enable`.
 
-    A power stage may take its time to come up, but one that was up and is not any more has let go (an emergency stop that
-    the host is shown apart). That holds until the host disables, whatever the board says later.
+    A power stage may take its time to switch on. One that was on and is off again has let go, unless the board shows an
+    emergency stop, which the host is told by a channel of its own. The verdict holds until the host disables the board,
+    whatever the board says later.
     """
     since = (ln.command_sequence - ln.command_acknowledged) & 0xFFFF
     if since < ln.enabled_in_row:
@@ -157,8 +158,8 @@ def _dropped(ln: np.record) -> bool:
 def judge(link: np.record, end: int) -> int:
     """Count a fresh sample, or tell by `LinkFault` bits why there is none; ready for the next cycle.
 
-    Damage in a backlog is none of the line: the kernel cuts a packet where it drops bytes. And since it may
-    have dropped any number of packets, the order begins anew after one.
+    Damaged packets in a backlog are not counted as damage on the wire: where the kernel drops bytes it cuts a packet in two.
+    As the kernel may have dropped any number of packets, sequence numbers are compared anew after a backlog.
     """
     fresh, damaged, older = link.fresh, link.damaged_now, link.older_now
     link.fresh, link.damaged_now, link.older_now = 0, 0, 0

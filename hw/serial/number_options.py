@@ -75,7 +75,7 @@ class NumberOptions(SerialTable):
 
     @property
     def name(self) -> str:
-        """Its channel."""
+        """Channel of the number."""
         return str(getattr(self, "channel", ""))
 
     @model_validator(mode="after")

@@ -11,6 +11,7 @@ import os
 import select
 import shutil
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -23,6 +24,15 @@ from rtctl.errors import DataError
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 ANSWER_S = 30.0
 POLL_S = 0.02
+
+_PLACE_PIPES = """
+import fcntl, os, sys
+ends = [fcntl.fcntl(int(end), fcntl.F_DUPFD, 10) for end in sys.argv[1:3]]
+for place, end in zip((3, 4), ends):
+    os.dup2(end, place)
+os.execv(sys.argv[3], sys.argv[3:])
+"""
+"""Puts the pipes where the browser expects them, whatever their numbers are (a shell may know those up to 9 only)."""
 
 
 class Browser:
@@ -103,10 +113,18 @@ def browser(program: str) -> Iterator[Browser]:
         options = ["--headless=new", "--remote-debugging-pipe", "--no-first-run", "--disable-extensions"]
         options += ["--disable-background-networking", "--disable-gpu", f"--user-data-dir={profile}"]
         options += ["--no-sandbox"] if os.geteuid() == 0 else []  # it refuses to run as root otherwise
-        # the shell puts the pipes where the browser expects them
-        shell = ["sh", "-c", f'exec "$@" 3<&{orders_out} 4>&{answers_in}', "sh", program, *options]
         process = subprocess.Popen(
-            shell,
+            [
+                sys.executable,
+                "-I",
+                "-S",
+                "-c",
+                _PLACE_PIPES,
+                str(orders_out),
+                str(answers_in),
+                program,
+                *options,
+            ],
             pass_fds=(orders_out, answers_in),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,

@@ -99,7 +99,7 @@ def _cost(shown: Shown, seconds: float) -> tuple[float, float, float]:
 def _follow(port: int, done: threading.Event) -> None:
     """Read the stream as a browser does."""
     link = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
-    link.request("GET", f"/stream?signals={SIGNALS}")
+    link.request("GET", f"/stream?signals={SIGNALS}", headers={"X-Rtctl": "view"})
     answer = link.getresponse()
     while not done.is_set():
         answer.readline()

@@ -48,8 +48,8 @@ class Case:
     T: float
     tau: float
     pattern: tuple[tuple[int, float], ...]
-    """Of each tick: ticks since the sample before, 0 where it is held; delay of its torque, ticks. All delays of a frame
-    lie between the same two whole ticks."""
+    """Per tick: ticks since the sample before, 0 where the last sample is held; delay of the tick's torque, ticks. All delays
+    of a frame lie between the same two whole ticks."""
     plant: Plant
     law: Law
 

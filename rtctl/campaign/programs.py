@@ -23,7 +23,7 @@ _SHAPES = len(Shape)
 START_ONE_IN = 6000.0
 """Ticks between two requests on an axis without a program, on average."""
 NEXT_ONE_IN = 1500.0
-"""The same on an axis with one: the next motion, or the end."""
+"""Ticks between two requests on an axis with a program, on average: the next motion, or its end."""
 
 
 @compiled

@@ -105,5 +105,5 @@ def worst_elastic(w: float, k: float, dampings: tuple[float, float, float], link
 
 
 def with_stiffness(law: Law, k_c: float) -> Law:
-    """The same with another stiffness of the coupling."""
+    """The law with another stiffness of the coupling."""
     return replace(law, k_c=k_c)

@@ -10,6 +10,7 @@ import click
 
 from rtctl.cli.invocation import as_run, shown
 from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFile
 from rtctl.shipped import shipped
 
 
@@ -18,8 +19,11 @@ from rtctl.shipped import shipped
 @click.option(
     "--measure", type=click.FloatRange(1, 600), default=8.0, show_default=True, help="seconds per phase"
 )
+@click.option(
+    "--plot", type=OutputFile(picture=True), help="also draw the torque of the hand (PNG, PDF, SVG)"
+)
 @click.option("--json", "as_json", is_flag=True, help="end with one JSON object on stdout")
-def command(config: Path | None, measure: float, *, as_json: bool) -> None:
+def command(config: Path | None, measure: float, plot: Path | None, *, as_json: bool) -> None:
     """Feel the difference: a simulated hand moves a simulated rig, friction compensation off, then on."""
     from rtctl.config import load
     from rtctl.demo import Demo, shipped_config
@@ -41,6 +45,11 @@ def command(config: Path | None, measure: float, *, as_json: bool) -> None:
         summary = host.run()
     off, on = (phase.rms_nm() for phase in demo.phases)
     summary["hand_torque_rms_nm"] = {"off": off, "on": on, "reduction": 1 - on / off}
+    if plot is not None:
+        from rtctl.demo_figure import draw
+
+        draw(plot, *demo.trace(), demo.switch_s, (off, on))
+        summary["picture"] = str(plot)
     if as_json:
         click.echo(json_text(summary))
     else:
@@ -74,6 +83,7 @@ def _table(summary: dict[str, Any]) -> list[str]:
         "wake-up latency, us  " + "  ".join(f"{name} {value:g}" for name, value in wakeup.items()),
         "work per cycle, us   " + "  ".join(f"{name} {value:g}" for name, value in cycle.items()),
         f"state at the end     {summary['state']}, faults: {', '.join(summary['faults']) or 'none'}",
+        *([f"picture              {summary['picture']}"] if "picture" in summary else []),
         "",
         "Where to look next",
         *_next(

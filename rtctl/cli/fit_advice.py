@@ -65,7 +65,7 @@ def presliding_body(model: FrictionModel) -> dict[str, float | int | None]:
 
 
 def presliding_text(model: FrictionModel) -> str:
-    """The same in words."""
+    """The model's presliding length in words."""
     from rtctl.friction.presliding import Presliding
 
     if model.presliding_rad is None:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rtctl.identify.settings import Rig, Settings
 
 LOG_MODULE = "rtctl.cli.identify_log"
-"""Its `command` takes over when `--log` is given."""
+"""Module whose `command` takes over when `--log` is given."""
 
 WARNING = (
     "The rig of {rig} will move by itself: about {minutes:.0f} minutes, up to {speed:g} rad/s, over its whole "

@@ -12,7 +12,7 @@ from typing import Any
 
 
 def plain(value: Any) -> Any:  # noqa: ANN401
-    """The same in what JSON has: NumPy numbers and arrays as Python's, enumerations by name, paths as text.
+    """A value in the types that JSON has: NumPy numbers and arrays as Python's, enumerations by name, paths as text.
 
     A float that is not finite is null, for JSON has none. Raises TypeError for what is no data.
     """

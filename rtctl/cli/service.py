@@ -41,7 +41,7 @@ def command() -> None:
 def install(
     config: Path, root: Path, starter: str | None, *, no_start: bool, dry_run: bool, as_json: bool
 ) -> None:
-    """Make the rig of CONFIG a service: sudo rtctl service install configs/rig.toml.
+    """Make the rig of CONFIG a service: sudo rtctl service install my-rig.toml.
 
     Copies the rig file (and its friction models) to /etc/rtctl, the unit to /etc/systemd/system, makes the user
     `rtctl`, enables and starts rtctl@NAME. Doing it again changes only what differs. The rig starts unarmed.

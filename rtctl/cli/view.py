@@ -120,7 +120,7 @@ def _shown_by_daemon(name: str, runtime_dir: Path | None) -> tuple[str, str] | N
     url, _, key_part = address.partition("#")
     link = http.client.HTTPConnection(url.removeprefix("http://").rstrip("/"), timeout=ANSWER_S)
     try:
-        link.request("GET", "/common.js")
+        link.request("GET", "/link.js")
         link.getresponse().read()
     except (OSError, http.client.HTTPException):
         return None

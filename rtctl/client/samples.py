@@ -67,7 +67,7 @@ class RigState:
         return self.age_s > STALE_S
 
     def as_of(self, now_s: float) -> RigState:
-        """The same sample, its `age_s` as of `now_s` of CLOCK_MONOTONIC, s."""
+        """A copy of this sample with its `age_s` as of `now_s` of CLOCK_MONOTONIC, s."""
         return replace(self, age_s=self.fields["age_s"] + now_s - self.fields["sent_monotonic_s"])
 
 

@@ -31,7 +31,7 @@ def damping_needed_delayed(k_c: float, b_c: float, T: float, delta: float) -> fl
 
     Notes
     -----
-    Second theory reference, section 10, without a lag. The coupling Zp = B - i K cot(theta), in series with
+    docs/theory.md 2.4, without a lag. The coupling Zp = B - i K cot(theta), in series with
     any passive environment, is anything in the disc ``r (1 + e^(i phi))``, r = |Zp|^2/(2 Re Zp). With
     delta = k + f, z = e^(2 i theta) and ``x = -(1 - 1/z)^2/(4 sin^2) ((1-f) z^-k + f z^-(k+1))``, every Z of
     it asks ``b >= (sqrt(|Z|^2 - Im(Z x)^2) - Re(Z x))/2``. For whole delays this is (SD-1), that is

@@ -12,7 +12,7 @@ an elastic joint of 30 Hz keeps less than a quarter of its damping, `observer_ma
     Fhat = LP[u + tau_h] - J w_q (v - LP v) - b LP v      b: the viscous damping, which is left to the joint
     tau  = gain d(.99 Fhat - LP[tau_ff])                  d: dead band against the bias of the force sensor
 
-(theory, second part, section 9; the sign there is that of a disturbance, here that of friction). With a learned
+(docs/theory.md 6.1). With a learned
 feed-forward tau_ff the observer adds what the feed-forward leaves; alone (policy `observer`) it does all.
 
 v is the plain backward difference: half a period late, where a window that grows at low speed is as late as it is

@@ -8,7 +8,7 @@ gives it back at the next turn. F |dx| would call that dissipation, and a joint 
 deflections would be credited what it never lost. h is a stop operator, the simplest element with that memory. Over a
 closed motion of amplitude a it has taken 4 F (a - x_b), or nothing below x_b; a Maxwell-slip, Dahl or LuGre joint
 with at least this friction and a presliding length of at most x_b has taken no less. Their difference is therefore
-bounded by one bent bristle, F x_b/2, for every motion (theory, second part, section 8).
+bounded by one bent bristle, F x_b/2, for every motion (docs/theory.md 4.2).
 
 F is the larger of two:
 

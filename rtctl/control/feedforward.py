@@ -1,4 +1,4 @@
-"""Friction feed-forward: how much, in which direction, and how far it may go (theory reference, section 6).
+"""Friction feed-forward: how much, in which direction, and how far it may go (docs/theory.md 5.5).
 
 tau_ff = compensation * g * s * min(magnitude, cap): s in -1..1 is the direction the policy decides near
 zero velocity, g in 0..1 the force gate. v rad/s, tau_h hand torque N m.
@@ -63,14 +63,14 @@ def friction_direction(s: Record, p: Record, axis: int, v: float, tick: int) -> 
 
     Notes
     -----
-    HYBRID: w = exp(-(v/v_b)^2), s = (1 - w) tanh(v/v_0) + w sat(LP tau_h/tau_g). DITHER puts a square wave
-    of `friction_dither_ticks` in the place of the intent. Stop operator, LuGre bristles and the intent's low-pass are
+    w = exp(-(v/v_b)^2). HYBRID: s = (1 - w) h + w sat(LP tau_h/tau_g), h the stop operator over the presliding
+    length: where friction is a spring, sign and tanh of the velocity would drive a vibration. DITHER: s = (1 - w)
+    tanh(v/v_0) + w times a square wave of `friction_dither_ticks`. Stop operator, LuGre bristles and the intent's low-pass are
     advanced by `advance_stop` and `advance_intent` on every tick, whatever the policy.
     """
     policy = p.friction_policy[axis]
     if policy == _HYBRID:
-        motion = math.tanh(v / p.friction_tanh_rad_s[axis])
-        return blend(v, motion, _intent(s, p, axis), p.friction_blend_rad_s[axis])
+        return blend(v, s.friction_stop[axis], _intent(s, p, axis), p.friction_blend_rad_s[axis])
     if policy == _SIGN:
         return sign(v)
     if policy == _DEADBAND:

@@ -9,7 +9,7 @@
 tau_c torque of the coupling, tau_ff friction feed-forward and observer, D what dry friction surely took out
 (`dry_friction`), g a dead band, F_lo(v) the dry friction the joint
 surely has at this speed, b_free the viscous damping that the coupling does not need (all of it in free
-motion), reserve what the quantised coupling needs (theory reference, section 2.4). E is the account of the
+motion), reserve what the quantised coupling needs (docs/theory.md 2.10). E is the account of the
 assistance tau_a = tau_ff + tau alone: what friction and spare damping took out less what it put in. E_free is
 what E holds beyond half the bank; r falls from 1 to 0 as E falls below 0 by a twentieth of the bank.
 

@@ -37,7 +37,7 @@ def branch_magnitude(model: Record, branch: int, speed: float) -> float:
     Notes
     -----
     Segment j covers [knot_j, knot_{j+1}); F = c0 + h (c1 + h (c2 + h c3)), h = speed - knot_j
-    (theory reference, section 3.3). The look-up may point to any segment near the speed: the two short
+    (docs/theory.md 8.4). The look-up may point to any segment near the speed: the two short
     walks make a rounding of its cell harmless.
     """
     n = min(model.n_segments[branch], MAX_SEGMENTS)

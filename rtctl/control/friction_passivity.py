@@ -12,7 +12,7 @@ Delta     rad          one encoder count
 c_1       N m s/rad    slope of the two lines
 ========  ===========  =================================================================
 
-Theory reference, section 2. NaN in a curve gives NaN, which passes no `>= 0`.
+docs/theory.md 5. NaN in a curve gives NaN, which passes no `>= 0`.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def secant_damping(v: np.ndarray, F_lo: np.ndarray, ff: np.ndarray) -> tuple[flo
 
     Notes
     -----
-    b_sec = min over v > 0 of (F_lo - ff)/v, theory 2.2: then (F - ff) v >= b_sec v^2, so it takes the place
+    b_sec = min over v > 0 of (F_lo - ff)/v, docs/theory.md 5.2: then (F - ff) v >= b_sec v^2, so it takes the place
     of b in the passivity margins. Grid points at v = 0 are left out.
     """
     moving = v > 0
@@ -56,12 +56,12 @@ def slope_damping(v: np.ndarray, F: np.ndarray, ff: np.ndarray) -> float:
 
 
 def gain_max(v: np.ndarray, F_lo: np.ndarray, F_hat: np.ndarray, b_need: float) -> float:
-    """Largest share of the whole curve that may be fed forward, 0 to 1: min (F_lo - b_need v)/Fhat (2.2)."""
+    """Largest share of the whole curve that may be fed forward, 0 to 1: min (F_lo - b_need v)/Fhat (docs/theory.md 5.2)."""
     return float(np.clip(np.min((F_lo - b_need * v) / F_hat), 0.0, 1.0))
 
 
 def runaway_speed(F_c: float, b_v: float, gain: float, overestimate: float = 1.0) -> float:
-    """Speed a free device runs away to under Coulomb over-compensation, rad/s; 0 if it does not (2.1).
+    """Speed a free device runs away to under Coulomb over-compensation, rad/s; 0 if it does not (docs/theory.md 5.1).
 
     `overestimate` is the model's Coulomb friction over the true one.
     """
@@ -69,7 +69,7 @@ def runaway_speed(F_c: float, b_v: float, gain: float, overestimate: float = 1.0
 
 
 def tanh_speed_min(gain: float, friction_at_rest_nm: float, damping_nms_rad: float) -> float:
-    """Least speed scale of a tanh feed-forward that does not hunt at rest, rad/s (2.5).
+    """Least speed scale of a tanh feed-forward that does not hunt at rest, rad/s (docs/theory.md 5.4).
 
     `damping_nms_rad` is bristle damping, viscous damping and the hand's: sigma1 + sigma2 + b_hand.
     """
@@ -96,7 +96,7 @@ def two_line_margin(
 
     Notes
     -----
-    Theory reference 2.4: c_0 = max_v (ff - c_1 v), c_a = min_v (F_lo - (b_c + k_c T/2 + c_1) v),
+    docs/theory.md 5.3: c_0 = max_v (ff - c_1 v), c_a = min_v (F_lo - (b_c + k_c T/2 + c_1) v),
     margin = c_a - c_0 - k_c Delta/2 - b_c Delta/T - c_1 Delta/T, best over c_1 >= 0. The margin is concave
     in c_1, and each c_1 is a valid certificate, so halving on the sign of its slope cannot err towards
     unsafe.

@@ -65,7 +65,7 @@ def step(
 
     Notes
     -----
-    Signs: theory reference, section 0. A torque is positive when it accelerates the joint.
+    Signs: docs/theory.md 1.1. A torque is positive when it accelerates the joint.
     """
     t, s, p, c = tick[0], state[0], params[0], command[0]
     # 1. what is asked

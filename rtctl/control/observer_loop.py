@@ -32,10 +32,10 @@ HAND_INERTIA_KGM2 = (0.0, 0.0005, 0.002, 0.006, 0.02)
 """The box of hands, at the link."""
 
 RESONANCES_HZ = (20.0, 30.0, 50.0, 70.0, 100.0)
-"""Of an elastic joint that does not say which it has: two equal masses that swing freely."""
+"""Resonances tried for an elastic joint whose own is not declared: two equal masses that swing freely."""
 
 JOINT_DAMPING_RATIO = 0.01
-"""Of such a joint itself: little."""
+"""Damping ratio of the spring of such a joint: little."""
 
 BRISTLE_DAMPING_SHARE = 0.02
 """Damping of the spring of a joint that sticks, as a share of the critical one of joint and bristles: little."""
@@ -87,7 +87,7 @@ class Loop:
     """Delay by which the law goes when it asks which torque acted, ticks."""
     force_lowpass_hz: float = 0.0
     stiffness_nm_rad: float = 0.0
-    """Of the coupling, and its damping."""
+    """Stiffness of the coupling; the next field is its damping."""
     damping_nms_rad: float = 0.0
     bristle_nm_rad: float = 0.0
     """Break-away torque over presliding length."""

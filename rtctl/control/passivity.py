@@ -1,4 +1,4 @@
-"""Passivity observer and controller on the torque the motor actually held (theory reference, section 1.7).
+"""Passivity observer and controller on the torque the motor actually held (docs/theory.md 4).
 
     E += -tau_held (x_k - x_{k-1}) + b dx^2 / T + D,              E <= a U + bank + c(tau_held)
 

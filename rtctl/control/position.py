@@ -3,7 +3,7 @@
     tau = k_p e + k_i int e + k_d (v_r - v) + J a_r + kappa s F(|v_f|)
 
 e = x_r - x; v the measured velocity; F the friction model, kappa its share. While the reference moves, v_f is its velocity
-and s its sign (theory reference, section 6: noise free); while it stands, v_f is the measured velocity and
+and s its sign (docs/theory.md 11.4: noise free); while it stands, v_f is the measured velocity and
 s = sat(e / e_0), so that the break-away torque is there before the joint moves. (The sign of the measured velocity
 instead makes the joint hunt about its goal by a bristle deflection.)
 

@@ -3,7 +3,7 @@
 A joint that rests in a hand may vibrate within some counts of its encoder, at some milliradians a second, driven by help
 that follows the hand's torque. The coupling does not see it, the account of energy takes minutes to be emptied by it, and
 the observer cannot take the joint's inertia into account. So while a joint stays near one place, within `REST_COUNTS` or
-`REST_SHARE` of the presliding length,
+`REST_SHARE` of the credited presliding length,
 
 - all that follows the hand's torque (direction, gate, observer) does so through two low-passes, whose frequency falls
   with the time at rest t as `REST_HZ` (1 + `CALMING_S`/t);
@@ -28,7 +28,7 @@ REST_COUNTS = 1.5
 """A joint within so many encoder counts of one place may rest: one that flickers between two counts does."""
 
 REST_SHARE = 0.1
-"""Or within this share of the presliding length, where friction is a spring."""
+"""Or within this share of the credited presliding length, where friction is a spring."""
 
 REST_S = 0.02
 """After so long in one place, flicker is no velocity."""

@@ -8,8 +8,8 @@ tau     ticks    time constant of the current loop, A(s) = 1/(1 + s tau T); 0 is
 m       1        torques of m ticks ago and earlier share in what the joint feels now
 ======  =======  ==============================================================================
 
-The condition (second theory reference, section 10) and its closed form. At the aliases ``w_n = w + 2 pi n/T`` the
-joint moves with velocities V_n. With ``E = (1 - 1/z)^2/T^2``, S0, S1, S2 as in the reference and ``g = Re(1/Z_c)``
+The condition (docs/theory.md 2.4) and its closed form. At the aliases ``w_n = w + 2 pi n/T`` the
+joint moves with velocities V_n. With ``E = (1 - 1/z)^2/T^2``, S0, S1, S2 as there and ``g = Re(1/Z_c)``
 of the coupling, the hand is given no energy by joint, coupling and environment iff ``b |V|^2 + Re(V* p y) >= 0``
 whenever the environment takes none, ``Re(y* q V) >= g |y|^2``. With the multiplier l of that constraint this is
 ``b >= |p - l q|^2/(4 l g)``, least at ``l = |p|/|q| = sqrt(S2/S0)``:

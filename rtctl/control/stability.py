@@ -2,7 +2,7 @@
 
 Pure functions of numbers; no friction here (see `friction_passivity`), no file, no clock.
 
-Symbols (theory reference, section 1), all at the link:
+Symbols (docs/theory.md 2), all at the link:
 
 ======  =============  ==================================================================
 b       N m s/rad      damping the device surely has, friction compensation taken off
@@ -46,7 +46,7 @@ class Between:
     sample_ticks: int = 1
     """Ticks between two fresh samples."""
     jitter: float = 0.0
-    """By so much, in ticks, the delay may be shorter in one tick than in another."""
+    """How much shorter the delay may be in one tick than in another, ticks."""
 
 
 IDEAL = Between()
@@ -88,8 +88,8 @@ def damping_needed_sampled_data(
 
     Notes
     -----
-    Second theory reference, section 10; derivation and bound between the points of the sweep in
-    `sampled_loop`. Whole ticks without a lag are (SD-1) of the first, ``sin^2((1+d) theta) (B^2 + K^2 cot^2 theta)/B``,
+    docs/theory.md 2.4; derivation and bound between the points of the sweep in
+    `sampled_loop`. Whole ticks without a lag are (SD-1) of docs/theory.md 2.3, ``sin^2((1+d) theta) (B^2 + K^2 cot^2 theta)/B``,
     with the closed forms ``b_c + k_c T/2`` for d = 0 (Colgate and Brown's wall) and a parabola in cos^2 theta for
     d = 1. Swept values are up to some 1e-5 too large, never too small.
     """
@@ -166,7 +166,7 @@ def damping_needed_adams_hannaford(k_c: float, b_c: float, T: float) -> float:
 
     Notes
     -----
-    Theory reference 1.1: ``2 b B >= max over c in [0,1] of B^2 c (1-c) + K^2 c^3/(1+c)``. The maximum lies
+    docs/theory.md 2.2: ``2 b B >= max over c in [0,1] of B^2 c (1-c) + K^2 c^3/(1+c)``. The maximum lies
     at c = 1 if ``K^2 >= 0.8 B^2``, else at the root of ``2 c^3 + 3 c^2 = B^2/(B^2 - K^2)``.
     """
     _require_coupling(k_c, b_c, T)
@@ -185,7 +185,7 @@ def margin_adams_hannaford(b: float, k_c: float, b_c: float, T: float) -> float:
     """Surplus of device damping by the papers' Llewellyn test, N m s/rad. Reported, never a gate.
 
     It treats the velocity as sampled directly; a loop that samples position needs four times the damping
-    at b_c = 0 and more as b_c grows (theory reference 1.2).
+    at b_c = 0 and more as b_c grows (docs/theory.md 2.2).
     """
     return b - damping_needed_adams_hannaford(k_c, b_c, T)
 
@@ -277,7 +277,7 @@ def recommended_coupling(
 
     Notes
     -----
-    Theory reference 1.3, with the delay inside: b_c = r eta b, and k_c the largest that eta b allows, which
+    docs/theory.md 2.9, with the delay inside: b_c = r eta b, and k_c the largest that eta b allows, which
     for d = 0 is 2 (1 - r) eta b / T.
     """
     if not b > 0:
@@ -288,12 +288,12 @@ def recommended_coupling(
 
 
 def felt_stiffness(k_c: float, k_e: float) -> float:
-    """Stiffness the hand feels through coupling and environment in series, N m/rad (theory 1.3)."""
+    """Stiffness the hand feels through coupling and environment in series, N m/rad (docs/theory.md 2.9)."""
     return 0.0 if k_c == 0 or k_e == 0 else k_c * k_e / (k_c + k_e)
 
 
 def coupling_ring(J: float, b: float, k_c: float, b_c: float) -> tuple[float, float]:
-    """Frequency (rad/s) and damping ratio of the device ringing on its coupling, hand off (theory 1.3)."""
+    """Frequency (rad/s) and damping ratio of the device ringing on its coupling, hand off (docs/theory.md 2.9)."""
     if k_c == 0:
         return 0.0, math.inf
     return math.sqrt(k_c / J), (b + b_c) / (2 * math.sqrt(k_c * J))
@@ -313,7 +313,7 @@ def admittance_mass_min(J: float, b: float, K_v: float, T: float, b_a: float = 0
 
     Notes
     -----
-    Dual of the impedance display, theory reference 1.6. With D = b + K_v, g = 2J/T, c and s the cosine and
+    Dual of the impedance display, docs/theory.md 2.12. With D = b + K_v, g = 2J/T, c and s the cosine and
     sine of theta, Llewellyn's condition is, for all theta,
     ``m_a >= T/2 { K_v/(2D) [ (D^2c^2 + g^2)/(sqrt(D^2c^2 + g^2s^2) + D c^2) + g ] - b_a/s^2 }``.
     For b_a = 0 it binds at theta -> 0: ``T K_v/8 (1 + g/D)^2``.

@@ -1,4 +1,4 @@
-"""Velocity from encoder positions: FOAW, difference, low-pass, Kalman (theory reference, section 5).
+"""Velocity from encoder positions: FOAW, difference, low-pass, Kalman (docs/theory.md 10.1).
 
 x position rad, T period s, k newest sample, l samples back, d accepted deviation (band).
 Between two valid samples more than one grid tick may have passed (missed samples, missed ticks); the

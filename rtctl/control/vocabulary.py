@@ -38,7 +38,7 @@ class DeviceVelocity(IntEnum):
 
 
 class Policy(IntEnum):
-    """What decides the direction of the friction feed-forward near zero velocity (theory section 6)."""
+    """What decides the direction of the friction feed-forward near zero velocity (docs/theory.md 5.6)."""
 
     OFF = 0
     HYBRID = 1
@@ -79,12 +79,12 @@ class ProgramFlag(IntFlag):
     """Why a program ended in BRAKE."""
 
     REFUSED = 1
-    """Its numbers are not finite or outside the rig's limits."""
+    """The program's numbers are not finite or outside the rig's limits."""
     HAND = 2
     """Torque on the force sensor above the program's limit: a hand is on the rig."""
     TRAVEL = 4
     DONE = 8
-    """Its time was over."""
+    """The program's time was over."""
     SLIPPED = 16
     """RAMP: the joint broke away. TRACK: it is too far from its reference."""
     LIMIT = 32

@@ -24,7 +24,7 @@ def versions(python: tuple[int, ...], libzmq: tuple[int, ...], *, curve: bool) -
 
 
 def installed() -> list[Line]:
-    """The same for this process."""
+    """Lines of `versions` for this process."""
     import zmq
 
     return versions(sys.version_info[:3], zmq.zmq_version_info(), curve=bool(zmq.has("curve")))

@@ -27,7 +27,7 @@ from rtctl.friction.whole_files import write_together
 
 NAME = "kept.npz"
 MOST_BYTES = 1 << 30
-"""Of all runs, unpacked: a day at 1 kHz."""
+"""Largest size of all kept runs, unpacked: a day at 1 kHz."""
 
 Key = tuple[str, str, str]
 """controller, case, model"""

@@ -1,7 +1,6 @@
 """The policies of friction compensation side by side: good model, wrong model, coarse encoder, other plants.
 
-What decides the direction near rest: theory reference, section 6; the disturbance observer and the LuGre observer: second
-part, section 9. A policy has to be quiet first: without a hand, and in one that holds still (`still_hand`).
+What decides the direction near rest: docs/theory.md 5.6; the disturbance observer: docs/theory.md 6. A policy has to be quiet first: without a hand, and in one that holds still (`still_hand`).
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ FED_J = -1e-6
 MOTIONS = (FAST_SINE, SLOW_TRIANGLE)
 
 FAMILY_SHARE = 0.3
-"""Of the experiment's time."""
+"""Share of the experiment's time that the plants of the family take."""
 
 Measured = dict[str, np.ndarray]
 

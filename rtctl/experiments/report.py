@@ -144,7 +144,7 @@ def document_of(outcome: Outcome) -> dict[str, Any]:
 
 
 def plain(value: Any) -> Any:  # noqa: ANN401
-    """The same without estimates, NumPy numbers and non-finite floats (null)."""
+    """A value without estimates, NumPy numbers and non-finite floats (null)."""
     if isinstance(value, Estimate):
         return value.as_dict()
     if isinstance(value, Mapping):

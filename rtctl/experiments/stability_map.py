@@ -1,4 +1,4 @@
-"""The k-b region of provably stable couplings against simulation with the worst hands (theory reference, 1.5)."""
+"""The k-b region of provably stable couplings against simulation with the worst hands (docs/theory.md 2.11)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SHARES = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
 
 MODES = (1, 2, 3, 5, 14)
 TICKS = 4000
-"""Of the simulations in time."""
+"""Ticks of each simulation in time."""
 
 VISCOUS_GAINS = (0.0, 0.3, 0.6)
 
@@ -91,7 +91,7 @@ def _with_dry_friction(device: Device, gain: float) -> float:
 def _with_more(
     made: Outcome, device: Device, delayed: dict[int, list[float]], dry: dict[float, float]
 ) -> Outcome:
-    """The same, with the parts on delay and on dry friction."""
+    """The outcome with the parts on delay and on dry friction added."""
     rows = []
     for delay, shares in delayed.items():
         for share, found in zip(DELAY_SHARES, shares, strict=True):

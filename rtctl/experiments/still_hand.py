@@ -2,7 +2,7 @@
 
 The hand swings the joint by two periods of the fast sine; from then on its wish stands still. What moves two seconds
 later is moved by the compensation: in presliding friction is a spring, and torque that follows the sign of the motion, or
-of the hand's torque, is negative damping there (theory, second part, section 8).
+of the hand's torque, is negative damping there (docs/theory.md 5.4).
 """
 
 from __future__ import annotations

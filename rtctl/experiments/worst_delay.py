@@ -1,4 +1,4 @@
-"""The worst passive hand and the worst passive environment for a loop with delay (theory reference, 1.2).
+"""The worst passive hand and the worst passive environment for a loop with delay (docs/theory.md 2.3).
 
 (SD-1) binds at an angle theta = w T / 2 inside (0, pi/2]. There the worst hand resonates with the joint at every frequency
 that sampling folds onto w, so that the joint answers with 1/b at each; and the worst environment is the lossless one, a

@@ -1,4 +1,4 @@
-"""The worst passive hand for a sampled loop, and whether a coupling is stable in it (theory reference, 1.5).
+"""The worst passive hand for a sampled loop, and whether a coupling is stable in it (docs/theory.md 2.11).
 
 Lossless masses on springs, chosen so that hand and joint together resonate at the first N odd multiples of
 the Nyquist frequency, where sampling folds the device's response onto one place:

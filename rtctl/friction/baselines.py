@@ -9,7 +9,7 @@ lorentzian         F = F_c + (F_s - F_c) / (1 + (v/v_s)^2) + b v
 =================  ==============================================================
 
 F_c, F_s, b >= 0; F_s below F_c is allowed (a friction that rises with speed before it levels out).
-Theory reference, section 4.
+docs/theory.md 8.1.
 """
 
 from __future__ import annotations

@@ -86,7 +86,7 @@ def compile_spline(support_vectors: np.ndarray, dual_coef: np.ndarray, intercept
 
     Notes
     -----
-    Theory reference 3.3. Below v_i the kernel is ``1 + v v_i + v_i v^2/2 - v^3/6``; above it exceeds that
+    docs/theory.md 8.4. Below v_i the kernel is ``1 + v v_i + v_i v^2/2 - v^3/6``; above it exceeds that
     cubic by ``(v - v_i)^3/6``. Hence f = p0 + sum beta_i/6 (v - v_i)_+^3 with
     ``p0 = (b + S0) + S1 v + S1/2 v^2 - S0/6 v^3``, S0 = sum beta_i, S1 = sum beta_i v_i. Re-expanding p0
     from knot to knot keeps rounding local. Beyond the last knot the cubic and quadratic terms cancel

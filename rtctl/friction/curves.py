@@ -127,7 +127,7 @@ class Curve:
         return powers
 
     def rounding(self, speed_max: float) -> float:
-        """Rounding of one evaluation as the definition says, N m, at most (theory reference, 3.3)."""
+        """Rounding of one evaluation as the definition says, N m, at most (docs/theory.md 8.4)."""
         if self.kind not in KERNELS:
             return 1e-12
         top = np.array([max(speed_max, float(np.max(self.support_vectors, initial=0.0)))])

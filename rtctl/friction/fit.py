@@ -24,7 +24,7 @@ from rtctl.friction.points import FrictionPoints
 from rtctl.friction.tables import compile_curve
 
 EPSILON_NM = 0.005
-"""Default width of the epsilon tube, N m: about the noise of an averaged point (theory reference, 7)."""
+"""Default width of the epsilon tube, N m: about the noise of an averaged point of the shipped joint."""
 
 C_LIST = (10.0, 100.0, 1e3, 1e4)
 """C tried by cross-validation; steep Stribeck curves need the large ones."""

@@ -1,6 +1,6 @@
 """Kernel functions in scikit-learn's form: `(n, d)` and `(m, d)` inputs, `(n, m)` kernel matrix.
 
-Theory reference, 3.2. Given to `SVR(kernel=...)` as a callable, scikit-learn leaves `support_vectors_`
+docs/theory.md 8.3. Given to `SVR(kernel=...)` as a callable, scikit-learn leaves `support_vectors_`
 empty: take `X[model.support_]`.
 """
 

@@ -129,7 +129,7 @@ def samples(signals: Regressors, fit: JointFit, sha256: str, *, remove_offset: b
 
 
 def of_file(options: Mapping[str, Any], file: Path) -> dict[str, Any]:
-    """The same columns in another file, whole: window and repetition belong to the file they were set for.
+    """Options for the same columns in another file, read whole: window and repetition belong to the file they were set for.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 """Friction of one axis from a recorded log of free motion.
 
-The balance of the joint (theory reference, section 0) is ``J a = tau_m + tau_h - F(v) - bias``, so torque
+The balance of the joint (docs/theory.md 1.1) is ``J a = tau_m + tau_h - F(v) - bias``, so torque
 minus inertia times acceleration is friction plus the bias of the torque sensor (`rtctl.friction.dynamics`).
 """
 

@@ -57,7 +57,7 @@ def compile_spline_2d(
 
     Notes
     -----
-    Theory reference 3.5. Each factor k(x, p_i) is a one-dimensional cubic spline with its knot at p_i; over
+    docs/theory.md 8.6. Each factor k(x, p_i) is a one-dimensional cubic spline with its knot at p_i; over
     the cells of all knots f = b + sum_i beta_i A_i (x) B_i. Unlike in one dimension the quadratic and cubic
     terms of each factor alone vanish beyond its own knot, so the tails are linear whatever sum(beta) is.
     """

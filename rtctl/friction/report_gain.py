@@ -19,7 +19,7 @@ _HALVINGS = 10
 _GRID = 4000
 
 START_SHARE = 0.9
-"""Of the largest gain that passes: what a rig file should begin with. The rest is for what no test knows."""
+"""Share of the largest gain that passes with which a rig file should begin. The rest is for what no test knows."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ def recommend(model: FrictionModel, loaded: LoadedConfig | None) -> Gains:
 
     Notes
     -----
-    Theory reference 2.2 and 2.4: kappa <= min over v of F_lo(v)/Fhat(v); the two-line margin falls as kappa
+    docs/theory.md 5.2 and 5.3: kappa <= min over v of F_lo(v)/Fhat(v); the two-line margin falls as kappa
     rises, so the largest kappa with margin >= 0 is found by halving, from the safe side.
     """
     alone = []

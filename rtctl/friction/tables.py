@@ -87,7 +87,7 @@ def cell_bounds(curve: Curve, edges: np.ndarray) -> np.ndarray:
 
     Notes
     -----
-    |error| <= h^4/384 max|f''''| (theory reference 3.4). Within the cell of centre m and half width r,
+    |error| <= h^4/384 max|f''''| (docs/theory.md 8.5). Within the cell of centre m and half width r,
     |f''''| <= sum_{k<8} r^k/k! |f^(4+k)(m)| + r^8/8! sup|f^(12)|: the dual coefficients alternate, so the
     derivatives at the place itself are far below a sum of their sizes, and the remainder is nil in a cell
     small enough to matter.

@@ -16,7 +16,7 @@ import zmq
 
 from rtctl.config import LoadedConfig
 from rtctl.host.authenticator import Authenticator, Caller, Notice
-from rtctl.host.doors import Binding, Door, Options, allow_descriptors, tcp_binding
+from rtctl.host.doors import Binding, Door, Options, allow_descriptors, tcp_binding, user_id
 from rtctl.host.intruders import Intruders
 from rtctl.host.reserve import Reserve
 from rtctl.keys import KeyStore
@@ -142,17 +142,23 @@ class Access:
             return []
         return [self._door("viewer", tcp_binding(VIEWER_ADDRESS, port, "viewer"), zmq.XPUB, options)]
 
-    def expeller(self, door: Door) -> Callable[[str], None]:
-        """What throws a user out of `door`, and keeps them out for a while. The others connect again."""
+    def expeller(self, door: Door) -> Callable[[zmq.Frame], None]:
+        """What throws whoever sent a frame out of `door`, and keeps them out for a while. The others connect again.
 
-        def expel(user_id: str) -> None:
-            who = self.caller(user_id)
-            self.authenticator.ban(door.domain, user_id)
+        Viewers are one user to the authenticator, and told apart by their connections: of them only that one is cut.
+        """
+        why = "what it sent is no subscription, or again and again one to topics that do not exist"
+
+        def expel(frame: zmq.Frame) -> None:
+            if door.for_viewers:
+                self.intruders.expel(door, frame, why)
+                return
+            sender = user_id(frame)
+            who = self.caller(sender)
+            self.authenticator.ban(door.domain, sender)
             door.cut()
-            name = user_id if who is None else who.name
             self._notice(
-                "expelled",
-                f"{name} sent what is no subscription, or asked again and again for topics that do not exist: expelled",
+                "expelled", f"{sender if who is None else who.name} was expelled from {door.address}: {why}"
             )
 
         return expel

@@ -26,6 +26,12 @@ ANSWERS_PER_CALL = 64
 BAN_S = 60.0
 """How long somebody who was expelled stays out."""
 
+VIEWER = "viewer:"
+"""User id of every viewer: nothing tells one from another before it is connected."""
+
+PAUSE_S = 1.0
+"""How long no viewer comes in after one was expelled. Those that are connected stay, the others try again by themselves."""
+
 KNOWN_S = 5.0
 """How long somebody who was let in is told from strangers, until the age of the connection tells."""
 
@@ -129,10 +135,13 @@ class Authenticator:
         return self._clock_s() < self._let_in.get((domain, user_id), -math.inf) + KNOWN_S
 
     def ban(self, domain: bytes, user_id: str) -> None:
-        """Let this user in at the door of `domain` no more for `BAN_S`; the others stay open to it, for a stop."""
+        """Let this user in at the door of `domain` no more for `BAN_S`; the others stay open to it, for a stop.
+
+        As viewers are all one user, they wait for `PAUSE_S` only: one that was expelled must not keep out the others.
+        """
         now = self._clock_s()
         self._banned = {which: until for which, until in self._banned.items() if until > now}
-        self._banned[domain, user_id] = now + BAN_S
+        self._banned[domain, user_id] = now + (PAUSE_S if user_id == VIEWER else BAN_S)
 
     def close(self) -> None:
         """Let nobody in any more."""
@@ -176,5 +185,5 @@ class Authenticator:
             return None, "", "400 this endpoint takes no keys"
         if entry == "viewer":
             local = peer == "127.0.0.1"
-            return ("viewer:", "observer", "") if local else (None, "", "400 not from this machine")
+            return (VIEWER, "observer", "") if local else (None, "", "400 not from this machine")
         return f"ipc:{peer.partition(':')[2]}", "operator", ""

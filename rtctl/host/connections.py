@@ -24,7 +24,7 @@ import zmq
 from rtctl.protocol import CONNECTIONS, HANDSHAKE_MS
 
 RESERVED = 4
-"""Of the places of an endpoint, those only an operator gets: the others cannot lock an operator out."""
+"""Places of an endpoint that only an operator gets, so that other clients cannot lock an operator out."""
 
 CERTAIN_S = HANDSHAKE_MS / 1e3 + 0.5
 """A connection older than this has been authenticated."""
@@ -81,11 +81,11 @@ class Connections:
         return True
 
     def descriptors(self) -> list[int]:
-        """Of every connection that is open, strangers included, the oldest first."""
+        """File descriptors of all open connections, strangers included, the oldest first."""
         return list(self._opened)
 
     def strangers(self) -> list[int]:
-        """Of those that may not be authenticated yet, the oldest first."""
+        """File descriptors of the connections that may not be authenticated yet, the oldest first."""
         old = self._clock_s() - CERTAIN_S
         return [descriptor for descriptor, opened in self._opened.items() if opened > old]
 

@@ -89,6 +89,14 @@ def user_id(frame: zmq.Frame) -> str:
         return ""
 
 
+def descriptor_of(frame: zmq.Frame) -> int | None:
+    """The connection over which this frame came; None where libzmq does not tell."""
+    try:
+        return int(frame.get("__fd"))
+    except zmq.ZMQError:
+        return None
+
+
 class Door:
     """One bound socket, and who is connected to it.
 

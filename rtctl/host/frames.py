@@ -14,10 +14,10 @@ import zmq
 from rtctl.host.doors import Door
 
 MOST_FRAMES = 4
-"""Of a message, identity not counted; a request has at most two."""
+"""Most frames of a message, identity not counted; a request has at most two."""
 
 FRAMES_PER_TURN = 2048
-"""Of a message that is too long, read away in one turn: about 2 ms."""
+"""So many frames of a message that is too long are read and dropped in one turn: about 2 ms."""
 
 MOST_READ_AWAY = 32 * FRAMES_PER_TURN
 """Then the door is cut."""

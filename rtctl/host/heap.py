@@ -9,7 +9,7 @@ import ctypes
 from collections.abc import Callable
 
 TRIM_S = 10.0
-"""It takes 0.2 ms: not in every turn."""
+"""Time between two trims of the heap. A trim takes 0.2 ms, too long for every turn."""
 
 
 def _nothing(_pad: int) -> int:

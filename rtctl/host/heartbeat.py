@@ -18,7 +18,8 @@ SILENCE_S = 0.2
 """Longest silence of the host while powered; five beats."""
 
 LENIENT_S = 2.0
-"""The same of a simulated rig that may be late: nobody holds it, and ordinary machines keep processes waiting."""
+"""Silence that is borne on a simulated rig that may be late: nobody holds it, and ordinary machines keep processes
+waiting."""
 
 
 def promised_ticks(config: Config) -> int:

@@ -7,13 +7,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from enum import IntEnum
 
 import zmq
 
-from rtctl.host.authenticator import Authenticator, Notice
-from rtctl.host.doors import Door, user_id
+from rtctl.host.authenticator import VIEWER, Authenticator, Notice
+from rtctl.host.doors import Door, descriptor_of, user_id
 from rtctl.host.heap import Heap
 from rtctl.host.traffic import bytes_taken, hang_up, local_peer, unread
 from rtctl.protocol import MAX_OUTSTANDING_REQUESTS, MAX_REQUEST_BYTES
@@ -106,11 +105,11 @@ class Intruders:
             self._thin_out(door)
         self._look_at_memory(now_s)
 
-    def expel(self, door: Door, frame: zmq.Frame) -> None:
-        """Throw out whoever sent this frame, of a message with too many."""
-        with suppress(zmq.ZMQError):
-            hang_up(int(frame.get("__fd")))
-        self._ban(door, user_id(frame), "a message of too many frames")
+    def expel(self, door: Door, frame: zmq.Frame, why: str = "a message of too many frames") -> None:
+        """Throw out whoever sent this frame: cut its connection, keep its sender out for a while."""
+        if (descriptor := descriptor_of(frame)) is not None:
+            hang_up(descriptor)
+        self._ban(door, user_id(frame), why)
 
     def _thin_out(self, door: Door) -> None:
         """Leave no more strangers at a door than there is room for: libzmq 4.3.5 aborts when a Unix socket finds none."""
@@ -133,7 +132,7 @@ class Intruders:
         return self._authenticator.knows(door.domain, local_peer(descriptor) or "")
 
     def _hang_up(self, door: Door, descriptor: int, why: str) -> None:
-        who = "viewer:" if door.for_viewers else door.traffic.users.get(descriptor, "")
+        who = VIEWER if door.for_viewers else door.traffic.users.get(descriptor, "")
         hang_up(descriptor)
         self._ban(door, who, why)
 
@@ -141,7 +140,7 @@ class Intruders:
         if who:
             self._authenticator.ban(door.domain, who)
         caller = self._authenticator.caller(who)
-        name = caller.name if caller else who or "a client"
+        name = caller.name if caller else who.rstrip(":") or "a client"
         self._notice("expelled", f"{name} was expelled from {door.address}: {why}")
 
     def _look_at_memory(self, now_s: float) -> None:

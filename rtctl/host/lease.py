@@ -21,7 +21,7 @@ SILENCE_S = 1.0
 """A holder that neither renews nor sends targets for this long loses the lease."""
 
 SILENCE_TICKS = 200
-"""The same on slow rigs: the loop lets go of a silent holder after half as many."""
+"""Ticks of silence after which the lease is lost on slow rigs: the loop lets go of a silent holder after half as many."""
 
 NUMBER_BITS = 62
 

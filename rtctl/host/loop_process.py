@@ -23,7 +23,7 @@ OPEN_TIMEOUT_S = 20.0
 """Longest excuse for a lost device that is being opened again: a CANopen drive is set up in seconds."""
 
 _FLAGS, _PF_EXITING = 5, 0x4
-"""Of /proc/PID/stat: the kernel's flags of a task, counted after its state, and the one of a task that ends."""
+"""Place of a task's flags in /proc/PID/stat, counted after its state, and the flag of a task that is ending."""
 
 _ERRORS = {"device": DeviceError, "realtime": RealtimeError}
 

@@ -244,7 +244,7 @@ def devices(loaded: LoadedConfig, only: str | None = None, *, poll: bool = False
 
 
 def actuators(loaded: LoadedConfig, folder: Path) -> list[dict[str, Any]]:
-    """Of each axis the declared delay beside what the last test pulse measured, which needs an armed rig.
+    """Declared delay of each axis beside what the last test pulse measured, which needs an armed rig.
 
     `folder` is the rig's state folder; `measured` is None where nothing is known of these devices.
     """

@@ -17,15 +17,20 @@ subscribers send, and keeps what nobody reads, without a bound: whoever does tha
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable
 from typing import Protocol
 
 import zmq
 
-from rtctl.host.doors import user_id
+from rtctl.host.authenticator import VIEWER
+from rtctl.host.doors import descriptor_of, user_id
 
 WRONG_TOPICS = 8
-"""Subscriptions to topics that do not exist that are put down to mistakes."""
+"""So many subscriptions of one connection to topics that do not exist are forgiven as mistakes of its program."""
+
+DEAF_S = 1.0
+"""For so long nothing is made of what comes from somebody who was expelled: it was sent before, and is on its way."""
 
 _LOOKS_PER_SEND = 64
 
@@ -53,17 +58,18 @@ class Publisher:
     topics
         The topics it carries.
     expel
-        Throws out a subscriber by user id (XPUB sockets); None: subscribers are trusted.
+        Throws out the subscriber that sent a frame (XPUB sockets); None: subscribers are trusted.
     """
 
     def __init__(
-        self, holder: HasSocket, topics: Iterable[bytes], expel: Callable[[str], None] | None = None
+        self, holder: HasSocket, topics: Iterable[bytes], expel: Callable[[zmq.Frame], None] | None = None
     ) -> None:
         self._holder = holder
         self._topics = frozenset(topics)
         self._beginnings = {topic[:size] for topic in self._topics for size in range(len(topic) + 1)}
         self._expel = expel
         self._wrong: dict[str, int] = {}
+        self._deaf_to: dict[str, float] = {}
 
     def send(self, topic: bytes, payload: bytes) -> bool:
         """Send to every subscriber whose queue has room. False when some queue was full."""
@@ -86,24 +92,43 @@ class Publisher:
         socket.send(payload, zmq.NOBLOCK)
         return True
 
-    def _offender(self, socket: zmq.Socket[bytes]) -> str | None:
-        """User id of somebody who has subscribed to too many topics that do not exist, if there is one."""
+    def _offender(self, socket: zmq.Socket[bytes]) -> zmq.Frame | None:
+        """A frame of somebody who has subscribed to too many topics that do not exist, if there is one."""
         for _ in range(_LOOKS_PER_SEND):
             try:
                 frame = socket.recv(zmq.NOBLOCK, copy=False)
             except zmq.Again:
                 return None
-            sender = user_id(frame)
-            data = frame.bytes
-            if frame.more or data[:1] not in (
-                b"\0",
-                b"\1",
-            ):  # subscribers have nothing to say: no client does this
-                return sender
-            if data[1:] in self._beginnings:
+            sender = _subscriber(frame)
+            if self._is_expelled(sender) or not self._offends(frame, sender):
                 continue
-            self._wrong[sender] = self._wrong.get(sender, 0) + 1
-            if self._wrong[sender] > WRONG_TOPICS:
-                self._wrong.clear()
-                return sender
+            self._wrong.pop(sender, None)
+            self._deaf_to[sender] = time.monotonic() + DEAF_S
+            return frame
         return None
+
+    def _is_expelled(self, sender: str) -> bool:
+        if not self._deaf_to:
+            return False
+        now = time.monotonic()
+        self._deaf_to = {one: until for one, until in self._deaf_to.items() if now < until}
+        return sender in self._deaf_to
+
+    def _offends(self, frame: zmq.Frame, sender: str) -> bool:
+        data = frame.bytes
+        if frame.more or data[:1] not in (
+            b"\0",
+            b"\1",
+        ):  # subscribers have nothing to say: no client does this
+            return True
+        if (
+            data[:1] == b"\1" and data[1:] not in self._beginnings
+        ):  # libzmq itself ends those of one that has gone
+            self._wrong[sender] = self._wrong.get(sender, 0) + 1
+        return self._wrong.get(sender, 0) > WRONG_TOPICS
+
+
+def _subscriber(frame: zmq.Frame) -> str:
+    """Who sent this frame: the user, and of viewers, who are one user, the connection."""
+    user = user_id(frame)
+    return f"{user}{descriptor_of(frame)}" if user == VIEWER else user

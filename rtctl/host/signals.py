@@ -35,7 +35,7 @@ class Signals:
             os.read(self._read, 4096)
 
     def close(self) -> None:
-        """The handlers of before."""
+        """Put back the signal handlers that were there before this object, and close its pipe."""
         for number, handler in self._old.items():
             signal.signal(number, handler)
         signal.set_wakeup_fd(self._old_wakeup)

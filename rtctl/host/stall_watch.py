@@ -6,10 +6,11 @@ import math
 from enum import IntEnum
 
 LOOK_S = 0.002
-"""How often the host of a rig with a motor looks; of longer gaps only this much counts as silence of the loop."""
+"""Time between two looks of the host at the loop of a rig with a motor. Of a longer gap between two looks only this
+much counts as silence of the loop: the rest is the host's own standstill."""
 
 IDLE_LOOK_S = 0.05
-"""The same of a simulated rig, which has no torque to take away."""
+"""Time between two looks at the loop of a simulated rig, which has no torque to take away."""
 
 STALL_S = 0.010
 STALL_PERIODS = 3

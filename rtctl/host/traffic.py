@@ -56,7 +56,7 @@ class Traffic:
                 self.users[descriptor] = str(frame.get("User-Id"))
 
     def excessive(self, descriptors: Iterable[int], now_s: float) -> list[int]:
-        """Of these connections, those that have sent more than any client needs to."""
+        """Those of these connections that have sent more than any client needs to."""
         if not self._by_tcp:
             return []
         allowed = LISTENER_BYTES if self._listeners else UNFINISHED_BYTES

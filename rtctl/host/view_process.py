@@ -28,7 +28,7 @@ SETTLED_S = 60.0
 """A view that has lived this long begins with the first wait again."""
 
 MOST_BYTES = 65_536
-"""Of what it says, at a time."""
+"""Most bytes of the page's words that are read at a time."""
 
 
 class ViewProcess:

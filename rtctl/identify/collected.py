@@ -13,7 +13,7 @@ from rtctl.identify.signals import Measurement
 
 DISCARDS_PER_MEASUREMENT = 3
 IN_VAIN = 6
-"""So many tries one after the other that give nothing are enough."""
+"""After so many tries in a row without a measurement, the point is given up."""
 
 
 class UnsteadyError(DataError):

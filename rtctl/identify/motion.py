@@ -201,12 +201,13 @@ class Motion:
         Parameters
         ----------
         pauses
-            How often it was waited in vain before: a hand that only drags is quiet while nothing moves.
+            How often the rig was waited for before, and the hand came back: a hand that only drags is quiet while the
+            joint rests.
 
         Raises
         ------
         HandOnRigError
-            It is not quiet within `HAND_PATIENCE_S`, or after `PAUSES` pauses.
+            The force sensor is not quiet within `HAND_PATIENCE_S`, or after `PAUSES` pauses.
         """
         self.notice("hand on the rig: take it off")
         quiet_s = waited_s = most_nm = 0.0

@@ -21,7 +21,7 @@ from rtctl.identify.windows import fastest_rad_s, run_up_rad, steady_s, window_s
 
 ARM_PATIENCE_S = 30.0
 HOPELESS = 8
-"""So many points given up without a single speed measured end the identification."""
+"""After so many points were given up and no speed was measured at all, the identification ends."""
 ZERO_LIMITS = 5.0
 """The force sensor may drift by this many hand limits; then it is no drift any more."""
 

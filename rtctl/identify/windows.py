@@ -12,7 +12,7 @@ WINDOW_MAX_S = 2.0
 STEADY_RAD, STEADY_MIN_S, STEADY_MAX_S = 0.004, 0.1, 1.0
 """The steady-state test looks at the time for this travel (dry friction settles over a distance), within bounds."""
 STEADY_LENGTHS = 2.5
-"""The same travel in presliding lengths, where those are longer."""
+"""The travel of the steady-state test in presliding lengths, where that is longer."""
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ CURRENT = "events.jsonl"
 MAX_BYTES = 4 << 20
 KEPT_FILES = 4
 MOST_BYTES = 16 * MAX_BYTES
-"""Of one file that is read: a batch of events is written whole, whatever its size."""
+"""Largest file that is read: a batch of events is written whole, whatever its size."""
 
 FOLLOW_S = 0.2
 

@@ -9,7 +9,7 @@ from hw.outside import json_of, shown
 from rtctl.protocol import MOST_AXES
 
 MOST_DIGITS = 18
-"""Of a whole number: below 2^63."""
+"""Most digits of a whole number: it is then below 2^63."""
 
 _WHOLE = {"n_axes": (1, MOST_AXES), "period_ns": (1_000, 10**10), "start_wall_ns": (0, 2**62), "began_wall_ns": (0, 2**62)}  # fmt: skip
 """Key -> bounds of a whole number. Beyond them nothing that is built on it makes sense."""

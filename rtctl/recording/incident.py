@@ -31,7 +31,7 @@ FOLDER = "incidents"
 KEPT_FILES = 64
 KEPT_BYTES = 64 << 20
 MOST_BYTES = 1 << 26
-"""Of one incident, unpacked."""
+"""Largest incident that is read, unpacked."""
 
 _TO_INCIDENT = ("FAULT", "ESTOP", "LOCKOUT")
 

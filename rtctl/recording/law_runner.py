@@ -11,7 +11,7 @@ from rtctl.recording.setup import LawArrays
 from rtctl.tick import FIELDS, new_ticks, tick_dtype
 
 _AFTER_LAW = ("read_ns", "law_ns", "write_ns", "record_ns", "cycle_ns")
-"""Durations that the loop writes when the law has run: during the law the tick still has the last ones."""
+"""Durations that the loop measures once the law has run. While the law runs, a tick still holds those of the tick before."""
 
 
 @compiled

@@ -17,14 +17,22 @@ import numpy as np
 import orjson
 
 from rtctl.control.records import command_dtype
+from rtctl.recording import log_lines
 from rtctl.recording import mcap_format as fmt
+from rtctl.recording.log_lines import log_line
 from rtctl.recording.mcap_file import LEVEL, McapFile
 from rtctl.recording.setup import Setup
 from rtctl.recording.tick_text import TickText
 from rtctl.tick import json_schema
 
-TICK, EVENT, COMMAND, RAW = 1, 2, 3, 4
-TOPICS = {TICK: "rtctl/tick", EVENT: "rtctl/event", COMMAND: "rtctl/command", RAW: "rtctl/raw"}
+TICK, EVENT, COMMAND, RAW, LOG = 1, 2, 3, 4, 5
+TOPICS = {
+    TICK: "rtctl/tick",
+    EVENT: "rtctl/event",
+    COMMAND: "rtctl/command",
+    RAW: "rtctl/raw",
+    LOG: "rtctl/log",
+}
 
 CHUNK_BYTES = 1 << 20
 CHUNK_S = 0.5
@@ -130,7 +138,9 @@ class Parts:
         for command in commands:
             self._single(COMMAND, int(times[0]), orjson.dumps(command_fields(command)))
         for event in events:
-            self._single(EVENT, int(event["timestamp"] * 1e9), orjson.dumps(event))
+            event_ns = int(event["timestamp"] * 1e9)
+            self._single(EVENT, event_ns, orjson.dumps(event))
+            self._single(LOG, event_ns, log_line(event, self._setup.about["rig"], event_ns))
         for row in rows[self._text.unsayable(rows)]:
             raw = {"tick": int(row["tick"]), "words": base64.b64encode(row.tobytes()).decode()}
             self._single(RAW, int(row["time_ns"]) + self._start_wall_ns, orjson.dumps(raw))
@@ -254,9 +264,13 @@ def command_fields(command: np.void) -> dict[str, Any]:
 def _declarations(n_axes: int) -> tuple[list[bytes], list[bytes]]:
     """Schema and channel records of a recording."""
     loose = orjson.dumps({"type": "object", "properties": {}})
-    tick = orjson.dumps(recorded_schema(n_axes))
+    known = {
+        TICK: ("rtctl.tick", orjson.dumps(recorded_schema(n_axes))),
+        LOG: (log_lines.SCHEMA_NAME, orjson.dumps(log_lines.SCHEMA)),
+    }
     schemas = [
-        fmt.schema(k, topic.replace("/", "."), "jsonschema", tick if k == TICK else loose)
+        fmt.schema(k, name, "jsonschema", data)
         for k, topic in TOPICS.items()
+        for name, data in [known.get(k, (topic.replace("/", "."), loose))]
     ]
     return schemas, [fmt.channel(k, k, topic, "json") for k, topic in TOPICS.items()]

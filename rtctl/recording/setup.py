@@ -29,7 +29,7 @@ from rtctl.protocol import schema_sha256
 LAW_NAME = "law.npz"
 RIG_NAME = "rig.toml"
 MOST_LAW_BYTES = 1 << 24
-"""Of the law's arrays, unpacked: those of eight axes have a hundredth of it."""
+"""Largest size of the law's arrays, unpacked: those of eight axes have a hundredth of it."""
 
 
 def law_key() -> str:
@@ -51,7 +51,10 @@ class Setup:
         return int(self.about["n_axes"])
 
     def with_state(self, state: np.ndarray) -> Setup:
-        """The same, with the law's state before the first tick. Without the law's arrays: as it is."""
+        """A copy of this setup with the law's state before the first tick.
+
+        A setup without the law's arrays is returned as it is.
+        """
         if LAW_NAME not in self.attachments:
             return self
         media, data = self.attachments[LAW_NAME]

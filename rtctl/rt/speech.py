@@ -25,7 +25,7 @@ _QUICK = EVERY_TICKS - 10
 _STALE = int(Fault.STALE)
 
 MOST_LETTERS = 200
-"""Of one axis' words. A message then fits into a pipe whole, or not at all."""
+"""Most letters of one axis' words: a message then fits into a pipe whole, or not at all."""
 
 
 class Speech:

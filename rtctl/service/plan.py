@@ -188,7 +188,7 @@ def needs_loopback(loaded: LoadedConfig) -> bool:
 
 
 MOST_NAMED_BYTES = 1 << 26
-"""Of one file that a rig file names."""
+"""Largest file that a rig file may name."""
 
 
 def _named(data: dict[str, Any]) -> Iterator[str]:

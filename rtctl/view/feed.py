@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import threading
+import time
 from collections import deque
 from dataclasses import dataclass, field
 from typing import Any
@@ -65,13 +66,12 @@ class Signal:
             raise ValueError(msg)
         return cls(name, int(index or 0))
 
-    def of(self, rows: np.ndarray) -> np.ndarray:
-        """Its values in these ticks, as numbers; NaN where the rig has no such axis."""
+    def of(self, rows: np.ndarray) -> list[float | None]:
+        """The signal's values in these ticks; None for one that is not finite, and where the rig has no such axis."""
         column = rows[self.field].reshape(len(rows), -1)
         if self.index >= column.shape[1]:
-            return np.full(len(rows), math.nan)
-        values: np.ndarray = column[:, self.index].astype(float)
-        return values
+            return [None] * len(rows)
+        return [value if math.isfinite(value) else None for value in column[:, self.index].tolist()]
 
 
 @dataclass
@@ -110,6 +110,7 @@ class Feed:
         self._closed = threading.Event()
         self.health: dict[str, Any] = {}
         self.silent = "connecting"
+        self._heard_s = time.monotonic()
         self.newest: np.ndarray | None = None
         self.places = FaultPlaces()
         self._histograms = {name: Histogram() for name in ("wakeup", "cycle")}
@@ -119,6 +120,11 @@ class Feed:
         ]
         for thread in self._threads:
             thread.start()
+
+    @property
+    def silent_s(self) -> float:
+        """Time since the newest tick came."""
+        return time.monotonic() - self._heard_s
 
     def follow(self) -> Follower:
         """Begin to follow."""
@@ -158,7 +164,7 @@ class Feed:
                 if rows is None:
                     self.silent = "no telemetry: does the daemon run?"
                     continue
-                self.silent = ""
+                self.silent, self._heard_s = "", time.monotonic()
                 self.newest = rows[-1:]
                 for name, histogram in self._histograms.items():
                     histogram.add(int(rows["time_ns"][-1]), rows[f"{name}_ns"])
@@ -192,7 +198,5 @@ def columns(rows: np.ndarray, signals: list[Signal], points: int = POINTS) -> di
     chosen = rows[::-1][::step][::-1]
     out: dict[str, list[float | None]] = {"t": (chosen["time_ns"] * 1e-9).tolist()}
     for signal in signals:
-        out[f"{signal.field}.{signal.index}"] = [
-            value if math.isfinite(value) else None for value in signal.of(chosen).tolist()
-        ]
+        out[f"{signal.field}.{signal.index}"] = signal.of(chosen)
     return out

@@ -2,50 +2,88 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from hw.outside import shown
 from rtctl.client import RigClient
-from rtctl.control.vocabulary import Environment, State
+from rtctl.control.vocabulary import Environment, Fault, Program, State
+from rtctl.event_words import device_line
 from rtctl.fault_words import Entry, sentence
-from rtctl.host.speaker import device_line
 from rtctl.tick import FIELDS
 from rtctl.view.feed import Feed
+from rtctl.view.guidance import hindrances, next_step, taken_apart
 from rtctl.view.world import World
 
+MOST_TEXT = 600
+"""Characters of one text that the page shows."""
 
-def signals_of(hello: Mapping[str, Any]) -> list[dict[str, str]]:
-    """Every curve this rig offers, with unit and meaning."""
-    out = []
+_NUMBERED = {
+    "state": {int(state): state.name for state in State},
+    "environment_kind": {int(kind): kind.name.lower() for kind in Environment},
+    "program_kind": {int(kind): kind.name.lower() for kind in Program},
+    "fault_first": {-1: "none", **{fault.bit_length() - 1: str(fault.name) for fault in Fault}},
+}
+"""Signals whose numbers stand for names."""
+
+
+def signals_of(hello: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Every curve this rig offers: `name`, `field`, `part` (axis, x, y, z, or empty), `unit`, `meaning`, `writer`, and
+    `names` of the numbers that stand for something.
+    """
+    out: list[dict[str, Any]] = []
     axes = [axis["name"] for axis in hello["axes"]]
     for item in FIELDS:
-        labels = {"scalar": [""], "axis": axes, "xyz": ["x", "y", "z"]}[item.shape]
+        parts = {"scalar": [""], "axis": axes, "xyz": ["x", "y", "z"]}[item.shape]
         out += [
             {
                 "name": f"{item.name}.{i}",
-                "label": f"{item.name} {label}".strip(),
-                "unit": item.unit,
+                "field": item.name,
+                "part": part,
+                "unit": "" if item.unit == "1" else item.unit,
                 "meaning": item.meaning,
+                "writer": item.writer,
+                "names": _NUMBERED.get(item.name, {}),
             }
-            for i, label in enumerate(labels)
+            for i, part in enumerate(parts)
         ]
     return out
+
+
+def plain(value: Any) -> Any:  # noqa: ANN401
+    """The same as JSON has it and a page may show it: a number that is not finite is None, and no text has control
+    characters or any that turn the line around.
+    """
+    if isinstance(value, str):
+        return shown(value, MOST_TEXT)
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {shown(key): plain(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(one) for one in value]
+    return value
 
 
 def status(feed: Feed, world: World) -> dict[str, Any]:
     """What the panel shows beside the curves."""
     health, rows = feed.health, feed.newest
-    out: dict[str, Any] = {"silent": feed.silent, "health": health, "world": world.describe()}
+    out: dict[str, Any] = {"silent": feed.silent, "silent_s": feed.silent_s}
+    out |= {"health": health, "world": world.describe()}
     if rows is None:
         return out
     row = rows[0]
-    cause = feed.places.cause(int(row["state"]), int(row["fault_first"]))
+    state, faults = State(int(row["state"])), int(row["faults"])
+    cause = feed.places.cause(state, int(row["fault_first"]))
     return {
         **out,
-        "state": State(int(row["state"])).name,
+        "state": state.name,
+        "next": next_step(state, faults),
+        "hindrances": hindrances(state, faults),
         "enabled": bool(row["enabled"]),
         "authority": float(row["authority"]),
-        "faults": [_said(entry) for entry in feed.places.entries(int(row["faults"]))],
+        "faults": [_said(entry) for entry in feed.places.entries(faults)],
         "first": _said(cause) if cause else None,
         "devices": [device_line(one) for one in health.get("devices", []) if one["faults"] or one["silent"]],
         "lease": bool(row["lease_held"]),
@@ -53,6 +91,7 @@ def status(feed: Feed, world: World) -> dict[str, Any]:
         "missed": int(row["missed_ticks"]),
         "waiver": bool(row["waiver"]),
         "position_rad": row["position_rad"].tolist(),
+        "velocity_rad_s": row["velocity_rad_s"].tolist(),
         "proxy_rad": row["proxy_position_rad"].tolist(),
         "hand_nm": row["hand_torque_nm"].tolist(),
         "applied_nm": row["torque_applied_nm"].tolist(),
@@ -63,8 +102,9 @@ def status(feed: Feed, world: World) -> dict[str, Any]:
 
 
 def _said(entry: Entry) -> Entry:
-    """A fault with the line that a person reads."""
-    return {**entry, "sentence": sentence(entry)}
+    """A fault with the line that a person reads, and its text taken apart: what is wrong, what to do."""
+    wrong, remedy = taken_apart(entry["name"], entry["text"])
+    return {**entry, "sentence": sentence(entry), "wrong": wrong, "remedy": remedy}
 
 
 def _arm(client: RigClient, _world: World, _body: dict[str, Any]) -> None:

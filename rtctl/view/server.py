@@ -1,8 +1,8 @@
-"""The page's server: static files, one stream of server-sent events per browser, a few buttons.
+"""The page's server: static files, one stream of server-sent events per browser, recordings, a few buttons.
 
-It listens on this machine's own address. A foreign page in the same browser can neither read nor press:
-the Host and Origin headers are checked, and buttons need a header that no foreign page may send. STOP is
-for anyone; every other button needs the operator key, which only the terminal shows.
+It listens on this machine's own address. A foreign page in the same browser can neither read, nor press, nor take up
+the streams there are: Host, Origin and Sec-Fetch-Site are checked, and all but the files needs a header that no foreign page
+(nor any image or frame of it) may send. STOP is for anyone; every other button needs the operator key, which only the terminal shows.
 """
 
 from __future__ import annotations
@@ -19,24 +19,37 @@ from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 from rtctl.client import RigClient
-from rtctl.errors import RtctlError
-from rtctl.host.speaker import line_of
-from rtctl.view.feed import Feed, Signal, columns
-from rtctl.view.panel import ACTIONS, signals_of, status
+from rtctl.errors import RefusedError, RtctlError
+from rtctl.event_words import line_of
+from rtctl.view import record
+from rtctl.view.feed import Feed, Follower, Signal, columns
+from rtctl.view.panel import ACTIONS, plain, signals_of, status
 from rtctl.view.world import World
 
 STATIC = Path(__file__).parent / "static"
+SCRIPTS = (
+    "link.js",
+    "head.js",
+    "scene.js",
+    "scope.js",
+    "plot.js",
+    "phase.js",
+    "loop.js",
+    "record.js",
+    "view.js",
+    "world.js",
+)
+PAGES = ("/", "/world")
 FILES = {
     "/": ("index.html", "text/html; charset=utf-8"),
     "/world": ("world.html", "text/html; charset=utf-8"),
     "/view.css": ("view.css", "text/css"),
-    "/common.js": ("common.js", "text/javascript"),
-    "/view.js": ("view.js", "text/javascript"),
-    "/world.js": ("world.js", "text/javascript"),
+    **{f"/{name}": (name, "text/javascript") for name in SCRIPTS},
     "/uPlot.iife.min.js": ("uPlot.iife.min.js", "text/javascript"),
     "/uPlot.min.css": ("uPlot.min.css", "text/css"),
 }
 MOST_STREAMS = 8
+MOST_RECORDINGS = 4
 MOST_SIGNALS = 16
 MOST_BODY = 4096
 MESSAGE_S = 0.05
@@ -69,6 +82,7 @@ class ViewServer(ThreadingHTTPServer):
         self.client = client
         self.key = key or secrets.token_urlsafe(12)
         self.streams = threading.BoundedSemaphore(MOST_STREAMS)
+        self.recordings = threading.BoundedSemaphore(MOST_RECORDINGS)
         self.closing = threading.Event()
         self.hello = client.hello()
         super().__init__((host, port), _Handler)
@@ -101,29 +115,32 @@ class _Handler(BaseHTTPRequestHandler):
         """Say nothing per request."""
 
     def do_GET(self) -> None:
-        """Pages, static files, the stream."""
-        if not self._is_ours():
-            return
+        """Pages, static files, the stream, a recording."""
         url = urlsplit(self.path)
+        if not self._is_ours(url.path):
+            return
         if url.path in FILES:
             name, kind = FILES[url.path]
             self._answer(HTTPStatus.OK, (STATIC / name).read_bytes(), kind)
+        elif not self._is_from_page():
+            return
         elif url.path == "/hello":
-            self._json({**self.server.hello, "signals": signals_of(self.server.hello)})
+            self._json({**plain(self.server.hello), "signals": signals_of(plain(self.server.hello))})
         elif url.path == "/stream":
-            self._stream(parse_qs(url.query).get("signals", [""])[0])
+            self._follow(url.query, self.server.streams, "text/event-stream", self._send_stream)
+        elif url.path == "/ticks.csv":
+            self._follow(url.query, self.server.recordings, "text/csv; charset=utf-8", self._send_ticks)
         else:
             self._json({"error": "there is no such page"}, HTTPStatus.NOT_FOUND)
 
     def do_POST(self) -> None:
         """Buttons."""
         body = self._body()  # read in any case: what is left unread would be taken for the next request
-        if body is None or not self._is_ours():
+        path = urlsplit(self.path).path
+        if body is None or not self._is_ours(path) or not self._is_from_page():
             return
-        name = urlsplit(self.path).path.removeprefix("/do/")
-        if self.headers.get("X-Rtctl") != "view":
-            self._json({"error": "the header X-Rtctl is missing"}, HTTPStatus.FORBIDDEN)
-        elif name not in ACTIONS:
+        name = path.removeprefix("/do/")
+        if name not in ACTIONS:
             self._json({"error": "there is no such button"}, HTTPStatus.NOT_FOUND)
         elif name != "stop" and not self._has_key():
             why = "this needs the operator key: open the address the terminal shows"
@@ -152,73 +169,103 @@ class _Handler(BaseHTTPRequestHandler):
             result = ACTIONS[name](self.server.client, self.server.world, values)
         except (ValueError, TypeError, KeyError) as error:
             self._json({"error": f"not understood: {error}"}, HTTPStatus.BAD_REQUEST)
+        except RefusedError as error:
+            self._json({"error": error.reason, "code": error.code}, HTTPStatus.CONFLICT)
         except RtctlError as error:
             self._json({"error": str(error)}, HTTPStatus.CONFLICT)
         else:
             self._json({"ok": True, "result": result})
 
-    def _is_ours(self) -> bool:
-        """Refuse requests made for another name, or by another page."""
+    def _is_ours(self, path: str) -> bool:
+        """Refuse requests made for another name, or by another page: one of another port of this machine is another."""
         origin = self.headers.get("Origin")
-        if self.headers.get("Host") in self.server.names and (
-            origin is None or origin.removeprefix("http://") in self.server.names
+        by = self.headers.get("Sec-Fetch-Site", "none")
+        opened = path in PAGES and self.headers.get("Sec-Fetch-Dest") == "document"  # a link to the page
+        if (
+            self.headers.get("Host") in self.server.names
+            and (origin is None or origin.removeprefix("http://") in self.server.names)
+            and (by in ("same-origin", "none") or opened)
         ):
             return True
         self._json({"error": "asked for by another name or page"}, HTTPStatus.FORBIDDEN)
         return False
 
+    def _is_from_page(self) -> bool:
+        """Refuse what does not come from a script of the page: browsers send this header for nobody else."""
+        if self.headers.get("X-Rtctl") == "view":
+            return True
+        self._json({"error": "the header X-Rtctl is missing"}, HTTPStatus.FORBIDDEN)
+        return False
+
     def _json(self, body: Mapping[str, Any], code: HTTPStatus = HTTPStatus.OK) -> None:
         self._answer(code, json.dumps(body).encode(), "application/json")
 
-    def _answer(self, code: HTTPStatus, body: bytes, kind: str) -> None:
+    def _head(self, code: HTTPStatus, kind: str) -> None:
         self.send_response(code)
         for name, value in HEADERS.items():
             self.send_header(name, value)
         self.send_header("Content-Type", kind)
+
+    def _answer(self, code: HTTPStatus, body: bytes, kind: str) -> None:
+        self._head(code, kind)
         self.send_header("Content-Length", str(len(body)))
         self.end_headers()
         self.wfile.write(body)
 
-    def _stream(self, asked: str) -> None:
-        """Server-sent events until the browser or the server ends."""
+    def _follow(
+        self,
+        query: str,
+        places: threading.BoundedSemaphore,
+        kind: str,
+        send: Callable[[Follower, list[Signal]], None],
+    ) -> None:
+        """Send what comes from now on, until the browser or the server ends."""
         try:
+            asked = parse_qs(query).get("signals", [""])[0]
             signals = [Signal.parse(text) for text in asked.split(",") if text]
             if len(signals) > MOST_SIGNALS:
                 raise ValueError(f"at most {MOST_SIGNALS} signals")
         except ValueError as error:
             self._json({"error": str(error)}, HTTPStatus.BAD_REQUEST)
             return
-        if not self.server.streams.acquire(blocking=False):
-            self._json({"error": f"{MOST_STREAMS} browsers look already"}, HTTPStatus.SERVICE_UNAVAILABLE)
+        if not places.acquire(blocking=False):
+            why = "as many pages look (or record) already as may: close one"
+            self._json({"error": why}, HTTPStatus.SERVICE_UNAVAILABLE)
             return
         follower = self.server.feed.follow()
+        self.close_connection = True
         try:
-            self.send_response(HTTPStatus.OK)
-            for name, value in HEADERS.items():
-                self.send_header(name, value)
-            self.send_header("Content-Type", "text/event-stream")
+            self._head(HTTPStatus.OK, kind)
             self.send_header("Connection", "close")
             self.end_headers()
-            self._send_stream(follower.take, signals)
+            send(follower, signals)
         except (ConnectionError, TimeoutError):
-            self.close_connection = True  # the browser is gone
+            pass  # the browser is gone
         finally:
             self.server.feed.leave(follower)
-            self.server.streams.release()
+            places.release()
 
-    def _send_stream(
-        self, take: Callable[[], tuple[Any, list[dict[str, Any]]]], signals: list[Signal]
-    ) -> None:
+    def _send_stream(self, follower: Follower, signals: list[Signal]) -> None:
+        """Server-sent events: `ticks` thinned for a screen, `event`, `status`."""
         told = -1.0
         while not self.server.closing.wait(MESSAGE_S):
-            rows, events = take()
+            rows, events = follower.take()
             if rows is not None:
                 self._event("ticks", columns(rows, signals))
             for event in events:
-                self._event("event", {**event, "sentence": line_of(event)})
+                self._event("event", plain({**event, "sentence": line_of(event)}))
             if time.monotonic() - told >= STATUS_S:
                 told = time.monotonic()
-                self._event("status", status(self.server.feed, self.server.world))
+                self._event("status", plain(status(self.server.feed, self.server.world)))
+            self.wfile.flush()
+
+    def _send_ticks(self, follower: Follower, signals: list[Signal]) -> None:
+        """CSV: every tick."""
+        self.wfile.write(record.head(signals, plain(self.server.hello)).encode())
+        while not self.server.closing.wait(MESSAGE_S):
+            rows, _events = follower.take()
+            if rows is not None:
+                self.wfile.write(record.body(rows, signals).encode())
             self.wfile.flush()
 
     def _event(self, name: str, data: Mapping[str, Any]) -> None:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rtctl.client import Lease, RigClient
-from rtctl.errors import ClientError
+from rtctl.errors import ClientError, RefusedError
 
 FRAME_S = 1 / 60
 FRAMES_COUNTED = 121
@@ -128,6 +128,7 @@ class World:
         ball = self._ball
         return {
             "kind": self.kind,
+            "axis": self._axis,
             "ball_rad": None if ball is None else ball.face_rad,
             **{name: self._in_force.get(name) for name in ("center_rad", "pitch_rad", "side")},
             "trouble": self.trouble,
@@ -174,6 +175,8 @@ class World:
             with self._lock:
                 try:
                     self._frame()
+                except RefusedError as error:
+                    self.trouble = error.reason
                 except ClientError as error:
                     self.trouble = str(error)
             self._frames.append(time.monotonic())

@@ -1,4 +1,4 @@
-"""The campaigns of `make test`; `make campaign` runs ten times as many ticks."""
+"""The campaigns of `make test` and, ten times as long, of `make test-volume`; `make campaign` runs a hundred times as many ticks."""
 
 import pytest
 
@@ -16,7 +16,16 @@ def text(result):
     return "\n".join(violation.text() for violation in result.violations)
 
 
-@pytest.mark.timeout(600)
+def test_a_million_ticks_of_random_rigs_and_a_thousand_faults_break_no_invariant():
+    result = run(Order(seed=1, rigs=100, ticks=10_000, faults=10))
+    assert not result.violations, text(result)
+    assert result.ticks == 1_000_000
+    assert result.faults_scheduled == 1_000
+    assert result.visits[State.ACTIVE] > 100_000
+    assert sum(result.as_dict()["faults_appeared"].values()) > 500
+
+
+@pytest.mark.volume
 def test_ten_million_ticks_of_random_rigs_and_ten_thousand_faults_break_no_invariant():
     result = run(Order(seed=1, rigs=1000, ticks=10_000, faults=10))
     assert not result.violations, text(result)

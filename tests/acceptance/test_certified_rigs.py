@@ -34,7 +34,7 @@ def _rig(k, delay=0.0, tau=0.0, n=1, b=0.05, b_c=0.01, T=1e-3, w_hz=30.0, J=0.01
 @pytest.mark.parametrize(
     "rig",
     [
-        {"k": 75.0, "delay": 1.0},  # a backend that forgets one tick of delay, at 60: theory2, section 10
+        {"k": 75.0, "delay": 1.0},  # a backend that forgets one tick of delay, at 60
         {"k": 60.0, "delay": 1.4, "w_hz": 100.0},
         {"k": 60.0, "n": 3},
         {"k": 79.0, "tau": 1.6},

@@ -91,13 +91,13 @@ def both(*changes):
 
 
 def reference(simulation):
-    """Make the joint's friction that of the theory reference: one Gaussian peak, viscous friction that is linear."""
+    """Make the joint's friction that of docs/theory.md 1.3: one Gaussian peak, viscous friction that is linear."""
     plant = simulation.plant_params
     plant["stribeck_rad_s"], plant["second_share"], plant["thinning_nms_rad"] = 0.1, 0.0, 0.0
 
 
 @pytest.mark.parametrize(("rig", "off_n"), [("mock.toml", 2.65), ("mock-triangle.toml", 2.48)])
-def test_without_compensation_the_joint_of_the_theory_reference_takes_what_theory_says(rig, off_n):
+def test_without_compensation_the_joint_of_the_theory_takes_what_theory_says(rig, off_n):
     assert hand_torque_nm(rig, 0.0, reference)[1] / LEVER_M == pytest.approx(off_n, rel=0.07)
 
 
@@ -164,7 +164,7 @@ def test_a_model_a_quarter_too_high_still_spares_the_hand():
 
 
 def test_without_force_gate_and_account_the_same_kick_does_not_come_to_rest():
-    # so the tests of the kick can fail: theory section 6 has .092-.098 rad/s for these policies
+    # so the tests of the kick can fail: an independent simulation has .092-.098 rad/s for these policies
     held = kick(both(sign, no_observer))[1]
     _, hunting, trace = kick(both(sign, no_observer, no_account), may_stop=True)
     running = kick(both(sign_too_high, no_observer, no_account))[1]

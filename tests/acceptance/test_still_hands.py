@@ -1,6 +1,6 @@
 """A hand that holds still after a motion: shaken with the help the first releases had, seen; left alone with today's.
 
-Three cases of the theory reference (second part, section 8). The hand moves two periods of the sine, then its
+Three cases of docs/theory.md 5.4 and 5.8. The hand moves two periods of the sine, then its
 reference stands still. The figures: `python -m pytest tests/acceptance/test_still_hands.py -rP`.
 """
 

@@ -58,11 +58,7 @@ def test_words_that_nobody_hears_keep_no_stop_from_the_rig(daemon):
     assert daemon.client.status()["state"] in ("STOPPING", "IDLE")
 
 
-ONE_AT_A_TIME = [attack for attack in ATTACKS if attack.door != "viewer" or attack.kind != "trickle"]
-"""Who was expelled from the viewers' port closes it for a minute; the slow one has its test in `test_intruders`."""
-
-
-@pytest.mark.parametrize("attack", ONE_AT_A_TIME, ids=lambda attack: attack.name)
+@pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.name)
 def test_an_attack_neither_delays_a_stop_nor_takes_memory_nor_keeps_others_out(daemon, attack):
     with at_work(attack, address_of(attack.door, daemon.client, daemon.port)) as begin:
         assert stop_ms(daemon.client, begin) < MOST_MS

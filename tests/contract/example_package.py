@@ -15,19 +15,17 @@ FOLDER = Path(__file__).parents[2] / "docs" / "example-backend"
 KIND = "udp-board"
 
 
-def write_metadata(target):
-    """What an installer makes of `pyproject.toml`."""
+def write_metadata(target, kind=KIND):
+    """What an installer makes of `pyproject.toml`, with this name for the backend."""
     project = tomllib.loads((FOLDER / "pyproject.toml").read_text())["project"]
-    name = project["name"].replace("-", "_")
+    name = project["name"].replace("-", "_") + kind.removeprefix(KIND)
     info = Path(target) / f"{name}-{project['version']}.dist-info"
     info.mkdir(parents=True)
-    (info / "METADATA").write_text(
-        f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n"
-    )
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: {project['version']}\n")
     lines = [
         line
         for group, entries in project["entry-points"].items()
-        for line in (f"[{group}]", *(f"{key} = {value}" for key, value in entries.items()))
+        for line in (f"[{group}]", *(f"{kind} = {value}" for value in entries.values()))
     ]
     (info / "entry_points.txt").write_text("\n".join(lines) + "\n")
 
@@ -38,9 +36,9 @@ def python_path(target):
 
 
 @contextmanager
-def installed(target):
-    """Within it, this process and its children find the package."""
-    write_metadata(target)
+def installed(target, kind=KIND):
+    """Within it, this process and its children find the package. Another `kind` is one that nobody has installed."""
+    write_metadata(target, kind)
     before = os.environ.get("PYTHONPATH")
     os.environ["PYTHONPATH"] = python_path(target)
     sys.path[:0] = [str(FOLDER), str(target)]

@@ -16,9 +16,10 @@ import force_devices
 import numpy as np
 import pytest
 import serial_boards
+from hardware import rig
 
 from hw import registry
-from hw.interface import CHANNEL_FIELDS, Rig
+from hw.interface import CHANNEL_FIELDS
 from hw.rig import Member, compose
 from rtctl.control.jit import records
 from rtctl.tick import FIELDS, new_ticks
@@ -26,18 +27,6 @@ from rtctl.tick import FIELDS, new_ticks
 SAMPLES = 60
 PATIENT = {"open_timeout_s": 30.0, "reopen_timeout_s": 10.0}
 """For a simulated board on a busy machine; nothing is judged by it."""
-
-
-def rig(n_axes):
-    return Rig(
-        n_axes=n_axes,
-        period_s=1e-3,
-        gear_ratio=np.full(n_axes, 80.0),
-        gear_efficiency=np.full(n_axes, 0.72),
-        torque_constant_nm_a=np.full(n_axes, 0.0134),
-        encoder_counts_per_rev=np.full(n_axes, 160_000.0),
-        lever_m=np.array([[0.0, 0.1, 0.0], [0.0, 0.0, 0.1]])[:n_axes],
-    )
 
 
 def mock(n_axes, folder):

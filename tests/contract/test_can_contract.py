@@ -8,21 +8,15 @@ from pathlib import Path
 import can_rows
 import numpy as np
 import pytest
+from hardware import rig
 
 from hw import registry
-from hw.interface import BackendError, LinkFault, LinkLost, Rig
+from hw.interface import BackendError, LinkFault, LinkLost
 from rtctl.control.jit import records
 from rtctl.tick import new_ticks
 
 FEWER_REPLUGS = {"cia402, two axes": 100}
 """Rows whose set-up asks for many objects; the others are opened a thousand times. In a virtual machine all are few."""
-
-
-def rig(n_axes):
-    return Rig(
-        n_axes, 1e-3, np.full(n_axes, 80.0), np.full(n_axes, 0.72), np.full(n_axes, 0.0134), np.full(n_axes, 160_000.0),
-        np.eye(3)[:n_axes],
-    )  # fmt: skip
 
 
 class Bench:

@@ -9,8 +9,8 @@ import time
 import tty
 
 import can
-import numpy as np
 import pytest
+from hardware import rig
 from slcan_wire import SlcanWire
 
 from hw import registry
@@ -19,7 +19,7 @@ from hw.can.bus import EXTENDED, REMOTE, open_bus, wait_for
 from hw.can.drive_sim import TORQUE_CONSTANT_NM_A, DriveSim, make_drives
 from hw.can.options import BusOptions, OdriveOptions
 from hw.can.sim_plant import Inertia
-from hw.interface import BackendError, LinkLost, Rig
+from hw.interface import BackendError, LinkLost
 from rtctl.control.jit import records
 from rtctl.tick import new_ticks
 
@@ -34,13 +34,6 @@ def wire():
 def options(wire, **more):
     arguments = {"sleep_after_open": 0.0}
     return BusOptions(interface="slcan", channel=wire.ports[0], arguments=arguments, **more).model_dump()
-
-
-def rig(n_axes=1):
-    return Rig(
-        n_axes, 1e-3, np.full(n_axes, 80.0), np.full(n_axes, 0.72), np.full(n_axes, TORQUE_CONSTANT_NM_A),
-        np.full(n_axes, 160_000.0), np.eye(3)[:n_axes],
-    )  # fmt: skip
 
 
 def peer(wire):

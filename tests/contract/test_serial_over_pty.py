@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import serial_boards
+from hardware import rig
 
 from hw import registry
-from hw.interface import BackendError, LinkFault, LinkLost, Rig
+from hw.interface import BackendError, LinkFault, LinkLost
 from hw.serial import port
 from hw.serial.frame import Status
 from rtctl.control.jit import records
@@ -20,15 +21,7 @@ from rtctl.tick import new_ticks
 
 STATE_BYTES = 45
 
-RIG = Rig(
-    n_axes=1,
-    period_s=1e-3,
-    gear_ratio=np.array([80.0]),
-    gear_efficiency=np.array([0.72]),
-    torque_constant_nm_a=np.array([0.0134]),
-    encoder_counts_per_rev=np.array([160_000.0]),
-    lever_m=np.array([[0.0, 0.1, 0.0]]),
-)
+RIG = rig()
 
 
 @pytest.fixture(scope="module")

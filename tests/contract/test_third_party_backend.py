@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from contextlib import nullcontext
 
 import example_package
 import pytest
@@ -31,15 +32,20 @@ def run(*arguments, **more):
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=170, **more)
 
 
-def test_it_is_found_by_name_and_only_while_installed(tmp_path):
-    with pytest.raises(BackendError, match=r"no backend 'udp-board'; there are: .*mock"):
-        registry.lookup("udp-board")
-    with example_package.installed(tmp_path / "site"):
-        info = registry.lookup("udp-board")
-        assert isinstance(info, BackendInfo)
-        assert not info.simulated
-        with pytest.raises(BackendError, match=r"there are: .*udp-board"):
-            registry.lookup("udp-bord")
+@pytest.mark.parametrize("already", [False, True], ids=["", "beside the example installed for good"])
+def test_it_is_found_by_name_and_only_while_installed(tmp_path, already):
+    name = f"{example_package.KIND}_of_this_test"
+    with example_package.installed(tmp_path / "before") if already else nullcontext():
+        with pytest.raises(BackendError, match=rf"no backend '{name}'; there are: .*mock"):
+            registry.lookup(name)
+        with example_package.installed(tmp_path / "site", name):
+            info = registry.lookup(name)
+            assert isinstance(info, BackendInfo)
+            assert not info.simulated
+            with pytest.raises(BackendError, match=rf"there are: .*{name}"):
+                registry.lookup("udp-bord")
+        with pytest.raises(BackendError, match=rf"no backend '{name}'"):
+            registry.lookup(name)
 
 
 def test_an_entry_point_that_is_no_backend_is_named(tmp_path):

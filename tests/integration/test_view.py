@@ -3,75 +3,20 @@
 import http.client
 import json
 import math
-import queue
+import re
 import threading
 
 import numpy as np
 import pytest
+from made_up_rig import Rig
 from patience import PATIENCE_S, until
 
 from rtctl.control.vocabulary import Fault, State
-from rtctl.errors import RefusedError
 from rtctl.tick import new_ticks
 from rtctl.view.feed import EDGES_US, KEPT_BATCHES, Feed, Histogram, Signal, columns
-from rtctl.view.server import MOST_STREAMS, ViewServer
+from rtctl.view.server import FILES, MOST_RECORDINGS, MOST_STREAMS, SCRIPTS, STATIC, ViewServer
 
-HELLO = {"rig": "made-up", "rate_hz": 1000.0, "axes": [{"name": "yaw"}, {"name": "pitch"}]}
-
-
-class Stream:
-    def __init__(self, items):
-        self.items = items
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        pass
-
-    def receive(self, timeout_s):
-        try:
-            return self.items.get(timeout=min(timeout_s, 0.05))
-        except queue.Empty:
-            return None
-
-
-class Rig:
-    """Stands for RigClient: notes what it is asked, and lets a test put telemetry in."""
-
-    def __init__(self):
-        self.asked, self.refuse = [], None
-        self.rows, self.told, self.well = queue.Queue(), queue.Queue(), queue.Queue()
-
-    def hello(self):
-        return HELLO
-
-    def ticks(self):
-        return Stream(self.rows)
-
-    def events(self):
-        return Stream(self.told)
-
-    def health(self):
-        return Stream(self.well)
-
-    def __getattr__(self, name):
-        def ask(*arguments, **values):
-            if self.refuse:
-                raise RefusedError("not_ready", self.refuse)
-            self.asked.append((name, arguments, values))
-            return {"environment": {"kind": arguments[1], **values}} if name == "set_environment" else {}
-
-        return ask
-
-    def batch(self, n=20, first=0, **fields):
-        rows = new_ticks(n, 2)
-        rows["tick"] = np.arange(first, first + n)
-        rows["time_ns"] = rows["tick"] * 1_000_000
-        for name, value in fields.items():
-            rows[name] = value
-        self.rows.put(rows)
-        return rows
+OURS = {"X-Rtctl": "view"}
 
 
 @pytest.fixture
@@ -108,9 +53,7 @@ def press(server, name, body=b"{}", key="right", link=None, **headers):
     return answer.status, said
 
 
-@pytest.mark.parametrize(
-    "path", ["/", "/world", "/view.js", "/common.js", "/world.js", "/view.css", "/uPlot.iife.min.js"]
-)
+@pytest.mark.parametrize("path", [path for path in FILES if path != "/uPlot.min.css"])
 def test_the_pages_are_served_whole_and_may_load_nothing_from_elsewhere(page, path):
     answer, body = get(page[1], path)
     assert answer.status == 200
@@ -120,11 +63,19 @@ def test_the_pages_are_served_whole_and_may_load_nothing_from_elsewhere(page, pa
     assert b"http://" not in body
 
 
+def test_every_script_that_a_page_asks_for_is_served(page):
+    named = set()
+    for name in (*SCRIPTS, "index.html", "world.html"):
+        text = (STATIC / name).read_text()
+        named |= set(re.findall(r'(?:from "./|type="module" src=")([a-z]+\.js)"', text))
+    assert named == set(SCRIPTS)
+
+
 @pytest.mark.parametrize(
     "path", ["/../server.py", "/static/view.js", "/etc/passwd", "/%2e%2e/feed.py", "/nothing"]
 )
 def test_nothing_else_is_served(page, path):
-    assert get(page[1], path)[0].status == 404
+    assert get(page[1], path, **OURS)[0].status == 404
 
 
 @pytest.mark.parametrize(
@@ -134,6 +85,32 @@ def test_other_names_and_pages_are_refused(page, headers):
     assert get(page[1], "/", **headers)[0].status == 403
     assert press(page[1], "stop", **headers)[0] == 403
     assert page[0].asked == []
+
+
+@pytest.mark.parametrize("path", ["/stream", "/ticks.csv", "/hello", "/view.js"])
+@pytest.mark.parametrize("site", ["cross-site", "same-site"])  # same-site: another port of this machine
+def test_nothing_is_given_to_an_image_or_frame_of_another_page(page, path, site):
+    fetched = {"Sec-Fetch-Site": site, "Sec-Fetch-Mode": "no-cors", "Sec-Fetch-Dest": "image"}
+    answer, body = get(page[1], path, **fetched, **OURS)
+    assert answer.status == 403
+    assert b"another name or page" in body
+
+
+@pytest.mark.parametrize("path", ["/stream", "/ticks.csv?signals=tick", "/hello"])
+def test_a_browser_that_tells_no_site_cannot_take_up_streams_for_another_page(page, path):
+    # over a plain address of the network browsers send no Sec-Fetch-*, and images no Origin: the header decides
+    for _ in range(MOST_STREAMS + 1):
+        assert get(page[1], path)[0].status == 403
+    assert get(page[1], "/hello", **OURS)[0].status == 200
+    assert get_stream_status(page[1]) == 200
+
+
+def test_a_link_from_another_page_opens_the_page_and_nothing_else(page):
+    link = {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "navigate", "Sec-Fetch-Dest": "document"}
+    assert get(page[1], "/", **link)[0].status == 200
+    assert get(page[1], "/world", **link)[0].status == 200
+    assert get(page[1], "/hello", **link, **OURS)[0].status == 403
+    assert get(page[1], "/", **{**link, "Sec-Fetch-Dest": "iframe"})[0].status == 403
 
 
 def test_its_own_page_may_press(page):
@@ -202,7 +179,7 @@ def test_nonsense_is_refused_with_a_reason(page, name, body):
 
 def test_what_the_daemon_refuses_is_said(page):
     page[0].refuse = "state FAULT: reset first"
-    assert press(page[1], "arm") == (409, {"error": "not_ready: state FAULT: reset first"})
+    assert press(page[1], "arm") == (409, {"error": "state FAULT: reset first", "code": "not_ready"})
 
 
 def test_a_refused_press_leaves_the_connection_usable(page):
@@ -222,7 +199,7 @@ def test_a_body_that_is_too_long_is_not_read(page):
 def events(server, signals="", most=400):
     """Parsed events of a stream, until the test has seen enough."""
     link = connection(server)
-    link.request("GET", f"/stream?signals={signals}")
+    link.request("GET", f"/stream?signals={signals}", headers=OURS)
     answer = link.getresponse()
     assert answer.status == 200
     try:
@@ -230,7 +207,7 @@ def events(server, signals="", most=400):
             name = answer.fp.readline().decode().removeprefix("event: ").strip()
             data = answer.fp.readline().decode().removeprefix("data: ")
             answer.fp.readline()
-            yield name, json.loads(data)
+            yield name, json.loads(data, parse_constant=pytest.fail)  # a browser takes no NaN
     finally:
         link.close()
 
@@ -284,7 +261,7 @@ def test_faults_and_events_are_told_with_their_texts(page):
     "signals", ["nothing", "position_rad.x", "position_rad.-1", "seal;drop", ",".join(["tick"] * 17)]
 )
 def test_signals_that_are_none_are_refused(page, signals):
-    answer, body = get(page[1], f"/stream?signals={signals.replace(';', '%3B')}")
+    answer, body = get(page[1], f"/stream?signals={signals.replace(';', '%3B')}", **OURS)
     assert answer.status == 400
     assert json.loads(body)["error"]
 
@@ -294,7 +271,9 @@ def test_only_so_many_browsers_may_look_and_one_that_leaves_makes_room(page):
     streams = [events(server) for _ in range(MOST_STREAMS)]
     for stream in streams:
         next(stream)
-    assert get(server, "/stream")[0].status == 503
+    answer, body = get(server, "/stream", **OURS)
+    assert answer.status == 503
+    assert "close one" in json.loads(body)["error"]
     streams[0].close()
     until(lambda: get_stream_status(server) == 200, "room for one more")
     for stream in streams[1:]:
@@ -303,10 +282,91 @@ def test_only_so_many_browsers_may_look_and_one_that_leaves_makes_room(page):
 
 def get_stream_status(server):
     link = connection(server)
-    link.request("GET", "/stream")
+    link.request("GET", "/stream", headers=OURS)
     status = link.getresponse().status
     link.close()
     return status
+
+
+def recorded(server, signals):
+    """Lines of a recording, as they come."""
+    link = connection(server)
+    link.request("GET", f"/ticks.csv?signals={signals}", headers=OURS)
+    answer = link.getresponse()
+    assert answer.status == 200
+    try:
+        while line := answer.fp.readline().decode():
+            yield line.removesuffix("\n").split(",")
+    finally:
+        link.close()
+
+
+def test_a_recording_has_every_tick_with_the_names_of_the_export(page):
+    rig, server = page
+    lines = recorded(server, "position_rad.1,force_n.2,state.0")
+    assert next(lines) == ["tick", "time_ns", "position_rad.pitch", "force_n.z", "state"]
+    rig.batch(300, position_rad=[[0.5, 0.1 + 0.2]], force_n=[[1.0, 2.0, math.inf]], state=State.ACTIVE)
+    seen = [next(lines) for _ in range(300)]
+    assert [int(line[0]) for line in seen] == list(range(300))
+    assert [int(line[1]) for line in seen] == [k * 1_000_000 for k in range(300)]
+    assert {tuple(line[2:]) for line in seen} == {(repr(0.1 + 0.2), "", "3")}
+    lines.close()
+
+
+def test_recordings_have_places_of_their_own(page):
+    server = page[1]
+    lines = [recorded(server, "tick") for _ in range(MOST_RECORDINGS)]
+    for line in lines:
+        next(line)
+    assert get(server, "/ticks.csv?signals=tick", **OURS)[0].status == 503
+    assert get_stream_status(server) == 200
+    for line in lines:
+        line.close()
+
+
+def test_a_sensor_that_is_not_a_number_does_not_end_the_page(page):
+    rig, server = page
+    stream = events(server)
+    next(stream)
+    rig.batch(position_rad=[[math.nan, 0.5]], hand_torque_nm=[[math.inf, 0.0]], state=State.FAULT)
+    status = next(data for name, data in stream if name == "status" and "state" in data)
+    assert status["position_rad"] == [None, 0.5]
+    assert status["hand_nm"] == [None, 0.0]
+    stream.close()
+
+
+def test_no_text_of_a_device_reaches_the_page_with_control_characters(page):
+    rig, server = page
+    stream = events(server)
+    next(stream)
+    evil = "\x1b[2J\u202egnp.exe"
+    voice = {"device": evil, "axis": None, "text": evil, "faults": [evil], "silent": True}
+    rig.told.put({"event": "device", **voice, "tick": 7, "timestamp": 1.0})
+    rig.well.put({"devices": [voice], evil: evil})
+    rig.batch(state=State.IDLE)
+    heard = {}
+    for name, data in stream:
+        heard[name] = json.dumps(data, ensure_ascii=False)
+        if "event" in heard and "\\\\x1b" in heard.get("status", ""):
+            break
+    for text in (heard["event"], heard["status"]):
+        assert "\\u202e" in text
+        assert "\u202e" not in text
+        assert "\\u001b" not in text
+    stream.close()
+
+
+def test_the_status_says_what_leads_on_and_why_buttons_would_be_refused(page):
+    rig, server = page
+    stream = events(server)
+    next(stream)
+    rig.batch(state=State.FAULT, faults=int(Fault.STALE), fault_first=0)
+    status = next(data for name, data in stream if name == "status" and data.get("state") == "FAULT")
+    assert "Reset once" in status["next"]
+    assert status["hindrances"] == {"arm": "the rig is in FAULT: Reset first", "reset": "", "tare": ""}
+    assert status["first"]["wrong"] == "the device sends no fresh samples"
+    assert status["first"]["remedy"] == "check its power and cable"
+    stream.close()
 
 
 def test_a_browser_that_does_not_read_keeps_a_bounded_past():

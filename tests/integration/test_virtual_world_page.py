@@ -1,4 +1,4 @@
-"""`docs/virtual-world.md` as a reader would try it: its snippets in their order, and the page's drag, on an armed rig."""
+"""`docs/virtual-world.md` and `docs/api.md` as a reader would try them: their snippets in order, and the page's drag, on an armed rig."""
 
 import re
 import tempfile
@@ -13,7 +13,9 @@ from rtctl.errors import ClientError
 from rtctl.view.world import World
 
 PAGE = Path(__file__).parents[2] / "docs" / "virtual-world.md"
-SNIPPETS = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
+API = PAGE.with_name("api.md")
+PYTHON = re.compile(r"```python\n(.*?)```", re.DOTALL)
+SNIPPETS = PYTHON.findall(PAGE.read_text())
 
 
 @pytest.fixture(scope="module")
@@ -82,3 +84,20 @@ def test_a_drag_while_somebody_else_holds_the_lease_is_refused_and_changes_nothi
             world.choose("drag")
         assert rig.status()["axes"][0]["environment"]["kind"] != "remote"
     world.close()
+
+
+def test_the_snippets_of_the_clients_page_run_as_written(rig, monkeypatch, capsys):
+    monkeypatch.setenv(
+        "RTCTL_RUNTIME_DIR", str(Path(rig.endpoints.command.removeprefix("ipc://")).parents[1])
+    )
+    snippets, names = PYTHON.findall(API.read_text()), {}
+    assert len(snippets) == 5
+    for snippet in snippets:
+        exec(compile(snippet, str(API), "exec"), names)
+    until(lambda: rig.latest_state().state == State.IDLE)
+    told = capsys.readouterr().out.splitlines()
+    assert told[0].startswith("mock ")
+    assert told[1] == "ACTIVE"
+    assert len(names["run"]) >= 300
+    assert any(line.startswith("out_of_bounds | stiffness_nm_rad: -1.0") for line in told), told
+    assert told[-1] != "nothing heard"

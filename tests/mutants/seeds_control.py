@@ -47,6 +47,9 @@ CREDIT = (
 TWICE = (
     f"{UNIT}/test_dry_friction.py::test_viscous_friction_is_not_credited_as_dry_where_the_curves_slope_is_too_low",
 )
+SPRING = (
+    f"{UNIT}/test_feedforward.py::test_a_vibration_within_the_presliding_length_gets_no_work_from_hybrid",
+)
 RESTING = (f"{UNIT}/test_resting.py",)
 JUMPED = (
     "tests/unit/test_delay_on_the_mock.py::test_samples_refused_because_the_joint_is_out_of_reach_are_not_the_devices",
@@ -628,6 +631,10 @@ SEEDS = (
     Seed(
         "friction is seen in presliding", "rtctl/control/disturbance_observer.py",
         "elif abs(s.bristle_share[axis]) >= 1.0:", "else:", SEEN,
+    ),
+    Seed(
+        "hybrid goes by the sign of the velocity in presliding", "rtctl/control/feedforward.py",
+        "blend(v, s.friction_stop[axis], _intent", "blend(v, math.tanh(v / p.friction_tanh_rad_s[axis]), _intent", SPRING,
     ),
     Seed(
         "the intent is not low-passed", "rtctl/control/feedforward.py",

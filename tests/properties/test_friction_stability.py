@@ -107,7 +107,7 @@ def _radius(b, k_c, b_c, d, mass, hand, world):
 
 
 def test_the_loop_check_itself_sees_instability():
-    # just above the bound the worst hand of theory 1.5, resonant at Nyquist, must leave the circle
+    # just above the bound the worst hand of docs/theory.md 2.11, resonant at Nyquist, must leave the circle
     b, b_c, mass = 0.05, 0.01, 0.1
     hand = mass * (np.pi / T) ** 2
     assert _radius(b, 1.05 * 103.37, b_c, 0, mass, hand, np.inf) > 1 + 1e-6

@@ -8,6 +8,8 @@ DOCUMENTS = {
     "tick.md": {"tick fields"},
     "safety.md": {"transitions", "faults"},
     "protocol.md": {"fault bits"},
+    "api.md": {"client reference"},
+    "config.md": {"rig file keys", "device option keys"},
 }
 
 

@@ -1,12 +1,14 @@
 """The tick record and what is generated from it."""
 
 import json
+import math
 
 import jsonschema
 import numpy as np
 import pytest
 
 from rtctl import tick
+from rtctl.cli.json_text import json_text
 
 
 @pytest.mark.parametrize("n_axes", [1, 2, 8])
@@ -43,17 +45,55 @@ def test_the_json_schema_accepts_a_tick_and_refuses_a_wrong_one():
             jsonschema.validate(bad, schema)
 
 
-def test_non_finite_values_travel_as_null_in_json():
-    body = {field.name: None for field in tick.FIELDS if field.kind == "float" and field.shape == "scalar"}
-    for name, value in body.items():
-        jsonschema.validate(value, tick.json_schema()["properties"][name])
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_non_finite_values_travel_as_null_in_json(value):
+    ticks = tick.new_ticks(1, 2)
+    floats = {field.name for field in tick.FIELDS if field.kind == "float"}
+    for name in floats:
+        ticks[name] = value
+    body = {name: np.asarray(ticks[0][name]).tolist() for name in ticks.dtype.names}
+    sent = json.loads(json_text(body), parse_constant=pytest.fail)
+    jsonschema.validate(sent, tick.json_schema(2))
+    nulls = {
+        name
+        for name, item in sent.items()
+        if item is None or (isinstance(item, list) and set(item) == {None})
+    }
+    assert nulls == floats
+    assert {"authority", "position_rad", "force_n"} <= floats, "a scalar, one per axis, one of three parts"
 
 
-def test_every_field_has_a_unit_in_its_name_or_is_a_count():
-    units = ("_ns", "_rad", "_rad_s", "_a", "_n", "_c", "_nm", "_nms_rad", "_j")
+def test_what_is_counted_is_never_null():
+    schema = tick.json_schema(2)["properties"]
     for field in tick.FIELDS:
-        if field.unit != "1":
-            assert field.name.endswith(units), field.name
+        if field.kind != "float":
+            null = None if field.shape == "scalar" else [None] * 2
+            with pytest.raises(jsonschema.ValidationError):
+                jsonschema.validate(null, schema[field.name])
+
+
+SUFFIXES = {"N m": "_nm", "N m s/rad": "_nms_rad", "degC": "_c"}
+"""Of units whose name in a field is not the unit with its slash and spaces written as underlines, in small letters."""
+
+
+def without_its_unit(field):
+    """Whether a field that has a unit does not end in it, or one that has none seems to have one."""
+    plain = field.unit.replace(" ", "_").replace("/", "_").lower()
+    if field.unit == "1":
+        return field.name.endswith(("_ns", "_s", "_rad", "_nm", "_n", "_a", "_j"))
+    return not field.name.endswith(SUFFIXES.get(field.unit, f"_{plain}"))
+
+
+def test_every_field_has_its_unit_in_its_name_or_is_a_count():
+    assert not [(field.name, field.unit) for field in tick.FIELDS if without_its_unit(field)]
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [("velocity_rad", "rad/s"), ("torque_applied", "N m"), ("period_ns", "1"), ("force_a", "N")],
+)
+def test_a_field_of_another_unit_is_noticed(name, unit):
+    assert without_its_unit(tick.Field(name, "float", "axis", unit, "law", ""))
 
 
 def test_the_command_prints_the_schema():

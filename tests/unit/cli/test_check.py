@@ -114,7 +114,7 @@ def test_a_coupling_exactly_at_its_bound_passes(rig):
 def test_with_a_model_the_secant_damping_gates_where_it_is_less_than_what_damps_small_motions(rig):
     (axis,) = examine(load(rig(model="model.json"))).axes
     figures = axis.friction
-    # theory 2.2 at kappa .9: .0625, less the model's error at 2 rad/s
+    # docs/theory.md 5.2 at kappa .9: .0625, less the model's error at 2 rad/s
     assert figures.secant_damping_nms_rad == pytest.approx(0.0625 - figures.error_max_nm / 2, abs=2e-4)
     # in presliding dry friction is a spring: there only the rig file's viscous damping is sure
     assert axis.device_damping_nms_rad == 0.05

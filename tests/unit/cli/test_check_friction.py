@@ -263,7 +263,7 @@ def test_the_torque_of_a_count_is_what_the_law_sends(rig):
 
 
 def test_the_bias_at_which_a_joint_creeps_is_that_of_the_theory(rig):
-    # theory, second part, section 9: (1 - kappa)/kappa F_s = 18.9 mN m at kappa .95, F_s .36; dead band and target share on top
+    # docs/theory.md 6.2: (1 - kappa)/kappa F_s = 18.9 mN m at kappa .95, F_s .36; dead band and target share on top
     loaded = rig(("[[device]]", "[axis.friction.observer]\ngain = 0.95\ndeadband_nm = 0.0\n[[device]]"))
     row = _rows(loaded)[BIAS]
     sure = examine(loaded).axes[0].guarantee

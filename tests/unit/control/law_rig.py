@@ -1,4 +1,4 @@
-"""A rig around `law.step` for tests: nominal plant of the theory reference, one tick per call."""
+"""A rig around `law.step` for tests: nominal joint of docs/theory.md 1.3, one tick per call."""
 
 import math
 

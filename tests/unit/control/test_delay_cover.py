@@ -1,4 +1,4 @@
-"""How much delay a coupling's proof covers: the table of the second theory reference, and the whole-tick test."""
+"""How much delay a coupling's proof covers: the row of docs/theory.md 2.11, and the whole-tick test."""
 
 import math
 

@@ -60,8 +60,33 @@ def test_the_direction_at_rest_is_the_hands_and_in_motion_the_joints():
     assert moving(Policy.HYBRID, 0.0, hand_nm=-0.02)["friction_sign"] == pytest.approx(-0.4)
     assert moving(Policy.HYBRID, 0.5, hand_nm=-0.2)["friction_sign"] == pytest.approx(1.0, abs=1e-6)
     assert moving(Policy.HYBRID, 0.05, hand_nm=-0.2)["friction_sign"] == pytest.approx(
-        (1 - math.exp(-1)) * math.tanh(2.5) - math.exp(-1), abs=0.02
+        (1 - math.exp(-1)) - math.exp(-1), abs=0.02
     )
+
+
+def work_over_a_cycle(policy, amplitude_rad, hz=40.0):
+    """Share of F times the way that the feed-forward puts into a vibration of a joint in a hand that pushes, after three cycles."""
+    rig = (
+        LawRig(friction_policy=int(policy), friction_blend_rad_s=1e-3, friction_ungated_cap_nm=1.0)
+        .friction()
+        .arm()
+    )
+    rig.force_n[1] = 1.0
+    work = way = 0.0
+    for tick in range(round(6 / (hz * T))):
+        before, torque = rig.position[0], rig["feedforward_torque_nm"]
+        rig.tick(amplitude_rad * math.sin(2 * math.pi * hz * tick * T))
+        if tick >= round(3 / (hz * T)):
+            work += 0.5 * (torque + rig["feedforward_torque_nm"]) * (rig.position[0] - before)
+            way += abs(rig.position[0] - before)
+    return work / (0.35 * way)
+
+
+@pytest.mark.parametrize("amplitude_rad", [1e-4, 5e-4])
+def test_a_vibration_within_the_presliding_length_gets_no_work_from_hybrid(amplitude_rad):
+    """The mock's friction is a spring there: a direction by the sign of the velocity would drive the vibration."""
+    assert work_over_a_cycle(Policy.HYBRID, amplitude_rad) == pytest.approx(0.0, abs=0.1)
+    assert work_over_a_cycle(Policy.SIGN, amplitude_rad) > 0.3, "the measure sees what drives"
 
 
 def test_the_deadband_is_dead_and_tanh_is_soft():
@@ -161,7 +186,7 @@ def test_a_model_that_is_not_finite_is_no_friction_and_a_fault(bad):
 
 
 class BristlePlant(Plant):
-    """LuGre joint (theory reference, section 4: coupled exponential step, 20 sub-steps) and a hand spring."""
+    """LuGre joint (docs/theory.md 12.3 with theta = 1, 20 sub-steps) and a hand spring."""
 
     sigma0, sigma1 = 250.0, 1.0
 

@@ -1,4 +1,4 @@
-"""Dampings left by friction feed-forward and the two-line test, against the theory's oracle tables (2.x)."""
+"""Dampings left by friction feed-forward and the two-line test, against the tables of docs/theory.md 5."""
 
 import math
 

@@ -22,7 +22,7 @@ from rtctl.control.stability import (
 
 T = 1e-3
 
-# b, b_c, k_max: sampled data without delay, with one tick, Adams-Hannaford (theory reference 1.5)
+# b, b_c, k_max: sampled data without delay, with one tick, Adams-Hannaford (docs/theory.md 2.11)
 ORACLES = [
     (0.05, 0.0, 100, 25, 400),
     (0.05, 0.005, 90, 32.6556, 409.7618),
@@ -144,7 +144,7 @@ def test_least_admittance_mass_equals_the_oracles(K_v, b_a, m_a):
     assert admittance_mass_min(0.012, 0.05, K_v, T, b_a) == pytest.approx(m_a, abs=1.1e-6)
 
 
-# ---- independent check: poles of the closed loop (theory reference 1.5) -----------------------------
+# ---- independent check: poles of the closed loop (docs/theory.md 2.11) -----------------------------
 def _spectral_radius(k_c: float, b_c: float, b: float, modes: int, mass: float) -> float:
     """Device damping b, a lossless hand resonant at the first odd multiples of Nyquist, a rigid wall.
 

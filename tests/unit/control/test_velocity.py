@@ -23,7 +23,7 @@ def foaw_error(counts_per_rev, window, speed, n=2000):
     return float(np.sqrt(np.mean(np.square(errors))))
 
 
-# Regression table of the theory reference, section 5, +-20 % plus half a unit of its last digit. Its
+# Regression table, four rows of which docs/theory.md 10.1 shows, +-20 % plus half a unit of its last digit. Its
 # entries for 1.0 and 2.0 rad/s at 160000 counts are left out: the finite-difference row beside them
 # (.0016 at 2.0) belongs to 51 counts per tick, not to the 50.93 of 2.0 rad/s, see the next test.
 TABLE = [

@@ -177,7 +177,7 @@ def test_the_best_of_one_run_is_named_beside_the_next():
 @pytest.mark.parametrize("b_c", [0.0, 0.01, 0.03])
 @pytest.mark.parametrize("modes", [1, 2, 5, 14])
 def test_the_worst_hand_is_unstable_exactly_where_theory_says(b_c, modes):
-    # theory reference 1.5: k = (2 b / T) / S_N - 2 b_c / T
+    # docs/theory.md 2.11: k = (2 b / T) / S_N - 2 b_c / T
     s_n = 8 / math.pi**2 * sum(1 / (2 * n - 1) ** 2 for n in range(1, modes + 1))
     edge = worst_hand.first_unstable(worst_hand.worst(J, B, T, modes), b_c, T, 400.0)
     assert edge == pytest.approx(2 * B / T / s_n - 2 * b_c / T, rel=1e-4)

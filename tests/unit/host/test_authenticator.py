@@ -3,7 +3,7 @@ import zmq
 from zmq.utils import z85
 
 from rtctl.errors import BusyError
-from rtctl.host.authenticator import BAN_S, ZAP_ADDRESS, Authenticator
+from rtctl.host.authenticator import BAN_S, PAUSE_S, VIEWER, ZAP_ADDRESS, Authenticator
 from rtctl.keys import Key
 
 PUBLIC = bytes(range(32))
@@ -135,6 +135,13 @@ def test_who_was_expelled_stays_out_of_that_door_only_and_not_for_ever(desk):
     assert desk.connect("ipc", peer=b"localhost:0:0:1")[0] == "200"
     desk.now_s += BAN_S + 1
     assert desk.connect("curve", b"CURVE", PUBLIC)[0] == "200"
+
+
+def test_an_expelled_viewer_keeps_the_others_waiting_for_a_moment_only(desk):
+    desk.authenticator.ban(b"rtctl.viewer.x", VIEWER)
+    assert desk.connect("viewer", peer=b"127.0.0.1")[0] == "300", "it may try again"
+    desk.now_s += PAUSE_S
+    assert desk.connect("viewer", peer=b"127.0.0.1") == ("200", VIEWER)
 
 
 def test_a_context_has_one_authenticator(desk):

@@ -70,4 +70,6 @@ def test_the_document_names_the_layout_and_the_steps_that_prevent_crashes():
     assert LAYOUT.name in text
     assert "**msgpack**" in text
     assert "`timestamp`" in text
+    assert "*address* `127.0.0.1`" in text, "the program puts tcp:// before it"
+    assert "*port* `9872`" in text.replace("\n", " ").replace("   ", " ")
     assert all(f"\n{click}. " in text for click in range(1, 6))

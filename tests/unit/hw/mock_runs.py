@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
+from hardware import rig
 
-from hw.interface import Rig
 from hw.mock import hand
 from hw.mock.jit import compiled, records
 from hw.mock.options import MockOptions
@@ -14,22 +14,10 @@ from hw.mock.records import plant_records
 PER_A = 80 * 0.72 * 0.0134
 
 
-def rig(period_s=1e-3):
-    return Rig(
-        n_axes=1,
-        period_s=period_s,
-        gear_ratio=np.array([80.0]),
-        gear_efficiency=np.array([0.72]),
-        torque_constant_nm_a=np.array([0.0134]),
-        encoder_counts_per_rev=np.array([160_000.0]),
-        lever_m=np.array([[0.0, 0.1, 0.0]]),
-    )
-
-
 def plant(period_s=1e-3, **options):
     """Parameters and state of the rig that these options describe."""
     dumped = MockOptions.model_validate(options).model_dump(mode="json")
-    params, state = plant_records(dumped, rig(period_s))
+    params, state = plant_records(dumped, rig(period_s=period_s))
     return records(params), records(state)
 
 

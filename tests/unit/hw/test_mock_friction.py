@@ -1,4 +1,4 @@
-"""Friction of the simulated joint against the oracles of the theory reference, section 4."""
+"""Friction of the simulated joint against docs/theory.md 12 and independent oracles."""
 
 import math
 
@@ -64,7 +64,7 @@ def params(**fields):
 
 
 @pytest.mark.parametrize("speed", [0.001, 0.02, 0.0707, 0.1, 0.5, 2.0])
-def test_the_static_curve_is_the_formula_of_the_theory_reference(speed):
+def test_the_static_curve_is_the_formula_of_the_theory(speed):
     expected = 0.25 + 0.10 * math.exp(-((speed / 0.1) ** 2)) + 0.05 * speed
     assert static_friction(speed, 0.0, friction(), 0) == pytest.approx(expected, rel=1e-14)
     assert static_friction(-speed, 0.0, friction(), 0) == pytest.approx(-expected, rel=1e-14)
@@ -168,7 +168,7 @@ def velocity_error(fine, h, **how):
     return np.sqrt(np.mean((run[:, 0] - fine[:, 0]) ** 2) / np.mean(fine[:, 0] ** 2))
 
 
-def test_the_backward_step_is_the_one_of_the_theory_reference(fine):
+def test_the_backward_step_is_the_one_of_the_theory(fine):
     assert velocity_error(fine, 1e-3, backward=True) == pytest.approx(0.014, rel=0.1), "1.4 % there"
     assert velocity_error(fine, 1e-4, backward=True) == pytest.approx(0.0014, rel=0.1), ".14 % there"
 
@@ -206,7 +206,7 @@ def drift_rad(**fields):
 
 
 def test_lugre_creeps_under_vibration_below_break_away():
-    assert drift_rad() == pytest.approx(0.030, rel=0.1), "30 mrad in the theory reference"
+    assert drift_rad() == pytest.approx(0.030, rel=0.1), "30 mrad by an independent simulation"
 
 
 def test_the_elasto_plastic_joint_does_not_creep_under_vibration_below_break_away():

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from mock_runs import march, plant, rig, truth
+from hardware import rig
+from mock_runs import march, plant, truth
 from scipy.optimize import brentq
 
 from hw.mock.backend import MockBackend

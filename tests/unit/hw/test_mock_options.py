@@ -82,7 +82,7 @@ def test_the_dump_is_plain_data_that_validates_to_itself():
     assert MockOptions.model_validate(dump) == options
 
 
-def test_the_defaults_are_the_nominal_plant_of_the_theory_reference():
+def test_the_defaults_are_the_nominal_joint_of_the_theory():
     axis = MockOptions().axis[0]
     assert (axis.inertia_kgm2, axis.friction.viscous_nms_rad, axis.friction.coulomb_nm) == (0.012, 0.05, 0.25)
     assert (axis.friction.breakaway_nm, axis.friction.stribeck_rad_s, axis.friction.stribeck_exponent) == (

@@ -9,30 +9,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hardware import rig
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hw.interface import BackendError, Rig
+from hw.interface import BackendError
 from hw.mock.backend import MockBackend
 from hw.mock.jit import records
 from hw.mock.options import MockOptions
 from rtctl.tick import new_ticks
 
 TORQUE_PER_AMPERE = 80 * 0.72 * 0.0134
-
-
-def rig(n=1, lever=None, period_s=1e-3):
-    return Rig(
-        n_axes=n,
-        period_s=period_s,
-        gear_ratio=np.full(n, 80.0),
-        gear_efficiency=np.full(n, 0.72),
-        torque_constant_nm_a=np.full(n, 0.0134),
-        encoder_counts_per_rev=np.full(n, 160_000.0),
-        lever_m=np.array(
-            lever if lever is not None else [[0.0, 0.1, 0.0], [0.0, 0.0, 0.1], [0.1, 0.0, 0.0]][:n]
-        ),
-    )
 
 
 def make(of=None, **options):
@@ -265,7 +252,7 @@ def test_wrong_numbers_of_tables_and_dependent_levers_are_refused_by_name():
     with pytest.raises(BackendError, match="axis has 3 tables; give one for all, or 2"):
         make(of=rig(2), axis=[{}, {}, {}])
     with pytest.raises(BackendError, match="no force at the tip"):
-        make(of=rig(2, lever=[[0.0, 0.1, 0.0], [0.0, 0.2, 0.0]]))
+        make(of=rig(2, lever_m=[[0.0, 0.1, 0.0], [0.0, 0.2, 0.0]]))
 
 
 CURRENT = st.floats(allow_nan=True, allow_infinity=True) | st.floats(-30, 30)
@@ -295,7 +282,7 @@ def test_nothing_a_controller_sends_makes_the_rig_show_or_hold_nan(cycles, perio
 PLAIN = """
 import json
 import sys
-sys.path.insert(0, {folder!r})
+sys.path[:0] = [{folder!r}, {tests!r}]
 import numpy as np
 from test_mock_plant import NOISY, make, run
 ticks = run(make(seed=3, **NOISY), np.sin(np.arange(40) * 0.3))
@@ -304,7 +291,8 @@ sys.stdout.write(json.dumps([ticks["position_rad"].tolist(), ticks["force_n"].to
 
 
 def test_the_same_source_runs_as_plain_python_without_a_warning():
-    script = PLAIN.format(folder=str(Path(__file__).parent))
+    here = Path(__file__).parent
+    script = PLAIN.format(folder=str(here), tests=str(here.parents[1]))
     shown = subprocess.run(
         [sys.executable, "-W", "error", "-c", script],
         env={**os.environ, "NUMBA_DISABLE_JIT": "1"},

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from mock_runs import PER_A, march, plant, rig, truth
+from hardware import rig
+from mock_runs import PER_A, march, plant, truth
 
 from hw.mock.backend import MockBackend
 from hw.mock.jit import records

@@ -8,11 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hardware import rig
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from hw.interface import BackendError, LinkFault, Rig
+from hw.interface import BackendError, LinkFault
 from hw.jit import compiled
 from hw.serial import checksums, link
 from hw.serial.described import DescribedBackend
@@ -27,18 +28,6 @@ CONFIG = Path(__file__).parents[3] / "configs" / "serial-described.toml"
 OPTIONS = tomllib.loads(CONFIG.read_text())["device"][0]["options"]
 COUNTS = 160_000.0
 DROPPED = LinkFault.DEVICE
-
-
-def rig(n_axes=1):
-    return Rig(
-        n_axes=n_axes,
-        period_s=1e-3,
-        gear_ratio=np.full(n_axes, 80.0),
-        gear_efficiency=np.full(n_axes, 0.72),
-        torque_constant_nm_a=np.full(n_axes, 0.0134),
-        encoder_counts_per_rev=np.full(n_axes, COUNTS),
-        lever_m=np.array([[0.0, 0.1, 0.0], [0.0, 0.0, 0.1]])[:n_axes],
-    )
 
 
 def options(**changes):

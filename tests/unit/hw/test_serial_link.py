@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from hardware import rig
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hw.interface import BackendError, LinkFault, Rig
+from hw.interface import BackendError, LinkFault
 from hw.serial import link
 from hw.serial.backend import SerialBackend
 from hw.serial.firmware import Board
@@ -17,18 +18,6 @@ from rtctl.tick import new_ticks
 
 COUNTS = 160_000
 DROPPED = LinkFault.DEVICE
-
-
-def rig(n_axes=1, period_s=1e-3):
-    return Rig(
-        n_axes=n_axes,
-        period_s=period_s,
-        gear_ratio=np.full(n_axes, 80.0),
-        gear_efficiency=np.full(n_axes, 0.72),
-        torque_constant_nm_a=np.full(n_axes, 0.0134),
-        encoder_counts_per_rev=np.full(n_axes, float(COUNTS)),
-        lever_m=np.array([[0.0, 0.1, 0.0], [0.0, 0.0, 0.1]])[:n_axes],
-    )
 
 
 class Wire:

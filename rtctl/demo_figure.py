@@ -1,0 +1,65 @@
+"""The picture of the demonstration: torque of the hand before and after the compensation is switched on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from rtctl.errors import DataError
+
+AROUND_S = 4.0
+"""Shown on either side of the switch."""
+
+OFF, ON, INK = "#c2410c", "#1d4ed8", "#1f2937"
+
+
+def draw(
+    path: str | Path, time_s: np.ndarray, hand_torque_nm: np.ndarray, switch_s: float, rms_nm: Sequence[float]
+) -> None:
+    """Draw the torque of the hand around the switch to a PNG, PDF or SVG file.
+
+    Parameters
+    ----------
+    time_s, hand_torque_nm : ndarray, shape (n,)
+        Samples of the whole demonstration, s and N m.
+    switch_s : float
+        When the compensation was switched on, s.
+    rms_nm : sequence of 2
+        RMS without and with, N m, for the legend.
+
+    Raises
+    ------
+    DataError
+        When the file cannot be written.
+
+    Notes
+    -----
+    The paper is white and opaque, so that the picture is legible on a dark page, too; an SVG has no date in it.
+    """
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    after = time_s - switch_s
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "rtctl", "font.size": 9, "text.color": INK}):
+        figure = Figure(figsize=(6.4, 2.3), layout="constrained", facecolor="white")
+        FigureCanvasAgg(figure)
+        plot = figure.subplots()
+        for name, colour, value, part in (
+            ("off", OFF, rms_nm[0], (after >= -AROUND_S) & (after < 0)),
+            ("on", ON, rms_nm[1], (after >= 0) & (after <= AROUND_S)),
+        ):
+            label = f"compensation {name}: {value:.3f} N m RMS"
+            plot.plot(after[part], hand_torque_nm[part], color=colour, linewidth=1.3, label=label)
+        plot.axvline(0.0, color=INK, linewidth=0.8, linestyle=":")
+        plot.set_xlim(-AROUND_S, AROUND_S)
+        plot.set_xlabel("time from the switch, s")
+        plot.set_ylabel("torque of the hand, N m")
+        plot.spines[["top", "right"]].set_visible(False)
+        plot.legend(loc="upper right", frameon=False)
+        try:
+            figure.savefig(path, dpi=120, metadata={"Date": None} if str(path).endswith(".svg") else None)
+        except (OSError, ValueError) as error:
+            raise DataError(f"{path}: cannot write the plot: {error}; choose another path, .png") from error

@@ -1,0 +1,39 @@
+"""What the page's record button saves: every tick of the signals shown, as CSV with the column names of `rtctl export`."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from rtctl.tick import FIELD
+from rtctl.view.feed import Signal
+
+ALWAYS = ("tick", "time_ns")
+"""The first columns, whatever is shown: a gap in `tick` is a tick that is missing."""
+
+
+def head(signals: Sequence[Signal], hello: Mapping[str, Any]) -> str:
+    """The line of names: `field`, `field.axis` or `field.x`."""
+    parts = {"scalar": [], "axis": [axis["name"] for axis in hello["axes"]], "xyz": ["x", "y", "z"]}
+    names = []
+    for signal in signals:
+        of = parts[FIELD[signal.field].shape]
+        names.append(f"{signal.field}.{of[signal.index]}" if signal.index < len(of) else signal.field)
+    return _lines([[*ALWAYS, *names]])
+
+
+def body(rows: np.ndarray, signals: Sequence[Signal]) -> str:
+    """A line for each of these ticks; empty where a value is not finite."""
+    return _lines(
+        zip(*(Signal(name, 0).of(rows) for name in ALWAYS), *(s.of(rows) for s in signals), strict=True)
+    )
+
+
+def _lines(table: Any) -> str:  # noqa: ANN401
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerows(table)
+    return out.getvalue()

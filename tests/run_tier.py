@@ -1,0 +1,242 @@
+"""Runs one tier of the tests, as many parts at a time as there are cores: `python tests/run_tier.py check|test|volume`.
+
+Tests that meet a clock run as one part, alone at their priority; parts that start beside them get only what nobody
+else wants (SCHED_IDLE), so that no real-time loop waits for them. Each part's output goes to a file and is shown when
+the part fails. Ctrl-C ends all parts.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import os
+import re
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import tiers
+
+ROOT = tiers.TESTS.parent
+LOGS = ROOT / "build" / "tests"
+BIN = Path(sys.executable).parent
+NOTHING_COLLECTED = 5
+END_S = 30.0
+"""Time that an interrupted part may take to end its rigs before it is killed."""
+
+ENOUGH_FILES = 25
+"""In one part: it starts Python and imports for three seconds."""
+
+PATIENT = "--timeout=1800"
+"""Of one test: beside busy others it may stand still for long."""
+
+COUNTED = re.compile(r"(\d+) (passed|failed|errors?|skipped|xfailed|xpassed)")
+
+
+@dataclass
+class Part:
+    """A program with its output. `clock`: what starts beside it must leave it alone. `idle`: it always does so."""
+
+    name: str
+    command: tuple[str, ...]
+    clock: bool = False
+    idle: bool = False
+    process: subprocess.Popen[bytes] | None = None
+    began: float = field(default=0.0)
+
+    @property
+    def log(self) -> Path:
+        """Where its output goes."""
+        return LOGS / f"{self.name.replace('/', '-').replace(' ', '+')}.log"
+
+    def start(self, *, idle: bool) -> None:
+        """In a process group of its own, which can be ended whole, but in this session: the kernel weighs sessions."""
+        self.began = time.monotonic()
+        with self.log.open("wb") as log:
+            self.process = subprocess.Popen(
+                self.command,
+                cwd=ROOT,
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                process_group=0,
+                preexec_fn=_be_idle if idle else None,
+            )
+
+    def signal(self, number: int) -> None:
+        """To its whole group, of which some may live when the program itself has ended."""
+        if self.process is not None:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self.process.pid, number)
+
+    def be_ordinary(self) -> None:
+        """Let all of it take its share again. Without root's rights it stays as it is: idle."""
+        for process in Path("/proc").glob("[0-9]*"):
+            with contextlib.suppress(OSError):
+                if os.getpgid(int(process.name)) == self.process.pid:
+                    for thread in (process / "task").iterdir():
+                        if os.sched_getscheduler(int(thread.name)) == os.SCHED_IDLE:
+                            os.sched_setscheduler(int(thread.name), os.SCHED_OTHER, os.sched_param(0))
+
+
+def _be_idle() -> None:
+    os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+
+
+def pytest_part(name: str, files: list[Path], *options: str, clock: bool = False, idle: bool = False) -> Part:
+    """These files in one session of pytest."""
+    chosen = [str(path.relative_to(ROOT)) for path in files]
+    quiet = ("-q", "--color=no", "-p", "no:cacheprovider")
+    return Part(name, (sys.executable, "-m", "pytest", *quiet, *options, *chosen), clock, idle)
+
+
+def by_folder(files: list[Path], *options: str, idle: bool = False) -> list[Part]:
+    """Whole folders, so many together that it pays to start Python and to import what they need."""
+    parts, names, together = [], [], []
+    for folder, inside in itertools.groupby(files, lambda path: path.parent):
+        names.append(folder.relative_to(ROOT).as_posix().removeprefix("tests/"))
+        together += inside
+        if len(together) >= ENOUGH_FILES:
+            parts.append(pytest_part(" ".join(names), together, *options, idle=idle))
+            names, together = [], []
+    if together:
+        parts.append(pytest_part(" ".join(names), together, *options, idle=idle))
+    return parts
+
+
+def check() -> list[Part]:
+    """The inner loop: format, lint, types, contracts, and the tests that are done in seconds."""
+    style = '"$0"/ruff format --check . && "$0"/ruff check . && "$0"/lint-imports --no-cache'
+    quick = [path for path in tiers.every_file() if tiers.is_quick(path)]
+    return [
+        Part("style", ("sh", "-c", style, str(BIN))),
+        Part("types", (str(BIN / "mypy"),)),
+        *by_folder(quick),
+    ]
+
+
+def test() -> list[Part]:
+    """What a user would run: everything but volume, and but what needs other people's programs."""
+    files = tiers.every_file()
+    clock = [path for path in files if tiers.meets_a_clock(path)]
+    others = [path for path in files if not tiers.meets_a_clock(path)]
+    return [pytest_part("clock", clock, clock=True), *by_folder(others, PATIENT)]
+
+
+def volume() -> list[Part]:
+    """The same questions asked many more times; it may run beside anything."""
+    files = [path for path in tiers.every_file() if "mark.volume" in path.read_text()]
+    return by_folder(files, "-m", "volume", PATIENT, idle=True)
+
+
+TIERS = {"check": check, "test": test, "volume": volume}
+
+
+class Run:
+    """Some parts at a time, in their order; what each said is counted, and shown if it failed."""
+
+    def __init__(self, parts: list[Part], at_a_time: int) -> None:
+        self._waiting, self._running, self._at_a_time = list(parts), [], at_a_time
+        self._counted: Counter[str] = Counter()
+        self._used_s = _used_s()
+        self._failed: list[Part] = []
+        self._began = time.monotonic()
+
+    def whole(self) -> int:
+        """Until all have ended; the exit code."""
+        while self._waiting or self._running:
+            while self._waiting and len(self._running) < self._at_a_time:
+                self._start(self._waiting.pop(0))
+            for part in list(self._running):
+                if part.process.poll() is not None:
+                    self._running.remove(part)
+                    part.signal(signal.SIGKILL)  # nothing it started outlives it
+                    self._judge(part)
+                    if part.clock:
+                        self._make_way_no_more()
+            time.sleep(0.05)
+        return self._sum_up()
+
+    def _start(self, part: Part) -> None:
+        say(f"begins                          {part.name}")
+        part.start(idle=part.idle or any(one.clock for one in self._running))
+        self._running.append(part)
+
+    def _make_way_no_more(self) -> None:
+        if not any(part.clock for part in self._running):
+            for part in self._running:
+                if not part.idle:
+                    part.be_ordinary()
+
+    def _judge(self, part: Part) -> None:
+        text = part.log.read_text(errors="replace")
+        last = text.rstrip().rpartition("\n")[2].strip("= ")
+        found = {what.rstrip("s"): int(number) for number, what in COUNTED.findall(last)}
+        self._counted.update(found)
+        used_before_s, self._used_s = self._used_s, _used_s()
+        took = f"{time.monotonic() - part.began:6.1f} s ({self._used_s - used_before_s:5.1f} s of a core)"
+        if part.process.returncode in (0, NOTHING_COLLECTED):
+            counts = ", ".join(f"{number} {what}" for what, number in found.items())
+            say(f"ok      {took}  {part.name}  {counts}")
+        else:
+            self._failed.append(part)
+            say(f"FAILED  {took}  {part.name} ({part.process.returncode})\n{text}")
+
+    def _sum_up(self) -> int:
+        counts = ", ".join(f"{number} {what}" for what, number in self._counted.items())
+        say(
+            f"{counts or 'nothing counted'} in {time.monotonic() - self._began:.0f} s; what they said: {os.path.relpath(LOGS)}/"
+        )
+        for part in self._failed:
+            lines = part.log.read_text(errors="replace").splitlines()
+            named = [line for line in lines if line.startswith(("FAILED ", "ERROR "))]
+            say("\n".join([f"FAILED part {part.name}", *named]))
+        return 1 if self._failed else 0
+
+    def end(self) -> None:
+        """Ask all that run to end, as Ctrl-C would; kill what does not."""
+        for part in self._running:
+            part.signal(signal.SIGINT)
+        deadline = time.monotonic() + END_S
+        while any(part.process.poll() is None for part in self._running) and time.monotonic() < deadline:
+            time.sleep(0.05)
+        for part in self._running:
+            part.signal(signal.SIGKILL)
+
+
+def _used_s() -> float:
+    """Processor time of all that was started and has ended, s."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def say(text: str) -> None:
+    """Show it at once."""
+    sys.stdout.write(f"{text}\n")
+    sys.stdout.flush()
+
+
+def main() -> int:
+    """Run the tier named on the command line; the exit code."""
+    if len(sys.argv) != 2 or sys.argv[1] not in TIERS:
+        say(f"usage: python tests/run_tier.py {'|'.join(TIERS)}")
+        return 2
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job has it ignored
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    LOGS.mkdir(parents=True, exist_ok=True)
+    run = Run(TIERS[sys.argv[1]](), at_a_time=max(2, len(os.sched_getaffinity(0))))
+    try:
+        return run.whole()
+    except KeyboardInterrupt:
+        run.end()
+        say("interrupted")
+        return 130
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,412 @@
+"""The page in a real Chromium at a desk's and a phone's size, in the light and in the dark: what is seen, and what a keyboard reaches.
+
+The rig is made up (`made_up_rig`): it is in the state that the test wants. Pictures are kept in the test's folder.
+"""
+
+import json
+import threading
+import time
+from contextlib import contextmanager
+
+import pytest
+from made_up_rig import HELLO, MovingRig
+from page_in_chromium import Page
+from patience import until
+
+from rtctl.bench.browser import browser, installed
+from rtctl.control.vocabulary import Environment, Fault, State
+from rtctl.view.server import ViewServer
+
+pytestmark = [pytest.mark.system, pytest.mark.timeout(200)]
+
+LOOKS = [(size, theme) for size in ("desk", "phone") for theme in ("light", "dark")]
+ONE_AXIS = {**HELLO, "rig": "mock", "axes": [{"name": "joint"}]}
+HEALTH = {
+    "devices": [],
+    "measured_rate_hz": 1000.0,
+    "cycle_us": {"p50": 8.0, "p99": 20.0, "p99.9": 30.0, "max": 40.0},
+}
+WHERE = {
+    "axis": "joint",
+    "channel": "position",
+    "device": "device[0] 'mock'",
+    "detail": "no fresh sample for 3 ticks",
+}
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    program = installed()
+    if program is None:
+        pytest.skip("needs a browser: apt-get install chromium")
+    with browser(program) as opened:
+        yield opened
+
+
+@contextmanager
+def served(hello=ONE_AXIS):
+    rig = MovingRig(hello)
+    rig.well.put(HEALTH)
+    try:
+        with serving(ViewServer(rig, "127.0.0.1", 0, key="right")) as server:
+            yield rig, server
+    finally:
+        rig.close()
+
+
+@contextmanager
+def serving(server):
+    thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.02})
+    thread.start()
+    try:
+        yield server
+    finally:
+        server.close()
+        thread.join()
+
+
+@pytest.fixture
+def rig():
+    with served() as made:
+        yield made
+
+
+def fault(rig):
+    rig.told.put(
+        {
+            "event": "fault",
+            "name": "STALE",
+            "text": "...: ...",
+            "tick": 9,
+            "timestamp": time.time_ns() * 1e-9,
+            **WHERE,
+        }
+    )
+    rig.be(State.FAULT, faults=int(Fault.STALE | Fault.CHECKSUM), fault_first=0)
+
+
+@pytest.mark.parametrize(("size", "theme"), LOOKS)
+@pytest.mark.parametrize("path", ["", "world"])
+def test_every_control_is_reached_by_keyboard_and_faults_are_seen_without_scrolling(
+    chromium, rig, tmp_path, path, size, theme
+):
+    made, server = rig
+    page = Page(chromium, f"{server.url}{path}#key=right", size, theme)
+    page.state("IDLE")
+    page.picture(tmp_path / "idle.png")
+    assert page("faint()") == []
+    keyboard_reaches_everything(page, path)
+    page("scrollTo(0, 0)")
+    made.be(State.ACTIVE, environment_kind=Environment.WALL)
+    page.state("ACTIVE")
+    page.picture(tmp_path / "active.png")
+    fault(made)
+    page.state("FAULT")
+    page.becomes("alert_says('device[0]')")  # ticks and events come apart
+    page.picture(tmp_path / "fault.png")
+    fault_remedy_and_stop_are_seen(page)
+    made.silence()
+    page.state("NO DATA")
+    page("scrollTo(0, 0)")
+    page.picture(tmp_path / "no-data.png")
+    assert page("alert_says('FAULT (STALE)')")
+    assert float(page("getComputedStyle(document.getElementById('axes')).opacity")) < 0.7
+    assert page("seen(document.getElementById('stop'))")
+    page.close()
+
+
+def keyboard_reaches_everything(page, path):
+    if path:
+        page("kind_of_world('wall').click()")
+        page.becomes("document.querySelectorAll('#sliders input').length === 3")
+    else:
+        page.becomes("controls().length > 15")
+        page("document.getElementById('phase').open = true")
+    wanted, reached = page("controls().map(named)"), []
+    assert {"stop", "arm", "reset", "tare"} <= set(wanted)
+    for _ in wanted:
+        page.key("Tab")
+        reached.append(page("named(document.activeElement)"))
+        assert page("seen(document.activeElement) || document.activeElement.id === 'scopes'"), (
+            f"{reached[-1]} is hidden"
+        )
+        assert page("getComputedStyle(document.activeElement).outlineStyle") == "solid", reached
+    assert reached[0] == "stop"
+    assert sorted(reached) == sorted(wanted)
+
+
+def fault_remedy_and_stop_are_seen(page):
+    assert page("scrollY") == 0
+    for seen in (
+        "#stop",
+        "#state",
+        "#next",
+        "#alert strong",
+        "#alert .wrong",
+        "#alert .remedy",
+        "[data-do=reset]",
+    ):
+        assert page(f"seen(document.querySelector({json.dumps(seen)}))"), seen
+    for part in (
+        "stopped by STALE",
+        "axis joint",
+        "no fresh sample for 3 ticks",
+        "check its power",
+        "also CHECKSUM",
+    ):
+        assert page(f"alert_says({json.dumps(part)})"), part
+    assert page("faint()") == []
+    assert page("document.documentElement.scrollWidth <= innerWidth")
+    page("scrollTo(0, 1e6)")
+    page.becomes("seen(document.getElementById('stop')) && seen(document.getElementById('state'))")
+
+
+@pytest.fixture
+def desk(chromium, rig):
+    made, server = rig
+    page = Page(chromium, f"{server.url}#key=right", "desk", "light")
+    page.state("IDLE")
+    yield page, made, server
+    page.close()
+
+
+def held_back(page, *names):
+    found = "[...document.querySelectorAll('[data-do]')].filter((one) => one.ariaDisabled === 'true').map((one) => one.dataset.do)"
+    page.becomes(f"{found}.join() === {','.join(names)!r}")
+
+
+def asked(rig, name):
+    return sum(what[0] == name for what in rig.asked)
+
+
+def test_buttons_follow_the_state_and_say_why_they_are_held_back(desk):
+    page, rig, _server = desk
+    held_back(page, "reset")
+    page.becomes("document.querySelector('[data-do=arm]').classList.contains('lead')")
+    page("document.querySelector('[data-do=reset]').click()")
+    page.becomes("document.getElementById('notice').textContent.includes('nothing to reset in IDLE')")
+    assert asked(rig, "reset") == 0
+    page("document.querySelector('[data-do=arm]').focus()")
+    page.key("Enter")
+    until(lambda: asked(rig, "arm"), "the press")
+    rig.be(State.ACTIVE)
+    page.state("ACTIVE")
+    held_back(page, "arm", "reset", "tare")
+    assert page("document.activeElement.dataset.do") == "arm", "the keyboard does not lose its place"
+    rig.be(State.FAULT, fault_first=0)
+    page.state("FAULT")
+    held_back(page, "arm")
+    page.becomes("document.querySelector('[data-do=reset]').classList.contains('lead')")
+
+
+def test_a_refusal_is_shown_and_vanishes_with_the_next_change_of_state(desk):
+    page, rig, _server = desk
+    rig.refuse = "the force is not tared yet"
+    page("document.querySelector('[data-do=arm]').click()")
+    page.becomes(
+        "seen(document.getElementById('notice')) && document.getElementById('notice').textContent.includes('not tared yet')"
+    )
+    rig.refuse = None
+    rig.be(State.ACTIVE)
+    page.becomes("document.getElementById('notice').hidden")
+
+
+def test_escape_stops_from_anywhere_and_a_stop_that_does_not_arrive_is_said_above_all(desk):
+    page, rig, _server = desk
+    rig.be(State.ACTIVE)
+    page.state("ACTIVE")
+    page("document.getElementById('add').focus()")
+    page.key("Escape")
+    until(lambda: asked(rig, "stop") == 1, "the stop")
+    rig.refuse = "no reply"
+    page.key("Escape")
+    page.becomes("document.querySelector('#alert strong').textContent === 'STOP NOT CONFIRMED'")
+    assert "emergency stop" in page("document.querySelector('#alert .remedy').textContent")
+    rig.refuse = None
+    rig.be(State.STOPPING)
+    page.becomes("document.getElementById('alert').hidden")
+
+
+def test_more_windows_than_a_browser_has_connections_for_do_not_keep_stop_waiting(chromium, rig):
+    made, server = rig
+    made.be(State.ACTIVE)
+    pages = [Page(chromium, f"{server.url}world", "desk", "light") for _ in range(4)]
+    for page in pages:
+        page.state("ACTIVE")
+    more = [Page(chromium, server.url, "desk", "light", settled=False) for _ in range(3)]
+    for page in more:
+        page.becomes("alert_says('four windows')")
+    more[-1].key("Escape")
+    until(lambda: asked(made, "stop") == 1, "the stop")
+    pages[0].close()
+    until(lambda: "ACTIVE" in [page("document.getElementById('state').textContent") for page in more], "room")
+    for page in pages[1:] + more:
+        page.close()
+
+
+def test_a_page_whose_server_ends_says_so_and_comes_back_with_it(chromium, rig):
+    made, _server = rig
+    first = ViewServer(made, "127.0.0.1", 0)
+    port = first.server_address[1]
+    with serving(first):
+        page = Page(chromium, first.url, "desk", "light")
+        page.state("IDLE")
+    page.state("NO DATA")
+    page.becomes('alert_says("the page\'s server")')
+    with serving(ViewServer(made, "127.0.0.1", port)):
+        page.state("IDLE")
+        page.becomes("document.getElementById('alert').hidden && !document.body.classList.contains('stale')")
+        page.close()
+
+
+def test_the_scope_names_states_shares_its_time_and_keeps_its_layout(desk):
+    page, _rig, server = desk
+    page.module("scope")
+    assert page("document.querySelector('.scope output').textContent") == "IDLE"
+    assert page("new Set(scope.scopes.map((one) => one.plot.bbox.left)).size") == 1, (
+        "the curves stand below each other"
+    )
+    assert page("scope.scopes.filter((one) => one.plot.axes[0].label).length") == 1
+    page(
+        "document.getElementById('add').value = 'velocity_rad_s.0'; document.getElementById('add').dispatchEvent(new Event('change'))"
+    )
+    page.becomes("scope.scopes.length === 5 && scope.data['velocity_rad_s.0']?.some((v) => v !== null)")
+    page("document.querySelector('.scope .remove').click()")
+    page(
+        "document.getElementById('window').value = '5'; document.getElementById('window').dispatchEvent(new Event('change'))"
+    )
+    page("document.getElementById('scopes').focus()")
+    page.key("ArrowLeft")
+    page.becomes("document.getElementById('pause').textContent === 'Go on'")
+    page.becomes(
+        "new Set(scope.scopes.map((one) => one.plot.scales.x.min + ' ' + one.plot.scales.x.max)).size === 1"
+    )
+    held = page("scope.scopes[0].plot.scales.x.max")
+    end = page("scope.data.t.at(-1)")
+    page.becomes(f"scope.data.t.at(-1) > {end} + 0.3")
+    assert page("scope.scopes[0].plot.scales.x.max") == held, "the picture is held while data come"
+    page.key("End")
+    page.becomes(f"scope.scopes[0].plot.scales.x.max > {held}")
+    page.go(server.url + "?again")
+    page.module("scope")
+    page.becomes("scope.scopes.length === 4")
+    assert page("scope.scopes.map((one) => one.name)")[-1] == "velocity_rad_s.0"
+    assert page("document.getElementById('window').value") == "5"
+
+
+def test_one_signal_is_drawn_over_another(desk):
+    page, rig, _server = desk
+    rig.be(State.ACTIVE)
+    page("document.getElementById('phase').open = true")
+    inked = """(() => { const canvas = document.getElementById('phase-plot'), draw = canvas.getContext('2d'), blue = [29, 78, 216];
+      if (!canvas.width) return 0;
+      const d = draw.getImageData(0, 0, canvas.width, canvas.height).data; let n = 0;
+      for (let k = 0; k < d.length; k += 4) n += d[k + 3] === 255 && blue.every((v, i) => Math.abs(d[k + i] - v) < 6);
+      return n > 200; })()"""
+    page.becomes(inked)
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_the_grid_is_visible(chromium, rig, theme):
+    page = Page(chromium, rig[1].url, "desk", theme)
+    contrast = """(() => { const light = (hex) => [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16) / 255).map((v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4)).reduce((s, v, k) => s + v * [0.2126, 0.7152, 0.0722][k], 0);
+      const of = (name) => light(getComputedStyle(document.documentElement).getPropertyValue('--' + name).trim().replace(/^#(.)(.)(.)$/, '#$1$1$2$2$3$3'));
+      const pair = (a, b) => (Math.max(of(a), of(b)) + 0.05) / (Math.min(of(a), of(b)) + 0.05);
+      return [pair('grid', 'card'), ...[0, 1, 2, 3, 4, 5].map((k) => pair('curve-' + k, 'card'))]; })()"""
+    grid, *curves = page(contrast)
+    assert grid > 1.25
+    assert min(curves) > 4.5
+    page.module("scope")
+    page.becomes("scope.scopes[0]?.plot")
+    assert page("scope.scopes[0].plot.axes[0].grid.stroke()") == page(
+        "getComputedStyle(document.documentElement).getPropertyValue('--grid').trim()"
+    )
+    page.close()
+
+
+def test_a_recording_is_saved_with_every_tick(chromium, desk, tmp_path):
+    page, _rig, _server = desk
+    chromium.ask("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+    page("document.getElementById('record').click()")
+    page.becomes("/ 0\\.[1-9] MB/.test(document.getElementById('recorded').textContent)")
+    page("document.getElementById('record').click()")
+    page.becomes("document.getElementById('notice').textContent.includes('Saved mock-')")
+    (path,) = until(
+        lambda: [one for one in tmp_path.iterdir() if one.suffix == ".csv" and one.stat().st_size], "the file"
+    )
+    head, *lines = path.read_text().splitlines()
+    assert head == "tick,time_ns,state,position_rad.joint,hand_torque_nm.joint,torque_applied_nm.joint"
+    ticks = [int(line.partition(",")[0]) for line in lines]
+    assert len(ticks) > 1000
+    assert ticks == list(range(ticks[0], ticks[0] + len(ticks)))
+
+
+def test_the_world_names_its_axis_and_says_what_its_colours_mean(chromium):
+    with served(HELLO) as (rig, server):
+        page = Page(chromium, f"{server.url}world#key=right", "desk", "light")
+        page("kind_of_world('spring').click()")
+        until(lambda: asked(rig, "set_environment"), "the spring")
+        rig.be(State.ACTIVE, environment_kind=Environment.SPRING)
+        page.becomes("document.getElementById('legend').textContent.includes('spring')")
+        legend = page("document.getElementById('legend').textContent")
+        assert "joint" in legend
+        assert "torque of the hand" in legend
+        assert "virtual object" in legend
+        assert page("document.getElementById('axis').textContent") == "Acts on axis yaw, the first of 2."
+        assert page("[...document.querySelectorAll('#axes tbody th')].map((one) => one.textContent)") == [
+            "yaw",
+            "pitch",
+        ]
+        assert rig.asked[-1][1][0] == "yaw"
+        page.close()
+
+
+def test_stop_stays_in_its_corner_whatever_else_the_head_says(chromium):
+    with served({**ONE_AXIS, "rig": "a-rig-with-a-name-of-32-letters-"}) as (rig, server):
+        rig.be(State.FAULT, faults=int(Fault.STALE), fault_first=0, waiver=1, lease_held=1)
+        page = Page(chromium, server.url, "desk", "light")
+        page.state("FAULT")
+        page("document.querySelector('[data-do=arm]').click()")  # a notice
+        page.becomes("seen(document.getElementById('notice')) && alert_says('STALE')")
+        for _ in range(2):
+            corner = page(
+                "(() => { const box = document.getElementById('stop').getBoundingClientRect(); return [innerWidth - box.right, box.top]; })()"
+            )
+            assert max(corner) < 40
+            assert page("seen(document.getElementById('stop'))")
+            page("scrollTo(0, 1e6)")
+        page.close()
+
+
+def test_without_the_key_only_stop_is_offered_and_foreign_text_stays_text(chromium):
+    evil = '<img src=x onerror="failures.push(1)">'
+    with served({**ONE_AXIS, "axes": [{"name": evil}]}) as (rig, server):
+        page = Page(chromium, server.url, "phone", "dark")
+        page.becomes("!document.getElementById('nokey').hidden && seen(document.getElementById('stop'))")
+        rig.told.put(
+            {
+                "event": "device",
+                "device": evil,
+                "axis": None,
+                "text": evil,
+                "faults": [],
+                "silent": True,
+                "timestamp": 1.0,
+                "tick": 1,
+            }
+        )
+        rig.well.put(
+            {"devices": [{"device": evil, "axis": None, "text": evil, "faults": [], "silent": True}]}
+        )
+        page.becomes(
+            "document.getElementById('events').textContent.includes('<img') && document.getElementById('alert').textContent.includes('<img')"
+        )
+        assert page("document.querySelector('#axes tbody th').textContent") == evil
+        assert page("document.images.length") == 0
+        assert (
+            page(
+                "document.getElementById('operator').checkVisibility() || document.getElementById('help').checkVisibility()"
+            )
+            is False
+        )
+        page.close()
