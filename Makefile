@@ -51,7 +51,7 @@ test-volume: $(VENV)/.ready-dev
 	$(BIN)/python tests/run_tier.py volume
 
 # Against other people's programs; what is missing on this machine is skipped, with its reason.
-SYSTEM ?= tests/system
+SYSTEM ?= tests/system tests/attacks
 test-system: $(VENV)/.ready-dev
 	$(BIN)/python -m pytest -m system -rs $(SYSTEM)
 

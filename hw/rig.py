@@ -72,6 +72,8 @@ class Member:
         Oldest sample that still counts as fresh, in cycles; 0: a new one is due in every cycle.
     budget_ns
         Time its `read` may take; 0: no limit (simulated devices).
+    claims
+        What of a shared wire is to be this process' alone while it drives the device (`hw.claims`).
     """
 
     kind: str
@@ -81,11 +83,13 @@ class Member:
     channels: tuple[str, ...]
     max_age_ticks: int = 0
     budget_ns: int = 0
+    claims: tuple[str, ...] = ()
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Member:
         """Back from JSON."""
-        return cls(**{**data, "axes": tuple(data["axes"]), "channels": tuple(data["channels"])})
+        tuples = {name: tuple(data[name]) for name in ("axes", "channels", "claims")}
+        return cls(**{**data, **tuples})
 
 
 @dataclass(frozen=True)

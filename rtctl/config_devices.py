@@ -17,7 +17,7 @@ from hw.interface import WHOLE_RIG_CHANNELS, BackendError, Channels, Rig
 from hw.rig import Member
 from hw.rig_words import subset
 from rtctl.config_tables import DeviceTable
-from rtctl.config_wires import Wire, shared
+from rtctl.config_wires import Wire, claimed, shared
 
 MAX_AGE_S: dict[str, float] = {
     "position": 0.0,
@@ -73,6 +73,7 @@ class Composition:
                 channels=tuple(sorted(self._used(i))),
                 max_age_ticks=self._max_age_ticks(i),
                 budget_ns=self._budget_ns(i),
+                claims=claimed(table.kind, self.options[i]),
             )
             for i, table in enumerate(self.tables)
         )

@@ -508,7 +508,7 @@ class TelemetryTable(Table):
 
 
 class GatewayTable(Table):
-    """[gateway]: clients on other machines. Clients of this machine always reach the daemon by ipc."""
+    """[gateway]: clients on other machines, and of other users. The daemon's own user always reaches it by ipc."""
 
     bind: str = Field(
         "", max_length=15, description="IPv4 address to listen on, 127.0.0.1 for tunnels; empty: no TCP"
@@ -518,6 +518,11 @@ class GatewayTable(Table):
     )
     curve_dir: str = Field(
         "", max_length=500, description="folder of keys, relative to the rig file; made by `rtctl keys new`"
+    )
+    group: str = Field(
+        "",
+        pattern=r"^([A-Za-z_][A-Za-z0-9_.-]{0,31})?$",
+        description="unix group whose members reach the daemon by ipc, as operators; empty: its own user and root only",
     )
 
     @model_validator(mode="after")

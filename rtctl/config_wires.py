@@ -1,7 +1,8 @@
 """Wires that several devices of a rig file share: the frames of all of them must fit.
 
 A device's options model takes part by having `wire` (interface and channel), `bus`, `frames(rate_hz)` and
-`identifiers()`, as the CAN models do (`hw.can.options.BusUser`).
+`identifiers()`, as the CAN models do (`hw.can.options.BusUser`). The identifiers are the device's alone on this machine,
+too: a second process that wants to drive them is refused (`hw.claims`).
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hw import registry
+from hw.claims import claims_on
 from hw.interface import BackendError
 
 SHAREABLE = frozenset({"socketcan", "virtual", "udp_multicast", "socketcand"})
@@ -88,6 +90,19 @@ class Wire:
             ("bus load at worst, together", f"{100 * found.share:.0f} %", f"limit {100 * limit:.0f} %"),
             ("frames of one period, together", f"{1e6 * found.cycle_s:.0f} us", f"of {1e6 / rate_hz:.0f} us"),
         ]
+
+
+def claimed(kind: str, options: Mapping[str, Any]) -> tuple[str, ...]:
+    """What of a wire a device of this kind has to itself, as names for `hw.claims`; nothing for one that has no wire."""
+    try:
+        model = registry.options_model(kind)
+    except BackendError:
+        return ()
+    if not hasattr(model, "wire"):
+        return ()
+    user = model.model_validate(options)
+    interface, channel = user.wire
+    return claims_on(interface, channel, user.identifiers())
 
 
 def shared(kinds: Sequence[str], options: Sequence[Mapping[str, Any]], labels: Sequence[str]) -> list[Wire]:

@@ -1,7 +1,9 @@
 """A stranger: `python -m rtctl.bench.attacker KIND ADDRESS SECONDS`. Of this machine only; ends by itself.
 
-Kinds, all of raw ZMTP 3.0 without a key: `frames` sends messages of three million empty frames, one after the other; `unfinished` one
-message that never ends; `trickle` the same slowly; `connects` opens connections as fast as it can and keeps them. Whoever is cut
+Kinds, all of raw ZMTP 3.0 without a key. Of connections that were let in: `frames` sends messages of three million empty frames, one
+after the other; `unfinished` one message that never ends; `trickle` the same slowly; `lies` frames whose heads lie; `identities` asks under ever
+new names, of 255 bytes and of somebody else; `epochs` arms, resets and moves in epochs and with leases that are void. Of others: `connects` opens connections
+as fast as it can and keeps them; `half` does, and says a part of the greeting in each; `raw` sends what is no ZMTP. Whoever is cut
 off comes again. Prints `begun` when it is at work, and in the end one JSON line: bytes sent, connections opened.
 """
 
@@ -15,6 +17,7 @@ import time
 from collections.abc import Iterator
 from functools import cache
 
+from rtctl.bench import zmtp
 from rtctl.bench.flooder import MOST_SECONDS
 from rtctl.errors import ClientError
 
@@ -22,23 +25,19 @@ FRAMES = 3_000_000
 MOST_OPEN = 4000
 """Connections that `connects` keeps; the oldest is closed for another one."""
 
+MOST_KEPT = 200
+"""Of `half` and `identities`."""
+
 TRICKLE_BYTES = 20_000
-_MORE, _LAST = b"\x01\x00", b"\x00\x00"
-_CHUNK = _MORE * 32_768
-_GREETING = b"\xff" + bytes(8) + b"\x7f\x03\x00" + b"NULL".ljust(20, b"\0") + bytes(32)
+_CHUNK = zmtp.MORE * 32_768
 
 
-def _ready(kind: bytes) -> bytes:
-    body = b"\x05READY\x0bSocket-Type" + len(kind).to_bytes(4, "big") + kind
-    return b"\x04" + bytes([len(body)]) + body
-
-
-def connect(address: str, socket_type: bytes = b"DEALER") -> socket.socket:
+def connect(address: str, socket_type: bytes = b"DEALER", identity: bytes = b"") -> socket.socket:
     """A connection that has greeted and was let in. Raises OSError."""
     made = plain(address)
     try:
         made.settimeout(2.0)
-        made.sendall(_GREETING + _ready(socket_type))
+        made.sendall(zmtp.GREETING + zmtp.ready(socket_type, identity))
         heard = b""
         while b"READY" not in heard:  # who says more before that is cut off by libzmq itself
             heard += (said := made.recv(4096))
@@ -71,10 +70,10 @@ def plain(address: str) -> socket.socket:
 def _messages(kind: str) -> Iterator[bytes]:
     """What is sent over one connection, in parts."""
     while True:
-        for _ in range(FRAMES * len(_MORE) // len(_CHUNK)):
+        for _ in range(FRAMES * len(zmtp.MORE) // len(_CHUNK)):
             yield _CHUNK
         if kind == "frames":
-            yield _LAST
+            yield zmtp.LAST
 
 
 @cache
@@ -100,6 +99,31 @@ def send_frames(kind: str, address: str, socket_type: bytes, seconds: float) -> 
                     time.sleep(0.05)
         _say_begun()  # also where it is not let in
         time.sleep(0.002)
+    return {"sent": sent, "opened": opened}
+
+
+def send_briefly(kind: str, address: str, socket_type: bytes, seconds: float) -> dict[str, int]:
+    """One connection after the other, with what this kind says in each; those of `half` and `identities` stay open."""
+    end = time.monotonic() + seconds
+    opened = sent = 0
+    kept: list[socket.socket] = []
+    while time.monotonic() < end:
+        with contextlib.suppress(OSError):
+            if kind in zmtp.BEFORE:
+                made = plain(address)
+            else:
+                made = connect(address, socket_type, zmtp.name_of(opened) if kind == "identities" else b"")
+            kept.append(made)
+            opened += 1
+            said = zmtp.SAYS[kind](opened)
+            made.sendall(said)
+            sent += len(said)
+        _say_begun()
+        if len(kept) > (MOST_KEPT if kind in ("half", "identities") else 0):
+            kept.pop(0).close()
+        time.sleep(0.0005)
+    for one in kept:
+        one.close()
     return {"sent": sent, "opened": opened}
 
 
@@ -131,6 +155,8 @@ def main(kind: str, address: str, seconds: str, socket_type: str = "DEALER") -> 
     duration = min(float(seconds), MOST_SECONDS)
     if kind == "connects":
         counts = keep_connecting(address, duration)
+    elif kind in zmtp.SAYS:
+        counts = send_briefly(kind, address, socket_type.encode(), duration)
     else:
         counts = send_frames(kind, address, socket_type.encode(), duration)
     sys.stdout.write(json.dumps(counts) + "\n")

@@ -50,6 +50,16 @@ ATTACKS = (
     Attack("connects", "command"),
     Attack("connects", "viewer"),
     Attack("connects", "keys"),
+    Attack("raw", "command"),
+    Attack("raw", "keys"),
+    Attack("half", "command"),
+    Attack("half", "keys"),
+    Attack("half", "viewer"),
+    Attack("lies", "command"),
+    Attack("lies", "viewer", "SUB"),
+    Attack("identities", "command"),
+    Attack("epochs", "command"),
+    Attack("epochs", "targets"),
 )
 
 

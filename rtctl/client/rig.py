@@ -166,7 +166,11 @@ class RigClient(Worlds, Listener):
             There is nothing to reset, or the cause is still there after `timeout_s`.
         """
         deadline = time.monotonic() + timeout_s
-        self._call("reset")
+        try:
+            self._call("reset")
+        except RefusedError as refused:  # a cause that is still there may go while this waits
+            if not wait or refused.code != "not_ready" or not self._is_latched():
+                raise
         while wait:
             status = self.status()
             state = State[status["state"]]
@@ -181,6 +185,9 @@ class RigClient(Worlds, Listener):
                 )
             time.sleep(_ASK_AGAIN_S)
             self._reset_again()
+
+    def _is_latched(self) -> bool:
+        return self.status()["state"] in (State.FAULT.name, State.ESTOP.name)
 
     def _reset_again(self) -> None:
         try:

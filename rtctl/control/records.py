@@ -260,6 +260,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "friction_intent_nm": (),  # hand torque, low-passed for the intent
             "rest_position_rad": (),  # where the joint was when it last moved on
             "rest_ticks": (),  # ticks since then
+            "bent_ticks": (),  # ticks since it last slid
             "calm_hand_nm": (),  # hand torque, low-passed while the joint rests
             "bristle_share": (),  # h: deflection of the credited bristles over their length, -1..1
             "friction_credit_j": (),  # what dry friction took out in the last period

@@ -1,20 +1,21 @@
-"""Is the joint at rest, as far as anybody can tell? Then what the force sensor says is taken in ever more slowly.
+"""Does the joint rest, or only bend its bristles? Then what the force sensor says is taken in ever more slowly.
 
-A joint that rests in a hand may vibrate within some counts of its encoder, at some milliradians a second, driven by help
-that follows the hand's torque. The coupling does not see it, the account of energy takes minutes to be emptied by it, and
-the observer cannot take the joint's inertia into account. So while a joint stays near one place, within `REST_COUNTS` or
-`REST_SHARE` of the credited presliding length,
+A joint in presliding is held by its bristles as by a spring, and vibrates at 6 Hz or more in whatever hand. Help that
+follows the hand's torque, g LP(-k x - m a), lags behind it by a low-pass or two and drives that vibration, at some milliradians
+a second within a count of the encoder, at some tens of them in a stiff and heavy hand. The coupling does not see it, and
+the account of energy takes seconds or minutes to be emptied by it. So
 
-- all that follows the hand's torque (direction, gate, observer) does so through two low-passes, whose frequency falls
-  with the time at rest t as `REST_HZ` (1 + `CALMING_S`/t);
-- after `REST_S`, a velocity that is nothing but the flicker between two counts is none for the observer.
+- direction and gate of the feed-forward follow the hand's torque through two low-passes whose frequency falls with the
+  time t since the joint last slid (the bristles of `dry_friction` at their end) as `REST_HZ` (1 + `CALMING_S`/t);
+- so does the observer with the time since the joint left one place, by `REST_COUNTS` or `REST_SHARE` of the credited
+  presliding length: where it sees the motion its inertia is taken into account, and its loop is proved (`observer_margin`);
+- after `REST_S` in one place a velocity that is nothing but the flicker between two counts is none for the observer.
 
-Why two low-passes. A resting joint is held by its bristles as well, so it vibrates at 6 Hz or more in whatever hand. Help
-g LP(-k x) that lags by 90 degrees, as behind one low-pass, is the negative damping g k/w times f_rest/f. Behind two it
-lags by nearly 180 degrees, which is a slightly softer spring, and the damping taken is 2 (f_rest/f)^3 g k/w.
+Why two low-passes. One that lags by 90 degrees makes of the help g LP(-k x) the negative damping g k/w times f_rest/f.
+Two lag by nearly 180 degrees, which is a slightly softer spring, and the damping taken is 2 (f_rest/f)^3 g k/w.
 
-Why ever more slowly. A hand that turns back passes through rest as well. It bends the bristles by the next counts within
-some hundredths of a second, while the low-passes are quick, and rest is over.
+Why ever more slowly. A hand that turns back passes through presliding as well, within some hundredths of a second, while
+the low-passes are quick. The gate stays as open as it was, and the direction is that of the bristles by then.
 """
 
 from __future__ import annotations
@@ -25,9 +26,9 @@ from rtctl.control.jit import compiled
 from rtctl.control.records import Record
 
 REST_COUNTS = 1.5
-"""A joint within so many encoder counts of one place may rest: one that flickers between two counts does."""
+"""A joint within so many encoder counts of one place rests: one that flickers between two counts does."""
 
-REST_SHARE = 0.1
+REST_SHARE = 0.05
 """Or within this share of the credited presliding length, where friction is a spring."""
 
 REST_S = 0.02
@@ -42,22 +43,19 @@ CALMING_S = 0.2
 
 @compiled
 def advance_rest(s: Record, p: Record, axis: int, hand: float) -> None:
-    """Count the ticks since the joint last moved, and take the hand's torque in, N m; what is not finite is so for one tick."""
-    _count(s, p, axis)
-    before = s.calm_hand_nm[axis]
-    if not math.isfinite(before):
-        before = 0.0
-    s.calm_hand_nm[axis] = before + calmed(s, p, axis, 1.0) * (hand - before)
-
-
-@compiled
-def _count(s: Record, p: Record, axis: int) -> None:
+    """Count the ticks of rest, and take the hand's torque in, N m; what is not finite is so for one tick."""
     moved = s.position_rad[axis] - s.rest_position_rad[axis]
     if abs(moved) <= max(REST_COUNTS * p.count_rad[axis], REST_SHARE * p.presliding_rad[axis]):
         s.rest_ticks[axis] += 1
-        return
-    s.rest_position_rad[axis] = s.position_rad[axis]
-    s.rest_ticks[axis] = 0
+        s.bent_ticks[axis] += 1
+    else:  # or no number
+        s.rest_position_rad[axis] = s.position_rad[axis]
+        s.rest_ticks[axis] = 0
+        s.bent_ticks[axis] = s.bent_ticks[axis] + 1 if abs(s.bristle_share[axis]) < 1.0 else 0
+    before = s.calm_hand_nm[axis]
+    if not math.isfinite(before):
+        before = 0.0
+    s.calm_hand_nm[axis] = before + while_bent(s, p, axis, 1.0) * (hand - before)
 
 
 @compiled
@@ -67,7 +65,18 @@ def is_resting(s: Record, p: Record, axis: int) -> bool:
 
 
 @compiled
-def calmed(s: Record, p: Record, axis: int, alpha: float) -> float:
-    """Low-pass coefficient per tick of what follows the hand's torque: `alpha`, 0 to 1, of a joint that moves."""
-    rested_s = s.rest_ticks[axis] * p.period_s
-    return alpha if rested_s == 0.0 else min(alpha, p.rest_alpha[axis] * (1.0 + CALMING_S / rested_s))
+def _slowed(p: Record, axis: int, alpha: float, ticks: float) -> float:
+    since_s = ticks * p.period_s
+    return alpha if since_s == 0.0 else min(alpha, p.rest_alpha[axis] * (1.0 + CALMING_S / since_s))
+
+
+@compiled
+def while_resting(s: Record, p: Record, axis: int, alpha: float) -> float:
+    """Low-pass coefficient per tick of the observer, which is `alpha`, 0 to 1, on a joint that moves."""
+    return _slowed(p, axis, alpha, s.rest_ticks[axis])
+
+
+@compiled
+def while_bent(s: Record, p: Record, axis: int, alpha: float) -> float:
+    """Low-pass coefficient per tick of direction and gate, which is `alpha`, 0 to 1, on a joint that slides."""
+    return _slowed(p, axis, alpha, s.bent_ticks[axis])

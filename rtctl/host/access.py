@@ -15,8 +15,10 @@ from pathlib import Path
 import zmq
 
 from rtctl.config import LoadedConfig
+from rtctl.errors import RtctlError
 from rtctl.host.authenticator import Authenticator, Caller, Notice
 from rtctl.host.doors import Binding, Door, Options, allow_descriptors, tcp_binding, user_id
+from rtctl.host.group import group_id
 from rtctl.host.intruders import Intruders
 from rtctl.host.reserve import Reserve
 from rtctl.keys import KeyStore
@@ -27,6 +29,9 @@ LOOK_S = 0.5
 
 DESCRIPTORS = 8192
 """Files and sockets the host may open: strangers hold a connection for as long as a handshake may take."""
+
+LEAST_DESCRIPTORS = 512
+"""Fewer are too few for clients that mean well."""
 
 REFRESH_S = 0.05
 """Strangers make the host look there at most this often."""
@@ -42,19 +47,20 @@ LINGER_MS = 50
 
 @dataclass(frozen=True)
 class Openings:
-    """What a rig file opens besides ipc: TCP for clients with keys, and a port for viewers."""
+    """What a rig file opens besides ipc for the own user: TCP for clients with keys, a port for viewers, ipc for a group."""
 
     bind: str = ""
     port: int = 0
     keys: Path | None = None
     viewer_port: int | None = None
+    group: int | None = None
 
     @classmethod
     def of(cls, loaded: LoadedConfig) -> Openings:
-        """As the rig file says."""
+        """As the rig file says. Raises ConfigError for a group that is none."""
         gateway, telemetry = loaded.config.gateway, loaded.config.telemetry
         viewer_port = telemetry.plotjuggler_port if telemetry.plotjuggler else None
-        return cls(gateway.bind, gateway.port, loaded.keys_folder(), viewer_port)
+        return cls(gateway.bind, gateway.port, loaded.keys_folder(), viewer_port, group_id(gateway.group))
 
 
 class Access:
@@ -86,6 +92,8 @@ class Access:
         Keys that are missing, or that others could read or change.
     BusyError
         A TCP address in use.
+    RtctlError
+        Too few descriptors for its clients.
     """
 
     def __init__(
@@ -97,10 +105,11 @@ class Access:
         clock_s: Callable[[], float] = time.monotonic,
         resident: Callable[[], int] | None = None,
     ) -> None:
+        self._notice = notice
+        descriptors = self._allow_descriptors()
         self._context = context
         self._endpoints = endpoints
         self._openings = openings
-        self._notice = notice
         self._clock_s = clock_s
         self._doors: list[Door] = []
         self._signature: tuple[tuple[str, int, int], ...] = ()
@@ -112,23 +121,36 @@ class Access:
         self.authenticator = Authenticator(context, notice, clock_s)
         self._reserve = Reserve()
         self._opened: list[int] = []
-        descriptors = allow_descriptors(DESCRIPTORS)
         self.intruders = Intruders(self._doors, self.authenticator, notice, descriptors, resident)
         if self._store is not None:
             self.remote = tcp_endpoints(openings.bind, openings.port)
         self.authenticator.refresh = self._refresh
         self._read_keys()
 
+    def _allow_descriptors(self) -> int:
+        """How many this process may open. Without any left, libzmq ends it at the next connection to a Unix socket."""
+        found = allow_descriptors(DESCRIPTORS)
+        remedy = f"raise the hard limit to {DESCRIPTORS} (ulimit -Hn; in a unit: LimitNOFILE=)"
+        if found < LEAST_DESCRIPTORS:
+            raise RtctlError(f"this process may open only {found} files and sockets: {remedy}")
+        if found < DESCRIPTORS:
+            self._notice(
+                "descriptors",
+                f"this process may open only {found} files and sockets, and a crowd of connections could end it: {remedy}",
+            )
+        return found
+
     def routers(self, name: str, port_offset: int, options: Options) -> list[Door]:
         """ROUTER sockets for the endpoint `name` (`command` or `targets`): by ipc and, if asked for, TCP."""
-        doors = [self._door(name, Binding(getattr(self._endpoints, name), "ipc"), zmq.ROUTER, options)]
+        local = Binding(getattr(self._endpoints, name), "ipc", group=self._openings.group)
+        doors = [self._door(name, local, zmq.ROUTER, options)]
         if self.remote is not None:
             doors.append(self._door(name, self._by_key(port_offset), zmq.ROUTER, options))
         return doors
 
     def publishers(self, options: Options) -> list[Door]:
         """XPUB sockets for all telemetry: by ipc and, if asked for, over TCP for clients with a key."""
-        local = Binding(self._endpoints.telemetry, "ipc")
+        local = Binding(self._endpoints.telemetry, "ipc", group=self._openings.group)
         more = {"places": LOCAL_LISTENERS, "linger_ms": LINGER_MS}
         doors = [self._door("telemetry", local, zmq.XPUB, options, **more)]
         if self.remote is not None:

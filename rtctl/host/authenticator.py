@@ -8,6 +8,7 @@ permissions have decided already, and the user id names the process as the kerne
 from __future__ import annotations
 
 import math
+import os
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -159,8 +160,9 @@ class Authenticator:
         user_id, role, why = self._identify(door.entry, peer, mechanism, credentials)
         if user_id is not None and self._clock_s() < self._banned.get((domain, user_id), -math.inf):
             user_id, why = None, "300 expelled for a while"
-        if user_id is not None and not door.connections.permit(role):
-            user_id, why = None, "300 all places are taken"  # 300: it may try again
+        process = user_id if door.entry == "ipc" else None
+        if user_id is not None and not door.connections.permit(role, process):
+            user_id, why = None, "300 all places, or those of one process, are taken"  # 300: it may try again
         if user_id is not None:
             now = self._clock_s()
             self._let_in = {which: at for which, at in self._let_in.items() if now < at + KNOWN_S}
@@ -186,4 +188,6 @@ class Authenticator:
         if entry == "viewer":
             local = peer == "127.0.0.1"
             return (VIEWER, "observer", "") if local else (None, "", "400 not from this machine")
-        return f"ipc:{peer.partition(':')[2]}", "operator", ""
+        uid = peer.partition(":")[2].partition(":")[0]
+        own = uid in {"0", str(os.geteuid())}  # the last places are not for those of the group
+        return f"ipc:{peer.partition(':')[2]}", "operator" if own else "renderer", ""

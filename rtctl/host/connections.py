@@ -21,10 +21,15 @@ from collections.abc import Callable
 
 import zmq
 
+from rtctl.host.traffic import local_peer
 from rtctl.protocol import CONNECTIONS, HANDSHAKE_MS
 
 RESERVED = 4
 """Places of an endpoint that only an operator gets, so that other clients cannot lock an operator out."""
+
+SHARE = 0.5
+"""Of the places of an endpoint, what one process of this machine gets: it may lose or leak connections, and another one
+must still come in for a STOP."""
 
 CERTAIN_S = HANDSHAKE_MS / 1e3 + 0.5
 """A connection older than this has been authenticated."""
@@ -54,6 +59,7 @@ class Connections:
         self._clock_s, self._places = clock_s, places
         self._watched = socket
         self._opened: dict[int, float] = {}
+        self._peers: dict[int, str | None] = {}
         self._permitted: deque[float] = deque()
         address = f"inproc://rtctl-connections-{next(_NUMBER)}"
         socket.monitor(address, zmq.EVENT_ACCEPTED | zmq.EVENT_DISCONNECTED)
@@ -72,13 +78,17 @@ class Connections:
         young = sum(opened > old for opened in self._opened.values())
         return len(self._opened) - young + min(young, len(self._permitted))
 
-    def permit(self, role: str) -> bool:
-        """Whether a client of this role may come in; then its place is taken."""
+    def permit(self, role: str, peer: str | None = None) -> bool:
+        """Whether a client of this role may come in; then its place is taken. `peer`: a process, as `local_peer` names it."""
         places = self._places if role == "operator" else self._places - RESERVED
-        if self.count >= places:
+        if self.count >= places or (peer is not None and self._held_by(peer) > SHARE * self._places):
             return False
         self._permitted.append(self._clock_s())
         return True
+
+    def _held_by(self, peer: str) -> int:
+        """Connections of one process, the one that asks included, those that have not said who they are too."""
+        return sum(one == peer for one in self._peers.values())
 
     def descriptors(self) -> list[int]:
         """File descriptors of all open connections, strangers included, the oldest first."""
@@ -100,8 +110,10 @@ class Connections:
             if event == zmq.EVENT_ACCEPTED:
                 self._opened.pop(fd, None)  # in the order of arrival
                 self._opened[fd] = self._clock_s()
+                self._peers[fd] = local_peer(fd)
             else:
                 self._opened.pop(fd, None)
+                self._peers.pop(fd, None)
 
     def close(self) -> None:
         """Stop counting. Before the socket is closed."""

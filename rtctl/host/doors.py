@@ -24,6 +24,7 @@ from rtctl.errors import BusyError
 from rtctl.host.authenticator import Authenticator, Entry
 from rtctl.host.connections import Connections
 from rtctl.host.endpoints import private_umask
+from rtctl.host.group import give
 from rtctl.host.reserve import Reserve
 from rtctl.host.traffic import Traffic
 from rtctl.protocol import CONNECTIONS, HANDSHAKE_MS, MAX_REQUEST_BYTES
@@ -41,12 +42,13 @@ HEARTBEAT_MS = 1000
 
 @dataclass(frozen=True)
 class Binding:
-    """Where a door is. `listener` holds the address of TCP; `server_secret` is the daemon's CURVE key."""
+    """Where a door is. `listener` holds the address of TCP; `server_secret` is the daemon's CURVE key; `group` may enter by ipc."""
 
     address: str
     entry: Entry
     listener: network.socket | None = None
     server_secret: bytes = b""
+    group: int | None = None
 
 
 def tcp_binding(host: str, port: int, entry: Entry, server_secret: bytes = b"") -> Binding:
@@ -226,3 +228,5 @@ class Door:
             self.socket.setsockopt(zmq.USE_FD, os.dup(binding.listener.fileno()))  # libzmq closes it
         with private_umask():
             self.socket.bind(binding.address)
+        if binding.group is not None:
+            give(binding.address.removeprefix("ipc://"), binding.group, 0o660)

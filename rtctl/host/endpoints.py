@@ -18,9 +18,13 @@ from types import TracebackType
 from typing import Self
 
 from rtctl.errors import BusyError, ConfigError
+from rtctl.host.group import give
 from rtctl.private_folder import REMEDY, objection, open_to_others
 from rtctl.protocol import LOCK_NAME, Endpoints, endpoints_in, rig_directory
 from rtctl.standard_streams import above_standard_streams
+
+_OF_THE_GROUP = 0o750
+"""Mode of a runtime folder that a group may enter."""
 
 ORPHAN_S = 3.0
 """Longest wait for the loop of a host that has died: a ramp takes 50 ticks."""
@@ -54,6 +58,15 @@ class RuntimeDirectory:
     def lock_fd(self) -> int:
         """Descriptor that holds the lock, -1 once released; a process that inherits it holds the lock too."""
         return self._lock_fd
+
+    def open_to(self, group: int) -> None:
+        """Let the members of a group in, to the sockets that are theirs. Raises ConfigError."""
+        try:
+            give(self.path, group, _OF_THE_GROUP)
+        except OSError as error:
+            raise ConfigError(
+                f"{self.path}: cannot give it to group {group}: {error.strerror}; {REMEDY}"
+            ) from error
 
     def note_holder(self, pid: int) -> None:
         """Write down a process that inherits the lock, for whoever finds the rig held."""
@@ -130,6 +143,7 @@ def _make_private(directory: Path) -> None:
         with private_umask():
             root.mkdir(mode=0o700, parents=True, exist_ok=True)
             directory.mkdir(mode=0o700, exist_ok=True)
+        _close_to_groups(directory)
         reason = open_to_others(root) or objection(directory, {os.geteuid()}, stat.S_IRWXG | stat.S_IRWXO)
     except OSError as error:
         raise ConfigError(
@@ -137,6 +151,17 @@ def _make_private(directory: Path) -> None:
         ) from error
     if reason:
         raise ConfigError(reason)
+
+
+def _close_to_groups(directory: Path) -> None:
+    """Take back what a daemon before this one gave to a group (`open_to`). Raises OSError."""
+    status = directory.lstat()
+    if (
+        stat.S_ISDIR(status.st_mode)
+        and status.st_uid == os.geteuid()
+        and stat.S_IMODE(status.st_mode) == _OF_THE_GROUP
+    ):
+        directory.chmod(0o700)
 
 
 @contextmanager

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from hw import registry
+from hw.claims import Claims
 from hw.interface import (
     CHANNEL_FIELDS,
     WHOLE_RIG_CHANNELS,
@@ -59,6 +60,7 @@ class DeviceProbe:
         self, member: Member, backend: Backend, axis_names: Sequence[str], poll: bool, tare_samples: int = 0
     ) -> None:
         self.member, self.backend, self.error = member, backend, ""
+        self._claims = Claims()
         self._axis_names, self._poll = axis_names, poll and bool(backend.consumes)
         self._tare = Tare(tare_samples)
         self.tick = new_ticks(1, len(member.axes))
@@ -72,8 +74,9 @@ class DeviceProbe:
         self._complaints: dict[tuple[int, str], int] = {}
 
     def open(self) -> None:
-        """Acquire the device; a failure is kept in `error`."""
+        """Acquire the device; a failure is kept in `error`. To open a drive is to disarm it: never one that is driven."""
         try:
+            self._claims.take(self.member.label, self.member.claims)
             self.backend.open()
         except BackendError as error:
             self.error = str(error)
@@ -81,6 +84,11 @@ class DeviceProbe:
         if isinstance(self.backend, CompiledBackend):
             self.backend.warm_up(self.tick)
         self._began_ns = self._fresh_ns = time.monotonic_ns()
+
+    def close(self) -> None:
+        """Release the device."""
+        self.backend.close()
+        self._claims.release()
 
     def read(self, slot: int) -> None:
         """One cycle."""
@@ -294,4 +302,4 @@ def watch(
             time.sleep(max(began + slot * period_s - time.monotonic(), 0.0))
     finally:
         for device in found:
-            device.backend.close()
+            device.close()

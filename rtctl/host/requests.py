@@ -208,6 +208,16 @@ class Requests:
             )
         if state not in (State.FAULT, State.ESTOP):
             return Refusal("not_ready", f"state {state.name}: there is no latched fault to reset")
+        if row["estop"]:
+            return Refusal(
+                "not_ready", f"state {state.name}: the emergency stop is pressed; release it, then reset"
+            )
+        present = self._book.entries(int(row["faults"]))
+        if present:
+            causes = "; ".join(sentence(entry) for entry in present)
+            return Refusal(
+                "not_ready", f"state {state.name}, still present: {causes}; remove the cause, then reset"
+            )
         return {"command_seq": self._slot.edge("reset_count")}
 
     def _tare(self, _request: Request, row: np.void, _caller: Caller) -> Result | Refusal:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.control.vocabulary import Fault, State
+from rtctl.host.faults import cause_bit
 
 _PER_OCTAVE = 64  # about 1 % resolution
 _OCTAVES = 40  # up to 2^40 ns, 18 minutes
@@ -60,7 +61,7 @@ class RunStatistics:
         self.faults = 0
         self.waiver = False
         self.last: np.ndarray | None = None
-        self._first_ns = 0
+        self._first_ns = self._cause = 0
 
     def update(self, rows: np.ndarray) -> None:
         """Take a batch of complete ticks, in order."""
@@ -74,6 +75,10 @@ class RunStatistics:
         self.faults |= int(np.bitwise_or.reduce(rows["faults"]))
         self.waiver = bool(rows["waiver"][-1])
         self.last = rows[-1:].copy()
+        before_the_end = rows[rows["state"] != State.SHUTDOWN]
+        if len(before_the_end):
+            row = before_the_end[-1]
+            self._cause = cause_bit(int(row["state"]), int(row["fault_first"]))
 
     def summary(self) -> dict[str, Any]:
         """The summary `rtctl run --json` ends with (without telemetry counts)."""
@@ -88,7 +93,6 @@ class RunStatistics:
             }
         last = self.last[0]
         span_s = (int(last["time_ns"]) - self._first_ns) / 1e9
-        first_cause = int(last["fault_first"])
         return {
             "state": State(int(last["state"])).name,
             "ticks": self.ticks,
@@ -103,6 +107,6 @@ class RunStatistics:
                 "feedforward": [float(x) for x in last["energy_feedforward_j"]],
             },
             "faults": [fault.name for fault in Fault if self.faults & fault],
-            "fault_first": Fault(1 << first_cause).name if first_cause >= 0 else None,
+            "fault_first": Fault(self._cause).name if self._cause else None,
             "waiver": self.waiver,
         }

@@ -139,10 +139,12 @@ class Host:
         self.writer = CommandWriter(self.memory)
         self.writer.command[:] = plan.command
         self.writer.send()
-        endpoints = self.runtime.endpoints
+        endpoints, openings = self.runtime.endpoints, Openings.of(self.loaded)
+        if openings.group is not None:
+            self.runtime.open_to(openings.group)
         self.context = zmq.Context()
         resident = None if virtual else self._streams.enter_context(closing(Resident()))
-        self.access = Access(self.context, endpoints, Openings.of(self.loaded), Notices(), resident=resident)
+        self.access = Access(self.context, endpoints, openings, Notices(), resident=resident)
         self.loop = LoopProcess(self.loaded, self.memory, self.runtime.lock_fd)
         self.runtime.note_holder(self.loop.pid)
         records = self._record_to is not None or self.loaded.config.record is not None

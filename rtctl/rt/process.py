@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from hw.claims import Claims
 from hw.interface import Backend, BackendError, Rig
 from hw.rig import Member, compose
 from rtctl.rt import realtime
@@ -62,8 +63,10 @@ def _rig(data: dict[str, Any]) -> Rig:
     return Rig(n_axes=data["n_axes"], period_s=data["period_s"], **arrays)
 
 
-def _open(order: dict[str, Any], members: list[Member]) -> Backend | None:
+def _open(order: dict[str, Any], members: list[Member], claims: Claims) -> Backend | None:
     try:
+        for member in members:
+            claims.take(member.label, member.claims)
         backend = compose(members, _rig(order["rig"]))
         backend.open()
     except BackendError as error:
@@ -91,7 +94,8 @@ def main(memory_fd: int) -> int:
     memory = Memory.attach(memory_fd)
     began = time.monotonic()
     members = [Member.from_dict(device) for device in order["devices"]]
-    backend = _open(order, members)
+    claims = Claims()  # given back when this process ends
+    backend = _open(order, members, claims)
     if backend is None:
         return 1
     warm_up(memory, backend)

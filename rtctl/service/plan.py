@@ -18,6 +18,7 @@ from hw.outside import read_bounded, shown, toml_of
 from rtctl.config import LoadedConfig
 from rtctl.config_faults import FILE_OPTIONS
 from rtctl.errors import ConfigError
+from rtctl.host.group import group_id
 
 UNIT = "rtctl@.service"
 NETWORK_DROP_IN = "rtctl-network.conf"
@@ -27,6 +28,16 @@ NETWORKED_KINDS = ("can", "odrive", "moteus", "cia402", "rdt")
 
 HIDDEN = ("/home", "/root", "/run/user", "/tmp", "/var/tmp")
 """Folders that the unit hides from the daemon."""
+
+
+_GROUP_DROP_IN = """\
+# [gateway] group of the rig file: its members reach the rig by the sockets in /run/rtctl. The daemon gives it these: @chown.
+[Service]
+SupplementaryGroups={group}
+SystemCallFilter=@chown
+# in a user namespace of its own there is no other group
+PrivateUsers=no
+"""
 
 
 @dataclass(frozen=True)
@@ -140,7 +151,7 @@ def plan(loaded: LoadedConfig, root: Path, command: str, *, start: bool) -> Inst
     Raises
     ------
     ConfigError
-        A file the rig file names lies outside its folder by a relative path, is a link, or is no regular file.
+        [gateway] group is none of this machine, or a file the rig file names lies outside its folder by a relative path, is a link, or is no regular file.
     """
     name = loaded.config.rig.name
     etc, made = root / "etc", Installation(name, root)
@@ -159,6 +170,10 @@ def plan(loaded: LoadedConfig, root: Path, command: str, *, start: bool) -> Inst
     if loaded.config.loop.cpu >= 0:
         cores = f"[Service]\nCPUAffinity=0-{max((os.cpu_count() or 1) - 1, loaded.config.loop.cpu)}\n"
         made.files.append(File(drop_in / "20-core.conf", cores.encode()))
+    if group := loaded.config.gateway.group:
+        if made.live:
+            group_id(group)  # systemd refuses to start a unit with a group that is not there
+        made.files.append(File(drop_in / "30-group.conf", _GROUP_DROP_IN.format(group=group).encode()))
     if made.live:
         made.commands += [
             ["systemd-sysusers", str(etc / "sysusers.d/rtctl.conf")],

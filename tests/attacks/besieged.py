@@ -15,13 +15,13 @@ from rtctl.keys import KeyStore
 class Daemon:
     """`rtctl run` of the simulated rig, with keys and a viewers' port on 127.0.0.1. A context manager."""
 
-    def __init__(self, folder, **streams):
+    def __init__(self, folder, gateway="", **streams):
         self.folder = Path(folder)
         self.store = KeyStore(self.folder / "keys")
         self.key = self.store.new("anna", "operator", self.folder / "anna.key")
         self.port = free_ports(4)
         source = shipped_config("mock.toml")
-        doors = f'[gateway]\nbind = "127.0.0.1"\nport = {self.port}\ncurve_dir = "keys"\n'
+        doors = f'[gateway]\nbind = "127.0.0.1"\nport = {self.port}\ncurve_dir = "keys"\n{gateway}'
         text = source.read_text().replace('"friction/', f'"{source.parent}/friction/')
         viewers = f"[telemetry]\nplotjuggler = true\nplotjuggler_port = {self.port + 3}\n"
         self.file = self.folder / "rig.toml"

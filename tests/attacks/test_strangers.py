@@ -15,7 +15,7 @@ import zmq
 from besieged import Daemon
 from patience import PATIENCE_S, until
 
-from rtctl.bench.attacks import ATTACKS, MOST_MB, address_of, at_work, stop_ms
+from rtctl.bench.attacks import ATTACKS, MOST_MB, Attack, address_of, at_work, stop_ms
 from rtctl.client import RigClient
 from rtctl.client.connection import Connection, remote_endpoints
 from rtctl.host.heartbeat import LENIENT_S
@@ -70,6 +70,16 @@ def test_an_attack_neither_delays_a_stop_nor_takes_memory_nor_keeps_others_out(d
             time.sleep(LONG_S)
         assert daemon.descriptors() < 4000
     assert daemon.memory_mb() < MOST_MB
+
+
+@pytest.mark.parametrize("kind", ["identities", "half"])
+def test_one_process_that_takes_every_place_keeps_no_stop_of_another_one_out(daemon, kind):
+    with at_work(Attack(kind, "command"), address_of("command", daemon.client, daemon.port)) as begin:
+        begin()
+        time.sleep(0.5)  # by then all sixteen places were gone, twenty times over
+        for _ in range(3):
+            with RigClient("mock", runtime_dir=daemon.folder, timeout_s=10.0) as another:
+                another.stop()
 
 
 def test_a_client_with_a_key_that_sends_millions_of_frames_does_not_delay_another_ones_stop(daemon):

@@ -38,6 +38,10 @@ BOUNDS = {
 }
 
 
+FAULT_NS = 200_000_000
+"""So long the cause of a fault is there."""
+
+
 def description(names=("joint",), **more) -> RigDescription:
     axes = tuple(AxisDescription(name, BOUNDS) for name in names)
     return RigDescription(**{"name": "mock", "axes": axes, "rate_hz": 1000.0, **more})
@@ -61,7 +65,8 @@ class FakeLoop:
         self.tick = records(new_ticks(1, n))
         self.command = records(np.zeros(2, command_dtype(n)))
         self.seen = {"arm_count": 0, "stop_count": 0, "reset_count": 0}
-        self.state, self.epoch, self.faults, self.slot = State.IDLE, 1, Fault(0), 0
+        self.state, self.epoch, self.faults, self.first, self.slot = State.IDLE, 1, Fault(0), Fault(0), 0
+        self.gone_slot = 0
         self.start_ns = time.monotonic_ns()
         self.trip = threading.Event()
 
@@ -84,7 +89,7 @@ class FakeLoop:
             command["target_position_rad"],
         )
         row["state"], row["epoch"], row["faults"] = int(self.state), self.epoch, int(self.faults)
-        row["fault_first"] = int(self.faults).bit_length() - 1
+        row["fault_first"] = int(self.first).bit_length() - 1
         mailbox.publish(self.memory.header, self.memory.ring_words, words(self.tick))
 
     def _decide(self, command: np.void) -> None:
@@ -92,11 +97,15 @@ class FakeLoop:
         self.seen = {name: int(command[name]) for name in self.seen}
         if self.trip.is_set():
             self.trip.clear()
-            self.state, self.faults, self.epoch = State.FAULT, Fault.OVERSPEED, self.epoch + 1
+            self.state, self.epoch = State.FAULT, self.epoch + 1
+            self.faults = self.first = Fault.OVERSPEED
+            self.gone_slot = self.slot + FAULT_NS // self.period_ns
+        elif self.faults and self.slot >= self.gone_slot:
+            self.faults = Fault(0)
         elif edges["stop_count"]:
             self.state, self.epoch = State.IDLE, self.epoch + 1
-        elif edges["reset_count"] and self.state == State.FAULT:
-            self.state, self.faults = State.IDLE, Fault(0)
+        elif edges["reset_count"] and self.state == State.FAULT and not self.faults:
+            self.state, self.first = State.IDLE, Fault(0)
         elif edges["arm_count"] and self.state == State.IDLE and command["epoch"] == self.epoch:
             self.state = State.ARMING
         elif self.state == State.ARMING:

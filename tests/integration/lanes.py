@@ -19,6 +19,7 @@ from rtctl.errors import ClientError
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 SEED = 4
+BOARD_HZ = 200
 TIME_TO_LIVE = 10
 PATIENCE_S = 60.0
 ARMING_CYCLES = 4000
@@ -147,15 +148,20 @@ class Daemon:
         return code[0]
 
 
-class Lane:
-    """One board, and one daemon after the other on it."""
+def simulated(folder):
+    """A board that runs the reference firmware."""
+    return SimulatedBoard(folder, "--rig", str(CONFIGS / "mock.toml"), "--rate-hz", str(BOARD_HZ))
 
-    def __init__(self, root, number):
+
+class Lane:
+    """One board, made by `board(folder)`, and one daemon after the other on it."""
+
+    def __init__(self, root, number, board=simulated):
         self.folder = root / f"lane{number}"
         self.runtime = self.folder / "run"
         self.runtime.mkdir(mode=0o700, parents=True)
         self.name = f"lane{number}"
-        self.board = SimulatedBoard(self.folder, "--rig", str(CONFIGS / "mock.toml"), "--rate-hz", "200")
+        self.board = board(self.folder)
         with contextlib.suppress(PermissionError):  # a board is punctual; nothing is judged by it
             os.sched_setscheduler(self.board.process.pid, os.SCHED_FIFO, os.sched_param(5))
         self.config = rig_file(self.folder, self.name, self.board.port, "off")

@@ -642,15 +642,15 @@ SEEDS = (
     ),
     Seed(
         "a resting joint follows the hand at once", "rtctl/control/resting.py",
-        "min(alpha, p.rest_alpha[axis] * (1.0 + CALMING_S / rested_s))", "alpha", RESTING,
+        "min(alpha, p.rest_alpha[axis] * (1.0 + CALMING_S / since_s))", "alpha", RESTING,
     ),
     Seed(
         "a resting joint follows the hand through one low-pass", "rtctl/control/resting.py",
-        "+= calmed(s, p, axis, 1.0) *", "+= 1.0 *", RESTING,
+        "+ while_bent(s, p, axis, 1.0) *", "+ 1.0 *", RESTING,
     ),
     Seed(
         "the gate of a resting joint follows the hand", "rtctl/control/feedforward.py",
-        "calmed(s, p, axis, p.friction_gate_alpha[axis])", "p.friction_gate_alpha[axis]", RESTING,
+        "while_bent(s, p, axis, p.friction_gate_alpha[axis])", "p.friction_gate_alpha[axis]", RESTING,
     ),
     Seed(
         "flicker at rest is a velocity", "rtctl/control/disturbance_observer.py",
@@ -662,7 +662,11 @@ SEEDS = (
     ),
     Seed(
         "only counts tell rest", "rtctl/control/resting.py",
-        "REST_SHARE = 0.1", "REST_SHARE = 0.0", RESTING,
+        "REST_SHARE = 0.05", "REST_SHARE = 0.0", RESTING,
+    ),
+    Seed(
+        "presliding is sliding", "rtctl/control/resting.py",
+        " if abs(s.bristle_share[axis]) < 1.0 else 0", " if False else 0", RESTING,
     ),
     Seed(
         "flicker between two counts is motion", "rtctl/control/resting.py",

@@ -132,4 +132,14 @@ SEEDS = (
         "a torn tick is shown", "rtctl/shm.py",
         "        if not sealed.all():\n", "        if False:\n", MAILBOX,
     ),
+    Seed(
+        "a loop drives what another process drives", "rtctl/rt/process.py",
+        "            claims.take(member.label, member.claims)\n", "            pass\n",
+        ("tests/attacks/test_two_daemons_one_drive.py",),
+    ),
+    Seed(
+        "one process may take every place", "rtctl/host/connections.py",
+        "SHARE = 0.5\n", "SHARE = 1.0\n",
+        ("tests/unit/host/test_intruders.py::test_one_process_gets_half_of_the_places_of_a_door",),
+    ),
 )  # fmt: skip

@@ -86,6 +86,12 @@ def test_a_chosen_core_stays_allowed(tmp_path):
     assert "CPUAffinity=0-" in (drop_ins / "20-core.conf").read_text()
 
 
+def test_a_rig_with_a_group_gets_the_drop_in_that_lets_the_daemon_share_its_sockets(tmp_path):
+    text = (installed_drop_ins(tmp_path, '[gateway]\ngroup = "lab"') / "30-group.conf").read_text()
+    assert "SupplementaryGroups=lab\n" in text
+    assert "SystemCallFilter=@chown\n" in text
+
+
 def test_a_rig_file_that_is_wrong_or_not_provable_installs_nothing(tmp_path):
     bad = tmp_path / "bad.toml"
     bad.write_text(shipped_config("mock.toml").read_text().replace("rate_hz = 1000.0", "rate_hz = nan"))

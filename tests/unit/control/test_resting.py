@@ -1,4 +1,4 @@
-"""A joint that rests, as far as anybody can tell, follows the hand's torque ever more slowly; one that moves does not."""
+"""A joint that rests or only bends its bristles follows the hand's torque ever more slowly; one that slides does not."""
 
 import math
 
@@ -8,12 +8,22 @@ from law_rig import COUNT, LawRig, T
 
 from rtctl.control.disturbance_observer import observe_friction
 from rtctl.control.feedforward import advance_gate, advance_intent
-from rtctl.control.resting import CALMING_S, REST_COUNTS, REST_HZ, REST_S, REST_SHARE, advance_rest, calmed
+from rtctl.control.resting import (
+    CALMING_S,
+    REST_COUNTS,
+    REST_HZ,
+    REST_S,
+    REST_SHARE,
+    advance_rest,
+    while_bent,
+    while_resting,
+)
 from rtctl.control.velocity import lowpass_alpha
 
 QUICK = 0.27
 SLOW = lowpass_alpha(REST_HZ, T)
 OBSERVER = {"observer_alpha": lowpass_alpha(20.0, T), "observer_smooth_alpha": lowpass_alpha(80.0, T)}
+BOTH = (while_resting, while_bent)
 
 
 def made(**params):
@@ -22,21 +32,23 @@ def made(**params):
     )
 
 
-def seen_at(rig, positions_rad, hand_nm=0.0):
-    """Let the joint be seen at these angles, one a tick; the coefficient that `QUICK` becomes after the last."""
+def seen_at(rig, positions_rad, hand_nm=0.0, bristle_share=1.0):
+    """Let the joint be seen at these angles, one a tick; what `QUICK` becomes for observer and feed-forward after the last."""
+    rig.state["bristle_share"] = bristle_share
     for position in positions_rad:
         rig.state["position_rad"][0, 0] = position
         advance_rest(rig.state[0], rig.params[0], 0, hand_nm)
-    return calmed(rig.state[0], rig.params[0], 0, QUICK)
+    return tuple(follows(rig.state[0], rig.params[0], 0, QUICK) for follows in BOTH)
 
 
 @pytest.mark.parametrize(("rested_s", "low_passes"), [(CALMING_S, 2.0), (1.0, 1.2), (2.0, 1.1)])
 def test_the_longer_it_rests_the_more_slowly_it_follows(rested_s, low_passes):
-    assert seen_at(made(), [0.0] * round(rested_s / T)) == pytest.approx(low_passes * SLOW, rel=1e-9)
+    slowed = low_passes * SLOW
+    assert seen_at(made(), [0.0] * round(rested_s / T)) == pytest.approx((slowed, slowed), rel=1e-9)
 
 
 def test_it_follows_as_ever_at_first():
-    assert seen_at(made(), [0.0] * 5) == QUICK
+    assert seen_at(made(), [0.0] * 5) == (QUICK, QUICK)
 
 
 LONG = round(1.0 / T)
@@ -44,8 +56,8 @@ LONG = round(1.0 / T)
 
 def test_flicker_between_two_counts_is_rest_and_a_third_is_motion():
     rig = made()
-    assert seen_at(rig, [0.0, COUNT] * LONG) < 1.2 * SLOW
-    assert seen_at(rig, [2 * COUNT]) == QUICK
+    assert max(seen_at(rig, [0.0, COUNT] * LONG)) < 1.2 * SLOW
+    assert seen_at(rig, [2 * COUNT]) == (QUICK, QUICK)
     assert 1 < REST_COUNTS < 2
 
 
@@ -53,8 +65,15 @@ def test_what_stays_within_a_share_of_the_presliding_length_rests():
     length_rad = 200 * COUNT
     rig = made(presliding_rad=length_rad)
     within = (REST_SHARE - 0.005) * length_rad
-    assert seen_at(rig, [0.0, within] * LONG) < 1.2 * SLOW
-    assert seen_at(rig, [(REST_SHARE + 0.005) * length_rad]) == QUICK
+    assert max(seen_at(rig, [0.0, within] * LONG)) < 1.2 * SLOW
+    assert seen_at(rig, [(REST_SHARE + 0.005) * length_rad]) == (QUICK, QUICK)
+
+
+@pytest.mark.parametrize("bristle_share", [0.0, -0.7, 0.999])
+def test_on_bent_bristles_the_feedforward_follows_slowly_wherever_the_joint_goes(bristle_share):
+    rig, way = made(), 5 * COUNT * np.arange(round(CALMING_S / T))
+    assert seen_at(rig, way, bristle_share=bristle_share) == pytest.approx((QUICK, 2 * SLOW), rel=1e-9)
+    assert seen_at(rig, [0.0], bristle_share=math.copysign(1.0, bristle_share)) == (QUICK, QUICK)
 
 
 @pytest.mark.parametrize("speed_rad_s", [0.1, -0.3, 3.0])
@@ -62,13 +81,13 @@ def test_a_joint_that_moves_never_rests(speed_rad_s):
     rig = made()
     for tick in range(300):
         angle = round(speed_rad_s * T * tick / COUNT) * COUNT
-        assert seen_at(rig, [angle]) == QUICK
+        assert seen_at(rig, [angle]) == (QUICK, QUICK)
 
 
 def test_what_is_slower_than_rest_stays_so():
     rig = made()
     seen_at(rig, [0.0] * 100)
-    assert calmed(rig.state[0], rig.params[0], 0, SLOW / 10) == SLOW / 10
+    assert [follows(rig.state[0], rig.params[0], 0, SLOW / 10) for follows in BOTH] == [SLOW / 10] * 2
 
 
 def intent(rig, _hand):
@@ -122,7 +141,7 @@ def test_flicker_of_a_resting_joint_is_no_velocity():
 def test_no_number_is_motion_and_lasts_for_one_tick():
     rig = made()
     seen_at(rig, [0.0] * 100, hand_nm=0.1)
-    assert seen_at(rig, [math.nan], hand_nm=math.nan) == QUICK
+    assert seen_at(rig, [math.nan], hand_nm=math.nan) == (QUICK, QUICK)
     assert math.isnan(rig.state["calm_hand_nm"][0, 0])
     seen_at(rig, [1.0], hand_nm=0.1)
     assert rig.state["calm_hand_nm"][0, 0] == 0.1, "the next number counts at once"

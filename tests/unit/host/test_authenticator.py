@@ -16,7 +16,7 @@ class Places:
     def __init__(self, free=100):
         self.free, self.asked = free, []
 
-    def permit(self, role):
+    def permit(self, role, _process=None):
         self.asked.append(role)
         self.free -= 1
         return self.free >= 0
@@ -102,6 +102,13 @@ def test_everything_else_is_turned_away_and_takes_no_place(desk, entry, mechanis
 def test_by_ipc_the_process_is_known_and_viewers_are_of_this_machine(desk):
     assert desk.connect("ipc", peer=b"localhost:1000:1000:77") == ("200", "ipc:1000:1000:77")
     assert desk.authenticator.caller("ipc:1000:1000:77").role == "operator"
+
+
+def test_the_last_places_are_for_the_daemons_own_user_and_root(desk, monkeypatch):
+    monkeypatch.setattr("os.geteuid", lambda: 1000)
+    for user in (0, 1000, 1001):
+        desk.connect("ipc", peer=f"localhost:{user}:1000:77".encode())
+    assert desk.places["ipc"].asked == ["operator", "operator", "renderer"]
     assert desk.connect("viewer", peer=b"127.0.0.1") == ("200", "viewer:")
     assert desk.authenticator.caller("viewer:") is None, "a viewer may ask for nothing"
 

@@ -126,13 +126,13 @@ def test_a_frame_above_the_limit_never_reaches_the_gateway_and_others_are_served
 
 
 def test_one_turn_handles_a_bounded_number_of_requests_and_tells_that_more_wait(desk):
-    clients = [desk.client() for _ in range(12)]
+    clients = [desk.client() for _ in range(8)]  # as many as one process may have
     turns = []
     for burst in range(20):  # how many of a burst have arrived at the first turn is up to libzmq's thread
         for client in clients:
             for i in range(7):
                 client.send(msgpack.packb({"id": i, "op": "status"}))
-        while desk.gateway.counters.received < 84 * (burst + 1):
+        while desk.gateway.counters.received < 56 * (burst + 1):
             assert desk.poller.poll(PATIENCE_S * 1000)
             before = desk.gateway.counters.received
             turns.append((desk.gateway.serve(), desk.gateway.counters.received - before))

@@ -12,14 +12,16 @@ import zmq
 from patience import PATIENCE_S, until
 
 from rtctl.bench.attacker import connect, plain
+from rtctl.errors import RtctlError
+from rtctl.host import access as access_module
+from rtctl.host import connections, traffic
 from rtctl.host import intruders as module
-from rtctl.host import traffic
 from rtctl.host.access import Access, Openings
 from rtctl.host.authenticator import PAUSE_S
 from rtctl.host.doors import Door
 from rtctl.host.publisher import Publisher
 from rtctl.host.reserve import RESERVE, Reserve
-from rtctl.protocol import TOPIC_STATE, Endpoints
+from rtctl.protocol import CONNECTIONS, TOPIC_STATE, Endpoints
 
 MORE = b"\x01\x00"
 
@@ -216,6 +218,35 @@ def test_of_a_local_crowd_whoever_was_let_in_stays(house, monkeypatch):
     house.open += [plain(house.command.address) for _ in range(40)]
     until(lambda: (house.turn(0.006), "crowd" in house.kinds())[1])
     assert not house.is_cut(known)
+
+
+def test_one_process_gets_half_of_the_places_of_a_door(house, monkeypatch):
+    for _ in range(CONNECTIONS // 2):
+        house.enter(house.command.address)
+    with pytest.raises(OSError):  # nobody answers, or hangs up
+        house.enter(house.command.address)
+    monkeypatch.setattr(connections, "local_peer", lambda _descriptor: "ipc:0:0:1")  # another one comes
+    house.enter(house.command.address)
+
+
+@pytest.mark.parametrize(("may_open", "told"), [(8192, set()), (2048, {"descriptors"})])
+def test_too_few_descriptors_for_a_crowd_are_told_with_the_remedy(monkeypatch, may_open, told):
+    monkeypatch.setattr(access_module, "allow_descriptors", lambda _wanted: may_open)
+    with tempfile.TemporaryDirectory(prefix="rt") as folder:
+        made = House(folder)
+        made.close()
+    assert made.kinds() == told
+    assert all("LimitNOFILE" in text for _kind, text in made.notices)
+
+
+def test_too_few_descriptors_for_clients_are_refused(monkeypatch):
+    """libzmq would end the process in the middle of the first connections."""
+    monkeypatch.setattr(access_module, "allow_descriptors", lambda _wanted: 64)
+    with (
+        zmq.Context() as context,
+        pytest.raises(RtctlError, match=r"only 64 files and sockets: raise .* LimitNOFILE"),
+    ):
+        Access(context, Endpoints("ipc://t", "ipc://c", "ipc://x"))
 
 
 def test_a_door_that_cannot_be_opened_again_stays_shut_until_it_can(house, monkeypatch):

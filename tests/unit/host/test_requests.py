@@ -138,6 +138,18 @@ def test_reset_needs_a_latched_fault_and_never_opens_lockout(desk):
     assert desk.ask("reset") == {"command_seq": 1}
 
 
+@pytest.mark.parametrize("state", [State.FAULT, State.ESTOP])
+def test_a_reset_while_the_cause_is_there_is_refused_and_names_it(desk, state):
+    desk.row["state"], desk.row["faults"] = state, int(Fault.STALE | Fault.CHECKSUM)
+    words = desk.refused("not_ready", "reset")
+    assert f"state {state.name}, still present: STALE: the device sends no fresh samples" in words
+    assert "CHECKSUM" in words
+    desk.row["estop"] = 1
+    assert "emergency stop is pressed; release it" in desk.refused("not_ready", "reset")
+    desk.row["estop"] = desk.row["faults"] = 0
+    assert desk.ask("reset") == {"command_seq": 1}
+
+
 def test_the_force_is_not_tared_while_torque_may_flow(desk):
     for state in (State.ARMING, State.ACTIVE, State.HOLD, State.STOPPING):
         desk.row["state"] = state
