@@ -25,12 +25,13 @@ class Channel(IntEnum):
     ACTUATOR = 7
     LOOP = 8
     VELOCITY = 9
+    MOMENT = 10
 
 
 class Effect(IntEnum):
     """What a fault does there."""
 
-    # to a reading: position, current, force, temperature, velocity
+    # to a reading: position, current, force, moment, temperature, velocity
     NAN = 1
     INF = 2
     OFFSET = 3
@@ -41,6 +42,7 @@ class Effect(IntEnum):
     NEGATE = 8
     MIRROR = 9
     WRAP = 10
+    CLIP = 11
     # to the link
     STALE = 20
     DROP = 21
@@ -79,6 +81,7 @@ class Kind:
 def _readings() -> tuple[Kind, ...]:
     position, current = Channel.POSITION, Channel.CURRENT
     force, temperature, velocity = Channel.FORCE, Channel.TEMPERATURE, Channel.VELOCITY
+    moment = Channel.MOMENT
     return (
         Kind(position, "nan", Effect.NAN, "reads NaN"),
         Kind(position, "inf", Effect.INF, "reads infinite, with the sign of `value`", "sign", -1, 1, 1.0),
@@ -99,6 +102,12 @@ def _readings() -> tuple[Kind, ...]:
         Kind(force, "saturated", Effect.SET, "reads `value`, whatever the hand does", "N", -1e5, 1e5, None),
         Kind(force, "frozen", Effect.HOLD, "repeats the last reading"),
         Kind(force, "offset", Effect.OFFSET, "reads `value` too much", "N", -1e5, 1e5, None),
+        Kind(force, "clipped", Effect.CLIP, "reads at most `value` either way", "N", 0, 1e5, None),
+        Kind(force, "scale", Effect.SCALE, "reads `value` times the force", "1", -100, 100, None),
+        Kind(moment, "nan", Effect.NAN, "reads NaN"),
+        Kind(moment, "frozen", Effect.HOLD, "repeats the last reading"),
+        Kind(moment, "offset", Effect.OFFSET, "reads `value` too much", "N m", -1e4, 1e4, None),
+        Kind(moment, "clipped", Effect.CLIP, "reads at most `value` either way", "N m", 0, 1e4, None),
         Kind(temperature, "value", Effect.SET, "reads `value`", "degC", -273.15, 1e4, None),
         Kind(
             temperature, "ramp", Effect.DRIFT, "error grows from zero by `value`", "degC/s", -1e3, 1e3, None

@@ -40,7 +40,7 @@ class FaultOptions(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
 
     channel: str = Field(
-        description="position, velocity, current, force, temperature, estop, link, actuator, loop"
+        description="position, velocity, current, force, moment, temperature, estop, link, actuator, loop"
     )
     kind: str = Field(description="what goes wrong there; docs/faults.md lists them")
     axis: int | None = Field(None, ge=0, le=7, description="joint, or axis of the force sensor; default all")
@@ -94,7 +94,7 @@ class FaultOptions(BaseModel):
     def _fits(self, rig: Mapping[str, Any]) -> None:
         """Check what only the rig file can tell, where its facts are given."""
         kind = KINDS[self.channel, self.kind]
-        axes = 3 if kind.channel == Channel.FORCE else rig.get("n_axes")
+        axes = 3 if kind.channel in (Channel.FORCE, Channel.MOMENT) else rig.get("n_axes")
         if self.axis is not None and axes is not None and self.axis >= axes:
             msg = f"axis: {self.axis} is not there; must be below {axes}"
             raise ValueError(msg)

@@ -40,7 +40,7 @@ def fill_schedule(params: np.ndarray, faults: Sequence[Mapping[str, Any]], rig: 
         p["fault_" + name][:] = 0
     for k, fault in enumerate(faults):
         kind = KINDS[fault["channel"], fault["kind"]]
-        axes = 3 if kind.channel == Channel.FORCE else rig.n_axes
+        axes = 3 if kind.channel in (Channel.FORCE, Channel.MOMENT) else rig.n_axes
         axis = -1 if fault["axis"] is None else fault["axis"]
         if axis >= axes:
             raise BackendError(f"faults[{k}].axis: {axis} is not there; must be below {axes}")

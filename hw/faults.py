@@ -9,7 +9,7 @@ the fields cost nothing. A compiled campaign may write the columns itself, betwe
 |---|---|
 | `fault_count` | places in use |
 | `fault_channel`, `fault_effect` | a pair from `hw.fault_kinds.KINDS`; on other channels than readings, any other does nothing |
-| `fault_axis` | joint (force: sensor axis) it acts on; -1: all |
+| `fault_axis` | joint (force and moment: sensor axis) it acts on; -1: all |
 | `fault_from_tick` | first tick, counted from the device's first sample |
 | `fault_ticks` | how many ticks it is due; 0: for ever |
 | `fault_every_ticks` | comes again after so many; 0: never |
@@ -40,12 +40,13 @@ FAULTS = 32
 _POSITION, _CURRENT, _FORCE = int(Channel.POSITION), int(Channel.CURRENT), int(Channel.FORCE)
 _TEMPERATURE, _ESTOP, _LINK = int(Channel.TEMPERATURE), int(Channel.ESTOP), int(Channel.LINK)
 _ACTUATOR, _LOOP, _VELOCITY = int(Channel.ACTUATOR), int(Channel.LOOP), int(Channel.VELOCITY)
+_MOMENT = int(Channel.MOMENT)
 
 _NAN, _INF, _OFFSET, _HOLD, _SET = (
     int(e) for e in (Effect.NAN, Effect.INF, Effect.OFFSET, Effect.HOLD, Effect.SET)
 )
 _DRIFT, _SCALE, _NEGATE = int(Effect.DRIFT), int(Effect.SCALE), int(Effect.NEGATE)
-_MIRROR, _WRAP = int(Effect.MIRROR), int(Effect.WRAP)
+_MIRROR, _WRAP, _CLIP = int(Effect.MIRROR), int(Effect.WRAP), int(Effect.CLIP)
 _STALE, _DROP, _OLDER = int(Effect.STALE), int(Effect.DROP), int(Effect.OLDER)
 _CHECKSUM, _SEQUENCE = int(Effect.CHECKSUM), int(Effect.SEQUENCE)
 _LOST, _RAISE_READ, _RAISE_WRITE = int(Effect.LOST), int(Effect.RAISE_READ), int(Effect.RAISE_WRITE)
@@ -95,6 +96,7 @@ def memory_fields(n_axes: int) -> list[tuple[Any, ...]]:
         ("shown_position_rad", "<f8", axis),
         ("shown_current_a", "<f8", axis),
         ("shown_force_n", "<f8", (3,)),
+        ("shown_moment_nm", "<f8", (3,)),
         ("shown_temperature_c", "<f8", axis),
         ("shown_velocity_rad_s", "<f8", axis),
     ]
@@ -136,6 +138,8 @@ def _altered(
         return -reading
     if effect == _MIRROR:
         return 2.0 * anchor - reading
+    if effect == _CLIP:
+        return min(max(reading, -value), value)
     if effect == _WRAP and math.isfinite(reading):
         return wrap(math.floor(reading / count_rad + 0.5), int(value)) * count_rad
     return reading
@@ -164,7 +168,7 @@ def _show_again(t: np.record, s: np.record) -> None:
         t.temperature_c[axis] = s.shown_temperature_c[axis]
         t.device_velocity_rad_s[axis] = s.shown_velocity_rad_s[axis]
     for i in range(3):
-        t.force_n[i] = s.shown_force_n[i]
+        t.force_n[i], t.moment_nm[i] = s.shown_force_n[i], s.shown_moment_nm[i]
 
 
 @compiled
@@ -178,7 +182,7 @@ def _remember(t: np.record, s: np.record) -> None:
         s.shown_temperature_c[axis] = t.temperature_c[axis]
         s.shown_velocity_rad_s[axis] = t.device_velocity_rad_s[axis]
     for i in range(3):
-        s.shown_force_n[i] = t.force_n[i]
+        s.shown_force_n[i], s.shown_moment_nm[i] = t.force_n[i], t.moment_nm[i]
 
 
 @compiled
@@ -195,6 +199,8 @@ def _sensor(t: np.record, s: np.record, p: np.record, k: int, since: int) -> Non
         _alter(t.current_a, s.shown_current_a, s.fault_anchor_rad, p, k, since)
     elif channel == _FORCE:
         _alter(t.force_n, s.shown_force_n, s.fault_anchor_rad, p, k, since)
+    elif channel == _MOMENT:
+        _alter(t.moment_nm, s.shown_moment_nm, s.fault_anchor_rad, p, k, since)
     elif channel == _TEMPERATURE:
         _alter(t.temperature_c, s.shown_temperature_c, s.fault_anchor_rad, p, k, since)
     elif channel == _VELOCITY:

@@ -21,6 +21,7 @@ CHANNEL_FIELDS: dict[str, str] = {
     "position": "position_rad",
     "current": "current_a",
     "force": "force_n",
+    "moment": "moment_nm",
     "velocity": "device_velocity_rad_s",
     "temperature": "temperature_c",
     "estop": "estop",
@@ -29,10 +30,10 @@ CHANNEL_FIELDS: dict[str, str] = {
 }
 """Channel name -> the tick field that carries it."""
 
-OPTIONAL_FIELDS = ("temperature_c", "device_velocity_rad_s")
+OPTIONAL_FIELDS = ("temperature_c", "device_velocity_rad_s", "moment_nm")
 """Measured fields that are NaN from the start and stay so in a rig without the sensor."""
 
-WHOLE_RIG_CHANNELS = frozenset({"force", "estop"})
+WHOLE_RIG_CHANNELS = frozenset({"force", "moment", "estop"})
 """Channels with one value for the rig; the others have one per axis."""
 
 
@@ -59,7 +60,8 @@ class LinkLost(BackendError):  # noqa: N818 - the field's word
 class Rig:
     """The facts of the rig a backend may need: axes, period, gearing.
 
-    Arrays have shape `(n_axes,)`; `lever_m` has shape `(n_axes, 3)`: joint torque = lever @ tip force.
+    Arrays have shape `(n_axes,)`; `lever_m` and `axis_direction` have shape `(n_axes, 3)`: joint torque = lever @ tip force +
+    direction @ moment. `axis_direction` is None or 0 where it is not known.
     """
 
     n_axes: int
@@ -69,6 +71,7 @@ class Rig:
     torque_constant_nm_a: np.ndarray
     encoder_counts_per_rev: np.ndarray
     lever_m: np.ndarray
+    axis_direction: np.ndarray | None = None
 
 
 class Backend(Protocol):

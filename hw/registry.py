@@ -26,7 +26,6 @@ DISTRIBUTIONS = {
 }
 """What to install for a module that is missing, where it is not called like the module."""
 
-_FORCE = Channels(provides=frozenset({"force"}), consumes=frozenset())
 
 BUILT_IN = {
     "mock": BackendInfo(
@@ -71,21 +70,18 @@ BUILT_IN = {
         options="hw.force.options:RokubiOptions",
         simulated=False,
         summary="force sensor: Bota Systems Rokubi, SensONE, LaxONE on a serial port",
-        channels=_FORCE,
     ),
     "optoforce": BackendInfo(
         factory="hw.force.serial_sensor:make_optoforce",
         options="hw.force.options:OptoForceOptions",
         simulated=False,
         summary="force sensor: OptoForce / OnRobot DAQ on a serial port",
-        channels=_FORCE,
     ),
     "rdt": BackendInfo(
         factory="hw.force.rdt_backend:RdtBackend",
         options="hw.force.options:RdtOptions",
         simulated=False,
         summary="force sensor: ATI Net F/T and Axia, OnRobot HEX, Schunk over UDP (RDT)",
-        channels=_FORCE,
     ),
     "can": BackendInfo(
         factory="hw.can.board:BoardBackend",

@@ -44,7 +44,7 @@ SLOW_READS = 3
 SLOW_REST_TICKS = 10
 """After this many overruns in a row a device rests so long: its sample goes stale."""
 
-READ_ORDER = ("position", "current", "force", "estop", "velocity", "temperature")
+READ_ORDER = ("position", "current", "force", "moment", "estop", "velocity", "temperature")
 """Who is read first: what the law needs most is delayed by nobody."""
 
 _OVER_BUDGET, _LOST = int(LinkFault.OVER_BUDGET), int(LinkFault.LOST)

@@ -14,10 +14,10 @@ import numpy as np
 
 from hw.interface import CHANNEL_FIELDS, Rig
 
-_XYZ = CHANNEL_FIELDS["force"]
+_XYZ = frozenset({CHANNEL_FIELDS["force"], CHANNEL_FIELDS["moment"], "force_tared_n", "moment_tared_nm"})
 _MEASURED = frozenset(
     CHANNEL_FIELDS[channel]
-    for channel in ("position", "current", "force", "velocity", "temperature", "estop")
+    for channel in ("position", "current", "force", "moment", "velocity", "temperature", "estop")
 ) | {"sample_count", "link_faults"}
 
 
@@ -36,7 +36,8 @@ def subset(rig: Rig, axes: Sequence[int]) -> Rig:
             "lever_m",
         )
     }
-    return replace(rig, n_axes=len(index), **arrays)
+    directions = None if rig.axis_direction is None else rig.axis_direction[index]
+    return replace(rig, n_axes=len(index), axis_direction=directions, **arrays)
 
 
 def device_dtype(dtype: np.dtype[np.void], n_axes: int) -> np.dtype[np.void]:
@@ -47,7 +48,7 @@ def device_dtype(dtype: np.dtype[np.void], n_axes: int) -> np.dtype[np.void]:
         if not shape:
             fields.append((name, base))
         else:
-            fields.append((name, base, shape if name == _XYZ else (n_axes,)))
+            fields.append((name, base, shape if name in _XYZ else (n_axes,)))
     return np.dtype(fields)
 
 
@@ -57,7 +58,7 @@ def _pairs(rig: np.dtype[np.void], own: np.dtype[np.void], name: str, axes: Sequ
     shape = own[name].shape
     if not shape:
         return [(rig_at, own_at)]
-    if name == _XYZ:
+    if name in _XYZ:
         return [(rig_at + i, own_at + i) for i in range(shape[0])]
     return [(rig_at + axis, own_at + i) for i, axis in enumerate(axes)]
 

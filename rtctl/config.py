@@ -31,6 +31,7 @@ from rtctl.config_faults import fault_lines, no_files, tiny_lines
 from rtctl.config_tables import (
     AxisTable,
     DeviceTable,
+    ForceSensorTable,
     GatewayTable,
     LoopTable,
     PassivityTable,
@@ -59,6 +60,7 @@ class Config(Table):
     rig: RigTable
     loop: LoopTable = LoopTable()
     axis: tuple[AxisTable, ...] = Field(min_length=1, max_length=MOST_AXES, strict=False)
+    force_sensor: ForceSensorTable = ForceSensorTable()
     passivity: PassivityTable = PassivityTable()
     device: tuple[DeviceTable, ...] = Field(min_length=1, max_length=8, strict=False)
     telemetry: TelemetryTable = TelemetryTable()
@@ -85,6 +87,22 @@ class Config(Table):
         for axis in self.axis:
             if axis.force_feedback.gain > 0 and "force" in self.rig.absent:
                 msg = f"axis {axis.name}: force_feedback.gain {axis.force_feedback.gain} needs the force sensor that rig.absent rules out; set gain = 0"
+                raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _sensor_fits(self) -> Config:
+        sensor, names = self.force_sensor, [axis.name for axis in self.axis]
+        for name in sensor.carried_by:
+            if name not in names:
+                msg = f"force_sensor.carried_by: no axis is called {name!r}; there are {', '.join(names)}"
+                raise ValueError(msg)
+        for axis in self.axis:
+            if (sensor.moments or axis.name in sensor.carried_by) and not any(axis.axis_direction):
+                msg = f"axis {axis.name}: force_sensor needs its axis_direction, the unit vector of the joint's axis in sensor axes"
+                raise ValueError(msg)
+            if not sensor.moments and not any(axis.lever_m):
+                msg = f"axis {axis.name}: lever_m {axis.lever_m}: without force_sensor.moments it needs a component other than 0"
                 raise ValueError(msg)
         return self
 
@@ -142,6 +160,7 @@ class Config(Table):
             torque_constant_nm_a=np.array([axis.torque_constant_nm_a for axis in self.axis]),
             encoder_counts_per_rev=np.array([axis.encoder_counts_per_rev for axis in self.axis]),
             lever_m=np.array([axis.lever_m for axis in self.axis], dtype=float),
+            axis_direction=np.array([axis.axis_direction for axis in self.axis], dtype=float),
         )
 
     def composition(self, options: Sequence[Mapping[str, Any]]) -> Composition:
@@ -154,6 +173,7 @@ class Config(Table):
             hardware=self.hardware(),
             clock=self.loop.clock,
             velocity_axes=[i for i, axis in enumerate(self.axis) if axis.velocity.device != "record"],
+            moments=self.force_sensor.moments,
         )
 
 

@@ -23,6 +23,7 @@ MAX_AGE_S: dict[str, float] = {
     "position": 0.0,
     "current": 0.002,
     "force": 0.010,
+    "moment": 0.010,
     "estop": 0.010,
     "velocity": 0.002,
     "temperature": 10.0,
@@ -48,6 +49,8 @@ class Composition:
     clock: str = "wall"
     velocity_axes: Sequence[int] = ()
     """Axes whose law looks at the velocity that a device measures."""
+    moments: bool = False
+    """Whether the law uses the moments of the force sensor."""
 
     @property
     def simulated(self) -> bool:
@@ -210,6 +213,10 @@ class Composition:
             for axis, devices in enumerate(self._providers("velocity"))
             if axis in self.velocity_axes and not devices
         ]
+        if self.moments and not any(self._providers("moment")):
+            out.append(
+                f"force_sensor.moments: no device provides moment ({have}): add a [[device]] that does, or set moments = false"
+            )
         out += [
             f"device: no device takes the torque or current of axis {self.axis_names[axis]!r} ({have}): "
             "add a [[device]] that does"

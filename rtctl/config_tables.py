@@ -7,6 +7,7 @@ numbers are refused.
 from __future__ import annotations
 
 import ipaddress
+import math
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
@@ -26,6 +27,8 @@ def _number(low: float, high: float, text: str, **more: Any) -> Any:  # noqa: AN
 
 
 Name = Annotated[str, Field(pattern=NAME_PATTERN)]
+Component = Annotated[float, Field(ge=-1e3, le=1e3)]
+Vector = tuple[Component, Component, Component]
 
 
 class RigTable(Table):
@@ -83,7 +86,70 @@ class ForceTable(Table):
 
     lowpass_hz: float = _number(0, 5000, "low-pass of the hand torque; 0 is off", default=0.0)
     tare_s: float = _number(0, 10, "time at rest over which the bias is averaged before arming", default=0.3)
-    limit_n: float = _number(0.01, 1e4, "range of the sensor", default=50.0)
+    limit_n: float = _number(
+        0.01, 1e4, "range of the sensor, as its data sheet has it: at this value it is clipped", default=50.0
+    )
+    resolution_n: float = _number(
+        0, 1e3, "coarsest step of the sensor, against a frozen one; 0: a hundredth of limit_n", default=0.0
+    )
+    offset_nm: float = _number(
+        0,
+        1e4,
+        "how far the force may be off in power, as torque at the joint; 0: a tenth of torque_limit_nm",
+        default=0.0,
+    )
+
+
+class ForceSensorTable(Table):
+    """[force_sensor]: what the sensor of the rig, wherever its joints, feels besides three forces"""
+
+    moments: bool = Field(
+        False,
+        description="use its moments: joint torque = lever_m . force + axis_direction . moment",
+    )
+    limit_nm: float = _number(1e-4, 1e4, "range of its moments", default=5.0)
+    resolution_nm: float = _number(
+        0, 1e3, "coarsest step of its moments; 0: a hundredth of limit_nm", default=0.0
+    )
+    carried_by: tuple[Name, ...] = Field(
+        (),
+        strict=False,
+        max_length=32,
+        description="joints that turn the sensor, from the base on: levers and weight follow their positions; "
+        "empty: they are the same at every position",
+    )
+    tip_kg: float = _number(
+        0, 100, "mass of what is mounted on the sensor; 0: its weight is not followed", default=0.0
+    )
+    tip_center_m: Vector = Field(
+        (0.0, 0.0, 0.0), strict=False, description="its centre of mass from the sensor's origin, sensor axes"
+    )
+    gravity_m_s2: Vector = Field(
+        (0.0, 0.0, 0.0), strict=False, description="at position 0 of all joints, sensor axes: down, 9.81 long"
+    )
+    off_axis_n: float = _number(
+        0, 1e4, "most tared force across the joints, beside all levers; 0: not watched", default=0.0
+    )
+    off_axis_nm: float = _number(
+        0, 1e4, "most tared moment across the joints, beside all axes; 0: not watched", default=0.0
+    )
+
+    @model_validator(mode="after")
+    def _fits(self) -> ForceSensorTable:
+        if len(set(self.carried_by)) != len(self.carried_by):
+            msg = f"carried_by {list(self.carried_by)} names a joint twice"
+            raise ValueError(msg)
+        length = math.hypot(*self.gravity_m_s2)
+        if self.tip_kg > 0 and not 1 <= length <= 30:
+            msg = f"tip_kg {self.tip_kg}: gravity_m_s2 {self.gravity_m_s2} must say where down is, 1 to 30 m/s2 long (9.81 on earth)"
+            raise ValueError(msg)
+        if self.tip_kg > 0 and not self.carried_by:
+            msg = f"tip_kg {self.tip_kg}: name the joints that turn the sensor in carried_by; a weight that does not turn is in the tare"
+            raise ValueError(msg)
+        if self.off_axis_nm > 0 and not self.moments:
+            msg = f"off_axis_nm {self.off_axis_nm}: the moments are not used; set moments = true"
+            raise ValueError(msg)
+        return self
 
 
 class TemperatureTable(Table):
@@ -120,6 +186,12 @@ class DriveTable(Table):
 
     current_loop_hz: float = _number(
         0, 1e5, "bandwidth of the current loop, a first-order lag; 0: ideal, else at least 10", default=0.0
+    )
+    current_gain_error: float = _number(
+        0.02, 0.9, "how far the measured current may be off what was sent, as a share of it", default=0.3
+    )
+    current_offset_share: float = _number(
+        0.005, 1, "and how far beside that, as torque, share of torque_limit_nm", default=0.1
     )
     motor_share: float = _number(
         0,
@@ -278,6 +350,11 @@ class AxisTable(Table):
         strict=False,
         description="joint torque = lever . tip force in sensor axes; each within -10 to 10, not all 0",
     )
+    axis_direction: Vector = Field(
+        (0.0, 0.0, 0.0),
+        strict=False,
+        description="unit vector of the joint's axis in sensor axes, at position 0; for moments and carried_by",
+    )
     torque_limit_nm: float = _number(1e-6, 1e4, "largest torque ever sent, at the link")
     torque_continuous_nm: float = _number(
         0, 1e4, "largest mean |torque| over 250 ms; 0: as torque_limit_nm", default=0.0
@@ -326,8 +403,25 @@ class AxisTable(Table):
                 'noise of the device: take another policy, or device = "check"'
             )
             raise ValueError(msg)
-        if not any(self.lever_m) or any(abs(x) > 10 for x in self.lever_m):
+        if any(abs(x) > 10 for x in self.lever_m) or not any((*self.lever_m, *self.axis_direction)):
             msg = f"lever_m {self.lever_m}: needs a component other than 0, each within -10..10 m"
+            raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _direction(self) -> AxisTable:
+        if not any(self.axis_direction):
+            return self
+        length = math.hypot(*self.axis_direction)
+        if not 0.99 <= length <= 1.01:
+            msg = f"axis_direction {self.axis_direction} is {length:.3g} long: give a unit vector, such as [0, 0, 1]"
+            raise ValueError(msg)
+        along = sum(u * x for u, x in zip(self.axis_direction, self.lever_m, strict=True))
+        if abs(along) > 0.02 * math.hypot(*self.lever_m):
+            msg = (
+                f"axis_direction {self.axis_direction}, lever_m {self.lever_m}: a lever is axis x arm, so it is perpendicular to "
+                "the axis; one of the two is wrong"
+            )
             raise ValueError(msg)
         return self
 

@@ -39,6 +39,10 @@ SEEN_HZ = 5.0
 SEEN_FACTOR = 1.5
 """Friction seen is believed up to so many times the learned peak."""
 ARMING_TRAVEL_SHARE = 0.25
+OFFSET_SHARE = 0.1
+"""Share of the torque limit that the force may be off in power, unless the rig file says otherwise."""
+RESOLUTION_SHARE = 0.01
+"""Share of a force sensor's range that its coarsest step may be, likewise."""
 SHORTEST_PROOF_TICKS = 1e-6
 """0 would say that delay and age are not watched."""
 
@@ -70,6 +74,7 @@ def build(loaded: LoadedConfig) -> Plan:
     config = loaded.config
     params, _, command, model = new_records(config.n_axes)
     _fill_scalars(params[0], config)
+    fill_force_sensor(params[0], config, present=any("force" in m.channels for m in loaded.members()))
     for member in loaded.members():
         if "current" in member.channels and registry.lookup(member.kind).follows:
             params[0]["follow_kind"][list(member.axes)] = 1
@@ -139,6 +144,23 @@ def _waiver_share(config: Config) -> float:
     return WAIVER_SHARE if config.loop.realtime in ("waive", "off") else 0.0
 
 
+def fill_force_sensor(p: np.void, config: Config, *, present: bool = True) -> None:
+    """Parameters of the force sensor as a whole; `present`: a device of the rig gives its force."""
+    sensor, names = config.force_sensor, [axis.name for axis in config.axis]
+    p["force_used"] = p["force_answers"] = present and "force" not in config.rig.absent
+    p["moment_used"] = sensor.moments
+    p["moment_limit_nm"] = sensor.limit_nm
+    p["off_axis_n"], p["off_axis_nm"] = sensor.off_axis_n, sensor.off_axis_nm
+    p["force_step"] = (
+        max(axis.force.resolution_n or RESOLUTION_SHARE * axis.force.limit_n for axis in config.axis),
+        (sensor.resolution_nm or RESOLUTION_SHARE * sensor.limit_nm) if sensor.moments else 0.0,
+    )
+    p["chain_count"] = len(sensor.carried_by)
+    p["chain_axis"][: len(sensor.carried_by)] = [names.index(name) for name in sensor.carried_by]
+    p["tip_weight_n"][:3] = sensor.tip_kg * np.array(sensor.gravity_m_s2)
+    p["tip_center_m"] = sensor.tip_center_m
+
+
 def _fill_arming(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
     """Bound of the motion in ARMING, and a test torque that moves even a joint without friction far less."""
     part_s = float(p["arming_ticks"]) * period_s
@@ -156,6 +178,7 @@ def _fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
         "gear_efficiency",
         "torque_constant_nm_a",
         "lever_m",
+        "axis_direction",
         "position_min_rad",
         "position_max_rad",
         "current_limit_a",
@@ -163,6 +186,7 @@ def _fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
         "velocity_limit_rad_s",
     ):
         p[name][a] = getattr(axis, name)
+    p["axis_direction"][a] /= math.hypot(*axis.axis_direction) or 1.0
     _fill_arming(p, a, axis, period_s)
     p["torque_continuous_nm"][a] = axis.torque_continuous_nm or axis.torque_limit_nm
     p["temperature_kind"][a] = axis.temperature.sensor
@@ -172,6 +196,9 @@ def _fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
     p["count_rad"][a] = count_rad
     p["torque_rate_nm"][a] = axis.torque_rate_nm_s * period_s
     p["force_limit_n"][a] = axis.force.limit_n
+    p["force_offset_limit_nm"][a] = axis.force.offset_nm or OFFSET_SHARE * axis.torque_limit_nm
+    p["current_gain_error"][a] = axis.drive.current_gain_error
+    p["current_offset_nm"][a] = axis.drive.current_offset_share * axis.torque_limit_nm
     p["velocity_method"][a] = VelocityMethod[axis.velocity.method.upper()]
     p["velocity_window_ticks"][a] = axis.velocity.window
     p["velocity_band_rad"][a] = axis.velocity.band_counts * count_rad
@@ -190,6 +217,7 @@ def _fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
 
 def _let_go(p: np.void) -> None:
     """A recording answers no torque: delays are not watched, an observer has nothing to see, and nobody can be shaken."""
+    p["force_answers"] = 0
     p["observer_gain"] = p["observer_alpha"] = p["friction_seen_alpha"] = 0.0
     p["assistance_bank_j"] = NEVER_SHORT_J
 

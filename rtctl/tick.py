@@ -81,6 +81,14 @@ FIELDS: tuple[Field, ...] = (
     _axis("position_rad", "rad", "joint angle, link side, unwrapped", "backend"),
     _axis("current_a", "A", "motor current from the Hall sensor", "backend"),
     Field("force_n", "float", "xyz", "N", "backend", "force of the hand on the tip, sensor axes, untared"),
+    Field(
+        "moment_nm",
+        "float",
+        "xyz",
+        "N m",
+        "backend",
+        "moment of the hand about the sensor's origin, sensor axes, untared; NaN (null in JSON) where no device gives one",
+    ),
     _axis(
         "temperature_c",
         "degC",
@@ -116,6 +124,27 @@ FIELDS: tuple[Field, ...] = (
     _axis("motor_torque_nm", "N m", "torque of the motor at the link, from the measured current"),
     _axis("hand_torque_nm", "N m", "torque of the hand on the joint: tared, low-passed"),
     _axis("hand_torque_raw_nm", "N m", "torque of the hand on the joint before tare and filter"),
+    Field(
+        "force_tared_n",
+        "float",
+        "xyz",
+        "N",
+        "law",
+        "force of the hand, sensor axes: less tare and weight of the tip",
+    ),
+    Field(
+        "moment_tared_nm",
+        "float",
+        "xyz",
+        "N m",
+        "law",
+        "moment of the hand about the sensor's origin, likewise; 0 where the rig file does not use moments",
+    ),
+    _axis(
+        "force_offset_nm",
+        "N m",
+        "what the force sensor shows too much by the friction it sees in both directions; NaN until both have slid",
+    ),
     # law
     _axis("proxy_position_rad", "rad", "position of the virtual object behind the coupling"),
     _axis(
@@ -168,6 +197,8 @@ FIELDS: tuple[Field, ...] = (
     _axis(
         "running_delay_ticks", "1", "the delay as ordinary motion shows it: the last window that could tell"
     ),
+    _axis("running_gain", "1", "current measured over sent, likewise"),
+    _axis("running_offset_nm", "N m", "torque that the current shows beyond what was sent, likewise"),
     # state
     Field("state", "int", "scalar", "1", "law", "state of the machine (control.vocabulary.State)"),
     Field("enabled", "int", "scalar", "1", "law", "1 when the actuator is to be enabled"),

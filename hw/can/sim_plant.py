@@ -69,7 +69,7 @@ class MockRig:
             [
                 ("tick", "<i8"), ("sample_count", "<i8"), ("link_faults", "<u8"), ("estop", "<i8"), ("enabled", "<i8"),
                 ("position_rad", "<f8", axis), ("current_a", "<f8", axis), ("temperature_c", "<f8", axis),
-                ("device_velocity_rad_s", "<f8", axis), ("force_n", "<f8", (3,)), ("current_command_a", "<f8", axis),
+                ("device_velocity_rad_s", "<f8", axis), ("force_n", "<f8", (3,)), ("moment_nm", "<f8", (3,)), ("current_command_a", "<f8", axis),
             ],
         )  # fmt: skip
         self._mock.warm_up(self._tick)

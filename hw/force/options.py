@@ -26,6 +26,13 @@ class SensorOptions(_Table):
         default=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
         description="force of the hand on the tip = matrix . sensor's force: axes, signs, cross-talk",
     )
+    moments: bool = Field(
+        False, description="show its moments too (channel moment), for force_sensor.moments"
+    )
+    moment_matrix: Matrix = Field(
+        default=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
+        description="moment about the sensor's origin = moment_matrix . sensor's moment: axes, signs, cross-talk",
+    )
     open_timeout_s: float = Field(
         1.0, ge=0, le=10, description="wait for the first sample when opening; 0: do not wait"
     )
@@ -34,6 +41,9 @@ class SensorOptions(_Table):
     def _senses(self) -> SensorOptions:
         if not any(any(row) for row in self.matrix):
             msg = "matrix is all zeros: every force would be 0"
+            raise ValueError(msg)
+        if self.moments and not any(any(row) for row in self.moment_matrix):
+            msg = "moment_matrix is all zeros: every moment would be 0"
             raise ValueError(msg)
         return self
 
@@ -67,6 +77,9 @@ class OptoForceOptions(SerialSensorOptions):
     counts_per_n: tuple[Counts, Counts, Counts] = Field(
         strict=False, description="sensitivity of x, y, z from the sensor's own data sheet"
     )
+    counts_per_nm: tuple[Counts, Counts, Counts] = Field(
+        (1000.0, 1000.0, 1000.0), strict=False, description="the same for the moments of layout 6-axis"
+    )
     output_hz: Annotated[Literal[1000, 333, 100], BeforeValidator(whole)] = Field(
         1000, description="rate the DAQ is set to when opening"
     )
@@ -79,6 +92,9 @@ class OptoForceOptions(SerialSensorOptions):
         if self.sensor != 1 and self.layout != "4x3-axis":
             msg = f"sensor {self.sensor}: only layout '4x3-axis' has more than one"
             raise ValueError(msg)
+        if self.moments and (self.layout != "6-axis" or "counts_per_nm" not in self.model_fields_set):
+            msg = "moments: need layout = '6-axis' and counts_per_nm, from the sensor's own data sheet"
+            raise ValueError(msg)
         return self
 
 
@@ -90,6 +106,7 @@ class RdtOptions(SensorOptions):
     counts_per_n: Counts = Field(
         1e6, description="from the sensor's configuration page; ATI usually 1000000, OnRobot HEX 10000"
     )
+    counts_per_nm: Counts = Field(1e6, description='likewise, "counts per torque" in N m')
     lost_after_s: float = Field(
         0.02, ge=0.002, le=1.0, description="silence after which the sensor counts as lost"
     )

@@ -32,6 +32,9 @@ FILTER: dict[float, int] = {0: 0, 500: 1, 150: 2, 50: 3, 15: 4, 5: 5, 1.5: 6}
 
 _VALUES: dict[str, int] = {"3-axis": 3, "6-axis": 6, "4x3-axis": 12}
 
+_SIX = 22
+"""Bytes of a frame of the layout that has moments."""
+
 DAQ_ERROR, SENSOR_ERROR, OVERLOAD = 0xE000, 0x1C00, 0x03F0
 """Masks of the status word; below them stands the number of the sensor."""
 
@@ -58,10 +61,13 @@ _FORCE = struct.Struct(">3h")
 
 
 def decode(frame: bytes, sensor: int = 0) -> Reading:
-    """Counter, unusable status bits, and force in counts of an intact frame; `sensor` 0 to 3 of `4x3-axis`."""
+    """Counter, unusable status bits, force and moment in counts of an intact frame; `sensor` 0 to 3 of `4x3-axis`."""
     count, status = _HEAD.unpack_from(frame)
     fx, fy, fz = _FORCE.unpack_from(frame, 8 + 6 * sensor)
-    return Reading(count, status & _UNUSABLE, (fx, fy, fz))
+    if len(frame) != _SIX:
+        return Reading(count, status & _UNUSABLE, (fx, fy, fz))
+    mx, my, mz = _FORCE.unpack_from(frame, 14)
+    return Reading(count, status & _UNUSABLE, (fx, fy, fz), (mx, my, mz))
 
 
 def explain(status: int) -> str:

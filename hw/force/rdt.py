@@ -37,13 +37,19 @@ def unusable(status: int) -> int:
 
 def decode(record: bytes | bytearray | memoryview) -> tuple[int, Reading]:
     """Record number, and a reading in counts marked by the sensor's own sequence. For exactly `LENGTH` bytes."""
-    number, inside, status, fx, fy, fz, *_torques = _RECORD.unpack(record)
-    return number, Reading(inside, unusable(status), (fx, fy, fz))
+    number, inside, status, fx, fy, fz, mx, my, mz = _RECORD.unpack(record)
+    return number, Reading(inside, unusable(status), (fx, fy, fz), (mx, my, mz))
 
 
-def encode(number: int, inside: int, force: tuple[int, int, int], status: int = 0) -> bytes:
+def encode(
+    number: int,
+    inside: int,
+    force: tuple[int, int, int],
+    status: int = 0,
+    moment: tuple[int, int, int] = (0, 0, 0),
+) -> bytes:
     """A record as the sensor sends it, for simulators and tests."""
-    return _RECORD.pack(number & 0xFFFFFFFF, inside & 0xFFFFFFFF, status, *force, 0, 0, 0)
+    return _RECORD.pack(number & 0xFFFFFFFF, inside & 0xFFFFFFFF, status, *force, *moment)
 
 
 def command_of(datagram: bytes) -> int | None:

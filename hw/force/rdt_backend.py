@@ -32,7 +32,7 @@ class RdtBackend:
     again and again to stream. A record older than the last one is never used.
     """
 
-    provides = frozenset({"force"})
+    provides: frozenset[str] = frozenset({"force"})
     consumes: frozenset[str] = frozenset()
 
     def __init__(self, options: Options, rig: Rig) -> None:
@@ -45,7 +45,13 @@ class RdtBackend:
         self._socket: socket.socket | None = None
         self._buffer = bytearray(2048)
         self._view = memoryview(self._buffer)
-        self._sample = ForceSample(self._matrix)
+        moments = None
+        if options["moments"]:
+            self.provides = frozenset({"force", "moment"})
+            moments = [
+                [entry / options["counts_per_nm"] for entry in row] for row in options["moment_matrix"]
+            ]
+        self._sample = ForceSample(self._matrix, moments)
         self._reset()
 
     def _reset(self) -> None:

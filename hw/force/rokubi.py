@@ -31,7 +31,7 @@ class Status(IntFlag):
     OVERRANGE = 2
     INVALID = 4
     RAW = 8  # not calibrated numbers
-    NOT_FINITE = _NOT_FINITE  # ours: a force that is no number, under a right checksum
+    NOT_FINITE = _NOT_FINITE  # ours: a force or moment that is no number, under a right checksum
 
 
 def intact(frame: bytes) -> bool:
@@ -40,12 +40,11 @@ def intact(frame: bytes) -> bool:
 
 
 def decode(frame: bytes) -> Reading:
-    """Time stamp in us, status, and force in N of an intact frame."""
-    _, status, fx, fy, fz, *_torques, stamp, _temperature, _crc = _FRAME.unpack(frame)
-    force = (fx, fy, fz)
-    if not (math.isfinite(fx) and math.isfinite(fy) and math.isfinite(fz)):
+    """Time stamp in us, status, force in N and moment in N m of an intact frame."""
+    _, status, fx, fy, fz, mx, my, mz, stamp, _temperature, _crc = _FRAME.unpack(frame)
+    if not math.isfinite(fx + fy + fz + mx + my + mz):
         status |= _NOT_FINITE
-    return Reading(stamp, status, force)
+    return Reading(stamp, status, (fx, fy, fz), (mx, my, mz))
 
 
 def explain(status: int) -> str:

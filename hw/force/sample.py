@@ -14,12 +14,14 @@ _DEVICE = int(LinkFault.DEVICE)
 
 
 class ForceSample:
-    """The newest usable force of one sensor, and the count of samples.
+    """The newest usable force (and moment) of one sensor, and the count of samples.
 
     Parameters
     ----------
     matrix
         Rig force = matrix . reading: unit, axes, signs and cross-talk in one, shape (3, 3).
+    moments
+        The same for the moment; None: the sensor's moments are not shown.
 
     Attributes
     ----------
@@ -31,10 +33,13 @@ class ForceSample:
         The device's own status in its newest reading; 0 when it vouches for it.
     """
 
-    def __init__(self, matrix: Sequence[Sequence[float]]) -> None:
+    def __init__(
+        self, matrix: Sequence[Sequence[float]], moments: Sequence[Sequence[float]] | None = None
+    ) -> None:
         self._rows = [tuple(float(x) for x in row) for row in matrix]
+        self._moment_rows = None if moments is None else [tuple(float(x) for x in row) for row in moments]
         self._mark: int | None = None
-        self._force = (0.0, 0.0, 0.0)
+        self._force = self._moment = (0.0, 0.0, 0.0)
         self._tick: np.ndarray | None = None
         self.count = self.refused = self.repeated = self.status = 0
 
@@ -47,9 +52,9 @@ class ForceSample:
         if reading.status:
             self.refused += 1
             return _DEVICE
-        x, y, z = reading.force
-        (a, b, c), (d, e, f), (g, h, i) = self._rows
-        self._force = (a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z)
+        self._force = _product(self._rows, reading.force)
+        if self._moment_rows is not None:
+            self._moment = _product(self._moment_rows, reading.moment)
         self.count += 1
         return 0
 
@@ -58,16 +63,29 @@ class ForceSample:
         self._mark = None
 
     def show(self, tick: np.ndarray, faults: int) -> None:
-        """Write force, count and faults into the tick."""
+        """Write force, moment, count and faults into the tick."""
         if tick is not self._tick:
             self._bind(tick)
         force = self._view
         force[0], force[1], force[2] = self._force
+        if self._moment_rows is not None:
+            moment = self._moment_view
+            moment[0], moment[1], moment[2] = self._moment
         self._sample_count[0], self._link_faults[0] = self.count, faults
 
     def _bind(self, tick: np.ndarray) -> None:
         row = tick.view(np.ndarray)
         self._tick = tick
         self._view: Any = memoryview(row["force_n"][0])
+        if self._moment_rows is not None:
+            self._moment_view: Any = memoryview(row["moment_nm"][0])
         self._sample_count: Any = memoryview(row["sample_count"])  # type: ignore[arg-type] # as in playback
         self._link_faults: Any = memoryview(row["link_faults"])  # type: ignore[arg-type]
+
+
+def _product(
+    rows: Sequence[tuple[float, ...]], vector: tuple[float, float, float]
+) -> tuple[float, float, float]:
+    x, y, z = vector
+    (a, b, c), (d, e, f), (g, h, i) = rows
+    return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z

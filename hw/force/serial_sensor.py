@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import select
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -34,15 +34,15 @@ class SerialSensor:
         Cuts the stream.
     decode
         From an intact frame to a reading.
-    scale
-        Force per unit of the reading's x, y, z, N.
+    scale, moment_scale
+        Force and moment per unit of the reading's x, y, z, N and N m.
     start, farewell
         Bytes sent when opening and before closing.
     explain
         From the sensor's status to its words.
     """
 
-    provides = frozenset({"force"})
+    provides: frozenset[str] = frozenset({"force"})
     consumes: frozenset[str] = frozenset()
 
     def __init__(
@@ -52,6 +52,7 @@ class SerialSensor:
         decode: Callable[[bytes], Reading],
         *,
         scale: tuple[float, float, float],
+        moment_scale: tuple[float, float, float] = (1.0, 1.0, 1.0),
         start: bytes,
         farewell: bytes,
         explain: Callable[[int], str],
@@ -60,8 +61,11 @@ class SerialSensor:
         self._open_timeout_s = float(options["open_timeout_s"])
         self._frames, self._decode = frames, decode
         self._start, self._farewell, self._explain = start, farewell, explain
-        matrix = [[entry * k for entry, k in zip(row, scale, strict=True)] for row in options["matrix"]]
-        self._sample = ForceSample(matrix)
+        moments = None
+        if options["moments"]:
+            self.provides = frozenset({"force", "moment"})
+            moments = _scaled(options["moment_matrix"], moment_scale)
+        self._sample = ForceSample(_scaled(options["matrix"], scale), moments)
         self._port: Port | None = None
         self._buffer = bytearray(CHUNK)
         self._views = [memoryview(self._buffer)]
@@ -155,6 +159,10 @@ class SerialSensor:
         }
 
 
+def _scaled(matrix: Sequence[Sequence[float]], scale: tuple[float, float, float]) -> list[list[float]]:
+    return [[entry * k for entry, k in zip(row, scale, strict=True)] for row in matrix]
+
+
 def make_rokubi(options: Options, rig: Rig) -> SerialSensor:
     """Bota Systems' serial sensors; `options` are those of `RokubiOptions`, dumped."""
     return SerialSensor(
@@ -184,6 +192,7 @@ def make_optoforce(options: Options, rig: Rig) -> SerialSensor:
         Frames(optoforce.header(layout), optoforce.length(layout), optoforce.intact),
         _decode,
         scale=(1.0 / x, 1.0 / y, 1.0 / z),
+        moment_scale=tuple(1.0 / counts for counts in options["counts_per_nm"]),
         start=optoforce.configure(options["output_hz"], options["filter_hz"]),
         farewell=optoforce.configure(0, options["filter_hz"]),
         explain=optoforce.explain,

@@ -25,6 +25,7 @@ class MockBackend:
 
     def __init__(self, options: Options, rig: Rig) -> None:
         more = {"velocity"} if options["velocity"] is not None else set()
+        more |= {"moment"} if options["force"]["moment"] is not None else set()
         self.provides = frozenset({"position", "current", "force", "temperature", "estop"} | more)
         params, state = plant_records(options, rig)
         self.params, self.state = records(params), records(state)

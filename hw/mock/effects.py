@@ -90,6 +90,7 @@ def effect_state_fields(n_axes: int) -> list[tuple[Any, ...]]:
         ("sampled_temperature_c", "<f8", axis),
         ("sampled_velocity_rad_s", "<f8", axis),
         ("sampled_force_n", "<f8", (3,)),
+        ("sampled_moment_nm", "<f8", (3,)),
     ]
 
 

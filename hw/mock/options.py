@@ -162,6 +162,19 @@ class HandOptions(Table):
         return self
 
 
+class MomentOptions(Table):
+    """[device.options.force.moment]: the sensor shows moments about its origin, too."""
+
+    resolution_nm: float = number(0, 10, "quantum; 0 none", 0.0)
+    range_nm: float = number(1e-4, 1e4, "saturation", 5.0)
+    noise_nm: float = number(0, 10, "standard deviation", 0.0)
+    bias_nm: Vector = Field(default=(0.0, 0.0, 0.0), description="bias of each sensor axis")
+    contact_m: Vector = Field(
+        default=(0.0, 0.0, 0.0),
+        description="where the hand holds the tip, from the sensor's origin, sensor axes",
+    )
+
+
 class ForceOptions(Table):
     """[device.options.force]: the three-axis sensor at the tip."""
 
@@ -174,6 +187,12 @@ class ForceOptions(Table):
         default=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
         description="measured = crosstalk . true force",
     )
+    moment: MomentOptions | None = Field(default=None, description="none: a sensor of forces only")
+    tip_kg: float = number(0, 100, "mass mounted on the sensor, which every joint turns", 0.0)
+    tip_center_m: Vector = Field(
+        default=(0.0, 0.0, 0.0), description="its centre of mass from the sensor's origin"
+    )
+    gravity_m_s2: Vector = Field(default=(0.0, 0.0, 0.0), description="at position 0, sensor axes")
 
 
 class VelocityOptions(Table):
@@ -233,5 +252,8 @@ class MockOptions(Table):
                 msg = (
                     f"faults[{k}].channel: 'velocity' needs a velocity sensor: add [device.options.velocity]"
                 )
+                raise ValueError(msg)
+            if fault.channel == "moment" and self.force.moment is None:
+                msg = f"faults[{k}].channel: 'moment' needs a sensor with moments: add [device.options.force.moment]"
                 raise ValueError(msg)
         return self

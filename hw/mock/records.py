@@ -70,6 +70,17 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             ("force_bias_n", "<f8", (3,)),
             ("force_crosstalk", "<f8", (3, 3)),  # measured = matrix @ true
             ("tip_per_joint", "<f8", (3, n_axes)),  # tip force = matrix @ joint torque
+            # its moments, and what is mounted on it (hw.mock.tip)
+            ("moment_sensor", "<i8"),  # 1: there are moments
+            ("moment_resolution_nm", "<f8"),
+            ("moment_range_nm", "<f8"),
+            ("moment_noise_nm", "<f8"),
+            ("moment_bias_nm", "<f8", (3,)),
+            ("force_contact_m", "<f8", (3,)),  # where the hand holds the tip, from the sensor's origin
+            ("tip_kg", "<f8"),
+            ("tip_center_m", "<f8", (3,)),
+            ("gravity_m_s2", "<f8", (3,)),
+            ("axis_direction", "<f8", (n_axes, 3)),
             # motor, gear, sensors of each axis
             ("inertia_kgm2", "<f8", axis),
             ("torque_per_ampere", "<f8", axis),
@@ -137,6 +148,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             ("normal_spare", "<f8"),
             ("normal_spare_ready", "<i8"),
             ("force_drift_n", "<f8", (3,)),
+            ("tip_weight_n", "<f8", (3,)),
             ("held_ticks", "<i8"),  # periods since the newest current came
             ("current_line_a", "<f8", (n_axes, DELAY_LINE)),  # [axis, 0] is the newest command
             ("current_a", "<f8", axis),  # true motor current
@@ -206,8 +218,18 @@ def _fill_force(p: np.void, table: Options, rig: Rig) -> None:
     p["force_drift_n"] = table["drift_n_sqrt_s"] * math.sqrt(rig.period_s)
     p["force_bias_n"] = table["bias_n"]
     p["force_crosstalk"] = table["crosstalk"]
-    p["tip_per_joint"] = inverse = np.linalg.pinv(rig.lever_m)
-    if not np.allclose(rig.lever_m @ inverse, np.eye(rig.n_axes), atol=1e-9):
+    for name in ("tip_kg", "tip_center_m", "gravity_m_s2"):
+        p[name] = table[name]
+    if rig.axis_direction is not None:
+        p["axis_direction"] = rig.axis_direction
+    levers = rig.lever_m
+    if table["moment"] is not None:
+        p["moment_sensor"], p["force_contact_m"] = 1, table["moment"]["contact_m"]
+        for name in ("resolution_nm", "range_nm", "noise_nm", "bias_nm"):
+            p["moment_" + name] = table["moment"][name]
+        levers = levers + np.cross(p["axis_direction"], p["force_contact_m"])
+    p["tip_per_joint"] = inverse = np.linalg.pinv(levers)
+    if not np.allclose(levers @ inverse, np.eye(rig.n_axes), atol=1e-9):
         raise BackendError(
             f"mock: lever_m {rig.lever_m.tolist()}: no force at the tip gives these joints independent torques; "
             "at most three axes with levers in different directions can be simulated"

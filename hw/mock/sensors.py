@@ -10,6 +10,7 @@ from hw.encoder import unwrap, wrap
 from hw.mock.drift import temperature
 from hw.mock.jit import compiled
 from hw.mock.noise import normal
+from hw.mock.tip import weigh
 
 
 @compiled
@@ -65,9 +66,30 @@ def _tip_force(k: int, s: np.record, p: np.record) -> float:
 
 
 @compiled
+def _sense_moment(t: np.record, s: np.record, p: np.record, x: float, y: float, z: float) -> None:
+    """Moments about the sensor's origin: of the hand's force at its point of contact, and of the tip's weight."""
+    if p.moment_sensor == 0:
+        return
+    c, g, f = p.force_contact_m, p.tip_center_m, s.tip_weight_n
+    m_x = c[1] * z - c[2] * y + g[1] * f[2] - g[2] * f[1]
+    m_y = c[2] * x - c[0] * z + g[2] * f[0] - g[0] * f[2]
+    m_z = c[0] * y - c[1] * x + g[0] * f[1] - g[1] * f[0]
+    for k in range(3):
+        moment = (m_x, m_y, m_z)[k] + p.moment_bias_nm[k]
+        if p.moment_noise_nm > 0.0:
+            moment += p.moment_noise_nm * normal(s)
+        moment = min(max(moment, -p.moment_range_nm), p.moment_range_nm)
+        t.moment_nm[k] = quantised(moment, p.moment_resolution_nm, 0.5)
+
+
+@compiled
 def sense_force(t: np.record, s: np.record, p: np.record) -> None:
-    """Three-axis force sensor at the tip: cross-talk, bias, drift, noise, range, resolution."""
+    """Three-axis force sensor at the tip: weight, cross-talk, bias, drift, noise, range, resolution; its moments, too."""
     x, y, z = _tip_force(0, s, p), _tip_force(1, s, p), _tip_force(2, s, p)
+    if p.moment_sensor != 0 or p.tip_kg > 0.0:
+        weigh(s, p)
+        _sense_moment(t, s, p, x, y, z)
+        x, y, z = x + s.tip_weight_n[0], y + s.tip_weight_n[1], z + s.tip_weight_n[2]
     for k in range(3):
         if p.force_drift_n > 0.0:
             s.force_drift_n[k] += p.force_drift_n * normal(s)
@@ -101,5 +123,5 @@ def hold_sample(t: np.record, s: np.record, p: np.record) -> None:
         t.device_velocity_rad_s[axis] = s.sampled_velocity_rad_s[axis]
     for i in range(3):
         if due:
-            s.sampled_force_n[i] = t.force_n[i]
-        t.force_n[i] = s.sampled_force_n[i]
+            s.sampled_force_n[i], s.sampled_moment_nm[i] = t.force_n[i], t.moment_nm[i]
+        t.force_n[i], t.moment_nm[i] = s.sampled_force_n[i], s.sampled_moment_nm[i]

@@ -57,6 +57,7 @@ def _tick_dtype(n_axes: int) -> np.dtype[np.void]:
             ("position_rad", "<f8", axis),
             ("current_a", "<f8", axis),
             ("force_n", "<f8", (3,)),
+            ("moment_nm", "<f8", (3,)),
             ("temperature_c", "<f8", axis),
             ("device_velocity_rad_s", "<f8", axis),
             ("current_command_a", "<f8", axis),

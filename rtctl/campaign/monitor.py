@@ -28,6 +28,7 @@ _CUT = int(
 _RAMP = int(
     Fault.ACTUATOR_LAG | Fault.OVERTORQUE | Fault.OVERTEMPERATURE | Fault.OVERRUN | Fault.PASSIVITY | Fault.TARGET_LOST
     | Fault.DELAY | Fault.SAMPLE_AGE | Fault.HOST_SILENT
+    | Fault.FORCE_FROZEN | Fault.FORCE_CLIPPED | Fault.FORCE_OFFSET | Fault.OFF_AXIS
 )  # fmt: skip
 
 STOP_TICKS = 51

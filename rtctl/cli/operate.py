@@ -114,5 +114,19 @@ def lines(told: dict[str, Any]) -> list[str]:
             f"  {axis['axis']}: {position:.4f} rad, {velocity:.4f} rad/s, environment {axis['environment']['kind']}, "
             f"compensation {axis['compensation']:.0%}"
         )
+        out += _pulse(axis.get("measured", {}))
     out += [f"  lease: {told['lease_holder']}"] if told["lease_holder"] else []
+    return out
+
+
+def _pulse(measured: dict[str, float | None]) -> list[str]:
+    """What the last test pulse found of the axis' torque, and what motion shows of it since."""
+    gain, offset_nm = measured.get("gain"), measured.get("offset_nm")
+    if gain is None or offset_nm is None:
+        return []
+    late = f"{(measured['delay_s'] or 0.0) * 1e3:.3g} ms late at least (lag {(measured['lag_s'] or 0.0) * 1e3:.3g})"
+    out = [f"    test pulse: current {gain:.3g} of what was sent, {offset_nm:+.3g} N m off, torque {late}"]
+    running, running_nm = measured.get("running_gain"), measured.get("running_offset_nm")
+    if running is not None and running_nm is not None:
+        out.append(f"    running: current {running:.3g} of what is sent, {running_nm:+.3g} N m off")
     return out

@@ -49,12 +49,8 @@ first order)."""
 NOISE_SHARE = 0.25
 """Noise above this share of the step: nothing is measured."""
 
-GAIN_LOW, GAIN_HIGH = 0.7, 1.3
 GAIN_ERRORS = 3.0
-"""Bounds of the gain, and how many standard errors it must be outside of them."""
-
-OFFSET_SHARE = 0.1
-"""Largest offset of the current, share of the torque limit: half of what ACTUATOR_LAG tolerates."""
+"""So many standard errors the gain must be outside of its bounds."""
 
 TOLERANCE_TICKS = 0.1
 """By this much a measured delay may exceed the proof's: what the row of lags resolves."""
@@ -68,6 +64,7 @@ def forget(s: Record, axis: int) -> None:
         s.answer_measured_nm[axis, k] = 0.0
     s.answer_before_nm[axis] = s.answer_gap_nm[axis] = 0.0
     s.answer_late_count[axis] = s.answer_count[axis] = s.running_count[axis] = 0
+    s.running_known_count[axis] = 0
 
 
 @compiled
@@ -192,7 +189,7 @@ def conclude(s: Record, p: Record, axis: int) -> int:
     variance = best / (n - 3)
     step = gain * height
     offset = s.answer_gap_nm[axis] / (4 * ticks)
-    fault = 0 if abs(offset) <= OFFSET_SHARE * p.torque_limit_nm[axis] else _F_CURRENT
+    fault = 0 if abs(offset) <= p.current_offset_nm[axis] else _F_CURRENT
     settled = delay + SETTLING_LAGS * lag <= n - 2
     if not (settled and variance <= (NOISE_SHARE * step) ** 2):
         return fault
@@ -202,7 +199,7 @@ def conclude(s: Record, p: Record, axis: int) -> int:
     s.answer_delay[axis], s.answer_lag[axis] = delay, lag
     s.answer_gain[axis], s.answer_offset_nm[axis] = gain, offset
     error = GAIN_ERRORS * math.sqrt(variance / n) / (0.5 * height)
-    if not GAIN_LOW - error <= gain <= GAIN_HIGH + error:
+    if not abs(gain - 1.0) <= p.current_gain_error[axis] + error:
         fault |= _F_CURRENT
     return fault | leaves_proof(p, axis, delay)
 
@@ -216,6 +213,9 @@ def report(t: Record, s: Record, axis: int) -> None:
     t.arming_gain[axis] = s.answer_gain[axis] if known else math.nan
     t.arming_offset_nm[axis] = s.answer_offset_nm[axis] if known else math.nan
     t.running_delay_ticks[axis] = s.running_delay[axis] if s.running_count[axis] > 0 else math.nan
+    running = s.running_known_count[axis] > 0
+    t.running_gain[axis] = s.running_gain[axis] if running else math.nan
+    t.running_offset_nm[axis] = s.running_offset_nm[axis] if running else math.nan
 
 
 @compiled

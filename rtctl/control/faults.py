@@ -186,8 +186,9 @@ TABLE: tuple[FaultRow, ...] = (
         Fault.CURRENT,
         Reaction.CUT,
         80,
-        "the current's answer to the test pulse is surely below .7 or above 1.3 times what was sent, or off by more than "
-        "10 % of the torque limit",
+        "the current's answer to the test pulse, or to what is sent while running in 2 windows of 1 s in a row, is surely "
+        "off the gain 1 by more than drive.current_gain_error (.3), or off by more than drive.current_offset_share (10 %) "
+        "of the torque limit",
         "the measured current is not the one asked for: check torque constant, scale and offset of the Hall sensor, "
         "current limit of the drive",
     ),
@@ -207,6 +208,40 @@ TABLE: tuple[FaultRow, ...] = (
         "more than 5 % of 1000 ticks had a sample older than the proof of the coupling covers; single lost ones are held",
         "samples do not come in every tick, and the coupling is not proven for their age: lower loop.rate_hz to the "
         "device's own, mend the link, or a softer coupling (`rtctl check`)",
+    ),
+    FaultRow(
+        Fault.FORCE_FROZEN,
+        Reaction.RAMP,
+        500,
+        "powered, no component of the force changed by one bit for .5 s or longer, and meanwhile the joint, back where it was, "
+        "has taken more energy than motor and force shown gave it, by a budget and what the sensor's steps may hide; or it is "
+        "off as FORCE_OFFSET has it",
+        "the force sensor repeats one value while a hand moves the joint: check its cable and mode; power it anew, tare, reset",
+    ),
+    FaultRow(
+        Fault.FORCE_CLIPPED,
+        Reaction.RAMP,
+        3,
+        "a component of the force or moment is exactly at its limit in 3 samples in a row: it may be any larger",
+        "the force sensor is at the end of its range: push less, or give axis.force.limit_n and force_sensor.limit_nm as its "
+        "data sheet has them",
+    ),
+    FaultRow(
+        Fault.FORCE_OFFSET,
+        Reaction.RAMP,
+        100,
+        "powered, sliding in both directions shows that the force is off by more than axis.force.offset_nm (10 % of the "
+        "torque limit) at the joint, for 100 ms",
+        "the force sensor is off by more than it may be, or a weight pulls at the joint: hands off, `rtctl tare`; check the "
+        "sensor's mounting and cable, force_sensor.tip_kg, or allow more (axis.force.offset_nm)",
+    ),
+    FaultRow(
+        Fault.OFF_AXIS,
+        Reaction.RAMP,
+        3,
+        "the tared force or moment beside those that turn a joint is above force_sensor.off_axis_n or off_axis_nm in 3 samples in "
+        "a row (0, the default, watches nothing)",
+        "the tip is pushed or twisted across its joints: guide it along them; check lever_m, axis_direction and the sensor's matrix",
     ),
     FaultRow(
         Fault.LAW_NOT_FINITE,

@@ -1,4 +1,4 @@
-"""Torque of the hand on the joint from the tip force: tare, then low-pass."""
+"""Torque of the hand on the joint from force and moment of the tip: tare, then low-pass."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from rtctl.control.records import Record
 def restart_tare(s: Record, axis: int) -> None:
     """Begin averaging the bias again; the old tare stays in use until the new one is complete."""
     s.tare_count[axis] = 0
-    s.tare_sum_nm[axis] = 0.0
+    for i in range(6):
+        s.tare_sum[axis, i] = 0.0
 
 
 @compiled
@@ -23,24 +24,48 @@ def tare_done(s: Record, p: Record) -> bool:
 
 
 @compiled
+def _average(s: Record, p: Record, axis: int) -> bool:
+    """Take a sample into the tare of an axis; True when that completes it."""
+    s.tare_count[axis] += 1
+    done = s.tare_count[axis] == p.tare_ticks[axis]
+    for i in range(6):
+        s.tare_sum[axis, i] += s.wrench[i] - s.weight[i]
+        if done:
+            s.tare[axis, i] = s.tare_sum[axis, i] / s.tare_count[axis]
+    return bool(done)
+
+
+@compiled
+def _tared(s: Record, p: Record, axis: int) -> float:
+    """Torque on one joint of what is left of force and moment without weight and tare, N m."""
+    longest = True
+    for other in range(len(s.tare_count)):
+        longest = longest and (p.tare_ticks[axis], -axis) >= (p.tare_ticks[other], -other)
+    torque = 0.0
+    for i in range(6):
+        left = s.wrench[i] - s.weight[i] - s.tare[axis, i]
+        torque += s.screw[axis, i] * left
+        if longest:
+            s.tared[i] = left
+    return torque
+
+
+@compiled
 def hand_torque(s: Record, p: Record, axis: int, fresh: bool, disabled: bool) -> float:
     """Hand torque on the joint, tared and low-passed, N m (positive accelerates the joint).
 
-    Averages the bias over the first `tare_ticks` fresh samples while the rig is disabled. A missed
-    sample holds the last value.
+    Averages the bias of all six components over the first `tare_ticks` fresh samples while the rig is disabled. A missed
+    sample holds the last value. The axis with the longest tare writes `tared`.
 
     Notes
     -----
-    tau_h = lever . f - tare;  y += alpha (tau_h - y).
+    tau_h = lever . (F - F_w - F_0) + direction . (M - M_w - M_0) (`wrench`);  y += alpha (tau_h - y).
     """
-    raw = s.force_raw_nm[axis]
     if not fresh:
         return s.force_filtered_nm[axis]
-    if disabled and s.tare_count[axis] < p.tare_ticks[axis]:
-        s.tare_sum_nm[axis] += raw
-        s.tare_count[axis] += 1
-        if s.tare_count[axis] == p.tare_ticks[axis]:
-            s.tare_nm[axis] = s.tare_sum_nm[axis] / s.tare_count[axis]
-            s.force_filtered_nm[axis] = raw - s.tare_nm[axis]
-    s.force_filtered_nm[axis] += p.force_alpha[axis] * (raw - s.tare_nm[axis] - s.force_filtered_nm[axis])
+    averaged = disabled and s.tare_count[axis] < p.tare_ticks[axis] and _average(s, p, axis)
+    torque = _tared(s, p, axis)
+    if averaged:
+        s.force_filtered_nm[axis] = torque
+    s.force_filtered_nm[axis] += p.force_alpha[axis] * (torque - s.force_filtered_nm[axis])
     return s.force_filtered_nm[axis]

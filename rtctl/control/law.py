@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from rtctl.control import arming, detectors, gate, intake, running_delay
+from rtctl.control import arming, detectors, force_doubt, gate, intake, running_delay
 from rtctl.control.assistance import assistance_share, keep_assistance, remember_compensation
 from rtctl.control.current_answer import report as report_actuator
 from rtctl.control.device_velocity import device_velocity
@@ -30,6 +30,7 @@ from rtctl.control.states import advance, is_powered
 from rtctl.control.take_back import OVERSPEED_FACTOR, torque_to_take_back
 from rtctl.control.velocity import estimate_velocity
 from rtctl.control.vocabulary import Fault, GateFlag, State
+from rtctl.control.wrench import report_wrench
 
 _ARMING = int(State.ARMING)
 _ACTIVE = int(State.ACTIVE)
@@ -90,6 +91,7 @@ def step(
         credit_friction(s, p, model[axis], axis, dx, elapsed, t.velocity_rad_s[axis])
         keep_assistance(s, p, axis, dx, elapsed, t.velocity_rad_s[axis], powered)
         observe_friction(t, s, p, axis, elapsed)
+        faults |= force_doubt.offset_fault(t, s, p, axis, elapsed, powered)
         velocity, doubt = device_velocity(t, s, p, axis, elapsed, dx)
         faults |= doubt | friction_feedforward(t, s, p, model[axis], axis, dx, velocity)
         _compensate(t, s, p, model[axis], axis, elapsed)
@@ -100,6 +102,7 @@ def step(
         # 7. energy of the last period, and damping where it ran out
         faults |= _observe(t, s, p, axis, dx, elapsed, powered)
         faults |= _sum_torques(t, s, axis, feedback, program)
+    faults |= _doubt_force(t, s, p, elapsed, powered)
     faults |= intake.target_fault(s, p, c) | intake.host_fault(s, c)
     # 8. state machine
     may_arm = arm_allowed and tare_done(s, p)
@@ -141,6 +144,14 @@ def _detect(t: Record, s: Record, p: Record, axis: int, elapsed: int, skipped: i
     )
     report_actuator(t, s, axis)
     return faults
+
+
+@compiled
+def _doubt_force(t: Record, s: Record, p: Record, elapsed: int, powered: bool) -> int:
+    """Tared force and moment into the tick; faults of a force sensor that lies."""
+    report_wrench(t, s)
+    faults = force_doubt.clipped_fault(s, p, elapsed) | force_doubt.off_axis_fault(s, p, elapsed)
+    return faults | force_doubt.frozen_fault(t, s, p, elapsed, powered)
 
 
 @compiled

@@ -40,11 +40,16 @@ Shape = tuple[int, ...]
 
 
 def _record(
-    scalars: dict[str, str], axis: dict[str, Shape], n_axes: int, marks: dict[str, int] | None = None
+    scalars: dict[str, str],
+    axis: dict[str, Shape],
+    n_axes: int,
+    marks: dict[str, int] | None = None,
+    vectors: dict[str, Shape] | None = None,
 ) -> np.dtype[np.void]:
-    """Scalars, then integer arrays of the given lengths, then per-axis fields."""
+    """Scalars, then integer arrays of the given lengths, arrays of numbers of the given shapes, per-axis fields."""
     fields: list[tuple[str, str] | tuple[str, str, Shape]] = [*scalars.items()]
     fields += [(name, "<i8", (length,)) for name, length in (marks or {}).items()]
+    fields += [(name, "<f8", shape) for name, shape in (vectors or {}).items()]
     for name, extra in axis.items():
         kind = (
             "<i8"
@@ -75,6 +80,14 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             "energy_bank_j": "<f8",  # passivity: most energy that may be saved up
             "renderer_store_j": "<f8",  # most energy the renderer may put in at once
             "renderer_power_w": "<f8",  # most power it may put in for ever
+            # force sensor (control.wrench, control.force_doubt)
+            "force_used": "<i8",  # 1: the rig has one
+            "force_answers": "<i8",  # 1: it feels what moves the joint; not so in a recording
+            "moment_used": "<i8",  # 1: its moments count
+            "moment_limit_nm": "<f8",
+            "off_axis_n": "<f8",  # most force across the joints; 0: not watched
+            "off_axis_nm": "<f8",
+            "chain_count": "<i8",  # joints that turn the sensor
         },
         {
             # plant, link side
@@ -84,7 +97,8 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             "gear_efficiency": (),
             "torque_constant_nm_a": (),
             "count_rad": (),  # one encoder count at the link
-            "lever_m": (3,),  # joint torque = lever . tip force
+            "lever_m": (3,),  # joint torque = lever . tip force + direction . moment, at position 0
+            "axis_direction": (3,),  # unit vector of the joint's axis in the sensor's axes; 0: not given
             # sample validation
             "position_min_rad": (),
             "position_max_rad": (),
@@ -97,6 +111,8 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             "velocity_limit_rad_s": (),
             # detectors and test pulse
             "follow_kind": (),  # 1: the measured current must follow the torque sent
+            "current_gain_error": (),  # how far the current's gain may be off 1
+            "current_offset_nm": (),  # and how far it may be off besides, as torque
             "follow_delay_ticks": (),  # the measurement may be this much late
             "actuator_delay_ticks": (),  # the torque acts this much late, as far as is known
             "declared_delay_s": (),  # from a sample to its torque at the motor, as the rig file has it
@@ -120,6 +136,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             # force
             "force_alpha": (),  # low-pass coefficient per tick, 1 = off
             "tare_ticks": (),
+            "force_offset_limit_nm": (),  # how far the force may be off in power, as torque
             # virtual coupling
             "coupling_stiffness_nm_rad": (),
             "coupling_damping_nms_rad": (),
@@ -165,6 +182,12 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             "force_feedback_reserve_nm": (),  # friction that the quantised coupling needs
         },
         n_axes,
+        {"chain_axis": n_axes},  # the joints that turn the sensor, from the base on
+        {
+            "tip_weight_n": (6,),  # force of gravity on the tip at position 0, sensor axes; the rest is room
+            "tip_center_m": (3,),
+            "force_step": (2,),  # coarsest step of force and moment, N and N m
+        },
     )
 
 
@@ -202,6 +225,9 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "old_count": "<i8",  # samples older than the proof covers among them
             "lease": "<i8",  # nonce of the renderer that may send targets; 0: none
             "targets_refused": "<i8",
+            "same_ticks": "<i8",  # ticks for which the force has not changed by one bit
+            "clipped_ticks": "<i8",  # samples in a row at a limit
+            "across_ticks": "<i8",  # samples in a row with too much across the joints
         },
         {
             "position_rad": (),
@@ -217,9 +243,16 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "device_doubt_ticks": (),  # implausible samples in a row
             "force_filtered_nm": (),
             "hand_torque_before_nm": (),  # hand torque of the tick before, for the energy of the hand
-            "tare_sum_nm": (),
+            "tare_sum": (6,),  # of force and moment, less the weight
             "tare_count": (),
-            "tare_nm": (),
+            "tare": (6,),
+            "screw": (6,),  # lever and direction at the last sample's pose
+            # doubts about the force (control.force_doubt)
+            "unseen_start_rad": (),  # where the joint was when the force began to stay
+            "unseen_j": (),  # energy that nobody shown has given since then
+            "unseen_path_rad": (),
+            "slid_ticks": (2,),  # since powered, forward and backward
+            "offset_ticks": (),  # for which the force has been off
             "proxy_position_rad": (),
             "proxy_set_count": (),
             "friction_gate": (),
@@ -292,6 +325,10 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "running_count": (),  # 1: measured
             "running_bad_count": (),  # windows in a row that leave the proof
             "running_delay": (),  # ticks
+            "running_gain": (),
+            "running_offset_nm": (),
+            "running_gap_count": (),  # windows in a row in which the current is not the one asked for
+            "running_known_count": (),  # 1: gain and offset measured
             # excitation program
             "program_kind": (),
             "program_flags": (),
@@ -315,6 +352,15 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "checksum_marks": MARK_WORDS,
             "old_marks": MARK_WORDS,
             "fault_tick": LOCKOUT_FAULTS,
+        },
+        {
+            "wrench": (6,),  # force and moment of the last valid sample
+            "wrench_before": (6,),
+            "wrench_step": (2,),  # smallest change seen of force and of moment
+            "weight": (6,),  # of the tip, at its pose
+            "tared": (6,),
+            "beside_basis": (3, 3),  # room for `wrench.beside`
+            "beside_rest": (3,),
         },
     )
 

@@ -8,7 +8,8 @@ what lies between them is small and noise smaller) are compared by least squares
 for a torque that changes little within the delay; a first-order lag counts as delay. An estimate counts only
 where the motion shows it: with a standard error below MOST_ERROR_TICKS, which counts one independent sample
 per two time constants of the low-pass, and a residual of a thousandth of the torque limit at the least. Only a
-delay that leaves the proof by more than three of those errors, in two windows in a row, is DELAY.
+delay that leaves the proof by more than three of those errors, in two windows in a row, is DELAY. What the same windows say
+of gain and offset is `running_current`'s.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from rtctl.control.current_answer import leaves_proof
 from rtctl.control.detectors import held_torque
 from rtctl.control.jit import compiled
 from rtctl.control.records import Record
+from rtctl.control.running_current import judge_current
 from rtctl.control.vocabulary import State
 
 _ACTIVE = int(State.ACTIVE)
@@ -59,10 +61,9 @@ def _estimate(s: Record, axis: int, share: float, floor: float) -> tuple[float, 
 
 @compiled
 def running_fault(t: Record, s: Record, p: Record, axis: int, skipped: int) -> int:
-    """Follow the torque of one axis; DELAY while its delay has left the proof of the coupling."""
-    watched = p.follow_kind[axis] != 0 and p.proof_delay_s[axis] > 0.0
-    if not watched or s.state != _ACTIVE or s.ticks_in_state == 0:
-        s.running_bad_count[axis] = 0
+    """Follow the torque of one axis; DELAY while its delay has left the proof of the coupling, CURRENT while it is another."""
+    if p.follow_kind[axis] == 0 or s.state != _ACTIVE or s.ticks_in_state == 0:
+        s.running_bad_count[axis] = s.running_gap_count[axis] = 0
         s.running_ticks[axis] = -1
         return 0
     sent, measured = held_torque(s, axis, 1), t.motor_torque_nm[axis]
@@ -95,12 +96,14 @@ def running_fault(t: Record, s: Record, p: Record, axis: int, skipped: int) -> i
 @compiled
 def _judge(s: Record, p: Record, axis: int, share: float) -> int:
     """At the end of a window."""
-    delay, error = _estimate(s, axis, share, FLOOR_SHARE * p.torque_limit_nm[axis])
+    floor = FLOOR_SHARE * p.torque_limit_nm[axis]
+    delay, error = _estimate(s, axis, share, floor)
+    other = judge_current(s, p, axis, floor, share)
     _restart(s, axis)
-    if not error <= MOST_ERROR_TICKS:
-        return 0
+    if not (error <= MOST_ERROR_TICKS and p.proof_delay_s[axis] > 0.0):
+        return other
     s.running_delay[axis] = delay
     s.running_count[axis] = 1
     fault = leaves_proof(p, axis, delay - ERRORS * error)
     s.running_bad_count[axis] = s.running_bad_count[axis] + 1 if fault else 0
-    return fault if s.running_bad_count[axis] >= BAD_WINDOWS else 0
+    return other | fault if s.running_bad_count[axis] >= BAD_WINDOWS else other

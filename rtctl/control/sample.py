@@ -2,7 +2,7 @@
 
 A sample is missed when the link reports damage, its counter does not advance, a value is not finite or
 out of range, or the position jumps further than the axis can travel. A missed sample never reaches the
-law: the last valid one is held (`state.position_rad`, `current_a`, `force_raw_nm`) and its age grows.
+law: the last valid one is held (`state.position_rad`, `current_a`, `wrench`) and its age grows.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from rtctl.control import window
 from rtctl.control.jit import compiled
 from rtctl.control.records import Record
 from rtctl.control.vocabulary import Fault
+from rtctl.control.wrench import take_wrench
 
 _CHECKSUM = int(LinkFault.CHECKSUM)
 _LOSS = int(LinkFault.SEQUENCE | LinkFault.LOST)
@@ -48,6 +49,9 @@ def _in_range(t: Record, p: Record) -> bool:
         for i in range(3):
             if not abs(t.force_n[i]) <= p.force_limit_n[axis]:
                 return False
+    for i in range(3):
+        if p.moment_used != 0 and not abs(t.moment_nm[i]) <= p.moment_limit_nm:
+            return False
     return True
 
 
@@ -79,15 +83,12 @@ def _take(t: Record, s: Record, p: Record, restart: bool) -> None:
     for axis in range(len(t.position_rad)):
         s.position_rad[axis] = t.position_rad[axis]
         s.current_a[axis] = t.current_a[axis]
-        torque = 0.0
-        for i in range(3):
-            torque += p.lever_m[axis, i] * t.force_n[i]
-        s.force_raw_nm[axis] = torque
         s.jump_count[axis] = 0
         if restart:
             s.position_before_rad[axis] = s.position_rad[axis]
             s.history_count[axis] = 0
             s.proxy_set_count[axis] = 0
+    take_wrench(t, s, p)
     s.sample_age_ticks = 0
 
 

@@ -137,6 +137,10 @@ class Fault(IntFlag):
     DELAY = 1 << 25
     SAMPLE_AGE = 1 << 26
     HOST_SILENT = 1 << 27
+    FORCE_FROZEN = 1 << 28
+    FORCE_CLIPPED = 1 << 29
+    FORCE_OFFSET = 1 << 30
+    OFF_AXIS = 1 << 31
 
 
 class Reaction(IntEnum):

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.control.arming import CURRENT_SHARE
+from rtctl.control.force_doubt import EDGE
 from rtctl.control.vocabulary import Fault, GateFlag
 
 
@@ -61,7 +62,11 @@ def locate(fault: Fault, scene: Scene) -> Where:
     if judge is None:
         return NOWHERE
     found = judge(scene)
-    if found.axis is None and found.channel != "force" and len(scene.row["position_rad"]) == 1:
+    if (
+        found.axis is None
+        and found.channel not in ("force", "moment")
+        and len(scene.row["position_rad"]) == 1
+    ):
         return Where(0, found.channel, found.detail)
     return found
 
@@ -88,6 +93,9 @@ def _bad_sample(scene: Scene) -> Where:
     for name, value in zip("xyz", row["force_n"], strict=True):
         if not abs(value) <= limit:
             return Where(None, "force", f"force {name} {value:.6g} N, range +-{limit:g}")
+    for name, value in zip("xyz", row["moment_nm"], strict=True):
+        if p["moment_used"] and not abs(value) <= p["moment_limit_nm"]:
+            return Where(None, "moment", f"moment {name} {value:.6g} N m, range +-{p['moment_limit_nm']:g}")
     return NOWHERE
 
 
@@ -172,14 +180,54 @@ def _wiring(scene: Scene) -> Where:
 
 
 def _answer(scene: Scene) -> Where:
-    gain, offset = scene.row["arming_gain"], scene.row["arming_offset_nm"]
-    known = np.isfinite(gain)
-    off = np.maximum(np.abs(gain - 1.0) / 0.3, np.abs(offset) / (0.1 * scene.params["torque_limit_nm"]))
+    """By the test pulse, or once the rig is ACTIVE by what it was sent there."""
+    row, most_gain = scene.row, scene.params["current_gain_error"]
+    pulse = np.isfinite(row["arming_gain"]) & ~np.isfinite(row["running_gain"])
+    gain = np.where(pulse, row["arming_gain"], row["running_gain"])
+    offset = np.where(pulse, row["arming_offset_nm"], row["running_offset_nm"])
+    most_offset = scene.params["current_offset_nm"]
+    off = np.maximum(np.abs(gain - 1.0) / most_gain, np.abs(offset) / most_offset)
     return _worst(
-        np.where(known, off, 0.0),
+        np.where(np.isfinite(gain), off, 0.0),
         "current",
-        lambda a: f"{gain[a]:.3g} of what was sent, {offset[a]:+.3g} N m off",
+        lambda a: (
+            f"{gain[a]:.3g} of what was sent ({1 - most_gain[a]:.3g} to {1 + most_gain[a]:.3g} is allowed), "
+            f"{offset[a]:+.3g} N m off (+-{most_offset[a]:.3g})"
+        ),
     )
+
+
+def _clipped(scene: Scene) -> Where:
+    row, p = scene.row, scene.params
+    limit = float(np.min(p["force_limit_n"]))
+    for name, value in zip("xyz", row["force_n"], strict=True):
+        if abs(value) >= (1.0 - EDGE) * limit:
+            return Where(None, "force", f"force {name} {value:.6g} N, limit {limit:g}")
+    for name, value in zip("xyz", row["moment_nm"], strict=True):
+        if p["moment_used"] and abs(value) >= (1.0 - EDGE) * p["moment_limit_nm"]:
+            return Where(None, "moment", f"moment {name} {value:.6g} N m, limit {p['moment_limit_nm']:g}")
+    return Where(None, "force")
+
+
+def _frozen(scene: Scene) -> Where:
+    x, y, z = scene.row["force_n"]
+    return Where(None, "force", f"stays at {x:.6g}, {y:.6g}, {z:.6g} N")
+
+
+def _force_offset(scene: Scene) -> Where:
+    offset, limit = scene.row["force_offset_nm"], scene.params["force_offset_limit_nm"]
+    found = _worst(
+        np.where(np.isfinite(offset), np.abs(offset) / limit, 0.0),
+        "force",
+        lambda a: f"{offset[a]:+.3g} N m at the joint, +-{limit[a]:.3g} is allowed",
+    )
+    return Where(0, "force", found.detail) if len(offset) == 1 else found
+
+
+def _off_axis(scene: Scene) -> Where:
+    x, y, z = scene.row["force_tared_n"]
+    u, v, w = scene.row["moment_tared_nm"]
+    return Where(None, "force", f"tared {x:.3g}, {y:.3g}, {z:.3g} N; {u:.3g}, {v:.3g}, {w:.3g} N m")
 
 
 def _delay(scene: Scene) -> Where:
@@ -210,5 +258,9 @@ _JUDGES: dict[Fault, Callable[[Scene], Where]] = {
     Fault.WIRING: _wiring,
     Fault.CURRENT: _answer,
     Fault.DELAY: _delay,
+    Fault.FORCE_FROZEN: _frozen,
+    Fault.FORCE_CLIPPED: _clipped,
+    Fault.FORCE_OFFSET: _force_offset,
+    Fault.OFF_AXIS: _off_axis,
     Fault.ESTOP: _estop,
 }

@@ -23,6 +23,9 @@ _LINK_BITS = {
 _MOTOR = (Fault.ACTUATOR_LAG, Fault.ACTUATOR_WRONG, Fault.WIRING, Fault.CURRENT, Fault.DELAY)
 """Faults that the device which drives the motor may say more about."""
 
+_FORCE = (Fault.FORCE_FROZEN, Fault.FORCE_CLIPPED, Fault.FORCE_OFFSET, Fault.OFF_AXIS)
+"""Faults that the force sensor may say more about."""
+
 _OF_SAMPLES = (*_LINK_BITS, Fault.SAMPLE_AGE)
 
 
@@ -125,7 +128,7 @@ class FaultBook:
         found = NOWHERE if scene is None else locate(fault, scene)
         device = self._device(found, motor=fault in _MOTOR)
         axis = None if found.axis is None else self._rig.axes[found.axis].name
-        spoke = device is not None and fault in _MOTOR and self.words.spoke(device, tick)
+        spoke = device is not None and fault in (*_MOTOR, *_FORCE) and self.words.spoke(device, tick)
         said = self.words.of(str(device), axis, tick) if spoke else ""
         detail = "; ".join(part for part in (found.detail, said) if part)
         return {"axis": axis, "channel": found.channel, "device": device, "detail": detail or None}

@@ -226,7 +226,7 @@ class DeviceProbe:
     def _of(self, channel: str, i: int) -> str:
         if channel not in WHOLE_RIG_CHANNELS:
             return self._axis_names[i]
-        return "xyz"[i] if channel == "force" else ""
+        return "xyz"[i] if channel in ("force", "moment") else ""
 
 
 def devices(loaded: LoadedConfig, only: str | None = None, *, poll: bool = False) -> list[DeviceProbe]:

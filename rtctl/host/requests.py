@@ -25,6 +25,7 @@ from rtctl.host.messages import Refusal, Request
 from rtctl.host.operations import OPERATIONS, allowed
 from rtctl.host.steering import CLOSED, Steering
 from rtctl.host.temperature import temperature_warnings
+from rtctl.host.timing_watch import measured_in
 from rtctl.protocol import PROTOCOL_VERSION, Endpoints, schema_sha256
 from rtctl.shm import CommandWriter
 
@@ -162,7 +163,10 @@ class Requests:
             "velocity_rad_s": row["velocity_rad_s"].tolist(),
             "lease_holder": None if lease is None else lease.holder,
             "lease_in_force": bool(row["lease_held"]),
-            "axes": [self._steering.axis_in_force(a) for a in range(self._rig.n_axes)],
+            "axes": [
+                {**self._steering.axis_in_force(a), "measured": one}
+                for a, one in enumerate(measured_in(row, 1.0 / self._rig.rate_hz))
+            ],
         }
 
     # -- moving the state machine

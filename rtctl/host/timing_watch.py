@@ -54,6 +54,28 @@ class TimingWatch:
         return found
 
 
+def measured_in(row: np.void, period_s: float) -> list[dict[str, float | None]]:
+    """What is known of each axis' torque: by the last test pulse, and as motion shows it; None where nothing is."""
+    ticks = {
+        "delay_s": "arming_delay_ticks",
+        "lag_s": "arming_lag_ticks",
+        "running_delay_s": "running_delay_ticks",
+    }
+    plain = {
+        "gain": "arming_gain",
+        "offset_nm": "arming_offset_nm",
+        "running_gain": "running_gain",
+        "running_offset_nm": "running_offset_nm",
+    }
+    found: list[dict[str, float | None]] = []
+    for a in range(len(row["position_rad"])):
+        one = {key: float(row[name][a]) * period_s for key, name in ticks.items()}
+        one |= {key: float(row[name][a]) for key, name in plain.items()}
+        known = int(row["time_ns"]) != 0  # else there is no tick yet
+        found.append({key: value if known and math.isfinite(value) else None for key, value in one.items()})
+    return found
+
+
 def timing_of(event: Mapping[str, Any], date: str) -> AxisTiming | None:
     """The timing that an event tells; None when it is no number that can be read again."""
     names = ("delay_s", "lag_s", "gain", "offset_nm", "sample_period_s")

@@ -347,6 +347,18 @@ def test_can_drive(can_rig, key, phase):
     expect(can_rig, phase, fault, within)
 
 
+@pytest.mark.parametrize("value", [50.0, -50.0])
+@pytest.mark.parametrize("phase", PHASES)
+def test_a_force_exactly_at_its_limit(mock_rig, phase, value):
+    enter(mock_rig, phase)
+    mock_rig.fault_now("force", "saturated", value)
+    if phase == "stopping":  # it ramps down already
+        mock_rig.run(3)
+        assert mock_rig.faults & Fault.FORCE_CLIPPED
+        return
+    expect(mock_rig, phase, Fault.FORCE_CLIPPED, 3)
+
+
 @pytest.mark.parametrize("kind", ["dead", "scale"])
 def test_a_motor_that_does_not_follow(mock_rig, kind):
     fault, within, value = ACTUATOR[kind]
@@ -398,7 +410,7 @@ def test_a_standstill(mock_rig):
 
 def test_every_fault_of_the_table_has_its_place_in_some_test():
     here = {fault for fault, *_ in [*KINDS.values(), *ACTUATOR.values()]}
-    here |= {Fault.WIRING, Fault.OVERRUN, Fault.STALLED}
+    here |= {Fault.WIRING, Fault.OVERRUN, Fault.STALLED, Fault.FORCE_CLIPPED}
     elsewhere = {
         Fault.END_OF_LOG: "tests/unit/hw, playback",
         Fault.OVERSPEED: "test_state_sequences",
@@ -415,5 +427,8 @@ def test_every_fault_of_the_table_has_its_place_in_some_test():
         Fault.CURRENT: "test_delay_on_the_mock",
         Fault.DELAY: "test_delay_on_the_mock",
         Fault.SAMPLE_AGE: "test_delay_on_the_mock",
+        Fault.FORCE_FROZEN: "test_force_that_lies",
+        Fault.FORCE_OFFSET: "test_force_that_lies",
+        Fault.OFF_AXIS: "test_six_components",
     }
     assert here | set(elsewhere) == set(Fault)

@@ -27,6 +27,7 @@ import seeds_host  # noqa: E402
 import seeds_identify  # noqa: E402
 import seeds_margins  # noqa: E402
 import seeds_mock  # noqa: E402
+import seeds_sensors  # noqa: E402
 from seed import Seed  # noqa: E402
 from workshop import Outcome, Workshop, say  # noqa: E402
 
@@ -38,6 +39,7 @@ SEEDS: tuple[Seed, ...] = (
     *seeds_identify.SEEDS,
     *seeds_margins.SEEDS,
     *seeds_mock.SEEDS,
+    *seeds_sensors.SEEDS,
 )
 _workshop: list[Workshop] = []
 

@@ -467,12 +467,12 @@ SEEDS = (
     ),
     Seed(
         "a gain has no upper bound", "rtctl/control/current_answer.py",
-        "if not GAIN_LOW - error <= gain <= GAIN_HIGH + error:", "if not GAIN_LOW - error <= gain:", ANSWER,
+        "if not abs(gain - 1.0) <= p.current_gain_error[axis] + error:", "if not 1.0 - gain <= p.current_gain_error[axis] + error:", ANSWER,
     ),
     Seed(
         "an offset that is no number is small", "rtctl/control/current_answer.py",
-        "fault = 0 if abs(offset) <= OFFSET_SHARE * p.torque_limit_nm[axis] else _F_CURRENT",
-        "fault = _F_CURRENT if abs(offset) > OFFSET_SHARE * p.torque_limit_nm[axis] else 0", ANSWER,
+        "fault = 0 if abs(offset) <= p.current_offset_nm[axis] else _F_CURRENT",
+        "fault = _F_CURRENT if abs(offset) > p.current_offset_nm[axis] else 0", ANSWER,
     ),
     Seed(
         "a delay twice the proof's is tolerated", "rtctl/control/current_answer.py",
@@ -494,7 +494,7 @@ SEEDS = (
     ),
     Seed(
         "an estimate counts however uncertain it is", "rtctl/control/running_delay.py",
-        "if not error <= MOST_ERROR_TICKS:", "if error == math.inf:", RUNNING,
+        "if not (error <= MOST_ERROR_TICKS and", "if not (error < math.inf and", RUNNING,
     ),
     Seed(
         "samples of any age below three are fresh enough", "rtctl/control/detectors.py",

@@ -12,9 +12,10 @@ from seeds_host import SEEDS as HOST
 from seeds_identify import SEEDS as IDENTIFY
 from seeds_margins import SEEDS as MARGINS
 from seeds_mock import SEEDS as MOCK
+from seeds_sensors import SEEDS as SENSORS
 
 ROOT = Path(__file__).resolve().parents[2]
-SEEDS = (*CONTROL, *DEVICES, *EXPERIMENTS, *HOST, *IDENTIFY, *MARGINS, *MOCK)
+SEEDS = (*CONTROL, *DEVICES, *EXPERIMENTS, *HOST, *IDENTIFY, *MARGINS, *MOCK, *SENSORS)
 
 
 @pytest.mark.parametrize("seed", SEEDS, ids=lambda seed: seed.what)

@@ -49,6 +49,7 @@ class Measured:
         params, state = records(made[0]), records(made[1])
         params["arming_ticks"], params["period_s"] = len(sent) // 4, 1e-3
         params["torque_limit_nm"], params["proof_delay_s"] = LIMIT, proof_ticks * 1e-3
+        params["current_gain_error"], params["current_offset_nm"] = 0.3, 0.1 * LIMIT
         p, s = params[0], state[0]
         state["answer_sent_nm"], state["answer_gap_nm"] = 7.0, 7.0  # of a test before
         state["answer_count"] = state["running_count"] = 1

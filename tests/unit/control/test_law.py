@@ -170,7 +170,7 @@ def check_invariants(rig, before):
         assert abs(torque) <= abs(before["torque"])  # 8
     assert rig["epoch"] >= before["epoch"]
     for name in rig.state.dtype.names:
-        taken_over = name == "tare_sum_nm" or name.startswith("world_")  # as broken as what was sent
+        taken_over = name == "tare_sum" or name.startswith("world_")  # as broken as what was sent
         if rig.state[name].dtype.kind == "f" and not taken_over:
             assert np.all(np.isfinite(rig.state[name])), name
 

@@ -22,12 +22,14 @@ class Motor:
         self.params, self.state = records(made[0]), records(made[1])
         self.tick = records(new_ticks(1, 1))
         for name, value in {
-            "period_s": period_s, "follow_kind": 1, "proof_delay_s": proof_ticks * period_s, "torque_limit_nm": LIMIT, **params,
+            "period_s": period_s, "follow_kind": 1, "proof_delay_s": proof_ticks * period_s, "torque_limit_nm": LIMIT,
+            "current_gain_error": 0.3, "current_offset_nm": 0.1 * LIMIT, **params,
         }.items():  # fmt: skip
             self.params[name] = value
         self.state["state"], self.state["ticks_in_state"] = State.ACTIVE, 1
         self.state["running_ticks"] = -1  # as it is left outside of ACTIVE
         self.seen = []
+        self.fault = Fault(0)
 
     def run(self, sent, measured, skipped_at=()):
         """Returns the tick of the first fault, or -1."""
@@ -41,7 +43,7 @@ class Motor:
             if self.known:
                 self.seen.append(self.delay)
             if fault:
-                assert Fault(int(fault)) is Fault.DELAY
+                self.fault = Fault(int(fault))
                 return k
         return -1
 
@@ -81,6 +83,7 @@ def test_only_two_windows_in_a_row_beyond_the_proof_are_a_fault():
     motor = Motor(proof_ticks=1.0)
     sent = motion(6000)
     found = motor.run(sent, shown(sent, 3))
+    assert motor.fault is Fault.DELAY
     assert found == 2000, "the first tick begins the first window"
     assert Motor(proof_ticks=3.0).run(sent, shown(sent, 3)) == -1
     late = shown(sent, 0)
@@ -125,10 +128,11 @@ def test_nothing_is_watched_without_a_sensor_a_proof_or_the_torque_of_active(par
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
-def test_a_measurement_that_is_no_number_is_no_estimate(value):
+def test_a_measurement_that_is_no_number_is_no_estimate_and_no_current_that_was_asked_for(value):
     sent = motion(5000)
     measured = shown(sent, 0)
     measured[500] = value
     motor = Motor(proof_ticks=1.0)
-    assert motor.run(sent, measured) == -1
+    assert motor.run(sent, measured) == 2000  # the second window
+    assert motor.fault is Fault.CURRENT
     assert not motor.known

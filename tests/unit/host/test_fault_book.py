@@ -25,7 +25,8 @@ def limits():
         "current_limit_a": 20.0, "torque_limit_nm": 3.0, "torque_continuous_nm": 1.0, "velocity_limit_rad_s": 10.0,
         "energy_budget_j": 0.02, "follow_kind": 1, "temperature_kind": 1, "temperature_trip_c": 90.0,
         "device_velocity_kind": 1, "device_tolerance_rad_s": 0.5, "arming_travel_rad": 0.1, "proof_delay_s": 2e-3,
-        "follow_delay_ticks": 2,
+        "follow_delay_ticks": 2, "current_gain_error": 0.3, "current_offset_nm": 0.3, "force_offset_limit_nm": 0.3,
+        "moment_used": 1, "moment_limit_nm": 2.0,
     }.items():  # fmt: skip
         p[name] = value
     return p
@@ -48,7 +49,13 @@ def rows(n=5, **last):
     out["tick"] = np.arange(n)
     out["state"], out["fault_first"] = State.ACTIVE, -1
     out["device_velocity_rad_s"], out["temperature_c"] = 0.0, 20.0
-    for name in ("arming_delay_ticks", "running_delay_ticks", "arming_gain"):
+    for name in (
+        "arming_delay_ticks",
+        "running_delay_ticks",
+        "arming_gain",
+        "running_gain",
+        "force_offset_nm",
+    ):
         out[name] = math.nan
     for name, value in last.items():
         out[name][-1] = value
@@ -80,6 +87,13 @@ def place(fault, some, words=None):
         (Fault.GATE, {"gate_flags": [0, GateFlag.VIOLATION]}, ("tip", None, None)),
         (Fault.LAW_NOT_FINITE, {"torque_wanted_nm": [0.0, math.nan]}, ("tip", None, None)),
         (Fault.CURRENT, {"arming_gain": [1.0, 0.4]}, ("tip", "current", DRIVE)),
+        (Fault.CURRENT, {"arming_gain": [1.0, 1.0], "running_gain": [1.0, 0.4]}, ("tip", "current", DRIVE)),
+        (Fault.BAD_SAMPLE, {"moment_nm": [0.0, math.nan, 0.0]}, (None, "moment", None)),
+        (Fault.FORCE_CLIPPED, {"force_n": [0.0, 0.0, -50.0]}, (None, "force", FINGER)),
+        (Fault.FORCE_CLIPPED, {"moment_nm": [2.0, 0.0, 0.0]}, (None, "moment", None)),
+        (Fault.FORCE_FROZEN, {"force_n": [0.1, 0.2, 0.3]}, (None, "force", FINGER)),
+        (Fault.FORCE_OFFSET, {"force_offset_nm": [math.nan, -0.4]}, ("tip", "force", FINGER)),
+        (Fault.OFF_AXIS, {"force_tared_n": [30.0, 0.0, 0.0]}, (None, "force", FINGER)),
         (Fault.DELAY, {"running_delay_ticks": [1.0, 3.0]}, ("tip", "current", DRIVE)),
         (Fault.TARGET_LOST, {}, (None, None, None)),
     ],

@@ -4,6 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rtctl.cli.operate import lines
 from rtctl.control.vocabulary import Environment, Fault, State
 from rtctl.host.authenticator import Caller
 from rtctl.host.description import AxisDescription, RigDescription
@@ -198,6 +199,29 @@ def test_status_names_faults_and_the_first_cause(desk):
     assert [fault["name"] for fault in status["faults"]] == ["OVERSPEED"]
     assert status["fault_first"]["name"] == "OVERSPEED"
     assert "faster" in status["fault_first"]["text"]
+
+
+def test_status_tells_what_the_pulse_and_motion_showed_of_the_torque(desk):
+    desk.row["arming_gain"], desk.row["arming_offset_nm"] = [0.93, np.nan], [0.02, np.nan]
+    desk.row["arming_delay_ticks"], desk.row["arming_lag_ticks"] = [1.5, np.nan], [0.5, np.nan]
+    desk.row["running_delay_ticks"] = desk.row["running_gain"] = desk.row["running_offset_nm"] = np.nan
+    base, tip = (axis["measured"] for axis in desk.ask("status")["axes"])
+    assert (base["gain"], base["offset_nm"], base["running_gain"]) == (0.93, 0.02, None)
+    assert (base["delay_s"], base["lag_s"]) == pytest.approx((1.5 / RIG.rate_hz, 0.5 / RIG.rate_hz))
+    assert set(tip.values()) == {None}
+    told = {
+        "rig": "mock", "state": "ACTIVE", "fault_first": None, "faults": [], "warnings": [], "enabled": True, "estop": False,
+        "authority": 1.0, "waiver": False, "lease_holder": None, "position_rad": [0.0, 0.0], "velocity_rad_s": [0.0, 0.0],
+        "axes": desk.ask("status")["axes"],
+    }  # fmt: skip
+    (line,) = [line for line in lines(told) if "pulse" in line]
+    assert line == (
+        f"    test pulse: current 0.93 of what was sent, +0.02 N m off, torque {1500 / RIG.rate_hz:.3g} ms late at least "
+        f"(lag {500 / RIG.rate_hz:.3g})"
+    )
+    desk.row["running_gain"], desk.row["running_offset_nm"] = [0.7, np.nan], [-0.1, np.nan]
+    told["axes"] = desk.ask("status")["axes"]
+    assert "    running: current 0.7 of what is sent, -0.1 N m off" in lines(told)
 
 
 def test_status_warns_of_a_motor_outside_the_learned_temperatures(desk):

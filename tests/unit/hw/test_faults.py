@@ -27,6 +27,7 @@ SHOWN = (
     "position_rad",
     "current_a",
     "force_n",
+    "moment_nm",
     "temperature_c",
     "device_velocity_rad_s",
     "estop",
@@ -36,7 +37,12 @@ SHOWN = (
 MOVING = {
     "seed": 7,
     "axis": [{"start_position_rad": 0.2, "current_noise_a": 0.02, "current_bias_a": 0.3}],
-    "force": {"noise_n": 0.01, "bias_n": [0.1, -0.2, 0.3], "drift_n_sqrt_s": 0.1},
+    "force": {
+        "noise_n": 0.01,
+        "bias_n": [0.1, -0.2, 0.3],
+        "drift_n_sqrt_s": 0.1,
+        "moment": {"noise_nm": 0.01, "contact_m": [0.1, 0.02, 0.0]},
+    },
     "velocity": {"noise_rad_s": 0.01, "resolution_rad_s": 0.001},
     "hand": [{"kind": "sine", "start_s": 0.0, "frequency_hz": 5.0}],
 }
@@ -129,6 +135,12 @@ READINGS = {
     ("force", "saturated"): (-50, lambda x, last: np.full_like(x, -50.0)),
     ("force", "frozen"): (None, lambda x, last: np.zeros_like(x) + last),
     ("force", "offset"): (4.0, lambda x, last: x + 4.0),
+    ("force", "clipped"): (0.2, lambda x, last: np.clip(x, -0.2, 0.2)),
+    ("force", "scale"): (-1.5, lambda x, last: x * -1.5),
+    ("moment", "nan"): (None, lambda x, last: x * math.nan),
+    ("moment", "frozen"): (None, lambda x, last: np.zeros_like(x) + last),
+    ("moment", "offset"): (0.4, lambda x, last: x + 0.4),
+    ("moment", "clipped"): (0.01, lambda x, last: np.clip(x, -0.01, 0.01)),
     ("temperature", "value"): (120.0, lambda x, last: np.full_like(x, 120.0)),
     ("temperature", "ramp"): (500.0, lambda x, last: x + 500.0 * SINCE_S),
     ("temperature", "missing"): (None, lambda x, last: x * math.nan),
@@ -144,6 +156,7 @@ FIELD = {
     "position": "position_rad",
     "current": "current_a",
     "force": "force_n",
+    "moment": "moment_nm",
     "temperature": "temperature_c",
     "velocity": "device_velocity_rad_s",
 }
@@ -195,7 +208,14 @@ def test_a_fault_of_the_link_changes_counter_bits_and_values_as_it_says(kind, cl
     bits[DUE] = BITS.get(kind, 0)
     assert shown["link_faults"].tolist() == bits.tolist()
     until = AT + FOR if kind == "lost" else N  # after it the rig stands elsewhere: nothing drove it
-    for name in ("position_rad", "current_a", "force_n", "temperature_c", "device_velocity_rad_s"):
+    for name in (
+        "position_rad",
+        "current_a",
+        "force_n",
+        "moment_nm",
+        "temperature_c",
+        "device_velocity_rad_s",
+    ):
         expected = holding(clean[0][name]) if held else clean[0][name]
         assert shown[name][:until].tobytes() == expected[:until].tobytes(), name
 

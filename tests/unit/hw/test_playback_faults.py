@@ -62,7 +62,7 @@ def run(backend, ticks=N):
 def readings():
     for (channel, kind), facts in KINDS.items():
         if channel in SAMPLE_CHANNELS and channel not in ("link", "loop"):
-            value = {"bits": 8.0, "": None}.get(facts.unit, 0.75)
+            value = 0.0 if kind == "clipped" else {"bits": 8.0, "": None}.get(facts.unit, 0.75)
             yield channel, kind, {} if value is None else {"value": value}
 
 
