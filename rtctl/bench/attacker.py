@@ -26,7 +26,7 @@ MOST_OPEN = 4000
 """Connections that `connects` keeps; the oldest is closed for another one."""
 
 MOST_KEPT = 200
-"""Of `half` and `identities`."""
+"""Connections that `half` and `identities` keep."""
 
 TRICKLE_BYTES = 20_000
 _CHUNK = zmtp.MORE * 32_768

@@ -28,7 +28,7 @@ RESERVED = 4
 """Places of an endpoint that only an operator gets, so that other clients cannot lock an operator out."""
 
 SHARE = 0.5
-"""Of the places of an endpoint, what one process of this machine gets: it may lose or leak connections, and another one
+"""Share of the places of an endpoint that one process of this machine gets: it may lose or leak connections, and another one
 must still come in for a STOP."""
 
 CERTAIN_S = HANDSHAKE_MS / 1e3 + 0.5

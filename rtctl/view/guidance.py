@@ -53,7 +53,7 @@ _REMEDIES = {
     Fault.ESTOP: "release the emergency stop",
     Fault.END_OF_LOG: "none: the daemon ends",
 }
-"""Of the faults whose text names none."""
+"""What to do about the faults whose text names no remedy."""
 
 
 def taken_apart(name: str, text: str) -> tuple[str, str]:

@@ -98,7 +98,7 @@ def test_a_part_that_fails_fails_the_whole_and_is_shown_and_the_others_run_to_th
         shell("good", "echo '3 passed, 1 skipped in 1.00s'"),
         shell(
             "bad",
-            "echo the reason; echo FAILED tests/a.py::test_b; echo '1 failed, 2 passed in 1.00s'; exit 1",
+            "echo the reason; echo FAILED a.py::test_b; echo '1 failed, 2 passed in 1.00s'; exit 1",
         ),
         shell("late", "echo '4 passed in 0.1s'"),
     ]
@@ -106,7 +106,7 @@ def test_a_part_that_fails_fails_the_whole_and_is_shown_and_the_others_run_to_th
     said = capsys.readouterr().out
     assert "the reason" in said
     assert "9 passed, 1 skipped, 1 failed" in said
-    assert said.rstrip().endswith("FAILED part bad\nFAILED tests/a.py::test_b")
+    assert said.rstrip().endswith("FAILED part bad\nFAILED a.py::test_b")
     assert Run(parts[::2], at_a_time=2).whole() == 0
 
 

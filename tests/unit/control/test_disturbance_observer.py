@@ -203,7 +203,7 @@ def test_a_sample_that_took_two_ticks_counts_as_two():
 
 def test_friction_is_remembered_in_sliding_only():
     rig = made(observer_gain=0.0).arm()
-    rig.params["presliding_rad"] = 1.0
+    rig.params["presliding_rad"] = 0.16
     stroke(rig, 0.5, 0.2, ticks=300)
     assert rig["friction_observed_nm"] > 0.1
     assert not rig.state["friction_seen_nm"].any()
