@@ -93,15 +93,16 @@ def command(
     from rtctl.friction.logs import level_points
     from rtctl.friction.plausibility import Limits, against_rig
     from rtctl.friction.regression import joint_fit
-    from rtctl.friction.regressors import cutoff_for, pooled, regressors
+    from rtctl.friction.regressors import cutoff_for, of_stretches, pooled
 
     rig_axis = _axis(config, axis) if config else None
     limits = Limits.of_axis(rig_axis, str(config)) if rig_axis else Limits()
     tables, geared = _tables(columns, map_file), _gearing(gearing, rig_axis)
-    parts = [read_log(options_of(log, tables, rate_hz), geared, torque_delay, limits) for log in logs]
+    read = [read_log(options_of(log, tables, rate_hz), geared, torque_delay, limits) for log in logs]
+    parts = [stretches[0] for stretches in read]
     require_different(parts)
     cutoff_hz = cutoff_hz or cutoff_for(parts)
-    signals = pooled([regressors(part, cutoff_hz, speed_min_rad_s) for part in parts])
+    signals = pooled([of_stretches(stretches, cutoff_hz, speed_min_rad_s) for stretches in read])
     fit = joint_fit(signals)
     if rig_axis:
         fit = replace(fit, warnings=(*fit.warnings, *against_rig(fit, rig_axis, str(config))))
