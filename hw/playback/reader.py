@@ -26,7 +26,7 @@ TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 ANGLE_UNITS = {"rad": 1.0, "deg": math.pi / 180, "rev": 2 * math.pi}  # and counts, by the rig's encoder
 VELOCITY_UNITS = {"rad/s": 1.0, "deg/s": math.pi / 180, "rev/s": 2 * math.pi, "rpm": 2 * math.pi / 60}
 CURRENT_UNITS = {"A": 1.0, "mA": 1e-3}
-TORQUE_UNITS = {"N m": 1.0, "mN m": 1e-3}
+TORQUE_UNITS = {"N m": 1.0, "mN m": 1e-3, "Nm": 1.0, "mNm": 1e-3}
 FORCE_UNITS = {"N": 1.0, "mN": 1e-3}
 
 MAX_BYTES = 1 << 30

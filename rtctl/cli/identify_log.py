@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hw.outside import read_toml
+from hw.playback.reader import ANGLE_UNITS, CURRENT_UNITS, TIME_UNITS, TORQUE_UNITS, VELOCITY_UNITS
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFolder
 from rtctl.errors import ConfigError
@@ -146,6 +147,27 @@ def _gearing(given: Mapping[str, float | None], axis: AxisTable | None) -> Geari
     return Gearing(**value)
 
 
+_UNITS = {"", "counts"}.union(TIME_UNITS, ANGLE_UNITS, VELOCITY_UNITS, CURRENT_UNITS, TORQUE_UNITS)
+
+
+def _name_unit_scale(text: str) -> tuple[str, str, str]:
+    """Parts of NAME[:UNIT[:SCALE]]; a name may hold colons, so unit and scale are told by what they are."""
+    *before, last = text.split(":")
+    if len(before) > 1 and before[-1] in _UNITS:
+        return ":".join(before[:-1]), before[-1], _scale(text, last)
+    if before and last in _UNITS:
+        return ":".join(before), last, ""
+    return text, "", ""
+
+
+def _scale(text: str, scale: str) -> str:
+    try:
+        float(scale or 1)
+    except ValueError as error:
+        raise click.BadParameter(f"{text!r}: the scale must be a number") from error
+    return scale
+
+
 def _tables(columns: tuple[str, ...], map_file: Path | None) -> dict[str, dict[str, Any]]:
     """Option tables of the reader, by its roles; the command line overrides the file."""
     given: dict[str, Any] = {}
@@ -156,14 +178,11 @@ def _tables(columns: tuple[str, ...], map_file: Path | None) -> dict[str, dict[s
             raise ConfigError(f"{map_file}: cannot read the map of columns: {error}") from error
     for text in columns:
         role, _, rest = text.partition("=")
-        name, unit, scale = (*rest.split(":"), "", "")[:3]
-        if not name or rest.count(":") > 2:
+        name, unit, scale = _name_unit_scale(rest)
+        if not name:
             raise click.BadParameter(f"{text!r} is not ROLE=NAME[:UNIT[:SCALE]]")
-        try:
-            given[role] = {"column": name} | ({"unit": unit} if unit else {})
-            given[role] |= {"scale": float(scale)} if scale else {}
-        except ValueError as error:
-            raise click.BadParameter(f"{text!r}: the scale must be a number") from error
+        given[role] = {"column": name} | ({"unit": unit} if unit else {})
+        given[role] |= {"scale": float(scale)} if scale else {}
     unknown = sorted(set(given) - set(ROLES))
     if unknown:
         raise ConfigError(f"unknown role {unknown[0]!r} of a column; there are {', '.join(ROLES)}")

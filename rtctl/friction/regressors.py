@@ -225,6 +225,41 @@ def _one_log(parts: list[Regressors]) -> Regressors:
     )
 
 
+def _motion(
+    log: AxisLog, position: np.ndarray, cutoff_hz: float
+) -> tuple[np.ndarray, np.ndarray, tuple[str, ...]]:
+    """Velocity and acceleration of a log, from its velocity where it has one, and notes about that one."""
+    step = 1 / log.rate_hz
+    v, a = derivatives(position, step)
+    if log.velocity_rad_s is None:
+        return v, a, ()
+    recorded = smooth(log.velocity_rad_s, log.rate_hz, cutoff_hz)
+    v, notes = aligned_velocity(recorded, v, a, log.rate_hz, cutoff_hz, log.source)
+    return v, derivatives(v, step)[0], notes
+
+
+def _checked(log: AxisLog, cutoff_hz: float) -> tuple[int, float]:
+    """Samples per period of the cut-off, and the range of the position in rad."""
+    rate, n = log.rate_hz, len(log.position_rad)
+    if not 0 < cutoff_hz <= CUTOFF_SHARE * rate:
+        raise DataError(
+            f"{log.source}: cut-off {cutoff_hz:g} Hz must lie in 0..{CUTOFF_SHARE * rate:g} Hz (rate / 5)"
+        )
+    edge = max(4, round(rate / cutoff_hz))
+    if n < STRETCH_PERIODS * edge:
+        raise DataError(
+            f"{log.source}: {n} samples{' between two gaps' if log.start_s else ''} are too few for a cut-off of {cutoff_hz:g} Hz; "
+            f"{STRETCH_PERIODS * edge} are needed"
+        )
+    span = float(np.ptp(log.position_rad))
+    if not span >= SPAN_MIN_RAD:
+        raise DataError(
+            f"{log.source}: the position covers {span:.3g} rad only, too little motion; record wider motion, "
+            "or correct the unit of the position"
+        )
+    return edge, span
+
+
 def pooled(parts: list[Regressors]) -> Regressors:
     """Rows of several logs (each a part of its own) as one, their times one after the other."""
     if len(parts) == 1:
