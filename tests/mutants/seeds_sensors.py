@@ -31,11 +31,11 @@ SEEDS = [
     Seed("one sample at the limit is enough", DOUBT, "s.clipped_ticks >= IN_A_ROW", "s.clipped_ticks >= 1", LIES),
     Seed(
         "friction that differs both ways is an offset of any size", DOUBT,
-        "off = not abs(offset) <= p.force_offset_limit_nm[axis]", "off = not abs(offset) <= 0.0", LIES,
+        "    if abs(offset) <= limit:", "    if abs(offset) <= 0.0:", LIES,
     ),
     Seed(
         "an offset has one sign", DOUBT,
-        "off = not abs(offset) <= p.force_offset_limit_nm[axis]", "off = not offset <= p.force_offset_limit_nm[axis]", LIES,
+        "    if abs(offset) <= limit:", "    if offset <= limit:", LIES,
     ),
     Seed(
         "the force across the joints is the whole of it", "rtctl/control/wrench.py",
