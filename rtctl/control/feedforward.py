@@ -114,7 +114,7 @@ def advance_intent(s: Record, p: Record, axis: int, hand: float) -> None:
     Unfiltered, the mass of a hand closes a loop within one tick: its torque falls by m/(J + m) of what the motor adds,
     and kappa F/tau_g times that is above 1 for a few grams on a small joint, which then buzzes at half the rate.
     """
-    alpha = while_bent(s, p, axis, p.friction_intent_alpha[axis])
+    alpha = while_bent(s, p, axis, p.friction_intent_alpha[axis], 1.0)
     s.friction_intent_nm[axis] += alpha * (hand - s.friction_intent_nm[axis])
     if not math.isfinite(s.friction_intent_nm[axis]):
         s.friction_intent_nm[axis] = 0.0
@@ -124,7 +124,7 @@ def advance_intent(s: Record, p: Record, axis: int, hand: float) -> None:
 def advance_gate(s: Record, p: Record, axis: int, hand: float) -> float:
     """Force gate g <- LPF clip((|tau_h| - deadband)/tau_g, 0, 1): without a hand there is no feed-forward."""
     wanted = saturate(max(abs(hand) - p.friction_gate_deadband_nm[axis], 0.0) / p.friction_gate_nm[axis])
-    s.friction_gate[axis] += while_bent(s, p, axis, p.friction_gate_alpha[axis]) * (
+    s.friction_gate[axis] += while_bent(s, p, axis, p.friction_gate_alpha[axis], 1.0) * (
         wanted - s.friction_gate[axis]
     )
     return s.friction_gate[axis]

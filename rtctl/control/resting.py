@@ -5,9 +5,11 @@ follows the hand's torque, g LP(-k x - m a), lags behind it by a low-pass or two
 a second within a count of the encoder, at some tens of them in a stiff and heavy hand. The coupling does not see it, and
 the account of energy takes seconds or minutes to be emptied by it. So
 
-- `BENT_S` after the joint last slid (the bristles of `dry_friction` at their end; or after it came to one place, within `REST_COUNTS` or
-  `REST_SHARE` of the credited presliding length) direction and gate of the feed-forward and the observer follow the hand's torque
-  through two low-passes of `REST_HZ`;
+- `BENT_S` after the joint last slid (the bristles of `dry_friction` at their end), or came to one place, direction and gate of the
+  feed-forward follow the hand's torque through two low-passes of `REST_HZ`;
+- the observer, which takes the inertia into account where it sees the motion and whose loop is proved (`observer_margin`),
+  does so through low-passes of `OBSERVER_TIMES` that, and on a joint that stays in one place (within `REST_COUNTS` or `REST_SHARE` of the
+  credited presliding length) for a time t, where it sees no motion, of `REST_HZ` (1 + `CALMING_S`/t) at once;
 - after `REST_S` in one place a velocity that is nothing but the flicker between two counts is none for the observer.
 
 Why two low-passes. One that lags by 90 degrees makes of the help g LP(-k x) the negative damping g k/w times f_rest/f.
@@ -15,7 +17,9 @@ Two lag by nearly 180 degrees, which is a slightly softer spring, and the dampin
 
 Why so late. A hand that turns back passes through presliding as well, within some hundredths of a second. The gate stays as open as
 it was, and the direction is that of the bristles by then. Low-passes that fell as 1/t from the first tick on took half the help from
-a recorded hand that turned back every .2 s (`tests/acceptance/test_real_recordings.py`), and left hands that hold still no quieter.
+a recorded hand that turned back every .2 s (`tests/acceptance/test_real_recordings.py`), and left hands that hold still no quieter. An observer as slow as the
+feed-forward lets a joint creep that a hand holds under tension, until it slips seconds later; one as quick as ever keeps up a
+vibration of a stiff and heavy hand on soft bristles for as long.
 """
 
 from __future__ import annotations
@@ -40,6 +44,12 @@ BENT_S = 0.15
 REST_HZ = 2.0
 """Low-pass of the hand's torque for the help with friction at rest."""
 
+OBSERVER_TIMES = 3.0
+"""The observer's is so many times that on bent bristles."""
+
+CALMING_S = 0.2
+"""After so long in one place the observer's is still twice that."""
+
 
 @compiled
 def advance_rest(s: Record, p: Record, axis: int, hand: float) -> None:
@@ -55,7 +65,7 @@ def advance_rest(s: Record, p: Record, axis: int, hand: float) -> None:
     before = s.calm_hand_nm[axis]
     if not math.isfinite(before):
         before = 0.0
-    s.calm_hand_nm[axis] = before + while_bent(s, p, axis, 1.0) * (hand - before)
+    s.calm_hand_nm[axis] = before + while_bent(s, p, axis, 1.0, 1.0) * (hand - before)
 
 
 @compiled
@@ -65,6 +75,15 @@ def is_resting(s: Record, p: Record, axis: int) -> bool:
 
 
 @compiled
-def while_bent(s: Record, p: Record, axis: int, alpha: float) -> float:
-    """Low-pass coefficient per tick of what follows the hand's torque, which is `alpha`, 0 to 1, on a joint that slides."""
-    return alpha if s.bent_ticks[axis] * p.period_s <= BENT_S else min(alpha, p.rest_alpha[axis])
+def while_bent(s: Record, p: Record, axis: int, alpha: float, times: float) -> float:
+    """Low-pass coefficient per tick, `alpha` (0 to 1) on a joint that slides; `times` that of rest on bent bristles."""
+    is_bent = s.bent_ticks[axis] * p.period_s > BENT_S
+    return min(alpha, times * p.rest_alpha[axis]) if is_bent else alpha
+
+
+@compiled
+def while_resting(s: Record, p: Record, axis: int, alpha: float) -> float:
+    """Low-pass coefficient per tick of the observer, which is `alpha`, 0 to 1, on a joint that slides."""
+    quick = while_bent(s, p, axis, alpha, OBSERVER_TIMES)
+    rest_s = s.rest_ticks[axis] * p.period_s
+    return quick if rest_s == 0.0 else min(quick, p.rest_alpha[axis] * (1.0 + CALMING_S / rest_s))
