@@ -7,6 +7,7 @@ asked itself: it is installed for the CAN devices.
 import itertools
 import json
 import math
+import re
 import struct
 from pathlib import Path
 
@@ -51,6 +52,24 @@ class Bus:
 def test_it_is_said_which_versions_the_frames_are_of():
     assert all(version[0].isdigit() for version in VECTORS["versions"].values())
     assert set(VECTORS["versions"]) == {"moteus", "odrive", "odrive-can", "cantools", "optoforce", "NetFT"}
+
+
+def test_the_table_of_makers_names_the_versions_that_were_asked():
+    here = Path(__file__).parent / "makers"
+    kept = dict(line.split("==") for line in (here / "requirements.txt").read_text().split())
+    readings = json.loads((here / "readings.json").read_text())["versions"]
+    bota = json.loads((here / "bota.json").read_text())["version"]
+    assert kept == VECTORS["versions"] | readings | {"bota-driver": bota}
+    lines = (Path(__file__).parents[2] / "constraints.txt").read_text().splitlines()
+    installed = dict(line.split("==") for line in lines if "==" in line)
+    rows = [line for line in (here / "README.md").read_text().splitlines() if line.startswith("| ")]
+    told = {}
+    for row in rows[1:]:
+        cells = [cell.strip() for cell in row.split("|")]
+        told |= dict(zip(re.findall(r"`([^`]+)`", cells[2]), cells[3].split(", "), strict=True))
+    known = installed | kept
+    assert told == {name: known[name] for name in told}
+    assert {*kept, "canopen", "cantools", "pyserial", "python-can"} == set(told)
 
 
 # -- moteus ------------------------------------------------------------------------------------------------

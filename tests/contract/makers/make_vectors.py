@@ -1,6 +1,6 @@
 """Frames as the makers' own libraries build and read them, written to vectors.json beside this file.
 
-    pip install moteus==1.1.1 odrive==0.6.11.post1 odrive-can==2.1.0 cantools==45.1.0 optoforce==0.3.0 NetFT==2.0.1
+    pip install -r tests/contract/makers/requirements.txt
     python tests/contract/makers/make_vectors.py
 
 In an environment of its own: no test needs these packages (`test_makers_libraries.py` reads the file).
