@@ -59,8 +59,8 @@ SEEDS = (
     ),
     Seed(
         "a state of another number of axes is read", "hw/serial/frame.py",
-        "_is(body, n, TYPE_STATE, 28 + 10 * n_axes)) or body[13] != n_axes:",
-        "_is(body, n, TYPE_STATE, 28 + 10 * n_axes)):", FRAME,
+        "end + (12 if moment else 0)) or body[13] != n_axes:",
+        "end + (12 if moment else 0)):", FRAME,
     ),
     Seed(
         "packets of another version are read", "hw/serial/frame.py",
@@ -117,6 +117,10 @@ SEEDS = (
     Seed(
         "a board without moments is taken for one that measures none", "hw/serial/link.py",
         "(0 if s.has_moment else _NO_MOMENT)", "0", MOMENTS,
+    ),
+    Seed(
+        "what stands behind a moteus reply is not looked at", "hw/can/moteus.py",
+        "buffer[offset + _REPLY.size : offset + length] == _PADDING[:rest]", "rest >= 0", CODECS,
     ),
     Seed(
         "moments do not turn with mirrored axes", "hw/force/axes.py",
