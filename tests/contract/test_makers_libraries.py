@@ -107,6 +107,18 @@ def test_a_moteus_stop_is_the_librarys(vector):
     assert moteus.command_id(vector["node"], vector["source"]) & 0x1FFF_FFFF == vector["id"]
 
 
+@pytest.mark.parametrize("vector", VECTORS["moteus"]["identities"], ids=lambda v: f"{v['node']}")
+def test_a_moteus_is_asked_who_it_is_as_by_the_library(vector, monkeypatch):
+    sample, bus = Sample(1), Bus()
+    axis = moteus.MoteusAxis(
+        {**AXIS, "node": vector["node"]}, {"source": 0, "time_to_live_ms": 10.0}, RIG, 0, sample
+    )
+    monkeypatch.setattr(moteus, "wait_for", lambda *_: True)
+    axis.set_up(bus)
+    asked = bytes.fromhex(bus.sent[0][1])
+    assert asked.rstrip(b"\x50") == bytes.fromhex(vector["data"]).rstrip(b"\x50")
+
+
 @pytest.mark.parametrize("vector", VECTORS["moteus"]["replies"], ids=lambda v: f"mode {v['read'][0]}")
 def test_a_moteus_reply_is_read_as_the_library_reads_it(vector):
     data = bytes.fromhex(vector["data"])

@@ -35,7 +35,7 @@ def moteus_vectors():
         moteus.F32
     )
     fields.maximum_torque = fields.stop_position = fields.watchdog_timeout = moteus.F32
-    found = {"commands": [], "stops": [], "replies": []}
+    found = {"commands": [], "stops": [], "identities": [], "replies": []}
     for node, source in ((1, 0), (5, 0), (127, 126)):
         one = moteus.Controller(
             id=node,
@@ -60,6 +60,8 @@ def moteus_vectors():
             made.data,
         )
         found["stops"].append({"node": node, "source": source, **sent})
+        made = one.make_custom_query(dict.fromkeys((0x120, 0x121, 0x122), moteus.INT32))
+        found["identities"].append({"node": node, "data": bytes(made.data).hex()})
     for values in (
         (10, 0.25, 0.75, 0.1, 1.5, 40.0, 0),
         (1, -123.5, 0.0, 0.0, -0.25, 21.5, 33),
