@@ -28,7 +28,10 @@ ONLY_COMPUTES = (
     "contract/test_backend_contract.py",  # in step with what plays the device
     "contract/test_fault_matrix.py",  # in step, too
     "contract/test_force_sensors.py",
+    "contract/test_makers_bota.py",
+    "contract/test_makers_installed.py",
     "contract/test_makers_libraries.py",
+    "contract/test_makers_random.py",
     "integration/test_first_start.py",  # compiles everything, and waits for that as long as it takes
 )
 """Files in such folders that meet none: whatever they wait for may take minutes."""

@@ -134,6 +134,7 @@ class CanBackend:
             "velocity": ("device_velocity_rad_s", self._taken.velocity_rad_s),
             "temperature": ("temperature_c", self._taken.temperature_c),
             "force": ("force_n", self._taken.force_n),
+            "moment": ("moment_nm", self._taken.moment_nm),
         }
         shown = [fields[channel] for channel in fields if channel in self.provides]
         self._shown = [(view(row[name][0]), values) for name, values in shown]

@@ -19,7 +19,7 @@ from hw.interface import BackendError, LinkFault, Options, Rig, Words
 
 __all__ = ["UNITS", "BoardBackend", "ReceivedFrame", "SentFrame", "identifier", "make_field", "traffic"]
 
-CHANNELS = ("position", "velocity", "current", "force", "temperature", "estop", "fault", "enabled")
+CHANNELS = ("position", "velocity", "current", "force", "moment", "temperature", "estop", "fault", "enabled")
 COMMANDS = ("current_command", "torque", "enable", "counter", "constant")
 
 OPEN_S, OPEN_ASKED = 1.0, 10
@@ -51,7 +51,7 @@ class BoardBackend(CanBackend):
         super().__init__(options, rig)
         for table in (*options["receive"], *options["send"]):
             for field in table["field"]:
-                axes = 3 if field["channel"] == "force" else rig.n_axes
+                axes = 3 if field["channel"] in ("force", "moment") else rig.n_axes
                 if field["axis"] >= axes:
                     raise BackendError(
                         f"can: {field['channel']} of frame 0x{table['id']:x} names axis {field['axis']}; "

@@ -68,6 +68,7 @@ class ReceivedFrame:
             "current": self._sample.current_a,
             "temperature": self._sample.temperature_c,
             "force": self._sample.force_n,
+            "moment": self._sample.moment_nm,
         }.get(channel, channel)
         if channel == "enabled":
             target = next(self._tells)

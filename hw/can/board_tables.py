@@ -18,7 +18,7 @@ Unit = Literal[
     "rad", "deg", "turn", "count", "rad/s", "deg/s", "turn/s", "rpm", "count/s", "A", "mA", "N", "mN", "Nm", "mNm", "degC", "1"
 ]  # fmt: skip
 _UNITS = {
-    "position": ("rad", "deg", "turn", "count"), "velocity": ("rad/s", "deg/s", "turn/s", "rpm", "count/s"), "current": ("A", "mA"), "force": ("N", "mN"), "temperature": ("degC",),
+    "position": ("rad", "deg", "turn", "count"), "velocity": ("rad/s", "deg/s", "turn/s", "rpm", "count/s"), "current": ("A", "mA"), "force": ("N", "mN"), "moment": ("Nm", "mNm"), "temperature": ("degC",),
     "current_command": ("A", "mA"), "torque": ("Nm", "mNm"),
 }  # fmt: skip
 
@@ -61,9 +61,9 @@ class ReceivedField(BitsOptions):
     """[[device.options.receive.field]]"""
 
     channel: Literal[
-        "position", "velocity", "current", "force", "temperature", "estop", "fault", "enabled"
+        "position", "velocity", "current", "force", "moment", "temperature", "estop", "fault", "enabled"
     ] = Field(description="what the number is")
-    axis: int = Field(0, ge=0, le=7, description="axis of the rig; force: 0, 1, 2 are x, y, z")
+    axis: int = Field(0, ge=0, le=7, description="axis of the rig; force and moment: 0, 1, 2 are x, y, z")
     unit: Unit = Field("1", description="of the physical value; counts: encoder_counts_per_rev of the axis")
     wrap: bool = Field(False, description="an encoder counter that wraps: followed through its wraps")
     wrap_at: float | None = Field(

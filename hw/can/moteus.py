@@ -44,6 +44,8 @@ _CODES = {0: "b", 1: "<h", 2: "<i", 3: "<f"}
 _REPLY = struct.Struct("<HbHfffHfHfHb")
 _REPLY_HEADS = (0x0021, 0x012F, 0x042D, 0x0E2D, 0x0F21)
 """The reply to QUERY as the firmware lays it out, with its subframe heads; another layout is parsed slowly."""
+_PADDING = bytes([NOP]) * 64
+"""What may follow it. Anything else may say something of the same registers, or be damage: that is parsed slowly, too."""
 
 _REGISTERS = (0x000, 0x001, 0x002, 0x004, 0x00E, 0x00F)
 ARM_S = 0.2
@@ -99,6 +101,8 @@ def parse_reply(data: Buffer) -> dict[int, float] | None:
         if count == 0:
             count = data[at]
             at += 1
+            if count == 0:  # of no registers: nothing follows
+                continue
         if at >= end or count > 64:
             return None
         register, at = data[at], at + 1
@@ -126,7 +130,10 @@ def decode_reply(
         h0, mode, h1, position, velocity, _, h2, current, h3, temperature, h4, fault = _REPLY.unpack_from(
             buffer, offset
         )
-        if (h0, h1, h2, h3, h4) == _REPLY_HEADS:
+        rest = length - _REPLY.size
+        if (h0, h1, h2, h3, h4) == _REPLY_HEADS and (
+            buffer[offset + _REPLY.size : offset + length] == _PADDING[:rest]
+        ):
             return mode, position, velocity, current, temperature, fault
     found = parse_reply(buffer[offset : offset + length])
     if found is None or not all(register in found for register in _REGISTERS):

@@ -19,17 +19,17 @@ class Sample:
     """
 
     __slots__ = (
-        "counts", "current_a", "estop", "faults", "force_n", "fresh", "needed", "position_rad", "temperature_c", "values",
+        "counts", "current_a", "estop", "faults", "force_n", "fresh", "moment_nm", "needed", "position_rad", "temperature_c", "values",
         "velocity_rad_s",
     )  # fmt: skip
 
     def __init__(self, n_axes: int) -> None:
-        self.values: Any = memoryview(array("d", bytes(8 * (4 * n_axes + 3))))
+        self.values: Any = memoryview(array("d", bytes(8 * (4 * n_axes + 6))))
         """All of the numbers below, one after the other."""
         self.position_rad, self.current_a, self.velocity_rad_s, self.temperature_c = (
             self.values[k * n_axes : (k + 1) * n_axes] for k in range(4)
         )
-        self.force_n = self.values[4 * n_axes :]
+        self.force_n, self.moment_nm = self.values[4 * n_axes : -3], self.values[-3:]
         self.estop = 0
         self.fresh = self.needed = 0
         self.faults = 0

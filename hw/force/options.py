@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
-from hw.force import optoforce, rdt, rokubi
+from hw.force import axes, optoforce, rdt, rokubi
 from hw.outside import whole
 
 Entry = Annotated[float, Field(ge=-100, le=100)]
@@ -29,9 +29,9 @@ class SensorOptions(_Table):
     moments: bool = Field(
         False, description="show its moments too (channel moment), for force_sensor.moments"
     )
-    moment_matrix: Matrix = Field(
-        default=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
-        description="moment about the sensor's origin = moment_matrix . sensor's moment: axes, signs, cross-talk",
+    moment_matrix: Matrix | None = Field(
+        default=None,
+        description="moment about the sensor's origin = moment_matrix . sensor's moment; default: turned and mirrored as matrix does",
     )
     open_timeout_s: float = Field(
         1.0, ge=0, le=10, description="wait for the first sample when opening; 0: do not wait"
@@ -42,7 +42,9 @@ class SensorOptions(_Table):
         if not any(any(row) for row in self.matrix):
             msg = "matrix is all zeros: every force would be 0"
             raise ValueError(msg)
-        if self.moments and not any(any(row) for row in self.moment_matrix):
+        if self.moments and self.moment_matrix is None and not axes.only_turns(self.matrix):
+            raise ValueError(axes.NOT_TOLD)
+        if self.moments and self.moment_matrix is not None and not any(map(any, self.moment_matrix)):
             msg = "moment_matrix is all zeros: every moment would be 0"
             raise ValueError(msg)
         return self

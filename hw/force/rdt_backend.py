@@ -10,6 +10,7 @@ import time
 import numpy as np
 
 from hw.force import rdt
+from hw.force.axes import moment_matrix
 from hw.force.reading import Reading
 from hw.force.sample import ForceSample
 from hw.interface import BackendError, LinkFault, LinkLost, Options, Rig, Words
@@ -48,9 +49,7 @@ class RdtBackend:
         moments = None
         if options["moments"]:
             self.provides = frozenset({"force", "moment"})
-            moments = [
-                [entry / options["counts_per_nm"] for entry in row] for row in options["moment_matrix"]
-            ]
+            moments = [[entry / options["counts_per_nm"] for entry in row] for row in moment_matrix(options)]
         self._sample = ForceSample(self._matrix, moments)
         self._reset()
 

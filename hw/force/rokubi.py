@@ -17,7 +17,8 @@ from hw.force.reading import Reading
 HEADER = b"\xaa"
 LENGTH = 37
 BAUD = 460_800
-START, STOP = b"R", b"C"
+START, STOP = b"R\n", b"C\n"
+"""As the maker's driver sends them, with the end of line."""
 
 _FRAME = struct.Struct("<BH6fIfH")
 _CRC_OF = slice(1, LENGTH - 2)

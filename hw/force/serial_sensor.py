@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from hw.force import optoforce, rokubi
+from hw.force.axes import moment_matrix
 from hw.force.frames import Frames
 from hw.force.reading import Reading
 from hw.force.sample import ForceSample
@@ -64,7 +65,7 @@ class SerialSensor:
         moments = None
         if options["moments"]:
             self.provides = frozenset({"force", "moment"})
-            moments = _scaled(options["moment_matrix"], moment_scale)
+            moments = _scaled(moment_matrix(options), moment_scale)
         self._sample = ForceSample(_scaled(options["matrix"], scale), moments)
         self._port: Port | None = None
         self._buffer = bytearray(CHUNK)

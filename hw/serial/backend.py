@@ -20,13 +20,16 @@ from hw.serial.port import Port
 ASK_AGAIN_S = 0.2
 """Pause between identify packets while a board boots."""
 
+_NOT_IN_THE_PACKET = int(frame.Status.VELOCITY_MISSING | frame.Status.MOMENT_MISSING)
+"""Bits that also say which type of packet it is: no news where the rig file does not ask for what is missing."""
+
 STOP_REPEATS = 3
 """Copies of the stop packet in one write: one damaged copy on the wire does not matter."""
 
 
-def state_packet_bytes(n_axes: int, *, velocity: bool = False) -> int:
+def state_packet_bytes(n_axes: int, *, velocity: bool = False, moment: bool = False) -> int:
     """Length on the wire of a state packet: body, CRC, COBS byte, delimiters."""
-    return 28 + (14 if velocity else 10) * n_axes + 4 + 3
+    return 28 + (14 if velocity else 10) * n_axes + (12 if moment else 0) + 4 + 3
 
 
 def command_packet_bytes(n_axes: int) -> int:
@@ -53,7 +56,9 @@ class SerialBackend(SerialCore):
         require_line_rate(
             self._path,
             self._baud,
-            state_packet_bytes(rig.n_axes, velocity="velocity" in options["channels"]),
+            state_packet_bytes(
+                rig.n_axes, **{name: name in options["channels"] for name in ("velocity", "moment")}
+            ),
             options.get("rate_hz") or 1.0 / rig.period_s,
             command_packet_bytes(rig.n_axes),
             1.0 / rig.period_s,
@@ -79,7 +84,9 @@ class SerialBackend(SerialCore):
 
     def words(self) -> list[Words]:
         """See `SpeakingBackend`: the flags of the board's status, by name."""
-        flags = frame.Status(int(self.link[0]["status"]))
+        row = self.link[0]
+        unwanted = _NOT_IN_THE_PACKET & ~int(row["unusable_status"])
+        flags = frame.Status(int(row["status"]) & ~unwanted)
         return [Words(", ".join(str(flag.name) for flag in frame.Status if flag in flags))]
 
     @property
@@ -186,11 +193,12 @@ def _settings(options: Options, rig: Rig, torque: bool) -> np.ndarray:
         row["offset_rad"][k] = axis["position_offset_rad"]
         row["motor_sign"][k] = axis["motor_sign"]
     row["torque_mode"], row["time_to_live"] = int(torque), options["time_to_live_cycles"]
-    for channel in ("current", "force", "velocity", "temperature", "estop"):
+    for channel in ("current", "force", "moment", "velocity", "temperature", "estop"):
         row["show_" + channel] = channel in channels
     unusable = frame.Status.DRIVE_FAULT
     unusable |= frame.Status.FORCE_MISSING if "force" in channels else 0
     unusable |= frame.Status.TEMPERATURE_MISSING if "temperature" in channels else 0
     unusable |= frame.Status.VELOCITY_MISSING if "velocity" in channels else 0
+    unusable |= frame.Status.MOMENT_MISSING if "moment" in channels else 0
     row["unusable_status"] = int(unusable)
     return record

@@ -17,7 +17,7 @@ class CommandedBoard:
         self._value, self._enable = np.zeros(n_axes), False
         self.age, self.sequence = 1000, 0
         self.estop = self.drive_fault = False
-        self.force_missing = self.temperature_missing = self.velocity_missing = False
+        self.force_missing = self.temperature_missing = self.velocity_missing = self.moment_missing = False
 
     def hold(self) -> None:
         """Torque-free until the next command."""

@@ -122,6 +122,8 @@ class DescribedBoard(CommandedBoard):
             Target.CURRENT: "current_a",
             Target.TEMPERATURE: "temperature_c",
             Target.VELOCITY: "device_velocity_rad_s",
+            Target.FORCE: "force_n",
+            Target.MOMENT: "moment_nm",
         }
         for field in self._fields:
             target, at, size = Target(int(field["target"])), int(field["at"]), int(field["n_bytes"])
@@ -129,8 +131,8 @@ class DescribedBoard(CommandedBoard):
                 write_bytes(
                     frame, at, size, big, int(counts[field["index"]]) & ((1 << int(field["bits"])) - 1)
                 )
-            elif target in names or target == Target.FORCE:
-                value = float(tick[names.get(target, "force_n")][0][field["index"]])
+            elif target in names:
+                value = float(tick[names[target]][0][field["index"]])
                 write_number(frame, field, big, value % field["period"] if field["period"] else value)
             elif target == Target.SEQUENCE:
                 write_bytes(frame, at, size, big, self.sequence)

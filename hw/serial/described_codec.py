@@ -23,7 +23,7 @@ _DEVICE = int(LinkFault.DEVICE)
 
 _POSITION, _CURRENT, _FORCE = int(Target.POSITION), int(Target.CURRENT), int(Target.FORCE)
 _TEMPERATURE, _ESTOP, _SEQUENCE_FIELD = int(Target.TEMPERATURE), int(Target.ESTOP), int(Target.SEQUENCE)
-_VELOCITY, _ENABLED = int(Target.VELOCITY), int(Target.ENABLED)
+_VELOCITY, _ENABLED, _MOMENT = int(Target.VELOCITY), int(Target.ENABLED), int(Target.MOMENT)
 _FAULT, _IDENTITY, _COMMAND, _ENABLE = (
     int(Target.FAULT),
     int(Target.IDENTITY),
@@ -46,6 +46,7 @@ def described_dtype(n_axes: int) -> np.dtype[np.void]:
             ("show_position", "<i8"),
             ("show_current", "<i8"),
             ("show_force", "<i8"),
+            ("show_moment", "<i8"),
             ("show_temperature", "<i8"),
             ("show_velocity", "<i8"),
             ("show_estop", "<i8"),
@@ -58,6 +59,7 @@ def described_dtype(n_axes: int) -> np.dtype[np.void]:
             ("temperature_c", "<f8", axis),
             ("velocity_rad_s", "<f8", axis),
             ("force_n", "<f8", (3,)),
+            ("moment_nm", "<f8", (3,)),
             ("estop", "<i8"),
             ("fault", "<i8"),
             ("asked", "<i8"),  # the command sent last was enabled
@@ -127,6 +129,8 @@ def _store(d: np.record, raw: np.ndarray, fields: np.ndarray) -> None:
             d.current_a[i] = value
         elif f.target == _FORCE:
             d.force_n[i] = value
+        elif f.target == _MOMENT:
+            d.moment_nm[i] = value
         elif f.target == _TEMPERATURE:
             d.temperature_c[i] = value
         elif f.target == _VELOCITY:
@@ -192,9 +196,11 @@ def show(tick: np.ndarray, link: np.ndarray, end: int) -> None:
             t.temperature_c[axis] = d.temperature_c[axis]
         if d.show_velocity:
             t.device_velocity_rad_s[axis] = d.velocity_rad_s[axis]
-    if d.show_force:
-        for k in range(3):
+    for k in range(3):
+        if d.show_force:
             t.force_n[k] = d.force_n[k]
+        if d.show_moment:
+            t.moment_nm[k] = d.moment_nm[k]
     if d.show_estop:
         t.estop = d.estop
 

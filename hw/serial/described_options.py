@@ -121,7 +121,7 @@ class FrameOptions(SerialTable):
 def _label(field: FieldOptions) -> str:
     which = f" of axis {field.axis}" if field.name in PER_AXIS else ""
     return f"field {field.name!r}{which}" + (
-        f", component {field.component}" if field.name == "force" else ""
+        f", component {field.component}" if field.name in ("force", "moment") else ""
     )
 
 

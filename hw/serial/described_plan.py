@@ -28,6 +28,7 @@ class Target(IntEnum):
     ENABLE = 9
     VELOCITY = 10
     ENABLED = 11
+    MOMENT = 12
 
 
 TARGETS = {
@@ -35,6 +36,7 @@ TARGETS = {
     "velocity": Target.VELOCITY,
     "current": Target.CURRENT,
     "force": Target.FORCE,
+    "moment": Target.MOMENT,
     "temperature": Target.TEMPERATURE,
     "estop": Target.ESTOP,
     "sequence": Target.SEQUENCE,
@@ -76,7 +78,7 @@ UNITS = {
     "": 1.0,
 }
 
-MEASURED = ("position", "velocity", "current", "force", "temperature", "estop")
+MEASURED = ("position", "velocity", "current", "force", "moment", "temperature", "estop")
 """What a board may measure."""
 
 PER_AXIS = {"position", "velocity", "current", "temperature", "current_command", "torque"}

@@ -37,20 +37,28 @@ class Board:
     ----------
     counts_per_rad
         Encoder counts of each axis, for a board that measures velocities and sends packets with them.
+    moments
+        The board's force sensor measures moments, and its packets have them.
 
     Attributes
     ----------
     held : bool
         Torque-free until a command with enable 0 comes. True at power-up.
-    estop, drive_fault, force_missing, temperature_missing, velocity_missing : bool
+    estop, drive_fault, force_missing, temperature_missing, velocity_missing, moment_missing : bool
         Inputs of the board, shown in its status.
     """
 
     def __init__(
-        self, n_axes: int, serial_number: str, cycle_us: int, counts_per_rad: np.ndarray | None = None
+        self,
+        n_axes: int,
+        serial_number: str,
+        cycle_us: int,
+        counts_per_rad: np.ndarray | None = None,
+        *,
+        moments: bool = False,
     ) -> None:
         self.n_axes, self.serial_number, self.cycle_us = n_axes, serial_number, cycle_us
-        self._counts_per_rad = counts_per_rad
+        self._counts_per_rad, self._moments = counts_per_rad, moments
         self.command = records(np.zeros(1, frame.command_dtype(n_axes)))
         self._incoming = records(np.zeros(1, frame.command_dtype(n_axes)))
         self._state = records(np.zeros(1, frame.state_dtype(n_axes)))
@@ -58,7 +66,7 @@ class Board:
         self._body, self._packet = np.zeros(BODY_MAX + 8, np.uint8), np.zeros(PACKET_MAX, np.uint8)
         self.held, self.expired, self.age, self.sequence = True, False, 255, 0
         self.estop = self.drive_fault = False
-        self.force_missing = self.temperature_missing = self.velocity_missing = False
+        self.force_missing = self.temperature_missing = self.velocity_missing = self.moment_missing = False
         self._damaged_since_state = False
 
     def take(self, data: bytes) -> Taken:
@@ -130,6 +138,7 @@ class Board:
             (Status.FORCE_MISSING, self.force_missing),
             (Status.HELD, self.held),
             (Status.VELOCITY_MISSING, self.velocity_missing),
+            (Status.MOMENT_MISSING, self.moment_missing),
         )
         return Status(sum(int(bit) for bit, on in bits if on))
 
@@ -146,6 +155,8 @@ class Board:
         if self._counts_per_rad is not None:
             s["has_velocity"] = 1
             s["velocity_dcounts_s"] = _wire(tick["device_velocity_rad_s"][0] * self._counts_per_rad, 10, 31)
+        if self._moments:
+            s["has_moment"], s["moment_unm"] = 1, _wire(tick["moment_nm"][0], frame.MICRO, 31)
         self._damaged_since_state = False
         return self._sealed(frame.encode_state(self._state, self._body))
 

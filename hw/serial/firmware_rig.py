@@ -81,10 +81,15 @@ def _tells(described: dict[str, Any], channel: str) -> bool:
     return any(field["channel"] == channel for field in described["sample"]["field"])
 
 
-def _with_velocity(options: dict[str, Any]) -> dict[str, Any]:
-    """The plant with a tacho, where it has none: the board tells a velocity."""
-    tacho = MockOptions.model_validate({"velocity": {}}).model_dump(mode="json")["velocity"]
-    return {**options, "velocity": options["velocity"] or tacho}
+def _with_what_is_told(options: dict[str, Any], described: dict[str, Any]) -> dict[str, Any]:
+    """The plant with a tacho, and a force sensor with moments, where it has none and the board tells them."""
+    full = MockOptions.model_validate({"velocity": {}, "force": {"moment": {}}}).model_dump(mode="json")
+    force, tacho = options["force"], options["velocity"]
+    if _tells(described, "velocity"):
+        tacho = tacho or full["velocity"]
+    if _tells(described, "moment"):
+        force = {**force, "moment": force["moment"] or full["force"]["moment"]}
+    return {**options, "velocity": tacho, "force": force}
 
 
 class Simulation:
@@ -100,7 +105,7 @@ class Simulation:
         described: dict[str, Any] | None = None,
     ) -> None:
         self.rig, self.line = rig, line
-        self.options = _with_velocity(options) if described and _tells(described, "velocity") else options
+        self.options = _with_what_is_told(options, described) if described else options
         self.name, self.first_count = name, first_count
         self.described = described
         self.observation: Observation | None = None
@@ -135,6 +140,7 @@ class Simulation:
             self.name,
             round(self.rig.period_s * 1e6),
             None if self.options["velocity"] is None else counts_per_rad,
+            moments=self.options["force"]["moment"] is not None,
         )
 
     def advance(self, cycles: int = 1) -> None:

@@ -7,7 +7,7 @@ order per line and answers each with one line, `ok ...` or `error ...`:
     flip N | drop N | duplicate N | stall N     damage the next N state packets (stall: N silent cycles)
     unplug | plug                               the pty vanishes, or comes back under the same link
     cycles N | sample                           with --step: N cycles without a command; the newest sample
-    estop 0|1, fault 0|1, noforce 0|1, novelocity 0|1    inputs of the board
+    estop 0|1, fault 0|1, noforce 0|1, novelocity 0|1, nomoment 0|1    inputs of the board
     identity NAME                               be another board from now on
     reset                                       power-up: sequence, clock, counter and plant start over
     quit
@@ -61,7 +61,7 @@ class Control:
         order, value = (*words, "", "")[:2]
         simulation, damage = self.simulation, self.simulation.line.damage
         inputs = {"estop": "estop", "fault": "drive_fault", "noforce": "force_missing"}
-        inputs["novelocity"] = "velocity_missing"
+        inputs |= {"novelocity": "velocity_missing", "nomoment": "moment_missing"}
         if order in ("flip", "drop", "duplicate", "stall") and value.isdecimal():
             setattr(damage, f"next_{order}s", int(value))
         elif order in inputs and value in ("0", "1"):

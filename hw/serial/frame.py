@@ -23,8 +23,9 @@ AXES_MAX = 8
 
 TYPE_STATE = 0x01
 TYPE_IDENTITY = 0x02
-TYPE_STATE_VELOCITY = 0x03
-"""As a state packet, with the velocity of each axis."""
+WITH_VELOCITY, WITH_MOMENT = 0x02, 0x04
+"""Bits of the type of a state packet: the velocity of each axis is in it; the moment of the hand is at its end."""
+TYPE_STATE_VELOCITY = TYPE_STATE | WITH_VELOCITY
 TYPE_COMMAND = 0x81
 TYPE_STOP = 0x82
 TYPE_IDENTIFY = 0x83
@@ -53,11 +54,12 @@ class Status(IntFlag):
     HELD = 128
     """Torque-free until a command with enable 0 comes: after power-up, a stop packet, or expiry."""
     VELOCITY_MISSING = 256
+    MOMENT_MISSING = 512
 
 
 @cache
 def state_dtype(n_axes: int) -> np.dtype[np.void]:
-    """Numbers of a state packet (board to host), of either type."""
+    """Numbers of a state packet (board to host), of any of its four types."""
     axis = (n_axes,)
     return np.dtype(
         [
@@ -70,8 +72,10 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             ("position_counts", "<i8", axis),  # wrapped to 32 bits, signed
             ("current_ua", "<i8", axis),
             ("temperature_cdeg", "<i8", axis),
-            ("has_velocity", "<i8"),  # 1: type 03
+            ("has_velocity", "<i8"),  # 1: type 03 or 07
             ("velocity_dcounts_s", "<i8", axis),  # 0.1 counts/s
+            ("has_moment", "<i8"),  # 1: type 05 or 07
+            ("moment_unm", "<i8", (3,)),
         ]
     )
 
@@ -140,9 +144,10 @@ def _is(body: np.ndarray, n: int, kind: int, length: int) -> bool:
 
 @compiled
 def encode_state(record: np.ndarray, body: np.ndarray) -> int:
-    """Write a state packet's body; returns its length, 28 + 10 per axis, or 14 with velocities."""
+    """Write a state packet's body; returns its length: 28, 10 per axis or 14 with velocities, 12 with a moment."""
     s = record[0]
-    at = _header(body, TYPE_STATE_VELOCITY if s.has_velocity else TYPE_STATE, s.sequence)
+    kind = TYPE_STATE | (WITH_VELOCITY if s.has_velocity else 0) | (WITH_MOMENT if s.has_moment else 0)
+    at = _header(body, kind, s.sequence)
     at = put(body, at, 4, s.time_us)
     at = put(body, at, 2, s.status)
     at = put(body, at, 2, s.command_sequence)
@@ -157,22 +162,29 @@ def encode_state(record: np.ndarray, body: np.ndarray) -> int:
         at = put(body, at, 2, s.temperature_cdeg[axis])
         if s.has_velocity:
             at = put(body, at, 4, s.velocity_dcounts_s[axis])
+    if s.has_moment:
+        for k in range(3):
+            at = put(body, at, 4, s.moment_unm[k])
     return at
 
 
 @compiled
 def decode_state(body: np.ndarray, n: int, record: np.ndarray) -> bool:
-    """Read a state packet's body, of either type, of as many axes as `record` has; without velocities they are 0."""
+    """Read a state packet's body, of any type, of as many axes as `record` has; velocities and moments not in it are 0."""
     s = record[0]
-    n_axes = len(s.position_counts)
-    velocity = _is(body, n, TYPE_STATE_VELOCITY, 28 + 14 * n_axes)
-    if not (velocity or _is(body, n, TYPE_STATE, 28 + 10 * n_axes)) or body[13] != n_axes:
+    n_axes, kind = len(s.position_counts), int(body[1])
+    velocity, moment = kind & WITH_VELOCITY != 0, kind & WITH_MOMENT != 0
+    if kind & ~(WITH_VELOCITY | WITH_MOMENT) != TYPE_STATE:
         return False
-    s.has_velocity = 1 if velocity else 0
+    end = 28 + (14 if velocity else 10) * n_axes
+    if not _is(body, n, kind, end + (12 if moment else 0)) or body[13] != n_axes:
+        return False
+    s.has_velocity, s.has_moment = 1 if velocity else 0, 1 if moment else 0
     s.sequence, s.time_us, s.status = unsigned(body, 2, 2), unsigned(body, 4, 4), unsigned(body, 8, 2)
     s.command_sequence, s.command_age = unsigned(body, 10, 2), unsigned(body, 12, 1)
     for k in range(3):
         s.force_un[k] = signed(body, 16 + 4 * k, 4)
+        s.moment_unm[k] = signed(body, end + 4 * k, 4) if moment else 0
     for axis in range(n_axes):
         at = 28 + (14 if velocity else 10) * axis
         s.position_counts[axis] = signed(body, at, 4)

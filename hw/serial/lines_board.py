@@ -18,6 +18,7 @@ _TICK = {
     "current": "current_a",
     "temperature": "temperature_c",
     "force": "force_n",
+    "moment": "moment_nm",
 }
 
 
@@ -107,7 +108,9 @@ class LineBoard(CommandedBoard):
             on = {"estop": self.estop, "fault": self.drive_fault, "enabled": self.enabled}[channel]
             return str(field["mask"] if on != field["invert"] else 0)
         unit = unit_of(field, self._rig)
-        value = float(tick[_TICK[channel]][0][field["component" if channel == "force" else "axis"]])
+        value = float(
+            tick[_TICK[channel]][0][field["component" if channel in ("force", "moment") else "axis"]]
+        )
         if field["wrap_at"]:
             value %= unit * field["wrap_at"]
         number = value / (unit * field["scale"]) + field["zero"]

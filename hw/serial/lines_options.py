@@ -15,7 +15,16 @@ Text = Annotated[str, Field(max_length=100, pattern=r"^[\x20-\x7e]*$")]
 Texts = Annotated[tuple[Text, ...], Field(max_length=16, strict=False)]
 Checksum = Literal["none", "nmea"]
 SampleChannel = Literal[
-    "position", "velocity", "current", "force", "temperature", "estop", "sequence", "fault", "enabled"
+    "position",
+    "velocity",
+    "current",
+    "force",
+    "moment",
+    "temperature",
+    "estop",
+    "sequence",
+    "fault",
+    "enabled",
 ]
 CommandChannel = Literal["current_command", "torque", "enable", "time_to_live"]
 

@@ -30,10 +30,10 @@ class LineSample:
     """
 
     def __init__(self, fields: Sequence[Options], rig: Rig) -> None:
-        n = {"force": 3}
+        n = {"force": 3, "moment": 3}
         self._values: dict[str, Any] = {
             name: array("d", bytes(8 * n.get(name, rig.n_axes)))
-            for name in ("position", "velocity", "current", "force", "temperature")
+            for name in ("position", "velocity", "current", "force", "moment", "temperature")
         }
         self._shown = sorted({field["channel"] for field in fields} & set(self._values))
         self._has_estop = any(field["channel"] == "estop" for field in fields)
@@ -141,7 +141,7 @@ class _Row:
 
     def __init__(self, field: Options, rig: Rig) -> None:
         self.channel: str = field["channel"]
-        self.at = int(field["component"] if self.channel == "force" else field["axis"])
+        self.at = int(field["component"] if self.channel in ("force", "moment") else field["axis"])
         self._mask, self._invert = int(field["mask"]), bool(field["invert"])
         unit = unit_of(field, rig)
         self._scale, self._zero = field["scale"] * unit, field["zero"]

@@ -24,7 +24,7 @@ _DEVICE = int(LinkFault.DEVICE)
 _ESTOP = int(frame.Status.ESTOP)
 _HELD = int(frame.Status.HELD)
 _ENABLED = int(frame.Status.ENABLED)
-_NO_VELOCITY = int(frame.Status.VELOCITY_MISSING)
+_NO_VELOCITY, _NO_MOMENT = int(frame.Status.VELOCITY_MISSING), int(frame.Status.MOMENT_MISSING)
 
 MORE, DRAINED, BACKLOGGED = 0, 1, 2
 """What a chunk is: more will follow in this cycle; all there is; the last of a backlog."""
@@ -44,6 +44,7 @@ def link_dtype(n_axes: int) -> np.dtype[np.void]:
             ("time_to_live", "<i8"),
             ("show_current", "<i8"),
             ("show_force", "<i8"),
+            ("show_moment", "<i8"),
             ("show_temperature", "<i8"),
             ("show_velocity", "<i8"),
             ("show_estop", "<i8"),
@@ -60,6 +61,7 @@ def link_dtype(n_axes: int) -> np.dtype[np.void]:
             ("temperature_c", "<f8", axis),
             ("velocity_rad_s", "<f8", axis),
             ("force_n", "<f8", (3,)),
+            ("moment_nm", "<f8", (3,)),
             # this cycle
             ("fresh", "<i8"),
             ("damaged_now", "<i8"),
@@ -98,7 +100,7 @@ def _accept(link: np.ndarray, state: np.ndarray) -> None:
         ln.lost += ahead - 1
     ln.started, ln.fresh, ln.older_in_row = 1, 1, 0
     ln.sequence, ln.time_us = s.sequence, s.time_us
-    ln.status = s.status if s.has_velocity else s.status | _NO_VELOCITY
+    ln.status = s.status | (0 if s.has_velocity else _NO_VELOCITY) | (0 if s.has_moment else _NO_MOMENT)
     ln.command_acknowledged = s.command_sequence
     for axis in range(len(ln.position_counts)):
         ln.position_counts[axis] = unwrap(s.position_counts[axis], 32, ln.encoder[axis])
@@ -107,6 +109,7 @@ def _accept(link: np.ndarray, state: np.ndarray) -> None:
         ln.velocity_rad_s[axis] = ln.rad_per_count[axis] * (s.velocity_dcounts_s[axis] * 1e-1)
     for k in range(3):
         ln.force_n[k] = s.force_un[k] * 1e-6
+        ln.moment_nm[k] = s.moment_unm[k] * 1e-6
 
 
 @compiled
@@ -189,9 +192,11 @@ def show(tick: np.ndarray, link: np.ndarray, end: int) -> None:
             t.temperature_c[axis] = ln.temperature_c[axis]
         if ln.show_velocity:
             t.device_velocity_rad_s[axis] = ln.velocity_rad_s[axis]
-    if ln.show_force:
-        for k in range(3):
+    for k in range(3):
+        if ln.show_force:
             t.force_n[k] = ln.force_n[k]
+        if ln.show_moment:
+            t.moment_nm[k] = ln.moment_nm[k]
     if ln.show_estop:
         t.estop = 1 if ln.status & _ESTOP else 0
 

@@ -37,6 +37,7 @@ SampleChannel = Literal[
     "velocity",
     "current",
     "force",
+    "moment",
     "temperature",
     "estop",
     "sequence",
@@ -52,6 +53,7 @@ UNITS = {
     "current_command": ("A", "mA"),
     "torque": ("N m", "mN m"),
     "force": ("N", "mN"),
+    "moment": ("N m", "mN m"),
     "temperature": ("degC",),
 }
 SWITCHES = ("estop", "fault", "enabled", "enable")
@@ -61,7 +63,7 @@ class NumberOptions(SerialTable):
     """One number that a board sends or is sent."""
 
     axis: int = Field(0, ge=0, le=7, description="which joint, from 0")
-    component: int = Field(0, ge=0, le=2, description="force: 0 x, 1 y, 2 z")
+    component: int = Field(0, ge=0, le=2, description="force, moment: 0 x, 1 y, 2 z")
     unit: Unit = Field("", description="what one step of the scale is")
     scale: float = Field(1.0, ge=-1e9, le=1e9, description="units per wire step; negative turns the sign")
     zero: float = Field(0.0, ge=-1e12, le=1e12, description="number on the wire that means 0")

@@ -18,7 +18,7 @@ from hw.outside import whole
 
 Byte = Annotated[int, Field(ge=0, le=255)]
 Bytes = Annotated[tuple[Byte, ...], Field(strict=False)]
-Channel = Literal["current", "force", "velocity", "temperature", "estop"]
+Channel = Literal["current", "force", "moment", "velocity", "temperature", "estop"]
 
 
 class SerialTable(BaseModel):
@@ -96,8 +96,8 @@ class SerialOptions(PortOptions):
     )
     channels: Annotated[tuple[Channel, ...], Field(strict=False)] = Field(
         ("current", "force", "temperature", "estop"),
-        max_length=5,
-        description="what the board measures besides the position; velocity: it sends packets of type 03",
+        max_length=6,
+        description="what the board measures besides the position; velocity: it sends packets of type 03, moment: of type 05 or 07",
     )
     command: Literal["current", "torque"] = Field(
         "current", description="torque: the board does its own current"

@@ -31,6 +31,11 @@ CHUNK = 4096
 DRAIN_S = 0.05
 """Longest wait for a stop packet to leave before a port is closed."""
 
+_PARITY_BITS = termios.PARODD | 0o10000000000  # the second: CMSPAR, mark or space
+_TERMIOS2 = struct.Struct("=4I20s2I")
+"""The kernel's struct termios2: four words of flags, line discipline and characters, both bit rates."""
+_TCGETS2, _TCSETS2, _CBAUD, _BOTHER = 0x802C542A, 0x402C542B, 0o10017, 0o10000
+
 _GONE = {errno.EIO, errno.ENODEV, errno.ENXIO, errno.EBADF, errno.EPIPE, errno.ENOENT}
 
 
@@ -188,9 +193,21 @@ def send_once(path: str, baud: int, packet: bytes) -> bool:
 
 
 def _make_raw(fd: int, baud: int) -> None:
+    """Raw, 8N1, without any flow control, whatever a program before has left there: a stop must not wait for a line that nobody sets."""
     settings = termios.tcgetattr(fd)
-    speed = getattr(termios, f"B{baud}", settings[4])
-    raw_control = (settings[2] & ~(termios.CSIZE | termios.PARENB)) | termios.CS8 | termios.CLOCAL
-    settings[0], settings[1], settings[2], settings[3] = 0, 0, raw_control, 0
-    settings[4] = settings[5] = speed
+    others = termios.CSIZE | termios.PARENB | _PARITY_BITS | termios.CSTOPB | termios.CRTSCTS
+    control = settings[2] & ~others | termios.CS8 | termios.CLOCAL | termios.CREAD
+    settings[0], settings[1], settings[2], settings[3] = 0, 0, control, 0
+    speed = getattr(termios, f"B{baud}", None)
+    if speed is not None:
+        settings[4] = settings[5] = speed
     termios.tcsetattr(fd, termios.TCSANOW, settings)
+    if speed is None:
+        _set_any_rate(fd, baud)
+
+
+def _set_any_rate(fd: int, baud: int) -> None:
+    """Set a bit rate that has no name of its own, as pyserial does."""
+    *flags, rest, _, _ = _TERMIOS2.unpack(fcntl.ioctl(fd, _TCGETS2, bytes(_TERMIOS2.size)))
+    flags[2] = flags[2] & ~_CBAUD | _BOTHER
+    fcntl.ioctl(fd, _TCSETS2, _TERMIOS2.pack(*flags, rest, baud, baud))

@@ -65,6 +65,11 @@ def vectors() -> Iterator[tuple[str, bytes]]:
     yield text, _state(**seen, force_un=force, **axis)
     speed = {"has_velocity": 1, "velocity_dcounts_s": -123_456}
     yield text + ", type 03: -12345.6 counts/s", _state(**seen, force_un=force, **axis, **speed)
+    moment: dict[str, int | list[int]] = {"has_moment": 1, "moment_unm": [-250_000, 0, 1]}
+    told = text + ", type {}: moment -0.25 0 0.000001 N m"
+    yield told.format("05"), _state(**seen, force_un=force, **axis, **moment)
+    fast = told.format("07") + ", -12345.6 counts/s"
+    yield fast, _state(**seen, force_un=force, **axis, **speed, **moment)
 
 
 def main() -> int:

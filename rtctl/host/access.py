@@ -19,7 +19,7 @@ from rtctl.errors import RtctlError
 from rtctl.host.authenticator import Authenticator, Caller, Notice
 from rtctl.host.doors import Binding, Door, Options, allow_descriptors, tcp_binding, user_id
 from rtctl.host.group import group_id
-from rtctl.host.intruders import Intruders
+from rtctl.host.intruders import SPARED, Intruders
 from rtctl.host.reserve import Reserve
 from rtctl.keys import KeyStore
 from rtctl.protocol import Endpoints, tcp_endpoints
@@ -27,8 +27,14 @@ from rtctl.protocol import Endpoints, tcp_endpoints
 LOOK_S = 0.5
 """How often the folder of keys is looked at."""
 
+MOST_DESCRIPTORS = 65536
+"""Files and sockets the host would like to be allowed: strangers hold a connection for as long as a handshake may take."""
+
 DESCRIPTORS = 8192
-"""Files and sockets the host may open: strangers hold a connection for as long as a handshake may take."""
+"""With fewer a crowd could take them all between two looks: clients are then let in one by one."""
+
+LET_IN = 64
+"""Most of those who wait at a door that lets in one by one, at every look."""
 
 LEAST_DESCRIPTORS = 512
 """Fewer are too few for clients that mean well."""
@@ -106,7 +112,7 @@ class Access:
         resident: Callable[[], int] | None = None,
     ) -> None:
         self._notice = notice
-        descriptors = self._allow_descriptors()
+        descriptors = self._descriptors = self._allow_descriptors()
         self._context = context
         self._endpoints = endpoints
         self._openings = openings
@@ -129,14 +135,14 @@ class Access:
 
     def _allow_descriptors(self) -> int:
         """How many this process may open. Without any left, libzmq ends it at the next connection to a Unix socket."""
-        found = allow_descriptors(DESCRIPTORS)
+        found = allow_descriptors(MOST_DESCRIPTORS)
         remedy = f"raise the hard limit to {DESCRIPTORS} (ulimit -Hn; in a unit: LimitNOFILE=)"
         if found < LEAST_DESCRIPTORS:
             raise RtctlError(f"this process may open only {found} files and sockets: {remedy}")
         if found < DESCRIPTORS:
             self._notice(
                 "descriptors",
-                f"this process may open only {found} files and sockets, and a crowd of connections could end it: {remedy}",
+                f"this process may open only {found} files and sockets; lest a crowd takes them all, clients are let in one by one: {remedy}",
             )
         return found
 
@@ -192,6 +198,7 @@ class Access:
                 door.connections.take()
         now = self._clock_s()
         self.intruders.look(now)
+        self._let_in()
         if now < self._next_look_s:
             return
         self._next_look_s = now + LOOK_S
@@ -207,6 +214,15 @@ class Access:
         names = ", ".join(self._gone)
         self._notice("revoked", f"keys revoked or changed: {names}; connections with keys were cut")
         self._gone = []
+
+    def _let_in(self) -> None:
+        """Where few descriptors are allowed: some more of those who wait, while enough are left for everything else."""
+        if self._descriptors >= DESCRIPTORS:
+            return
+        doors = [door for door in self._doors if door.is_open]
+        left = self._descriptors - SPARED - sum(len(door.connections.descriptors()) for door in doors)
+        for door in doors:
+            door.let_in(min(LET_IN, left // len(doors)))
 
     def renewed(self) -> bool:
         """Whether any door has another socket than when this was asked last."""
@@ -249,7 +265,10 @@ class Access:
         return tcp_binding(address, port, "curve", self._server_secret)
 
     def _door(self, name: str, binding: Binding, kind: int, options: Options, **more: int) -> Door:
-        door = Door(self._context, self.authenticator, name, binding, kind, options, self._reserve, **more)
+        few, reserve = self._descriptors < DESCRIPTORS, self._reserve
+        door = Door(
+            self._context, self.authenticator, name, binding, kind, options, reserve, one_by_one=few, **more
+        )
         self._doors.append(door)
         return door
 

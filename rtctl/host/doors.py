@@ -27,6 +27,7 @@ from rtctl.host.endpoints import private_umask
 from rtctl.host.group import give
 from rtctl.host.reserve import Reserve
 from rtctl.host.traffic import Traffic
+from rtctl.host.turnstile import Turnstile
 from rtctl.protocol import CONNECTIONS, HANDSHAKE_MS, MAX_REQUEST_BYTES
 
 Options = Mapping[int, int] | Mapping[zmq.SocketOption, int]
@@ -120,6 +121,8 @@ class Door:
         Clients that may be connected.
     linger_ms
         What is unsent at the end is given this long.
+    one_by_one
+        Connections are let in a few at every look (`let_in`): this process may open few files.
 
     Attributes
     ----------
@@ -141,7 +144,10 @@ class Door:
         *,
         places: int = CONNECTIONS,
         linger_ms: int = 0,
+        one_by_one: bool = False,
     ) -> None:
+        self._one_by_one = one_by_one
+        self._turnstile: Turnstile | None = None
         self._reserve, self._places, self._linger_ms = reserve, places, linger_ms
         self.openings = 0
         self.traffic = self._new_traffic(binding, kind)
@@ -178,6 +184,11 @@ class Door:
         """False after a cut for which there were no descriptors left, until `reopen`."""
         return not self.socket.closed
 
+    def let_in(self, count: int) -> None:
+        """Let so many of those in who wait, if it is a door that lets in one by one; else all come in by themselves."""
+        if self._turnstile is not None and count > 0:
+            self._turnstile.let_in(count)
+
     def cut(self) -> None:
         """Close every connection. Clients that may still come in connect again by themselves."""
         if self.is_open:
@@ -200,6 +211,7 @@ class Door:
             self._binding.listener.close()
 
     def _shut(self, linger_ms: int) -> None:
+        self._turnstile = None  # what it knows of libzmq's socket is void from now on
         self.connections.close()
         self.socket.close(linger=linger_ms)
 
@@ -228,5 +240,7 @@ class Door:
             self.socket.setsockopt(zmq.USE_FD, os.dup(binding.listener.fileno()))  # libzmq closes it
         with private_umask():
             self.socket.bind(binding.address)
+        if self._one_by_one:
+            self._turnstile = Turnstile(binding.address)
         if binding.group is not None:
             give(binding.address.removeprefix("ipc://"), binding.group, 0o660)

@@ -158,9 +158,9 @@ def test_the_count_goes_on_after_reopening(bench, kind):
 
 def test_rokubi_is_set_running_and_left_running_unless_asked(bench):
     at = bench("rokubi", stop_at_close=True)
-    assert at.device.heard() == b"R"
+    assert at.device.heard() == b"R\n"
     at.backend.close()
-    assert at.device.heard() == b"C"
+    assert at.device.heard() == b"C\n"
 
 
 def test_optoforce_is_configured_and_stopped(bench):

@@ -7,6 +7,7 @@ asked itself: it is installed for the CAN devices.
 import itertools
 import json
 import math
+import re
 import struct
 from pathlib import Path
 
@@ -53,6 +54,24 @@ def test_it_is_said_which_versions_the_frames_are_of():
     assert set(VECTORS["versions"]) == {"moteus", "odrive", "odrive-can", "cantools", "optoforce", "NetFT"}
 
 
+def test_the_table_of_makers_names_the_versions_that_were_asked():
+    here = Path(__file__).parent / "makers"
+    kept = dict(line.split("==") for line in (here / "requirements.txt").read_text().split())
+    readings = json.loads((here / "readings.json").read_text())["versions"]
+    bota = json.loads((here / "bota.json").read_text())["version"]
+    assert kept == VECTORS["versions"] | readings | {"bota-driver": bota}
+    lines = (Path(__file__).parents[2] / "constraints.txt").read_text().splitlines()
+    installed = dict(line.split("==") for line in lines if "==" in line)
+    rows = [line for line in (here / "README.md").read_text().splitlines() if line.startswith("| ")]
+    told = {}
+    for row in rows[1:]:
+        cells = [cell.strip() for cell in row.split("|")]
+        told |= dict(zip(re.findall(r"`([^`]+)`", cells[2]), cells[3].split(", "), strict=True))
+    known = installed | kept
+    assert told == {name: known[name] for name in told}
+    assert {*kept, "canopen", "cantools", "pyserial", "python-can"} == set(told)
+
+
 # -- moteus ------------------------------------------------------------------------------------------------
 def split(data, command):
     """A frame of moteus without its query and padding, and the registers that the query asks for by type."""
@@ -86,6 +105,18 @@ def test_a_moteus_command_is_the_librarys_and_asks_for_the_same_registers(vector
 def test_a_moteus_stop_is_the_librarys(vector):
     assert split(moteus.stop_frame(), moteus.STOP) == split(vector["data"], moteus.STOP)
     assert moteus.command_id(vector["node"], vector["source"]) & 0x1FFF_FFFF == vector["id"]
+
+
+@pytest.mark.parametrize("vector", VECTORS["moteus"]["identities"], ids=lambda v: f"{v['node']}")
+def test_a_moteus_is_asked_who_it_is_as_by_the_library(vector, monkeypatch):
+    sample, bus = Sample(1), Bus()
+    axis = moteus.MoteusAxis(
+        {**AXIS, "node": vector["node"]}, {"source": 0, "time_to_live_ms": 10.0}, RIG, 0, sample
+    )
+    monkeypatch.setattr(moteus, "wait_for", lambda *_: True)
+    axis.set_up(bus)
+    asked = bytes.fromhex(bus.sent[0][1])
+    assert asked.rstrip(b"\x50") == bytes.fromhex(vector["data"]).rstrip(b"\x50")
 
 
 @pytest.mark.parametrize("vector", VECTORS["moteus"]["replies"], ids=lambda v: f"mode {v['read'][0]}")

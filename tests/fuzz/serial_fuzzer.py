@@ -220,6 +220,7 @@ _TICK = (
     ("temperature_c", "<f8", (1,)),
     ("device_velocity_rad_s", "<f8", (1,)),
     ("force_n", "<f8", (3,)),
+    ("moment_nm", "<f8", (3,)),
 )
 
 

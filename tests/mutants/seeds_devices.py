@@ -25,6 +25,7 @@ ENCODER = (
     "tests/properties/test_encoder.py::test_the_count_follows_every_walk_of_less_than_half_a_range_a_step",
 )
 FIELDS = (f"{HW}/test_can_fields.py",)
+MOMENTS = (f"{HW}/test_moments_of_boards.py",)
 CODECS = (f"{HW}/test_can_codecs.py",)
 AXES = (f"{HW}/test_can_axes.py",)
 FIRMWARE = (f"{HW}/test_can_odrive_firmware.py",)
@@ -58,8 +59,8 @@ SEEDS = (
     ),
     Seed(
         "a state of another number of axes is read", "hw/serial/frame.py",
-        "_is(body, n, TYPE_STATE, 28 + 10 * n_axes)) or body[13] != n_axes:",
-        "_is(body, n, TYPE_STATE, 28 + 10 * n_axes)):", FRAME,
+        "end + (12 if moment else 0)) or body[13] != n_axes:",
+        "end + (12 if moment else 0)):", FRAME,
     ),
     Seed(
         "packets of another version are read", "hw/serial/frame.py",
@@ -107,11 +108,23 @@ SEEDS = (
     ),
     Seed(
         "a board without velocities is taken for one at rest", "hw/serial/link.py",
-        "ln.status = s.status if s.has_velocity else s.status | _NO_VELOCITY", "ln.status = s.status", LINK,
+        "(0 if s.has_velocity else _NO_VELOCITY)", "0", LINK,
     ),
     Seed(
         "velocities are read out of packets that have none", "hw/serial/frame.py",
-        "velocity = _is(body, n, TYPE_STATE_VELOCITY, 28 + 14 * n_axes)", "velocity = _is(body, n, TYPE_STATE_VELOCITY, n)", FRAME,
+        "end = 28 + (14 if velocity else 10) * n_axes", "end = n if velocity else 28 + 10 * n_axes", FRAME,
+    ),
+    Seed(
+        "a board without moments is taken for one that measures none", "hw/serial/link.py",
+        "(0 if s.has_moment else _NO_MOMENT)", "0", MOMENTS,
+    ),
+    Seed(
+        "what stands behind a moteus reply is not looked at", "hw/can/moteus.py",
+        "buffer[offset + _REPLY.size : offset + length] == _PADDING[:rest]", "rest >= 0", CODECS,
+    ),
+    Seed(
+        "moments do not turn with mirrored axes", "hw/force/axes.py",
+        "sign = 1.0 if determinant(matrix) > 0 else -1.0", "sign = 1.0", MOMENTS,
     ),
     Seed(
         "an infinite speed of an ODrive is fresh", "hw/can/odrive.py",

@@ -1,6 +1,6 @@
 """Frames as the makers' own libraries build and read them, written to vectors.json beside this file.
 
-    pip install moteus==1.1.1 odrive==0.6.11.post1 odrive-can==2.1.0 cantools==45.1.0 optoforce==0.3.0 NetFT==2.0.1
+    pip install -r tests/contract/makers/requirements.txt
     python tests/contract/makers/make_vectors.py
 
 In an environment of its own: no test needs these packages (`test_makers_libraries.py` reads the file).
@@ -35,7 +35,7 @@ def moteus_vectors():
         moteus.F32
     )
     fields.maximum_torque = fields.stop_position = fields.watchdog_timeout = moteus.F32
-    found = {"commands": [], "stops": [], "replies": []}
+    found = {"commands": [], "stops": [], "identities": [], "replies": []}
     for node, source in ((1, 0), (5, 0), (127, 126)):
         one = moteus.Controller(
             id=node,
@@ -60,6 +60,8 @@ def moteus_vectors():
             made.data,
         )
         found["stops"].append({"node": node, "source": source, **sent})
+        made = one.make_custom_query(dict.fromkeys((0x120, 0x121, 0x122), moteus.INT32))
+        found["identities"].append({"node": node, "data": bytes(made.data).hex()})
     for values in (
         (10, 0.25, 0.75, 0.1, 1.5, 40.0, 0),
         (1, -123.5, 0.0, 0.0, -0.25, 21.5, 33),

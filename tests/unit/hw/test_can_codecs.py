@@ -137,3 +137,26 @@ def test_the_shaft_turns_signs_and_limits_currents():
         0,
         0,
     ]
+
+
+_WHOLE = bytes.fromhex("21000a2f010000803e00000000cdcccc3d2d040000c03f2d0e00002042210f00")
+
+
+@pytest.mark.parametrize(
+    ("behind", "position"),
+    [
+        (b"", 0.25),
+        (b"\x50" * 5, 0.25),
+        (
+            b"\x2d\x01\x00\x00\x00\x3f",
+            0.5,
+        ),  # said again, otherwise: the last one counts, as for moteus' own library
+        (b"\x20\x00", 0.25),  # registers: none
+        (b"\x2d\x01\x00\x00", None),  # cut off
+        (b"\x31\x01\x04", None),
+        (b"\x50\x50\x07", None),
+    ],
+)
+def test_behind_a_moteus_reply_stands_padding_or_more_of_the_reply_or_it_is_damaged(behind, position):
+    found = moteus.decode_reply(_WHOLE + behind, 0, len(_WHOLE) + len(behind))
+    assert (found and found[1]) == position

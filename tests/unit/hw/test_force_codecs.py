@@ -76,6 +76,11 @@ def test_a_rokubi_frame_has_the_published_layout():
     assert (reading.mark, reading.status, reading.force) == (123456, 0, (1.5, -2.25, 3.0))
 
 
+def test_a_rokubis_status_is_told_in_words():
+    assert rokubi.explain(rokubi.Status.OVERRANGE | rokubi.Status.RAW) == "OVERRANGE, RAW"
+    assert rokubi.explain(0x20) == "0x20"
+
+
 @pytest.mark.parametrize("force", [(math.nan, 0.0, 0.0), (0.0, math.inf, 0.0), (0.0, 0.0, -math.inf)])
 def test_a_force_that_is_no_number_is_a_status_of_its_own(force):
     frame = rokubi.encode(force)

@@ -116,7 +116,7 @@ def numbers(dtype, n_axes, seed):
     record = records(np.zeros(1, dtype))
     for name in dtype.names:
         wide = {"position_counts": 31, "current_ua": 31, "force_un": 31, "value": 31, "temperature_cdeg": 15}
-        wide["velocity_dcounts_s"] = 31
+        wide |= {"velocity_dcounts_s": 31, "moment_unm": 31}
         bits = wide.get(name)
         shape = record[name].shape
         if bits:
@@ -130,6 +130,8 @@ def numbers(dtype, n_axes, seed):
     if "has_velocity" in (dtype.names or ()):
         record["has_velocity"] = seed % 2
         record["velocity_dcounts_s"] *= seed % 2
+        record["has_moment"] = seed // 2 % 2
+        record["moment_unm"] *= seed // 2 % 2
     return record
 
 
@@ -154,7 +156,7 @@ def test_numbers_come_back_as_they_went(name, n_axes):
         assert not decode(body, n + 1, got)
 
 
-@pytest.mark.parametrize(("seed", "kind"), [(2, 0x01), (1, 0x03)])
+@pytest.mark.parametrize(("seed", "kind"), [(0, 0x01), (1, 0x03), (2, 0x05), (3, 0x07)])
 def test_the_bytes_of_a_state_packet_stand_where_the_document_says(seed, kind):
     record = numbers(frame.state_dtype(2), 2, seed)
     body = body_of()
@@ -175,7 +177,8 @@ def test_the_bytes_of_a_state_packet_stand_where_the_document_says(seed, kind):
     )
     for axis in range(2):
         wanted += struct.pack("<iih", s.position_counts[axis], s.current_ua[axis], s.temperature_cdeg[axis])
-        wanted += struct.pack("<i", s.velocity_dcounts_s[axis]) if kind == 0x03 else b""
+        wanted += struct.pack("<i", s.velocity_dcounts_s[axis]) if kind in (0x03, 0x07) else b""
+    wanted += struct.pack("<3i", *s.moment_unm) if kind in (0x05, 0x07) else b""
     assert body[:n].tobytes() == wanted
 
 
@@ -188,13 +191,13 @@ def test_the_bytes_of_a_command_packet_stand_where_the_document_says():
     assert body[:n].tobytes() == struct.pack("<BBHBBBBi", 1, 0x81, 0x1234, 3, 10, 1, 0, -1_500_000)
 
 
-@pytest.mark.parametrize("seed", [3, 4])
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
 def test_packets_of_another_version_type_or_number_of_axes_are_not_taken(seed):
     record, body = numbers(frame.state_dtype(2), 2, seed), body_of()
     n = frame.encode_state(record, body)
     one, other = records(np.zeros(1, frame.state_dtype(1))), records(np.zeros(1, frame.state_dtype(2)))
     assert not frame.decode_state(body, n, one)
-    for at, change in ((0, 1), (1, 1), (1, 2), (13, 1)):
+    for at, change in ((0, 1), (1, 1), (1, 2), (1, 4), (1, 8), (13, 1)):
         wrong = body.copy()
         wrong[at] ^= change
         assert not frame.decode_state(wrong, n, other)
