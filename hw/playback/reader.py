@@ -10,7 +10,7 @@ import gzip
 import io
 import math
 import zlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -39,6 +39,9 @@ MAX_STEP_ERROR = 0.25
 """Largest deviation of one sampling step from the mean step, as a share of it."""
 
 MIN_SAMPLES = 2
+
+Mend = Callable[[Path, np.ndarray | None, np.ndarray, dict[str, np.ndarray]], tuple[str, ...]]
+"""Mends rows in place before they are resampled: file, stamps (s), position and torques by name, (n, axes); says what was done."""
 
 
 @dataclass(frozen=True)
@@ -205,14 +208,14 @@ class _Table:
             columns.append(options["time"])
         names = tuple(column["column"] for column in columns)
         self.raw = read_columns(self.path, names, options.get("delimiter", ","))
+        self.time_s = self.si(options["time"], TIME_UNITS) if options.get("time") else None
 
     def grid(self, options: Options, *, steady: bool) -> Grid:
         """Even grid of the rows; `steady` refuses what a loop must not be fed with."""
         n = len(next(iter(self.raw.values())))
-        column = options.get("time")
-        if not column:
+        column, time_s = options.get("time"), self.time_s
+        if column is None or time_s is None:
             return Grid(float(options["rate_hz"]), (Stretch(0, n, np.zeros(0), None),))
-        time_s = self.si(column, TIME_UNITS)
         require_rising(self.path, time_s)
         unit_s = abs(column.get("scale", 1.0)) * TIME_UNITS[column.get("unit", "s")]
         even = unit_s * resolution(self.raw[column["column"]])
@@ -247,16 +250,16 @@ def load(options: Options, rig: Rig) -> Recording:
     return _cut(whole, kept)
 
 
-def load_stretches(options: Options, rig: Rig) -> list[Recording]:
+def load_stretches(options: Options, rig: Rig, mend: Mend | None = None) -> list[Recording]:
     """Read a log for identification: resampled on its stamps where they are uneven, split where it has gaps.
 
     Options and errors as `load`, but that window (`start_s`, `end_s`) is not applied, and only stamps of which no even
-    rate can be made are refused. Stretches are in order, all of one rate.
+    rate can be made are refused. Stretches are in order, all of one rate. `mend` sees the rows as they were recorded.
     """
-    return _read(options, rig, steady=False)
+    return _read(options, rig, steady=False, mend=mend)
 
 
-def _read(options: Options, rig: Rig, *, steady: bool) -> list[Recording]:
+def _read(options: Options, rig: Rig, *, steady: bool, mend: Mend | None = None) -> list[Recording]:
     axes = options["axis"]
     if len(axes) != rig.n_axes:
         raise BackendError(
@@ -277,13 +280,16 @@ def _read(options: Options, rig: Rig, *, steady: bool) -> list[Recording]:
     hand = _per_axis(table, axes, "hand_torque", TORQUE_UNITS)
     velocity = _per_axis(table, axes, "velocity", VELOCITY_UNITS)
     tip = np.stack([table.si(c, FORCE_UNITS) for c in force], axis=1) if force else None
+    torques = {"motor torque": current, "external torque": hand}
+    given = {name: column for name, column in torques.items() if column is not None}
+    notes = mend(table.path, table.time_s, position, given) if mend else ()
     begin_s = float(grid.stretches[0].stamps_s[:1].sum())
     return [
         Recording(
             path=table.path,
             rate_hz=grid.rate_hz,
             start_s=float(stretch.stamps_s[:1].sum()) - begin_s,
-            notes=grid.notes,
+            notes=(*grid.notes, *notes),
             position_rad=stretch.signal(position),
             current_a=_of(stretch, current),
             hand_torque_nm=_of(stretch, hand),

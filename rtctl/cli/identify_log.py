@@ -90,9 +90,10 @@ def command(
     Every torque on the joint must be mapped: the motor's (torque or current), and the hand's (external) if
     one was on the rig. Several logs are one regression, each with an offset of its own.
     """
+    from rtctl.friction.log_checks import diagnose
     from rtctl.friction.log_input import options_of, read_log, require_different, samples
     from rtctl.friction.logs import level_points
-    from rtctl.friction.plausibility import Limits, against_rig
+    from rtctl.friction.plausibility import Limits, against_rig, doubtful_parameters
     from rtctl.friction.regression import joint_fit
     from rtctl.friction.regressors import cutoff_for, of_stretches, pooled
 
@@ -104,7 +105,9 @@ def command(
     require_different(parts)
     cutoff_hz = cutoff_hz or cutoff_for(parts)
     signals = pooled([of_stretches(stretches, cutoff_hz, speed_min_rad_s) for stretches in read])
+    told = diagnose(read, signals, speed_min_rad_s)
     fit = joint_fit(signals)
+    fit = replace(fit, warnings=(*fit.warnings, *told, *doubtful_parameters(fit, limits)))
     if rig_axis:
         fit = replace(fit, warnings=(*fit.warnings, *against_rig(fit, rig_axis, str(config))))
     document: dict[str, Any] = {"logs": [{"file": part.source, "sha256": part.sha256} for part in parts]}
