@@ -129,7 +129,9 @@ class Balance:
         found = np.linalg.lstsq(matrix / scale, wanted, rcond=1e-9)[0] / scale
         rest = wanted - matrix @ found
         k = 3 + more.shape[1]
-        return Fit(*(float(each) for each in found[:3]), found[3:k], float(np.sqrt(np.mean(rest**2))))
+        return Fit(
+            float(found[0]), float(found[1]), float(found[2]), found[3:k], float(np.sqrt(np.mean(rest**2)))
+        )
 
 
 def changed(balance: Balance, before: Fit, after: Fit) -> float:

@@ -172,8 +172,10 @@ def of_file(options: Mapping[str, Any], file: Path) -> dict[str, Any]:
         raise ConfigError(f"{file}: {'; '.join(faults)}") from error
 
 
-def options_of(file: Path, columns: Mapping[str, Any], rate_hz: float | None) -> dict[str, Any]:
-    """Options of the playback reader for one file. `columns`: role -> option table.
+def options_of(
+    file: Path, columns: Mapping[str, Any], rate_hz: float | None, text: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
+    """Options of the playback reader for one file. `columns`: role -> option table; `text`: `delimiter` and `decimal`, if given.
 
     Raises
     ------
@@ -182,4 +184,4 @@ def options_of(file: Path, columns: Mapping[str, Any], rate_hz: float | None) ->
     """
     axis = {name: table for name, table in columns.items() if name != "time"}
     time = {} if rate_hz else {"time": columns.get("time", {"column": "time_s"})}
-    return of_file({**time, "rate_hz": rate_hz, "axis": [axis]}, file)
+    return of_file({**time, "rate_hz": rate_hz, "axis": [axis], **(text or {})}, file)
