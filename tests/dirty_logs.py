@@ -13,11 +13,30 @@ import re
 import sys
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cache
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from dirty_changes import (
+    at,
+    cells,
+    clean,
+    column,
+    late,
+    lines,
+    low_passed,
+    of_other_axis,
+    pasted,
+    quantised,
+    quick,
+    ramped,
+    repeated,
+    rows_of,
+    sampled_at,
+    softly,
+    turned,
+    without_rows,
+)
 from moved_joint import CLEAN, Joint, Log, simulate
 
 OFF = {"inertia_kgm2": 0.10, "viscous_nms_rad": 0.15, "coulomb_nm": 0.15}
@@ -47,29 +66,20 @@ class Outcome:
         return self.code == 0 and any(not abs(self.off[name]) <= most for name, most in OFF.items())
 
 
-@cache
-def clean(name):
-    return simulate(CLEAN[name])
-
-
 def write(log: Log, path: Path, text=lambda text: text):
     columns = {"time_s": log.time, "x": log.position, "motor": log.motor, "hand": log.hand, **log.extra}
-    columns = {name: column for name, column in columns.items() if column is not None}
+    columns = {name: each for name, each in columns.items() if each is not None}
     rows = "\n".join(",".join(f"{cell:.9g}" for cell in row) for row in zip(*columns.values(), strict=True))
     path.write_text(text(f"{','.join(columns)}\n{rows}\n"))
     return path
 
 
-def identified(log: Log, folder: Path, options=(), text=lambda text: text) -> Outcome:
+def said_by(*arguments) -> tuple[int, str, str]:
+    """Exit code, stdout and stderr of `rtctl identify`."""
     from rtctl.__main__ import main
 
-    path = write(log, folder / "log.csv", text)
-    arguments = ["identify", "--log", str(path), "--column", "position=x", "--json", *options]
-    for role, name, column in (("torque", "motor", log.motor), ("external", "hand", log.hand)):
-        if column is not None and not any(f"{role}=" in option for option in options):
-            arguments += ["--column", f"{role}={name}"]
     out, err, code, before = io.StringIO(), io.StringIO(), 0, sys.argv
-    sys.argv = ["rtctl", *arguments]
+    sys.argv = ["rtctl", "identify", *arguments]
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             main()
@@ -77,160 +87,24 @@ def identified(log: Log, folder: Path, options=(), text=lambda text: text) -> Ou
         code = int(ended.code or 0)
     finally:
         sys.argv = before
+    return code, out.getvalue(), err.getvalue()
+
+
+def identified(log: Log, folder: Path, options=(), text=lambda text: text) -> Outcome:
+    path = write(log, folder / "log.csv", text)
+    arguments = ["--log", str(path), "--column", "position=x", "--json", *options]
+    for role, name, signal in (("torque", "motor", log.motor), ("external", "hand", log.hand)):
+        if signal is not None and not any(f"{role}=" in option for option in options):
+            arguments += ["--column", f"{role}={name}"]
+    code, out, err = said_by(*arguments)
     if code:
-        return Outcome(code, {}, out.getvalue() + err.getvalue())
-    found = json.loads(out.getvalue())
+        return Outcome(code, {}, out + err)
+    found = json.loads(out)
     values = found["symmetric"]["parameters"]
     off = {name: values[name]["value"] / truth - 1 for name, truth in log.truth.items()}
     return Outcome(0, off, "\n".join(found["warnings"]))
 
 
-def rows_of(log: Log, kept) -> Log:
-    cut = {name: getattr(log, name) for name in ("time", "position", "motor", "hand", "velocity")}
-    return replace(log, **{name: each if each is None else each[kept] for name, each in cut.items()})
-
-
-def column(name, change):
-    """A log with one column changed: `change` of the column, or of column and log."""
-    return lambda log: replace(log, **{name: change(getattr(log, name), log)})
-
-
-def at(rows, amounts):
-    def change(signal, log):
-        signal = signal.copy()
-        signal[rows] += amounts
-        return signal
-
-    return change
-
-
-def late(seconds):
-    return lambda signal, log: np.interp(log.time - seconds, log.time, signal)
-
-
-def low_passed(cutoff_hz):
-    def change(signal, log):
-        from scipy.signal import butter, sosfilt, sosfilt_zi
-
-        sections = butter(2, cutoff_hz, fs=1 / log.step, output="sos")
-        return sosfilt(sections, signal, zi=sosfilt_zi(sections) * signal[0])[0]
-
-    return change
-
-
-def steps(make):
-    """The same rows, whose stamps say other steps than there were."""
-    return column("time", lambda time, log: np.concatenate([[0.0], np.cumsum(make(len(time) - 1, log.step))]))
-
-
-def sampled_at(make):
-    """A log truly sampled at uneven times, which its stamps say."""
-
-    def change(log):
-        time = np.cumsum(make(len(log.time), log.step))
-        time = time[time < log.time[-1]]
-        fields = {
-            name: None if getattr(log, name) is None else np.interp(time, log.time, getattr(log, name))
-            for name in ("position", "motor", "hand", "velocity")
-        }
-        return replace(log, time=time, **fields)
-
-    return change
-
-
-def pasted(log: Log, other: Log, *, back: bool) -> Log:
-    begin = 0.0 if back else log.time[-1] + log.step
-    joined = {
-        name: np.concatenate([getattr(log, name), getattr(other, name)])
-        for name in ("position", "hand", "velocity")
-    }
-    return replace(log, time=np.concatenate([log.time, other.time + begin]), motor=None, **joined)
-
-
-def without_rows(share=None, rows=None, *, restamp):
-    def change(log):
-        n = len(log.time)
-        lost = np.zeros(n, bool)
-        if rows is not None:
-            lost[rows] = True
-        else:
-            lost = np.random.default_rng(7).uniform(size=n) < share
-        kept = rows_of(log, ~lost)
-        return replace(kept, time=log.time[: len(kept.time)]) if restamp else kept
-
-    return change
-
-
-def repeated(count, *, held):
-    """Rows that repeat the one before: `held` in its place, else pushed in between with fresh stamps."""
-
-    def change(log):
-        rows = np.sort(np.random.default_rng(8).choice(np.arange(10, len(log.time), 3), count, replace=False))
-        index = np.arange(len(log.time))
-        index = np.where(np.isin(index, rows), index - 1, index) if held else np.insert(index, rows, rows)
-        return replace(rows_of(log, index), time=np.arange(len(index)) * log.step)
-
-    return change
-
-
-def softly(limit, sharpness=6.0):
-    def change(signal, log):
-        clipped = signal / (1 + np.abs(signal / limit) ** sharpness) ** (1 / sharpness)
-        return clipped + np.random.default_rng(9).normal(0, 0.02 * limit, len(signal))
-
-    return change
-
-
-def quantised(quantum):
-    return lambda signal, log: np.round(signal / quantum) * quantum
-
-
-def both(*changes):
-    def change(log):
-        for each in changes:
-            log = each(log)
-        return log
-
-    return change
-
-
-def of_other_axis(signal, log):
-    return simulate(Joint(sines=((0.3, 0.53), (0.2, 0.9), (0.05, 2.9)), seed=20)).hand
-
-
-def quick(level_nm):
-    """Wander quicker than what is taken for drift."""
-    return lambda signal, log: signal + level_nm * np.sin(2 * np.pi * 0.7 * log.time + 1)
-
-
-def ramped(log):
-    return simulate(replace(CLEAN["hand"], friction_over_time=0.6, seconds=40.0))
-
-
-def turned(log):
-    """A crank turned by more than a turn, whose encoder starts over at 2 pi."""
-    log = simulate(Joint(sines=((4.0, 0.25), (1.0, 0.7), (0.05, 2.3)), seed=21))
-    return replace(log, position=np.mod(log.position, 2 * np.pi))
-
-
-def lines(change):
-    """Change the lines of the text below the header."""
-
-    def of(text):
-        head, *rows = text.splitlines()
-        return "\n".join([head, *change(head, rows)]) + "\n"
-
-    return of
-
-
-def cells(row, index, cell):
-    """Put `cell` into column `index` of a row."""
-    parts = row.split(",")
-    parts[index] = cell
-    return ",".join(parts)
-
-
-UNIT = r"unit|deg|mN m"
 RIG = ("--config", str(MOCK))
 
 CASES = {
@@ -370,22 +244,19 @@ def main():
         for name in () if sys.argv[2:] else CLEAN:
             found = identified(clean(name), Path(folder))
             show(name, found, "WRONG" if found.wrong() or found.code else "right")
-        print()
+        sys.stdout.write("\n")
         for name in wanted:
             found = outcome(name, Path(folder))
             silent = not named(name, found)
             bad += silent and found.wrong()
             show(name, found, ("WRONG" if found.wrong() else "not named") if silent else "named")
-        print(f"{bad} wrong answers without a warning that names the cause, of {len(CASES)}")
+        sys.stdout.write(f"{bad} wrong answers without a warning that names the cause, of {len(CASES)}\n")
 
 
 def show(name, found, verdict):
     off = " ".join(f"{100 * each:+6.1f}" for each in found.off.values())
-    print(
-        f"{verdict:10} {name:46} {found.code:3} {off:22} {found.said.strip().splitlines()}"[
-            : int(sys.argv[1]) if len(sys.argv) > 1 else 190
-        ]
-    )
+    line = f"{verdict:10} {name:46} {found.code:3} {off:22} {found.said.strip().splitlines()}"
+    sys.stdout.write(f"{line[: int(sys.argv[1]) if len(sys.argv) > 1 else 190]}\n")
 
 
 if __name__ == "__main__":

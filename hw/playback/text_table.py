@@ -116,7 +116,7 @@ def _layout(path: Path, lines: list[str], names: tuple[str, ...], given: str | N
     for row, line in enumerate(lines[:HEADER_LINES]):
         for delimiter in tried:
             bare = line if delimiter == "," else line.rstrip(",")
-            for text in dict.fromkeys((bare, _uncommented(bare))):
+            for text in dict.fromkeys((_uncommented(bare), bare)):
                 cells = cells_of(text, delimiter)
                 if named and all(name in cells for name in named):
                     index = tuple(_index(path, cells, name) for name in names)

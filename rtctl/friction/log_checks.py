@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from rtctl.errors import DataError
-from rtctl.friction.balance_faults import Balance, diagnosed
+from rtctl.friction.balance import Balance
+from rtctl.friction.balance_faults import diagnosed
 from rtctl.friction.dynamics import SAMPLES_MIN, AxisLog, smooth
 from rtctl.friction.regressors import Regressors, of_stretches, pooled
 from rtctl.friction.row_faults import quantum

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rtctl.errors import DataError
-from rtctl.friction.balance_faults import Balance
+from rtctl.friction.balance import Balance
 
 CLIPPED_RUN = 20
 """As many equal extreme values in a row are a signal that was cut off, unless it has few levels anyway."""
