@@ -18,8 +18,8 @@ from rtctl.friction.torque_faults import require_not_flat
 LOWER_CUTOFF = 0.4
 """Share of the cut-off at which noise of the acceleration is a tenth of what it was."""
 
-BIAS_SEEN, BIAS_TOLD, BIAS_REFUSED = 0.02, 0.08, 0.3
-"""Share by which the coarseness of a position makes the inertia too small: looked into, told, refused."""
+BIAS_TOLD, BIAS_REFUSED = 0.08, 0.3
+"""Share by which the coarseness of a position makes the inertia too small: told, refused."""
 
 COARSE_STEP = 2e-3
 """Share of the range of the position below which its steps are looked at no further: those of an encoder, not of a lost digit."""
@@ -89,8 +89,7 @@ def _coarse_position(
     motion = np.column_stack([again.acceleration_rad_s2, again.velocity_rad_s, again.direction])
     twice = balance.fit(motion=motion[balance.signals.sliding]).inertia
     bias = 1 - twice / once
-    if bias > BIAS_SEEN:
-        bias = max(bias, _gained_by_lower_cutoff(logs, balance, once, speed_min_rad_s))
+    bias = max(bias, _gained_by_lower_cutoff(logs, balance, once, speed_min_rad_s))
     if bias <= BIAS_TOLD:
         return []
     text = (

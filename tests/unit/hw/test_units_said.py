@@ -1,6 +1,7 @@
 """A unit that the file says itself, against the one it is read in."""
 
 import pytest
+
 from hw.interface import BackendError
 from hw.playback.units import require_unit, said_unit
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from dirty_changes import clean
-from hw.interface import BackendError
-from hw.playback.tables import read_table
 from run_maker import setup, write
 
+from hw.interface import BackendError
+from hw.playback.tables import read_table
 from rtctl.control.records import command_dtype
 from rtctl.friction.log_input import Gearing, options_of, read_log
 from rtctl.friction.regression import joint_fit
