@@ -170,10 +170,16 @@ def load(options: Options, rig: Rig) -> Recording:
     Raises
     ------
     BackendError
-        See `read_columns` and `require_rising`; steps that differ by more than `MAX_STEP_ERROR` (smaller differences are
+        See `read_columns` and `require_rising`; more than two ticks of a recording missed in a row, in other logs steps that differ by more than `MAX_STEP_ERROR` (smaller differences are
         resampled on the stamps); also when the number of axes differs.
     """
-    (whole,) = _read(options, rig, steady=True)
+    recorded = Path(options["file"]).suffix == ".mcap"  # its stamps are exact: a missed tick is a missing row
+    whole, *more = _read(options, rig, steady=not recorded)
+    if more:
+        raise BackendError(
+            f"{whole.path}: ticks are missing for {more[0].start_s - whole.start_s - (len(whole) - 1) / whole.rate_hz:.3g} s after "
+            f"{whole.start_s + (len(whole) - 1) / whole.rate_hz:.6g} s ({len(more)} such gaps); a loop needs an even rate: export the part without a gap"
+        )
     kept = _window(whole.path, len(whole), whole.rate_hz, options.get("start_s", 0.0), options.get("end_s"))
     return _cut(whole, kept)
 

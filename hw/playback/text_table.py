@@ -210,7 +210,7 @@ def _fast(body: list[str], layout: _Layout, decimal: str) -> np.ndarray:
 def _cell_by_cell(
     path: Path, body: list[str], layout: _Layout, names: tuple[str, ...], decimal: str, head: str | None
 ) -> np.ndarray:
-    """The same, slowly: quoted cells, and the first that is no number by its column and row."""
+    """Numbers of all rows, slowly: quoted cells, and the first that is no number by its column and row."""
     numbers = np.empty((len(body), len(names)))
     header = cells_of(head, layout.delimiter) if head is not None else []
     for row, line in enumerate(body):

@@ -22,10 +22,16 @@ TOLD_CHANGE = 0.08
 """and inertia, viscous or Coulomb friction change by this share or more (viscous friction as torque, against Coulomb friction, too)."""
 
 REFUSED_RATIO, REFUSED_CHANGE = 0.7, 0.3
-"""The same, for parameters that are not given out at all,"""
+"""Both bounds for parameters that are not given out at all,"""
 
 EXPLAINED = 0.1
-"""if more than this share of the torque is left over without the cause."""
+"""Share of the torque left over without the cause below which parameters are given out all the same."""
+
+LEFT_LEAST = 0.025
+"""Share of the torque left over without a cause below which no cause is sought: friction that is not quite Coulomb + viscous leaves as much."""
+
+POSITION_SHARE = 0.04
+"""Least size of a torque that depends on the position, share of the torque."""
 
 ALIKE = 1.5
 """Causes that leave up to this many times as much over as the best do as well: the one tried first is told."""
@@ -67,7 +73,8 @@ def diagnosed(balance: Balance, noted: Sequence[str] = ()) -> tuple[str, ...]:
     """
     plain, source = balance.fit(), balance.signals.source
     refusals, warnings = [], []
-    for find in (_velocity_as_position, _weight, _delay, _position):
+    searched = (_velocity_as_position, _weight, _delay, _position)
+    for find in searched if plain.rest > LEFT_LEAST * balance.spread else ():
         found = find(balance, plain)
         if found is None:
             continue
@@ -198,8 +205,10 @@ def _position(balance: Balance, _plain: Fit) -> tuple[str, Fit] | None:
         return None
     x = balance.position - balance.position.mean()
     part = np.column_stack([x, np.sin(balance.position), np.cos(balance.position)]) @ other.added
+    if np.std(part) < POSITION_SHARE * balance.spread:
+        return None
     return (
-        f"the torque depends on the position ({float(np.std(part)):.3g} N m RMS: a spring, gravity, a cable, the other hand); map that torque, "
+        f"the torque depends on the position ({float(np.std(part)):.3g} N m RMS: a spring, gravity, a cable, another hand, or friction that varies with the place); map that torque, "
         "take it away, or balance the joint: without it "
         f"inertia would be {other.inertia:.3g} kg m^2, viscous friction {other.viscous:.3g} N m s/rad and Coulomb friction {other.coulomb:.3g} N m",
         other,

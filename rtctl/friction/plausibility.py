@@ -47,7 +47,7 @@ class Limits:
     travel_rad: tuple[float, float] = (-np.inf, np.inf)
     doubtful_rad_s: float = 25.0
     doubtful_nm: float = 30.0
-    doubtful_kgm2: float = 1.0
+    doubtful_kgm2: float = 5.0
     """Beyond these a log is taken with a warning; a rig file knows better."""
     source: str = "any hand-held joint"
 

@@ -179,6 +179,8 @@ def _mend_position(rows: Rows) -> None:
     for begin, end in _clusters(outlier, reach):
         partial = np.cumsum(beyond[begin : end + 1])
         height = float(np.abs(partial).max())
+        if begin < reach or end >= len(beyond) - reach:
+            continue  # the running median knows one side only
         if height < HEIGHT_LEAST * range_rad:
             continue
         if abs(partial[-1]) <= RETURNS * height:
