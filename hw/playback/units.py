@@ -21,7 +21,7 @@ SPELT = {
 _KNOWN = {unit.lower(): unit for unit in ("s", "ms", "us", "ns", "rad", "deg", "rev", "counts", "rad/s", "deg/s", "rev/s", "rpm", "A", "mA", "N m", "mN m", "N", "mN")}  # fmt: skip
 
 _BRACKETS = re.compile(r"[\[(]([^\])]{1,20})[\])]\s*$")
-_SUFFIX = re.compile(r"_(ms|us|ns|rad|deg|rev|counts|rpm|nm|mnm|ma)$", re.IGNORECASE)
+_SUFFIX = re.compile(r"_(rad_s|deg_s|rev_s|ms|us|ns|rad|deg|rev|counts|rpm|nm|mnm|ma)$", re.IGNORECASE)
 
 _SAME = {"Nm": "N m", "mNm": "mN m"}
 
@@ -31,12 +31,12 @@ def said_unit(name: str, row: str) -> str:
     inside = _BRACKETS.search(name)
     ending = _SUFFIX.search(name)
     text = row.strip(" []()") or (inside[1] if inside else "") or (ending[1] if ending else "")
-    plain = text.strip().lower()
+    plain = text.strip().lower().replace("_", "/")
     return SPELT.get(plain) or _KNOWN.get(plain) or text.strip()
 
 
 def require_unit(path: Path, name: str, row: str, column: Mapping[str, Any], units: tuple[str, ...]) -> None:
-    """Refuse a column that is read in another of `units` than the file says. A scale other than +-1 says that somebody knows better.
+    """Refuse a column that is read in another unit than the file says; in one of `units`, or of another quantity. A scale other than +-1 says that somebody knows better.
 
     Raises
     ------
@@ -44,9 +44,13 @@ def require_unit(path: Path, name: str, row: str, column: Mapping[str, Any], uni
         Names column, both units and the remedy.
     """
     said, used = said_unit(name, row), column.get("unit", units[0])
-    if said == _SAME.get(used, used) or said not in units or abs(column.get("scale", 1.0)) != 1:
+    if said == _SAME.get(used, used) or said not in _KNOWN.values() or abs(column.get("scale", 1.0)) != 1:
         return
+    what = f"{path}: column {name!r} is read in {used}, the file says {said}"
+    if said in units:
+        raise BackendError(
+            f"{what}; give the unit {said} (:{said} behind its name), or rename the column if the file is wrong"
+        )
     raise BackendError(
-        f"{path}: column {name!r} is read in {used}, the file says {said}; give the unit {said} (:{said} behind its name), or rename the column "
-        "if the file is wrong"
+        f"{what}, which is another quantity; map another column, or give the scale that makes {used} of it (a torque constant, a gear ratio)"
     )

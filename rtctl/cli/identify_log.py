@@ -121,12 +121,42 @@ def command(
     delays = [0.5 / part.rate_hz if torque_delay is None else torque_delay for part in parts]
     bent = presliding_of_logs([part for stretches in read for part in stretches], cutoff_hz, speed_min_rad_s)
     document |= {**asdict(fit), "cutoff_hz": cutoff_hz, "torque_delay_s": delays}
+    document["units"] = _units_of(mapped)
     document["presliding"] = asdict(bent) if bent else None
     if out:
         sha256 = hashlib.sha256("".join(part.sha256 for part in parts).encode()).hexdigest()
         points = level_points(samples(signals, fit, sha256, remove_offset=not keep_offset))
         _write(out, points, bent, document)
-    click.echo(json_text(document) if as_json else "\n".join(_lines(fit, bent, out)))
+    click.echo(
+        json_text(document) if as_json else "\n".join([*_lines(fit, bent, out), _units_line(mapped, config)])
+    )
+
+
+DEFAULT_UNITS = {
+    "time": "s",
+    "position": "rad",
+    "motor_torque": "N m",
+    "current": "A",
+    "hand_torque": "N m",
+    "velocity": "rad/s",
+}
+
+
+def _units_of(mapped: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+    """Unit that each column was read in."""
+    return {
+        str(table["column"]): str(table.get("unit", DEFAULT_UNITS[role])) for role, table in mapped.items()
+    }
+
+
+def _units_line(mapped: Mapping[str, Mapping[str, Any]], config: Path | None) -> str:
+    """The units taken, and that nothing in a log tells a wrong one of its only torque."""
+    told = ", ".join(f"{name} in {unit}" for name, unit in _units_of(mapped).items())
+    torques = {"motor_torque", "current", "hand_torque"} & set(mapped)
+    unseen = len(torques) == 1 and config is None
+    return f"units: {told}" + (
+        "; a wrong unit or torque constant of the only torque is seen with --config only" if unseen else ""
+    )
 
 
 def _axis(config: Path, axis: int) -> AxisTable:

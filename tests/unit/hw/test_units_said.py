@@ -20,6 +20,8 @@ from hw.playback.units import require_unit, said_unit
         ("speed", "1/min", "rpm"),
         ("load", "%", "%"),
         ("plain", "", ""),
+        ("velocity_rad_s", "", "rad/s"),
+        ("pos_a", "", ""),
     ],
 )
 def test_units_are_understood_however_they_are_spelt(name, row, unit):
@@ -33,6 +35,8 @@ def test_units_are_understood_however_they_are_spelt(name, row, unit):
         ({"column": "angle_deg"}, "", ("rad", "deg"), "the file says deg"),
         ({"column": "t"}, "ms", ("s", "ms"), "read in s, the file says ms"),
         ({"column": "m", "unit": "mN m", "scale": -1.0}, "Nm", ("N m", "mN m", "Nm"), "read in mN m, the file says N m"),
+        ({"column": "i"}, "A", ("N m", "mN m"), "read in N m, the file says A, which is another quantity; .*torque constant"),
+        ({"column": "velocity_rad_s"}, "", ("rad", "deg"), "the file says rad/s, which is another quantity; map another"),
     ],
 )  # fmt: skip
 def test_a_unit_that_contradicts_the_file_is_refused(tmp_path, column, row, units, said):
@@ -48,6 +52,7 @@ def test_a_unit_that_contradicts_the_file_is_refused(tmp_path, column, row, unit
         ({"column": "load", "scale": 0.01}, "%", ("N m",)),
         ({"column": "angle", "scale": 0.0174533}, "deg", ("rad", "deg")),
         ({"column": "free"}, "whatever", ("rad",)),
+        ({"column": "i", "scale": 0.77}, "A", ("N m",)),
     ],
 )
 def test_what_agrees_or_is_scaled_on_purpose_is_taken(tmp_path, column, row, units):
