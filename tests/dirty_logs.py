@@ -133,7 +133,7 @@ CASES = {
         "hand", without_rows(rows=slice(4000, 4500), restamp=True), r"position.*jump|rows .*lost"
     ),
     "rows repeated in place": Case("hand", repeated(600, held=True), r"rows? .*repeat"),
-    "rows repeated in between": Case("hand", repeated(600, held=False), r"rows? .*repeat"),
+    "rows repeated in between": Case("hand", repeated(600, held=False), r"rows repeat .*the time is wrong"),
     "velocity as position": Case("hand", column("position", lambda _, log: log.velocity), r"position.*velocity"),
     "velocity as position, motor": Case("motor", column("position", lambda _, log: log.velocity), r"position.*velocity"),
     "degrees as radians": Case("hand", column("position", lambda s, _: np.degrees(s)), r"position.*(deg|unit)"),
