@@ -57,6 +57,7 @@ LONG = (
     "unit/experiments/test_identification_experiment.py",
     "unit/experiments/test_positioning.py",
     "unit/friction/test_artefact.py",
+    "unit/friction/test_dirty_logs.py",
     "unit/friction/test_folds.py",
     "unit/friction/test_report.py",
     "unit/friction/test_search.py",

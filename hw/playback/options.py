@@ -34,7 +34,9 @@ class _Table(BaseModel):
 class Column(_Table):
     """One column of the file, by the name in its header."""
 
-    column: str = Field(min_length=1, max_length=200, description="name in the header line")
+    column: str = Field(
+        min_length=1, max_length=200, description="name in the header line; #2 is the second column"
+    )
     scale: Scale = 1.0
     offset: Offset = 0.0
 
@@ -105,9 +107,16 @@ class PlaybackOptions(_Table):
     """[device.options] of `kind = "playback"`."""
 
     file: str = Field(
-        min_length=1, max_length=1000, description="log, relative to the rig file: .csv or .csv.gz"
+        min_length=1,
+        max_length=1000,
+        description="log, relative to the rig file: text (gzipped or not), .npz, .npy, .mat, .parquet",
     )
-    delimiter: Literal[",", ";", "\t"] = Field(",", description="between two cells of a row")
+    delimiter: Literal[",", ";", "\t", "|"] | None = Field(
+        None, description="between two cells of a row of text; default: found by the names of the columns"
+    )
+    decimal: Literal[".", ","] | None = Field(
+        None, description="decimal mark of numbers in text; default: a comma where it delimits nothing"
+    )
     time: TimeColumn | None = Field(None, description="needed unless rate_hz is given")
     rate_hz: float | None = Field(None, ge=1, le=1e6, description="rate of a log without a time column")
     axis: tuple[AxisColumns, ...] = Field(min_length=1, max_length=8, strict=False)

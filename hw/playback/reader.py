@@ -6,11 +6,8 @@ names the file, the column, the row and what to do.
 
 from __future__ import annotations
 
-import gzip
-import io
 import math
-import zlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -18,8 +15,9 @@ from typing import Any
 import numpy as np
 
 from hw.interface import BackendError, Options, Rig
-from hw.outside import read_bounded
 from hw.playback.stamps import Grid, Stretch, grid_of, resolution
+from hw.playback.tables import MIN_SAMPLES, read_table
+from hw.playback.units import require_unit
 
 # Factors to SI of the units that hw.playback.options admits (pydantic stays out of the loop process).
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
@@ -29,16 +27,11 @@ CURRENT_UNITS = {"A": 1.0, "mA": 1e-3}
 TORQUE_UNITS = {"N m": 1.0, "mN m": 1e-3, "Nm": 1.0, "mNm": 1e-3}
 FORCE_UNITS = {"N": 1.0, "mN": 1e-3}
 
-MAX_BYTES = 1 << 30
-"""Largest log, after decompression too."""
-
-MOST_RATIO, LEAST_UNPACKED = 100, 1 << 20
-"""How many times its size a .gz may unpack to, and what it always may: logs reach 5 to 20, a bomb 1,000."""
-
 MAX_STEP_ERROR = 0.25
 """Largest deviation of one sampling step from the mean step, as a share of it."""
 
-MIN_SAMPLES = 2
+Mend = Callable[[Path, np.ndarray | None, np.ndarray, dict[str, np.ndarray]], tuple[str, ...]]
+"""Mends rows in place before they are resampled: file, stamps (s), position and torques by name, (n, axes); says what was done."""
 
 
 @dataclass(frozen=True)
@@ -65,82 +58,17 @@ class Recording:
         return len(self.position_rad)
 
 
-def _text(path: Path) -> str:
-    try:
-        raw = read_bounded(path, MAX_BYTES)
-        packed = path.suffix == ".gz" or raw[:2] == b"\x1f\x8b"
-        text = (_unpacked(path, raw) if packed else raw).decode("utf-8-sig")
-    except EOFError as error:
-        raise BackendError(f"{path}: the gzip file is cut off; copy it again") from error
-    except (gzip.BadGzipFile, zlib.error) as error:
-        raise BackendError(f"{path}: not a sound gzip file ({error}); copy it again") from error
-    except UnicodeDecodeError as error:
-        raise BackendError(f"{path}: not a text file ({error.reason} at byte {error.start})") from error
-    except OSError as error:
-        raise BackendError(f"{path}: cannot read the log: {error.strerror or error}") from error
-    return text.replace("\r\n", "\n").replace("\r", "\n")
-
-
-def _unpacked(path: Path, raw: bytes) -> bytes:
-    """The content of a gzip file, if it is no larger than a log's could be."""
-    most = min(MAX_BYTES, LEAST_UNPACKED + MOST_RATIO * len(raw))
-    with gzip.open(io.BytesIO(raw)) as stream:
-        text = stream.read(most + 1)
-    if len(text) > most:
-        raise BackendError(
-            f"{path}: its {len(raw)} bytes unpack to more than {most}, which no log does; unpack it yourself, or cut it into parts"
-        )
-    return text
-
-
-def read_columns(path: Path, names: tuple[str, ...], delimiter: str = ",") -> dict[str, np.ndarray]:
-    """Read the named columns of a CSV file with a header line, gzipped or not.
-
-    Returns
-    -------
-    dict
-        Column name -> float array, all of equal length, all finite.
+def read_columns(
+    path: Path, names: tuple[str, ...], delimiter: str | None = None, decimal: str | None = None
+) -> dict[str, np.ndarray]:
+    """The named columns of a log (`hw.playback.tables.read_table`): name -> float array, all of equal length, all finite.
 
     Raises
     ------
     BackendError
-        Unreadable or truncated file, missing or ambiguous column, a cell that is no finite number
-        (with its row, counted from 1 below the header), fewer than two rows.
+        See `hw.playback.tables.read_table`.
     """
-    text = _text(path)
-    if not text.strip():
-        raise BackendError(f"{path}: the file is empty; a header line and rows are needed")
-    header, _, body = text.partition("\n")
-    found = [name.strip().strip('"') for name in header.rstrip("\r").split(delimiter)]
-    for name in names:
-        if found.count(name) != 1:
-            cause = "no column" if name not in found else "more than one column"
-            raise BackendError(f"{path}: {cause} {name!r}; the header has: {', '.join(found)[:500]}")
-    order = tuple(dict.fromkeys(names))
-    if not body.strip():
-        raise BackendError(f"{path}: no rows below the header")
-    try:
-        table = np.loadtxt(
-            io.StringIO(body),
-            delimiter=delimiter,
-            usecols=[found.index(name) for name in order],
-            ndmin=2,
-            comments=None,
-        )
-    except ValueError as error:
-        raise BackendError(
-            f"{path}: {error} (rows from 0 below the header); every cell of a mapped column must be a number"
-        ) from error
-    if len(table) < MIN_SAMPLES:
-        raise BackendError(f"{path}: {len(table)} row(s); at least {MIN_SAMPLES} are needed")
-    bad = np.argwhere(~np.isfinite(table))
-    if len(bad):
-        row, column = bad[0]
-        raise BackendError(
-            f"{path}: column {order[column]!r} row {row + 1}: {table[row, column]} is not a finite number "
-            f"({len(bad)} such cells); cut or repair the log"
-        )
-    return {name: table[:, k] for k, name in enumerate(order)}
+    return read_table(path, names, delimiter, decimal).columns
 
 
 def require_rising(path: Path, time_s: np.ndarray) -> None:
@@ -204,15 +132,16 @@ class _Table:
         if options.get("time"):
             columns.append(options["time"])
         names = tuple(column["column"] for column in columns)
-        self.raw = read_columns(self.path, names, options.get("delimiter", ","))
+        found = read_table(self.path, names, options.get("delimiter"), options.get("decimal"))
+        self.raw, self.said = found.columns, found.units
+        self.time_s = self.si(options["time"], TIME_UNITS) if options.get("time") else None
 
     def grid(self, options: Options, *, steady: bool) -> Grid:
         """Even grid of the rows; `steady` refuses what a loop must not be fed with."""
         n = len(next(iter(self.raw.values())))
-        column = options.get("time")
-        if not column:
+        column, time_s = options.get("time"), self.time_s
+        if column is None or time_s is None:
             return Grid(float(options["rate_hz"]), (Stretch(0, n, np.zeros(0), None),))
-        time_s = self.si(column, TIME_UNITS)
         require_rising(self.path, time_s)
         unit_s = abs(column.get("scale", 1.0)) * TIME_UNITS[column.get("unit", "s")]
         even = unit_s * resolution(self.raw[column["column"]])
@@ -221,7 +150,9 @@ class _Table:
         return grid_of(self.path, time_s, even)
 
     def si(self, column: Mapping[str, Any], units: Mapping[str, float]) -> np.ndarray:
-        raw = self.raw[column["column"]]
+        name = column["column"]
+        raw = self.raw[name]
+        require_unit(self.path, name, self.said.get(name, ""), column, tuple(units))
         factor = column.get("scale", 1.0) * units[column.get("unit", next(iter(units)))]
         return np.asarray(factor * (raw - column.get("offset", 0.0)))
 
@@ -239,24 +170,30 @@ def load(options: Options, rig: Rig) -> Recording:
     Raises
     ------
     BackendError
-        See `read_columns` and `require_rising`; steps that differ by more than `MAX_STEP_ERROR` (smaller differences are
+        See `read_columns` and `require_rising`; more than two ticks of a recording missed in a row, in other logs steps that differ by more than `MAX_STEP_ERROR` (smaller differences are
         resampled on the stamps); also when the number of axes differs.
     """
-    (whole,) = _read(options, rig, steady=True)
+    recorded = Path(options["file"]).suffix == ".mcap"  # its stamps are exact: a missed tick is a missing row
+    whole, *more = _read(options, rig, steady=not recorded)
+    if more:
+        raise BackendError(
+            f"{whole.path}: ticks are missing for {more[0].start_s - whole.start_s - (len(whole) - 1) / whole.rate_hz:.3g} s after "
+            f"{whole.start_s + (len(whole) - 1) / whole.rate_hz:.6g} s ({len(more)} such gaps); a loop needs an even rate: export the part without a gap"
+        )
     kept = _window(whole.path, len(whole), whole.rate_hz, options.get("start_s", 0.0), options.get("end_s"))
     return _cut(whole, kept)
 
 
-def load_stretches(options: Options, rig: Rig) -> list[Recording]:
+def load_stretches(options: Options, rig: Rig, mend: Mend | None = None) -> list[Recording]:
     """Read a log for identification: resampled on its stamps where they are uneven, split where it has gaps.
 
     Options and errors as `load`, but that window (`start_s`, `end_s`) is not applied, and only stamps of which no even
-    rate can be made are refused. Stretches are in order, all of one rate.
+    rate can be made are refused. Stretches are in order, all of one rate. `mend` sees the rows as they were recorded.
     """
-    return _read(options, rig, steady=False)
+    return _read(options, rig, steady=False, mend=mend)
 
 
-def _read(options: Options, rig: Rig, *, steady: bool) -> list[Recording]:
+def _read(options: Options, rig: Rig, *, steady: bool, mend: Mend | None = None) -> list[Recording]:
     axes = options["axis"]
     if len(axes) != rig.n_axes:
         raise BackendError(
@@ -277,13 +214,16 @@ def _read(options: Options, rig: Rig, *, steady: bool) -> list[Recording]:
     hand = _per_axis(table, axes, "hand_torque", TORQUE_UNITS)
     velocity = _per_axis(table, axes, "velocity", VELOCITY_UNITS)
     tip = np.stack([table.si(c, FORCE_UNITS) for c in force], axis=1) if force else None
+    torques = {"motor torque": current, "external torque": hand}
+    given = {name: column for name, column in torques.items() if column is not None}
+    notes = mend(table.path, table.time_s, position, given) if mend else ()
     begin_s = float(grid.stretches[0].stamps_s[:1].sum())
     return [
         Recording(
             path=table.path,
             rate_hz=grid.rate_hz,
             start_s=float(stretch.stamps_s[:1].sum()) - begin_s,
-            notes=grid.notes,
+            notes=(*grid.notes, *notes),
             position_rad=stretch.signal(position),
             current_a=_of(stretch, current),
             hand_torque_nm=_of(stretch, hand),

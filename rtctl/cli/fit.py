@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rtctl.cli import fit_points
+from rtctl.cli.columns import text_of
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFile, OutputFolder
 
@@ -46,7 +48,8 @@ def _rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
 
 
 @click.command("fit")
-@click.argument("points", type=_File)
+@click.argument("points", type=_File, nargs=-1, required=True)
+@fit_points.options
 @click.option("--out", type=OutputFile(), required=True, help="model file to write (JSON)")
 @click.option(
     "--rig",
@@ -158,8 +161,13 @@ def _rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
 @click.option("--config", type=_File, help="rig file, for plausible units and the recommended gain and cap")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object with every figure, for scripts")
 def command(
-    points: Path,
+    points: tuple[Path, ...],
     *,
+    columns: tuple[str, ...],
+    map_file: Path | None,
+    average: str,
+    delimiter: str | None,
+    decimal: str | None,
     out: Path,
     rig: str,
     c: float | None,
@@ -190,12 +198,12 @@ def command(
 
     POINTS is a CSV file with the columns velocity_rad_s and friction_torque_nm (both signed), and for
     break-away points at zero velocity optionally direction (+1 or -1). At least 8 points per direction.
+    Files of other programs, several too: --column velocity=NAME:UNIT --column torque=NAME:UNIT:SCALE, and --average.
     """
     from rtctl.cli import fit_advice, fit_report, ladder_report
     from rtctl.friction import artefact, blocks, fit, grids
     from rtctl.friction.ladder import Options
     from rtctl.friction.point_evidence import with_evidence
-    from rtctl.friction.points import read_points, temperature_range
     from rtctl.friction.timing import evaluation_ns
 
     reported = report_dir is not None and c is None and epsilon_nm is None
@@ -208,7 +216,7 @@ def command(
             "--search none compares nothing; drop it, or --ladder, --kernel, --tolerance and --max-support-vectors"
         )
     plan = fit_report.prepare(report_dir, test_points, config, rig)
-    measured = read_points(points)
+    measured, temperatures = fit_points.read(points, columns, map_file, average, text_of(delimiter, decimal))
     fit_report.require_plausible(plan, measured)
     folds = blocks.way_for(measured, held_out)
     tolerance_share = grids.RESOLUTION_SHARE if tolerance is None else tolerance / 100
@@ -234,7 +242,7 @@ def command(
             max_support_vectors=max_support_vectors,
         )
         ladder, model = ladder_report.climb(measured, wanted, rig, fade_rad_s)
-    low, high = temperature or temperature_range(points) or (None, None)
+    low, high = temperature or temperatures or (None, None)
     model = replace(
         model, temperature_min_c=low, temperature_max_c=high, evaluation_ns=evaluation_ns(model.record())
     )

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hw.outside import read_toml
-from hw.playback.reader import ANGLE_UNITS, CURRENT_UNITS, TIME_UNITS, TORQUE_UNITS, VELOCITY_UNITS
+from rtctl.cli.columns import tables, text_of, text_options
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFolder
 from rtctl.errors import ConfigError
@@ -45,12 +44,13 @@ _POSITIVE = click.FloatRange(min=0, max=1e9, min_open=True)
     type=click.Path(path_type=Path),
     multiple=True,
     required=True,
-    help="CSV; may be repeated",
+    help="text, npz, npy, MATLAB, Parquet or a recording (MCAP); may be repeated",
 )
 @click.option(
     "--column", "columns", multiple=True, metavar="ROLE=NAME[:UNIT[:SCALE]]", help=f"ROLE: {', '.join(ROLES)}"
 )
 @click.option("--map", "map_file", type=click.Path(path_type=Path), help="the same as TOML, a table per role")
+@text_options
 @click.option("--rate-hz", type=_POSITIVE, help="rate of logs without a time column")
 @click.option(
     "--config", type=click.Path(path_type=Path), help="rig file: gearing, and limits the log must keep to"
@@ -75,6 +75,8 @@ def command(
     *,
     columns: tuple[str, ...],
     map_file: Path | None,
+    delimiter: str | None,
+    decimal: str | None,
     rate_hz: float | None,
     config: Path | None,
     axis: int,
@@ -91,34 +93,70 @@ def command(
     Every torque on the joint must be mapped: the motor's (torque or current), and the hand's (external) if
     one was on the rig. Several logs are one regression, each with an offset of its own.
     """
+    from rtctl.friction.log_checks import diagnose
     from rtctl.friction.log_input import options_of, read_log, require_different, samples
     from rtctl.friction.logs import level_points
-    from rtctl.friction.plausibility import Limits, against_rig
+    from rtctl.friction.plausibility import Limits, against_rig, doubtful_parameters
     from rtctl.friction.presliding_in_logs import presliding_of_logs
     from rtctl.friction.regression import joint_fit
     from rtctl.friction.regressors import cutoff_for, of_stretches, pooled
+    from rtctl.recording.as_columns import register
 
     rig_axis = _axis(config, axis) if config else None
+    register()
     limits = Limits.of_axis(rig_axis, str(config)) if rig_axis else Limits()
-    tables, geared = _tables(columns, map_file), _gearing(gearing, rig_axis)
-    read = [read_log(options_of(log, tables, rate_hz), geared, torque_delay, limits) for log in logs]
+    mapped, geared = _tables(columns, map_file), _gearing(gearing, rig_axis)
+    text = text_of(delimiter, decimal)
+    read = [read_log(options_of(log, mapped, rate_hz, text), geared, torque_delay, limits) for log in logs]
     parts = [stretches[0] for stretches in read]
     require_different(parts)
     cutoff_hz = cutoff_hz or cutoff_for(parts)
     signals = pooled([of_stretches(stretches, cutoff_hz, speed_min_rad_s) for stretches in read])
+    told = diagnose(read, signals, speed_min_rad_s)
     fit = joint_fit(signals)
+    fit = replace(fit, warnings=(*fit.warnings, *told, *doubtful_parameters(fit, limits)))
     if rig_axis:
         fit = replace(fit, warnings=(*fit.warnings, *against_rig(fit, rig_axis, str(config))))
     document: dict[str, Any] = {"logs": [{"file": part.source, "sha256": part.sha256} for part in parts]}
     delays = [0.5 / part.rate_hz if torque_delay is None else torque_delay for part in parts]
     bent = presliding_of_logs([part for stretches in read for part in stretches], cutoff_hz, speed_min_rad_s)
     document |= {**asdict(fit), "cutoff_hz": cutoff_hz, "torque_delay_s": delays}
+    document["units"] = _units_of(mapped)
     document["presliding"] = asdict(bent) if bent else None
     if out:
         sha256 = hashlib.sha256("".join(part.sha256 for part in parts).encode()).hexdigest()
         points = level_points(samples(signals, fit, sha256, remove_offset=not keep_offset))
         _write(out, points, bent, document)
-    click.echo(json_text(document) if as_json else "\n".join(_lines(fit, bent, out)))
+    click.echo(
+        json_text(document) if as_json else "\n".join([*_lines(fit, bent, out), _units_line(mapped, config)])
+    )
+
+
+DEFAULT_UNITS = {
+    "time": "s",
+    "position": "rad",
+    "motor_torque": "N m",
+    "current": "A",
+    "hand_torque": "N m",
+    "velocity": "rad/s",
+}
+
+
+def _units_of(mapped: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+    """Unit that each column was read in."""
+    return {
+        str(table["column"]): str(table.get("unit", DEFAULT_UNITS[role])) for role, table in mapped.items()
+    }
+
+
+def _units_line(mapped: Mapping[str, Mapping[str, Any]], config: Path | None) -> str:
+    """The units taken, and that nothing in a log tells a wrong one of its only torque."""
+    told = ", ".join(f"{name} in {unit}" for name, unit in _units_of(mapped).items())
+    torques = {"motor_torque", "current", "hand_torque"} & set(mapped)
+    unseen = len(torques) == 1 and config is None
+    return f"units: {told}" + (
+        "; a wrong unit or torque constant of the only torque is seen with --config only" if unseen else ""
+    )
 
 
 def _axis(config: Path, axis: int) -> AxisTable:
@@ -151,45 +189,9 @@ def _gearing(given: Mapping[str, float | None], axis: AxisTable | None) -> Geari
     return Gearing(**value)
 
 
-_UNITS = {"", "counts"}.union(TIME_UNITS, ANGLE_UNITS, VELOCITY_UNITS, CURRENT_UNITS, TORQUE_UNITS)
-
-
-def _name_unit_scale(text: str) -> tuple[str, str, str]:
-    """Parts of NAME[:UNIT[:SCALE]]; a name may hold colons, so unit and scale are told by what they are."""
-    *before, last = text.split(":")
-    if len(before) > 1 and before[-1] in _UNITS:
-        return ":".join(before[:-1]), before[-1], _scale(text, last)
-    if before and last in _UNITS:
-        return ":".join(before), last, ""
-    return text, "", ""
-
-
-def _scale(text: str, scale: str) -> str:
-    try:
-        float(scale or 1)
-    except ValueError as error:
-        raise click.BadParameter(f"{text!r}: the scale must be a number") from error
-    return scale
-
-
 def _tables(columns: tuple[str, ...], map_file: Path | None) -> dict[str, dict[str, Any]]:
-    """Option tables of the reader, by its roles; the command line overrides the file."""
-    given: dict[str, Any] = {}
-    if map_file:
-        try:
-            given = read_toml(map_file)
-        except (OSError, ValueError) as error:
-            raise ConfigError(f"{map_file}: cannot read the map of columns: {error}") from error
-    for text in columns:
-        role, _, rest = text.partition("=")
-        name, unit, scale = _name_unit_scale(rest)
-        if not name:
-            raise click.BadParameter(f"{text!r} is not ROLE=NAME[:UNIT[:SCALE]]")
-        given[role] = {"column": name} | ({"unit": unit} if unit else {})
-        given[role] |= {"scale": float(scale)} if scale else {}
-    unknown = sorted(set(given) - set(ROLES))
-    if unknown:
-        raise ConfigError(f"unknown role {unknown[0]!r} of a column; there are {', '.join(ROLES)}")
+    """Option tables of the reader, by its roles."""
+    given = tables(columns, map_file, tuple(ROLES))
     if "position" not in given or not {"current", "torque", "external"} & set(given):
         raise ConfigError("map position and a torque: --column position=NAME:UNIT --column torque=NAME:UNIT")
     return {ROLES[role]: table for role, table in given.items()}

@@ -81,7 +81,9 @@ def command(config: Path | None, *, as_json: bool, **options: Any) -> None:  # n
     a negative scale turns a sign. Nothing moves: hand and motion stay the recorded ones. See docs/playback.md.
     """
     from rtctl.playback_job import Job, run
+    from rtctl.recording.as_columns import register
 
+    register()
     job = Job(config=config, **options)
     result = run(job)
     click.echo(json_text(result) if as_json else "\n".join(_lines(result, job)))

@@ -39,6 +39,7 @@ RANK_TOLERANCE = 1e-6
 class AxisLog:
     """One axis of a log: arrays of one length on an even grid; `torque_nm` is motor plus hand torque.
 
+    `external_nm` is the hand's part of it, None where only one of the two is mapped.
     `velocity_rad_s` is a recorded velocity, None where there is none. `start_s` is when it begins after the first row of
     its file, above 0 for a stretch behind a gap; `notes` say what was done to the file.
     """
@@ -49,6 +50,7 @@ class AxisLog:
     source: str
     sha256: str
     velocity_rad_s: np.ndarray | None = None
+    external_nm: np.ndarray | None = None
     start_s: float = 0.0
     notes: tuple[str, ...] = ()
 

@@ -17,9 +17,10 @@ from hw.playback.reader import Recording, load_stretches
 from rtctl.errors import ConfigError, DataError
 from rtctl.friction.dynamics import AxisLog
 from rtctl.friction.logs import FrictionSamples, axis_log
-from rtctl.friction.plausibility import Limits, require_plausible
+from rtctl.friction.plausibility import Limits, plausible
 from rtctl.friction.regression import JointFit, offset_rows
 from rtctl.friction.regressors import SPAN_MIN_RAD, Regressors
+from rtctl.friction.row_faults import Rows, mended
 from rtctl.friction.signal_shift import advanced
 
 
@@ -80,7 +81,7 @@ def read_log(
     """
     rig = gearing.rig()
     try:
-        stretches = load_stretches(options, rig)
+        stretches = load_stretches(options, rig, mend)
     except BackendError as error:
         raise DataError(str(error)) from error
     moving = [
@@ -92,16 +93,26 @@ def read_log(
     )
 
 
+def mend(
+    path: Path, time_s: np.ndarray | None, position: np.ndarray, torques: dict[str, np.ndarray]
+) -> tuple[str, ...]:
+    """Mend spikes, jumps and repeated rows of the first axis in place (`rtctl.friction.row_faults`); what was done."""
+    rows = Rows(str(path), time_s, position[:, 0], {name: column[:, 0] for name, column in torques.items()})
+    return tuple(mended(rows).notes)
+
+
 def _aligned(recording: Recording, rig: Rig, torque_delay_s: float | None, limits: Limits) -> AxisLog:
     """One stretch, checked, its motor torque put back by its delay."""
     log = axis_log(recording, rig)
     motor = None if recording.current_a is None else axis_log(recording, rig, use="motor").torque_nm
-    require_plausible(recording, log, motor, limits)
+    log = replace(log, notes=(*log.notes, *plausible(recording, log, motor, limits)))
     if motor is None:
         return log
     delay_s = 0.5 / log.rate_hz if torque_delay_s is None else torque_delay_s
-    aligned = log.torque_nm - motor + advanced(motor, log.rate_hz, delay_s)
-    return _without_ends(replace(log, torque_nm=aligned), abs(round(delay_s * log.rate_hz)))
+    external = log.torque_nm - motor
+    aligned = external + advanced(motor, log.rate_hz, delay_s)
+    both = external if recording.hand_torque_nm is not None else None
+    return _without_ends(replace(log, torque_nm=aligned, external_nm=both), abs(round(delay_s * log.rate_hz)))
 
 
 def require_different(logs: Sequence[AxisLog]) -> None:
@@ -122,12 +133,13 @@ def require_different(logs: Sequence[AxisLog]) -> None:
 def _without_ends(log: AxisLog, samples: int) -> AxisLog:
     """The log without so many samples at both ends."""
     kept = slice(samples, len(log.position_rad) - samples)
-    velocity = log.velocity_rad_s
+    velocity, external = log.velocity_rad_s, log.external_nm
     return replace(
         log,
         position_rad=log.position_rad[kept],
         torque_nm=log.torque_nm[kept],
         velocity_rad_s=None if velocity is None else velocity[kept],
+        external_nm=None if external is None else external[kept],
         start_s=log.start_s + samples / log.rate_hz,
     )
 
@@ -160,8 +172,10 @@ def of_file(options: Mapping[str, Any], file: Path) -> dict[str, Any]:
         raise ConfigError(f"{file}: {'; '.join(faults)}") from error
 
 
-def options_of(file: Path, columns: Mapping[str, Any], rate_hz: float | None) -> dict[str, Any]:
-    """Options of the playback reader for one file. `columns`: role -> option table.
+def options_of(
+    file: Path, columns: Mapping[str, Any], rate_hz: float | None, text: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
+    """Options of the playback reader for one file. `columns`: role -> option table; `text`: `delimiter` and `decimal`, if given.
 
     Raises
     ------
@@ -170,4 +184,4 @@ def options_of(file: Path, columns: Mapping[str, Any], rate_hz: float | None) ->
     """
     axis = {name: table for name, table in columns.items() if name != "time"}
     time = {} if rate_hz else {"time": columns.get("time", {"column": "time_s"})}
-    return of_file({**time, "rate_hz": rate_hz, "axis": [axis]}, file)
+    return of_file({**time, "rate_hz": rate_hz, "axis": [axis], **(text or {})}, file)

@@ -11,15 +11,11 @@ import numpy as np
 from hw.playback.reader import Recording
 from rtctl.errors import DataError
 from rtctl.friction.dynamics import AxisLog
+from rtctl.friction.torque_faults import faults, require_unclipped
 
 if TYPE_CHECKING:
     from rtctl.config_tables import AxisTable
     from rtctl.friction.regression import JointFit
-
-CLIPPED_RUN = 20
-"""As many equal extreme values in a row are a signal that was cut off, unless it has few levels anyway."""
-
-LEVELS_MIN = 32
 
 BEYOND = 1.25
 """A log may go beyond a limit of the rig file by this factor: noise, a hand quicker than the motor."""
@@ -29,6 +25,12 @@ TRAVEL_SLACK_RAD = 0.05
 
 TORQUE_SHARE_MIN = 1e-3
 """Torque below this share of the rig's limit moves no joint that has friction."""
+
+RATE_LEAST_HZ, RATE_MOST_HZ = 4.0, 2e5
+"""Rates of logs of a joint; beyond them the unit of the time is wrong."""
+
+COUNTS_LEAST = 50
+"""Whole numbers over a range of twice as many are no radians."""
 
 INERTIA_FACTOR = 2.0
 """An inertia further from that of the rig file is worth a word."""
@@ -43,6 +45,10 @@ class Limits:
     external_nm: float = 1e3
     torque_least_nm: float = 0.0
     travel_rad: tuple[float, float] = (-np.inf, np.inf)
+    doubtful_rad_s: float = 25.0
+    doubtful_nm: float = 30.0
+    doubtful_kgm2: float = 5.0
+    """Beyond these a log is taken with a warning; a rig file knows better."""
     source: str = "any hand-held joint"
 
     @classmethod
@@ -55,24 +61,29 @@ class Limits:
             external_nm=BEYOND * axis.force.limit_n * lever_m,
             torque_least_nm=TORQUE_SHARE_MIN * axis.torque_limit_nm,
             travel_rad=(axis.position_min_rad - TRAVEL_SLACK_RAD, axis.position_max_rad + TRAVEL_SLACK_RAD),
+            doubtful_rad_s=np.inf,
+            doubtful_nm=np.inf,
+            doubtful_kgm2=np.inf,
             source=f"{axis.name or 'the axis'} of {path}",
         )
 
 
-def require_plausible(
+def plausible(
     recording: Recording, log: AxisLog, motor_nm: np.ndarray | None, limits: Limits
-) -> None:
-    """Refuse a log whose signals cannot be right, with the column and the remedy.
+) -> tuple[str, ...]:
+    """Refuse a log whose signals cannot be right, with the column and the remedy; warnings about those that are doubtful.
 
     Raises
     ------
     DataError
         Speed, travel or torque beyond `limits`, a torque too small to move anything, constant, or clipped.
     """
+    _require_rate(log)
     _require_motion(log, limits)
     external = None if recording.hand_torque_nm is None else recording.hand_torque_nm[:, 0]
     if np.ptp(log.torque_nm) == 0:
         raise DataError(f"{log.source}: the torque is constant; map the column that was measured")
+    warnings = _doubtful_motion(log, limits)
     for name, signal, most in (
         ("motor torque", motor_nm, limits.motor_nm),
         ("external torque", external, limits.external_nm),
@@ -85,7 +96,14 @@ def require_plausible(
                 f"{log.source}: {name}: {largest:.3g} N m is not plausible (at most {most:.4g} for "
                 f"{limits.source}); correct the unit of the torque, or the torque constant and the gearing"
             )
-        require_unclipped(signal, f"{log.source}: {name}")
+        where = f"{log.source}: {name}"
+        require_unclipped(signal, where)
+        warnings += faults(signal, log.rate_hz, where, may_rest=name == "motor torque")
+        if largest > limits.doubtful_nm:
+            warnings.append(
+                f"{where}: {largest:.3g} N m is much for a joint that a hand moves: is it in mN m? Correct its unit, or give --config RIG, "
+                "whose limits count then"
+            )
     largest = float(np.abs(log.torque_nm).max())
     if largest < limits.torque_least_nm:
         raise DataError(
@@ -93,12 +111,42 @@ def require_plausible(
             f"{limits.torque_least_nm:.3g} for {limits.source}); correct the unit of the torque, or map the one "
             "that moved the joint"
         )
+    return tuple(warnings)
+
+
+def _require_rate(log: AxisLog) -> None:
+    if not RATE_LEAST_HZ <= log.rate_hz <= RATE_MOST_HZ:
+        raise DataError(
+            f"{log.source}: column time: one row every {1 / log.rate_hz:.3g} s is not plausible ({1 / RATE_MOST_HZ:.2g} to "
+            f"{1 / RATE_LEAST_HZ:.2g} s); correct the unit of the time (s, ms, us, ns)"
+        )
+
+
+def _doubtful_motion(log: AxisLog, limits: Limits) -> list[str]:
+    x, told = log.position_rad, []
+    speed = _speed(log)
+    if speed > limits.doubtful_rad_s:
+        told.append(
+            f"{log.source}: column position: {speed:.3g} rad/s is quick for a joint that a hand moves: is it in deg? Correct its unit, or "
+            "give --config RIG, whose limits count then"
+        )
+    if len(x) > 100 and np.ptp(x) > 2 * COUNTS_LEAST and np.all(x == np.round(x)):
+        raise DataError(
+            f"{log.source}: column position: all values are whole numbers, {x.min():.0f} to {x.max():.0f} rad: they are counts, or deg; give the unit "
+            "(counts needs --counts-per-rev)"
+        )
+    return told
+
+
+def _speed(log: AxisLog) -> float:
+    """Largest mean speed over 50 ms, rad/s."""
+    x = log.position_rad
+    stride = max(1, round(0.05 * log.rate_hz))
+    return float(np.abs(x[stride:] - x[:-stride]).max(initial=0.0)) * log.rate_hz / stride
 
 
 def _require_motion(log: AxisLog, limits: Limits) -> None:
-    x = log.position_rad
-    stride = max(1, round(0.05 * log.rate_hz))
-    speed = float(np.abs(x[stride:] - x[:-stride]).max(initial=0.0)) * log.rate_hz / stride
+    x, speed = log.position_rad, _speed(log)
     if speed > limits.speed_rad_s:
         raise DataError(
             f"{log.source}: column position: {speed:.3g} rad/s is not plausible (at most {limits.speed_rad_s:.4g} "
@@ -110,21 +158,6 @@ def _require_motion(log: AxisLog, limits: Limits) -> None:
             f"{log.source}: column position: {x.min():.4g} to {x.max():.4g} rad leaves the travel {low:.4g} to "
             f"{high:.4g} rad of {limits.source}; correct the unit of the position, or its offset"
         )
-
-
-def require_unclipped(signal: np.ndarray, where: str) -> None:
-    """Refuse a torque (N m) that stays at its largest or smallest value: the sensor or the drive cut it off."""
-    if len(np.unique(signal)) < LEVELS_MIN:
-        return  # a coarse or resting signal repeats its extremes by nature
-    for extreme in (signal.max(), signal.min()):
-        at = np.concatenate([[0], (signal == extreme).astype(int), [0]])
-        begins, ends = np.flatnonzero(np.diff(at) > 0), np.flatnonzero(np.diff(at) < 0)
-        longest = int(np.argmax(ends - begins))
-        if ends[longest] - begins[longest] >= CLIPPED_RUN:
-            raise DataError(
-                f"{where}: clipped at {extreme:.4g} N m for {ends[longest] - begins[longest]} samples from row "
-                f"{begins[longest] + 1} on; raise the range of the sensor, or move less briskly"
-            )
 
 
 def against_rig(fit: JointFit, axis: AxisTable, path: Path | str) -> tuple[str, ...]:
@@ -143,3 +176,14 @@ def against_rig(fit: JointFit, axis: AxisTable, path: Path | str) -> tuple[str, 
             f"{viscous.high:.3g}); the stability proof rests on it: lower it"
         )
     return tuple(notes)
+
+
+def doubtful_parameters(fit: JointFit, limits: Limits) -> tuple[str, ...]:
+    """An inertia that no hand would want to move: a unit of the log is wrong."""
+    inertia = fit.symmetric.parameters["inertia_kgm2"].value
+    if inertia <= limits.doubtful_kgm2:
+        return ()
+    return (
+        f"the inertia, {inertia:.3g} kg m^2, is much for a joint that a hand moves: correct the unit of the torque (mN m?), of the position "
+        "(deg, rev, counts) or of the time, or give --config RIG, which counts then",
+    )

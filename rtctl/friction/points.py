@@ -125,7 +125,7 @@ def read_points(path: str | Path) -> FrictionPoints:
     if "time_s" not in header:
         rows = [row[:-1] for row in rows]
     points = FrictionPoints.from_rows(rows, str(path), hashlib.sha256(raw).hexdigest())
-    _require_enough(points)
+    require_enough(points)
     _require_distinct(path, numbered[1:])
     return points
 
@@ -220,7 +220,8 @@ def _row(path: Path, number: int, line: str, header: list[str]) -> tuple[float, 
     return velocity, abs(torque), direction, number_in("std_nm"), number_in("count"), number_in("time_s")
 
 
-def _require_enough(points: FrictionPoints) -> None:
+def require_enough(points: FrictionPoints) -> None:
+    """Raise DataError for points too few, too many, of too few speeds or constant in a direction."""
     for direction in (1, -1):
         speed, friction = points.branch(direction)
         where = f"{points.source}: direction {direction:+d}"

@@ -7,6 +7,7 @@ from seed import Seed
 IN_LOGS = ("tests/unit/friction/test_presliding_in_logs.py",)
 PRESLIDING = ("tests/unit/friction/test_presliding.py",)
 EVIDENCE = ("tests/unit/friction/test_point_evidence.py",)
+DIRTY = ("tests/unit/friction/test_dirty_logs.py",)
 HARD = "tests/unit/identify/test_difficult_joints.py"
 
 SEEDS = (
@@ -86,5 +87,33 @@ SEEDS = (
         "/ self.period_rad + 0.5)",
         "/ self.period_rad + 0.5) + 0.3",
         (f"{HARD}::test_windows_of_one_place_are_whole_periods_of_the_ripple_where_they_are_long_enough",),
+    ),
+    Seed(
+        "a jump of the position is bridged the wrong way round",
+        "rtctl/friction/row_faults.py",
+        "rows.position_rad[jump.row + 1 :] -= jump.size_rad",
+        "rows.position_rad[jump.row + 1 :] += jump.size_rad",
+        DIRTY,
+    ),
+    Seed(
+        "rows pushed in between are taken for rows that were held",
+        "rtctl/friction/row_faults.py",
+        "    if catches_up < 1.5:",
+        "    if catches_up < 0.5:",
+        DIRTY,
+    ),
+    Seed(
+        "a turned sign of one of two torques is not looked at",
+        "rtctl/friction/balance_faults.py",
+        "if abs(weight - 1) < 0.15 or",
+        "if abs(abs(weight) - 1) < 0.15 or",
+        DIRTY,
+    ),
+    Seed(
+        "a torque that stays where the motion wants more is let through",
+        "rtctl/friction/torque_faults.py",
+        "FLAT_SLOPE = 0.5",
+        "FLAT_SLOPE = -1.0",
+        DIRTY,
     ),
 )

@@ -191,3 +191,26 @@ def test_the_help_of_identify_names_logs(monkeypatch, capsys):
     code, text, _ = run(monkeypatch, capsys, "--help")
     assert code == 0
     assert "rtctl identify --log FILE" in " ".join(text.split())
+
+
+def test_the_report_says_the_units_taken_and_what_nothing_in_the_log_tells(monkeypatch, capsys, log):
+    code, text, _ = run(monkeypatch, capsys, "--log", log, *MAPPED)
+    assert code == 0
+    assert "units: angle in deg, milli in mN m; a wrong unit or torque constant of the only torque" in text
+    code, text, _ = run(monkeypatch, capsys, "--log", log, *MAPPED, "--config", CONFIG)
+    assert "units: angle in deg, milli in mN m\n" in text
+    code, text, _ = run(monkeypatch, capsys, "--log", log, *MAPPED, "--json")
+    assert json.loads(text)["units"] == {"angle": "deg", "milli": "mN m"}
+
+
+def test_a_decimal_comma_and_a_delimiter_may_be_given(monkeypatch, capsys, log):
+    log.write_text(log.read_text().replace(",", ";").replace(".", ","))
+    given = ("--delimiter", "semicolon", "--decimal", "comma")
+    for options in ((), given):
+        code, text, error = run(monkeypatch, capsys, "--log", log, *MAPPED, *options, "--json")
+        assert code == 0, error
+        found = json.loads(text)["symmetric"]["parameters"]["coulomb_nm"]["value"]
+        assert found == pytest.approx(0.25, rel=0.02)
+    code, _, error = run(monkeypatch, capsys, "--log", log, *MAPPED, "--delimiter", "tab")
+    assert code == 10
+    assert "no column" in error

@@ -1,0 +1,276 @@
+"""Columns of a log file by name, whatever wrote it: text (plain or gzipped), npz, npy, MATLAB, Parquet.
+
+Arrays of a binary file are named as in it: `pos`; column k of a matrix is `data#k`, a field of a structure `log.pos`.
+"""
+
+from __future__ import annotations
+
+import gzip
+import io
+import math
+import zipfile
+import zlib
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hw.interface import BackendError
+from hw.outside import read_bounded
+from hw.playback.text_table import PLACE, Table, read_text
+
+MAX_BYTES = 1 << 30
+"""Largest log, after decompression too."""
+
+MOST_RATIO, LEAST_UNPACKED = 100, 1 << 20
+"""How many times its size a file may unpack to, and what it always may: logs reach 5 to 20, a bomb 1,000."""
+
+MIN_SAMPLES = 2
+
+MATLAB_HDF = b"MATLAB 7.3"
+
+Reader = Callable[[Path, tuple[str, ...]], Mapping[str, np.ndarray]]
+
+READERS: dict[str, Reader] = {}
+"""Readers of further endings, of who knows them: file and names -> arrays by name. They raise `BackendError`."""
+
+
+def read_table(
+    path: Path, names: tuple[str, ...], delimiter: str | None = None, decimal: str | None = None
+) -> Table:
+    """The named columns of a log.
+
+    Returns
+    -------
+    Table
+        Float arrays of one length, all finite.
+
+    Raises
+    ------
+    BackendError
+        Unreadable or truncated file, missing or ambiguous column, a cell that is no finite number
+        (with its row, counted from 1 below the header), columns of different lengths, fewer than two rows.
+    """
+    order = tuple(dict.fromkeys(names))
+    ending = path.suffix.lower()
+    if ending in READERS:
+        table = Table(_flat(path, READERS[ending](path, order), order))
+    elif ending in BINARY:
+        table = Table(_flat(path, _opened(path, ending, order), order))
+    else:
+        text = _text(path)
+        if not text.strip():
+            raise BackendError(f"{path}: the file is empty; a header line and rows are needed")
+        table = read_text(path, text, order, delimiter, decimal)
+    _require_sound(path, table.columns)
+    return table
+
+
+def _require_sound(path: Path, columns: Mapping[str, np.ndarray]) -> None:
+    lengths = {name: len(column) for name, column in columns.items()}
+    if len(set(lengths.values())) > 1:
+        told = ", ".join(f"{name!r} {n}" for name, n in lengths.items())
+        raise BackendError(f"{path}: columns of different lengths ({told}); map columns of one recording")
+    rows = next(iter(lengths.values()))
+    if rows < MIN_SAMPLES:
+        raise BackendError(f"{path}: {rows} row(s); at least {MIN_SAMPLES} are needed")
+    bad = np.argwhere(~np.isfinite(np.column_stack(list(columns.values()))))
+    if len(bad):
+        row, k = bad[0]
+        name = list(columns)[k]
+        raise BackendError(
+            f"{path}: column {name!r} row {row + 1}: {columns[name][row]} is not a finite number "
+            f"({len(bad)} such cells); cut or repair the log"
+        )
+
+
+def _text(path: Path) -> str:
+    raw = _bytes(path)
+    try:
+        return _decoded(raw).replace("\r\n", "\n").replace("\r", "\n")
+    except UnicodeDecodeError as error:
+        raise BackendError(f"{path}: not a text file ({error.reason} at byte {error.start})") from error
+
+
+def _decoded(raw: bytes) -> str:
+    """UTF-8, UTF-16 by its mark, or the code page of Western Windows (a degree sign in a header)."""
+    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return raw.decode("utf-16")
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        if any(byte < 9 for byte in raw[:4096]):
+            raise
+        return raw.decode("cp1252")
+
+
+def _bytes(path: Path) -> bytes:
+    """The content of a file, unpacked if it is gzipped."""
+    try:
+        raw = read_bounded(path, MAX_BYTES)
+        packed = path.suffix == ".gz" or raw[:2] == b"\x1f\x8b"
+        return _unpacked(path, raw) if packed else raw
+    except EOFError as error:
+        raise BackendError(f"{path}: the gzip file is cut off; copy it again") from error
+    except (gzip.BadGzipFile, zlib.error) as error:
+        raise BackendError(f"{path}: not a sound gzip file ({error}); copy it again") from error
+    except OSError as error:
+        raise BackendError(f"{path}: cannot read the log: {error.strerror or error}") from error
+
+
+def _most(packed: int) -> int:
+    return min(MAX_BYTES, LEAST_UNPACKED + MOST_RATIO * packed)
+
+
+def _unpacked(path: Path, raw: bytes) -> bytes:
+    """The content of a gzip file, if it is no larger than a log's could be."""
+    most = _most(len(raw))
+    with gzip.open(io.BytesIO(raw)) as stream:
+        text = stream.read(most + 1)
+    if len(text) > most:
+        raise BackendError(
+            f"{path}: its {len(raw)} bytes unpack to more than {most}, which no log does; unpack it yourself, or cut it into parts"
+        )
+    return text
+
+
+def _opened(path: Path, ending: str, names: tuple[str, ...]) -> Mapping[str, Any]:
+    raw = _bytes(path)
+    try:
+        return BINARY[ending](path, raw, names)
+    except BackendError:
+        raise
+    except (
+        ValueError,
+        TypeError,
+        KeyError,
+        OSError,
+        EOFError,
+        zipfile.BadZipFile,
+        zlib.error,
+        MemoryError,
+    ) as error:
+        raise BackendError(
+            f"{path}: not a sound {ending} file ({str(error)[:200]}); copy or save it again"
+        ) from error
+
+
+def _npz(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, Any]:
+    with zipfile.ZipFile(io.BytesIO(raw)) as archive:
+        size = sum(info.file_size for info in archive.infolist())
+    if size > _most(len(raw)):
+        raise BackendError(f"{path}: unpacks to {size} bytes, which no log does; cut it into parts")
+    with np.load(io.BytesIO(raw), allow_pickle=False) as arrays:
+        return {name: arrays[name] for name in arrays.files if not _needs_code(arrays, name)}
+
+
+def _needs_code(arrays: Any, name: str) -> bool:  # noqa: ANN401
+    """Whether an array holds objects, which only code in the file could make."""
+    try:
+        arrays[name]
+    except ValueError:
+        return True
+    return False
+
+
+def _npy(_path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, Any]:
+    array = np.load(io.BytesIO(raw), allow_pickle=False)
+    return {name: array[name] for name in array.dtype.names} if array.dtype.names else {"": array}
+
+
+def _mat(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, Any]:
+    from scipy.io import loadmat, whosmat
+
+    if raw.startswith(MATLAB_HDF) or raw[:8] == b"\x89HDF\r\n\x1a\n":
+        raise BackendError(f"{path}: a MATLAB file of version 7.3 is not read; save it with save(..., '-v7')")
+    size = 8 * sum(math.prod(shape) for _, shape, _ in whosmat(io.BytesIO(raw)))
+    if size > _most(len(raw)):
+        raise BackendError(f"{path}: unpacks to {size} bytes, which no log does; cut it into parts")
+    found: dict[str, Any] = {}
+    for name, value in loadmat(io.BytesIO(raw), squeeze_me=True).items():
+        if not name.startswith("__"):
+            _fields(name, value, found)
+    return found
+
+
+def _fields(name: str, value: Any, found: dict[str, Any], depth: int = 4) -> None:  # noqa: ANN401
+    """Arrays of a MATLAB structure, by their path."""
+    array = np.asarray(value)
+    if array.dtype.names and array.size == 1 and depth:
+        for field in array.dtype.names:
+            _fields(f"{name}.{field}", array.reshape(-1)[0][field], found, depth - 1)
+    elif array.dtype != object:
+        found[name] = array
+
+
+def _parquet(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, Any]:
+    if find_spec("pyarrow") is None:
+        raise BackendError(
+            f"{path}: Parquet needs pyarrow: install rtctl with its extra `parquet` (pip install 'rtctl[parquet]'), or save the log as CSV"
+        )
+    parquet: Any = import_module("pyarrow.parquet")
+    try:
+        file = parquet.ParquetFile(io.BytesIO(raw))
+        known = file.schema_arrow.names
+        found = file.read(columns=[name for name in dict.fromkeys(names) if name in known])
+    except import_module("pyarrow").ArrowException as error:
+        raise BackendError(
+            f"{path}: not a sound Parquet file ({str(error)[:200]}); copy or save it again"
+        ) from error
+    listed: dict[str, Any] = dict.fromkeys(known, np.zeros(0))
+    return listed | {name: found.column(name).to_numpy() for name in found.column_names}
+
+
+BINARY: dict[str, Callable[[Path, bytes, tuple[str, ...]], Mapping[str, Any]]] = {
+    ".npz": _npz,
+    ".npy": _npy,
+    ".mat": _mat,
+    ".parquet": _parquet,
+}
+"""How the content of a file is read, by its ending."""
+
+
+def _flat(path: Path, arrays: Mapping[str, Any], names: tuple[str, ...]) -> dict[str, np.ndarray]:
+    """The wanted arrays, each (n,)."""
+    return {name: _column(path, arrays, name) for name in names}
+
+
+def _column(path: Path, arrays: Mapping[str, Any], name: str) -> np.ndarray:
+    stem, _, place = name.rpartition("#")
+    matrix = PLACE.fullmatch(f"#{place}") is not None and name not in arrays
+    if (stem if matrix else name) not in arrays:
+        known = ", ".join(map(_shown, arrays.items()))
+        raise BackendError(f"{path}: no column {name!r}; the file has: {known[:500]}")
+    array = np.asarray(arrays[stem if matrix else name])
+    if array.dtype.kind not in "fiub" and array.dtype.kind not in "mM":
+        raise BackendError(
+            f"{path}: {name!r} is not an array of real numbers ({array.dtype}); map another one"
+        )
+    if array.dtype.kind in "mM":
+        array = (
+            (array - array.reshape(-1)[0]).astype("timedelta64[ns]").astype(np.int64) * 1e-9
+            if array.size
+            else array.astype(float)
+        )
+    array = np.asarray(array, float)
+    if matrix and array.ndim == 2:
+        k = int(place) - 1
+        if not 0 <= k < array.shape[1]:
+            raise BackendError(f"{path}: {stem or 'the array'} has {array.shape[1]} columns, not {place}")
+        return np.ascontiguousarray(array[:, k])
+    if array.ndim == 2 and 1 in array.shape:
+        array = array.reshape(-1)
+    if array.ndim != 1 or matrix:
+        raise BackendError(
+            f"{path}: {name!r} has shape {array.shape}; name one column of it: {name}#1, {name}#2, ..."
+        )
+    return array
+
+
+def _shown(item: tuple[str, Any]) -> str:
+    name, value = item
+    shape = np.shape(value)
+    return f"{name}#1..{shape[1]}" if len(shape) == 2 and 1 not in shape else name

@@ -1,0 +1,246 @@
+"""Columns of a text table as programs write them: delimiter, decimal comma, comments, unit rows and lines above the header are found.
+
+The header is the first line that has every wanted name, whatever it is delimited by, so that nothing need be guessed. `#2` is the
+second column by its place, for a column without a name and for a table without a header.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from hw.interface import BackendError
+
+DELIMITERS = (",", ";", "\t", "|", None)
+"""Tried in this order; None is any white space."""
+
+HEADER_LINES = 200
+"""The header is among so many lines."""
+
+UNIT_ROWS = 3
+"""Most rows without numbers between the header and the first numbers: units, descriptions."""
+
+ROWS_IN_A_ROW = 5
+"""As many lines of numbers are rows, not settings above a table."""
+
+COMMENTS = ("#", "%", "//")
+
+PLACE = re.compile(r"#(\d{1,4})")
+
+_COMMA = re.compile(r"\s*[-+]?\d+,\d+(?:[eE][-+]?\d+)?\s*")
+
+
+@dataclass
+class Table:
+    """Numbers by name, (n,) each, and what unit rows say of them (empty without)."""
+
+    columns: dict[str, np.ndarray]
+    units: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Where the names stand: index of the header line (-1: none), delimiter, index of each wanted column."""
+
+    header: int
+    delimiter: str | None
+    index: tuple[int, ...]
+    extra: int = 0
+    """Commas at the end of the header where commas delimit nothing: a spreadsheet wrote the whole line into its first cell."""
+
+    def line(self, text: str) -> str:
+        """The line without what the spreadsheet added."""
+        return ",".join(text.split(",")[: -self.extra]) if self.extra else text
+
+
+def read_text(
+    path: Path, text: str, names: tuple[str, ...], delimiter: str | None = None, decimal: str | None = None
+) -> Table:
+    """Read the named columns of a text table.
+
+    Parameters
+    ----------
+    delimiter
+        Between two cells. None: found.
+    decimal
+        "." or ",". None: found; a comma only where it delimits nothing.
+
+    Raises
+    ------
+    BackendError
+        No header with these names, no rows, a cell that is no number (with column and row, from 1 below the header).
+    """
+    lines = text.split("\n")
+    layout = _layout(path, lines, names, delimiter)
+    head = _uncommented(layout.line(lines[layout.header])) if layout.header >= 0 else None
+    body = [
+        layout.line(line)
+        for line in lines[layout.header + 1 :]
+        if line.strip() and not line.lstrip().startswith(COMMENTS)
+    ]
+    units, body = _unit_rows(body, layout)
+    if not body:
+        raise BackendError(f"{path}: no rows below the header")
+    if decimal is None:
+        decimal = "," if _has_decimal_commas(body, layout) else "."
+    try:
+        numbers = _fast(body, layout, decimal)
+    except ValueError:
+        numbers = _cell_by_cell(path, body, layout, names, decimal, head)
+    said = {name: _unit_text(units, at) for name, at in zip(names, layout.index, strict=True)}
+    return Table({name: numbers[:, k] for k, name in enumerate(names)}, said)
+
+
+def cells_of(line: str, delimiter: str | None) -> list[str]:
+    """Cells of a line without quotes and blanks around them."""
+    if delimiter is None:
+        return line.split()
+    if '"' in line:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
+    return [cell.strip() for cell in line.split(delimiter)]
+
+
+def _uncommented(line: str) -> str:
+    return line.lstrip().lstrip("#%/") if line.lstrip().startswith(COMMENTS) else line
+
+
+def _layout(path: Path, lines: list[str], names: tuple[str, ...], given: str | None) -> _Layout:
+    tried = DELIMITERS if given is None else (given,)
+    named = [name for name in names if not PLACE.fullmatch(name)]
+    found: list[str] = []
+    for row, line in enumerate(lines[:HEADER_LINES]):
+        for delimiter in tried:
+            bare = line if delimiter == "," else line.rstrip(",")
+            for text in dict.fromkeys((_uncommented(bare), bare)):
+                cells = cells_of(text, delimiter)
+                if named and all(name in cells for name in named):
+                    index = tuple(_index(path, cells, name) for name in names)
+                    return _Layout(row, delimiter, index, len(line) - len(bare))
+                if delimiter and len(cells) > len(found) and not any(map(_is_number, cells)):
+                    found = cells
+    if not named:
+        return _by_place(lines, names, tried)
+    missing = next((name for name in named if name not in found), named[0])
+    raise BackendError(
+        f"{path}: no column {missing!r}; the header has: {', '.join(cell or '(no name)' for cell in found)[:500]}"
+        + ("; a column is named by its place, too: #1, #2, ..." if "" in found or not found else "")
+    )
+
+
+def _by_place(lines: list[str], names: tuple[str, ...], tried: tuple[str | None, ...]) -> _Layout:
+    """All columns by place: the rows begin where several lines in a row have numbers there."""
+    index = tuple(int(name[1:]) - 1 for name in names)
+    for delimiter in tried:
+        run = 0
+        for row, line in enumerate(lines[:HEADER_LINES]):
+            bare = line if delimiter == "," else line.rstrip(",")
+            cells = cells_of(bare, delimiter)
+            run = run + 1 if max(index) < len(cells) and all(_is_number(cells[k]) for k in index) else 0
+            if run == ROWS_IN_A_ROW or (run and not any(rest.strip() for rest in lines[row + 1 : row + 2])):
+                return _Layout(row - run, delimiter, index, len(line) - len(bare))
+    return _Layout(-1, tried[0], index)
+
+
+def _index(path: Path, cells: list[str], name: str) -> int:
+    place = PLACE.fullmatch(name)
+    if place and name not in cells:
+        index = int(place[1]) - 1
+        if not 0 <= index < len(cells):
+            raise BackendError(f"{path}: no column {name}; the header has {len(cells)} columns")
+        return index
+    if cells.count(name) != 1:
+        raise BackendError(f"{path}: more than one column {name!r}; the header has: {', '.join(cells)[:500]}")
+    return cells.index(name)
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell.replace(",", "."))
+    except ValueError:
+        return False
+    return True
+
+
+def _unit_rows(body: list[str], layout: _Layout) -> tuple[list[list[str]], list[str]]:
+    """Rows above the first numbers, and the rest. Without a header of its own a line of words is a fault of the rows."""
+    rows = []
+    for line in body[:UNIT_ROWS]:
+        cells = cells_of(line, layout.delimiter)
+        wanted = [cells[k] for k in layout.index if k < len(cells)]
+        if any(_is_number(cell) for cell in wanted) or not any(wanted):
+            break
+        rows.append(cells)
+    return (rows, body[len(rows) :]) if len(body) > len(rows) else ([], body)
+
+
+def _unit_text(rows: list[list[str]], at: int) -> str:
+    return next((cells[at] for cells in rows if at < len(cells) and cells[at]), "")
+
+
+def _has_decimal_commas(body: list[str], layout: _Layout) -> bool:
+    """Whether numbers have a comma in place of a point: some do, and none has a point."""
+    commas = False
+    for line in body[:: max(1, len(body) // 200)]:
+        cells = cells_of(line, layout.delimiter)
+        wanted = [cells[k] for k in layout.index if k < len(cells)]
+        if any("." in cell for cell in wanted):
+            return False
+        commas |= any(_COMMA.fullmatch(cell) is not None for cell in wanted)
+    return commas
+
+
+def _fast(body: list[str], layout: _Layout, decimal: str) -> np.ndarray:
+    if any('"' in line for line in body[:10]):
+        raise ValueError
+    text = "\n".join(body)
+    if decimal == ",":
+        if layout.delimiter == ",":
+            raise ValueError
+        text = text.replace(",", ".")
+    return np.loadtxt(
+        io.StringIO(text), delimiter=layout.delimiter, usecols=layout.index, ndmin=2, comments=None
+    )
+
+
+def _cell_by_cell(
+    path: Path, body: list[str], layout: _Layout, names: tuple[str, ...], decimal: str, head: str | None
+) -> np.ndarray:
+    """Numbers of all rows, slowly: quoted cells, and the first that is no number by its column and row."""
+    numbers = np.empty((len(body), len(names)))
+    header = cells_of(head, layout.delimiter) if head is not None else []
+    for row, line in enumerate(body):
+        cells = cells_of(line, layout.delimiter)
+        for k, at in enumerate(layout.index):
+            cell = cells[at] if at < len(cells) else None
+            try:
+                numbers[row, k] = float((cell or "").replace(",", ".") if decimal == "," else cell or "")
+            except ValueError:
+                raise BackendError(_no_number(path, body, layout, names[k], at, row, header)) from None
+    return numbers
+
+
+def _no_number(
+    path: Path, body: list[str], layout: _Layout, name: str, at: int, row: int, header: list[str]
+) -> str:
+    cells = cells_of(body[row], layout.delimiter)
+    where = f"{path}: column {name!r} row {row + 1}"
+    if header and cells == header:
+        return f"{path}: row {row + 1} repeats the header: two logs in one file; cut it there and give both"
+    if at >= len(cells):
+        return f"{where}: the row has {len(cells)} cells only, the file may be cut off; complete or drop the row: every cell must be a number"
+    if not cells[at]:
+        empty = sum(
+            at >= len(each) or not each[at] for each in (cells_of(line, layout.delimiter) for line in body)
+        )
+        whole = (
+            "the column is empty in every row"
+            if empty == len(body)
+            else f"an empty cell ({empty} of {len(body)} rows)"
+        )
+        return f"{where}: {whole}; map another column, or drop the rows (a gap in the stamps is fine): every cell must be a number"
+    return f"{where}: {cells[at][:40]!r} is not a number; every cell of a mapped column must be a number"

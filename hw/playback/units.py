@@ -1,0 +1,56 @@
+"""What a file says itself about the unit of a column, in a unit row or in the column's name, against what it is read in."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from hw.interface import BackendError
+
+SPELT = {
+    "°": "deg", "degree": "deg", "degrees": "deg", "grad": "deg", "radian": "rad", "radians": "rad",
+    "turn": "rev", "turns": "rev", "rotations": "rev", "count": "counts", "inc": "counts", "qc": "counts", "ticks": "counts",
+    "sec": "s", "seconds": "s", "msec": "ms", "usec": "us", "µs": "us", "μs": "us",
+    "nm": "N m", "n.m": "N m", "n*m": "N m", "n·m": "N m", "n-m": "N m", "mnm": "mN m", "mn.m": "mN m", "mn*m": "mN m",
+    "amp": "A", "amps": "A", "ampere": "A", "1/min": "rpm", "min-1": "rpm", "rad/sec": "rad/s", "deg/sec": "deg/s", "°/s": "deg/s",
+}  # fmt: skip
+"""Other spellings, in small letters -> ours."""
+
+_KNOWN = {unit.lower(): unit for unit in ("s", "ms", "us", "ns", "rad", "deg", "rev", "counts", "rad/s", "deg/s", "rev/s", "rpm", "A", "mA", "N m", "mN m", "N", "mN")}  # fmt: skip
+
+_BRACKETS = re.compile(r"[\[(]([^\])]{1,20})[\])]\s*$")
+_SUFFIX = re.compile(r"_(rad_s|deg_s|rev_s|ms|us|ns|rad|deg|rev|counts|rpm|nm|mnm|ma)$", re.IGNORECASE)
+
+_SAME = {"Nm": "N m", "mNm": "mN m"}
+
+
+def said_unit(name: str, row: str) -> str:
+    """Unit that a unit row or a name in brackets or with an ending says, in our spelling; "" without any, the text where it is none of ours."""
+    inside = _BRACKETS.search(name)
+    ending = _SUFFIX.search(name)
+    text = row.strip(" []()") or (inside[1] if inside else "") or (ending[1] if ending else "")
+    plain = text.strip().lower().replace("_", "/")
+    return SPELT.get(plain) or _KNOWN.get(plain) or text.strip()
+
+
+def require_unit(path: Path, name: str, row: str, column: Mapping[str, Any], units: tuple[str, ...]) -> None:
+    """Refuse a column that is read in another unit than the file says; in one of `units`, or of another quantity. A scale other than +-1 says that somebody knows better.
+
+    Raises
+    ------
+    BackendError
+        Names column, both units and the remedy.
+    """
+    said, used = said_unit(name, row), column.get("unit", units[0])
+    if said == _SAME.get(used, used) or said not in _KNOWN.values() or abs(column.get("scale", 1.0)) != 1:
+        return
+    what = f"{path}: column {name!r} is read in {used}, the file says {said}"
+    if said in units:
+        raise BackendError(
+            f"{what}; give the unit {said} (:{said} behind its name), or rename the column if the file is wrong"
+        )
+    raise BackendError(
+        f"{what}, which is another quantity; map another column, or give the scale that makes {used} of it (a torque constant, a gear ratio)"
+    )

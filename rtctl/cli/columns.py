@@ -1,0 +1,84 @@
+"""`--column ROLE=NAME[:UNIT[:SCALE]]` and `--map FILE.toml`: which column of a log is what, in every command that reads one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from hw.outside import read_toml
+from hw.playback.reader import ANGLE_UNITS, CURRENT_UNITS, TIME_UNITS, TORQUE_UNITS, VELOCITY_UNITS
+from rtctl.errors import ConfigError
+
+_UNITS = {"", "counts"}.union(TIME_UNITS, ANGLE_UNITS, VELOCITY_UNITS, CURRENT_UNITS, TORQUE_UNITS)
+
+
+DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|"}
+
+
+def text_options(command: Any) -> Any:  # noqa: ANN401
+    """`--delimiter` and `--decimal`, for text whose own are not found."""
+    command = click.option(
+        "--decimal", type=click.Choice(["point", "comma"]), help="decimal mark in text; default: found"
+    )(command)
+    return click.option(
+        "--delimiter",
+        type=click.Choice(list(DELIMITERS)),
+        help="between two cells of text; default: found by the names",
+    )(command)
+
+
+def text_of(delimiter: str | None, decimal: str | None) -> dict[str, str | None]:
+    """`delimiter` and `decimal` of the reader, from the words of the command line."""
+    return {
+        "delimiter": DELIMITERS[delimiter] if delimiter else None,
+        "decimal": {"point": ".", "comma": ","}[decimal] if decimal else None,
+    }
+
+
+def tables(
+    columns: tuple[str, ...], map_file: Path | None, roles: tuple[str, ...]
+) -> dict[str, dict[str, Any]]:
+    """Option tables of the reader, by the names of the command line, which overrides the file.
+
+    Raises
+    ------
+    ConfigError
+        A file that cannot be read, a role that does not exist.
+    """
+    given: dict[str, Any] = {}
+    if map_file:
+        try:
+            given = read_toml(map_file)
+        except (OSError, ValueError) as error:
+            raise ConfigError(f"{map_file}: cannot read the map of columns: {error}") from error
+    for text in columns:
+        role, _, rest = text.partition("=")
+        name, unit, scale = _name_unit_scale(rest)
+        if not name:
+            raise click.BadParameter(f"{text!r} is not ROLE=NAME[:UNIT[:SCALE]]")
+        given[role] = {"column": name} | ({"unit": unit} if unit else {})
+        given[role] |= {"scale": float(scale)} if scale else {}
+    unknown = sorted(set(given) - set(roles))
+    if unknown:
+        raise ConfigError(f"unknown role {unknown[0]!r} of a column; there are {', '.join(roles)}")
+    return given
+
+
+def _name_unit_scale(text: str) -> tuple[str, str, str]:
+    """Parts of NAME[:UNIT[:SCALE]]; a name may hold colons, so unit and scale are told by what they are."""
+    *before, last = text.split(":")
+    if len(before) > 1 and before[-1] in _UNITS:
+        return ":".join(before[:-1]), before[-1], _scale(text, last)
+    if before and last in _UNITS:
+        return ":".join(before), last, ""
+    return text, "", ""
+
+
+def _scale(text: str, scale: str) -> str:
+    try:
+        float(scale or 1)
+    except ValueError as error:
+        raise click.BadParameter(f"{text!r}: the scale must be a number") from error
+    return scale

@@ -1,0 +1,243 @@
+"""Faults of single rows of a log: spikes, jumps, an angle that starts over, rows that repeat. Found and mended before anything is filtered.
+
+A spike leaves the position for a few rows and comes back; a jump does not come back. Both are outliers of the
+velocity from row to row against its running median, which motion, however brisk, is not: whatever moves keeps
+its velocity for a few rows, or changes it for good.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rtctl.errors import DataError
+
+WINDOW_S, WINDOW_MIN, WINDOW_MAX = 0.04, 5, 21
+"""Length of the running median, s and rows."""
+
+OUTLIER_SCALES = 12.0
+"""An outlier is further from the running median than so many robust standard deviations,"""
+
+OUTLIER_COUNTS = 4.0
+"""and than so many steps of the encoder,"""
+
+OUTLIER_SHARE = 0.25
+"""and than this share of the usual largest speed."""
+
+HEIGHT_LEAST = 2e-3
+"""Least height of a spike or jump, share of the range of the position."""
+
+RETURNS = 0.25
+"""Largest share of its height by which a spike may fail to come back."""
+
+MOST_SPIKES = 0.02
+"""Largest share of rows in spikes that is mended; beyond it the column is refused."""
+
+LOST_LEAST, LOST_MOST = 0.6, 20.0
+"""Rows that seem to be lost in one place, by the velocity there; whole numbers where they truly are."""
+
+MOST_JUMPS = 10
+"""Most jumps of the position that are bridged."""
+
+REPEATS_MIN, REPEATS_MOST = 5, 0.1
+"""Fewest repeated rows worth a word, and the largest share that is mended."""
+
+TURN_TOLERANCE = 0.02
+"""How far from a turn, or from the whole range, a jump is that starts over."""
+
+
+@dataclass
+class Rows:
+    """Columns of a log, shape (n,), mended in place of copies: s (None without stamps), rad, N m; `notes` say what was done."""
+
+    where: str
+    time_s: np.ndarray | None
+    position_rad: np.ndarray
+    torques: dict[str, np.ndarray]
+    notes: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        n = len(self.position_rad)
+        self.step = np.ones(n - 1) if self.time_s is None else np.diff(self.time_s)
+        self.usual = float(np.median(self.step))
+        self.jitters = float(np.mean(np.abs(self.step / self.usual - 1) > 0.1)) > 0.05
+
+
+def mended(rows: Rows) -> Rows:
+    """The rows without what is told in `notes`.
+
+    Raises
+    ------
+    DataError
+        More spikes, lost or repeated rows than can be mended, with column, first row, how many and the remedy.
+    """
+    if len(rows.position_rad) < 4 * WINDOW_MIN:
+        return rows
+    _mend_repeats(rows)
+    _mend_position(rows)
+    return rows
+
+
+def _interpolate(rows: Rows, bad: np.ndarray, *, torques: bool) -> None:
+    """Straight lines across the bad rows."""
+    at = np.cumsum(np.concatenate([[0.0], rows.step]))
+    columns = [rows.position_rad, *(rows.torques.values() if torques else ())]
+    for column in columns:
+        column[bad] = np.interp(at[bad], at[~bad], column[~bad])
+
+
+def _window(rows: Rows) -> int:
+    seconds = rows.usual if rows.time_s is not None else WINDOW_S / WINDOW_MAX
+    return min(max(round(WINDOW_S / seconds), WINDOW_MIN), WINDOW_MAX) // 2 * 2 + 1
+
+
+def quantum(signal: np.ndarray) -> float:
+    """Least step between two values of a signal; tiny where it is not coarse."""
+    levels = np.unique(signal)
+    if len(levels) < 2:
+        return 0.0
+    return float(np.quantile(np.diff(levels), 0.02))
+
+
+def _deviation(rows: Rows) -> tuple[np.ndarray, np.ndarray, float]:
+    """Velocity of every step, its running median, and how far from it an outlier is. Per s, or per row without stamps."""
+    from scipy.ndimage import median_filter
+
+    velocity = np.diff(rows.position_rad) / rows.step
+    middle = median_filter(velocity, size=_window(rows), mode="nearest")
+    scale = 1.4826 * float(np.median(np.abs(velocity - middle)))
+    usual_most = float(np.quantile(np.abs(middle), 0.95))
+    bound = max(
+        OUTLIER_SCALES * scale,
+        OUTLIER_COUNTS * quantum(rows.position_rad) / rows.usual,
+        OUTLIER_SHARE * usual_most,
+    )
+    if rows.jitters:  # stamps that are off by a part of a step change the velocity as much
+        bound = max(bound, 6 * usual_most)
+    return velocity, middle, bound
+
+
+def _mend_repeats(rows: Rows) -> None:
+    """Rows equal to the one before in every column, though the joint moved."""
+    velocity, middle, _ = _deviation(rows)
+    moves = np.abs(middle) * rows.usual > OUTLIER_COUNTS * quantum(rows.position_rad)
+    same = (velocity == 0) & moves
+    for torque in rows.torques.values():
+        same &= np.diff(torque) == 0
+    count = int(same.sum())
+    if count < REPEATS_MIN or not rows.torques:
+        return
+    first = int(np.flatnonzero(same)[0])
+    after = np.flatnonzero(same[:-1] & ~same[1:] & moves[1:]) + 1
+    catches_up = float(np.median(velocity[after] / middle[after])) if len(after) else 2.0
+    what = f"{rows.where}: {count} rows repeat the row before them in every column though the joint moves, the first row {first + 2}"
+    if catches_up < 1.5:
+        raise DataError(
+            f"{what}; the motion goes on after them as if no time had passed, so the time is wrong: remove the repeated rows, or "
+            "record with the stamps of the device"
+        )
+    if count > REPEATS_MOST * len(same):
+        raise DataError(f"{what}; record every row once it is new, or thin the log to the rate of the device")
+    _interpolate(rows, np.concatenate([[False], same]), torques=True)
+    rows.notes.append(f"{what}: interpolated")
+
+
+def _clusters(outlier: np.ndarray, reach: int) -> list[tuple[int, int]]:
+    """First and last index of outliers that are at most `reach` apart."""
+    at = np.flatnonzero(outlier)
+    if not len(at):
+        return []
+    breaks = np.flatnonzero(np.diff(at) > reach)
+    firsts, lasts = at[np.concatenate([[0], breaks + 1])], at[np.concatenate([breaks, [len(at) - 1]])]
+    return [(int(first), int(last)) for first, last in zip(firsts, lasts, strict=True)]
+
+
+@dataclass(frozen=True)
+class _Jump:
+    row: int
+    """The last row before it."""
+    size_rad: float
+    """By which the position went further than its velocity said."""
+    step_rad: float
+    """How far it goes in a row there."""
+
+    def looks_lost(self) -> bool:
+        """Whether it is as far as the joint goes in a whole number of rows."""
+        count = self.size_rad / self.step_rad if self.step_rad else 0.0
+        return LOST_LEAST < count < LOST_MOST and (count > 4 or abs(count - round(count)) < 0.3)
+
+
+def _mend_position(rows: Rows) -> None:
+    velocity, middle, bound = _deviation(rows)
+    beyond = (velocity - middle) * rows.step
+    steady = rows.step < 3.5 * rows.usual
+    outlier = (np.abs(velocity - middle) > bound) & steady
+    reach, range_rad = _window(rows) // 2, float(np.ptp(rows.position_rad))
+    bad, jumps, tallest, first = np.zeros(len(rows.position_rad), bool), [], 0.0, -1
+    for begin, end in _clusters(outlier, reach):
+        partial = np.cumsum(beyond[begin : end + 1])
+        height = float(np.abs(partial).max())
+        if begin < reach or end >= len(beyond) - reach:
+            continue  # the running median knows one side only
+        if height < HEIGHT_LEAST * range_rad:
+            continue
+        if abs(partial[-1]) <= RETURNS * height:
+            bad[begin + 1 : end + 1] = True
+            first = first if first >= 0 else begin + 1
+            tallest = max(tallest, height)
+        elif end - begin <= reach:
+            jumps.append(_Jump(begin, float(partial[-1]), float(middle[begin]) * rows.usual))
+            if end > begin:
+                bad[begin + 1 : end + 1] = True
+    if tallest:
+        count = int(bad.sum())
+        what = f"{rows.where}: column position: {count} rows are spikes of up to {tallest:.3g} rad, the first row {first + 1}"
+        if count > MOST_SPIKES * len(bad):
+            raise DataError(f"{what}; look for the cause (wiring, a transfer that is torn), and record again")
+        rows.notes.append(f"{what}: interpolated")
+    _bridge(rows, jumps)
+    if bad.any():
+        _interpolate(rows, bad, torques=False)
+
+
+def _bridge(rows: Rows, jumps: list[_Jump]) -> None:
+    """Take the jumps out of the position, and say what they look like."""
+    if not jumps:
+        return
+    range_rad = float(np.ptp(rows.position_rad))
+    over = [jump for jump in jumps if _starts_over(jump.size_rad, range_rad)]
+    rest = [jump for jump in jumps if jump not in over]
+    lost = [jump for jump in rest if jump.looks_lost()]
+    if len(lost) > MOST_JUMPS and len(lost) >= 0.8 * len(rest):
+        raise DataError(
+            f"{rows.where}: rows are missing at {len(lost)} places, the first after row {lost[0].row + 1} (the position goes on by "
+            f"{abs(lost[0].size_rad / lost[0].step_rad):.2g} rows' worth more there), and the stamps do not say so; record with the stamps of the device"
+        )
+    if over:
+        rows.notes.append(
+            f"{rows.where}: column position: starts over {len(over)} times, by {abs(over[0].size_rad):.4g} rad, the first after row "
+            f"{over[0].row + 1}: put together to a continuous angle"
+        )
+    if len(rest) > MOST_JUMPS:
+        rows.notes.append(
+            f"{rows.where}: column position: {len(rest)} jumps that no motion makes, the first after row {rest[0].row + 1}: too many to bridge, left "
+            "as they are; is it the angle of this joint?"
+        )
+        jumps = over
+    elif rest:
+        largest = max(rest, key=lambda jump: abs(jump.size_rad))
+        rows.notes.append(
+            f"{rows.where}: column position: {len(rest)} jumps that no motion makes, the largest {largest.size_rad:+.3g} rad after row "
+            f"{largest.row + 1} (rows lost, an index found, or two logs in one): bridged; cut the log there if more than the zero changed"
+        )
+    for jump in jumps:
+        rows.position_rad[jump.row + 1 :] -= jump.size_rad
+
+
+def _starts_over(size_rad: float, range_rad: float) -> bool:
+    size = abs(size_rad)
+    turns = size / (2 * math.pi)
+    of_turns = round(turns) >= 1 and abs(turns - round(turns)) <= TURN_TOLERANCE
+    return of_turns or abs(size / range_rad - 1) <= TURN_TOLERANCE

@@ -1,0 +1,43 @@
+"""A recording of rtctl as a log: its tick fields as columns for identification, fit and playback."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from hw.interface import BackendError
+from hw.playback.tables import READERS
+from rtctl.errors import RtctlError
+from rtctl.recording.export import columns
+from rtctl.recording.reader import RecordingReader, all_parts
+from rtctl.recording.tick_text import RECORDED
+
+
+def register() -> None:
+    """Let logs be `.mcap` files wherever logs are read."""
+    READERS[".mcap"] = read
+
+
+def read(path: Path, _names: tuple[str, ...] = ()) -> Mapping[str, np.ndarray]:
+    """Columns of a recording over all its parts, (n,) each, by the names that `rtctl export` gives them.
+
+    Besides `time_s`, from the first tick on (missed ticks are missing rows); with one axis a field goes by its own name, too.
+
+    Raises
+    ------
+    BackendError
+        Not a recording.
+    """
+    try:
+        reader = RecordingReader(all_parts(path))
+        rows = reader.read().rows
+    except RtctlError as error:
+        raise BackendError(str(error)) from error
+    found = columns(rows, [field.name for field in RECORDED], reader.axes)
+    if reader.n_axes == 1:
+        alone = f".{reader.axes[0]}"
+        found |= {name.removesuffix(alone): column for name, column in found.items() if name.endswith(alone)}
+    time_ns = rows["time_ns"]
+    return found | {"time_s": (time_ns - time_ns[:1].sum()) * 1e-9}

@@ -1,0 +1,117 @@
+"""`rtctl fit` on files that other programs wrote: columns by name and unit, averaged by file or by speed."""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rtctl.__main__ import main
+from rtctl.errors import ConfigError, DataError
+from rtctl.friction.points_of_logs import read_mapped
+
+DRIVES = Path(__file__).parents[4] / "shared" / "data" / "screw_drives"
+
+HEAD = 'Date:;2020-07-06 15:32:33\nSampling period:;6.400\nTrigger:;1;0.000000;"Channel 1"\n;Velocity actual;Torque actual\nms;rpm;%\n'
+
+MAPPED = {"velocity": {"column": "Velocity actual", "unit": "rpm"}, "torque": {"column": "#3", "scale": 0.01}}
+
+TEXT = {"delimiter": None, "decimal": None}
+
+
+def runs(folder, sign=1.0, speeds=(2, 5, 10, 20, 40, 60, 80, 100)):
+    """A file of each speed as a drive exports it: whole rpm, percent of a torque; friction .2 N m + .001 N m/rpm."""
+    rng, files = np.random.default_rng(1), []
+    for speed in (*speeds, *(-speed for speed in speeds)):
+        rpm = np.round(speed + rng.normal(0, 0.7, 200))
+        percent = np.sign(speed) * sign * 100 * (0.2 + 0.001 * abs(speed)) + rng.normal(0, 1, 200)
+        rows = [f"{6.4 * k:.3f};{v:.0f};{t:.1f}" for k, (v, t) in enumerate(zip(rpm, percent, strict=True))]
+        files.append(folder / f"{'n' if speed < 0 else ''}{abs(speed)}.csv")
+        files[-1].write_text(HEAD + "\n".join(rows) + "\n")
+    return files
+
+
+def test_each_file_becomes_a_point_in_si_units(tmp_path):
+    points, notes = read_mapped(runs(tmp_path), MAPPED, "file", TEXT)
+    assert not notes
+    speed, friction = points.branch(-1)
+    np.testing.assert_allclose(speed, np.array([2, 5, 10, 20, 40, 60, 80, 100]) * 2 * np.pi / 60, rtol=0.1)
+    np.testing.assert_allclose(friction, 0.2 + 0.001 * speed * 60 / 2 / np.pi, atol=0.003)
+    assert set(points.count) == {200}
+    assert points.std_nm == pytest.approx(0.01, rel=0.3)
+
+
+def test_rows_of_all_files_are_averaged_by_speed(tmp_path):
+    points, _ = read_mapped(runs(tmp_path), MAPPED, "speed", TEXT)
+    speed, friction = points.branch(1)
+    np.testing.assert_allclose(friction, 0.2 + 0.001 * speed * 60 / 2 / np.pi, atol=0.01)
+
+
+def test_a_row_that_somebody_marked_is_left_out_and_told(tmp_path):
+    files = runs(tmp_path)
+    text = files[0].read_text().split("\n")
+    text[5] = "0.000;2;-1200,,was 20.1"
+    files[0].write_text("\n".join(line if "," in line else line + ",," for line in text if line))
+    points, notes = read_mapped(files, MAPPED, "file", TEXT)
+    assert len(notes) == 1
+    assert f"{files[0]}: 1 rows left out, the furthest row 1 with -12 N m" in notes[0]
+    assert points.branch(1)[1][0] == pytest.approx(0.202, abs=0.003)
+
+
+def test_what_cannot_be_is_refused(tmp_path):
+    files = runs(tmp_path, sign=-1.0)
+    with pytest.raises(DataError, match=r"does not have the sign of the motion.*scale -1"):
+        read_mapped(files, MAPPED, "file", TEXT)
+    with pytest.raises(DataError, match="the same as"):
+        read_mapped([files[0], files[0]], MAPPED, "file", TEXT)
+    with pytest.raises(ConfigError, match="torque or current, not both"):
+        read_mapped(files, {**MAPPED, "current": {"column": "#3"}}, "file", TEXT)
+    with pytest.raises(DataError, match="read in rad/s, the file says rpm"):
+        read_mapped(files, {**MAPPED, "velocity": {"column": "Velocity actual"}}, "file", TEXT)
+    ramp = tmp_path / "ramp.csv"
+    ramp.write_text("v,f\n" + "\n".join(f"{0.01 * k},0.2" for k in range(1, 200)))
+    with pytest.raises(DataError, match="not one speed: its quarters"):
+        read_mapped([ramp], {"velocity": {"column": "v"}, "torque": {"column": "f"}}, "file", TEXT)
+
+
+def fitted(monkeypatch, capsys, *arguments):
+    monkeypatch.setattr(sys, "argv", ["rtctl", "fit", *map(str, arguments)])
+    code = 0
+    try:
+        main()
+    except SystemExit as ended:
+        code = int(ended.code or 0)
+    return code, capsys.readouterr()
+
+
+def test_the_command_learns_from_them(monkeypatch, capsys, tmp_path):
+    (tmp_path / "runs").mkdir()
+    files = runs(tmp_path / "runs")
+    columns = ("--column", "velocity=Velocity actual:rpm", "--column", "torque=#3:Nm:0.01")
+    out = tmp_path / "model.json"
+    code, said = fitted(monkeypatch, capsys, *files, *columns, "--average", "file", "--out", out, "--json")
+    assert code == 0, said.err
+    assert [row["points"] for row in json.loads(said.out)["directions"]] == [8, 8]
+    code, said = fitted(monkeypatch, capsys, *files, "--out", out)
+    assert code == 3
+    assert "--average file or speed" in said.err
+
+
+@pytest.mark.realdata
+@pytest.mark.skipif(not DRIVES.is_dir(), reason=f"no recordings in {DRIVES}")
+@pytest.mark.parametrize("drive", ["worm", "lead_screw"])
+def test_exports_of_epos_studio_are_read_as_they_are(drive):
+    files = sorted((DRIVES / drive / "steady_state").rglob("*.csv"))
+    columns = {
+        "velocity": {"column": "Velocity actual value averaged", "unit": "rpm"},
+        "torque": {"column": "Torque actual value averaged", "scale": 0.01},
+    }
+    points, notes = read_mapped(files, columns, "file", TEXT)
+    assert len(points.friction_nm) == len(files)
+    for direction in (1, -1):
+        speed, friction = points.branch(direction)
+        assert speed[-1] == pytest.approx(200 * 2 * np.pi / 60, rel=0.1)
+        assert friction.min() > 0.02
+        assert friction.max() < 0.6
+    assert len(notes) <= 4, "rows that somebody marked with values that no drive gives"

@@ -1,0 +1,76 @@
+"""Dirty logs: no wrong parameters without a warning that names the cause; clean logs: right parameters and no alarm."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from dirty_changes import clean
+from dirty_logs import CASES, OFF, identified, named, outcome, said_by
+from moved_joint import CLEAN
+
+RECORDINGS = Path(__file__).parents[4] / "shared" / "data" / "tue_haptic_1dof"
+
+TRUE_OF_CLEAN_LOGS = r"hardly any sliding below|samples of slow motion only|strokes too short|looks 0\.\d+ ms .* or friction is not Coulomb"
+"""Warnings that say what a clean log lacks; that its joints have a Stribeck peak is true, too."""
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_what_is_wrong_with_a_log_is_named(name, tmp_path):
+    found = outcome(name, tmp_path)
+    assert named(name, found), (found.code, found.off, found.said)
+
+
+@pytest.mark.parametrize("name", CLEAN)
+def test_a_clean_log_gives_its_parameters_and_no_alarm(name, tmp_path):
+    found = identified(clean(name), tmp_path)
+    assert found.code == 0, found.said
+    for parameter, most in OFF.items():
+        assert abs(found.off[parameter]) <= most, (parameter, found.off)
+    alarms = [text for text in found.said.splitlines() if not re.search(TRUE_OF_CLEAN_LOGS, text)]
+    assert not alarms
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "one position spike",
+        "small spikes of position",
+        "bursts of position spikes",
+        "rows repeated in place",
+        "a second lost, stamps even",
+        "encoder that starts over at 2 pi",
+        "position that jumps",
+        "uneven stamps",
+        "a gap",
+        "rows lost, stamps true",
+    ],
+)
+def test_what_can_be_mended_gives_the_parameters_of_the_clean_log(name, tmp_path):
+    found = outcome(name, tmp_path)
+    assert all(abs(off) < 0.02 for off in found.off.values()), found.off
+    assert found.code == 0
+
+
+def test_the_corpus_is_as_large_as_promised():
+    assert len(CASES) >= 40
+    assert len(CLEAN) >= 10
+
+
+@pytest.mark.realdata
+@pytest.mark.skipif(not RECORDINGS.is_dir(), reason=f"no recordings in {RECORDINGS}")
+@pytest.mark.parametrize("letter", "def")
+@pytest.mark.parametrize(
+    ("columns", "true"),
+    [
+        (("position=pos_master_rad", "external=neg_torque_human_nm"), "depends on the position|looks [34]"),
+        (("position=pos_slave_rad", "torque=torque_cmd_slave_nm"), "ms early"),
+    ],
+)
+def test_real_recordings_of_free_motion_give_no_alarm_but_true_ones(letter, columns, true):
+    """The lever of the hand has a torque of about 2.5 mN m RMS that depends on its position in all of its recordings."""
+    arguments = [word for column in columns for word in ("--column", column)]
+    found = said_by("--log", str(RECORDINGS / f"question1{letter}_free_motion.csv.gz"), *arguments, "--json")
+    assert found[0] == 0, found
+    warnings = json.loads(found[1])["warnings"]
+    assert not [text for text in warnings if not re.search(f"{TRUE_OF_CLEAN_LOGS}|{true}", text)]

@@ -1,0 +1,59 @@
+"""A unit that the file says itself, against the one it is read in."""
+
+import pytest
+
+from hw.interface import BackendError
+from hw.playback.units import require_unit, said_unit
+
+
+@pytest.mark.parametrize(
+    ("name", "row", "unit"),
+    [
+        ("angle", "deg", "deg"),
+        ("angle", "[\u00b0]", "deg"),
+        ("angle [deg]", "", "deg"),
+        ("tau (mN m)", "", "mN m"),
+        ("tau", "Nm", "N m"),
+        ("torque_mnm", "", "mN m"),
+        ("neg_torque_human_nm", "", "N m"),
+        ("time", "msec", "ms"),
+        ("speed", "1/min", "rpm"),
+        ("load", "%", "%"),
+        ("plain", "", ""),
+        ("velocity_rad_s", "", "rad/s"),
+        ("pos_a", "", ""),
+    ],
+)
+def test_units_are_understood_however_they_are_spelt(name, row, unit):
+    assert said_unit(name, row) == unit
+
+
+@pytest.mark.parametrize(
+    ("column", "row", "units", "said"),
+    [
+        ({"column": "angle"}, "deg", ("rad", "deg"), "'angle' is read in rad, the file says deg; give the unit deg"),
+        ({"column": "angle_deg"}, "", ("rad", "deg"), "the file says deg"),
+        ({"column": "t"}, "ms", ("s", "ms"), "read in s, the file says ms"),
+        ({"column": "m", "unit": "mN m", "scale": -1.0}, "Nm", ("N m", "mN m", "Nm"), "read in mN m, the file says N m"),
+        ({"column": "i"}, "A", ("N m", "mN m"), "read in N m, the file says A, which is another quantity; .*torque constant"),
+        ({"column": "velocity_rad_s"}, "", ("rad", "deg"), "the file says rad/s, which is another quantity; map another"),
+    ],
+)  # fmt: skip
+def test_a_unit_that_contradicts_the_file_is_refused(tmp_path, column, row, units, said):
+    with pytest.raises(BackendError, match=said):
+        require_unit(tmp_path, column["column"], row, column, units)
+
+
+@pytest.mark.parametrize(
+    ("column", "row", "units"),
+    [
+        ({"column": "angle", "unit": "deg"}, "deg", ("rad", "deg")),
+        ({"column": "m", "unit": "Nm"}, "N m", ("N m", "mN m", "Nm")),
+        ({"column": "load", "scale": 0.01}, "%", ("N m",)),
+        ({"column": "angle", "scale": 0.0174533}, "deg", ("rad", "deg")),
+        ({"column": "free"}, "whatever", ("rad",)),
+        ({"column": "i", "scale": 0.77}, "A", ("N m",)),
+    ],
+)
+def test_what_agrees_or_is_scaled_on_purpose_is_taken(tmp_path, column, row, units):
+    require_unit(tmp_path, column["column"], row, column, units)
