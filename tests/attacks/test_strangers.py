@@ -79,7 +79,9 @@ def test_one_process_that_takes_every_place_keeps_no_stop_of_another_one_out(dae
         time.sleep(0.5)  # by then all sixteen places were gone, twenty times over
         for _ in range(3):
             with RigClient("mock", runtime_dir=daemon.folder, timeout_s=10.0) as another:
-                assert stop_ms(another, lambda: None) < 1e4, "and not after the 18 s that the crowd held the door"
+                assert stop_ms(another, lambda: None) < 1e4, (
+                    "and not after the 18 s that the crowd held the door"
+                )
 
 
 def test_a_client_with_a_key_that_sends_millions_of_frames_does_not_delay_another_ones_stop(daemon):

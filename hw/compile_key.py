@@ -1,0 +1,165 @@
+"""The key under which compiled code is kept: everything that can change the machine code, and nothing else.
+
+Numba freezes what a function refers to: constants, dtypes and other compiled functions of any module. All of them
+reach the function through imports, so the key of a module covers its own source and that of every project module
+that it imports, and those import, and so on. Sources are compared as syntax trees without docstrings: comments, layout
+and line numbers do not count.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache, lru_cache
+from pathlib import Path
+
+import llvmlite
+import numba
+import numpy as np
+from numba.core import config as numba_config
+
+PROJECT = ("hw", "rtctl")
+"""Packages whose sources count wherever they are installed. Python, Numba, llvmlite and NumPy count by version."""
+
+_HOME = Path(__file__).resolve().parents[1]
+_INSTALLED = {"site-packages", "dist-packages"}
+_PER_PROCESS = {"CACHE_DIR", "DISABLE_JIT", "NUMBA_NUM_THREADS", "NUMBA_DEFAULT_NUM_THREADS"}
+
+
+@dataclass(frozen=True)
+class Source:
+    """One module as the key sees it."""
+
+    name: str
+    """Dotted, from the folder where its top-level package lies."""
+    home: Path
+    """That folder."""
+    meaning: str
+    """Hash of its syntax tree without docstrings (hex)."""
+    imports: frozenset[str]
+    """Dotted names of what it imports anywhere, in functions too; what it imports from a module may be a module."""
+
+
+def module_key(file: Path, options: str = "") -> str:
+    """Key of the compiled code of the module in `file`, compiled with `options` (hex).
+
+    Raises
+    ------
+    OSError
+        `file`, or a module that it imports, cannot be read.
+    """
+    digest = hashlib.sha256(f"{versions()} {settings()} {options}".encode())
+    for source in sorted(covered(file), key=lambda source: source.name):
+        digest.update(f"\n{source.name} {source.meaning}".encode())
+    return digest.hexdigest()[:20]
+
+
+def versions() -> str:
+    """What reads the sources and makes machine code of them."""
+    return (
+        f"{sys.version} -O{sys.flags.optimize} numba {numba.__version__} llvmlite {llvmlite.__version__} "
+        f"numpy {np.__version__}"
+    )
+
+
+def settings() -> str:
+    """Every option of Numba (`NUMBA_OPT`, `NUMBA_BOUNDSCHECK`, ...), but for those that differ between processes.
+
+    CPU name and features are in Numba's own index.
+    """
+    plain = (int, float, str, type(None))
+    options = sorted((name, value) for name, value in vars(numba_config).items() if name.isupper())
+    return repr([x for x in options if x[0] not in _PER_PROCESS and isinstance(x[1], plain)])
+
+
+def covered(file: Path) -> set[Source]:
+    """The module in `file` and every project module that it reaches through imports."""
+    found: dict[Path, Source] = {}
+    to_do = [file.resolve()]
+    while to_do:
+        path = to_do.pop()
+        if path not in found:
+            found[path] = source = _source(path)
+            to_do += [path for name in source.imports for path in _files(name, source)]
+    return set(found.values())
+
+
+def _source(path: Path) -> Source:
+    """The module in `path` as it is on the disk now."""
+    status = path.stat()
+    return _read(path, status.st_mtime_ns, status.st_size, status.st_ino)
+
+
+@lru_cache(maxsize=4096)
+def _read(path: Path, *_stamp: int) -> Source:
+    data = path.read_bytes()
+    home, name = _place(path)
+    try:
+        tree = ast.parse(data)
+    except (SyntaxError, ValueError):  # nobody can import it, so what it imports does not matter
+        return Source(name, home, hashlib.sha256(data).hexdigest(), frozenset())
+    nodes = list(ast.walk(tree))
+    package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
+    imports = frozenset(_imports(nodes, package))
+    if b"__doc__" not in data:  # else the module may make something of its docstrings
+        _drop_texts(nodes)
+    return Source(name, home, hashlib.sha256(ast.dump(tree).encode()).hexdigest(), imports)
+
+
+def _place(path: Path) -> tuple[Path, str]:
+    """The folder where the top-level package of a file lies, and the dotted name of the file from there."""
+    home = path.parent
+    while (home / "__init__.py").is_file():
+        home = home.parent
+    parts = path.relative_to(home).with_suffix("").parts
+    return home, ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def _drop_texts(nodes: list[ast.AST]) -> None:
+    """Take strings that stand alone out of the tree: they do nothing."""
+    for node in nodes:
+        body = getattr(node, "body", None)
+        if isinstance(body, list):
+            body[:] = [statement for statement in body if not _is_text(statement)]
+
+
+def _is_text(statement: ast.stmt) -> bool:
+    """A docstring, of an attribute too."""
+    value = statement.value if isinstance(statement, ast.Expr) else None
+    return isinstance(value, ast.Constant) and isinstance(value.value, str)
+
+
+def _imports(nodes: list[ast.AST], package: list[str]) -> Iterator[str]:
+    for node in nodes:
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            above = package[: len(package) + 1 - node.level] if node.level else []
+            module = ".".join([*above, *([node.module] if node.module else [])])
+            yield module
+            yield from (f"{module}.{alias.name}" for alias in node.names)
+
+
+def _files(name: str, importer: Source) -> tuple[Path, ...]:
+    """Sources that run when `importer` imports `name`, packages above it included; none if it is not the project's."""
+    top = name.partition(".")[0]
+    if top in PROJECT:
+        places = (importer.home, _HOME)
+    elif top == importer.name.partition(".")[0] or not _INSTALLED & set(importer.home.parts):
+        places = (importer.home,)
+    else:
+        places = ()
+    return next((files for files in (_below(place, name) for place in places) if files), ())
+
+
+@cache
+def _below(place: Path, name: str) -> tuple[Path, ...]:
+    files: list[Path] = []
+    path = place
+    for part in name.split("."):
+        path = path / part
+        files += [file for file in (path / "__init__.py", path.with_suffix(".py")) if file.is_file()][:1]
+    return tuple(files)
