@@ -5,10 +5,13 @@ Numba's own looks at the text of the outermost function's file only, and at the 
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import inspect
+import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import CodeType
 from typing import Any
@@ -39,9 +42,9 @@ class CodeCache(FunctionCache):
         self._py_func = function
         self._cache_path = str(folder)
         self._impl = _Files(function, folder)
-        self._cache_file = OwnFiles(self._cache_path, self._impl.filename_base, folder.name)
+        self._cache_file = OwnFiles(self._cache_path, self._impl.filename_base, folder.name)  # type: ignore[no-untyped-call]
         self._usable: bool | None = None
-        self.enable()
+        self._enabled = True
 
     def usable(self) -> bool:
         """Whether the folder can be had."""
@@ -55,10 +58,26 @@ class CodeCache(FunctionCache):
         return numbas.load_overload(sig, target_context) if self.usable() else None
 
     def save_overload(self, sig: object, data: object) -> None:
-        """Keep what was compiled."""
+        """Keep what was compiled, one process at a time.
+
+        Two that add code for different types at once would give it the same file name; the index that is written last
+        could then name the code of the other's types.
+        """
         numbas: Any = super()
         if self.usable():
-            numbas.save_overload(sig, data)
+            with alone(Path(self._cache_path)):
+                numbas.save_overload(sig, data)
+
+
+@contextmanager
+def alone(folder: Path) -> Iterator[None]:
+    """Wait for every other process that is alone with `folder`. The kernel lets go for a process that dies."""
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(descriptor)
 
 
 class _Files(CompileResultCacheImpl):

@@ -14,6 +14,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache, lru_cache
+from importlib import metadata
 from pathlib import Path
 
 import llvmlite
@@ -22,7 +23,7 @@ import numpy as np
 from numba.core import config as numba_config
 
 PROJECT = ("hw", "rtctl")
-"""Packages whose sources count wherever they are installed. Python, Numba, llvmlite and NumPy count by version."""
+"""Packages whose sources count wherever they are installed. Packages of others count by their version."""
 
 _HOME = Path(__file__).resolve().parents[1]
 _INSTALLED = {"site-packages", "dist-packages"}
@@ -51,10 +52,12 @@ def module_key(file: Path, options: str = "") -> str:
     OSError
         `file`, or a module that it imports, cannot be read.
     """
-    digest = hashlib.sha256(f"{versions()} {settings()} {options}".encode())
-    for source in sorted(covered(file), key=lambda source: source.name):
-        digest.update(f"\n{source.name} {source.meaning}".encode())
-    return digest.hexdigest()[:20]
+    sources = sorted(covered(file), key=lambda source: source.name)
+    told = [f"{versions()} {settings()} {options}"]
+    told += [f"{source.name} {source.meaning}" for source in sources]
+    tops = {name.partition(".")[0] for source in sources for name in source.imports}
+    told += [f"{top} {_version(top)}" for top in sorted(tops - sys.stdlib_module_names)]
+    return hashlib.sha256("\n".join(told).encode()).hexdigest()[:20]
 
 
 def versions() -> str:
@@ -63,6 +66,15 @@ def versions() -> str:
         f"{sys.version} -O{sys.flags.optimize} numba {numba.__version__} llvmlite {llvmlite.__version__} "
         f"numpy {np.__version__}"
     )
+
+
+@cache
+def _version(top: str) -> str:
+    """Version of an installed package that is named like its module, else nothing."""
+    try:
+        return metadata.version(top)
+    except (metadata.PackageNotFoundError, ValueError):
+        return ""
 
 
 def settings() -> str:
@@ -146,12 +158,11 @@ def _imports(nodes: list[ast.AST], package: list[str]) -> Iterator[str]:
 def _files(name: str, importer: Source) -> tuple[Path, ...]:
     """Sources that run when `importer` imports `name`, packages above it included; none if it is not the project's."""
     top = name.partition(".")[0]
+    places: tuple[Path, ...] = ()
     if top in PROJECT:
         places = (importer.home, _HOME)
     elif top == importer.name.partition(".")[0] or not _INSTALLED & set(importer.home.parts):
         places = (importer.home,)
-    else:
-        places = ()
     return next((files for files in (_below(place, name) for place in places) if files), ())
 
 
