@@ -52,7 +52,7 @@ def module_key(file: Path, options: str = "") -> str:
     OSError
         `file`, or a module that it imports, cannot be read.
     """
-    sources = sorted(covered(file), key=lambda source: source.name)
+    sources = sorted(covered(file), key=lambda source: (source.name, source.meaning))
     told = [f"{versions()} {settings()} {options}"]
     told += [f"{source.name} {source.meaning}" for source in sources]
     tops = {name.partition(".")[0] for source in sources for name in source.imports}
@@ -95,7 +95,7 @@ def covered(file: Path) -> set[Source]:
         path = to_do.pop()
         if path not in found:
             found[path] = source = _source(path)
-            to_do += [path for name in source.imports for path in _files(name, source)]
+            to_do += _imported(source)
     return set(found.values())
 
 
@@ -155,15 +155,29 @@ def _imports(nodes: list[ast.AST], package: list[str]) -> Iterator[str]:
             yield from (f"{module}.{alias.name}" for alias in node.names)
 
 
-def _files(name: str, importer: Source) -> tuple[Path, ...]:
-    """Sources that run when `importer` imports `name`, packages above it included; none if it is not the project's."""
-    top = name.partition(".")[0]
-    places: tuple[Path, ...] = ()
+@lru_cache(maxsize=4096)
+def _imported(source: Source) -> tuple[Path, ...]:
+    """Sources that run when `source` does its imports, packages above them included, as far as they are the project's."""
+    found: set[Path] = set()
+    for name in source.imports:
+        top = name.partition(".")[0]
+        if top not in sys.stdlib_module_names:
+            found.update(path for home in _homes(top, source) for path in _below(home, name))
+    return tuple(sorted(found))
+
+
+def _homes(top: str, importer: Source) -> set[Path]:
+    """Folders where a top-level package may lie: beside its importer, beside this one, or where Python has found it.
+
+    Installed packages of others have none: they count by their version.
+    """
+    homes = {importer.home}
+    if loaded := getattr(sys.modules.get(top), "__file__", None):
+        homes.add(_place(Path(loaded).resolve())[0])
     if top in PROJECT:
-        places = (importer.home, _HOME)
-    elif top == importer.name.partition(".")[0] or not _INSTALLED & set(importer.home.parts):
-        places = (importer.home,)
-    return next((files for files in (_below(place, name) for place in places) if files), ())
+        return homes | {_HOME}
+    own = top == importer.name.partition(".")[0]
+    return {home for home in homes if own or not _INSTALLED & set(home.parts)}
 
 
 @cache

@@ -117,6 +117,18 @@ def test_comments_docstrings_layout_and_what_no_compiled_code_imports_do_not(pla
     assert not edited(plant, name, old, new)
 
 
+def test_what_python_has_found_in_another_folder_counts(plant, tmp_path, monkeypatch):
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "elsewhere" / "beside_the_plant.py").write_text("K = 1\n")
+    monkeypatch.syspath_prepend(tmp_path / "elsewhere")
+    import beside_the_plant
+
+    assert edited(plant, "law.py", "import plant.gains", "import beside_the_plant\nimport plant.gains")
+    before = key(plant)
+    Path(beside_the_plant.__file__).write_text("K = 2\n")
+    assert key(plant) != before
+
+
 def test_docstrings_count_where_a_module_reads_them(plant):
     assert edited(plant, "gains.py", "LIMIT = 2.0", "LIMIT = float(len(__doc__ or 'xx'))")
     assert edited(plant, "gains.py", "Largest force", "The largest force")
