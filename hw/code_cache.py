@@ -19,7 +19,6 @@ from typing import Any
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 
 from hw.compile_key import module_key
-from hw.compile_turns import turn
 from hw.private_cache import OwnFiles, make_private
 
 
@@ -32,21 +31,7 @@ def keep(dispatcher: Any, root: Path, options: str) -> None:  # noqa: ANN401
     file = Path(inspect.getfile(function))
     if function.__closure__ is None and file.is_file():
         key = module_key(file, options)
-        dispatcher._cache = kept = CodeCache(function, root / f"{function.__module__}-{key}")
-        dispatcher.compile = _in_turn(dispatcher, kept)
-
-
-def _in_turn(dispatcher: Any, kept: CodeCache) -> Callable[[Any], Any]:  # noqa: ANN401
-    """Numba's `compile`, for one process at a time; the next finds it done."""
-    compile_now = dispatcher.compile
-
-    def compile_in_turn(types: Any) -> Any:  # noqa: ANN401
-        if not isinstance(types, tuple) or types in dispatcher.overloads or not kept.usable():
-            return compile_now(types)
-        with turn(kept.lock):
-            return compile_now(types)
-
-    return compile_in_turn
+        dispatcher._cache = CodeCache(function, root / f"{function.__module__}-{key}")
 
 
 class CodeCache(FunctionCache):
@@ -60,11 +45,6 @@ class CodeCache(FunctionCache):
         self._cache_file = OwnFiles(self._cache_path, self._impl.filename_base, folder.name)  # type: ignore[no-untyped-call]
         self._usable: bool | None = None
         self._enabled = True
-
-    @property
-    def lock(self) -> Path:
-        """Held by the process that compiles the function."""
-        return Path(self._cache_path) / f"{self._impl.filename_base}.lock"
 
     def usable(self) -> bool:
         """Whether the folder can be had."""
