@@ -95,7 +95,7 @@ class ForceTable(Table):
     offset_nm: float = _number(
         0,
         1e4,
-        "how far the force may be off in power, as torque at the joint; 0: a tenth of torque_limit_nm",
+        "how far the force may be off in power, as torque at the joint; 0: a quarter of torque_limit_nm",
         default=0.0,
     )
 

@@ -32,6 +32,9 @@ END_S = 30.0
 ENOUGH_FILES = 25
 """In one part: it starts Python and imports for three seconds."""
 
+LEAST_WEIGHT = 19
+"""Nice value of a session that takes only what no other one wants."""
+
 PATIENT = "--timeout=1800"
 """Of one test: beside busy others it may stand still for long."""
 
@@ -55,7 +58,7 @@ class Part:
         return LOGS / f"{self.name.replace('/', '-').replace(' ', '+')}.log"
 
     def start(self, *, idle: bool) -> None:
-        """In a process group of its own, which can be ended whole, but in this session: the kernel weighs sessions."""
+        """In a process group of its own, which can be ended whole; an idle one in a session of its own, which weighs little."""
         self.began = time.monotonic()
         with self.log.open("wb") as log:
             self.process = subprocess.Popen(
@@ -64,7 +67,8 @@ class Part:
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
-                process_group=0,
+                process_group=None if idle else 0,
+                start_new_session=idle,
                 preexec_fn=_be_idle if idle else None,
             )
 
@@ -76,6 +80,7 @@ class Part:
 
     def be_ordinary(self) -> None:
         """Let all of it take its share again. Without root's rights it stays as it is: idle."""
+        _weigh_session(self.process.pid, 0)
         for process in Path("/proc").glob("[0-9]*"):
             with contextlib.suppress(OSError):
                 if os.getpgid(int(process.name)) == self.process.pid:
@@ -86,6 +91,13 @@ class Part:
 
 def _be_idle() -> None:
     os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+    _weigh_session(os.getpid(), LEAST_WEIGHT)
+
+
+def _weigh_session(pid: int, nice: int) -> None:
+    """The kernel weighs sessions against each other before it looks at what is in them, where it has that switched on."""
+    with contextlib.suppress(OSError):
+        Path(f"/proc/{pid}/autogroup").write_text(str(nice))
 
 
 def pytest_part(name: str, files: list[Path], *options: str, clock: bool = False, idle: bool = False) -> Part:

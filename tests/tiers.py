@@ -11,7 +11,14 @@ from pathlib import Path
 
 TESTS = Path(__file__).resolve().parent
 
-MEETS_A_CLOCK = ("attacks", "contract", "integration", "system", "unit/cli/test_commissioning.py")
+MEETS_A_CLOCK = (
+    "attacks",
+    "contract",
+    "integration",
+    "system",
+    "unit/cli/test_commissioning.py",
+    "unit/hw/test_can_odrive_firmware.py",
+)
 """Folders and files, below `tests`."""
 
 ONLY_COMPUTES = (

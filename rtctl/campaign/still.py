@@ -8,8 +8,7 @@ law is told the presliding length as `rtctl identify` would find it, and of two 
 
 Some joints ring by themselves: an elastic one, hardly damped, in the hand of a stiff spring and a mass. Whoever is not
 quiet is therefore run again with the policy `off`; what is no more than `OWN_RING` of that is the joint's own, and is
-counted apart. So is a hand that only swings out: a heavy one without damping, on a joint whose friction is compensated, needs
-more than two seconds to come to rest, and does so by itself; who rests within `SWUNG_OUT_S` and was fed nothing is such a one.
+counted apart.
 
 The judge knows the truth only: velocity, and the hand's torque times the way of the mass it holds.
 """
@@ -43,7 +42,6 @@ FED_J = 1e-3
 """Most that the hand may be given from `SETTLE_S` to the end."""
 SETTLE_S, JUDGED_S = 2.0, 5.0
 OWN_RING = 1.25
-SWUNG_OUT_S = 10.0
 PERIOD_S = 2.0
 PERIODS = 2
 PART = 20
@@ -197,11 +195,8 @@ def _link_rad(simulation: Simulation) -> np.ndarray:
     return np.asarray(truth["position_rad"][:, 0] - truth["joint_twist_rad"][:, 0])
 
 
-def run_case(case: Case, hold_s: float = JUDGED_S, judged_s: float = JUDGED_S) -> Found:
-    """Run a case: arm, two periods and a part, then hold still for `hold_s`, at least `judged_s`.
-
-    The speed is that of the three seconds before `judged_s`; the energy counts from `SETTLE_S` to the end.
-    """
+def run_case(case: Case, hold_s: float = JUDGED_S) -> Found:
+    """Run a case: arm, two periods and a part, then hold still for `hold_s`, at least `JUDGED_S`."""
     simulation = rig(case)
     try:
         simulation.arm()
@@ -213,9 +208,9 @@ def run_case(case: Case, hold_s: float = JUDGED_S, judged_s: float = JUDGED_S) -
     _stop_moving(simulation, case)
     settle = simulation.run(SETTLE_S)
     start_rad = float(_link_rad(simulation)[-1])
-    trace = simulation.run(max(hold_s, judged_s) - SETTLE_S)
-    until, ticks = (round((s - SETTLE_S) / simulation.plan.period_s) for s in (judged_s, JUDGED_S))
-    speed = simulation.truth["velocity_rad_s"][until - ticks : until, 0]
+    trace = simulation.run(max(hold_s, JUDGED_S) - SETTLE_S)
+    judged = round((JUDGED_S - SETTLE_S) / simulation.plan.period_s)
+    speed = simulation.truth["velocity_rad_s"][:judged, 0]
     steps_rad = np.diff(_link_rad(simulation), prepend=start_rad)
     given_j = np.cumsum(-simulation.truth["hand_torque_nm"][:, 0] * steps_rad)
     stopped = not (np.all(settle["state"] == State.ACTIVE) and np.all(trace["state"] == State.ACTIVE))
@@ -231,11 +226,6 @@ def rings_by_itself(found: Found, hold_s: float) -> bool:
     return found.speed_rad_s <= OWN_RING * alone.speed_rad_s
 
 
-def swings_out(found: Found) -> bool:
-    """True when the joint comes to rest by itself, and the hand was given nothing."""
-    return found.fault < 0 and found.fed_j <= FED_J and run_case(found.case, judged_s=SWUNG_OUT_S).quiet
-
-
 @dataclass
 class Findings:
     """Sums over the cases that were run. Speed and energy are those of the cases that do not ring by themselves."""
@@ -243,8 +233,6 @@ class Findings:
     cases: int = 0
     own: int = 0
     """Cases that ring as much without help."""
-    swung: list[Found] = field(default_factory=list)
-    """Hands that needed longer to come to rest, and did."""
     worst_rad_s: float = 0.0
     most_fed_j: float = 0.0
     loud: list[Found] = field(default_factory=list)
@@ -256,9 +244,7 @@ class Findings:
         self.own += len(found) - len(judged)
         self.worst_rad_s = max([self.worst_rad_s, *(one.speed_rad_s for one in judged)])
         self.most_fed_j = max([self.most_fed_j, *(one.fed_j for one in judged)])
-        for one in judged:
-            if not one.quiet:
-                (self.swung if swings_out(one) else self.loud).append(one)
+        self.loud += [one for one in judged if not one.quiet]
 
     def as_dict(self) -> dict[str, object]:
         """Plain values for JSON; what is not a number is None."""
@@ -267,32 +253,27 @@ class Findings:
             "ring_by_themselves": self.own,
             "worst_rad_s": _finite(self.worst_rad_s),
             "most_fed_j": _finite(self.most_fed_j),
-            "swing_out": [_told(one) for one in self.swung],
-            "not_quiet": [_told(one) for one in self.loud],
+            "not_quiet": [
+                {**vars(one.case), "speed_rad_s": _finite(one.speed_rad_s), "fed_j": _finite(one.fed_j)}
+                | {"fault": one.fault}
+                for one in self.loud
+            ],
         }
 
     def text(self, seed: int) -> str:
         """For people."""
         lines = [
-            f"{self.cases:,} hands that hold still: {len(self.loud)} feel something; {len(self.swung)} swing out and rest within "
-            f"{SWUNG_OUT_S:g} s, {self.own} are on a joint that rings as much without help; fastest "
+            f"{self.cases:,} hands that hold still: {len(self.loud)} feel something, {self.own} on a joint "
+            f"that rings as much without help; fastest "
             f"{1e3 * self.worst_rad_s:.3g} mrad/s RMS, most fed {1e3 * self.most_fed_j:.3g} mJ"
         ]
-        for one in sorted([*self.loud, *self.swung], key=lambda one: (one in self.swung, -one.speed_rad_s))[
-            :20
-        ]:
+        for one in sorted(self.loud, key=lambda one: -one.speed_rad_s)[:20]:
             fault = f", fault {one.fault}" if one.fault >= 0 else ""
-            fault += ", swings out" if one in self.swung else ""
             lines.append(
                 f"case {one.case.index}: {1e3 * one.speed_rad_s:.3g} mrad/s, fed {1e3 * one.fed_j:.3g} mJ{fault}: {one.case}"
                 f"\n    rtctl campaign --still --seed {seed} --rig {one.case.index}"
             )
         return "\n".join(lines)
-
-
-def _told(one: Found) -> dict[str, object]:
-    numbers = {"speed_rad_s": _finite(one.speed_rad_s), "fed_j": _finite(one.fed_j), "fault": one.fault}
-    return {**vars(one.case), **numbers}
 
 
 def _finite(value: float) -> float | None:

@@ -51,11 +51,17 @@ EDGE = 1e-9
 IN_A_ROW = 3
 """Samples at the limit, or across the joints, that are a fault: as many as bad ones."""
 
-SLID_S = 0.2
+SLID_S = 2.0
 """The joint must have slid so long in each direction, since it is powered, before its friction says anything."""
 
-OFFSET_S = 0.1
-"""An offset that stays for so long is a fault."""
+AVERAGED_S = 1.0
+"""The friction of each direction is averaged over so much sliding: an elastic or uneven joint shows more of it and less by turns."""
+
+STAYING_SHARE, STAYING_SLID_S, STAYING_OFFSET_S = 0.4, 0.2, 0.1
+"""A value that stays is doubted at this share of the limit, after so much sliding each way, for so long."""
+
+OFFSET_S = 0.5
+"""An offset that stays for so much sliding is a fault."""
 
 
 @compiled
@@ -173,25 +179,40 @@ def off_axis_fault(s: Record, p: Record, elapsed: int) -> int:
 
 
 @compiled
+def _average(s: Record, p: Record, axis: int, side: int, elapsed: int) -> None:
+    """Take the friction seen of this direction in: a plain mean at first, one over `AVERAGED_S` of sliding later."""
+    s.slid_ticks[axis, side] += elapsed
+    share = elapsed / min(max(s.slid_ticks[axis, side], 1.0), AVERAGED_S / p.period_s)
+    s.slid_friction_nm[axis, side] += share * (
+        s.friction_seen_nm[axis, side] - s.slid_friction_nm[axis, side]
+    )
+
+
+@compiled
 def offset_fault(t: Record, s: Record, p: Record, axis: int, elapsed: int, powered: bool) -> int:
     """FORCE_OFFSET while the friction seen in both directions differs by too much; `force_offset_nm` of the tick."""
     t.force_offset_nm[axis] = math.nan
     if not powered or not p.friction_seen_alpha[axis] > 0.0:
         s.slid_ticks[axis, FORWARD] = s.slid_ticks[axis, BACKWARD] = s.offset_ticks[axis] = 0
+        s.slid_friction_nm[axis, FORWARD] = s.slid_friction_nm[axis, BACKWARD] = 0.0
         return 0
-    if abs(s.bristle_share[axis]) >= 1.0:
-        s.slid_ticks[axis, FORWARD if s.bristle_share[axis] > 0.0 else BACKWARD] += elapsed
-    if min(s.slid_ticks[axis, FORWARD], s.slid_ticks[axis, BACKWARD]) * p.period_s < SLID_S:
+    slides = abs(s.bristle_share[axis]) >= 1.0 and t.velocity_difference_rad_s[axis] != 0.0
+    if slides:
+        _average(s, p, axis, FORWARD if s.bristle_share[axis] > 0.0 else BACKWARD, elapsed)
+    staying = s.same_ticks * p.period_s >= FROZEN_S
+    slid_s = min(s.slid_ticks[axis, FORWARD], s.slid_ticks[axis, BACKWARD]) * p.period_s
+    if slid_s < (STAYING_SLID_S if staying else SLID_S):
         return 0
-    offset = 0.5 * (s.friction_seen_nm[axis, FORWARD] - s.friction_seen_nm[axis, BACKWARD])
+    offset = 0.5 * (s.slid_friction_nm[axis, FORWARD] - s.slid_friction_nm[axis, BACKWARD])
     t.force_offset_nm[axis] = offset
-    off = not abs(offset) <= p.force_offset_limit_nm[axis]
-    s.offset_ticks[axis] = s.offset_ticks[axis] + max(elapsed, 1) if off else 0
-    if s.offset_ticks[axis] * p.period_s < OFFSET_S:
+    limit, held_s = p.force_offset_limit_nm[axis], OFFSET_S
+    if staying:  # there is no noise to wait for the end of
+        offset = 0.5 * (s.friction_seen_nm[axis, FORWARD] - s.friction_seen_nm[axis, BACKWARD])
+        limit, held_s = STAYING_SHARE * limit, STAYING_OFFSET_S
+    if abs(offset) <= limit:
+        s.offset_ticks[axis] = 0
+    elif slides or staying or offset != offset:
+        s.offset_ticks[axis] += max(elapsed, 1)
+    if s.offset_ticks[axis] * p.period_s < held_s:
         return 0
-    stays_s = (
-        s.same_ticks * p.period_s
-    )  # of one value all the while: then it is not the sensor's zero that moved
-    if stays_s >= FROZEN_S:
-        return _F_FROZEN
-    return 0 if stays_s >= OFFSET_S else _F_OFFSET
+    return _F_FROZEN if staying else _F_OFFSET

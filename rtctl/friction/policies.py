@@ -24,11 +24,11 @@ STANDINGS: Mapping[str, Standing] = {
     "off": Standing(quiet=True, evidence="no help with friction at all"),
     "hybrid": Standing(
         quiet=True,
-        evidence="21 of 10000 hands that held still kept more than .002 rad/s, up to .055; fed .12 mJ at most",
+        evidence="2 of 5017 hands that held still were not at rest after 2 s: heavy ones without damping that swung out; fed .007 mJ at most",
     ),
     "observer": Standing(
-        quiet=False,
-        evidence="1 of 10000 hands that held still kept .0027 rad/s; it flickers between two counts",
+        quiet=True,
+        evidence="0 of 5015 hands that held still kept more than .002 rad/s; fed .005 mJ at most",
     ),
     "sign": Standing(quiet=False, evidence="45 % of the hands that held still were shaken"),
     "dither": Standing(quiet=False, evidence="25 % of the hands that held still were shaken"),

@@ -34,9 +34,7 @@ def test_of_many_hands_that_hold_still_none_feels_anything_of_the_default_policy
     assert not found.loud, found.text(1)
     assert found.cases == cases
     assert found.own <= cases / 100, "joints that ring by themselves are the exception"
-    assert len(found.swung) <= cases / 500, "so are heavy hands that swing out"
-    swinging_rad_s = max((one.speed_rad_s for one in found.swung), default=0.0)
-    assert 0 < found.worst_rad_s <= max(still.OWN_RING * still.QUIET_RAD_S, swinging_rad_s)
+    assert 0 < found.worst_rad_s <= still.OWN_RING * still.QUIET_RAD_S
     assert found.most_fed_j <= still.FED_J
 
 

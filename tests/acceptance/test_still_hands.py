@@ -57,8 +57,14 @@ def held_still(case, **params):
     return simulation, trace, simulation.truth["velocity_rad_s"][:, 0]
 
 
-AS_IN_THE_FIRST_RELEASES = {"observer_gain": 0.0, "assistance_bank_j": 1e3, "friction_intent_alpha": 1.0}
-"""No observer, an account that never bites, the hand's torque unfiltered for the intent."""
+AS_IN_THE_FIRST_RELEASES = {
+    "observer_gain": 0.0,
+    "assistance_bank_j": 1e3,
+    "friction_intent_alpha": 1.0,
+    "rest_alpha": 1.0,
+    "friction_stop_rad": 1e-6,
+}
+"""No observer, an account that never bites, the hand's torque unfiltered, the direction of the motion at once."""
 
 
 @pytest.mark.parametrize("case", CASES)

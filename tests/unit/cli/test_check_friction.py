@@ -163,7 +163,7 @@ def test_every_policy_of_a_rig_file_has_a_standing_and_the_default_is_quiet():
     names = FrictionTable.model_fields["policy"].annotation.__args__
     assert set(names) == set(STANDINGS)
     assert STANDINGS[FrictionTable().policy].quiet
-    assert [name for name in STANDINGS if STANDINGS[name].quiet] == ["off", "hybrid"]
+    assert [name for name in STANDINGS if STANDINGS[name].quiet] == ["off", "hybrid", "observer"]
 
 
 def test_without_a_force_sensor_only_no_help_is_advised(rig):

@@ -274,7 +274,10 @@ def test_channels_are_declared_or_asked_of_a_device_that_is_not_opened():
     found = registry.channels("fake", {"name": "x", "provides": ["force"], "consumes": []}, rig())
     assert found == Channels(frozenset({"force"}), frozenset())
     assert MADE["x"].calls == []
-    assert registry.channels("rokubi", {}, rig()) == Channels(frozenset({"force"}), frozenset())
+    options = registry.options_model("rokubi").model_validate({"port": "/dev/null"}, context={"n_axes": 1})
+    assert registry.channels("rokubi", options.model_dump(), rig()) == Channels(
+        frozenset({"force"}), frozenset()
+    )
 
 
 @settings(max_examples=100, deadline=None)
