@@ -1,7 +1,7 @@
 """The rig file: TOML, validated strictly, every fault reported at once.
 
 Only the host and the command line import this module; the loop process gets plain arrays (`rtctl.plan`).
-The tables and their bounds stand in `rtctl.config_tables`.
+The tables and their bounds stand in `rtctl.config_tables` and the modules it names.
 """
 
 from __future__ import annotations
@@ -28,19 +28,10 @@ from hw.plain_words import Key
 from hw.rig import Member
 from rtctl.config_devices import Composition
 from rtctl.config_faults import fault_lines, no_files, tiny_lines
-from rtctl.config_tables import (
-    AxisTable,
-    DeviceTable,
-    ForceSensorTable,
-    GatewayTable,
-    LoopTable,
-    PassivityTable,
-    RecordTable,
-    RigTable,
-    Table,
-    TelemetryTable,
-    ViewTable,
-)
+from rtctl.config_fields import Table
+from rtctl.config_host import GatewayTable, RecordTable, TelemetryTable, ViewTable
+from rtctl.config_sensors import ForceSensorTable
+from rtctl.config_tables import AxisTable, DeviceTable, LoopTable, PassivityTable, RigTable
 from rtctl.errors import ConfigError
 from rtctl.protocol import MOST_AXES
 from rtctl.toml_lines import read_toml

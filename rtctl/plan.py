@@ -39,7 +39,7 @@ SEEN_HZ = 5.0
 SEEN_FACTOR = 1.5
 """Friction seen is believed up to so many times the learned peak."""
 ARMING_TRAVEL_SHARE = 0.25
-OFFSET_SHARE = 0.25
+OFFSET_SHARE = 0.1
 """Share of the torque limit that the force may be off in power, unless the rig file says otherwise."""
 RESOLUTION_SHARE = 0.01
 """Share of a force sensor's range that its coarsest step may be, likewise."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -48,6 +48,7 @@ class Job:
     cutoff_hz: float = 20.0
     speed_min_rad_s: float = 0.03
     epsilon_nm: float = 0.001
+    presliding_rad: float | None = None
     save_model: Path | None = None
     plot: Path | None = None
 
@@ -68,6 +69,7 @@ def run(job: Job) -> dict[str, Any]:
     learned = None
     if job.fit_from:
         learned = learn(job.fit_from, loaded.options, rig, settings, loaded.config.rig.name)
+        learned = replace(learned, model=replace(learned.model, presliding_rad=job.presliding_rad))
         result["fit"] = _fit_summary(learned)
         if learned.held_out is not None:
             result["held_out"] = predict(learned, learned.held_out)

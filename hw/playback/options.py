@@ -73,7 +73,7 @@ class CurrentColumn(Column):
 class TorqueColumn(Column):
     """A torque on the joint, link side."""
 
-    unit: Literal["N m", "mN m"] = Field("N m", description=_UNIT)
+    unit: Literal["N m", "mN m", "Nm", "mNm"] = Field("N m", description=_UNIT)
 
 
 class ForceColumn(Column):

@@ -11,7 +11,7 @@ import io
 import math
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,13 +19,14 @@ import numpy as np
 
 from hw.interface import BackendError, Options, Rig
 from hw.outside import read_bounded
+from hw.playback.stamps import Grid, Stretch, grid_of, resolution
 
 # Factors to SI of the units that hw.playback.options admits (pydantic stays out of the loop process).
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 ANGLE_UNITS = {"rad": 1.0, "deg": math.pi / 180, "rev": 2 * math.pi}  # and counts, by the rig's encoder
 VELOCITY_UNITS = {"rad/s": 1.0, "deg/s": math.pi / 180, "rev/s": 2 * math.pi, "rpm": 2 * math.pi / 60}
 CURRENT_UNITS = {"A": 1.0, "mA": 1e-3}
-TORQUE_UNITS = {"N m": 1.0, "mN m": 1e-3}
+TORQUE_UNITS = {"N m": 1.0, "mN m": 1e-3, "Nm": 1.0, "mNm": 1e-3}
 FORCE_UNITS = {"N": 1.0, "mN": 1e-3}
 
 MAX_BYTES = 1 << 30
@@ -42,7 +43,7 @@ MIN_SAMPLES = 2
 
 @dataclass(frozen=True)
 class Recording:
-    """A log in SI units on an even time grid. Arrays have `n` rows; absent signals are None.
+    """A log in SI units on an even time grid, or a stretch of it between gaps. Arrays have `n` rows; absent signals are None.
 
     `position_rad`, `velocity_rad_s`, `current_a` (motor side), `hand_torque_nm` (link side) have one column per
     axis, `force_n` three.
@@ -55,6 +56,10 @@ class Recording:
     hand_torque_nm: np.ndarray | None
     force_n: np.ndarray | None
     velocity_rad_s: np.ndarray | None = None
+    start_s: float = 0.0
+    """When it begins, s after the log's first row; above 0 for what comes after a gap."""
+    notes: tuple[str, ...] = ()
+    """What was done to the log to get here, for people."""
 
     def __len__(self) -> int:
         return len(self.position_rad)
@@ -138,17 +143,16 @@ def read_columns(path: Path, names: tuple[str, ...], delimiter: str = ",") -> di
     return {name: table[:, k] for k, name in enumerate(order)}
 
 
-def sampling_rate(path: Path, time_s: np.ndarray) -> float:
-    """Rate of an evenly sampled time column, Hz.
+def require_rising(path: Path, time_s: np.ndarray) -> None:
+    """Refuse stamps that do not rise.
 
     Raises
     ------
     BackendError
-        Time that stands still, repeats itself, goes back or is uneven, with how often and the first row.
+        Time that stands still, repeats itself or goes back, with how often and the first row.
     """
     steps = np.diff(time_s)
-    mean = (time_s[-1] - time_s[0]) / len(steps)
-    if not mean > 0:
+    if not time_s[-1] > time_s[0]:
         raise BackendError(f"{path}: time does not increase ({time_s[0]} s to {time_s[-1]} s)")
     same, back = np.flatnonzero(steps == 0), np.flatnonzero(steps < 0)
     if len(same):
@@ -163,6 +167,12 @@ def sampling_rate(path: Path, time_s: np.ndarray) -> float:
             f"{path}: unsorted time: row {k + 2} ({time_s[k + 1]:.6g} s) is {-steps[k]:.6g} s before the row above "
             f"it ({len(back)} such rows); sort the log by time, or cut it where the clock was set back"
         )
+
+
+def _require_steady(path: Path, time_s: np.ndarray) -> None:
+    """Refuse steps that a loop must not be fed with: rows lost, pauses, jitter beyond `MAX_STEP_ERROR`."""
+    steps = np.diff(time_s)
+    mean = (time_s[-1] - time_s[0]) / len(steps)
     uneven = np.flatnonzero(np.abs(steps - mean) > MAX_STEP_ERROR * mean)
     if len(uneven):
         k = uneven[0]
@@ -171,7 +181,6 @@ def sampling_rate(path: Path, time_s: np.ndarray) -> float:
             f"the mean step is {mean:.6g} s ({len(uneven)} such steps); "
             "the loop needs an even rate: resample the log"
         )
-    return float(1.0 / mean)
 
 
 def _window(path: Path, n: int, rate_hz: float, start_s: float, end_s: float | None) -> slice:
@@ -197,6 +206,20 @@ class _Table:
         names = tuple(column["column"] for column in columns)
         self.raw = read_columns(self.path, names, options.get("delimiter", ","))
 
+    def grid(self, options: Options, *, steady: bool) -> Grid:
+        """Even grid of the rows; `steady` refuses what a loop must not be fed with."""
+        n = len(next(iter(self.raw.values())))
+        column = options.get("time")
+        if not column:
+            return Grid(float(options["rate_hz"]), (Stretch(0, n, np.zeros(0), None),))
+        time_s = self.si(column, TIME_UNITS)
+        require_rising(self.path, time_s)
+        unit_s = abs(column.get("scale", 1.0)) * TIME_UNITS[column.get("unit", "s")]
+        even = unit_s * resolution(self.raw[column["column"]])
+        if steady:
+            _require_steady(self.path, time_s)
+        return grid_of(self.path, time_s, even)
+
     def si(self, column: Mapping[str, Any], units: Mapping[str, float]) -> np.ndarray:
         raw = self.raw[column["column"]]
         factor = column.get("scale", 1.0) * units[column.get("unit", next(iter(units)))]
@@ -216,18 +239,31 @@ def load(options: Options, rig: Rig) -> Recording:
     Raises
     ------
     BackendError
-        See `read_columns` and `sampling_rate`; also when the number of axes differs.
+        See `read_columns` and `require_rising`; steps that differ by more than `MAX_STEP_ERROR` (smaller differences are
+        resampled on the stamps); also when the number of axes differs.
     """
+    (whole,) = _read(options, rig, steady=True)
+    kept = _window(whole.path, len(whole), whole.rate_hz, options.get("start_s", 0.0), options.get("end_s"))
+    return _cut(whole, kept)
+
+
+def load_stretches(options: Options, rig: Rig) -> list[Recording]:
+    """Read a log for identification: resampled on its stamps where they are uneven, split where it has gaps.
+
+    Options and errors as `load`, but that window (`start_s`, `end_s`) is not applied, and only stamps of which no even
+    rate can be made are refused. Stretches are in order, all of one rate.
+    """
+    return _read(options, rig, steady=False)
+
+
+def _read(options: Options, rig: Rig, *, steady: bool) -> list[Recording]:
     axes = options["axis"]
     if len(axes) != rig.n_axes:
         raise BackendError(
             f"playback maps {len(axes)} axes, the rig has {rig.n_axes}: one device.options.axis each"
         )
     table = _Table(options)
-    if options.get("time"):
-        rate_hz = sampling_rate(table.path, table.si(options["time"], TIME_UNITS))
-    else:
-        rate_hz = float(options["rate_hz"])
+    grid = table.grid(options, steady=steady)
     angles = [{**ANGLE_UNITS, "counts": 2 * math.pi / counts} for counts in rig.encoder_counts_per_rev]
     position = np.stack(
         [table.si(axis["position"], units) for axis, units in zip(axes, angles, strict=True)], axis=1
@@ -238,20 +274,42 @@ def load(options: Options, rig: Rig) -> Recording:
     if motor_torque is not None:
         current = motor_torque / torque_per_amp
     force = options.get("force")
-    kept = _window(table.path, len(position), rate_hz, options.get("start_s", 0.0), options.get("end_s"))
-    return Recording(
-        path=table.path,
-        rate_hz=rate_hz,
-        position_rad=np.ascontiguousarray(position[kept]),
-        current_a=None if current is None else current[kept],
-        hand_torque_nm=_cut(_per_axis(table, axes, "hand_torque", TORQUE_UNITS), kept),
-        velocity_rad_s=_cut(_per_axis(table, axes, "velocity", VELOCITY_UNITS), kept),
-        force_n=_cut(np.stack([table.si(c, FORCE_UNITS) for c in force], axis=1) if force else None, kept),
+    hand = _per_axis(table, axes, "hand_torque", TORQUE_UNITS)
+    velocity = _per_axis(table, axes, "velocity", VELOCITY_UNITS)
+    tip = np.stack([table.si(c, FORCE_UNITS) for c in force], axis=1) if force else None
+    begin_s = float(grid.stretches[0].stamps_s[:1].sum())
+    return [
+        Recording(
+            path=table.path,
+            rate_hz=grid.rate_hz,
+            start_s=float(stretch.stamps_s[:1].sum()) - begin_s,
+            notes=grid.notes,
+            position_rad=stretch.signal(position),
+            current_a=_of(stretch, current),
+            hand_torque_nm=_of(stretch, hand),
+            force_n=_of(stretch, tip),
+            velocity_rad_s=_of(stretch, velocity),
+        )
+        for stretch in grid.stretches
+    ]
+
+
+def _of(stretch: Stretch, signal: np.ndarray | None) -> np.ndarray | None:
+    return None if signal is None else stretch.signal(signal)
+
+
+def _cut(whole: Recording, kept: slice) -> Recording:
+    def cut(array: np.ndarray | None) -> np.ndarray | None:
+        return None if array is None else array[kept]
+
+    return replace(
+        whole,
+        position_rad=np.ascontiguousarray(whole.position_rad[kept]),
+        current_a=cut(whole.current_a),
+        hand_torque_nm=cut(whole.hand_torque_nm),
+        force_n=cut(whole.force_n),
+        velocity_rad_s=cut(whole.velocity_rad_s),
     )
-
-
-def _cut(array: np.ndarray | None, kept: slice) -> np.ndarray | None:
-    return None if array is None else array[kept]
 
 
 def _per_axis(table: _Table, axes: Any, name: str, units: Mapping[str, float]) -> np.ndarray | None:  # noqa: ANN401

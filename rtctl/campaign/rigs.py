@@ -54,6 +54,10 @@ class Rig:
     plant: str
 
 
+ARMED_S = 0.5
+"""Time that arming takes at most, its test pulse included, from the moment on at which a rig may arm."""
+
+
 def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: int, ticks: int) -> Rig:
     """Rig `index` of campaign `seed`.
 
@@ -62,7 +66,7 @@ def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: 
     loaded
         Mock rig that is varied.
     passive
-        No faults, true figures: the energy claims hold. Half of the rigs have a renderer after the hand's energy.
+        No faults, true figures, a tare without a hand: the energy claims hold. Half of the rigs have a renderer after the hand's energy.
     faults, ticks
         How many faults to spread over the run.
     """
@@ -87,6 +91,8 @@ def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: 
     renderer = np.random.default_rng((seed, index, _RENDERER_STREAM))
     p["renderer_store_j"], p["renderer_power_w"] = _log(renderer, 1e-3, 10.0), _log(renderer, 0.01, 20.0)
     _device_velocity(p, plant, np.random.default_rng((seed, index, _VELOCITY_STREAM)))
+    if passive:
+        _take_hold(p, plant)
     names = [] if passive else _faults(plant, faults, ticks, draw)
     made.plant_state["rng"] = seed_words(int(draw.integers(1 << 62)))
     memory = records(np.zeros(1, memory_dtype(made.plan.n_axes)))
@@ -246,6 +252,16 @@ def _hand(plant: np.void, axis: int, draw: np.random.Generator) -> None:
     plant["hand_sine_rad"][axis, :2] = draw.uniform(0.02, 0.25, 2)
     plant["hand_sine_rad_s"][axis, :2] = 2 * math.pi * np.exp(draw.uniform(math.log(0.1), math.log(5.0), 2))
     plant["grip_count"][axis] = 0
+
+
+def _take_hold(p: np.void, plant: np.void) -> None:
+    """Let the hands take hold of the armed rig: one that leans on the joint during the tare is taken for the sensor's zero."""
+    samples_s = float(p["period_s"]) * max(float(plant["sample_every_ticks"]), 1.0)
+    plant["grip_count"] = 1
+    plant["grip_from_s"][:, 0] = ARMED_S + samples_s * max(
+        float(p["tare_ticks"].max()), float(p["ready_ticks"])
+    )
+    plant["grip_to_s"][:, 0] = math.inf
 
 
 def _value(kind: Kind, draw: np.random.Generator) -> float:

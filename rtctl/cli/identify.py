@@ -117,6 +117,8 @@ def command(
 
     Nobody may touch the rig meanwhile. The data set holds points_train.csv and points_test.csv for
     `rtctl fit`, and the ticks behind every point. Exit code 130: stopped by Ctrl-C, continue with --resume.
+
+    Recordings instead of a rig: rtctl identify --log FILE --column ROLE=NAME... (options: rtctl identify --log x --help).
     """
     from rtctl.config import load
     from rtctl.identify.dataset import Dataset

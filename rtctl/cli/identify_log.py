@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hw.outside import read_toml
+from hw.playback.reader import ANGLE_UNITS, CURRENT_UNITS, TIME_UNITS, TORQUE_UNITS, VELOCITY_UNITS
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFolder
 from rtctl.errors import ConfigError
@@ -93,15 +94,16 @@ def command(
     from rtctl.friction.logs import level_points
     from rtctl.friction.plausibility import Limits, against_rig
     from rtctl.friction.regression import joint_fit
-    from rtctl.friction.regressors import cutoff_for, pooled, regressors
+    from rtctl.friction.regressors import cutoff_for, of_stretches, pooled
 
     rig_axis = _axis(config, axis) if config else None
     limits = Limits.of_axis(rig_axis, str(config)) if rig_axis else Limits()
     tables, geared = _tables(columns, map_file), _gearing(gearing, rig_axis)
-    parts = [read_log(options_of(log, tables, rate_hz), geared, torque_delay, limits) for log in logs]
+    read = [read_log(options_of(log, tables, rate_hz), geared, torque_delay, limits) for log in logs]
+    parts = [stretches[0] for stretches in read]
     require_different(parts)
     cutoff_hz = cutoff_hz or cutoff_for(parts)
-    signals = pooled([regressors(part, cutoff_hz, speed_min_rad_s) for part in parts])
+    signals = pooled([of_stretches(stretches, cutoff_hz, speed_min_rad_s) for stretches in read])
     fit = joint_fit(signals)
     if rig_axis:
         fit = replace(fit, warnings=(*fit.warnings, *against_rig(fit, rig_axis, str(config))))
@@ -145,6 +147,27 @@ def _gearing(given: Mapping[str, float | None], axis: AxisTable | None) -> Geari
     return Gearing(**value)
 
 
+_UNITS = {"", "counts"}.union(TIME_UNITS, ANGLE_UNITS, VELOCITY_UNITS, CURRENT_UNITS, TORQUE_UNITS)
+
+
+def _name_unit_scale(text: str) -> tuple[str, str, str]:
+    """Parts of NAME[:UNIT[:SCALE]]; a name may hold colons, so unit and scale are told by what they are."""
+    *before, last = text.split(":")
+    if len(before) > 1 and before[-1] in _UNITS:
+        return ":".join(before[:-1]), before[-1], _scale(text, last)
+    if before and last in _UNITS:
+        return ":".join(before), last, ""
+    return text, "", ""
+
+
+def _scale(text: str, scale: str) -> str:
+    try:
+        float(scale or 1)
+    except ValueError as error:
+        raise click.BadParameter(f"{text!r}: the scale must be a number") from error
+    return scale
+
+
 def _tables(columns: tuple[str, ...], map_file: Path | None) -> dict[str, dict[str, Any]]:
     """Option tables of the reader, by its roles; the command line overrides the file."""
     given: dict[str, Any] = {}
@@ -155,14 +178,11 @@ def _tables(columns: tuple[str, ...], map_file: Path | None) -> dict[str, dict[s
             raise ConfigError(f"{map_file}: cannot read the map of columns: {error}") from error
     for text in columns:
         role, _, rest = text.partition("=")
-        name, unit, scale = (*rest.split(":"), "", "")[:3]
-        if not name or rest.count(":") > 2:
+        name, unit, scale = _name_unit_scale(rest)
+        if not name:
             raise click.BadParameter(f"{text!r} is not ROLE=NAME[:UNIT[:SCALE]]")
-        try:
-            given[role] = {"column": name} | ({"unit": unit} if unit else {})
-            given[role] |= {"scale": float(scale)} if scale else {}
-        except ValueError as error:
-            raise click.BadParameter(f"{text!r}: the scale must be a number") from error
+        given[role] = {"column": name} | ({"unit": unit} if unit else {})
+        given[role] |= {"scale": float(scale)} if scale else {}
     unknown = sorted(set(given) - set(ROLES))
     if unknown:
         raise ConfigError(f"unknown role {unknown[0]!r} of a column; there are {', '.join(ROLES)}")

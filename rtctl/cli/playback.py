@@ -63,6 +63,13 @@ _NUMBER = click.FloatRange(1e-9, 1e9)
 @click.option("--cutoff-hz", type=click.FloatRange(0.1, 1e4), default=20.0, show_default=True)
 @click.option("--speed-min-rad-s", type=click.FloatRange(0, 100), default=0.03, show_default=True)
 @click.option("--epsilon-nm", type=_NUMBER, default=0.001, show_default=True, help="tube of the regression")
+@click.option(
+    "--presliding",
+    "presliding_rad",
+    type=click.FloatRange(min=0, min_open=True, max=1),
+    metavar="RAD",
+    help="presliding length of the learned model, rad; unknown: 5 mrad, and less help near reversals",
+)
 @click.option("--save-model", type=OutputFile(), help="keep the learned model in this file")
 @click.option("--plot", type=OutputFile(picture=True), help="write a figure (PNG)")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout")
@@ -91,6 +98,10 @@ def _lines(result: dict[str, Any], job: Job) -> list[str]:
         lines.append(
             f"model    {fit['points']} points, support vectors {fit['support_vectors']} (forward, backward)"
         )
+        if job.presliding_rad is None:
+            lines.append(
+                "         presliding length unknown: taken for 5 mrad, so less help near reversals (--presliding)"
+            )
     for name, title in (("held_out", "held-out part of the training logs"), ("prediction", "the log")):
         if name in result:
             lines.append(_prediction(title, result[name]))

@@ -51,16 +51,16 @@ EDGE = 1e-9
 IN_A_ROW = 3
 """Samples at the limit, or across the joints, that are a fault: as many as bad ones."""
 
-SLID_S = 2.0
+SLID_S = 1.0
 """The joint must have slid so long in each direction, since it is powered, before its friction says anything."""
 
 AVERAGED_S = 1.0
 """The friction of each direction is averaged over so much sliding: an elastic or uneven joint shows more of it and less by turns."""
 
-STAYING_SHARE, STAYING_SLID_S, STAYING_OFFSET_S = 0.4, 0.2, 0.1
-"""A value that stays is doubted at this share of the limit, after so much sliding each way, for so long."""
+STAYING_SLID_S, STAYING_OFFSET_S = 0.2, 0.1
+"""A value that stays has no noise: it is judged after so much sliding each way, for so long, and without an average."""
 
-OFFSET_S = 0.5
+OFFSET_S = 0.25
 """An offset that stays for so much sliding is a fault."""
 
 
@@ -183,9 +183,8 @@ def _average(s: Record, p: Record, axis: int, side: int, elapsed: int) -> None:
     """Take the friction seen of this direction in: a plain mean at first, one over `AVERAGED_S` of sliding later."""
     s.slid_ticks[axis, side] += elapsed
     share = elapsed / min(max(s.slid_ticks[axis, side], 1.0), AVERAGED_S / p.period_s)
-    s.slid_friction_nm[axis, side] += share * (
-        s.friction_seen_nm[axis, side] - s.slid_friction_nm[axis, side]
-    )
+    seen, mean = s.friction_seen_nm[axis, side], s.slid_friction_nm[axis, side]
+    s.slid_friction_nm[axis, side] = mean + share * (seen - mean)
 
 
 @compiled
@@ -205,14 +204,12 @@ def offset_fault(t: Record, s: Record, p: Record, axis: int, elapsed: int, power
         return 0
     offset = 0.5 * (s.slid_friction_nm[axis, FORWARD] - s.slid_friction_nm[axis, BACKWARD])
     t.force_offset_nm[axis] = offset
-    limit, held_s = p.force_offset_limit_nm[axis], OFFSET_S
-    if staying:  # there is no noise to wait for the end of
+    if staying:
         offset = 0.5 * (s.friction_seen_nm[axis, FORWARD] - s.friction_seen_nm[axis, BACKWARD])
-        limit, held_s = STAYING_SHARE * limit, STAYING_OFFSET_S
-    if abs(offset) <= limit:
+    if abs(offset) <= p.force_offset_limit_nm[axis]:
         s.offset_ticks[axis] = 0
     elif slides or staying or offset != offset:
         s.offset_ticks[axis] += max(elapsed, 1)
-    if s.offset_ticks[axis] * p.period_s < held_s:
+    if s.offset_ticks[axis] * p.period_s < (STAYING_OFFSET_S if staying else OFFSET_S):
         return 0
     return _F_FROZEN if staying else _F_OFFSET

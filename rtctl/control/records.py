@@ -252,9 +252,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "unseen_j": (),  # energy that nobody shown has given since then
             "unseen_path_rad": (),
             "slid_ticks": (2,),  # since powered, forward and backward
-            "slid_friction_nm": (
-                2,
-            ),  # friction seen in sliding, forward and backward, averaged over a second of it
+            "slid_friction_nm": (2,),  # mean friction of a second of sliding, forward and backward
             "offset_ticks": (),  # for which the force has been off
             "proxy_position_rad": (),
             "proxy_set_count": (),

@@ -12,6 +12,7 @@ import math
 
 from rtctl.control.jit import compiled
 from rtctl.control.records import Record
+from rtctl.control.running_window import moments, of_mean, regression
 from rtctl.control.vocabulary import Fault
 
 _F_CURRENT = int(Fault.CURRENT)
@@ -24,23 +25,13 @@ MOST_ERROR = 0.1
 
 
 @compiled
-def _of_mean(variance: float, n: int, floor: float, share: float) -> float:
-    """Variance of the mean of `n` values behind the low-pass, of which one in two time constants is independent."""
-    return max(variance, floor * floor) * 2.0 / (share * n)
-
-
-@compiled
 def _apart(s: Record, axis: int, floor: float, share: float) -> tuple[float, float, float, float]:
     """(gain, its standard error, offset, its standard error) of the window; infinite errors where the torque shows neither."""
-    sums, n = s.running_sums[axis], s.running_ticks[axis]
-    d, u, e = sums[0] / n, sums[1] / n, sums[2] / n
-    dd, du, uu = sums[3] / n - d * d, sums[4] / n - d * u, sums[5] / n - u * u
-    de, ue, ee = sums[6] / n - d * e, sums[7] / n - u * e, sums[8] / n - e * e
-    area = dd * uu - du * du
-    if not area > 1e-6 * dd * uu:
+    slope, rest, left, area = regression(s, axis)
+    if area == 0.0:
         return 0.0, math.inf, 0.0, math.inf
-    slope, rest = (de * uu - ue * du) / area, (ue * dd - de * du) / area
-    variance = _of_mean(ee - slope * de - rest * ue, n, floor, share)
+    d, u, e, dd, du, uu = moments(s, axis)
+    variance = of_mean(left, s.running_ticks[axis], floor, share)
     spread = (d * d * uu - 2.0 * d * u * du + u * u * dd) / area
     error = math.sqrt(variance * dd / area)
     return 1.0 - rest, error, slope * d + rest * u - e, math.sqrt(variance * (1.0 + spread))
@@ -58,7 +49,7 @@ def _is_off(s: Record, p: Record, axis: int, floor: float, share: float) -> bool
         s.running_known_count[axis] = 1
         right = abs(gain - 1.0) <= most_gain + ERRORS * gain_error
         return not (right and abs(offset) <= most_offset + ERRORS * offset_error)
-    error = math.sqrt(_of_mean(sums[8] / n - e * e, n, floor, share))
+    error = math.sqrt(of_mean(sums[8] / n - e * e, n, floor, share))
     return not abs(e) <= most_gain * abs(u) + most_offset + ERRORS * error
 
 

@@ -21,6 +21,7 @@ from rtctl.control.detectors import held_torque
 from rtctl.control.jit import compiled
 from rtctl.control.records import Record
 from rtctl.control.running_current import judge_current
+from rtctl.control.running_window import moments, of_mean, regression
 from rtctl.control.vocabulary import State
 
 _ACTIVE = int(State.ACTIVE)
@@ -44,18 +45,12 @@ def _restart(s: Record, axis: int) -> None:
 @compiled
 def _estimate(s: Record, axis: int, share: float, floor: float) -> tuple[float, float]:
     """(delay, its standard error) of the window, ticks; an infinite error where the motion does not show it."""
-    sums, n = s.running_sums[axis], s.running_ticks[axis]
-    d, u, e = sums[0] / n, sums[1] / n, sums[2] / n
-    dd, du, uu = sums[3] / n - d * d, sums[4] / n - d * u, sums[5] / n - u * u
-    de, ue, ee = sums[6] / n - d * e, sums[7] / n - u * e, sums[8] / n - e * e
-    area = dd * uu - du * du
-    if not area > 1e-6 * dd * uu:
-        return 0.0, math.inf
-    slope, rest = (de * uu - ue * du) / area, (ue * dd - de * du) / area
+    slope, rest, left, area = regression(s, axis)
     gain = 1.0 - rest
-    if not gain >= LEAST_GAIN:
+    if area == 0.0 or not gain >= LEAST_GAIN:
         return 0.0, math.inf
-    variance = max(ee - slope * de - rest * ue, floor * floor) * 2.0 / (share * n)
+    variance = of_mean(left, s.running_ticks[axis], floor, share)
+    uu = moments(s, axis)[5]
     return slope / gain, math.sqrt(variance * uu / area) / gain
 
 

@@ -149,7 +149,18 @@ def repeat(
         more = {"support_vectors": vectors, "off_share": max(deviation.rms_share for deviation in off)}
         rows.append({**row, **more, "seed": seed})
     chosen = next(row for row in rows if row["family"] == evidence.chosen)
-    return [*rows, {**chosen, "family": CHOSEN, "chosen": evidence.chosen}]
+    refused = {rung.family: rung.refused for rung in rungs.values() if rung.refused}
+    return [*rows, {**chosen, "family": CHOSEN, "chosen": evidence.chosen, "refused": refused}]
+
+
+def _refusals(rows: Sequence[dict[str, Any]]) -> str:
+    """Say which rungs were passed over, in how many identifications, and why the first time."""
+    families = dict.fromkeys(family for row in rows for family in row.get("refused", {}))
+    said = ""
+    for family in families:
+        reasons = [row["refused"][family] for row in rows if family in row.get("refused", {})]
+        said += f" {family} has no figure in {len(reasons)} of them: {reasons[0]}."
+    return said
 
 
 def outcome(seeds: Sequence[int], found: Sequence[Sequence[dict[str, Any]]]) -> Outcome:
@@ -165,6 +176,7 @@ def outcome(seeds: Sequence[int], found: Sequence[Sequence[dict[str, Any]]]) -> 
         f"errs {ratio.text()} times as much on other speeds as on those it saw, mean and 95 % interval; in one identification "
         f"{_span([row['prediction_over_training'] for row in rows[CHOSEN]], '.2f')}."
     )
+    key += _refusals(rows[CHOSEN])
     table = Table(
         "Mean absolute errors over all speeds and both directions, mN m, as in Tables I and II of Bi, mean over the identifications with "
         "the 95 % interval; ratio of each identification, smallest to largest; support vectors trained on all points, both "

@@ -113,9 +113,10 @@ def compared(order: Order) -> list[Compared]:
     Raises
     ------
     DataError
-        Not one could be learned.
+        Not one could be learned; says why of each. One of several is left out and announced.
     """
     points, found = climb(order)
+    lost: list[str] = []
     models = [Compared("none", np.zeros(1, MODEL), float("nan"), "-")]
     rungs = {rung.family: rung for rung in found.choice.rungs}
     for name, family in COMPARED.items():
@@ -123,10 +124,13 @@ def compared(order: Order) -> list[Compared]:
             continue
         rung = rungs.get(family)
         if rung is None or rung.refused:
+            lost.append(f"{name} is left out: {rung.refused if rung else 'not climbed'}")
+            order.announce(lost[-1])
             continue
         model = ladder.learn(points, found, rig=order.loaded.config.rig.name, rung=rung)
         terms = " + ".join(f"{score.n_terms:.0f}" for score in rung.scores)
         models.append(Compared(name, model.record(), rung.rmse_nm, terms))
     if len(models) == 1:
-        raise DataError(f"{points.source}: no friction model could be learned; measure more points")
+        said = "; ".join(lost)
+        raise DataError(f"{points.source}: no friction model could be learned: {said}; measure more points")
     return models

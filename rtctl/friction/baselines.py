@@ -212,7 +212,7 @@ def _fit_stribeck(kind: str, speed: np.ndarray, friction_nm: np.ndarray, root: n
     best = [
         least_squares(
             residual,
-            np.maximum(start[1:], lower),
+            np.clip(start[1:], lower, upper),  # a joint of .02 rad/s has no room for the usual starts
             jac=slope,
             bounds=(lower, upper),
             x_scale="jac",

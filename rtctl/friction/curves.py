@@ -67,6 +67,12 @@ class Curve:
         """Support vectors of a kernel sum, parameters of a formula: what a choice counts."""
         return len(self.support_vectors) if self.kind in KERNELS else len(self.parameters)
 
+    @property
+    def compiles_exactly(self) -> bool:
+        """Whether a piecewise cubic is this very curve, so that no table is needed."""
+        cubic = self.kind == "polynomial" and self.parameters["degree"] <= 3
+        return cubic or self.kind == "spline" or self.kind in STRAIGHT
+
     def __call__(self, speed: np.ndarray) -> np.ndarray:
         """Value at each speed >= 0, N m; NaN for NaN."""
         v = np.asarray(speed, dtype=float)
@@ -101,18 +107,25 @@ class Curve:
         value: np.ndarray = straight + scale * stribeck_shape(self.kind, y, order)
         return value
 
-    def derivative_bound(self, order: int) -> float:
-        """Bound of |derivative of `order` >= 2| over every speed; infinite where there is none."""
+    def derivative_bound(self, order: int, from_speed: np.ndarray | float = 0.0) -> np.ndarray:
+        """Bound of |derivative of `order` >= 2| over every speed >= each of `from_speed` (rad/s, >= 0); infinite without one.
+
+        The peak of a formula dies out, and its bound with it (docs/theory.md 8.5); that of a kernel sum is the same everywhere.
+        """
+        v = np.asarray(from_speed, dtype=float)
         if self.kind == "rbf":
             scale = math.sqrt(2.0) * self.parameters["sigma_rad_s"]
-            return _gaussian_bound(order) * float(np.abs(self.dual_coef).sum()) / scale**order
+            return np.full(
+                v.shape, _gaussian_bound(order) * float(np.abs(self.dual_coef).sum()) / scale**order
+            )
         if self.kind == "polynomial":
-            return 0.0 if order > self.parameters["degree"] else math.inf
+            return np.full(v.shape, 0.0 if order > self.parameters["degree"] else math.inf)
         p = self.parameters
         if self.kind in STRAIGHT:
-            return 0.0
-        top = {"tustin": 1.0, "gaussian": _gaussian_bound(order), "lorentzian": math.factorial(order)}
-        return abs(p["breakaway_nm"] - p["coulomb_nm"]) * top[self.kind] / p["stribeck_rad_s"] ** order
+            return np.zeros(v.shape)
+        peak = abs(p["breakaway_nm"] - p["coulomb_nm"]) / p["stribeck_rad_s"] ** order
+        bound: np.ndarray = peak * _shape_bound(self.kind, v / p["stribeck_rad_s"], order)
+        return bound
 
     def powers(self) -> np.ndarray:
         """Coefficients of 1, v, v^2, ... of a polynomial-kernel sum."""
@@ -152,6 +165,17 @@ def stribeck_shape(kind: str, y: np.ndarray, order: int = 0) -> np.ndarray:
     else:
         with np.errstate(invalid="ignore"):  # a complex NaN is noisy
             value = np.imag((-1) ** order * math.factorial(order) / (y - 1j) ** (order + 1))
+    return value
+
+
+def _shape_bound(kind: str, y: np.ndarray, order: int) -> np.ndarray:
+    """Bound of |derivative of `order`| of `stribeck_shape` at y >= 0 and beyond: it falls with y."""
+    if kind == "tustin":
+        value: np.ndarray = np.exp(-y)
+    elif kind == "gaussian":
+        value = _gaussian_bound(order) * np.exp(-(y**2) / 2)
+    else:
+        value = math.factorial(order) / (1 + y**2) ** ((order + 1) / 2)
     return value
 
 

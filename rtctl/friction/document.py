@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from rtctl.config_tables import Name, Table
+from rtctl.config_fields import Name, Table
 from rtctl.control.records import MAX_SEGMENTS
 from rtctl.friction.model import SELF_TEST_VECTORS
 from rtctl.friction.presliding import LENGTH_MAX_RAD

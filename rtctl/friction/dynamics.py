@@ -39,7 +39,8 @@ RANK_TOLERANCE = 1e-6
 class AxisLog:
     """One axis of a log: arrays of one length on an even grid; `torque_nm` is motor plus hand torque.
 
-    `velocity_rad_s` is a recorded velocity, None where there is none.
+    `velocity_rad_s` is a recorded velocity, None where there is none. `start_s` is when it begins after the first row of
+    its file, above 0 for a stretch behind a gap; `notes` say what was done to the file.
     """
 
     rate_hz: float
@@ -48,6 +49,8 @@ class AxisLog:
     source: str
     sha256: str
     velocity_rad_s: np.ndarray | None = None
+    start_s: float = 0.0
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -42,6 +42,12 @@ def blocks_in(duration_s: float, cutoff_hz: float) -> int:
     return max(1, min(BLOCKS_MAX, int(duration_s * cutoff_hz / BLOCK_PERIODS)))
 
 
+def recorded_s(time_s: np.ndarray) -> float:
+    """Time that was recorded between the first and the last row, without the gaps (steps half as long again as most), s."""
+    steps = np.diff(time_s)
+    return float(time_s[-1] - time_s[0] - steps[steps > 1.5 * np.median(steps)].sum())
+
+
 def time_blocks(signals: Regressors) -> np.ndarray:
     """Number of the block of each sliding row, counted over all logs; no block spans two logs.
 
@@ -56,7 +62,10 @@ def time_blocks(signals: Regressors) -> np.ndarray:
         rows = np.flatnonzero(signals.sliding & (signals.log == k))
         if len(rows) < BLOCKS_MIN:
             raise DataError(f"{source}: no steady sliding in this log; leave it out, or record wider motion")
-        duration_s = signals.time_s[rows[-1]] - signals.time_s[rows[0]]
+        between = (
+            (signals.log == k) & (np.arange(len(block)) >= rows[0]) & (np.arange(len(block)) <= rows[-1])
+        )
+        duration_s = recorded_s(signals.time_s[between])
         for part in np.array_split(rows, blocks_in(duration_s, signals.cutoff_hz)):
             block[part] = first
             first += 1

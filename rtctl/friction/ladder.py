@@ -66,6 +66,8 @@ def ascend(
 
     The result is the same whatever the backend and the number of workers.
 
+    A rung whose curve is not positive or cannot be compiled is refused, and the choice is among the others.
+
     Raises
     ------
     DataError
@@ -80,7 +82,8 @@ def ascend(
     look = search.full if options.strategy == "full" else search.halving
     with search.workers(options.backend, options.n_jobs) as pool:
         scores = look(pool, _tasks(options.families, sides), sides, progress, max_terms=most)
-        choice = choose([climb(family, scores, sides, share) for family in options.families], equal_nm)
+        climbed = [climb(family, scores, sides, share) for family in options.families]
+        choice = choose([_usable(rung, points, sides) for rung in climbed], equal_nm)
         bound = _terms_of_choice(equal_nm, share, most)
         if options.symmetric != "auto":
             note = bound + (" One symmetric curve, as asked." if options.symmetric == "yes" else "")
@@ -98,11 +101,35 @@ def ascend(
         tried = search.score_all(
             pool, _pooled_tasks(choice.chosen, scores, sides, share), [pooled], max_terms=most
         )
-    rung = climb(choice.chosen.family, tried, [pooled], share)
+    rung = _usable(climb(choice.chosen.family, tried, [pooled], share), points, [pooled])
     shared = not rung.refused and rung.rmse_nm <= max(choice.chosen.rmse_nm + choice.chosen.se_nm, equal_nm)
     note = bound + _symmetry(rung, shared=shared)
     explanation = choice.explanation + note
     return Ladder(choice, (pooled,) if shared else sides, shared, rung, explanation, folds, equal_nm, most)
+
+
+def _usable(rung: Rung, points: FrictionPoints, sides: Sequence[Side]) -> Rung:
+    """Refuse a rung whose curves, trained on all points, no loop could run; `sides` is how they are learned."""
+    if rung.refused:
+        return rung
+    try:
+        _branches(rung, points, sides)
+    except DataError as error:
+        return replace(rung, refused=str(error))
+    return rung
+
+
+def _branches(rung: Rung, points: FrictionPoints, sides: Sequence[Side]) -> tuple[Branch, Branch]:
+    """Both directions of a rung, trained on all points and compiled. Raises DataError, naming the direction."""
+    found = []
+    for direction in (1, -1):
+        score = next(score for score in rung.scores if score.direction in (0, direction))
+        data = next(data for data in sides if data.direction == score.direction)
+        try:
+            found.append(_branch(score, data, *points.branch(direction)))
+        except (DataError, FailedFitError) as error:
+            raise DataError(f"direction {direction:+d}: {error}") from error
+    return found[0], found[1]
 
 
 def _terms_of_choice(equal_nm: float, share: float, most: int | None) -> str:
@@ -173,19 +200,14 @@ def learn(
     """
     if rung is None:
         rung = ladder.symmetric_rung if ladder.symmetric and ladder.symmetric_rung else ladder.choice.chosen
-    branches = []
-    for direction in (1, -1):
-        at = next(i for i, score in enumerate(rung.scores) if score.direction in (0, direction))
-        score = rung.scores[at]
-        data = search.side(points, score.direction, _weight(ladder), ladder.folds)
-        try:
-            branches.append(_branch(score, data, *points.branch(direction)))
-        except (DataError, FailedFitError) as error:
-            what = f"{points.source}: direction {direction:+d}: {rung.family}: {error}"
-            raise DataError(f"{what}; choose another family (--kernel)") from error
-    model = fit.assemble(
-        points, (branches[0], branches[1]), rig=rig, fade_rad_s=fade_rad_s, selection=ladder.explanation
-    )
+    ways = {score.direction for score in rung.scores}
+    sides = [search.side(points, way, _weight(ladder), ladder.folds) for way in ways]
+    try:
+        branches = _branches(rung, points, sides)
+    except DataError as error:
+        what = f"{points.source}: {rung.family}: {error}"
+        raise DataError(f"{what}; choose another family (--kernel)") from error
+    model = fit.assemble(points, branches, rig=rig, fade_rad_s=fade_rad_s, selection=ladder.explanation)
     return replace(model, kind=branches[0].kind)
 
 

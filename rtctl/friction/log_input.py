@@ -13,13 +13,13 @@ from pydantic import ValidationError
 from hw.interface import BackendError, Rig
 from hw.plain_words import explain
 from hw.playback.options import PlaybackOptions
-from hw.playback.reader import load as load_recording
+from hw.playback.reader import Recording, load_stretches
 from rtctl.errors import ConfigError, DataError
 from rtctl.friction.dynamics import AxisLog
 from rtctl.friction.logs import FrictionSamples, axis_log
 from rtctl.friction.plausibility import Limits, require_plausible
 from rtctl.friction.regression import JointFit, offset_rows
-from rtctl.friction.regressors import Regressors
+from rtctl.friction.regressors import SPAN_MIN_RAD, Regressors
 from rtctl.friction.signal_shift import advanced
 
 
@@ -46,13 +46,17 @@ class Gearing:
         return Rig(1, 1e-3, ratio, efficiency, constant, counts, np.zeros((1, 3)))
 
 
+STRETCH_MIN_ROWS = 16
+"""Fewest rows between two gaps that say anything."""
+
+
 def read_log(
     options: Mapping[str, Any],
     gearing: Gearing,
     torque_delay_s: float | None = None,
     limits: Limits | None = None,
-) -> AxisLog:
-    """One axis of a log, motor torque plus external torque, ready for the regression.
+) -> tuple[AxisLog, ...]:
+    """One axis of a log, motor torque plus external torque, ready for the regression: a part for each stretch between gaps.
 
     Parameters
     ----------
@@ -66,22 +70,33 @@ def read_log(
     Raises
     ------
     DataError
-        Faults of the file, uneven time, clipped or constant torque, implausible units.
+        Faults of the file, time of which no even rate can be made, clipped or constant torque, implausible units.
 
     Notes
     -----
     A current measured at slot k was held since slot k - 1, so on average it is half a period old. The
     external torque of a sensor is taken as of its own instant. What a longer delay leaves without torque at the
-    ends of the log is cut off.
+    ends of the log is cut off. A stretch in which nothing moves, or nearly empty, is left out if there are others.
     """
     rig = gearing.rig()
     try:
-        recording = load_recording(options, rig)
+        stretches = load_stretches(options, rig)
     except BackendError as error:
         raise DataError(str(error)) from error
+    moving = [
+        one for one in stretches if len(one) >= STRETCH_MIN_ROWS and np.ptp(one.position_rad) > SPAN_MIN_RAD
+    ]
+    return tuple(
+        _aligned(one, rig, torque_delay_s, limits or Limits())
+        for one in moving or sorted(stretches, key=len)[-1:]
+    )
+
+
+def _aligned(recording: Recording, rig: Rig, torque_delay_s: float | None, limits: Limits) -> AxisLog:
+    """One stretch, checked, its motor torque put back by its delay."""
     log = axis_log(recording, rig)
     motor = None if recording.current_a is None else axis_log(recording, rig, use="motor").torque_nm
-    require_plausible(recording, log, motor, limits or Limits())
+    require_plausible(recording, log, motor, limits)
     if motor is None:
         return log
     delay_s = 0.5 / log.rate_hz if torque_delay_s is None else torque_delay_s
@@ -113,6 +128,7 @@ def _without_ends(log: AxisLog, samples: int) -> AxisLog:
         position_rad=log.position_rad[kept],
         torque_nm=log.torque_nm[kept],
         velocity_rad_s=None if velocity is None else velocity[kept],
+        start_s=log.start_s + samples / log.rate_hz,
     )
 
 

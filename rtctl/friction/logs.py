@@ -91,6 +91,8 @@ def axis_log(
         source=str(recording.path),
         sha256=_sha256(recording.path),
         velocity_rad_s=None if recording.velocity_rad_s is None else recording.velocity_rad_s[:, axis],
+        start_s=recording.start_s,
+        notes=recording.notes,
     )
 
 

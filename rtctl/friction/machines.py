@@ -43,7 +43,7 @@ class Candidate:
 
 
 class FailedFitError(Exception):
-    """A fit that gave no usable solution; `reason` is "not finite", "not converged" or "refused"."""
+    """A fit that gave no usable solution; `reason` is "not finite", "not converged", "refused", or "not fitted" and why."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(reason)
@@ -80,12 +80,17 @@ def train(
     Raises
     ------
     FailedFitError
-        A solution that is not finite, as scikit-learn's NuSVR may return or refuse itself.
+        A solution that is not finite, as scikit-learn's NuSVR may return or refuse itself; a formula whose solver
+        gave up.
     UnidentifiableError
         A formula with as many parameters as points.
     """
     if candidate.kind in FORMULAS:
-        return Trained(fit_formula(candidate.kind, speed, friction_nm, weight).curve, 0.0, converged=True)
+        try:
+            curve = fit_formula(candidate.kind, speed, friction_nm, weight).curve
+        except (ValueError, RuntimeError) as error:  # of scipy's solvers; numpy's LinAlgError is a ValueError
+            raise FailedFitError(f"not fitted ({error})") from error
+        return Trained(curve, 0.0, converged=True)
     if matrix is None:
         matrix = gram(candidate.kind, candidate.parameters, speed, speed)
     machine = _machine(candidate, float(friction_nm.max()), max_iterations)

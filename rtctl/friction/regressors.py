@@ -36,6 +36,9 @@ LOW_SPEED_SHARE = 0.25
 MARGIN_PERIODS = 1.0
 """Periods of the cut-off left out beside a reversal: the filter blurs the jump of friction over so much."""
 
+STRETCH_PERIODS = 10
+"""Least length of a log without gaps, periods of the cut-off."""
+
 _SIGNALS = (
     "position_rad",
     "velocity_rad_s",
@@ -136,7 +139,7 @@ def regressors(
         reach = max(1, round(periods * edge))
         sliding = _sliding(x, v, min(SETTLE_RAD, SETTLE_SHARE * span), speed_min_rad_s, reach)
         return Regressors(
-            time_s=(np.arange(n) / rate)[kept],
+            time_s=log.start_s + (np.arange(n) / rate)[kept],
             position_rad=x[kept],
             velocity_rad_s=v[kept],
             acceleration_rad_s2=a[kept],
@@ -147,18 +150,79 @@ def regressors(
             log=np.zeros(len(x[kept]), int),
             cutoff_hz=cutoff_hz,
             sources=(log.source,),
-            warnings=notes,
+            warnings=(*log.notes, *notes),
         )
 
     usual = with_margin(MARGIN_PERIODS if margin_periods is None else margin_periods)
     if margin_periods is not None or usual.enough():
         return usual
-    warning = (
+    return replace(
+        with_margin(FALLBACK_PERIODS), warnings=(*log.notes, *notes, _short_strokes(log, cutoff_hz))
+    )
+
+
+def _short_strokes(log: AxisLog, cutoff_hz: float) -> str:
+    return (
         f"{log.source}: strokes too short for the usual margin beside reversals: half a period of the cut-off "
         f"({1e3 * FALLBACK_PERIODS / cutoff_hz:.3g} ms) is left out instead of a whole one; Coulomb friction may "
         "be biased (by how much was not measured); slower, longer strokes avoid it"
     )
-    return replace(with_margin(FALLBACK_PERIODS), warnings=(*notes, warning))
+
+
+def of_stretches(
+    parts: Sequence[AxisLog], cutoff_hz: float = CUTOFF_HZ, speed_min_rad_s: float = SPEED_MIN_RAD_S
+) -> Regressors:
+    """Rows of the stretches of one log, between its gaps, as one log with one offset; times are those of the log.
+
+    Stretches too short for the filter are left out, and that is said.
+
+    Raises
+    ------
+    DataError
+        As `regressors`, of the longest stretch where all are too short.
+    """
+    need = STRETCH_PERIODS * max(4, round(parts[0].rate_hz / cutoff_hz))
+    kept = [part for part in parts if len(part.position_rad) >= need]
+    if len(parts) == 1 or not kept:
+        longest = max(parts, key=lambda part: len(part.position_rad))
+        return regressors(longest, cutoff_hz, speed_min_rad_s)
+
+    def with_margin(periods: float) -> Regressors:
+        return _one_log([regressors(part, cutoff_hz, speed_min_rad_s, periods) for part in kept])
+
+    found, more = with_margin(MARGIN_PERIODS), []
+    if not found.enough():
+        found, more = with_margin(FALLBACK_PERIODS), [_short_strokes(parts[0], cutoff_hz)]
+    if len(kept) < len(parts):
+        lost_s = (
+            sum(len(part.position_rad) for part in parts if len(part.position_rad) < need) / parts[0].rate_hz
+        )
+        more.append(
+            f"{parts[0].source}: {len(parts) - len(kept)} stretches between gaps are shorter than {need} rows, {lost_s:.3g} s in "
+            "all: left out"
+        )
+    return replace(found, warnings=(*found.warnings, *more))
+
+
+def _one_log(parts: list[Regressors]) -> Regressors:
+    """Rows of stretches of one log, in the order of time."""
+
+    def column(name: str) -> np.ndarray:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    return replace(
+        parts[0],
+        time_s=column("time_s"),
+        position_rad=column("position_rad"),
+        velocity_rad_s=column("velocity_rad_s"),
+        acceleration_rad_s2=column("acceleration_rad_s2"),
+        jerk_rad_s3=column("jerk_rad_s3"),
+        direction=column("direction"),
+        torque_nm=column("torque_nm"),
+        sliding=column("sliding"),
+        log=column("log"),
+        warnings=tuple(dict.fromkeys(warning for part in parts for warning in part.warnings)),
+    )
 
 
 def _motion(
@@ -182,9 +246,10 @@ def _checked(log: AxisLog, cutoff_hz: float) -> tuple[int, float]:
             f"{log.source}: cut-off {cutoff_hz:g} Hz must lie in 0..{CUTOFF_SHARE * rate:g} Hz (rate / 5)"
         )
     edge = max(4, round(rate / cutoff_hz))
-    if n < 10 * edge:
+    if n < STRETCH_PERIODS * edge:
         raise DataError(
-            f"{log.source}: {n} samples are too few for a cut-off of {cutoff_hz:g} Hz; {10 * edge} are needed"
+            f"{log.source}: {n} samples{' between two gaps' if log.start_s else ''} are too few for a cut-off of {cutoff_hz:g} Hz; "
+            f"{STRETCH_PERIODS * edge} are needed"
         )
     span = float(np.ptp(log.position_rad))
     if not span >= SPAN_MIN_RAD:

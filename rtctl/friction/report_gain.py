@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from rtctl.config import LoadedConfig
-from rtctl.config_tables import CAP_SHARE_MAX, AxisTable
+from rtctl.config_friction import CAP_SHARE_MAX
+from rtctl.config_tables import AxisTable
 from rtctl.control import friction_passivity as friction
 from rtctl.friction.margins import friction_figures
 from rtctl.friction.model import FrictionModel

@@ -52,7 +52,7 @@ def compile_curve(curve: Curve, speed_max: float) -> tuple[PiecewiseCubic, float
         table = _hermite(curve, _cells(curve, speed_max))
     if len(table.knots) > MAX_SEGMENTS:
         raise ModelError(
-            f"{len(table.knots)} segments, at most {MAX_SEGMENTS}; choose a larger epsilon or sigma"
+            f"{len(table.knots)} segments, at most {MAX_SEGMENTS}: too many support vectors; choose a larger epsilon"
         )
     bound = error_bound(curve, table, speed_max)
     seen = sampled_error(curve, table, speed_max)
@@ -67,8 +67,7 @@ def error_bound(curve: Curve, table: PiecewiseCubic, speed_max: float) -> float:
     For a Hermite table on its own knots; exact compilations are off by rounding alone.
     """
     rounding = 2 * curve.rounding(speed_max)
-    exact = curve.kind in ("spline", "coulomb", "coulomb_viscous")
-    if exact or (curve.kind == "polynomial" and curve.parameters["degree"] <= 3):
+    if curve.compiles_exactly:
         return rounding if curve.kind != "spline" else curve.rounding(speed_max)
     return float(cell_bounds(curve, np.append(table.knots, speed_max)).max()) + rounding
 
@@ -90,14 +89,17 @@ def cell_bounds(curve: Curve, edges: np.ndarray) -> np.ndarray:
     |error| <= h^4/384 max|f''''| (docs/theory.md 8.5). Within the cell of centre m and half width r,
     |f''''| <= sum_{k<8} r^k/k! |f^(4+k)(m)| + r^8/8! sup|f^(12)|: the dual coefficients alternate, so the
     derivatives at the place itself are far below a sum of their sizes, and the remainder is nil in a cell
-    small enough to matter.
+    small enough to matter. sup is over the cell and all that is faster.
     """
     centre, r = 0.5 * (edges[1:] + edges[:-1]), 0.5 * np.diff(edges)
     fourth = np.zeros(len(r))
     for k in range(_TAYLOR):
         fourth += r**k / math.factorial(k) * np.abs(curve.derivative(centre, 4 + k))
-    fourth += r**_TAYLOR / math.factorial(_TAYLOR) * min(curve.derivative_bound(4 + _TAYLOR), 1e300)
-    return (2 * r) ** 4 / 384 * fourth
+    beyond = np.minimum(curve.derivative_bound(4 + _TAYLOR, edges[:-1]), 1e300)
+    fourth += r**_TAYLOR / math.factorial(_TAYLOR) * beyond
+    with np.errstate(over="ignore"):  # an infinite bound is not below any tolerance
+        bound: np.ndarray = (2 * r) ** 4 / 384 * fourth
+    return bound
 
 
 def _cells(curve: Curve, speed_max: float) -> np.ndarray:
@@ -110,9 +112,19 @@ def _cells(curve: Curve, speed_max: float) -> np.ndarray:
         edges = np.sort(np.append(edges, 0.5 * (edges[1:] + edges[:-1])[wide]))
         if len(edges) > MAX_SEGMENTS + 1:
             raise ModelError(
-                f"a table of {curve.kind} to {tolerance:.2g} N m needs more than {MAX_SEGMENTS} cells; "
-                "choose a larger sigma or a smaller degree"
+                f"a table of {curve.kind} to {tolerance:.2g} N m needs more than {MAX_SEGMENTS} cells: "
+                f"{_too_fine(curve, speed_max)}"
             )
+
+
+def _too_fine(curve: Curve, speed_max: float) -> str:
+    """Which parameter of the curve asks for so many cells, and what to do."""
+    if curve.kind == "polynomial":
+        return f"degree = {curve.parameters['degree']:g} with such dual coefficients; choose another kernel, or a smaller C"
+    name = "sigma_rad_s" if curve.kind == "rbf" else "stribeck_rad_s"
+    what = f"{name} = {curve.parameters[name]:.3g} is too small for a range of {speed_max:.3g} rad/s"
+    other = "choose another kernel" if curve.kind == "rbf" else "choose another model"
+    return f"{what}; {other}, or leave out the fastest points"
 
 
 def _hermite(curve: Curve, edges: np.ndarray) -> PiecewiseCubic:

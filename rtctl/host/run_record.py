@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.config import LoadedConfig
-from rtctl.config_tables import RecordTable
+from rtctl.config_host import RecordTable
 from rtctl.host.command_trace import CommandTrace
 from rtctl.host.description import RigDescription
 from rtctl.host.device_words import DeviceWords

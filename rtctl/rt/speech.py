@@ -19,8 +19,9 @@ from rtctl.control.vocabulary import Fault
 EVERY_TICKS = 50
 """Ticks at rest between two looks."""
 
-_QUICK = EVERY_TICKS - 10
-"""While there is more left to wait, a change waits too: a fault that flickers must not fill the pipe."""
+_SPARE = 2
+"""Looks at once at faults that change, after each wait: words are those of the fault only in its own tick, but a fault that
+flickers must not fill the pipe."""
 
 _STALE = int(Fault.STALE)
 
@@ -48,6 +49,7 @@ class Speech:
         self._told: dict[str, Said] = {}
         self._tick: np.ndarray | None = None
         self._wait = self._before = 0
+        self._spare = _SPARE
 
     def listen(self, tick: np.ndarray) -> None:
         """After every `write`: speak if no torque can flow and something may be new."""
@@ -56,9 +58,13 @@ class Speech:
         if self._enabled[0]:
             self._wait = 0
             return
-        if self._wait and (self._wait > _QUICK or self._faults[0] == self._before):
+        if self._wait:
             self._wait -= 1
-            return
+            if self._faults[0] == self._before or not self._spare:
+                return
+            self._spare -= 1
+        else:
+            self._spare = _SPARE
         self._wait, self._before = EVERY_TICKS, self._faults[0]
         stale = bool(self._before & _STALE)
         for one in said(self._backend, self._members, tick, stale=stale):

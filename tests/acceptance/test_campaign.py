@@ -7,7 +7,7 @@ from rtctl.control.vocabulary import Fault, Program, State
 
 NEVER = {
     Fault.END_OF_LOG, Fault.REALTIME, Fault.DEVICE, Fault.HOST_SILENT, Fault.GATE, Fault.OVERTORQUE, Fault.PASSIVITY_GROSS,
-    Fault.FORCE_FROZEN, Fault.FORCE_OFFSET, Fault.OFF_AXIS,
+    Fault.FORCE_FROZEN, Fault.OFF_AXIS,
 }  # fmt: skip
 """Faults ten million ticks do not provoke: other tests do. A campaign has no host that could fall silent. A force that
 lies is judged over seconds, and what is across the joints by rigs that say so. GATE and OVERTORQUE

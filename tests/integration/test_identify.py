@@ -99,7 +99,7 @@ def test_on_the_real_loop_ctrl_c_keeps_the_points_and_resume_completes_them(tmp_
         stdout, stderr = running.communicate(timeout=PATIENCE_S)
     finally:
         running.kill()
-    assert running.returncode == 130, stderr
+    assert running.returncode == 130, stdout + stderr
     summary = json.loads(stdout)
     assert not summary["complete"]
     assert 1 <= summary["points"] < summary["points_wanted"]

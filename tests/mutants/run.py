@@ -23,6 +23,7 @@ sys.path[:0] = [str(HERE), str(ROOT)]
 import seeds_control  # noqa: E402
 import seeds_devices  # noqa: E402
 import seeds_experiments  # noqa: E402
+import seeds_friction  # noqa: E402
 import seeds_host  # noqa: E402
 import seeds_identify  # noqa: E402
 import seeds_margins  # noqa: E402
@@ -35,6 +36,7 @@ SEEDS: tuple[Seed, ...] = (
     *seeds_control.SEEDS,
     *seeds_devices.SEEDS,
     *seeds_experiments.SEEDS,
+    *seeds_friction.SEEDS,
     *seeds_host.SEEDS,
     *seeds_identify.SEEDS,
     *seeds_margins.SEEDS,

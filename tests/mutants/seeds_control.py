@@ -36,52 +36,10 @@ REMOTE = (
     f"{UNIT}/test_intermediate.py::test_the_damper_of_a_remote_proxy_follows_no_velocity_beyond_what_the_joint_may_have_nor_one_unpaid",
 )
 AUTHORITY = (f"{UNIT}/test_authority.py",)
-CREDIT = (
-    f"{UNIT}/test_dry_friction.py::test_bristles_first_bend_then_slide",
-    f"{UNIT}/test_dry_friction.py::test_a_closed_motion_is_credited_four_times_what_its_amplitude_exceeds_the_bristles_by",
-    f"{UNIT}/test_dry_friction.py::test_what_was_stored_is_withdrawn_at_the_friction_of_rest_however_fast_the_joint_is_by_then",
-    f"{UNIT}/test_dry_friction.py::test_a_velocity_against_the_motion_does_not_choose_the_place_on_the_curve",
-    f"{UNIT}/test_dry_friction.py::test_the_curve_is_lowered_as_much_as_its_minimum_was",
-    f"{UNIT}/test_dry_friction.py::test_friction_seen_counts_in_sliding_its_own_direction_and_up_to_its_cap",
-)
-TWICE = (
-    f"{UNIT}/test_dry_friction.py::test_viscous_friction_is_not_credited_as_dry_where_the_curves_slope_is_too_low",
-)
-SPRING = (
-    f"{UNIT}/test_feedforward.py::test_a_vibration_within_the_presliding_length_gets_no_work_from_hybrid",
-)
-RESTING = (f"{UNIT}/test_resting.py",)
 JUMPED = (
     "tests/unit/test_delay_on_the_mock.py::test_samples_refused_because_the_joint_is_out_of_reach_are_not_the_devices",
 )
 ASSISTANCE = (f"{UNIT}/test_assistance.py",)
-FINDS = (
-    f"{UNIT}/test_disturbance_observer.py::test_it_finds_a_constant_friction_without_the_viscous_damping_that_the_joint_keeps",
-)
-INERTIA = (
-    f"{UNIT}/test_disturbance_observer.py::test_the_right_inertia_leaves_nothing_and_a_wrong_one_its_share",
-)
-OBSERVED_LATE = (f"{UNIT}/test_disturbance_observer.py::test_the_delay_of_the_motor_is_accounted_for",)
-BIAS = (
-    f"{UNIT}/test_disturbance_observer.py::test_a_bias_below_the_dead_band_makes_no_torque_at_rest_and_one_above_only_the_rest",
-)
-RANGE = (
-    f"{UNIT}/test_disturbance_observer.py::test_it_fills_only_what_the_feed_forward_leaves",
-    f"{UNIT}/test_disturbance_observer.py::test_with_the_feed_forward_it_keeps_under_the_cap",
-    f"{UNIT}/test_disturbance_observer.py::test_beyond_the_trained_range_it_fades_out_where_there_is_one",
-    f"{UNIT}/test_disturbance_observer.py::test_the_command_scales_it_and_the_policy_off_ends_it",
-)
-SAMPLES = (
-    f"{UNIT}/test_disturbance_observer.py::test_a_missed_sample_holds_what_was_found_and_its_torque",
-    f"{UNIT}/test_disturbance_observer.py::test_a_sample_that_took_two_ticks_counts_as_two",
-    f"{UNIT}/test_disturbance_observer.py::test_a_torque_that_is_not_a_number_is_a_fault_and_is_forgotten",
-)
-SEEN = (f"{UNIT}/test_disturbance_observer.py::test_friction_is_remembered_in_sliding_only",)
-INTENT = (f"{UNIT}/test_feedforward.py::test_the_intent_is_low_passed_and_forgets_what_is_not_a_number",)
-LUGRE = (
-    f"{UNIT}/test_feedforward.py::test_the_bristles_of_lugre_turn_exponentially_over_their_length_whatever_the_steps",
-)
-GUARANTEE = ("tests/unit/friction/test_guarantee.py",)
 MONITOR = (f"{UNIT}/test_campaign_monitor.py",)
 
 SEEDS = (
@@ -432,14 +390,6 @@ SEEDS = (
         "elapsed * p.period_s * device - dx", "p.period_s * device - dx", VELOCITY,
     ),
     Seed(
-        "the feed-forward gives what the device's velocity alone allows", "rtctl/control/feedforward.py",
-        "    if v != encoder:\n", "    if v != v:\n", VELOCITY,
-    ),
-    Seed(
-        "a model of NaN at the encoder's velocity is no fault", "rtctl/control/feedforward.py",
-        "if not allowed >= magnitude:", "if allowed < magnitude:", VELOCITY,
-    ),
-    Seed(
         "a joint that moves when the encoder begins has a gap", "rtctl/control/device_velocity.py",
         "    if begins:\n        return True\n", "", VELOCITY,
     ),
@@ -509,70 +459,6 @@ SEEDS = (
         "not delay_s + age_s <= p.proof_delay_s[axis]", "not age_s <= p.proof_delay_s[axis]", ON_THE_MOCK,
     ),
     Seed(
-        "bristles are credited their whole motion", "rtctl/control/dry_friction.py",
-        "    work = 0.5 * (before + now) * dx\n", "    work = abs(dx)\n", CREDIT,
-    ),
-    Seed(
-        "what bristles give back stays credited", "rtctl/control/dry_friction.py",
-        "guaranteed_friction(p, model, axis, 0.0) * work", "0.0 * work", CREDIT,
-    ),
-    Seed(
-        "what bristles give back is withdrawn at the friction of the speed", "rtctl/control/dry_friction.py",
-        "guaranteed_friction(p, model, axis, 0.0) * work", "guaranteed_friction(p, model, axis, velocity) * work", CREDIT,
-    ),
-    Seed(
-        "a velocity against the motion chooses the place on the curve", "rtctl/control/dry_friction.py",
-        "v = velocity if velocity * dx > 0.0 else dx / (p.period_s * max(elapsed, 1))", "v = velocity", CREDIT,
-    ),
-    Seed(
-        "the guaranteed friction is not lowered by what may be wrong", "rtctl/control/dry_friction.py",
-        "lowered = dry - (model.friction_min_nm[branch] - floor)", "lowered = dry", CREDIT,
-    ),
-    Seed(
-        "friction seen is credited while bristles still bend", "rtctl/control/dry_friction.py",
-        "    if now == end:\n", "    if True:\n", CREDIT,
-    ),
-    Seed(
-        "friction seen is credited without a cap", "rtctl/control/dry_friction.py",
-        "min(max(SEEN_SHARE * seen, 0.0), p.friction_seen_max_nm[axis])", "max(SEEN_SHARE * seen, 0.0)", CREDIT,
-    ),
-    Seed(
-        "friction seen one way is credited the other", "rtctl/control/dry_friction.py",
-        "FORWARD if forward else BACKWARD]", "BACKWARD if forward else FORWARD]", CREDIT,
-    ),
-    Seed(
-        "creep fills the account", "rtctl/control/assistance.py",
-        "            earned = min(earned, 0.0)\n", "            pass\n", ASSISTANCE,
-    ),
-    Seed(
-        "the account knows no delay of the motor", "rtctl/control/assistance.py",
-        "(s.ticks - 1 - late - later) % HELD", "(s.ticks - 1 - later) % HELD", ASSISTANCE,
-    ),
-    Seed(
-        "the account trusts the delay to the tick", "rtctl/control/assistance.py",
-        "energy = min(s.assistance_energy_j[axis, 0], s.assistance_energy_j[axis, 1])", "energy = s.assistance_energy_j[axis, 0]", ASSISTANCE,
-    ),
-    Seed(
-        "the account has no end", "rtctl/control/assistance.py",
-        "min(s.assistance_energy_j[axis, later] + earned, bank)", "s.assistance_energy_j[axis, later] + earned", ASSISTANCE,
-    ),
-    Seed(
-        "viscous damping pays in presliding too", "rtctl/control/assistance.py",
-        "slides = s.bristle_share[axis] ** 2", "slides = 1.0", ASSISTANCE,
-    ),
-    Seed(
-        "the observer spends for nothing", "rtctl/control/assistance.py",
-        "sent = t.feedforward_torque_nm[axis] + t.observer_torque_nm[axis]", "sent = t.feedforward_torque_nm[axis]", ASSISTANCE,
-    ),
-    Seed(
-        "a share that is not a number is all of it", "rtctl/control/assistance.py",
-        "return min(share, 1.0) if share > 0.0 else 0.0", "return 0.0 if share <= 0.0 else 1.0 if not share < 1.0 else share", ASSISTANCE,
-    ),
-    Seed(
-        "an empty account stays so out of power", "rtctl/control/assistance.py",
-        "        s.assistance_energy_j[axis, 0] = s.assistance_energy_j[axis, 1] = bank\n        return\n", "        return\n", ASSISTANCE,
-    ),
-    Seed(
         "the observer has all, whatever its account says", "rtctl/control/law.py",
         "    t.observer_torque_nm[axis] *= share\n", "", ASSISTANCE,
     ),
@@ -581,124 +467,8 @@ SEEDS = (
         "    t.feedforward_torque_nm[axis] *= share\n", "", ASSISTANCE,
     ),
     Seed(
-        "the observer adds the inertia it should take off", "rtctl/control/disturbance_observer.py",
-        "friction = s.observer_torque_nm[axis] - p.inertia_kgm2", "friction = s.observer_torque_nm[axis] + p.inertia_kgm2", INERTIA,
-    ),
-    Seed(
-        "the observer compensates the viscous damping too", "rtctl/control/disturbance_observer.py",
-        "    friction -= p.viscous_nms_rad[axis] * s.observer_velocity_rad_s[axis]\n", "", FINDS,
-    ),
-    Seed(
-        "the observer takes the torque sent for the one that acts", "rtctl/control/disturbance_observer.py",
-        "(s.ticks - 1 - late) % HELD", "(s.ticks - 1) % HELD", OBSERVED_LATE,
-    ),
-    Seed(
-        "the observer has no dead band", "rtctl/control/disturbance_observer.py",
-        "max(abs(rest) - p.observer_deadband_nm[axis], 0.0)", "abs(rest)", BIAS,
-    ),
-    Seed(
-        "the observer does what the feed-forward does already", "rtctl/control/disturbance_observer.py",
-        "t.friction_observed_nm[axis] - s.observer_forward_nm[axis]", "t.friction_observed_nm[axis]", RANGE,
-    ),
-    Seed(
-        "the observer has a cap of its own beside the feed-forward's", "rtctl/control/disturbance_observer.py",
-        "min(max(torque, -cap - forward), cap - forward)", "min(max(torque, -cap), cap)", RANGE,
-    ),
-    Seed(
-        "the observer goes on beyond the trained range", "rtctl/control/disturbance_observer.py",
-        "        torque *= range_fade(model, branch, abs(v))\n", "        pass\n", RANGE,
-    ),
-    Seed(
-        "the observer works without being asked", "rtctl/control/disturbance_observer.py",
-        " or p.friction_policy[axis] == _OFF", "", RANGE,
-    ),
-    Seed(
-        "the observer takes two ticks for one", "rtctl/control/disturbance_observer.py",
-        "alpha if ticks == 1 else 1.0 - (1.0 - alpha) ** ticks", "alpha", SAMPLES,
-    ),
-    Seed(
-        "the observer takes a missed sample for a measurement", "rtctl/control/disturbance_observer.py",
-        " or elapsed < 1:", ":", SAMPLES,
-    ),
-    Seed(
-        "what is not a number stays in the observer", "rtctl/control/disturbance_observer.py",
-        "        _forget(s, axis)\n", "        pass\n", SAMPLES,
-    ),
-    Seed(
-        "viscous friction is credited twice", "rtctl/control/dry_friction.py",
-        "max(model.viscous_nms_rad[branch], p.viscous_nms_rad[axis])", "model.viscous_nms_rad[branch]", TWICE,
-    ),
-    Seed(
-        "friction is seen in presliding", "rtctl/control/disturbance_observer.py",
-        "elif abs(s.bristle_share[axis]) >= 1.0:", "else:", SEEN,
-    ),
-    Seed(
-        "hybrid goes by the sign of the velocity in presliding", "rtctl/control/feedforward.py",
-        "blend(v, s.friction_stop[axis], _intent", "blend(v, math.tanh(v / p.friction_tanh_rad_s[axis]), _intent", SPRING,
-    ),
-    Seed(
-        "the intent is not low-passed", "rtctl/control/feedforward.py",
-        "alpha * (hand - s.friction_intent_nm[axis])", "(hand - s.friction_intent_nm[axis])", INTENT,
-    ),
-    Seed(
-        "a resting joint follows the hand at once", "rtctl/control/resting.py",
-        "min(alpha, p.rest_alpha[axis] * (1.0 + CALMING_S / since_s))", "alpha", RESTING,
-    ),
-    Seed(
-        "a resting joint follows the hand through one low-pass", "rtctl/control/resting.py",
-        "+ while_bent(s, p, axis, 1.0) *", "+ 1.0 *", RESTING,
-    ),
-    Seed(
-        "the gate of a resting joint follows the hand", "rtctl/control/feedforward.py",
-        "while_bent(s, p, axis, p.friction_gate_alpha[axis])", "p.friction_gate_alpha[axis]", RESTING,
-    ),
-    Seed(
-        "flicker at rest is a velocity", "rtctl/control/disturbance_observer.py",
-        "0.0 if is_resting(s, p, axis) else t.velocity", "t.velocity", RESTING,
-    ),
-    Seed(
-        "a hand's torque that is not a number stays", "rtctl/control/resting.py",
-        "    if not math.isfinite(before):\n        before = 0.0\n", "", RESTING,
-    ),
-    Seed(
-        "only counts tell rest", "rtctl/control/resting.py",
-        "REST_SHARE = 0.05", "REST_SHARE = 0.0", RESTING,
-    ),
-    Seed(
-        "presliding is sliding", "rtctl/control/resting.py",
-        " if abs(s.bristle_share[axis]) < 1.0 else 0", " if False else 0", RESTING,
-    ),
-    Seed(
-        "flicker between two counts is motion", "rtctl/control/resting.py",
-        "REST_COUNTS = 1.5", "REST_COUNTS = 0.5", RESTING,
-    ),
-    Seed(
         "a jump that is refused is the device's age", "rtctl/control/detectors.py",
         " and s.jump_count[0] == 0", "", JUMPED,
-    ),
-    Seed(
-        "an intent that is not a number stays", "rtctl/control/feedforward.py",
-        "    if not math.isfinite(s.friction_intent_nm[axis]):\n        s.friction_intent_nm[axis] = 0.0\n", "", INTENT,
-    ),
-    Seed(
-        "bristles of LuGre turn in proportion", "rtctl/control/feedforward.py",
-        "math.exp(-abs(dx) / length)", "max(1.0 - abs(dx) / length, 0.0)", LUGRE,
-    ),
-    Seed(
-        "the floor forgets the drift", "rtctl/friction/guarantee.py",
-        "floor_nm, doubt_nm, peak_nm = 0.0, friction.drift_nm, cap_nm", "floor_nm, doubt_nm, peak_nm = 0.0, 0.0, cap_nm", GUARANTEE,
-    ),
-    Seed(
-        "the length in the rig file is overruled by the model", "rtctl/friction/guarantee.py",
-        "    if friction.presliding_rad > 0:", "    if friction.presliding_rad > 0 and model is None:", GUARANTEE,
-    ),
-    Seed(
-        "the credited bristles are as long as those measured", "rtctl/friction/guarantee.py",
-        "LENGTH_FACTOR * (length_rad + SPREADS * spread_rad)", "length_rad", GUARANTEE,
-    ),
-    Seed(
-        "the account may hold any energy", "rtctl/friction/guarantee.py",
-        "min(peak_nm * credited_rad, BANK_MOST_J)", "peak_nm * credited_rad", GUARANTEE,
     ),
     Seed(
         "the monitor judges the feed-forward alone", "rtctl/campaign/monitor.py",

@@ -5,8 +5,11 @@ from __future__ import annotations
 from seed import Seed
 
 UNIT = "tests/unit/control"
-LIES = ("tests/unit/test_force_that_lies.py",)
-SIX = ("tests/unit/test_six_components.py",)
+LIES = (f"{UNIT}/test_force_doubt.py",)
+FORCE = (
+    f"{UNIT}/test_force.py::test_the_weight_of_the_tip_is_not_in_the_tare",
+    f"{UNIT}/test_force.py::test_a_moment_out_of_range_is_no_sample",
+)
 WRENCH = (f"{UNIT}/test_wrench.py",)
 CURRENT = (f"{UNIT}/test_running_current.py",)
 MOMENTS = ("tests/unit/hw/test_force_moments.py",)
@@ -31,15 +34,19 @@ SEEDS = [
     Seed("one sample at the limit is enough", DOUBT, "s.clipped_ticks >= IN_A_ROW", "s.clipped_ticks >= 1", LIES),
     Seed(
         "friction that differs both ways is an offset of any size", DOUBT,
-        "off = not abs(offset) <= p.force_offset_limit_nm[axis]", "off = not abs(offset) <= 0.0", LIES,
+        "    if abs(offset) <= p.force_offset_limit_nm[axis]:", "    if abs(offset) <= 0.0:", LIES,
     ),
     Seed(
         "an offset has one sign", DOUBT,
-        "off = not abs(offset) <= p.force_offset_limit_nm[axis]", "off = not offset <= p.force_offset_limit_nm[axis]", LIES,
+        "    if abs(offset) <= p.force_offset_limit_nm[axis]:", "    if offset <= p.force_offset_limit_nm[axis]:", LIES,
+    ),
+    Seed(
+        "the friction of each direction is that of the last moment", DOUBT,
+        "mean + share * (seen - mean)", "seen", LIES,
     ),
     Seed(
         "the force across the joints is the whole of it", "rtctl/control/wrench.py",
-        "    for k in range(found):\n        _remove(rest, s.beside_basis[k])\n", "", (*WRENCH, *SIX),
+        "    for k in range(found):\n        _remove(rest, s.beside_basis[k])\n", "", WRENCH,
     ),
     Seed(
         "a joint turns the ones behind it", "rtctl/control/wrench.py",
@@ -55,11 +62,11 @@ SEEDS = [
     ),
     Seed(
         "the weight is in the tare", "rtctl/control/force.py",
-        "s.tare_sum[axis, i] += s.wrench[i] - s.weight[i]", "s.tare_sum[axis, i] += s.wrench[i]", SIX,
+        "s.tare_sum[axis, i] += s.wrench[i] - s.weight[i]", "s.tare_sum[axis, i] += s.wrench[i]", FORCE,
     ),
     Seed(
         "a moment that is no number is in range", "rtctl/control/sample.py",
-        "not abs(t.moment_nm[i]) <= p.moment_limit_nm", "abs(t.moment_nm[i]) > p.moment_limit_nm", SIX,
+        "not abs(t.moment_nm[i]) <= p.moment_limit_nm", "abs(t.moment_nm[i]) > p.moment_limit_nm", FORCE,
     ),
     Seed(
         "a running gain has no upper bound", "rtctl/control/running_current.py",

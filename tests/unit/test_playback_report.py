@@ -19,6 +19,8 @@ from rtctl.playback_job import Job, run
 from rtctl.playback_run import changed, run_log, with_bias
 
 RATE_HZ = 1000.0
+PRESLIDING_RAD = 1e-4
+"""The friction of these logs has none: it turns within .01 rad/s."""
 INERTIA, COULOMB, BIAS = 4e-4, 0.03, 0.012
 SHIPPED = Path(__file__).parents[2] / "configs" / "playback.toml"
 
@@ -65,7 +67,9 @@ def job(logs, **more):
 @pytest.fixture(scope="module")
 def report(logs, tmp_path_factory):
     folder = tmp_path_factory.mktemp("out")
-    result = run(job(logs, plot=folder / "report.png", save_model=folder / "model.json"))
+    result = run(
+        job(logs, presliding_rad=PRESLIDING_RAD, plot=folder / "report.png", save_model=folder / "model.json")
+    )
     return result, folder
 
 
@@ -89,11 +93,10 @@ def test_the_feed_forward_is_the_configured_share_of_friction_and_the_rest_is_le
     for name in ("forward", "backward"):
         part = found[name]
         assert part["feedforward_rms_nm"] == pytest.approx(0.9 * COULOMB, rel=0.05)
-        # nobody measured this log's presliding length: the direction turns over 5 mrad, and leaves more near reversals
-        assert 0.1 * COULOMB < part["friction_left_rms_nm"] < 0.4 * COULOMB
+        assert part["friction_left_rms_nm"] == pytest.approx(0.1 * COULOMB, abs=0.06 * COULOMB)
     whole = found["all"]
     assert whole["reduction"] == pytest.approx(1 - whole["left_rms_nm"] / whole["hand_rms_nm"])
-    assert whole["reduction"] > 0.6
+    assert whole["reduction"] > 0.7
     assert sum(found[name]["share"] for name in ("forward", "backward", "slow")) == pytest.approx(1)
 
 
@@ -214,14 +217,17 @@ def test_a_rig_file_of_another_kind_is_refused():
 def test_the_command_prints_a_table_or_one_json_object(logs, tmp_path):
     free, other = (str(path) for path in logs)
     arguments = ["--log", other, "--fit-from", free, "--time", "t", "--position", "x"]
-    arguments += ["--hand-torque", "minus_h:-1", "--counts-per-rev", "300000"]
+    arguments += ["--hand-torque", "minus_h:-1", "--counts-per-rev", "300000", "--presliding", PRESLIDING_RAD]
     said = CliRunner().invoke(
         command, [*arguments, "--plot", str(tmp_path / "a.png")], catch_exceptions=False
     )
     assert "hand felt" in said.output
     assert "support vectors [" in said.output
     told = CliRunner().invoke(command, [*arguments, "--json"], catch_exceptions=False)
-    assert json.loads(told.output)["interaction"]["all"]["reduction"] > 0.6
+    assert json.loads(told.output)["interaction"]["all"]["reduction"] > 0.7
+    assert "presliding length unknown" not in said.output
+    unknown = CliRunner().invoke(command, arguments[:-2], catch_exceptions=False)
+    assert "presliding length unknown" in unknown.output
 
 
 @pytest.mark.parametrize("text", ["x:1:2:3", ":1", "x:fast"])

@@ -9,7 +9,7 @@ import pytest
 
 from rtctl import lateness, verdicts_of_friction, verdicts_of_observer
 from rtctl.config import load
-from rtctl.config_tables import FrictionTable
+from rtctl.config_friction import FrictionTable
 from rtctl.control import disturbance_observer as law
 from rtctl.control.dry_friction import guaranteed_friction
 from rtctl.control.jit import records

@@ -1,13 +1,15 @@
 """`rtctl fit`: from a CSV file to a model that reads back, and the errors in between."""
 
 import json
+import re
 import sys
 
 import numpy as np
 import pytest
 
 from rtctl.__main__ import main
-from rtctl.friction import artefact
+from rtctl.errors import ModelError
+from rtctl.friction import artefact, fit
 
 
 @pytest.fixture
@@ -104,6 +106,34 @@ def test_the_ladder_is_shown_with_its_reason_and_the_winner_written(csv, monkeyp
     assert model.kind == "gaussian"
     assert model.selection in text
     assert plot.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_rung_that_cannot_be_compiled_has_its_row_and_the_ladder_a_model(
+    csv, monkeypatch, capsys, tmp_path
+):
+    compile_curve = fit.compile_curve
+
+    def broken(curve, speed_max):
+        if curve.kind == "gaussian":
+            raise ModelError("too many cells: stribeck_rad_s = 0.1")
+        return compile_curve(curve, speed_max)
+
+    monkeypatch.setattr(fit, "compile_curve", broken)
+    out, report = tmp_path / "m.json", tmp_path / "report"
+    code, text, _ = _run(
+        monkeypatch, capsys, "fit", csv, "--out", out, "--ladder", "--kernel", "formula", "--backend", "sequential",
+        "--report", report,
+    )  # fmt: skip
+    assert code == 0
+    why = "refused: direction +1: too many cells: stribeck_rad_s = 0.1"
+    assert re.search(rf"^gaussian +{re.escape(why)}$", text, re.MULTILINE)
+    assert artefact.load(out).kind in ("lorentzian", "tustin")
+    assert why in (report / "report.html").read_text()
+    row = next(
+        r for r in json.loads((report / "report.json").read_text())["ladder"] if r["family"] == "gaussian"
+    )
+    assert row["held_out_rmse_nm"] is None
+    assert why.endswith(row["refused"])
 
 
 def test_a_search_of_one_kernel_reports_every_rung_as_json(csv, monkeypatch, capsys, tmp_path):

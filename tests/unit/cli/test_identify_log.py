@@ -171,3 +171,23 @@ def test_a_wrong_map_is_refused_and_leaves_nothing(
     assert ended == code
     assert message in error
     assert not out.exists()
+
+
+def test_a_name_with_a_colon_and_the_unit_nm_without_a_space_are_read(monkeypatch, capsys, log):
+    log.write_text(log.read_text().replace("time_s,angle,milli,speed", "time_s,joint:angle,t:1,speed"))
+    colons = ("--column", "position=joint:angle:deg", "--column", "torque=t:1:mNm:1", "--torque-delay", "0")
+    code, text, _ = run(monkeypatch, capsys, "--log", log, *colons, "--json")
+    assert code == 0
+    assert json.loads(text)["symmetric"]["parameters"]["coulomb_nm"]["value"] == pytest.approx(0.25, rel=0.02)
+
+
+def test_a_scale_that_is_no_number_is_wrong_usage(monkeypatch, capsys, log):
+    code, _, error = run(monkeypatch, capsys, "--log", log, "--column", "position=angle:deg:much")
+    assert code == 2
+    assert "the scale must be a number" in error
+
+
+def test_the_help_of_identify_names_logs(monkeypatch, capsys):
+    code, text, _ = run(monkeypatch, capsys, "--help")
+    assert code == 0
+    assert "rtctl identify --log FILE" in " ".join(text.split())

@@ -48,3 +48,21 @@ def test_several_axes_read_the_same_sensor_through_their_own_levers():
     rig.force_n[:] = [1.0, 2.0, 3.0]
     rig.tick()
     assert rig.now["hand_torque_nm"][0] == pytest.approx([0.2, -0.1])
+
+
+def test_the_weight_of_the_tip_is_not_in_the_tare():
+    rig = LawRig()
+    rig.params["tip_weight_n"][0, :3] = [0.0, -2.0, 0.0]
+    rig.force_n[:] = [0.1, 0.3 - 2.0, 0.0]
+    rig.run(20)
+    assert rig.state["tare"][0, 0, :3] == pytest.approx([0.1, 0.3, 0.0])
+    assert rig["hand_torque_nm"] == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("moment_nm", [math.nan, math.inf, 5.1])
+def test_a_moment_out_of_range_is_no_sample(moment_nm):
+    rig = LawRig(moment_used=1, moment_limit_nm=5.0)
+    assert rig.tick(moment_nm=[0.0, 5.0, 0.0]).state["sample_age_ticks"][0] == 0
+    assert rig.tick(moment_nm=[0.0, moment_nm, 0.0]).state["sample_age_ticks"][0] == 1
+    rig.params["moment_used"] = 0
+    assert rig.tick(moment_nm=[0.0, moment_nm, 0.0]).state["sample_age_ticks"][0] == 0, "nobody uses it"

@@ -31,6 +31,9 @@ def test_the_figures_are_means_over_the_seeds_and_the_spread_of_one_run_is_said(
     assert one.numbers["models"]["nu-spline"]["support_vectors"].mean == 11
     assert "0.90 to 1.30" in one.key
     assert all(target.reached for target in one.targets)
+    found[1][1]["refused"] = {"tustin": "direction +1: too many cells"}
+    told = identification.outcome([1, 2], found).key
+    assert told.endswith(" tustin has no figure in 1 of them: direction +1: too many cells.")
     worse = identification.outcome([1, 2], [[row("chosen", 1.2, chosen="x")]] * 2)
     assert not worse.targets[0].reached
 

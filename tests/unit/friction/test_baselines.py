@@ -106,3 +106,10 @@ def test_not_more_points_than_parameters_are_refused(kind):
     with pytest.raises(UnidentifiableError) as refused:
         fit_formula(kind, V[:n], np.linspace(0.3, 0.4, n))
     assert refused.value.reason == "too_few_points"
+
+
+@pytest.mark.parametrize("kind", ["tustin", "gaussian", "lorentzian"])
+def test_a_joint_that_only_creeps_is_fitted_all_the_same(kind):
+    curve = Curve.formula(kind, {**TRUE, "stribeck_rad_s": 5e-4})
+    v = V / 200  # up to .01 rad/s: the usual starts of v_s lie beyond ten times that
+    assert fit_formula(kind, v, curve(v)).curve.parameters["stribeck_rad_s"] == pytest.approx(5e-4, rel=1e-4)

@@ -30,7 +30,8 @@ def read(tmp_path, axis, x, motor, external=None):
     path = tmp_path / "log.csv"
     rows = "\n".join(",".join(f"{value:.9g}" for value in row) for row in zip(*data, strict=True))
     path.write_text(f"t,x,m,e\n{rows}\n" if external is not None else f"t,x,m\n{rows}\n")
-    return read_log(options_of(path, columns, None), Gearing(), limits=Limits.of_axis(axis, "rig.toml"))
+    (whole,) = read_log(options_of(path, columns, None), Gearing(), limits=Limits.of_axis(axis, "rig.toml"))
+    return whole
 
 
 def motion(amplitude_rad=0.4):

@@ -91,8 +91,31 @@ def test_straight_formulas_compile_exactly_to_one_segment(kind):
 
 
 def test_a_curve_too_wild_for_the_segments_is_refused():
-    with pytest.raises(ModelError, match="larger sigma"):
+    with pytest.raises(ModelError, match=r"sigma_rad_s = 0.001 is too small for a range of 2 rad/s"):
         compile_curve(kernel_curve("rbf", {"sigma_rad_s": 1e-3}), 2.0)
+    wild = Curve("polynomial", {"degree": 12.0}, np.linspace(0, 40, 9), 1e6 * np.resize([1.0, -1.0], 9), 1.0)
+    with pytest.raises(ModelError, match=r"more than 1024 cells: degree = 12 with such dual coefficients"):
+        compile_curve(wild, 40.0)
+
+
+@pytest.mark.parametrize("kind", ["tustin", "gaussian", "lorentzian"])
+def test_a_peak_far_below_the_fastest_speed_needs_few_segments_and_stays_proved(kind):
+    curve = Curve.formula(kind, {**TRUE, "stribeck_rad_s": 0.002})
+    table, bound = compile_curve(curve, 10.0)
+    speed = np.concatenate([np.linspace(0, 0.05, 100_001), np.linspace(0, 10, 100_001)])
+    assert np.abs(table(speed) - curve(speed)).max() <= bound < 1e-6
+    assert len(table.knots) < 100
+
+
+@pytest.mark.parametrize("name", ["tustin", "gaussian", "lorentzian"])
+@pytest.mark.parametrize("order", [2, 4, 8, 12])
+def test_the_bound_of_a_derivative_falls_with_the_speed_and_holds_beyond_it(name, order):
+    curve = CURVES[name]
+    speed = np.linspace(0, 2, 2001)
+    bound = curve.derivative_bound(order, speed)
+    assert (np.abs(curve.derivative(speed, order)) <= bound * (1 + 1e-9)).all()
+    assert (np.diff(bound) <= 0).all()
+    assert bound[-1] < 1e-3 * bound[0]
 
 
 def test_a_damaged_table_is_seen_by_the_dense_check():

@@ -23,13 +23,9 @@ from rtctl.tick import new_ticks
 N, AT, FOR, T = 60, 20, 5, 1e-3
 DUE = slice(AT, AT + FOR)
 COUNT_RAD = 2 * math.pi / 160_000
+MEASURED = ("position_rad", "current_a", "force_n", "moment_nm", "temperature_c", "device_velocity_rad_s")
 SHOWN = (
-    "position_rad",
-    "current_a",
-    "force_n",
-    "moment_nm",
-    "temperature_c",
-    "device_velocity_rad_s",
+    *MEASURED,
     "estop",
     "link_faults",
     "sample_count",
@@ -208,14 +204,7 @@ def test_a_fault_of_the_link_changes_counter_bits_and_values_as_it_says(kind, cl
     bits[DUE] = BITS.get(kind, 0)
     assert shown["link_faults"].tolist() == bits.tolist()
     until = AT + FOR if kind == "lost" else N  # after it the rig stands elsewhere: nothing drove it
-    for name in (
-        "position_rad",
-        "current_a",
-        "force_n",
-        "moment_nm",
-        "temperature_c",
-        "device_velocity_rad_s",
-    ):
+    for name in MEASURED:
         expected = holding(clean[0][name]) if held else clean[0][name]
         assert shown[name][:until].tobytes() == expected[:until].tobytes(), name
 

@@ -80,6 +80,16 @@ def test_the_tick_that_cuts_carries_the_words_and_later_ones_are_told_when_they_
     assert rig.drive.asked - asked <= 11, "and seldom asked for"
 
 
+@pytest.mark.parametrize("ticks", [1, 5, EVERY_TICKS - 1, EVERY_TICKS])
+def test_a_fault_at_rest_is_told_in_the_words_of_its_own_tick_however_soon_after_a_look(rig, ticks):
+    rig.cycle(ticks)
+    rig.drive.text = "IDLE, DC_BUS_UNDER_VOLTAGE"
+    rig.cycle(faults=Fault.DEVICE)
+    rig.drive.text = "IDLE"
+    rig.cycle(2 * EVERY_TICKS, faults=Fault.DEVICE)
+    assert [one["words"][0][0] for one in rig.told] == ["ready", "IDLE, DC_BUS_UNDER_VOLTAGE", "IDLE"]
+
+
 def test_a_fault_that_flickers_at_rest_does_not_fill_the_pipe(rig):
     for tick in range(1000):
         rig.drive.text = str(tick)

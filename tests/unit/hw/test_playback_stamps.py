@@ -1,0 +1,76 @@
+"""Stamps of a log: even, rounded, uneven, with gaps."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hw.interface import BackendError
+from hw.playback.stamps import grid_of, interpolated, is_even, resolution
+
+LOG = Path("log.csv")
+
+
+def made(time_s, q=0.0):
+    return grid_of(LOG, np.asarray(time_s, float), q)
+
+
+def test_even_stamps_are_left_as_they_are():
+    grid = made(5.0 + 0.002 * np.arange(500))
+    assert grid.rate_hz == pytest.approx(500)
+    assert [each.instants_s for each in grid.stretches] == [None]
+    assert grid.notes == ()
+
+
+@pytest.mark.parametrize("period_ms", [10 / 3, 2.5, 7.3])
+def test_stamps_that_only_rounding_makes_uneven_are_even(period_ms):
+    ms = np.floor(period_ms * np.arange(2000) + 0.45)
+    assert resolution(ms) == 1.0
+    grid = made(1e-3 * ms, 1e-3)
+    assert grid.rate_hz == pytest.approx(1e3 / period_ms, rel=5e-4)
+    assert grid.stretches[0].instants_s is None
+
+
+def test_stamps_that_alternate_are_no_rounding():
+    ms = np.cumsum([0, *([10, 12] * 300)])
+    assert not is_even(1e-3 * ms, 0.011, 1e-3 * resolution(ms))
+    grid = made(1e-3 * ms, 1e-3)
+    assert grid.rate_hz == pytest.approx(1 / 0.011)
+    np.testing.assert_allclose(np.diff(grid.stretches[0].instants_s), 0.011)
+    assert "10 to 12 ms: resampled on the stamps, every 11 ms" in grid.notes[0]
+
+
+def test_a_lost_row_of_whole_milliseconds_is_not_taken_for_rounding():
+    grid = made(1e-3 * np.delete(np.arange(1000.0), 400), 1e-3)
+    assert grid.stretches[0].instants_s is not None
+
+
+def test_a_gap_parts_the_log_and_two_lost_rows_do_not():
+    t = 0.01 * np.arange(400)
+    grid = made(np.delete(t, [50, 51, *range(200, 250)]))
+    assert [(each.first, each.last) for each in grid.stretches] == [(0, 198), (198, 348)]
+    assert grid.stretches[0].instants_s is not None
+    assert len(grid.stretches[0].instants_s) == pytest.approx(200, abs=2)
+    assert "1 gap(s), the longest 0.51 s after row 198" in grid.notes[0]
+
+
+def test_a_signal_is_that_of_its_instants():
+    rng = np.random.default_rng(1)
+    t = np.cumsum(rng.uniform(0.008, 0.012, 1000))
+    grid = made(t)
+    (whole,) = grid.stretches
+    both = whole.signal(np.column_stack([np.sin(9 * t), np.cos(9 * t)]))
+    at = whole.instants_s
+    np.testing.assert_allclose(both, np.column_stack([np.sin(9 * at), np.cos(9 * at)]), atol=1e-5)
+    assert at[0] == t[0]
+    assert at[-1] <= t[-1]
+
+
+def test_few_rows_are_joined_by_straight_lines():
+    assert interpolated(np.array([0.0, 1.0]), np.array([0.0, 2.0]), np.array([0.25]))[0] == 0.5
+
+
+def test_stamps_without_a_usual_step_are_refused():
+    t = np.cumsum(np.random.default_rng(2).exponential(0.01, 500))
+    with pytest.raises(BackendError, match=r"log.csv: uneven sampling: .* record at a steady rate"):
+        made(t)
