@@ -18,7 +18,7 @@ from typing import Any
 
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 
-from hw.compile_key import module_key
+from hw.compile_key import module_key, remember
 from hw.private_cache import OwnFiles, make_private
 
 
@@ -30,12 +30,24 @@ def keep(dispatcher: Any, root: Path, options: str) -> None:  # noqa: ANN401
     function = dispatcher.py_func
     file = Path(inspect.getfile(function))
     if function.__closure__ is None and file.is_file():
-        key = module_key(file, options)
+        key = _key(function, file, options, root)
         dispatcher._cache = CodeCache(function, root / f"{function.__module__}-{key}")
 
 
+_keys: dict[tuple[Path, Path, str], tuple[object, str]] = {}
+
+
+def _key(function: Callable[..., Any], file: Path, options: str, root: Path) -> str:
+    """Key of a function's module, found out once for each time that the module is imported (or reloaded)."""
+    spec = function.__globals__.get("__spec__")
+    known = _keys.get((file, root, options))
+    if known is None or spec is None or known[0] is not spec:
+        known = _keys[file, root, options] = spec, module_key(file, options, root)
+    return known[1]
+
+
 class CodeCache(FunctionCache):
-    """Files of one function in `folder`, which is made, for this user alone, when they are first asked for."""
+    """Files of one function in `folder`: made for this user alone when first asked for, as is the memo of sources beside it."""
 
     def __init__(self, function: Callable[..., Any], folder: Path) -> None:
         self._name = repr(function)
@@ -49,7 +61,10 @@ class CodeCache(FunctionCache):
     def usable(self) -> bool:
         """Whether the folder can be had."""
         if self._usable is None:
-            self._usable = make_private(Path(self._cache_path), levels=2)
+            folder = Path(self._cache_path)
+            self._usable = make_private(folder, levels=2)
+            if self._usable:
+                remember(folder.parent)
         return self._usable
 
     def load_overload(self, sig: object, target_context: object) -> Any:  # noqa: ANN401

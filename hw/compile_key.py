@@ -22,6 +22,8 @@ import numba
 import numpy as np
 from numba.core import config as numba_config
 
+from hw.source_memo import Meaning, SourceMemo, source_memo
+
 PROJECT = ("hw", "rtctl")
 """Packages whose sources count wherever they are installed. Packages of others count by their version."""
 
@@ -44,20 +46,27 @@ class Source:
     """Dotted names of what it imports anywhere, in functions too; what it imports from a module may be a module."""
 
 
-def module_key(file: Path, options: str = "") -> str:
+def module_key(file: Path, options: str = "", root: Path | None = None) -> str:
     """Key of the compiled code of the module in `file`, compiled with `options` (hex).
+
+    The memo in the folder `root` is used (`hw.source_memo`); `remember` writes it.
 
     Raises
     ------
     OSError
         `file`, or a module that it imports, cannot be read.
     """
-    sources = sorted(covered(file), key=lambda source: (source.name, source.meaning))
+    sources = sorted(covered(file, source_memo(root)), key=lambda source: (source.name, source.meaning))
     told = [f"{versions()} {settings()} {options}"]
     told += [f"{source.name} {source.meaning}" for source in sources]
     tops = {name.partition(".")[0] for source in sources for name in source.imports}
-    told += [f"{top} {_version(top)}" for top in sorted(tops - sys.stdlib_module_names)]
+    told += [f"{top} {_version(top)}" for top in sorted(tops - sys.stdlib_module_names - set(PROJECT))]
     return hashlib.sha256("\n".join(told).encode()).hexdigest()[:20]
+
+
+def remember(root: Path) -> None:
+    """Have the next process know, by the memo in `root`, what this one has parsed."""
+    source_memo(root).save()
 
 
 def versions() -> str:
@@ -87,47 +96,59 @@ def settings() -> str:
     return repr([x for x in options if x[0] not in _PER_PROCESS and isinstance(x[1], plain)])
 
 
-def covered(file: Path) -> set[Source]:
+def covered(file: Path, memo: SourceMemo | None = None) -> set[Source]:
     """The module in `file` and every project module that it reaches through imports."""
+    memo = memo or source_memo(None)
     found: dict[Path, Source] = {}
     to_do = [file.resolve()]
     while to_do:
         path = to_do.pop()
         if path not in found:
-            found[path] = source = _source(path)
+            found[path] = source = _source(path, memo)
             to_do += _imported(source)
     return set(found.values())
 
 
-def _source(path: Path) -> Source:
+def _source(path: Path, memo: SourceMemo) -> Source:
     """The module in `path` as it is on the disk now."""
     status = path.stat()
-    return _read(path, status.st_mtime_ns, status.st_size, status.st_ino)
+    return _read(path, memo, status.st_mtime_ns, status.st_size, status.st_ino)
 
 
 @lru_cache(maxsize=4096)
-def _read(path: Path, *_stamp: int) -> Source:
+def _read(path: Path, memo: SourceMemo, *_stamp: int) -> Source:
     data = path.read_bytes()
     home, name = _place(path)
+    package = name if path.name == "__init__.py" else name.rpartition(".")[0]
+    key = f"{package} {hashlib.sha256(data).hexdigest()}"
+    if (meaning := memo.get(key)) is None:
+        memo.note(key, meaning := _parsed(data, package))
+    return Source(name, home, meaning[0], frozenset(meaning[1]))
+
+
+def _parsed(data: bytes, package: str) -> Meaning:
+    """What the text of a module of `package` means."""
     try:
         tree = ast.parse(data)
     except (SyntaxError, ValueError):  # nobody can import it, so what it imports does not matter
-        return Source(name, home, hashlib.sha256(data).hexdigest(), frozenset())
+        return hashlib.sha256(data).hexdigest(), ()
     nodes = list(ast.walk(tree))
-    package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
-    imports = frozenset(_imports(nodes, package))
+    imports = set(_imports(nodes, package.split(".") if package else []))
     if b"__doc__" not in data:  # else the module may make something of its docstrings
         _drop_texts(nodes)
-    return Source(name, home, hashlib.sha256(ast.dump(tree).encode()).hexdigest(), imports)
+    return hashlib.sha256(ast.dump(tree).encode()).hexdigest(), tuple(sorted(imports))
 
 
 def _place(path: Path) -> tuple[Path, str]:
     """The folder where the top-level package of a file lies, and the dotted name of the file from there."""
-    home = path.parent
-    while (home / "__init__.py").is_file():
-        home = home.parent
+    home = _home(path.parent)
     parts = path.relative_to(home).with_suffix("").parts
     return home, ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+@cache
+def _home(folder: Path) -> Path:
+    return _home(folder.parent) if (folder / "__init__.py").is_file() else folder
 
 
 def _drop_texts(nodes: list[ast.AST]) -> None:
@@ -158,33 +179,37 @@ def _imports(nodes: list[ast.AST], package: list[str]) -> Iterator[str]:
 @lru_cache(maxsize=4096)
 def _imported(source: Source) -> tuple[Path, ...]:
     """Sources that run when `source` does its imports, packages above them included, as far as they are the project's."""
-    found: set[Path] = set()
-    for name in source.imports:
-        top = name.partition(".")[0]
-        if top not in sys.stdlib_module_names:
-            found.update(path for home in _homes(top, source) for path in _below(home, name))
-    return tuple(sorted(found))
+    tops = {name.partition(".")[0] for name in source.imports} - sys.stdlib_module_names
+    own = source.name.partition(".")[0]
+    homes = {top: _homes(top, source.home, own=top == own) for top in tops}
+    places = [(home, name) for name in source.imports for home in homes.get(name.partition(".")[0], ())]
+    return tuple(sorted({path for home, name in places for path in _below(home, name)}))
 
 
-def _homes(top: str, importer: Source) -> set[Path]:
+def _homes(top: str, beside: Path, *, own: bool) -> set[Path]:
     """Folders where a top-level package may lie: beside its importer, beside this one, or where Python has found it.
 
-    Installed packages of others have none: they count by their version.
+    Installed packages of others have none: they count by their version, unless the importer is of the package itself (`own`).
     """
-    homes = {importer.home}
+    homes = {beside}
     if loaded := getattr(sys.modules.get(top), "__file__", None):
-        homes.add(_place(Path(loaded).resolve())[0])
+        homes.add(_home_of_file(loaded))
     if top in PROJECT:
         return homes | {_HOME}
-    own = top == importer.name.partition(".")[0]
     return {home for home in homes if own or not _INSTALLED & set(home.parts)}
 
 
 @cache
+def _home_of_file(file: str) -> Path:
+    return _home(Path(file).resolve().parent)
+
+
+@cache
 def _below(place: Path, name: str) -> tuple[Path, ...]:
-    files: list[Path] = []
-    path = place
-    for part in name.split("."):
-        path = path / part
-        files += [file for file in (path / "__init__.py", path.with_suffix(".py")) if file.is_file()][:1]
-    return tuple(files)
+    """The packages and the module that `name` stands for below `place`, as far as they are there."""
+    above, _, _ = name.rpartition(".")
+    packages = _below(place, above) if above else ()
+    path = place.joinpath(*name.split("."))
+    return packages + tuple(
+        [file for file in (path / "__init__.py", path.with_suffix(".py")) if file.is_file()][:1]
+    )

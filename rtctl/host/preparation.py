@@ -56,9 +56,10 @@ class Preparation:
 
 def mark(n_axes: int, *, recording: bool) -> Path:
     """The file that says it was done, for what these sources mean."""
-    keys = [module_key(Path(str(module.__file__))) for module in (law_runner, tick_text)]
+    root = compiled_folder()
+    keys = [module_key(Path(str(module.__file__)), root=root) for module in (law_runner, tick_text)]
     told = f"{keys} {n_axes} {recording}"
-    return compiled_folder() / f"host-{hashlib.sha256(told.encode()).hexdigest()[:20]}"
+    return root / f"host-{hashlib.sha256(told.encode()).hexdigest()[:20]}"
 
 
 def compile_for(n_axes: int, *, recording: bool) -> None:

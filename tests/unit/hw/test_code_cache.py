@@ -1,12 +1,13 @@
 """Compiled code of one function on the disk: who may write when, and what is never kept."""
 
 import fcntl
+import importlib
 import os
 
 import pytest
 from numba.core.caching import NullCache
 
-from hw import jit
+from hw import code_cache, compile_key, jit
 from hw.private_cache import OwnFiles
 
 pytestmark = pytest.mark.compiled
@@ -50,3 +51,26 @@ def test_what_a_function_closes_over_is_not_in_its_source_so_it_is_not_kept(comp
     assert (scaled_by(2.0)(1.0), scaled_by(3.0)(1.0)) == (2.0, 3.0)
     assert isinstance(scaled_by(4.0)._cache, NullCache)
     assert not list(tmp_path.rglob("*.nbc"))
+
+
+def test_a_module_has_one_key_however_many_functions_until_it_is_loaded_again(
+    compiled, monkeypatch, tmp_path
+):
+    asked = []
+    monkeypatch.setattr(
+        code_cache, "module_key", lambda *told: asked.append(told) or compile_key.module_key(*told)
+    )
+    path = tmp_path / "two_functions.py"
+    path.write_text(
+        "from hw.jit import compiled\nK = 1\nf = compiled(lambda x: K)\ng = compiled(lambda x: K + x)\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    import two_functions as module
+
+    first = {module.f._cache.cache_path, module.g._cache.cache_path}
+    assert (len(first), len(asked)) == (1, 1)
+    path.write_text(path.read_text().replace("K = 1", "K = 10"))
+    importlib.reload(module)
+    assert len(asked) == 2
+    assert first.isdisjoint({module.f._cache.cache_path, module.g._cache.cache_path})
+    assert module.f(0) == 10
