@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -17,6 +17,9 @@ from rtctl.errors import ConfigError
 from rtctl.friction import artefact
 from rtctl.friction.log_input import of_file
 from rtctl.friction.model import FrictionModel
+from rtctl.friction.point_evidence import with_presliding
+from rtctl.friction.presliding import Presliding
+from rtctl.friction.presliding_in_logs import presliding_of_logs
 from rtctl.playback_plot import save_plot
 from rtctl.playback_report import Judged, Learned, Settings, Trace, in_range_share, interaction, judge, learn
 from rtctl.playback_report import prediction as predict
@@ -69,8 +72,9 @@ def run(job: Job) -> dict[str, Any]:
     learned = None
     if job.fit_from:
         learned = learn(job.fit_from, loaded.options, rig, settings, loaded.config.rig.name)
-        learned = replace(learned, model=replace(learned.model, presliding_rad=job.presliding_rad))
-        result["fit"] = _fit_summary(learned)
+        bent = _presliding(job, learned)
+        learned = replace(learned, model=with_presliding(learned.model, bent))
+        result["fit"] = {**_fit_summary(learned), "presliding": asdict(bent) if bent else None}
         if learned.held_out is not None:
             result["held_out"] = predict(learned, learned.held_out)
         result["prediction"] = {
@@ -85,6 +89,13 @@ def run(job: Job) -> dict[str, Any]:
     if job.plot and learned:
         save_plot(job.plot, learned, evaluated, signals)
     return result
+
+
+def _presliding(job: Job, learned: Learned) -> Presliding | None:
+    """As given, or from the turns in the logs that were learned from."""
+    if job.presliding_rad is not None:
+        return Presliding(job.presliding_rad, None, 0)
+    return presliding_of_logs([each.log for each in learned.logs], job.cutoff_hz, job.speed_min_rad_s)
 
 
 def _has_hand(options: Mapping[str, Any]) -> bool:

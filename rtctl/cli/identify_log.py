@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from rtctl.config_tables import AxisTable
     from rtctl.friction.log_input import Gearing
     from rtctl.friction.points import FrictionPoints
+    from rtctl.friction.presliding import Presliding
     from rtctl.friction.regression import JointFit, Regression
 
 ROLES = {
@@ -93,6 +94,7 @@ def command(
     from rtctl.friction.log_input import options_of, read_log, require_different, samples
     from rtctl.friction.logs import level_points
     from rtctl.friction.plausibility import Limits, against_rig
+    from rtctl.friction.presliding_in_logs import presliding_of_logs
     from rtctl.friction.regression import joint_fit
     from rtctl.friction.regressors import cutoff_for, of_stretches, pooled
 
@@ -109,12 +111,14 @@ def command(
         fit = replace(fit, warnings=(*fit.warnings, *against_rig(fit, rig_axis, str(config))))
     document: dict[str, Any] = {"logs": [{"file": part.source, "sha256": part.sha256} for part in parts]}
     delays = [0.5 / part.rate_hz if torque_delay is None else torque_delay for part in parts]
-    document |= {**asdict(fit), "cutoff_hz": cutoff_hz, "torque_delay_s": delays, "presliding": None}
+    bent = presliding_of_logs([part for stretches in read for part in stretches], cutoff_hz, speed_min_rad_s)
+    document |= {**asdict(fit), "cutoff_hz": cutoff_hz, "torque_delay_s": delays}
+    document["presliding"] = asdict(bent) if bent else None
     if out:
         sha256 = hashlib.sha256("".join(part.sha256 for part in parts).encode()).hexdigest()
         points = level_points(samples(signals, fit, sha256, remove_offset=not keep_offset))
-        _write(out, points, document)
-    click.echo(json_text(document) if as_json else "\n".join(_lines(fit, out)))
+        _write(out, points, bent, document)
+    click.echo(json_text(document) if as_json else "\n".join(_lines(fit, bent, out)))
 
 
 def _axis(config: Path, axis: int) -> AxisTable:
@@ -191,22 +195,26 @@ def _tables(columns: tuple[str, ...], map_file: Path | None) -> dict[str, dict[s
     return {ROLES[role]: table for role, table in given.items()}
 
 
-def _write(out: Path, points: FrictionPoints, document: dict[str, Any]) -> None:
+def _write(out: Path, points: FrictionPoints, bent: Presliding | None, document: dict[str, Any]) -> None:
     from rtctl.friction.whole_files import write_together
 
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["velocity_rad_s", "friction_torque_nm", "direction", "std_nm", "count"])
+    columns = ["presliding_rad", "presliding_spread_rad", "presliding_ramps"] if bent else []
+    writer.writerow(["velocity_rad_s", "friction_torque_nm", "direction", "std_nm", "count", *columns])
+    # One length for all the log: it stands in the first row, and once.
+    length = [repr(bent.length_rad), repr(bent.spread_rad), bent.ramps] if bent else []
     for v, f, d, std, n in zip(
         points.velocity_rad_s, points.friction_nm, points.direction, points.std_nm, points.count, strict=True
     ):
-        writer.writerow([repr(float(v)), repr(float(f * d)), int(d), repr(float(std)), int(n)])
+        writer.writerow([repr(float(v)), repr(float(f * d)), int(d), repr(float(std)), int(n), *length])
+        length = [""] * len(columns)
     rows = text.getvalue().encode()
     document["points_sha256"] = hashlib.sha256(rows).hexdigest()
     write_together(out, {"points.csv": rows, "regression.json": json_text(document, indent=1).encode()})
 
 
-def _lines(fit: JointFit, out: Path | None) -> list[str]:
+def _lines(fit: JointFit, bent: Presliding | None, out: Path | None) -> list[str]:
     from rtctl.friction.regression import STRIBECK_RAD_S
 
     lines = [*_table("symmetric", fit.symmetric), *_table("per direction", fit.per_direction)]
@@ -227,9 +235,8 @@ def _lines(fit: JointFit, out: Path | None) -> list[str]:
             else "taken as constant"
         )
         lines.append(f"{each.parameter}: {each.source}, {drift}")
-    lines.append(
-        "presliding length: not measured from a log (rtctl identify CONFIG does; rtctl fit --presliding gives it)"
-    )
+    unknown = "not told by these turns (rtctl identify CONFIG measures it; rtctl fit --presliding gives it)"
+    lines.append(f"presliding length: {bent or unknown}")
     lines += [f"warning: {text}" for text in fit.warnings]
     return [*lines, f"friction points: {out / 'points.csv'}"] if out else lines
 

@@ -68,7 +68,7 @@ _NUMBER = click.FloatRange(1e-9, 1e9)
     "presliding_rad",
     type=click.FloatRange(min=0, min_open=True, max=1),
     metavar="RAD",
-    help="presliding length of the learned model, rad; unknown: 5 mrad, and less help near reversals",
+    help="presliding length of the learned model, rad; default: what the turns in --fit-from tell",
 )
 @click.option("--save-model", type=OutputFile(), help="keep the learned model in this file")
 @click.option("--plot", type=OutputFile(picture=True), help="write a figure (PNG)")
@@ -98,16 +98,21 @@ def _lines(result: dict[str, Any], job: Job) -> list[str]:
         lines.append(
             f"model    {fit['points']} points, support vectors {fit['support_vectors']} (forward, backward)"
         )
-        if job.presliding_rad is None:
-            lines.append(
-                "         presliding length unknown: taken for 5 mrad, so less help near reversals (--presliding)"
-            )
+        lines.append(f"         presliding length: {_presliding(fit['presliding'])}")
     for name, title in (("held_out", "held-out part of the training logs"), ("prediction", "the log")):
         if name in result:
             lines.append(_prediction(title, result[name]))
     lines += _interaction(result["interaction"]) if "interaction" in result else []
     lines += [f"figure   {job.plot}"] if job.plot else []
     return lines
+
+
+def _presliding(found: dict[str, Any] | None) -> str:
+    from rtctl.friction.presliding import Presliding
+
+    if found is None:
+        return "not told by these logs: taken for 5 mrad, so less help near reversals (--presliding)"
+    return str(Presliding(**found))
 
 
 def _dynamics(log: dict[str, Any]) -> str:

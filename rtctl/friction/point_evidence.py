@@ -47,9 +47,13 @@ def with_evidence(
         replace(branch, place_spread_nm=spread)
         for branch, spread in zip(model.branches, spreads, strict=True)
     )
+    return replace(with_presliding(model, found), branches=(forward, backward))
+
+
+def with_presliding(model: FrictionModel, found: Presliding | None) -> FrictionModel:
+    """Return the model with this presliding length, or without one."""
     return replace(
         model,
-        branches=(forward, backward),
         presliding_rad=found.length_rad if found else None,
         presliding_spread_rad=found.spread_rad if found else None,
         presliding_ramps=found.ramps if found and found.spread_rad is not None else 0,

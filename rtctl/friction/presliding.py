@@ -54,9 +54,10 @@ class Presliding:
     length_rad
         Break-away torque over initial slope, mean over the ramps.
     spread_rad
-        Standard deviation of one ramp's length: places, directions and noise. None: not known (given by hand).
+        Standard deviation of one ramp's length: places, directions and noise. None: not known (given by hand). 0: the
+        length is not told apart from shorter ones.
     ramps
-        Ramps behind it; 0 when it was given by hand.
+        Ramps behind it, or turns of the motion in a log; 0 when it was given by hand.
     """
 
     length_rad: float
@@ -68,7 +69,9 @@ class Presliding:
         length = f"{1e3 * self.length_rad:.4g} mrad"
         if self.spread_rad is None:
             return f"{length}, given by hand"
-        return f"{length}, spread {1e3 * self.spread_rad:.2g} mrad over {self.ramps} ramps"
+        if self.spread_rad == 0.0:
+            return f"at most {length}, over {self.ramps} ramps or turns"
+        return f"{length}, spread {1e3 * self.spread_rad:.2g} mrad over {self.ramps} ramps or turns"
 
 
 @dataclass(frozen=True)

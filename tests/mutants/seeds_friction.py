@@ -184,8 +184,12 @@ SEEDS = (
         "alpha * (hand - s.friction_intent_nm[axis])", "(hand - s.friction_intent_nm[axis])", INTENT,
     ),
     Seed(
-        "a resting joint follows the hand at once", "rtctl/control/resting.py",
-        "min(alpha, p.rest_alpha[axis] * (1.0 + CALMING_S / since_s))", "alpha", RESTING,
+        "the observer of a resting joint follows the hand at once", "rtctl/control/resting.py",
+        "min(alpha, p.rest_alpha[axis] * (1.0 + CALMING_S / rest_s))", "alpha", RESTING,
+    ),
+    Seed(
+        "the feed-forward of a joint on bent bristles follows the hand at once", "rtctl/control/resting.py",
+        "min(alpha, p.rest_alpha[axis] * (1.0 + (CALMING_S / bent_s) ** 2))", "alpha", RESTING,
     ),
     Seed(
         "a resting joint follows the hand through one low-pass", "rtctl/control/resting.py",

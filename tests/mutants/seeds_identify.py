@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from seed import Seed
 
+IN_LOGS = ("tests/unit/friction/test_presliding_in_logs.py",)
 PRESLIDING = ("tests/unit/friction/test_presliding.py",)
 EVIDENCE = ("tests/unit/friction/test_point_evidence.py",)
 HARD = "tests/unit/identify/test_difficult_joints.py"
@@ -15,6 +16,27 @@ SEEDS = (
         "curve = ramp.share + bend * _softening(ramp.share)",
         "curve = ramp.share",
         PRESLIDING,
+    ),
+    Seed(
+        "bristles never slide in a log",
+        "rtctl/friction/presliding_in_logs.py",
+        "found[row] = min(max(bent, -1.0), 1.0)",
+        "found[row] = bent",
+        IN_LOGS,
+    ),
+    Seed(
+        "the doubt about a length from turns is left out",
+        "rtctl/friction/presliding_in_logs.py",
+        "worse = left > (1 + SURE**2 / turns) * left[best]",
+        "worse = left > left[best]",
+        IN_LOGS,
+    ),
+    Seed(
+        "a joint that stands is taken for one that slides",
+        "rtctl/friction/presliding_in_logs.py",
+        "kept = window >= speed_min_rad_s / cutoff_hz",
+        "kept = window >= 0.0",
+        IN_LOGS,
     ),
     Seed(
         "the spread of two groups forgets how far apart they are",

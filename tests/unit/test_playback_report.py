@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from hw.interface import LinkFault
 from hw.playback.reader import read_columns
 from rtctl import config as rig_file
-from rtctl.cli.playback import command
+from rtctl.cli.playback import _presliding, command
 from rtctl.control.vocabulary import State
 from rtctl.errors import ConfigError, DataError, DeviceError
 from rtctl.friction import artefact
@@ -19,8 +19,6 @@ from rtctl.playback_job import Job, run
 from rtctl.playback_run import changed, run_log, with_bias
 
 RATE_HZ = 1000.0
-PRESLIDING_RAD = 1e-4
-"""The friction of these logs has none: it turns within .01 rad/s."""
 INERTIA, COULOMB, BIAS = 4e-4, 0.03, 0.012
 SHIPPED = Path(__file__).parents[2] / "configs" / "playback.toml"
 
@@ -67,9 +65,7 @@ def job(logs, **more):
 @pytest.fixture(scope="module")
 def report(logs, tmp_path_factory):
     folder = tmp_path_factory.mktemp("out")
-    result = run(
-        job(logs, presliding_rad=PRESLIDING_RAD, plot=folder / "report.png", save_model=folder / "model.json")
-    )
+    result = run(job(logs, plot=folder / "report.png", save_model=folder / "model.json"))
     return result, folder
 
 
@@ -217,7 +213,7 @@ def test_a_rig_file_of_another_kind_is_refused():
 def test_the_command_prints_a_table_or_one_json_object(logs, tmp_path):
     free, other = (str(path) for path in logs)
     arguments = ["--log", other, "--fit-from", free, "--time", "t", "--position", "x"]
-    arguments += ["--hand-torque", "minus_h:-1", "--counts-per-rev", "300000", "--presliding", PRESLIDING_RAD]
+    arguments += ["--hand-torque", "minus_h:-1", "--counts-per-rev", "300000"]
     said = CliRunner().invoke(
         command, [*arguments, "--plot", str(tmp_path / "a.png")], catch_exceptions=False
     )
@@ -225,9 +221,22 @@ def test_the_command_prints_a_table_or_one_json_object(logs, tmp_path):
     assert "support vectors [" in said.output
     told = CliRunner().invoke(command, [*arguments, "--json"], catch_exceptions=False)
     assert json.loads(told.output)["interaction"]["all"]["reduction"] > 0.7
-    assert "presliding length unknown" not in said.output
-    unknown = CliRunner().invoke(command, arguments[:-2], catch_exceptions=False)
-    assert "presliding length unknown" in unknown.output
+
+
+def test_the_presliding_length_is_that_of_the_turns_unless_it_is_given(logs, report):
+    found = report[0]["fit"]["presliding"]
+    assert found["length_rad"] + found["spread_rad"] < 5e-4, (
+        "the friction of these logs turns within .01 rad/s"
+    )
+    assert artefact.load(report[1] / "model.json").presliding_rad == found["length_rad"]
+    given = run(job(logs, presliding_rad=0.02))
+    assert given["fit"]["presliding"] == {"length_rad": 0.02, "spread_rad": None, "ramps": 0}
+    reduction = [result["interaction"]["all"]["reduction"] for result in (report[0], given)]
+    assert reduction[0] > reduction[1] + 0.1, "a direction that turns late helps less"
+
+
+def test_logs_that_tell_no_presliding_length_are_taken_for_a_long_one_and_that_is_said():
+    assert "not told by these logs: taken for 5 mrad" in _presliding(None)
 
 
 @pytest.mark.parametrize("text", ["x:1:2:3", ":1", "x:fast"])
