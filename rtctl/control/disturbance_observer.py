@@ -38,7 +38,7 @@ from rtctl.control.feedforward import range_fade
 from rtctl.control.friction import BACKWARD, FORWARD
 from rtctl.control.jit import compiled
 from rtctl.control.records import HELD, Record
-from rtctl.control.resting import is_resting, while_resting
+from rtctl.control.resting import is_resting, while_bent
 from rtctl.control.vocabulary import Policy
 
 _OFF = int(Policy.OFF)
@@ -83,14 +83,14 @@ def observe_friction(t: Record, s: Record, p: Record, axis: int, elapsed: int) -
         return
     slow = _over(p.observer_alpha[axis], elapsed)
     quick = _over(p.observer_smooth_alpha[axis], elapsed)
-    calm = _over(while_resting(s, p, axis, p.observer_smooth_alpha[axis]), elapsed)
+    calm = _over(while_bent(s, p, axis, p.observer_smooth_alpha[axis]), elapsed)
     hand = s.hand_torque_before_nm[axis]
     torque = _acting_torque(s, p, axis) + hand
     velocity = 0.0 if is_resting(s, p, axis) else t.velocity_difference_rad_s[axis]
     s.observer_torque_smooth_nm[axis] += calm * (torque - s.observer_torque_smooth_nm[axis])
     s.observer_velocity_smooth_rad_s[axis] += quick * (velocity - s.observer_velocity_smooth_rad_s[axis])
     behind = s.observer_velocity_smooth_rad_s[axis] - s.observer_velocity_rad_s[axis]
-    follow = _over(while_resting(s, p, axis, p.observer_alpha[axis]), elapsed)
+    follow = _over(while_bent(s, p, axis, p.observer_alpha[axis]), elapsed)
     s.observer_torque_nm[axis] += follow * (s.observer_torque_smooth_nm[axis] - s.observer_torque_nm[axis])
     s.observer_velocity_rad_s[axis] += slow * behind
     friction = s.observer_torque_nm[axis] - p.inertia_kgm2[axis] * p.observer_bandwidth_rad_s[axis] * behind
@@ -119,7 +119,7 @@ def observer_torque(t: Record, s: Record, p: Record, model: Record, axis: int, e
         return 0.0
     forward = t.feedforward_torque_nm[axis]
     if elapsed > 0:
-        follow = _over(while_resting(s, p, axis, p.observer_alpha[axis]), elapsed)
+        follow = _over(while_bent(s, p, axis, p.observer_alpha[axis]), elapsed)
         s.observer_forward_nm[axis] += follow * (forward - s.observer_forward_nm[axis])
     rest = TARGET_SHARE * t.friction_observed_nm[axis] - s.observer_forward_nm[axis]
     if not math.isfinite(rest):

@@ -5,19 +5,17 @@ follows the hand's torque, g LP(-k x - m a), lags behind it by a low-pass or two
 a second within a count of the encoder, at some tens of them in a stiff and heavy hand. The coupling does not see it, and
 the account of energy takes seconds or minutes to be emptied by it. So
 
-- direction and gate of the feed-forward follow the hand's torque through two low-passes whose frequency falls with the
-  time t since the joint last slid (the bristles of `dry_friction` at their end) as `REST_HZ` (1 + (`CALMING_S`/t)^2);
-- the observer does so as `REST_HZ` (1 + `CALMING_S`/t), t since the joint left one place, by `REST_COUNTS` or `REST_SHARE`
-  of the credited presliding length: where it sees the motion its inertia is taken into account, and its loop is proved (`observer_margin`);
+- `BENT_S` after the joint last slid (the bristles of `dry_friction` at their end; or after it came to one place, within `REST_COUNTS` or
+  `REST_SHARE` of the credited presliding length) direction and gate of the feed-forward and the observer follow the hand's torque
+  through two low-passes of `REST_HZ`;
 - after `REST_S` in one place a velocity that is nothing but the flicker between two counts is none for the observer.
 
 Why two low-passes. One that lags by 90 degrees makes of the help g LP(-k x) the negative damping g k/w times f_rest/f.
 Two lag by nearly 180 degrees, which is a slightly softer spring, and the damping taken is 2 (f_rest/f)^3 g k/w.
 
-Why ever more slowly. A hand that turns back passes through presliding as well, within some hundredths of a second, while
-the low-passes are quick: 34 Hz after .05 s. The gate stays as open as it was, and the direction is that of the bristles by
-then. With 1/t in the place of its square they were at 10 Hz by then, and a recorded hand that turned back every .2 s was
-left twice as much of its torque (`tests/acceptance/test_real_recordings.py`), while hands that hold still were no quieter.
+Why so late. A hand that turns back passes through presliding as well, within some hundredths of a second. The gate stays as open as
+it was, and the direction is that of the bristles by then. Low-passes that fell as 1/t from the first tick on took half the help from
+a recorded hand that turned back every .2 s (`tests/acceptance/test_real_recordings.py`), and left hands that hold still no quieter.
 """
 
 from __future__ import annotations
@@ -36,11 +34,11 @@ REST_SHARE = 0.05
 REST_S = 0.02
 """After so long in one place, flicker is no velocity."""
 
-REST_HZ = 2.0
-"""Low-pass of the hand's torque for the help with friction after a long rest."""
+BENT_S = 0.15
+"""So long bristles may bend before it is called rest: through presliding within it is a hand that turns back."""
 
-CALMING_S = 0.2
-"""After so long it is still twice that."""
+REST_HZ = 2.0
+"""Low-pass of the hand's torque for the help with friction at rest."""
 
 
 @compiled
@@ -67,14 +65,6 @@ def is_resting(s: Record, p: Record, axis: int) -> bool:
 
 
 @compiled
-def while_resting(s: Record, p: Record, axis: int, alpha: float) -> float:
-    """Low-pass coefficient per tick of the observer, which is `alpha`, 0 to 1, on a joint that moves."""
-    rest_s = s.rest_ticks[axis] * p.period_s
-    return alpha if rest_s == 0.0 else min(alpha, p.rest_alpha[axis] * (1.0 + CALMING_S / rest_s))
-
-
-@compiled
 def while_bent(s: Record, p: Record, axis: int, alpha: float) -> float:
-    """Low-pass coefficient per tick of direction and gate, which is `alpha`, 0 to 1, on a joint that slides."""
-    bent_s = s.bent_ticks[axis] * p.period_s
-    return alpha if bent_s == 0.0 else min(alpha, p.rest_alpha[axis] * (1.0 + (CALMING_S / bent_s) ** 2))
+    """Low-pass coefficient per tick of what follows the hand's torque, which is `alpha`, 0 to 1, on a joint that slides."""
+    return alpha if s.bent_ticks[axis] * p.period_s <= BENT_S else min(alpha, p.rest_alpha[axis])

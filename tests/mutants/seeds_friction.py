@@ -184,12 +184,16 @@ SEEDS = (
         "alpha * (hand - s.friction_intent_nm[axis])", "(hand - s.friction_intent_nm[axis])", INTENT,
     ),
     Seed(
-        "the observer of a resting joint follows the hand at once", "rtctl/control/resting.py",
-        "min(alpha, p.rest_alpha[axis] * (1.0 + CALMING_S / rest_s))", "alpha", RESTING,
+        "on bent bristles the help follows the hand at once", "rtctl/control/resting.py",
+        "<= BENT_S else min(alpha, p.rest_alpha[axis])", "<= BENT_S else alpha", RESTING,
     ),
     Seed(
-        "the feed-forward of a joint on bent bristles follows the hand at once", "rtctl/control/resting.py",
-        "min(alpha, p.rest_alpha[axis] * (1.0 + (CALMING_S / bent_s) ** 2))", "alpha", RESTING,
+        "a hand that turns back is taken for one that rests", "rtctl/control/resting.py",
+        "p.period_s <= BENT_S", "p.period_s <= 0.1 * BENT_S", RESTING,
+    ),
+    Seed(
+        "the observer does not mind bent bristles", "rtctl/control/disturbance_observer.py",
+        "follow = _over(while_bent(s, p, axis, p.observer_alpha[axis]), elapsed)\n    s.observer", "follow = slow\n    s.observer", RESTING,
     ),
     Seed(
         "a resting joint follows the hand through one low-pass", "rtctl/control/resting.py",
