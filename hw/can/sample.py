@@ -21,8 +21,8 @@ class Sample:
     """
 
     __slots__ = (
-        "counts", "current_a", "estop", "faults", "force_n", "fresh", "needed", "of", "position_rad", "temperature_c", "values",
-        "velocity_rad_s",
+        "counts", "current_a", "estop", "faults", "force_n", "fresh", "moment_nm", "needed", "of", "position_rad", "temperature_c",
+        "values", "velocity_rad_s",
     )  # fmt: skip
 
     def __init__(self, n_axes: int) -> None:
@@ -37,7 +37,7 @@ class Sample:
         """The numbers of each channel; those of drives have a name of their own."""
         self.position_rad, self.current_a = self.of["position"], self.of["current"]
         self.velocity_rad_s, self.temperature_c = self.of["velocity"], self.of["temperature"]
-        self.force_n = self.of["force"]
+        self.force_n, self.moment_nm = self.of["force"], self.of["moment"]
         self.estop = 0
         self.fresh = self.needed = 0
         self.faults = 0
