@@ -7,31 +7,29 @@ file's checks, the table in docs/faults.md, random campaigns) is made from it.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
 
+from hw.channels import QUANTITIES, READINGS
 
-class Channel(IntEnum):
-    """Where a fault acts."""
+_OTHERS = {"link": 6, "actuator": 7, "loop": 8}
+"""Where a fault acts that is none of a reading."""
 
-    POSITION = 1
-    CURRENT = 2
-    FORCE = 3
-    TEMPERATURE = 4
-    ESTOP = 5
-    LINK = 6
-    ACTUATOR = 7
-    LOOP = 8
-    VELOCITY = 9
-    MOMENT = 10
+_enum: Any = IntEnum
+Channel = _enum(
+    "Channel", {r.name.upper(): r.number for r in READINGS} | {n.upper(): k for n, k in _OTHERS.items()}
+)
+"""Where a fault acts."""
 
 
 class Effect(IntEnum):
     """What a fault does there."""
 
-    # to a reading: position, current, force, moment, temperature, velocity
+    # to a reading
     NAN = 1
     INF = 2
     OFFSET = 3
@@ -68,7 +66,7 @@ class Kind:
     `default` is the value when the schedule gives none; None: it must give one.
     """
 
-    channel: Channel
+    channel: IntEnum
     name: str
     effect: Effect
     meaning: str
@@ -121,6 +119,18 @@ def _readings() -> tuple[Kind, ...]:
         Kind(velocity, "scale", Effect.SCALE, "reads `value` times the velocity", "1", -100, 100, None),
         Kind(velocity, "sign", Effect.NEGATE, "reads with the wrong sign"),
     )
+
+
+def _other_readings() -> Iterator[Kind]:
+    """What any sensor may do: for channels without kinds of their own."""
+    known = {kind.channel for kind in _readings()}
+    for reading in QUANTITIES:
+        channel, unit = Channel(reading.number), reading.unit
+        if channel not in known:
+            yield Kind(channel, "nan", Effect.NAN, "reads NaN, as without a sensor")
+            yield Kind(channel, "frozen", Effect.HOLD, "repeats the last reading")
+            yield Kind(channel, "offset", Effect.OFFSET, "reads `value` too much", unit, -1e6, 1e6, None)
+            yield Kind(channel, "out_of_range", Effect.SET, "reads `value`", unit, -1e12, 1e12, 1e6)
 
 
 def _devices() -> tuple[Kind, ...]:
@@ -182,7 +192,7 @@ def _devices() -> tuple[Kind, ...]:
 
 
 KINDS: dict[tuple[str, str], Kind] = {
-    (kind.channel.name.lower(), kind.name): kind for kind in (*_readings(), *_devices())
+    (kind.channel.name.lower(), kind.name): kind for kind in (*_readings(), *_other_readings(), *_devices())
 }
 """(channel, kind) as in a schedule -> the kind."""
 

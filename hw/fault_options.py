@@ -18,6 +18,7 @@ from pydantic import (
     model_validator,
 )
 
+from hw.channels import READ_ORDER, places
 from hw.fault_kinds import KINDS, Channel
 from hw.faults import FAULTS
 from hw.outside import read_toml
@@ -25,6 +26,7 @@ from hw.plain_words import explain
 
 MAX_S = 1e9
 MAX_TICKS = 10**15
+MAX_AXES = 8
 
 Seconds = Annotated[float, Field(ge=0, le=MAX_S)]
 Ticks = Annotated[int, Field(ge=0, le=MAX_TICKS)]
@@ -39,11 +41,11 @@ class FaultOptions(BaseModel):
 
     model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
 
-    channel: str = Field(
-        description="position, velocity, current, force, moment, temperature, estop, link, actuator, loop"
-    )
+    channel: str = Field(description=", ".join((*READ_ORDER, "link", "actuator", "loop")))
     kind: str = Field(description="what goes wrong there; docs/faults.md lists them")
-    axis: int | None = Field(None, ge=0, le=7, description="joint, or axis of the force sensor; default all")
+    axis: int | None = Field(
+        None, ge=0, le=MAX_AXES - 1, description="joint, or axis of the force sensor; default all"
+    )
     at_s: Seconds | None = Field(None, description="when it begins; or at_tick")
     at_tick: Ticks | None = Field(None, description="as at_s, counted in ticks")
     for_s: Seconds | None = Field(None, description="how long it is due, 0 for ever; or for_ticks")
@@ -94,8 +96,8 @@ class FaultOptions(BaseModel):
     def _fits(self, rig: Mapping[str, Any]) -> None:
         """Check what only the rig file can tell, where its facts are given."""
         kind = KINDS[self.channel, self.kind]
-        axes = 3 if kind.channel in (Channel.FORCE, Channel.MOMENT) else rig.get("n_axes")
-        if self.axis is not None and axes is not None and self.axis >= axes:
+        axes = places(self.channel, rig.get("n_axes", MAX_AXES))
+        if self.axis is not None and self.axis >= axes:
             msg = f"axis: {self.axis} is not there; must be below {axes}"
             raise ValueError(msg)
         if kind.channel == Channel.LOOP and rig.get("clock") == "virtual":

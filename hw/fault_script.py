@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from hw.fault_kinds import KINDS, Channel
+from hw.channels import places
+from hw.fault_kinds import KINDS
 from hw.faults import FAULTS, IN_READ, IN_WRITE, inject, memory_fields, schedule_fields
 from hw.generator import seed_words
 from hw.interface import BackendError, LinkLost, Rig
@@ -40,7 +41,7 @@ def fill_schedule(params: np.ndarray, faults: Sequence[Mapping[str, Any]], rig: 
         p["fault_" + name][:] = 0
     for k, fault in enumerate(faults):
         kind = KINDS[fault["channel"], fault["kind"]]
-        axes = 3 if kind.channel in (Channel.FORCE, Channel.MOMENT) else rig.n_axes
+        axes = places(fault["channel"], rig.n_axes)
         axis = -1 if fault["axis"] is None else fault["axis"]
         if axis >= axes:
             raise BackendError(f"faults[{k}].axis: {axis} is not there; must be below {axes}")

@@ -27,20 +27,22 @@ import math
 from typing import Any
 
 import numpy as np
+from numba import literal_unroll
 
+from hw.channels import QUANTITIES
 from hw.encoder import wrap
 from hw.fault_kinds import Channel, Effect
 from hw.generator import uniform
 from hw.interface import LinkFault
 from hw.jit import compiled
+from hw.kept_readings import FIELDS, keep, kept_field, show
 
 FAULTS = 32
 """Most faults of one schedule."""
 
-_POSITION, _CURRENT, _FORCE = int(Channel.POSITION), int(Channel.CURRENT), int(Channel.FORCE)
-_TEMPERATURE, _ESTOP, _LINK = int(Channel.TEMPERATURE), int(Channel.ESTOP), int(Channel.LINK)
-_ACTUATOR, _LOOP, _VELOCITY = int(Channel.ACTUATOR), int(Channel.LOOP), int(Channel.VELOCITY)
-_MOMENT = int(Channel.MOMENT)
+_POSITION, _ESTOP, _LINK = int(Channel.POSITION), int(Channel.ESTOP), int(Channel.LINK)
+_ACTUATOR, _LOOP = int(Channel.ACTUATOR), int(Channel.LOOP)
+_NUMBERS = tuple(reading.number for reading in QUANTITIES)
 
 _NAN, _INF, _OFFSET, _HOLD, _SET = (
     int(e) for e in (Effect.NAN, Effect.INF, Effect.OFFSET, Effect.HOLD, Effect.SET)
@@ -93,12 +95,7 @@ def memory_fields(n_axes: int) -> list[tuple[Any, ...]]:
         ("fault_anchor_rad", "<f8", axis),  # where a mirrored position turned back
         ("shown_ready", "<i8"),  # the sample shown last, faults included:
         ("shown_count", "<i8"),
-        ("shown_position_rad", "<f8", axis),
-        ("shown_current_a", "<f8", axis),
-        ("shown_force_n", "<f8", (3,)),
-        ("shown_moment_nm", "<f8", (3,)),
-        ("shown_temperature_c", "<f8", axis),
-        ("shown_velocity_rad_s", "<f8", axis),
+        kept_field("shown", n_axes),
     ]
 
 
@@ -162,13 +159,7 @@ def _alter(
 def _show_again(t: np.record, s: np.record) -> None:
     """Nothing arrived: what the last sample left still stands."""
     t.sample_count = s.shown_count
-    for axis in range(len(t.position_rad)):
-        t.position_rad[axis] = s.shown_position_rad[axis]
-        t.current_a[axis] = s.shown_current_a[axis]
-        t.temperature_c[axis] = s.shown_temperature_c[axis]
-        t.device_velocity_rad_s[axis] = s.shown_velocity_rad_s[axis]
-    for i in range(3):
-        t.force_n[i], t.moment_nm[i] = s.shown_force_n[i], s.shown_moment_nm[i]
+    show(t, s.shown)
 
 
 @compiled
@@ -176,39 +167,26 @@ def _remember(t: np.record, s: np.record) -> None:
     """Keep the sample as it is shown."""
     s.shown_ready = 1
     s.shown_count = t.sample_count
-    for axis in range(len(t.position_rad)):
-        s.shown_position_rad[axis] = t.position_rad[axis]
-        s.shown_current_a[axis] = t.current_a[axis]
-        s.shown_temperature_c[axis] = t.temperature_c[axis]
-        s.shown_velocity_rad_s[axis] = t.device_velocity_rad_s[axis]
-    for i in range(3):
-        s.shown_force_n[i], s.shown_moment_nm[i] = t.force_n[i], t.moment_nm[i]
+    keep(t, s.shown)
 
 
 @compiled
 def _sensor(t: np.record, s: np.record, p: np.record, k: int, since: int) -> None:
     """Let fault `k` act, if it is one of a sensor or of the loop."""
     channel, effect = p.fault_channel[k], p.fault_effect[k]
-    if channel == _POSITION:
-        if effect == _MIRROR and not (s.fault_on >> k) & 1:
-            for axis in range(len(t.position_rad)):
-                if p.fault_axis[k] < 0 or p.fault_axis[k] == axis:
-                    s.fault_anchor_rad[axis] = s.shown_position_rad[axis]
-        _alter(t.position_rad, s.shown_position_rad, s.fault_anchor_rad, p, k, since)
-    elif channel == _CURRENT:
-        _alter(t.current_a, s.shown_current_a, s.fault_anchor_rad, p, k, since)
-    elif channel == _FORCE:
-        _alter(t.force_n, s.shown_force_n, s.fault_anchor_rad, p, k, since)
-    elif channel == _MOMENT:
-        _alter(t.moment_nm, s.shown_moment_nm, s.fault_anchor_rad, p, k, since)
-    elif channel == _TEMPERATURE:
-        _alter(t.temperature_c, s.shown_temperature_c, s.fault_anchor_rad, p, k, since)
-    elif channel == _VELOCITY:
-        _alter(t.device_velocity_rad_s, s.shown_velocity_rad_s, s.fault_anchor_rad, p, k, since)
-    elif channel == _ESTOP and effect == _PRESSED:
+    if channel == _POSITION and effect == _MIRROR and not (s.fault_on >> k) & 1:
+        for axis in range(len(t.position_rad)):
+            if p.fault_axis[k] < 0 or p.fault_axis[k] == axis:
+                s.fault_anchor_rad[axis] = s.shown.position_rad[axis]
+    if channel == _ESTOP and effect == _PRESSED:
         t.estop = 1
     elif channel == _LOOP and effect == _STALL:
         s.fault_stall_ticks += int(p.fault_value[k])
+    reading = -1
+    for field in literal_unroll(FIELDS):
+        reading += 1
+        if channel == _NUMBERS[reading]:
+            _alter(t[field], s.shown[field], s.fault_anchor_rad, p, k, since)
 
 
 @compiled

@@ -17,24 +17,9 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-CHANNEL_FIELDS: dict[str, str] = {
-    "position": "position_rad",
-    "current": "current_a",
-    "force": "force_n",
-    "moment": "moment_nm",
-    "velocity": "device_velocity_rad_s",
-    "temperature": "temperature_c",
-    "estop": "estop",
-    "torque": "torque_applied_nm",
-    "current_command": "current_command_a",
-}
-"""Channel name -> the tick field that carries it."""
-
-OPTIONAL_FIELDS = ("temperature_c", "device_velocity_rad_s", "moment_nm")
-"""Measured fields that are NaN from the start and stay so in a rig without the sensor."""
-
-WHOLE_RIG_CHANNELS = frozenset({"force", "moment", "estop"})
-"""Channels with one value for the rig; the others have one per axis."""
+from hw.channels import CHANNEL_FIELDS as CHANNEL_FIELDS
+from hw.channels import OPTIONAL_FIELDS as OPTIONAL_FIELDS
+from hw.channels import WHOLE_RIG_CHANNELS as WHOLE_RIG_CHANNELS
 
 
 class LinkFault(IntFlag):

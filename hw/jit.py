@@ -2,14 +2,13 @@
 
 Numba's own cache looks only at the file of the outermost function; a changed callee in another file
 would leave stale machine code in use. For code that moves a rig that is not acceptable, so the cache
-folder is named after a hash of all the sources that may be inlined into each other.
+folder is named after a hash of what all the sources mean that may be inlined (`hw.compile_key`).
 """
 
 from __future__ import annotations
 
 import hashlib
 import os
-import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -18,9 +17,9 @@ from typing import Any, TypeVar, cast
 import numba
 import numpy as np
 from numba.core import config as numba_config
-from numba.core.caching import NullCache
 
-from hw.private_cache import OwnFiles, make_private
+from hw.code_cache import keep
+from hw.compile_key import versions
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -50,13 +49,16 @@ def cache_root() -> Path:
 
 
 def compiled_folder() -> Path:
-    """Folder of compiled code, one folder per set of sources; for this user alone."""
+    """Folder of compiled code, one folder per module and what it imports; for this user alone."""
     return cache_root() / "compiled"
 
 
 def source_key(*roots: Path) -> str:
-    """Hash of every Python file below `roots`, of the interpreter, and of Numba itself (hex)."""
-    digest = hashlib.sha256(f"{sys.version} numba {numba.__version__} numpy {np.__version__}".encode())
+    """Hash of every byte of every Python file below `roots`, of the interpreter, and of Numba itself (hex).
+
+    It is for what is written once and read years later. Compiled code has a key of its own (`hw.compile_key`).
+    """
+    digest = hashlib.sha256(versions().encode())
     for root in roots:
         for path in sorted(root.rglob("*.py")):
             digest.update(path.relative_to(root).as_posix().encode())
@@ -64,39 +66,26 @@ def source_key(*roots: Path) -> str:
     return digest.hexdigest()[:20]
 
 
-def compiler(*roots: Path, nogil: bool = False) -> Callable[[F], F]:
-    """Make the decorator that compiles functions whose sources all lie below `roots`.
+def compiler(*, nogil: bool = False) -> Callable[[F], F]:
+    """Make the decorator that compiles functions, kept under the key of their module (`hw.compile_key`).
 
     With `nogil` other threads run meanwhile; the functions must then share nothing with them.
 
     No fast-math: results are the same bit for bit inside the loop, in a simulation and in a replay.
     Division by zero follows IEEE 754 (inf, nan); the law checks its results itself.
     """
-    folder = compiled_folder() / source_key(*roots)
-    kept = JIT_DISABLED or make_private(folder, levels=2)
 
     def compiled(function: F) -> F:
-        numba_config.CACHE_DIR = str(folder)  # type: ignore[attr-defined] # read by njit below
-        made = numba.njit(cache=kept, error_model="numpy", nogil=nogil)(function)
-        if kept and not JIT_DISABLED:
-            _read_own_files_only(made, folder)
+        made = numba.njit(error_model="numpy", nogil=nogil)(function)
+        if not JIT_DISABLED:
+            keep(made, compiled_folder(), f"nogil={nogil}")
         return cast("F", made)
 
     return compiled
 
 
-def _read_own_files_only(dispatcher: Any, folder: Path) -> None:  # noqa: ANN401
-    """Have Numba ask whose a file is before it executes it, and look nowhere else when it cannot use `folder`."""
-    cache = dispatcher._cache
-    if Path(cache.cache_path).parent != folder:
-        dispatcher._cache = NullCache()
-        return
-    files = cache._cache_file
-    files.__class__ = OwnFiles
-
-
-compiled = compiler(Path(__file__).parent)
-"""Compiles a function whose sources all lie in `hw`."""
+compiled = compiler()
+"""Compiles a function that may hold the lock of the interpreter."""
 
 
 def bound(function: Callable[..., Any], *arguments: np.ndarray) -> Callable[[], Any]:

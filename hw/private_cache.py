@@ -67,7 +67,7 @@ class OwnFiles(IndexDataCacheFile):
     def load(self, key: object) -> Any:  # noqa: ANN401
         """What was compiled before; None where nothing was, or not by this user."""
         place = Path(self._cache_path)
-        if not all(is_own(path, folder=True) for path in (place, place.parent, place.parent.parent)):
+        if not all(is_own(path, folder=True) for path in (place, place.parent)):
             return None
         numbas: Any = super()
         return numbas.load(key)

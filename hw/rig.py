@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from hw import registry
+from hw.channels import READ_ORDER
 from hw.interface import (
     CHANNEL_FIELDS,
     OPTIONAL_FIELDS,
@@ -43,9 +44,6 @@ REST_TICKS = 2
 SLOW_READS = 3
 SLOW_REST_TICKS = 10
 """After this many overruns in a row a device rests so long: its sample goes stale."""
-
-READ_ORDER = ("position", "current", "force", "moment", "estop", "velocity", "temperature")
-"""Who is read first: what the law needs most is delayed by nobody."""
 
 _OVER_BUDGET, _LOST = int(LinkFault.OVER_BUDGET), int(LinkFault.LOST)
 _STACK_BYTES = (

@@ -12,13 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from hw.interface import CHANNEL_FIELDS, Rig
+from hw.channels import READINGS
+from hw.interface import Rig
 
-_XYZ = frozenset({CHANNEL_FIELDS["force"], CHANNEL_FIELDS["moment"], "force_tared_n", "moment_tared_nm"})
-_MEASURED = frozenset(
-    CHANNEL_FIELDS[channel]
-    for channel in ("position", "current", "force", "moment", "velocity", "temperature", "estop")
-) | {"sample_count", "link_faults"}
+_XYZ = {reading.field for reading in READINGS if reading.shape == "xyz"} | {
+    "force_tared_n",
+    "moment_tared_nm",
+}
+_MEASURED = {reading.field for reading in READINGS} | {"sample_count", "link_faults"}
 
 
 def subset(rig: Rig, axes: Sequence[int]) -> Rig:

@@ -13,21 +13,14 @@ from functools import cached_property
 from typing import Any
 
 from hw import registry
+from hw.channels import READINGS
 from hw.interface import WHOLE_RIG_CHANNELS, BackendError, Channels, Rig
 from hw.rig import Member
 from hw.rig_words import subset
 from rtctl.config_tables import DeviceTable
 from rtctl.config_wires import Wire, claimed, shared
 
-MAX_AGE_S: dict[str, float] = {
-    "position": 0.0,
-    "current": 0.002,
-    "force": 0.010,
-    "moment": 0.010,
-    "estop": 0.010,
-    "velocity": 0.002,
-    "temperature": 10.0,
-}
+MAX_AGE_S: dict[str, float] = {reading.name: reading.oldest_s for reading in READINGS}
 """Oldest sample of each channel that a rig file may declare fresh, s. The position is new in every cycle."""
 
 BUDGET_SHARE = 0.4

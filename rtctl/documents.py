@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
+from hw import fault_kinds
 from rtctl import api_document, config_document, tick
 from rtctl.control import faults, states
 from rtctl.control.vocabulary import Fault, State
@@ -22,6 +23,7 @@ def _state_numbers() -> str:
 PARTS: dict[str, Callable[[], str]] = {
     "tick fields": tick.markdown_table,
     "faults": faults.markdown_table,
+    "kinds of scripted faults": fault_kinds.markdown_table,
     "transitions": states.markdown_table,
     "fault bits": _fault_bits,
     "state numbers": _state_numbers,

@@ -17,6 +17,8 @@ from typing import Any, Literal
 
 import numpy as np
 
+from hw.channels import READINGS, Reading
+
 Kind = Literal["int", "float", "bits"]
 
 _NUMPY = {"int": "<i8", "float": "<f8", "bits": "<u8"}
@@ -44,8 +46,13 @@ def _loop(name: str, unit: str, meaning: str) -> Field:
     return Field(name, "int", "scalar", unit, "loop", meaning)
 
 
-def _axis(name: str, unit: str, meaning: str, writer: Literal["backend", "law"] = "law") -> Field:
-    return Field(name, "float", "axis", unit, writer, meaning)
+def _axis(name: str, unit: str, meaning: str) -> Field:
+    return Field(name, "float", "axis", unit, "law", meaning)
+
+
+def _reading(reading: Reading) -> Field:
+    kind: Kind = "int" if reading.shape == "scalar" else "float"
+    return Field(reading.field, kind, reading.shape, reading.unit, "backend", reading.meaning)
 
 
 FIELDS: tuple[Field, ...] = (
@@ -77,30 +84,7 @@ FIELDS: tuple[Field, ...] = (
         "backend",
         "faults of the link this cycle (hw.interface.LinkFault)",
     ),
-    Field("estop", "int", "scalar", "1", "backend", "1 while the emergency stop input is pressed"),
-    _axis("position_rad", "rad", "joint angle, link side, unwrapped", "backend"),
-    _axis("current_a", "A", "motor current from the Hall sensor", "backend"),
-    Field("force_n", "float", "xyz", "N", "backend", "force of the hand on the tip, sensor axes, untared"),
-    Field(
-        "moment_nm",
-        "float",
-        "xyz",
-        "N m",
-        "backend",
-        "moment of the hand about the sensor's origin, sensor axes, untared; NaN (null in JSON) where no device gives one",
-    ),
-    _axis(
-        "temperature_c",
-        "degC",
-        "motor temperature; NaN (null in JSON) where the rig has no sensor",
-        "backend",
-    ),
-    _axis(
-        "device_velocity_rad_s",
-        "rad/s",
-        "joint velocity as a device measures it, link side; NaN (null in JSON) where none does",
-        "backend",
-    ),
+    *(_reading(reading) for reading in READINGS),
     # command in force: copied by the law from the newest command
     Field("command_seq", "int", "scalar", "1", "law", "sequence number of the command in force"),
     Field("target_age_ticks", "int", "scalar", "1", "law", "ticks since the renderer's last target"),

@@ -14,6 +14,7 @@ import numpy as np
 
 from hw.can.bus import Bus, Handler, open_bus, require
 from hw.can.sample import Sample
+from hw.channels import QUANTITIES
 from hw.interface import LinkFault, LinkLost, Options, Rig
 
 SILENT_TICKS = 10
@@ -128,16 +129,8 @@ class CanBackend:
         self._faults, self._enabled = view(row["link_faults"].view(np.int64)), view(row["enabled"])
         self._current = view(row["current_command_a"][0])
         self._torque = view(row["torque_applied_nm"][0])
-        fields = {
-            "position": ("position_rad", self._taken.position_rad),
-            "current": ("current_a", self._taken.current_a),
-            "velocity": ("device_velocity_rad_s", self._taken.velocity_rad_s),
-            "temperature": ("temperature_c", self._taken.temperature_c),
-            "force": ("force_n", self._taken.force_n),
-            "moment": ("moment_nm", self._taken.moment_nm),
-        }
-        shown = [fields[channel] for channel in fields if channel in self.provides]
-        self._shown = [(view(row[name][0]), values) for name, values in shown]
+        shown = [reading for reading in QUANTITIES if reading.name in self.provides]
+        self._shown = [(view(row[reading.field][0]), self._taken.of[reading.name]) for reading in shown]
         self._estop = view(row["estop"]) if "estop" in self.provides else None
         self._slot = int(self._slots[0])
         self._tick = tick

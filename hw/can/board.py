@@ -15,6 +15,7 @@ from hw.can.board_map import UNITS, identifier, make_field
 from hw.can.board_out import SentFrame, fixed
 from hw.can.bus import Bus, Handler, wait_for
 from hw.can.load import Traffic
+from hw.channels import places
 from hw.interface import BackendError, LinkFault, Options, Rig, Words
 
 __all__ = ["UNITS", "BoardBackend", "ReceivedFrame", "SentFrame", "identifier", "make_field", "traffic"]
@@ -51,7 +52,7 @@ class BoardBackend(CanBackend):
         super().__init__(options, rig)
         for table in (*options["receive"], *options["send"]):
             for field in table["field"]:
-                axes = 3 if field["channel"] in ("force", "moment") else rig.n_axes
+                axes = places(field["channel"], rig.n_axes)
                 if field["axis"] >= axes:
                     raise BackendError(
                         f"can: {field['channel']} of frame 0x{table['id']:x} names axis {field['axis']}; "

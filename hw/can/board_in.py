@@ -62,14 +62,7 @@ class ReceivedFrame:
     def _compile(self, table: Options, rig: Rig) -> _Row:
         field, to_si = make_field(table, self._length), factor(table, rig)
         channel, axis = table["channel"], int(table["axis"])
-        target: Any = {
-            "position": self._sample.position_rad,
-            "velocity": self._sample.velocity_rad_s,
-            "current": self._sample.current_a,
-            "temperature": self._sample.temperature_c,
-            "force": self._sample.force_n,
-            "moment": self._sample.moment_nm,
-        }.get(channel, channel)
+        target: Any = self._sample.of.get(channel, channel)
         if channel == "enabled":
             target = next(self._tells)
         if table["wrap"]:

@@ -111,6 +111,11 @@ class Cia402Axis:
         self.state, self.emergency, self.nmt = NOT_READY, 0, OPERATIONAL
         self.identity = b""
 
+    @staticmethod
+    def measures(options: Options) -> set[str]:
+        """See `Drive`."""
+        return {"velocity"} if options["axis"][0]["velocity_units"] else set()
+
     def handlers(self) -> dict[int, Handler]:
         """What to do with this axis' frames."""
         found: dict[int, Handler] = {

@@ -18,6 +18,10 @@ class Drive(Protocol):
 
     identity: bytes
 
+    @staticmethod
+    def measures(options: Options) -> set[str]:
+        """Channels beside position and current; those of every drive on the bus."""
+
     def handlers(self) -> Mapping[int, Handler]:
         """Handler of each frame that the drive sends, by identifier."""
 
@@ -59,12 +63,9 @@ class DriveBackend(CanBackend):
             before = self.sample.needed
             self.drives.append(self.kind(table, options, rig, axis, self.sample))
             self._parts.append(self.sample.needed & ~before)  # of a whole sample
-        self.provides = frozenset({"position", "current", *self._more_channels()})
+        self.provides = frozenset({"position", "current", *self.kind.measures(options)})
         self.consumes = frozenset({"current_command"})
         self._writers = [drive.write for drive in self.drives]
-
-    def _more_channels(self) -> set[str]:
-        raise NotImplementedError
 
     def _set_up(self, bus: Bus) -> Mapping[int, Handler]:
         everything: dict[int, Handler] = {}
@@ -115,26 +116,17 @@ class OdriveBackend(DriveBackend):
 
     kind, name = OdriveAxis, "odrive"
 
-    def _more_channels(self) -> set[str]:
-        return {"velocity", "temperature"} if self._options["temperature_ms"] else {"velocity"}
-
 
 class MoteusBackend(DriveBackend):
     """moteus controllers over CAN-FD."""
 
     kind, name = MoteusAxis, "moteus"
 
-    def _more_channels(self) -> set[str]:
-        return {"velocity", "temperature"}
-
 
 class Cia402Backend(DriveBackend):
     """CiA 402 drives in cyclic synchronous torque; the SYNC and the host's heartbeat are the backend's."""
 
     kind, name = Cia402Axis, "cia402"
-
-    def _more_channels(self) -> set[str]:
-        return {"velocity"} if self._options["axis"][0]["velocity_units"] else set()
 
     def _set_up(self, bus: Bus) -> Mapping[int, Handler]:
         everything = super()._set_up(bus)

@@ -170,6 +170,12 @@ class MoteusAxis:
         self.mode = self.fault = 0
         self.identity = b""
 
+    @staticmethod
+    def measures(options: Options) -> set[str]:
+        """See `Drive`."""
+        del options
+        return {"velocity", "temperature"}
+
     def handlers(self) -> dict[int, Handler]:
         """What to do with this axis' frames."""
         return dict.fromkeys(reply_ids(self.node, self._source), self._on_reply)

@@ -122,6 +122,11 @@ class OdriveAxis:
         self.identity: bytes = b""
         self.version: Version = NAMED_ERRORS
 
+    @staticmethod
+    def measures(options: Options) -> set[str]:
+        """See `Drive`."""
+        return {"velocity", "temperature"} if options["temperature_ms"] else {"velocity"}
+
     def handlers(self) -> dict[int, Handler]:
         """What to do with this axis' frames."""
         return {

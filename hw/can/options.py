@@ -101,7 +101,7 @@ class BusUser(Table):
 class AxisOptions(Table):
     """[[device.options.axis]] of a drive: one per axis, in order."""
 
-    direction: Annotated[Literal[1, -1], BeforeValidator(whole)] = Field(
+    direction: Annotated[Literal[-1, 1], BeforeValidator(whole)] = Field(
         1, description="-1 turns the sign of angle, current and torque"
     )
     shaft: Literal["motor", "link"] = Field(

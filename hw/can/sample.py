@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from array import array
+from itertools import accumulate
 from typing import Any
 
+from hw.channels import QUANTITIES, places
 from hw.interface import LinkFault, Options, Rig
 
 _CHECKSUM, _SEQUENCE = int(LinkFault.CHECKSUM), int(LinkFault.SEQUENCE)
@@ -19,17 +21,23 @@ class Sample:
     """
 
     __slots__ = (
-        "counts", "current_a", "estop", "faults", "force_n", "fresh", "moment_nm", "needed", "position_rad", "temperature_c", "values",
-        "velocity_rad_s",
+        "counts", "current_a", "estop", "faults", "force_n", "fresh", "moment_nm", "needed", "of", "position_rad", "temperature_c",
+        "values", "velocity_rad_s",
     )  # fmt: skip
 
     def __init__(self, n_axes: int) -> None:
-        self.values: Any = memoryview(array("d", bytes(8 * (4 * n_axes + 6))))
+        many = [places(reading.name, n_axes) for reading in QUANTITIES]
+        self.values: Any = memoryview(array("d", bytes(8 * sum(many))))
         """All of the numbers below, one after the other."""
-        self.position_rad, self.current_a, self.velocity_rad_s, self.temperature_c = (
-            self.values[k * n_axes : (k + 1) * n_axes] for k in range(4)
-        )
-        self.force_n, self.moment_nm = self.values[4 * n_axes : -3], self.values[-3:]
+        ends = list(accumulate(many))
+        self.of: dict[str, Any] = {
+            reading.name: self.values[end - n : end]
+            for reading, n, end in zip(QUANTITIES, many, ends, strict=True)
+        }
+        """The numbers of each channel; those of drives have a name of their own."""
+        self.position_rad, self.current_a = self.of["position"], self.of["current"]
+        self.velocity_rad_s, self.temperature_c = self.of["velocity"], self.of["temperature"]
+        self.force_n, self.moment_nm = self.of["force"], self.of["moment"]
         self.estop = 0
         self.fresh = self.needed = 0
         self.faults = 0

@@ -7,6 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from hw.channels import device_fields
 from hw.interface import Options, Rig
 
 
@@ -63,15 +64,8 @@ class MockRig:
         from hw.mock.backend import MockBackend
 
         self._mock, self._rig = MockBackend(options, rig), rig
-        axis = (rig.n_axes,)
-        self._tick = np.zeros(
-            1,
-            [
-                ("tick", "<i8"), ("sample_count", "<i8"), ("link_faults", "<u8"), ("estop", "<i8"), ("enabled", "<i8"),
-                ("position_rad", "<f8", axis), ("current_a", "<f8", axis), ("temperature_c", "<f8", axis),
-                ("device_velocity_rad_s", "<f8", axis), ("force_n", "<f8", (3,)), ("moment_nm", "<f8", (3,)), ("current_command_a", "<f8", axis),
-            ],
-        )  # fmt: skip
+        told = [("tick", "<i8"), ("enabled", "<i8"), ("current_command_a", "<f8", (rig.n_axes,))]
+        self._tick = np.zeros(1, [*told, *device_fields(rig.n_axes)])
         self._mock.warm_up(self._tick)
         self._left_s = 0.0
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from hw.interface import Options
+from hw.kept_readings import kept_field
 
 ELEMENTS = 16
 """Most elements of the Maxwell-slip model."""
@@ -85,12 +86,7 @@ def effect_state_fields(n_axes: int) -> list[tuple[Any, ...]]:
         ("viscous_factor", "<f8", axis),
         ("sampled_slot", "<i8"),  # of a slow device: 1 + number of its newest sample, and what it showed
         ("sampled_estop", "<i8"),
-        ("sampled_position_rad", "<f8", axis),
-        ("sampled_current_a", "<f8", axis),
-        ("sampled_temperature_c", "<f8", axis),
-        ("sampled_velocity_rad_s", "<f8", axis),
-        ("sampled_force_n", "<f8", (3,)),
-        ("sampled_moment_nm", "<f8", (3,)),
+        kept_field("sampled", n_axes),
     ]
 
 

@@ -1,4 +1,4 @@
-"""The compiler of the mock rig; its cache key covers all of `hw`."""
+"""The compiler of the mock rig."""
 
 from __future__ import annotations
 

@@ -10,6 +10,7 @@ from typing import Annotated, Literal, TypeVar
 
 from pydantic import Field, field_validator, model_validator
 
+from hw.channels import READING
 from hw.fault_options import Faults
 from hw.mock.effect_options import (
     CurrentLoopOptions,
@@ -29,6 +30,9 @@ T = TypeVar("T")
 
 MODULATION_MAX = 0.9
 """Most that all waves of the dry friction over position may add up to: some friction is left everywhere."""
+
+SENSORS = frozenset({"position", "current", "force", "moment", "temperature", "velocity", "estop"})
+"""Channels that the mock rig can measure."""
 
 Force = Annotated[float, Field(ge=-1e3, le=1e3)]
 Share = Annotated[float, Field(ge=-2, le=2)]
@@ -248,6 +252,9 @@ class MockOptions(Table):
     @model_validator(mode="after")
     def _sensor_for_faults(self) -> MockOptions:
         for k, fault in enumerate(self.faults):
+            if fault.channel in READING and fault.channel not in SENSORS:
+                msg = f"faults[{k}].channel: the mock rig has no sensor of {fault.channel!r}"
+                raise ValueError(msg)
             if fault.channel == "velocity" and self.velocity is None:
                 msg = (
                     f"faults[{k}].channel: 'velocity' needs a velocity sensor: add [device.options.velocity]"

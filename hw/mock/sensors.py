@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from hw.encoder import unwrap, wrap
+from hw.kept_readings import keep, show
 from hw.mock.drift import temperature
 from hw.mock.jit import compiled
 from hw.mock.noise import normal
@@ -111,17 +112,6 @@ def hold_sample(t: np.record, s: np.record, p: np.record) -> None:
         s.sample_count += 1
         s.sampled_estop = t.estop
     t.sample_count, t.estop = s.sample_count, s.sampled_estop
-    for axis in range(len(t.position_rad)):
-        if due:
-            s.sampled_position_rad[axis] = t.position_rad[axis]
-            s.sampled_current_a[axis] = t.current_a[axis]
-            s.sampled_temperature_c[axis] = t.temperature_c[axis]
-            s.sampled_velocity_rad_s[axis] = t.device_velocity_rad_s[axis]
-        t.position_rad[axis] = s.sampled_position_rad[axis]
-        t.current_a[axis] = s.sampled_current_a[axis]
-        t.temperature_c[axis] = s.sampled_temperature_c[axis]
-        t.device_velocity_rad_s[axis] = s.sampled_velocity_rad_s[axis]
-    for i in range(3):
-        if due:
-            s.sampled_force_n[i], s.sampled_moment_nm[i] = t.force_n[i], t.moment_nm[i]
-        t.force_n[i], t.moment_nm[i] = s.sampled_force_n[i], s.sampled_moment_nm[i]
+    if due:
+        keep(t, s.sampled)
+    show(t, s.sampled)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from hw.channels import device_fields
 from hw.interface import Rig
 from hw.jit import records
 from hw.mock.backend import MockBackend
@@ -46,21 +47,12 @@ def read_rig(path: Path | None, rate_hz: float | None) -> tuple[Rig, dict[str, A
 
 def _tick_dtype(n_axes: int) -> np.dtype[np.void]:
     """The fields of a tick that the plant reads and writes."""
-    axis = (n_axes,)
     return np.dtype(
         [
             ("tick", "<i8"),
-            ("sample_count", "<i8"),
-            ("link_faults", "<u8"),
-            ("estop", "<i8"),
             ("enabled", "<i8"),
-            ("position_rad", "<f8", axis),
-            ("current_a", "<f8", axis),
-            ("force_n", "<f8", (3,)),
-            ("moment_nm", "<f8", (3,)),
-            ("temperature_c", "<f8", axis),
-            ("device_velocity_rad_s", "<f8", axis),
-            ("current_command_a", "<f8", axis),
+            ("current_command_a", "<f8", (n_axes,)),
+            *device_fields(n_axes),
         ]
     )
 

@@ -1,13 +1,7 @@
-"""The compiler of the campaign; its cache key covers the law and the plant it inlines, and the campaign itself."""
+"""The compiler of the campaign."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
-import hw
-import rtctl.control
-from hw.jit import compiler, records
-
-compiled = compiler(Path(__file__).parent, Path(rtctl.control.__file__).parent, Path(hw.__file__).parent)
+from hw.jit import compiled, records
 
 __all__ = ["compiled", "records"]

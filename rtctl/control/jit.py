@@ -1,12 +1,7 @@
-"""The compiler of the control law; its cache key covers `rtctl/control` and `hw` (simulations inline both)."""
+"""The compiler of the control law."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
-import hw
-from hw.jit import bound, compiler, plain, records
-
-compiled = compiler(Path(__file__).parent, Path(hw.__file__).parent)
+from hw.jit import bound, compiled, plain, records
 
 __all__ = ["bound", "compiled", "plain", "records"]

@@ -14,14 +14,13 @@ from pathlib import Path
 
 import numpy as np
 
-import hw
-import rtctl.control
-import rtctl.recording
-from hw.jit import JIT_DISABLED, compiled_folder, source_key
+from hw.compile_key import module_key
+from hw.jit import JIT_DISABLED, compiled_folder
 from hw.private_cache import is_own, make_private
 from rtctl.control.records import MODEL, command_dtype, params_dtype
+from rtctl.recording import law_runner, tick_text
+from rtctl.recording.law_arrays import LawArrays
 from rtctl.recording.law_runner import LawRunner
-from rtctl.recording.setup import LawArrays
 from rtctl.recording.tick_text import TickText
 
 
@@ -56,11 +55,11 @@ class Preparation:
 
 
 def mark(n_axes: int, *, recording: bool) -> Path:
-    """The file that says it was done, for these sources at this place."""
-    folders = [Path(str(package.__file__)).parent for package in (rtctl.control, rtctl.recording, hw)]
-    times = [path.stat().st_mtime_ns for folder in folders for path in sorted(folder.rglob("*.py"))]
-    told = f"{source_key(*folders)} {folders} {times} {n_axes} {recording}"
-    return compiled_folder() / f"host-{hashlib.sha256(told.encode()).hexdigest()[:20]}"
+    """The file that says it was done, for what these sources mean."""
+    root = compiled_folder()
+    keys = [module_key(Path(str(module.__file__)), root=root) for module in (law_runner, tick_text)]
+    told = f"{keys} {n_axes} {recording}"
+    return root / f"host-{hashlib.sha256(told.encode()).hexdigest()[:20]}"
 
 
 def compile_for(n_axes: int, *, recording: bool) -> None:

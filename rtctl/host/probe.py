@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from hw import registry
+from hw.channels import READING
 from hw.claims import Claims
 from hw.interface import (
     CHANNEL_FIELDS,
@@ -226,7 +227,7 @@ class DeviceProbe:
     def _of(self, channel: str, i: int) -> str:
         if channel not in WHOLE_RIG_CHANNELS:
             return self._axis_names[i]
-        return "xyz"[i] if channel in ("force", "moment") else ""
+        return "xyz"[i] if READING[channel].shape == "xyz" else ""
 
 
 def devices(loaded: LoadedConfig, only: str | None = None, *, poll: bool = False) -> list[DeviceProbe]:

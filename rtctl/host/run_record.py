@@ -17,9 +17,10 @@ from rtctl.host.lease import veil_leases
 from rtctl.host.samples import tick_columns
 from rtctl.host.telemetry import Telemetry
 from rtctl.recording.event_log import Event
+from rtctl.recording.law_arrays import LawArrays
 from rtctl.recording.parts import Limits
 from rtctl.recording.recorder import Recorder
-from rtctl.recording.setup import LawArrays, Setup
+from rtctl.recording.setup import Setup
 from rtctl.recording.shadow import ShadowLaw
 from rtctl.recording.state_folder import state_folder
 from rtctl.recording.tick_text import TickText

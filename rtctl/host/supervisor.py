@@ -41,7 +41,8 @@ from rtctl.host.speaker import Speaker
 from rtctl.host.statistics import RunStatistics
 from rtctl.host.telemetry import Telemetry
 from rtctl.host.view_process import ViewProcess
-from rtctl.recording.setup import LawArrays, setup_of
+from rtctl.recording.law_arrays import LawArrays
+from rtctl.recording.setup import setup_of
 from rtctl.shm import CommandWriter, Memory, RingReader
 
 READY_TIMEOUT_S = 300.0  # the first start compiles

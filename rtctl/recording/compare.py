@@ -12,9 +12,9 @@ from rtctl.config import LoadedConfig
 from rtctl.control.vocabulary import State
 from rtctl.errors import ConfigError
 from rtctl.plan import build
+from rtctl.recording.law_arrays import LawArrays
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.replay import Replay, Verdict
-from rtctl.recording.setup import LawArrays
 
 TORQUES = (
     "coupling_torque_nm",

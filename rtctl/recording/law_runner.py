@@ -7,7 +7,7 @@ import numpy as np
 from rtctl.control import law
 from rtctl.control.jit import compiled, records
 from rtctl.control.records import command_dtype, state_dtype
-from rtctl.recording.setup import LawArrays
+from rtctl.recording.law_arrays import LawArrays
 from rtctl.tick import FIELDS, new_ticks, tick_dtype
 
 _AFTER_LAW = ("read_ns", "law_ns", "write_ns", "record_ns", "cycle_ns")

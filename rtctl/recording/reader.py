@@ -16,9 +16,10 @@ from rtctl.control.records import command_dtype
 from rtctl.errors import DataError
 from rtctl.recording.ahead import ahead
 from rtctl.recording.facts import MOST_DIGITS, axis_names, sound
+from rtctl.recording.law_arrays import LawArrays
 from rtctl.recording.mcap_scan import Chunk, Contents, chunks
 from rtctl.recording.parts import COMMAND, EVENT, RAW, TICK, TOPICS
-from rtctl.recording.setup import LAW_NAME, LawArrays, unpack_law
+from rtctl.recording.setup import LAW_NAME, unpack_law
 from rtctl.recording.tick_text import RECORDED, TickText
 from rtctl.tick import tick_dtype
 

@@ -25,6 +25,7 @@ from rtctl.control.records import MODEL, command_dtype, params_dtype, state_dtyp
 from rtctl.errors import DataError
 from rtctl.plan import Plan
 from rtctl.protocol import schema_sha256
+from rtctl.recording.law_arrays import LawArrays
 
 LAW_NAME = "law.npz"
 RIG_NAME = "rig.toml"
@@ -33,7 +34,10 @@ MOST_LAW_BYTES = 1 << 24
 
 
 def law_key() -> str:
-    """Fingerprint of the control law's sources and its compiler: equal keys replay bit for bit."""
+    """Fingerprint of the control law's sources, byte by byte, and its compiler: equal keys replay bit for bit.
+
+    Stricter than the key of compiled code: a recording is evidence, and to be read beside the sources it was made with.
+    """
     control = Path(rtctl.control.__file__).parent
     return source_key(control, Path(hw.__file__).parent)
 
@@ -72,16 +76,6 @@ class Setup:
         """From the map of `packed`."""
         files = {name: (media, data) for name, (media, data) in message["attachments"].items()}
         return cls(message["about"], files)
-
-
-@dataclass(frozen=True)
-class LawArrays:
-    """The law's arrays at the start of a run; shapes as in `rtctl.control.records`."""
-
-    params: np.ndarray
-    model: np.ndarray
-    command: np.ndarray
-    state: np.ndarray | None = None
 
 
 def setup_of(

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from rtctl.recording.law_arrays import LawArrays
 from rtctl.recording.law_runner import LAW_FIELDS, CommandBook, LawRunner, as_words, field_words
-from rtctl.recording.setup import LawArrays
 
 
 class ShadowLaw:

@@ -6,15 +6,12 @@ import errno
 import os
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 from numba import types
 
-from hw.jit import JIT_DISABLED, compiler
-
-compiled = compiler(Path(__file__).parent)
+from hw.jit import JIT_DISABLED, compiled
 
 _CLOCK_MONOTONIC = np.int32(1)
 _TIMER_ABSTIME = np.int32(1)

@@ -13,10 +13,9 @@ import pytest
 pytestmark = pytest.mark.compiled
 ROOT = Path(__file__).parents[2]
 MODULE = """
-import pathlib, sys
+import sys
 sys.path.insert(0, {root!r})
-from hw.jit import compiler
-compiled = compiler(pathlib.Path(__file__).parent)
+from hw.jit import compiled
 
 @compiled
 def double(x):

@@ -8,6 +8,7 @@ DOCUMENTS = {
     "tick.md": {"tick fields"},
     "safety.md": {"transitions", "faults"},
     "protocol.md": {"fault bits"},
+    "faults.md": {"kinds of scripted faults"},
     "api.md": {"client reference"},
     "config.md": {"rig file keys", "device option keys"},
 }

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hw.channels import QUANTITIES
 from hw.fault_kinds import KINDS, Channel, Effect, Kind
 from hw.fault_options import read_faults
 from hw.fault_script import fill_schedule
@@ -17,7 +18,7 @@ from hw.faults import FAULTS
 from hw.interface import BackendError, LinkFault, LinkLost, Rig
 from hw.mock.backend import MockBackend
 from hw.mock.jit import records
-from hw.mock.options import MockOptions
+from hw.mock.options import SENSORS, MockOptions
 from rtctl.tick import new_ticks
 
 N, AT, FOR, T = 60, 20, 5, 1e-3
@@ -30,6 +31,9 @@ SHOWN = (
     "link_faults",
     "sample_count",
 )
+BEYOND = {reading.name for reading in QUANTITIES} - SENSORS
+"""Channels that the mock rig does not measure."""
+
 MOVING = {
     "seed": 7,
     "axis": [{"start_position_rad": 0.2, "current_noise_a": 0.02, "current_bias_a": 0.3}],
@@ -346,6 +350,9 @@ def test_a_stall_blocks_the_backend_for_the_slots_it_costs_and_half_a_period(mon
 def test_every_kind_there_is_has_its_test():
     tested = {*READINGS, *(("link", kind) for kind in (*LINK, "raise_read", "raise_write"))}
     tested |= {("actuator", kind) for kind in (*ACTUATOR, "limp")} | {("estop", "pressed"), ("loop", "stall")}
+    tested |= {
+        (channel, kind) for channel in BEYOND for kind in ("nan", "frozen", "offset", "out_of_range")
+    }  # test_channels
     assert tested == set(KINDS)
 
 
@@ -482,6 +489,8 @@ def all_effects():
     out = []
     for k, kind in enumerate(KINDS.values()):
         if kind.effect in (Effect.RAISE_READ, Effect.RAISE_WRITE, Effect.STALL):
+            continue
+        if kind.channel.name.lower() in BEYOND:
             continue
         value = kind.default if kind.default is not None else (kind.low + 3 * kind.high) / 4
         probability = 0.4 if k % 3 == 0 else 1.0

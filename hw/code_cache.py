@@ -1,0 +1,136 @@
+"""Numba's cache of one function, in a folder named by the key of the module (`hw.compile_key`).
+
+Numba's own looks at the text of the outermost function's file only, and at the line where the function stands.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import inspect
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import CodeType
+from typing import Any
+
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
+
+from hw.compile_key import module_key, remember
+from hw.private_cache import OwnFiles, make_private
+
+
+def keep(dispatcher: Any, root: Path, options: str) -> None:  # noqa: ANN401
+    """Have a compiled function kept below `root`, if its source says all that it is made of.
+
+    A function with a closure is compiled anew by every process, and so is one without a file.
+    """
+    function = dispatcher.py_func
+    file = Path(inspect.getfile(function))
+    if function.__closure__ is None and file.is_file():
+        key = _key(function, file, options, root)
+        dispatcher._cache = CodeCache(function, root / f"{function.__module__}-{key}")
+
+
+_keys: dict[tuple[Path, Path, str], tuple[object, str]] = {}
+
+
+def _key(function: Callable[..., Any], file: Path, options: str, root: Path) -> str:
+    """Key of a function's module, found out once for each time that the module is imported (or reloaded)."""
+    spec = function.__globals__.get("__spec__")
+    known = _keys.get((file, root, options))
+    if known is None or spec is None or known[0] is not spec:
+        known = _keys[file, root, options] = spec, module_key(file, options, root)
+    return known[1]
+
+
+class CodeCache(FunctionCache):
+    """Files of one function in `folder`: made for this user alone when first asked for, as is the memo of sources beside it."""
+
+    def __init__(self, function: Callable[..., Any], folder: Path) -> None:
+        self._name = repr(function)
+        self._py_func = function
+        self._cache_path = str(folder)
+        self._impl = _Files(function, folder)
+        self._cache_file = OwnFiles(self._cache_path, self._impl.filename_base, folder.name)  # type: ignore[no-untyped-call]
+        self._usable: bool | None = None
+        self._enabled = True
+
+    def usable(self) -> bool:
+        """Whether the folder can be had."""
+        if self._usable is None:
+            folder = Path(self._cache_path)
+            self._usable = make_private(folder, levels=2)
+            if self._usable:
+                remember(folder.parent)
+        return self._usable
+
+    def load_overload(self, sig: object, target_context: object) -> Any:  # noqa: ANN401
+        """What was compiled before for these types, or None."""
+        numbas: Any = super()
+        return numbas.load_overload(sig, target_context) if self.usable() else None
+
+    def save_overload(self, sig: object, data: object) -> None:
+        """Keep what was compiled, one process at a time.
+
+        Two that add code for different types at once would give it the same file name; the index that is written last
+        could then name the code of the other's types.
+        """
+        numbas: Any = super()
+        if self.usable():
+            with alone(Path(self._cache_path)):
+                numbas.save_overload(sig, data)
+
+
+@contextmanager
+def alone(folder: Path) -> Iterator[None]:
+    """Wait for every other process that is alone with `folder`. The kernel lets go for a process that dies."""
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+class _Files(CompileResultCacheImpl):
+    """How the files are named and written."""
+
+    def __init__(self, function: Callable[..., Any], folder: Path) -> None:
+        code = function.__code__
+        self._lineno = code.co_firstlineno
+        self._locator = _Place(Path(code.co_filename), folder, _fingerprint(code, function.__doc__))
+        numbas: Any = self
+        self._filename_base = numbas.get_filename_base(function.__qualname__, sys.abiflags)
+
+
+class _Place(_CacheLocator):
+    """Where the files are, in Numba's terms."""
+
+    def __init__(self, file: Path, folder: Path, fingerprint: str) -> None:
+        self._py_file = str(file)
+        self._folder = folder
+        self._fingerprint = fingerprint
+
+    def ensure_cache_path(self) -> None:
+        """The folder is there: `CodeCache.usable`."""
+
+    def get_cache_path(self) -> str:
+        return str(self._folder)
+
+    def get_source_stamp(self) -> str:
+        return self._folder.name
+
+    def get_disambiguator(self) -> str:
+        return self._fingerprint
+
+
+def _fingerprint(code: CodeType, doc: str | None) -> str:
+    """Tells functions of one name in one module apart (`if ... def f ... else def f`), by code and not by line."""
+    constants = [
+        _fingerprint(x, None) if isinstance(x, CodeType) else repr(x) for x in code.co_consts if x != doc
+    ]
+    told = f"{code.co_code.hex()} {constants} {code.co_names} {code.co_varnames} {code.co_freevars}"
+    return hashlib.sha256(told.encode()).hexdigest()[:12]
