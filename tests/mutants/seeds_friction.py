@@ -201,11 +201,11 @@ SEEDS = (
     ),
     Seed(
         "a resting joint follows the hand through one low-pass", "rtctl/control/resting.py",
-        "+ while_bent(s, p, axis, 1.0) *", "+ 1.0 *", RESTING,
+        "+ while_bent(s, p, axis, 1.0, 1.0) *", "+ 1.0 *", RESTING,
     ),
     Seed(
         "the gate of a resting joint follows the hand", "rtctl/control/feedforward.py",
-        "while_bent(s, p, axis, p.friction_gate_alpha[axis])", "p.friction_gate_alpha[axis]", RESTING,
+        "while_bent(s, p, axis, p.friction_gate_alpha[axis], 1.0)", "p.friction_gate_alpha[axis]", RESTING,
     ),
     Seed(
         "flicker at rest is a velocity", "rtctl/control/disturbance_observer.py",

@@ -5,17 +5,9 @@ from pathlib import Path
 
 import pytest
 from mutations import mutations
-from seeds_control import SEEDS as CONTROL
-from seeds_devices import SEEDS as DEVICES
-from seeds_experiments import SEEDS as EXPERIMENTS
-from seeds_host import SEEDS as HOST
-from seeds_identify import SEEDS as IDENTIFY
-from seeds_margins import SEEDS as MARGINS
-from seeds_mock import SEEDS as MOCK
-from seeds_sensors import SEEDS as SENSORS
+from run import SEEDS
 
 ROOT = Path(__file__).resolve().parents[2]
-SEEDS = (*CONTROL, *DEVICES, *EXPERIMENTS, *HOST, *IDENTIFY, *MARGINS, *MOCK, *SENSORS)
 
 
 @pytest.mark.parametrize("seed", SEEDS, ids=lambda seed: seed.what)
