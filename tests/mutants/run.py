@@ -74,7 +74,7 @@ def main() -> int:
         sets = sorted({seed.tests for seed in chosen})
         for tests, outcome in zip(sets, pool.map(_sound, sets), strict=True):
             if outcome.by:
-                say(f"fails without any bug: {outcome.by}")
+                say(f"fails without any bug: {outcome.by}: {' '.join(tests)}")
                 return 1
             say(f"  sound     {outcome.seconds:5.1f} s  {' '.join(tests)}")
         trying = {pool.submit(_planted, seed): seed for seed in chosen}

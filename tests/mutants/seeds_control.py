@@ -12,7 +12,10 @@ DETECTORS = (f"{UNIT}/test_detectors.py",)
 ARMING = (f"{UNIT}/test_arming.py",)
 ANSWER = (f"{UNIT}/test_current_answer.py",)
 RUNNING = (f"{UNIT}/test_running_delay.py",)
-ON_THE_MOCK = ("tests/unit/test_delay_on_the_mock.py",)
+MOCK = "tests/unit/test_delay_on_the_mock.py"
+PULSE = (f"{MOCK}::test_a_biased_hall_sensor_is_refused_from_a_tenth_of_the_limit_on",)
+STALLED = (f"{MOCK}::test_one_that_becomes_so_while_running_is_stopped_within_a_tenth_of_a_second",)
+OLD = (f"{MOCK}::test_how_old_samples_may_be_is_what_the_coupling_bears",)
 SAMPLE = (f"{UNIT}/test_sample.py",)
 VELOCITY = (f"{UNIT}/test_device_velocity.py",)
 PASSIVITY = (
@@ -432,7 +435,7 @@ SEEDS = (
     Seed(
         "what the pulse measured stops nothing", "rtctl/control/arming.py",
         "return current_answer.conclude(s, p, axis) if sent_ticks == PARTS * p.arming_ticks else 0",
-        "return 0 * current_answer.conclude(s, p, axis) if sent_ticks == PARTS * p.arming_ticks else 0", ON_THE_MOCK,
+        "return 0 * current_answer.conclude(s, p, axis) if sent_ticks == PARTS * p.arming_ticks else 0", PULSE,
     ),
     Seed(
         "one window beyond the proof is enough", "rtctl/control/running_delay.py",
@@ -448,15 +451,15 @@ SEEDS = (
     ),
     Seed(
         "samples of any age below three are fresh enough", "rtctl/control/detectors.py",
-        "    return _F_AGE if s.old_count > OLD_OF_1000 else 0\n", "    return 0\n", ON_THE_MOCK,
+        "    return _F_AGE if s.old_count > OLD_OF_1000 else 0\n", "    return 0\n", STALLED,
     ),
     Seed(
         "one old sample is a fault", "rtctl/control/detectors.py",
-        "OLD_OF_1000 = 50", "OLD_OF_1000 = 0", ON_THE_MOCK,
+        "OLD_OF_1000 = 50", "OLD_OF_1000 = 0", OLD,
     ),
     Seed(
         "the proof is taken to cover an old sample beside all of its delay", "rtctl/control/detectors.py",
-        "not delay_s + age_s <= p.proof_delay_s[axis]", "not age_s <= p.proof_delay_s[axis]", ON_THE_MOCK,
+        "not delay_s + age_s <= p.proof_delay_s[axis]", "not age_s <= p.proof_delay_s[axis]", DETECTORS,
     ),
     Seed(
         "the observer has all, whatever its account says", "rtctl/control/law.py",

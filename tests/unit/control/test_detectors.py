@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from law_rig import LawRig
 
 from rtctl.control import window
+from rtctl.control.detectors import age_fault
 from rtctl.control.jit import records
 from rtctl.control.records import MARK_WORDS, state_dtype
 from rtctl.control.vocabulary import Fault, GateFlag, State
@@ -180,3 +181,25 @@ def test_a_rig_without_temperature_sensor_is_not_judged():
     rig = LawRig().arm()
     for temperature_c in (math.nan, 500.0, 0.0):
         assert rig.run(10, temperature_c=temperature_c).faults == Fault(0)
+
+
+def ages_until_fault(answered_ticks, proof_ticks):
+    """Samples in a row, each one tick old, until SAMPLE_AGE; 0: never. The file declares one tick, the pulse said another."""
+    rig = LawRig(declared_delay_s=0.001, proof_delay_s=0.001 * proof_ticks, stale_limit_ticks=20)
+    rig.state["answer_delay"], rig.state["answer_count"] = answered_ticks, 1
+    rig.state["sample_age_ticks"] = 1
+    for tick in range(200):
+        rig.state["ticks"] = tick
+        if age_fault(rig.state[0], rig.params[0]):
+            return tick + 1
+    return 0
+
+
+@pytest.mark.parametrize(
+    ("answered_ticks", "proof_ticks", "stops"),
+    [(0.5, 2.1, False), (0.5, 1.9, True), (2.5, 3.6, False), (2.5, 3.4, True)],
+)
+def test_an_old_sample_is_covered_only_by_what_the_proof_leaves_beside_the_delay(
+    answered_ticks, proof_ticks, stops
+):
+    assert bool(ages_until_fault(answered_ticks, proof_ticks)) is stops
