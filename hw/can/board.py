@@ -15,12 +15,12 @@ from hw.can.board_map import UNITS, identifier, make_field
 from hw.can.board_out import SentFrame, fixed
 from hw.can.bus import Bus, Handler, wait_for
 from hw.can.load import Traffic
-from hw.channels import places
+from hw.channels import READING, places
 from hw.interface import BackendError, LinkFault, Options, Rig, Words
 
 __all__ = ["UNITS", "BoardBackend", "ReceivedFrame", "SentFrame", "identifier", "make_field", "traffic"]
 
-CHANNELS = ("position", "velocity", "current", "force", "moment", "temperature", "estop", "fault", "enabled")
+CHANNELS = (*READING, "fault", "enabled")
 COMMANDS = ("current_command", "torque", "enable", "counter", "constant")
 
 OPEN_S, OPEN_ASKED = 1.0, 10

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from hw.channels import READING
 from hw.interface import BackendError, Options, Rig
 from hw.serial.checksums import KINDS, SIZE
 from hw.serial.layout import FLOAT, SIGNED, UNSIGNED, field_dtype, layout_dtype
@@ -78,7 +79,7 @@ UNITS = {
     "": 1.0,
 }
 
-MEASURED = ("position", "velocity", "current", "force", "moment", "temperature", "estop")
+MEASURED = tuple(READING)
 """What a board may measure."""
 
 PER_AXIS = {"position", "velocity", "current", "temperature", "current_command", "torque"}

@@ -8,31 +8,19 @@ from pydantic import Field, ValidationInfo, model_validator
 
 from hw.serial.described_plan import MEASURED
 from hw.serial.lines_codec import LINE_MAX
-from hw.serial.number_options import SWITCHES, NumberOptions, require_one_command
+from hw.serial.number_options import SWITCHES, NumberOptions, ToldChannel, require_one_command
 from hw.serial.options import PortOptions, SerialTable
 
 Text = Annotated[str, Field(max_length=100, pattern=r"^[\x20-\x7e]*$")]
 Texts = Annotated[tuple[Text, ...], Field(max_length=16, strict=False)]
 Checksum = Literal["none", "nmea"]
-SampleChannel = Literal[
-    "position",
-    "velocity",
-    "current",
-    "force",
-    "moment",
-    "temperature",
-    "estop",
-    "sequence",
-    "fault",
-    "enabled",
-]
 CommandChannel = Literal["current_command", "torque", "enable", "time_to_live"]
 
 
 class LineSampleField(NumberOptions):
     """[[device.options.sample.field]]"""
 
-    channel: SampleChannel = Field(description="what the number is")
+    channel: ToldChannel = Field(description="what the number is")
     column: int = Field(ge=0, le=63, description="which number of the line, from 0")
     decimals: int | None = Field(
         None, ge=0, le=9, description="digits behind the point, exactly: a lost character is noticed"

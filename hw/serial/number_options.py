@@ -32,7 +32,7 @@ Unit = Literal[
     "degC",
     "",
 ]
-SampleChannel = Literal[
+ToldChannel = Literal[
     "position",
     "velocity",
     "current",
@@ -42,9 +42,10 @@ SampleChannel = Literal[
     "estop",
     "sequence",
     "fault",
-    "identity",
     "enabled",
 ]
+"""What a number of a frame or a line may be."""
+SampleChannel = Literal[ToldChannel, "identity"]
 
 UNITS = {
     "position": ("counts", "rad", "deg", "rev"),

@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rtctl.cli import fit_points
+from rtctl.cli import fit_points, fit_table
 from rtctl.cli.columns import text_of
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFile, OutputFolder
 
 if TYPE_CHECKING:
     from rtctl.friction.ladder import Ladder
-    from rtctl.friction.model import FrictionModel
 
 _File = click.Path(dir_okay=False, path_type=Path)
 _POSITIVE = click.FloatRange(min=0, min_open=True, max=1e9)
@@ -206,15 +205,9 @@ def command(
     from rtctl.friction.point_evidence import with_evidence
     from rtctl.friction.timing import evaluation_ns
 
-    reported = report_dir is not None and c is None and epsilon_nm is None
+    fixed = c is not None or epsilon_nm is not None
     asked = climb or kernel != "all" or tolerance is not None or max_support_vectors is not None
-    strategy = search or ("halving" if asked or reported else "none")
-    if strategy != "none" and (c is not None or epsilon_nm is not None):
-        raise click.UsageError("--C and --epsilon fix what a search chooses; drop them, or use --search none")
-    if strategy == "none" and asked:
-        raise click.UsageError(
-            "--search none compares nothing; drop it, or --ladder, --kernel, --tolerance and --max-support-vectors"
-        )
+    strategy = _strategy(search, asked=asked, fixed=fixed, reported=report_dir is not None)
     plan = fit_report.prepare(report_dir, test_points, config, rig)
     measured, temperatures = fit_points.read(points, columns, map_file, average, text_of(delimiter, decimal))
     fit_report.require_plausible(plan, measured)
@@ -263,7 +256,7 @@ def command(
         "epsilon_nm": epsilon_nm,
     }
     page = fit_report.write(plan, measured, model, ladder, options, folds)
-    rows = _rows(model)
+    rows = fit_table.rows(model)
     if as_json:
         body: dict[str, Any] = {"model": str(out), "rig": model.rig, "data_sha256": model.data_sha256}
         body |= {"presliding": fit_advice.presliding_body(model)}
@@ -276,10 +269,7 @@ def command(
         return
     if ladder is not None:
         ladder_report.show(ladder)
-    click.echo(f"{model.kind:34}{'v >= 0':>14}{'v < 0':>14}")
-    for label, key, scale, shape in _TABLE:
-        cells = ["-" if row.get(key) is None else format(row[key] * scale, shape) for row in rows]
-        click.echo(f"{label:<34}" + "".join(f"{cell:>14}" for cell in cells))
+    fit_table.show(model.kind, rows)
     click.echo(f"presliding length: {fit_advice.presliding_text(model)}")
     click.echo(f"\n{blocks.describe(measured, folds)}")
     fit_advice.show(model, plan.loaded, out)
@@ -288,51 +278,19 @@ def command(
     )
 
 
-_TABLE: tuple[tuple[str, str, float, str], ...] = (
-    ("points", "points", 1, "d"),
-    ("support vectors", "support_vectors", 1, "d"),
-    ("C", "C", 1, ".6g"),
-    ("epsilon, mN m", "epsilon_nm", 1e3, ".4g"),
-    ("mean training error, mN m", "train_mean_error_nm", 1e3, ".3f"),
-    ("max training error, mN m", "train_max_error_nm", 1e3, ".3f"),
-    ("RMS held-out error, mN m", "validation_rmse_nm", 1e3, ".3f"),
-    ("max held-out error, mN m", "validation_max_error_nm", 1e3, ".3f"),
-    ("compile error, N m", "compile_error_nm", 1, ".1e"),
-    ("its proved bound, N m", "compile_bound_nm", 1, ".1e"),
-    ("trained range, rad/s", "speed_max_rad_s", 1, ".4g"),
-    ("least dry friction, N m", "friction_min_nm", 1, ".4g"),
-    ("weaker at some place by, mN m", "place_spread_nm", 1e3, ".3f"),
-    ("viscous slope, N m s/rad", "viscous_nms_rad", 1, ".4g"),
-    ("secant damping, N m s/rad", "secant_damping_nms_rad", 1, ".4g"),
-    ("least slope, N m s/rad", "slope_damping_nms_rad", 1, ".4g"),
-)
+def _strategy(search: str | None, *, asked: bool, fixed: bool, reported: bool) -> str:
+    """How the grids are searched: as said, else by what else is asked for; none where C or epsilon are fixed.
 
-
-def _rows(model: FrictionModel) -> list[dict[str, Any]]:
-    """Figures of both directions; keys as in the model file, units in their names."""
-    from rtctl.friction.fit import compile_error_nm
-
-    return [
-        {
-            "direction": direction,
-            "points": branch.n_points,
-            "support_vectors": len(branch.support_vectors),
-            **branch.hyper_parameters,
-            "train_mean_error_nm": branch.train_mean_error_nm,
-            "train_rmse_nm": branch.train_rmse_nm,
-            "train_max_error_nm": branch.train_max_error_nm,
-            "validation_rmse_nm": branch.validation_rmse_nm,
-            "validation_max_error_nm": branch.validation_max_error_nm,
-            "compile_error_nm": compile_error_nm(branch),
-            "compile_bound_nm": branch.rounding_bound_nm,
-            "friction_lower_nm": branch.friction_lower_nm,
-            "secant_damping_nms_rad": branch.secant_damping_nms_rad,
-            "slope_damping_nms_rad": branch.slope_damping_nms_rad,
-            "speed_max_rad_s": branch.speed_max_rad_s,
-            "friction_min_nm": branch.friction_min_nm,
-            "friction_max_nm": branch.friction_max_nm,
-            "viscous_nms_rad": branch.viscous_nms_rad,
-            "place_spread_nm": branch.place_spread_nm,
-        }
-        for direction, branch in zip((1, -1), model.branches, strict=True)
-    ]
+    Raises
+    ------
+    UsageError
+        Options that contradict each other.
+    """
+    strategy = search or ("halving" if asked or (reported and not fixed) else "none")
+    if strategy != "none" and fixed:
+        raise click.UsageError("--C and --epsilon fix what a search chooses; drop them, or use --search none")
+    if strategy == "none" and asked:
+        raise click.UsageError(
+            "--search none compares nothing; drop it, or --ladder, --kernel, --tolerance and --max-support-vectors"
+        )
+    return strategy

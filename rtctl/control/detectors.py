@@ -66,8 +66,11 @@ def _outside(s: Record, p: Record) -> bool:
         if s.sample_age_ticks <= p.proof_age_ticks[axis]:
             continue
         delay_s = p.declared_delay_s[axis]
-        if s.answer_count[axis] > 0:
-            delay_s = max(delay_s, s.answer_delay[axis] * p.period_s)
+        measured_s = s.answer_delay[axis] * p.period_s
+        if (
+            s.answer_count[axis] > 0 and not measured_s <= delay_s
+        ):  # a delay that is no number is covered by nothing
+            delay_s = measured_s
         if p.proof_delay_s[axis] > 0.0 and not delay_s + age_s <= p.proof_delay_s[axis]:
             return True
     return False

@@ -62,7 +62,7 @@ def _record(
 
 @cache
 def params_dtype(n_axes: int) -> np.dtype[np.void]:
-    """Parameters: fixed while the loop runs."""
+    """Parameters: fixed while the loop runs. Long, for it is one table of fields."""
     return _record(
         {
             "period_s": "<f8",
@@ -193,7 +193,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
 
 @cache
 def state_dtype(n_axes: int) -> np.dtype[np.void]:
-    """State of the law between two ticks. All zero is the state before the first tick."""
+    """State of the law between two ticks. All zero is the state before the first tick. Long, for it is one table."""
     return _record(
         {
             "ticks": "<i8",  # ticks the law has run

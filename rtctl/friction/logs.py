@@ -51,7 +51,8 @@ class FrictionSamples:
         )
 
 
-def _sha256(path: Path) -> str:
+def file_sha256(path: Path) -> str:
+    """Checksum of a file, hex."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
@@ -89,7 +90,7 @@ def axis_log(
         position_rad=recording.position_rad[:, axis],
         torque_nm=np.sum(torques, axis=0),
         source=str(recording.path),
-        sha256=_sha256(recording.path),
+        sha256=file_sha256(recording.path),
         velocity_rad_s=None if recording.velocity_rad_s is None else recording.velocity_rad_s[:, axis],
         start_s=recording.start_s,
         notes=recording.notes,

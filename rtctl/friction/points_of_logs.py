@@ -11,14 +11,13 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from hw.interface import BackendError
-from hw.outside import read_bounded
 from hw.plain_words import explain
 from hw.playback.options import CurrentColumn, TimeColumn, TorqueColumn, VelocityColumn
 from hw.playback.reader import CURRENT_UNITS, TIME_UNITS, TORQUE_UNITS, VELOCITY_UNITS
-from hw.playback.tables import MAX_BYTES, read_table
+from hw.playback.tables import read_table
 from hw.playback.units import require_unit
 from rtctl.errors import ConfigError, DataError
-from rtctl.friction.logs import FrictionSamples, level_points
+from rtctl.friction.logs import FrictionSamples, file_sha256, level_points
 from rtctl.friction.points import FrictionPoints, require_enough
 from rtctl.friction.row_faults import quantum
 
@@ -164,7 +163,7 @@ def _require_opposed(where: Path, velocity: float, friction: float) -> None:
 
 
 def _checksum(files: Sequence[Path]) -> str:
-    digests = [hashlib.sha256(read_bounded(file, MAX_BYTES)).hexdigest() for file in files]
+    digests = [file_sha256(file) for file in files]
     for digest in digests:
         if digests.count(digest) > 1:
             first, second, *_ = (file for file, each in zip(files, digests, strict=True) if each == digest)

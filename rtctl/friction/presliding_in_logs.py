@@ -21,6 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rtctl.control.feedforward import saturate
 from rtctl.control.jit import compiled
 from rtctl.friction.dynamics import CUTOFF_HZ, SAMPLES_PER_CUTOFF, SPEED_MIN_RAD_S, AxisLog, smooth
 from rtctl.friction.presliding import Presliding
@@ -49,12 +50,12 @@ EXPLAINED_MIN = 0.5
 
 @dataclass(frozen=True)
 class _Part:
-    """Filtered signals of one stretch, the path that its bristles followed, and which rows are looked at."""
+    """Filtered signals of one stretch, its Stribeck peaks (1 at rest), the path of its bristles, and the rows looked at."""
 
     motion: np.ndarray
     torque_nm: np.ndarray
     path_rad: np.ndarray
-    velocity_rad_s: np.ndarray
+    peaks: tuple[np.ndarray, ...]
     rows: np.ndarray
     turns: int
     rate_hz: float
@@ -117,7 +118,7 @@ def _part(log: AxisLog, cutoff_hz: float, speed_min_rad_s: float) -> _Part | Non
         motion=np.column_stack([acceleration, velocity]),
         torque_nm=smooth(log.torque_nm, rate, cutoff_hz),
         path_rad=log.position_rad,
-        velocity_rad_s=velocity,
+        peaks=tuple(np.exp(-((velocity / v) ** 2)) for v in STRIBECK_RAD_S),
         rows=np.flatnonzero(kept)[:: max(1, edge // SAMPLES_PER_CUTOFF)],
         turns=int(kept[turned].sum()),
         rate_hz=rate,
@@ -130,8 +131,7 @@ def stop_operator(path_rad: np.ndarray, length_rad: float) -> np.ndarray:
     """Bristles over a path (n,), as a share of their length: -1..1, unbent at first."""
     found = np.zeros(len(path_rad))
     for row in range(1, len(path_rad)):
-        bent = found[row - 1] + (path_rad[row] - path_rad[row - 1]) / length_rad
-        found[row] = min(max(bent, -1.0), 1.0)
+        found[row] = saturate(found[row - 1] + (path_rad[row] - path_rad[row - 1]) / length_rad)
     return found
 
 
@@ -154,6 +154,5 @@ def _left(parts: Sequence[_Part], lengths_rad: np.ndarray) -> np.ndarray | None:
 def _friction(part: _Part, length_rad: float) -> np.ndarray:
     """Columns of friction in the kept rows: each direction, and the Stribeck peaks of both."""
     bent = stop_operator(part.path_rad, length_rad)
-    peaks = [bent * np.exp(-((part.velocity_rad_s / v) ** 2)) for v in STRIBECK_RAD_S]
-    columns = [np.maximum(bent, 0.0), np.minimum(bent, 0.0), *peaks]
+    columns = [np.maximum(bent, 0.0), np.minimum(bent, 0.0), *(bent * peak for peak in part.peaks)]
     return np.column_stack([smooth(each, part.rate_hz, part.cutoff_hz)[part.rows] for each in columns])

@@ -21,8 +21,8 @@ SEEDS = (
     Seed(
         "bristles never slide in a log",
         "rtctl/friction/presliding_in_logs.py",
-        "found[row] = min(max(bent, -1.0), 1.0)",
-        "found[row] = bent",
+        "found[row] = saturate(found[row - 1] + (path_rad[row] - path_rad[row - 1]) / length_rad)",
+        "found[row] = found[row - 1] + (path_rad[row] - path_rad[row - 1]) / length_rad",
         IN_LOGS,
     ),
     Seed(

@@ -197,7 +197,7 @@ def ages_until_fault(answered_ticks, proof_ticks):
 
 @pytest.mark.parametrize(
     ("answered_ticks", "proof_ticks", "stops"),
-    [(0.5, 2.1, False), (0.5, 1.9, True), (2.5, 3.6, False), (2.5, 3.4, True)],
+    [(0.5, 2.1, False), (0.5, 1.9, True), (2.5, 3.6, False), (2.5, 3.4, True), (math.nan, 5.0, True)],
 )
 def test_an_old_sample_is_covered_only_by_what_the_proof_leaves_beside_the_delay(
     answered_ticks, proof_ticks, stops

@@ -1,0 +1,68 @@
+"""What `rtctl fit` prints of a model: the figures of both directions, side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from rtctl.friction.model import FrictionModel
+
+_TABLE: tuple[tuple[str, str, float, str], ...] = (
+    ("points", "points", 1, "d"),
+    ("support vectors", "support_vectors", 1, "d"),
+    ("C", "C", 1, ".6g"),
+    ("epsilon, mN m", "epsilon_nm", 1e3, ".4g"),
+    ("mean training error, mN m", "train_mean_error_nm", 1e3, ".3f"),
+    ("max training error, mN m", "train_max_error_nm", 1e3, ".3f"),
+    ("RMS held-out error, mN m", "validation_rmse_nm", 1e3, ".3f"),
+    ("max held-out error, mN m", "validation_max_error_nm", 1e3, ".3f"),
+    ("compile error, N m", "compile_error_nm", 1, ".1e"),
+    ("its proved bound, N m", "compile_bound_nm", 1, ".1e"),
+    ("trained range, rad/s", "speed_max_rad_s", 1, ".4g"),
+    ("least dry friction, N m", "friction_min_nm", 1, ".4g"),
+    ("weaker at some place by, mN m", "place_spread_nm", 1e3, ".3f"),
+    ("viscous slope, N m s/rad", "viscous_nms_rad", 1, ".4g"),
+    ("secant damping, N m s/rad", "secant_damping_nms_rad", 1, ".4g"),
+    ("least slope, N m s/rad", "slope_damping_nms_rad", 1, ".4g"),
+)
+
+
+def rows(model: FrictionModel) -> list[dict[str, Any]]:
+    """Figures of both directions; keys as in the model file, units in their names."""
+    from rtctl.friction.fit import compile_error_nm
+
+    return [
+        {
+            "direction": direction,
+            "points": branch.n_points,
+            "support_vectors": len(branch.support_vectors),
+            **branch.hyper_parameters,
+            "train_mean_error_nm": branch.train_mean_error_nm,
+            "train_rmse_nm": branch.train_rmse_nm,
+            "train_max_error_nm": branch.train_max_error_nm,
+            "validation_rmse_nm": branch.validation_rmse_nm,
+            "validation_max_error_nm": branch.validation_max_error_nm,
+            "compile_error_nm": compile_error_nm(branch),
+            "compile_bound_nm": branch.rounding_bound_nm,
+            "friction_lower_nm": branch.friction_lower_nm,
+            "secant_damping_nms_rad": branch.secant_damping_nms_rad,
+            "slope_damping_nms_rad": branch.slope_damping_nms_rad,
+            "speed_max_rad_s": branch.speed_max_rad_s,
+            "friction_min_nm": branch.friction_min_nm,
+            "friction_max_nm": branch.friction_max_nm,
+            "viscous_nms_rad": branch.viscous_nms_rad,
+            "place_spread_nm": branch.place_spread_nm,
+        }
+        for direction, branch in zip((1, -1), model.branches, strict=True)
+    ]
+
+
+def show(kind: str, found: Sequence[Mapping[str, Any]]) -> None:
+    """Print the table; a figure that is not known is a dash."""
+    click.echo(f"{kind:34}{'v >= 0':>14}{'v < 0':>14}")
+    for label, key, scale, shape in _TABLE:
+        cells = ["-" if row.get(key) is None else format(row[key] * scale, shape) for row in found]
+        click.echo(f"{label:<34}" + "".join(f"{cell:>14}" for cell in cells))
