@@ -24,12 +24,13 @@ from rtctl.event_words import line_of
 from rtctl.view import record
 from rtctl.view.feed import Feed, Follower, Signal, columns
 from rtctl.view.panel import ACTIONS, plain, signals_of, status
-from rtctl.view.world import World
+from rtctl.view.world import World, offered
 
 STATIC = Path(__file__).parent / "static"
 SCRIPTS = (
     "link.js",
     "head.js",
+    "drawings.js",
     "scene.js",
     "scope.js",
     "plot.js",
@@ -125,7 +126,8 @@ class _Handler(BaseHTTPRequestHandler):
         elif not self._is_from_page():
             return
         elif url.path == "/hello":
-            self._json({**plain(self.server.hello), "signals": signals_of(plain(self.server.hello))})
+            told = plain(self.server.hello)
+            self._json({**told, **offered(), "signals": signals_of(told)})
         elif url.path == "/stream":
             self._follow(url.query, self.server.streams, "text/event-stream", self._send_stream)
         elif url.path == "/ticks.csv":
