@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from rtctl.control.environments.coupling import coupling_torque
 from rtctl.control.environments.laws import environment_energy
-from rtctl.control.environments.table import Environment
+from rtctl.control.environments.table import OWN, Environment
 from rtctl.control.jit import records
 from rtctl.control.records import new_records
 

@@ -8,6 +8,7 @@ number that is no kind's is as free space.
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -29,7 +30,7 @@ for _file in _FILES.values():  # what a function of a file calls there must be c
 def _written(name: str, arguments: str, lines: list[str]) -> Callable[..., Any]:
     """Compile the function of these lines. To the cache of compiled code it is one of this file."""
     source = "\n    ".join([f"def {name}({arguments}):", *lines])
-    scope = {**globals(), **_FILES}
+    scope: dict[str, Any] = {"__name__": __name__, "__spec__": __spec__, "math": math, **_FILES}
     exec(compile(source, __file__, "exec"), scope)  # of the table alone
     return compiled(scope[name])
 

@@ -6,9 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hw.code_cache import CodeCache
+from hw.jit import JIT_DISABLED
 from rtctl.client.worlds import Worlds
 from rtctl.config_tables import EnvironmentTable
-from rtctl.control.environments import laws
+from rtctl.control.environments import detents, laws
 from rtctl.control.environments.kind import SHARED, STIFFNESS, KindFile
 from rtctl.control.environments.table import NAMES, OWN, PARAMETERS, Environment, meaning, using
 from rtctl.control.jit import records
@@ -104,7 +106,7 @@ def test_a_rig_file_takes_the_kinds_and_parameters_of_the_table():
 def test_messages_records_and_pages_have_the_kinds_and_parameters_of_the_table():
     keys = {key.name: key for key in OPERATIONS["environment"].keys}
     assert keys["kind"].choices == NAMES
-    params, state, command, model = new_records(2)
+    _, state, command, _ = new_records(2)
     sliders = world.offered()["sliders"]
     for one in PARAMETERS:
         assert keys[one.name].meaning == meaning(one)
@@ -140,3 +142,11 @@ def test_a_client_is_told_of_a_number_that_no_environment_has():
     assert asked == [("environment", {"axis": 0, "kind": "wall", **more}) for more in (numbers, {})]
     with pytest.raises(TypeError, match=r"no number 'stifness_nm_rad'; there are .*stiffness_nm_rad"):
         Client().set_environment(0, "wall", stifness_nm_rad=2.0)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("function", [laws.solve_proxy, laws.potential, laws.take_own, detents.solve])
+def test_what_is_written_from_the_table_is_kept_like_the_rest_of_the_law(function):
+    if JIT_DISABLED:
+        pytest.skip("nothing is compiled")
+    assert isinstance(function._cache, CodeCache)
