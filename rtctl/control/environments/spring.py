@@ -25,7 +25,7 @@ def proxy(s: Record, axis: int, drive: float, stiffness: float, before: float, d
 
 
 def energy(s: Record, axis: int, k: float, center: float, proxy: float) -> float:
-    """K (p - c)^2 / 2."""
+    """Energy: k (p - c)^2 / 2."""
     offset = proxy - center
     return 0.5 * k * offset * offset
 

@@ -46,7 +46,7 @@ def proxy(s: Record, axis: int, drive: float, stiffness: float, before: float, d
 
 
 def energy(s: Record, axis: int, k: float, center: float, proxy: float) -> float:
-    """K depth^2 / 2."""
+    """Energy: k depth^2 / 2."""
     offset = proxy - center
     depth = max(offset if s.world_side[axis] >= 0 else -offset, 0.0)
     return 0.5 * k * depth * depth
