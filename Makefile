@@ -81,7 +81,7 @@ coverage: export NUMBA_DISABLE_JIT = 1
 coverage: $(VENV)/.ready-dev
 	$(BIN)/coverage run -m pytest -W ignore::RuntimeWarning tests/unit/control/test_safety_functions.py \
 	  tests/unit/control/test_gate.py tests/unit/control/test_states.py tests/unit/control/test_detectors.py \
-	  tests/unit/control/test_arming.py tests/unit/control/test_sample.py tests/unit/control/test_intermediate.py tests/unit/control/test_take_back.py \
+	  tests/unit/control/test_arming.py tests/unit/control/test_sample.py tests/unit/control/test_intermediate.py tests/unit/control/test_environments.py tests/unit/control/test_take_back.py \
 	  tests/unit/control/test_device_velocity.py tests/unit/test_documents.py \
 	  tests/properties/test_control_gate.py tests/properties/test_encoder.py \
 	  tests/unit/hw/test_serial_frame.py tests/unit/hw/test_serial_link.py tests/unit/hw/test_serial_described.py tests/unit/hw/test_serial_asked.py \
