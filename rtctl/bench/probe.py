@@ -1,4 +1,4 @@
-"""A measuring process: `python -m rtctl.bench.probe KIND CONFIG SECONDS` runs one loop under real-time rights.
+"""A measuring process: `python -m rtctl.bench.probe KIND CONFIG SECONDS [RATE_HZ]` runs one loop under real-time rights.
 
 KIND `loop` is the real loop on the rig of CONFIG (mock); KIND `empty` has the same shape (wait, three
 readings of the clock, the same stores) and does nothing in between. Prints one JSON line with the raw
@@ -8,6 +8,7 @@ latencies, ns.
 from __future__ import annotations
 
 import json
+import os
 import sys
 from typing import Any
 
@@ -15,8 +16,8 @@ import numpy as np
 
 from hw.rig import compose
 from rtctl import plan as planning
-from rtctl.config import LoadedConfig, load
-from rtctl.rt import realtime
+from rtctl.config import Config, LoadedConfig, load
+from rtctl.rt import early, realtime
 from rtctl.rt.clock import WallClock
 from rtctl.rt.loop import Stop, run_loop, warm_up
 from rtctl.shm import CommandWriter, Memory
@@ -25,8 +26,8 @@ from rtctl.shm import CommandWriter, Memory
 class _StopAfter:
     """A clock that asks for the end after `n` wake-ups, and arms the rig on the way."""
 
-    def __init__(self, n: int, stop: Stop, writer: CommandWriter) -> None:
-        self._clock = WallClock()
+    def __init__(self, n: int, stop: Stop, writer: CommandWriter, early_ns: np.ndarray) -> None:
+        self._clock = WallClock(early_ns)
         self.now = self._clock.now
         self._left, self._stop, self._writer = n, stop, writer
         self._arm_at = n - 600
@@ -41,6 +42,13 @@ class _StopAfter:
         return self._clock.sleep_until(deadline_ns)
 
 
+def _acquire(loaded: LoadedConfig, early_ns: np.ndarray) -> None:
+    """The loop's rights, and how long it looks at the clock."""
+    loop, cores = loaded.config.loop, len(os.sched_getaffinity(0))
+    grants, _held = realtime.acquire(loop.priority, loop.cpu)
+    early.choose(early_ns, loop.early_us, loaded.config.period_s, cores, granted=realtime.complete(grants))
+
+
 def _full(loaded: LoadedConfig, seconds: float) -> np.ndarray:
     plan = planning.build(loaded)
     n = round(seconds / plan.period_s)
@@ -53,8 +61,8 @@ def _full(loaded: LoadedConfig, seconds: float) -> np.ndarray:
     backend.open()
     warm_up(memory, backend)
     stop = Stop()
-    clock = _StopAfter(n, stop, writer)
-    realtime.acquire(loaded.config.loop.priority, loaded.config.loop.cpu)
+    clock = _StopAfter(n, stop, writer, memory.early_ns)
+    _acquire(loaded, memory.early_ns)
     run_loop(backend, memory, clock, stop)
     backend.close()
     rows = memory.ring.view(np.ndarray)[: int(memory.header[0]["head"])]
@@ -64,10 +72,11 @@ def _full(loaded: LoadedConfig, seconds: float) -> np.ndarray:
 def _empty(loaded: LoadedConfig, seconds: float) -> np.ndarray:
     period = round(1e9 / loaded.config.loop.rate_hz)
     n = round(seconds * loaded.config.loop.rate_hz)
-    clock = WallClock()
+    early_ns = np.zeros(3, np.int64)
+    clock = WallClock(early_ns)
     out = np.zeros((4, n), np.int64)
     word: Any = memoryview(np.zeros(16, np.int64))  # type: ignore[arg-type]
-    realtime.acquire(loaded.config.loop.priority, loaded.config.loop.cpu)
+    _acquire(loaded, early_ns)
     now, deadline, slot, missed, record_ns = clock.now, clock.now() + period, 0, 0, 0
     for i in range(n):
         woke = clock.sleep_until(deadline)
@@ -89,16 +98,24 @@ def _empty(loaded: LoadedConfig, seconds: float) -> np.ndarray:
     return out
 
 
-def measure(kind: str, config: str, seconds: float) -> np.ndarray:
-    """Rows: wake-up latency, cycle, missed so far, state; one column per tick."""
+def at_rate(loaded: LoadedConfig, rate_hz: float) -> LoadedConfig:
+    """The rig at another rate of its loop. Nothing is proved of it: for measuring time only."""
+    table = loaded.config.model_dump(mode="json", by_alias=True)
+    table["loop"]["rate_hz"] = rate_hz
+    return loaded.model_copy(update={"config": Config.model_validate(table)})
+
+
+def measure(kind: str, config: str, seconds: float, rate_hz: float = 0.0) -> np.ndarray:
+    """Rows: wake-up latency, cycle, missed so far, state; one column per tick. `rate_hz` 0: the rig file's."""
     loaded = load(config)
+    loaded = at_rate(loaded, rate_hz) if rate_hz else loaded
     return (_full if kind == "loop" else _empty)(loaded, seconds)
 
 
 def main(arguments: list[str]) -> None:
     """Measure and print; see the module docstring."""
-    kind, config, seconds = arguments
-    sys.stdout.write(json.dumps(measure(kind, config, float(seconds)).tolist()) + "\n")
+    kind, config, *numbers = arguments
+    sys.stdout.write(json.dumps(measure(kind, config, *map(float, numbers)).tolist()) + "\n")
 
 
 if __name__ == "__main__":
