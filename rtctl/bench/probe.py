@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import sys
 from typing import Any
 
@@ -17,29 +18,35 @@ import numpy as np
 from hw.rig import compose
 from rtctl import plan as planning
 from rtctl.config import Config, LoadedConfig, load
+from rtctl.control.vocabulary import State
 from rtctl.rt import early, realtime
 from rtctl.rt.clock import WallClock
 from rtctl.rt.loop import Stop, run_loop, warm_up
+from rtctl.rt.replug import Replug
 from rtctl.shm import CommandWriter, Memory
 
+ASK_EVERY_S = 0.25
 
-class _StopAfter:
-    """A clock that asks for the end after `n` wake-ups, and arms the rig on the way."""
 
-    def __init__(self, n: int, stop: Stop, writer: CommandWriter, early_ns: np.ndarray) -> None:
-        self._clock = WallClock(early_ns)
-        self.now = self._clock.now
-        self._left, self._stop, self._writer = n, stop, writer
-        self._arm_at = n - 600
+class _Operator:
+    """Arms the rig as soon as it may be, and ends the loop: a timer's signal, as the loop sees those of a person."""
 
-    def sleep_until(self, deadline_ns: int) -> int:
+    def __init__(self, memory: Memory, writer: CommandWriter, stop: Stop, seconds: float) -> None:
+        self._memory, self._writer, self._stop = memory, writer, stop
+        self._left = round(seconds / ASK_EVERY_S)
+        signal.signal(signal.SIGALRM, self._ask)
+        signal.setitimer(signal.ITIMER_REAL, ASK_EVERY_S, ASK_EVERY_S)
+
+    def _ask(self, _signal: int, _frame: object) -> None:
         self._left -= 1
-        if self._left == self._arm_at:
+        if self._left <= 0:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+            self._stop.requests = 1
+            return
+        head = int(self._memory.header[0]["head"])
+        if head and self._memory.ring[head - 1]["state"] == State.IDLE:
             self._writer.command["arm_count"] += 1
             self._writer.send()
-        elif self._left <= 0:
-            self._stop.requests = 1
-        return self._clock.sleep_until(deadline_ns)
 
 
 def _acquire(loaded: LoadedConfig, early_ns: np.ndarray) -> None:
@@ -52,17 +59,17 @@ def _acquire(loaded: LoadedConfig, early_ns: np.ndarray) -> None:
 def _full(loaded: LoadedConfig, seconds: float) -> np.ndarray:
     plan = planning.build(loaded)
     n = round(seconds / plan.period_s)
-    memory = Memory.create(plan.n_axes, n + 1000, plan.period_ns)
+    memory = Memory.create(plan.n_axes, 2 * n + 1000, plan.period_ns)
     memory.params[:], memory.model[:] = plan.params, plan.model
     writer = CommandWriter(memory)
     writer.command[:] = plan.command
     writer.send()
-    backend = compose(loaded.members(), loaded.config.hardware())
+    backend = Replug(compose(loaded.members(), loaded.config.hardware()))
     backend.open()
     warm_up(memory, backend)
-    stop = Stop()
-    clock = _StopAfter(n, stop, writer, memory.early_ns)
+    stop, clock = Stop(), WallClock(memory.early_ns)
     _acquire(loaded, memory.early_ns)
+    _Operator(memory, writer, stop, seconds)
     run_loop(backend, memory, clock, stop)
     backend.close()
     rows = memory.ring.view(np.ndarray)[: int(memory.header[0]["head"])]
