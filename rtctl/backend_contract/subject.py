@@ -149,12 +149,11 @@ class Subject:
         self.device.write(tick)
 
     def told(self, slot: int, *, enabled: int, torque: float) -> Received | None:
-        """Run a cycle that sends this; what the device then has of it."""
+        """Run a cycle that sends this, up to the next sample; what the device then has of it."""
         tick = self.tick(slot)
-        self.read(tick)
         tick["enabled"], tick["current_command_a"], tick["torque_applied_nm"] = enabled, torque, torque
         self.write(tick)
-        self.device.step()
+        self.read(tick)
         return self.device.received()
 
     def release(self) -> None:

@@ -14,7 +14,7 @@ import serial_boards
 
 from hw import registry
 from hw.rig import Member, compose
-from rtctl.backend_contract import Case, Contract, Device
+from rtctl.backend_contract import Case, Contract, Device, Received
 
 pytest_plugins = ("rtctl.backend_contract.plugin",)
 
@@ -115,8 +115,19 @@ class OnCan(Device):
     def step(self):
         self.wired.step()
 
+    def received(self):
+        drives = self.wired.sim.drives
+        return Received([drive.current_a for drive in drives], all(map(is_enabled, drives)))
+
     def close(self):
         self.wired.release()
+
+
+def is_enabled(drive):
+    """Whether a simulated drive lets torque through."""
+    states = {"OdriveSim": ("state", 8), "MoteusSim": ("mode", 10), "Cia402Sim": ("state", 0x27)}
+    name, enabled = states[type(drive).__name__]
+    return getattr(drive, name) == enabled
 
 
 def folder_of_boards(folder, which):
@@ -154,7 +165,8 @@ def on_can(kind, n_axes, table, wired):
     """One bus, one backend, where the bus is a real wire."""
     device = partial(OnCan, wired=wired)
     made = lambda folder, which: table(n_axes, folder)  # noqa: E731
-    return Case(kind, made, device, n_axes, twins=not can_rows.WIRES, hears=False)
+    # a board by a field map has no state of its own to look at
+    return Case(kind, made, device, n_axes, twins=not can_rows.WIRES, hears=kind != "can")
 
 
 def sensor(kind):
