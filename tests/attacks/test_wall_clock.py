@@ -134,7 +134,10 @@ def live(lane, nursery, clock, halt_s=0.0):
 
 def lived(*life):
     """The first life that a busy machine did not disturb."""
-    return next(filter(None, (live(*life) for _ in range(5))))
+    for _ in range(5):
+        if (found := live(*life)) is not None:
+            return found
+    raise AssertionError("not ACTIVE throughout in five lives")
 
 
 @contextlib.contextmanager
