@@ -48,12 +48,18 @@ class Config(Table):
     schema_version: Annotated[Literal[1], BeforeValidator(whole)] = Field(
         1, alias="schema", description="version of the keys of this file"
     )
-    rig: RigTable
+    rig: RigTable = Field(
+        description="a table [rig] with the rig's name; `rtctl init` copies a whole rig file"
+    )
     loop: LoopTable = LoopTable()
-    axis: tuple[AxisTable, ...] = Field(min_length=1, max_length=MOST_AXES, strict=False)
+    axis: tuple[AxisTable, ...] = Field(
+        min_length=1, max_length=MOST_AXES, strict=False, description="a table [[axis]] for each axis"
+    )
     force_sensor: ForceSensorTable = ForceSensorTable()
     passivity: PassivityTable = PassivityTable()
-    device: tuple[DeviceTable, ...] = Field(min_length=1, max_length=8, strict=False)
+    device: tuple[DeviceTable, ...] = Field(
+        min_length=1, max_length=8, strict=False, description="a table [[device]] for each device"
+    )
     telemetry: TelemetryTable = TelemetryTable()
     gateway: GatewayTable = GatewayTable()
     record: RecordTable | None = Field(None, json_schema_extra=_or_switch)

@@ -160,8 +160,8 @@ def keep_knocking(address: str, server_key: bytes, seconds: float) -> dict[str, 
     with zmq.Context() as context:
         while time.monotonic() < end:
             knocking = [context.socket(zmq.DEALER) for _ in keys]
-            for made, (made.curve_publickey, made.curve_secretkey) in zip(knocking, keys, strict=True):
-                made.curve_serverkey = server_key
+            for made, (public, secret) in zip(knocking, keys, strict=True):
+                made.curve_publickey, made.curve_secretkey, made.curve_serverkey = public, secret, server_key
                 made.connect(address)
             opened += len(knocking)
             time.sleep(0.03)
