@@ -36,13 +36,13 @@ class Guests:
                     oldest.shutdown(socket.SHUT_RDWR)
 
     def go(self, guest: socket.socket) -> None:
-        """It is about to be closed. Idempotent."""
+        """A connection is about to be closed. Idempotent."""
         with self._lock:
             self._waiting.pop(guest, None)
 
     @contextmanager
     def served(self, guest: socket.socket) -> Iterator[None]:
-        """It has asked for something, and is not cut off while it gets that."""
+        """A connection has asked for something, and is not cut off while that is given."""
         self.go(guest)
         try:
             yield
