@@ -16,7 +16,7 @@ from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFile, OutputFolder
 
 if TYPE_CHECKING:
-    from rtctl.friction.ladder import Ladder
+    from rtctl.friction.learn.ladder import Ladder
 
 _File = click.Path(dir_okay=False, path_type=Path)
 _POSITIVE = click.FloatRange(min=0, min_open=True, max=1e9)
@@ -200,9 +200,10 @@ def command(
     Files of other programs, several too: --column velocity=NAME:UNIT --column torque=NAME:UNIT:SCALE, and --average.
     """
     from rtctl.cli import fit_advice, fit_report, ladder_report
-    from rtctl.friction import artefact, blocks, fit, grids
-    from rtctl.friction.ladder import Options
-    from rtctl.friction.point_evidence import with_evidence
+    from rtctl.friction import artefact
+    from rtctl.friction.learn import fit, grids, hold_out
+    from rtctl.friction.learn.ladder import Options
+    from rtctl.friction.points.evidence import with_evidence
     from rtctl.friction.timing import evaluation_ns
 
     fixed = c is not None or epsilon_nm is not None
@@ -211,7 +212,7 @@ def command(
     plan = fit_report.prepare(report_dir, test_points, config, rig)
     measured, temperatures = fit_points.read(points, columns, map_file, average, text_of(delimiter, decimal))
     fit_report.require_plausible(plan, measured)
-    folds = blocks.way_for(measured, held_out)
+    folds = hold_out.way_for(measured, held_out)
     tolerance_share = grids.RESOLUTION_SHARE if tolerance is None else tolerance / 100
     ladder: Ladder | None = None
     if strategy == "none":
@@ -242,7 +243,7 @@ def command(
     model = with_evidence(model, measured, presliding_rad)
     artefact.save(model, out)
     if plot is not None:
-        from rtctl.friction import figure
+        from rtctl.friction.report import figure
 
         figure.draw(model, measured, plot)
     options = {
@@ -271,7 +272,7 @@ def command(
         ladder_report.show(ladder)
     fit_table.show(model.kind, rows)
     click.echo(f"presliding length: {fit_advice.presliding_text(model)}")
-    click.echo(f"\n{blocks.describe(measured, folds)}")
+    click.echo(f"\n{hold_out.describe(measured, folds)}")
     fit_advice.show(model, plan.loaded, out)
     click.echo(
         f"\nmodel: {out}" + (f"\nplot:  {plot}" if plot else "") + (f"\nreport: {page}" if page else "")

@@ -12,7 +12,7 @@ from rtctl.cli.columns import tables, text_options
 from rtctl.errors import ConfigError
 
 if TYPE_CHECKING:
-    from rtctl.friction.points import FrictionPoints
+    from rtctl.friction.points.measured import FrictionPoints
 
 
 def options(command: Any) -> Any:  # noqa: ANN401
@@ -51,10 +51,10 @@ def read(
     ConfigError
         Several files of the program's own format, which are one file.
     DataError
-        See `rtctl.friction.points.read_points` and `rtctl.friction.points_of_logs.read_mapped`.
+        See `rtctl.friction.points.measured.read_points` and `rtctl.friction.points_of_logs.read_mapped`.
     """
-    from rtctl.friction.points import read_points, temperature_range
-    from rtctl.friction.points_of_logs import ROLES, read_mapped
+    from rtctl.friction.logs.other_programs import ROLES, read_mapped
+    from rtctl.friction.points.measured import read_points, temperature_range
     from rtctl.recording.as_columns import register
 
     if not (columns or map_file or average != "none"):

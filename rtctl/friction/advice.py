@@ -8,7 +8,8 @@ from pathlib import Path
 
 from rtctl.config import LoadedConfig
 from rtctl.config_tables import AxisTable
-from rtctl.friction import artefact, report_gain
+from rtctl.friction import artefact
+from rtctl.friction import gain as report_gain
 from rtctl.friction.margins import GATED_POLICIES, friction_figures
 from rtctl.friction.model import FrictionModel
 

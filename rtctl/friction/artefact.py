@@ -19,11 +19,11 @@ from pydantic import ValidationError
 from hw.outside import read_bounded, require_sane, shown
 from hw.plain_words import explain, written
 from rtctl.errors import ModelError
-from rtctl.friction.baselines import NAMES
-from rtctl.friction.compile import PiecewiseCubic
 from rtctl.friction.document import FORMAT, SCHEMA, BranchDocument, ModelDocument, checksum, render
+from rtctl.friction.kinds.compile import TOLERANCE_SHARE, sampled_error
+from rtctl.friction.kinds.cubic import PiecewiseCubic
+from rtctl.friction.learn.formulas import NAMES
 from rtctl.friction.model import Branch, FrictionModel
-from rtctl.friction.tables import TOLERANCE_SHARE, sampled_error
 from rtctl.tiny_numbers import LEAST_COMPUTED, too_small
 
 __all__ = ["Branch", "FrictionModel", "load", "require_rig", "save"]

@@ -15,7 +15,7 @@ from pydantic import Field
 from rtctl.config_fields import Name, Table
 from rtctl.control.records import MAX_SEGMENTS
 from rtctl.friction.model import SELF_TEST_VECTORS
-from rtctl.friction.presliding import LENGTH_MAX_RAD
+from rtctl.friction.points.presliding import LENGTH_MAX_RAD
 
 FORMAT = "rtctl friction model"
 SCHEMA = 2

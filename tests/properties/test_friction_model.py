@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from rtctl.errors import ModelError
 from rtctl.friction import artefact
-from rtctl.friction.compile import compile_spline, kernel_sum, rounding_bound
-from rtctl.friction.fit import fit_points
-from rtctl.friction.points import FrictionPoints
+from rtctl.friction.kinds.cubic import compile_spline, kernel_sum, rounding_bound
+from rtctl.friction.learn.fit import fit_points
+from rtctl.friction.points.measured import FrictionPoints
 
 
 @pytest.fixture(scope="module")

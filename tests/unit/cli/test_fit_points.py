@@ -9,7 +9,7 @@ import pytest
 
 from rtctl.__main__ import main
 from rtctl.errors import ConfigError, DataError
-from rtctl.friction.points_of_logs import read_mapped
+from rtctl.friction.logs.other_programs import read_mapped
 
 DRIVES = Path(__file__).parents[4] / "shared" / "data" / "screw_drives"
 

@@ -11,9 +11,10 @@ import pytest
 from rtctl.control.friction import friction_magnitude
 from rtctl.control.jit import records
 from rtctl.errors import ModelError
-from rtctl.friction import artefact, fit, ladder
+from rtctl.friction import artefact
 from rtctl.friction.document import checksum, render
-from rtctl.friction.points import FrictionPoints
+from rtctl.friction.learn import fit, ladder
+from rtctl.friction.points.measured import FrictionPoints
 
 V = np.concatenate([[0.0], np.geomspace(0.01, 3, 30)])
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from sklearn.svm import SVR, NuSVR
 
-from rtctl.friction.compile import compile_spline, kernel_sum, rounding_bound
-from rtctl.friction.kernels import spline
+from rtctl.friction.kinds.cubic import compile_spline, kernel_sum, rounding_bound
+from rtctl.friction.kinds.spline import spline
 
 
 def _data():

@@ -8,9 +8,11 @@ import pytest
 
 from rtctl.__main__ import main
 from rtctl.errors import DataError
-from rtctl.friction import artefact, fit, ladder, report_evidence, search
-from rtctl.friction.blocks import TRAINS, folds_of, way_for
-from rtctl.friction.points import FrictionPoints, read_points
+from rtctl.friction import artefact
+from rtctl.friction.learn import fit, ladder, search
+from rtctl.friction.learn.hold_out import TRAINS, folds_of, way_for
+from rtctl.friction.points.measured import FrictionPoints, read_points
+from rtctl.friction.report import evidence as report_evidence
 
 N = 200
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rtctl.friction.kernels import polynomial, rbf, spline, spline_long
+from rtctl.friction.kinds.spline import polynomial, rbf, spline, spline_long
 
 X = np.random.default_rng(3).uniform(0, 4, (60, 1))
 

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from rtctl.errors import DataError
-from rtctl.friction import artefact, fit
-from rtctl.friction.point_evidence import COLUMNS, with_evidence
-from rtctl.friction.points import read_points
+from rtctl.friction import artefact
+from rtctl.friction.learn import fit
+from rtctl.friction.points.evidence import COLUMNS, with_evidence
+from rtctl.friction.points.measured import read_points
 
 SPEEDS = [0.0, *np.geomspace(0.01, 2, 29)]
 

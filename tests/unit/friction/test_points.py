@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rtctl.errors import DataError
-from rtctl.friction.points import read_points, temperature_range
+from rtctl.friction.points.measured import read_points, temperature_range
 
 SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0]
 

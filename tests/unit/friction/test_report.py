@@ -15,10 +15,13 @@ import pytest
 from rtctl import config
 from rtctl.cli import main
 from rtctl.errors import DataError
-from rtctl.friction import fit, grids, ladder, report, report_evidence, report_gain
-from rtctl.friction.machines import FailedFitError
+from rtctl.friction import gain as report_gain
+from rtctl.friction.learn import fit, grids, ladder
+from rtctl.friction.learn.machines import FailedFitError
 from rtctl.friction.margins import friction_figures
-from rtctl.friction.points import read_points
+from rtctl.friction.points.measured import read_points
+from rtctl.friction.report import evidence as report_evidence
+from rtctl.friction.report import write as report
 
 ROOT = Path(__file__).parents[3]
 POINTS = ROOT / "configs/friction/mock_points.csv"

@@ -8,10 +8,11 @@ import pytest
 import sklearn.svm
 
 from rtctl.errors import DataError, ModelError
-from rtctl.friction import artefact, fit, grids, ladder, machines, search
-from rtctl.friction.blocks import TRAINS, folds_by_speed, folds_by_time
-from rtctl.friction.machines import Candidate, FailedFitError, train
-from rtctl.friction.points import FrictionPoints
+from rtctl.friction import artefact
+from rtctl.friction.learn import fit, grids, ladder, machines, search
+from rtctl.friction.learn.hold_out import TRAINS, folds_by_speed, folds_by_time
+from rtctl.friction.learn.machines import Candidate, FailedFitError, train
+from rtctl.friction.points.measured import FrictionPoints
 
 V = np.concatenate([[0.0], np.geomspace(0.01, 2, 24)])
 

@@ -11,9 +11,10 @@ from hw.mock.friction import static_friction
 from hw.mock.jit import records
 from hw.mock.records import plant_records
 from rtctl.config import load
-from rtctl.friction import artefact, mock_points
-from rtctl.friction.point_evidence import COLUMNS
-from rtctl.friction.points import read_points
+from rtctl.friction import artefact
+from rtctl.friction.points import mock as mock_points
+from rtctl.friction.points.evidence import COLUMNS
+from rtctl.friction.points.measured import read_points
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 

@@ -10,9 +10,9 @@ from identified import CONFIG, SMALL, run
 
 from rtctl.config import load
 from rtctl.errors import DataError
-from rtctl.friction import report_evidence
-from rtctl.friction.point_evidence import presliding_of
-from rtctl.friction.points import read_points
+from rtctl.friction.points.evidence import presliding_of
+from rtctl.friction.points.measured import read_points
+from rtctl.friction.report import evidence as report_evidence
 from rtctl.identify import dataset as module
 from rtctl.identify.dataset import Dataset, read_document, write_whole
 from rtctl.identify.plan import tasks
