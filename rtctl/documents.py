@@ -9,6 +9,7 @@ from hw import fault_kinds
 from rtctl import api_document, config_document, tick
 from rtctl.control import faults, states
 from rtctl.control.vocabulary import Fault, State
+from rtctl.friction.kinds import table as friction_kinds
 
 
 def _fault_bits() -> str:
@@ -24,6 +25,7 @@ PARTS: dict[str, Callable[[], str]] = {
     "tick fields": tick.markdown_table,
     "faults": faults.markdown_table,
     "kinds of scripted faults": fault_kinds.markdown_table,
+    "rungs of the ladder": friction_kinds.markdown_table,
     "transitions": states.markdown_table,
     "fault bits": _fault_bits,
     "state numbers": _state_numbers,

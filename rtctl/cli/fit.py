@@ -14,6 +14,7 @@ from rtctl.cli import fit_points, fit_table
 from rtctl.cli.columns import text_of
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFile, OutputFolder
+from rtctl.friction.kinds.table import KERNELS
 
 if TYPE_CHECKING:
     from rtctl.friction.learn.ladder import Ladder
@@ -91,7 +92,7 @@ def _rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
 )
 @click.option(
     "--kernel",
-    type=click.Choice(["all", "spline", "rbf", "polynomial", "formula"]),
+    type=click.Choice(["all", *KERNELS, "formula"]),
     default="all",
     show_default=True,
     help="rungs of the ladder to climb",
@@ -192,7 +193,7 @@ def command(
     """Learn the friction of a rig: one spline-kernel epsilon-SVR per direction, compiled exactly.
 
     With --ladder, every formula (Coulomb, Coulomb + viscous, Tustin, Gaussian, Lorentzian) and
-    support-vector machine (epsilon, nu; spline, RBF, polynomial kernel) is compared by cross-validation in
+    support-vector machine (epsilon, nu; each kernel of --kernel) is compared by cross-validation in
     blocks of speed or time, and the simplest within one standard error of the best is written.
 
     POINTS is a CSV file with the columns velocity_rad_s and friction_torque_nm (both signed), and for

@@ -12,7 +12,7 @@ import numpy as np
 
 from rtctl.control.records import MAX_SEGMENTS
 from rtctl.errors import ModelError
-from rtctl.friction.kinds.cubic import PiecewiseCubic, compile_spline
+from rtctl.friction.kinds.cubic import PiecewiseCubic
 from rtctl.friction.kinds.curve import Curve
 
 TOLERANCE_SHARE = 1e-6
@@ -39,17 +39,7 @@ def compile_curve(curve: Curve, speed_max: float) -> tuple[PiecewiseCubic, float
     ModelError
         When the tolerance needs more than `MAX_SEGMENTS` segments, or the dense check contradicts the proof.
     """
-    if curve.kind == "spline":
-        table = compile_spline(curve.support_vectors, curve.dual_coef, curve.intercept)
-    elif curve.kind in ("coulomb", "coulomb_viscous"):
-        at_0 = np.zeros(1)
-        c0, c1 = float(curve(at_0)[0]), float(curve.derivative(at_0, 1)[0])
-        table = PiecewiseCubic(np.zeros(1), np.array([[c0, c1, 0.0, 0.0]]))
-    elif curve.kind == "polynomial" and curve.parameters["degree"] <= 3:
-        powers = curve.powers()
-        table = PiecewiseCubic(np.zeros(1), np.append(powers, np.zeros(4 - len(powers)))[None, :])
-    else:
-        table = _hermite(curve, _cells(curve, speed_max))
+    table = curve.exact or _hermite(curve, _cells(curve, speed_max))
     if len(table.knots) > MAX_SEGMENTS:
         raise ModelError(
             f"{len(table.knots)} segments, at most {MAX_SEGMENTS}: too many support vectors; choose a larger epsilon"
@@ -66,10 +56,9 @@ def error_bound(curve: Curve, table: PiecewiseCubic, speed_max: float) -> float:
 
     For a Hermite table on its own knots; exact compilations are off by rounding alone.
     """
-    rounding = 2 * curve.rounding(speed_max)
-    if curve.compiles_exactly:
-        return rounding if curve.kind != "spline" else curve.rounding(speed_max)
-    return float(cell_bounds(curve, np.append(table.knots, speed_max)).max()) + rounding
+    if curve.exact is not None:
+        return curve.of.exact_bound(curve, speed_max)
+    return float(cell_bounds(curve, np.append(table.knots, speed_max)).max()) + 2 * curve.rounding(speed_max)
 
 
 def sampled_error(curve: Curve, table: PiecewiseCubic, speed_max: float) -> float:
@@ -89,10 +78,14 @@ def cell_bounds(curve: Curve, edges: np.ndarray) -> np.ndarray:
     |error| <= h^4/384 max|f''''| (docs/theory.md 8.5). Within the cell of centre m and half width r,
     |f''''| <= sum_{k<8} r^k/k! |f^(4+k)(m)| + r^8/8! sup|f^(12)|: the dual coefficients alternate, so the
     derivatives at the place itself are far below a sum of their sizes, and the remainder is nil in a cell
-    small enough to matter. sup is over the cell and all that is faster.
+    small enough to matter. sup is over the cell and all that is faster. Infinite in a cell with a place inside where a derivative jumps.
     """
     centre, r = 0.5 * (edges[1:] + edges[:-1]), 0.5 * np.diff(edges)
-    fourth = np.zeros(len(r))
+    breaks = curve.of.breaks(curve)
+    inside = np.searchsorted(breaks, edges[:-1], side="right") < np.searchsorted(
+        breaks, edges[1:], side="left"
+    )
+    fourth = np.where(inside, np.inf, 0.0)  # no bound holds across a jump
     for k in range(_TAYLOR):
         fourth += r**k / math.factorial(k) * np.abs(curve.derivative(centre, 4 + k))
     beyond = np.minimum(curve.derivative_bound(4 + _TAYLOR, edges[:-1]), 1e300)
@@ -103,7 +96,8 @@ def cell_bounds(curve: Curve, edges: np.ndarray) -> np.ndarray:
 
 
 def _cells(curve: Curve, speed_max: float) -> np.ndarray:
-    edges = np.array([0.0, speed_max])
+    breaks = curve.of.breaks(curve)
+    edges = np.unique([0.0, *breaks[(breaks > 0) & (breaks < speed_max)], speed_max])
     tolerance = TOLERANCE_SHARE * float(np.max(np.abs(curve(np.linspace(0, speed_max, 500)))))
     while True:
         wide = cell_bounds(curve, edges) > tolerance
@@ -113,18 +107,8 @@ def _cells(curve: Curve, speed_max: float) -> np.ndarray:
         if len(edges) > MAX_SEGMENTS + 1:
             raise ModelError(
                 f"a table of {curve.kind} to {tolerance:.2g} N m needs more than {MAX_SEGMENTS} cells: "
-                f"{_too_fine(curve, speed_max)}"
+                f"{curve.of.too_fine(curve, speed_max)}"
             )
-
-
-def _too_fine(curve: Curve, speed_max: float) -> str:
-    """Which parameter of the curve asks for so many cells, and what to do."""
-    if curve.kind == "polynomial":
-        return f"degree = {curve.parameters['degree']:g} with such dual coefficients; choose another kernel, or a smaller C"
-    name = "sigma_rad_s" if curve.kind == "rbf" else "stribeck_rad_s"
-    what = f"{name} = {curve.parameters[name]:.3g} is too small for a range of {speed_max:.3g} rad/s"
-    other = "choose another kernel" if curve.kind == "rbf" else "choose another model"
-    return f"{what}; {other}, or leave out the fastest points"
 
 
 def _hermite(curve: Curve, edges: np.ndarray) -> PiecewiseCubic:

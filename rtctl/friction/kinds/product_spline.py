@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtctl.friction.kinds.cubic import PiecewiseCubic, compile_spline
+from rtctl.friction.kinds.cubic import PiecewiseCubic
+from rtctl.friction.kinds.spline import compile_spline
 
 MAX_CELLS = 101 * 101
 """Most cells: 100 support vectors at places all different, 1.3 MB. Above it the sum itself is cheaper."""

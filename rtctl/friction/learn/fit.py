@@ -8,18 +8,17 @@ scikit-learn is imported when a fit runs, so that reading this module costs noth
 from __future__ import annotations
 
 import platform
-from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Any
 
 import numpy as np
 
 from rtctl import __version__
 from rtctl.errors import DataError, ModelError
-from rtctl.friction.kinds import spline as kernels
 from rtctl.friction.kinds.compile import compile_curve
 from rtctl.friction.kinds.curve import Curve
+from rtctl.friction.learn import machines
 from rtctl.friction.learn.hold_out import TRAINS, folds_by_speed, folds_of
+from rtctl.friction.learn.machines import Candidate, FailedFitError
 from rtctl.friction.model import Branch, FrictionModel, self_test_vectors
 from rtctl.friction.points.measured import FrictionPoints
 
@@ -34,25 +33,12 @@ FADE_SHARE = 0.1
 
 MAX_ITERATIONS = 5_000_000
 
-
-@dataclass(frozen=True)
-class Regression:
-    """A trained epsilon-SVR of one direction: support vectors (rad/s), dual coefficients, intercept (N m)."""
-
-    support_vectors: np.ndarray
-    dual_coef: np.ndarray
-    intercept: float
-
-    def predict(self, speed: np.ndarray) -> np.ndarray:
-        """Friction at each speed >= 0, N m."""
-        value: np.ndarray = (
-            kernels.spline(speed[:, None], self.support_vectors[:, None]) @ self.dual_coef + self.intercept
-        )
-        return value
+TOLERANCE_NM = 1e-5
+"""Solver tolerance."""
 
 
-def train(speed: np.ndarray, friction_nm: np.ndarray, c: float, epsilon_nm: float) -> Regression:
-    """Train the epsilon-SVR with the spline kernel on one direction.
+def train(speed: np.ndarray, friction_nm: np.ndarray, c: float, epsilon_nm: float) -> Curve:
+    """Train the epsilon-SVR with the spline kernel on one direction, all points alike.
 
     Points that all lie within epsilon of a constant give that constant, without a support vector.
 
@@ -61,21 +47,22 @@ def train(speed: np.ndarray, friction_nm: np.ndarray, c: float, epsilon_nm: floa
     DataError
         When the regression does not converge.
     """
-    model: Any = _sklearn_svr(c, epsilon_nm).fit(kernels.spline(speed[:, None], speed[:, None]), friction_nm)
-    if model.fit_status_ != 0 or model.n_iter_ >= MAX_ITERATIONS:
+    try:
+        trained = machines.train(
+            Candidate("epsilon", "spline", c, epsilon_nm),
+            speed,
+            friction_nm,
+            np.ones(len(speed)),
+            max_iterations=MAX_ITERATIONS,
+            tolerance_nm=TOLERANCE_NM,
+        )
+    except FailedFitError as error:
+        raise DataError(f"the regression failed at C = {c:g}: {error}; choose a smaller C") from error
+    if not trained.converged:
         raise DataError(
             f"the regression did not converge at C = {c:g}; choose a smaller C or a larger epsilon"
         )
-    return Regression(speed[model.support_], model.dual_coef_[0], float(model.intercept_[0]))
-
-
-def _sklearn_svr(c: float, epsilon_nm: float) -> Any:  # noqa: ANN401
-    from sklearn.svm import SVR
-
-    # the kernel matrix is given: support_vectors_ would be empty with a callable, and each call slow
-    return SVR(
-        kernel="precomputed", C=c, epsilon=epsilon_nm, tol=1e-5, cache_size=500, max_iter=MAX_ITERATIONS
-    )
+    return trained.curve
 
 
 def validation_errors(
@@ -85,13 +72,13 @@ def validation_errors(
     epsilon_nm: float,
     fold: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Errors (N m) on held-out points, by cross-validation in blocks: `fold`, or equal speed (`blocks`)."""
+    """Errors (N m) on held-out points, by cross-validation in blocks: `fold`, or equal speed (`hold_out`)."""
     fold = folds_by_speed(speed) if fold is None else fold
     errors = []
     for k in np.unique(fold[fold != TRAINS]):
         held = fold == k
-        regression = train(speed[~held], friction_nm[~held], c, epsilon_nm)
-        errors.append(regression.predict(speed[held]) - friction_nm[held])
+        curve = train(speed[~held], friction_nm[~held], c, epsilon_nm)
+        errors.append(curve(speed[held]) - friction_nm[held])
     return np.concatenate(errors)
 
 
@@ -144,9 +131,8 @@ def fit_branch(
     }
     rmse = {value: float(np.sqrt(np.mean(errors**2))) for value, errors in tried.items()}
     chosen = min(value for value in tried if rmse[value] <= 1.02 * min(rmse.values()))
-    regression = train(speed, friction_nm, chosen, epsilon_nm)
     return describe_branch(
-        Curve("spline", {}, regression.support_vectors, regression.dual_coef, regression.intercept),
+        train(speed, friction_nm, chosen, epsilon_nm),
         speed,
         friction_nm,
         tried[chosen],

@@ -1,13 +1,5 @@
 """The classical friction formulas, fitted by bounded least squares, one direction at a time.
 
-=================  ==============================================================
-coulomb            F = F_c
-coulomb_viscous    F = F_c + b v
-tustin             F = F_c + (F_s - F_c) exp(-v/v_s) + b v
-gaussian           F = F_c + (F_s - F_c) exp(-(v/v_s)^2) + b v (Tustin, exponent 2)
-lorentzian         F = F_c + (F_s - F_c) / (1 + (v/v_s)^2) + b v
-=================  ==============================================================
-
 F_c, F_s, b >= 0; F_s below F_c is allowed (a friction that rises with speed before it levels out).
 docs/theory.md 8.1.
 """
@@ -19,7 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtctl.errors import UnidentifiableError
-from rtctl.friction.kinds.curve import FORMULAS, Curve, stribeck_shape
+from rtctl.friction.kinds.curve import Curve
+from rtctl.friction.kinds.kind import Formula
+from rtctl.friction.kinds.table import FORMULAS
 
 STRIBECK_STARTS_RAD_S = (0.05, 0.1, 0.2)
 """Stribeck speeds first tried; a grid over the measured range follows."""
@@ -30,13 +24,6 @@ _BELOW_MIN = 2
 
 _P_VALUE = 0.001
 """A peak must be this unlikely to come by chance. Strict, because v_s is searched: some bump is always found."""
-
-NAMES: dict[str, tuple[str, ...]] = {
-    "coulomb": ("coulomb_nm",),
-    "coulomb_viscous": ("coulomb_nm", "viscous_nms_rad"),
-    **dict.fromkeys(FORMULAS[2:], ("coulomb_nm", "viscous_nms_rad", "breakaway_nm", "stribeck_rad_s")),
-}
-"""Parameters of each formula, in the order of the covariance."""
 
 
 @dataclass(frozen=True)
@@ -91,20 +78,21 @@ def fit_formula(
     their bounded optimum; the best three are starts of the bounded refinement in all parameters.
     Covariance s^2 (J'WJ)^-1 over the parameters that are not on a bound.
     """
-    n = len(NAMES[kind])
+    formula = FORMULAS[kind]
+    n = len(formula.names)
     if len(speed) <= n:
         raise UnidentifiableError(
             "too_few_points", f"{kind}: {len(speed)} points for {n} parameters; add points"
         )
     root = np.ones(len(speed)) if weight is None else np.sqrt(np.asarray(weight, dtype=float))
-    if "stribeck_rad_s" not in NAMES[kind]:
-        design = _linear_design(kind, speed)
+    if formula.is_straight:
+        design = _linear_design(formula, speed)
         values = _bounded(design * root[:, None], friction_nm * root)
         jacobian = design
     else:
-        values = _fit_stribeck(kind, speed, friction_nm, root)
-        jacobian = _jacobian(kind, values, speed)
-    curve = Curve.formula(kind, dict(zip(NAMES[kind], values.tolist(), strict=True)))
+        values = _fit_stribeck(formula, speed, friction_nm, root)
+        jacobian = _jacobian(formula, values, speed)
+    curve = Curve.formula(kind, dict(zip(formula.names, values.tolist(), strict=True)))
     residual = curve(speed) - friction_nm
     variance = float(np.sum((root * residual) ** 2)) / (len(speed) - n)
     covariance = _covariance(jacobian * root[:, None], values, variance)
@@ -120,7 +108,7 @@ def _peak_p_value(
         return float("nan")
     from scipy.special import fdtrc
 
-    straight = _linear_design("coulomb_viscous", speed) * root[:, None]
+    straight = _linear_design(FORMULAS["coulomb_viscous"], speed) * root[:, None]
     without = float(np.sum((straight @ _bounded(straight, friction_nm * root) - friction_nm * root) ** 2))
     left = len(speed) - n
     gain = max(0.0, without - left * variance) / 2
@@ -171,13 +159,11 @@ def require_identifiable(fit: FormulaFit, speed: np.ndarray) -> None:
             raise UnidentifiableError(reason, f"{fit.curve.kind}: {text}")
 
 
-def _linear_design(kind: str, speed: np.ndarray, v_s: float = 1.0) -> np.ndarray:
+def _linear_design(formula: Formula, speed: np.ndarray, v_s: float = 1.0) -> np.ndarray:
     """Columns of F_c, b and F_s at a given v_s."""
-    if kind == "coulomb":
-        return np.ones((len(speed), 1))
-    if kind == "coulomb_viscous":
-        return np.column_stack([np.ones(len(speed)), speed])
-    shape = stribeck_shape(kind, speed / v_s)
+    if formula.is_straight:
+        return np.column_stack([np.ones(len(speed)), speed])[:, : len(formula.names)]
+    shape = formula.shape(speed / v_s)
     return np.column_stack([1 - shape, speed, shape])
 
 
@@ -188,24 +174,26 @@ def _bounded(design: np.ndarray, target: np.ndarray) -> np.ndarray:
     return values
 
 
-def _fit_stribeck(kind: str, speed: np.ndarray, friction_nm: np.ndarray, root: np.ndarray) -> np.ndarray:
+def _fit_stribeck(
+    formula: Formula, speed: np.ndarray, friction_nm: np.ndarray, root: np.ndarray
+) -> np.ndarray:
     from scipy.optimize import least_squares
 
     top = float(speed.max())
     slowest = float(np.min(speed[speed > 0], initial=top))
     tried = []
     for v_s in (*STRIBECK_STARTS_RAD_S, *np.geomspace(0.3 * slowest, 3 * top, _STARTS)):
-        design = _linear_design(kind, speed, float(v_s)) * root[:, None]
+        design = _linear_design(formula, speed, float(v_s)) * root[:, None]
         values = _bounded(design, friction_nm * root)
         tried.append((float(np.sum((design @ values - friction_nm * root) ** 2)), *values, float(v_s)))
 
     def residual(values: np.ndarray) -> np.ndarray:
-        design = _linear_design(kind, speed, float(values[3]))
+        design = _linear_design(formula, speed, float(values[3]))
         out: np.ndarray = root * (design @ values[:3] - friction_nm)
         return out
 
     def slope(values: np.ndarray) -> np.ndarray:
-        out: np.ndarray = root[:, None] * _jacobian(kind, values, speed)
+        out: np.ndarray = root[:, None] * _jacobian(formula, values, speed)
         return out
 
     lower, upper = np.array([0, 0, 0, 0.1 * slowest]), np.array([np.inf, np.inf, np.inf, 10 * top])
@@ -224,12 +212,12 @@ def _fit_stribeck(kind: str, speed: np.ndarray, friction_nm: np.ndarray, root: n
     return found
 
 
-def _jacobian(kind: str, values: np.ndarray, speed: np.ndarray) -> np.ndarray:
+def _jacobian(formula: Formula, values: np.ndarray, speed: np.ndarray) -> np.ndarray:
     """Derivatives of F by F_c, b, F_s, v_s."""
     coulomb, _, breakaway, v_s = values
     y = speed / v_s
-    by_v_s = (breakaway - coulomb) * stribeck_shape(kind, y, 1) * (-y / v_s)
-    return np.column_stack([_linear_design(kind, speed, v_s), by_v_s])
+    by_v_s = (breakaway - coulomb) * formula.shape(y, 1) * (-y / v_s)
+    return np.column_stack([_linear_design(formula, speed, v_s), by_v_s])
 
 
 def _covariance(jacobian: np.ndarray, values: np.ndarray, variance: float) -> np.ndarray:

@@ -1,6 +1,6 @@
 """Hyper-parameters tried: the grids of the papers in size (105 RBF, 40 spline), in the scale of the data.
 
-The papers' own values are not published. C is given as a multiple of the largest friction and epsilon as a
+What a kernel's own parameters and bounds C are tried at is said by its kind. The papers' own values are not published. C is given as a multiple of the largest friction and epsilon as a
 multiple of the points' noise, so that the same grids serve a rig of .03 N m and one of 30 N m.
 """
 
@@ -10,14 +10,8 @@ import itertools
 
 import numpy as np
 
-from rtctl.friction.kinds.curve import FORMULAS
+from rtctl.friction.kinds.table import FAMILIES, FORMULAS, KERNELS
 from rtctl.friction.learn.machines import Candidate
-
-RBF_C = (0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0)
-SPLINE_C = (10.0, 30.0, 100.0, 300.0, 1e3, 3e3, 1e4, 3e4)
-POLYNOMIAL_C = (1.0, 10.0, 100.0)
-"""Bounds on the dual coefficients, multiples of the largest friction. A steep Stribeck peak needs large ones
-of the spline kernel, whose dual coefficients are jumps of the third derivative."""
 
 EPSILON = (1.0, 1.5, 2.0, 3.0, 4.0)
 """Half widths of the tube, multiples of the noise or of `RESOLUTION_SHARE`, whichever is larger."""
@@ -30,25 +24,13 @@ would spend twice the support vectors on a curve that no hand, and no current se
 NU = (0.05, 0.1, 0.2, 0.3, 0.5)
 """Least shares of support vectors. Above one half the tube is narrower than the noise of the points."""
 
-SIGMA_SHARE = (0.05, 0.1, 0.2)
-"""Widths of the RBF, share of the trained range; a Stribeck speed is about .05 of it, the gap of fast points .2."""
-
-DEGREES = (2.0, 3.0, 4.0, 5.0)
-
-MACHINES = ("epsilon", "nu")
-FAMILIES = (
-    *FORMULAS,
-    *(f"{machine}-{kernel}" for kernel in ("spline", "rbf", "polynomial") for machine in MACHINES),
-)
-"""Rungs of the ladder."""
-
 
 def families(kernel: str) -> tuple[str, ...]:
     """Rungs of one kernel, of "formula", or "all" of them."""
     if kernel == "all":
         return FAMILIES
     if kernel == "formula":
-        return FORMULAS
+        return tuple(FORMULAS)
     return tuple(family for family in FAMILIES if family.endswith(f"-{kernel}"))
 
 
@@ -86,14 +68,10 @@ def candidates(family: str, speed: np.ndarray, friction_nm: np.ndarray) -> list[
     top = float(friction_nm.max())
     unit = max(noise_nm(speed, friction_nm), RESOLUTION_SHARE * top)
     tubes = NU if machine == "nu" else tuple(unit * factor for factor in EPSILON)
-    parameters: list[dict[str, float]] = [{}]
-    bounds: tuple[float, ...] = SPLINE_C
-    if kind == "rbf":
-        parameters, bounds = [{"sigma_rad_s": share * float(speed.max())} for share in SIGMA_SHARE], RBF_C
-    elif kind == "polynomial":
-        parameters, bounds = [{"degree": degree} for degree in DEGREES], POLYNOMIAL_C
-        tubes = tubes[1::2]
+    kernel = KERNELS[kind]
     return [
         Candidate(machine, kind, top * c, tube, one)
-        for one, c, tube in itertools.product(parameters, bounds, tubes)
+        for one, c, tube in itertools.product(
+            kernel.grid(float(speed.max())), kernel.c_shares, tubes[kernel.tubes]
+        )
     ]

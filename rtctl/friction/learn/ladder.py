@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rtctl.errors import DataError
+from rtctl.friction.kinds.table import FAMILIES
 from rtctl.friction.learn import fit, grids, search
 from rtctl.friction.learn.machines import Candidate, FailedFitError, train
 from rtctl.friction.learn.search import Score, Side
@@ -24,13 +25,13 @@ _POOLED_MAX = 12
 
 @dataclass(frozen=True)
 class Options:
-    """How to climb: `families` of `grids.FAMILIES`, `strategy` of `SEARCHES`, symmetry, workers, `hold_out.WAYS`.
+    """How to climb: `families` of `FAMILIES`, `strategy` of `SEARCHES`, symmetry, workers, `hold_out.WAYS`.
 
     Held-out errors up to `tolerance_share` (0 to 1) of the largest friction are as good as smaller ones.
     `max_support_vectors`: most that a curve may have when trained on all points; None: any number.
     """
 
-    families: tuple[str, ...] = grids.FAMILIES
+    families: tuple[str, ...] = FAMILIES
     strategy: str = "halving"
     symmetric: str = "auto"
     backend: str = "loky"

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.friction.kinds.curve import FORMULAS, Curve, gram
+from rtctl.friction.kinds.curve import Curve
+from rtctl.friction.kinds.table import FORMULAS, KERNELS
 from rtctl.friction.learn.formulas import fit_formula
 
 MAX_ITERATIONS = 300_000
@@ -67,6 +68,7 @@ def train(
     *,
     matrix: np.ndarray | None = None,
     max_iterations: int = MAX_ITERATIONS,
+    tolerance_nm: float | None = None,
 ) -> Trained:
     """Train a candidate on one direction.
 
@@ -76,6 +78,8 @@ def train(
         |v| (rad/s), friction magnitude (N m), weight of each point.
     matrix : ndarray, shape (n, n), optional
         Kernel matrix of `speed`, when it is at hand.
+    tolerance_nm : float, optional
+        Of the solver, N m; default `_TOLERANCE_SHARE` of the largest friction.
 
     Raises
     ------
@@ -92,8 +96,10 @@ def train(
             raise FailedFitError(f"not fitted ({error})") from error
         return Trained(curve, 0.0, converged=True)
     if matrix is None:
-        matrix = gram(candidate.kind, candidate.parameters, speed, speed)
-    machine = _machine(candidate, float(friction_nm.max()), max_iterations)
+        matrix = KERNELS[candidate.kind].matrix(candidate.parameters, speed, speed)
+    if tolerance_nm is None:
+        tolerance_nm = _TOLERANCE_SHARE * float(friction_nm.max())
+    machine = _machine(candidate, tolerance_nm, max_iterations)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the iteration limit: reported as `converged`
         try:
@@ -112,13 +118,13 @@ def train(
     return Trained(curve, epsilon_nm, converged)
 
 
-def _machine(candidate: Candidate, scale_nm: float, max_iterations: int) -> Any:  # noqa: ANN401
+def _machine(candidate: Candidate, tolerance_nm: float, max_iterations: int) -> Any:  # noqa: ANN401
     from sklearn.svm import SVR, NuSVR
 
     same = {
         "kernel": "precomputed",
         "C": candidate.c,
-        "tol": _TOLERANCE_SHARE * scale_nm,
+        "tol": tolerance_nm,
         "max_iter": max_iterations,
     }
     if candidate.machine == "nu":

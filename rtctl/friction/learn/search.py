@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.errors import DataError, UnidentifiableError
-from rtctl.friction.kinds.curve import KERNELS, gram
+from rtctl.friction.kinds.table import KERNELS
 from rtctl.friction.learn.hold_out import TRAINS, folds_of
 from rtctl.friction.learn.machines import MAX_ITERATIONS, Candidate, FailedFitError, train
 from rtctl.friction.points.measured import FrictionPoints
@@ -162,7 +162,7 @@ def _chunk(
         key = (one.kind, at, *one.parameters.items())
         if one.kind in KERNELS and key not in matrices:
             speed = sides[at].speed
-            matrices[key] = gram(one.kind, one.parameters, speed, speed)
+            matrices[key] = KERNELS[one.kind].matrix(one.parameters, speed, speed)
         matrix = matrices.get(key)
         scores.append(
             cross_validate(

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rtctl.errors import DataError, UnidentifiableError
-from rtctl.friction.kinds.curve import FORMULAS
+from rtctl.friction.kinds.table import FORMULAS
 from rtctl.friction.learn.formulas import fit_formula, require_identifiable
 from rtctl.friction.learn.search import Score, Side, standard_error
 

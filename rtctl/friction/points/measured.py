@@ -7,7 +7,7 @@ velocity_rad_s         rad/s    signed velocity of the run; 0 for a break-away p
 friction_torque_nm     N m      friction overcome, with the sign of the motion
 direction              +1, -1   optional: direction of a break-away point (else its torque's sign)
 std_nm, count          N m, 1   optional: spread and number of measurements behind the point
-time_s                 s        optional: when the point was measured, see `blocks`
+time_s                 s        optional: when the point was measured, see `rtctl.friction.learn.hold_out`
 temperature_c          deg C    optional: see `temperature_range`
 =====================  =======  ==================================================================
 

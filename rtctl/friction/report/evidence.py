@@ -14,7 +14,8 @@ from statistics import NormalDist
 import numpy as np
 
 from rtctl.errors import DataError
-from rtctl.friction.kinds.curve import FORMULAS, Curve
+from rtctl.friction.kinds.curve import Curve
+from rtctl.friction.kinds.table import FORMULAS
 from rtctl.friction.learn import fit, search
 from rtctl.friction.learn.hold_out import TRAINS, folds_of
 from rtctl.friction.learn.ladder import Ladder

@@ -24,7 +24,7 @@ from rtctl.config import LoadedConfig
 from rtctl.errors import DataError
 from rtctl.friction import gain as report_gain
 from rtctl.friction.gain import Gains
-from rtctl.friction.kinds.curve import FORMULAS
+from rtctl.friction.kinds.table import FORMULAS
 from rtctl.friction.report import figures as report_figures
 from rtctl.friction.report import page as report_page
 from rtctl.friction.report import tables as report_tables

@@ -16,7 +16,8 @@ from rtctl import config
 from rtctl.cli import main
 from rtctl.errors import DataError
 from rtctl.friction import gain as report_gain
-from rtctl.friction.learn import fit, grids, ladder
+from rtctl.friction.kinds.table import FORMULAS
+from rtctl.friction.learn import fit, ladder
 from rtctl.friction.learn.machines import FailedFitError
 from rtctl.friction.margins import friction_figures
 from rtctl.friction.points.measured import read_points
@@ -70,7 +71,7 @@ def test_the_report_is_one_page_that_needs_nothing_else(evidence, tmp_path):
     assert not re.search(r"https?:|//|<script|<link|@import|url\(", text)
     assert "default-src 'none'; img-src data:; style-src 'unsafe-inline'" in page
     assert page.count("<img") == page.count("<figcaption>") == len(files)
-    for family in (*grids.FORMULAS, "epsilon-spline"):
+    for family in (*FORMULAS, "epsilon-spline"):
         assert f"<td>{family}</td>" in page
     assert "No residuals against position and time" in page
     assert "--config RIG.toml" in page
