@@ -140,6 +140,7 @@ def mirrored(points: FrictionPoints) -> FrictionPoints:
         direction=np.concatenate([one, -one]),
         std_nm=np.tile(points.std_nm, 2),
         count=np.tile(points.count, 2),
+        columns={name: np.tile(column, 2) for name, column in points.columns.items()},
     )
 
 

@@ -211,7 +211,7 @@ def command(
     asked = climb or kernel != "all" or tolerance is not None or max_support_vectors is not None
     strategy = _strategy(search, asked=asked, fixed=fixed, reported=report_dir is not None)
     plan = fit_report.prepare(report_dir, test_points, config, rig)
-    measured, temperatures = fit_points.read(points, columns, map_file, average, text_of(delimiter, decimal))
+    measured = fit_points.read(points, columns, map_file, average, text_of(delimiter, decimal))
     fit_report.require_plausible(plan, measured)
     folds = hold_out.way_for(measured, held_out)
     tolerance_share = grids.RESOLUTION_SHARE if tolerance is None else tolerance / 100
@@ -237,7 +237,7 @@ def command(
             max_support_vectors=max_support_vectors,
         )
         ladder, model = ladder_report.climb(measured, wanted, rig, fade_rad_s)
-    low, high = temperature or temperatures or (None, None)
+    low, high = temperature or measured.temperature_range_c or (None, None)
     model = replace(
         model, temperature_min_c=low, temperature_max_c=high, evaluation_ns=evaluation_ns(model.record())
     )

@@ -38,7 +38,7 @@ def prepare(folder: Path | None, test: Path | None, config: Path | None, rig: st
         raise click.UsageError("--test is for the report; add --report DIR")
     from rtctl.config import load
     from rtctl.errors import DataError
-    from rtctl.friction.points.measured import read_points
+    from rtctl.friction.points.reader import read_points
     from rtctl.friction.report import write as report
 
     if folder is not None:

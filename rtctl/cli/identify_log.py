@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import hashlib
 import io
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -203,13 +204,25 @@ def _write(out: Path, points: FrictionPoints, bent: Presliding | None, document:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     columns = ["presliding_rad", "presliding_spread_rad", "presliding_ramps"] if bent else []
-    writer.writerow(["velocity_rad_s", "friction_torque_nm", "direction", "std_nm", "count", *columns])
+    beside = points.columns
+    writer.writerow(
+        ["velocity_rad_s", "friction_torque_nm", "direction", "std_nm", "count", *beside, *columns]
+    )
     # One length for all the log: it stands in the first row, and once.
     length = [repr(bent.length_rad), repr(bent.spread_rad), bent.ramps] if bent else []
-    for v, f, d, std, n in zip(
-        points.velocity_rad_s, points.friction_nm, points.direction, points.std_nm, points.count, strict=True
+    for v, f, d, std, n, *more in zip(
+        points.velocity_rad_s,
+        points.friction_nm,
+        points.direction,
+        points.std_nm,
+        points.count,
+        *beside.values(),
+        strict=True,
     ):
-        writer.writerow([repr(float(v)), repr(float(f * d)), int(d), repr(float(std)), int(n), *length])
+        known = ["" if math.isnan(value) else repr(float(value)) for value in more]
+        writer.writerow(
+            [repr(float(v)), repr(float(f * d)), int(d), repr(float(std)), int(n), *known, *length]
+        )
         length = [""] * len(columns)
     rows = text.getvalue().encode()
     document["points_sha256"] = hashlib.sha256(rows).hexdigest()

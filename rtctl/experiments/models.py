@@ -16,7 +16,8 @@ from rtctl.experiments.order import Order
 from rtctl.friction.learn import ladder
 from rtctl.friction.learn.ladder import Ladder
 from rtctl.friction.points import mock as mock_points
-from rtctl.friction.points.measured import FrictionPoints, read_points
+from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points.reader import read_points
 
 COMPARED = {
     "Coulomb": "coulomb",

@@ -11,7 +11,8 @@ from hw.mock.records import plant_records
 from rtctl.config import load
 from rtctl.friction.learn import ladder
 from rtctl.friction.points import mock as mock_points
-from rtctl.friction.points.measured import FrictionPoints, read_points
+from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points.reader import read_points
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FORMULAS = ("coulomb", "coulomb_viscous", "tustin", "gaussian", "lorentzian")

@@ -20,7 +20,7 @@ from rtctl.cli import cli
 from rtctl.config import load
 from rtctl.errors import ConfigError, DataError, ModelError
 from rtctl.friction import artefact
-from rtctl.friction.points.measured import read_points
+from rtctl.friction.points.reader import read_points
 from rtctl.service import plan as service
 
 MOCK = (

@@ -9,6 +9,7 @@ DOCUMENTS = {
     "safety.md": {"transitions", "faults"},
     "protocol.md": {"fault bits"},
     "faults.md": {"kinds of scripted faults"},
+    "identify.md": {"columns of points"},
     "ladder.md": {"rungs of the ladder"},
     "api.md": {"client reference"},
     "config.md": {"rig file keys", "device option keys"},

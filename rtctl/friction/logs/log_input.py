@@ -151,8 +151,9 @@ def samples(signals: Regressors, fit: JointFit, sha256: str, *, remove_offset: b
     friction = signals.torque_nm - found["inertia_kgm2"].value * signals.acceleration_rad_s2
     if remove_offset:
         friction = friction - offset_rows(signals, fit)
+    beside = {"position_rad": signals.position_rad[rows], "log": signals.log[rows].astype(float)}
     return FrictionSamples(
-        signals.time_s[rows], signals.velocity_rad_s[rows], friction[rows], signals.source, sha256
+        signals.time_s[rows], signals.velocity_rad_s[rows], friction[rows], signals.source, sha256, beside
     )
 
 

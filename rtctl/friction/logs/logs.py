@@ -7,7 +7,9 @@ minus inertia times acceleration is friction plus the bias of the torque sensor 
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, replace
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -24,6 +26,7 @@ from rtctl.friction.logs.dynamics import (
     regress,
     require_both_directions,
 )
+from rtctl.friction.points.columns import COLUMNS
 from rtctl.friction.points.measured import FrictionPoints
 
 LEVELS_MAX = 60
@@ -39,6 +42,8 @@ class FrictionSamples:
     friction_nm: np.ndarray
     source: str
     sha256: str
+    columns: Mapping[str, np.ndarray] = field(default_factory=dict)
+    """What else was measured, by the names of `rtctl.friction.points.columns`."""
 
     def between(self, start_s: float, end_s: float) -> FrictionSamples:
         """The samples with start_s <= time < end_s."""
@@ -48,6 +53,7 @@ class FrictionSamples:
             time_s=self.time_s[kept],
             velocity_rad_s=self.velocity_rad_s[kept],
             friction_nm=self.friction_nm[kept],
+            columns={name: column[kept] for name, column in self.columns.items()},
         )
 
 
@@ -144,7 +150,8 @@ def level_points(samples: FrictionSamples, levels: int = LEVELS_MAX) -> Friction
     """Average friction samples by speed, so that a learner sees at most `levels` points per direction.
 
     Levels hold equally many samples each (at least `SAMPLES_PER_LEVEL`), so they are narrow where the hand
-    moved most. A point is the mean speed, the median friction, its standard deviation and the count.
+    moved most. A point is the mean speed, the median friction, its standard deviation and the count, and of the other
+    columns what holds for the whole level: a mean that says something, or the one value there is.
 
     Raises
     ------
@@ -152,11 +159,13 @@ def level_points(samples: FrictionSamples, levels: int = LEVELS_MAX) -> Friction
         Too few samples in one direction, or a level whose friction does not oppose the motion.
     """
     require_both_directions(samples.velocity_rad_s, samples.source)
-    rows = []
+    rows: list[tuple[float, ...]] = []
+    means: dict[str, list[float]] = {name: [] for name in samples.columns}
     for direction in (1, -1):
         chosen = np.sign(samples.velocity_rad_s) == direction
         speed, friction = np.abs(samples.velocity_rad_s[chosen]), direction * samples.friction_nm[chosen]
         order = np.argsort(speed, kind="stable")
+        beside = {name: column[chosen] for name, column in samples.columns.items()}
         for level in np.array_split(order, min(levels, LEVELS_MAX, len(order) // SAMPLES_PER_LEVEL)):
             value = float(np.median(friction[level]))
             if not value > 0:
@@ -167,18 +176,31 @@ def level_points(samples: FrictionSamples, levels: int = LEVELS_MAX) -> Friction
             rows.append(
                 (direction * speed[level].mean(), value, direction, friction[level].std(ddof=1), len(level))
             )
-    velocity, magnitude, directions, std, count = np.array(rows, dtype=float).T
-    return FrictionPoints(velocity, magnitude, directions, std, count, samples.source, samples.sha256)
+            for name, column in beside.items():
+                means[name].append(_of_level(name, column[level]))
+    beside = {name: np.array(column) for name, column in means.items()}
+    return FrictionPoints.from_rows(rows, samples.source, samples.sha256, beside)
+
+
+def _of_level(name: str, values: np.ndarray) -> float:
+    """What a column says of a whole level; NaN where it differs within."""
+    if name in COLUMNS and COLUMNS[name].of_levels:
+        return float(values.mean())
+    return float(values[0]) if (values == values[0]).all() else math.nan
 
 
 def pool(parts: list[FrictionSamples]) -> FrictionSamples:
-    """Samples of several logs as one set; the checksum is that of their checksums."""
+    """Samples of several logs as one set, each with its number as `log`; the checksum is that of their checksums."""
     if len(parts) == 1:
         return parts[0]
+    names = set.intersection(*(set(part.columns) for part in parts))
+    columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in sorted(names)}
+    numbers = [np.full(len(part.time_s), float(k)) for k, part in enumerate(parts)]
     return FrictionSamples(
         time_s=np.concatenate([part.time_s for part in parts]),
         velocity_rad_s=np.concatenate([part.velocity_rad_s for part in parts]),
         friction_nm=np.concatenate([part.friction_nm for part in parts]),
         source=", ".join(part.source for part in parts),
         sha256=hashlib.sha256("".join(part.sha256 for part in parts).encode()).hexdigest(),
+        columns={"log": np.concatenate(numbers)} | columns,
     )

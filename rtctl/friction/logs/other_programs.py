@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,18 +13,35 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from hw.interface import BackendError
 from hw.plain_words import explain
-from hw.playback.options import CurrentColumn, TimeColumn, TorqueColumn, VelocityColumn
-from hw.playback.reader import CURRENT_UNITS, TIME_UNITS, TORQUE_UNITS, VELOCITY_UNITS
+from hw.playback.options import (
+    Column,
+    CurrentColumn,
+    PositionColumn,
+    TimeColumn,
+    TorqueColumn,
+    VelocityColumn,
+)
+from hw.playback.reader import ANGLE_UNITS, CURRENT_UNITS, TIME_UNITS, TORQUE_UNITS, VELOCITY_UNITS
 from hw.playback.tables import read_table
 from hw.playback.units import require_unit
 from rtctl.errors import ConfigError, DataError
 from rtctl.friction.logs.logs import FrictionSamples, file_sha256, level_points
 from rtctl.friction.logs.row_faults import quantum
+from rtctl.friction.points.columns import COLUMNS
 from rtctl.friction.points.measured import FrictionPoints, require_enough
 
 Average = Literal["none", "file", "speed"]
 
-ROLES = ("velocity", "torque", "current", "time")
+BESIDE = {
+    "time": "time_s",
+    "position": "position_rad",
+    "load": "load_nm",
+    "temperature": "temperature_c",
+    "log": "log",
+}
+"""Role -> column of the points."""
+
+ROLES = ("velocity", "torque", "current", *BESIDE)
 
 QUARTERS, UNSTEADY = 4, 0.5
 """Largest range of the mean velocities of the quarters of a file that is one point, share of its mean: encoders count whole steps."""
@@ -36,7 +54,23 @@ _UNITS: dict[str, Mapping[str, float]] = {
     "torque": TORQUE_UNITS,
     "current": CURRENT_UNITS,
     "time": TIME_UNITS,
+    "position": {name: unit for name, unit in ANGLE_UNITS.items() if name != "counts"},
+    "load": TORQUE_UNITS,
+    "temperature": {"degC": 1.0},
+    "log": {"": 1.0},
 }
+
+
+class TemperatureColumn(Column):
+    """A temperature."""
+
+    unit: Literal["degC"] = "degC"
+
+
+class LogColumn(Column):
+    """Number of the log, lap or session of a row."""
+
+    unit: Literal[""] = ""
 
 
 class Columns(BaseModel):
@@ -47,6 +81,10 @@ class Columns(BaseModel):
     torque: TorqueColumn | None = None
     current: CurrentColumn | None = None
     time: TimeColumn | None = None
+    position: PositionColumn | None = None
+    load: TorqueColumn | None = None
+    temperature: TemperatureColumn | None = None
+    log: LogColumn | None = None
 
 
 def read_mapped(
@@ -79,30 +117,43 @@ def read_mapped(
             raise ConfigError("--column: give torque or current, not both")
         columns = columns.model_copy(update={"torque": TorqueColumn(column="friction_torque_nm")})
     parts = [_signals(file, columns, text) for file in files]
+    if len(files) > 1 and columns.log is None:
+        for k, part in enumerate(parts):
+            part.columns["log"] = np.full(len(part.velocity), float(k))
     source = str(files[0]) if len(files) == 1 else f"{files[0]} and {len(files) - 1} more"
     sha256 = _checksum(files)
     notes: list[str] = []
     if average == "file":
-        points = FrictionPoints.from_rows(
-            [_one_point(file, *part[:2], notes) for file, part in zip(files, parts, strict=True)],
+        found = [_one_point(file, part, notes) for file, part in zip(files, parts, strict=True)]
+        beside = {name: np.array([columns[name] for _, columns in found]) for name in parts[0].columns}
+        points = FrictionPoints.from_rows([row for row, _ in found], source, sha256, beside)
+    elif average == "speed":
+        points = level_points(_moving(parts, source, sha256))
+    else:
+        whole = _together(parts)
+        points = FrictionPoints.from_signed(
+            whole.velocity,
+            whole.torque,
             source,
             sha256,
+            whole.columns,
+            lambda row: f"{source}: row {row + 1}",
         )
-    elif average == "speed":
-        velocity, torque = (np.concatenate([part[k] for part in parts]) for k in (0, 1))
-        moving = velocity != 0
-        rows = FrictionSamples(np.zeros(int(moving.sum())), velocity[moving], torque[moving], source, sha256)
-        points = level_points(rows)
-    else:
-        points = _rows(parts, source, sha256, timed=columns.time is not None)
     require_enough(points)
     return points, notes
 
 
-def _signals(
-    file: Path, columns: Columns, text: Mapping[str, str | None]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Velocity, friction torque and time (zeros without) of a file, SI."""
+@dataclass(frozen=True)
+class _Signals:
+    """Velocity (rad/s), friction torque (N m) and the other columns of the points, of one file. Arrays of one length."""
+
+    velocity: np.ndarray
+    torque: np.ndarray
+    columns: dict[str, np.ndarray]
+
+
+def _signals(file: Path, columns: Columns, text: Mapping[str, str | None]) -> _Signals:
+    """The mapped columns of a file, SI."""
     given = {role: column.model_dump() for role in ROLES if (column := getattr(columns, role))}
     try:
         table = read_table(file, tuple(column["column"] for column in given.values()), **text)
@@ -114,11 +165,39 @@ def _signals(
     except BackendError as error:
         raise DataError(str(error)) from error
     torque = found["torque"] if "torque" in found else found["current"]
-    return found["velocity"], torque, found.get("time", np.zeros(len(torque)))
+    beside = {column: found[role] for role, column in BESIDE.items() if role in found}
+    for name, values in beside.items():
+        bounds = COLUMNS[name]
+        wrong = np.flatnonzero(~((values >= bounds.low) & (values <= bounds.high)))
+        if len(wrong):
+            raise DataError(
+                f"{file}: row {wrong[0] + 1}: {name} {values[wrong[0]]:g} is not within {bounds.low:g} to {bounds.high:g}; correct "
+                "the column or its unit"
+            )
+    return _Signals(found["velocity"], torque, beside)
 
 
-def _one_point(file: Path, velocity: np.ndarray, torque: np.ndarray, notes: list[str]) -> tuple[float, ...]:
-    """(velocity, friction, direction, std, count) of a run at one speed; rows far off the others are left out and told."""
+def _together(parts: Sequence[_Signals]) -> _Signals:
+    names = parts[0].columns
+    return _Signals(
+        np.concatenate([part.velocity for part in parts]),
+        np.concatenate([part.torque for part in parts]),
+        {name: np.concatenate([part.columns[name] for part in parts]) for name in names},
+    )
+
+
+def _moving(parts: Sequence[_Signals], source: str, sha256: str) -> FrictionSamples:
+    """Rows of all files at which the joint moves."""
+    whole = _together(parts)
+    moving = whole.velocity != 0
+    beside = {name: column[moving] for name, column in whole.columns.items()}
+    still = np.zeros(int(moving.sum()))
+    return FrictionSamples(still, whole.velocity[moving], whole.torque[moving], source, sha256, beside)
+
+
+def _one_point(file: Path, part: _Signals, notes: list[str]) -> tuple[tuple[float, ...], dict[str, float]]:
+    """(velocity, friction, direction, std, count) of a run at one speed, and means of the other columns; rows far off are left out and told."""
+    velocity, torque = part.velocity, part.torque
     off = np.abs(torque - np.median(torque))
     far = off > OUTLIER_SCALES * 1.4826 * max(float(np.median(off)), quantum(torque))
     if far.any():
@@ -135,23 +214,8 @@ def _one_point(file: Path, velocity: np.ndarray, torque: np.ndarray, notes: list
             "--average speed"
         )
     _require_opposed(file, mean, friction)
-    return mean, abs(friction), float(np.sign(mean)), float(torque.std(ddof=1)), float(len(torque))
-
-
-def _rows(
-    parts: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]], source: str, sha256: str, *, timed: bool
-) -> FrictionPoints:
-    velocity, torque, time_s = (np.concatenate([part[k] for part in parts]) for k in range(3))
-    direction = np.where(velocity != 0, np.sign(velocity), np.sign(torque))
-    against = np.flatnonzero(torque * direction <= 0)
-    if len(against):
-        _require_opposed(
-            Path(f"{source}: row {against[0] + 1}"), float(velocity[against[0]]), float(torque[against[0]])
-        )
-    nothing = np.full(len(velocity), np.nan)
-    return FrictionPoints(
-        velocity, np.abs(torque), direction, nothing, nothing, source, sha256, time_s if timed else None
-    )
+    beside = {name: float(column[~far].mean()) for name, column in part.columns.items()}
+    return (mean, abs(friction), float(np.sign(mean)), float(torque.std(ddof=1)), float(len(torque))), beside
 
 
 def _require_opposed(where: Path, velocity: float, friction: float) -> None:

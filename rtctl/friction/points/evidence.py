@@ -1,13 +1,6 @@
 """What a file of friction points knows beside the points: presliding length, and friction at the weakest place.
 
-Optional columns, written by `rtctl identify`:
-
-=====================  =====  ======================================================================
-weakest_place_nm       N m    friction where it was least of the places behind the point, signed as the motion
-presliding_rad         rad    break-away points: presliding length, see `presliding`
-presliding_spread_rad  rad    its standard deviation over ramps
-presliding_ramps       1      ramps behind it
-=====================  =====  ======================================================================
+The columns are in `rtctl.friction.points.columns`; `rtctl identify` writes them.
 """
 
 from __future__ import annotations
@@ -16,31 +9,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from rtctl.errors import DataError
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.points.measured import FrictionPoints
-from rtctl.friction.points.presliding import LENGTH_MAX_RAD, Presliding, together
-from rtctl.friction.report.evidence import extra_column
-
-COLUMNS = ("weakest_place_nm", "presliding_rad", "presliding_spread_rad", "presliding_ramps")
-_BOUNDS = {
-    "weakest_place_nm": (-1e6, 1e6),
-    "presliding_rad": (1e-12, LENGTH_MAX_RAD),
-    "presliding_spread_rad": (0.0, LENGTH_MAX_RAD),
-    "presliding_ramps": (1.0, 1e9),
-}
+from rtctl.friction.points.presliding import Presliding, together
 
 
 def with_evidence(
     model: FrictionModel, points: FrictionPoints, presliding_rad: float | None = None
 ) -> FrictionModel:
-    """Return the model with what its points know beside them; a length given by hand (rad) goes first.
-
-    Raises
-    ------
-    DataError
-        A cell of `COLUMNS` that is out of bounds.
-    """
+    """Return the model with what its points know beside them; a length given by hand (rad) goes first."""
     found = Presliding(presliding_rad, None, 0) if presliding_rad is not None else presliding_of(points)
     spreads = place_spread_nm(model, points)
     forward, backward = (
@@ -62,7 +39,9 @@ def with_presliding(model: FrictionModel, found: Presliding | None) -> FrictionM
 
 def presliding_of(points: FrictionPoints) -> Presliding | None:
     """Presliding length over all break-away points of a file; None without the columns, or with empty ones."""
-    lengths, spreads, ramps = (_column(points, name) for name in COLUMNS[1:])
+    lengths, spreads, ramps = (
+        points.columns.get(name) for name in ("presliding_rad", "presliding_spread_rad", "presliding_ramps")
+    )
     if lengths is None or spreads is None or ramps is None:
         return None
     known = np.isfinite(lengths) & np.isfinite(spreads) & np.isfinite(ramps)
@@ -76,7 +55,7 @@ def presliding_of(points: FrictionPoints) -> Presliding | None:
 
 def place_spread_nm(model: FrictionModel, points: FrictionPoints) -> tuple[float | None, float | None]:
     """Largest shortfall of the friction at any place below the curve, per branch, N m; None without the column."""
-    weakest = _column(points, "weakest_place_nm")
+    weakest = points.columns.get("weakest_place_nm")
     if weakest is None:
         return None, None
     shortfall = model.magnitude(_signed_speed(points)) - points.direction * weakest
@@ -91,16 +70,3 @@ def _signed_speed(points: FrictionPoints) -> np.ndarray:
     """Velocity of each point; at a break-away the least one of its direction, which is on its branch."""
     least = np.nextafter(0.0, 1.0) * points.direction
     return np.where(points.velocity_rad_s == 0, least, points.velocity_rad_s)
-
-
-def _column(points: FrictionPoints, name: str) -> np.ndarray | None:
-    column = extra_column(points, name)
-    if column is None:
-        return None
-    low, high = _BOUNDS[name]
-    wrong = column[np.isfinite(column) & ~((column >= low) & (column <= high)) | np.isinf(column)]
-    if len(wrong):
-        raise DataError(
-            f"{points.source}: column {name}: {wrong[0]:g} is not within {low:g} to {high:g}; correct it"
-        )
-    return column

@@ -5,15 +5,12 @@ Everything here is computed from the points, the ladder and the model; the pages
 
 from __future__ import annotations
 
-import csv
 import math
 from dataclasses import dataclass, field
-from pathlib import Path
 from statistics import NormalDist
 
 import numpy as np
 
-from rtctl.errors import DataError
 from rtctl.friction.kinds.curve import Curve
 from rtctl.friction.kinds.table import FORMULAS
 from rtctl.friction.learn import fit, search
@@ -149,7 +146,7 @@ def gather(
         chosen=chosen,
         boundary_rad_s=math.sqrt(float(moving.min()) * float(moving.max())),
         lost=lost,
-        extra={name: column for name in EXTRA_COLUMNS if (column := extra_column(points, name)) is not None},
+        extra={name: points.columns[name] for name in EXTRA_COLUMNS if name in points.columns},
         folds=folds,
     )
 
@@ -229,20 +226,3 @@ def _of_model(
 def _errors(curve: Curve, points: FrictionPoints, direction: int) -> Errors:
     speed, friction_nm = points.branch(direction)
     return Errors(speed, curve(speed) - friction_nm)
-
-
-def extra_column(points: FrictionPoints, name: str) -> np.ndarray | None:
-    """Optional column of the file the points are from, one number per point; None when absent."""
-    try:
-        lines = Path(points.source).read_text("utf-8-sig").splitlines()
-    except OSError:  # points that never were a file
-        return None
-    rows = csv.reader([line for line in lines if line.strip() and not line.lstrip().startswith("#")])
-    header = [cell.strip() for cell in next(rows)]
-    if name not in header:
-        return None
-    try:
-        column = np.array([float(row[header.index(name)].strip() or "nan") for row in rows])
-    except ValueError as error:
-        raise DataError(f"{points.source}: column {name}: {error}; correct it") from error
-    return column if len(column) == len(points.direction) and np.isfinite(column).any() else None

@@ -6,9 +6,10 @@ import pytest
 from rtctl.errors import DataError
 from rtctl.friction import artefact
 from rtctl.friction.learn import fit
-from rtctl.friction.points.evidence import COLUMNS, with_evidence
-from rtctl.friction.points.measured import read_points
+from rtctl.friction.points.evidence import with_evidence
+from rtctl.friction.points.reader import read_points
 
+COLUMNS = ("weakest_place_nm", "presliding_rad", "presliding_spread_rad", "presliding_ramps")
 SPEEDS = [0.0, *np.geomspace(0.01, 2, 29)]
 
 

@@ -14,7 +14,7 @@ from rtctl.config import load
 from rtctl.friction import artefact
 from rtctl.friction.points import mock as mock_points
 from rtctl.friction.points.evidence import COLUMNS
-from rtctl.friction.points.measured import read_points
+from rtctl.friction.points.reader import read_points
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 
