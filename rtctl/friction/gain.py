@@ -12,6 +12,7 @@ import numpy as np
 from rtctl.config import LoadedConfig
 from rtctl.config_friction import CAP_SHARE_MAX
 from rtctl.config_tables import AxisTable
+from rtctl.control import compensation_limit as limits
 from rtctl.control import friction_passivity as friction
 from rtctl.friction.margins import friction_figures
 from rtctl.friction.model import FrictionModel
@@ -123,7 +124,8 @@ def of_axis(model: FrictionModel, axis: AxisTable, T: float) -> AxisGain:
         return low
 
     gain = largest(0)
-    cap = min(gain * float(model.friction_min_nm.min()), CAP_SHARE_MAX * axis.torque_limit_nm)
+    ungated = limits.ungated_cap(gain, float(model.friction_min_nm.min()))
+    cap = limits.cap_in_force(False, CAP_SHARE_MAX * axis.torque_limit_nm, ungated)
     at_zero = margins(0.0)
     return AxisGain(
         axis=axis.name,
