@@ -1,4 +1,4 @@
-"""The loop against an empty loop, cyclictest and the wall clock: each in a process of its own, interleaved."""
+"""The loop against an empty loop and the wall clock: each in a process of its own, interleaved."""
 
 from __future__ import annotations
 
@@ -12,16 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.bench import cyclictest
-from rtctl.bench.cyclictest import Latencies
 from rtctl.bench.row import Row
-from rtctl.config import load
 from rtctl.errors import FaultError, RtctlError
 
 
-def probe(kind: str, config: Path, seconds: float) -> np.ndarray:
+def probe(kind: str, config: Path, seconds: float, rate_hz: float = 0.0) -> np.ndarray:
     """Run `rtctl.bench.probe` in a process of its own; see there for the rows."""
-    command = [sys.executable, "-m", "rtctl.bench.probe", kind, str(config), str(seconds)]
+    command = [sys.executable, "-m", "rtctl.bench.probe", kind, str(config), str(seconds), str(rate_hz)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise RtctlError(f"the measuring process failed: {done.stderr.strip().splitlines()[-1]}")
@@ -49,24 +46,6 @@ def cycle_rows(config: Path, rounds: int, seconds: float) -> list[Row]:
         Row("deadline to command sent, p99, against empty loop", done_us[0] / done_us[1], "x",
             f"loop {done_us[0]:.1f} us, empty loop {done_us[1]:.1f} us", 2.0),
     ]  # fmt: skip
-
-
-def wakeup_rows(config: Path, rounds: int, seconds: float) -> list[Row]:
-    """Wake-up latency beside cyclictest at the same priority, interval and core, in turn."""
-    loaded = load(config)
-    interval_us = round(1e6 / loaded.config.loop.rate_hz)
-    ours, theirs = Latencies.of(np.zeros(0)), Latencies.of(np.zeros(0))
-    for _ in range(rounds):
-        theirs += cyclictest.run(seconds, interval_us, loaded.config.loop.priority, last_core())
-        ours += Latencies.of(probe("loop", config, seconds)[0])
-    rows = []
-    for percent in (50.0, 99.0):
-        mine, reference = ours.percentile_us(percent), theirs.percentile_us(percent)
-        text = f"ours {mine:.1f} us, cyclictest {reference:.1f} us, {rounds} x {seconds:g} s each"
-        rows.append(
-            Row(f"wake-up against cyclictest, p{percent:g}", mine / max(reference, 1e-9), "x", text, 1.3)
-        )
-    return rows
 
 
 def start_rows(config: Path, rounds: int) -> list[Row]:
