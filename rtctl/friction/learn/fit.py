@@ -152,10 +152,8 @@ def describe_branch(
     Parameters
     ----------
     source : Curve
-    speed, friction_nm : ndarray, shape (n,)
-        Points of this direction.
-    held_out_errors : ndarray
-        Errors (N m) on points held out of training.
+    speed, friction_nm, held_out_errors
+        Points of this direction, shape (n,); errors (N m) on points held out of training.
 
     Raises
     ------
@@ -169,10 +167,8 @@ def describe_branch(
         raise DataError(str(error)) from error
     places = curve.extreme_speeds(speed_max)
     if not (curve(places) > 0).all():
-        at = places[int(np.argmin(curve(places)))]
-        raise DataError(
-            f"the learned friction is not positive at {at:.4g} rad/s; add points there or lower C"
-        )
+        at = f"{places[int(np.argmin(curve(places)))]:.4g} rad/s"
+        raise DataError(f"the learned friction is not positive at {at}; add points there or lower C")
     dry = curve.extreme_speeds(speed_max, viscous)
     residual = np.abs(curve(speed) - friction_nm)
     return Branch(

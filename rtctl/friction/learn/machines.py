@@ -90,11 +90,7 @@ def train(
         A formula with as many parameters as points.
     """
     if candidate.kind in FORMULAS:
-        try:
-            curve = fit_formula(candidate.kind, speed, friction_nm, weight).curve
-        except (ValueError, RuntimeError) as error:  # of scipy's solvers; numpy's LinAlgError is a ValueError
-            raise FailedFitError(f"not fitted ({error})") from error
-        return Trained(curve, 0.0, converged=True)
+        return _formula(candidate.kind, speed, friction_nm, weight)
     if matrix is None:
         matrix = KERNELS[candidate.kind].matrix(candidate.parameters, speed, speed)
     if tolerance_nm is None:
@@ -116,6 +112,13 @@ def train(
         epsilon_nm = _tube(machine, candidate.c, weight, curve(speed) - friction_nm)
     converged = machine.fit_status_ == 0 and int(np.max(machine.n_iter_)) < max_iterations
     return Trained(curve, epsilon_nm, converged)
+
+
+def _formula(kind: str, speed: np.ndarray, friction_nm: np.ndarray, weight: np.ndarray) -> Trained:
+    try:
+        return Trained(fit_formula(kind, speed, friction_nm, weight).curve, 0.0, converged=True)
+    except (ValueError, RuntimeError) as error:  # of scipy's solvers; numpy's LinAlgError is a ValueError
+        raise FailedFitError(f"not fitted ({error})") from error
 
 
 def _machine(candidate: Candidate, tolerance_nm: float, max_iterations: int) -> Any:  # noqa: ANN401

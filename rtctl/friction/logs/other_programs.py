@@ -107,15 +107,7 @@ def read_mapped(
     DataError
         A file that cannot be read, friction that points against the motion, a run that is not steady, too few points.
     """
-    try:
-        columns = Columns.model_validate(dict(tables))
-    except ValidationError as error:
-        told = "; ".join(f"{each.where}: {each.text}" for each in explain(error, Columns, dict(tables)))
-        raise ConfigError(f"--column: {told}") from error
-    if (columns.torque is None) == (columns.current is None):
-        if columns.torque is not None:
-            raise ConfigError("--column: give torque or current, not both")
-        columns = columns.model_copy(update={"torque": TorqueColumn(column="friction_torque_nm")})
+    columns = _columns(tables)
     parts = [_signals(file, columns, text) for file in files]
     if len(files) > 1 and columns.log is None:
         for k, part in enumerate(parts):
@@ -141,6 +133,20 @@ def read_mapped(
         )
     require_enough(points)
     return points, notes
+
+
+def _columns(tables: Mapping[str, Any]) -> Columns:
+    """The map of columns, believed; friction is the column of our own name where none is mapped. Raises ConfigError."""
+    try:
+        columns = Columns.model_validate(dict(tables))
+    except ValidationError as error:
+        told = "; ".join(f"{each.where}: {each.text}" for each in explain(error, Columns, dict(tables)))
+        raise ConfigError(f"--column: {told}") from error
+    if (columns.torque is None) == (columns.current is None):
+        if columns.torque is not None:
+            raise ConfigError("--column: give torque or current, not both")
+        columns = columns.model_copy(update={"torque": TorqueColumn(column="friction_torque_nm")})
+    return columns
 
 
 @dataclass(frozen=True)
