@@ -160,7 +160,7 @@ def _rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
 @click.option("--test", "test_points", type=_File, help="points to judge the fit by, in the report")
 @click.option("--config", type=_File, help="rig file, for plausible units and the recommended gain and cap")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object with every figure, for scripts")
-def command(
+def command(  # longer than 50 lines: an option is a parameter, and the steps are in order of the work
     points: tuple[Path, ...],
     *,
     columns: tuple[str, ...],

@@ -76,10 +76,8 @@ def train(
     ----------
     speed, friction_nm, weight : ndarray, shape (n,)
         |v| (rad/s), friction magnitude (N m), weight of each point.
-    matrix : ndarray, shape (n, n), optional
-        Kernel matrix of `speed`, when it is at hand.
-    tolerance_nm : float, optional
-        Of the solver, N m; default `_TOLERANCE_SHARE` of the largest friction.
+    matrix, tolerance_nm
+        Kernel matrix of `speed`, (n, n), when it is at hand; of the solver, N m, default `_TOLERANCE_SHARE` of the largest friction.
 
     Raises
     ------
