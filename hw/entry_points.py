@@ -21,8 +21,8 @@ from hw.jit import JIT_DISABLED
 _build: Any = _cgutils  # it has no types
 
 
-def entry_point(function: Callable[..., Any], *arguments: np.ndarray) -> int:
-    """Address of a compiled function for arguments of these types; compiled (or loaded) now.
+def entry_point(function: Callable[..., Any], *arguments: np.ndarray | tuple[np.ndarray, ...]) -> int:
+    """Address of a compiled function for arguments of these types, arrays or tuples of arrays; compiled (or loaded) now.
 
     Raises
     ------

@@ -97,9 +97,9 @@ class CompiledCycle(NamedTuple):
     """
 
     read: Callable[..., int]
-    read_arguments: tuple[np.ndarray, ...]
+    read_arguments: tuple[Any, ...]
     write: Callable[..., int]
-    write_arguments: tuple[np.ndarray, ...]
+    write_arguments: tuple[Any, ...]
 
 
 @runtime_checkable

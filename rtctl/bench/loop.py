@@ -12,7 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from rtctl.bench import cyclictest
+from rtctl.bench.cyclictest import Latencies
 from rtctl.bench.row import Row
+from rtctl.config import load
 from rtctl.errors import FaultError, RtctlError
 
 
@@ -31,21 +34,33 @@ def last_core() -> int:
 
 
 def cycle_rows(config: Path, rounds: int, seconds: float) -> list[Row]:
-    """Work of one cycle, plant included, beside an empty loop of the same shape, in turn."""
-    full, empty = [], []
+    """Work of one cycle, plant included, beside an empty loop in Python, six axes without a plant, and cyclictest, in turn."""
+    full, empty, six = [], [], []
+    theirs = Latencies.of(np.zeros(0))
+    loop = load(config).config.loop
     for _ in range(rounds):
         empty.append(probe("empty", config, seconds))
         full.append(probe("loop", config, seconds))
-    work, bare = np.concatenate(full, axis=1), np.concatenate(empty, axis=1)
-    done_us = [np.percentile(part[0] + part[1], 99) / 1e3 for part in (work, bare)]
-    work_us, bare_us = ([np.percentile(part[1], p) / 1e3 for p in (50, 99)] for part in (work, bare))
-    rate = f"{len(work[0])} ticks"
-    return [
-        Row("cycle on the mock, p50", work_us[0], "us", f"{rate}; empty loop {bare_us[0]:.2f} us", 6.0),
-        Row("cycle on the mock, p99", work_us[1], "us", f"{rate}; empty loop {bare_us[1]:.2f} us"),
-        Row("deadline to command sent, p99, against empty loop", done_us[0] / done_us[1], "x",
-            f"loop {done_us[0]:.1f} us, empty loop {done_us[1]:.1f} us", 2.0),
+        six.append(probe("six", config, seconds))
+        if cyclictest.available():
+            theirs += cyclictest.run(seconds, round(1e6 / loop.rate_hz), loop.priority, last_core())
+    work, bare, many = (np.concatenate(part, axis=1) for part in (full, empty, six))
+    done_us, bare_us = (np.percentile(part[0] + part[1], 99) / 1e3 for part in (work, bare))
+    work_us, python_us, many_us = (np.percentile(part[1], [50, 99]) / 1e3 for part in (work, bare, many))
+    ticks = f"{work.shape[1]} ticks"
+    rows = [
+        Row("cycle on the mock, p50", work_us[0], "us", f"{ticks}; empty loop in Python {python_us[0]:.2f} us", 2.0),
+        Row("cycle on the mock, p99", work_us[1], "us", f"{ticks}; empty loop in Python {python_us[1]:.2f} us"),
+        Row("cycle of six axes with models, no plant, p50", many_us[0], "us", f"p99 {many_us[1]:.2f} us", 8.0),
+        Row("deadline to command sent, p99", done_us, "us", f"empty loop in Python {bare_us:.1f} us", 10.0),
     ]  # fmt: skip
+    if cyclictest.available():
+        latest = theirs.percentile_us(99.0)
+        text = f"cyclictest only wakes up: {latest:.1f} us"
+        rows.append(
+            Row("deadline to command sent, p99, against cyclictest", done_us / latest, "x", text, 0.5)
+        )
+    return rows
 
 
 def start_rows(config: Path, rounds: int) -> list[Row]:

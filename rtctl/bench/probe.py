@@ -1,13 +1,14 @@
 """A measuring process: `python -m rtctl.bench.probe KIND CONFIG SECONDS [RATE_HZ]` runs one loop under real-time rights.
 
-KIND `loop` is the real loop on the rig of CONFIG (mock); KIND `empty` has the same shape (wait, three
-readings of the clock, the same stores) and does nothing in between. Prints one JSON line with the raw
-latencies, ns.
+KIND `loop` is the real loop on the rig of CONFIG (mock); KIND `six` the same law with six axes like the first of CONFIG, each with its
+friction model, on a device that costs next to nothing; KIND `empty` has the shape of the loop in Python (wait, three readings of the clock, the
+same stores) and does nothing in between. Prints one JSON line with the raw latencies, ns.
 """
 
 from __future__ import annotations
 
 import json
+import math
 import os
 import signal
 import sys
@@ -15,6 +16,8 @@ from typing import Any
 
 import numpy as np
 
+from hw.interface import Backend, CompiledCycle
+from hw.jit import compiled, records
 from hw.rig import compose
 from rtctl import plan as planning
 from rtctl.config import Config, LoadedConfig, load
@@ -56,15 +59,70 @@ def _acquire(loaded: LoadedConfig, early_ns: np.ndarray) -> None:
     early.choose(early_ns, loop.early_us, loaded.config.period_s, cores, granted=realtime.complete(grants))
 
 
-def _full(loaded: LoadedConfig, seconds: float) -> np.ndarray:
+AXES = 6
+
+
+def _repeated(of_one: np.ndarray, of_many: np.ndarray) -> None:
+    """Fill the records of a rig of many axes with those of a rig of one: every axis like that."""
+    for name in of_many.dtype.names or ():
+        value = of_one[name][0]
+        for axis, (one, many) in enumerate(zip(np.shape(value), of_many[name].shape[1:], strict=True)):
+            value = value if one == many else np.repeat(value, many, axis)
+        of_many[name][0] = value
+
+
+@compiled
+def _show(tick: np.ndarray) -> int:
+    """A device's share of a tick: a fresh sample in which every joint turns a little."""
+    t = tick[0]
+    t.sample_count += 1
+    for axis in range(len(t.position_rad)):
+        t.position_rad[axis] = 0.3 * math.sin(1e-3 * t.sample_count)
+        t.current_a[axis] = t.current_command_a[axis]
+    t.force_n[0] = 0.5 * math.cos(1e-3 * t.sample_count)
+    return 0
+
+
+@compiled
+def _take(tick: np.ndarray) -> int:
+    """Nothing to send."""
+    return 0
+
+
+class _Nothing:
+    """A device that measures something and drives nothing, compiled all through."""
+
+    provides, consumes = frozenset({"position", "current", "force"}), frozenset({"torque"})
+
+    def compiled_cycle(self, tick: np.ndarray) -> CompiledCycle:
+        return CompiledCycle(_show, (records(tick),), _take, (records(tick),))
+
+    def open(self) -> None:
+        pass
+
+    def read(self, tick: np.ndarray) -> None:
+        _show(tick)
+
+    def write(self, tick: np.ndarray) -> None:
+        pass
+
+    def stop(self) -> None:
+        pass
+
+    def close(self) -> None:
+        pass
+
+
+def _full(loaded: LoadedConfig, seconds: float, device: Backend | None = None) -> np.ndarray:
     plan = planning.build(loaded)
     n = round(seconds / plan.period_s)
-    memory = Memory.create(plan.n_axes, 2 * n + 1000, plan.period_ns)
-    memory.params[:], memory.model[:] = plan.params, plan.model
+    memory = Memory.create(plan.n_axes if device is None else AXES, 2 * n + 1000, plan.period_ns)
+    memory.model[:] = plan.model
+    _repeated(plan.params, memory.params)
     writer = CommandWriter(memory)
-    writer.command[:] = plan.command
+    _repeated(plan.command, writer.command)
     writer.send()
-    backend = Replug(compose(loaded.members(), loaded.config.hardware()))
+    backend = Replug(device or compose(loaded.members(), loaded.config.hardware()))
     backend.open()
     warm_up(memory, backend)
     stop, clock = Stop(), WallClock(memory.early_ns)
@@ -116,6 +174,8 @@ def measure(kind: str, config: str, seconds: float, rate_hz: float = 0.0) -> np.
     """Rows: wake-up latency, cycle, missed so far, state; one column per tick. `rate_hz` 0: the rig file's."""
     loaded = load(config)
     loaded = at_rate(loaded, rate_hz) if rate_hz else loaded
+    if kind == "six":
+        return _full(loaded, seconds, _Nothing())
     return (_full if kind == "loop" else _empty)(loaded, seconds)
 
 
