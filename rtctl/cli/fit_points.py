@@ -51,7 +51,7 @@ def read(
     ConfigError
         Several files of the program's own format, which are one file.
     DataError
-        See `rtctl.friction.points.reader.read_points` and `rtctl.friction.points_of_logs.read_mapped`.
+        See `rtctl.friction.points.reader.read_points` and `rtctl.friction.logs.other_programs.read_mapped`.
     """
     from rtctl.friction.logs.other_programs import ROLES, read_mapped
     from rtctl.friction.points.reader import read_points
