@@ -204,7 +204,7 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
     from rtctl.friction import artefact
     from rtctl.friction.learn import fit, grids, hold_out
     from rtctl.friction.learn.ladder import Options
-    from rtctl.friction.points.evidence import with_evidence
+    from rtctl.friction.learn.point_evidence import with_evidence
     from rtctl.friction.timing import evaluation_ns
 
     fixed = c is not None or epsilon_nm is not None

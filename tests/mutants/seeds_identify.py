@@ -48,14 +48,14 @@ SEEDS = (
     ),
     Seed(
         "a length by hand gives way to the measured one",
-        "rtctl/friction/points/evidence.py",
+        "rtctl/friction/learn/point_evidence.py",
         "if presliding_rad is not None else presliding_of(points)",
         "if False else presliding_of(points)",
         EVIDENCE,
     ),
     Seed(
         "the strongest place counts",
-        "rtctl/friction/points/evidence.py",
+        "rtctl/friction/learn/point_evidence.py",
         "shortfall = model.magnitude(_signed_speed(points)) - points.direction * weakest",
         "shortfall = points.direction * weakest - model.magnitude(_signed_speed(points))",
         EVIDENCE,

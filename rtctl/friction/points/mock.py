@@ -49,7 +49,7 @@ SPEED_FILTER_S = 0.8e-3
 class Point:
     """One friction point. Torque has the sign of the motion it opposes: both are below 0 in reverse.
 
-    The last four are the columns of `point_evidence`; None where there is nothing to say.
+    The last four are the columns of `learn.point_evidence`; None where there is nothing to say.
     """
 
     velocity_rad_s: float

@@ -6,7 +6,7 @@ import pytest
 from rtctl.errors import DataError
 from rtctl.friction import artefact
 from rtctl.friction.learn import fit
-from rtctl.friction.points.evidence import with_evidence
+from rtctl.friction.learn.point_evidence import with_evidence
 from rtctl.friction.points.reader import read_points
 
 COLUMNS = ("weakest_place_nm", "presliding_rad", "presliding_spread_rad", "presliding_ramps")

@@ -7,7 +7,7 @@ import pytest
 
 from rtctl.errors import DataError
 from rtctl.friction.learn import fit
-from rtctl.friction.points.evidence import with_evidence
+from rtctl.friction.learn.point_evidence import with_evidence
 from rtctl.friction.points.reader import read_points
 from rtctl.friction.report import evidence
 

@@ -10,7 +10,7 @@ from identified import CONFIG, SMALL, run
 
 from rtctl.config import load
 from rtctl.errors import DataError
-from rtctl.friction.points.evidence import presliding_of
+from rtctl.friction.learn.point_evidence import presliding_of
 from rtctl.friction.points.reader import read_points
 from rtctl.identify import dataset as module
 from rtctl.identify.dataset import Dataset, read_document, write_whole
