@@ -50,7 +50,8 @@ def _rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
 @click.command("fit")
 @click.argument("points", type=_File, nargs=-1, required=True)
 @fit_points.options
-@click.option("--out", type=OutputFile(), required=True, help="model file to write (JSON)")
+@click.option("--out", type=OutputFile(), help="model file to write (JSON); needed unless --judge")
+@click.option("--judge", "judged", type=_File, help="judge this model by the points; nothing is learned")
 @click.option(
     "--rig",
     default="mock",
@@ -168,7 +169,8 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
     average: str,
     delimiter: str | None,
     decimal: str | None,
-    out: Path,
+    out: Path | None,
+    judged: Path | None,
     rig: str,
     c: float | None,
     epsilon_nm: float | None,
@@ -200,13 +202,20 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
     break-away points at zero velocity optionally direction (+1 or -1). At least 8 points per direction.
     Files of other programs, several too: --column velocity=NAME:UNIT --column torque=NAME:UNIT:SCALE, and --average.
     """
-    from rtctl.cli import fit_advice, fit_report, ladder_report
+    from rtctl.cli import fit_advice, fit_judge, fit_report, ladder_report
     from rtctl.friction import artefact
     from rtctl.friction.learn import fit, grids, hold_out
     from rtctl.friction.learn.ladder import Options
     from rtctl.friction.learn.point_evidence import with_evidence
     from rtctl.friction.timing import evaluation_ns
 
+    if judged is not None:
+        fit_judge.require_alone(click.get_current_context())
+        measured = fit_points.read(points, columns, map_file, average, text_of(delimiter, decimal))
+        fit_judge.run(judged, measured, as_json=as_json)
+        return
+    if out is None:
+        raise click.UsageError("Missing option '--out'.")
     fixed = c is not None or epsilon_nm is not None
     asked = climb or kernel != "all" or tolerance is not None or max_support_vectors is not None
     strategy = _strategy(search, asked=asked, fixed=fixed, reported=report_dir is not None)

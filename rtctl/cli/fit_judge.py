@@ -1,0 +1,65 @@
+"""`rtctl fit --judge MODEL`: an existing model judged by points; nothing is learned or written."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+from click.core import ParameterSource
+
+from rtctl.cli.json_text import json_text
+
+if TYPE_CHECKING:
+    from rtctl.friction.points.measured import FrictionPoints
+
+_GOES_WITH = {"points", "judged", "as_json", "columns", "map_file", "average", "delimiter", "decimal"}
+
+_ROWS = (
+    ("points", "points", 1.0),
+    ("beyond the trained range", "outside", 1.0),
+    ("RMSE, mN m", "rmse_nm", 1e3),
+    ("share of the friction, %", "error_share", 1e2),
+    ("bias, mN m", "bias_nm", 1e3),
+    ("largest error, mN m", "worst_nm", 1e3),
+    ("at, rad/s", "worst_at_rad_s", 1.0),
+    ("stated bound, mN m", "bound_nm", 1e3),
+    ("points that break it", "over_bound", 1.0),
+    ("Coulomb + viscous here, mN m", "floor_rmse_nm", 1e3),
+)
+
+
+def require_alone(context: click.Context) -> None:
+    """Refuse options that only a fit has (UsageError)."""
+    for option in context.command.params:
+        given = context.get_parameter_source(option.name or "") == ParameterSource.COMMANDLINE
+        if given and option.name not in _GOES_WITH:
+            raise click.UsageError(f"{option.opts[0]} belongs to a fit, and --judge learns nothing; drop one")
+
+
+def run(path: Path, points: FrictionPoints, *, as_json: bool) -> None:
+    """Print table and verdict; exit code 1 when something speaks against the model."""
+    from rtctl.friction import artefact
+    from rtctl.friction.report.judge import faults, judge
+
+    found = judge(artefact.load(path), points)
+    said = faults(found)
+    rows = [asdict(one) for one in found]
+    if as_json:
+        click.echo(
+            json_text({"model": str(path), "holds": not said, "faults": said, "directions": rows}, indent=2)
+        )
+    else:
+        click.echo(f"{'direction':32}{'+1':>12}{'-1':>12}")
+        for label, key, scale in _ROWS:
+            cells = ("-" if row[key] is None else f"{scale * row[key]:.4g}" for row in rows)
+            click.echo(f"{label:32}" + "".join(f"{cell:>12}" for cell in cells))
+        click.echo(
+            "\nthe model holds on these points" if not said else "\nthe model does not hold on these points:"
+        )
+        for fault in said:
+            click.echo(f"  {fault}")
+    if said:
+        sys.exit(1)
