@@ -76,7 +76,6 @@ LONG = (
     "unit/identify/test_dataset.py",
     "unit/identify/test_difficult_joints.py",
     "unit/identify/test_session.py",
-    "unit/recording/test_decimal_text.py",
     "unit/recording/test_export.py",
     "unit/recording/test_incident.py",
     "unit/recording/test_recorder.py",

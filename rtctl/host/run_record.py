@@ -23,7 +23,6 @@ from rtctl.recording.recorder import Recorder
 from rtctl.recording.setup import Setup
 from rtctl.recording.shadow import ShadowLaw
 from rtctl.recording.state_folder import state_folder
-from rtctl.recording.tick_text import TickText
 from rtctl.shm import CommandWriter
 
 
@@ -60,8 +59,6 @@ class RunRecord:
         self.flight = FlightRecorder(state_folder(rig.name), rig, words)
         self.recorder: Recorder | None = None
         telemetry.set_log(self.flight.status)
-        if self._table is not None:
-            TickText(rig.n_axes).warm_up()  # compiles while the loop starts, not while it runs
 
     def begin(self, setup: Setup) -> None:
         """Before the first batch: tell clients what they would record, and record if asked to."""

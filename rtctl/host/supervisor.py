@@ -148,8 +148,7 @@ class Host:
         self.access = Access(self.context, endpoints, openings, Notices(), resident=resident)
         self.loop = LoopProcess(self.loaded, self.memory, self.runtime.lock_fd)
         self.runtime.note_holder(self.loop.pid)
-        records = self._record_to is not None or self.loaded.config.record is not None
-        self.preparation = Preparation(plan.n_axes, recording=records)
+        self.preparation = Preparation(plan.n_axes)
         self.guard = LoopGuard(self.loaded, self.loop, self.memory, plan.period_s)
         rig = describe_run(self.loaded, plan.params)
         self._batch_s = rig.batch_s

@@ -9,7 +9,7 @@ from run_maker import run, setup, write
 from rtctl.errors import ConfigError, RtctlError
 from rtctl.recording.export import export
 from rtctl.recording.reader import RecordingReader
-from rtctl.recording.tick_text import RECORDED
+from rtctl.recording.tick_cdr import RECORDED
 
 
 @pytest.fixture(scope="module")
