@@ -26,6 +26,8 @@ MESSAGE_HEAD = 1 + 8 + 2 + 4 + 8 + 8
 
 _HEAD = [("op", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("log", "<u8"), ("publish", "<u8")]  # fmt: skip
 _MESSAGE = 5
+_BLOCK = 128
+"""Ticks that are put into order at a time: they fit into the first cache, the rest of a chunk does not."""
 
 _TYPES = {"int64": "<i8", "uint64": "<u8", "float64": "<f8"}
 _TYPE_OF = {"int": "int64", "bits": "uint64", "float": "float64"}
@@ -118,15 +120,18 @@ def encode(rows: np.ndarray, channel: int, sequences: np.ndarray, times_ns: np.n
         Number and log time (ns since 1970) of each message, shape (n,).
     """
     layout = own_layout(rows.dtype["position_rad"].shape[0])
-    out = np.empty(len(rows), np.dtype([*_HEAD, ("tick", layout)]))
-    out["op"], out["length"], out["channel"] = _MESSAGE, MESSAGE_HEAD - 9 + layout.itemsize, channel
-    out["sequence"] = sequences & 0xFFFFFFFF
-    out["log"] = out["publish"] = times_ns
-    messages = out["tick"]
-    messages["encapsulation"] = np.void(ENCAPSULATION)
-    for name in (layout.names or ())[1:]:
-        messages[name] = rows[name]
-    return out.view(np.uint8).reshape(len(rows), out.dtype.itemsize)
+    head = np.empty(len(rows), [*_HEAD, ("encapsulation", "V4")])
+    head["op"], head["length"], head["channel"] = _MESSAGE, MESSAGE_HEAD - 9 + layout.itemsize, channel
+    head["sequence"] = sequences & 0xFFFFFFFF
+    head["log"] = head["publish"] = times_ns
+    head["encapsulation"] = np.void(ENCAPSULATION)
+    out = np.empty((len(rows), MESSAGE_HEAD + layout.itemsize), np.uint8)
+    out[:, : head.itemsize] = _matrix(head, np.uint8)
+    words, (of_message, of_row) = _matrix(rows, np.uint64), _places(layout, rows.dtype)
+    order = of_row[np.argsort(of_message)]
+    for at in range(0, len(rows), _BLOCK):
+        out[at : at + _BLOCK, head.itemsize :] = words[at : at + _BLOCK].take(order, axis=1).view(np.uint8)
+    return out
 
 
 def decode(
@@ -152,22 +157,44 @@ def decode(
         raise DataError("a recorded tick has another length than its schema says")
     if any(layout[name].shape != rows.dtype[name].shape for name in known):
         raise DataError("the recorded ticks are of a rig of another size")
-    messages = _gathered(records, starts, layout)
-    if (messages["encapsulation"] != np.void(ENCAPSULATION)).any():
+    messages = _gathered(records, starts, layout.itemsize)
+    if (messages[:, :4] != np.frombuffer(ENCAPSULATION, np.uint8)).any():
         raise DataError("a recorded tick is not little-endian CDR")
-    for name in known:
-        rows[name] = messages[name]
+    words, (of_message, of_row) = _matrix(rows, np.uint64), _places(layout, rows.dtype)
+    whole = len(of_row) == of_row[-1] + 1
+    place = slice(len(of_row)) if whole else of_row  # a slice is five times as quick
+    for at in range(0, len(rows), _BLOCK):
+        block = np.ascontiguousarray(messages[at : at + _BLOCK, 4:]).view(np.uint64)
+        words[at : at + _BLOCK, place] = block.take(of_message, axis=1)
     return rows
 
 
-def _gathered(records: bytes, starts: np.ndarray, layout: np.dtype[np.void]) -> np.ndarray:
-    """The messages as an array: a view where they follow one another evenly."""
-    stride = MESSAGE_HEAD + layout.itemsize
+def _matrix(records: np.ndarray, kind: type[np.generic]) -> np.ndarray:
+    """Records as bytes or words, shape (n, each); the same memory where they are contiguous."""
+    size = records.dtype.itemsize // np.dtype(kind).itemsize
+    return np.ascontiguousarray(records).view(kind).reshape(len(records), size)
+
+
+@cache
+def _places(layout: np.dtype[np.void], row: np.dtype[np.void]) -> tuple[np.ndarray, np.ndarray]:
+    """Words of a message that a tick has, and where the tick has them."""
+    of_message: list[int] = []
+    of_row: list[int] = []
+    for name in row.names or ():
+        if name in (layout.names or ()):
+            size = row[name].itemsize // 8
+            of_message += range(layout.fields[name][1] // 8, layout.fields[name][1] // 8 + size)
+            of_row += range(row.fields[name][1] // 8, row.fields[name][1] // 8 + size)
+    return np.array(of_message, np.int64), np.array(of_row, np.int64)
+
+
+def _gathered(records: bytes, starts: np.ndarray, size: int) -> np.ndarray:
+    """The messages' bytes, shape (n, size): a view where they follow one another evenly."""
+    stride = MESSAGE_HEAD + size
     breaks = np.flatnonzero(np.diff(starts) != stride) + 1
     firsts, counts = starts[np.r_[0, breaks]], np.diff(np.r_[0, breaks, len(starts)])
-    # np.ndarray(buffer=...) asks for whole strides only up to the last message
     runs = [
-        np.ndarray((count,), layout, records, first, (stride,))
+        np.ndarray((count, size), np.uint8, records, first, (stride, 1))
         for first, count in zip(firsts.tolist(), counts.tolist(), strict=True)
     ]
     return runs[0] if len(runs) == 1 else np.concatenate(runs)
