@@ -45,8 +45,8 @@ class Verdict:
     ----------
     ticks, span_s
         Ticks replayed and the loop time they cover, s.
-    law_s
-        Time the law took for them, s.
+    law_s, took_s
+        Time the law took for them, and reading and comparing with it, s.
     differing
         Field -> ticks in which it differs.
     stopped
@@ -56,6 +56,7 @@ class Verdict:
     ticks: int = 0
     span_s: float = 0.0
     law_s: float = 0.0
+    took_s: float = 0.0
     first: Difference | None = None
     differing: dict[str, int] = field(default_factory=dict)
     stopped: str = ""
@@ -114,8 +115,10 @@ class Replay:
 
     def check(self) -> Verdict:
         """Replay everything and compare every field of the law bit for bit."""
+        began = time.perf_counter()
         for rows, replayed in self.run():
             self._compare(rows, replayed)
+        self.verdict.took_s = time.perf_counter() - began
         return self.verdict
 
     def _playable(self, batch: Batch) -> tuple[np.ndarray, np.ndarray]:
