@@ -56,7 +56,11 @@ def rows(config: Path, rounds: int, seconds: float) -> list[Row]:
         f"{rate}; {dropped} dropped",
         0.0,
     )
-    return [lost, *_costs(recorded, replays, seconds), *(_noticed(name, label, without, recorded, period_us) for name, label in LABELS.items())]
+    return [
+        lost,
+        *_costs(recorded, replays, seconds),
+        *(_noticed(name, label, without, recorded, period_us) for name, label in LABELS.items()),
+    ]
 
 
 def _costs(recorded: list[dict[str, Any]], replays: list[Verdict], seconds: float) -> list[Row]:
@@ -69,9 +73,22 @@ def _costs(recorded: list[dict[str, Any]], replays: list[Verdict], seconds: floa
     differ = sum(verdict.first is not None for verdict in replays)
     share = 100 * cpu_s / (seconds * len(recorded))
     return [
-        Row("recorder, share of a core", share, "%", f"{1e6 * cpu_s / max(ticks, 1):.2f} us of processor time a tick", MOST_SHARE_PERCENT),
+        Row(
+            "recorder, share of a core",
+            share,
+            "%",
+            f"{1e6 * cpu_s / max(ticks, 1):.2f} us of processor time a tick",
+            MOST_SHARE_PERCENT,
+        ),
         Row("recording, bytes a tick on disk", size / max(ticks, 1), "B", f"{ticks} ticks", MOST_BYTES),
-        Row("replay, law compared bit for bit", span_s / max(took_s, 1e-9), "x real time", f"the law {law_us:.2f} us a tick; {differ} differ", LEAST_REPLAY, ">="),
+        Row(
+            "replay, law compared bit for bit",
+            span_s / max(took_s, 1e-9),
+            "x real time",
+            f"the law {law_us:.2f} us a tick; {differ} differ",
+            LEAST_REPLAY,
+            ">=",
+        ),
     ]
 
 

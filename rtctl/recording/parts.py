@@ -236,7 +236,9 @@ class Parts:
         self._numbers[channel] += 1
         self._append(channel, record, np.array([time_ns]), np.zeros(1, np.int64))
 
-    def _append(self, channel: int, records: bytes | memoryview, times: np.ndarray, offsets: np.ndarray) -> None:
+    def _append(
+        self, channel: int, records: bytes | memoryview, times: np.ndarray, offsets: np.ndarray
+    ) -> None:
         all_times, all_offsets = self._index.setdefault(channel, ([], []))
         all_times.append(times)
         all_offsets.append(offsets + self._size)

@@ -180,11 +180,12 @@ def _places(layout: np.dtype[np.void], row: np.dtype[np.void]) -> tuple[np.ndarr
     """Words of a message that a tick has, and where the tick has them."""
     of_message: list[int] = []
     of_row: list[int] = []
-    for name in row.names or ():
-        if name in (layout.names or ()):
-            size = row[name].itemsize // 8
-            of_message += range(layout.fields[name][1] // 8, layout.fields[name][1] // 8 + size)
-            of_row += range(row.fields[name][1] // 8, row.fields[name][1] // 8 + size)
+    theirs, ours = layout.fields or {}, row.fields or {}
+    for name, (kind, place, *_) in ours.items():
+        if name in theirs:
+            size, there = kind.itemsize // 8, theirs[name][1] // 8
+            of_message += range(there, there + size)
+            of_row += range(place // 8, place // 8 + size)
     return np.array(of_message, np.int64), np.array(of_row, np.int64)
 
 

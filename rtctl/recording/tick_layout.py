@@ -41,7 +41,12 @@ class TickLayout:
     def decode(self, chunk: Chunk, contents: Contents, n_axes: int) -> np.ndarray:
         """The ticks of a chunk. Raises DataError for what is no tick of this layout."""
         if self.words is None:
-            raws = [data for k, topic in contents.topics.items() if topic == json_ticks.RAW_TOPIC for data in chunk.texts(k)]
+            raws = [
+                data
+                for k, topic in contents.topics.items()
+                if topic == json_ticks.RAW_TOPIC
+                for data in chunk.texts(k)
+            ]
             return json_ticks.decode(chunk.texts(channel_of(TICK, chunk, contents)), raws, n_axes)
         ticks = chunk.of(channel_of(TICK, chunk, contents))
         starts, ends = np.ascontiguousarray(ticks[:, 3]), np.ascontiguousarray(ticks[:, 4])
@@ -62,7 +67,9 @@ def axes_in(contents: Contents, chunk: Chunk | None) -> int:
         return 0
 
 
-def layout_in(contents: Contents, told: Mapping[str, str], chunk: Chunk | None, n_axes: int) -> tuple[TickLayout, str]:
+def layout_in(
+    contents: Contents, told: Mapping[str, str], chunk: Chunk | None, n_axes: int
+) -> tuple[TickLayout, str]:
     """The layout of a file's ticks, and a note where its schema is damaged.
 
     A schema that is not the one it was by its checksum is believed only where the ticks have not the length that this

@@ -7,9 +7,9 @@ import numpy as np
 import zstandard
 
 from rtctl.recording import mcap_format as fmt
+from rtctl.recording import tick_cdr
 from rtctl.recording.mcap_file import McapFile
 from rtctl.recording.mcap_format import Op
-from rtctl.recording import tick_cdr
 from rtctl.recording.topics import TICK, TOPICS
 from rtctl.tick import new_ticks
 

@@ -15,7 +15,14 @@ from rtctl.recording.reader import RecordingReader
 from rtctl.recording.tick_cdr import RECORDED
 from rtctl.tick import new_ticks
 
-ABOUT = {"session": "7", "n_axes": "2", "rate_hz": "1000.0", "period_ns": "1000000", "start_wall_ns": "5", "first_row": "0"}
+ABOUT = {
+    "session": "7",
+    "n_axes": "2",
+    "rate_hz": "1000.0",
+    "period_ns": "1000000",
+    "start_wall_ns": "5",
+    "first_row": "0",
+}
 
 
 def texts_of(rows):
@@ -52,13 +59,18 @@ def test_a_recording_of_before_is_read_to_the_bit(tmp_path, rows, known):
 
 
 def test_a_tick_of_before_an_optional_sensor_had_none(rows):
-    texts = [json.dumps({k: v for k, v in json.loads(t).items() if k not in ("device_velocity_rad_s", "state")}) for t in texts_of(rows)]
+    texts = [
+        json.dumps({k: v for k, v in json.loads(t).items() if k not in ("device_velocity_rad_s", "state")})
+        for t in texts_of(rows)
+    ]
     again = json_ticks.decode([text.encode() for text in texts], [], 2)
     assert np.isnan(again["device_velocity_rad_s"]).all()
     assert again["position_rad"].tobytes() == rows["position_rad"].tobytes()
 
 
-@pytest.mark.parametrize("text", [b"", b"{", b"[1]", b"nonsense", b'{"tick":"x"}', b'{"tick":[1,2]}', b'{"tick":1e400}'])
+@pytest.mark.parametrize(
+    "text", [b"", b"{", b"[1]", b"nonsense", b'{"tick":"x"}', b'{"tick":[1,2]}', b'{"tick":1e400}']
+)
 def test_text_that_is_no_tick_is_a_named_error(rows, text):
     with pytest.raises(DataError):
         json_ticks.decode([*texts_of(rows[:1]), text], [], 2)

@@ -7,7 +7,15 @@ import pytest
 
 from rtctl.errors import DataError
 from rtctl.recording import tick_cdr
-from rtctl.recording.tick_cdr import MESSAGE_HEAD, RECORDED, decode, encode, layout_of, own_layout, schema_text
+from rtctl.recording.tick_cdr import (
+    MESSAGE_HEAD,
+    RECORDED,
+    decode,
+    encode,
+    layout_of,
+    own_layout,
+    schema_text,
+)
 from rtctl.tick import new_ticks
 
 
@@ -16,7 +24,9 @@ def noise(n, axes, seed=1):
     rows = new_ticks(n, axes)
     words = rows.view(np.uint64).reshape(n, -1)
     words[:] = np.random.default_rng(seed).integers(0, 2**64, words.shape, np.uint64)
-    odd = np.array([1 << 63, 0x7FF0000000000000, 0xFFF0000000000000, 0xFFF8000000000123, 0x7FF0000000000001], np.uint64)
+    odd = np.array(
+        [1 << 63, 0x7FF0000000000000, 0xFFF0000000000000, 0xFFF8000000000123, 0x7FF0000000000001], np.uint64
+    )
     words[:, ::3] = np.resize(odd, words[:, ::3].shape)
     rows["time_ns"] = np.arange(n)
     rows["seal"] = 0
@@ -58,7 +68,11 @@ def test_every_field_is_in_the_schema_once_at_its_place():
 
 def test_a_recording_of_before_a_field_is_read_without_it():
     rows = noise(4, 2)
-    keep = [line for line in schema_text(2).splitlines() if " device_velocity_rad_s " not in line and " state " not in line]
+    keep = [
+        line
+        for line in schema_text(2).splitlines()
+        if " device_velocity_rad_s " not in line and " state " not in line
+    ]
     layout = layout_of("\n".join([*keep, "float64[7] of_a_later_version"]).encode())
     messages = np.zeros(4, layout)
     messages["encapsulation"] = np.void(tick_cdr.ENCAPSULATION)
