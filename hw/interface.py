@@ -10,7 +10,7 @@ A third-party backend is any object with this shape, offered through the entry-p
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntFlag
 from typing import Any, NamedTuple, Protocol, runtime_checkable
@@ -87,6 +87,27 @@ class CompiledBackend(Protocol):
 
     def warm_up(self, tick: np.ndarray) -> None:
         """Compile (or load) what `read` and `write` call, for ticks like `tick`; changes nothing."""
+
+
+class CompiledCycle(NamedTuple):
+    """What a whole compiled cycle calls in place of `read` and `write`: compiled functions with their arguments.
+
+    Each returns 0 when it has done all that the method does. Any other number leaves the method to Python: it is then called in the
+    same cycle and must find everything as if nothing had been done, so that words of an error, and what else is rare, stand there.
+    """
+
+    read: Callable[..., int]
+    read_arguments: tuple[Any, ...]
+    write: Callable[..., int]
+    write_arguments: tuple[Any, ...]
+
+
+@runtime_checkable
+class CompiledCycleBackend(Protocol):
+    """A backend that can do without Python in ordinary cycles (`rtctl.rt.whole_cycle`)."""
+
+    def compiled_cycle(self, tick: np.ndarray) -> CompiledCycle | None:
+        """For this tick, which stays the same one; None where this device needs Python in every cycle."""
 
 
 @runtime_checkable

@@ -47,6 +47,11 @@ class LoopTable(Table):
     )
     priority: int = number(1, 98, "SCHED_FIFO priority", default=80)
     cpu: int = number(-1, 1023, "core of the loop; -1: the last core of the machine", default=-1)
+    early_us: Literal["auto"] | Annotated[float, Field(ge=0, le=4000)] = Field(
+        "auto",
+        description="time before each deadline that the loop is awake and looks at the clock: a sleeper is woken some tens of us late. "
+        "auto: as long as wake-ups take, at most 80; at most 40 % of the period; 0: never",
+    )
     ring_s: float = number(8, 120, "seconds of ticks kept in shared memory", default=8.0)
 
 

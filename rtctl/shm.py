@@ -45,6 +45,11 @@ HEADER = np.dtype(
         ("start_ns", "<i8"),  # CLOCK_MONOTONIC of tick 0
         ("mailbox_seq", "<i8"),  # newest command's sequence number
         ("commands_refused", "<i8"),  # mailbox slots whose checksum did not fit
+        (
+            "early_ns",
+            "<i8",
+            (3,),
+        ),  # how long before a deadline the loop is awake, and what moves that (`rtctl.rt.early`)
     ]
 )
 _MAGIC = 0x7274_6374_6C31
@@ -88,6 +93,12 @@ class Memory:
         offset, count = parts[name]
         array: np.ndarray = np.frombuffer(self._map, dtype, count, offset)
         return records(array)
+
+    @property
+    def early_ns(self) -> np.ndarray:
+        """The header's field of this name, shape (3,)."""
+        early: np.ndarray = self.header.view(np.ndarray)["early_ns"][0]
+        return early
 
     @classmethod
     def create(cls, n_axes: int, ring_rows: int, period_ns: int) -> Memory:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hw.fault_script import raise_in_write, raise_or_stall
-from hw.interface import Options, Rig
+from hw.interface import CompiledCycle, Options, Rig
 from hw.jit import bound
 from hw.mock.jit import records
 from hw.mock.plant import plant_read, plant_write
@@ -44,6 +44,13 @@ class MockBackend:
         self._tick = tick
         self._read = bound(plant_read, records(tick), self.state, self.params)
         self._write = bound(plant_write, records(tick), self.state, self.params)
+
+    def compiled_cycle(self, tick: np.ndarray) -> CompiledCycle | None:
+        """See `CompiledCycleBackend`; None where faults are scripted, which raise and block."""
+        if self._scripted:
+            return None
+        arguments = (records(tick), self.state, self.params)
+        return CompiledCycle(plant_read, arguments, plant_write, arguments)
 
     def read(self, tick: np.ndarray) -> None:
         """Show the sensors at slot `tick["tick"]`. Raises LinkLost, and blocks, only where a fault is scripted."""

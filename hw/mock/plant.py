@@ -140,8 +140,8 @@ def _catch_up(s: np.record, p: np.record, tick: int) -> None:
 
 
 @compiled
-def plant_read(tick: np.ndarray, state: np.ndarray, params: np.ndarray) -> None:
-    """Write what the sensors show at slot `tick[0].tick` into the tick's backend fields."""
+def plant_read(tick: np.ndarray, state: np.ndarray, params: np.ndarray) -> int:
+    """Write what the sensors show at slot `tick[0].tick` into the tick's backend fields. Returns 0: it always can."""
     t, s, p = tick[0], state[0], params[0]
     _catch_up(s, p, t.tick)
     t.link_faults = 0
@@ -156,6 +156,7 @@ def plant_read(tick: np.ndarray, state: np.ndarray, params: np.ndarray) -> None:
         t.sample_count = s.sample_count
     if p.fault_count > 0:
         faults.inject(t, s, p, s.tick - s.first_tick)
+    return 0
 
 
 @compiled
@@ -171,11 +172,11 @@ def _take_current(t: np.record, s: np.record, p: np.record) -> None:
 
 
 @compiled
-def plant_write(tick: np.ndarray, state: np.ndarray, params: np.ndarray) -> None:
+def plant_write(tick: np.ndarray, state: np.ndarray, params: np.ndarray) -> int:
     """Apply `current_command_a` (zero unless `enabled`) and advance the rig to slot `tick[0].tick` + 1.
 
     A current that is not finite counts as zero, as a drive would refuse it; the amplifier saturates at
-    `current_max_a`. Writing a slot twice, or an older one, moves nothing.
+    `current_max_a`. Writing a slot twice, or an older one, moves nothing. Returns 0: it always can.
     """
     t, s, p = tick[0], state[0], params[0]
     _catch_up(s, p, t.tick)
@@ -185,6 +186,7 @@ def plant_write(tick: np.ndarray, state: np.ndarray, params: np.ndarray) -> None
         _take_current(t, s, p)
     if s.tick == t.tick:
         advance(s, p, 1, p.substeps)
+    return 0
 
 
 @compiled

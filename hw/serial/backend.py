@@ -12,7 +12,7 @@ import numpy as np
 from hw.interface import BackendError, Options, Rig, Words
 from hw.jit import bound, records
 from hw.serial import frame, link
-from hw.serial.core import SerialCore, require_line_rate
+from hw.serial.core import Codec, SerialCore, require_line_rate
 from hw.serial.deframer import deframer_dtype
 from hw.serial.framing import BODY_MAX, PACKET_MAX
 from hw.serial.port import Port
@@ -101,21 +101,15 @@ class SerialBackend(SerialCore):
     def _stop_packet(self) -> bytes:
         return self._packet(frame.TYPE_STOP) * STOP_REPEATS
 
-    def _bind(self, tick: np.ndarray) -> tuple[Callable[[], int], Callable[[], int]]:
+    def _compiled_codec(self, tick: np.ndarray) -> tuple[Codec, Codec]:
         row = records(tick)
-        receive = bound(
-            link.receive,
-            row,
-            self.chunk,
-            self.meta,
-            self.link,
-            self._stream,
-            self._state,
-            self._board,
-            self._body,
-        )
-        send = bound(link.send, row, self.link, self._command, self._body, self.packet)
-        return receive, send
+        held = (self.link, self._stream, self._state, self._board, self._body)
+        sent = (row, self.link, self._command, self._body, self.packet)
+        return (link.receive, (row, self.chunk, self.meta, *held)), (link.send, sent)
+
+    def _bind(self, tick: np.ndarray) -> tuple[Callable[[], int], Callable[[], int]]:
+        (receive, received), (send, sent) = self._compiled_codec(tick)
+        return bound(receive, *received), bound(send, *sent)
 
     def _forget(self) -> None:
         self._stream[:] = np.zeros(1, self._stream.dtype)

@@ -11,20 +11,15 @@ from functools import cached_property
 
 import numpy as np
 
-from hw.interface import BackendError, LinkLost, Options, Rig
+from hw.entry_points import entry_point
+from hw.interface import BackendError, CompiledCycle, LinkLost, Options, Rig
+from hw.jit import records
+from hw.serial.compiled_core import BACKLOG, CHUNKS_PER_READ, PORT, RESTART_PACKETS, read_cycle, write_cycle
 from hw.serial.framing import PACKET_MAX
 from hw.serial.link import BACKLOGGED, DRAINED, MORE
 from hw.serial.port import CHUNK, Port, send_once
 
-CHUNKS_PER_READ = 8
-"""Most reads of one cycle. A loop that stood still for a second at 1 kHz is up to date after two cycles."""
-
-BACKLOG = CHUNK // 2
-"""From this many bytes on the loop has stood still, or the board floods it. The kernel keeps the oldest
-4095 bytes and drops the newest, so the last packet of a backlog may be of any age."""
-
-RESTART_PACKETS = 16
-"""So many samples in a row from before the last one: the board has started over, its position is void."""
+Codec = tuple[Callable[..., int], tuple[np.ndarray, ...]]
 
 BITS_PER_BYTE = 10
 """Start bit, eight data bits, stop bit."""
@@ -50,11 +45,12 @@ class SerialCore:
         self._packet_bytes = memoryview(self.packet)  # type: ignore[arg-type] # numpy offers the buffer
         self.meta = np.zeros(2, np.int64)
         self._size = memoryview(self.meta)  # type: ignore[arg-type]
+        self._wire = records(np.zeros(1, PORT))
+        self._wire["fd"] = -1
         self._receive: Callable[[], int] | None = None
         self._send: Callable[[], int] | None = None
         self._patience_s = float(options["open_timeout_s"])
         self._reopen_timeout_s = float(options["reopen_timeout_s"])
-        self._unsent = 0
         self.unsent = 0
         """Commands the line had no room for, since the start."""
 
@@ -62,6 +58,10 @@ class SerialCore:
     def _bind(self, tick: np.ndarray) -> tuple[Callable[[], int], Callable[[], int]]:
         """Compiled `receive() -> samples out of order in a row` and `send() -> bytes in packet`."""
         raise NotImplementedError
+
+    def _compiled_codec(self, _tick: np.ndarray) -> tuple[Codec, Codec] | None:
+        """The same two with their arguments, where both are compiled all through."""
+        return None
 
     def _stop_packet(self) -> bytes:
         """What makes the board torque-free; empty when the board has no such packet."""
@@ -85,7 +85,7 @@ class SerialCore:
         port = Port(self._path, self._baud)
         _ = self._stop_bytes  # compiled now, not when it is needed
         self._forget()
-        self._unsent = 0
+        self._wire["unsent_in_row"] = self._wire["full"] = 0
         try:
             self._greet(port)
         except BaseException:
@@ -94,6 +94,7 @@ class SerialCore:
         self._views = [memoryview(self.chunk)]  # type: ignore[arg-type]
         self._patience_s = self._reopen_timeout_s
         self._port = port
+        self._wire["fd"] = port.fd
 
     def fileno(self) -> int:
         """Descriptor of the open port, to wait on; -1 while closed."""
@@ -103,6 +104,18 @@ class SerialCore:
         """Compile (or load) what `read` and `write` call, for ticks like `tick`; changes nothing."""
         self._receive, self._send = self._bind(tick)
         self._tick = tick
+
+    def compiled_cycle(self, tick: np.ndarray) -> CompiledCycle | None:
+        """See `CompiledCycleBackend`; None where what is sent is put together in Python."""
+        codec = self._compiled_codec(tick)
+        if codec is None:
+            return None
+        (receive, received), (send, sent) = codec
+        wire = self._wire
+        wire["receive_at"], wire["send_at"] = entry_point(receive, *received), entry_point(send, *sent)
+        return CompiledCycle(
+            read_cycle, (wire, self.chunk, self.meta, received), write_cycle, (wire, self.packet, sent)
+        )
 
     def read(self, tick: np.ndarray) -> None:
         """Write the newest sample into the tick. Never blocks; bounded work. Raises LinkLost.
@@ -144,17 +157,19 @@ class SerialCore:
             raise LinkLost(f"serial port {self._path}: not open")
         if tick is not self._tick:
             self.warm_up(tick)
-        send = self._send
+        send, wire = self._send, self._wire
         assert send is not None
         if not (self.consumes or self.asks):
             return
-        if port.write(self._packet_bytes[: send()]):
-            self._unsent = 0
+        if wire["full"][0]:  # the compiled half has tried
+            wire["full"] = 0
+        elif port.write(self._packet_bytes[: send()]):
+            wire["unsent_in_row"] = 0
             return
         self.unsent += 1
-        self._unsent += 1
+        wire["unsent_in_row"] += 1
         port.discard_output()  # what waits there is older than this one
-        if self._unsent >= RESTART_PACKETS:
+        if wire["unsent_in_row"][0] >= RESTART_PACKETS:
             raise LinkLost(f"serial port {self._path}: the board takes no more commands (line full)")
 
     def ask(self) -> None:
@@ -180,6 +195,7 @@ class SerialCore:
     def close(self) -> None:
         """Release the port. Idempotent, never raises."""
         port, self._port = self._port, None
+        self._wire["fd"] = -1
         if port is not None:
             port.close()
 

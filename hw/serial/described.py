@@ -10,7 +10,7 @@ from hw.interface import BackendError, Options, Rig, Words
 from hw.jit import bound, records
 from hw.serial import described_codec as codec
 from hw.serial.asking import await_first, switched
-from hw.serial.core import SerialCore, require_line_rate
+from hw.serial.core import Codec, SerialCore, require_line_rate
 from hw.serial.described_plan import MEASURED, Target, fields_of, layout_of, require_every_axis
 from hw.serial.layout import LENGTH_MAX, stream_dtype
 from hw.serial.port import Port, usb_identity
@@ -89,17 +89,36 @@ class DescribedBackend(SerialCore):
         n = codec.send(tick, self.link, self.packet, self.command_layout, self.command_fields)
         return self.packet[:n].tobytes() * STOP_REPEATS + last
 
-    def _bind(self, tick: np.ndarray) -> tuple[Callable[[], int], Callable[[], int]]:
+    def _codec(self, tick: np.ndarray) -> tuple[Codec, Codec | None]:
+        """What takes samples in, and what makes commands, where there are any."""
         row = records(tick)
-        stream, layout, fields = self._stream, self.layout, self.fields
-        receive = bound(codec.receive, row, self.chunk, self.meta, self.link, stream, layout, fields)
+        receive = (
+            codec.receive,
+            (row, self.chunk, self.meta, self.link, self._stream, self.layout, self.fields),
+        )
         if self.command_layout is None or self.command_fields is None:
-            nothing = {"enter": b"", "idle": b""}
-            return receive, switched(tick, self.packet, lambda: 0, nothing, self._poll)
-        send = bound(codec.send, row, self.link, self.packet, self.command_layout, self.command_fields)
-        if self._command["enter"] or self._command["idle"] or self._poll:
+            return receive, None
+        return receive, (codec.send, (row, self.link, self.packet, self.command_layout, self.command_fields))
+
+    @property
+    def _is_switched(self) -> bool:
+        """Whether more is sent than commands."""
+        command = self._command
+        return command is None or bool(command["enter"] or command["idle"] or self._poll)
+
+    def _compiled_codec(self, tick: np.ndarray) -> tuple[Codec, Codec] | None:
+        receive, send = self._codec(tick)
+        return None if send is None or self._is_switched else (receive, send)
+
+    def _bind(self, tick: np.ndarray) -> tuple[Callable[[], int], Callable[[], int]]:
+        (receive, received), sending = self._codec(tick)
+        taken = bound(receive, *received)
+        if sending is None:
+            return taken, switched(tick, self.packet, lambda: 0, {"enter": b"", "idle": b""}, self._poll)
+        send = bound(sending[0], *sending[1])
+        if self._is_switched:
             send = switched(tick, self.packet, send, self._command, self._poll)
-        return receive, send
+        return taken, send
 
     def _forget(self) -> None:
         self._stream[:] = np.zeros(1, self._stream.dtype)

@@ -110,7 +110,8 @@ class LinesBackend(SerialCore):
         values, enabled = view(row[CHANNEL_FIELDS[self._channel]][0]), view(row["enabled"])
 
         def _send() -> int:
-            cut = end if self._unsent else b""  # the line before may have gone out in part: it ends here
+            # the line before may have gone out in part: it ends here
+            cut = end if self._wire["unsent_in_row"][0] else b""
             line = cut + writer.write(values, enabled=order(enabled[0] != 0)) + end
             buffer[: len(line)] = line
             return len(line)

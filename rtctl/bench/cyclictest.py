@@ -41,6 +41,13 @@ class Latencies:
         below = cumulative[cell - 1] if cell else 0
         return float(cell + (wanted - below) / max(1, self.counts[cell]))
 
+    def largest_us(self) -> int:
+        """The latest wake-up, us, floored; 0 of none."""
+        if self.overflow:
+            return _HISTOGRAM_US
+        cells = np.flatnonzero(self.counts)
+        return int(cells[-1]) if len(cells) else 0
+
     def missed(self, interval_us: float) -> int:
         """Slots of the grid that were passed over while these wake-ups were late."""
         cells = np.arange(len(self.counts))

@@ -1,4 +1,4 @@
-"""The loop against an empty loop, cyclictest and the wall clock: each in a process of its own, interleaved."""
+"""The loop against an empty loop and the wall clock: each in a process of its own, interleaved."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from rtctl.config import load
 from rtctl.errors import FaultError, RtctlError
 
 
-def probe(kind: str, config: Path, seconds: float) -> np.ndarray:
+def probe(kind: str, config: Path, seconds: float, rate_hz: float = 0.0) -> np.ndarray:
     """Run `rtctl.bench.probe` in a process of its own; see there for the rows."""
-    command = [sys.executable, "-m", "rtctl.bench.probe", kind, str(config), str(seconds)]
+    command = [sys.executable, "-m", "rtctl.bench.probe", kind, str(config), str(seconds), str(rate_hz)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise RtctlError(f"the measuring process failed: {done.stderr.strip().splitlines()[-1]}")
@@ -34,37 +34,31 @@ def last_core() -> int:
 
 
 def cycle_rows(config: Path, rounds: int, seconds: float) -> list[Row]:
-    """Work of one cycle, plant included, beside an empty loop of the same shape, in turn."""
-    full, empty = [], []
+    """Work of one cycle, plant included, beside an empty loop in Python, six axes without a plant, and cyclictest, in turn."""
+    full, empty, six = [], [], []
+    theirs = Latencies.of(np.zeros(0))
+    loop = load(config).config.loop
     for _ in range(rounds):
         empty.append(probe("empty", config, seconds))
         full.append(probe("loop", config, seconds))
-    work, bare = np.concatenate(full, axis=1), np.concatenate(empty, axis=1)
-    done_us = [np.percentile(part[0] + part[1], 99) / 1e3 for part in (work, bare)]
-    work_us, bare_us = ([np.percentile(part[1], p) / 1e3 for p in (50, 99)] for part in (work, bare))
-    rate = f"{len(work[0])} ticks"
-    return [
-        Row("cycle on the mock, p50", work_us[0], "us", f"{rate}; empty loop {bare_us[0]:.2f} us", 6.0),
-        Row("cycle on the mock, p99", work_us[1], "us", f"{rate}; empty loop {bare_us[1]:.2f} us"),
-        Row("deadline to command sent, p99, against empty loop", done_us[0] / done_us[1], "x",
-            f"loop {done_us[0]:.1f} us, empty loop {done_us[1]:.1f} us", 2.0),
+        six.append(probe("six", config, seconds))
+        if cyclictest.available():
+            theirs += cyclictest.run(seconds, round(1e6 / loop.rate_hz), loop.priority, last_core())
+    work, bare, many = (np.concatenate(part, axis=1) for part in (full, empty, six))
+    done_us, bare_us = (np.percentile(part[0] + part[1], 99) / 1e3 for part in (work, bare))
+    work_us, python_us, many_us = (np.percentile(part[1], [50, 99]) / 1e3 for part in (work, bare, many))
+    ticks = f"{work.shape[1]} ticks"
+    rows = [
+        Row("cycle on the mock, p50", work_us[0], "us", f"{ticks}; empty loop in Python {python_us[0]:.2f} us", 2.0),
+        Row("cycle on the mock, p99", work_us[1], "us", f"{ticks}; empty loop in Python {python_us[1]:.2f} us"),
+        Row("cycle of six axes with models, no plant, p50", many_us[0], "us", f"p99 {many_us[1]:.2f} us", 8.0),
+        Row("deadline to command sent, p99", done_us, "us", f"empty loop in Python {bare_us:.1f} us", 10.0),
     ]  # fmt: skip
-
-
-def wakeup_rows(config: Path, rounds: int, seconds: float) -> list[Row]:
-    """Wake-up latency beside cyclictest at the same priority, interval and core, in turn."""
-    loaded = load(config)
-    interval_us = round(1e6 / loaded.config.loop.rate_hz)
-    ours, theirs = Latencies.of(np.zeros(0)), Latencies.of(np.zeros(0))
-    for _ in range(rounds):
-        theirs += cyclictest.run(seconds, interval_us, loaded.config.loop.priority, last_core())
-        ours += Latencies.of(probe("loop", config, seconds)[0])
-    rows = []
-    for percent in (50.0, 99.0):
-        mine, reference = ours.percentile_us(percent), theirs.percentile_us(percent)
-        text = f"ours {mine:.1f} us, cyclictest {reference:.1f} us, {rounds} x {seconds:g} s each"
+    if cyclictest.available():
+        latest = theirs.percentile_us(99.0)
+        text = f"cyclictest only wakes up: {latest:.1f} us"
         rows.append(
-            Row(f"wake-up against cyclictest, p{percent:g}", mine / max(reference, 1e-9), "x", text, 1.3)
+            Row("deadline to command sent, p99, against cyclictest", done_us / latest, "x", text, 0.5)
         )
     return rows
 

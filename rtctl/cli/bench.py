@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import click
 
@@ -25,13 +26,26 @@ GROUPS = (
     "view",
 )
 ON_REQUEST = ("soak", "deaths")
+LOADS = ("cpu", "disk", "network", "memory")
 
 
 @click.command("bench")
 @click.argument("groups", nargs=-1, type=click.Choice(GROUPS + ON_REQUEST))
 @click.option("--quick", is_flag=True, help="shorter runs: a look, not a measurement")
 @click.option(
-    "--minutes", type=click.FloatRange(0.3, 1440), default=60.0, show_default=True, help="length of a soak"
+    "--minutes", type=click.FloatRange(0.3, 1440), help="length of a soak (60) or of wakeup (about 2)"
+)
+@click.option(
+    "--load",
+    "loads",
+    multiple=True,
+    type=click.Choice(LOADS),
+    help="wakeup: measure under this load too; repeatable",
+)
+@click.option(
+    "--picture",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="wakeup: histograms beside cyclictest's, as PNG or SVG",
 )
 @click.option(
     "--rig-seconds",
@@ -42,7 +56,14 @@ ON_REQUEST = ("soak", "deaths")
 )
 @click.option("--json", "as_json", is_flag=True, help="one JSON object, its rows as they are measured")
 def command(
-    groups: tuple[str, ...], *, quick: bool, minutes: float, rig_seconds: float, as_json: bool
+    groups: tuple[str, ...],
+    *,
+    quick: bool,
+    minutes: float | None,
+    loads: tuple[str, ...],
+    picture: Path | None,
+    rig_seconds: float,
+    as_json: bool,
 ) -> None:
     """Measure side by side: friction evaluation, safety machine, feel of a 60 Hz program, virtual time, start,
     cycle, wake-up, telemetry streams, floods, STOP under attack, device I/O, recording, live view; and, only when asked for, soak: hours of subscribers that come and go, and of floods;
@@ -55,11 +76,13 @@ def command(
     from rtctl.errors import RtctlError
 
     report = _Json() if as_json else _Text()
+    wanted = _groups(quick=quick, minutes=minutes, rig_seconds=rig_seconds)
+    wanted["wakeup"] = lambda: _wakeup(quick=quick, minutes=minutes, loads=loads, picture=picture)
     try:
         for name in groups or GROUPS:
             click.echo(f"measuring {name} ...", err=True)
             try:
-                report.rows(_group(name, quick=quick, minutes=minutes, rig_seconds=rig_seconds)())
+                report.rows(wanted[name]())
             except (RtctlError, ModuleNotFoundError) as error:
                 report.skipped[name] = str(error)
     finally:
@@ -100,7 +123,19 @@ class _Json(_Text):
         )
 
 
-def _group(name: str, *, quick: bool, minutes: float, rig_seconds: float) -> Callable[[], list[Row]]:
+def _wakeup(*, quick: bool, minutes: float | None, loads: tuple[str, ...], picture: Path | None) -> list[Row]:
+    from rtctl.bench import wakeup
+    from rtctl.demo import shipped_config
+
+    seconds = 2.0 if quick else 5.0
+    rounds = wakeup.rounds_in(minutes, seconds, loads) if minutes else (1 if quick else 4)
+    pairs = wakeup.measure(shipped_config("mock.toml"), rounds, seconds, loads)
+    if picture is not None:
+        wakeup.picture(pairs, picture)
+    return [row for pair in pairs for row in pair.rows()]
+
+
+def _groups(*, quick: bool, minutes: float | None, rig_seconds: float) -> dict[str, Callable[[], list[Row]]]:
     from rtctl.bench import (
         attacks,
         deaths,
@@ -132,10 +167,9 @@ def _group(name: str, *, quick: bool, minutes: float, rig_seconds: float) -> Cal
         ],
         "start": lambda: loop.start_rows(mock, 1 if quick else 5),
         "cycle": lambda: loop.cycle_rows(mock, 1 if quick else 4, 10 * short),
-        "wakeup": lambda: loop.wakeup_rows(mock, 1 if quick else 4, max(5.0, 15 * short)),
         "flood": lambda: flood.rows(mock, 10 * short, 1 if quick else 2),
         "attacks": lambda: attacks.rows(mock, 1 if quick else 5),
-        "soak": lambda: soak.rows(mock, minutes, lambda text: click.echo(text, err=True)),
+        "soak": lambda: soak.rows(mock, minutes or 60.0, lambda text: click.echo(text, err=True)),
         "io": lambda: io.rows(short, rig_seconds),
         "view": lambda: view.rows(mock, 30 * short, 3 if quick else 10),
         "deaths": lambda: deaths.rows(
@@ -145,4 +179,4 @@ def _group(name: str, *, quick: bool, minutes: float, rig_seconds: float) -> Cal
             shipped_config("mock-10khz.toml"), 2 if quick else 6, 60 * short / 2
         ),
         "streams": lambda: streams.rows(shipped_config("mock-10khz.toml"), 60 * short),
-    }[name]
+    }

@@ -111,7 +111,7 @@ def _warnings(health: dict[str, Any] | None) -> list[dict[str, str]]:
 def _latency(health: dict[str, Any] | None) -> list[str]:
     if health is None or health["wakeup_us"] is None:
         return ["latency: once a second, wait ..."]
-    names = list(health["wakeup_us"])
+    names, early = list(health["wakeup_us"]), health.get("early_us", 0.0)
     lines = [f"{'us':<12}" + "".join(f"{name:>12}" for name in names)]
     lines += [
         f"{phase:<12}" + "".join(f"{health[f'{phase}_us'][n]:>12.1f}" for n in names)
@@ -120,6 +120,7 @@ def _latency(health: dict[str, Any] | None) -> list[str]:
     return [
         *lines,
         f"rate {health['measured_rate_hz']:.1f} Hz"
+        + (f", awake {early:.0f} us early" if early else "")
         + ("   WAIVER: no real-time rights" if health["waiver"] else ""),
     ]
 

@@ -77,6 +77,7 @@ def examine(
         _add(ports.usb_adapters(root))
     core = machine.loop_core(loop.cpu, os.sched_getaffinity(0))
     _add(machine.check(root, core))
+    _add([machine.early_look(root, loop.early_us, loop.rate_hz, len(os.sched_getaffinity(0)))])
     _add(rights.check(root, loaded.config.rig.name if loaded else "", loop.priority, install))
     found = None
     if seconds:

@@ -6,7 +6,10 @@ import os
 import re
 from pathlib import Path
 
+import numpy as np
+
 from rtctl.doctor.line import Line, text
+from rtctl.rt import early
 
 GOOD_CLOCKS = ("tsc", "arch_sys_counter", "kvm-clock", "hyperv_clocksource_tsc_page", "riscv_clocksource")
 _CPU = Path("sys/devices/system/cpu")
@@ -135,6 +138,14 @@ def throttling(root: Path) -> Line:
         return Line(name, "ok", f"{allowed_us} of {of_us} us: the loop stays far below")
     fix = "sudo sysctl -w kernel.sched_rt_runtime_us=950000"
     return Line(name, "warn", f"real-time processes get {allowed_us} of {of_us} us only", fix)
+
+
+def early_look(root: Path, asked: float | str, rate_hz: float, cores: int) -> Line:
+    """How long the loop would look at the clock before each deadline, and what of its core that takes."""
+    early_ns = np.zeros(3, np.int64)
+    share = early.realtime_share(root / "proc/sys/kernel")
+    chosen = early.choose(early_ns, asked, 1 / rate_hz, cores, granted=True, share=share)
+    return Line("early look", "ok", chosen.detail)
 
 
 def _cores(listed: str) -> set[int]:

@@ -66,6 +66,7 @@ class LoopProcess:
             "realtime": config.loop.realtime,
             "priority": config.loop.priority,
             "cpu": config.loop.cpu,
+            "early_us": config.loop.early_us,
         }
         self.ended: dict[str, Any] | None = None
         self.grants: list[dict[str, Any]] = []

@@ -43,6 +43,7 @@ from rtctl.host.telemetry import Telemetry
 from rtctl.host.view_process import ViewProcess
 from rtctl.recording.law_arrays import LawArrays
 from rtctl.recording.setup import setup_of
+from rtctl.rt.early import MARGIN
 from rtctl.shm import CommandWriter, Memory, RingReader
 
 READY_TIMEOUT_S = 300.0  # the first start compiles
@@ -175,6 +176,7 @@ class Host:
                 self.announce(f"warning: {grant['right']} refused: {grant['detail']}")
         self.loop.leave_it_its_core()
         self.telemetry.set_realtime(self.loop.grants)
+        self.telemetry.set_early(self.memory.early_ns)
         self.record.begin(setup_of(self.loaded, plan, rig.session, rig.start_wall_ns, self.loop.grants))
         self.view = ViewProcess.of(self.loaded, self.runtime)
         self.notifier.ready()
@@ -306,6 +308,7 @@ class Host:
             "telemetry": self.telemetry.counts(),
             "overwritten": self.reader.overwritten,
             "realtime": self.loop.grants,
+            "early_us": round(int(self.memory.early_ns[MARGIN]) / 1e3, 1),
             **self.record.summary(),
         }
 

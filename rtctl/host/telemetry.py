@@ -40,6 +40,7 @@ from rtctl.protocol import (
     Endpoints,
     schema_sha256,
 )
+from rtctl.rt.early import MARGIN
 
 QUEUE_S = 5.0
 """How far a subscriber may fall behind before it loses messages."""
@@ -106,6 +107,7 @@ class Telemetry:
         self._commands = commands
         self._clock_ns = clock_ns
         self._realtime: list[dict[str, Any]] = []
+        self._early_ns = np.zeros(3, np.int64)
         self._log: Callable[[], Mapping[str, Any]] = dict
         self._recording: Callable[[], Mapping[str, Any] | None] = lambda: None
         self._setup: Callable[[], Mapping[str, Any]] | None = None
@@ -144,6 +146,10 @@ class Telemetry:
     def set_realtime(self, grants: Sequence[Mapping[str, Any]]) -> None:
         """Tell in `health` which real-time rights were granted and which refused, and why."""
         self._realtime = [dict(grant) for grant in grants]
+
+    def set_early(self, early_ns: np.ndarray) -> None:
+        """Tell in `health` how long before each deadline the loop is awake now (`Memory.early_ns`)."""
+        self._early_ns = early_ns
 
     def set_commands(self, counts: Counts) -> None:
         """Tell the gateway's counters in `health`."""
@@ -242,6 +248,7 @@ class Telemetry:
             "telemetry": self.counts(),
             "commands": dict(self._commands()),
             "realtime": self._realtime,
+            "early_us": round(int(self._early_ns[MARGIN]) / 1e3, 1),
             "log": dict(self._log()),
             "recording": self._recording(),
         }

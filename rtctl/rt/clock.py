@@ -12,9 +12,13 @@ import numpy as np
 from numba import types
 
 from hw.jit import JIT_DISABLED, compiled
+from rtctl.rt import early as looking
 
 _CLOCK_MONOTONIC = np.int32(1)
 _TIMER_ABSTIME = np.int32(1)
+
+_MARGIN, _MOST, _STEP = looking.MARGIN, looking.MOST, looking.STEP
+_ONE_LATE_OF = round(1 / looking.LATE_SHARE)
 
 # Resolved by name in the C library: the wake-up is then measured where it happens, not after Python has
 # come back from a foreign call (which costs several us at p99).
@@ -25,16 +29,44 @@ _gettime: Any = types.ExternalFunction("clock_gettime", types.int32(types.int32,
 
 
 @compiled
-def _wait(timespec: np.ndarray, deadline_ns: int) -> int:
-    """Sleep until the deadline; returns the time of waking up, ns, or minus the C error number."""
-    timespec[0], timespec[1] = deadline_ns // 1_000_000_000, deadline_ns % 1_000_000_000
+def now_ns(timespec: np.ndarray) -> int:
+    """CLOCK_MONOTONIC, ns; `timespec`, shape (2,), int64, is scratch."""
+    _gettime(_CLOCK_MONOTONIC, timespec.ctypes)
+    return int(timespec[0] * 1_000_000_000 + timespec[1])
+
+
+@compiled
+def _sleep(timespec: np.ndarray, until_ns: int) -> int:
+    """Sleep; returns the time of waking up, ns, or minus the C error number."""
+    timespec[0], timespec[1] = until_ns // 1_000_000_000, until_ns % 1_000_000_000
     result = 4
     while result == 4:  # EINTR: a signal came in between; its handler runs when we return
         result = _nanosleep(_CLOCK_MONOTONIC, _TIMER_ABSTIME, timespec.ctypes, 0)
-    if result != 0:
-        return -result
-    _gettime(_CLOCK_MONOTONIC, timespec.ctypes)
-    return int(timespec[0] * 1_000_000_000 + timespec[1])
+    return now_ns(timespec) if result == 0 else -result
+
+
+@compiled
+def _follow(early: np.ndarray, late_ns: int) -> None:
+    """Move the margin of `auto` to where all but one of two hundred wake-ups are in time (`rtctl.rt.early`)."""
+    if early[_MOST] > 0:
+        step = early[_STEP]
+        change = step - step // _ONE_LATE_OF if late_ns > early[_MARGIN] else -max(step // _ONE_LATE_OF, 1)
+        early[_MARGIN] = min(max(early[_MARGIN] + change, 0), early[_MOST])
+
+
+@compiled
+def wait(timespec: np.ndarray, deadline_ns: int, early: np.ndarray) -> int:
+    """Sleep until shortly before the deadline, then look until it comes; the time then, ns, or minus the C error number."""
+    until = deadline_ns - early[_MARGIN]
+    if until < 0 or now_ns(timespec) < until:  # a grid that is behind has no time to sleep
+        woke = _sleep(timespec, until)
+        if woke < 0:
+            return woke
+        _follow(early, woke - until)
+    now = now_ns(timespec)
+    while now < deadline_ns:
+        now = now_ns(timespec)
+    return now
 
 
 class Clock(Protocol):
@@ -48,19 +80,29 @@ class Clock(Protocol):
 
 
 class WallClock:
-    """`clock_nanosleep` on CLOCK_MONOTONIC with absolute deadlines: no drift, no effect of wall-clock steps."""
+    """`clock_nanosleep` on CLOCK_MONOTONIC with absolute deadlines: no drift, no effect of wall-clock steps.
 
-    def __init__(self) -> None:
-        self._timespec = np.zeros(2, np.int64)
+    Attributes
+    ----------
+    timespec : array, shape (2,), int64
+        Scratch of the compiled functions.
+    early : array, shape (3,), int64
+        How long before each deadline it is awake (`rtctl.rt.early.choose`), ns; it moves where it follows the wake-ups.
+    """
+
+    def __init__(self, early: np.ndarray | None = None) -> None:
+        self.timespec = np.zeros(2, np.int64)
+        self.early = np.zeros(3, np.int64)
         self.now = time.monotonic_ns
         self.sleep_until(0)  # compile now
+        self.early = self.early if early is None else early
 
     def sleep_until(self, deadline_ns: int) -> int:
-        """Sleep until `deadline_ns`. A signal that comes in between does not end the sleep early."""
+        """Wait for `deadline_ns`. A signal that comes in between does not end the wait early."""
         if JIT_DISABLED:
             time.sleep(max(0, deadline_ns - time.monotonic_ns()) / 1e9)
             return time.monotonic_ns()
-        woke = int(_wait(self._timespec, deadline_ns))
+        woke = int(wait(self.timespec, deadline_ns, self.early))
         if woke < 0:
             raise OSError(-woke, f"clock_nanosleep: {os.strerror(-woke)} ({errno.errorcode[-woke]})")
         return woke
@@ -73,6 +115,9 @@ class VirtualClock:
     says that this process has been told to end: a host that has died reads no more.
     """
 
+    AHEAD = 256
+    """Ticks made at once where nobody reads."""
+
     def __init__(self, header: np.ndarray | None = None, ending: Callable[[], bool] = lambda: False) -> None:
         self._now = 0
         self._ending = ending
@@ -83,11 +128,20 @@ class VirtualClock:
         """The virtual time."""
         return self._now
 
+    def room(self) -> int:
+        """Ticks that may be made before the reader has to be waited for."""
+        if self._header is None or not self._most_unread:
+            return self.AHEAD
+        header = self._header
+        return self._most_unread + 1 - int(header[0]["head"] - header[0]["read_head"])
+
+    def jump(self, now_ns: int) -> None:
+        """It is so late now: cycles went by without this clock being asked."""
+        self._now = now_ns
+
     def sleep_until(self, deadline_ns: int) -> int:
         """Jump to the deadline."""
-        if self._header is not None and self._most_unread:
-            header = self._header
-            while header[0]["head"] - header[0]["read_head"] > self._most_unread and not self._ending():
-                time.sleep(0.0005)
+        while self.room() <= 0 and not self._ending():
+            time.sleep(0.0005)
         self._now = max(self._now, deadline_ns)
         return self._now

@@ -2,6 +2,9 @@
 
 wait -> read -> decide (newest command, law, gate) -> write -> record, on an absolute grid. Slots that
 have passed are skipped and counted, never caught up. Every way out ends in `backend.stop()`.
+
+A device that has compiled parts runs whole cycles in compiled code (`rtctl.rt.whole_cycle`), and comes back here in the middle of one where
+a step needs Python: the cycle is then gone on with from that step.
 """
 
 from __future__ import annotations
@@ -12,16 +15,14 @@ from typing import Any
 import numpy as np
 
 from hw.interface import OPTIONAL_FIELDS, Backend, CompiledBackend
-from rtctl.control import law, mailbox
-from rtctl.control.jit import bound, records
-from rtctl.control.records import command_dtype, state_dtype
 from rtctl.control.vocabulary import State
-from rtctl.rt.clock import Clock
-from rtctl.shm import HEADER, CommandWriter, Memory, words
+from rtctl.rt.clock import Clock, VirtualClock
+from rtctl.rt.cycle import DEADLINE, MISSED, PERIOD, RECORD_NS, SLOT, WOKE, Cycle
+from rtctl.rt.whole_cycle import ENDED, NEXT, READ, WAIT, WRITE, WholeCycles
+from rtctl.shm import CommandWriter, Memory
 from rtctl.tick import FIELDS, new_ticks, tick_dtype
 
 _SHUTDOWN = int(State.SHUTDOWN)
-_MAILBOX_SEQ = (HEADER.names or ()).index("mailbox_seq")
 _NOW = 1 << 62  # a shutdown count no host reaches: always a rise
 _LEADING = [field.name for field in FIELDS].index("sample_count")
 """Words before `sample_count` are the loop's own scalars, one word each, in the order of `FIELDS`."""
@@ -34,34 +35,6 @@ class Stop:
     requests: int = 0
 
 
-class Cycle:
-    """The arrays of one running loop, private to this process but for the ring and the mailbox."""
-
-    def __init__(self, memory: Memory) -> None:
-        n = memory.n_axes
-        self.memory = memory
-        self.tick = records(new_ticks(1, n))
-        self.state = records(np.zeros(1, state_dtype(n)))
-        self.params = records(memory.params.copy())
-        self.model = records(memory.model.copy())
-        self.command = records(np.zeros(2, command_dtype(n)))  # row 1 is scratch of the intake
-        self.command_words = words(self.command)
-        self.tick_words = words(self.tick)
-        header: Any = memory.header.view(np.int64)
-        self._newest_seq: Any = memoryview(header)  # looked at every cycle: cheaper than a call
-        self._seq: Any = memoryview(self.command_words.view(np.int64)[0])
-        self._take = bound(mailbox.take, memory.header, memory.slot_words, self.command_words)
-        self._step = bound(law.step, self.tick, self.state, self.params, self.command, self.model)
-        self.record = bound(mailbox.publish, memory.header, memory.ring_words, self.tick_words)
-        """Seal the tick and put it into the ring."""
-
-    def decide(self) -> None:
-        """Take the newest command if there is a new one; then the law."""
-        if self._newest_seq[_MAILBOX_SEQ] != self._seq[0]:
-            self._take()
-        self._step()
-
-
 def warm_up(memory: Memory, backend: Backend) -> None:
     """Compile (or load) everything the loop calls, on copies: nothing shared is touched, nothing moves."""
     if isinstance(backend, CompiledBackend):
@@ -72,6 +45,7 @@ def warm_up(memory: Memory, backend: Backend) -> None:
     CommandWriter(scratch).send()
     cycle.decide()
     cycle.record()
+    WholeCycles.of(backend, cycle, VirtualClock())
     scratch.close()
 
 
@@ -97,47 +71,72 @@ def run_loop(backend: Backend, memory: Memory, clock: Clock, stop: Stop, *, waiv
         Whatever a backend raised (LinkLost among others), after the actuator was stopped.
     """
     cycle = Cycle(memory)
-    tick, period = cycle.tick, int(memory.header[0]["period_ns"])
-    word = memoryview(cycle.tick_words.view(np.int64)[0])  # fields by word: the cheapest store from Python
+    tick = cycle.tick
+    word, grid = (
+        _ints(cycle.tick_words[0]),
+        _ints(cycle.grid),
+    )  # fields by word: the cheapest store from Python
     state_word = tick_dtype(memory.n_axes).fields["state"][1] // 8  # type: ignore[index]
-    read, decide_, write, record, now = backend.read, cycle.decide, backend.write, cycle.record, clock.now
+    read, decide, write, record, now = backend.read, cycle.decide, backend.write, cycle.record, clock.now
     if isinstance(backend, CompiledBackend):
         backend.warm_up(tick)
-    slot, missed, record_ns = 0, 0, 0
+    whole = WholeCycles.of(backend, cycle, clock)
     word[9] = waiver
     for name in OPTIONAL_FIELDS:  # no sensor, no value; a backend that has one overwrites it
         tick[name] = np.nan
-    deadline = start = clock.now() + period
-    memory.header[0]["start_ns"] = start
+    grid[PERIOD] = int(memory.header[0]["period_ns"])
+    grid[DEADLINE] = memory.header[0]["start_ns"] = clock.now() + grid[PERIOD]
     try:
         while True:
-            woke = clock.sleep_until(deadline)  # 1 wait for the slot; skip those that have passed
-            late = woke - deadline
-            if late >= period:
-                skipped = late // period
-                missed, slot, deadline = missed + skipped, slot + skipped, deadline + skipped * period
-                late -= skipped * period
-                word[8] = missed
-            word[0], word[1], word[2] = slot, deadline, late
-            read(tick)  # 2 read the devices
-            t_read = now()
-            if stop.requests:
-                if stop.requests > 1:
-                    break
-                cycle.command["shutdown_count"][0] = _NOW
-            decide_()  # 3 decide: newest command, law, gate
-            t_law = now()
-            write(tick)  # 4 write to the devices
-            t_write = now()
-            word[3], word[4], word[5], word[6] = t_read - woke, t_law - t_read, t_write - t_law, record_ns
-            word[7] = t_write - woke + record_ns
+            at = (
+                WAIT if whole is None or stop.requests else whole.run()
+            )  # as many cycles as go without Python
+            if at == NEXT:
+                continue
+            if at == ENDED:
+                break
+            if at == WAIT:
+                _wait(clock, grid, word)  # 1 wait for the slot; skip those that have passed
+            woke = grid[WOKE]
+            if at <= READ:
+                read(tick)  # 2 read the devices
+                t_read = now()
+                if stop.requests:
+                    if stop.requests > 1:
+                        break
+                    cycle.command["shutdown_count"][0] = _NOW
+                decide()  # 3 decide: newest command, law, gate
+                word[3], word[4], word[6] = t_read - woke, now() - t_read, grid[RECORD_NS]
+            if at <= WRITE:
+                write(tick)  # 4 write to the devices
+                worked = now() - woke
+                word[5], word[7] = worked - word[3] - word[4], worked + word[6]
+            began = now()
             record()  # 5 record
             if word[state_word] == _SHUTDOWN:
                 break
-            slot, deadline = slot + 1, deadline + period
-            record_ns = now() - t_write
+            grid[SLOT], grid[DEADLINE] = grid[SLOT] + 1, grid[DEADLINE] + grid[PERIOD]
+            grid[RECORD_NS] = now() - began
     finally:
         backend.stop()
+
+
+def _wait(clock: Clock, grid: memoryview, word: memoryview) -> None:
+    """Wait for the next slot that has not passed; write number, deadline and lateness of the tick."""
+    period, deadline = grid[PERIOD], grid[DEADLINE]
+    woke = clock.sleep_until(deadline)
+    late = woke - deadline
+    if late >= period:
+        skipped = late // period
+        grid[SLOT], grid[DEADLINE] = grid[SLOT] + skipped, deadline + skipped * period
+        word[8] = grid[MISSED] = grid[MISSED] + skipped
+        late -= skipped * period
+    word[0], word[1], word[2], grid[WOKE] = grid[SLOT], grid[DEADLINE], late, woke
+
+
+def _ints(array: np.ndarray) -> Any:  # noqa: ANN401
+    view: Any = memoryview
+    return view(array.view(np.ndarray).view(np.int64))
 
 
 assert [FIELDS[i].name for i in range(_LEADING)] == [

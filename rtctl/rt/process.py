@@ -20,7 +20,7 @@ import numpy as np
 from hw.claims import Claims
 from hw.interface import Backend, BackendError, Rig
 from hw.rig import Member, compose
-from rtctl.rt import realtime
+from rtctl.rt import early, realtime
 from rtctl.rt.clock import Clock, VirtualClock, WallClock
 from rtctl.rt.loop import Stop, run_loop, warm_up
 from rtctl.rt.replug import Replug
@@ -101,14 +101,21 @@ def main(memory_fd: int) -> int:
     warm_up(memory, backend)
     compile_s = time.monotonic() - began
     virtual = order["clock"] == "virtual"
+    cores = len(os.sched_getaffinity(0))  # before this process keeps to one
     grants, held = (
         ([], [])
         if virtual or order["realtime"] == "off"
         else realtime.acquire(order["priority"], order["cpu"])
     )
     granted = bool(grants) and realtime.complete(grants)
+    if not virtual:
+        grants.append(
+            early.choose(memory.early_ns, order["early_us"], order["rig"]["period_s"], cores, granted=granted)
+        )
     _say("ready", grants=[grant.as_dict() for grant in grants], compile_s=round(compile_s, 3))
-    clock: Clock = VirtualClock(memory.header, lambda: stop.requests > 0) if virtual else WallClock()
+    clock: Clock = (
+        VirtualClock(memory.header, lambda: stop.requests > 0) if virtual else WallClock(memory.early_ns)
+    )
     if not granted and order["realtime"] == "require" and not virtual:
         backend.stop()
         backend.close()

@@ -12,7 +12,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from hw.interface import Backend, BackendError, CompiledBackend, LinkFault, LinkLost
+from hw.interface import (
+    Backend,
+    BackendError,
+    CompiledBackend,
+    CompiledCycle,
+    CompiledCycleBackend,
+    LinkFault,
+    LinkLost,
+)
 
 _LOST = int(LinkFault.LOST)
 
@@ -57,6 +65,20 @@ class Replug:
         """As the backend's own, where it has one."""
         if isinstance(self._backend, CompiledBackend):
             self._backend.warm_up(tick)
+
+    @property
+    def is_there(self) -> bool:
+        """Whether the device is there; while it is not, every cycle needs `read`."""
+        return self._wait == 0
+
+    def compiled_cycle(self, tick: np.ndarray) -> CompiledCycle | None:
+        """As the backend's own, where it has one."""
+        backend = self._backend
+        return backend.compiled_cycle(tick) if isinstance(backend, CompiledCycleBackend) else None
+
+    def listen(self, tick: np.ndarray) -> None:
+        """What `write` does besides sending."""
+        self._listen(tick)
 
     def read(self, tick: np.ndarray) -> None:
         """Read, or show that there is nothing to read."""

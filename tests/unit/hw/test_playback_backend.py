@@ -180,3 +180,25 @@ def test_the_registry_makes_it_from_validated_options(tmp_path):
     options = make(tmp_path)._options
     assert isinstance(registry.create("playback", options, rig()), PlaybackBackend)
     assert registry.options_model("playback") is PlaybackOptions
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("loop", [False, True])
+def test_the_compiled_halves_show_and_keep_the_same(tmp_path, loop):
+    backends = [make(tmp_path, loop=loop) for _ in range(2)]
+    for backend in backends:
+        backend.open()
+    ticks = [new_ticks(1, 1) for _ in backends]
+    parts = backends[1].compiled_cycle(ticks[1])
+    assert parts is not None
+    for k in range(2 * len(backends[0].recording) + 3):
+        for tick in ticks:
+            tick["torque_applied_nm"] = 0.01 * k
+        backends[0].read(ticks[0])
+        backends[0].write(ticks[0])
+        assert parts.read(*parts.read_arguments) == parts.write(*parts.write_arguments) == 0
+        assert ticks[0].tobytes() == ticks[1].tobytes()
+        assert np.array_equal(backends[0].torque_applied_nm, backends[1].torque_applied_nm)
+    backends[1].close()
+    assert parts.read(*parts.read_arguments) == 1, "left to Python, which says that it is not open"
+    assert parts.write(*parts.write_arguments) == 1

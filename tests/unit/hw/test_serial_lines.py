@@ -263,7 +263,7 @@ def test_a_drive_is_switched_on_once_and_off_while_not_armed():
 
 def test_a_line_cut_by_a_full_port_cannot_join_the_next():
     wire = Wire()
-    wire.backend._unsent = 1
+    wire.backend._wire["unsent_in_row"] = 1
     assert wire.sent(torque=0.5) == b"\nT0.5000\n"
 
 

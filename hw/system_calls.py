@@ -1,0 +1,47 @@
+"""`read` and `write` of the C library, in compiled code, on descriptors that do not block."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+import numpy as np
+from numba import types
+
+from hw.jit import compiled
+
+_numba: Any = numba  # these have no types
+_types: Any = types
+carray = _numba.carray
+
+_read: Any = types.ExternalFunction("read", types.intp(types.int32, types.voidptr, types.uintp))
+_write: Any = types.ExternalFunction("write", types.intp(types.int32, types.voidptr, types.uintp))
+_errno: Any = types.ExternalFunction("__errno_location", _types.CPointer(types.int32)())
+
+FAILED = -1
+_NOT_NOW = (11, 4)  # EAGAIN (EWOULDBLOCK is the same), EINTR
+
+
+@compiled
+def _must_wait() -> bool:
+    """Whether the call that failed just now only had nothing to do."""
+    number = carray(_errno(), (1,))[0]
+    return bool(number == _NOT_NOW[0] or number == _NOT_NOW[1])
+
+
+@compiled
+def read_some(descriptor: int, into: np.ndarray) -> int:
+    """Bytes read into `into` (uint8); 0 when none wait, `FAILED` where the line is hung up or broken."""
+    n = _read(np.int32(descriptor), into.ctypes, len(into))
+    if n > 0:
+        return int(n)
+    return 0 if n < 0 and _must_wait() else FAILED
+
+
+@compiled
+def write_all(descriptor: int, packet: np.ndarray, size: int) -> int:
+    """1 when all of `packet[:size]` (uint8) was taken, 0 when the line had no room for all of it, `FAILED` where it is broken."""
+    n = _write(np.int32(descriptor), packet.ctypes, size)
+    if n >= 0:
+        return 1 if n == size else 0
+    return 0 if _must_wait() else FAILED

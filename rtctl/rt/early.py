@@ -1,0 +1,98 @@
+"""Sleep until a little before the deadline, then look at the clock until it comes.
+
+The kernel wakes a sleeper some tens of microseconds late: a timer interrupt, a core that comes out of an idle state, a
+switch of tasks. Who is awake by then starts within a tenth of a microsecond of the deadline, and reads a sample that is
+younger by as much. It costs the core of the loop the time between wake-up and deadline.
+
+`auto` follows the wake-ups that were measured, so that all but one of two hundred come in time:
+
+    m <- m + .995 step   after a wake-up later than m,   m - .005 step   after any other,   0 <= m <= most
+
+which settles where one of two hundred is later (the stochastic approximation of a quantile). `step` is two thousandths of
+the period: what was is forgotten within seconds at any rate.
+
+It never takes more than `MOST_US`, nor `MOST_SHARE` of the period, nor half of what the kernel leaves to real-time
+processes (`sched_rt_runtime_us`): one that takes all of that is held up for the rest of the second.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from rtctl.rt.realtime import Grant
+
+MOST_US = 80.0
+"""`auto` looks at most so long: at 1 kHz, 8 % of a core."""
+
+MOST_SHARE = 0.4
+"""Nor is it ever more than this share of the period."""
+
+LATE_SHARE = 0.005
+"""Share of the wake-ups that may be later than `auto` waits for."""
+
+STEP_SHARE = 0.002
+"""One step of what follows the wake-ups, as a share of the period."""
+
+MARGIN, MOST, STEP = 0, 1, 2
+"""Places in the array that `choose` fills: the margin now; the most that `auto` takes, 0 for a fixed one; its step, ns."""
+
+_KERNEL = Path("/proc/sys/kernel")
+
+
+def realtime_share(root: Path = _KERNEL) -> float:
+    """Share of a core that the kernel leaves to real-time processes, 0 to 1; 1 where it does not limit them."""
+    try:
+        runtime_us, period_us = (
+            int((root / f"sched_rt_{name}_us").read_text()) for name in ("runtime", "period")
+        )
+    except (OSError, ValueError):
+        return 1.0
+    return min(max(runtime_us / period_us, 0.0), 1.0) if runtime_us >= 0 and period_us > 0 else 1.0
+
+
+def most_us(period_s: float, share: float) -> float:
+    """Longest look before each deadline, us, whoever asks for it; `share`: see `realtime_share`."""
+    return min(MOST_SHARE, share / 2) * period_s * 1e6
+
+
+def choose(
+    early_ns: np.ndarray,
+    asked: float | str,
+    period_s: float,
+    cores: int,
+    *,
+    granted: bool,
+    share: float | None = None,
+) -> Grant:
+    """Fill in what `WallClock` goes by, and say what was chosen.
+
+    Parameters
+    ----------
+    early_ns : array, shape (3,), int64
+        See `MARGIN`; written.
+    asked
+        `loop.early_us`: microseconds, or "auto".
+    period_s
+        Of the loop.
+    cores
+        Cores that the daemon may use; with one alone `auto` leaves the time to the host.
+    granted
+        The process has real-time rights. Without them others run in the time that it would look, and `auto` does not.
+    share
+        What of a core the kernel leaves to real-time processes; None asks it.
+    """
+    bound_us = most_us(period_s, realtime_share() if share is None else share)
+    auto = asked == "auto"
+    useful = not auto or (granted and cores > 1)
+    first_us = min(MOST_US if auto else float(asked), bound_us) if useful else 0.0
+    early_ns[MARGIN] = round(first_us * 1e3)
+    early_ns[MOST] = early_ns[MARGIN] if auto else 0
+    early_ns[STEP] = max(round(STEP_SHARE * period_s * 1e9), 1)
+    text = f"{'up to ' if auto else ''}{first_us:g} us before each deadline, {1e-6 * first_us / period_s:.1%} of its core"
+    if not useful:
+        text = f"auto: none {'without real-time rights' if cores > 1 else 'on the only core'}"
+    elif not auto and first_us < float(asked):
+        text += f"; {float(asked):g} us were asked (loop.early_us), which is more than may be"
+    return Grant("early-look", granted=useful, required=False, detail=text)

@@ -1,0 +1,171 @@
+"""The compiled halves of a cycle do on a serial line what `read` and `write` do, and leave to them what is rare."""
+
+import os
+import pty
+import tty
+
+import numpy as np
+import pytest
+
+from hw.entry_points import call_for_int, entry_point
+from hw.interface import LinkLost, Rig
+from hw.jit import compiled
+from hw.serial import compiled_core
+from hw.serial.backend import SerialBackend
+from hw.serial.firmware import Board
+from hw.serial.options import SerialOptions
+from hw.serial.port import Port
+from hw.system_calls import FAILED, read_some, write_all
+from rtctl.tick import new_ticks
+
+pytestmark = pytest.mark.compiled
+
+
+@compiled
+def _go(at, arguments):
+    return call_for_int(at, arguments)
+
+
+class Line:
+    """A pty with a board that is not asked who it is, and a backend on it."""
+
+    def __init__(self):
+        self.far, self.near = pty.openpty()
+        for fd in (self.far, self.near):
+            tty.setraw(fd)
+        os.set_blocking(self.far, False)
+        one = np.ones(1)
+        options = SerialOptions.model_validate({"port": os.ttyname(self.near), "baud": 921_600})
+        rig = Rig(1, 1e-3, one, one, 0.05 * one, 160_000 * one, np.eye(3)[:1])
+        self.backend = SerialBackend(options.model_dump(mode="json"), rig)
+        self.backend._greet = lambda _port: None
+        self.backend.open()
+        self.tick, self.board = new_ticks(1, 1), Board(1, "TEST", 1000)
+        self.backend.warm_up(self.tick)
+        self.parts = self.backend.compiled_cycle(self.tick)
+
+    def sample(self, k):
+        ticks, counts = new_ticks(1, 1), np.array([37 * k])
+        ticks["current_a"], ticks["force_n"] = 0.25, (1.0, -2.0, 0.5)
+        return self.board.state_packet(ticks, counts, 1000 * k)
+
+    def read(self, compiled_half):
+        if not compiled_half:
+            self.backend.read(self.tick)
+            return 0
+        parts = self.parts
+        return _go(entry_point(parts.read, *parts.read_arguments), parts.read_arguments)
+
+    def write(self, compiled_half):
+        if not compiled_half:
+            self.backend.write(self.tick)
+            return 0
+        parts = self.parts
+        return _go(entry_point(parts.write, *parts.write_arguments), parts.write_arguments)
+
+    def sent(self):
+        try:
+            return os.read(self.far, 65536)
+        except BlockingIOError:
+            return b""
+
+    def close(self):
+        self.backend.close()
+        for fd in (self.far, self.near):
+            os.close(fd)
+
+
+@pytest.fixture
+def line():
+    made = Line()
+    yield made
+    made.close()
+
+
+def test_both_ways_read_and_send_the_same_in_turn(line):
+    ticks, packets = [], []
+    for compiled_half in (False, True):
+        other = Line()
+        for k in range(1, 40):
+            os.write(other.far, other.sample(k) * (1 + (k % 5 == 0)))  # now and then one twice
+            if k % 7 == 0:
+                os.write(other.far, b"\x01\x02noise\x00")
+            other.tick["tick"], other.tick["enabled"], other.tick["current_command_a"] = k, k > 10, 0.01 * k
+            assert other.read(compiled_half) == 0
+            assert other.write(compiled_half) == 0
+            ticks.append(other.tick.copy())
+            packets.append(other.sent())
+        other.close()
+    n = len(ticks) // 2
+    assert all(packets[:n])
+    assert packets[:n] == packets[n:]
+    assert [t.tobytes() for t in ticks[:n]] == [t.tobytes() for t in ticks[n:]]
+
+
+def test_a_backlog_is_taken_in_and_not_shown_as_fresh(line):
+    os.write(line.far, line.sample(1))
+    assert line.read(True) == 0
+    before = int(line.tick["sample_count"][0])
+    stale = b"".join(line.sample(k) for k in range(2, 80))[: compiled_core.BACKLOG + 200]
+    os.write(line.far, stale)
+    assert line.read(True) == 0
+    assert int(line.tick["sample_count"][0]) == before
+    os.write(line.far, line.sample(100))
+    assert line.read(True) == 0
+    assert int(line.tick["sample_count"][0]) == before + 1
+
+
+def test_a_line_that_is_hung_up_is_left_to_python_which_says_so(line):
+    os.close(line.far)
+    try:
+        assert line.read(True) == 1
+        with pytest.raises(LinkLost, match="unplugged or reset"):
+            line.backend.read(line.tick)
+    finally:
+        line.far = os.open("/dev/null", os.O_RDWR)
+
+
+def test_a_closed_backend_is_left_to_python(line):
+    line.backend.close()
+    assert line.read(True) == 1
+    assert line.write(True) == 1
+    with pytest.raises(LinkLost, match="not open"):
+        line.backend.read(line.tick)
+
+
+def test_a_full_line_is_counted_once_for_each_command_and_ends_in_a_lost_link(line, monkeypatch):
+    monkeypatch.setattr(Port, "discard_output", lambda _self: None)  # nobody takes what waits there
+    while line.write(True) == 0:
+        pass
+    for tries in range(1, compiled_core.RESTART_PACKETS):
+        assert line.backend._wire["full"][0] == 1
+        line.write(False)
+        assert line.backend.unsent == tries
+        assert line.write(True) == 1
+    with pytest.raises(LinkLost, match="takes no more commands"):
+        line.write(False)
+
+
+def test_a_command_that_fits_again_starts_the_count_anew(line):
+    line.backend._wire["unsent_in_row"] = 5
+    assert line.write(True) == 0
+    assert line.backend._wire["unsent_in_row"][0] == 0
+
+
+def test_system_calls_tell_nothing_there_from_broken():
+    near, far = os.pipe2(os.O_NONBLOCK)
+    into, out = np.zeros(16, np.uint8), np.arange(16, dtype=np.uint8)
+    assert read_some(near, into) == 0
+    assert write_all(far, out, 5) == 1
+    assert read_some(near, into) == 5
+    assert into[:5].tolist() == [0, 1, 2, 3, 4]
+    while write_all(far, np.zeros(4096, np.uint8), 4096) == 1:
+        pass
+    assert write_all(far, out, 5) == 0
+    assert read_some(-1, into) == FAILED
+    assert write_all(-1, out, 5) == FAILED
+    os.close(far)
+    while read_some(near, np.zeros(65536, np.uint8)) > 0:
+        pass
+    assert read_some(near, into) == FAILED, "hung up"
+    os.close(near)

@@ -1,0 +1,43 @@
+"""`rtctl bench wakeup`: its rows, its rounds, its picture; nothing is measured here."""
+
+import numpy as np
+import pytest
+
+from rtctl.bench import wakeup
+from rtctl.bench.cyclictest import Latencies
+
+
+def measured(ours_us, theirs_us, rate_hz=1000.0):
+    pair = wakeup.Beside(rate_hz, "idle", cost=[0.04], early_us=[60.0], missed=2)
+    pair.ours += Latencies.of(np.array(ours_us) * 1000)
+    pair.theirs += Latencies.of(np.array(theirs_us) * 1000)
+    return pair
+
+
+def test_every_percentile_is_judged_against_cyclictest():
+    rows = list(measured([0] * 990 + [30] * 10, [20] * 990 + [50] * 10).rows())
+    by_name = {row.name.split(",")[1].strip(): row for row in rows if row.name.startswith("start")}
+    assert by_name["p50"].value == pytest.approx(0.5 / 20.5, rel=0.1)
+    assert by_name["p50"].ok
+    assert by_name["p99.9"].ok
+    assert by_name["latest"].value == pytest.approx(30 / 50)
+    late = {row.name.split(",")[1].strip(): row for row in measured([40] * 100, [20] * 100).rows()}
+    assert late["p50"].ok is False
+    assert late["p99.9"].ok is False
+
+
+def test_the_cost_has_a_bound_at_one_kilohertz_only():
+    cost = next(row for row in measured([0], [1]).rows() if "of a core" in row.unit)
+    assert (cost.value, cost.target) == (0.04, wakeup.MOST_COST)
+    assert next(row for row in measured([0], [1], 4000.0).rows() if "of a core" in row.unit).target is None
+
+
+def test_minutes_become_rounds():
+    assert wakeup.rounds_in(10.0, 5.0, ()) == 20
+    assert wakeup.rounds_in(10.0, 5.0, ("cpu",)) == 10
+    assert wakeup.rounds_in(0.3, 5.0, ("cpu", "disk")) == 1
+
+
+def test_the_picture_is_drawn(tmp_path):
+    wakeup.picture([measured([0, 3, 900], [20, 30]), measured([1], [2], 10_000.0)], tmp_path / "w.svg")
+    assert "cyclictest" in (tmp_path / "w.svg").read_text() or (tmp_path / "w.svg").stat().st_size > 5000
