@@ -180,13 +180,18 @@ def _places(layout: np.dtype[np.void], row: np.dtype[np.void]) -> tuple[np.ndarr
     """Words of a message that a tick has, and where the tick has them."""
     of_message: list[int] = []
     of_row: list[int] = []
-    theirs, ours = layout.fields or {}, row.fields or {}
-    for name, (kind, place, *_) in ours.items():
-        if name in theirs:
-            size, there = kind.itemsize // 8, theirs[name][1] // 8
+    for name in row.names or ():
+        if name in (layout.names or ()):
+            size = row[name].itemsize // 8
+            there, here = (_offset(kind, name) // 8 for kind in (layout, row))
             of_message += range(there, there + size)
-            of_row += range(place // 8, place // 8 + size)
+            of_row += range(here, here + size)
     return np.array(of_message, np.int64), np.array(of_row, np.int64)
+
+
+def _offset(kind: np.dtype[np.void], name: str) -> int:
+    assert kind.fields is not None
+    return int(kind.fields[name][1])
 
 
 def _gathered(records: bytes, starts: np.ndarray, size: int) -> np.ndarray:
