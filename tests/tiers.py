@@ -78,6 +78,7 @@ LONG = (
     "unit/identify/test_session.py",
     "unit/recording/test_export.py",
     "unit/recording/test_incident.py",
+    "unit/recording/test_other_readers.py",
     "unit/recording/test_recorder.py",
     "unit/recording/test_replay.py",
     "unit/test_delay_on_the_mock.py",
