@@ -81,7 +81,7 @@ coverage: export NUMBA_DISABLE_JIT = 1
 coverage: $(VENV)/.ready-dev
 	$(BIN)/coverage run -m pytest -W ignore::RuntimeWarning tests/unit/control/test_safety_functions.py \
 	  tests/unit/control/test_gate.py tests/unit/control/test_states.py tests/unit/control/test_detectors.py \
-	  tests/unit/control/test_arming.py tests/unit/control/test_sample.py tests/unit/control/test_intermediate.py tests/unit/control/test_take_back.py \
+	  tests/unit/control/test_arming.py tests/unit/control/test_sample.py tests/unit/control/test_intermediate.py tests/unit/control/test_environments.py tests/unit/control/test_take_back.py \
 	  tests/unit/control/test_device_velocity.py tests/unit/test_documents.py \
 	  tests/properties/test_control_gate.py tests/properties/test_encoder.py \
 	  tests/unit/hw/test_serial_frame.py tests/unit/hw/test_serial_link.py tests/unit/hw/test_serial_described.py tests/unit/hw/test_serial_asked.py \
@@ -107,7 +107,7 @@ fuzz: $(VENV)/.ready-dev
 	NUMBA_BOUNDSCHECK=1 RTCTL_CACHE_DIR=build/bounds-checked PYTHONPATH=. $(BIN)/python tests/fuzz/serial_fuzzer.py 10000000
 
 docs: $(VENV)/.ready-dev
-	$(BIN)/python -m rtctl schema --fill docs/tick.md --fill docs/safety.md --fill docs/protocol.md --fill docs/config.md --fill docs/api.md --fill docs/faults.md
+	$(BIN)/python -m rtctl schema --fill docs/tick.md --fill docs/safety.md --fill docs/protocol.md --fill docs/config.md --fill docs/api.md --fill docs/faults.md --fill docs/theory.md
 
 # The friction model of the mock rig: measured on the mock through its sensors, then learned.
 model: $(VENV)/.ready

@@ -21,7 +21,7 @@ from pydantic import (
 from hw.channels import READ_ORDER, places
 from hw.fault_kinds import KINDS, Channel
 from hw.faults import FAULTS
-from hw.outside import read_toml
+from hw.outside import read_toml, real
 from hw.plain_words import explain
 
 MAX_S = 1e9
@@ -193,7 +193,7 @@ def _from_file(given: Any, info: ValidationInfo) -> Any:  # noqa: ANN401
     if not isinstance(given, str):
         return given
     context: dict[str, Any] = info.context or {}
-    path = Path(context.get("folder", Path()), given).expanduser().resolve()
+    path = real(Path(context.get("folder", Path()), given).expanduser())
     return load_schedule(path, context)
 
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntFlag
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import Any, Literal, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -192,6 +192,16 @@ class Joint:
     """Share of the inertia on the link's side."""
 
 
+class Finding(NamedTuple):
+    """What a backend's `doctor` found of one thing that its device needs: `rtctl doctor` shows it as a line."""
+
+    status: Literal["ok", "warn", "fail"]
+    """`fail`: the rig will refuse to run, or be useless. `warn`: it runs, less well."""
+    found: str
+    fix: str = ""
+    """The command, or the line of a file, that puts it right."""
+
+
 @dataclass(frozen=True)
 class BackendInfo:
     """Registry entry. Both targets are `module:attribute`, imported only when used.
@@ -216,6 +226,11 @@ class BackendInfo:
     does not say, and `rtctl check` has only the rig file's word for it."""
     joint: str | None = None
     """Module and function that give a `Joint` per axis. None: rigid, as far as the device knows."""
+    network: bool = False
+    """The device is reached by IP or by a CAN interface: the service's unit then leaves the network open to the daemon."""
+    doctor: str | None = None
+    """`module:attribute` of a function `(options) -> Sequence[Finding]`, for `rtctl doctor`: is everything there that the device
+    needs? It opens, sends and changes nothing. None: its options alone are looked at."""
 
 
 Options = Mapping[str, Any]

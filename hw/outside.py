@@ -14,7 +14,7 @@ import stat
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, BinaryIO, NoReturn
 
 MOST_TABLE_BYTES = 1 << 20
 """Largest file of settings: a rig of eight axes with every key written out needs a fiftieth of it."""
@@ -38,6 +38,21 @@ _LAYOUT = (0x09, 0x0A, 0x0D)
 _LEFT = {code: text for code, text in _CONTROL.items() if code not in _LAYOUT}
 
 
+def opened(path: Path, *, follow: bool = True) -> BinaryIO:
+    """A regular file, to be read; `follow` as in `read_bounded`. Raises OSError for anything else, and waits for nobody."""
+    flags = os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK  # else a pipe is waited for
+    fd = os.open(path, flags if follow else flags | os.O_NOFOLLOW)
+    if not stat.S_ISREG(os.fstat(fd).st_mode):
+        os.close(fd)
+        raise OSError(errno.EINVAL, "it is not a regular file", str(path))
+    return os.fdopen(fd, "rb")
+
+
+def real(path: Path | str) -> Path:
+    """Where a path leads to. Unlike `Path.resolve` it raises nothing for a link to itself: who opens that is told."""
+    return Path(os.path.realpath(path))
+
+
 def read_bounded(path: Path, most: int, *, follow: bool = True) -> bytes:
     """The whole of a regular file of at most `most` bytes.
 
@@ -51,11 +66,7 @@ def read_bounded(path: Path, most: int, *, follow: bool = True) -> bytes:
     OSError
         It cannot be read, is no regular file, or is longer; `strerror` says so.
     """
-    flags = os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK  # else a pipe is waited for
-    fd = os.open(path, flags if follow else flags | os.O_NOFOLLOW)
-    with os.fdopen(fd, "rb") as file:
-        if not stat.S_ISREG(os.fstat(fd).st_mode):
-            raise OSError(errno.EINVAL, "it is not a regular file", str(path))
+    with opened(path, follow=follow) as file:
         data = file.read(most + 1)
     if len(data) > most:
         raise OSError(errno.EFBIG, f"it is larger than {most} bytes", str(path))

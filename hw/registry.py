@@ -14,9 +14,10 @@ from functools import cache
 from importlib.metadata import entry_points
 from typing import Any
 
-from hw.interface import Backend, BackendError, BackendInfo, Channels, Joint, Options, Rig, Timing
+from hw.interface import Backend, BackendError, BackendInfo, Channels, Finding, Joint, Options, Rig, Timing
 
 GROUP = "rtctl.backends"
+STATUSES = ("ok", "warn", "fail")
 
 DISTRIBUTIONS = {
     "serial": "rtctl[serial]",
@@ -82,6 +83,7 @@ BUILT_IN = {
         options="hw.force.options:RdtOptions",
         simulated=False,
         summary="force sensor: ATI Net F/T and Axia, OnRobot HEX, Schunk over UDP (RDT)",
+        network=True,
     ),
     "can": BackendInfo(
         factory="hw.can.board:BoardBackend",
@@ -89,6 +91,7 @@ BUILT_IN = {
         simulated=False,
         summary="a board on a CAN bus, by a field map or a DBC file",
         timing="hw.can.declared:board_timing",
+        network=True,
     ),
     "odrive": BackendInfo(
         factory="hw.can.drive_backend:OdriveBackend",
@@ -96,6 +99,7 @@ BUILT_IN = {
         simulated=False,
         summary="ODrives over CAN Simple",
         timing="hw.can.declared:odrive_timing",
+        network=True,
     ),
     "moteus": BackendInfo(
         factory="hw.can.drive_backend:MoteusBackend",
@@ -103,6 +107,7 @@ BUILT_IN = {
         simulated=False,
         summary="moteus controllers over CAN-FD",
         timing="hw.can.declared:moteus_timing",
+        network=True,
     ),
     "cia402": BackendInfo(
         factory="hw.can.drive_backend:Cia402Backend",
@@ -110,6 +115,7 @@ BUILT_IN = {
         simulated=False,
         summary="CANopen drives (CiA 402) in cyclic synchronous torque",
         timing="hw.can.declared:cia402_timing",
+        network=True,
     ),
 }
 
@@ -184,6 +190,31 @@ def joint(kind: str, options: Options, rig: Rig) -> Sequence[Joint]:
     """What such a device knows of its joints, one per axis of `rig`."""
     target = lookup(kind).joint
     return [Joint()] * rig.n_axes if target is None else list(_resolve(target)(options, rig))
+
+
+def examine(kind: str, options: Options) -> Sequence[Finding]:
+    """What the backend's own look at this machine finds; nothing where it has none.
+
+    Raises BackendError, which names the function, for one that fails or gives anything but `Finding`.
+    """
+    target = lookup(kind).doctor
+    if target is None:
+        return ()
+    try:
+        found = [Finding(*one) for one in _resolve(target)(options)]
+    except (
+        OSError,
+        ArithmeticError,
+        AttributeError,
+        LookupError,
+        RuntimeError,
+        TypeError,
+        ValueError,
+    ) as error:
+        raise BackendError(f"{target}: {type(error).__name__}: {error}") from error
+    if wrong := [one for one in found if one.status not in STATUSES]:
+        raise BackendError(f"{target}: status {wrong[0].status!r}; there are {', '.join(STATUSES)}")
+    return found
 
 
 def create(kind: str, options: Options, rig: Rig) -> Backend:

@@ -40,7 +40,8 @@ def signature(name: str, call: Any, *, method: bool = True) -> str:  # noqa: ANN
     for parameter in parameters:
         if parameter.kind == parameter.KEYWORD_ONLY and "*" not in parts:
             parts.append("*")
-        text = f"{parameter.name}: {parameter.annotation}"
+        stars = "**" if parameter.kind == parameter.VAR_KEYWORD else ""
+        text = f"{stars}{parameter.name}: {parameter.annotation}"
         parts.append(
             text if parameter.default is parameter.empty else f"{text} = {_default(parameter.default)}"
         )

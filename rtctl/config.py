@@ -23,7 +23,7 @@ from pydantic import (
 
 from hw import registry
 from hw.interface import BackendError, Rig
-from hw.outside import whole
+from hw.outside import real, whole
 from hw.plain_words import Key
 from hw.rig import Member
 from rtctl.config_devices import Composition
@@ -48,12 +48,18 @@ class Config(Table):
     schema_version: Annotated[Literal[1], BeforeValidator(whole)] = Field(
         1, alias="schema", description="version of the keys of this file"
     )
-    rig: RigTable
+    rig: RigTable = Field(
+        description="a table [rig] with the rig's name; `rtctl init` copies a whole rig file"
+    )
     loop: LoopTable = LoopTable()
-    axis: tuple[AxisTable, ...] = Field(min_length=1, max_length=MOST_AXES, strict=False)
+    axis: tuple[AxisTable, ...] = Field(
+        min_length=1, max_length=MOST_AXES, strict=False, description="a table [[axis]] for each axis"
+    )
     force_sensor: ForceSensorTable = ForceSensorTable()
     passivity: PassivityTable = PassivityTable()
-    device: tuple[DeviceTable, ...] = Field(min_length=1, max_length=8, strict=False)
+    device: tuple[DeviceTable, ...] = Field(
+        min_length=1, max_length=8, strict=False, description="a table [[device]] for each device"
+    )
     telemetry: TelemetryTable = TelemetryTable()
     gateway: GatewayTable = GatewayTable()
     record: RecordTable | None = Field(None, json_schema_extra=_or_switch)
@@ -206,11 +212,11 @@ class LoadedConfig(Table):
     def keys_folder(self) -> Path | None:
         """Absolute path of the folder of keys, or None where the rig is not reached by TCP."""
         folder = self.config.gateway.curve_dir
-        return (self.path.parent / folder).resolve() if folder else None
+        return real(self.path.parent / folder) if folder else None
 
     def model_path(self, axis: AxisTable) -> Path | None:
         """Absolute path of an axis' friction model, or None."""
-        return (self.path.parent / axis.friction.model).resolve() if axis.friction.model else None
+        return real(self.path.parent / axis.friction.model) if axis.friction.model else None
 
 
 def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
@@ -229,7 +235,7 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
         Naming the file and, one line each, every key at fault, its value and its bound. Also when `script`
         is given for a rig that is not simulated, or has no one device to take it.
     """
-    path = Path(path).resolve()
+    path = real(path)
     raw, data, where = read_toml(path)
     faults = tiny_lines(where, data)
     config: Config | None = None
@@ -238,7 +244,7 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
     except ValidationError as error:
         faults += fault_lines(where, (), error, Config, data)
     if script is not None and config is not None:
-        faults += _put_script(path, config, data, Path(script).resolve())
+        faults += _put_script(path, config, data, real(script))
     options, more = _device_options(path, data, where)
     faults += more
     if config is not None and not faults:

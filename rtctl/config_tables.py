@@ -9,14 +9,16 @@ numbers are refused.
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, create_model, model_validator
 
 from hw.outside import whole
 from rtctl.config_fields import Name, Table, Vector, number
 from rtctl.config_friction import ForceFeedbackTable, FrictionTable
 from rtctl.config_sensors import ForceTable, TemperatureTable, VelocityTable
+from rtctl.control.environments.kind import Parameter
+from rtctl.control.environments.table import PARAMETERS, KindName, meaning
 
 
 class RigTable(Table):
@@ -110,19 +112,32 @@ class MeasuredTable(Table):
     current_loop_hz: float = number(0, 1e5, "bandwidth of the current loop; 0: not measured", default=0.0)
 
 
-class EnvironmentTable(Table):
-    """[axis.environment]: the environment at start; a client may change it later within these bounds."""
+def _of_environment(parameter: Parameter) -> Any:  # noqa: ANN401 - what pydantic makes a field of
+    """Type and field of a parameter, by the table of environments."""
+    text = meaning(parameter)
+    if parameter.sign:
+        return Annotated[Literal[-1, 1], BeforeValidator(whole)], Field(parameter.default, description=text)
+    return float, number(parameter.low, parameter.high, text, default=parameter.default)
 
-    kind: Literal["free", "spring", "wall", "damper", "detents", "remote"] = Field(
-        "free", description="remote: a renderer moves the proxy (docs/theory.md 3.1)"
+
+if TYPE_CHECKING:
+
+    class EnvironmentTable(Table):
+        """What is read by name."""
+
+        kind: str = "free"
+        stiffness_nm_rad: float = 0.0
+        center_rad: float = 0.0
+
+else:
+    EnvironmentTable = create_model(
+        "EnvironmentTable",
+        __base__=Table,
+        __module__=__name__,
+        __doc__="[axis.environment]: the environment at start; a client may change it later within these bounds.",
+        kind=(KindName, Field("free", description="remote: a renderer moves the proxy (docs/theory.md 3.1)")),
+        **{one.name: _of_environment(one) for one in PARAMETERS},
     )
-    stiffness_nm_rad: float = number(0, 1e6, "spring, wall: k; detents: greatest slope", default=0.0)
-    damping_nms_rad: float = number(0, 1e4, "damper, wall: b", default=0.0)
-    center_rad: float = number(-1e3, 1e3, "rest angle, wall face, or centre of a detent", default=0.0)
-    side: Annotated[Literal[-1, 1], BeforeValidator(whole)] = Field(
-        1, description="wall: +1 resists motion to larger angles"
-    )
-    pitch_rad: float = number(1e-3, 100, "detents: distance", default=0.2)
 
 
 class AxisTable(Table):

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from hw import fault_kinds
 from rtctl import api_document, config_document, tick
 from rtctl.control import faults, states
+from rtctl.control.environments import table as environments
 from rtctl.control.vocabulary import Fault, State
 
 
@@ -20,6 +21,24 @@ def _state_numbers() -> str:
     return "States: " + ", ".join(f"{state.value} `{state.name}`" for state in State) + ".\n"
 
 
+def _environment_keys() -> str:
+    names = ", ".join(f"`{name}`" for name in environments.NAMES)
+    rows = [
+        "| key | type | unit | bounds | |",
+        "|---|---|---|---|---|",
+        "| `axis` | text or integer | | a name, or 0 to axes - 1 | required |",
+        f"| `kind` | text | | {names} (`remote` while armed: targets are awaited for 100 ticks from here on) | required |",
+        *(
+            f"| `{one.name}` | integer | | 1 or -1 | {environments.meaning(one)} |"
+            if one.sign
+            else f"| `{one.name}` | number | {one.unit} | `hello` | {environments.meaning(one)} |"
+            for one in environments.PARAMETERS
+        ),
+        "| `lease` | text | | 16 hexadecimal digits | required of a renderer |",
+    ]
+    return "\n".join(rows) + "\n"
+
+
 PARTS: dict[str, Callable[[], str]] = {
     "tick fields": tick.markdown_table,
     "faults": faults.markdown_table,
@@ -27,6 +46,9 @@ PARTS: dict[str, Callable[[], str]] = {
     "transitions": states.markdown_table,
     "fault bits": _fault_bits,
     "state numbers": _state_numbers,
+    "environment numbers": environments.numbers,
+    "environment keys": _environment_keys,
+    "environment forces": environments.forces,
     "rig file keys": config_document.rig_file,
     "client reference": api_document.reference,
     "device option keys": config_document.device_options,

@@ -14,11 +14,12 @@ from rtctl.config_tables import AxisTable
 from rtctl.control import stability
 from rtctl.control.delay_cover import delay_covered_ticks
 from rtctl.control.disturbance_observer import SMOOTHING
+from rtctl.control.environments.table import PARAMETERS, Environment
 from rtctl.control.gate import WINDOW_S
 from rtctl.control.records import HELD, new_records
 from rtctl.control.resting import REST_HZ
 from rtctl.control.velocity import kalman_gains, lowpass_alpha
-from rtctl.control.vocabulary import DeviceVelocity, Environment, Policy, VelocityMethod
+from rtctl.control.vocabulary import DeviceVelocity, Policy, VelocityMethod
 from rtctl.friction import artefact
 from rtctl.friction.guarantee import guarantee
 from rtctl.friction.model import FrictionModel
@@ -257,11 +258,8 @@ def _fill_force_feedback(
 def _fill_command(c: np.void, a: int, axis: AxisTable) -> None:
     environment = axis.environment
     c["environment_kind"][a] = Environment[environment.kind.upper()]
-    c["environment_stiffness_nm_rad"][a] = environment.stiffness_nm_rad
-    c["environment_damping_nms_rad"][a] = environment.damping_nms_rad
-    c["environment_center_rad"][a] = environment.center_rad
-    c["environment_side"][a] = environment.side
-    c["environment_pitch_rad"][a] = environment.pitch_rad
+    for parameter in PARAMETERS:
+        c[f"environment_{parameter.name}"][a] = getattr(environment, parameter.name)
     c["compensation"][a] = 1.0
 
 

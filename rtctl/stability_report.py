@@ -32,6 +32,8 @@ from rtctl.axis_report import AxisFigures
 from rtctl.config import LoadedConfig
 from rtctl.config_tables import AxisTable
 from rtctl.control import stability
+from rtctl.control.environments.kind import STIFFNESS
+from rtctl.control.environments.table import Environment, using
 from rtctl.errors import StabilityError
 from rtctl.friction import artefact
 from rtctl.friction.guarantee import Guarantee, guarantee
@@ -248,7 +250,7 @@ def _empty_account(loaded: LoadedConfig, axis: AxisTable) -> tuple[float, float]
 
 
 def _environment_stiffness(axis: AxisTable) -> float | None:
-    springy = axis.environment.kind in ("spring", "wall", "detents")
+    springy = Environment[axis.environment.kind.upper()] in using(STIFFNESS)
     return axis.environment.stiffness_nm_rad if springy else None
 
 

@@ -98,7 +98,7 @@ FIELDS: tuple[Field, ...] = (
         "targets refused so far: void epoch, no lease, not finite",
     ),
     Field(
-        "environment_kind", "int", "axis", "1", "law", "virtual environment in force (control.environment)"
+        "environment_kind", "int", "axis", "1", "law", "virtual environment in force (control.environments)"
     ),
     _axis("compensation", "1", "share of the configured friction feed-forward in force, 0 to 1"),
     # estimates

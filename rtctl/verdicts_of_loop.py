@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from rtctl.control.environments.table import Environment
 from rtctl.verdict import Outcome, Subject, Verdict
 
 if TYPE_CHECKING:
@@ -45,8 +46,10 @@ def sampled_loop(s: Subject) -> list[Verdict]:
 
 
 def any_world(s: Subject) -> list[Verdict]:
-    """Behind a lag the exact test covers linear worlds; walls and detents want a little more."""
+    """Behind a lag the exact test covers linear worlds; others (walls, detents) want a little more."""
     axis = s.axis
+    linear = ", ".join(kind.word for kind in Environment if kind.about.linear)
+    others = ", ".join(kind.word for kind in Environment if not (kind.about.linear or kind.about.active))
     if axis.current_loop_hz == 0:
         return []
     passed = axis.damping_needed_any_world_nms_rad <= axis.device_damping_nms_rad * (1 + _ROUNDING)
@@ -56,9 +59,9 @@ def any_world(s: Subject) -> list[Verdict]:
             f"need {axis.damping_needed_any_world_nms_rad:.4g} N m s/rad",
             f"<= {axis.device_damping_nms_rad:.4g}",
             Outcome.PASS if passed else Outcome.NOT_PROVED,
-            "walls and detents; springs and dampers are covered by the row above"
+            f"{others}; the row above covers {linear}"
             if passed
-            else "a wall or detents may give a hand energy: a little less stiffness_nm_rad proves them, too",
+            else f"{others}: these may give a hand energy; a little less stiffness_nm_rad proves them, too",
             axis.damping_needed_any_world_nms_rad / max(axis.device_damping_nms_rad, 1e-300),
         )
     ]

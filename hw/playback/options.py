@@ -17,6 +17,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
 from hw.fault_options import SampleFaults
+from hw.outside import real
 
 MAX_DURATION_S = 1e6
 
@@ -133,7 +134,7 @@ class PlaybackOptions(_Table):
     @classmethod
     def _found(cls, text: str, info: ValidationInfo) -> str:
         context: dict[str, Any] = info.context or {}
-        path = Path(context.get("folder", Path()), text).expanduser().resolve()
+        path = real(Path(context.get("folder", Path()), text).expanduser())
         if not path.is_file():
             msg = f"no file {path}"
             raise ValueError(msg)

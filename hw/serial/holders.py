@@ -51,7 +51,7 @@ def _by_file(root: Path, device: Path) -> Iterator[int]:
     """What terminal programs leave; the file of a program that has ended says nothing."""
     for folder in ("run/lock", "var/lock"):
         with contextlib.suppress(OSError, ValueError, IndexError):
-            pid = int((root / folder / f"LCK..{device.resolve().name}").read_text().split()[0])
+            pid = int((root / folder / f"LCK..{Path(os.path.realpath(device)).name}").read_text().split()[0])
             if (root / "proc" / str(pid)).is_dir():
                 yield pid
 

@@ -41,7 +41,7 @@ _GONE = {errno.EIO, errno.ENODEV, errno.ENXIO, errno.EBADF, errno.EPIPE, errno.E
 
 def latency_timer_ms(path: str) -> int | None:
     """How long an FTDI adapter collects bytes before it passes them on, ms; None for other ports."""
-    timer = Path("/sys/bus/usb-serial/devices", Path(path).resolve().name, "latency_timer")
+    timer = Path("/sys/bus/usb-serial/devices", Path(os.path.realpath(path)).name, "latency_timer")
     try:
         return int(timer.read_text())
     except (OSError, ValueError):
@@ -50,7 +50,7 @@ def latency_timer_ms(path: str) -> int | None:
 
 def usb_identity(path: str, sys_tty: Path = Path("/sys/class/tty")) -> str | None:
     """Vendor, product and serial number of the USB device behind a port; None for anything else."""
-    here = (sys_tty / Path(path).resolve().name / "device").resolve()
+    here = (sys_tty / Path(os.path.realpath(path)).name / "device").resolve()
     for folder in (here, *here.parents):
         if (folder / "idVendor").is_file():
             found = [folder / name for name in ("idVendor", "idProduct", "serial")]

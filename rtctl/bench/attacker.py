@@ -1,9 +1,10 @@
 """A stranger: `python -m rtctl.bench.attacker KIND ADDRESS SECONDS`. Of this machine only; ends by itself.
 
-Kinds, all of raw ZMTP 3.0 without a key. Of connections that were let in: `frames` sends messages of three million empty frames, one
+Kinds, all but one of raw ZMTP 3.0 without a key. Of connections that were let in: `frames` sends messages of three million empty frames, one
 after the other; `unfinished` one message that never ends; `trickle` the same slowly; `lies` frames whose heads lie; `identities` asks under ever
 new names, of 255 bytes and of somebody else; `epochs` arms, resets and moves in epochs and with leases that are void. Of others: `connects` opens connections
-as fast as it can and keeps them; `half` does, and says a part of the greeting in each; `raw` sends what is no ZMTP. Whoever is cut
+as fast as it can and keeps them; `half` does, and says a part of the greeting in each; `raw` sends what is no ZMTP; `unknown` shakes hands
+by keys that the daemon does not know, with its own in the place of SOCKET_TYPE. Whoever is cut
 off comes again. Prints `begun` when it is at work, and in the end one JSON line: bytes sent, connections opened.
 """
 
@@ -17,6 +18,8 @@ import time
 from collections.abc import Iterator
 from functools import cache
 
+import zmq
+
 from rtctl.bench import zmtp
 from rtctl.bench.flooder import MOST_SECONDS
 from rtctl.errors import ClientError
@@ -27,6 +30,8 @@ MOST_OPEN = 4000
 
 MOST_KEPT = 200
 """Connections that `half` and `identities` keep."""
+
+KNOCKING = 64
 
 TRICKLE_BYTES = 20_000
 _CHUNK = zmtp.MORE * 32_768
@@ -147,6 +152,25 @@ def keep_connecting(address: str, seconds: float) -> dict[str, int]:
     return {"sent": 0, "opened": opened}
 
 
+def keep_knocking(address: str, server_key: bytes, seconds: float) -> dict[str, int]:
+    """Shake hands by keys that nobody knows, `KNOCKING` at a time."""
+    end = time.monotonic() + seconds
+    opened = 0
+    keys = [zmq.curve_keypair() for _ in range(KNOCKING)]
+    with zmq.Context() as context:
+        while time.monotonic() < end:
+            knocking = [context.socket(zmq.DEALER) for _ in keys]
+            for made, (public, secret) in zip(knocking, keys, strict=True):
+                made.curve_publickey, made.curve_secretkey, made.curve_serverkey = public, secret, server_key
+                made.connect(address)
+            opened += len(knocking)
+            time.sleep(0.03)
+            _say_begun()
+            for made in knocking:
+                made.close(linger=0)
+    return {"sent": 0, "opened": opened}
+
+
 def main(kind: str, address: str, seconds: str, socket_type: str = "DEALER") -> None:
     """Run one kind of attack."""
     if not address.startswith(("ipc://", "tcp://127.0.0.1:")):
@@ -155,6 +179,8 @@ def main(kind: str, address: str, seconds: str, socket_type: str = "DEALER") -> 
     duration = min(float(seconds), MOST_SECONDS)
     if kind == "connects":
         counts = keep_connecting(address, duration)
+    elif kind == "unknown":
+        counts = keep_knocking(address, socket_type.encode(), duration)
     elif kind in zmtp.SAYS:
         counts = send_briefly(kind, address, socket_type.encode(), duration)
     else:

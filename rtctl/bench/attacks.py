@@ -19,6 +19,7 @@ from rtctl.client import RigClient
 from rtctl.config import load
 from rtctl.control.vocabulary import State
 from rtctl.errors import RtctlError
+from rtctl.keys import ClientKey
 
 MOST_STOP_MS = 250.0
 MOST_MB = 300.0
@@ -52,6 +53,7 @@ ATTACKS = (
     Attack("connects", "keys"),
     Attack("raw", "command"),
     Attack("raw", "keys"),
+    Attack("unknown", "keys"),
     Attack("half", "command"),
     Attack("half", "keys"),
     Attack("half", "viewer"),
@@ -69,13 +71,13 @@ def rows(config: Path, stops: int) -> list[Row]:
     calm_mb, most_mb = 0.0, 0.0
     for attack in ATTACKS:
         with (
-            daemon_on_loopback(config, viewer=True) as (process, folder, _key, port),
+            daemon_on_loopback(config, viewer=True) as (process, folder, key, port),
             RigClient(load(config).config.rig.name, runtime_dir=folder, timeout_s=START_S) as rig,
         ):
             rig.hello()
             rig.timeout_s = PATIENCE_S
             calm_ms, calm_mb = float(np.median(stops_ms(rig, stops))), max(calm_mb, memory_mb(process.pid))
-            with at_work(attack, address_of(attack.door, rig, port)) as begin:
+            with at_work(attack, address_of(attack.door, rig, port), key) as begin:
                 found = stops_ms(rig, stops, begin)
             most_mb = max(most_mb, memory_mb(process.pid))
         text = f"median {np.median(found):.1f} ms of {stops}, quiet {calm_ms:.1f} ms"
@@ -92,9 +94,15 @@ def address_of(door: str, rig: RigClient, port: int) -> str:
 
 
 @contextmanager
-def at_work(attack: Attack, address: str) -> Iterator[Callable[[], object]]:
-    """An attacker in a process of its own, which waits for the call of what this gives, and is at work when that returns."""
-    command = [sys.executable, "-m", "rtctl.bench.attacker", attack.kind, address, "600", attack.socket_type]
+def at_work(attack: Attack, address: str, key: Path | None = None) -> Iterator[Callable[[], object]]:
+    """An attacker in a process of its own, which waits for the call of what this gives, and is at work when that returns.
+
+    `key` is the file of any client's key, for those who shake hands by keys: the daemon's public one is in it.
+    """
+    how = attack.socket_type
+    if attack.kind == "unknown" and key is not None:
+        how = ClientKey.load(key).server_key
+    command = [sys.executable, "-m", "rtctl.bench.attacker", attack.kind, address, "600", how]
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
     assert process.stdin is not None
     assert process.stdout is not None

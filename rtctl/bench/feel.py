@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from rtctl.bench.row import Row
 from rtctl.config import load
-from rtctl.control.environment import coupling_torque
+from rtctl.control.environments.coupling import coupling_torque
 from rtctl.control.vocabulary import Environment, State
 from rtctl.errors import RtctlError
 from rtctl.simulation import Simulation

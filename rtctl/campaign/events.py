@@ -8,12 +8,14 @@ import numpy as np
 
 from hw.generator import uniform
 from rtctl.campaign.jit import compiled
+from rtctl.control.environments.laws import PASSIVE, set_own
+from rtctl.control.environments.table import OWN, Environment
 from rtctl.control.records import Record
-from rtctl.control.vocabulary import Environment, State
+from rtctl.control.vocabulary import State
 
 _IDLE, _FAULT, _ESTOP = int(State.IDLE), int(State.FAULT), int(State.ESTOP)
 _KINDS = len(Environment)
-_REMOTE = int(Environment.REMOTE)
+TRIED = tuple((float(own.tried[0]), float(own.tried[1])) for own in OWN)
 
 RIGHT_LEASE = 7
 WRONG_LEASE = 13
@@ -64,14 +66,16 @@ def operate(s: Record, c: Record, rng: np.ndarray) -> None:
 
 
 @compiled
-def set_world(p: Record, c: Record, axis: int, kind: int, rng: np.ndarray) -> None:
-    """A random environment of this kind, of any stiffness the law may be given."""
+def set_world(c: Record, axis: int, kind: int, rng: np.ndarray, own: bool) -> None:
+    """A random environment of this kind, of any stiffness the law may be given; with `own`, its own parameters too."""
     c.environment_kind[axis] = kind
     c.environment_stiffness_nm_rad[axis] = 10.0 ** between(rng, 0.0, 4.0)
     c.environment_damping_nms_rad[axis] = between(rng, 0.0, 0.2)
     c.environment_center_rad[axis] = between(rng, -0.3, 0.3)
-    c.environment_side[axis] = 1 if chance(rng, 2.0) else -1
-    c.environment_pitch_rad[axis] = between(rng, 0.02, 0.3)
+    for which in range(len(TRIED)):
+        value = between(rng, TRIED[which][0], TRIED[which][1])
+        if own:
+            set_own(c, axis, which, value)
 
 
 @compiled
@@ -79,7 +83,7 @@ def change_world(p: Record, c: Record, rng: np.ndarray) -> None:
     """Now and then another environment or another share of compensation, broken numbers among them."""
     for axis in range(len(c.environment_kind)):
         if chance(rng, 4000.0):
-            set_world(p, c, axis, int(_KINDS * uniform(rng)), rng)
+            set_world(c, axis, int(_KINDS * uniform(rng)), rng, True)
             c.environment_stiffness_nm_rad[axis] = broken(rng, c.environment_stiffness_nm_rad[axis])
             c.environment_center_rad[axis] = broken(rng, c.environment_center_rad[axis])
         if chance(rng, 4000.0):
@@ -95,15 +99,9 @@ def stream_world(p: Record, c: Record, k: int, rng: np.ndarray) -> None:
     streaming = (k // STREAM_TICKS) % 2 == 1
     for axis in range(len(c.environment_kind)):
         if chance(rng, 2000.0):
-            set_world(p, c, axis, int(_REMOTE * uniform(rng)), rng)
+            set_world(c, axis, PASSIVE[int(len(PASSIVE) * uniform(rng))], rng, True)
         if streaming and chance(rng, 17.0):
-            kind, side, pitch = (
-                c.environment_kind[axis],
-                c.environment_side[axis],
-                c.environment_pitch_rad[axis],
-            )
-            set_world(p, c, axis, kind, rng)
-            c.environment_side[axis], c.environment_pitch_rad[axis] = side, pitch
+            set_world(c, axis, c.environment_kind[axis], rng, False)
 
 
 @compiled

@@ -21,7 +21,9 @@ from rtctl.campaign.pursuit import FOE, foe_record
 from rtctl.config import LoadedConfig
 from rtctl.control import stability
 from rtctl.control.delay_cover import delay_covered_ticks
-from rtctl.control.vocabulary import Environment, Policy
+from rtctl.control.environments.kind import DAMPING, STIFFNESS
+from rtctl.control.environments.table import OWN, Environment
+from rtctl.control.vocabulary import Policy
 from rtctl.friction.guarantee import BANK_MOST_J, LENGTH_FACTOR
 from rtctl.simulation import Simulation
 
@@ -226,13 +228,14 @@ def _device_velocity(p: np.void, plant: np.void, draw: np.random.Generator) -> N
 
 
 def _world(p: np.void, command: np.void, axis: int, draw: np.random.Generator, *, passive: bool) -> None:
-    kinds = [kind for kind in Environment if not (passive and kind is Environment.REMOTE)]
+    kinds = [kind for kind in Environment if not (passive and kind.about.active)]
     command["environment_kind"][axis] = int(draw.choice([int(kind) for kind in kinds]))
-    command["environment_stiffness_nm_rad"][axis] = _log(draw, 1.0, 1e4)
-    command["environment_damping_nms_rad"][axis] = draw.uniform(0.0, 0.2)
+    command["environment_stiffness_nm_rad"][axis] = _log(draw, *STIFFNESS.tried)
+    command["environment_damping_nms_rad"][axis] = draw.uniform(*DAMPING.tried)
     command["environment_center_rad"][axis] = draw.uniform(-0.2, 0.2)
-    command["environment_side"][axis] = draw.choice([-1, 1])
-    command["environment_pitch_rad"][axis] = draw.uniform(0.02, 0.3)
+    for own in OWN:
+        value = draw.choice([-1, 1]) if own.sign else draw.uniform(*own.tried)
+        command[f"environment_{own.name}"][axis] = value
     command["compensation"][axis] = draw.choice([0.0, 1.0, draw.uniform()])
 
 

@@ -25,7 +25,7 @@ GROUPS = (
     "recording",
     "view",
 )
-ON_REQUEST = ("soak", "deaths")
+ON_REQUEST = ("soak", "deaths", "scheduler")
 LOADS = ("cpu", "disk", "network", "memory")
 
 
@@ -67,7 +67,7 @@ def command(
 ) -> None:
     """Measure side by side: friction evaluation, safety machine, feel of a 60 Hz program, virtual time, start,
     cycle, wake-up, telemetry streams, floods, STOP under attack, device I/O, recording, live view; and, only when asked for, soak: hours of subscribers that come and go, and of floods;
-    deaths: a hundred killed loops, and how soon a simulated board was without torque.
+    deaths: a hundred killed loops, and how soon a simulated board was without torque; scheduler: SCHED_DEADLINE beside SCHED_FIFO.
 
     Give GROUPS to run only some. The whole takes about ten minutes and wants an otherwise idle machine;
     wakeup and streams need cyclictest (Debian rt-tests), friction the extra rtctl[bench].
@@ -146,6 +146,7 @@ def _groups(*, quick: bool, minutes: float | None, rig_seconds: float) -> dict[s
         loop,
         recording,
         safety,
+        scheduler,
         soak,
         streams,
         view,
@@ -175,6 +176,10 @@ def _groups(*, quick: bool, minutes: float | None, rig_seconds: float) -> dict[s
         "deaths": lambda: deaths.rows(
             shipped_config("serial.toml"), mock, 5 if quick else 100, lambda text: click.echo(text, err=True)
         ),
+        "scheduler": lambda: [
+            *scheduler.rows(1000.0, 10 * short, 80, 3),
+            *scheduler.rows(4000.0, 10 * short, 80, 3),
+        ],
         "recording": lambda: recording.rows(
             shipped_config("mock-10khz.toml"), 2 if quick else 6, 60 * short / 2
         ),

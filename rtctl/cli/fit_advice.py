@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hw.outside import real
+
 if TYPE_CHECKING:
     from rtctl.config import LoadedConfig
     from rtctl.friction.model import FrictionModel
@@ -81,7 +83,7 @@ def _axes(model: FrictionModel, loaded: LoadedConfig) -> tuple[AxisGain, ...]:
 
 def _named(out: Path, loaded: LoadedConfig) -> str:
     """Path of the model as the rig file names it: relative to its folder."""
-    return Path(os.path.relpath(out.resolve(), loaded.path.parent)).as_posix()
+    return Path(os.path.relpath(real(out), loaded.path.parent)).as_posix()
 
 
 def _truth(model: FrictionModel, loaded: LoadedConfig) -> tuple[Deviation, ...]:

@@ -52,7 +52,7 @@ def command(**options: Any) -> None:  # noqa: ANN401
 @click.command("world")
 @_options
 def world(**options: Any) -> None:  # noqa: ANN401
-    """A virtual world to start from: wall, spring, detents, damper, a ball to push, in the browser.
+    """A virtual world to start from: the environments of the law, a ball to push, in the browser.
 
     The same server as `rtctl view`, opened at its second page (docs/virtual-world.md).
     """

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any, Literal
 
 from rtctl.client.lease import Lease
+from rtctl.control.environments.table import PARAMETERS, KindName
 
-Kind = Literal["free", "spring", "wall", "damper", "detents", "remote"]
+NUMBERS = tuple(one.name for one in PARAMETERS)
 
 
 class Worlds:
@@ -19,29 +20,23 @@ class Worlds:
     def set_environment(
         self,
         axis: str | int,
-        kind: Kind,
+        kind: KindName,
         *,
-        stiffness_nm_rad: float | None = None,
-        damping_nms_rad: float | None = None,
-        center_rad: float | None = None,
-        side: Literal[-1, 1] | None = None,
-        pitch_rad: float | None = None,
         lease: Lease | None = None,
+        **numbers: float | None,
     ) -> dict[str, Any]:
-        """Set the virtual environment of one axis; values left out stay. Returns what is then commanded.
+        """Set the virtual environment of one axis; numbers left out, or None, stay. Returns what is then commanded.
 
-        A client with the role renderer gives its `lease`. Raises RefusedError for a value out of bounds (see
-        `hello`).
+        A client with the role renderer gives its `lease`. Kinds, numbers and their units are those of the request
+        `environment` (docs/protocol.md). Raises RefusedError for a value out of bounds (see `hello`), and
+        TypeError for a number that no environment has.
         """
-        given = {
-            "stiffness_nm_rad": stiffness_nm_rad,
-            "damping_nms_rad": damping_nms_rad,
-            "center_rad": center_rad,
-            "side": side,
-            "pitch_rad": pitch_rad,
-            "lease": None if lease is None else lease.text,
-        }
-        values = {name: value for name, value in given.items() if value is not None}
+        if unknown := [name for name in numbers if name not in NUMBERS]:
+            msg = f"set_environment: no number {unknown[0]!r}; there are {', '.join(NUMBERS)}"
+            raise TypeError(msg)
+        values: dict[str, Any] = {name: value for name, value in numbers.items() if value is not None}
+        if lease is not None:
+            values["lease"] = lease.text
         return self._result("environment", axis=axis, kind=kind, **values)
 
     def set_plane(

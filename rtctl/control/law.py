@@ -16,7 +16,7 @@ from rtctl.control.current_answer import report as report_actuator
 from rtctl.control.device_velocity import device_velocity
 from rtctl.control.disturbance_observer import observe_friction, observer_torque
 from rtctl.control.dry_friction import credit_friction
-from rtctl.control.environment import coupling_torque
+from rtctl.control.environments.coupling import coupling_torque
 from rtctl.control.feedforward import friction_feedforward
 from rtctl.control.force import hand_torque, tare_done
 from rtctl.control.force_feedback import force_feedback, keep_account, remember

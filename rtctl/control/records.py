@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from rtctl.control.environments.table import PARAMETERS
+
 LOCKOUT_FAULTS = 3
 """This many faults within a minute close the rig (`states.LOCKOUT_S`)."""
 
@@ -279,13 +281,9 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "ramp_step_nm": (),
             "energy_port_j": (),
             "stored_energy_j": (),  # in the coupling and the environment: returned, so never capped
-            # environment in force, on its way to the command's (control.intermediate)
+            # environment in force, on its way to the command's (environments.changes)
             "world_kind": (),
-            "world_stiffness_nm_rad": (),
-            "world_damping_nms_rad": (),
-            "world_center_rad": (),
-            "world_side": (),
-            "world_pitch_rad": (),
+            **{f"world_{one.name}": () for one in PARAMETERS},
             "renderer_store_j": (),  # energy that changes of the environment may still put in
             "renderer_grant_j": (),  # put in by this tick's
             "authority_grant_j": (),  # put in by the last rise of the authority, as far as it was paid
@@ -391,12 +389,8 @@ def command_dtype(n_axes: int) -> np.dtype[np.void]:
             "target_lease": "<i8",  # nonce of whoever sent it; 0 holds no lease
         },
         {
-            "environment_kind": (),  # environment.Kind
-            "environment_stiffness_nm_rad": (),
-            "environment_damping_nms_rad": (),
-            "environment_center_rad": (),  # rest angle, wall face, or a detent's centre
-            "environment_side": (),  # +1: the wall resists motion to positive angles, -1: to negative
-            "environment_pitch_rad": (),
+            "environment_kind": (),  # environments.table.Environment
+            **{f"environment_{one.name}": () for one in PARAMETERS},
             "target_position_rad": (),
             "target_velocity_rad_s": (),
             "compensation": (),  # 0..1

@@ -7,17 +7,7 @@ from __future__ import annotations
 
 from enum import IntEnum, IntFlag
 
-
-class Environment(IntEnum):
-    """Virtual environment of one axis."""
-
-    FREE = 0
-    SPRING = 1
-    WALL = 2
-    DAMPER = 3
-    DETENTS = 4
-    REMOTE = 5
-    """The renderer sends the proxy's position and velocity."""
+from rtctl.control.environments.table import Environment as Environment
 
 
 class VelocityMethod(IntEnum):

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from hw import registry
+from hw.interface import BackendError
+from hw.rig import Member
 from rtctl.config_tables import LoopTable
 from rtctl.doctor import machine, network, ports, rights, software, wakeup, wiring
 from rtctl.doctor.line import Line
@@ -24,6 +27,14 @@ class Report:
     def ok(self) -> bool:
         """True when no line fails."""
         return all(line.status != "fail" for line in self.lines)
+
+
+def _own_findings(member: Member, options: Mapping[str, Any]) -> list[Line]:
+    """What the kind of a device has to say of this machine itself."""
+    try:
+        return [Line(member.label, *one) for one in registry.examine(member.kind, options)]
+    except BackendError as error:
+        return [Line(member.label, "warn", str(error), f"tell whoever made the backend {member.kind}")]
 
 
 def examine(
@@ -69,9 +80,16 @@ def examine(
     if loaded is not None:
         _add(software.model(loaded))
         members = loaded.members()
-        devices = zip(members, (loaded.options, *loaded.more_options), strict=True)
-        wired = {member.label for member in members if not registry.lookup(member.kind).simulated}
+        kinds = [registry.lookup(member.kind) for member in members]
+        wired = {
+            member.label
+            for member, info in zip(members, kinds, strict=True)
+            if not (info.simulated or info.doctor)
+        }
+        devices = list(zip(members, (loaded.options, *loaded.more_options), strict=True))
         _add(wiring.check(root, [(member.label, options) for member, options in devices], ask, wired))
+        for member, options in devices:
+            _add(_own_findings(member, options))
         _add(list(network.gateway(root, loaded.config.gateway.bind, loaded.config.gateway.port)))
     elif config is None:
         _add(ports.usb_adapters(root))

@@ -9,6 +9,7 @@ import stat
 from collections.abc import Iterator
 from pathlib import Path
 
+from hw.outside import real
 from hw.serial.holders import holders
 from rtctl.doctor.line import Line, text
 
@@ -44,11 +45,11 @@ def serial_port(root: Path, label: str, port: str) -> Iterator[Line]:
         yield Line(label, "fail", f"{port} is not a device", "correct port in the rig file")
         return
     if not os.access(path, os.R_OK | os.W_OK):
-        yield _forbidden(label, port, path.resolve().name, found)
+        yield _forbidden(label, port, real(path).name, found)
     else:
         yield Line(label, "ok", f"{port} is there and may be used")
     yield from _held(root, label, port)
-    if (line := latency(root, path.resolve().name)) is not None:
+    if (line := latency(root, real(path).name)) is not None:
         yield line
 
 

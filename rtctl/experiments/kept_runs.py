@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hw.outside import json_of, shown
+from hw.outside import json_of, opened, shown
 from rtctl.bounded_npz import read_arrays
 from rtctl.control.records import MODEL
 from rtctl.errors import ConfigError, DataError
@@ -111,7 +111,7 @@ def columns(runs: Runs) -> Iterator[tuple[str, np.ndarray]]:
 
 def _read(path: Path) -> tuple[dict[str, str], list[Compared], Runs]:
     try:
-        with path.open("rb") as raw:
+        with opened(path) as raw:
             file = read_arrays(raw, MOST_BYTES)
         about = json_of(bytes(file[_ABOUT]))
         keys = dict.fromkeys(name.rsplit("/", 1)[0] for name in file if name != _ABOUT)

@@ -11,7 +11,8 @@ import numpy as np
 
 from rtctl import __version__, timing
 from rtctl.config import LoadedConfig
-from rtctl.config_tables import AxisTable, EnvironmentTable
+from rtctl.config_tables import AxisTable
+from rtctl.control.environments.table import PARAMETERS
 from rtctl.friction import artefact
 
 Bounds = Mapping[str, tuple[float, float]]
@@ -155,19 +156,10 @@ def _trained_c(loaded: LoadedConfig, axis: AxisTable) -> tuple[float, float] | N
 
 def _bounds(axis: AxisTable) -> dict[str, tuple[float, float]]:
     """What a client may ask: the bounds of the rig file's own [axis.environment], and the axis' travel."""
-    names = ("stiffness_nm_rad", "damping_nms_rad", "center_rad", "pitch_rad")
     travel = (axis.position_min_rad, axis.position_max_rad)
     speed = axis.velocity_limit_rad_s
     return {
-        **{name: _table_bounds(name) for name in names},
+        **{one.name: (one.low, one.high) for one in PARAMETERS if not one.sign},
         "position_rad": travel,
         "velocity_rad_s": (-speed, speed),
     }
-
-
-def _table_bounds(name: str) -> tuple[float, float]:
-    """Both bounds of a key of [axis.environment], from the one place that states them."""
-    metadata = EnvironmentTable.model_fields[name].metadata
-    low = next(float(item.ge) for item in metadata if hasattr(item, "ge"))
-    high = next(float(item.le) for item in metadata if hasattr(item, "le"))
-    return low, high

@@ -8,11 +8,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from rtctl.control.vocabulary import Environment
+from rtctl.control.environments.table import NAMES, PARAMETERS, meaning
 from rtctl.protocol import ROLES
 
 Role = Literal["observer", "renderer", "operator"]
-KINDS = tuple(kind.name.lower() for kind in Environment)
 
 
 @dataclass(frozen=True)
@@ -74,12 +73,13 @@ OPERATIONS: dict[str, Operation] = {
         "renderer",
         (
             _AXIS,
-            Key("kind", "choice", "kind of environment", required=True, choices=KINDS),
-            Key("stiffness_nm_rad", "number", "spring, wall: stiffness; detents: greatest slope"),
-            Key("damping_nms_rad", "number", "wall, damper: damping"),
-            Key("center_rad", "number", "rest angle, wall face, or centre of a detent"),
-            Key("side", "choice", "wall: 1 resists motion to larger angles, -1 to smaller", choices=(-1, 1)),
-            Key("pitch_rad", "number", "detents: distance"),
+            Key("kind", "choice", "kind of environment", required=True, choices=NAMES),
+            *(
+                Key(one.name, "choice", meaning(one), choices=(-1, 1))
+                if one.sign
+                else Key(one.name, "number", meaning(one))
+                for one in PARAMETERS
+            ),
             Key("lease", "lease", "needed by a renderer, who changes what it moves; not by an operator"),
         ),
     ),

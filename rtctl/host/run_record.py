@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from hw.outside import real
 from rtctl.config import LoadedConfig
 from rtctl.config_host import RecordTable
 from rtctl.host.command_trace import CommandTrace
@@ -123,7 +124,7 @@ def recording_folder(loaded: LoadedConfig) -> Path:
     """Where the rig file wants recordings; without a word, the rig's state folder."""
     table = loaded.config.record
     if table is not None and table.folder:
-        return (loaded.path.parent / table.folder).resolve()
+        return real(loaded.path.parent / table.folder)
     return state_folder(loaded.config.rig.name) / "recordings"
 
 

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.control.vocabulary import Environment, State
+from rtctl.control.environments.table import PARAMETERS, Environment
+from rtctl.control.vocabulary import State
 from rtctl.host.authenticator import Caller
 from rtctl.host.command_slot import CommandSlot
 from rtctl.host.description import RigDescription
@@ -15,7 +16,6 @@ from rtctl.host.messages import Refusal, Request
 
 Result = dict[str, Any]
 
-ENVIRONMENT_KEYS = ("stiffness_nm_rad", "damping_nms_rad", "center_rad", "side", "pitch_rad")
 CLOSED = (State.LOCKOUT, State.SHUTDOWN)
 
 
@@ -70,9 +70,9 @@ class Steering:
             return why
         axis, command = request.values["axis"], self._slot.command
         command["environment_kind"][axis] = Environment[request.values["kind"].upper()]
-        for key in ENVIRONMENT_KEYS:
-            if key in request.values:
-                command[f"environment_{key}"][axis] = request.values[key]
+        for one in PARAMETERS:
+            if one.name in request.values:
+                command[f"environment_{one.name}"][axis] = request.values[one.name]
         return {"command_seq": self._slot.send(), **self.axis_in_force(axis)}
 
     def target(self, request: Request, row: np.void, caller: Caller) -> Result | Refusal:
@@ -104,8 +104,8 @@ class Steering:
         return {
             "axis": self._rig.axes[a].name,
             "environment": {
-                "kind": Environment(int(command["environment_kind"][a])).name.lower(),
-                **{key: command[f"environment_{key}"][a].item() for key in ENVIRONMENT_KEYS},
+                "kind": Environment(int(command["environment_kind"][a])).word,
+                **{one.name: command[f"environment_{one.name}"][a].item() for one in PARAMETERS},
             },
             "compensation": float(command["compensation"][a]),
             "target_position_rad": float(command["target_position_rad"][a]),

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from hw.outside import json_of, shown
+from hw.outside import json_of, opened, shown
 from rtctl.bounded_npz import read_arrays
 from rtctl.errors import DataError
 from rtctl.protocol import MOST_AXES
@@ -175,7 +175,7 @@ def prune(folder: Path, files: int = KEPT_FILES, size: int = KEPT_BYTES) -> None
 def read_incident(path: Path) -> Incident:
     """Read a file of `write_incident`. Raises DataError for anything else."""
     try:
-        with path.open("rb") as file:
+        with opened(path) as file:
             archive = read_arrays(file, MOST_BYTES)
         body = json_of(str(archive["incident"]))
         n_axes = archive["position_rad"].shape[1]

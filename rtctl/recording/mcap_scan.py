@@ -13,6 +13,7 @@ from typing import BinaryIO
 import numpy as np
 import zstandard
 
+from hw.outside import opened
 from rtctl.errors import DataError
 from rtctl.recording.jit import compiled
 from rtctl.recording.mcap_format import MAGIC, RECORD_HEAD, Cursor, Op
@@ -103,7 +104,7 @@ def chunks(path: Path, contents: Contents) -> Iterator[Chunk]:
         Not an MCAP file at all, or one that cannot be opened.
     """
     try:
-        with path.open("rb") as file:
+        with opened(path) as file:
             if file.read(len(MAGIC)) != MAGIC:
                 raise DataError(f"{path}: not an MCAP file")
             for op, content in _records(file, contents):

@@ -197,7 +197,12 @@ class Parts:
         disk = os.statvfs(self._folder)
         if disk.f_bavail * disk.f_frsize < self._limits.free_bytes + size:
             free = self._limits.free_bytes >> 20
-            raise OSError(errno.ENOSPC, f"less than {free} MB would be left on the disk", str(self._folder))
+            why = (
+                f"less than {free} MB would be left on the disk"
+                if free
+                else "nothing would be left on the disk"
+            )
+            raise OSError(errno.ENOSPC, why, str(self._folder))
 
     def _open(self, first_row: int, rows: np.ndarray, state: np.ndarray | None) -> None:
         setup = self._setup if state is None else self._setup.with_state(state)

@@ -14,6 +14,7 @@ from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from typing import Any
 
+from hw import registry
 from hw.outside import read_bounded, shown, toml_of
 from rtctl.config import LoadedConfig
 from rtctl.config_faults import FILE_OPTIONS
@@ -23,8 +24,6 @@ from rtctl.host.group import group_id
 UNIT = "rtctl@.service"
 NETWORK_DROP_IN = "rtctl-network.conf"
 LOOPBACK_DROP_IN = "rtctl-loopback.conf"
-NETWORKED_KINDS = ("can", "odrive", "moteus", "cia402", "rdt")
-"""Devices that are reached through the network or CAN, and so need more than Unix sockets."""
 
 HIDDEN = ("/home", "/root", "/run/user", "/tmp", "/var/tmp")
 """Folders that the unit hides from the daemon."""
@@ -193,7 +192,7 @@ def plan(loaded: LoadedConfig, root: Path, command: str, *, start: bool) -> Inst
 
 def needs_network(loaded: LoadedConfig) -> bool:
     """True when the rig file has a device or an endpoint beyond serial ports and this machine."""
-    devices = any(device.kind in NETWORKED_KINDS for device in loaded.config.device)
+    devices = any(registry.lookup(device.kind).network for device in loaded.config.device)
     return devices or bool(loaded.config.gateway.bind)
 
 

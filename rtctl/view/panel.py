@@ -21,7 +21,7 @@ MOST_TEXT = 600
 
 _NUMBERED = {
     "state": {int(state): state.name for state in State},
-    "environment_kind": {int(kind): kind.name.lower() for kind in Environment},
+    "environment_kind": {int(kind): kind.word for kind in Environment},
     "program_kind": {int(kind): kind.name.lower() for kind in Program},
     "fault_first": {-1: "none", **{fault.bit_length() - 1: str(fault.name) for fault in Fault}},
 }
@@ -95,7 +95,7 @@ def status(feed: Feed, world: World) -> dict[str, Any]:
         "proxy_rad": row["proxy_position_rad"].tolist(),
         "hand_nm": row["hand_torque_nm"].tolist(),
         "applied_nm": row["torque_applied_nm"].tolist(),
-        "environment": [Environment(int(kind)).name.lower() for kind in row["environment_kind"]],
+        "environment": [Environment(int(kind)).word for kind in row["environment_kind"]],
         "compensation": row["compensation"].tolist(),
         "histogram": feed.histogram(),
     }

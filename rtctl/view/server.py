@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import secrets
+import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -23,13 +24,15 @@ from rtctl.errors import RefusedError, RtctlError
 from rtctl.event_words import line_of
 from rtctl.view import record
 from rtctl.view.feed import Feed, Follower, Signal, columns
+from rtctl.view.guests import Guests
 from rtctl.view.panel import ACTIONS, plain, signals_of, status
-from rtctl.view.world import World
+from rtctl.view.world import World, offered
 
 STATIC = Path(__file__).parent / "static"
 SCRIPTS = (
     "link.js",
     "head.js",
+    "drawings.js",
     "scene.js",
     "scope.js",
     "plot.js",
@@ -77,6 +80,7 @@ class ViewServer(ThreadingHTTPServer):
 
     daemon_threads = True
     allow_reuse_address = True
+    request_queue_size = 128  # at the usual 5 a crowd makes who presses STOP come again a second later
 
     def __init__(self, client: RigClient, host: str, port: int, key: str = "") -> None:
         self.client = client
@@ -84,6 +88,7 @@ class ViewServer(ThreadingHTTPServer):
         self.streams = threading.BoundedSemaphore(MOST_STREAMS)
         self.recordings = threading.BoundedSemaphore(MOST_RECORDINGS)
         self.closing = threading.Event()
+        self.guests = Guests()
         self.hello = client.hello()
         super().__init__((host, port), _Handler)
         self.feed = Feed(client)
@@ -96,6 +101,21 @@ class ViewServer(ThreadingHTTPServer):
         """Address of the page, without the operator key."""
         host, port = self.server_address[:2]
         return f"http://{host if isinstance(host, str) else host.decode()}:{port}/"
+
+    def process_request(self, request: Any, client_address: Any) -> None:  # noqa: ANN401 - as in socketserver
+        """A thread for one connection."""
+        self.guests.come(request)
+        super().process_request(request, client_address)
+
+    def shutdown_request(self, request: Any) -> None:  # noqa: ANN401
+        """The end of a connection."""
+        self.guests.go(request)
+        super().shutdown_request(request)
+
+    def handle_error(self, request: Any, client_address: Any) -> None:  # noqa: ANN401
+        """A browser that goes in the middle is not worth a word, and no stranger fills a terminal with them."""
+        if not isinstance(sys.exception(), OSError):
+            super().handle_error(request, client_address)
 
     def close(self) -> None:
         """End every stream, release everything. The rig runs on."""
@@ -125,7 +145,8 @@ class _Handler(BaseHTTPRequestHandler):
         elif not self._is_from_page():
             return
         elif url.path == "/hello":
-            self._json({**plain(self.server.hello), "signals": signals_of(plain(self.server.hello))})
+            told = plain(self.server.hello)
+            self._json({**told, **offered(), "signals": signals_of(told)})
         elif url.path == "/stream":
             self._follow(url.query, self.server.streams, "text/event-stream", self._send_stream)
         elif url.path == "/ticks.csv":
@@ -146,7 +167,8 @@ class _Handler(BaseHTTPRequestHandler):
             why = "this needs the operator key: open the address the terminal shows"
             self._json({"error": why}, HTTPStatus.FORBIDDEN)
         else:
-            self._press(name, body)
+            with self.server.guests.served(self.connection):
+                self._press(name, body)
 
     def _body(self) -> bytes | None:
         """The request's body; None when it is refused for its length."""
@@ -238,7 +260,8 @@ class _Handler(BaseHTTPRequestHandler):
             self._head(HTTPStatus.OK, kind)
             self.send_header("Connection", "close")
             self.end_headers()
-            send(follower, signals)
+            with self.server.guests.served(self.connection):
+                send(follower, signals)
         except (ConnectionError, TimeoutError):
             pass  # the browser is gone
         finally:

@@ -1,6 +1,6 @@
 """A virtual world to start from: what a 60 Hz program outside the daemon does with the public client.
 
-Free space, wall, spring, detents and damper are environments of the law: this program only sets their
+The kinds of the law's table of environments are the law's: this program only sets their
 numbers, and the loop renders them at its own rate (an intermediate representation). The ball is a wall whose
 face this program moves 60 times a second, by the ball's own equation of motion; `drag` moves the proxy of a
 remote environment under a lease, as a program with bodies of its own would.
@@ -13,17 +13,29 @@ import threading
 import time
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from rtctl.client import Lease, RigClient
+from rtctl.control.environments.kind import CENTER, STIFFNESS
+from rtctl.control.environments.table import PARAMETERS, Environment
 from rtctl.errors import ClientError, RefusedError
 
 FRAME_S = 1 / 60
 FRAMES_COUNTED = 121
 LOST_S = 0.1
 """Frames are made up for after a delay shorter than this; after a longer one the world stood still."""
-KINDS = ("free", "wall", "spring", "detents", "damper", "ball", "drag")
+LAW = {kind.word: kind.about for kind in Environment if not kind.about.active}
+"""Worlds that are environments of the law."""
+
+OURS = {
+    "ball": "A ball to push: it rolls away, and comes to rest.",
+    "drag": "A proxy that follows the slider and pulls the joint along.",
+}
+"""Worlds that this program moves, by one slider: their place."""
+
+KINDS = (*LAW, *OURS)
+SLIDERS = {one.name: one.slider for one in PARAMETERS if one.slider}
 
 BALL_KG_M2 = 0.02
 """Inertia of the ball as the joint feels it, kg m^2."""
@@ -52,6 +64,23 @@ class Ball:
         decay = math.exp(-BALL_DRAG_NMS_RAD / BALL_KG_M2 * dt_s)
         self.speed_rad_s = self.speed_rad_s * decay + push / BALL_KG_M2 * dt_s
         self.face_rad += self.speed_rad_s * dt_s
+
+
+def offered() -> dict[str, Any]:
+    """What the page offers: each world with its meaning and the numbers it has sliders for; and the sliders."""
+    worlds = {name: (about.meaning, about.parameters) for name, about in LAW.items()}
+    worlds |= {name: (meaning, {CENTER: ""}) for name, meaning in OURS.items()}
+    return {
+        "worlds": {
+            name: {
+                "meaning": meaning,
+                "numbers": [one.name for one in parameters if one.slider],
+                "law": name in LAW,
+            }
+            for name, (meaning, parameters) in worlds.items()
+        },
+        "sliders": {one.name: {**asdict(one.slider), "unit": one.unit} for one in PARAMETERS if one.slider},
+    }
 
 
 class World:
@@ -83,39 +112,28 @@ class World:
         self._thread = threading.Thread(target=self._animate, name="rtctl-world", daemon=True)
         self._thread.start()
 
-    def choose(
-        self,
-        kind: str,
-        stiffness_nm_rad: float = 10.0,
-        damping_nms_rad: float = 0.02,
-        center_rad: float = 0.0,
-        pitch_rad: float = 0.2,
-    ) -> dict[str, Any]:
-        """Enter a world. Raises ValueError for one there is not, ClientError for what the daemon refuses."""
-        if kind not in KINDS:
-            msg = f"kind {kind!r}: there are {', '.join(KINDS)}"
+    def choose(self, kind: str, **numbers: float) -> dict[str, Any]:
+        """Enter a world; numbers left out are where their sliders begin.
+
+        Raises ValueError for a world or a number there is not, ClientError for what the daemon refuses.
+        """
+        if kind not in KINDS or not numbers.keys() <= SLIDERS.keys():
+            msg = f"kind {kind!r} with {', '.join(numbers) or 'no numbers'}: there are {', '.join(KINDS)}, with {', '.join(SLIDERS)}"
             raise ValueError(msg)
-        numbers = (stiffness_nm_rad, damping_nms_rad, center_rad, pitch_rad)
-        if not all(math.isfinite(float(x)) for x in numbers):
+        values: dict[str, Any] = {name: numbers.get(name, slider.value) for name, slider in SLIDERS.items()}
+        if not all(math.isfinite(float(x)) for x in values.values()):
             msg = "every number must be finite"
             raise ValueError(msg)
         with self._lock:
             self._ball, self._drag_rad, self.trouble = None, None, ""
             if kind == "ball":
-                self._ball = Ball(center_rad)
-                stiffness_nm_rad = BALL_STIFFNESS_NM_RAD
+                self._ball = Ball(values[CENTER.name])
+                values[STIFFNESS.name] = BALL_STIFFNESS_NM_RAD
             elif kind == "drag":
                 self._take_lease()  # before the environment, which waits for targets from then on
-                self._drag_rad = center_rad
+                self._drag_rad = values[CENTER.name]
             law_kind = {"ball": "wall", "drag": "remote"}.get(kind, kind)
-            in_force = self._client.set_environment(
-                self._axis,
-                law_kind,  # type: ignore[arg-type] # one of KINDS, mapped
-                stiffness_nm_rad=stiffness_nm_rad,
-                damping_nms_rad=damping_nms_rad,
-                center_rad=center_rad,
-                pitch_rad=pitch_rad,
-            )
+            in_force = self._client.set_environment(self._axis, law_kind, **values)
             self.kind, self._in_force = kind, in_force["environment"]
             if kind == "drag":
                 self._frame()
@@ -130,7 +148,7 @@ class World:
             "kind": self.kind,
             "axis": self._axis,
             "ball_rad": None if ball is None else ball.face_rad,
-            **{name: self._in_force.get(name) for name in ("center_rad", "pitch_rad", "side")},
+            **{one.name: self._in_force.get(one.name) for one in PARAMETERS},
             "trouble": self.trouble,
             "frame_hz": self.frame_hz,
         }

@@ -16,15 +16,19 @@ from hw.serial.observation import Observation
 SOURCE = Path(__file__).with_name("board.c")
 
 
-def build(folder):
-    """Compile the board. Skips the test where there is no compiler."""
+def compiled(source, made, *options):
+    """Compile `source` into the file `made`. Skips the test where there is no compiler."""
     compiler = shutil.which("gcc") or shutil.which("cc")
     if compiler is None:
         pytest.skip("no C compiler")
-    program = folder / "board-in-c"
-    command = [compiler, "-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", "-o", program, SOURCE, "-lm"]
+    command = [compiler, "-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", "-o", made, source, *options]
     subprocess.run(command, check=True, timeout=PATIENCE_S)
-    return program
+    return made
+
+
+def build(folder):
+    """Compile the board. Skips the test where there is no compiler."""
+    return compiled(SOURCE, folder / "board-in-c", "-lm")
 
 
 class CBoard:

@@ -18,9 +18,12 @@ from hw.playback.reader import read_columns
 from rtctl import demo, plan, stability_report, terminal
 from rtctl.cli import cli
 from rtctl.config import load
-from rtctl.errors import ConfigError, DataError, ModelError
+from rtctl.errors import ConfigError, DataError, ModelError, RtctlError
+from rtctl.experiments.kept_runs import NAME, KeptRuns
 from rtctl.friction import artefact
 from rtctl.friction.points import read_points
+from rtctl.recording.incident import read_incident
+from rtctl.recording.reader import RecordingReader
 from rtctl.service import plan as service
 
 MOCK = (
@@ -136,6 +139,55 @@ def test_what_is_no_file_is_not_read(tmp_path, endless):
         assert any("is not a file" in line for line in refused(rig(tmp_path, text)))
         shown = CliRunner().invoke(cli, ["events", str(path)])
         assert shown.exception is not None
+
+
+@pytest.mark.timeout(120)
+def test_a_pipe_in_place_of_what_rtctl_wrote_is_waited_for_by_no_command(tmp_path):
+    pipe = tmp_path / "x-000.mcap"
+    os.mkfifo(pipe)
+    os.mkfifo(tmp_path / NAME)
+    for read in (
+        lambda: RecordingReader([pipe]),
+        lambda: read_incident(pipe),
+        lambda: KeptRuns(tmp_path, {}, resume=True),
+    ):
+        with pytest.raises(DataError, match="not a regular file"):
+            read()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "check loop",
+        "check rig",
+        "check model",
+        "check script",
+        "run loop --for 1",
+        "run mock --for 1 --faults loop",
+        "identify --log loop --column position=a:rad --column torque=b:Nm",
+        "info loop",
+        "probe port",
+    ],
+)
+def test_a_link_to_itself_is_refused_by_name(tmp_path, words):
+    loop = tmp_path / "loop"
+    loop.symlink_to("loop")
+    model = f'model = "{demo.shipped_config("friction")}/mock.json"'
+    port = demo.shipped_config("serial.toml").read_text().replace("/tmp/rtctl-board", str(loop))
+    texts = {
+        "mock": MOCK,
+        "rig": f'{MOCK}\n[record]\nfolder = "loop"\n',
+        "model": MOCK.replace(model, 'model = "loop"', 1),
+        "script": MOCK.replace("[device.options]\n", '[device.options]\nfaults = "loop"\n', 1),
+        "port": port,
+    }
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+    told = [str(tmp_path / word) if word in (*texts, "loop") else word for word in words.split()]
+    shown = CliRunner().invoke(cli, told)
+    known = (type(None), RtctlError, SystemExit)
+    assert isinstance(shown.exception, known), shown.exc_info
+    assert shown.exit_code != 0 or words == "check rig"
 
 
 def test_a_model_that_is_nested_or_has_numbers_nobody_means_is_refused(tmp_path):

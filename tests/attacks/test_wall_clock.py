@@ -1,23 +1,30 @@
-"""Somebody steps the wall clock by years, to and fro, while the rig is armed: nothing that decides looks at it.
+"""Somebody steps the wall clock by hours and years, to and fro, while the rig is armed: nothing that decides looks at it.
 
-CLOCK_REALTIME is the machine's; no namespace has one of its own, so it is not stepped here. That only the files below read it is
-held by the first test, and the second steps what they read. The loop's process (`rtctl.rt`, `rtctl.control`, `hw`) has no reader at all.
+The machine's own clock is left alone. Host, loop and renderer load a library (`stepped_clock.c`) that puts CLOCK_REALTIME, gettimeofday and time
+off by what the test says. A board in C judges the torque, and recordings are read back.
 """
 
+import contextlib
+import os
 import re
-import tempfile
+import signal
+import subprocess
+import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
+from judged import Stopper, armed, ended, judged_lanes, obeyed_ns, show
+from lanes import Nursery
 from patience import PATIENCE_S
+from stepped_clock import SteppedClock
+from test_judged_in_c import LONG_S, judge
 
-from rtctl.config import load
-from rtctl.control.vocabulary import State
-from rtctl.demo import shipped_config
-from rtctl.host.auto_arm import AutoArm
-from rtctl.host.supervisor import Host
+from rtctl.bench.flood import memory_mb
+from rtctl.control.vocabulary import Environment, State
+from rtctl.recording.reader import RecordingReader, all_parts
 
 ROOT = Path(__file__).parents[2]
 READS_IT = re.compile(
@@ -34,7 +41,38 @@ READERS = {
     "rtctl/recording/parts.py": "the date of a part",
     "rtctl/recording/setup.py": "the date of a recording",
 }
-YEAR_NS = 365 * 86_400 * 10**9
+STEPS_H = (3.0, -3.0, 24 * 365 * 10, -24 * 365 * 10)
+"""Of the wall clock against the true one, one after the other: by hours and by years, both ways."""
+
+EACH_S = 0.3
+RENDERER = """
+import sys, time
+from rtctl.client import RigClient
+print("ready", flush=True)
+sys.stdin.readline()
+with RigClient(sys.argv[1], runtime_dir=sys.argv[2], timeout_s=60.0) as rig, rig.lease() as lease:
+    rig.set_environment(0, "remote")
+    while not lease.lost:
+        lease.set_target([lease.start_rad[0] + 0.2])
+        time.sleep(0.02)
+"""
+
+
+class Renderer:
+    """A program whose clock is stepped, too: moves the proxy until the rig is stopped."""
+
+    def __init__(self, lane):
+        command = [sys.executable, "-c", RENDERER, lane.name, str(lane.runtime)]
+        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        assert self.process.stdout.readline() == "ready\n"
+
+    def begin(self):
+        self.process.stdin.write("\n")
+        self.process.stdin.flush()
+
+    def close(self):
+        self.process.kill()
+        self.process.communicate()
 
 
 def test_only_what_tells_a_person_the_date_reads_the_wall_clock():
@@ -47,31 +85,116 @@ def test_only_what_tells_a_person_the_date_reads_the_wall_clock():
     assert found == set(READERS)
 
 
-class Step:
-    """Steps the wall clock with every batch of ticks; ends the run when the rig has been active for a while."""
-
-    def __init__(self, monkeypatch):
-        self.rows, self.steps, self._true = [], 0, time.time_ns
-        monkeypatch.setattr(time, "time_ns", lambda: self._true() + (-1) ** self.steps * self.steps * YEAR_NS)
-
-    def __call__(self, host, rows):
-        self.rows.append(rows)
-        self.steps += 1
-        active = sum(int((batch["state"] == State.ACTIVE).sum()) for batch in self.rows)
-        if active > 500:
-            host.finish()
+def record_all(lane):
+    path, folder = lane.config, lane.folder / "recording"
+    path.write_text(f'{path.read_text()}\n[record]\nfolder = "{folder}"\n')
+    return folder
 
 
-@pytest.mark.compiled
-def test_a_rig_under_torque_does_not_notice_that_the_clock_is_stepped(monkeypatch):
-    step = Step(monkeypatch)
-    with (
-        tempfile.TemporaryDirectory(prefix="rt") as folder,
-        Host(load(shipped_config("mock.toml")), observers=[AutoArm(), step], runtime_dir=folder) as host,
-    ):
-        summary = host.run(PATIENCE_S)
-    rows = np.concatenate(step.rows)
-    assert step.steps > 10
-    assert (rows["state"] == State.ACTIVE).sum() > 500, summary
+def under_steps(client, ticks, renderer, clock):
+    """Ticks of an armed rig whose targets come from a renderer, and its samples, through all steps."""
+    rows, samples = [], []
+    renderer.begin()
+    end = time.monotonic() + PATIENCE_S
+    while (ticks.receive(PATIENCE_S)["environment_kind"][-1] != Environment.REMOTE).any():
+        assert time.monotonic() < end, "no targets"
+    for hours in STEPS_H:
+        clock.step(hours)
+        end = time.monotonic() + EACH_S
+        while time.monotonic() < end:
+            rows.append(ticks.receive(PATIENCE_S))
+            samples.append(client.latest_state())
+    return np.concatenate(rows), samples
+
+
+def live(lane, nursery, clock, halt_s=0.0):
+    """A daemon through all steps, then a STOP; its host halted in that moment if `halt_s`. None where it did not stay ACTIVE."""
+    renderer = Renderer(lane)
+    try:
+        daemon, client = armed(lane, nursery)
+        stopper = Stopper(lane)
+        assert clock.is_in(daemon.pid)
+        assert clock.is_in(daemon.loop())
+        with client, client.ticks() as ticks:
+            rows, samples = under_steps(client, ticks, renderer, clock)
+            first, memory = lane.observation.count, memory_mb(daemon.pid)
+            with halted(daemon, halt_s):
+                stopper.start()
+            begun = obeyed_ns(ticks, stopper.sent_ns, 10.0)
+        stopper.join(PATIENCE_S)
+    finally:
+        renderer.close()
+    what = f"the wall clock stepped{', the host halted' if halt_s else ''}"
+    found = ended(lane, daemon, stopper.sent_ns, begun, first, what, memory)
+    if (rows["state"] == State.ACTIVE).all():
+        return rows, samples, found
+    show(f"begun anew: states {set(rows['state'])}, faults {set(rows['faults'])}: {found.words}")
+    return None
+
+
+def lived(*life):
+    """The first life that a busy machine did not disturb."""
+    for _ in range(5):
+        if (found := live(*life)) is not None:
+            return found
+    raise AssertionError("not ACTIVE throughout in five lives")
+
+
+@contextlib.contextmanager
+def halted(daemon, seconds):
+    if not seconds:
+        yield
+        return
+    os.kill(daemon.pid, signal.SIGSTOP)
+    try:
+        yield
+        time.sleep(seconds)
+    finally:
+        os.kill(daemon.pid, signal.SIGCONT)
+
+
+@pytest.fixture(scope="module")
+def clock(tmp_path_factory):
+    return SteppedClock(tmp_path_factory.mktemp("clock"))
+
+
+def test_a_rig_under_torque_does_not_notice_that_the_clock_is_stepped(clock, tmp_path_factory, monkeypatch):
+    """Torque, target ages, samples, recording, STOP, and the heartbeat: after a step back, too, a loop goes on without its host for 200 ms."""
+    for name, value in clock.environment.items():
+        monkeypatch.setenv(name, value)
+    with judged_lanes(tmp_path_factory.mktemp("stepped"), 2) as lanes, ThreadPoolExecutor(2) as pool:
+        folder, nursery = record_all(lanes[0]), Nursery(lanes[0].config)
+        try:
+            lives = [pool.submit(lived, lane, nursery, clock, k * LONG_S) for k, lane in enumerate(lanes)]
+            lives = [life.result() for life in lives]
+        finally:
+            nursery.close()
+    assert clock.reads > 0
+    assert clock.waits == 0
+    for halt_s, (rows, samples, found) in zip((0.0, LONG_S), lives, strict=True):
+        judge(found, halt_s)
+        went_on(rows, samples)
+    recorded_whole(folder, lives[0][0])
+
+
+def went_on(rows, samples):
+    assert set(np.diff(rows["tick"])) == {1}
     assert (np.diff(rows["time_ns"]) > 0).all()
-    assert not set(summary["faults"]) - {"STALLED"}, summary  # a busy machine's own
+    assert len({round(one.timestamp - one.monotonic_s, 3) for one in samples}) == 1, (
+        "stamps go on as they began"
+    )
+    assert all(0.0 <= one.age_s < PATIENCE_S for one in samples)
+    monotonic_s = [one.monotonic_s for one in samples]
+    assert monotonic_s == sorted(monotonic_s)
+
+
+def recorded_whole(folder, rows):
+    newest = max(folder.glob("*.mcap"), key=lambda path: path.stat().st_mtime_ns)
+    reader = RecordingReader(all_parts(newest))
+    found = reader.read()
+    damage = (reader.cut, reader.left_out, reader.notes, reader.bad_chunks)
+    assert not any(damage), damage
+    at = np.searchsorted(found.rows["tick"], rows["tick"])
+    assert (found.rows["time_ns"][at] == rows["time_ns"]).all()
+    assert len({round(event["timestamp"] - event["monotonic_s"], 3) for event in found.events}) == 1
+    assert rows["time_ns"][-1] * 1e-9 < found.events[-1]["monotonic_s"], "the STOP"

@@ -134,9 +134,12 @@ class WithDevice:
             self.sim.stop()
         self.settle()
 
-    def read(self, tick):
+    def step(self):
         self.sim.advance(PERIOD_S)
         self.settle()
+
+    def read(self, tick):
+        self.step()
         self.backend.read(tick)
 
     def write(self, tick):

@@ -55,31 +55,6 @@ def installed(target, kind=KIND):
         registry.lookup.cache_clear()
 
 
-class InStep:
-    """The backend with a simulated board that sends one state before every read."""
-
-    def __init__(self, backend, board):
-        self.backend, self.board = backend, board
-        self.provides, self.consumes = backend.provides, backend.consumes
-
-    def open(self):
-        self.backend.open()
-
-    def read(self, tick):
-        self.board.listen(0.0)
-        self.board.step()
-        self.backend.read(tick)
-
-    def write(self, tick):
-        self.backend.write(tick)
-
-    def stop(self):
-        self.backend.stop()
-
-    def close(self):
-        self.backend.close()
-
-
 _boards = []
 
 
@@ -87,10 +62,6 @@ def board():
     """A new simulated board; `close_all` ends it."""
     simulator = importlib.import_module("rtctl_udp_board.simulator")
     _boards.append(simulator.Board())
-    return _boards[-1]
-
-
-def newest_board():
     return _boards[-1]
 
 

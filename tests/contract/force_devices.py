@@ -136,30 +136,6 @@ class Rdt:
         self.socket.close()
 
 
-class Fed:
-    """A backend whose device sends one sample before every read, as it does on time."""
-
-    def __init__(self, backend):
-        self.backend, self.device = backend, _played[-1]
-        self.provides, self.consumes = backend.provides, backend.consumes
-
-    def open(self):
-        self.backend.open()
-
-    def read(self, tick):
-        self.device.emit(self.backend)
-        self.backend.read(tick)
-
-    def write(self, tick):
-        self.backend.write(tick)
-
-    def stop(self):
-        self.backend.stop()
-
-    def close(self):
-        self.backend.close()
-
-
 SENSORS = {sensor.kind: sensor for sensor in (Rokubi, OptoForce, Rdt)}
 
 _played = []
@@ -168,6 +144,10 @@ _played = []
 def play(kind):
     """A new device of this kind; `close_all` ends it."""
     _played.append(SENSORS[kind]())
+    return _played[-1]
+
+
+def newest():
     return _played[-1]
 
 

@@ -174,10 +174,13 @@ class InLockstep:
         self._awaited = not self._backend.sample_waits
 
     def read(self, tick):
+        self.wait_if_asked()
+        self._backend.read(tick)
+
+    def wait_if_asked(self):
         if self._awaited:
             self.wait()
         self._awaited = False
-        self._backend.read(tick)
 
     def write(self, tick):
         self._backend.write(tick)

@@ -1,28 +1,22 @@
-"""What `hw.interface.Backend` promises, run against every backend there is.
+"""The contract (`rtctl.backend_contract`) on every backend that comes with rtctl.
 
-A new backend adds one row to `ROWS`: its kind, its axes, a function that makes its options, and for a device
-one that puts the simulated device beside it.
+A new backend adds a row to `cases`: its kind, its axes, a function that makes its options, and the device that is played beside it.
 """
 
-import inspect
-import json
 import math
-import subprocess
-import sys
+from functools import partial
 
 import can_rows
-import example_package
 import force_devices
 import numpy as np
 import pytest
 import serial_boards
-from hardware import rig
 
 from hw import registry
-from hw.interface import CHANNEL_FIELDS
 from hw.rig import Member, compose
-from rtctl.control.jit import records
-from rtctl.tick import FIELDS, new_ticks
+from rtctl.backend_contract import Case, Contract, Device, Received
+
+pytest_plugins = ("rtctl.backend_contract.plugin",)
 
 SAMPLES = 60
 PATIENT = {"open_timeout_s": 30.0, "reopen_timeout_s": 10.0}
@@ -63,15 +57,77 @@ def lines(n_axes, folder, which):
     return {"port": board.port, **PATIENT, **serial_boards.lines(n_axes)}
 
 
-def in_step_with_lines(backend, n_axes):
-    board = serial_boards.at_port(backend._path)
-    # two: the first may be the rest of a line
-    return serial_boards.InLockstep(backend, serial_boards.lines_bytes(n_axes), board, samples=2)
+class Board(Device):
+    """A board that answers a command each, in a process of its own."""
+
+    def __init__(self, backend, options, n_axes):
+        super().__init__(backend, options, n_axes)
+        self.lockstep = self.beside(backend, n_axes)
+
+    def beside(self, backend, n_axes):
+        per_axis = 14 if "velocity" in backend.provides else 10
+        return serial_boards.InLockstep(backend, 35 + per_axis * n_axes)
+
+    def open(self):
+        self.lockstep.open()
+
+    def step(self):
+        self.lockstep.wait_if_asked()
+
+    def write(self, tick):
+        self.lockstep.write(tick)
 
 
-def in_step_with_described(backend, n_axes):
-    board = serial_boards.at_port(backend._path)
-    return serial_boards.InLockstep(backend, serial_boards.described_bytes(n_axes), board)
+class DescribedBoard(Board):
+    def beside(self, backend, n_axes):
+        board = serial_boards.at_port(backend._path)
+        return serial_boards.InLockstep(backend, serial_boards.described_bytes(n_axes), board)
+
+
+class LinesBoard(Board):
+    def beside(self, backend, n_axes):
+        board = serial_boards.at_port(backend._path)
+        # two: the first may be the rest of a line
+        return serial_boards.InLockstep(backend, serial_boards.lines_bytes(n_axes), board, samples=2)
+
+
+class Sensor(Device):
+    """A force sensor that sends on time."""
+
+    def __init__(self, backend, options, n_axes):
+        super().__init__(backend, options, n_axes)
+        self.played = force_devices.newest()
+
+    def step(self):
+        self.played.emit(self.backend)
+
+
+class OnCan(Device):
+    """Drives or a board on a bus."""
+
+    def __init__(self, backend, options, n_axes, wired):
+        super().__init__(backend, options, n_axes)
+        self.wired = wired(backend, options, n_axes)
+
+    def open(self):
+        self.wired.open()
+
+    def step(self):
+        self.wired.step()
+
+    def received(self):
+        drives = self.wired.sim.drives
+        return Received([drive.current_a for drive in drives], all(map(is_enabled, drives)))
+
+    def close(self):
+        self.wired.release()
+
+
+def is_enabled(drive):
+    """Whether a simulated drive lets torque through."""
+    states = {"OdriveSim": ("state", 8), "MoteusSim": ("mode", 10), "Cia402Sim": ("state", 0x27)}
+    name, enabled = states[type(drive).__name__]
+    return getattr(drive, name) == enabled
 
 
 def folder_of_boards(folder, which):
@@ -80,272 +136,82 @@ def folder_of_boards(folder, which):
     return made
 
 
-def sensor(kind):
-    def _table(_n_axes, _folder, _which):
-        device = force_devices.play(kind)
-        return {**device.options, **device.where}
-
-    return _table
-
-
-def example(n_axes, folder, which):
-    host, port = example_package.board().socket.getsockname()
-    return {"host": host, "port": port, "lost_after_s": 1.0}
-
-
-ROWS = {
-    "mock": ("mock", 1, mock),
-    "mock, two axes": ("mock", 2, mock),
-    "playback": ("playback", 1, playback),
-    "a rig of two devices": ("mock", 2, mock),
-    "serial over pty": ("serial", 1, serial),
-    "serial over pty, two axes": ("serial", 2, serial),
-    "serial with velocity over pty, two axes": ("serial", 2, serial_with_velocity),
-    "described frame over pty": ("serial-described", 1, described),
-    "described frame over pty, two axes": ("serial-described", 2, described),
-    "lines of text over pty, two axes": ("serial-lines", 2, lines),
-    **{kind: (kind, 1, sensor(kind)) for kind in force_devices.SENSORS},
-    **can_rows.ROWS,
-    "a third party's": (example_package.KIND, 1, example),
-}
-
-WRAPPERS = {
-    "serial": lambda backend, n_axes: serial_boards.InLockstep(
-        backend, 35 + (14 if "velocity" in backend.provides else 10) * n_axes
-    ),
-    "serial-described": in_step_with_described,
-    "serial-lines": in_step_with_lines,
-    example_package.KIND: lambda backend, _: example_package.InStep(backend, example_package.newest_board()),
-    **{kind: lambda backend, _: force_devices.Fed(backend) for kind in force_devices.SENSORS},
-}
-"""Kinds whose device answers in its own time: the wrapper waits for it before a read."""
-
-
 @pytest.fixture(scope="module", autouse=True)
-def _boards_end_with_the_module(tmp_path_factory):
-    with example_package.installed(tmp_path_factory.mktemp("site")):
-        yield
+def _boards_end_with_the_module():
+    yield
     serial_boards.close_all()
     force_devices.close_all()
-    example_package.close_all()
 
 
-def split(kind, options, n_axes):
+def split(kind, options, rig):
     """The backend's motor and its force sensor as two devices of one rig."""
     drive = ("position", "velocity", "current", "temperature", "current_command")
     members = [
-        Member(kind, options, label, tuple(range(n_axes)), channels, budget_ns=0)
+        Member(kind, options, label, tuple(range(rig.n_axes)), channels, budget_ns=0)
         for label, channels in (("finger", ("force", "estop")), ("drive", drive))
     ]
-    return compose(members, rig(n_axes))
+    return compose(members, rig)
 
 
-class Subject:
-    """A backend under test, and ticks of its size."""
-
-    def __init__(self, row, folder, which="first"):
-        self.row, self.folder = row, folder
-        self.kind, self.n_axes, table, *beside = ROWS[row]
-        given = table(self.n_axes, folder, which) if self.kind in WRAPPERS else table(self.n_axes, folder)
-        valid = registry.options_model(self.kind).model_validate(given, context={"folder": folder})
-        self.options = valid.model_dump(mode="json")
-        self.split = row == "a rig of two devices"
-        self.backend = self.make()
-        if beside:
-            self.backend = beside[0](self.backend, self.options, self.n_axes)
-
-    def make(self):
-        if self.split:
-            return split(self.kind, self.options, self.n_axes)
-        made = registry.create(self.kind, self.options, rig(self.n_axes))
-        return WRAPPERS.get(self.kind, lambda backend, _: backend)(made, self.n_axes)
-
-    def twin(self):
-        """Another one with the same options and an equal device of its own."""
-        return Subject(self.row, self.folder, "second")
-
-    def release(self):
-        getattr(self.backend, "release", self.backend.close)()
-
-    def tick(self, slot=0):
-        tick = records(new_ticks(1, self.n_axes))
-        tick["tick"] = slot
-        return tick
+def simulated(kind, n_axes, table, **more):
+    return Case(kind, lambda folder, which: table(n_axes, folder), n_axes=n_axes, **more)
 
 
-@pytest.fixture(params=ROWS)
-def subject(request, tmp_path):
-    made = Subject(request.param, tmp_path)
-    yield made
-    made.release()
+def on_board(kind, n_axes, table, device):
+    return Case(kind, partial(table, n_axes), device, n_axes, hears=False)
 
 
-@pytest.fixture
-def running(subject):
-    subject.backend.open()
-    return subject
+def on_can(kind, n_axes, table, wired):
+    """One bus, one backend, where the bus is a real wire."""
+    device = partial(OnCan, wired=wired)
+    made = lambda folder, which: table(n_axes, folder)  # noqa: E731
+    # a board by a field map has no state of its own to look at
+    return Case(kind, made, device, n_axes, twins=not can_rows.WIRES, hears=kind != "can")
 
 
-def test_channels_are_known_and_none_is_both_given_and_taken(subject):
-    provides, consumes = subject.backend.provides, subject.backend.consumes
-    assert isinstance(provides, frozenset)
-    assert isinstance(consumes, frozenset)
-    assert provides | consumes <= set(CHANNEL_FIELDS)
-    assert not provides & consumes
-    assert provides
-    declared = registry.lookup(subject.kind).channels
-    assert declared is None or declared.provides >= provides
+def sensor(kind):
+    def options(_folder, _which):
+        device = force_devices.play(kind)
+        return {**device.options, **device.where}
+
+    return Case(kind, options, Sensor)
 
 
-def test_a_new_backend_shows_its_channels_before_it_is_opened(subject):
-    found = registry.channels(subject.kind, subject.options, rig(subject.n_axes))
-    assert found.provides >= subject.backend.provides
-    assert found.consumes >= subject.backend.consumes
-
-
-def test_the_methods_are_those_of_the_interface(subject):
-    for name, arguments in {"open": [], "read": ["tick"], "write": ["tick"], "stop": [], "close": []}.items():
-        assert list(inspect.signature(getattr(subject.backend, name)).parameters) == arguments
-
-
-def test_stop_is_safe_before_open_and_after_close_and_often(subject):
-    subject.backend.stop()
-    subject.backend.open()
-    subject.backend.stop()
-    subject.backend.stop()
-    subject.backend.close()
-    subject.backend.stop()
-
-
-def test_open_and_close_may_be_repeated(subject):
-    subject.backend.close()
-    subject.backend.open()
-    subject.backend.open()
-    subject.backend.read(subject.tick())
-    subject.backend.close()
-    subject.backend.close()
-
-
-def test_every_fresh_sample_advances_the_count_by_one(running):
-    for slot in range(SAMPLES):
-        tick = running.tick(slot)
-        running.backend.read(tick)
-        assert tick["sample_count"][0] == slot + 1
-        running.backend.write(tick)
-
-
-def test_reading_writes_the_given_channels_and_nothing_else(running):
-    allowed = {CHANNEL_FIELDS[channel] for channel in running.backend.provides} | {
-        "sample_count",
-        "link_faults",
+class TestEveryBackend(Contract):
+    cases = {
+        "mock": simulated("mock", 1, mock),
+        "mock, two axes": simulated("mock", 2, mock),
+        "playback": simulated("playback", 1, playback),
+        "a rig of two devices": simulated("mock", 2, mock, make=split),
+        "serial over pty": on_board("serial", 1, serial, Board),
+        "serial over pty, two axes": on_board("serial", 2, serial, Board),
+        "serial with velocity over pty, two axes": on_board("serial", 2, serial_with_velocity, Board),
+        "described frame over pty": on_board("serial-described", 1, described, DescribedBoard),
+        "described frame over pty, two axes": on_board("serial-described", 2, described, DescribedBoard),
+        "lines of text over pty, two axes": on_board("serial-lines", 2, lines, LinesBoard),
+        **{kind: sensor(kind) for kind in force_devices.SENSORS},
+        **{name: on_can(*row) for name, row in can_rows.ROWS.items()},
     }
-    for sentinel in (77, -55):
-        tick = running.tick()
-        for field in FIELDS:
-            tick[field.name] = sentinel if field.kind != "bits" else 77
-        tick["tick"] = 0
-        before = tick.copy()
-        running.backend.read(tick)
-        changed = {field.name for field in FIELDS if not np.array_equal(tick[field.name], before[field.name])}
-        assert changed <= allowed
-        assert "sample_count" in changed
-        assert changed & {CHANNEL_FIELDS[channel] for channel in running.backend.provides}
-        assert tick["link_faults"][0] == 0, "a good sample clears what an earlier one left"
 
-
-def test_writing_changes_nothing_in_the_tick(running):
-    tick = running.tick()
-    running.backend.read(tick)
-    tick["enabled"], tick["current_command_a"], tick["torque_applied_nm"] = 1, 0.3, 0.2
-    before = tick.tobytes()
-    running.backend.write(tick)
-    assert tick.tobytes() == before
-
-
-def test_measurements_are_finite_whatever_is_sent(running):
-    for slot, value in enumerate([0.0, math.nan, math.inf, -math.inf, 1e308, -1e308, 0.5]):
-        tick = running.tick(slot)
-        running.backend.read(tick)
-        for channel in running.backend.provides:
-            assert np.isfinite(tick[CHANNEL_FIELDS[channel]]).all(), channel
-        tick["enabled"], tick["current_command_a"], tick["torque_applied_nm"] = 1, value, value
-        running.backend.write(tick)
-
-
-def test_a_measured_velocity_adds_up_to_the_travel(running):
-    """Sign and unit at the joint: over a push of the motor its sum is the change of position."""
-    if not {"position", "velocity"} <= running.backend.provides:
-        pytest.skip("measures no velocity")
-    tick, positions, velocities = running.tick(), [], []
-    for slot in range(SAMPLES):
-        tick["tick"] = slot
-        running.backend.read(tick)
-        positions.append(tick["position_rad"][0].copy())
-        velocities.append(tick["device_velocity_rad_s"][0].copy())
-        tick["enabled"], tick["current_command_a"], tick["torque_applied_nm"] = (
-            1,
-            1.0,
-            1.0 * 80 * 0.72 * 0.0134,
-        )
-        running.backend.write(tick)
-    travel = positions[-1] - positions[0]
-    steps = 1e-3 * (np.array(velocities)[1:] + np.array(velocities)[:-1]) / 2
-    count = 2 * math.pi / 4096 / 80  # of the coarsest encoder among the rows
-    assert (np.abs(travel) > 20 * count).all()
-    assert steps.sum(axis=0) == pytest.approx(travel, rel=0.05, abs=2 * count)
-
-
-def test_missed_slots_are_no_error(running):
-    for slot in (0, 1, 5, 6, 40):
-        tick = running.tick(slot)
-        running.backend.read(tick)
-        running.backend.write(tick)
-    assert tick["sample_count"][0] > 0
-
-
-def test_ticks_may_be_rows_of_a_ring(running):
-    ring = records(new_ticks(4, running.n_axes))
-    for slot in range(4):
-        ring["tick"][slot] = slot
-        running.backend.read(ring[slot : slot + 1])
-        running.backend.write(ring[slot : slot + 1])
-    assert ring["sample_count"].tolist() == [1, 2, 3, 4]
-
-
-def test_two_backends_with_the_same_options_show_the_same(running, tmp_path):
-    if can_rows.WIRES and running.kind in can_rows.KINDS:
-        pytest.skip("one bus, one backend")
-    twin = running.twin()
-    other = twin.backend
-    other.open()
-    for slot in range(20):
-        a, b = running.tick(slot), running.tick(slot)
-        running.backend.read(a)
-        other.read(b)
-        assert a.tobytes() == b.tobytes()
-        running.backend.write(a)
-        other.write(b)
-    twin.release()
-
-
-def test_the_options_are_plain_data_and_refuse_unknown_keys(subject, tmp_path):
-    model = registry.options_model(subject.kind)
-    dump = json.loads(json.dumps(subject.options))
-    assert model.model_validate(dump, context={"folder": tmp_path}).model_dump(mode="json") == subject.options
-    with pytest.raises(ValueError, match="no_such_key"):
-        model.model_validate({**dump, "no_such_key": 1}, context={"folder": tmp_path})
-
-
-@pytest.mark.parametrize("kind", sorted({row[0] for row in ROWS.values()}))
-def test_the_loop_process_gets_a_backend_without_the_config_library(kind):
-    module = registry.lookup(kind).factory.partition(":")[0]
-    heavy = "{'pydantic', 'zmq', 'sklearn', 'asyncio', 'rtctl'}"
-    code = f"import sys, {module}; bad = {heavy} & set(sys.modules); sys.exit(', '.join(bad) if bad else 0)"
-    shown = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=170
-    )
-    assert shown.returncode == 0, shown.stderr
+    def test_a_measured_velocity_adds_up_to_the_travel(self, running):
+        """Sign and unit at the joint: over a push of the motor its sum is the change of position."""
+        if not {"position", "velocity"} <= running.backend.provides:
+            pytest.skip("measures no velocity")
+        tick, positions, velocities = running.tick(), [], []
+        for slot in range(SAMPLES):
+            tick["tick"] = slot
+            running.read(tick)
+            positions.append(tick["position_rad"][0].copy())
+            velocities.append(tick["device_velocity_rad_s"][0].copy())
+            tick["enabled"], tick["current_command_a"] = 1, 1.0
+            tick["torque_applied_nm"] = 1.0 * 80 * 0.72 * 0.0134
+            running.write(tick)
+        travel = positions[-1] - positions[0]
+        steps = 1e-3 * (np.array(velocities)[1:] + np.array(velocities)[:-1]) / 2
+        count = 2 * math.pi / 4096 / 80  # of the coarsest encoder among the cases
+        assert (np.abs(travel) > 20 * count).all()
+        assert steps.sum(axis=0) == pytest.approx(travel, rel=0.05, abs=2 * count)
 
 
 def test_every_built_in_backend_is_in_this_suite():
-    assert set(registry.BUILT_IN) | {example_package.KIND} == {row[0] for row in ROWS.values()}
+    assert set(registry.BUILT_IN) == {case.kind for case in TestEveryBackend.cases.values()}

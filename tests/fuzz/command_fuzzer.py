@@ -19,6 +19,7 @@ from multiprocessing import get_context
 import msgpack
 import numpy as np
 
+from rtctl.control.environments.table import OWN, PARAMETERS
 from rtctl.control.vocabulary import Environment, State
 from rtctl.host.authenticator import Caller
 from rtctl.host.description import AxisDescription, RigDescription
@@ -30,6 +31,7 @@ from rtctl.shm import CommandWriter, Memory
 from rtctl.tick import new_ticks
 
 BOUNDS = {
+    **{one.name: (one.low, one.high) for one in OWN if not one.sign},
     "stiffness_nm_rad": (0.0, 100.0),
     "damping_nms_rad": (0.0, 10.0),
     "center_rad": (-10.0, 10.0),
@@ -39,9 +41,8 @@ BOUNDS = {
 }
 RIG = RigDescription("mock", (AxisDescription("base", BOUNDS), AxisDescription("tip", BOUNDS)), 1000.0)
 FIELDS = {
-    **{f"environment_{name}": BOUNDS[name] for name in ("stiffness_nm_rad", "damping_nms_rad", "center_rad")},
-    "environment_side": (-1, 1),
-    "environment_pitch_rad": (0.0, 10.0),
+    **{f"environment_{one.name}": BOUNDS.get(one.name, (one.low, one.high)) for one in PARAMETERS},
+    "environment_pitch_rad": (0.0, 10.0),  # 0: as it is before anybody set one
     "environment_kind": (0, len(Environment) - 1),
     "target_position_rad": BOUNDS["position_rad"],
     "target_velocity_rad_s": BOUNDS["velocity_rad_s"],

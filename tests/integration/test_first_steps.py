@@ -7,7 +7,6 @@ import shlex
 import signal
 import subprocess
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -28,6 +27,7 @@ def tasks():
 
 
 TASKS = list(tasks())
+COUNTED = dict(re.findall(r"^\| (.*?) \| (\d+) \| [\d.]+ \|$", PAGE, re.MULTILINE))
 
 
 class Desk:
@@ -105,9 +105,35 @@ def run(desk, commands, programs):
     for line in commands:
         if OWN_TERMINAL in line:
             desk.open_terminal(line)
-        elif "pandas" not in line or ("pip" not in line and find_spec("pandas")):
+        elif "pip install" not in line:  # `make setup` has done that
             said.append(desk.type(line))
     return said
+
+
+def plain(text):
+    """Lines without their numbers and spaces; none that is empty."""
+    lines = (re.sub(r"[-+]?\d[\d.e+-]*", "#", " ".join(line.split())) for line in text.splitlines())
+    return [line for line in lines if line]
+
+
+def answered(said, word):
+    """Everything that the page shows as a task's answers was said, in that order."""
+    (shown,) = [shown for title, shown in ANSWERS.items() if word in title]
+    heard = iter(plain("\n".join(said)))
+    assert shown, f"{word}: no transcript"
+    for line in shown:
+        assert line in heard, f"{word}: not said, or not in this order: {line}"
+
+
+ANSWERS = {
+    part.partition("\n")[0]: [
+        line
+        for block in re.findall(r"```text\n(.*?)```", part, re.DOTALL)
+        for line in plain(block)
+        if line != "..."
+    ]
+    for part in PAGE.split("\n## ")[1:]
+}
 
 
 def task(word):
@@ -118,6 +144,7 @@ def task(word):
 def test_every_task_takes_at_most_five_commands():
     assert len(TASKS) == 6
     assert all(0 < len(commands) <= MOST_COMMANDS for _, commands, _ in TASKS)
+    assert {title: str(len(commands)) for title, commands, _ in TASKS} == COUNTED
 
 
 def test_a_rig_is_armed_and_stopped(desk):
@@ -125,22 +152,29 @@ def test_a_rig_is_armed_and_stopped(desk):
     assert "mock: ACTIVE" in armed
     assert "mock: ACTIVE" in status
     assert "mock: IDLE, no torque" in stopped
+    answered([armed, status, stopped], "armed and stopped")
 
 
 def test_a_world_of_ones_own_is_felt(desk):
     (said,) = run(desk, *task("A world of your own"))
     assert "in the wall" in said
+    answered([said], "A world of your own")
 
 
 def test_a_rig_file_of_ones_own_is_recorded_opened_and_gives_a_model(desk):
     """Three tasks, one upon the other."""
     desk.close()
-    *_, checked = run(desk, *task("A rig file of your own"))
-    assert "OK: passive" in checked
-    run(desk, *task("opened in pandas"))
+    made = run(desk, *task("A rig file of your own"))
+    assert "OK: passive" in made[-1]
+    answered(made, "A rig file of your own")
+    recorded = run(desk, *task("opened in pandas"))
+    assert "count" in recorded[-1]
+    answered(recorded, "opened in pandas")
     with (desk.folder / "ticks.csv").open() as file:
         row = next(csv.DictReader(file))
     assert {"position_rad.joint", "hand_torque_nm.joint"} <= set(row)
-    _, learned, *_ = run(desk, *task("A friction model from a log"))
+    found = run(desk, *task("A friction model from a log"))
+    learned = found[1]
+    answered(found, "A friction model from a log")
     assert "model: friction/my-model.json" in learned
     assert "my-model.json" in (desk.folder / "my-rig.toml").read_text()

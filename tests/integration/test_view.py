@@ -4,6 +4,7 @@ import http.client
 import json
 import math
 import re
+import socket
 import threading
 
 import numpy as np
@@ -14,6 +15,7 @@ from patience import PATIENCE_S, until
 from rtctl.control.vocabulary import Fault, State
 from rtctl.tick import new_ticks
 from rtctl.view.feed import EDGES_US, KEPT_BATCHES, Feed, Histogram, Signal, columns
+from rtctl.view.guests import MOST_GUESTS
 from rtctl.view.server import FILES, MOST_RECORDINGS, MOST_STREAMS, SCRIPTS, STATIC, ViewServer
 
 OURS = {"X-Rtctl": "view"}
@@ -411,3 +413,23 @@ def test_the_histogram_counts_the_last_seconds_and_nothing_twice():
     assert (histogram.total[0], histogram.total[of_15_us], histogram.total.sum()) == (1, 1, 2)
     histogram.add(0, late_ns)  # the daemon was started again: its clock began anew
     assert histogram.total.sum() == 4
+
+
+def test_a_crowd_that_says_half_a_request_each_takes_neither_threads_nor_the_way_of_a_stop(page, capfd):
+    rig, server = page
+    before, opened = threading.active_count(), []
+    for k in range(4 * MOST_GUESTS):
+        opened.append(socket.create_connection(server.server_address[:2], PATIENCE_S))
+        opened[-1].sendall(b"POST /do/stop HTTP/1.1\r\n"[: k % 25])
+        if k == MOST_GUESTS:
+            looking = connection(server)
+            looking.request("GET", "/stream", headers=OURS)
+            stream = looking.getresponse()
+    until(lambda: threading.active_count() <= before + MOST_GUESTS + 1, "the crowd's threads to end", 10.0)
+    assert press(server, "stop") == (200, {"ok": True, "result": None})
+    assert rig.asked[-1][0] == "stop"
+    assert b"event: " in stream.readline(), "whoever looks is not sent away for it"
+    looking.close()
+    for one in opened:
+        one.close()
+    assert capfd.readouterr() == ("", "")

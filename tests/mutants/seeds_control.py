@@ -47,44 +47,44 @@ MONITOR = (f"{UNIT}/test_campaign_monitor.py",)
 
 SEEDS = (
     Seed(
-        "a renderer's step need not be paid", "rtctl/control/intermediate.py",
+        "a renderer's step need not be paid", "rtctl/control/environments/changes.py",
         "    s.renderer_store_j[axis] -= paid\n", "", FOLLOWS,
     ),
     Seed(
-        "a step may bring more energy than the gate can follow", "rtctl/control/intermediate.py",
+        "a step may bring more energy than the gate can follow", "rtctl/control/environments/changes.py",
         "work <= s.renderer_store_j[axis] and stored + motion <= gate_room(s, p, axis, k)",
         "work <= s.renderer_store_j[axis]", FOLLOWS,
     ),
     Seed(
-        "a step that stiffens for nothing does not ask how fast the joint is", "rtctl/control/intermediate.py",
+        "a step that stiffens for nothing does not ask how fast the joint is", "rtctl/control/environments/changes.py",
         "if work > 0.0 or k > s.world_stiffness_nm_rad[axis]:", "if work > 0.0:", FOLLOWS,
     ),
     Seed(
-        "another kind is taken with the stiffness of the old one", "rtctl/control/intermediate.py",
+        "another kind is taken with the stiffness of the old one", "rtctl/control/environments/changes.py",
         "        if s.world_stiffness_nm_rad[axis] != 0.0 or s.world_damping_nms_rad[axis] != 0.0:\n            return\n", "", FOLLOWS,
     ),
     Seed(
-        "another kind grows where the old one was", "rtctl/control/intermediate.py",
+        "another kind grows where the old one was", "rtctl/control/environments/changes.py",
         "        s.world_center_rad[axis] = c.environment_center_rad[axis]\n    _step_stiffness", "        pass\n    _step_stiffness", FOLLOWS,
     ),
     Seed(
-        "a remote proxy jumps to its target", "rtctl/control/intermediate.py",
-        "step = _towards(before, target, p.velocity_limit_rad_s[axis] * p.period_s) - before", "step = target - before", FOLLOWS,
+        "a remote proxy jumps to its target", "rtctl/control/environments/targets.py",
+        "step = towards(before, target, p.velocity_limit_rad_s[axis] * p.period_s) - before", "step = target - before", FOLLOWS,
     ),
     Seed(
-        "a remote proxy goes where nobody paid for it to go", "rtctl/control/intermediate.py",
+        "a remote proxy goes where nobody paid for it to go", "rtctl/control/environments/targets.py",
         "if work > 0.0 and not (work <= s.renderer_store_j[axis] and k_c * stored <= room):", "if k_c * stored > room:", REMOTE,
     ),
     Seed(
-        "a remote proxy winds up beyond the torque limit", "rtctl/control/intermediate.py",
+        "a remote proxy winds up beyond the torque limit", "rtctl/control/environments/targets.py",
         " and k_c * stored <= room)", ")", REMOTE,
     ),
     Seed(
-        "the damper of a remote proxy follows any velocity", "rtctl/control/intermediate.py",
-        "velocity = _towards(0.0, velocity, p.velocity_limit_rad_s[axis])", "pass", REMOTE,
+        "the damper of a remote proxy follows any velocity", "rtctl/control/environments/targets.py",
+        "velocity = towards(0.0, velocity, p.velocity_limit_rad_s[axis])", "pass", REMOTE,
     ),
     Seed(
-        "the damper of a remote proxy is not paid", "rtctl/control/intermediate.py",
+        "the damper of a remote proxy is not paid", "rtctl/control/environments/targets.py",
         "    if work > s.renderer_store_j[axis]:\n        return False\n", "", REMOTE,
     ),
     Seed(
@@ -203,7 +203,7 @@ SEEDS = (
         "return int(min(s.target_age_ticks, s.remote_ticks))", "return int(s.target_age_ticks)", SEQUENCES,
     ),
     Seed(
-        "a target from before the environment became remote is followed", "rtctl/control/intermediate.py",
+        "a target from before the environment became remote is followed", "rtctl/control/environments/targets.py",
         "if s.target_age_ticks >= s.remote_ticks:", "if s.remote_ticks <= 0:", SEQUENCES,
     ),
     Seed(

@@ -16,6 +16,9 @@ MAILBOX = (
     "tests/unit/test_shm.py::test_an_older_command_is_never_taken",
     "tests/unit/test_shm.py::test_a_row_whose_seal_does_not_fit_is_never_returned",
 )
+PAGE_CROWD = (
+    "tests/integration/test_view.py::test_a_crowd_that_says_half_a_request_each_takes_neither_threads_nor_the_way_of_a_stop",
+)
 
 SEEDS = (
     Seed(
@@ -141,5 +144,18 @@ SEEDS = (
         "one process may take every place", "rtctl/host/connections.py",
         "SHARE = 0.5\n", "SHARE = 1.0\n",
         ("tests/unit/host/test_intruders.py::test_one_process_gets_half_of_the_places_of_a_door",),
+    ),
+    Seed(
+        "any crowd may wait at the page's port", "rtctl/view/guests.py",
+        "while len(self._waiting) > self._most:", "while False:", PAGE_CROWD,
+    ),
+    Seed(
+        "who looks at the page may be cut off for who comes", "rtctl/view/guests.py",
+        "        self.go(guest)\n        try:", "        try:", PAGE_CROWD,
+    ),
+    Seed(
+        "a link to itself is a traceback", "hw/outside.py",
+        "return Path(os.path.realpath(path))", "return Path(path).resolve()",
+        ("tests/attacks/test_files_of_strangers.py::test_a_link_to_itself_is_refused_by_name",),
     ),
 )  # fmt: skip

@@ -6,11 +6,11 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rtctl.control.environment import coupling_torque
-from rtctl.control.intermediate import environment_energy
+from rtctl.control.environments.coupling import coupling_torque
+from rtctl.control.environments.laws import environment_energy
+from rtctl.control.environments.table import OWN, Environment
 from rtctl.control.jit import records
 from rtctl.control.records import new_records
-from rtctl.control.vocabulary import Environment
 
 T = 1e-3
 
@@ -19,9 +19,7 @@ stiffness = st.floats(0.0, 1e6) | st.floats(0.0, 200.0)
 
 @settings(max_examples=300, deadline=None)
 @given(
-    kind=st.sampled_from(
-        [Environment.FREE, Environment.SPRING, Environment.WALL, Environment.DAMPER, Environment.DETENTS]
-    ),
+    kind=st.sampled_from([kind for kind in Environment if not kind.about.active]),
     k_c=st.floats(0.1, 300.0),
     b_c=st.floats(0.0, 0.2),
     k=stiffness,
@@ -40,6 +38,9 @@ def test_no_motion_of_the_joint_gains_energy_from_an_environment(
     params["period_s"] = T
     params["coupling_stiffness_nm_rad"][0], params["coupling_damping_nms_rad"][0] = k_c, b_c
     command["environment_kind"][0], command["environment_side"][0] = int(kind), side
+    for own in OWN:
+        if own.name not in ("side", "pitch_rad"):
+            command[f"environment_{own.name}"][0] = own.tried[seed % 2]
     command["environment_stiffness_nm_rad"][0], command["environment_damping_nms_rad"][0] = k, b
     command["environment_center_rad"][0], command["environment_pitch_rad"][0] = center, pitch
     rng = np.random.default_rng(seed)

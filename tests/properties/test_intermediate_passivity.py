@@ -28,9 +28,9 @@ import numpy as np
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from rtctl.control.environment import coupling_torque
+from rtctl.control.environments.coupling import coupling_torque
+from rtctl.control.environments.laws import environment_energy
 from rtctl.control.jit import records
-from rtctl.control.potential import environment_energy
 from rtctl.control.records import new_records
 from rtctl.control.vocabulary import Environment
 

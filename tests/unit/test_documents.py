@@ -7,7 +7,8 @@ from rtctl import documents
 DOCUMENTS = {
     "tick.md": {"tick fields"},
     "safety.md": {"transitions", "faults"},
-    "protocol.md": {"fault bits"},
+    "protocol.md": {"fault bits", "environment numbers", "environment keys"},
+    "theory.md": {"environment forces"},
     "faults.md": {"kinds of scripted faults"},
     "api.md": {"client reference"},
     "config.md": {"rig file keys", "device option keys"},

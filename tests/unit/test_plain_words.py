@@ -88,6 +88,14 @@ def test_what_is_missing_is_told_with_its_meaning_and_bounds(tmp_path):
     assert "(a number from" in line
 
 
+def test_a_table_that_is_missing_is_told_with_its_brackets_and_where_to_take_one_from(tmp_path):
+    rig, axis, device = told(tmp_path, "schema = 1\n")
+    assert "rig is missing: a table [rig] with the rig's name; `" in rig
+    assert "init` copies a whole rig file" in rig
+    assert axis.endswith("axis is missing: a table [[axis]] for each axis")
+    assert device.endswith("device is missing: a table [[device]] for each device")
+
+
 @pytest.mark.parametrize(
     ("before", "after", "said"),
     [

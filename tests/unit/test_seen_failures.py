@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rtctl.control import detents
+from rtctl.control.environments import detents
+from rtctl.control.jit import plain
 from rtctl.control.mailbox import publish
 from rtctl.host.description import AxisDescription, RigDescription
 from rtctl.host.messages import Refusal, decode
@@ -103,14 +104,14 @@ def test_43_bytes_that_claim_a_hundred_million_elements_cost_nothing():
 @pytest.mark.parametrize("pitch", [1e-6, 0.01, 10.0])
 @pytest.mark.parametrize("stiffness", [1e-6, 60.0, 1e6])
 def test_the_solver_of_the_stiffest_world_does_a_bounded_amount_of_work(monkeypatch, pitch, stiffness):
-    solve = getattr(detents.detent_proxy, "py_func", detents.detent_proxy)
-    force, calls = detents.detent_force, []
+    solve = plain(detents.solve)
+    force, calls = detents.force, []
 
     def counted(*arguments):
         calls.append(1)
         return force(*arguments)
 
-    monkeypatch.setattr(detents, "detent_force", counted)
+    monkeypatch.setattr(detents, "force", counted)
     for k in (1e-9, 1.0, 1e4, 1e9):
         for drive in (-1e6, -1.0, 0.0, 1e-12, 3.0, 1e6):
             calls.clear()

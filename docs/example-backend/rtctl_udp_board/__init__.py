@@ -1,6 +1,8 @@
 """An rtctl backend for a one-axis motor board that speaks UDP."""
 
-from hw.interface import BackendInfo, Channels, Options, Rig, Timing
+import socket
+
+from hw.interface import BackendInfo, Channels, Finding, Options, Rig, Timing
 
 INFO = BackendInfo(
     factory="rtctl_udp_board.backend:UdpBoard",
@@ -11,6 +13,8 @@ INFO = BackendInfo(
         provides=frozenset({"position", "current", "force", "estop"}), consumes=frozenset({"torque"})
     ),
     timing="rtctl_udp_board:timing",
+    network=True,
+    doctor="rtctl_udp_board:examine",
 )
 """What the entry point names. Importing it must not need the driver: rtctl lists backends with it."""
 
@@ -25,3 +29,12 @@ def timing(options: Options, rig: Rig) -> list[Timing]:
     del options
     delay_s = 2 * (BOARD_PERIOD_S + NETWORK_S)
     return [Timing(delay_s=delay_s, sample_period_s=BOARD_PERIOD_S, jitter_s=BOARD_PERIOD_S)] * rig.n_axes
+
+
+def examine(options: Options) -> list[Finding]:
+    """The line of `rtctl doctor` for this board; nothing is sent to it."""
+    try:
+        socket.getaddrinfo(options["host"], options["port"], type=socket.SOCK_DGRAM)
+    except OSError as error:
+        return [Finding("fail", f"{options['host']}: {error.strerror}", "set host in [device.options]")]
+    return [Finding("ok", f"the address of the board, {options['host']}, is one")]

@@ -13,10 +13,10 @@ export function beginRecord(rig, signals) {
 
 async function run(rig, signals) {
   if (!signals.length) { notice("Not recorded: add a signal first."); return; }
-  const mine = recording = new AbortController(), began = Date.now(), chunks = [];
+  const mine = recording = new AbortController(), began = Date.now(), beganMs = performance.now(), chunks = [];
   let bytes = 0, why = "";
   const tell = () => {
-    const seconds = Math.floor((Date.now() - began) / 1000);
+    const seconds = Math.floor((performance.now() - beganMs) / 1000);
     $("recorded").textContent = `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")} · ${(bytes / 1e6).toFixed(1)} MB · ${signals.length} signals, every tick`;
   };
   show(true);

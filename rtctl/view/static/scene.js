@@ -1,14 +1,10 @@
 // The joint seen along its axis: link, virtual object, torque of the hand; its legend, and its numbers axis by axis.
 
+import { DRAWINGS } from "./drawings.js";
 import { element, redraw } from "./link.js";
 
 /** A colour of view.css by its name, as it is in the light or in the dark. */
 export const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
-
-const TURN_RAD = 0.8, FACE_RAD = 0.5;
-const SHAPES = {
-  wall: ["obstacle", "wall"], ball: ["ball", "ball"], spring: ["object", "spring"], detents: ["object", "detents"], damper: ["object", "damper"],
-};
 
 const LAW = { ball: "wall", drag: "remote" };  // the environment that the law has for it
 
@@ -78,28 +74,14 @@ function label(draw, text, x, y) {
   draw.fillText(text, x, y);
 }
 
-// What the world's thread has put on its axis: wall, spring, detents or damper, where the law has them.
+// What the world's thread has put on its axis, where the law has it.
 function drawObject(draw, world, handle, length, x, y, line) {
   const centre = world.center_rad || 0, up = -Math.PI / 2;  // angles count from the vertical, to the right
   const sector = (from, to, fill) => {
     draw.globalAlpha = 0.25; draw.beginPath(); draw.fillStyle = colour(fill); draw.moveTo(x, y);
     draw.arc(x, y, length * 1.02, up + Math.min(from, to), up + Math.max(from, to)); draw.fill(); draw.globalAlpha = 1;
   };
-  if (world.kind === "wall") {
-    sector(centre, centre + (world.side < 0 ? -FACE_RAD : FACE_RAD), "obstacle");
-    line(centre, length * 0.15, length * 1.02, 4, colour("obstacle"));
-  } else if (world.kind === "spring") {
-    const waves = 24, r = length * 0.6;
-    draw.beginPath(); draw.strokeStyle = colour("object"); draw.lineWidth = 2;
-    for (let k = 0; k <= waves; k++) {
-      const angle = centre + (handle - centre) * k / waves, wave = [0, 1, 0, -1][k % 4] * length * 0.03;
-      draw.lineTo(x + (r + wave) * Math.sin(angle), y - (r + wave) * Math.cos(angle));
-    }
-    draw.stroke();
-    line(centre, length * 0.5, length * 0.7, 3, colour("object"));
-  } else if (world.kind === "detents" && world.pitch_rad > 0) {
-    for (let k = Math.ceil((-1 - centre) / world.pitch_rad); centre + k * world.pitch_rad <= 1; k++) line(centre + k * world.pitch_rad, length * 0.86, length, 5, colour("object"));
-  } else if (world.kind === "damper") sector(-TURN_RAD, TURN_RAD, "object");
+  DRAWINGS[world.kind]?.paint?.({ draw, world, handle, length, x, y, centre, line, sector, colour });
 }
 
 /** What the picture's colours mean, those only that are in it now. */
@@ -107,7 +89,7 @@ export function showLegend(place, status) {
   const kind = inForce(status).kind;
   const entries = [["joint", "joint"], ["hand", "torque of the hand"]];
   if ((status.environment || []).some((one) => one !== "free")) entries.push(["object", "virtual object (dashed)"]);
-  if (SHAPES[kind]) entries.push(SHAPES[kind]);
+  if (DRAWINGS[kind]) entries.push([DRAWINGS[kind].colour, kind]);
   redraw(place, entries, () => entries.map(([name, text]) => element("li", {}, swatch(name), text)));
 }
 

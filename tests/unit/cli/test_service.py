@@ -3,11 +3,13 @@
 import shlex
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
+from hw import registry
 from rtctl.cli.service import command
 from rtctl.demo import shipped_config
 from rtctl.service import plan as service
@@ -62,10 +64,16 @@ def installed_drop_ins(folder, addition):
 
 
 def test_a_device_on_the_network_gets_the_network(tmp_path, monkeypatch):
-    monkeypatch.setattr(service, "NETWORKED_KINDS", ("mock",))
+    found = registry.lookup
+    monkeypatch.setattr(registry, "lookup", lambda kind: replace(found(kind), network=True))
     drop_ins = installed_drop_ins(tmp_path, "[view]")
     assert [path.name for path in drop_ins.iterdir()] == ["10-network.conf"]
     assert "PrivateNetwork=no" in (drop_ins / "10-network.conf").read_text()
+
+
+def test_the_kinds_that_are_reached_by_ip_or_can_say_so():
+    networked = {kind for kind, info in registry.BUILT_IN.items() if info.network}
+    assert networked == {"can", "odrive", "moteus", "cia402", "rdt"}
 
 
 @pytest.mark.parametrize("addition", ["[telemetry]\nplotjuggler = true", "[view]"])

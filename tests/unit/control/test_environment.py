@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from law_rig import COUNT, LawRig, Plant, T
 
-from rtctl.control.detents import detent_force, detent_proxy
+from rtctl.control.environments import detents
 from rtctl.control.vocabulary import Fault, State
 
 K_C, B_C = 60.0, 0.005
@@ -97,8 +97,8 @@ def test_the_implicit_detent_solution_leaves_no_residual():
     for _ in range(500):
         k, stiffness, pitch = rng.uniform(0.1, 2e3), rng.uniform(1.0, 300.0), rng.uniform(0.01, 1.0)
         before, w = rng.uniform(-2, 2), rng.uniform(-2, 2) * 100
-        p = detent_proxy(w, stiffness, k, 0.1, pitch, before)
-        force, _ = detent_force(p, before, k, 0.1, pitch)
+        p = detents.solve(w, stiffness, k, 0.1, pitch, before)
+        force, _ = detents.force(p, before, k, 0.1, pitch)
         assert w - stiffness * p == pytest.approx(force, abs=1e-6 * (1 + abs(w) + k * pitch))
 
 
@@ -107,8 +107,8 @@ def test_the_slope_of_the_detent_force_is_its_derivative():
     for _ in range(300):
         p, before = rng.uniform(-0.3, 0.3, 2)
         h = 1e-7
-        force, slope = detent_force(p, before, 7.0, 0.02, 0.2)
-        up, down = (detent_force(p + d, before, 7.0, 0.02, 0.2)[0] for d in (h, -h))
+        force, slope = detents.force(p, before, 7.0, 0.02, 0.2)
+        up, down = (detents.force(p + d, before, 7.0, 0.02, 0.2)[0] for d in (h, -h))
         one_sided = sorted(((up - force) / h, (force - down) / h))
         assert one_sided[0] - 1e-4 <= slope <= one_sided[1] + 1e-4  # between them where the branch changes
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from law_rig import B, J, LawRig, Plant, T
 
-from rtctl.control.intermediate import MOTION_SHARE, gate_room
+from rtctl.control.environments.changes import MOTION_SHARE, gate_room
 from rtctl.control.vocabulary import Fault, State
 
 HAND_NM_RAD = 5.0

@@ -3,11 +3,14 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from hw import registry
+from hw.interface import Finding
 from rtctl.doctor import examine as whole
 from rtctl.doctor import software, wakeup
 from rtctl.doctor.line import Line
@@ -117,6 +120,43 @@ def test_a_report_of_a_made_up_machine(tmp_path, monkeypatch):
     assert {"libzmq", "rig file", "friction model", "device[0] 'mock'", "wake-up"} <= {
         line.check for line in said
     }
+
+
+def found(options):
+    return [("ok", f"{len(options)} options"), Finding("fail", "no licence", "buy one")]
+
+
+def not_found(options):
+    raise OSError("no such bus")
+
+
+def no_finding(options):
+    return [("perhaps", "who knows")]
+
+
+def lines_of(monkeypatch, folder, name):
+    """Lines of the doctor on the mock, whose kind looks at the machine by this function."""
+    kind, lookup = f"{__name__}:{name}", registry.lookup
+    monkeypatch.setattr(registry, "lookup", lambda one: replace(lookup(one), doctor=kind))
+    report = whole.examine(str(CONFIGS / "mock.toml"), 0.0, root=folder)
+    return [line for line in report.lines if line.check == "device[0] 'mock'"]
+
+
+def test_a_backend_may_look_at_the_machine_itself(monkeypatch, tmp_path):
+    *_, first, second = lines_of(monkeypatch, tmp_path, "found")
+    assert (first.status, second.status, second.found, second.fix) == ("ok", "fail", "no licence", "buy one")
+    assert first.found.endswith(" options")
+
+
+@pytest.mark.parametrize(
+    ("name", "text"), [("not_found", "OSError: no such bus"), ("no_finding", "status 'perhaps'; there are")]
+)
+def test_a_backend_that_looks_wrongly_is_named_and_the_report_goes_on(monkeypatch, tmp_path, name, text):
+    line = lines_of(monkeypatch, tmp_path, name)[-1]
+    assert line.status == "warn"
+    assert name in line.found
+    assert text in line.found
+    assert "backend mock" in line.fix
 
 
 def test_a_measurement_that_failed_is_a_warning(tmp_path, monkeypatch):

@@ -29,31 +29,28 @@ step that costs energy or stiffens is taken only while it leaves
 outrun the gate, whatever is in the store; what is left of r beside motion is what the steps may use. A hand
 that brings more energy than (2) finds a softer environment, until it is slower.
 
-A remote proxy is moved by a program with bodies of its own: an active hand by nature, which may know the state and
-always be ahead of the motion. Its work on the coupling is exact as well and paid from the same store; what is not
-paid for is not done, and (1) holds. The proxy then lags behind its target instead of running the port into a
-deficit. It is never put further ahead than U = L^2/(2 k_c), beyond which nobody feels it. The rest of (2) is not asked of it: it would
-have to stay behind any joint that moves; there the account bounds the torque (`take_back`).
-
 What a hand can be given at most, whatever is sent: since arming, beyond what it put in itself,
 `renderer_store_j + renderer_power_w t + 1.5 budget_j` (`passivity`; the rise of the authority is paid too: `authority`).
 
-What has no way in between (kind, side, pitch) is exchanged while stiffness and damping are zero.
+What has no way in between (the kind, and parameters that are a kind's own: side, pitch) is exchanged while stiffness and damping are zero.
 """
 
 from __future__ import annotations
 
 import math
 
+from rtctl.control.environments.laws import (
+    DAMPED,
+    SNAPPING,
+    environment_energy,
+    free_center,
+    potential,
+    same_own,
+    stretch,
+    take_own,
+)
 from rtctl.control.jit import compiled
-from rtctl.control.potential import environment_energy, potential
 from rtctl.control.records import Record
-from rtctl.control.vocabulary import Environment
-
-_SPRING = int(Environment.SPRING)
-_WALL = int(Environment.WALL)
-_DAMPER = int(Environment.DAMPER)
-_DETENTS = int(Environment.DETENTS)
 
 MOTION_SHARE = 0.6
 RAISE_SHARE = 0.2
@@ -79,24 +76,16 @@ def gate_room(s: Record, p: Record, axis: int, k: float) -> float:
 
 
 @compiled
-def _towards(value: float, wanted: float, step: float) -> float:
+def towards(value: float, wanted: float, step: float) -> float:
     """`wanted`, or as near to it as a step of this size brings."""
     return value + min(max(wanted - value, -step), step)
 
 
 @compiled
-def finite_command(c: Record, axis: int) -> bool:
-    """False when any number of the commanded environment is NaN or infinite."""
-    numbers = c.environment_stiffness_nm_rad[axis] + c.environment_damping_nms_rad[axis]
-    return math.isfinite(numbers + c.environment_center_rad[axis] + c.environment_pitch_rad[axis])
-
-
-@compiled
 def _take_shape(s: Record, c: Record, axis: int) -> None:
-    """Kind, side, pitch."""
+    """Take what has no way in between."""
     s.world_kind[axis] = c.environment_kind[axis]
-    s.world_side[axis] = 1 if c.environment_side[axis] >= 0 else -1
-    s.world_pitch_rad[axis] = c.environment_pitch_rad[axis]
+    take_own(s, c, axis)
 
 
 @compiled
@@ -111,39 +100,7 @@ def _take_all(s: Record, c: Record, axis: int) -> None:
 @compiled
 def _same_shape(s: Record, c: Record, axis: int) -> bool:
     """True when what is in force differs from the command in numbers that have a way in between only."""
-    kind = s.world_kind[axis]
-    if kind != c.environment_kind[axis]:
-        return False
-    if kind == _WALL:
-        return s.world_side[axis] == (1 if c.environment_side[axis] >= 0 else -1)
-    return kind != _DETENTS or s.world_pitch_rad[axis] == c.environment_pitch_rad[axis]
-
-
-@compiled
-def _stretch(s: Record, axis: int, center: float) -> float:
-    """Way from the centre to the joint that a spring in force is stretched by, rad; 0 where nothing touches."""
-    stretch = s.position_rad[axis] - center
-    kind = s.world_kind[axis]
-    if kind == _SPRING:
-        return stretch
-    if kind == _WALL:
-        touches = s.world_side[axis] * (s.proxy_position_rad[axis] - center) > 0.0
-        return stretch if touches or s.world_side[axis] * stretch > 0.0 else 0.0
-    if kind == _DETENTS:  # never more than half a pitch from a valley
-        behind = abs(s.position_rad[axis] - s.proxy_position_rad[axis])
-        return behind + 0.5 * s.world_pitch_rad[axis]
-    return 0.0
-
-
-@compiled
-def _free_way(s: Record, axis: int, center: float) -> float:
-    """Where a wall's face is at once: on its way to `center` through space where nothing touches it, rad."""
-    face, side = s.world_center_rad[axis], s.world_side[axis]
-    nearest = s.position_rad[axis] if side > 0 else -s.position_rad[axis]
-    nearest = max(nearest, side * s.proxy_position_rad[axis])
-    if s.world_kind[axis] != _WALL or side * face < nearest:
-        return face
-    return side * max(side * center, nearest)
+    return s.world_kind[axis] == c.environment_kind[axis] and same_own(s, c, axis)
 
 
 @compiled
@@ -151,13 +108,13 @@ def _carried(s: Record, axis: int, k_c: float, k: float, center: float) -> float
     """Where the proxy settles when stiffness and centre become these, to first order, rad: no step rings."""
     proxy = s.proxy_position_rad[axis]
     now, then = s.world_stiffness_nm_rad[axis], k
-    stretch = _stretch(s, axis, s.world_center_rad[axis])
-    if stretch == 0.0:
+    way = stretch(s, axis, s.world_center_rad[axis])
+    if way == 0.0:
         return proxy
     share = then / (then + k_c)
     moved = share * (center - s.world_center_rad[axis])
-    if s.world_kind[axis] != _DETENTS:
-        moved -= (share - now / (now + k_c)) * stretch
+    if s.world_kind[axis] not in SNAPPING:
+        moved -= (share - now / (now + k_c)) * way
     return proxy + moved
 
 
@@ -175,12 +132,12 @@ def _take_step(s: Record, p: Record, axis: int, k: float, center: float) -> bool
             return False
     s.world_stiffness_nm_rad[axis], s.world_center_rad[axis] = k, center
     s.proxy_position_rad[axis] = proxy
-    _pay(s, axis, work)
+    pay(s, axis, work)
     return True
 
 
 @compiled
-def _pay(s: Record, axis: int, work: float) -> None:
+def pay(s: Record, axis: int, work: float) -> None:
     """Take the renderer's work from its store as far as that goes, and grant it to the port."""
     paid = min(max(work, 0.0), s.renderer_store_j[axis])
     s.renderer_store_j[axis] -= paid
@@ -193,14 +150,14 @@ def _step_stiffness(s: Record, p: Record, axis: int, wanted: float) -> None:
     k, k_c = s.world_stiffness_nm_rad[axis], p.coupling_stiffness_nm_rad[axis]
     if k == wanted:
         return
-    stretch = abs(_stretch(s, axis, s.world_center_rad[axis]))
+    way = abs(stretch(s, axis, s.world_center_rad[axis]))
     rate = (RAISE_SHARE if wanted > k else LOWER_SHARE) * p.torque_rate_nm[axis]
     share, share_wanted = k / (k + k_c), wanted / (wanted + k_c)
     step = abs(share_wanted - share)
-    if stretch > 0.0:
-        step = min(step, rate / (k_c * stretch))
+    if way > 0.0:
+        step = min(step, rate / (k_c * way))
     for _ in range(HALVINGS):
-        new = _towards(share, share_wanted, step)
+        new = towards(share, share_wanted, step)
         k_new = wanted if new == share_wanted else k_c * new / (1.0 - new)
         if _take_step(s, p, axis, k_new, s.world_center_rad[axis]):
             return
@@ -211,16 +168,16 @@ def _step_stiffness(s: Record, p: Record, axis: int, wanted: float) -> None:
 def _step_center(s: Record, p: Record, axis: int, wanted: float) -> None:
     """One paid step of the centre: at once where nothing is felt of it, never faster than the joint may move."""
     k, k_c = s.world_stiffness_nm_rad[axis], p.coupling_stiffness_nm_rad[axis]
-    s.world_center_rad[axis] = wanted if k == 0.0 else _free_way(s, axis, wanted)
+    s.world_center_rad[axis] = wanted if k == 0.0 else free_center(s, axis, wanted)
     center = s.world_center_rad[axis]
     if center == wanted:
         return
-    lowers = s.world_kind[axis] != _DETENTS and (wanted - center) * _stretch(s, axis, center) > 0.0
+    lowers = s.world_kind[axis] not in SNAPPING and (wanted - center) * stretch(s, axis, center) > 0.0
     rate = (LOWER_SHARE if lowers else RAISE_SHARE) * p.torque_rate_nm[axis]
     step = min(p.velocity_limit_rad_s[axis] * p.period_s, rate * (k + k_c) / (k_c * k))
     step = min(step, abs(wanted - center))
     for _ in range(HALVINGS):
-        if _take_step(s, p, axis, k, _towards(center, wanted, step)):
+        if _take_step(s, p, axis, k, towards(center, wanted, step)):
             return
         step *= 0.5
 
@@ -228,9 +185,9 @@ def _step_center(s: Record, p: Record, axis: int, wanted: float) -> None:
 @compiled
 def _step_damping(s: Record, p: Record, axis: int, wanted: float, speed: float) -> None:
     """One step of the damping, which takes energy only; at once where nothing is felt of it."""
-    felt = s.world_kind[axis] in (_WALL, _DAMPER) and speed > 0.0
+    felt = s.world_kind[axis] in DAMPED and speed > 0.0
     step = RAISE_SHARE * p.torque_rate_nm[axis] / speed if felt else math.inf
-    s.world_damping_nms_rad[axis] = _towards(s.world_damping_nms_rad[axis], wanted, step)
+    s.world_damping_nms_rad[axis] = towards(s.world_damping_nms_rad[axis], wanted, step)
 
 
 @compiled
@@ -247,7 +204,7 @@ def follow_world(s: Record, p: Record, c: Record, axis: int, speed: float, disab
 
     Notes
     -----
-    The command is finite (`finite_command`); `law.step` stops on one that is not.
+    The command is finite (`laws.finite_command`); `law.step` stops on one that is not.
     """
     s.renderer_grant_j[axis] = 0.0
     if disabled or p.coupling_stiffness_nm_rad[axis] <= 0.0:
@@ -267,60 +224,3 @@ def follow_world(s: Record, p: Record, c: Record, axis: int, speed: float, disab
         s.world_center_rad[axis] = c.environment_center_rad[axis]
     _step_stiffness(s, p, axis, max(c.environment_stiffness_nm_rad[axis], 0.0))
     _step_center(s, p, axis, c.environment_center_rad[axis])
-
-
-@compiled
-def follow_target(s: Record, p: Record, axis: int, difference: float) -> float:
-    """Move a remote proxy towards the renderer's target, as far as is paid; the velocity its damper follows, rad/s.
-
-    Notes
-    -----
-    The target is extrapolated no further than `target_hold_ticks`; the proxy moves at most v_max T a tick, and the
-    damper follows the target's velocity up to v_max. Such a target is an active hand by nature, which may always be
-    ahead of the joint: its work on the coupling's spring and through the coupling's damper is paid, one after the
-    other, and what the store does not pay for is not done. The proxy then lags behind its target. It rests until the
-    first target since the environment became remote: what was sent before was meant for another world.
-    """
-    if s.target_age_ticks >= s.remote_ticks:
-        return 0.0
-    age = min(s.target_age_ticks, p.target_hold_ticks)
-    velocity = s.target_velocity_rad_s[axis]
-    target = s.target_position_rad[axis] + velocity * p.period_s * age
-    before = s.proxy_position_rad[axis]
-    step = _towards(before, target, p.velocity_limit_rad_s[axis] * p.period_s) - before
-    for _ in range(HALVINGS):
-        if step == 0.0 or _move_proxy(s, p, axis, before + step):
-            break
-        step *= 0.5
-    if s.target_age_ticks > p.target_hold_ticks:
-        return 0.0
-    velocity = _towards(0.0, velocity, p.velocity_limit_rad_s[axis])
-    for _ in range(HALVINGS):
-        if _pull_damper(s, p, axis, velocity, difference):
-            return velocity
-        velocity *= 0.5
-    return 0.0
-
-
-@compiled
-def _move_proxy(s: Record, p: Record, axis: int, proxy: float) -> bool:
-    """Set a remote proxy if the store allows, and no further ahead than the torque limit lets through; True when done."""
-    k_c, x = p.coupling_stiffness_nm_rad[axis], s.position_rad[axis]
-    stored = 0.5 * k_c * (x - proxy) ** 2
-    work = stored - 0.5 * k_c * (x - s.proxy_position_rad[axis]) ** 2
-    room = 0.5 * p.torque_limit_nm[axis] ** 2
-    if work > 0.0 and not (work <= s.renderer_store_j[axis] and k_c * stored <= room):
-        return False
-    s.proxy_position_rad[axis] = proxy
-    _pay(s, axis, work)
-    return True
-
-
-@compiled
-def _pull_damper(s: Record, p: Record, axis: int, velocity: float, difference: float) -> bool:
-    """Pay for the coupling's damper following `velocity` while the joint moves at `difference`; True when done."""
-    work = -p.coupling_damping_nms_rad[axis] * (difference - velocity) * velocity * p.period_s
-    if work > s.renderer_store_j[axis]:
-        return False
-    _pay(s, axis, work)
-    return True

@@ -16,63 +16,19 @@ from __future__ import annotations
 
 import math
 
-from rtctl.control.detents import detent_proxy
-from rtctl.control.intermediate import finite_command, follow_target, follow_world
+from rtctl.control.environments.changes import follow_world
+from rtctl.control.environments.laws import environment_energy, finite_command, solve_proxy
+from rtctl.control.environments.table import Environment
+from rtctl.control.environments.targets import follow_target
 from rtctl.control.jit import compiled
-from rtctl.control.potential import environment_energy
 from rtctl.control.records import Record
-from rtctl.control.vocabulary import Environment
 
-_SPRING = int(Environment.SPRING)
-_WALL = int(Environment.WALL)
-_DAMPER = int(Environment.DAMPER)
-_DETENTS = int(Environment.DETENTS)
 _REMOTE = int(Environment.REMOTE)
 
 
 @compiled
-def wall_proxy(
-    drive: float, stiffness: float, k: float, damping: float, face: float, side: float, before: float
-) -> float:
-    """Proxy at a one-sided wall. `drive` is w, `stiffness` A, `damping` b/T.
-
-    Notes
-    -----
-    Free proxy w/A; if it is outside the wall, that is the answer. Inside, the wall pushes with
-    k d + b u, d the depth. Where that would pull the proxy back in, the wall lets go (free proxy); where
-    its damping would stop the proxy short of the face, the proxy rests on the face.
-    """
-    free = drive / stiffness
-    if side * (free - face) <= 0.0:
-        return free
-    pressed = (drive + k * face + damping * before) / (stiffness + k + damping)
-    if side * (free - pressed) <= 0.0:
-        return free
-    return face if side * (pressed - face) < 0.0 else pressed
-
-
-@compiled
-def solve_proxy(s: Record, axis: int, drive: float, stiffness: float, before: float, dt: float) -> float:
-    """Proxy position at which the coupling force w - A p equals the environment's force, rad."""
-    kind = s.world_kind[axis]
-    k = s.world_stiffness_nm_rad[axis]
-    damping = s.world_damping_nms_rad[axis] / dt
-    center = s.world_center_rad[axis]
-    if kind == _SPRING:
-        return (drive + k * center) / (stiffness + k)
-    if kind == _WALL:
-        side = 1.0 if s.world_side[axis] >= 0 else -1.0
-        return wall_proxy(drive, stiffness, k, damping, center, side, before)
-    if kind == _DAMPER:
-        return (drive + damping * before) / (stiffness + damping)
-    if kind == _DETENTS:
-        return detent_proxy(drive, stiffness, k, center, s.world_pitch_rad[axis], before)
-    return drive / stiffness
-
-
-@compiled
 def _remote_force(s: Record, p: Record, axis: int, difference: float) -> float:
-    """Coupling force towards the renderer's target (`intermediate.follow_target`)."""
+    """Coupling force towards the renderer's target (`targets.follow_target`)."""
     velocity = follow_target(s, p, axis, difference)
     stretch = s.position_rad[axis] - s.proxy_position_rad[axis]
     slip = difference - velocity
@@ -94,7 +50,7 @@ def coupling_torque(
 ) -> float:
     """Torque of coupling and environment on the joint, N m; moves `state.proxy_position_rad`.
 
-    The environment is the one in force, `state.world_*`, which follows the command's (`intermediate`).
+    The environment is the one in force, `state.world_*`, which follows the command's (`changes`).
 
     Parameters
     ----------

@@ -14,25 +14,44 @@ so f (p_k - p_{k-1}) >= V(p_k) - V(p_{k-1}) always, and a quiet proxy feels V' e
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
-from rtctl.control.jit import compiled
+from rtctl.control.environments.kind import CENTER, STIFFNESS, Kind, Parameter, Slider
+
+if TYPE_CHECKING:
+    from rtctl.control.records import Record
+
+PITCH = Parameter("pitch_rad", "rad", 1e-3, 100, 0.2, (0.02, 0.3), Slider("pitch", 0.05, 0.5, 0.2))
+
+ABOUT = Kind(
+    meaning="Detents: the joint snaps from one to the next.",
+    force="V' of a periodic potential, section 3.2",
+    solution="Newton's method with a bracket",
+    parameters={STIFFNESS: "greatest slope", CENTER: "centre of one", PITCH: "distance"},
+    snaps=True,
+)
 
 NEWTON_STEPS = 20
 MAX_STEPS = 64
 """Bound on the solver's work: Newton first, then bisection, which leaves 2^-44 of the bracket."""
 
 
-@compiled
-def detent_energy(offset: float, k: float, pitch: float) -> float:
-    """V above its valley, J, at `offset` = p - c: k (P/2 pi)^2 (1 - cos(2 pi offset/P)), >= 0."""
+def energy(s: Record, axis: int, k: float, center: float, proxy: float) -> float:
+    """V above its valley, J: k (P/2 pi)^2 (1 - cos(2 pi (p - c)/P)), >= 0."""
+    offset, pitch = proxy - center, s.world_pitch_rad[axis]
     if not (pitch > 0.0 and math.isfinite(offset)):
         return 0.0
     half_sine = math.sin(math.pi * offset / pitch)
     return 2.0 * k * (pitch / (2.0 * math.pi) * half_sine) ** 2
 
 
-@compiled
-def detent_force(p: float, before: float, k: float, center: float, pitch: float) -> tuple[float, float]:
+def stretch(s: Record, axis: int, center: float) -> float:
+    """Bound of the stretch: a proxy is never more than half a pitch from a valley."""
+    behind = abs(s.position_rad[axis] - s.proxy_position_rad[axis])
+    return behind + 0.5 * s.world_pitch_rad[axis]
+
+
+def force(p: float, before: float, k: float, center: float, pitch: float) -> tuple[float, float]:
     """Force opposing a proxy that went from `before` to `p`, N m, and its slope in p, N m/rad.
 
     Notes
@@ -56,10 +75,13 @@ def detent_force(p: float, before: float, k: float, center: float, pitch: float)
     return secant, 0.5 * k * (math.cos(mean) * sinc + math.sin(mean) * sinc_slope)
 
 
-@compiled
-def detent_proxy(
-    drive: float, stiffness: float, k: float, center: float, pitch: float, before: float
-) -> float:
+def proxy(s: Record, axis: int, drive: float, stiffness: float, before: float, dt: float) -> float:
+    """Where detents and coupling are in balance."""
+    k, center, pitch = s.world_stiffness_nm_rad[axis], s.world_center_rad[axis], s.world_pitch_rad[axis]
+    return solve(drive, stiffness, k, center, pitch, before)
+
+
+def solve(drive: float, stiffness: float, k: float, center: float, pitch: float, before: float) -> float:
     """Proxy position where the coupling force `drive - stiffness p` meets the detent force, rad.
 
     Safeguarded Newton from the last position: the bracket runs from there in the direction the coupling
@@ -68,8 +90,8 @@ def detent_proxy(
     """
     if not (pitch > 0.0 and k > 0.0 and math.isfinite(drive + center + before)):
         return drive / stiffness
-    force, slope = detent_force(before, before, k, center, pitch)
-    residual = stiffness * before - drive + force
+    push, slope = force(before, before, k, center, pitch)
+    residual = stiffness * before - drive + push
     if residual == 0.0:
         return before
     direction = -1.0 if residual > 0.0 else 1.0
@@ -86,8 +108,8 @@ def detent_proxy(
         if trial == p:
             break
         p = trial
-        force, slope = detent_force(p, before, k, center, pitch)
-        residual = stiffness * p - drive + force
+        push, slope = force(p, before, k, center, pitch)
+        residual = stiffness * p - drive + push
         if residual * direction < 0.0:
             near = p
         else:

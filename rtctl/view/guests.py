@@ -1,0 +1,50 @@
+"""Connections of the page's server: no more than there is room for, and always room for one that comes to press STOP."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+
+MOST_GUESTS = 64
+"""Connections that wait for something to be asked; each has a thread. A browser keeps six."""
+
+
+class Guests:
+    """Whoever has said nothing whole for longest makes room for who comes. For several threads.
+
+    Parameters
+    ----------
+    most
+        Connections that may wait; those that are being served are not counted.
+    """
+
+    def __init__(self, most: int = MOST_GUESTS) -> None:
+        self._most = most
+        self._lock = threading.Lock()
+        self._waiting: dict[socket.socket, None] = {}
+
+    def come(self, guest: socket.socket) -> None:
+        """A connection waits from now on; the one that has waited for longest may be cut off for it."""
+        with self._lock:
+            self._waiting[guest] = None
+            while len(self._waiting) > self._most:
+                oldest = next(iter(self._waiting))
+                del self._waiting[oldest]
+                with suppress(OSError):  # it has gone by itself
+                    oldest.shutdown(socket.SHUT_RDWR)
+
+    def go(self, guest: socket.socket) -> None:
+        """A connection is about to be closed. Idempotent."""
+        with self._lock:
+            self._waiting.pop(guest, None)
+
+    @contextmanager
+    def served(self, guest: socket.socket) -> Iterator[None]:
+        """A connection has asked for something, and is not cut off while that is given."""
+        self.go(guest)
+        try:
+            yield
+        finally:
+            self.come(guest)
