@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from rtctl.control import law
-from rtctl.control.jit import compiled, records
+from rtctl.control.jit import records
 from rtctl.control.records import command_dtype, state_dtype
+from rtctl.recording.jit import compiled
 from rtctl.recording.law_arrays import LawArrays
 from rtctl.tick import FIELDS, new_ticks, tick_dtype
 
