@@ -107,11 +107,11 @@ fuzz: $(VENV)/.ready-dev
 	NUMBA_BOUNDSCHECK=1 RTCTL_CACHE_DIR=build/bounds-checked PYTHONPATH=. $(BIN)/python tests/fuzz/serial_fuzzer.py 10000000
 
 docs: $(VENV)/.ready-dev
-	$(BIN)/python -m rtctl schema --fill docs/tick.md --fill docs/safety.md --fill docs/protocol.md --fill docs/config.md --fill docs/api.md --fill docs/faults.md --fill docs/theory.md
+	$(BIN)/python -m rtctl schema --fill docs/tick.md --fill docs/safety.md --fill docs/protocol.md --fill docs/config.md --fill docs/api.md --fill docs/faults.md --fill docs/theory.md --fill docs/identify.md --fill docs/ladder.md
 
 # The friction model of the mock rig: measured on the mock through its sensors, then learned.
 model: $(VENV)/.ready
-	$(BIN)/python -m rtctl.friction.mock_points configs/friction/mock_points.csv
+	$(BIN)/python -m rtctl.friction.points.mock configs/friction/mock_points.csv
 	$(BIN)/rtctl fit configs/friction/mock_points.csv --rig mock --epsilon 0.002 --out configs/friction/mock.json
 
 # What the law gives, written down; `make test` holds the law to it.

@@ -68,4 +68,4 @@ else:
     """In compiled code: `call(address, arguments)` with a tuple of arguments, those of `entry_point`."""
 
     call_for_int = intrinsic(_caller(types.int64))
-    """The same for a function that returns an integer: returns it."""
+    """`call` for a function that returns an integer; returns that."""

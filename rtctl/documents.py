@@ -10,6 +10,8 @@ from rtctl import api_document, config_document, tick
 from rtctl.control import faults, states
 from rtctl.control.environments import table as environments
 from rtctl.control.vocabulary import Fault, State
+from rtctl.friction.kinds import table as friction_kinds
+from rtctl.friction.points import columns as point_columns
 
 
 def _fault_bits() -> str:
@@ -43,6 +45,8 @@ PARTS: dict[str, Callable[[], str]] = {
     "tick fields": tick.markdown_table,
     "faults": faults.markdown_table,
     "kinds of scripted faults": fault_kinds.markdown_table,
+    "columns of points": point_columns.markdown_table,
+    "rungs of the ladder": friction_kinds.markdown_table,
     "transitions": states.markdown_table,
     "fault bits": _fault_bits,
     "state numbers": _state_numbers,

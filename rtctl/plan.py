@@ -12,6 +12,7 @@ from rtctl import lateness, stability_report
 from rtctl.config import Config, LoadedConfig
 from rtctl.config_tables import AxisTable
 from rtctl.control import stability
+from rtctl.control.compensation_limit import ungated_cap
 from rtctl.control.delay_cover import delay_covered_ticks
 from rtctl.control.disturbance_observer import SMOOTHING
 from rtctl.control.environments.table import PARAMETERS, Environment
@@ -299,7 +300,7 @@ def _fill_friction(p: np.void, a: int, axis: AxisTable, config: Config, model: F
     friction = axis.friction
     p["friction_gain"][a] = friction.gain
     p["friction_viscous_gain"][a] = friction.viscous_gain
-    p["friction_ungated_cap_nm"][a] = friction.gain * float(model.friction_min_nm.min())
+    p["friction_ungated_cap_nm"][a] = ungated_cap(friction.gain, float(model.friction_min_nm.min()))
     p["friction_tanh_rad_s"][a] = friction.tanh_rad_s
     p["friction_blend_rad_s"][a] = friction.blend_rad_s
     p["friction_deadband_rad_s"][a] = friction.deadband_rad_s

@@ -15,11 +15,11 @@ from rtctl.config import LoadedConfig
 from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import ConfigError
 from rtctl.friction import artefact
-from rtctl.friction.log_input import of_file
+from rtctl.friction.learn.point_evidence import with_presliding
+from rtctl.friction.logs.log_input import of_file
+from rtctl.friction.logs.presliding_in_logs import presliding_of_logs
 from rtctl.friction.model import FrictionModel
-from rtctl.friction.point_evidence import with_presliding
-from rtctl.friction.presliding import Presliding
-from rtctl.friction.presliding_in_logs import presliding_of_logs
+from rtctl.friction.points.presliding import Presliding
 from rtctl.playback_plot import save_plot
 from rtctl.playback_report import Judged, Learned, Settings, Trace, in_range_share, interaction, judge, learn
 from rtctl.playback_report import prediction as predict

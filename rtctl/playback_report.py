@@ -19,7 +19,8 @@ import numpy as np
 from hw.interface import Rig
 from rtctl.control.vocabulary import State
 from rtctl.errors import DataError
-from rtctl.friction.dynamics import (
+from rtctl.friction.learn.fit import fit_points
+from rtctl.friction.logs.dynamics import (
     CUTOFF_HZ,
     SPEED_MIN_RAD_S,
     AxisLog,
@@ -28,11 +29,10 @@ from rtctl.friction.dynamics import (
     regress,
     smooth,
 )
-from rtctl.friction.fit import fit_points
-from rtctl.friction.log_input import of_file
-from rtctl.friction.logs import FrictionSamples, axis_log, friction_samples, level_points, pool
+from rtctl.friction.logs.log_input import of_file
+from rtctl.friction.logs.logs import FrictionSamples, axis_log, friction_samples, level_points, pool
 from rtctl.friction.model import FrictionModel
-from rtctl.friction.points import FrictionPoints
+from rtctl.friction.points.measured import FrictionPoints
 from rtctl.playback_run import load_log
 
 EPSILON_NM = 0.001
@@ -140,6 +140,7 @@ def mirrored(points: FrictionPoints) -> FrictionPoints:
         direction=np.concatenate([one, -one]),
         std_nm=np.tile(points.std_nm, 2),
         count=np.tile(points.count, 2),
+        columns={name: np.tile(column, 2) for name, column in points.columns.items()},
     )
 
 

@@ -18,7 +18,7 @@ from rtctl.rt import early, realtime
 from rtctl.rt.clock import WallClock
 
 SECONDS = 2.0
-"""Of each."""
+"""Length of either measurement."""
 
 
 def used_share(clock: WallClock, slots: int, period_ns: int) -> float:

@@ -76,13 +76,14 @@ def command(
     from rtctl.errors import RtctlError
 
     report = _Json() if as_json else _Text()
-    wanted = _groups(quick=quick, minutes=minutes, rig_seconds=rig_seconds)
-    wanted["wakeup"] = lambda: _wakeup(quick=quick, minutes=minutes, loads=loads, picture=picture)
+    measured = measurements(
+        quick=quick, minutes=minutes, rig_seconds=rig_seconds, loads=loads, picture=picture
+    )
     try:
         for name in groups or GROUPS:
             click.echo(f"measuring {name} ...", err=True)
             try:
-                report.rows(wanted[name]())
+                report.rows(measured[name]())
             except (RtctlError, ModuleNotFoundError) as error:
                 report.skipped[name] = str(error)
     finally:
@@ -135,7 +136,10 @@ def _wakeup(*, quick: bool, minutes: float | None, loads: tuple[str, ...], pictu
     return [row for pair in pairs for row in pair.rows()]
 
 
-def _groups(*, quick: bool, minutes: float | None, rig_seconds: float) -> dict[str, Callable[[], list[Row]]]:
+def measurements(
+    *, quick: bool, minutes: float | None, rig_seconds: float, loads: tuple[str, ...], picture: Path | None
+) -> dict[str, Callable[[], list[Row]]]:
+    """What measures each group; nothing is measured yet."""
     from rtctl.bench import (
         attacks,
         deaths,
@@ -176,6 +180,7 @@ def _groups(*, quick: bool, minutes: float | None, rig_seconds: float) -> dict[s
         "deaths": lambda: deaths.rows(
             shipped_config("serial.toml"), mock, 5 if quick else 100, lambda text: click.echo(text, err=True)
         ),
+        "wakeup": lambda: _wakeup(quick=quick, minutes=minutes, loads=loads, picture=picture),
         "scheduler": lambda: [
             *scheduler.rows(1000.0, 10 * short, 80, 3),
             *scheduler.rows(4000.0, 10 * short, 80, 3),

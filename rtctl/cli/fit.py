@@ -14,9 +14,10 @@ from rtctl.cli import fit_points, fit_table
 from rtctl.cli.columns import text_of
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFile, OutputFolder
+from rtctl.friction.kinds.table import KERNELS
 
 if TYPE_CHECKING:
-    from rtctl.friction.ladder import Ladder
+    from rtctl.friction.learn.ladder import Ladder
 
 _File = click.Path(dir_okay=False, path_type=Path)
 _POSITIVE = click.FloatRange(min=0, min_open=True, max=1e9)
@@ -91,7 +92,7 @@ def _rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
 )
 @click.option(
     "--kernel",
-    type=click.Choice(["all", "spline", "rbf", "polynomial", "formula"]),
+    type=click.Choice(["all", *KERNELS, "formula"]),
     default="all",
     show_default=True,
     help="rungs of the ladder to climb",
@@ -159,7 +160,7 @@ def _rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
 @click.option("--test", "test_points", type=_File, help="points to judge the fit by, in the report")
 @click.option("--config", type=_File, help="rig file, for plausible units and the recommended gain and cap")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object with every figure, for scripts")
-def command(
+def command(  # longer than 50 lines: an option is a parameter, and the steps are in order of the work
     points: tuple[Path, ...],
     *,
     columns: tuple[str, ...],
@@ -192,7 +193,7 @@ def command(
     """Learn the friction of a rig: one spline-kernel epsilon-SVR per direction, compiled exactly.
 
     With --ladder, every formula (Coulomb, Coulomb + viscous, Tustin, Gaussian, Lorentzian) and
-    support-vector machine (epsilon, nu; spline, RBF, polynomial kernel) is compared by cross-validation in
+    support-vector machine (epsilon, nu; each kernel of --kernel) is compared by cross-validation in
     blocks of speed or time, and the simplest within one standard error of the best is written.
 
     POINTS is a CSV file with the columns velocity_rad_s and friction_torque_nm (both signed), and for
@@ -200,18 +201,19 @@ def command(
     Files of other programs, several too: --column velocity=NAME:UNIT --column torque=NAME:UNIT:SCALE, and --average.
     """
     from rtctl.cli import fit_advice, fit_report, ladder_report
-    from rtctl.friction import artefact, blocks, fit, grids
-    from rtctl.friction.ladder import Options
-    from rtctl.friction.point_evidence import with_evidence
+    from rtctl.friction import artefact
+    from rtctl.friction.learn import fit, grids, hold_out
+    from rtctl.friction.learn.ladder import Options
+    from rtctl.friction.learn.point_evidence import with_evidence
     from rtctl.friction.timing import evaluation_ns
 
     fixed = c is not None or epsilon_nm is not None
     asked = climb or kernel != "all" or tolerance is not None or max_support_vectors is not None
     strategy = _strategy(search, asked=asked, fixed=fixed, reported=report_dir is not None)
     plan = fit_report.prepare(report_dir, test_points, config, rig)
-    measured, temperatures = fit_points.read(points, columns, map_file, average, text_of(delimiter, decimal))
+    measured = fit_points.read(points, columns, map_file, average, text_of(delimiter, decimal))
     fit_report.require_plausible(plan, measured)
-    folds = blocks.way_for(measured, held_out)
+    folds = hold_out.way_for(measured, held_out)
     tolerance_share = grids.RESOLUTION_SHARE if tolerance is None else tolerance / 100
     ladder: Ladder | None = None
     if strategy == "none":
@@ -235,14 +237,14 @@ def command(
             max_support_vectors=max_support_vectors,
         )
         ladder, model = ladder_report.climb(measured, wanted, rig, fade_rad_s)
-    low, high = temperature or temperatures or (None, None)
+    low, high = temperature or measured.temperature_range_c or (None, None)
     model = replace(
         model, temperature_min_c=low, temperature_max_c=high, evaluation_ns=evaluation_ns(model.record())
     )
     model = with_evidence(model, measured, presliding_rad)
     artefact.save(model, out)
     if plot is not None:
-        from rtctl.friction import figure
+        from rtctl.friction.report import figure
 
         figure.draw(model, measured, plot)
     options = {
@@ -271,7 +273,7 @@ def command(
         ladder_report.show(ladder)
     fit_table.show(model.kind, rows)
     click.echo(f"presliding length: {fit_advice.presliding_text(model)}")
-    click.echo(f"\n{blocks.describe(measured, folds)}")
+    click.echo(f"\n{hold_out.describe(measured, folds)}")
     fit_advice.show(model, plan.loaded, out)
     click.echo(
         f"\nmodel: {out}" + (f"\nplot:  {plot}" if plot else "") + (f"\nreport: {page}" if page else "")

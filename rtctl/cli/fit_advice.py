@@ -13,8 +13,8 @@ from hw.outside import real
 
 if TYPE_CHECKING:
     from rtctl.config import LoadedConfig
+    from rtctl.friction.gain import AxisGain
     from rtctl.friction.model import FrictionModel
-    from rtctl.friction.report_gain import AxisGain
     from rtctl.friction.truth import Deviation
 
 
@@ -68,7 +68,7 @@ def presliding_body(model: FrictionModel) -> dict[str, float | int | None]:
 
 def presliding_text(model: FrictionModel) -> str:
     """The model's presliding length in words."""
-    from rtctl.friction.presliding import Presliding
+    from rtctl.friction.points.presliding import Presliding
 
     if model.presliding_rad is None:
         return "not measured (rtctl identify measures it; --presliding gives it by hand)"
@@ -76,7 +76,7 @@ def presliding_text(model: FrictionModel) -> str:
 
 
 def _axes(model: FrictionModel, loaded: LoadedConfig) -> tuple[AxisGain, ...]:
-    from rtctl.friction import report_gain
+    from rtctl.friction import gain as report_gain
 
     return report_gain.recommend(model, loaded).axes
 

@@ -12,7 +12,7 @@ from rtctl.cli.columns import tables, text_options
 from rtctl.errors import ConfigError
 
 if TYPE_CHECKING:
-    from rtctl.friction.points import FrictionPoints
+    from rtctl.friction.points.measured import FrictionPoints
 
 
 def options(command: Any) -> Any:  # noqa: ANN401
@@ -33,7 +33,7 @@ def options(command: Any) -> Any:  # noqa: ANN401
         "columns",
         multiple=True,
         metavar="ROLE=NAME[:UNIT[:SCALE]]",
-        help="ROLE: velocity, torque (or current, with N m/A as SCALE), time",
+        help="ROLE: velocity, torque (or current, with N m/A as SCALE); position, load, temperature, time, log",
     )(command)
 
 
@@ -43,18 +43,18 @@ def read(
     map_file: Path | None,
     average: Any,  # noqa: ANN401
     text: Mapping[str, str | None],
-) -> tuple[FrictionPoints, tuple[float, float] | None]:
-    """The points, and the range of temperature that they say, degrees C.
+) -> FrictionPoints:
+    """The points, with every column that was measured.
 
     Raises
     ------
     ConfigError
         Several files of the program's own format, which are one file.
     DataError
-        See `rtctl.friction.points.read_points` and `rtctl.friction.points_of_logs.read_mapped`.
+        See `rtctl.friction.points.reader.read_points` and `rtctl.friction.logs.other_programs.read_mapped`.
     """
-    from rtctl.friction.points import read_points, temperature_range
-    from rtctl.friction.points_of_logs import ROLES, read_mapped
+    from rtctl.friction.logs.other_programs import ROLES, read_mapped
+    from rtctl.friction.points.reader import read_points
     from rtctl.recording.as_columns import register
 
     if not (columns or map_file or average != "none"):
@@ -62,9 +62,9 @@ def read(
             raise ConfigError(
                 "several files of points: say how they become one, --average file or speed, or --column ..."
             )
-        return read_points(files[0]), temperature_range(files[0])
+        return read_points(files[0])
     register()
     points, notes = read_mapped(files, tables(columns, map_file, ROLES), average, text)
     for note in notes:
         click.echo(f"warning: {note}", err=True)
-    return points, None
+    return points

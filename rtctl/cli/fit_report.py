@@ -10,9 +10,9 @@ import click
 
 if TYPE_CHECKING:
     from rtctl.config import LoadedConfig
-    from rtctl.friction.ladder import Ladder
+    from rtctl.friction.learn.ladder import Ladder
     from rtctl.friction.model import FrictionModel
-    from rtctl.friction.points import FrictionPoints
+    from rtctl.friction.points.measured import FrictionPoints
 
 
 @dataclass(frozen=True)
@@ -38,8 +38,8 @@ def prepare(folder: Path | None, test: Path | None, config: Path | None, rig: st
         raise click.UsageError("--test is for the report; add --report DIR")
     from rtctl.config import load
     from rtctl.errors import DataError
-    from rtctl.friction import report
-    from rtctl.friction.points import read_points
+    from rtctl.friction.points.reader import read_points
+    from rtctl.friction.report import write as report
 
     if folder is not None:
         report.require_place(folder)
@@ -53,7 +53,7 @@ def prepare(folder: Path | None, test: Path | None, config: Path | None, rig: st
 
 def require_plausible(plan: Plan, measured: FrictionPoints) -> None:
     """Refuse points and test points that the rig file rules out, and a test that is none. Raises DataError."""
-    from rtctl.friction.points_check import require_held_out, require_plausible_points
+    from rtctl.friction.logs.points_check import require_held_out, require_plausible_points
 
     if plan.test is not None:
         require_held_out(plan.test, measured)
@@ -73,7 +73,8 @@ def write(
     """Write the report; returns its page, None when none is wanted."""
     if plan.folder is None:
         return None
-    from rtctl.friction import report, report_evidence
+    from rtctl.friction.report import evidence as report_evidence
+    from rtctl.friction.report import write as report
 
     evidence = report_evidence.gather(measured, model, ladder, plan.test, folds)
     report.write(plan.folder, evidence, options, plan.loaded)

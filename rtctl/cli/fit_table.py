@@ -32,7 +32,7 @@ _TABLE: tuple[tuple[str, str, float, str], ...] = (
 
 def rows(model: FrictionModel) -> list[dict[str, Any]]:
     """Figures of both directions; keys as in the model file, units in their names."""
-    from rtctl.friction.fit import compile_error_nm
+    from rtctl.friction.learn.fit import compile_error_nm
 
     return [
         {

@@ -234,7 +234,7 @@ def _truth(loaded: LoadedConfig, axis: int, dataset: Dataset) -> tuple[Deviation
 def _report(
     dataset: Dataset, wall_s: float, truth: tuple[Deviation, ...], *, complete: bool, as_json: bool
 ) -> None:
-    from rtctl.friction.presliding import Presliding, together
+    from rtctl.friction.points.presliding import Presliding, together
 
     document = dataset.document
     points = document["points"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import hashlib
 import io
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -19,10 +20,10 @@ from rtctl.errors import ConfigError
 
 if TYPE_CHECKING:
     from rtctl.config_tables import AxisTable
-    from rtctl.friction.log_input import Gearing
-    from rtctl.friction.points import FrictionPoints
-    from rtctl.friction.presliding import Presliding
-    from rtctl.friction.regression import JointFit, Regression
+    from rtctl.friction.logs.log_input import Gearing
+    from rtctl.friction.logs.regression import JointFit, Regression
+    from rtctl.friction.points.measured import FrictionPoints
+    from rtctl.friction.points.presliding import Presliding
 
 ROLES = {
     "time": "time",
@@ -93,13 +94,13 @@ def command(
     Every torque on the joint must be mapped: the motor's (torque or current), and the hand's (external) if
     one was on the rig. Several logs are one regression, each with an offset of its own.
     """
-    from rtctl.friction.log_checks import diagnose
-    from rtctl.friction.log_input import options_of, read_log, require_different, samples
-    from rtctl.friction.logs import level_points
-    from rtctl.friction.plausibility import Limits, against_rig, doubtful_parameters
-    from rtctl.friction.presliding_in_logs import presliding_of_logs
-    from rtctl.friction.regression import joint_fit
-    from rtctl.friction.regressors import cutoff_for, of_stretches, pooled
+    from rtctl.friction.logs.log_checks import diagnose
+    from rtctl.friction.logs.log_input import options_of, read_log, require_different, samples
+    from rtctl.friction.logs.logs import level_points
+    from rtctl.friction.logs.plausibility import Limits, against_rig, doubtful_parameters
+    from rtctl.friction.logs.presliding_in_logs import presliding_of_logs
+    from rtctl.friction.logs.regression import joint_fit
+    from rtctl.friction.logs.regressors import cutoff_for, of_stretches, pooled
     from rtctl.recording.as_columns import register
 
     rig_axis = _axis(config, axis) if config else None
@@ -172,7 +173,7 @@ def _axis(config: Path, axis: int) -> AxisTable:
 
 def _gearing(given: Mapping[str, float | None], axis: AxisTable | None) -> Gearing:
     """What the command line says, else the rig file, else 1."""
-    from rtctl.friction.log_input import Gearing
+    from rtctl.friction.logs.log_input import Gearing
 
     rig = (
         {
@@ -198,18 +199,30 @@ def _tables(columns: tuple[str, ...], map_file: Path | None) -> dict[str, dict[s
 
 
 def _write(out: Path, points: FrictionPoints, bent: Presliding | None, document: dict[str, Any]) -> None:
-    from rtctl.friction.whole_files import write_together
+    from rtctl.friction.logs.whole_files import write_together
 
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     columns = ["presliding_rad", "presliding_spread_rad", "presliding_ramps"] if bent else []
-    writer.writerow(["velocity_rad_s", "friction_torque_nm", "direction", "std_nm", "count", *columns])
+    beside = points.columns
+    writer.writerow(
+        ["velocity_rad_s", "friction_torque_nm", "direction", "std_nm", "count", *beside, *columns]
+    )
     # One length for all the log: it stands in the first row, and once.
     length = [repr(bent.length_rad), repr(bent.spread_rad), bent.ramps] if bent else []
-    for v, f, d, std, n in zip(
-        points.velocity_rad_s, points.friction_nm, points.direction, points.std_nm, points.count, strict=True
+    for v, f, d, std, n, *more in zip(
+        points.velocity_rad_s,
+        points.friction_nm,
+        points.direction,
+        points.std_nm,
+        points.count,
+        *beside.values(),
+        strict=True,
     ):
-        writer.writerow([repr(float(v)), repr(float(f * d)), int(d), repr(float(std)), int(n), *length])
+        known = ["" if math.isnan(value) else repr(float(value)) for value in more]
+        writer.writerow(
+            [repr(float(v)), repr(float(f * d)), int(d), repr(float(std)), int(n), *known, *length]
+        )
         length = [""] * len(columns)
     rows = text.getvalue().encode()
     document["points_sha256"] = hashlib.sha256(rows).hexdigest()
@@ -217,7 +230,7 @@ def _write(out: Path, points: FrictionPoints, bent: Presliding | None, document:
 
 
 def _lines(fit: JointFit, bent: Presliding | None, out: Path | None) -> list[str]:
-    from rtctl.friction.regression import STRIBECK_RAD_S
+    from rtctl.friction.logs.regression import STRIBECK_RAD_S
 
     lines = [*_table("symmetric", fit.symmetric), *_table("per direction", fit.per_direction)]
     late = fit.remaining_delay_s

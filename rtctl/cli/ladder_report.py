@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from rtctl.friction.ladder import Ladder, Options
+    from rtctl.friction.learn.ladder import Ladder, Options
     from rtctl.friction.model import FrictionModel
-    from rtctl.friction.points import FrictionPoints
+    from rtctl.friction.points.measured import FrictionPoints
 
 
 def climb(
     measured: FrictionPoints, options: Options, rig: str, fade_rad_s: float | None
 ) -> tuple[Ladder, FrictionModel]:
     """Search the ladder with a progress bar on stderr; learn the chosen rung."""
-    from rtctl.friction import ladder
+    from rtctl.friction.learn import ladder
 
     with click.progressbar(length=1, label="searching", file=sys.stderr, show_eta=False) as bar:
 

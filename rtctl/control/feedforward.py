@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 
+from rtctl.control import compensation_limit as limits
 from rtctl.control.friction import BACKWARD, FORWARD, branch_magnitude
 from rtctl.control.jit import compiled
 from rtctl.control.records import Record
@@ -26,6 +27,10 @@ _STOP_GATED = int(Policy.STOP_GATED)
 _OBSERVER = int(Policy.OBSERVER)
 _LUGRE = int(Policy.LUGRE)
 _F_LAW = int(Fault.LAW_NOT_FINITE)
+
+_is_force_gated = compiled(limits.is_force_gated)
+_cap_in_force = compiled(limits.cap_in_force)
+_feedforward_limit = compiled(limits.feedforward_limit)
 
 
 @compiled
@@ -131,15 +136,9 @@ def advance_gate(s: Record, p: Record, axis: int, hand: float) -> float:
 
 
 @compiled
-def is_force_gated(policy: int) -> bool:
-    """True for policies whose torque goes to zero with the hand's."""
-    return policy in (_HYBRID, _INTENT, _STOP_GATED)
-
-
-@compiled
 def has_gate(policy: int) -> bool:
     """True for policies multiplied by the gate; INTENT is proportional to the hand's torque already."""
-    return policy in (_HYBRID, _STOP_GATED)
+    return policy in limits.GATED
 
 
 @compiled
@@ -165,14 +164,11 @@ def compensated_magnitude(
     """
     friction = branch_magnitude(model, branch, speed)
     viscous = model.viscous_nms_rad[branch] * min(speed, model.speed_max_rad_s[branch])
-    wanted = p.friction_gain[axis] * (friction - viscous) + p.friction_viscous_gain[axis] * viscous
-    wanted *= range_fade(model, branch, speed)
-    cap = p.friction_cap_nm[axis]
-    if not is_force_gated(p.friction_policy[axis]):
-        cap = min(cap, p.friction_ungated_cap_nm[axis])
-    if wanted > cap:
-        wanted = cap
-    return (0.0 if wanted < 0.0 else wanted), friction
+    gated = _is_force_gated(p.friction_policy[axis])
+    cap = _cap_in_force(gated, p.friction_cap_nm[axis], p.friction_ungated_cap_nm[axis])
+    gain, viscous_gain = p.friction_gain[axis], p.friction_viscous_gain[axis]
+    fade = range_fade(model, branch, speed)
+    return _feedforward_limit(friction, viscous, gain, viscous_gain, fade, cap), friction
 
 
 @compiled

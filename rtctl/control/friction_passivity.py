@@ -22,20 +22,6 @@ from dataclasses import dataclass
 import numpy as np
 
 
-def feedforward_limit(
-    v: np.ndarray, friction_nm: np.ndarray, viscous: float, gain: float, viscous_gain: float, cap_nm: float
-) -> np.ndarray:
-    """Most torque the feed-forward can give at each speed, N m.
-
-    Notes
-    -----
-    ``min(kappa (Fhat - b_v v) + kappa_v b_v v, cap)``, not below 0: kappa acts on the Coulomb and Stribeck
-    part, kappa_v on the viscous part (`viscous`, N m s/rad), as the law does.
-    """
-    part = viscous * v
-    return np.clip(gain * (friction_nm - part) + viscous_gain * part, 0.0, cap_nm)
-
-
 def secant_damping(v: np.ndarray, F_lo: np.ndarray, ff: np.ndarray) -> tuple[float, float]:
     """Damping guaranteed whatever the speed, N m s/rad, and the speed where it is least, rad/s.
 

@@ -12,8 +12,8 @@ from rtctl.experiments.models import Compared
 from rtctl.experiments.positioning import Found, over_cases
 from rtctl.experiments.report import Part
 from rtctl.experiments.statistics import Estimate, estimate
-from rtctl.friction.report_page import Picture
-from rtctl.friction.report_tables import Table
+from rtctl.friction.report.page import Picture
+from rtctl.friction.report.tables import Table
 
 Figures = Mapping[str, tuple[str, float]]
 """Key of a figure -> its words with unit, and the scale to that unit."""

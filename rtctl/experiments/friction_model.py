@@ -11,12 +11,16 @@ from rtctl.experiments import models
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part
 from rtctl.experiments.statistics import Estimate, estimate
-from rtctl.friction import ladder as climbing
-from rtctl.friction import mock_points, report_evidence, report_figures, report_tables, search
-from rtctl.friction.points import FrictionPoints
-from rtctl.friction.report_evidence import Evidence
-from rtctl.friction.report_page import Picture
-from rtctl.friction.report_tables import Table
+from rtctl.friction.learn import ladder as climbing
+from rtctl.friction.learn import search
+from rtctl.friction.points import mock as mock_points
+from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.report import evidence as report_evidence
+from rtctl.friction.report import figures as report_figures
+from rtctl.friction.report import tables as report_tables
+from rtctl.friction.report.evidence import Evidence
+from rtctl.friction.report.page import Picture
+from rtctl.friction.report.tables import Table
 
 TITLE = "Friction models"
 SHOWN = ("epsilon-rbf", "epsilon-spline", "nu-rbf")

@@ -16,9 +16,12 @@ from rtctl.errors import DataError
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part, Target
 from rtctl.experiments.statistics import Estimate, estimate
-from rtctl.friction import ladder, report_evidence, report_tables, search, truth
-from rtctl.friction.points import FrictionPoints
-from rtctl.friction.report_tables import Table
+from rtctl.friction import truth
+from rtctl.friction.learn import ladder, search
+from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.report import evidence as report_evidence
+from rtctl.friction.report import tables as report_tables
+from rtctl.friction.report.tables import Table
 from rtctl.identify.plan import Known, Task
 from rtctl.identify.session import Bias, Point, identify
 from rtctl.identify.settings import Settings, rig_of, without_feedforward

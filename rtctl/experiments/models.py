@@ -13,9 +13,11 @@ from rtctl.config import LoadedConfig
 from rtctl.control.records import MODEL
 from rtctl.errors import DataError
 from rtctl.experiments.order import Order
-from rtctl.friction import ladder, mock_points
-from rtctl.friction.ladder import Ladder
-from rtctl.friction.points import FrictionPoints, read_points
+from rtctl.friction.learn import ladder
+from rtctl.friction.learn.ladder import Ladder
+from rtctl.friction.points import mock as mock_points
+from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points.reader import read_points
 
 COMPARED = {
     "Coulomb": "coulomb",

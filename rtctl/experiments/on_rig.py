@@ -13,8 +13,8 @@ from rtctl.experiments.order import Order
 from rtctl.experiments.real_run import Columns
 from rtctl.experiments.report import Outcome, Part
 from rtctl.experiments.statistics import estimate, rms
-from rtctl.friction.report_page import Picture
-from rtctl.friction.report_tables import Table
+from rtctl.friction.report.page import Picture
+from rtctl.friction.report.tables import Table
 
 Runs = dict[str, Columns]
 

@@ -17,7 +17,7 @@ from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import rms
 from rtctl.experiments.virtual import FAST_SINE, SLOW_TRIANGLE, Change, Variant
 from rtctl.family import with_plant
-from rtctl.friction.report_tables import Table
+from rtctl.friction.report.tables import Table
 
 MOTIONS = (FAST_SINE, SLOW_TRIANGLE)
 OBSERVER_ALONE_GAIN = 0.95

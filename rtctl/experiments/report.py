@@ -20,9 +20,9 @@ from typing import Any
 
 from rtctl import __version__
 from rtctl.experiments.statistics import Estimate
-from rtctl.friction.report_page import Picture
-from rtctl.friction.report_tables import Table
-from rtctl.friction.whole_files import write_together
+from rtctl.friction.logs.whole_files import write_together
+from rtctl.friction.report.page import Picture
+from rtctl.friction.report.tables import Table
 
 KIND = "rtctl experiment report"
 PAGE = "report.html"

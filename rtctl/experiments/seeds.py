@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from rtctl.experiments.order import Order
-from rtctl.friction import search
+from rtctl.friction.learn import search
 
 T = TypeVar("T")
 

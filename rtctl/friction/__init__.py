@@ -1,13 +1,12 @@
-"""Friction models, offline: measured points in, a verified model file out.
+"""Friction models, offline: measured points in, a verified model file out. Where to look:
 
-    points   the measured speed-friction points of a rig (CSV)
-    kernels  kernel functions of the support-vector regressions
-    fit      points -> model, with scikit-learn
-    compile  spline-kernel SVR -> the exact piecewise cubic
-    model    the model in memory: evaluation, compiled record, self-test
-    artefact the model file: versioned, checksummed, verified on reading
-    margins  what model and feed-forward leave of the device's passivity
-    figure   plots
+    points/    friction as it was measured: the one reader of points, their columns
+    logs/      from a recording to friction samples and rigid-body parameters, and what is wrong with a log
+    kinds/     what can be learned: one file per kind of curve (a new kernel is one file and one row), and how it is compiled
+    learn/     folds, machines, formulas, search, choice: from points to a model
+    report/    the report of a fit
+    model      the model in memory; artefact, document: its file, versioned, checksummed, verified on reading
+    margins    what model and feed-forward leave of the device's passivity; gain, advice, guarantee, policies: what follows
 
-Reading a model (`artefact`, `model`, `compile`) needs NumPy and pydantic only.
+Reading a model (`artefact`, `model`, `kinds`) needs NumPy and pydantic only.
 """

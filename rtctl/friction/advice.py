@@ -8,8 +8,11 @@ from pathlib import Path
 
 from rtctl.config import LoadedConfig
 from rtctl.config_tables import AxisTable
-from rtctl.friction import artefact, report_gain
-from rtctl.friction.margins import GATED_POLICIES, friction_figures
+from rtctl.control.compensation_limit import is_force_gated
+from rtctl.control.vocabulary import Policy
+from rtctl.friction import artefact
+from rtctl.friction import gain as report_gain
+from rtctl.friction.margins import friction_figures
 from rtctl.friction.model import FrictionModel
 
 
@@ -87,7 +90,7 @@ def _advise(model: FrictionModel, axis: AxisTable, T: float) -> Advice:
         gain=axis.friction.gain,
         cap_share=axis.friction.cap_share,
         margin_nm=figures.two_line_margin_nm,
-        gated=axis.friction.policy in GATED_POLICIES,
+        gated=is_force_gated(Policy[axis.friction.policy.upper()]),
         gain_max=best.gain if best.margin_at_zero_nm >= 0 else 0.0,
         gain_recommended=best.start_gain,
         cap_share_recommended=best.start_cap_share,

@@ -19,11 +19,11 @@ from pydantic import ValidationError
 from hw.outside import read_bounded, require_sane, shown
 from hw.plain_words import explain, written
 from rtctl.errors import ModelError
-from rtctl.friction.baselines import NAMES
-from rtctl.friction.compile import PiecewiseCubic
 from rtctl.friction.document import FORMAT, SCHEMA, BranchDocument, ModelDocument, checksum, render
+from rtctl.friction.kinds.compile import TOLERANCE_SHARE, sampled_error
+from rtctl.friction.kinds.cubic import PiecewiseCubic
+from rtctl.friction.kinds.table import KINDS
 from rtctl.friction.model import Branch, FrictionModel
-from rtctl.friction.tables import TOLERANCE_SHARE, sampled_error
 from rtctl.tiny_numbers import LEAST_COMPUTED, too_small
 
 __all__ = ["Branch", "FrictionModel", "load", "require_rig", "save"]
@@ -67,9 +67,6 @@ _WHOLE = (
     "presliding_spread_rad",
     "presliding_ramps",
 )
-
-_PARAMETERS = {"spline": (), "rbf": ("sigma_rad_s",), "polynomial": ("degree",), **NAMES}
-"""Kind -> the parameters its curve has."""
 
 
 def _refuse(path: Path, key: str, what: str, remedy: str = _REMEDY) -> NoReturn:
@@ -173,16 +170,15 @@ def _not_a_number(word: str) -> NoReturn:
 
 
 def _check_parameters(path: Path, key: str, branch: Branch) -> None:
-    p = branch.parameters
-    if set(p) != set(_PARAMETERS[branch.kind]):
+    kind, p = KINDS[branch.kind], branch.parameters
+    if set(p) != set(kind.names):
         _refuse(path, f"{key}.parameters", f"are not those of a {branch.kind} curve")
-    if branch.kind in NAMES and len(branch.support_vectors):
+    if kind.is_formula and len(branch.support_vectors):
         _refuse(path, f"{key}.support_vectors", f"a {branch.kind} curve has none")
-    degree = p.get("degree", 1.0)
-    if not all(p.get(name, 1.0) > 0 for name in ("sigma_rad_s", "stribeck_rad_s")):
-        _refuse(path, f"{key}.parameters", "sigma_rad_s and stribeck_rad_s must be above 0")
-    if not (1 <= degree <= 12 and degree == round(degree)):
-        _refuse(path, f"{key}.parameters", f"degree {degree:g} is not a whole number from 1 to 12")
+    for parameter in kind.parameters:
+        refusal = parameter.refusal(p[parameter.name])
+        if refusal:
+            _refuse(path, f"{key}.parameters", refusal)
 
 
 def _check_compiled(path: Path, key: str, branch: Branch, document: BranchDocument) -> None:
@@ -201,7 +197,7 @@ def _check_compiled(path: Path, key: str, branch: Branch, document: BranchDocume
 
 def _most_table_error_nm(branch: Branch) -> float:
     """Bound of every table that was ever made, N m; 0 where the curve is compiled exactly."""
-    if branch.source.compiles_exactly:
+    if branch.source.exact is not None:
         return 0.0
     return TOLERANCE_SHARE * branch.friction_max_nm + 2 * branch.source.rounding(branch.speed_max_rad_s)
 

@@ -8,14 +8,15 @@ from __future__ import annotations
 
 import hashlib
 import json
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
 from rtctl.config_fields import Name, Table
 from rtctl.control.records import MAX_SEGMENTS
+from rtctl.friction.kinds.table import KINDS
 from rtctl.friction.model import SELF_TEST_VECTORS
-from rtctl.friction.presliding import LENGTH_MAX_RAD
+from rtctl.friction.points.presliding import LENGTH_MAX_RAD
 
 FORMAT = "rtctl friction model"
 SCHEMA = 2
@@ -24,9 +25,10 @@ Number = Annotated[float, Field(ge=-1e15, le=1e15)]
 Torque = Annotated[float, Field(ge=0, le=1e6)]
 Speed = Annotated[float, Field(ge=0, le=1e4)]
 Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
-Kind = Literal[
-    "spline", "rbf", "polynomial", "coulomb", "coulomb_viscous", "tustin", "gaussian", "lorentzian"
-]
+if TYPE_CHECKING:
+    Kind = str
+else:
+    Kind = Literal[tuple(KINDS)]
 Temperature = Annotated[float, Field(ge=-100, le=300)]
 Text = Annotated[str, Field(max_length=80)]
 Presliding = Annotated[float, Field(gt=0, le=LENGTH_MAX_RAD)]

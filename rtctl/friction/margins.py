@@ -13,13 +13,12 @@ from pathlib import Path
 import numpy as np
 
 from rtctl.config_tables import AxisTable
+from rtctl.control import compensation_limit as limits
 from rtctl.control import friction_passivity as friction
 from rtctl.control import stability
+from rtctl.control.vocabulary import Policy
 from rtctl.friction.guarantee import guarantee
 from rtctl.friction.model import FrictionModel
-
-GATED_POLICIES = ("hybrid", "intent", "stop_gated")
-"""Policies whose torque goes to zero with the hand's; the law caps the others below the dry friction."""
 
 _GRID = 4000
 
@@ -73,13 +72,16 @@ def _curves(model: FrictionModel, branch: int, axis: AxisTable, v: np.ndarray) -
     F_lo = np.maximum(F_hat - doubt_nm, 0.0) + axis.viscous_nms_rad * past
     fade = np.clip(1 - past / model.speed_fade_rad_s, 0.0, 1.0)
     within = np.minimum(v, end)
-    limit = friction.feedforward_limit(
-        within, F_hat, part.viscous_nms_rad, table.gain, table.viscous_gain, np.inf
-    )
     cap = 0.0 if table.policy == "off" else table.cap_share * axis.torque_limit_nm
-    ungated = min(cap, max(0.0, table.gain * float(model.friction_min_nm.min())))
-    capped = np.minimum(limit * fade, ungated)
-    ff = np.minimum(limit * fade, cap) if table.policy in GATED_POLICIES else capped
+    ungated = limits.ungated_cap(table.gain, float(model.friction_min_nm.min()))
+    gated = limits.is_force_gated(Policy[table.policy.upper()])
+    viscous = part.viscous_nms_rad * within
+    ff, capped = (
+        limits.feedforward_limit(
+            F_hat, viscous, table.gain, table.viscous_gain, fade, limits.cap_in_force(free, cap, ungated)
+        )
+        for free in (gated, False)
+    )
     return _Curves(v, F_hat, F_lo, ff, capped)
 
 

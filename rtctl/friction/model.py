@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rtctl.control.records import LOOKUP_CELLS, MODEL
-from rtctl.friction.compile import PiecewiseCubic
-from rtctl.friction.curves import Curve
-from rtctl.friction.tables import error_bound
+from rtctl.friction.kinds.compile import error_bound
+from rtctl.friction.kinds.cubic import PiecewiseCubic
+from rtctl.friction.kinds.curve import Curve
 
 SELF_TEST_VECTORS = 64
 """Self-test vectors of a model file, half of them per branch."""

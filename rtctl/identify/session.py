@@ -10,7 +10,7 @@ import numpy as np
 
 from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import DataError, FaultError, HandOnRigError
-from rtctl.friction.presliding import presliding
+from rtctl.friction.points.presliding import presliding
 from rtctl.identify.collected import Collected, UnsteadyError
 from rtctl.identify.motion import HandSeen, Motion, Order, Steps
 from rtctl.identify.plan import Known, Task, remaining
@@ -66,7 +66,7 @@ class Point:
     weakest_place_nm: float
     """Mean at the place where the friction was least, signed like `friction_torque_nm`."""
     presliding_rad: float | None = None
-    """Break-away: presliding length, see `rtctl.friction.presliding`; None elsewhere, or when it cannot be told."""
+    """Break-away: presliding length, see `rtctl.friction.points.presliding`; None elsewhere, or when it cannot be told."""
     presliding_spread_rad: float | None = None
     presliding_ramps: int | None = None
 

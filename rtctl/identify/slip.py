@@ -6,7 +6,7 @@ import numpy as np
 
 from rtctl.control.vocabulary import Program, ProgramFlag
 from rtctl.errors import DataError
-from rtctl.friction.presliding import ramp_of
+from rtctl.friction.points.presliding import ramp_of
 from rtctl.identify.collected import Collected
 from rtctl.identify.motion import LOOK_S, Motion, Order, Steps
 from rtctl.identify.places import Spot, go_on

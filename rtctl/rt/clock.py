@@ -136,7 +136,7 @@ class VirtualClock:
         return self._most_unread + 1 - int(header[0]["head"] - header[0]["read_head"])
 
     def jump(self, now_ns: int) -> None:
-        """It is so late now: cycles went by without this clock being asked."""
+        """Go on from this time: cycles went by without this clock being asked."""
         self._now = now_ns
 
     def sleep_until(self, deadline_ns: int) -> int:

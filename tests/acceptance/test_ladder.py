@@ -9,8 +9,10 @@ from hw.mock.friction import static_friction
 from hw.mock.jit import records
 from hw.mock.records import plant_records
 from rtctl.config import load
-from rtctl.friction import ladder, mock_points
-from rtctl.friction.points import FrictionPoints, read_points
+from rtctl.friction.learn import ladder
+from rtctl.friction.points import mock as mock_points
+from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points.reader import read_points
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FORMULAS = ("coulomb", "coulomb_viscous", "tustin", "gaussian", "lorentzian")

@@ -11,9 +11,9 @@ from hw.interface import Rig
 from hw.mock.backend import MockBackend
 from hw.mock.jit import records
 from hw.mock.options import MockOptions
-from rtctl.friction.dynamics import AxisLog
-from rtctl.friction.regression import joint_fit
-from rtctl.friction.regressors import regressors
+from rtctl.friction.logs.dynamics import AxisLog
+from rtctl.friction.logs.regression import joint_fit
+from rtctl.friction.logs.regressors import regressors
 from rtctl.tick import new_ticks
 
 RATE_HZ = 200.0

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from rtctl.config import load
-from rtctl.friction.dynamics import AxisLog
-from rtctl.friction.regression import joint_fit
-from rtctl.friction.regressors import regressors
+from rtctl.friction.logs.dynamics import AxisLog
+from rtctl.friction.logs.regression import joint_fit
+from rtctl.friction.logs.regressors import regressors
 from rtctl.simulation import Simulation
 
 SEEDS = 20

@@ -32,8 +32,8 @@ READS_IT = re.compile(
 )
 READERS = {
     "rtctl/experiments/report.py": "the date of a report",
-    "rtctl/friction/fit.py": "the date of a model",
-    "rtctl/friction/report.py": "the date of a report",
+    "rtctl/friction/learn/fit.py": "the date of a model",
+    "rtctl/friction/report/write.py": "the date of a report",
     "rtctl/host/description.py": "the wall time of the start, once, to be told beside monotonic times",
     "rtctl/host/telemetry.py": "the same of a virtual clock, in each message",
     "rtctl/identify/dataset.py": "the date of a data set",

@@ -14,7 +14,7 @@ from patience import PATIENCE_S, until
 from shipped_friction import law_nm
 
 from rtctl.cli import cli, identify
-from rtctl.friction.points import read_points
+from rtctl.friction.points.reader import read_points
 
 CONFIG = Path(__file__).parents[2] / "configs" / "mock-identify.toml"
 QUICK = ["--train", "8", "--test", "2", "--measurements", "4", "--spots", "2", "--warm-up", "1"]

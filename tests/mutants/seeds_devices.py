@@ -33,6 +33,8 @@ ARMED = (f"{HW}/test_can_armed.py",)
 STRICT = ("tests/contract/test_cia402_strict.py",)
 FORCE = (f"{HW}/test_force_codecs.py",)
 LOOP = ("tests/unit/rt/test_loop.py",)
+WHOLE = ("tests/unit/rt/test_whole_cycle.py",)
+SERIAL_CYCLE = ("tests/unit/hw/test_serial_compiled_cycle.py",)
 REPLUG = ("tests/unit/rt/test_replug.py",)
 
 SEEDS = (
@@ -223,17 +225,53 @@ SEEDS = (
     ),
     Seed(
         "the loop writes before it decides", "rtctl/rt/loop.py",
-        "            decide_()  # 3 decide: newest command, law, gate\n            t_law = now()\n            write(tick)  # 4 write to the devices\n",
-        "            write(tick)\n            t_law = now()\n            decide_()\n", LOOP,
+        "                decide()  # 3 decide: newest command, law, gate\n", "                write(tick)\n                decide()\n", LOOP,
     ),
     Seed(
         "late slots are caught up in a burst", "rtctl/rt/loop.py",
-        "missed, slot, deadline = missed + skipped, slot + skipped, deadline + skipped * period",
-        "missed, slot, deadline = missed + skipped, slot, deadline", LOOP,
+        "grid[SLOT], grid[DEADLINE] = grid[SLOT] + skipped, deadline + skipped * period",
+        "grid[SLOT], grid[DEADLINE] = grid[SLOT], deadline", LOOP,
     ),
     Seed(
         "the grid drifts with the work of a cycle", "rtctl/rt/loop.py",
-        "slot, deadline = slot + 1, deadline + period", "slot, deadline = slot + 1, woke + period", LOOP,
+        "grid[SLOT] + 1, grid[DEADLINE] + grid[PERIOD]", "grid[SLOT] + 1, woke + grid[PERIOD]", LOOP,
+    ),
+    Seed(
+        "a compiled cycle catches late slots up in a burst", "rtctl/rt/whole_cycle.py",
+        "        grid.deadline_ns += skipped * grid.period_ns\n", "", WHOLE,
+    ),
+    Seed(
+        "a compiled cycle decides before it reads", "rtctl/rt/whole_cycle.py",
+        "        if call_for_int(o.read_at, read_arguments) != 0:  # 2 read the devices\n",
+        "        call(o.law_at, law_arguments)\n        if call_for_int(o.read_at, read_arguments) != 0:\n", WHOLE,
+    ),
+    Seed(
+        "what a compiled half leaves is not done", "rtctl/rt/whole_cycle.py",
+        "            return READ\n", "            pass\n", WHOLE,
+    ),
+    Seed(
+        "compiled cycles go on while the device is lost", "rtctl/rt/whole_cycle.py",
+        "        if not device.is_there:\n", "        if False:\n", WHOLE,
+    ),
+    Seed(
+        "a look before the deadline ends before it", "rtctl/rt/clock.py",
+        "    while now < deadline_ns:\n", "    while now < until:\n", ("tests/unit/rt/test_early.py", "tests/unit/rt/test_clock.py"),
+    ),
+    Seed(
+        "the margin has no bound", "rtctl/rt/clock.py",
+        "min(max(early[_MARGIN] + change, 0), early[_MOST])", "max(early[_MARGIN] + change, 0)", ("tests/unit/rt/test_early.py",),
+    ),
+    Seed(
+        "a look takes what the kernel leaves to real-time processes", "rtctl/rt/early.py",
+        "min(MOST_SHARE, share / 2)", "MOST_SHARE", ("tests/unit/rt/test_early.py",),
+    ),
+    Seed(
+        "a command that found no room is sent once more", "hw/serial/core.py",
+        '        if wire["full"][0]:  # the compiled half has tried\n', "        if False:\n", SERIAL_CYCLE,
+    ),
+    Seed(
+        "a compiled half shows a backlog as fresh", "hw/serial/compiled_core.py",
+        "        meta[1] = BACKLOGGED\n", "        meta[1] = DRAINED\n", SERIAL_CYCLE,
     ),
     Seed(
         "a loop that fails leaves the motor as it is", "rtctl/rt/loop.py",

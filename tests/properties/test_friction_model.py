@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 
 from rtctl.errors import ModelError
 from rtctl.friction import artefact
-from rtctl.friction.compile import compile_spline, kernel_sum, rounding_bound
-from rtctl.friction.fit import fit_points
-from rtctl.friction.points import FrictionPoints
+from rtctl.friction.kinds.curve import Curve
+from rtctl.friction.kinds.spline import compile_spline
+from rtctl.friction.learn.fit import fit_points
+from rtctl.friction.points.measured import FrictionPoints
 
 
 @pytest.fixture(scope="module")
@@ -95,6 +96,7 @@ def test_any_regression_compiles_to_the_same_function(vectors, seed, intercept):
     beta -= beta.mean()  # the optimum has sum(beta) = 0, which makes the tail linear
     curve = compile_spline(v, beta, intercept)
     speed = np.union1d(np.linspace(0, 12, 500), v)
-    error = np.abs(curve(speed) - kernel_sum(speed, v, beta, intercept)).max()
-    assert error <= 4 * rounding_bound(v, beta, 12.0)
+    source = Curve("spline", {}, v, beta, intercept)
+    error = np.abs(curve(speed) - source(speed)).max()
+    assert error <= 4 * source.rounding(12.0)
     assert (np.diff(curve.knots) > 0).all()

@@ -10,6 +10,8 @@ DOCUMENTS = {
     "protocol.md": {"fault bits", "environment numbers", "environment keys"},
     "theory.md": {"environment forces"},
     "faults.md": {"kinds of scripted faults"},
+    "identify.md": {"columns of points"},
+    "ladder.md": {"rungs of the ladder"},
     "api.md": {"client reference"},
     "config.md": {"rig file keys", "device option keys"},
 }

@@ -2,9 +2,15 @@
 
 import pytest
 
-from rtctl.cli.bench import GROUPS, ON_REQUEST, _group
+from rtctl.cli import bench
 
 
-@pytest.mark.parametrize("name", GROUPS + ON_REQUEST)
+@pytest.mark.parametrize("name", bench.GROUPS + bench.ON_REQUEST)
 def test_every_group_has_something_to_measure(name):
-    assert callable(_group(name, quick=True, minutes=0.3, rig_seconds=0.5))
+    groups = bench.measurements(quick=True, minutes=0.3, rig_seconds=0.5, loads=(), picture=None)
+    assert callable(groups[name])
+
+
+def test_nothing_is_measured_that_nobody_can_ask_for():
+    groups = bench.measurements(quick=True, minutes=None, rig_seconds=0.5, loads=(), picture=None)
+    assert set(groups) == set(bench.GROUPS + bench.ON_REQUEST)

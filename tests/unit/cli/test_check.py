@@ -16,8 +16,8 @@ from rtctl.__main__ import main
 from rtctl.config import load
 from rtctl.errors import ModelError, StabilityError
 from rtctl.friction import artefact
-from rtctl.friction.fit import fit_points
-from rtctl.friction.points import FrictionPoints
+from rtctl.friction.learn.fit import fit_points
+from rtctl.friction.points.measured import FrictionPoints
 from rtctl.stability_report import examine
 from rtctl.verdict import Outcome, Verdict, ranked
 

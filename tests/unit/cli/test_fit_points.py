@@ -9,7 +9,7 @@ import pytest
 
 from rtctl.__main__ import main
 from rtctl.errors import ConfigError, DataError
-from rtctl.friction.points_of_logs import read_mapped
+from rtctl.friction.logs.other_programs import read_mapped
 
 DRIVES = Path(__file__).parents[4] / "shared" / "data" / "screw_drives"
 
@@ -73,6 +73,44 @@ def test_what_cannot_be_is_refused(tmp_path):
     ramp.write_text("v,f\n" + "\n".join(f"{0.01 * k},0.2" for k in range(1, 200)))
     with pytest.raises(DataError, match="not one speed: its quarters"):
         read_mapped([ramp], {"velocity": {"column": "v"}, "torque": {"column": "f"}}, "file", TEXT)
+
+
+def measured_beside(folder):
+    """Rows at eight speeds each way, two logs: place, load, temperature, time."""
+    files = []
+    for log in (0, 1):
+        lines = ["v,f,place,load,warm,t"]
+        for k in range(160):
+            speed = (1 + k % 8) * (1 if k < 80 else -1)
+            place, torque = 0.5 * k, np.sign(speed) * (0.2 + 0.01 * abs(speed) + 1e-4 * (k % 5))
+            lines.append(f"{speed},{torque},{place},{1 + abs(speed)},{20 + 10 * log},{k + 1000 * log}")
+        files.append(folder / f"log{log}.csv")
+        files[-1].write_text("\n".join(lines))
+    return files
+
+
+@pytest.mark.parametrize("average", ["none", "speed"])
+def test_what_was_measured_beside_reaches_the_points(tmp_path, average):
+    roles = {"velocity": "v", "torque": "f", "load": "load", "temperature": "warm"}
+    tables = {role: {"column": name} for role, name in roles.items()}
+    tables |= {"position": {"column": "place", "unit": "deg"}, "time": {"column": "t", "unit": "ms"}}
+    files = measured_beside(tmp_path)
+    points, _ = read_mapped(files, tables, average, TEXT)
+    np.testing.assert_allclose(points.columns["load_nm"], 1 + np.abs(points.velocity_rad_s))
+    assert points.temperature_range_c == pytest.approx((20, 30))
+    if average == "none":
+        assert points.columns["log"].tolist() == [0.0] * 160 + [1.0] * 160
+        np.testing.assert_allclose(points.columns["position_rad"][:160], np.radians(0.5 * np.arange(160)))
+        assert points.time_s[-1] == pytest.approx(1.159)
+    else:
+        assert {"position_rad", "time_s"}.isdisjoint(points.columns), "they differ within a level"
+        log, warm = points.columns["log"], points.columns["temperature_c"]
+        mixed = np.isnan(log)
+        np.testing.assert_allclose(warm[~mixed], 20 + 10 * log[~mixed])
+        assert ((warm[mixed] > 20) & (warm[mixed] < 30)).all()
+    tables["load"]["scale"] = 1e6
+    with pytest.raises(DataError, match=r"load_nm 2e\+06 is not within"):
+        read_mapped(files, tables, average, TEXT)
 
 
 def fitted(monkeypatch, capsys, *arguments):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rtctl.__main__ import main
-from rtctl.friction.points import read_points
+from rtctl.friction.points.reader import read_points
 
 CONFIG = Path(__file__).parents[3] / "configs" / "mock.toml"
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from rtctl.control.compensation_limit import feedforward_limit
 from rtctl.control.friction_passivity import (
-    feedforward_limit,
     gain_max,
     runaway_speed,
     secant_damping,
@@ -32,7 +32,7 @@ NONE = np.zeros_like(V)
     ],
 )
 def test_effective_dampings_equal_the_oracle_table(kappa, kappa_v, secant, slope):
-    ff = feedforward_limit(V, F, 0.05, kappa, kappa_v, math.inf)
+    ff = feedforward_limit(F, 0.05 * V, kappa, kappa_v, 1.0, math.inf)
     assert secant_damping(V, F, ff)[0] == pytest.approx(secant, abs=1e-9)
     assert slope_damping(V, F, ff) == pytest.approx(slope, abs=6e-5)
 
@@ -43,7 +43,7 @@ def test_the_worst_stribeck_slope_lies_at_the_speed_theory_gives():
 
 
 def test_over_compensation_leaves_negative_secant_damping():
-    ff = feedforward_limit(V, 1.2 * F, 0.05, 1.0, 0.0, math.inf)
+    ff = feedforward_limit(1.2 * F, 0.05 * V, 1.0, 0.0, 1.0, math.inf)
     assert secant_damping(V, F, ff)[0] < 0
 
 
@@ -60,7 +60,7 @@ def test_over_compensation_leaves_negative_secant_damping():
     ],
 )
 def test_two_line_margins_equal_the_oracles(counts, kappa, cap, margin):
-    ff = feedforward_limit(V, F, 0.05, kappa, 0.0, cap)
+    ff = feedforward_limit(F, 0.05 * V, kappa, 0.0, 1.0, cap)
     found = two_line_margin(V, F, ff, k_c=50, b_c=0.005, T=1e-3, Delta=2 * math.pi / counts)
     assert found.margin_nm == pytest.approx(margin, abs=6e-5)
 
@@ -117,6 +117,6 @@ def test_the_largest_gain_leaves_just_the_needed_damping():
 
 
 def test_the_feed_forward_never_pushes_backwards_and_keeps_its_cap():
-    ff = feedforward_limit(V, F - 0.3, 0.05, 0.9, 0.0, 0.02)
+    ff = feedforward_limit(F - 0.3, 0.05 * V, 0.9, 0.0, 1.0, 0.02)
     assert ff.min() == 0.0
     assert ff.max() <= 0.02

@@ -10,9 +10,9 @@ import pytest
 from rtctl.config import load
 from rtctl.experiments import friction_model
 from rtctl.experiments.order import Order
-from rtctl.friction.mock_points import Point
-from rtctl.friction.points import FrictionPoints
-from rtctl.friction.report_evidence import Errors
+from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points.mock import Point
+from rtctl.friction.report.evidence import Errors
 
 CONFIG = Path(__file__).parents[3] / "configs/mock.toml"
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from rtctl.errors import DataError, UnidentifiableError
-from rtctl.friction.baselines import fit_formula, require_identifiable
-from rtctl.friction.curves import FORMULAS, Curve
+from rtctl.friction.kinds.curve import Curve
+from rtctl.friction.kinds.table import FORMULAS
+from rtctl.friction.learn.formulas import fit_formula, require_identifiable
 
 TRUE = {"coulomb_nm": 0.25, "viscous_nms_rad": 0.05, "breakaway_nm": 0.35, "stribeck_rad_s": 0.1}
 V = np.concatenate([[0.0], np.geomspace(0.005, 2, 54)])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from sklearn.svm import SVR, NuSVR
 
-from rtctl.friction.compile import compile_spline, kernel_sum, rounding_bound
-from rtctl.friction.kernels import spline
+from rtctl.friction.kinds.curve import Curve
+from rtctl.friction.kinds.spline import compile_spline, spline
 
 
 def _data():
@@ -31,9 +31,9 @@ def test_the_compiled_curve_equals_scikit_learn_on_40001_speeds(regression):
     curve = compile_spline(vectors, beta, regression.intercept_[0])
     speed = np.linspace(0, 4, 40001)
     error = np.abs(curve(speed) - regression.predict(speed[:, None])).max()
-    assert error <= rounding_bound(vectors, beta, 4.0)
+    assert error <= Curve("spline", {}, vectors, beta, 0.0).rounding(4.0)
     assert (
-        np.abs(curve(speed) - kernel_sum(speed, vectors, beta, regression.intercept_[0])).max()
+        np.abs(curve(speed) - Curve("spline", {}, vectors, beta, regression.intercept_[0])(speed)).max()
         <= error + 1e-11
     )
     assert error > 0 or len(vectors) < 3
@@ -49,7 +49,7 @@ def test_a_support_vector_at_zero_merges_into_the_first_segment():
     curve = compile_spline(vectors, beta, 0.2)
     speed = np.linspace(0, 3, 301)
     assert curve.knots.tolist() == [0.0, 0.5, 1.5]
-    assert np.allclose(curve(speed), kernel_sum(speed, vectors, beta, 0.2), atol=1e-12)
+    assert np.allclose(curve(speed), Curve("spline", {}, vectors, beta, 0.2)(speed), atol=1e-12)
 
 
 def test_equal_support_vectors_are_merged():
@@ -57,7 +57,7 @@ def test_equal_support_vectors_are_merged():
     curve = compile_spline(vectors, beta, 0.2)
     speed = np.linspace(0, 3, 301)
     assert curve.knots.tolist() == [0.0, 0.5, 1.5]
-    assert np.allclose(curve(speed), kernel_sum(speed, vectors, beta, 0.2), atol=1e-12)
+    assert np.allclose(curve(speed), Curve("spline", {}, vectors, beta, 0.2)(speed), atol=1e-12)
 
 
 def test_the_tail_is_exactly_linear():

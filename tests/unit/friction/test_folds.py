@@ -8,9 +8,12 @@ import pytest
 
 from rtctl.__main__ import main
 from rtctl.errors import DataError
-from rtctl.friction import artefact, fit, ladder, report_evidence, search
-from rtctl.friction.blocks import TRAINS, folds_of, way_for
-from rtctl.friction.points import FrictionPoints, read_points
+from rtctl.friction import artefact
+from rtctl.friction.learn import fit, ladder, search
+from rtctl.friction.learn.hold_out import TRAINS, folds_of, way_for
+from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points.reader import read_points
+from rtctl.friction.report import evidence as report_evidence
 
 N = 200
 
@@ -22,8 +25,9 @@ def samples(drift_nm=0.0, count=np.nan, seed=4):
     for i in range(2 * N):
         v, direction = rng.uniform(0.02, 2.0), 1 if i % 2 else -1
         f = 0.25 + 0.1 * np.exp(-((v / 0.1) ** 2)) + 0.05 * v + rng.normal(0, 0.001)
-        rows.append((direction * v, f + drift_nm * np.sin(4 * i / N), direction, np.nan, count, 0.01 * i))
-    return FrictionPoints.from_rows(rows, "log.csv", "0" * 64)
+        rows.append((direction * v, f + drift_nm * np.sin(4 * i / N), direction, np.nan, count))
+    times = {"time_s": 0.01 * np.arange(2 * N)}
+    return FrictionPoints.from_rows(rows, "log.csv", "0" * 64, times)
 
 
 def test_samples_with_times_are_held_out_by_time_and_averages_by_speed():

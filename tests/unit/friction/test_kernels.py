@@ -3,14 +3,21 @@
 import numpy as np
 import pytest
 
-from rtctl.friction.kernels import polynomial, rbf, spline, spline_long
+from rtctl.friction.kinds.spline import spline
+from rtctl.friction.kinds.table import KERNELS
 
 X = np.random.default_rng(3).uniform(0, 4, (60, 1))
 
 
+def spline_long(u, v):
+    """The other published spelling of one coordinate."""
+    m = np.minimum(u, v)
+    return 1 + u * v + u * v * m - (u + v) / 2 * m**2 + m**3 / 3
+
+
 def test_both_spellings_of_the_spline_kernel_agree_to_1e_14():
     scale = spline(X, X).max()
-    assert np.abs(spline(X, X) - spline_long(X, X)).max() <= 1e-14 * scale
+    assert np.abs(spline(X, X) - spline_long(X, X.T)).max() <= 1e-14 * scale
 
 
 @pytest.mark.parametrize(("u", "v"), [(0.3, 0.3), (0.7, 2.5), (3.0, 0.1), (0.0, 2.0)])
@@ -39,5 +46,14 @@ def test_signed_or_nan_inputs_are_refused(bad):
 def test_rbf_and_polynomial_are_scikit_learns():
     from sklearn.metrics.pairwise import polynomial_kernel, rbf_kernel
 
-    assert np.allclose(rbf(X, X, 0.4), rbf_kernel(X, X, gamma=1 / (2 * 0.4**2)), rtol=1e-12)
-    assert np.allclose(polynomial(X, X, 3), polynomial_kernel(X, X, degree=3, gamma=1, coef0=1), rtol=1e-12)
+    x = X[:, 0]
+    assert np.allclose(
+        KERNELS["rbf"].matrix({"sigma_rad_s": 0.4}, x, x),
+        rbf_kernel(X, X, gamma=1 / (2 * 0.4**2)),
+        rtol=1e-12,
+    )
+    assert np.allclose(
+        KERNELS["polynomial"].matrix({"degree": 3.0}, x, x),
+        polynomial_kernel(X, X, degree=3, gamma=1, coef0=1),
+        rtol=1e-12,
+    )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rtctl.errors import DataError
-from rtctl.friction.log_input import Gearing, options_of, read_log
+from rtctl.friction.logs.log_input import Gearing, options_of, read_log
 
 COLUMNS = {
     "time": {"column": "t"},

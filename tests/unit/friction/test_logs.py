@@ -7,9 +7,9 @@ from hw.interface import Rig
 from hw.playback.options import PlaybackOptions
 from hw.playback.reader import load
 from rtctl.errors import DataError
-from rtctl.friction.dynamics import AxisLog, differentiate, regress, smooth
-from rtctl.friction.fit import fit_points
-from rtctl.friction.logs import axis_log, friction_samples, level_points, pool
+from rtctl.friction.learn.fit import fit_points
+from rtctl.friction.logs.dynamics import AxisLog, differentiate, regress, smooth
+from rtctl.friction.logs.logs import axis_log, friction_samples, level_points, pool
 
 RATE_HZ = 2000.0
 INERTIA, VISCOUS, FORWARD, BACKWARD, BIAS = 1.6e-3, 0.01, 0.03, 0.02, 0.013

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from sklearn.svm import SVR
 
-from rtctl.friction.kernels import spline
-from rtctl.friction.plane import compile_spline_2d
+from rtctl.friction.kinds.product_spline import compile_spline_2d
+from rtctl.friction.kinds.spline import spline
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 from rtctl.errors import DataError
-from rtctl.friction.points import read_points, temperature_range
+from rtctl.friction.learn import fit
+from rtctl.friction.learn.point_evidence import with_evidence
+from rtctl.friction.points.reader import read_points
+from rtctl.friction.report import evidence
 
 SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0]
 
@@ -111,21 +114,54 @@ def test_a_file_that_is_absent_or_binary_is_refused(tmp_path):
 
 def test_the_range_of_temperature_is_read_where_it_is_told(tmp_path):
     lines = _lines()
-    assert temperature_range(_write(tmp_path / "p.csv", lines)) is None
+    assert read_points(_write(tmp_path / "p.csv", lines)).temperature_range_c is None
     told = ["# warm", lines[0] + ",temperature_c", *(f"{line},{20 + i}" for i, line in enumerate(lines[1:]))]
     told[-1] = lines[-1] + ","
     path = _write(tmp_path / "p.csv", told)
-    assert temperature_range(path) == (20.0, 20.0 + len(lines) - 3)
+    assert read_points(path).temperature_range_c == (20.0, 20.0 + len(lines) - 3)
     assert len(read_points(path).friction_nm) == 16
     for bad in ("warm", "400", "inf"):
         told[3] = lines[2] + "," + bad
         with pytest.raises(DataError, match="temperature_c"):
-            temperature_range(_write(tmp_path / "p.csv", told))
+            read_points(_write(tmp_path / "p.csv", told))
     told[3] = lines[2] + ",nan"
-    assert temperature_range(_write(tmp_path / "p.csv", told))[0] == 20.0
+    assert read_points(_write(tmp_path / "p.csv", told)).temperature_range_c[0] == 20.0
 
 
 def test_a_rig_without_a_temperature_sensor_has_no_range(tmp_path):
     header, *rows = _lines()
     told = [f"{header},temperature_c", *(f"{row},0.00" for row in rows)]
-    assert temperature_range(_write(tmp_path / "p.csv", told)) is None
+    assert read_points(_write(tmp_path / "p.csv", told)).temperature_range_c is None
+
+
+def test_every_column_of_numbers_is_kept_and_the_file_is_read_once(tmp_path):
+    header, *rows = _lines()
+    told = [f"{header},time_s,position_rad,load_nm,temperature_c,log,humidity,note"]
+    told += [f"{row},{k},{0.1 * k},,{20 + k},{k // 8},{50 + k},fine" for k, row in enumerate(rows)]
+    path = _write(tmp_path / "p.csv", told)
+    points = read_points(path)
+    path.unlink()
+    k = np.arange(len(rows))
+    assert set(points.columns) == {
+        "time_s",
+        "position_rad",
+        "temperature_c",
+        "log",
+        "humidity",
+    }  # load: empty
+    assert points.columns["log"].tolist() == (k // 8).tolist()
+    assert points.columns["humidity"].tolist() == (50 + k).tolist()
+    assert points.time_s.tolist() == k.tolist()
+    backward = points.rows_of(-1)
+    assert np.array_equal(points.columns["position_rad"][backward], 0.1 * k[8:])
+    model = with_evidence(fit.fit_points(points, rig="mock", c=10.0), points)
+    assert set(evidence.gather(points, model, None).extra) == {"position_rad", "time_s"}
+
+
+@pytest.mark.parametrize(("column", "cell"), [("load_nm", "1e7"), ("log", "-1"), ("position_rad", "north")])
+def test_a_column_beside_is_held_to_its_bounds(tmp_path, column, cell):
+    header, *rows = _lines()
+    told = [f"{header},{column}", *(f"{row},1" for row in rows)]
+    told[4] = f"{rows[3]},{cell}"
+    with pytest.raises(DataError, match=rf"row 5: column {column}: '{cell}' is not a finite number"):
+        read_points(_write(tmp_path / "p.csv", told))

@@ -7,8 +7,8 @@ import pytest
 
 from rtctl.config import load
 from rtctl.errors import DataError
-from rtctl.friction.points import read_points
-from rtctl.friction.points_check import require_held_out, require_plausible_points
+from rtctl.friction.logs.points_check import require_held_out, require_plausible_points
+from rtctl.friction.points.reader import read_points
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 POINTS = CONFIGS / "friction" / "mock_points.csv"

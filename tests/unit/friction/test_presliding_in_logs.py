@@ -5,8 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from rtctl.friction.dynamics import AxisLog
-from rtctl.friction.presliding_in_logs import TURNS_MIN, presliding_of_logs, stop_operator
+from rtctl.friction.logs.dynamics import AxisLog
+from rtctl.friction.logs.presliding_in_logs import TURNS_MIN, presliding_of_logs, stop_operator
 
 RATE_HZ, INERTIA, VISCOUS, COULOMB, BIAS = 1000.0, 0.012, 0.01, 0.05, 0.004
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from rtctl.errors import DataError
-from rtctl.friction.dynamics import AxisLog
-from rtctl.friction.regression import joint_fit
-from rtctl.friction.regressors import regressors
+from rtctl.friction.logs.dynamics import AxisLog
+from rtctl.friction.logs.regression import joint_fit
+from rtctl.friction.logs.regressors import regressors
 
 RATE_HZ = 500.0
 SINES = [(a, 2 * np.pi * f) for a, f in ((0.4, 0.4), (0.15, 1.1), (0.06, 2.3))]

@@ -8,10 +8,10 @@ import pytest
 
 from rtctl.config import load
 from rtctl.errors import DataError
-from rtctl.friction.dynamics import AxisLog
-from rtctl.friction.regression import joint_fit, offset_rows
-from rtctl.friction.regressors import cutoff_for, pooled, regressors
-from rtctl.friction.signal_shift import advanced, derivatives
+from rtctl.friction.logs.dynamics import AxisLog
+from rtctl.friction.logs.regression import joint_fit, offset_rows
+from rtctl.friction.logs.regressors import cutoff_for, pooled, regressors
+from rtctl.friction.logs.signal_shift import advanced, derivatives
 from rtctl.simulation import Simulation
 
 RATE_HZ = 500.0

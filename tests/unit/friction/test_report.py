@@ -15,10 +15,14 @@ import pytest
 from rtctl import config
 from rtctl.cli import main
 from rtctl.errors import DataError
-from rtctl.friction import fit, grids, ladder, report, report_evidence, report_gain
-from rtctl.friction.machines import FailedFitError
+from rtctl.friction import gain as report_gain
+from rtctl.friction.kinds.table import FORMULAS
+from rtctl.friction.learn import fit, ladder
+from rtctl.friction.learn.machines import FailedFitError
 from rtctl.friction.margins import friction_figures
-from rtctl.friction.points import read_points
+from rtctl.friction.points.reader import read_points
+from rtctl.friction.report import evidence as report_evidence
+from rtctl.friction.report import write as report
 
 ROOT = Path(__file__).parents[3]
 POINTS = ROOT / "configs/friction/mock_points.csv"
@@ -67,7 +71,7 @@ def test_the_report_is_one_page_that_needs_nothing_else(evidence, tmp_path):
     assert not re.search(r"https?:|//|<script|<link|@import|url\(", text)
     assert "default-src 'none'; img-src data:; style-src 'unsafe-inline'" in page
     assert page.count("<img") == page.count("<figcaption>") == len(files)
-    for family in (*grids.FORMULAS, "epsilon-spline"):
+    for family in (*FORMULAS, "epsilon-spline"):
         assert f"<td>{family}</td>" in page
     assert "No residuals against position and time" in page
     assert "--config RIG.toml" in page

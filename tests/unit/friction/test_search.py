@@ -8,10 +8,12 @@ import pytest
 import sklearn.svm
 
 from rtctl.errors import DataError, ModelError
-from rtctl.friction import artefact, fit, grids, ladder, machines, search
-from rtctl.friction.blocks import TRAINS, folds_by_speed, folds_by_time
-from rtctl.friction.machines import Candidate, FailedFitError, train
-from rtctl.friction.points import FrictionPoints
+from rtctl.friction import artefact
+from rtctl.friction.kinds.table import FAMILIES, FORMULAS, KERNELS
+from rtctl.friction.learn import fit, grids, ladder, machines, search
+from rtctl.friction.learn.hold_out import TRAINS, folds_by_speed, folds_by_time
+from rtctl.friction.learn.machines import Candidate, FailedFitError, train
+from rtctl.friction.points.measured import FrictionPoints
 
 V = np.concatenate([[0.0], np.geomspace(0.01, 2, 24)])
 
@@ -145,7 +147,7 @@ def test_a_non_finite_solution_is_a_failed_fit(broken_nu):
 def test_a_non_finite_nusvr_inside_a_search_is_survived_and_counted(broken_nu, strategy):
     found = ladder.ascend(points(), options(families=("nu-spline",), strategy=strategy, symmetric="no"))
     rung = found.choice.chosen
-    assert rung.failures["not finite"] == 2 * 2 * len(grids.SPLINE_C)  # two nus, two directions
+    assert rung.failures["not finite"] == 2 * 2 * len(KERNELS["spline"].c_shares)  # two nus, two directions
     assert all(score.candidate.tube not in (0.1, 0.2) for score in rung.scores)
     assert np.isfinite(rung.rmse_nm)
 
@@ -155,7 +157,7 @@ def test_a_non_finite_nusvr_inside_a_search_is_survived_and_counted(broken_nu, s
 
 def test_an_unidentifiable_formula_is_refused_by_name_and_not_chosen():
     straight = points(forward=lambda v: 0.25 + 0.05 * v, backward=lambda v: 0.3 + 0.05 * v)
-    found = ladder.ascend(straight, options(families=grids.FORMULAS, symmetric="no"))
+    found = ladder.ascend(straight, options(families=tuple(FORMULAS), symmetric="no"))
     by_name = {rung.family: rung for rung in found.choice.rungs}
     for family in ("tustin", "gaussian", "lorentzian"):
         assert by_name[family].refused
@@ -180,9 +182,9 @@ def no_table_of_gaussian(monkeypatch):
 
 @pytest.mark.parametrize("symmetric", ladder.SYMMETRIC)
 def test_a_rung_that_cannot_be_compiled_is_passed_over_and_says_why(no_table_of_gaussian, symmetric):
-    found = ladder.ascend(points(), options(families=grids.FORMULAS, symmetric=symmetric))
+    found = ladder.ascend(points(), options(families=tuple(FORMULAS), symmetric=symmetric))
     by_name = {rung.family: rung for rung in found.choice.rungs}
-    assert len(by_name) == len(grids.FORMULAS)
+    assert len(by_name) == len(FORMULAS)
     assert by_name["gaussian"].refused.startswith("direction +1: a table of gaussian needs")
     assert by_name["gaussian"].rmse_nm == np.inf
     assert found.choice.chosen.family in ("lorentzian", "tustin")
@@ -229,7 +231,7 @@ def test_a_curve_no_formula_has_is_left_to_a_machine():
         backward=lambda v: 0.3 + 0.05 * np.sin(4 * v),
         noise=1e-3,
     )
-    found = ladder.ascend(bumpy, options(families=(*grids.FORMULAS, "epsilon-spline")))
+    found = ladder.ascend(bumpy, options(families=(*FORMULAS, "epsilon-spline")))
     assert found.choice.chosen.family == "epsilon-spline"
     assert "No parametric model is as good" in found.explanation
 
@@ -258,7 +260,7 @@ def test_the_number_that_is_chosen_by_is_that_of_the_model_as_it_is_written():
 
 
 def test_quiet_points_do_not_buy_support_vectors_with_an_error_below_the_tolerance(monkeypatch):
-    monkeypatch.setattr(grids, "SPLINE_C", (300.0, 1e3, 3e3))
+    monkeypatch.setattr(KERNELS["spline"], "c_shares", (300.0, 1e3, 3e3))
     quiet = points(noise=2e-4)
     few = {"families": ("nu-spline",), "strategy": "full", "symmetric": "no"}
     strict, default = (
@@ -317,7 +319,7 @@ def test_progress_is_told_up_to_the_end():
     assert len(told) > 3
 
 
-@pytest.mark.parametrize("family", grids.FAMILIES)
+@pytest.mark.parametrize("family", FAMILIES)
 def test_the_winner_of_every_rung_can_be_saved_read_and_run(family, tmp_path):
     measured = points()
     found = ladder.ascend(measured, options(families=(family,), symmetric="no"))
@@ -335,7 +337,7 @@ def test_the_winner_of_every_rung_can_be_saved_read_and_run(family, tmp_path):
 
 
 def test_the_grids_have_the_papers_sizes():
-    sizes = {f: len(grids.candidates(f, V, stribeck(V))) for f in grids.FAMILIES}
+    sizes = {f: len(grids.candidates(f, V, stribeck(V))) for f in FAMILIES}
     assert sizes["epsilon-rbf"] == sizes["nu-rbf"] == 105
     assert sizes["epsilon-spline"] == sizes["nu-spline"] == 40
     with pytest.raises(ValueError, match="unknown family"):

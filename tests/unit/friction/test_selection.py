@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from rtctl.errors import DataError
-from rtctl.friction import search, selection
-from rtctl.friction.machines import Candidate
-from rtctl.friction.search import Score
+from rtctl.friction.learn import search, selection
+from rtctl.friction.learn.machines import Candidate
+from rtctl.friction.learn.search import Score
 
 
 def score(family, rmse, terms, direction=1, se_share=0.1):

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from rtctl.errors import DataError
-from rtctl.friction.log_input import Gearing, options_of, read_log
-from rtctl.friction.regression import joint_fit
-from rtctl.friction.regressors import cutoff_for, of_stretches
+from rtctl.friction.logs.log_input import Gearing, options_of, read_log
+from rtctl.friction.logs.regression import joint_fit
+from rtctl.friction.logs.regressors import cutoff_for, of_stretches
 
 COLUMNS = {"time": {"column": "t"}, "position": {"column": "x"}, "motor_torque": {"column": "tau"}}
 TRUTH = {"inertia_kgm2": 0.05, "viscous_nms_rad": 0.05, "coulomb_nm": 0.25}

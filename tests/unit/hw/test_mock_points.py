@@ -11,10 +11,11 @@ from hw.mock.friction import static_friction
 from hw.mock.jit import records
 from hw.mock.records import plant_records
 from rtctl.config import load
-from rtctl.friction import artefact, mock_points
-from rtctl.friction.point_evidence import COLUMNS
-from rtctl.friction.points import read_points
+from rtctl.friction import artefact
+from rtctl.friction.points import mock as mock_points
+from rtctl.friction.points.reader import read_points
 
+COLUMNS = ("weakest_place_nm", "presliding_rad", "presliding_spread_rad", "presliding_ramps")
 CONFIGS = Path(__file__).parents[3] / "configs"
 
 

@@ -10,9 +10,8 @@ from identified import CONFIG, SMALL, run
 
 from rtctl.config import load
 from rtctl.errors import DataError
-from rtctl.friction import report_evidence
-from rtctl.friction.point_evidence import presliding_of
-from rtctl.friction.points import read_points
+from rtctl.friction.learn.point_evidence import presliding_of
+from rtctl.friction.points.reader import read_points
 from rtctl.identify import dataset as module
 from rtctl.identify.dataset import Dataset, read_document, write_whole
 from rtctl.identify.plan import tasks
@@ -102,7 +101,7 @@ def test_each_file_of_ticks_is_the_one_the_header_means(whole):
 
 def test_residuals_against_position_and_time_can_be_drawn(whole):
     points = read_points(whole / "points_train.csv")
-    times_s, positions = (report_evidence.extra_column(points, name) for name in ("time_s", "position_rad"))
+    times_s, positions = (points.columns[name] for name in ("time_s", "position_rad"))
     assert len(times_s) == len(positions) == len(points.direction)
     assert np.isfinite(positions).all()
     assert len(np.unique(times_s)) == len(times_s)

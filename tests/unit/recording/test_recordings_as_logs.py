@@ -9,9 +9,9 @@ from hw.interface import BackendError
 from hw.playback.reader import load
 from hw.playback.tables import read_table
 from rtctl.control.records import command_dtype
-from rtctl.friction.log_input import Gearing, options_of, read_log
-from rtctl.friction.regression import joint_fit
-from rtctl.friction.regressors import of_stretches
+from rtctl.friction.logs.log_input import Gearing, options_of, read_log
+from rtctl.friction.logs.regression import joint_fit
+from rtctl.friction.logs.regressors import of_stretches
 from rtctl.recording import as_columns
 from rtctl.tick import tick_dtype
 

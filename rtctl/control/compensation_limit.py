@@ -1,0 +1,53 @@
+"""How far the friction feed-forward may go: the one formula of cap and gate, for the law, the margins and the report.
+
+Plain functions of numbers or arrays, without Numba: `control.feedforward` compiles them for the law, the proofs call them on whole
+curves (docs/theory.md 5.5). N m, N m s/rad and shares.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from rtctl.control.vocabulary import Policy
+
+FORCE_GATED = (int(Policy.HYBRID), int(Policy.INTENT), int(Policy.STOP_GATED))
+"""Policies whose torque goes to zero with the hand's; the others are capped below the least dry friction, too."""
+
+GATED = (int(Policy.HYBRID), int(Policy.STOP_GATED))
+"""Policies multiplied by the gate; INTENT is proportional to the hand's torque already."""
+
+
+def is_force_gated(policy: int) -> bool:
+    """True for policies whose torque goes to zero with the hand's."""
+    return policy in FORCE_GATED
+
+
+def feedforward_limit(
+    friction_nm: Any,  # noqa: ANN401 - a number in the law, an array in the proofs
+    viscous_nm: Any,  # noqa: ANN401
+    gain: float,
+    viscous_gain: float,
+    fade: Any,  # noqa: ANN401
+    cap_nm: float,
+) -> Any:  # noqa: ANN401
+    """Most torque the feed-forward can give where the model says `friction_nm`, N m, >= 0; NaN stays NaN.
+
+    Notes
+    -----
+    ``min((kappa (Fhat - b_v v) + kappa_v b_v v) fade, cap)``, not below 0: kappa acts on the Coulomb and Stribeck
+    part, kappa_v on the viscous part `viscous_nm`; `fade` is 1 within the trained range.
+    """
+    wanted = (gain * (friction_nm - viscous_nm) + viscous_gain * viscous_nm) * fade
+    return np.maximum(np.minimum(wanted, cap_nm), 0.0)
+
+
+def cap_in_force(force_gated: bool, cap_nm: float, ungated_cap_nm: float) -> float:
+    """Cap of a policy, N m: the rig file's, and without a force gate at most kappa times the least dry friction."""
+    return cap_nm if force_gated else min(cap_nm, ungated_cap_nm)
+
+
+def ungated_cap(gain: float, least_dry_nm: float) -> float:
+    """What a policy without a force gate may give, N m: kappa times the least dry friction of the curve."""
+    return gain * least_dry_nm

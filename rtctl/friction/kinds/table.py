@@ -1,0 +1,35 @@
+"""Every kind of friction curve, simplest first: the one list that ladder, fit, compiler, report, model file and documents take theirs from."""
+
+from __future__ import annotations
+
+from rtctl.friction.kinds.kind import Formula, Kernel, Kind
+from rtctl.friction.kinds.polynomial import Polynomial
+from rtctl.friction.kinds.rbf import Rbf
+from rtctl.friction.kinds.spline import Spline
+from rtctl.friction.kinds.straight import Coulomb, CoulombViscous
+from rtctl.friction.kinds.stribeck import Gaussian, Lorentzian, Tustin
+
+FORMULAS: dict[str, Formula] = {
+    kind.name: kind for kind in (Coulomb(), CoulombViscous(), Tustin(), Gaussian(), Lorentzian())
+}
+"""Closed formulas, by name."""
+
+KERNELS: dict[str, Kernel] = {kind.name: kind for kind in (Spline(), Rbf(), Polynomial())}
+"""Sums of kernels, by name."""
+
+KINDS: dict[str, Kind] = {**FORMULAS, **KERNELS}
+
+MACHINES = ("epsilon", "nu")
+"""Support-vector machines that learn a sum of kernels."""
+
+FAMILIES = (*FORMULAS, *(f"{machine}-{kernel}" for kernel in KERNELS for machine in MACHINES))
+"""Rungs of the ladder."""
+
+
+def markdown_table() -> str:
+    """The rungs as docs/ladder.md shows them."""
+    rows = [f"| `{name}` | {kind.what} |" for name, kind in FORMULAS.items()]
+    for name, kind in KERNELS.items():
+        rungs = ", ".join(f"`{machine}-{name}`" for machine in MACHINES)
+        rows.append(f"| {rungs} | support-vector regression, {kind.what} |")
+    return "\n".join(["| rung | what it is |", "|---|---|", *rows]) + "\n"

@@ -1,0 +1,1 @@
+"""Points in, a model out: folds, machines, formulas, search, choice."""

@@ -1,0 +1,77 @@
+"""Hyper-parameters tried: the grids of the papers in size (105 RBF, 40 spline), in the scale of the data.
+
+What a kernel's own parameters and bounds C are tried at is said by its kind. The papers' own values are not published. C is given as a multiple of the largest friction and epsilon as a
+multiple of the points' noise, so that the same grids serve a rig of .03 N m and one of 30 N m.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from rtctl.friction.kinds.table import FAMILIES, FORMULAS, KERNELS
+from rtctl.friction.learn.machines import Candidate
+
+EPSILON = (1.0, 1.5, 2.0, 3.0, 4.0)
+"""Half widths of the tube, multiples of the noise or of `RESOLUTION_SHARE`, whichever is larger."""
+
+RESOLUTION_SHARE = 0.005
+"""Share of the largest friction below which errors do not matter: the narrowest tube of an epsilon machine, and the
+held-out error down to which candidates are equal (decision 0012). Points of 100 measurements are so quiet that less
+would spend twice the support vectors on a curve that no hand, and no current sensor, could tell apart."""
+
+NU = (0.05, 0.1, 0.2, 0.3, 0.5)
+"""Least shares of support vectors. Above one half the tube is narrower than the noise of the points."""
+
+
+def families(kernel: str) -> tuple[str, ...]:
+    """Rungs of one kernel, of "formula", or "all" of them."""
+    if kernel == "all":
+        return FAMILIES
+    if kernel == "formula":
+        return tuple(FORMULAS)
+    return tuple(family for family in FAMILIES if family.endswith(f"-{kernel}"))
+
+
+def noise_nm(speed: np.ndarray, friction_nm: np.ndarray) -> float:
+    """Noise (standard deviation) of the points around a smooth curve, N m, > 0.
+
+    Notes
+    -----
+    Second differences of neighbours in speed, weighted so that any straight line cancels; their median size
+    over .6745 and the root of their squared weights. Not below a thousandth of the largest friction.
+    """
+    order = np.argsort(speed, kind="stable")
+    v, f = speed[order], friction_nm[order]
+    span = v[2:] - v[:-2]
+    share = np.divide(v[2:] - v[1:-1], span, out=np.full(len(span), 0.5), where=span > 0)
+    difference = f[1:-1] - share * f[:-2] - (1 - share) * f[2:]
+    size = np.abs(difference) / np.sqrt(1 + share**2 + (1 - share) ** 2)
+    return max(float(np.median(size)) / 0.6745, 1e-3 * float(f.max()))
+
+
+def candidates(family: str, speed: np.ndarray, friction_nm: np.ndarray) -> list[Candidate]:
+    """Every candidate of one rung, in the scale of the points.
+
+    Raises
+    ------
+    ValueError
+        An unknown family.
+    """
+    if family in FORMULAS:
+        return [Candidate("formula", family)]
+    if family not in FAMILIES:
+        msg = f"unknown family {family!r}: one of {', '.join(FAMILIES)}"
+        raise ValueError(msg)
+    machine, kind = family.split("-")
+    top = float(friction_nm.max())
+    unit = max(noise_nm(speed, friction_nm), RESOLUTION_SHARE * top)
+    tubes = NU if machine == "nu" else tuple(unit * factor for factor in EPSILON)
+    kernel = KERNELS[kind]
+    return [
+        Candidate(machine, kind, top * c, tube, one)
+        for one, c, tube in itertools.product(
+            kernel.grid(float(speed.max())), kernel.c_shares, tubes[kernel.tubes]
+        )
+    ]

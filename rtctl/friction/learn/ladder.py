@@ -1,0 +1,229 @@
+"""The ladder of models: search every rung, choose with a reason, and learn the chosen one for the loop."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rtctl.errors import DataError
+from rtctl.friction.kinds.table import FAMILIES
+from rtctl.friction.learn import fit, grids, search
+from rtctl.friction.learn.machines import Candidate, FailedFitError, train
+from rtctl.friction.learn.search import Score, Side
+from rtctl.friction.learn.selection import Choice, Rung, as_good, choose, climb, tolerance_nm
+from rtctl.friction.model import Branch, FrictionModel
+from rtctl.friction.points.measured import FrictionPoints
+
+SEARCHES = ("full", "halving")
+SYMMETRIC = ("auto", "yes", "no")
+
+_POOLED_MAX = 12
+"""Most candidates of the chosen rung that are tried on both directions as one curve."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to climb: `families` of `FAMILIES`, `strategy` of `SEARCHES`, symmetry, workers, `hold_out.WAYS`.
+
+    Held-out errors up to `tolerance_share` (0 to 1) of the largest friction are as good as smaller ones.
+    `max_support_vectors`: most that a curve may have when trained on all points; None: any number.
+    """
+
+    families: tuple[str, ...] = FAMILIES
+    strategy: str = "halving"
+    symmetric: str = "auto"
+    backend: str = "loky"
+    n_jobs: int = -1
+    break_away_weight: float = search.BREAK_AWAY_WEIGHT
+    folds: str = "speed"
+    tolerance_share: float = grids.RESOLUTION_SHARE
+    max_support_vectors: int | None = None
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """What was found. `symmetric`: one curve serves both directions; `symmetric_rung` what was tried of it.
+
+    `folds` is how it was held out, of `hold_out.WAYS`; `tolerance_nm` the held-out error below which models were
+    equal, N m; `max_support_vectors` what was asked for.
+    """
+
+    choice: Choice
+    sides: tuple[Side, ...]
+    symmetric: bool
+    symmetric_rung: Rung | None
+    explanation: str
+    folds: str = "speed"
+    tolerance_nm: float = 0.0
+    max_support_vectors: int | None = None
+
+
+def ascend(
+    points: FrictionPoints, options: Options | None = None, progress: search.Progress | None = None
+) -> Ladder:
+    """Search all rungs by cross-validation in blocks of speed or time, and choose.
+
+    The result is the same whatever the backend and the number of workers.
+
+    A rung whose curve is not positive or cannot be compiled is refused, and the choice is among the others.
+
+    Raises
+    ------
+    DataError
+        Nothing could be learned, or an unknown family, or dask asked for and not installed.
+    """
+    options = options or Options()
+    directions = (0,) if options.symmetric == "yes" else (1, -1)
+    weight, folds, most = options.break_away_weight, options.folds, options.max_support_vectors
+    sides = tuple(search.side(points, d, weight, folds) for d in directions)
+    share = options.tolerance_share
+    equal_nm = max(tolerance_nm(data, share) for data in sides)
+    look = search.full if options.strategy == "full" else search.halving
+    with search.workers(options.backend, options.n_jobs) as pool:
+        scores = look(pool, _tasks(options.families, sides), sides, progress, max_terms=most)
+        climbed = [climb(family, scores, sides, share) for family in options.families]
+        choice = choose([_usable(rung, points, sides) for rung in climbed], equal_nm)
+        bound = _terms_of_choice(equal_nm, share, most)
+        if options.symmetric != "auto":
+            note = bound + (" One symmetric curve, as asked." if options.symmetric == "yes" else "")
+            return Ladder(
+                choice,
+                sides,
+                options.symmetric == "yes",
+                None,
+                choice.explanation + note,
+                folds,
+                equal_nm,
+                most,
+            )
+        pooled = search.side(points, 0, weight, folds)
+        tried = search.score_all(
+            pool, _pooled_tasks(choice.chosen, scores, sides, share), [pooled], max_terms=most
+        )
+    rung = _usable(climb(choice.chosen.family, tried, [pooled], share), points, [pooled])
+    shared = not rung.refused and rung.rmse_nm <= max(choice.chosen.rmse_nm + choice.chosen.se_nm, equal_nm)
+    note = bound + _symmetry(rung, shared=shared)
+    explanation = choice.explanation + note
+    return Ladder(choice, (pooled,) if shared else sides, shared, rung, explanation, folds, equal_nm, most)
+
+
+def _usable(rung: Rung, points: FrictionPoints, sides: Sequence[Side]) -> Rung:
+    """Refuse a rung whose curves, trained on all points, no loop could run; `sides` is how they are learned."""
+    if rung.refused:
+        return rung
+    try:
+        _branches(rung, points, sides)
+    except DataError as error:
+        return replace(rung, refused=str(error))
+    return rung
+
+
+def _branches(rung: Rung, points: FrictionPoints, sides: Sequence[Side]) -> tuple[Branch, Branch]:
+    """Both directions of a rung, trained on all points and compiled. Raises DataError, naming the direction."""
+    found = []
+    for direction in (1, -1):
+        score = next(score for score in rung.scores if score.direction in (0, direction))
+        data = next(data for data in sides if data.direction == score.direction)
+        try:
+            found.append(_branch(score, data, *points.branch(direction)))
+        except (DataError, FailedFitError) as error:
+            raise DataError(f"direction {direction:+d}: {error}") from error
+    return found[0], found[1]
+
+
+def _terms_of_choice(equal_nm: float, share: float, most: int | None) -> str:
+    """Say what was asked of the choice."""
+    said = "" if most is None else f" No curve may have more than {most} support vectors, as asked."
+    if equal_nm > 0:
+        said += f" Held-out errors below {1e3 * equal_nm:.3g} mN m, {100 * share:g} % of the largest friction, count as equal."
+    return said
+
+
+def _symmetry(rung: Rung, *, shared: bool) -> str:
+    """Say what one symmetric curve is worth."""
+    if shared:
+        return (
+            f" One symmetric curve is as good ({1e3 * rung.rmse_nm:.3g} mN m), so both directions share it."
+        )
+    said = f"could not be learned ({rung.refused})" if rung.refused else f"errs {1e3 * rung.rmse_nm:.3g} mN m"
+    return f" The directions differ: one symmetric curve {said}."
+
+
+def _tasks(families: Sequence[str], sides: Sequence[Side]) -> list[tuple[Candidate, int]]:
+    try:
+        return [
+            (one, at)
+            for family in families
+            for at, data in enumerate(sides)
+            for one in grids.candidates(family, data.speed, data.friction_nm)
+        ]
+    except ValueError as error:
+        raise DataError(str(error)) from error
+
+
+def _pooled_tasks(
+    chosen: Rung, scores: Sequence[Score], sides: Sequence[Side], share: float
+) -> list[tuple[Candidate, int]]:
+    """Candidates good for either direction, each once, the chosen ones first."""
+    candidates = []
+    for data in sides:
+        mine = (
+            score
+            for score in scores
+            if score.candidate.family == chosen.family and score.direction == data.direction
+        )
+        near = as_good(mine, tolerance_nm(data, share))
+        candidates += [score.candidate for score in near[: _POOLED_MAX // 2]]
+    return [(one, 0) for i, one in enumerate(candidates) if one not in candidates[:i]]
+
+
+def learn(
+    points: FrictionPoints,
+    ladder: Ladder,
+    *,
+    rig: str,
+    rung: Rung | None = None,
+    fade_rad_s: float | None = None,
+) -> FrictionModel:
+    """Train the chosen candidates on all points and compile them.
+
+    Parameters
+    ----------
+    rung : Rung, optional
+        Another rung than the chosen one, to look at.
+
+    Raises
+    ------
+    DataError
+        A curve that is not positive, or that cannot be compiled; the direction is named.
+    """
+    if rung is None:
+        rung = ladder.symmetric_rung if ladder.symmetric and ladder.symmetric_rung else ladder.choice.chosen
+    ways = {score.direction for score in rung.scores}
+    sides = [search.side(points, way, _weight(ladder), ladder.folds) for way in ways]
+    try:
+        branches = _branches(rung, points, sides)
+    except DataError as error:
+        what = f"{points.source}: {rung.family}: {error}"
+        raise DataError(f"{what}; choose another family (--kernel)") from error
+    model = fit.assemble(points, branches, rig=rig, fade_rad_s=fade_rad_s, selection=ladder.explanation)
+    return replace(model, kind=branches[0].kind)
+
+
+def _weight(ladder: Ladder) -> float:
+    data = ladder.sides[0]
+    return float(np.max(data.weight))
+
+
+def _branch(score: Score, data: Side, speed: np.ndarray, friction_nm: np.ndarray) -> Branch:
+    """Train on `data` (one direction, or both), describe on the points of one direction."""
+    one = score.candidate
+    trained = train(one, data.speed, data.friction_nm, data.weight)
+    hyper = {"symmetric": 1.0} if score.direction == 0 else {}
+    if one.machine != "formula":
+        hyper |= {"C": one.c, "epsilon_nm": trained.epsilon_nm, **one.parameters}
+    if one.machine == "nu":
+        hyper["nu"] = one.tube
+    return fit.describe_branch(trained.curve, speed, friction_nm, score.errors, hyper)

@@ -1,0 +1,143 @@
+"""Train one candidate of the ladder: a support-vector machine with a given kernel matrix, or a formula.
+
+scikit-learn is imported when a fit runs.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from rtctl.friction.kinds.curve import Curve
+from rtctl.friction.kinds.table import FORMULAS, KERNELS
+from rtctl.friction.learn.formulas import fit_formula
+
+MAX_ITERATIONS = 300_000
+"""Solver iterations of one fit, about .3 s; the useful corner of the grids needs a tenth."""
+
+_TOLERANCE_SHARE = 3e-5
+"""Solver tolerance, share of the largest friction: 1e-5 N m, a hundredth of the noise of a point."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One rung and its hyper-parameters.
+
+    `machine` is "formula", "epsilon" or "nu"; `tube` the half width epsilon (N m) or nu; `parameters` the
+    kernel's (`sigma_rad_s`, `degree`).
+    """
+
+    machine: str
+    kind: str
+    c: float = 0.0
+    tube: float = 0.0
+    parameters: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def family(self) -> str:
+        """Rung of the ladder: `coulomb`, `epsilon-rbf`, `nu-spline`..."""
+        return self.kind if self.machine == "formula" else f"{self.machine}-{self.kind}"
+
+
+class FailedFitError(Exception):
+    """A fit that gave no usable solution; `reason` is "not finite", "not converged", "refused", or "not fitted" and why."""
+
+    def __init__(self, reason: str) -> None:
+        super().__init__(reason)
+        self.reason = reason
+
+
+@dataclass(frozen=True)
+class Trained:
+    """A trained curve and the half width of its tube, N m (found by the machine for nu, 0 for a formula)."""
+
+    curve: Curve
+    epsilon_nm: float
+    converged: bool
+
+
+def train(
+    candidate: Candidate,
+    speed: np.ndarray,
+    friction_nm: np.ndarray,
+    weight: np.ndarray,
+    *,
+    matrix: np.ndarray | None = None,
+    max_iterations: int = MAX_ITERATIONS,
+    tolerance_nm: float | None = None,
+) -> Trained:
+    """Train a candidate on one direction.
+
+    Parameters
+    ----------
+    speed, friction_nm, weight : ndarray, shape (n,)
+        |v| (rad/s), friction magnitude (N m), weight of each point.
+    matrix, tolerance_nm
+        Kernel matrix of `speed`, (n, n), when it is at hand; of the solver, N m, default `_TOLERANCE_SHARE` of the largest friction.
+
+    Raises
+    ------
+    FailedFitError
+        A solution that is not finite, as scikit-learn's NuSVR may return or refuse itself; a formula whose solver
+        gave up.
+    UnidentifiableError
+        A formula with as many parameters as points.
+    """
+    if candidate.kind in FORMULAS:
+        return _formula(candidate.kind, speed, friction_nm, weight)
+    if matrix is None:
+        matrix = KERNELS[candidate.kind].matrix(candidate.parameters, speed, speed)
+    if tolerance_nm is None:
+        tolerance_nm = _TOLERANCE_SHARE * float(friction_nm.max())
+    machine = _machine(candidate, tolerance_nm, max_iterations)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the iteration limit: reported as `converged`
+        try:
+            machine.fit(matrix, friction_nm, sample_weight=weight)
+        except ValueError as error:  # scikit-learn: "the dual coefficients or intercepts are not finite"
+            raise FailedFitError("not finite") from error
+    beta, intercept = machine.dual_coef_[0], float(machine.intercept_[0])
+    if not (np.isfinite(beta).all() and np.isfinite(intercept)):
+        raise FailedFitError("not finite")
+    curve = Curve(candidate.kind, candidate.parameters, speed[machine.support_], beta, intercept)
+    if candidate.machine == "epsilon":
+        epsilon_nm = candidate.tube
+    else:
+        epsilon_nm = _tube(machine, candidate.c, weight, curve(speed) - friction_nm)
+    converged = machine.fit_status_ == 0 and int(np.max(machine.n_iter_)) < max_iterations
+    return Trained(curve, epsilon_nm, converged)
+
+
+def _formula(kind: str, speed: np.ndarray, friction_nm: np.ndarray, weight: np.ndarray) -> Trained:
+    try:
+        return Trained(fit_formula(kind, speed, friction_nm, weight).curve, 0.0, converged=True)
+    except (ValueError, RuntimeError) as error:  # of scipy's solvers; numpy's LinAlgError is a ValueError
+        raise FailedFitError(f"not fitted ({error})") from error
+
+
+def _machine(candidate: Candidate, tolerance_nm: float, max_iterations: int) -> Any:  # noqa: ANN401
+    from sklearn.svm import SVR, NuSVR
+
+    same = {
+        "kernel": "precomputed",
+        "C": candidate.c,
+        "tol": tolerance_nm,
+        "max_iter": max_iterations,
+    }
+    if candidate.machine == "nu":
+        return NuSVR(nu=candidate.tube, **same)
+    return SVR(epsilon=candidate.tube, **same)
+
+
+def _tube(machine: Any, c: float, weight: np.ndarray, residual: np.ndarray) -> float:  # noqa: ANN401
+    """Half width of the tube a nu-SVR found, N m: its free support vectors lie on the edge."""
+    at = machine.support_
+    size = np.abs(residual[at])
+    free = np.abs(machine.dual_coef_[0]) < c * weight[at] * (1 - 1e-9)
+    if free.any():
+        return float(np.median(size[free]))
+    return float(size.min(initial=0.0))

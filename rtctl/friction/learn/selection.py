@@ -1,0 +1,191 @@
+"""Choose from the scores: the smallest error within one standard error, then the fewest numbers.
+
+A rung is one family of the ladder; a score is one candidate's held-out errors. The same rule is used twice:
+among the candidates of a rung, side by side, and among the rungs. Held-out errors below the tolerance are not
+told apart either, however small their standard errors (decision 0012).
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rtctl.errors import DataError, UnidentifiableError
+from rtctl.friction.kinds.table import FORMULAS
+from rtctl.friction.learn.formulas import fit_formula, require_identifiable
+from rtctl.friction.learn.search import Score, Side, standard_error
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One family: its chosen candidate per side, or why there is none.
+
+    `failures` counts the candidates lost, by reason, all sides together.
+    """
+
+    family: str
+    scores: tuple[Score, ...]
+    refused: str | None = None
+    failures: dict[str, int] = field(default_factory=dict)
+    tried: int = 0
+
+    @property
+    def errors(self) -> np.ndarray:
+        """Held-out errors of all sides, N m."""
+        return np.concatenate([score.errors for score in self.scores])
+
+    @property
+    def rmse_nm(self) -> float:
+        """Held-out RMSE over all sides, N m; infinite for a refused rung."""
+        return float("inf") if self.refused else float(np.sqrt(np.mean(self.errors**2)))
+
+    @property
+    def se_nm(self) -> float:
+        """Standard error of `rmse_nm`, N m."""
+        return 0.0 if self.refused else standard_error(self.errors)
+
+    @property
+    def n_terms(self) -> float:
+        """Support vectors, or parameters, of all sides together, trained on all points."""
+        return float(sum(score.n_terms for score in self.scores))
+
+    @property
+    def is_formula(self) -> bool:
+        """Whether the family is a closed formula."""
+        return self.family in FORMULAS
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The ladder judged: every rung, the chosen one and the runner-up (None when alone)."""
+
+    rungs: tuple[Rung, ...]
+    chosen: Rung
+    runner_up: Rung | None
+    explanation: str
+
+
+def as_good(scores: Iterable[Score], tolerance_nm: float = 0.0) -> list[Score]:
+    """Scores not worse than the best one's error plus its standard error, or the tolerance; chosen one first.
+
+    The chosen one has the fewest numbers; among equals the smallest error.
+
+    Parameters
+    ----------
+    tolerance_nm : float
+        Held-out errors (RMSE, N m, >= 0) up to this one are as good as any smaller one.
+    """
+    usable = [score for score in scores if not score.failed]
+    if not usable:
+        return []
+    best = min(usable, key=lambda score: score.rmse_nm)
+    limit = max(best.rmse_nm + best.se_nm, tolerance_nm)
+    near = [score for score in usable if score.rmse_nm <= limit]
+    return sorted(near, key=lambda score: (score.n_terms, score.rmse_nm))
+
+
+def tolerance_nm(data: Side, share: float) -> float:
+    """Tolerance on one side, N m: `share` (0 to 1) of the largest friction measured."""
+    return share * float(data.friction_nm.max())
+
+
+def climb(family: str, scores: Sequence[Score], sides: Sequence[Side], tolerance_share: float = 0.0) -> Rung:
+    """Judge one family on all sides. A formula the points cannot tell is refused."""
+    mine = [score for score in scores if score.candidate.family == family]
+    failures = dict(Counter(score.failed for score in mine if score.failed))
+    chosen: list[Score] = []
+    for data in sides:
+        here = [score for score in mine if score.direction == data.direction]
+        near = as_good(here, tolerance_nm(data, tolerance_share))
+        if not near:
+            return Rung(family, (), _lost(here), failures, len(mine))
+        chosen.append(near[0])
+    try:
+        if family in FORMULAS:
+            for data in sides:
+                fit = fit_formula(family, data.speed, data.friction_nm, data.weight)
+                require_identifiable(fit, data.speed)
+    except UnidentifiableError as error:
+        return Rung(family, tuple(chosen), f"{error.reason}: {error}", failures, len(mine))
+    return Rung(family, tuple(chosen), None, failures, len(mine))
+
+
+def _lost(scores: Sequence[Score]) -> str:
+    """Why a side has no candidate, and how far a bound on the support vectors is from one."""
+    said = "; ".join(dict.fromkeys(score.failed for score in scores if score.failed))
+    least = min((score.n_terms for score in scores), default=np.inf)
+    return (said or "no candidate") + (f", the sparsest has {least:.0f}" if np.isfinite(least) else "")
+
+
+def choose(rungs: Sequence[Rung], tolerance_nm: float = 0.0) -> Choice:
+    """Choose a rung and say why. `tolerance_nm` as in `as_good`.
+
+    Raises
+    ------
+    DataError
+        When every rung failed or was refused.
+    """
+    usable = [rung for rung in rungs if not rung.refused]
+    if not usable:
+        said = "; ".join(f"{rung.family}: {rung.refused}" for rung in rungs)
+        bounded = any("support vectors" in (rung.refused or "") for rung in rungs)
+        remedy = "raise --max-support-vectors, or add points" if bounded else "add points"
+        raise DataError(f"no model of the ladder could be learned: {said}; {remedy}")
+    best = min(usable, key=lambda rung: rung.rmse_nm)
+    limit = max(best.rmse_nm + best.se_nm, tolerance_nm)
+    near = sorted(
+        (rung for rung in usable if rung.rmse_nm <= limit), key=lambda rung: (rung.n_terms, rung.rmse_nm)
+    )
+    chosen = near[0]
+    others = sorted((rung for rung in usable if rung is not chosen), key=lambda rung: rung.rmse_nm)
+    runner_up = others[0] if others else None
+    among = f"below {1e3 * limit:.3g} mN m" if limit == tolerance_nm else ""
+    words = [_why(chosen, best, len(near), among)]
+    if runner_up:
+        words.append(f"Runner-up: {_figures(runner_up)}.")
+    words.append(_formulas(usable, limit, among))
+    return Choice(tuple(rungs), chosen, runner_up, " ".join(word for word in words if word))
+
+
+def _why(chosen: Rung, best: Rung, near: int, among: str) -> str:
+    """Say why in a sentence; `among` says what the rungs it was chosen from have in common, "" one standard error."""
+    said = f"Chosen: {_figures(chosen)}, "
+    if near == 1:
+        return said + (f"the only one {among}." if among else f"{_SMALLEST} by more than one standard error.")
+    if chosen is best:
+        return said + f"{_SMALLEST} and the fewest numbers."
+    others = f"{_SMALLEST} has {best.family}, {1e3 * best.rmse_nm:.3g} mN m"
+    if among:
+        return said + f"the fewest numbers of {near} {among} ({others})."
+    return said + f"the fewest numbers of {near} within one standard error of the best ({others})."
+
+
+_SMALLEST = "the smallest held-out error"
+
+
+def _figures(rung: Rung) -> str:
+    what = "parameters" if rung.is_formula else "support vectors"
+    count = " + ".join(f"{score.n_terms:.0f}" for score in rung.scores)
+    return f"{rung.family} ({1e3 * rung.rmse_nm:.3g} +- {1e3 * rung.se_nm:.2g} mN m held out, {count} {what})"
+
+
+def _formulas(usable: Sequence[Rung], limit: float, among: str) -> str:
+    """Say whether a formula is as good as the best learned curve. `limit` (N m) and `among` as in `choose`."""
+    formulas = [rung for rung in usable if rung.is_formula]
+    learned = [rung for rung in usable if not rung.is_formula]
+    if not formulas or not learned:
+        return ""
+    formula = min(formulas, key=lambda rung: rung.rmse_nm)
+    machine = min(learned, key=lambda rung: rung.rmse_nm)
+    same = machine.rmse_nm + machine.se_nm
+    if formula.rmse_nm <= (same if among else max(limit, same)):
+        return f"A parametric model is as good: {formula.family} does not err more than {machine.family}."
+    if formula.rmse_nm <= limit:
+        return (
+            f"A parametric model is as good: {formula.family}, {1e3 * formula.rmse_nm:.3g} mN m, is {among}."
+        )
+    times = formula.rmse_nm / machine.rmse_nm
+    return f"No parametric model is as good: the best, {formula.family}, errs {times:.2g} times as much."

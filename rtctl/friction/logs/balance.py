@@ -1,0 +1,97 @@
+"""The balance of torques on the sliding rows of logs, fitted with or without further causes (`rtctl.friction.logs.balance_faults`)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtctl.friction.logs.offsets import offset_columns
+from rtctl.friction.logs.regressors import Regressors
+
+ROWS_ALIKE = 5
+"""Rows that say the same: they are a tenth of a period of the cut-off apart."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A least-squares fit of the balance: inertia, viscous and Coulomb friction, the added coefficients, what is left over (RMS)."""
+
+    inertia: float
+    viscous: float
+    coulomb: float
+    added: np.ndarray
+    rest: float
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Sliding rows of the logs; `external_nm` None where only one torque is mapped. Arrays of one length."""
+
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    direction: np.ndarray
+    torque: np.ndarray
+    external: np.ndarray | None
+    nuisance: np.ndarray
+    log: np.ndarray
+    time_s: np.ndarray
+    signals: Regressors
+
+    @classmethod
+    def of(cls, signals: Regressors, external: Regressors | None) -> Balance:
+        """Rows of `signals`; `external` is made of the same logs with the external torque alone."""
+        rows, offset = signals.sliding, offset_columns(signals)
+        return cls(
+            signals.position_rad[rows],
+            signals.velocity_rad_s[rows],
+            signals.acceleration_rad_s2[rows],
+            signals.direction[rows],
+            signals.torque_nm[rows],
+            None if external is None else external.torque_nm[rows],
+            np.hstack([offset.logs, offset.drift])[rows],
+            signals.log[rows],
+            signals.time_s[rows],
+            signals,
+        )
+
+    @property
+    def motion(self) -> np.ndarray:
+        """Acceleration, velocity and direction, (n, 3)."""
+        return np.column_stack([self.acceleration, self.velocity, self.direction])
+
+    @property
+    def spread(self) -> float:
+        """RMS of the torque about the offset of its log."""
+        centred = self.torque - self.nuisance @ np.linalg.lstsq(self.nuisance, self.torque, rcond=None)[0]
+        return float(np.sqrt(np.mean(centred**2)))
+
+    def inertia(self) -> tuple[float, float]:
+        """Inertia and its standard error, kg m^2, of rows of which one in `ROWS_ALIKE` is independent of the others."""
+        others = np.column_stack([self.velocity, self.direction, self.nuisance])
+        own = self.acceleration - others @ np.linalg.lstsq(others, self.acceleration, rcond=1e-9)[0]
+        found = self.fit()
+        free = max(len(own) / ROWS_ALIKE, 1.0)
+        return found.inertia, found.rest / max(float(own.std()) * np.sqrt(free), 1e-300)
+
+    def fit(
+        self,
+        torque: np.ndarray | None = None,
+        added: np.ndarray | None = None,
+        motion: np.ndarray | None = None,
+        rows: np.ndarray | slice = slice(None),
+    ) -> Fit:
+        """Fit the balance: of another torque, with added columns (n, k), another reading of the motion (n, 3), on some rows."""
+        motion = self.motion if motion is None else motion
+        more = np.zeros((len(motion), 0)) if added is None else added
+        matrix = np.hstack([motion, more, self.nuisance])[rows]
+        wanted = (self.torque if torque is None else torque)[rows]
+        scale = np.sqrt((matrix**2).mean(axis=0))
+        scale[scale == 0] = 1.0
+        found = np.linalg.lstsq(matrix / scale, wanted, rcond=1e-9)[0] / scale
+        rest = wanted - matrix @ found
+        k = 3 + more.shape[1]
+        return Fit(
+            float(found[0]), float(found[1]), float(found[2]), found[3:k], float(np.sqrt(np.mean(rest**2)))
+        )

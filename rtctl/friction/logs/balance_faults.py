@@ -1,0 +1,243 @@
+"""What is wrong with a log, by its balance of torques: each possible cause is let into the fit, and told if the parameters then differ.
+
+The balance is ``tau = J a + b v + F_c s + o`` (`rtctl.friction.logs.regression`). A cause (a torque that is late, a spring, a
+column in another unit, friction that changes) is one more column or another reading of one. It is told when it
+explains much that was left over *and* moves a parameter; so a log of which the parameters are right gives no alarm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from rtctl.errors import DataError
+from rtctl.friction.logs.balance import Balance, Fit
+
+TOLD_RATIO = 0.75
+"""A cause is told when what is left over, RMS, falls to this share of it or less,"""
+
+TOLD_CHANGE = 0.08
+"""and inertia, viscous or Coulomb friction change by this share or more (viscous friction as torque, against Coulomb friction, too)."""
+
+REFUSED_RATIO, REFUSED_CHANGE = 0.7, 0.3
+"""Both bounds for parameters that are not given out at all,"""
+
+EXPLAINED = 0.1
+"""Share of the torque left over without the cause below which parameters are given out all the same."""
+
+LEFT_LEAST = 0.025
+"""Share of the torque left over without a cause below which no cause is sought: friction that is not quite Coulomb + viscous leaves as much."""
+
+POSITION_SHARE = 0.04
+"""Least size of a torque that depends on the position, share of the torque."""
+
+ALIKE = 1.5
+"""Causes that leave up to this many times as much over as the best do as well: the one tried first is told."""
+
+SMALL_SHARE = 0.1
+"""Least size of a torque, share of the other, whose weight is looked at."""
+
+LATE_MOST_S, LATE_STEP_S, LATE_TOLD_S = 0.1, 0.002, 0.004
+"""Delays of the torque that are tried, and the least that is told."""
+
+DOUBTFUL_SHARE, UNEXPLAINED_SHARE = 0.3, 0.5
+"""Share of the torque about its mean, RMS, that the motion does not explain: worth a word, and refused. Sound logs have .02 to .25."""
+
+PARTS, PART_ROWS = 3, 150
+"""Parts of a log that are compared, and fewest rows of one."""
+
+CHANGES = 0.2
+"""Share by which Coulomb friction or inertia differ between parts of a log that is told."""
+
+
+def changed(balance: Balance, before: Fit, after: Fit) -> float:
+    """Largest change of a parameter, share of what it is after; viscous friction against the whole friction where that is larger."""
+    speed = float(np.sqrt(np.mean(balance.velocity**2)))
+    viscous = max(abs(after.viscous), 0.25 * abs(after.coulomb) / speed)
+    return max(
+        abs(before.inertia - after.inertia) / max(abs(after.inertia), 1e-12),
+        abs(before.viscous - after.viscous) / viscous,
+        abs(before.coulomb - after.coulomb) / max(abs(after.coulomb), 1e-12),
+    )
+
+
+def diagnosed(balance: Balance, noted: Sequence[str] = ()) -> tuple[str, ...]:
+    """Warnings about the balance of a log; `noted` is what was found in its columns before.
+
+    Raises
+    ------
+    DataError
+        A cause that makes the parameters useless, named with the remedy; or the motion explains too little.
+    """
+    plain, source = balance.fit(), balance.signals.source
+    refusals, warnings = [], []
+    searched = (_velocity_as_position, _weight, _delay, _position)
+    for find in searched if plain.rest > LEFT_LEAST * balance.spread else ():
+        found = find(balance, plain)
+        if found is None:
+            continue
+        text, other = found
+        ratio, change = other.rest / plain.rest, changed(balance, plain, other)
+        if ratio <= REFUSED_RATIO and change >= REFUSED_CHANGE and plain.rest > EXPLAINED * balance.spread:
+            refusals.append((other.rest, text))
+        elif ratio <= TOLD_RATIO and change >= TOLD_CHANGE:
+            warnings.append(f"{source}: {text}")
+    if refusals:
+        least = min(rest for rest, _ in refusals)
+        text = next(text for rest, text in refusals if rest <= ALIKE * least)
+        raise DataError("; besides: ".join([f"{source}: {text}", *noted]))
+    warnings += [f"{source}: {text}" for text in _over_time(balance, plain)]
+    left = plain.rest / balance.spread
+    if left > UNEXPLAINED_SHARE:
+        raise DataError(
+            "; besides: ".join([_unexplained(source, left, UNEXPLAINED_SHARE), *warnings, *noted])
+        )
+    if left > DOUBTFUL_SHARE:
+        warnings.append(_unexplained(source, left, DOUBTFUL_SHARE))
+    return tuple(warnings)
+
+
+def _unexplained(source: str, left: float, most: float) -> str:
+    return (
+        f"{source}: the motion explains too little of the torque: {100 * left:.0f} % of it, RMS about its mean, is something else "
+        f"(at most {100 * most:.0f} %); map the torque of the same axis and every torque on the joint, look at the sensor's zero, "
+        "and leave out what is not free motion"
+    )
+
+
+def _velocity_as_position(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
+    """The position column read as a velocity."""
+    velocity, acceleration = balance.position, balance.velocity
+    moving = np.abs(velocity) > 0.1 * np.abs(velocity).max()
+    motion = np.column_stack([acceleration, velocity, np.sign(velocity)])
+    as_it_is, other = balance.fit(rows=moving), balance.fit(motion=motion, rows=moving)
+    if not (other.inertia > 0 and other.coulomb > 0 and other.rest < 0.5 * as_it_is.rest):
+        return None
+    if _position_fit(balance).rest < 1.5 * other.rest:
+        return None
+    return (
+        f"column position: looks like a velocity: read as one, {100 * other.rest / balance.spread:.0f} % of the torque is left over, read "
+        f"as a position {100 * as_it_is.rest / balance.spread:.0f} %; map the column with the angle",
+        replace(other, rest=other.rest * plain.rest / as_it_is.rest),
+    )
+
+
+def _weight(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
+    """The weight with which the smaller of two torques enters; 1 where both are in the same unit and sign."""
+    if balance.external is None:
+        return None
+    motor, external = balance.torque - balance.external, balance.external
+    smaller_is_motor = motor.std() < external.std()
+    small, large = (motor, external) if smaller_is_motor else (external, motor)
+    if small.std() == 0:
+        return None
+    other = balance.fit(torque=large, added=-small[:, None])
+    weight = float(other.added[0])
+    names = ("motor torque", "external torque") if smaller_is_motor else ("external torque", "motor torque")
+    thousand = 0.7 < abs(weight) / 1000 < 1.4
+    if abs(weight - 1) < 0.15 or (small.std() < SMALL_SHARE * large.std() and not thousand):
+        return None  # of a torque that adds little the weight is mostly noise
+    text = _weight_text(names, weight, other)
+    unit = max(
+        abs(weight), 1.0
+    )  # what was fitted is in the unit of the larger torque: back to that of the smaller
+    return text, Fit(
+        other.inertia / unit, other.viscous / unit, other.coulomb / unit, other.added, other.rest / unit
+    )
+
+
+def _weight_text(names: tuple[str, str], weight: float, other: Fit) -> str:
+    small, large = names
+    if abs(weight + 1) < 0.2:
+        turned = large if other.inertia < 0 and other.coulomb < 0 else small
+        return f"{turned}: its sign is turned: the torques balance if it is (scale -1)"
+    if 0.7 < abs(weight) / 1000 < 1.4:
+        return f"{large}: is a thousand times too large against the {small}, as if in mN m; correct the unit of the {large}, or of the {small}"
+    if abs(weight) < 0.1:
+        return f"{small}: has no part in the balance (weight {weight:.2g}, 1 is wanted); map the column that was measured on this axis, or leave it out"
+    return (
+        f"{small}: enters the balance with the weight {weight:.3g} against the {large}, 1 is wanted; correct the unit or the scale of one of them "
+        "(a current as N m? torque constant, gear ratio, lever?)"
+    )
+
+
+def _late(balance: Balance, seconds: float) -> np.ndarray:
+    """The torque as it was recorded so much later, on the sliding rows."""
+    signals = balance.signals
+    found = np.empty(len(signals.torque_nm))
+    for k in range(len(signals.sources)):
+        mine = signals.log == k
+        time_s = signals.time_s[mine]
+        found[mine] = np.interp(time_s + seconds, time_s, signals.torque_nm[mine])
+    return np.asarray(found[signals.sliding])
+
+
+def _delay(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
+    """The delay of the torque that leaves least over."""
+    delays = np.arange(-LATE_MOST_S, LATE_MOST_S + LATE_STEP_S / 2, LATE_STEP_S)
+    basis = np.linalg.qr(np.hstack([balance.motion, balance.nuisance]))[0]
+    tried = [_late(balance, float(delay)) for delay in delays]
+    left = [float(np.sum((torque - basis @ (basis.T @ torque)) ** 2)) for torque in tried]
+    best = int(np.argmin(left))
+    delay, found = float(delays[best]), balance.fit(torque=tried[best])
+    if abs(delay) < LATE_TOLD_S or not (found.inertia > 0 and found.coulomb > 0):
+        return None
+    word = "late" if delay > 0 else "early"
+    return (
+        f"the torque looks {1e3 * abs(delay):.0f} ms {word} against the position (or the position was filtered): with that, "
+        f"{100 * found.rest / balance.spread:.2g} % of it is left over instead of {100 * plain.rest / balance.spread:.2g} %; record both at one time, or "
+        f"put the column right by it (--torque-delay does, of the motor torque: {delay:+.3f} s besides what it is now)",
+        found,
+    )
+
+
+def _position_fit(balance: Balance) -> Fit:
+    x = balance.position - balance.position.mean()
+    return balance.fit(added=np.column_stack([x, np.sin(balance.position), np.cos(balance.position)]))
+
+
+def _position(balance: Balance, _plain: Fit) -> tuple[str, Fit] | None:
+    """A spring, or gravity: torque that depends on the position."""
+    other = _position_fit(balance)
+    if not (other.inertia > 0 and other.coulomb > 0):
+        return None
+    x = balance.position - balance.position.mean()
+    part = np.column_stack([x, np.sin(balance.position), np.cos(balance.position)]) @ other.added
+    if np.std(part) < POSITION_SHARE * balance.spread:
+        return None
+    return (
+        f"the torque depends on the position ({float(np.std(part)):.3g} N m RMS: a spring, gravity, a cable, another hand, or friction that varies with the place); map that torque, "
+        "take it away, or balance the joint: without it "
+        f"inertia would be {other.inertia:.3g} kg m^2, viscous friction {other.viscous:.3g} N m s/rad and Coulomb friction {other.coulomb:.3g} N m",
+        other,
+    )
+
+
+def _over_time(balance: Balance, plain: Fit) -> list[str]:
+    """Parts of each log whose friction or inertia differ."""
+    told = []
+    for k, source in enumerate(balance.signals.sources):
+        rows = np.flatnonzero(balance.log == k)
+        if len(rows) < PARTS * PART_ROWS:
+            continue
+        parts = np.array_split(rows, PARTS)
+        if any(abs(np.sign(balance.velocity[part]).mean()) > 0.6 for part in parts):
+            continue
+        fits = [balance.fit(rows=part) for part in parts]
+        rest = float(np.sqrt(np.mean([fit.rest**2 for fit in fits])))
+        if rest > TOLD_RATIO * balance.fit(rows=rows).rest:
+            continue
+        for name, unit, values in (
+            ("Coulomb friction", "N m", [fit.coulomb for fit in fits]),
+            ("inertia", "kg m^2", [fit.inertia for fit in fits]),
+        ):
+            low, high = min(values), max(values)
+            if high - low > CHANGES * abs(float(np.median(values))):
+                times = ", ".join(f"{balance.time_s[part[0]]:.3g} s" for part in parts)
+                told.append(
+                    f"{name} changes within {source}: {', '.join(f'{value:.3g}' for value in values)} {unit} in the parts from {times} on "
+                    "(temperature, load, a part touched, two logs in one); cut the log there, or take the mean for what it is"
+                )
+    return told

@@ -1,0 +1,100 @@
+"""Intervals of a least-squares fit to filtered logs, whose residuals repeat each other.
+
+The textbook formula is several times too narrow there. The scores X'e are summed over G long blocks of time,
+which are independent of each other, and ``(X'X)^-1 (sum_g s_g s_g') (X'X)^-1 G / (G - 1 - K)`` with a t
+distribution of G - 1 - K degrees of freedom gives the interval (Bester, Conley and Hansen, J. Econometrics 165,
+2011, where K = 0). K counts the columns slower than a block, such as drift: each takes the freedom of one block.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtctl.errors import DataError
+from rtctl.friction.logs.regressors import Regressors
+
+BLOCK_PERIODS = 10
+"""Shortest block, periods of the cut-off: residuals of two blocks are then independent."""
+
+BLOCKS_MIN, BLOCKS_MAX = 6, 20
+"""Fewest blocks in all, most of one log."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One parameter: value, standard error and 95 % interval, in the parameter's unit."""
+
+    value: float
+    standard_error: float
+    low: float
+    high: float
+
+    def holds(self, truth: float) -> bool:
+        """Whether the 95 % interval contains `truth`."""
+        return self.low <= truth <= self.high
+
+
+def blocks_in(duration_s: float, cutoff_hz: float) -> int:
+    """How many blocks a log of that duration is cut into."""
+    return max(1, min(BLOCKS_MAX, int(duration_s * cutoff_hz / BLOCK_PERIODS)))
+
+
+def recorded_s(time_s: np.ndarray) -> float:
+    """Time that was recorded between the first and the last row, without the gaps (steps half as long again as most), s."""
+    steps = np.diff(time_s)
+    return float(time_s[-1] - time_s[0] - steps[steps > 1.5 * np.median(steps)].sum())
+
+
+def time_blocks(signals: Regressors) -> np.ndarray:
+    """Number of the block of each sliding row, counted over all logs; no block spans two logs.
+
+    Raises
+    ------
+    DataError
+        Logs too short for `BLOCKS_MIN` blocks, or a log with no sliding rows.
+    """
+    block = np.empty(len(signals.sliding), int)
+    first, spent_s = 0, 0.0
+    for k, source in enumerate(signals.sources):
+        rows = np.flatnonzero(signals.sliding & (signals.log == k))
+        if len(rows) < BLOCKS_MIN:
+            raise DataError(f"{source}: no steady sliding in this log; leave it out, or record wider motion")
+        between = (
+            (signals.log == k) & (np.arange(len(block)) >= rows[0]) & (np.arange(len(block)) <= rows[-1])
+        )
+        duration_s = recorded_s(signals.time_s[between])
+        for part in np.array_split(rows, blocks_in(duration_s, signals.cutoff_hz)):
+            block[part] = first
+            first += 1
+        spent_s += duration_s
+    if first < BLOCKS_MIN:
+        raise DataError(
+            f"{signals.source}: {spent_s:.3g} s are too short for intervals; "
+            f"{BLOCKS_MIN * BLOCK_PERIODS / signals.cutoff_hz:.3g} s are needed at a cut-off of "
+            f"{signals.cutoff_hz:g} Hz"
+        )
+    return np.asarray(block[signals.sliding])
+
+
+def covariance(X: np.ndarray, residual: np.ndarray, block: np.ndarray, slow_columns: int) -> np.ndarray:
+    """Covariance of the solution. X (n, p), residual and block (n,); `slow_columns` is K of the module."""
+    blocks = int(block[-1]) + 1
+    scores = np.array([X[block == k].T @ residual[block == k] for k in range(blocks)])
+    bread = np.linalg.inv(X.T @ X)
+    return np.asarray(bread @ (scores.T @ scores) @ bread * blocks / max(1, blocks - 1 - slow_columns))
+
+
+def estimates(
+    names: Sequence[str], value: np.ndarray, error: np.ndarray, freedom: Sequence[int]
+) -> dict[str, Estimate]:
+    """Parameters with their 95 % intervals; `freedom` holds the degrees of freedom of each."""
+    from scipy.stats import t
+
+    found = {}
+    for name, x, e, degrees in zip(names, value, error, freedom, strict=False):
+        half = float(t.ppf(0.975, max(1, degrees))) * float(e)
+        found[name] = Estimate(float(x), float(e), float(x) - half, float(x) + half)
+    return found

@@ -1,0 +1,124 @@
+"""Everything that is looked at in a log once it is filtered, before its parameters are given out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from rtctl.errors import DataError
+from rtctl.friction.logs.balance import Balance
+from rtctl.friction.logs.balance_faults import diagnosed
+from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog, smooth
+from rtctl.friction.logs.regressors import Regressors, of_stretches, pooled
+from rtctl.friction.logs.row_faults import quantum
+from rtctl.friction.logs.torque_faults import require_not_flat
+
+LOWER_CUTOFF = 0.4
+"""Share of the cut-off at which noise of the acceleration is a tenth of what it was."""
+
+BIAS_TOLD, BIAS_REFUSED = 0.08, 0.3
+"""Share by which the coarseness of a position makes the inertia too small: told, refused."""
+
+COARSE_STEP = 2e-3
+"""Share of the range of the position below which its steps are looked at no further: those of an encoder, not of a lost digit."""
+
+SURE = 0.05
+"""Largest standard error of an inertia that another is compared with, share of it."""
+
+
+def diagnose(
+    logs: Sequence[Sequence[AxisLog]], signals: Regressors, speed_min_rad_s: float
+) -> tuple[str, ...]:
+    """Warnings about the logs (each a tuple of stretches) of which `signals` were made.
+
+    Raises
+    ------
+    DataError
+        A cause that makes the parameters useless; named with column, amount and remedy.
+    """
+    v = signals.velocity_rad_s[signals.sliding]
+    if min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
+        return ()  # the fit itself says what is missing
+    balance = Balance.of(signals, _external(logs, signals.cutoff_hz, speed_min_rad_s))
+    require_not_flat(balance, signals.source)
+    noted = tuple(
+        dict.fromkeys(note for stretches in logs for stretch in stretches for note in stretch.notes)
+    )
+    return (*diagnosed(balance, noted), *_coarse_position(logs, balance, speed_min_rad_s))
+
+
+def _external(
+    logs: Sequence[Sequence[AxisLog]], cutoff_hz: float, speed_min_rad_s: float
+) -> Regressors | None:
+    """The signals with the external torque alone, row by row those of both torques."""
+    if any(stretch.external_nm is None for stretches in logs for stretch in stretches):
+        return None
+    alone = [
+        [
+            replace(stretch, torque_nm=np.zeros(0) if stretch.external_nm is None else stretch.external_nm)
+            for stretch in stretches
+        ]
+        for stretches in logs
+    ]
+    return pooled([of_stretches(stretches, cutoff_hz, speed_min_rad_s) for stretches in alone])
+
+
+def _coarse_position(
+    logs: Sequence[Sequence[AxisLog]], balance: Balance, speed_min_rad_s: float
+) -> list[str]:
+    """Positions whose steps are so coarse that the acceleration drowns in them.
+
+    Notes
+    -----
+    Noise in a regressor makes its coefficient too small by the ratio of the variances. Rounding the smoothed position
+    once more doubles that noise, so the inertia falls by as much again as it had fallen before.
+    """
+    cutoff_hz = balance.signals.cutoff_hz
+    steps = [max(quantum(stretch.position_rad) for stretch in stretches) for stretches in logs]
+    ranges = [max(float(np.ptp(stretch.position_rad)) for stretch in stretches) for stretches in logs]
+    if max(steps) <= COARSE_STEP * max(ranges):
+        return []
+    coarse = [
+        [_rounded_again(stretch, cutoff_hz, step) for stretch in stretches]
+        for stretches, step in zip(logs, steps, strict=True)
+    ]
+    again = pooled([of_stretches(stretches, cutoff_hz, speed_min_rad_s) for stretches in coarse])
+    once = balance.fit().inertia
+    motion = np.column_stack([again.acceleration_rad_s2, again.velocity_rad_s, again.direction])
+    twice = balance.fit(motion=motion[balance.signals.sliding]).inertia
+    bias = 1 - twice / once
+    bias = max(bias, _gained_by_lower_cutoff(logs, balance, once, speed_min_rad_s))
+    if bias <= BIAS_TOLD:
+        return []
+    text = (
+        f"{balance.signals.source}: column position: too coarse: steps of {max(steps):.3g} rad make the inertia {100 * bias:.0f} % too small, or "
+        "more; record more digits, move more briskly, or lower --cutoff-hz"
+    )
+    if bias > BIAS_REFUSED:
+        raise DataError(text)
+    return [text]
+
+
+def _gained_by_lower_cutoff(
+    logs: Sequence[Sequence[AxisLog]], balance: Balance, inertia: float, speed_min_rad_s: float
+) -> float:
+    """Share that the inertia lacks against that of a lower cut-off, where the noise of an acceleration is far less."""
+    cutoff_hz = LOWER_CUTOFF * balance.signals.cutoff_hz
+    try:
+        lower = pooled([of_stretches(stretches, cutoff_hz, speed_min_rad_s) for stretches in logs])
+    except DataError:
+        return 0.0  # too short for it
+    v = lower.velocity_rad_s[lower.sliding]
+    if min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
+        return 0.0
+    found, error = Balance.of(lower, None).inertia()
+    return 1 - inertia / found if error < SURE * found else 0.0
+
+
+def _rounded_again(log: AxisLog, cutoff_hz: float, step: float) -> AxisLog:
+    if step == 0:
+        return log
+    fine = smooth(log.position_rad, log.rate_hz, cutoff_hz)
+    return replace(log, position_rad=step * (np.floor(fine / step) + 0.5), velocity_rad_s=None)

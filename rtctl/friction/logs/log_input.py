@@ -1,0 +1,188 @@
+"""Recorded logs checked and made ready for the joint regression, and its result as friction samples."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from hw.interface import BackendError, Rig
+from hw.plain_words import explain
+from hw.playback.options import PlaybackOptions
+from hw.playback.reader import Recording, load_stretches
+from rtctl.errors import ConfigError, DataError
+from rtctl.friction.logs.dynamics import AxisLog
+from rtctl.friction.logs.logs import FrictionSamples, axis_log
+from rtctl.friction.logs.plausibility import Limits, plausible
+from rtctl.friction.logs.regression import JointFit, offset_rows
+from rtctl.friction.logs.regressors import SPAN_MIN_RAD, Regressors
+from rtctl.friction.logs.row_faults import Rows, mended
+from rtctl.friction.logs.signal_shift import advanced
+
+
+@dataclass(frozen=True)
+class Gearing:
+    """What turns a motor current into a torque at the joint, and counts into an angle."""
+
+    torque_constant_nm_a: float = 1.0
+    gear_ratio: float = 1.0
+    gear_efficiency: float = 1.0
+    counts_per_rev: float = 1.0
+
+    def rig(self) -> Rig:
+        """One axis of it, for the reader; its period is not used."""
+        ratio, efficiency, constant, counts = (
+            np.array([value])
+            for value in (
+                self.gear_ratio,
+                self.gear_efficiency,
+                self.torque_constant_nm_a,
+                self.counts_per_rev,
+            )
+        )
+        return Rig(1, 1e-3, ratio, efficiency, constant, counts, np.zeros((1, 3)))
+
+
+STRETCH_MIN_ROWS = 16
+"""Fewest rows between two gaps that say anything."""
+
+
+def read_log(
+    options: Mapping[str, Any],
+    gearing: Gearing,
+    torque_delay_s: float | None = None,
+    limits: Limits | None = None,
+) -> tuple[AxisLog, ...]:
+    """One axis of a log, motor torque plus external torque, ready for the regression: a part for each stretch between gaps.
+
+    Parameters
+    ----------
+    options
+        Validated options of the playback backend (`of_file`), one axis.
+    torque_delay_s
+        How late the motor torque is recorded against the position. None: half a period.
+    limits
+        What is plausible. None: what is for any hand-held joint.
+
+    Raises
+    ------
+    DataError
+        Faults of the file, time of which no even rate can be made, clipped or constant torque, implausible units.
+
+    Notes
+    -----
+    A current measured at slot k was held since slot k - 1, so on average it is half a period old. The
+    external torque of a sensor is taken as of its own instant. What a longer delay leaves without torque at the
+    ends of the log is cut off. A stretch in which nothing moves, or nearly empty, is left out if there are others.
+    """
+    rig = gearing.rig()
+    try:
+        stretches = load_stretches(options, rig, mend)
+    except BackendError as error:
+        raise DataError(str(error)) from error
+    moving = [
+        one for one in stretches if len(one) >= STRETCH_MIN_ROWS and np.ptp(one.position_rad) > SPAN_MIN_RAD
+    ]
+    return tuple(
+        _aligned(one, rig, torque_delay_s, limits or Limits())
+        for one in moving or sorted(stretches, key=len)[-1:]
+    )
+
+
+def mend(
+    path: Path, time_s: np.ndarray | None, position: np.ndarray, torques: dict[str, np.ndarray]
+) -> tuple[str, ...]:
+    """Mend spikes, jumps and repeated rows of the first axis in place (`rtctl.friction.logs.row_faults`); what was done."""
+    rows = Rows(str(path), time_s, position[:, 0], {name: column[:, 0] for name, column in torques.items()})
+    return tuple(mended(rows).notes)
+
+
+def _aligned(recording: Recording, rig: Rig, torque_delay_s: float | None, limits: Limits) -> AxisLog:
+    """One stretch, checked, its motor torque put back by its delay."""
+    log = axis_log(recording, rig)
+    motor = None if recording.current_a is None else axis_log(recording, rig, use="motor").torque_nm
+    log = replace(log, notes=(*log.notes, *plausible(recording, log, motor, limits)))
+    if motor is None:
+        return log
+    delay_s = 0.5 / log.rate_hz if torque_delay_s is None else torque_delay_s
+    external = log.torque_nm - motor
+    aligned = external + advanced(motor, log.rate_hz, delay_s)
+    both = external if recording.hand_torque_nm is not None else None
+    return _without_ends(replace(log, torque_nm=aligned, external_nm=both), abs(round(delay_s * log.rate_hz)))
+
+
+def require_different(logs: Sequence[AxisLog]) -> None:
+    """Refuse a log given twice, whatever its name: it would narrow the intervals without adding anything.
+
+    Raises
+    ------
+    DataError
+        Names both files.
+    """
+    first: dict[str, str] = {}
+    for log in logs:
+        if log.sha256 in first:
+            raise DataError(f"{log.source}: the same log as {first[log.sha256]}; give each log once")
+        first[log.sha256] = log.source
+
+
+def _without_ends(log: AxisLog, samples: int) -> AxisLog:
+    """The log without so many samples at both ends."""
+    kept = slice(samples, len(log.position_rad) - samples)
+    velocity, external = log.velocity_rad_s, log.external_nm
+    return replace(
+        log,
+        position_rad=log.position_rad[kept],
+        torque_nm=log.torque_nm[kept],
+        velocity_rad_s=None if velocity is None else velocity[kept],
+        external_nm=None if external is None else external[kept],
+        start_s=log.start_s + samples / log.rate_hz,
+    )
+
+
+def samples(signals: Regressors, fit: JointFit, sha256: str, *, remove_offset: bool) -> FrictionSamples:
+    """Friction of the sliding rows: torque - inertia * acceleration (- offset and its drift)."""
+    found = fit.symmetric.parameters
+    rows = signals.sliding
+    friction = signals.torque_nm - found["inertia_kgm2"].value * signals.acceleration_rad_s2
+    if remove_offset:
+        friction = friction - offset_rows(signals, fit)
+    beside = {"position_rad": signals.position_rad[rows], "log": signals.log[rows].astype(float)}
+    return FrictionSamples(
+        signals.time_s[rows], signals.velocity_rad_s[rows], friction[rows], signals.source, sha256, beside
+    )
+
+
+def of_file(options: Mapping[str, Any], file: Path) -> dict[str, Any]:
+    """Options for the same columns in another file, read whole: window and repetition belong to the file they were set for.
+
+    Raises
+    ------
+    ConfigError
+        There is no such file.
+    """
+    table = {**options, "file": str(file), "start_s": 0.0, "end_s": None, "loop": False}
+    try:
+        return PlaybackOptions.model_validate(table, context={"folder": Path.cwd()}).model_dump(mode="json")
+    except ValidationError as error:
+        faults = (f"{told.where}: {told.text}" for told in explain(error, PlaybackOptions, table))
+        raise ConfigError(f"{file}: {'; '.join(faults)}") from error
+
+
+def options_of(
+    file: Path, columns: Mapping[str, Any], rate_hz: float | None, text: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
+    """Options of the playback reader for one file. `columns`: role -> option table; `text`: `delimiter` and `decimal`, if given.
+
+    Raises
+    ------
+    ConfigError
+        A table or a file that cannot be.
+    """
+    axis = {name: table for name, table in columns.items() if name != "time"}
+    time = {} if rate_hz else {"time": columns.get("time", {"column": "time_s"})}
+    return of_file({**time, "rate_hz": rate_hz, "axis": [axis], **(text or {})}, file)

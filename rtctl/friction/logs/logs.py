@@ -1,0 +1,206 @@
+"""Friction of one axis from a recorded log of free motion.
+
+The balance of the joint (docs/theory.md 1.1) is ``J a = tau_m + tau_h - F(v) - bias``, so torque
+minus inertia times acceleration is friction plus the bias of the torque sensor (`rtctl.friction.logs.dynamics`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from hw.interface import Rig
+from hw.playback.reader import Recording
+from rtctl.errors import DataError
+from rtctl.friction.logs.dynamics import (
+    CUTOFF_HZ,
+    SPEED_MIN_RAD_S,
+    AxisLog,
+    differentiate,
+    regress,
+    require_both_directions,
+)
+from rtctl.friction.points.columns import COLUMNS
+from rtctl.friction.points.measured import FrictionPoints
+
+LEVELS_MAX = 60
+SAMPLES_PER_LEVEL = 8
+
+
+@dataclass(frozen=True)
+class FrictionSamples:
+    """Friction along a log, signed as the velocity is for a rig with friction. Arrays of one length."""
+
+    time_s: np.ndarray
+    velocity_rad_s: np.ndarray
+    friction_nm: np.ndarray
+    source: str
+    sha256: str
+    columns: Mapping[str, np.ndarray] = field(default_factory=dict)
+    """What else was measured, by the names of `rtctl.friction.points.columns`."""
+
+    def between(self, start_s: float, end_s: float) -> FrictionSamples:
+        """The samples with start_s <= time < end_s."""
+        kept = (self.time_s >= start_s) & (self.time_s < end_s)
+        return replace(
+            self,
+            time_s=self.time_s[kept],
+            velocity_rad_s=self.velocity_rad_s[kept],
+            friction_nm=self.friction_nm[kept],
+            columns={name: column[kept] for name, column in self.columns.items()},
+        )
+
+
+def file_sha256(path: Path) -> str:
+    """Checksum of a file, hex."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def axis_log(
+    recording: Recording, rig: Rig, axis: int = 0, use: Literal["both", "motor", "hand"] = "both"
+) -> AxisLog:
+    """Torque and position of one axis of a recording.
+
+    Parameters
+    ----------
+    use
+        Which of the recorded torques enter the balance.
+
+    Raises
+    ------
+    DataError
+        The recording maps none of the torques asked for, or force columns only.
+    """
+    torques = []
+    if use != "hand" and recording.current_a is not None:
+        per_ampere = rig.gear_ratio[axis] * rig.gear_efficiency[axis] * rig.torque_constant_nm_a[axis]
+        torques.append(recording.current_a[:, axis] * per_ampere)
+    if use != "motor" and recording.hand_torque_nm is not None:
+        torques.append(recording.hand_torque_nm[:, axis])
+    if use != "motor" and recording.force_n is not None:
+        torques.append(recording.force_n @ rig.lever_m[axis])
+    if not torques:
+        wanted = {"both": "motor or hand", "motor": "motor", "hand": "hand"}[use]
+        raise DataError(
+            f"{recording.path}: no {wanted} torque is mapped: map current, motor_torque or hand_torque"
+        )
+    return AxisLog(
+        rate_hz=recording.rate_hz,
+        position_rad=recording.position_rad[:, axis],
+        torque_nm=np.sum(torques, axis=0),
+        source=str(recording.path),
+        sha256=file_sha256(recording.path),
+        velocity_rad_s=None if recording.velocity_rad_s is None else recording.velocity_rad_s[:, axis],
+        start_s=recording.start_s,
+        notes=recording.notes,
+    )
+
+
+def friction_samples(
+    log: AxisLog,
+    inertia_kgm2: float,
+    *,
+    bias_nm: float | Literal["midpoint"] = 0.0,
+    cutoff_hz: float = CUTOFF_HZ,
+    speed_min_rad_s: float = SPEED_MIN_RAD_S,
+) -> FrictionSamples:
+    """Friction along a log of free motion: torque minus inertia times acceleration minus bias.
+
+    Parameters
+    ----------
+    inertia_kgm2
+        Inertia below the torque sensor, kg m^2: of the maker, or from `regress`.
+    bias_nm
+        Bias of the torque, N m. "midpoint" takes half way between the directions (`Dynamics.midpoint_nm`):
+        right for a strain gauge with an unknown zero, and then any true difference between the directions
+        is lost; 0 for a motor current whose zero is known.
+
+    Raises
+    ------
+    DataError
+        See `differentiate`; too little motion in one direction; torque without the sign of friction.
+    """
+    motion = differentiate(log, cutoff_hz)
+    if bias_nm == "midpoint":
+        bias_nm = regress(motion, speed_min_rad_s, log.source).midpoint_nm
+    moving = np.abs(motion.velocity_rad_s) >= speed_min_rad_s
+    velocity = motion.velocity_rad_s[moving]
+    require_both_directions(velocity, log.source)
+    friction = (motion.torque_nm - inertia_kgm2 * motion.acceleration_rad_s2)[moving] - bias_nm
+    for name, mean in (
+        ("forwards", friction[velocity > 0].mean()),
+        ("backwards", -friction[velocity < 0].mean()),
+    ):
+        if not mean > 0:
+            raise DataError(
+                f"{log.source}: friction {name} is {mean:.4g} N m on average, it must oppose motion: "
+                "turn the sign of the torque (scale = -1) or correct its bias"
+            )
+    return FrictionSamples(motion.time_s[moving], velocity, friction, log.source, log.sha256)
+
+
+def level_points(samples: FrictionSamples, levels: int = LEVELS_MAX) -> FrictionPoints:
+    """Average friction samples by speed, so that a learner sees at most `levels` points per direction.
+
+    Levels hold equally many samples each (at least `SAMPLES_PER_LEVEL`), so they are narrow where the hand
+    moved most. A point is the mean speed, the median friction, its standard deviation and the count, and of the other
+    columns what holds for the whole level: a mean that says something, or the one value there is.
+
+    Raises
+    ------
+    DataError
+        Too few samples in one direction, or a level whose friction does not oppose the motion.
+    """
+    require_both_directions(samples.velocity_rad_s, samples.source)
+    rows: list[tuple[float, ...]] = []
+    means: dict[str, list[float]] = {name: [] for name in samples.columns}
+    for direction in (1, -1):
+        chosen = np.sign(samples.velocity_rad_s) == direction
+        speed, friction = np.abs(samples.velocity_rad_s[chosen]), direction * samples.friction_nm[chosen]
+        order = np.argsort(speed, kind="stable")
+        beside = {name: column[chosen] for name, column in samples.columns.items()}
+        for level in np.array_split(order, min(levels, LEVELS_MAX, len(order) // SAMPLES_PER_LEVEL)):
+            value = float(np.median(friction[level]))
+            if not value > 0:
+                raise DataError(
+                    f"{samples.source}: friction at {direction * speed[level].mean():.3g} rad/s is "
+                    f"{value:.4g} N m: it does not oppose the motion; correct the bias or the inertia"
+                )
+            rows.append(
+                (direction * speed[level].mean(), value, direction, friction[level].std(ddof=1), len(level))
+            )
+            for name, column in beside.items():
+                means[name].append(_of_level(name, column[level]))
+    beside = {name: np.array(column) for name, column in means.items()}
+    return FrictionPoints.from_rows(rows, samples.source, samples.sha256, beside)
+
+
+def _of_level(name: str, values: np.ndarray) -> float:
+    """What a column says of a whole level; NaN where it differs within."""
+    if name in COLUMNS and COLUMNS[name].of_levels:
+        return float(values.mean())
+    return float(values[0]) if (values == values[0]).all() else math.nan
+
+
+def pool(parts: list[FrictionSamples]) -> FrictionSamples:
+    """Samples of several logs as one set, each with its number as `log`; the checksum is that of their checksums."""
+    if len(parts) == 1:
+        return parts[0]
+    names = set.intersection(*(set(part.columns) for part in parts))
+    columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in sorted(names)}
+    numbers = [np.full(len(part.time_s), float(k)) for k, part in enumerate(parts)]
+    return FrictionSamples(
+        time_s=np.concatenate([part.time_s for part in parts]),
+        velocity_rad_s=np.concatenate([part.velocity_rad_s for part in parts]),
+        friction_nm=np.concatenate([part.friction_nm for part in parts]),
+        source=", ".join(part.source for part in parts),
+        sha256=hashlib.sha256("".join(part.sha256 for part in parts).encode()).hexdigest(),
+        columns={"log": np.concatenate(numbers)} | columns,
+    )

@@ -1,0 +1,241 @@
+"""Friction points from files as other programs write them: columns by name and unit, averaged by file or by speed."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from hw.interface import BackendError
+from hw.plain_words import explain
+from hw.playback.options import (
+    Column,
+    CurrentColumn,
+    PositionColumn,
+    TimeColumn,
+    TorqueColumn,
+    VelocityColumn,
+)
+from hw.playback.reader import ANGLE_UNITS, CURRENT_UNITS, TIME_UNITS, TORQUE_UNITS, VELOCITY_UNITS
+from hw.playback.tables import read_table
+from hw.playback.units import require_unit
+from rtctl.errors import ConfigError, DataError
+from rtctl.friction.logs.logs import FrictionSamples, file_sha256, level_points
+from rtctl.friction.logs.row_faults import quantum
+from rtctl.friction.points.columns import COLUMNS
+from rtctl.friction.points.measured import FrictionPoints, require_enough
+
+Average = Literal["none", "file", "speed"]
+
+BESIDE = {
+    "time": "time_s",
+    "position": "position_rad",
+    "load": "load_nm",
+    "temperature": "temperature_c",
+    "log": "log",
+}
+"""Role -> column of the points."""
+
+ROLES = ("velocity", "torque", "current", *BESIDE)
+
+QUARTERS, UNSTEADY = 4, 0.5
+"""Largest range of the mean velocities of the quarters of a file that is one point, share of its mean: encoders count whole steps."""
+
+OUTLIER_SCALES = 10.0
+"""Rows of a run further from its median, robust standard deviations, are left out."""
+
+_UNITS: dict[str, Mapping[str, float]] = {
+    "velocity": VELOCITY_UNITS,
+    "torque": TORQUE_UNITS,
+    "current": CURRENT_UNITS,
+    "time": TIME_UNITS,
+    "position": {name: unit for name, unit in ANGLE_UNITS.items() if name != "counts"},
+    "load": TORQUE_UNITS,
+    "temperature": {"degC": 1.0},
+    "log": {"": 1.0},
+}
+
+
+class TemperatureColumn(Column):
+    """A temperature."""
+
+    unit: Literal["degC"] = "degC"
+
+
+class LogColumn(Column):
+    """Number of the log, lap or session of a row."""
+
+    unit: Literal[""] = ""
+
+
+class Columns(BaseModel):
+    """Which column is what; friction is a torque (N m at the joint), or a current with the torque it makes as scale (N m/A)."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+    velocity: VelocityColumn = VelocityColumn(column="velocity_rad_s")
+    torque: TorqueColumn | None = None
+    current: CurrentColumn | None = None
+    time: TimeColumn | None = None
+    position: PositionColumn | None = None
+    load: TorqueColumn | None = None
+    temperature: TemperatureColumn | None = None
+    log: LogColumn | None = None
+
+
+def read_mapped(
+    files: Sequence[Path], tables: Mapping[str, Any], average: Average, text: Mapping[str, str | None]
+) -> tuple[FrictionPoints, list[str]]:
+    """Points of several files and what was left out of them, columns by `tables` (role -> option table as of the playback reader).
+
+    Parameters
+    ----------
+    average
+        "file": each file is one run at one speed and becomes one point; "speed": all rows together, by levels of speed;
+        "none": each row is a point.
+    text
+        `delimiter` and `decimal` of text, None where they are to be found.
+
+    Raises
+    ------
+    ConfigError
+        A table that cannot be.
+    DataError
+        A file that cannot be read, friction that points against the motion, a run that is not steady, too few points.
+    """
+    columns = _columns(tables)
+    parts = [_signals(file, columns, text) for file in files]
+    if len(files) > 1 and columns.log is None:
+        for k, part in enumerate(parts):
+            part.columns["log"] = np.full(len(part.velocity), float(k))
+    source = str(files[0]) if len(files) == 1 else f"{files[0]} and {len(files) - 1} more"
+    sha256 = _checksum(files)
+    notes: list[str] = []
+    if average == "file":
+        found = [_one_point(file, part, notes) for file, part in zip(files, parts, strict=True)]
+        beside = {name: np.array([columns[name] for _, columns in found]) for name in parts[0].columns}
+        points = FrictionPoints.from_rows([row for row, _ in found], source, sha256, beside)
+    elif average == "speed":
+        points = level_points(_moving(parts, source, sha256))
+    else:
+        whole = _together(parts)
+        points = FrictionPoints.from_signed(
+            whole.velocity,
+            whole.torque,
+            source,
+            sha256,
+            whole.columns,
+            lambda row: f"{source}: row {row + 1}",
+        )
+    require_enough(points)
+    return points, notes
+
+
+def _columns(tables: Mapping[str, Any]) -> Columns:
+    """The map of columns, believed; friction is the column of our own name where none is mapped. Raises ConfigError."""
+    try:
+        columns = Columns.model_validate(dict(tables))
+    except ValidationError as error:
+        told = "; ".join(f"{each.where}: {each.text}" for each in explain(error, Columns, dict(tables)))
+        raise ConfigError(f"--column: {told}") from error
+    if (columns.torque is None) == (columns.current is None):
+        if columns.torque is not None:
+            raise ConfigError("--column: give torque or current, not both")
+        columns = columns.model_copy(update={"torque": TorqueColumn(column="friction_torque_nm")})
+    return columns
+
+
+@dataclass(frozen=True)
+class _Signals:
+    """Velocity (rad/s), friction torque (N m) and the other columns of the points, of one file. Arrays of one length."""
+
+    velocity: np.ndarray
+    torque: np.ndarray
+    columns: dict[str, np.ndarray]
+
+
+def _signals(file: Path, columns: Columns, text: Mapping[str, str | None]) -> _Signals:
+    """The mapped columns of a file, SI."""
+    given = {role: column.model_dump() for role in ROLES if (column := getattr(columns, role))}
+    try:
+        table = read_table(file, tuple(column["column"] for column in given.values()), **text)
+        found = {}
+        for role, column in given.items():
+            name, units = column["column"], _UNITS[role]
+            require_unit(file, name, table.units.get(name, ""), column, tuple(units))
+            found[role] = column["scale"] * units[column["unit"]] * (table.columns[name] - column["offset"])
+    except BackendError as error:
+        raise DataError(str(error)) from error
+    torque = found["torque"] if "torque" in found else found["current"]
+    beside = {column: found[role] for role, column in BESIDE.items() if role in found}
+    for name, values in beside.items():
+        bounds = COLUMNS[name]
+        wrong = np.flatnonzero(~((values >= bounds.low) & (values <= bounds.high)))
+        if len(wrong):
+            raise DataError(
+                f"{file}: row {wrong[0] + 1}: {name} {values[wrong[0]]:g} is not within {bounds.low:g} to {bounds.high:g}; correct "
+                "the column or its unit"
+            )
+    return _Signals(found["velocity"], torque, beside)
+
+
+def _together(parts: Sequence[_Signals]) -> _Signals:
+    names = parts[0].columns
+    return _Signals(
+        np.concatenate([part.velocity for part in parts]),
+        np.concatenate([part.torque for part in parts]),
+        {name: np.concatenate([part.columns[name] for part in parts]) for name in names},
+    )
+
+
+def _moving(parts: Sequence[_Signals], source: str, sha256: str) -> FrictionSamples:
+    """Rows of all files at which the joint moves."""
+    whole = _together(parts)
+    moving = whole.velocity != 0
+    beside = {name: column[moving] for name, column in whole.columns.items()}
+    still = np.zeros(int(moving.sum()))
+    return FrictionSamples(still, whole.velocity[moving], whole.torque[moving], source, sha256, beside)
+
+
+def _one_point(file: Path, part: _Signals, notes: list[str]) -> tuple[tuple[float, ...], dict[str, float]]:
+    """(velocity, friction, direction, std, count) of a run at one speed, and means of the other columns; rows far off are left out and told."""
+    velocity, torque = part.velocity, part.torque
+    off = np.abs(torque - np.median(torque))
+    far = off > OUTLIER_SCALES * 1.4826 * max(float(np.median(off)), quantum(torque))
+    if far.any():
+        row = int(np.argmax(off))
+        notes.append(
+            f"{file}: {int(far.sum())} rows left out, the furthest row {row + 1} with {torque[row]:.4g} N m against {np.median(torque):.4g}"
+        )
+    velocity, torque = velocity[~far], torque[~far]
+    mean, friction = float(velocity.mean()), float(torque.mean())
+    quarters = [float(part.mean()) for part in np.array_split(velocity, min(QUARTERS, len(velocity)))]
+    if not np.ptp(quarters) <= UNSTEADY * abs(mean):
+        raise DataError(
+            f"{file}: not one speed: its quarters have {', '.join(f'{each:.3g}' for each in quarters)} rad/s; cut what is not steady, or use "
+            "--average speed"
+        )
+    _require_opposed(file, mean, friction)
+    beside = {name: float(column[~far].mean()) for name, column in part.columns.items()}
+    return (mean, abs(friction), float(np.sign(mean)), float(torque.std(ddof=1)), float(len(torque))), beside
+
+
+def _require_opposed(where: Path, velocity: float, friction: float) -> None:
+    if velocity * friction <= 0:
+        raise DataError(
+            f"{where}: the torque, {friction:.4g} N m, does not have the sign of the motion ({velocity:.4g} rad/s): turn the sign of one of them "
+            "(scale -1), take its offset away, or average (--average)"
+        )
+
+
+def _checksum(files: Sequence[Path]) -> str:
+    digests = [file_sha256(file) for file in files]
+    for digest in digests:
+        if digests.count(digest) > 1:
+            first, second, *_ = (file for file, each in zip(files, digests, strict=True) if each == digest)
+            raise DataError(f"{second}: the same as {first}; give each file once")
+    return digests[0] if len(files) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()

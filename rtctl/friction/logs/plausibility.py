@@ -1,0 +1,189 @@
+"""Whether a log can be what its map of columns says: units, sign, clipping, against the rig file if there is one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hw.playback.reader import Recording
+from rtctl.errors import DataError
+from rtctl.friction.logs.dynamics import AxisLog
+from rtctl.friction.logs.torque_faults import faults, require_unclipped
+
+if TYPE_CHECKING:
+    from rtctl.config_tables import AxisTable
+    from rtctl.friction.logs.regression import JointFit
+
+BEYOND = 1.25
+"""A log may go beyond a limit of the rig file by this factor: noise, a hand quicker than the motor."""
+
+TRAVEL_SLACK_RAD = 0.05
+"""By how much a log may leave the travel: stops give way."""
+
+TORQUE_SHARE_MIN = 1e-3
+"""Torque below this share of the rig's limit moves no joint that has friction."""
+
+RATE_LEAST_HZ, RATE_MOST_HZ = 4.0, 2e5
+"""Rates of logs of a joint; beyond them the unit of the time is wrong."""
+
+COUNTS_LEAST = 50
+"""Whole numbers over a range of twice as many are no radians."""
+
+INERTIA_FACTOR = 2.0
+"""An inertia further from that of the rig file is worth a word."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a log must stay within: speed (rad/s), torques (N m), travel (rad). `source` says who set them."""
+
+    speed_rad_s: float = 100.0
+    motor_nm: float = 1e3
+    external_nm: float = 1e3
+    torque_least_nm: float = 0.0
+    travel_rad: tuple[float, float] = (-np.inf, np.inf)
+    doubtful_rad_s: float = 25.0
+    doubtful_nm: float = 30.0
+    doubtful_kgm2: float = 5.0
+    """Beyond these a log is taken with a warning; a rig file knows better."""
+    source: str = "any hand-held joint"
+
+    @classmethod
+    def of_axis(cls, axis: AxisTable, path: Path | str) -> Limits:
+        """The limits of an axis of the rig file `path`."""
+        lever_m = float(np.linalg.norm(axis.lever_m))
+        return cls(
+            speed_rad_s=BEYOND * axis.velocity_limit_rad_s,
+            motor_nm=BEYOND * axis.torque_limit_nm,
+            external_nm=BEYOND * axis.force.limit_n * lever_m,
+            torque_least_nm=TORQUE_SHARE_MIN * axis.torque_limit_nm,
+            travel_rad=(axis.position_min_rad - TRAVEL_SLACK_RAD, axis.position_max_rad + TRAVEL_SLACK_RAD),
+            doubtful_rad_s=np.inf,
+            doubtful_nm=np.inf,
+            doubtful_kgm2=np.inf,
+            source=f"{axis.name or 'the axis'} of {path}",
+        )
+
+
+def plausible(
+    recording: Recording, log: AxisLog, motor_nm: np.ndarray | None, limits: Limits
+) -> tuple[str, ...]:
+    """Refuse a log whose signals cannot be right, with the column and the remedy; warnings about those that are doubtful.
+
+    Raises
+    ------
+    DataError
+        Speed, travel or torque beyond `limits`, a torque too small to move anything, constant, or clipped.
+    """
+    _require_rate(log)
+    _require_motion(log, limits)
+    external = None if recording.hand_torque_nm is None else recording.hand_torque_nm[:, 0]
+    if np.ptp(log.torque_nm) == 0:
+        raise DataError(f"{log.source}: the torque is constant; map the column that was measured")
+    warnings = _doubtful_motion(log, limits)
+    for name, signal, most in (
+        ("motor torque", motor_nm, limits.motor_nm),
+        ("external torque", external, limits.external_nm),
+    ):
+        if signal is None:
+            continue
+        largest = float(np.abs(signal).max())
+        if largest > most:
+            raise DataError(
+                f"{log.source}: {name}: {largest:.3g} N m is not plausible (at most {most:.4g} for "
+                f"{limits.source}); correct the unit of the torque, or the torque constant and the gearing"
+            )
+        where = f"{log.source}: {name}"
+        require_unclipped(signal, where)
+        warnings += faults(signal, log.rate_hz, where, may_rest=name == "motor torque")
+        if largest > limits.doubtful_nm:
+            warnings.append(
+                f"{where}: {largest:.3g} N m is much for a joint that a hand moves: is it in mN m? Correct its unit, or give --config RIG, "
+                "whose limits count then"
+            )
+    largest = float(np.abs(log.torque_nm).max())
+    if largest < limits.torque_least_nm:
+        raise DataError(
+            f"{log.source}: no torque above {largest:.3g} N m, which is not plausible (at least "
+            f"{limits.torque_least_nm:.3g} for {limits.source}); correct the unit of the torque, or map the one "
+            "that moved the joint"
+        )
+    return tuple(warnings)
+
+
+def _require_rate(log: AxisLog) -> None:
+    if not RATE_LEAST_HZ <= log.rate_hz <= RATE_MOST_HZ:
+        raise DataError(
+            f"{log.source}: column time: one row every {1 / log.rate_hz:.3g} s is not plausible ({1 / RATE_MOST_HZ:.2g} to "
+            f"{1 / RATE_LEAST_HZ:.2g} s); correct the unit of the time (s, ms, us, ns)"
+        )
+
+
+def _doubtful_motion(log: AxisLog, limits: Limits) -> list[str]:
+    x, told = log.position_rad, []
+    speed = _speed(log)
+    if speed > limits.doubtful_rad_s:
+        told.append(
+            f"{log.source}: column position: {speed:.3g} rad/s is quick for a joint that a hand moves: is it in deg? Correct its unit, or "
+            "give --config RIG, whose limits count then"
+        )
+    if len(x) > 100 and np.ptp(x) > 2 * COUNTS_LEAST and np.all(x == np.round(x)):
+        raise DataError(
+            f"{log.source}: column position: all values are whole numbers, {x.min():.0f} to {x.max():.0f} rad: they are counts, or deg; give the unit "
+            "(counts needs --counts-per-rev)"
+        )
+    return told
+
+
+def _speed(log: AxisLog) -> float:
+    """Largest mean speed over 50 ms, rad/s."""
+    x = log.position_rad
+    stride = max(1, round(0.05 * log.rate_hz))
+    return float(np.abs(x[stride:] - x[:-stride]).max(initial=0.0)) * log.rate_hz / stride
+
+
+def _require_motion(log: AxisLog, limits: Limits) -> None:
+    x, speed = log.position_rad, _speed(log)
+    if speed > limits.speed_rad_s:
+        raise DataError(
+            f"{log.source}: column position: {speed:.3g} rad/s is not plausible (at most {limits.speed_rad_s:.4g} "
+            f"for {limits.source}); correct the unit of the position (deg, counts) or of the time"
+        )
+    low, high = limits.travel_rad
+    if x.min() < low or x.max() > high:
+        raise DataError(
+            f"{log.source}: column position: {x.min():.4g} to {x.max():.4g} rad leaves the travel {low:.4g} to "
+            f"{high:.4g} rad of {limits.source}; correct the unit of the position, or its offset"
+        )
+
+
+def against_rig(fit: JointFit, axis: AxisTable, path: Path | str) -> tuple[str, ...]:
+    """What the parameters found say about the rig file: an inertia far off, less damping than it promises."""
+    found, notes = fit.symmetric.parameters, []
+    inertia, viscous = found["inertia_kgm2"], found["viscous_nms_rad"]
+    ratio = inertia.value / axis.inertia_kgm2
+    if not 1 / INERTIA_FACTOR <= ratio <= INERTIA_FACTOR:
+        notes.append(
+            f"{path}: inertia_kgm2 = {axis.inertia_kgm2:g}, the log says {inertia.value:.3g}: a unit of the log "
+            "(torque, position or time) or the rig file is wrong"
+        )
+    if viscous.high < axis.viscous_nms_rad:
+        notes.append(
+            f"{path}: viscous_nms_rad = {axis.viscous_nms_rad:g} promises more damping than the log shows (at most "
+            f"{viscous.high:.3g}); the stability proof rests on it: lower it"
+        )
+    return tuple(notes)
+
+
+def doubtful_parameters(fit: JointFit, limits: Limits) -> tuple[str, ...]:
+    """An inertia that no hand would want to move: a unit of the log is wrong."""
+    inertia = fit.symmetric.parameters["inertia_kgm2"].value
+    if inertia <= limits.doubtful_kgm2:
+        return ()
+    return (
+        f"the inertia, {inertia:.3g} kg m^2, is much for a joint that a hand moves: correct the unit of the torque (mN m?), of the position "
+        "(deg, rev, counts) or of the time, or give --config RIG, which counts then",
+    )

@@ -1,0 +1,279 @@
+"""Joint least squares of inertia, viscous friction, Coulomb friction and offset from one log, with intervals.
+
+=======  ==========  ==========================================================
+v, a     rad/s, ...  velocity, acceleration
+tau      N m         motor torque plus external torque
+J, b     kg m^2, ..  inertia, viscous friction (N m s/rad)
+F_c, o   N m         Coulomb friction, offset (bias of the torque)
+s        1           direction of motion, +1 or -1, low-passed as everything else
+=======  ==========  ==========================================================
+
+Symmetric ``tau = J a + b v + F_c s + o``; per direction ``tau = J a + b+ v+ + b- v- + f+ H(s) + f- H(-s)``,
+where offset and a difference of Coulomb friction cannot be told apart: both are in f+ and f-. In both the
+offset of each log drifts slowly (`rtctl.friction.logs.offsets`); o, f+ and f- are those of its mean.
+
+The intervals cover what is random in a log. A torque recorded early or late against the position, or
+bristles that still bend, shift the parameters besides: d seconds of delay add J d w^2 to the viscous friction
+seen at the angular frequency w, and a tenth of a millisecond may be more than its interval. Correct a known
+delay before (`rtctl.friction.logs.signal_shift.advanced`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtctl.errors import DataError
+from rtctl.friction.logs.dynamics import RANK_TOLERANCE, SAMPLES_MIN, require_both_directions
+from rtctl.friction.logs.intervals import Estimate, covariance, estimates, time_blocks
+from rtctl.friction.logs.offsets import Offset, OffsetColumns, offset_columns
+from rtctl.friction.logs.regressors import Regressors
+
+STRIBECK_RAD_S = 0.1
+"""Friction rises towards rest below such speeds: Stribeck speeds of geared joints are .02 to .2 rad/s."""
+
+UNEXPLAINED_MAX = 0.7
+"""Largest relative error of a fit that says anything; real logs have .1 to .2."""
+
+DELAY_SAID_S = 0.5e-3
+"""Delay left in the torque that is worth a word: 1 % of viscous friction at 2 Hz on the nominal rig."""
+
+LOW_SPEED_ROWS = 20
+"""Fewest rows of a direction below it that say something about it."""
+
+CONDITION_MAX = 200.0
+"""Largest condition number of the scaled regression before its parameters are refused."""
+
+
+@dataclass(frozen=True)
+class Regression:
+    """A least-squares fit: parameters by name (unit in the name) and how good it is.
+
+    `relative_error` is the residual's RMS over the torque's, `condition` the condition number of the
+    columns scaled to unit size, `blocks` the number of stretches of time behind the intervals.
+    """
+
+    parameters: dict[str, Estimate]
+    condition: float
+    relative_error: float
+    rms_nm: float
+    n: int
+    blocks: int
+
+
+@dataclass(frozen=True)
+class Speeds:
+    """Speeds of the rows of one direction: how many, range, and how many below `STRIBECK_RAD_S`."""
+
+    rows: int
+    lowest_rad_s: float
+    highest_rad_s: float
+    low_speed_rows: int
+
+
+@dataclass(frozen=True)
+class JointFit:
+    """Both fits, the offset of each log, and what a reader of the numbers must know besides (`warnings`).
+
+    `speeds` are those of the rows forwards and backwards; `drift_nm` are the coefficients of the drift columns (`rtctl.friction.logs.offsets`).
+    """
+
+    symmetric: Regression
+    per_direction: Regression
+    offsets: tuple[Offset, ...]
+    drift_nm: tuple[float, ...]
+    speeds: tuple[Speeds, Speeds]
+    remaining_delay_s: Estimate | None
+    warnings: tuple[str, ...] = ()
+
+
+def joint_fit(signals: Regressors) -> JointFit:
+    """Fit both forms to the sliding rows of a log.
+
+    Raises
+    ------
+    DataError
+        One direction only, no low speeds, a motion too even to tell the parameters apart, parameters of the
+        wrong sign, or a torque that has little to do with the motion; each with the remedy.
+
+    Notes
+    -----
+    Few slow rows are a warning as long as the condition number says that the parameters can be told apart:
+    the standard errors then carry what the few rows leave open.
+    """
+    require_both_directions(signals.velocity_rad_s[signals.sliding], signals.source)
+    v, a, s = signals.velocity_rad_s, signals.acceleration_rad_s2, signals.direction
+    ahead, back = 0.5 * (1 + s), 0.5 * (1 - s)
+    offset = offset_columns(signals)
+    levels = dict(zip(offset.names, offset.logs.T, strict=True))
+    columns = {"inertia_kgm2": a, "viscous_nms_rad": v, "coulomb_nm": s, **levels}
+    symmetric, drift = _solve(signals, columns, offset, offset.drift)
+    per_direction, _ = _solve(
+        signals,
+        {
+            "inertia_kgm2": a,
+            "viscous_forward_nms_rad": np.where(v > 0, v, 0.0),
+            "viscous_backward_nms_rad": np.where(v < 0, v, 0.0),
+            "level_forward_nm": ahead,
+            "level_backward_nm": back,
+        },
+        offset,
+        np.hstack([offset.relative(signals.sliding), offset.drift]),
+    )
+    _require_signs(symmetric, signals.source)
+    _require_explained(symmetric, signals.source)
+    offsets = tuple(offset.describe(drift, signals.sources, signals.sliding))
+    coefficients = tuple(float(each) for each in drift)
+    both = speeds(signals)
+    late = _remaining_delay(signals, columns, offset)
+    warnings = (
+        *signals.warnings,
+        *_few_slow(signals),
+        *_no_low_speed(signals, both),
+        *_misaligned(signals, late),
+    )
+    return JointFit(symmetric, per_direction, offsets, coefficients, both, late, warnings)
+
+
+def _remaining_delay(
+    signals: Regressors, columns: dict[str, np.ndarray], offset: OffsetColumns
+) -> Estimate | None:
+    """How late the torque is against the position, s.
+
+    Notes
+    -----
+    While the joint slides, a torque late by d is J (a - d da/dt) + b (v - d a) + ...: the coefficient of the
+    jerk is -d J. Friction that is not Coulomb + viscous goes into it too.
+    """
+    try:
+        fit, _ = _solve(signals, {**columns, "jerk": signals.jerk_rad_s3}, offset, offset.drift)
+    except DataError:
+        return None  # jerk and velocity of a single sine are the same signal
+    inertia, jerk = fit.parameters["inertia_kgm2"].value, fit.parameters["jerk"]
+    if not inertia > 0:
+        return None
+    return Estimate(
+        -jerk.value / inertia, jerk.standard_error / inertia, -jerk.high / inertia, -jerk.low / inertia
+    )
+
+
+def _misaligned(signals: Regressors, late: Estimate | None) -> tuple[str, ...]:
+    if late is None or late.holds(0.0) or abs(late.value) < DELAY_SAID_S:
+        return ()
+    word = "late" if late.value > 0 else "early"
+    return (
+        f"{signals.source}: the torque looks {1e3 * abs(late.value):.3g} ms {word} against the position "
+        f"({1e3 * late.low:.3g} to {1e3 * late.high:.3g} ms late): either it is (--torque-delay; viscous friction "
+        "and inertia are then wrong), or friction is not Coulomb + viscous",
+    )
+
+
+def _few_slow(signals: Regressors) -> tuple[str, ...]:
+    slow, below = signals.slow()
+    if slow >= SAMPLES_MIN // 2:
+        return ()
+    return (
+        f"{signals.source}: {slow} samples of slow motion only (below {below:.3g} rad/s): Coulomb and viscous "
+        "friction are told apart by the faster motion; record slow motion too, or lower --speed-min-rad-s",
+    )
+
+
+def speeds(signals: Regressors) -> tuple[Speeds, Speeds]:
+    """Speeds of the sliding rows, forwards and backwards."""
+    v = signals.velocity_rad_s[signals.sliding]
+    found = []
+    for speed in (v[v > 0], -v[v < 0]):
+        below = int((speed < STRIBECK_RAD_S).sum())
+        found.append(Speeds(len(speed), float(speed.min()), float(speed.max()), below))
+    return found[0], found[1]
+
+
+def _no_low_speed(signals: Regressors, both: tuple[Speeds, Speeds]) -> tuple[str, ...]:
+    """What it means that a log has hardly any row in the range of the Stribeck peak."""
+    lacking = [
+        (name, each)
+        for name, each in zip(("forwards", "backwards"), both, strict=True)
+        if each.low_speed_rows < LOW_SPEED_ROWS
+    ]
+    if not lacking:
+        return ()
+    named = ", ".join(
+        f"{each.low_speed_rows} {name}, slowest {each.lowest_rad_s:.3g} rad/s" for name, each in lacking
+    )
+    return (
+        f"{signals.source}: hardly any sliding below {STRIBECK_RAD_S:g} rad/s ({named}): break-away and a "
+        "Stribeck peak are not in this log, the Coulomb friction is what faster motion extrapolates to, and a "
+        "model of these points says nothing about lower speeds; for those record slow, steady strokes, or run "
+        "`rtctl identify CONFIG`",
+    )
+
+
+def _require_signs(fit: Regression, source: str) -> None:
+    inertia, coulomb = fit.parameters["inertia_kgm2"], fit.parameters["coulomb_nm"]
+    if coulomb.high < 0:
+        raise DataError(
+            f"{source}: the torque assists the motion (Coulomb friction {coulomb.value:.3g} N m): "
+            "turn its sign (scale -1), or that of the position"
+        )
+    if inertia.high < 0:
+        raise DataError(
+            f"{source}: the inertia comes out negative ({inertia.value:.3g} kg m^2): torque and position are "
+            "not aligned in time, or a torque is missing; map the external torque too, or correct the time"
+        )
+
+
+def _require_explained(fit: Regression, source: str) -> None:
+    if fit.relative_error > UNEXPLAINED_MAX:
+        raise DataError(
+            f"{source}: the motion explains too little of the torque ({100 * fit.relative_error:.0f} % of it, RMS, is "
+            f"something else, at most {100 * UNEXPLAINED_MAX:.0f} %); map the torque of the same axis, and every torque "
+            "on the joint"
+        )
+
+
+def _solve(
+    signals: Regressors, columns: dict[str, np.ndarray], offset: OffsetColumns, nuisance: np.ndarray
+) -> tuple[Regression, np.ndarray]:
+    """Fit the named `columns` and the `nuisance` ones; the coefficients of the latter."""
+    rows, block = signals.sliding, time_blocks(signals)
+    matrix, torque = np.column_stack([*columns.values(), nuisance])[rows], signals.torque_nm[rows]
+    scale = np.sqrt((matrix**2).mean(axis=0))
+    scale[scale == 0] = 1.0
+    scaled = matrix / scale
+    condition = _condition(signals, scaled, columns)
+    solution = np.linalg.lstsq(scaled, torque, rcond=None)[0]
+    residual = torque - scaled @ solution
+    slow = len(offset.owner)
+    error = np.sqrt(np.diag(covariance(scaled, residual, block, slow))) / scale
+    freedom = [offset.freedom(name, signals.log[rows], block) for name in columns]
+    found = Regression(
+        parameters=estimates(list(columns), solution / scale, error, freedom),
+        condition=condition,
+        relative_error=float(np.sqrt(np.mean(residual**2) / np.mean(torque**2))),
+        rms_nm=float(np.sqrt(np.mean(residual**2))),
+        n=len(torque),
+        blocks=int(block[-1]) + 1,
+    )
+    return found, (solution / scale)[len(columns) :]
+
+
+def _condition(signals: Regressors, scaled: np.ndarray, columns: dict[str, np.ndarray]) -> float:
+    singular = np.linalg.svd(scaled, compute_uv=False)
+    condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
+    if condition <= min(CONDITION_MAX, 1 / RANK_TOLERANCE):
+        return condition
+    few = _few_slow(signals)
+    if few:
+        raise DataError(f"{few[0]}; and that is not enough here (condition number {condition:.3g})")
+    raise DataError(
+        f"{signals.source}: the motion is too even to tell {', '.join(columns)} apart (condition number "
+        f"{condition:.3g}, at most {CONDITION_MAX:g}); record quick and slow motion with changing speed"
+    )
+
+
+def offset_rows(signals: Regressors, fit: JointFit) -> np.ndarray:
+    """Offset of every row of the signals that were fitted, its drift included, N m."""
+    columns = offset_columns(signals)
+    level = np.array([fit.symmetric.parameters[name].value for name in columns.names])
+    return np.asarray(columns.logs @ level + columns.drift @ fit.drift_nm)

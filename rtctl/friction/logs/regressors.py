@@ -1,0 +1,285 @@
+"""What the joint regression reads of a log: filtered, thinned-out signals, and which rows are true sliding."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rtctl.errors import DataError
+from rtctl.friction.logs.dynamics import (
+    CUTOFF_HZ,
+    SAMPLES_MIN,
+    SAMPLES_PER_CUTOFF,
+    SPEED_MIN_RAD_S,
+    AxisLog,
+    smooth,
+)
+from rtctl.friction.logs.recorded_velocity import aligned_velocity
+from rtctl.friction.logs.signal_shift import advanced, derivatives
+
+CUTOFF_SHARE = 0.2
+"""Highest cut-off, share of the rate."""
+
+SETTLE_RAD = 0.01
+"""Travel after a reversal before friction counts as that of sliding; at most `SETTLE_SHARE` of the range."""
+
+SETTLE_SHARE = 0.05
+
+SPAN_MIN_RAD = 0.005
+"""Least range of position that is called motion."""
+
+LOW_SPEED_SHARE = 0.25
+"""Speeds below this share of the largest tell Coulomb from viscous friction."""
+
+MARGIN_PERIODS = 1.0
+"""Periods of the cut-off left out beside a reversal: the filter blurs the jump of friction over so much."""
+
+STRETCH_PERIODS = 10
+"""Least length of a log without gaps, periods of the cut-off."""
+
+_SIGNALS = (
+    "position_rad",
+    "velocity_rad_s",
+    "acceleration_rad_s2",
+    "jerk_rad_s3",
+    "direction",
+    "torque_nm",
+)
+
+FALLBACK_PERIODS = 0.5
+"""Taken with a warning where the usual margin leaves no slow rows: a brisk log has only short strokes."""
+
+
+@dataclass(frozen=True)
+class Regressors:
+    """Filtered, thinned-out signals of one log or several. Arrays of one length.
+
+    `sliding` marks the rows to regress on, `log` is each row's index into `sources`.
+    """
+
+    time_s: np.ndarray
+    position_rad: np.ndarray
+    velocity_rad_s: np.ndarray
+    acceleration_rad_s2: np.ndarray
+    jerk_rad_s3: np.ndarray
+    direction: np.ndarray
+    torque_nm: np.ndarray
+    sliding: np.ndarray
+    log: np.ndarray
+    cutoff_hz: float
+    sources: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def source(self) -> str:
+        """All files, for messages."""
+        return ", ".join(self.sources)
+
+    def slow(self) -> tuple[int, float]:
+        """Number of sliding rows below `LOW_SPEED_SHARE` of the largest speed, and that speed in rad/s."""
+        speed = np.abs(self.velocity_rad_s[self.sliding])
+        below = LOW_SPEED_SHARE * float(speed.max(initial=0.0))
+        return int((speed < below).sum()), below
+
+    def enough(self) -> bool:
+        """Whether slow rows, and rows of both directions, are left to regress on."""
+        v = self.velocity_rad_s[self.sliding]
+        both = min(int((v > 0).sum()), int((v < 0).sum()))
+        return both >= SAMPLES_MIN and self.slow()[0] >= SAMPLES_MIN // 2
+
+
+def cutoff_for(logs: Sequence[AxisLog]) -> float:
+    """Cut-off that suits every one of the logs, Hz: the usual one, or what the lowest rate carries."""
+    return min(CUTOFF_HZ, *(CUTOFF_SHARE * log.rate_hz for log in logs))
+
+
+def regressors(
+    log: AxisLog,
+    cutoff_hz: float = CUTOFF_HZ,
+    speed_min_rad_s: float = SPEED_MIN_RAD_S,
+    margin_periods: float | None = None,
+    torque_delay_s: float = 0.0,
+) -> Regressors:
+    """Filter every column and the torque by one zero-phase low-pass, and thin them out on the same instants.
+
+    Parameters
+    ----------
+    margin_periods
+        Periods of the cut-off left out beside a reversal. None: `MARGIN_PERIODS`, or `FALLBACK_PERIODS` with a
+        warning when that leaves no slow rows.
+    torque_delay_s
+        How late the torque is recorded against the position, s.
+
+    Raises
+    ------
+    DataError
+        A cut-off the rate cannot carry, a log too short for it, hardly any motion, or a recorded velocity
+        that is not that of the position (`rtctl.friction.logs.recorded_velocity`).
+
+    Notes
+    -----
+    The direction is a column of the regression and is filtered too: around a reversal both sides of the
+    balance are then blurred alike. A recorded velocity takes the place of the first derivative. Rows within the margin, or `SETTLE_RAD` of travel, of a reversal are not
+    `sliding`: there bristles bend before the contact slips.
+    """
+    edge, span = _checked(log, cutoff_hz)
+    rate, n = log.rate_hz, len(log.position_rad)
+    x = smooth(log.position_rad, rate, cutoff_hz)
+    v, a, notes = _motion(log, x, cutoff_hz)
+    jerk = derivatives(a, 1 / rate)[0]
+    torque = smooth(log.torque_nm, rate, cutoff_hz)
+    if torque_delay_s:
+        torque = advanced(torque, rate, torque_delay_s)
+    ends = edge + abs(round(torque_delay_s * rate))
+    kept = slice(ends, n - ends, max(1, edge // SAMPLES_PER_CUTOFF))
+
+    def with_margin(periods: float) -> Regressors:
+        reach = max(1, round(periods * edge))
+        sliding = _sliding(x, v, min(SETTLE_RAD, SETTLE_SHARE * span), speed_min_rad_s, reach)
+        return Regressors(
+            time_s=log.start_s + (np.arange(n) / rate)[kept],
+            position_rad=x[kept],
+            velocity_rad_s=v[kept],
+            acceleration_rad_s2=a[kept],
+            jerk_rad_s3=jerk[kept],
+            direction=smooth(np.sign(v), rate, cutoff_hz)[kept],
+            torque_nm=torque[kept],
+            sliding=sliding[kept],
+            log=np.zeros(len(x[kept]), int),
+            cutoff_hz=cutoff_hz,
+            sources=(log.source,),
+            warnings=(*log.notes, *notes),
+        )
+
+    usual = with_margin(MARGIN_PERIODS if margin_periods is None else margin_periods)
+    if margin_periods is not None or usual.enough():
+        return usual
+    return replace(
+        with_margin(FALLBACK_PERIODS), warnings=(*log.notes, *notes, _short_strokes(log, cutoff_hz))
+    )
+
+
+def _short_strokes(log: AxisLog, cutoff_hz: float) -> str:
+    return (
+        f"{log.source}: strokes too short for the usual margin beside reversals: half a period of the cut-off "
+        f"({1e3 * FALLBACK_PERIODS / cutoff_hz:.3g} ms) is left out instead of a whole one; Coulomb friction may "
+        "be biased (by how much was not measured); slower, longer strokes avoid it"
+    )
+
+
+def of_stretches(
+    parts: Sequence[AxisLog], cutoff_hz: float = CUTOFF_HZ, speed_min_rad_s: float = SPEED_MIN_RAD_S
+) -> Regressors:
+    """Rows of the stretches of one log, between its gaps, as one log with one offset; times are those of the log.
+
+    Stretches too short for the filter are left out, and that is said.
+
+    Raises
+    ------
+    DataError
+        As `regressors`, of the longest stretch where all are too short.
+    """
+    need = STRETCH_PERIODS * max(4, round(parts[0].rate_hz / cutoff_hz))
+    kept = [part for part in parts if len(part.position_rad) >= need]
+    if len(parts) == 1 or not kept:
+        longest = max(parts, key=lambda part: len(part.position_rad))
+        return regressors(longest, cutoff_hz, speed_min_rad_s)
+
+    def with_margin(periods: float) -> Regressors:
+        return _one_log([regressors(part, cutoff_hz, speed_min_rad_s, periods) for part in kept])
+
+    found, more = with_margin(MARGIN_PERIODS), []
+    if not found.enough():
+        found, more = with_margin(FALLBACK_PERIODS), [_short_strokes(parts[0], cutoff_hz)]
+    if len(kept) < len(parts):
+        lost_s = (
+            sum(len(part.position_rad) for part in parts if len(part.position_rad) < need) / parts[0].rate_hz
+        )
+        more.append(
+            f"{parts[0].source}: {len(parts) - len(kept)} stretches between gaps are shorter than {need} rows, {lost_s:.3g} s in "
+            "all: left out"
+        )
+    return replace(found, warnings=(*found.warnings, *more))
+
+
+def _one_log(parts: list[Regressors]) -> Regressors:
+    """Rows of stretches of one log, in the order of time."""
+
+    def column(name: str) -> np.ndarray:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    return replace(
+        parts[0],
+        time_s=column("time_s"),
+        position_rad=column("position_rad"),
+        velocity_rad_s=column("velocity_rad_s"),
+        acceleration_rad_s2=column("acceleration_rad_s2"),
+        jerk_rad_s3=column("jerk_rad_s3"),
+        direction=column("direction"),
+        torque_nm=column("torque_nm"),
+        sliding=column("sliding"),
+        log=column("log"),
+        warnings=tuple(dict.fromkeys(warning for part in parts for warning in part.warnings)),
+    )
+
+
+def _motion(
+    log: AxisLog, position: np.ndarray, cutoff_hz: float
+) -> tuple[np.ndarray, np.ndarray, tuple[str, ...]]:
+    """Velocity and acceleration of a log, from its velocity where it has one, and notes about that one."""
+    step = 1 / log.rate_hz
+    v, a = derivatives(position, step)
+    if log.velocity_rad_s is None:
+        return v, a, ()
+    recorded = smooth(log.velocity_rad_s, log.rate_hz, cutoff_hz)
+    v, notes = aligned_velocity(recorded, v, a, log.rate_hz, cutoff_hz, log.source)
+    return v, derivatives(v, step)[0], notes
+
+
+def _checked(log: AxisLog, cutoff_hz: float) -> tuple[int, float]:
+    """Samples per period of the cut-off, and the range of the position in rad."""
+    rate, n = log.rate_hz, len(log.position_rad)
+    if not 0 < cutoff_hz <= CUTOFF_SHARE * rate:
+        raise DataError(
+            f"{log.source}: cut-off {cutoff_hz:g} Hz must lie in 0..{CUTOFF_SHARE * rate:g} Hz (rate / 5)"
+        )
+    edge = max(4, round(rate / cutoff_hz))
+    if n < STRETCH_PERIODS * edge:
+        raise DataError(
+            f"{log.source}: {n} samples{' between two gaps' if log.start_s else ''} are too few for a cut-off of {cutoff_hz:g} Hz; "
+            f"{STRETCH_PERIODS * edge} are needed"
+        )
+    span = float(np.ptp(log.position_rad))
+    if not span >= SPAN_MIN_RAD:
+        raise DataError(
+            f"{log.source}: the position covers {span:.3g} rad only, too little motion; record wider motion, "
+            "or correct the unit of the position"
+        )
+    return edge, span
+
+
+def pooled(parts: list[Regressors]) -> Regressors:
+    """Rows of several logs (each a part of its own) as one, their times one after the other."""
+    if len(parts) == 1:
+        return parts[0]
+    ends = np.cumsum([0.0, *(part.time_s[-1] for part in parts)])
+    return Regressors(
+        time_s=np.concatenate([part.time_s + end for part, end in zip(parts, ends, strict=False)]),
+        **{name: np.concatenate([getattr(part, name) for part in parts]) for name in _SIGNALS},
+        sliding=np.concatenate([part.sliding for part in parts]),
+        log=np.repeat(np.arange(len(parts)), [len(part.log) for part in parts]),
+        cutoff_hz=parts[0].cutoff_hz,
+        sources=tuple(part.source for part in parts),
+        warnings=tuple(warning for part in parts for warning in part.warnings),
+    )
+
+
+def _sliding(x: np.ndarray, v: np.ndarray, settle_rad: float, speed_min: float, reach: int) -> np.ndarray:
+    """Rows that move, and have moved far enough since the last reversal, `reach` samples inside."""
+    begins = np.flatnonzero(np.diff(np.sign(v), prepend=np.sign(v[0]) + 1))
+    run = np.cumsum(np.isin(np.arange(len(v)), begins)) - 1
+    good = (np.abs(x - x[begins][run]) >= settle_rad) & (np.abs(v) >= speed_min)
+    wide = np.convolve(~good, np.ones(2 * reach + 1), mode="same")
+    return np.asarray(wide < 0.5)

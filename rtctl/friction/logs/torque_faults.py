@@ -1,0 +1,187 @@
+"""Faults of one column of torque: clipped hard or softly, standing still, spikes, too coarse."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtctl.errors import DataError
+from rtctl.friction.logs.balance import Balance
+
+CLIPPED_RUN = 20
+"""As many equal extreme values in a row are a signal that was cut off, unless it has few levels anyway."""
+
+LEVELS_MIN = 32
+
+COARSE_SHARE = 0.15
+"""Largest rounding error (RMS) of a torque, share of its own RMS."""
+
+FROZEN_S, FROZEN_SHARE = 0.15, 0.02
+"""A torque that otherwise changes with every row and stands still for so long is told; for this share of the log, refused."""
+
+SPIKE_SCALES, SPIKE_SHARE, SPIKES_MOST = 15.0, 1.0, 0.05
+"""Spikes are so many robust standard deviations off, and the usual largest torque; at most this share of rows, else they are the signal."""
+
+SPIKE_AROUND = 0.4
+"""Largest range of the two rows before and after a spike, share of its height."""
+
+TOP_SHARE = 0.8
+"""Torques below this share of the largest are not clipped."""
+
+BEYOND_TOP, BEYOND_ROWS = 1.1, 0.01
+"""Clipped is a torque that the motion wants further than its largest value by this factor, in this share of the rows."""
+
+FLAT_SLOPE = 0.5
+"""Slope of the recorded torque against the wanted one, near the largest value: 1 where it is not clipped."""
+
+
+def require_unclipped(signal: np.ndarray, where: str) -> None:
+    """Refuse a torque (N m) that stays at its largest or smallest value: the sensor or the drive cut it off."""
+    if len(np.unique(signal)) < LEVELS_MIN:
+        return  # a coarse or resting signal repeats its extremes by nature
+    for extreme in (signal.max(), signal.min()):
+        begin, length = longest_run(signal == extreme)
+        if length >= CLIPPED_RUN:
+            raise DataError(
+                f"{where}: clipped at {extreme:.4g} N m for {length} samples from row "
+                f"{begin + 1} on; raise the range of the sensor, or move less briskly"
+            )
+
+
+def longest_run(marks: np.ndarray) -> tuple[int, int]:
+    """First index and length of the longest run of True; (0, 0) without any."""
+    at = np.concatenate([[0], marks.astype(int), [0]])
+    begins, ends = np.flatnonzero(np.diff(at) > 0), np.flatnonzero(np.diff(at) < 0)
+    if not len(begins):
+        return 0, 0
+    longest = int(np.argmax(ends - begins))
+    return int(begins[longest]), int(ends[longest] - begins[longest])
+
+
+def faults(signal: np.ndarray, rate_hz: float, where: str, *, may_rest: bool) -> list[str]:
+    """Warnings about a torque (N m): constant, standing still, spikes, coarse.
+
+    Parameters
+    ----------
+    may_rest
+        Whether exactly 0 for a while is nothing wrong: a motor that is off.
+
+    Raises
+    ------
+    DataError
+        It stands still for a good part of the log.
+    """
+    if np.ptp(signal) == 0:
+        return [
+            f"{where}: constant at {signal[0]:.4g} N m; map the column that was measured, or leave it out if nothing was"
+        ]
+    return [
+        *_frozen(signal, rate_hz, where, may_rest=may_rest),
+        *_spikes(signal, where),
+        *_coarse(signal, where),
+    ]
+
+
+def _frozen(signal: np.ndarray, rate_hz: float, where: str, *, may_rest: bool) -> list[str]:
+    same = np.diff(signal) == 0
+    if same.mean() > 0.5 and len(np.unique(signal)) < LEVELS_MIN:
+        return []  # coarse
+    if may_rest:
+        same &= signal[1:] != 0
+    begin, length = longest_run(same)
+    others = np.delete(same, np.s_[begin : begin + length])
+    if (
+        length < max(CLIPPED_RUN, FROZEN_S * rate_hz)
+        or longest_run(others)[1] > length / 2
+        or others.mean() > 0.5
+    ):
+        return []
+    text = (
+        f"{where}: stands still at {signal[begin]:.4g} N m for {length / rate_hz:.3g} s from row {begin + 1} on, though it changes otherwise: "
+        "the sensor or its transfer was frozen; cut the log there"
+    )
+    if length > FROZEN_SHARE * len(signal):
+        raise DataError(text)
+    return [text]
+
+
+def _spikes(signal: np.ndarray, where: str) -> list[str]:
+    up, down = np.diff(signal)[:-1], -np.diff(signal)[1:]
+    off = np.zeros(
+        len(signal)
+    )  # how far a row is beyond both its neighbours; a quick change that stays is none
+    off[1:-1] = np.where(up * down > 0, np.minimum(np.abs(up), np.abs(down)), 0.0)
+    scale = 1.4826 * (float(np.median(off[off > 0])) if off.any() else 0.0)
+    around = np.stack([signal[:-4], signal[1:-3], signal[3:-1], signal[4:]])
+    off[2:-2][np.ptp(around, axis=0) > SPIKE_AROUND * off[2:-2]] = 0.0  # a servo that rings
+    usual = float(np.quantile(np.abs(signal - np.median(signal)), 0.95))
+    bound = max(SPIKE_SCALES * scale, SPIKE_SHARE * usual)
+    rows = np.flatnonzero(off > bound)
+    if not len(rows) or len(rows) > SPIKES_MOST * len(signal):
+        return []
+    return [
+        f"{where}: {len(rows)} rows are spikes of up to {off.max():.3g} N m, the first row {rows[0] + 1}; they count as torque: look for the "
+        "cause, or take them out"
+    ]
+
+
+def _coarse(signal: np.ndarray, where: str) -> list[str]:
+    levels = np.unique(signal)
+    if len(levels) >= LEVELS_MIN:
+        return []
+    step = float(np.median(np.diff(levels)))
+    share = step / np.sqrt(12) / max(float(signal.std()), 1e-12)
+    if share <= COARSE_SHARE:
+        return []
+    return [
+        f"{where}: too coarse: {len(levels)} levels, steps of {step:.3g} N m, a rounding error of {100 * share:.0f} % of it; record more digits, "
+        "or lower the range of the sensor"
+    ]
+
+
+def require_not_flat(balance: Balance, source: str) -> None:
+    """Refuse a torque that stays near its largest values although the motion wants more: clipped, whatever noise is on top.
+
+    Raises
+    ------
+    DataError
+        Names the column, where it ends and how far it was wanted.
+
+    Notes
+    -----
+    The balance is fitted on the rows below `TOP_SHARE` of the largest torque. Where the motion then wants more than the
+    largest, an unclipped torque follows with slope 1. Rows are chosen by what is wanted: noise in what was
+    recorded cannot make it look flat.
+    """
+    columns = {"torque": balance.torque}
+    if balance.external is not None:
+        motor, external = balance.torque - balance.external, balance.external
+        columns = {"motor torque": motor, "external torque": external}
+    for name, column in columns.items():
+        others = balance.torque - column
+        middle = float(np.median(column))
+        for side in (1.0, -1.0):
+            signal = side * (column - middle)
+            top = float(np.quantile(signal, 0.995))
+            below = signal < TOP_SHARE * top
+            if top <= 0 or below.sum() < 0.3 * len(below):
+                continue
+            wanted = side * (_predicted(balance, below) - others - middle)
+            beyond = wanted > BEYOND_TOP * top
+            near = wanted > 0.9 * top
+            if beyond.sum() < max(20, BEYOND_ROWS * len(beyond)):
+                continue
+            slope = float(np.polyfit(wanted[near], signal[near], 1)[0])
+            if slope < FLAT_SLOPE and float(np.std(signal[below] - wanted[below])) < 0.2 * top:
+                at = side * top + middle
+                raise DataError(
+                    f"{source}: {name}: looks clipped at about {at:.3g} N m: the motion wants up to "
+                    f"{side * float(np.quantile(wanted[beyond], 0.9)) + middle:.3g} N m and it stays there; raise the range of the sensor or the "
+                    "limit of the drive, or move less briskly"
+                )
+
+
+def _predicted(balance: Balance, rows: np.ndarray) -> np.ndarray:
+    """The torque that the motion wants on every row, by a fit of some rows."""
+    matrix = np.hstack([balance.motion, balance.nuisance])
+    found = np.linalg.lstsq(matrix[rows], balance.torque[rows], rcond=1e-9)[0]
+    return np.asarray(matrix @ found)

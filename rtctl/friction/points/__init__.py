@@ -1,0 +1,1 @@
+"""Friction as it was measured: points with every column they came with."""

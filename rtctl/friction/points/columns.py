@@ -1,0 +1,62 @@
+"""Columns of a file of friction points: the one table that reader, averages and documents take theirs from.
+
+A column that is not here is kept as well where all its cells are numbers or empty; text is ignored.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rtctl.friction.points.presliding import LENGTH_MAX_RAD
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column: bounds in `unit`; `blank` cells may be written "nan"; `of_levels`: its mean over a level of speed says something."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    meaning: str
+    required: bool = False
+    blank: bool = True
+    of_levels: bool = False
+
+
+VELOCITY, TORQUE, DIRECTION, STD, COUNT = (
+    Column("velocity_rad_s", "rad/s", -1e4, 1e4, "signed velocity of the run; 0: break-away", True, False),
+    Column(
+        "friction_torque_nm", "N m", -1e6, 1e6, "friction overcome, with the sign of the motion", True, False
+    ),
+    Column("direction", "", -1, 1, "+1 or -1, of a break-away point (else its torque's sign)", blank=False),
+    Column("std_nm", "N m", -1e6, 1e6, "spread of the measurements behind the point", blank=False),
+    Column("count", "", -1e12, 1e12, "number of measurements behind the point", blank=False),
+)
+"""What every point has, known or not: fields of `measured.FrictionPoints`."""
+
+BESIDE = (
+    Column(
+        "time_s", "s", -1e12, 1e12, "when the point was measured: `--folds time` holds out by it", blank=False
+    ),
+    Column("position_rad", "rad", -1e9, 1e9, "place; the mean of several"),
+    Column("load_nm", "N m", -1e6, 1e6, "torque through the gear beside friction, signed", of_levels=True),
+    Column("temperature_c", "degC", -100, 300, "of the motor; 0 throughout: no sensor", of_levels=True),
+    Column("log", "", 0, 1e9, "number of the log, lap or session it is from"),
+    Column("weakest_place_nm", "N m", -1e6, 1e6, "friction at the weakest place, signed as the motion"),
+    Column("presliding_rad", "rad", 1e-12, LENGTH_MAX_RAD, "break-away points: presliding length"),
+    Column("presliding_spread_rad", "rad", 0.0, LENGTH_MAX_RAD, "its standard deviation over ramps"),
+    Column("presliding_ramps", "", 1.0, 1e9, "ramps behind it"),
+)
+"""What a point may have beside: `FrictionPoints.columns`."""
+
+COLUMNS = {column.name: column for column in (VELOCITY, TORQUE, DIRECTION, STD, COUNT, *BESIDE)}
+
+
+def markdown_table() -> str:
+    """The columns as docs/identify.md shows them."""
+    rows = [
+        f"| `{one.name}` | {one.unit} | {one.low:g} to {one.high:g} | {'required' if one.required else ''} | {one.meaning} |"
+        for one in COLUMNS.values()
+    ]
+    return "\n".join(["| column | unit | bounds |  | meaning |", "|---|---|---|---|---|", *rows]) + "\n"

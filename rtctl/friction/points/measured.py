@@ -1,0 +1,144 @@
+"""Measured friction points of one axis, whatever file or rig they came from, with every column they were measured with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rtctl.errors import DataError
+
+POINTS_MIN = 8
+"""Fewest points of one direction."""
+
+SPEEDS_MIN = 4
+"""Fewest different speeds of one direction."""
+
+POINTS_MAX = 2000
+"""Most points of one direction: the regression's time grows with their square. Average before."""
+
+
+@dataclass(frozen=True)
+class FrictionPoints:
+    """Points of both directions. Arrays of one length.
+
+    `velocity_rad_s` signed, `friction_nm` the magnitude (> 0), `direction` +1 or -1, `std_nm` and `count`
+    NaN where nobody says. `source` names the file in messages, `sha256` is of its bytes. `columns` holds all else that
+    was measured, by the names of `rtctl.friction.points.columns`, NaN where nobody says; each has at least one number.
+    """
+
+    velocity_rad_s: np.ndarray
+    friction_nm: np.ndarray
+    direction: np.ndarray
+    std_nm: np.ndarray
+    count: np.ndarray
+    source: str
+    sha256: str
+    columns: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    @classmethod
+    def from_rows(
+        cls,
+        rows: Iterable[Iterable[float]],
+        source: str,
+        sha256: str,
+        columns: Mapping[str, np.ndarray] | None = None,
+    ) -> FrictionPoints:
+        """Points from rows of (velocity, friction, direction, std, count), in the units above."""
+        table = np.array([tuple(row) for row in rows], dtype=float).reshape(-1, 5)
+        velocity, friction, direction, std, count = table.T
+        return cls(velocity, friction, direction, std, count, source, sha256, told(columns or {}))
+
+    @classmethod
+    def from_signed(
+        cls,
+        velocity_rad_s: np.ndarray,
+        torque_nm: np.ndarray,
+        source: str,
+        sha256: str,
+        columns: Mapping[str, np.ndarray],
+        where: Callable[[int], str],
+    ) -> FrictionPoints:
+        """Points whose torque has the sign of the motion; `columns` may have `direction`, `std_nm` and `count`.
+
+        Raises
+        ------
+        DataError
+            Naming the row by `where(index)`: no friction, friction that points against the motion, a direction that cannot be.
+        """
+        rest, unknown = dict(columns), np.full(len(velocity_rad_s), np.nan)
+        given, std, count = (rest.pop(name, unknown) for name in ("direction", "std_nm", "count"))
+        known = ~np.isnan(given)
+        at_rest = np.where(known, given, np.sign(torque_nm))
+        direction = np.where(velocity_rad_s != 0, np.sign(velocity_rad_s), at_rest)
+        for wrong, text in (
+            (torque_nm == 0, "column friction_torque_nm: 0 is not friction; drop the row"),
+            (known & (np.abs(given) != 1), "column direction: {given:g} is neither +1 nor -1; correct it"),
+            (
+                known & (given != direction),
+                "column direction: {given:g} contradicts velocity {velocity:g}; correct it",
+            ),
+            (
+                torque_nm * direction < 0,
+                "column friction_torque_nm: {torque:g} N m points against the motion ({velocity:g} rad/s, direction "
+                "{direction:+g}); give friction the sign of the motion (scale -1 turns a column), take its offset away, or average",
+            ),
+        ):
+            for row in np.flatnonzero(wrong)[:1]:
+                numbers = {"given": given[row], "velocity": velocity_rad_s[row], "torque": torque_nm[row]}
+                raise DataError(f"{where(int(row))}: {text.format(**numbers, direction=direction[row])}")
+        return cls(velocity_rad_s, np.abs(torque_nm), direction, std, count, source, sha256, told(rest))
+
+    @property
+    def time_s(self) -> np.ndarray | None:
+        """When each point was measured, s; None where nobody says."""
+        return self.columns.get("time_s")
+
+    @property
+    def temperature_range_c(self) -> tuple[float, float] | None:
+        """Least and greatest temperature, degrees C; None where nobody says: 0 throughout is a rig without a sensor."""
+        column = self.columns.get("temperature_c")
+        if column is None or not np.nan_to_num(column).any():
+            return None
+        return float(np.nanmin(column)), float(np.nanmax(column))
+
+    def rows_of(self, direction: int) -> np.ndarray:
+        """Index of each point of one direction, by rising speed: the order of `branch`."""
+        chosen = np.flatnonzero(self.direction == direction)
+        order = np.lexsort((self.friction_nm[chosen], np.abs(self.velocity_rad_s[chosen])))
+        rows: np.ndarray = chosen[order]
+        return rows
+
+    def branch(self, direction: int) -> tuple[np.ndarray, np.ndarray]:
+        """(speed rad/s, friction N m) of one direction, by rising speed."""
+        rows = self.rows_of(direction)
+        return np.abs(self.velocity_rad_s[rows]), self.friction_nm[rows]
+
+
+def told(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The columns that hold a number at all."""
+    return {name: column for name, column in columns.items() if np.isfinite(column).any()}
+
+
+def require_enough(points: FrictionPoints) -> None:
+    """Raise DataError for points too few, too many, of too few speeds or constant in a direction."""
+    for direction in (1, -1):
+        speed, friction = points.branch(direction)
+        where = f"{points.source}: direction {direction:+d}"
+        if len(speed) < POINTS_MIN:
+            raise DataError(
+                f"{where}: {len(speed)} points, at least {POINTS_MIN} are needed; measure more speeds"
+            )
+        if len(speed) > POINTS_MAX:
+            raise DataError(f"{where}: {len(speed)} points, at most {POINTS_MAX}; average them by speed")
+        if len(np.unique(speed)) < SPEEDS_MIN:
+            raise DataError(
+                f"{where}: column velocity_rad_s: only {len(np.unique(speed))} different speeds, "
+                f"at least {SPEEDS_MIN} are needed; measure more speeds"
+            )
+        if np.ptp(friction) == 0:
+            raise DataError(
+                f"{where}: column friction_torque_nm: constant at {friction[0]:g} N m; "
+                "a measured friction is never constant: check the current sensor"
+            )

@@ -1,0 +1,120 @@
+"""The reader of the program's own files of friction points: CSV with the columns of `rtctl.friction.points.columns`, in any order.
+
+Lines that begin with `#` are comments. Files of other programs: `rtctl.friction.logs.other_programs`.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import math
+from pathlib import Path
+
+import numpy as np
+
+from hw.outside import read_bounded
+from rtctl.errors import DataError
+from rtctl.friction.points.columns import COLUMNS, TORQUE, VELOCITY
+from rtctl.friction.points.measured import FrictionPoints, require_enough
+
+MOST_BYTES = 1 << 26
+"""Largest file of points: a million rows."""
+
+REPEATS_SHARE = 0.1
+"""A larger share of rows that repeat another one to the last digit is a copy, not a measurement."""
+
+
+def read_points(path: str | Path) -> FrictionPoints:
+    """Read a CSV file of friction points, once, with all its columns of numbers.
+
+    Raises
+    ------
+    DataError
+        Naming the file, the row and column, what is wrong there, and the remedy. Rows may be in any order.
+    """
+    path = Path(path)
+    try:
+        raw = read_bounded(path, MOST_BYTES)
+        lines = raw.decode("utf-8-sig").splitlines()
+    except OSError as error:
+        raise DataError(f"{path}: cannot read the points: {error.strerror}; correct the path") from error
+    except UnicodeDecodeError as error:
+        raise DataError(f"{path}: not a text file ({error}); save it as CSV in UTF-8") from error
+    numbered = [
+        (i, line) for i, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")
+    ]
+    header = _header(path, numbered)
+    rows = [_row(path, number, line, header) for number, line in numbered[1:]]
+    columns = {
+        name: np.array([row[k] for row in rows], dtype=float)
+        for k, name in enumerate(header)
+        if not any(row[k] is None for row in rows)
+    }
+    points = FrictionPoints.from_signed(
+        columns.pop(VELOCITY.name),
+        columns.pop(TORQUE.name),
+        str(path),
+        hashlib.sha256(raw).hexdigest(),
+        columns,
+        lambda row: f"{path}: row {numbered[1 + row][0]}",
+    )
+    require_enough(points)
+    _require_distinct(path, numbered[1:])
+    return points
+
+
+def _header(path: Path, numbered: list[tuple[int, str]]) -> list[str]:
+    required = [column.name for column in COLUMNS.values() if column.required]
+    if not numbered:
+        raise DataError(f"{path}: the file is empty; it needs the columns {', '.join(required)}")
+    header = [name.strip() for name in next(csv.reader([numbered[0][1]]))]
+    for name in required:
+        if name not in header:
+            raise DataError(f"{path}: row {numbered[0][0]}: column {name} is missing; rename or add it")
+    if len(set(header)) != len(header):
+        raise DataError(f"{path}: row {numbered[0][0]}: a column name occurs twice; remove one")
+    return header
+
+
+def _row(path: Path, number: int, line: str, header: list[str]) -> list[float | None]:
+    cells = next(csv.reader([line]))
+    if len(cells) != len(header):
+        raise DataError(
+            f"{path}: row {number}: {len(cells)} cells, the header has {len(header)}; complete the row"
+        )
+    return [
+        _number(cell.strip(), name, f"{path}: row {number}") for cell, name in zip(cells, header, strict=True)
+    ]
+
+
+def _number(text: str, name: str, where: str) -> float | None:
+    """The number of a cell, NaN where it is empty; None for text in a column that nobody knows."""
+    column = COLUMNS.get(name)
+    if not text and not (column and column.required):
+        return math.nan
+    try:
+        value = float(text)
+    except ValueError:
+        if column is None:
+            return None
+        value = math.inf
+    if column is None or (column.blank and math.isnan(value)):
+        return value
+    if not column.low <= value <= column.high:
+        raise DataError(
+            f"{where}: column {name}: {text!r} is not a finite number within {column.low:g} to {column.high:g}"
+            f"{' ' + column.unit if column.unit else ''}; correct or drop the row"
+        )
+    return value
+
+
+def _require_distinct(path: Path, numbered: list[tuple[int, str]]) -> None:
+    """Refuse a file of which a part occurs twice: what is measured again differs in some digit."""
+    first: dict[str, int] = {}
+    repeats = [(number, first[line]) for number, line in numbered if first.setdefault(line, number) != number]
+    if len(repeats) > REPEATS_SHARE * len(numbered):
+        number, before = repeats[0]
+        raise DataError(
+            f"{path}: row {number} repeats row {before} to the last digit, and {len(repeats) - 1} more rows repeat "
+            "others; remove the copies, they would be held out and trained on at once"
+        )
