@@ -21,13 +21,9 @@ from rtctl.config import load
 from rtctl.errors import ConfigError, DataError, ModelError, RtctlError
 from rtctl.experiments.kept_runs import NAME, KeptRuns
 from rtctl.friction import artefact
-<<<<<<< HEAD
-from rtctl.friction.points import read_points
+from rtctl.friction.points.reader import read_points
 from rtctl.recording.incident import read_incident
 from rtctl.recording.reader import RecordingReader
-=======
-from rtctl.friction.points.reader import read_points
->>>>>>> wt-kinds
 from rtctl.service import plan as service
 
 MOCK = (
