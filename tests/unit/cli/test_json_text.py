@@ -3,6 +3,7 @@
 import json
 import math
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import click
@@ -61,15 +62,13 @@ def test_a_row_of_every_kind_is_json(value, target, sense):
 
 
 def _groups(monkeypatch, broken):
-    def measure(name, **_):
-        def rows():
-            if name == "cycle":
-                raise broken
-            return [Row(name, np.float64(1.0), "us", "", np.float64(2.0)), Row(name, 1.0, "us", "")]
+    def rows(name):
+        if name == "cycle":
+            raise broken
+        return [Row(name, np.float64(1.0), "us", "", np.float64(2.0)), Row(name, 1.0, "us", "")]
 
-        return rows
-
-    monkeypatch.setattr(bench, "_group", measure)
+    made = {name: partial(rows, name) for name in bench.GROUPS}
+    monkeypatch.setattr(bench, "measurements", lambda **_: made)
 
 
 def test_a_group_that_breaks_loses_no_row_of_the_others(monkeypatch):
