@@ -64,7 +64,7 @@ def compare(reader: RecordingReader, other: LoadedConfig) -> Comparison:
     for rows, again in replay.run():
         for name in names:
             recorded[name].append(rows[name])
-            replayed[name].append(again[name])
+            replayed[name].append(again[name].copy())
     one, two = (
         {n: np.concatenate(parts or [np.zeros(0)]) for n, parts in x.items()} for x in (recorded, replayed)
     )

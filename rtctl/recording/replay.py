@@ -105,7 +105,10 @@ class Replay:
         self.verdict = Verdict()
 
     def run(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Recorded and replayed ticks, chunk by chunk, until the end or what stops the replay (`verdict`)."""
+        """Recorded and replayed ticks, chunk by chunk, until the end or what stops the replay (`verdict`).
+
+        The replayed ones are good until the next chunk.
+        """
         for batch in ahead(self._reader.batches()):
             rows, which = self._playable(batch)
             if len(rows):
