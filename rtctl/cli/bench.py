@@ -7,8 +7,8 @@ from pathlib import Path
 
 import click
 
-from rtctl.bench.row import Row
 from rtctl.cli.json_text import json_text
+from tests.bench.row import Row
 
 GROUPS = (
     "friction",
@@ -97,7 +97,7 @@ class _Text:
         self.skipped: dict[str, str] = {}
 
     def rows(self, measured: list[Row]) -> None:
-        from rtctl.bench.row import table
+        from tests.bench.row import table
 
         click.echo("\n".join(table(measured)))
 
@@ -125,8 +125,8 @@ class _Json(_Text):
 
 
 def _wakeup(*, quick: bool, minutes: float | None, loads: tuple[str, ...], picture: Path | None) -> list[Row]:
-    from rtctl.bench import wakeup
-    from rtctl.demo import shipped_config
+    from rtctl.simulation.demo import shipped_config
+    from tests.bench import wakeup
 
     seconds = 2.0 if quick else 5.0
     rounds = wakeup.rounds_in(minutes, seconds, loads) if minutes else (1 if quick else 4)
@@ -140,12 +140,12 @@ def measurements(
     *, quick: bool, minutes: float | None, rig_seconds: float, loads: tuple[str, ...], picture: Path | None
 ) -> dict[str, Callable[[], list[Row]]]:
     """What measures each group; nothing is measured yet."""
-    from rtctl.bench import (
+    from rtctl.simulation.demo import shipped_config
+    from tests.bench import (
         attacks,
         deaths,
         feel,
         flood,
-        friction,
         io,
         loop,
         recording,
@@ -156,7 +156,7 @@ def measurements(
         view,
         virtual,
     )
-    from rtctl.demo import shipped_config
+    from tests.bench import friction_evaluation as friction
 
     mock = shipped_config("mock.toml")
     short = 0.2 if quick else 1.0

@@ -77,7 +77,7 @@ class Watch:
     """
 
     def __init__(self, client: RigClient, *, local: bool) -> None:
-        from rtctl.host.faults import FaultPlaces
+        from rtctl.wire.fault_names import FaultPlaces
 
         self._client, self._local = client, local
         self.hello = client.hello()

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from rtctl.cli.monitor import NO_DATA_S
-from rtctl.event_words import device_line
-from rtctl.fault_words import Entry, sentence
+from rtctl.wire.event_words import device_line
+from rtctl.wire.fault_words import Entry, sentence
 
 if TYPE_CHECKING:
     from rtctl.client import RigState

@@ -73,8 +73,8 @@ def _same(reader: Any, *, as_json: bool) -> None:  # noqa: ANN401
 
 
 def _other(reader: Any, config: Path, plot: Path | None, *, as_json: bool) -> None:  # noqa: ANN401
-    from rtctl.config import load
     from rtctl.recording.compare import compare, numbers, plot_comparison
+    from rtctl.rig_file.config import load
 
     comparison = compare(reader, load(config))
     found = numbers(comparison)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from hw.interface import BackendError
-from hw.playback.tables import READERS
+from hw.playback.columns import READERS
 from rtctl.errors import RtctlError
 from rtctl.recording.export import columns, times
 from rtctl.recording.reader import RecordingReader, all_parts

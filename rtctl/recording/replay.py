@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from rtctl.errors import DataError
-from rtctl.recording.ahead import ahead
 from rtctl.recording.law_arrays import LawArrays
 from rtctl.recording.law_runner import LAW_FIELDS, CommandBook, LawRunner, as_words, field_words
+from rtctl.recording.read_ahead import ahead
 from rtctl.recording.reader import Batch, RecordingReader
 
 

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtctl.errors import DataError
-from rtctl.protocol import MOST_AXES
 from rtctl.recording import json_ticks, tick_cdr
 from rtctl.recording.mcap_scan import Chunk, Contents, channel_of
 from rtctl.recording.topics import TICK
 from rtctl.tick import tick_dtype
+from rtctl.wire.protocol import MOST_AXES
 
 _OLD_SCHEMA = "rtctl.tick"
 

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from rtctl.bench.row import Row
 from rtctl.cli import bench, cli, main
 from rtctl.cli.json_text import json_text, plain
 from rtctl.control.vocabulary import State
-from rtctl.doctor.examine import Report
-from rtctl.doctor.line import Line
+from rtctl.machine.examine import Report
+from rtctl.machine.line import Line
+from tests.bench.row import Row
 
 CLI = Path(bench.__file__).parent
 
@@ -117,7 +117,7 @@ def test_wrong_usage_is_json_too(monkeypatch, capsys, tmp_path):
 
 @pytest.mark.parametrize(("no_color", "coloured"), [("", True), ("1", False)])
 def test_no_color_is_honoured(no_color, coloured, monkeypatch):
-    monkeypatch.setattr("rtctl.doctor.examine.examine", _examined)
+    monkeypatch.setattr("rtctl.machine.examine.examine", _examined)
     done = CliRunner().invoke(cli, ["doctor", "--no-timing"], color=True, env={"NO_COLOR": no_color})
     assert ("\x1b[" in done.stdout) is coloured
 
