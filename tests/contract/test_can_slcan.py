@@ -15,7 +15,8 @@ from slcan_wire import SlcanWire
 
 from hw import registry
 from hw.can import slcan
-from hw.can.bus import EXTENDED, REMOTE, open_bus, wait_for
+from hw.can.bus import EXTENDED, REMOTE, wait_for
+from hw.can.open_bus import open_bus
 from hw.can.options import BusOptions, OdriveOptions
 from hw.interface import BackendError, LinkLost
 from hw.simulators.can_device import TORQUE_CONSTANT_NM_A, DriveSim, make_drives

@@ -16,7 +16,7 @@ from rtctl.host.access.authenticator import Caller
 from rtctl.host.access.entrances import Access
 from rtctl.host.access.long_messages import Frames, Message
 from rtctl.host.access.sockets import user_id
-from rtctl.host.commands.messages import Refusal, Request, decode, decode_target, encode
+from rtctl.host.commands.messages import Refusal, Request, decode, decode_target
 from rtctl.host.commands.request_rates import RateLimit
 from rtctl.host.commands.requests import LatestRow, Requests
 from rtctl.host.commands.target_latency import TargetLatency
@@ -26,6 +26,7 @@ from rtctl.host.telemetry.fault_book import FaultBook
 from rtctl.host.telemetry.rig_description import RigDescription, describe
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rt.shared_memory import CommandWriter
+from rtctl.wire.encoding import encode
 from rtctl.wire.protocol import CONNECTIONS, MAX_OUTSTANDING_REQUESTS, Endpoints
 
 REQUESTS_PER_CALL = 32

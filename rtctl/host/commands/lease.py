@@ -6,24 +6,20 @@ knows. Here it is bound to the client's authenticated user id, so a number that 
 
 from __future__ import annotations
 
-import hashlib
 import math
 import secrets
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-
 from rtctl.host.commands.messages import Refusal
+from rtctl.host.telemetry.veiled_leases import NUMBER_BITS
 
 SILENCE_S = 1.0
 """A holder that neither renews nor sends targets for this long loses the lease."""
 
 SILENCE_TICKS = 200
 """Ticks of silence after which the lease is lost on slow rigs: the loop lets go of a silent holder after half as many."""
-
-NUMBER_BITS = 62
 
 
 @dataclass(frozen=True)
@@ -112,15 +108,3 @@ class LeaseDesk:
         """Take the lease back."""
         if self._lease is not None:
             self._lease, self.ended = None, why
-
-
-def veil_leases(records: np.ndarray, field: str) -> np.ndarray:
-    """Commands or states as others may see them: each lease replaced by a number that tells it from others, and no
-    more. The same lease gets the same number in both, so that a replay decides as the loop did.
-    """
-    veiled = records.copy()
-    for i in np.flatnonzero(records[field]):
-        number = int(records[field][i]).to_bytes(8, "big")
-        digest = int.from_bytes(hashlib.blake2b(number, digest_size=8).digest(), "big")
-        veiled[field][i] = digest >> (64 - NUMBER_BITS) or 1
-    return veiled

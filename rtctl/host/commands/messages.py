@@ -243,9 +243,3 @@ def _shown(value: Any) -> str:  # noqa: ANN401
     if isinstance(value, list):
         return "an array"
     return "a map" if isinstance(value, dict) else type(value).__name__
-
-
-def encode(message: Any) -> bytes:  # noqa: ANN401
-    """Pack a reply or a telemetry message."""
-    packed: bytes = msgpack.packb(message)
-    return packed

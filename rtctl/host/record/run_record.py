@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from hw.outside import real
-from rtctl.host.commands.lease import veil_leases
 from rtctl.host.record.command_trace import CommandTrace
 from rtctl.host.record.flight_recorder import FlightRecorder
 from rtctl.host.telemetry.device_words import DeviceWords
 from rtctl.host.telemetry.rig_description import RigDescription
 from rtctl.host.telemetry.samples import tick_columns
 from rtctl.host.telemetry.streams import Telemetry
+from rtctl.host.telemetry.veiled_leases import veil_leases
 from rtctl.recording.event_log import Event
 from rtctl.recording.law_arrays import LawArrays
 from rtctl.recording.parts import Limits

@@ -16,8 +16,6 @@ import zmq
 
 from rtctl.host.access.endpoints import private_umask
 from rtctl.host.access.entrances import LINGER_MS, Access
-from rtctl.host.commands.lease import veil_leases
-from rtctl.host.commands.messages import encode
 from rtctl.host.telemetry import publisher
 from rtctl.host.telemetry.device_words import DeviceWords
 from rtctl.host.telemetry.events import EventDetector
@@ -27,8 +25,10 @@ from rtctl.host.telemetry.motor_temperature import temperature_warnings
 from rtctl.host.telemetry.publisher import HasSocket, Publisher
 from rtctl.host.telemetry.rig_description import RigDescription, describe
 from rtctl.host.telemetry.samples import Decimator, state_samples, tick_columns
+from rtctl.host.telemetry.veiled_leases import veil_leases
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rt.early import MARGIN
+from rtctl.wire.encoding import encode
 from rtctl.wire.protocol import (
     PROTOCOL_VERSION,
     TOPIC_COMMAND,
