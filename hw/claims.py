@@ -16,8 +16,8 @@ import time
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from hw.device_holders import command_of
 from hw.interface import BackendError
-from hw.serial.holders import command_of
 
 PATIENCE_S = 1.0
 """Longest wait for a claim that another process holds: one that ends gives its claims back some moments after its lock."""

@@ -1,6 +1,6 @@
 """The scripted faults there are, as one table: what each is called in a schedule, and what it does.
 
-A fault acts on a channel by an effect; both are small integers in the compiled records (`hw.faults`).
+A fault acts on a channel by an effect; both are small integers in the compiled records (`hw.scripted_faults`).
 `KINDS` gives the pairs that mean something, with the bounds of their value; everything else (the rig
 file's checks, the table in docs/faults.md, random campaigns) is made from it.
 """

@@ -20,9 +20,9 @@ from pydantic import (
 
 from hw.channels import READ_ORDER, places
 from hw.fault_kinds import KINDS, Channel
-from hw.faults import FAULTS
 from hw.outside import read_toml, real
 from hw.plain_words import explain
+from hw.scripted_faults import FAULTS
 
 MAX_S = 1e9
 MAX_TICKS = 10**15

@@ -13,10 +13,10 @@ import numpy as np
 
 from hw.channels import places
 from hw.fault_kinds import KINDS
-from hw.faults import FAULTS, IN_READ, IN_WRITE, inject, memory_fields, schedule_fields
 from hw.generator import seed_words
 from hw.interface import BackendError, LinkLost, Rig
 from hw.jit import bound, compiled, records
+from hw.scripted_faults import FAULTS, IN_READ, IN_WRITE, inject, memory_fields, schedule_fields
 
 FAULT_STREAM = 0x6661756C7473
 """Turns a device's seed into that of its faults' own stream."""

@@ -22,6 +22,7 @@ import numpy as np
 
 from hw import registry
 from hw.channels import READ_ORDER
+from hw.every_device import reach_all
 from hw.interface import (
     CHANNEL_FIELDS,
     OPTIONAL_FIELDS,
@@ -35,7 +36,6 @@ from hw.interface import (
     SpeakingBackend,
     Words,
 )
-from hw.reach import reach_all
 from hw.rig_words import Exchange, device_dtype, subset
 
 REST_TICKS = 2

@@ -3,14 +3,14 @@
 import numpy as np
 
 from hw.mock.records import Hand
-from rtctl import config
 from rtctl.campaign.drive import drive
 from rtctl.campaign.jit import records
 from rtctl.campaign.monitor import memory_dtype
 from rtctl.campaign.pursuit import FOE
 from rtctl.control.vocabulary import Environment, Program, State
-from rtctl.demo import shipped_config
-from rtctl.simulation import Simulation
+from rtctl.rig_file import config
+from rtctl.simulation.closed_loop import Simulation
+from rtctl.simulation.demo import shipped_config
 
 
 class Pursued:

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from hw.can.bus import Bus, Handler, open_bus, require
+from hw.can.bus import Bus, Handler, require
+from hw.can.open_bus import open_bus
 from hw.can.sample import Sample
 from hw.channels import QUANTITIES
 from hw.interface import LinkFault, LinkLost, Options, Rig

@@ -7,8 +7,8 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, ValidationInfo, model_validator
 
-from hw.can import board
-from hw.can.board import CHANNELS, COMMANDS
+from hw.can import board_backend as board
+from hw.can.board_backend import CHANNELS, COMMANDS
 from hw.can.board_tables import (
     BitsOptions,
     Bytes,

@@ -14,7 +14,7 @@ from typing import Any, Protocol
 
 from hw.can.fields import Buffer
 from hw.can.health import BusHealth
-from hw.interface import BackendError, Options
+from hw.interface import BackendError
 
 EXTENDED = 0x8000_0000
 REMOTE = 0x4000_0000
@@ -63,22 +63,6 @@ class Bus(Protocol):
 
     def close(self) -> None:
         """Release the interface. Idempotent, never raises."""
-
-
-def open_bus(options: Options) -> Bus:
-    """Open the bus that `options` (a dumped `BusOptions`) name. Raises BackendError with the remedy."""
-    if options["interface"] == "socketcan" and options["raw"]:
-        from hw.can.raw import RawBus
-
-        return RawBus(options["channel"], fd=options["fd"])
-    if options["interface"] == "slcan" and options["raw"] and not options["fd"]:
-        from hw.can.slcan import ARGUMENTS, SlcanBus
-
-        if set(options["arguments"]) <= ARGUMENTS:
-            return SlcanBus(options)
-    from hw.can.adapter import AdapterBus
-
-    return AdapterBus(options)
 
 
 def wait_for(bus: Bus, done: Callable[[], bool], seconds: float) -> bool:

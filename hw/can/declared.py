@@ -8,7 +8,8 @@ turn on the bus besides: all frames of one period, one after the other. That muc
 
 from __future__ import annotations
 
-from hw.can import board, moteus, odrive
+from hw.can import board_backend as board
+from hw.can import moteus, odrive
 from hw.can.load import Traffic, bus_load
 from hw.interface import Options, Rig, Timing
 

@@ -12,8 +12,8 @@ import math
 import numpy as np
 
 from hw.mock import hand
+from hw.mock.bristles import implicit_share, waves
 from hw.mock.drift import drifted
-from hw.mock.friction import implicit_share, waves
 from hw.mock.jit import compiled
 from hw.mock.load import load_levels
 from hw.mock.sides import COLUMNS, DRAG, LINK, MOTOR, SIZE, A, B, J, V, W, X, Z, hold, prepare, settle, solve

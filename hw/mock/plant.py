@@ -12,9 +12,9 @@ import math
 
 import numpy as np
 
-from hw import faults
+from hw import scripted_faults as faults
 from hw.mock import hand
-from hw.mock.friction import coupled_step, implicit_share
+from hw.mock.bristles import coupled_step, implicit_share
 from hw.mock.jit import compiled
 from hw.mock.joint import advance_detailed, is_detailed
 from hw.mock.records import DELAY_LINE

@@ -15,10 +15,10 @@ import numpy as np
 
 from hw.encoder import ENCODER_STATE
 from hw.fault_script import FAULT_STREAM, fill_schedule
-from hw.faults import memory_fields, schedule_fields
 from hw.generator import seed_words
 from hw.interface import BackendError, Options, Rig
 from hw.mock.effects import effect_fields, effect_state_fields, fill_effects, fill_timing
+from hw.scripted_faults import memory_fields, schedule_fields
 
 SINES = 4
 """Most components of the hand's sum of sines."""

@@ -17,8 +17,8 @@ import math
 
 import numpy as np
 
+from hw.mock.bristles import bristle_gains, direction_scale, plastic_share, sliding_level, viscous
 from hw.mock.elements import element_torque, settle_elements
-from hw.mock.friction import bristle_gains, direction_scale, plastic_share, sliding_level, viscous
 from hw.mock.jit import compiled
 
 MOTOR, LINK = 0, 1
@@ -48,7 +48,7 @@ def prepare(
     """Read the static curve for this step, and bring one bristle into the form offset + slope w.
 
     `level` is what the load adds to Coulomb and peak, `factor` the drift of dry and viscous friction. The formulas
-    are those of `hw.mock.friction.coupled_step`, with the side's share of everything.
+    are those of `hw.mock.bristles.coupled_step`, with the side's share of everything.
     """
     ahead, size = (1.0 - share) * h, row[SIZE]
     v_mid = row[V] + ahead * row[A]

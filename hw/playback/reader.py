@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from hw.interface import BackendError, Options, Rig
+from hw.playback.columns import MIN_SAMPLES, read_table
 from hw.playback.stamps import Grid, Stretch, grid_of, resolution
-from hw.playback.tables import MIN_SAMPLES, read_table
 from hw.playback.units import require_unit
 
 # Factors to SI of the units that hw.playback.options admits (pydantic stays out of the loop process).
@@ -61,12 +61,12 @@ class Recording:
 def read_columns(
     path: Path, names: tuple[str, ...], delimiter: str | None = None, decimal: str | None = None
 ) -> dict[str, np.ndarray]:
-    """The named columns of a log (`hw.playback.tables.read_table`): name -> float array, all of equal length, all finite.
+    """The named columns of a log (`hw.playback.columns.read_table`): name -> float array, all of equal length, all finite.
 
     Raises
     ------
     BackendError
-        See `hw.playback.tables.read_table`.
+        See `hw.playback.columns.read_table`.
     """
     return read_table(path, names, delimiter, decimal).columns
 

@@ -1,198 +1,218 @@
-"""The `serial` backend: a board that speaks `rtctl-frame` (docs/serial-protocol.md)."""
+"""What every board on a serial port has in common: open, drain to the newest, send, stop, lose, find again.
+
+A subclass says how bytes become a tick and a tick becomes bytes. It runs in the loop process.
+"""
 
 from __future__ import annotations
 
-import math
-import select
-import time
+import contextlib
 from collections.abc import Callable
+from functools import cached_property
 
 import numpy as np
 
-from hw.interface import BackendError, Options, Rig, Words
-from hw.jit import bound, records
-from hw.serial import frame, link
-from hw.serial.core import Codec, SerialCore, require_line_rate
-from hw.serial.deframer import deframer_dtype
-from hw.serial.framing import BODY_MAX, PACKET_MAX
-from hw.serial.port import Port
+from hw.entry_points import entry_point
+from hw.interface import BackendError, CompiledCycle, LinkLost, Options, Rig
+from hw.jit import records
+from hw.serial.compiled_core import BACKLOG, CHUNKS_PER_READ, PORT, RESTART_PACKETS, read_cycle, write_cycle
+from hw.serial.framing import PACKET_MAX
+from hw.serial.link import BACKLOGGED, DRAINED, MORE
+from hw.serial.port import CHUNK, Port, send_once
 
-ASK_AGAIN_S = 0.2
-"""Pause between identify packets while a board boots."""
+Codec = tuple[Callable[..., int], tuple[np.ndarray, ...]]
 
-_NOT_IN_THE_PACKET = int(frame.Status.VELOCITY_MISSING | frame.Status.MOMENT_MISSING)
-"""Bits that also say which type of packet it is: no news where the rig file does not ask for what is missing."""
-
-STOP_REPEATS = 3
-"""Copies of the stop packet in one write: one damaged copy on the wire does not matter."""
+BITS_PER_BYTE = 10
+"""Start bit, eight data bits, stop bit."""
 
 
-def state_packet_bytes(n_axes: int, *, velocity: bool = False, moment: bool = False) -> int:
-    """Length on the wire of a state packet: body, CRC, COBS byte, delimiters."""
-    return 28 + (14 if velocity else 10) * n_axes + (12 if moment else 0) + 4 + 3
+class SerialCore:
+    """A board on a serial port. `bind` of the subclass makes `_receive` and `_send` for one tick array."""
 
-
-def command_packet_bytes(n_axes: int) -> int:
-    """Length on the wire of a command packet."""
-    return 8 + 4 * n_axes + 4 + 3
-
-
-class SerialBackend(SerialCore):
-    """One board with position, and what else the options say it has.
-
-    Attributes
-    ----------
-    link : ndarray
-        One-row record (`hw.serial.link.link_dtype`): newest sample, counts of good, damaged, older, lost
-        and foreign packets.
-    identity : str
-        Serial number of the board first opened; a re-plug must find the same one.
-    """
+    provides: frozenset[str]
+    consumes: frozenset[str]
+    asks = False
+    """Whether something is sent in every cycle besides commands."""
+    _poll = b""
+    """That, if so."""
 
     def __init__(self, options: Options, rig: Rig) -> None:
-        super().__init__(options, rig)
-        if rig.n_axes > frame.AXES_MAX:
-            raise BackendError(f"serial: at most {frame.AXES_MAX} axes per board, not {rig.n_axes}")
-        require_line_rate(
-            self._path,
-            self._baud,
-            state_packet_bytes(
-                rig.n_axes, **{name: name in options["channels"] for name in ("velocity", "moment")}
-            ),
-            options.get("rate_hz") or 1.0 / rig.period_s,
-            command_packet_bytes(rig.n_axes),
-            1.0 / rig.period_s,
-        )
-        self._torque = options["command"] == "torque"
-        self.provides = frozenset({"position", *options["channels"]})
-        self.consumes = frozenset({"torque" if self._torque else "current_command"})
-        self._wanted: str | None = options["identity"]
-        self.identity: str | None = None
-        self._body = np.zeros(BODY_MAX + 8, np.uint8)
-        self._state = records(np.zeros(1, frame.state_dtype(rig.n_axes)))
-        self._command = records(np.zeros(1, frame.command_dtype(rig.n_axes)))
-        self._board = records(np.zeros(1, frame.identity_dtype()))
-        self._stream = records(np.zeros(1, deframer_dtype()))
-        self.link = records(_settings(options, rig, self._torque))
-        self._before = self.link[0].copy()
+        self._path, self._baud = str(options["port"]), int(options["baud"])
+        self._rig = rig
+        self._port: Port | None = None
+        self._tick: np.ndarray | None = None
+        self.chunk = np.zeros(CHUNK, np.uint8)
+        self.packet = np.zeros(PACKET_MAX, np.uint8)
+        self._packet_bytes = memoryview(self.packet)  # type: ignore[arg-type] # numpy offers the buffer
+        self.meta = np.zeros(2, np.int64)
+        self._size = memoryview(self.meta)  # type: ignore[arg-type]
+        self._wire = records(np.zeros(1, PORT))
+        self._wire["fd"] = -1
+        self._receive: Callable[[], int] | None = None
+        self._send: Callable[[], int] | None = None
+        self._patience_s = float(options["open_timeout_s"])
+        self._reopen_timeout_s = float(options["reopen_timeout_s"])
+        self.unsent = 0
+        """Commands the line had no room for, since the start."""
 
-    def counts(self) -> dict[str, int]:
-        """Packets since the start by what became of them, and commands that found the line full."""
-        row = self.link[0]
-        names = ("good", "damaged", "older", "lost", "foreign")
-        return {**{name: int(row[name]) for name in names}, "unsent": self.unsent}
+    # -- what a subclass gives ---------------------------------------------------------------------
+    def _bind(self, tick: np.ndarray) -> tuple[Callable[[], int], Callable[[], int]]:
+        """Compiled `receive() -> samples out of order in a row` and `send() -> bytes in packet`."""
+        raise NotImplementedError
 
-    def words(self) -> list[Words]:
-        """See `SpeakingBackend`: the flags of the board's status, by name."""
-        row = self.link[0]
-        unwanted = _NOT_IN_THE_PACKET & ~int(row["unusable_status"])
-        flags = frame.Status(int(row["status"]) & ~unwanted)
-        return [Words(", ".join(str(flag.name) for flag in frame.Status if flag in flags))]
-
-    @property
-    def sample_waits(self) -> bool:
-        """True when a sample came that no `read` has shown yet (while opening)."""
-        return bool(self.link[0]["fresh"])
-
-    def _packet(self, kind: int) -> bytes:
-        packet = np.zeros(PACKET_MAX, np.uint8)
-        return packet[: link.request(kind, 0, self._body, packet)].tobytes()
+    def _compiled_codec(self, _tick: np.ndarray) -> tuple[Codec, Codec] | None:
+        """The same two with their arguments, where both are compiled all through."""
+        return None
 
     def _stop_packet(self) -> bytes:
-        return self._packet(frame.TYPE_STOP) * STOP_REPEATS
-
-    def _compiled_codec(self, tick: np.ndarray) -> tuple[Codec, Codec]:
-        row = records(tick)
-        held = (self.link, self._stream, self._state, self._board, self._body)
-        sent = (row, self.link, self._command, self._body, self.packet)
-        return (link.receive, (row, self.chunk, self.meta, *held)), (link.send, sent)
-
-    def _bind(self, tick: np.ndarray) -> tuple[Callable[[], int], Callable[[], int]]:
-        (receive, received), (send, sent) = self._compiled_codec(tick)
-        return bound(receive, *received), bound(send, *sent)
-
-    def _forget(self) -> None:
-        self._stream[:] = np.zeros(1, self._stream.dtype)
-        row = self.link[0]
-        row["started"] = row["fresh"] = row["older_in_row"] = row["identified"] = 0
-        row["status"] = 0
-        row["damaged_now"] = row["older_now"] = row["enabled_in_row"] = row["driven"] = row["dropped"] = 0
-        self._before = row.copy()
+        """What makes the board torque-free; empty when the board has no such packet."""
+        raise NotImplementedError
 
     def _greet(self, port: Port) -> None:
-        """Ask until the board says who it is; refuse another board than before."""
-        self._take_in(0)  # compiles before the clock below starts
-        end = time.monotonic() + self._patience_s
-        views: list[memoryview] = [memoryview(self.chunk)]  # type: ignore[arg-type]
-        ask, ask_at = self._packet(frame.TYPE_IDENTIFY), 0.0
-        while not self.link[0]["identified"]:
-            now = time.monotonic()
-            if now > end:
-                raise BackendError(self._silence())
-            if now >= ask_at:
-                port.write(ask)
-                ask_at = now + ASK_AGAIN_S
-            select.select([port.fd], [], [], min(ask_at, end) - now + 1e-3)
-            self._take_in(port.read_into(views))
-        self._check_identity()
+        """Make sure the right board answers. Raises BackendError."""
 
-    def _take_in(self, n: int) -> None:
-        link.absorb(self.chunk, n, self.link, self._stream, self._state, self._board, self._body)
+    def _forget(self) -> None:
+        """A new connection begins: nothing of the old byte stream may be continued."""
 
-    def _silence(self) -> str:
-        """Why no board was found, from what came instead."""
-        row, before = self.link[0], self._before
-        came = {name: int(row[name] - before[name]) for name in ("foreign", "good", "damaged")}
-        text = f"serial port {self._path}: no board answered within {self._patience_s:g} s: "
-        if came["foreign"]:
-            return text + (
-                "packets of another protocol version or number of axes came "
-                f"(this side: version {frame.VERSION}, {self._rig.n_axes} axes)"
-            )
-        if came["good"]:
-            return text + "samples came, but no identity: does the firmware answer identify packets?"
-        if came["damaged"]:
-            return (
-                text + f"{came['damaged']} damaged packets came: is baud {self._baud} that of the firmware?"
-            )
-        return text + "not a packet came: is the board powered, its firmware one of docs/serial-protocol.md?"
+    @cached_property
+    def _stop_bytes(self) -> bytes:
+        return self._stop_packet()
 
-    def _check_identity(self) -> None:
-        board = self._board[0]
-        name = bytes(board["serial_number"]).rstrip(b"\0").decode("ascii", "backslashreplace")
-        wanted = self.identity or self._wanted
-        if wanted is not None and name != wanted:
-            raise BackendError(
-                f"serial port {self._path}: board {name!r} answered, {wanted!r} is wanted: plug that one in, "
-                "or name this one in [device.options] identity and start again"
-            )
-        if board["n_axes"] != self._rig.n_axes:
-            raise BackendError(
-                f"serial port {self._path}: board {name!r} has {board['n_axes']} axes, the rig file {self._rig.n_axes}"
-            )
-        self.identity = name
+    # -- the backend -------------------------------------------------------------------------------
+    def open(self) -> None:
+        """Open the port and make sure of the board. Idempotent. Raises BackendError."""
+        if self._port is not None:
+            return
+        port = Port(self._path, self._baud)
+        _ = self._stop_bytes  # compiled now, not when it is needed
+        self._forget()
+        self._wire["unsent_in_row"] = self._wire["full"] = 0
+        try:
+            self._greet(port)
+        except BaseException:
+            port.close()
+            raise
+        self._views = [memoryview(self.chunk)]  # type: ignore[arg-type]
+        self._patience_s = self._reopen_timeout_s
+        self._port = port
+        self._wire["fd"] = port.fd
 
+    def fileno(self) -> int:
+        """Descriptor of the open port, to wait on; -1 while closed."""
+        return -1 if self._port is None else self._port.fd
 
-def _settings(options: Options, rig: Rig, torque: bool) -> np.ndarray:
-    """The link record of these options, its state zero."""
-    record = np.zeros(1, link.link_dtype(rig.n_axes))
-    row, channels = record[0], set(options["channels"])
-    axes = list(options["axis"]) * (rig.n_axes if len(options["axis"]) == 1 else 1)
-    if len(axes) != rig.n_axes:
-        raise BackendError(
-            f"serial: axis has {len(axes)} tables; give one for all, or {rig.n_axes}, one per axis"
+    def warm_up(self, tick: np.ndarray) -> None:
+        """Compile (or load) what `read` and `write` call, for ticks like `tick`; changes nothing."""
+        self._receive, self._send = self._bind(tick)
+        self._tick = tick
+
+    def compiled_cycle(self, tick: np.ndarray) -> CompiledCycle | None:
+        """See `CompiledCycleBackend`; None where what is sent is put together in Python."""
+        codec = self._compiled_codec(tick)
+        if codec is None:
+            return None
+        (receive, received), (send, sent) = codec
+        wire = self._wire
+        wire["receive_at"], wire["send_at"] = entry_point(receive, *received), entry_point(send, *sent)
+        return CompiledCycle(
+            read_cycle, (wire, self.chunk, self.meta, received), write_cycle, (wire, self.packet, sent)
         )
-    for k, axis in enumerate(axes):
-        row["rad_per_count"][k] = axis["position_sign"] * 2 * math.pi / rig.encoder_counts_per_rev[k]
-        row["offset_rad"][k] = axis["position_offset_rad"]
-        row["motor_sign"][k] = axis["motor_sign"]
-    row["torque_mode"], row["time_to_live"] = int(torque), options["time_to_live_cycles"]
-    for channel in ("current", "force", "moment", "velocity", "temperature", "estop"):
-        row["show_" + channel] = channel in channels
-    unusable = frame.Status.DRIVE_FAULT
-    unusable |= frame.Status.FORCE_MISSING if "force" in channels else 0
-    unusable |= frame.Status.TEMPERATURE_MISSING if "temperature" in channels else 0
-    unusable |= frame.Status.VELOCITY_MISSING if "velocity" in channels else 0
-    unusable |= frame.Status.MOMENT_MISSING if "moment" in channels else 0
-    row["unusable_status"] = int(unusable)
-    return record
+
+    def read(self, tick: np.ndarray) -> None:
+        """Write the newest sample into the tick. Never blocks; bounded work. Raises LinkLost.
+
+        A backlog is taken in but nothing of it shown as fresh: after it comes what is really new.
+        """
+        port = self._port
+        if port is None:
+            raise LinkLost(f"serial port {self._path}: not open")
+        if tick is not self._tick:
+            self.warm_up(tick)
+        receive, size = self._receive, self._size
+        assert receive is not None
+        size[0] = n = port.read_into(self._views)
+        size[1] = DRAINED
+        if n >= BACKLOG:
+            self._catch_up(port, receive)
+        if receive() >= RESTART_PACKETS:
+            raise LinkLost(
+                f"serial port {self._path}: the board has started over (its samples are older than those before); "
+                "its position is no longer known: stop, and start again"
+            )
+
+    def _catch_up(self, port: Port, receive: Callable[[], int]) -> None:
+        """Take in a backlog up to its last chunk; that one is left to the caller."""
+        size = self._size
+        size[1] = MORE
+        for _ in range(CHUNKS_PER_READ - 1):
+            receive()
+            size[0] = n = port.read_into(self._views)
+            if n < BACKLOG:
+                break
+        size[1] = BACKLOGGED
+
+    def write(self, tick: np.ndarray) -> None:
+        """Send the tick's command; the newest always goes first. Never blocks. Raises LinkLost."""
+        port = self._port
+        if port is None:
+            raise LinkLost(f"serial port {self._path}: not open")
+        if tick is not self._tick:
+            self.warm_up(tick)
+        send, wire = self._send, self._wire
+        assert send is not None
+        if not (self.consumes or self.asks):
+            return
+        if wire["full"][0]:  # the compiled half has tried
+            wire["full"] = 0
+        elif port.write(self._packet_bytes[: send()]):
+            wire["unsent_in_row"] = 0
+            return
+        self.unsent += 1
+        wire["unsent_in_row"] += 1
+        port.discard_output()  # what waits there is older than this one
+        if wire["unsent_in_row"][0] >= RESTART_PACKETS:
+            raise LinkLost(f"serial port {self._path}: the board takes no more commands (line full)")
+
+    def ask(self) -> None:
+        """See AskedBackend: the poll, where the board has one."""
+        if self._port is None:
+            raise LinkLost(f"serial port {self._path}: not open")
+        if self._poll:
+            self._port.write(self._poll)
+
+    def stop(self) -> None:
+        """Make the board torque-free: a stop packet ahead of anything queued. Never raises."""
+        packet = self._stop_bytes
+        if not packet:
+            return
+        port = self._port
+        if port is not None:
+            port.discard_output()
+            with contextlib.suppress(LinkLost):
+                if port.write(packet):
+                    return
+        send_once(self._path, self._baud, packet)
+
+    def close(self) -> None:
+        """Release the port. Idempotent, never raises."""
+        port, self._port = self._port, None
+        self._wire["fd"] = -1
+        if port is not None:
+            port.close()
+
+
+def require_line_rate(
+    path: str, baud: int, bytes_in: int, in_hz: float, bytes_out: int = 0, out_hz: float = 0.0
+) -> None:
+    """Refuse a bit rate that cannot carry `in_hz` samples and `out_hz` commands a second. Raises BackendError."""
+    ways = [
+        ("a sample", bytes_in, in_hz, "the device's rate_hz"),
+        ("a command", bytes_out, out_hz, "[loop] rate_hz"),
+    ]
+    what, n_bytes, rate_hz, key = max(ways, key=lambda way: way[1] * way[2])
+    needed = n_bytes * BITS_PER_BYTE * rate_hz
+    if needed > 0.9 * baud:
+        raise BackendError(
+            f"serial port {path}: baud {baud} is too slow for {what} of {n_bytes} bytes, {rate_hz:g} times a second: they "
+            f"need at least {needed / 0.9:.0f}; raise baud, or lower {key} if it is slower "
+            "(USB boards ignore the number: write any high one)"
+        )

@@ -22,8 +22,8 @@ from pathlib import Path
 
 import serial
 
+from hw.device_holders import holders
 from hw.interface import BackendError, LinkLost
-from hw.serial.holders import holders
 
 CHUNK = 4096
 """The kernel's line discipline holds at most 4095 bytes; one read takes them all."""

@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from hw.fault_kinds import Channel, Effect
-from hw.faults import due_ticks
 from hw.mock.plant import plant_read, plant_write
+from hw.scripted_faults import due_ticks
 from rtctl.campaign.events import change_world, operate, render, slots_missed, stream_world
 from rtctl.campaign.jit import compiled
 from rtctl.campaign.monitor import watch, watch_hand

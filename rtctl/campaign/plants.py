@@ -15,10 +15,10 @@ import numpy as np
 from hw.mock.effects import effect_fields
 from hw.mock.family import FAMILY
 from hw.mock.records import plant_records
-from rtctl import lateness
-from rtctl.config import LoadedConfig
+from rtctl.check import lateness
 from rtctl.control.stability import late_ticks
-from rtctl.family import with_plant
+from rtctl.rig_file.config import LoadedConfig
+from rtctl.simulation.family import with_plant
 
 LEFT_OUT: tuple[str, ...] = ()
 """Plants on which an invariant does not hold: known, named here with their reason, and not drawn."""

@@ -18,14 +18,14 @@ from rtctl.campaign import plants
 from rtctl.campaign.jit import records
 from rtctl.campaign.monitor import memory_dtype
 from rtctl.campaign.pursuit import FOE, foe_record
-from rtctl.config import LoadedConfig
 from rtctl.control import stability
 from rtctl.control.delay_cover import delay_covered_ticks
 from rtctl.control.environments.kind import DAMPING, STIFFNESS
 from rtctl.control.environments.table import OWN, Environment
 from rtctl.control.vocabulary import Policy
 from rtctl.friction.guarantee import BANK_MOST_J, LENGTH_FACTOR
-from rtctl.simulation import Simulation
+from rtctl.rig_file.config import LoadedConfig
+from rtctl.simulation.closed_loop import Simulation
 
 _FEEDBACK_STREAM = 7
 _RENDERER_STREAM = 11

@@ -13,14 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from rtctl import config
 from rtctl.campaign.drive import drive
 from rtctl.campaign.jit import records
 from rtctl.campaign.monitor import INVARIANTS
 from rtctl.campaign.rigs import Rig, make
-from rtctl.config import LoadedConfig
 from rtctl.control.vocabulary import Fault, Program, State
-from rtctl.demo import shipped_config
+from rtctl.rig_file import config
+from rtctl.rig_file.config import LoadedConfig
+from rtctl.simulation.demo import shipped_config
 
 TRACE_TICKS = 2000
 

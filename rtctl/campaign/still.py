@@ -28,13 +28,13 @@ import numpy as np
 from hw import registry
 from hw.mock.family import merged
 from hw.mock.records import Hand
-from rtctl import config
-from rtctl.config import Config, LoadedConfig
 from rtctl.control.vocabulary import State
-from rtctl.demo import shipped_config
 from rtctl.errors import FaultError
 from rtctl.friction.policies import STANDINGS
-from rtctl.simulation import Simulation
+from rtctl.rig_file import config
+from rtctl.rig_file.config import Config, LoadedConfig
+from rtctl.simulation.closed_loop import Simulation
+from rtctl.simulation.demo import shipped_config
 
 QUIET_RAD_S = 0.002
 """Largest RMS speed from `SETTLE_S` to `JUDGED_S` after the motion."""

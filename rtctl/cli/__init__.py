@@ -11,47 +11,11 @@ from typing import Any
 import click
 
 from rtctl import __version__
+from rtctl.cli.command_table import COMMANDS
 from rtctl.cli.json_text import json_text
 from rtctl.errors import ConfigError, RtctlError
 from rtctl.standard_streams import open_standard_streams
 from rtctl.terminal import obey_nothing_foreign
-
-COMMANDS: dict[str, str] = {
-    "demo": "rtctl.cli.demo",
-    "init": "rtctl.cli.init",
-    "run": "rtctl.cli.run",
-    "status": "rtctl.cli.operate:status",
-    "arm": "rtctl.cli.operate:arm",
-    "stop": "rtctl.cli.operate:stop",
-    "reset": "rtctl.cli.operate:reset",
-    "tare": "rtctl.cli.operate:tare",
-    "check": "rtctl.cli.check",
-    "identify": "rtctl.cli.identify",
-    "fit": "rtctl.cli.fit",
-    "monitor": "rtctl.cli.monitor",
-    "record": "rtctl.cli.record",
-    "info": "rtctl.cli.info",
-    "export": "rtctl.cli.export",
-    "replay": "rtctl.cli.replay",
-    "plot": "rtctl.cli.plot",
-    "compare": "rtctl.cli.plot:compare",
-    "events": "rtctl.cli.events",
-    "incident": "rtctl.cli.incident",
-    "playback": "rtctl.cli.playback",
-    "probe": "rtctl.cli.probe",
-    "stop-rig": "rtctl.cli.stop_rig",
-    "doctor": "rtctl.cli.doctor",
-    "schema": "rtctl.cli.schema",
-    "keys": "rtctl.cli.keys",
-    "bench": "rtctl.cli.bench",
-    "experiment": "rtctl.cli.experiment",
-    "campaign": "rtctl.cli.campaign",
-    "service": "rtctl.cli.service",
-    "view": "rtctl.cli.view",
-    "world": "rtctl.cli.view:world",
-    "completion": "rtctl.cli.completion",
-}
-"""Command name -> the module whose `command` it is, or `module:name`."""
 
 
 class _LazyGroup(click.Group):

@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from rtctl.bench.row import Row
 from rtctl.cli.json_text import json_text
+
+if TYPE_CHECKING:
+    from tests.bench.row import Row
+
+BENCHMARKS = Path(__file__).parents[2] / "tests" / "bench"
+"""Benchmarks stand in a checkout, beside the tests: they need simulated attackers and other people's programs, a service does not."""
 
 GROUPS = (
     "friction",
@@ -69,11 +75,19 @@ def command(
     cycle, wake-up, telemetry streams, floods, STOP under attack, device I/O, recording, live view; and, only when asked for, soak: hours of subscribers that come and go, and of floods;
     deaths: a hundred killed loops, and how soon a simulated board was without torque; scheduler: SCHED_DEADLINE beside SCHED_FIFO.
 
+    Only in a checkout: benchmarks are not installed with the package.
+
     Give GROUPS to run only some. The whole takes about ten minutes and wants an otherwise idle machine;
     wakeup and streams need cyclictest (Debian rt-tests), friction the extra rtctl[bench].
     Exit code 0 whatever the figures are; `ok` in each row says whether its target was met.
     """
-    from rtctl.errors import RtctlError
+    from rtctl.errors import ConfigError, RtctlError
+
+    if not BENCHMARKS.is_dir():
+        raise ConfigError(
+            f"rtctl bench: {BENCHMARKS} is not there: the benchmarks are in a checkout of rtctl, not in an installed "
+            "package; run `make bench`, or `.venv/bin/rtctl bench` after `make setup-bench`, in the checkout"
+        )
 
     report = _Json() if as_json else _Text()
     measured = measurements(
@@ -97,7 +111,7 @@ class _Text:
         self.skipped: dict[str, str] = {}
 
     def rows(self, measured: list[Row]) -> None:
-        from rtctl.bench.row import table
+        from tests.bench.row import table
 
         click.echo("\n".join(table(measured)))
 
@@ -125,8 +139,8 @@ class _Json(_Text):
 
 
 def _wakeup(*, quick: bool, minutes: float | None, loads: tuple[str, ...], picture: Path | None) -> list[Row]:
-    from rtctl.bench import wakeup
-    from rtctl.demo import shipped_config
+    from rtctl.simulation.demo import shipped_config
+    from tests.bench import wakeup
 
     seconds = 2.0 if quick else 5.0
     rounds = wakeup.rounds_in(minutes, seconds, loads) if minutes else (1 if quick else 4)
@@ -140,12 +154,12 @@ def measurements(
     *, quick: bool, minutes: float | None, rig_seconds: float, loads: tuple[str, ...], picture: Path | None
 ) -> dict[str, Callable[[], list[Row]]]:
     """What measures each group; nothing is measured yet."""
-    from rtctl.bench import (
+    from rtctl.simulation.demo import shipped_config
+    from tests.bench import (
         attacks,
         deaths,
         feel,
         flood,
-        friction,
         io,
         loop,
         recording,
@@ -156,7 +170,7 @@ def measurements(
         view,
         virtual,
     )
-    from rtctl.demo import shipped_config
+    from tests.bench import friction_evaluation as friction
 
     mock = shipped_config("mock.toml")
     short = 0.2 if quick else 1.0

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING
 
 import click
 
+from rtctl.check.verdict import Outcome
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFile
 from rtctl.errors import StabilityError
-from rtctl.verdict import Outcome
 
 if TYPE_CHECKING:
-    from rtctl.config import LoadedConfig
+    from rtctl.check.stability_report import AxisReport, Report
     from rtctl.friction.margins import FrictionFigures
-    from rtctl.stability_report import AxisReport, Report
+    from rtctl.rig_file.config import LoadedConfig
 
 _File = click.Path(dir_okay=False, path_type=Path)
 _MEMBER_KEYS = ("kind", "axes", "channels", "max_age_ticks", "budget_ns")
@@ -34,17 +34,18 @@ def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
     Figures first, then what the tests say of them, the weakest last. What the last arming measured of the torque's
     delay on these devices counts where it is worse than declared. Exit code 5 when a test fails.
     """
-    from rtctl import stability_report, timing
-    from rtctl.config import load
+    from rtctl.check import measured_timing as timing
+    from rtctl.check import stability_report
     from rtctl.friction import advice
     from rtctl.recording.state_folder import written_folder
+    from rtctl.rig_file.config import load
 
     loaded = load(config)
     pulse = timing.read(written_folder(loaded.config.rig.name), timing.devices_sha256(loaded))
     report = stability_report.examine(loaded, pulse)
     advices = advice.advise(loaded)
     if plot is not None:
-        from rtctl import stability_figure
+        from rtctl.check import stability_figure
 
         stability_figure.draw(report, plot)
     if as_json:
@@ -133,7 +134,7 @@ def _echo_devices(loaded: LoadedConfig) -> None:
 
 def _lines(axis: AxisReport) -> list[tuple[str, str, str]]:
     """Label, figure with unit, and note of every line of one axis."""
-    from rtctl.verdicts_of_loop import between_text
+    from rtctl.check.verdicts_of_loop import between_text
 
     exact, paper = axis.sampled_data_margin_nms_rad, axis.adams_hannaford_margin_nms_rad
     lines = [

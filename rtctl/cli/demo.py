@@ -11,7 +11,7 @@ import click
 from rtctl.cli.invocation import as_run, shown
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFile
-from rtctl.shipped import shipped
+from rtctl.simulation.shipped_files import shipped
 
 
 @click.command("demo")
@@ -25,10 +25,10 @@ from rtctl.shipped import shipped
 @click.option("--json", "as_json", is_flag=True, help="end with one JSON object on stdout")
 def command(config: Path | None, measure: float, plot: Path | None, *, as_json: bool) -> None:
     """Feel the difference: a simulated hand moves a simulated rig, friction compensation off, then on."""
-    from rtctl.config import load
-    from rtctl.demo import Demo, shipped_config
     from rtctl.errors import ConfigError
     from rtctl.host.supervisor import Host
+    from rtctl.rig_file.config import load
+    from rtctl.simulation.demo import Demo, shipped_config
 
     loaded = load(config or shipped_config("mock.toml"))
     if not loaded.config.simulated:
@@ -46,7 +46,7 @@ def command(config: Path | None, measure: float, plot: Path | None, *, as_json: 
     off, on = (phase.rms_nm() for phase in demo.phases)
     summary["hand_torque_rms_nm"] = {"off": off, "on": on, "reduction": 1 - on / off}
     if plot is not None:
-        from rtctl.demo_figure import draw
+        from rtctl.simulation.demo_figure import draw
 
         draw(plot, *demo.trace(), demo.switch_s, (off, on))
         summary["picture"] = str(plot)

@@ -14,7 +14,7 @@ from rtctl.cli.invocation import as_run
 from rtctl.cli.json_text import json_text
 
 if TYPE_CHECKING:
-    from rtctl.doctor.line import Line
+    from rtctl.machine.line import Line
 
 _COLOURS = {"ok": "green", "warn": "yellow", "fail": "red"}
 
@@ -37,9 +37,9 @@ def command(config: Path | None, seconds: float, *, no_timing: bool, as_json: bo
     Nothing is changed, opened or armed. Each line is ok, warn or fail, with the command or line that puts it
     right. Exit code 1 when a line fails.
     """
-    from rtctl.doctor import wakeup
-    from rtctl.doctor.examine import examine
-    from rtctl.service.plan import install_command
+    from rtctl.machine import wakeup
+    from rtctl.machine.examine import examine
+    from rtctl.machine.service_steps import install_command
 
     def _say(line: Line) -> None:
         click.echo(

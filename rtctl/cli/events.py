@@ -58,8 +58,8 @@ def line(event: dict[str, Any]) -> str:
 
 
 def _text(event: dict[str, Any]) -> str:
-    from rtctl.event_words import line_of
-    from rtctl.fault_words import sentence
+    from rtctl.wire.event_words import line_of
+    from rtctl.wire.fault_words import sentence
 
     kind = event["event"]
     match kind:

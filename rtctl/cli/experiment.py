@@ -14,9 +14,9 @@ from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFolder
 
 if TYPE_CHECKING:
-    from rtctl.config import LoadedConfig
     from rtctl.experiments.order import Order
     from rtctl.experiments.report import Outcome
+    from rtctl.rig_file.config import LoadedConfig
 
 NAMES = (
     "free-motion",
@@ -105,10 +105,10 @@ def command(
 
     --out gets report.html (needs nothing else), its figures as PNG and report.json.
     """
-    from rtctl.config import load
     from rtctl.experiments import report
     from rtctl.experiments.order import Order
-    from rtctl.family import with_plant
+    from rtctl.rig_file.config import load
+    from rtctl.simulation.family import with_plant
 
     loaded = load(config) if plant is None else with_plant(load(config), plant)
     simulate = simulate or name == "papers" or plant is not None

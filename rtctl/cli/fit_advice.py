@@ -12,10 +12,10 @@ import click
 from hw.outside import real
 
 if TYPE_CHECKING:
-    from rtctl.config import LoadedConfig
     from rtctl.friction.gain import AxisGain
     from rtctl.friction.model import FrictionModel
     from rtctl.friction.truth import Deviation
+    from rtctl.rig_file.config import LoadedConfig
 
 
 def body(model: FrictionModel, loaded: LoadedConfig | None, out: Path) -> dict[str, Any]:

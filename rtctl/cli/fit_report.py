@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from rtctl.config import LoadedConfig
     from rtctl.friction.learn.ladder import Ladder
     from rtctl.friction.model import FrictionModel
     from rtctl.friction.points.measured import FrictionPoints
+    from rtctl.rig_file.config import LoadedConfig
 
 
 @dataclass(frozen=True)
@@ -36,10 +36,10 @@ def prepare(folder: Path | None, test: Path | None, config: Path | None, rig: st
     """
     if folder is None and test is not None:
         raise click.UsageError("--test is for the report; add --report DIR")
-    from rtctl.config import load
     from rtctl.errors import DataError
     from rtctl.friction.points.reader import read_points
     from rtctl.friction.report import write as report
+    from rtctl.rig_file.config import load
 
     if folder is not None:
         report.require_place(folder)

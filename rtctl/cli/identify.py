@@ -17,10 +17,10 @@ from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFolder
 
 if TYPE_CHECKING:
-    from rtctl.config import LoadedConfig
     from rtctl.friction.truth import Deviation
     from rtctl.identify.dataset import Dataset
     from rtctl.identify.settings import Rig, Settings
+    from rtctl.rig_file.config import LoadedConfig
 
 LOG_MODULE = "rtctl.cli.identify_log"
 """Module whose `command` takes over when `--log` is given."""
@@ -120,9 +120,9 @@ def command(
 
     Recordings instead of a rig: rtctl identify --log FILE --column ROLE=NAME... (options: rtctl identify --log x --help).
     """
-    from rtctl.config import load
     from rtctl.identify.dataset import Dataset
     from rtctl.identify.settings import Settings, rig_of, without_feedforward
+    from rtctl.rig_file.config import load
 
     settings = Settings(**options)
     loaded = without_feedforward(load(config))
@@ -158,7 +158,7 @@ def _simulated(
 ) -> bool:
     from rtctl.identify.session import identify
     from rtctl.identify.simulated import drive
-    from rtctl.simulation import Simulation
+    from rtctl.simulation.closed_loop import Simulation
 
     simulation = Simulation(loaded)
     steps = identify(rig, settings, dataset, progress, progress.notice)

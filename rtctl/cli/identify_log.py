@@ -19,11 +19,11 @@ from rtctl.cli.outputs import OutputFolder
 from rtctl.errors import ConfigError
 
 if TYPE_CHECKING:
-    from rtctl.config_tables import AxisTable
     from rtctl.friction.logs.log_input import Gearing
     from rtctl.friction.logs.regression import JointFit, Regression
     from rtctl.friction.points.measured import FrictionPoints
     from rtctl.friction.points.presliding import Presliding
+    from rtctl.rig_file.axis_tables import AxisTable
 
 ROLES = {
     "time": "time",
@@ -161,7 +161,7 @@ def _units_line(mapped: Mapping[str, Mapping[str, Any]], config: Path | None) ->
 
 
 def _axis(config: Path, axis: int) -> AxisTable:
-    from rtctl.config import load
+    from rtctl.rig_file.config import load
 
     axes = load(config).config.axis
     if axis >= len(axes):

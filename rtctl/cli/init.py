@@ -11,7 +11,7 @@ from rtctl.cli.json_text import json_text
 
 
 def _complete(_ctx: click.Context, _param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    from rtctl.shipped import rig_files
+    from rtctl.simulation.shipped_files import rig_files
 
     return [CompletionItem(path.name) for path in rig_files() if path.name.startswith(incomplete)]
 
@@ -32,7 +32,7 @@ def command(shipped: str | None, target: Path | None, name: str | None, *, as_js
         rtctl run my-rig.toml --arm
     """
     from rtctl.errors import ConfigError
-    from rtctl.shipped import about, rig_files, write_copy
+    from rtctl.simulation.shipped_files import about, rig_files, write_copy
 
     if shipped is None:
         files = {path.name: about(path) for path in rig_files()}

@@ -10,7 +10,7 @@ import sys
 from importlib.metadata import PackageNotFoundError, requires
 from pathlib import Path
 
-from rtctl.cli import COMMANDS
+from rtctl.cli.command_table import COMMANDS
 
 
 def program() -> str:

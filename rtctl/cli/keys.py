@@ -8,7 +8,7 @@ import click
 
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFile
-from rtctl.protocol import ROLES
+from rtctl.wire.protocol import ROLES
 
 _FOLDER = click.option(
     "--dir", "folder", required=True, envvar="RTCTL_KEYS", show_envvar=True, type=click.Path(path_type=Path),
@@ -35,7 +35,7 @@ def command() -> None:
 @_JSON
 def new(name: str, role: str, out: Path | None, folder: Path, *, as_json: bool) -> None:
     """Make a key for the client NAME; the first one also makes the daemon's own."""
-    from rtctl.keys import KeyStore
+    from rtctl.wire.keys import KeyStore
 
     path = KeyStore(folder).new(name, role, out or Path(f"{name}.key"))
     if as_json:
@@ -50,7 +50,7 @@ def new(name: str, role: str, out: Path | None, folder: Path, *, as_json: bool) 
 @_JSON
 def show(folder: Path, *, as_json: bool) -> None:
     """Show who is let in."""
-    from rtctl.keys import KeyStore
+    from rtctl.wire.keys import KeyStore
 
     store = KeyStore(folder)
     server = store.server()
@@ -72,7 +72,7 @@ def show(folder: Path, *, as_json: bool) -> None:
 @_JSON
 def revoke(name: str, folder: Path, *, as_json: bool) -> None:
     """Let the client NAME in no more; a running daemon cuts its connections within a second."""
-    from rtctl.keys import KeyStore
+    from rtctl.wire.keys import KeyStore
 
     key = KeyStore(folder).revoke(name)
     click.echo(json_text({"revoked": vars(key)}) if as_json else f"revoked {key.role} {key.name}")

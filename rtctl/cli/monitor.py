@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rtctl.cli.json_text import json_text
+from rtctl.cli.monitor_text import NO_DATA_S
 from rtctl.cli.rig_argument import connect, reach_options
 
 if TYPE_CHECKING:
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
 REFRESH_S = 0.2
 LINE_S = 1.0
 LOOK_S = 0.1
-NO_DATA_S = 0.5
-"""Without a sample for so long, what was seen last is no state of the rig any more."""
 
 _HOME_AND_CLEAR = "\x1b[H\x1b[J"
 
@@ -77,7 +76,7 @@ class Watch:
     """
 
     def __init__(self, client: RigClient, *, local: bool) -> None:
-        from rtctl.host.faults import FaultPlaces
+        from rtctl.wire.fault_names import FaultPlaces
 
         self._client, self._local = client, local
         self.hello = client.hello()

@@ -7,9 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from rtctl.cli.monitor import NO_DATA_S
-from rtctl.event_words import device_line
-from rtctl.fault_words import Entry, sentence
+from rtctl.wire.event_words import device_line
+from rtctl.wire.fault_words import Entry, sentence
+
+NO_DATA_S = 0.5
+"""Without a sample for so long, what was seen last is no state of the rig any more."""
+
 
 if TYPE_CHECKING:
     from rtctl.client import RigState

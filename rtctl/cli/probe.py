@@ -46,11 +46,11 @@ def command(
     last arming measured of each axis' torque (delay, lag, gain, offset). Exit code 6 when a device cannot be
     opened, is lost, or shows no sample.
     """
-    from rtctl.config import load
     from rtctl.errors import DeviceError
-    from rtctl.host.endpoints import RuntimeDirectory
-    from rtctl.host.probe import actuators, devices, watch
+    from rtctl.host.access.endpoints import RuntimeDirectory
+    from rtctl.machine.device_readings import actuators, devices, watch
     from rtctl.recording.state_folder import written_folder
+    from rtctl.rig_file.config import load
 
     loaded = load(config)
     found = devices(loaded, device, poll=poll)

@@ -42,7 +42,7 @@ def command(
     """
     from rtctl.client.capture import Capture
     from rtctl.errors import RtctlError
-    from rtctl.protocol import client_directory, endpoints_in
+    from rtctl.wire.protocol import client_directory, endpoints_in
 
     name, folder, limits = _target(rig or only_rig(runtime_dir), out)
     with Capture(endpoints_in(client_directory(name, runtime_dir))) as capture:
@@ -64,8 +64,8 @@ def _target(rig: str, out: Path | None) -> tuple[str, Path, Limits | None]:
 
     if not (rig.endswith(".toml") or Path(rig).is_file()):
         return rig, out or state_folder(rig) / "recordings", None
-    from rtctl.config import load
-    from rtctl.host.run_record import limits, recording_folder
+    from rtctl.host.record.run_record import limits, recording_folder
+    from rtctl.rig_file.config import load
 
     loaded = load(rig)
     table = loaded.config.record

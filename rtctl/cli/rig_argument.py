@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 def _complete(_ctx: click.Context, _param: click.Parameter, incomplete: str) -> list[CompletionItem]:
     """The rigs that run here, then files."""
-    from rtctl.protocol import running_rigs
+    from rtctl.wire.protocol import running_rigs
 
     rigs = [CompletionItem(name) for name in running_rigs(None) if name.startswith(incomplete)]
     return [*rigs, CompletionItem(incomplete, type="file")]
@@ -65,7 +65,7 @@ def rig_of(rig: str | None, runtime_dir: Path | None = None) -> str:
 
 def only_rig(runtime_dir: Path | None) -> str:
     """The one rig that runs on this machine."""
-    from rtctl.protocol import running_rigs, runtime_root
+    from rtctl.wire.protocol import running_rigs, runtime_root
 
     running = running_rigs(runtime_dir)
     if not running:

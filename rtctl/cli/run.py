@@ -47,12 +47,12 @@ def command(
     refuses are said on stderr as they happen. The exit code is 11 when the run ended in a latched fault, 14 when
     the recording has gaps because the disk refused it.
     """
-    from rtctl.config import load
     from rtctl.errors import ConfigError, FaultError, RecordingError
     from rtctl.host.auto_arm import AutoArm
     from rtctl.host.notices import Notices
     from rtctl.host.outlet import LAST_WORDS_S, streams_that_never_wait
     from rtctl.host.supervisor import Host
+    from rtctl.rig_file.config import load
 
     loaded = load(config, faults)
     if arm and not loaded.config.simulated:

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import click
 
-from rtctl import documents, tick
+from rtctl import tick
+from rtctl.cli import generated_documents as documents
 from rtctl.cli.json_text import json_text
 
 
@@ -31,6 +32,6 @@ def command(subject: str, axes: int, documents_to_fill: tuple[Path, ...], *, as_
     if subject == "tick":
         click.echo(json_text(tick.json_schema(axes), indent=2))
         return
-    from rtctl.config import Config
+    from rtctl.rig_file.config import Config
 
     click.echo(json_text(Config.model_json_schema(), indent=2))

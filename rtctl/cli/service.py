@@ -46,10 +46,10 @@ def install(
     Copies the rig file (and its friction models) to /etc/rtctl, the unit to /etc/systemd/system, makes the user
     `rtctl`, enables and starts rtctl@NAME. Doing it again changes only what differs. The rig starts unarmed.
     """
-    from rtctl import stability_report
-    from rtctl.config import load
+    from rtctl.check import stability_report
     from rtctl.errors import StabilityError
-    from rtctl.service import plan as service
+    from rtctl.machine import service_steps as service
+    from rtctl.rig_file.config import load
 
     loaded = load(config)
     report = stability_report.examine(loaded)
@@ -77,7 +77,7 @@ def uninstall(name: str, root: Path, *, purge: bool, dry_run: bool, as_json: boo
 
     With the last rig the unit, the udev rules and the compiled cache go too.
     """
-    from rtctl.service import plan as service
+    from rtctl.machine import service_steps as service
 
     if root == Path("/") and not dry_run:
         _require_root()

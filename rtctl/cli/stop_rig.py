@@ -20,9 +20,9 @@ def command(config: Path, *, as_json: bool) -> None:
     stop, also a rig that runs (its loop then latches a fault). Exit code 6 when an actuator could not be
     opened and told; simulated devices have no torque to take away.
     """
-    from rtctl.config import load
     from rtctl.errors import DeviceError
-    from rtctl.host.safe_stop import SafeStop
+    from rtctl.host.loop.safe_stop import SafeStop
+    from rtctl.rig_file.config import load
 
     stopped = SafeStop(load(config)).now()
     bad = [one for one in stopped if not one.confirmed]

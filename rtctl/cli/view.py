@@ -111,7 +111,7 @@ def _shown_by_daemon(name: str, runtime_dir: Path | None) -> tuple[str, str] | N
     """Address of the daemon's own view and its key part, if it answers."""
     import http.client
 
-    from rtctl.protocol import VIEW_NAME, client_directory
+    from rtctl.wire.protocol import VIEW_NAME, client_directory
 
     try:
         address = (client_directory(name, runtime_dir) / VIEW_NAME).read_text().strip()

@@ -22,6 +22,6 @@ from rtctl.client.rig import RigClient
 from rtctl.client.samples import RigState
 from rtctl.client.streams import Stream
 from rtctl.control.vocabulary import Fault, State
-from rtctl.protocol import Endpoints
+from rtctl.wire.protocol import Endpoints
 
 __all__ = ["Endpoints", "Fault", "Lease", "RigClient", "RigState", "State", "Stream"]

@@ -16,7 +16,7 @@ from rtctl.client.connection import Connection
 from rtctl.client.samples import tick_rows
 from rtctl.control.records import command_dtype, state_dtype
 from rtctl.errors import ClientError, NoReplyError
-from rtctl.protocol import TOPIC_COMMAND, TOPIC_EVENT, TOPIC_HEALTH, TOPIC_SETUP, TOPIC_TICKS, Endpoints
+from rtctl.wire.protocol import TOPIC_COMMAND, TOPIC_EVENT, TOPIC_HEALTH, TOPIC_SETUP, TOPIC_TICKS, Endpoints
 
 SILENCE_S = 3.0
 """Without a word for so long the daemon has ended (docs/protocol.md)."""

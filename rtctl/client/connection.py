@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import zmq
 
 from rtctl.errors import ConfigError, NoReplyError
-from rtctl.keys import ClientKey
-from rtctl.private_folder import foreign_endpoint
-from rtctl.protocol import Endpoints, tcp_endpoints
+from rtctl.wire.keys import ClientKey
+from rtctl.wire.private_folder import foreign_endpoint
+from rtctl.wire.protocol import Endpoints, tcp_endpoints
 
 HEARTBEAT_MS = 500
 """A connection over TCP that is silent for three of these is taken for broken, and made again."""

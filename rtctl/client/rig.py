@@ -18,9 +18,9 @@ from rtctl.client.requests import Reply, Requester
 from rtctl.client.worlds import Worlds
 from rtctl.control.vocabulary import State
 from rtctl.errors import ClientError, ConfigError, RefusedError
-from rtctl.fault_words import sentence
-from rtctl.keys import ClientKey
-from rtctl.protocol import Endpoints, client_directory, endpoints_in
+from rtctl.wire.fault_words import sentence
+from rtctl.wire.keys import ClientKey
+from rtctl.wire.protocol import Endpoints, client_directory, endpoints_in
 
 LEASE_POLL_S = 0.05
 _POLL_S = 0.005

@@ -16,7 +16,7 @@ import zmq
 from rtctl.client.connection import Connection
 from rtctl.client.samples import RigState, rig_state, tick_rows
 from rtctl.errors import ClientError, NoReplyError
-from rtctl.protocol import TOPIC_EVENT, TOPIC_HEALTH, TOPIC_STATE, TOPIC_TICKS
+from rtctl.wire.protocol import TOPIC_EVENT, TOPIC_HEALTH, TOPIC_STATE, TOPIC_TICKS
 
 Item = TypeVar("Item")
 

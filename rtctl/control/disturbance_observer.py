@@ -35,7 +35,7 @@ from __future__ import annotations
 import math
 
 from rtctl.control.feedforward import range_fade
-from rtctl.control.friction import BACKWARD, FORWARD
+from rtctl.control.friction_curve import BACKWARD, FORWARD
 from rtctl.control.jit import compiled
 from rtctl.control.records import HELD, Record
 from rtctl.control.resting import is_resting, while_resting

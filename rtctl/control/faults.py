@@ -1,6 +1,6 @@
 """The fault table of the safety contract: one row per fault, from which reactions, texts and docs follow.
 
-The masks below are what the compiled state machine reads; `rtctl.host.faults` shows the texts and
+The masks below are what the compiled state machine reads; `rtctl.wire.fault_names` shows the texts and
 `docs/safety.md` the table.
 """
 

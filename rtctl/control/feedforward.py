@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from rtctl.control import compensation_limit as limits
-from rtctl.control.friction import BACKWARD, FORWARD, branch_magnitude
+from rtctl.control.friction_curve import BACKWARD, FORWARD, branch_magnitude
 from rtctl.control.jit import compiled
 from rtctl.control.records import Record
 from rtctl.control.resting import while_bent

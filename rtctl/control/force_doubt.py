@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import math
 
-from rtctl.control.friction import BACKWARD, FORWARD
+from rtctl.control.friction_curve import BACKWARD, FORWARD
 from rtctl.control.jit import compiled
 from rtctl.control.program import in_program
 from rtctl.control.records import Record

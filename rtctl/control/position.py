@@ -19,7 +19,7 @@ from __future__ import annotations
 import math
 
 from rtctl.control.feedforward import saturate, sign
-from rtctl.control.friction import BACKWARD, FORWARD, branch_magnitude
+from rtctl.control.friction_curve import BACKWARD, FORWARD, branch_magnitude
 from rtctl.control.jit import compiled
 from rtctl.control.records import Record
 from rtctl.control.vocabulary import Shape

@@ -91,11 +91,10 @@ def push_history(history: np.ndarray, position: float, elapsed: int, window: int
 @compiled
 def _line_fits(history: np.ndarray, n: int, intercept: float, slope: float, band: float) -> bool:
     """True when samples 0..n (relative to the newest) lie within `band` of the line."""
-    newest = history[0]
-    for back in range(n + 1):
-        if not abs(history[back] - newest - (intercept - slope * back)) <= band:
-            return False
-    return True
+    newest, beyond = history[0], 0
+    for back in range(n + 1):  # counted to the end: without a way out it is done four samples at a time
+        beyond += not abs(history[back] - newest - (intercept - slope * back)) <= band
+    return beyond == 0
 
 
 @compiled

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rtctl.config import LoadedConfig
 from rtctl.experiments import models
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part
@@ -21,6 +20,7 @@ from rtctl.friction.report import tables as report_tables
 from rtctl.friction.report.evidence import Evidence
 from rtctl.friction.report.page import Picture
 from rtctl.friction.report.tables import Table
+from rtctl.rig_file.config import LoadedConfig
 
 TITLE = "Friction models"
 SHOWN = ("epsilon-rbf", "epsilon-spline", "nu-rbf")

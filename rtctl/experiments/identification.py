@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from rtctl.config import LoadedConfig
 from rtctl.errors import DataError
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part, Target
@@ -22,12 +21,13 @@ from rtctl.friction.points.measured import FrictionPoints
 from rtctl.friction.report import evidence as report_evidence
 from rtctl.friction.report import tables as report_tables
 from rtctl.friction.report.tables import Table
-from rtctl.identify.plan import Known, Task
+from rtctl.identify.measurement_order import Known, Task
 from rtctl.identify.session import Bias, Point, identify
 from rtctl.identify.settings import Settings, rig_of, without_feedforward
-from rtctl.identify.signals import Measurement
 from rtctl.identify.simulated import drive
-from rtctl.simulation import Simulation
+from rtctl.identify.tick_readings import Measurement
+from rtctl.rig_file.config import LoadedConfig
+from rtctl.simulation.closed_loop import Simulation
 
 TITLE = "Identification, repeated"
 FAMILIES = (

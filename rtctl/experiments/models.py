@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from rtctl.config import LoadedConfig
 from rtctl.control.records import MODEL
 from rtctl.errors import DataError
 from rtctl.experiments.order import Order
@@ -18,6 +17,7 @@ from rtctl.friction.learn.ladder import Ladder
 from rtctl.friction.points import mock as mock_points
 from rtctl.friction.points.measured import FrictionPoints
 from rtctl.friction.points.reader import read_points
+from rtctl.rig_file.config import LoadedConfig
 
 COMPARED = {
     "Coulomb": "coulomb",

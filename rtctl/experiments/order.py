@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from rtctl.config import LoadedConfig
 from rtctl.errors import ConfigError
+from rtctl.rig_file.config import LoadedConfig
 
 Progress = Callable[[float, str], None]
 """Receives the share done, 0 to 1, and what is being done."""

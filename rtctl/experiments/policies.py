@@ -22,7 +22,7 @@ from rtctl.experiments.still_hand import Still
 from rtctl.experiments.virtual import FAST_SINE, SLOW_TRIANGLE, Change, Variant
 from rtctl.friction.report.page import Picture
 from rtctl.friction.report.tables import Table
-from rtctl.simulation import Simulation
+from rtctl.simulation.closed_loop import Simulation
 
 TITLE = "Policies of friction compensation"
 DEFAULT = "hybrid + observer (default)"

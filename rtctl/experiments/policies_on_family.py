@@ -16,8 +16,8 @@ from rtctl.experiments.report import Part
 from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import rms
 from rtctl.experiments.virtual import FAST_SINE, SLOW_TRIANGLE, Change, Variant
-from rtctl.family import with_plant
 from rtctl.friction.report.tables import Table
+from rtctl.simulation.family import with_plant
 
 MOTIONS = (FAST_SINE, SLOW_TRIANGLE)
 OBSERVER_ALONE_GAIN = 0.95

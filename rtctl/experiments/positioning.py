@@ -160,12 +160,6 @@ class Experiment:
         found = run_all(order, cases, compared, self.judge)
         return self.page(order, cases, compared, found, simulated(order))
 
-    def on_rig(self, order: Order) -> Outcome:
-        """Run it on the loop of the rig. Raises as `positioning_on_rig.run_all`."""
-        from rtctl.experiments import positioning_on_rig
-
-        return positioning_on_rig.reported(order, self)
-
 
 def over_cases(found: Found, controller: str, model: str, figure: str) -> np.ndarray:
     """Mean of a figure over all cases, one value per seed."""

@@ -13,7 +13,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from rtctl.config import LoadedConfig
 from rtctl.control.vocabulary import Program, ProgramFlag
 from rtctl.errors import ConfigError, DataError
 from rtctl.experiments import kept_runs, models
@@ -28,6 +27,7 @@ from rtctl.identify.motion import Order as Wish
 from rtctl.identify.observer import Identifier
 from rtctl.identify.session import arm, read_bias
 from rtctl.identify.settings import Rig, Settings, rig_of, without_feedforward
+from rtctl.rig_file.config import LoadedConfig
 
 BIAS_S = 1.0
 HOME_RAD = 0.01

@@ -18,7 +18,7 @@ from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import Estimate, estimate, rms
 from rtctl.experiments.virtual import Change, Motion, Variant
 from rtctl.friction.report.tables import Table
-from rtctl.simulation import Simulation
+from rtctl.simulation.closed_loop import Simulation
 
 STIFF_NM_RAD = 1000.0
 STIFF_NMS_RAD = 2.0

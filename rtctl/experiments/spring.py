@@ -15,7 +15,7 @@ from rtctl.experiments.statistics import Estimate, estimate, reduction, rms
 from rtctl.experiments.virtual import PUSH, Run, Variant
 from rtctl.friction.report.page import Picture
 from rtctl.friction.report.tables import Table
-from rtctl.simulation import Simulation
+from rtctl.simulation.closed_loop import Simulation
 
 FED_J = 1e-6
 """Energy above which the hand counts as fed: that of `free_motion`."""

@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hw.mock.records import Hand
-from rtctl.config import LoadedConfig
 from rtctl.control.vocabulary import State
 from rtctl.experiments import virtual
 from rtctl.experiments.order import Order
 from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import rms
 from rtctl.experiments.virtual import FAST_SINE, Variant
+from rtctl.rig_file.config import LoadedConfig
 
 HANDS = tuple((k, b) for k in (5.0, 20.0, 100.0, 500.0) for b in (0.1, 0.3))
 """Stiffness, N m/rad, and damping, N m s/rad: from a loose grip to a clamp, all passive and hardly damped."""

@@ -15,14 +15,14 @@ import numpy as np
 
 from hw.mock.energy import stored_j
 from hw.mock.records import Hand
-from rtctl.config import LoadedConfig
 from rtctl.control.velocity import lowpass_alpha
 from rtctl.control.vocabulary import Policy, State
 from rtctl.errors import DataError
 from rtctl.experiments.order import Order
 from rtctl.experiments.seeds import over_seeds
 from rtctl.friction.guarantee import BANK_MOST_J
-from rtctl.simulation import Simulation
+from rtctl.rig_file.config import LoadedConfig
+from rtctl.simulation.closed_loop import Simulation
 
 HAND_SPREAD = 0.1
 """Standard deviation of the logarithm of the hand's stiffness and damping."""

@@ -6,14 +6,14 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from rtctl.config import LoadedConfig
-from rtctl.config_tables import AxisTable
 from rtctl.control.compensation_limit import is_force_gated
 from rtctl.control.vocabulary import Policy
 from rtctl.friction import artefact
 from rtctl.friction import gain as report_gain
 from rtctl.friction.margins import friction_figures
 from rtctl.friction.model import FrictionModel
+from rtctl.rig_file.axis_tables import AxisTable
+from rtctl.rig_file.config import LoadedConfig
 
 
 @dataclass(frozen=True)

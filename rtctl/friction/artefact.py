@@ -24,7 +24,7 @@ from rtctl.friction.kinds.compile import TOLERANCE_SHARE, sampled_error
 from rtctl.friction.kinds.cubic import PiecewiseCubic
 from rtctl.friction.kinds.table import KINDS
 from rtctl.friction.model import Branch, FrictionModel
-from rtctl.tiny_numbers import LEAST_COMPUTED, too_small
+from rtctl.rig_file.tiny_numbers import LEAST_COMPUTED, too_small
 
 __all__ = ["Branch", "FrictionModel", "load", "require_rig", "save"]
 

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
-from rtctl.config_fields import Name, Table
 from rtctl.control.records import MAX_SEGMENTS
 from rtctl.friction.kinds.table import KINDS
 from rtctl.friction.model import SELF_TEST_VECTORS
 from rtctl.friction.points.presliding import LENGTH_MAX_RAD
+from rtctl.rig_file.fields import Name, Table
 
 FORMAT = "rtctl friction model"
 SCHEMA = 2

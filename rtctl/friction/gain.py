@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from rtctl.config import LoadedConfig
-from rtctl.config_friction import CAP_SHARE_MAX
-from rtctl.config_tables import AxisTable
 from rtctl.control import compensation_limit as limits
 from rtctl.control import friction_passivity as friction
 from rtctl.friction.margins import friction_figures
 from rtctl.friction.model import FrictionModel
+from rtctl.rig_file.axis_tables import AxisTable
+from rtctl.rig_file.config import LoadedConfig
+from rtctl.rig_file.friction_tables import CAP_SHARE_MAX
 
 _HALVINGS = 10
 _GRID = 4000

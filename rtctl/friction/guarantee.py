@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rtctl.config_tables import AxisTable
 from rtctl.friction.model import FrictionModel
+from rtctl.rig_file.axis_tables import AxisTable
 
 LENGTH_FACTOR = 1.5
 """The credited bristles are this much longer than the presliding length: LuGre's approach sliding slowly. By brute

@@ -12,13 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
-from rtctl.config_tables import AxisTable
 from rtctl.control import compensation_limit as limits
 from rtctl.control import friction_passivity as friction
 from rtctl.control import stability
 from rtctl.control.vocabulary import Policy
 from rtctl.friction.guarantee import guarantee
 from rtctl.friction.model import FrictionModel
+from rtctl.rig_file.axis_tables import AxisTable
 
 _GRID = 4000
 

@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from rtctl.control.friction import friction_magnitude
+from rtctl.control.friction_curve import friction_magnitude
 from rtctl.control.jit import compiled, records
 
 _SPEEDS = 64

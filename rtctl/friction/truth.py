@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hw.mock.friction import modulation, static_friction, waves
+from hw.mock.bristles import modulation, static_friction, waves
 from hw.mock.records import plant_records
-from rtctl.config import LoadedConfig
 from rtctl.friction.model import FrictionModel
+from rtctl.rig_file.config import LoadedConfig
 
 _GRID = 2000
 _PLACES = 2001

@@ -12,7 +12,7 @@ import socket
 import time
 
 from rtctl.control.vocabulary import State
-from rtctl.host.faults import cause_bit, fault_entries
+from rtctl.wire.fault_names import cause_bit, fault_entries
 
 ENDING_US = 30_000_000
 """Watchdog time while the rig is brought to rest, us."""

@@ -18,28 +18,22 @@ from hw.compile_key import module_key
 from hw.jit import JIT_DISABLED, compiled_folder
 from hw.private_cache import is_own, make_private
 from rtctl.control.records import MODEL, command_dtype, params_dtype
-from rtctl.recording import law_runner, tick_text
+from rtctl.recording import law_runner
 from rtctl.recording.law_arrays import LawArrays
 from rtctl.recording.law_runner import LawRunner
-from rtctl.recording.tick_text import TickText
 
 
 class Preparation:
     """Compiles what a host of `n_axes` needs, unless a mark beside the compiled code says that this was done.
 
     A mark that is wrong does no harm: the host then compiles what it does not find.
-
-    Parameters
-    ----------
-    recording
-        The host will record too.
     """
 
-    def __init__(self, n_axes: int, *, recording: bool) -> None:
+    def __init__(self, n_axes: int) -> None:
         self._process: subprocess.Popen[bytes] | None = None
-        if JIT_DISABLED or is_own(mark(n_axes, recording=recording)):
+        if JIT_DISABLED or is_own(mark(n_axes)):
             return
-        command = [sys.executable, "-m", "rtctl.host.preparation", str(n_axes), str(int(recording))]
+        command = [sys.executable, "-m", "rtctl.host.preparation", str(n_axes)]
         # a session of its own: Ctrl-C is for the host, which then ends it
         self._process = subprocess.Popen(command, stdin=subprocess.DEVNULL, start_new_session=True)
 
@@ -54,26 +48,23 @@ class Preparation:
             self._process.wait()
 
 
-def mark(n_axes: int, *, recording: bool) -> Path:
+def mark(n_axes: int) -> Path:
     """The file that says it was done, for what these sources mean."""
     root = compiled_folder()
-    keys = [module_key(Path(str(module.__file__)), root=root) for module in (law_runner, tick_text)]
-    told = f"{keys} {n_axes} {recording}"
+    told = f"{module_key(Path(str(law_runner.__file__)), root=root)} {n_axes}"
     return root / f"host-{hashlib.sha256(told.encode()).hexdigest()[:20]}"
 
 
-def compile_for(n_axes: int, *, recording: bool) -> None:
+def compile_for(n_axes: int) -> None:
     """Compile, or load, and leave the mark."""
     arrays = LawArrays(
         np.zeros(1, params_dtype(n_axes)), np.zeros(n_axes, MODEL), np.zeros(1, command_dtype(n_axes))
     )
     LawRunner(arrays, n_axes)
-    if recording:
-        TickText(n_axes).warm_up()
-    path = mark(n_axes, recording=recording)
+    path = mark(n_axes)
     if make_private(path.parent, levels=1):
         path.touch()
 
 
 if __name__ == "__main__":
-    compile_for(int(sys.argv[1]), recording=bool(int(sys.argv[2])))
+    compile_for(int(sys.argv[1]))

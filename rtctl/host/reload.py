@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rtctl import plan as planning
-from rtctl.config import Config, load
+from rtctl.check import law_plan as planning
 from rtctl.control.vocabulary import State
 from rtctl.errors import RtctlError
+from rtctl.rig_file.config import Config, load
 
 if TYPE_CHECKING:
     from rtctl.host.supervisor import Host

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rtctl.event_words import line_of
 from rtctl.host.notices import Notices
+from rtctl.wire.event_words import line_of
 
 LINES_PER_S = 16
 """Most lines a second; what is beyond is counted in a later one, and stands in the event log whole."""

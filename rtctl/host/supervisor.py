@@ -16,35 +16,35 @@ from typing import Any, Protocol
 import numpy as np
 import zmq
 
-from rtctl import plan as planning
-from rtctl import stability_report
-from rtctl.config import LoadedConfig
+from rtctl.check import law_plan as planning
+from rtctl.check import stability_report
 from rtctl.errors import LoopDiedError, StabilityError
 from rtctl.host import reload
-from rtctl.host.access import Access, Openings
-from rtctl.host.description import describe_run
-from rtctl.host.device_words import DeviceWords
-from rtctl.host.endpoints import RuntimeDirectory
-from rtctl.host.gateway import PAUSE_S, Gateway
-from rtctl.host.heap import Heap
-from rtctl.host.heartbeat import Heartbeat, promised_ticks
-from rtctl.host.intruders import Resident
-from rtctl.host.loop_guard import LoopGuard
-from rtctl.host.loop_process import LoopProcess
+from rtctl.host.access.endpoints import RuntimeDirectory
+from rtctl.host.access.entrances import Access, Openings
+from rtctl.host.access.freed_memory import Heap
+from rtctl.host.access.intruders import Resident
+from rtctl.host.commands.gateway import PAUSE_S, Gateway
+from rtctl.host.loop.guard import LoopGuard
+from rtctl.host.loop.heartbeat import Heartbeat, promised_ticks
+from rtctl.host.loop.process import LoopProcess
 from rtctl.host.notices import Notices
 from rtctl.host.notify import Notifier
 from rtctl.host.outlet import streams_that_never_wait
 from rtctl.host.preparation import Preparation
-from rtctl.host.run_record import RunRecord
+from rtctl.host.record.run_record import RunRecord
 from rtctl.host.signals import Signals
 from rtctl.host.speaker import Speaker
-from rtctl.host.statistics import RunStatistics
-from rtctl.host.telemetry import Telemetry
+from rtctl.host.telemetry.device_words import DeviceWords
+from rtctl.host.telemetry.rig_description import describe_run
+from rtctl.host.telemetry.run_statistics import RunStatistics
+from rtctl.host.telemetry.streams import Telemetry
 from rtctl.host.view_process import ViewProcess
 from rtctl.recording.law_arrays import LawArrays
 from rtctl.recording.setup import setup_of
+from rtctl.rig_file.config import LoadedConfig
 from rtctl.rt.early import MARGIN
-from rtctl.shm import CommandWriter, Memory, RingReader
+from rtctl.rt.shared_memory import CommandWriter, Memory, RingReader
 
 READY_TIMEOUT_S = 300.0  # the first start compiles
 STOP_TIMEOUT_S = 2.0
@@ -71,7 +71,7 @@ class Host:
     observers
         Called in order with every batch of ticks.
     runtime_dir
-        Where sockets and lock live; default see `rtctl.host.endpoints`.
+        Where sockets and lock live; default see `rtctl.host.access.endpoints`.
     record_to
         Record into this folder, whatever the rig file says.
     model
@@ -149,8 +149,7 @@ class Host:
         self.access = Access(self.context, endpoints, openings, Notices(), resident=resident)
         self.loop = LoopProcess(self.loaded, self.memory, self.runtime.lock_fd)
         self.runtime.note_holder(self.loop.pid)
-        records = self._record_to is not None or self.loaded.config.record is not None
-        self.preparation = Preparation(plan.n_axes, recording=records)
+        self.preparation = Preparation(plan.n_axes)
         self.guard = LoopGuard(self.loaded, self.loop, self.memory, plan.period_s)
         rig = describe_run(self.loaded, plan.params)
         self._batch_s = rig.batch_s

@@ -16,9 +16,9 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from rtctl.config import LoadedConfig
-from rtctl.host.endpoints import RuntimeDirectory, private_umask
-from rtctl.protocol import VIEW_NAME
+from rtctl.host.access.endpoints import RuntimeDirectory, private_umask
+from rtctl.rig_file.config import LoadedConfig
+from rtctl.wire.protocol import VIEW_NAME
 
 HOST = "127.0.0.1"
 RETRY_S = (1.0, 60.0)

@@ -9,7 +9,7 @@ import numpy as np
 from rtctl.errors import DataError
 from rtctl.friction.points.presliding import Ramp
 from rtctl.identify.motion import SLIP_RAD
-from rtctl.identify.signals import Measurement
+from rtctl.identify.tick_readings import Measurement
 
 DISCARDS_PER_MEASUREMENT = 3
 IN_VAIN = 6

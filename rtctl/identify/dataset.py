@@ -25,14 +25,14 @@ import numpy as np
 
 from hw.outside import json_of, read_bounded
 from rtctl import __version__
-from rtctl.config import LoadedConfig
 from rtctl.errors import DataError
 from rtctl.identify.columns import points_csv
-from rtctl.identify.plan import Known, Task, remaining
+from rtctl.identify.measurement_order import Known, Task, remaining
 from rtctl.identify.session import Bias, Point
 from rtctl.identify.settings import Settings
-from rtctl.identify.signals import Measurement
+from rtctl.identify.tick_readings import Measurement
 from rtctl.identify.ticks import TickBlock
+from rtctl.rig_file.config import LoadedConfig
 
 SCHEMA = 1
 HEADER = "dataset.json"

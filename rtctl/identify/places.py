@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rtctl.identify.measurement_order import Task
 from rtctl.identify.motion import Motion, Steps
-from rtctl.identify.plan import Task
 from rtctl.identify.settings import TURN_RAD
 from rtctl.identify.windows import per_place, steady_s, window_s
 

@@ -7,13 +7,13 @@ import math
 import numpy as np
 
 from rtctl.identify.collected import Collected, UnsteadyError
+from rtctl.identify.measurement_order import Task
 from rtctl.identify.motion import LOOK_S, SPARE_S, HandSeen, Motion, Order, Steps
 from rtctl.identify.places import HERE, Spot, go_on, spots
-from rtctl.identify.plan import Task
 from rtctl.identify.ripple import Ripple, measured
 from rtctl.identify.settings import TURN_RAD
-from rtctl.identify.signals import is_even, is_steady, measure, stood_still
 from rtctl.identify.slip import slip
+from rtctl.identify.tick_readings import is_even, is_steady, measure, stood_still
 from rtctl.identify.windows import Allowance, per_place, run_up_rad, window_s
 
 SETTLE_S, SETTLE_RAD = 2.0, 0.03

@@ -12,11 +12,11 @@ from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import DataError, FaultError, HandOnRigError
 from rtctl.friction.points.presliding import presliding
 from rtctl.identify.collected import Collected, UnsteadyError
+from rtctl.identify.measurement_order import Known, Task, remaining
 from rtctl.identify.motion import HandSeen, Motion, Order, Steps
-from rtctl.identify.plan import Known, Task, remaining
 from rtctl.identify.points import collect, look_for_ripple
 from rtctl.identify.settings import TURN_RAD, Rig, Settings
-from rtctl.identify.signals import Measurement
+from rtctl.identify.tick_readings import Measurement
 from rtctl.identify.windows import fastest_rad_s, run_up_rad, steady_s, window_s
 
 ARM_PATIENCE_S = 30.0

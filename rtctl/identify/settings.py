@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from rtctl.config import LoadedConfig
 from rtctl.errors import ConfigError
+from rtctl.rig_file.config import LoadedConfig
 
 TURN_RAD = 2 * math.pi
 CHATTER_SHARE = 0.01

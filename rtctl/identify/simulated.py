@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from rtctl.identify.motion import Order, Steps
-from rtctl.simulation import Simulation
+from rtctl.simulation.closed_loop import Simulation
 
 CHUNK_S = 5.0
 """Longest piece simulated at once: how long a Ctrl-C may wait, in simulated time."""

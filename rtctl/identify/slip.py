@@ -8,10 +8,10 @@ from rtctl.control.vocabulary import Program, ProgramFlag
 from rtctl.errors import DataError
 from rtctl.friction.points.presliding import ramp_of
 from rtctl.identify.collected import Collected
+from rtctl.identify.measurement_order import Task
 from rtctl.identify.motion import LOOK_S, Motion, Order, Steps
 from rtctl.identify.places import Spot, go_on
-from rtctl.identify.plan import Task
-from rtctl.identify.signals import break_away, stood_still
+from rtctl.identify.tick_readings import break_away, stood_still
 
 FAST_SHARE = 0.6
 """The ramp is quick up to this share of the smallest break-away torque seen."""

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from hw.interface import BackendError
-from hw.playback.tables import READERS
+from hw.playback.columns import READERS
 from rtctl.errors import RtctlError
-from rtctl.recording.export import columns
+from rtctl.recording.export import columns, times
 from rtctl.recording.reader import RecordingReader, all_parts
-from rtctl.recording.tick_text import RECORDED
+from rtctl.recording.tick_cdr import RECORDED
 
 
 def register() -> None:
@@ -23,7 +23,7 @@ def register() -> None:
 def read(path: Path, _names: tuple[str, ...] = ()) -> Mapping[str, np.ndarray]:
     """Columns of a recording over all its parts, (n,) each, by the names that `rtctl export` gives them.
 
-    Besides `time_s`, from the first tick on (missed ticks are missing rows); with one axis a field goes by its own name, too.
+    Besides `wall_ns` (since 1970) and `time_s`, from the first tick on (missed ticks are missing rows); with one axis a field goes by its own name, too.
 
     Raises
     ------
@@ -39,5 +39,4 @@ def read(path: Path, _names: tuple[str, ...] = ()) -> Mapping[str, np.ndarray]:
     if reader.n_axes == 1:
         alone = f".{reader.axes[0]}"
         found |= {name.removesuffix(alone): column for name, column in found.items() if name.endswith(alone)}
-    time_ns = rows["time_ns"]
-    return found | {"time_s": (time_ns - time_ns[:1].sum()) * 1e-9}
+    return found | times(rows, int(reader.about["start_wall_ns"]), int(rows["time_ns"][:1].sum()))

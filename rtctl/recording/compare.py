@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.config import LoadedConfig
+from rtctl.check.law_plan import build
 from rtctl.control.vocabulary import State
 from rtctl.errors import ConfigError
-from rtctl.plan import build
 from rtctl.recording.law_arrays import LawArrays
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.replay import Replay, Verdict
+from rtctl.rig_file.config import LoadedConfig
 
 TORQUES = (
     "coupling_torque_nm",
@@ -49,7 +49,7 @@ def compare(reader: RecordingReader, other: LoadedConfig) -> Comparison:
     ConfigError
         A rig file of another rate or number of axes.
     DataError, ModelError
-        As `Replay`, and as `rtctl.plan.build`.
+        As `Replay`, and as `rtctl.check.law_plan.build`.
     """
     plan = build(other)
     if (plan.n_axes, plan.period_ns) != (reader.n_axes, int(reader.about["period_ns"])):
@@ -64,7 +64,7 @@ def compare(reader: RecordingReader, other: LoadedConfig) -> Comparison:
     for rows, again in replay.run():
         for name in names:
             recorded[name].append(rows[name])
-            replayed[name].append(again[name])
+            replayed[name].append(again[name].copy())
     one, two = (
         {n: np.concatenate(parts or [np.zeros(0)]) for n, parts in x.items()} for x in (recorded, replayed)
     )

@@ -13,10 +13,13 @@ import numpy as np
 
 from rtctl.errors import ConfigError, RtctlError
 from rtctl.recording.reader import RecordingReader
-from rtctl.recording.tick_text import RECORDED
+from rtctl.recording.tick_cdr import RECORDED
 
 Kind = Literal["npz", "parquet", "csv"]
 Progress = Callable[[int], None]
+
+TIMES = ("wall_ns", "time_s")
+"""Beside the fields of a tick: ns since 1970, and seconds since the first tick of the recording."""
 
 _XYZ = ("x", "y", "z")
 
@@ -33,7 +36,7 @@ def export(
     Parameters
     ----------
     fields
-        Names of tick fields; empty for all of them.
+        Names of tick fields and of `TIMES`; empty for all of them.
     progress
         Called with the ticks written so far.
 
@@ -67,8 +70,36 @@ def columns(rows: np.ndarray, names: list[str], axes: list[str]) -> dict[str, np
     return flat
 
 
+def times(rows: np.ndarray, wall_ns: int, first_ns: int) -> dict[str, np.ndarray]:
+    """The columns `TIMES`, shape (n,): int64 and float64.
+
+    Parameters
+    ----------
+    wall_ns
+        What the wall clock showed when the clock of the ticks was 0, ns since 1970.
+    first_ns
+        `time_ns` of the recording's first tick.
+    """
+    return {"wall_ns": rows["time_ns"] + wall_ns, "time_s": (rows["time_ns"] - first_ns) * 1e-9}
+
+
+def _tables(
+    reader: RecordingReader, names: list[str], *, flat: bool
+) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
+    """Chunk by chunk: ticks so far, and the columns asked for, times first; `flat`: one per axis."""
+    wall_ns, ticks, first_ns = int(reader.about["start_wall_ns"]), 0, 0
+    for batch in reader.batches():
+        if ticks == 0 and len(batch.rows):
+            first_ns = int(batch.rows["time_ns"][0])
+        ticks += len(batch.rows)
+        found = {k: v for k, v in times(batch.rows, wall_ns, first_ns).items() if k in names}
+        of_ticks = [name for name in names if name not in TIMES]
+        shaped = columns(batch.rows, names, reader.axes) if flat else {n: batch.rows[n] for n in of_ticks}
+        yield ticks, found | shaped
+
+
 def _names(fields: tuple[str, ...]) -> list[str]:
-    known = [field.name for field in RECORDED]
+    known = [*TIMES, *(field.name for field in RECORDED)]
     unknown = [name for name in fields if name not in known]
     if unknown:
         raise ConfigError(f"no tick field is called {', '.join(unknown)}; docs/tick.md lists them")
@@ -89,10 +120,9 @@ def _whole(path: Path) -> Iterator[Path]:
 def _npz(reader: RecordingReader, path: Path, names: list[str], progress: Progress) -> int:
     found: dict[str, list[np.ndarray]] = {name: [] for name in names}
     ticks = 0
-    for batch in reader.batches():
+    for ticks, table in _tables(reader, names, flat=False):
         for name, kept in found.items():
-            kept.append(batch.rows[name])
-        ticks += len(batch.rows)
+            kept.append(table[name])
         progress(ticks)
     arrays: dict[str, Any] = {name: np.concatenate(kept or [np.zeros(0)]) for name, kept in found.items()}
     with path.open("wb") as file:
@@ -103,13 +133,12 @@ def _npz(reader: RecordingReader, path: Path, names: list[str], progress: Progre
 def _csv(reader: RecordingReader, path: Path, names: list[str], progress: Progress) -> int:
     ticks = 0
     with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        for batch in reader.batches():
-            flat = columns(batch.rows, names, reader.axes)
-            if ticks == 0:
+        writer, headed = csv.writer(file), False
+        for ticks, flat in _tables(reader, names, flat=True):
+            if not headed:
                 writer.writerow(flat)
+                headed = True
             writer.writerows(zip(*(column.tolist() for column in flat.values()), strict=True))
-            ticks += len(batch.rows)
             progress(ticks)
     return ticks
 
@@ -125,12 +154,11 @@ def _parquet(reader: RecordingReader, path: Path, names: list[str], progress: Pr
     metadata = {key: str(value) for key, value in reader.about.items()}
     ticks, writer = 0, None
     try:
-        for batch in reader.batches():
-            table = pa.table(columns(batch.rows, names, reader.axes)).replace_schema_metadata(metadata)
+        for ticks, flat in _tables(reader, names, flat=True):
+            table = pa.table(flat).replace_schema_metadata(metadata)
             if writer is None:
                 writer = parquet.ParquetWriter(path, table.schema, compression="zstd")
             writer.write_table(table)
-            ticks += len(batch.rows)
             progress(ticks)
     finally:
         if writer is not None:

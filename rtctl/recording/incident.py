@@ -18,9 +18,9 @@ import numpy as np
 from hw.outside import json_of, opened, shown
 from rtctl.bounded_npz import read_arrays
 from rtctl.errors import DataError
-from rtctl.protocol import MOST_AXES
 from rtctl.recording.event_log import Event
 from rtctl.tick import tick_dtype
+from rtctl.wire.protocol import MOST_AXES
 
 BEFORE_TICKS = 200
 AFTER_TICKS = 50

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from rtctl.control.vocabulary import State
-from rtctl.fault_words import sentence
 from rtctl.recording.incident import Incident
+from rtctl.wire.fault_words import sentence
 
 COLUMNS = (
     ("position_rad", "rad"),

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from rtctl.control import law
-from rtctl.control.jit import compiled, records
+from rtctl.control.jit import records
 from rtctl.control.records import command_dtype, state_dtype
+from rtctl.recording.jit import compiled
 from rtctl.recording.law_arrays import LawArrays
 from rtctl.tick import FIELDS, new_ticks, tick_dtype
 
@@ -95,12 +96,15 @@ class LawRunner:
         loop = [f.name for f in FIELDS if f.writer != "law" and f.name not in (*_AFTER_LAW, "seal")]
         self._before = field_words(n_axes, loop)
         self._after = field_words(n_axes, list(_AFTER_LAW))
+        self._out = np.zeros(0, tick.dtype)
         none = np.zeros(1, command_dtype(n_axes))
         self.run(tick[:0], none, np.zeros(0, np.int64))  # compiles, or loads
 
     def run(self, rows: np.ndarray, commands: np.ndarray, which: np.ndarray) -> np.ndarray:
-        """The ticks as the law leaves them; `which` is each row's index in `commands`."""
-        replayed = np.zeros(len(rows), rows.dtype)
+        """The ticks as the law leaves them, until the next call; `which` is each row's index in `commands`."""
+        if len(rows) > len(self._out):
+            self._out = np.zeros(len(rows), rows.dtype)
+        replayed = self._out[: len(rows)]
         run_law(
             as_words(rows), self._before, self._after, records(commands), which.astype(np.int64),
             self._tick, self._tick_words, self.state, self._params, self._model, as_words(replayed),

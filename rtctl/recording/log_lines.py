@@ -8,7 +8,7 @@ from typing import Any
 
 import orjson
 
-from rtctl.event_words import line_of
+from rtctl.wire.event_words import line_of
 
 SCHEMA_NAME = "foxglove.Log"
 """By this name Foxglove knows what the messages are."""

@@ -15,8 +15,10 @@ import zstandard
 
 from hw.outside import opened
 from rtctl.errors import DataError
+from rtctl.recording.jit import compiled
 from rtctl.recording.mcap_format import MAGIC, RECORD_HEAD, Cursor, Op
-from rtctl.recording.tick_text import MESSAGE_HEAD, split_messages
+from rtctl.recording.tick_cdr import MESSAGE_HEAD
+from rtctl.recording.topics import TOPICS
 
 MOST_RECORD_BYTES = 1 << 28
 """A longer record is a damaged length, not data; a chunk unpacks to no more either."""
@@ -67,7 +69,7 @@ class Contents:
     topics
         Channel id -> topic.
     schemas
-        Name of a schema -> its text.
+        Name of a schema -> its encoding and text.
     complete
         True once the end of the file has been seen.
     bad_chunks
@@ -77,7 +79,7 @@ class Contents:
     """
 
     topics: dict[int, str] = field(default_factory=dict)
-    schemas: dict[str, bytes] = field(default_factory=dict)
+    schemas: dict[str, tuple[str, bytes]] = field(default_factory=dict)
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     attachments: dict[str, bytes] = field(default_factory=dict)
     complete: bool = False
@@ -169,8 +171,8 @@ def _note(op: int, content: bytes, contents: Contents) -> None:
     try:
         if op == Op.SCHEMA:
             cursor.number("H")
-            name, _ = cursor.string(), cursor.string()
-            contents.schemas[name] = cursor.take(cursor.number("I"))
+            name, encoding = cursor.string(), cursor.string()
+            contents.schemas[name] = encoding, cursor.take(cursor.number("I"))
         elif op == Op.CHANNEL:
             channel_id, _ = cursor.numbers("HH")
             contents.topics[channel_id] = cursor.string()
@@ -232,3 +234,44 @@ def _messages(records: bytes) -> Chunk:
         msg = "a record in the chunk is cut off"
         raise ValueError(msg)
     return Chunk(records, table[:count].copy())
+
+
+def channel_of(kind: int, chunk: Chunk, contents: Contents) -> int:
+    """Channel of one kind of messages: by its topic, or where that is damaged by the number that rtctl gives it."""
+    named = {topic: number for number, topic in contents.topics.items()}.get(TOPICS[kind], kind)
+    lost = contents.topics.get(kind) not in TOPICS.values() and not (chunk.table[:, 0] == named).any()
+    return kind if lost else named
+
+
+@compiled
+def _number(data: np.ndarray, at: int, size: int) -> int:
+    """Read a little-endian number."""
+    value = 0
+    for k in range(size):
+        value |= int(data[at + k]) << (8 * k)
+    return value
+
+
+@compiled
+def split_messages(records: np.ndarray, found: np.ndarray) -> int:
+    """Find the MCAP messages in a chunk's records; returns how many, or -1 where a record is cut off.
+
+    Parameters
+    ----------
+    records : array of uint8
+        Records, one after another.
+    found : array of int64, shape (at least as many as fit, 5)
+        Of each: channel, sequence, log time in ns, and where its data begins and ends.
+    """
+    at, n, size = 0, 0, len(records)
+    while at + 9 <= size:
+        length = _number(records, at + 1, 8)
+        if length < 0 or length > size - at - 9:  # in this order: a sum could overflow
+            return -1
+        end = at + 9 + length
+        if records[at] == 5 and length >= 22:
+            found[n, 0], found[n, 1] = _number(records, at + 9, 2), _number(records, at + 11, 4)
+            found[n, 2], found[n, 3], found[n, 4] = _number(records, at + 15, 8), at + MESSAGE_HEAD, end
+            n += 1
+        at = end
+    return n if at == size else -1

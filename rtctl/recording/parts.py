@@ -7,6 +7,7 @@ import errno
 import os
 import re
 import time
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -22,19 +23,10 @@ from rtctl.recording import mcap_format as fmt
 from rtctl.recording.log_lines import log_line
 from rtctl.recording.mcap_file import LEVEL, McapFile
 from rtctl.recording.setup import Setup
-from rtctl.recording.tick_text import TickText
-from rtctl.tick import json_schema
+from rtctl.recording.tick_cdr import MESSAGE_HEAD, SCHEMA_NAME, encode, own_layout, schema_text
+from rtctl.recording.topics import COMMAND, EVENT, LOG, TICK, TOPICS
 
-TICK, EVENT, COMMAND, RAW, LOG = 1, 2, 3, 4, 5
-TOPICS = {
-    TICK: "rtctl/tick",
-    EVENT: "rtctl/event",
-    COMMAND: "rtctl/command",
-    RAW: "rtctl/raw",
-    LOG: "rtctl/log",
-}
-
-CHUNK_BYTES = 1 << 20
+CHUNK_BYTES = 1 << 22
 CHUNK_S = 0.5
 """A crash costs at most this much of a recording."""
 
@@ -60,13 +52,6 @@ def part_name(setup: Setup, number: int) -> str:
     return f"{rig}-{when:%Y%m%dT%H%M%SZ}-{session:08x}-{number:03d}.mcap"
 
 
-def recorded_schema(n_axes: int) -> dict[str, Any]:
-    """JSON Schema of a recorded tick: that of the tick record without the seal."""
-    schema = json_schema(n_axes)
-    del schema["properties"]["seal"]
-    return {**schema, "required": [name for name in schema["required"] if name != "seal"]}
-
-
 class Parts:
     """Writes ticks, events and commands into a row of files. Not for several threads.
 
@@ -83,14 +68,14 @@ class Parts:
 
     def __init__(self, folder: Path, setup: Setup, limits: Limits, level: int = LEVEL) -> None:
         self._folder, self._setup, self._limits, self._level = folder, setup, limits, level
-        self._text = TickText(setup.n_axes)
-        self._text.warm_up()
+        self._tick_bytes = MESSAGE_HEAD + own_layout(setup.n_axes).itemsize
         self._start_wall_ns = int(setup.about["start_wall_ns"])
         self._file: McapFile | None = None
         self._final = folder  # the name of the file being written, once it has a chunk
-        self._records: list[bytes] = []
+        self._records: list[bytes | memoryview] = []
         self._size = 0
         self._index: dict[int, tuple[list[np.ndarray], list[np.ndarray]]] = {}
+        self._ticks: list[tuple[int, np.ndarray]] = []  # number of the first, rows
         self._rows = 0
         self._in_force = np.zeros(0, command_dtype(setup.n_axes))
         self._chunk_ns = self._file_ns = 0
@@ -141,20 +126,18 @@ class Parts:
             event_ns = int(event["timestamp"] * 1e9)
             self._single(EVENT, event_ns, orjson.dumps(event))
             self._single(LOG, event_ns, log_line(event, self._setup.about["rig"], event_ns))
-        for row in rows[self._text.unsayable(rows)]:
-            raw = {"tick": int(row["tick"]), "words": base64.b64encode(row.tobytes()).decode()}
-            self._single(RAW, int(row["time_ns"]) + self._start_wall_ns, orjson.dumps(raw))
-        records, offsets = self._text.encode(rows, TICK, first_row & 0xFFFFFFFF, times)
-        self._append(TICK, records, times, offsets)
+        self._ticks.append((first_row, rows))
         self._rows += len(rows)
-        if self._size >= CHUNK_BYTES or times[-1] - self._chunk_ns >= CHUNK_S * 1e9:
+        size = self._size + self._rows * self._tick_bytes
+        if size >= CHUNK_BYTES or times[-1] - self._chunk_ns >= CHUNK_S * 1e9:
             self.flush()
             self._rotate(int(times[-1]))
 
     def flush(self) -> None:
         """Write what is pending as a chunk. Raises OSError as `add`."""
-        if not self._size or self._file is None:
+        if not self._rows or self._file is None:
             return
+        self._encode_ticks()
         records = b"".join(self._records)
         index = {k: (np.concatenate(t), np.concatenate(o)) for k, (t, o) in self._index.items()}
         rows, before = self._rows, self._file.size
@@ -192,8 +175,16 @@ class Parts:
                 self._file.path.unlink(missing_ok=True)
             self._file = None
 
+    def _encode_ticks(self) -> None:
+        """All ticks that are pending become messages in one step."""
+        numbers = np.concatenate([np.arange(first, first + len(rows)) for first, rows in self._ticks])
+        rows = np.concatenate([rows for _, rows in self._ticks])
+        times = rows["time_ns"] + self._start_wall_ns
+        messages = encode(rows, TICK, numbers, times)
+        self._append(TICK, messages.data, times, np.arange(len(rows)) * messages.shape[1])
+
     def _clear(self) -> None:
-        self._records, self._index, self._size, self._rows = [], {}, 0, 0
+        self._records, self._index, self._size, self._rows, self._ticks = [], {}, 0, 0, []
 
     def _rotate(self, now_ns: int) -> None:
         file = self._file
@@ -230,6 +221,7 @@ class Parts:
                 "first_row": str(first_row),
                 "first_tick": str(rows["tick"][0]),
             }
+            facts["tick_schema_crc32"] = str(zlib.crc32(schema_text(self._setup.n_axes).encode()))
             facts["waiver"] = str(bool(rows["waiver"][0])).lower()
             file.add_metadata(
                 "rtctl", {"recorded_wall_ns": str(time.time_ns()), **self._setup.about, **facts}
@@ -249,12 +241,14 @@ class Parts:
         self._numbers[channel] += 1
         self._append(channel, record, np.array([time_ns]), np.zeros(1, np.int64))
 
-    def _append(self, channel: int, records: bytes, times: np.ndarray, offsets: np.ndarray) -> None:
+    def _append(
+        self, channel: int, records: bytes | memoryview, times: np.ndarray, offsets: np.ndarray
+    ) -> None:
         all_times, all_offsets = self._index.setdefault(channel, ([], []))
         all_times.append(times)
         all_offsets.append(offsets + self._size)
         self._records.append(records)
-        self._size += len(records)
+        self._size += memoryview(records).nbytes
 
 
 def command_fields(command: np.void) -> dict[str, Any]:
@@ -269,13 +263,8 @@ def command_fields(command: np.void) -> dict[str, Any]:
 def _declarations(n_axes: int) -> tuple[list[bytes], list[bytes]]:
     """Schema and channel records of a recording."""
     loose = orjson.dumps({"type": "object", "properties": {}})
-    known = {
-        TICK: ("rtctl.tick", orjson.dumps(recorded_schema(n_axes))),
-        LOG: (log_lines.SCHEMA_NAME, orjson.dumps(log_lines.SCHEMA)),
-    }
-    schemas = [
-        fmt.schema(k, name, "jsonschema", data)
-        for k, topic in TOPICS.items()
-        for name, data in [known.get(k, (topic.replace("/", "."), loose))]
-    ]
-    return schemas, [fmt.channel(k, k, topic, "json") for k, topic in TOPICS.items()]
+    kinds = {k: (topic.replace("/", "."), "jsonschema", loose) for k, topic in TOPICS.items()}
+    kinds[TICK] = SCHEMA_NAME, "ros2msg", schema_text(n_axes).encode()
+    kinds[LOG] = log_lines.SCHEMA_NAME, "jsonschema", orjson.dumps(log_lines.SCHEMA)
+    channels = [fmt.channel(k, k, topic, "cdr" if k == TICK else "json") for k, topic in TOPICS.items()]
+    return [fmt.schema(k, *kind) for k, kind in kinds.items()], channels

@@ -14,13 +14,13 @@ import orjson
 
 from rtctl.control.records import command_dtype
 from rtctl.errors import DataError
-from rtctl.recording.ahead import ahead
 from rtctl.recording.facts import MOST_DIGITS, axis_names, sound
 from rtctl.recording.law_arrays import LawArrays
-from rtctl.recording.mcap_scan import Chunk, Contents, chunks
-from rtctl.recording.parts import COMMAND, EVENT, RAW, TICK, TOPICS
+from rtctl.recording.mcap_scan import Chunk, Contents, channel_of, chunks
+from rtctl.recording.read_ahead import ahead
 from rtctl.recording.setup import LAW_NAME, unpack_law
-from rtctl.recording.tick_text import RECORDED, TickText
+from rtctl.recording.tick_layout import axes_in, layout_in
+from rtctl.recording.topics import COMMAND, EVENT, TICK, TOPICS
 from rtctl.tick import tick_dtype
 
 _PART = re.compile(r"(.*)-(\d{3,})\.mcap")
@@ -106,8 +106,6 @@ class RecordingReader:
         else:
             raise DataError(why or "there is no such recording")
         self.parts = [path for path in self.parts if path not in self.left_out]
-        self._text = TickText(self.n_axes)
-        self._text.warm_up()
 
     @property
     def n_axes(self) -> int:
@@ -132,7 +130,7 @@ class RecordingReader:
 
     def missing_fields(self) -> list[str]:
         """Tick fields of this version that the recording does not have; they read as 0, optional sensors as NaN."""
-        return [field.name for field in RECORDED if field.name not in self._recorded]
+        return self._layout.missing
 
     def batches(self) -> Iterator[Batch]:
         """Chunk by chunk, over all parts."""
@@ -181,17 +179,13 @@ class RecordingReader:
 
     def _adopt(self, contents: Contents, chunk: Chunk | None, path: Path) -> None:
         told = contents.metadata.get("rtctl", {})
-        self.about, notes = sound(told, _axes_of(chunk, contents))
+        self.about, notes = sound(told, axes_in(contents, chunk))
         if not self.about:
             raise DataError(f"{path}: not a recording of rtctl, or cut off before its first facts")
         self.attachments = contents.attachments
         self.notes = [f"{path}: {note}" for note in notes]
-        try:
-            schema = orjson.loads(contents.schemas.get(TOPICS[TICK].replace("/", "."), b"{}"))
-            self._recorded = set(schema.get("properties", {}))
-        except (ValueError, AttributeError, TypeError):
-            self._recorded = {field.name for field in RECORDED}
-            self.notes.append(f"{path}: the schema is damaged; it is taken for that of this version")
+        self._layout, note = layout_in(contents, told, chunk, self.n_axes)
+        self.notes += [f"{path}: {note}"] if note else []
 
     def _same_run(self, contents: Contents, path: Path) -> None:
         about = contents.metadata.get("rtctl", {})
@@ -206,34 +200,15 @@ class RecordingReader:
             )
 
     def _batch(self, chunk: Chunk, contents: Contents, first_row: int) -> Batch | None:
-        of = {kind: _channel(kind, chunk, contents) for kind in TOPICS}
+        of = {kind: channel_of(kind, chunk, contents) for kind in TOPICS}
         if len(chunk.table) == 0:
             return None
+        rows = self._layout.decode(chunk, contents, self.n_axes)
         ticks = chunk.of(of[TICK])
-        starts, ends = np.ascontiguousarray(ticks[:, 3]), np.ascontiguousarray(ticks[:, 4])
-        rows = self._text.decode_spans(chunk.records, starts, ends)
-        for data in chunk.texts(of[RAW]):
-            _restore(rows, orjson.loads(data))
         numbers = first_row + (ticks[:, 1] - first_row) % (1 << 32)
         events = [event for data in chunk.texts(of[EVENT]) if (event := _event(data)) is not None]
         commands = [orjson.loads(data) for data in chunk.texts(of[COMMAND])]
         return Batch(rows, numbers, events, _commands(commands, self.n_axes))
-
-
-def _channel(kind: int, chunk: Chunk, contents: Contents) -> int:
-    """Channel of one kind of messages: by its topic, or where that is damaged by the number that rtctl gives it."""
-    named = {topic: number for number, topic in contents.topics.items()}.get(TOPICS[kind], kind)
-    lost = contents.topics.get(kind) not in TOPICS.values() and not (chunk.table[:, 0] == named).any()
-    return kind if lost else named
-
-
-def _axes_of(chunk: Chunk | None, contents: Contents) -> int:
-    """Number of axes by the first tick itself; 0 where it does not say."""
-    texts = chunk.texts(_channel(TICK, chunk, contents))[:1] if chunk is not None else []
-    try:
-        return len(orjson.loads(texts[0])["position_rad"])
-    except (IndexError, ValueError, KeyError, TypeError):
-        return 0
 
 
 def _first_row(contents: Contents) -> int:
@@ -248,16 +223,6 @@ def _event(data: bytes) -> dict[str, Any] | None:
     if not isinstance(event, dict) or not isinstance(event.get("event"), str):
         return None
     return event
-
-
-def _restore(rows: np.ndarray, raw: dict[str, Any]) -> None:
-    """Put back the exact bits of a tick that JSON could not say."""
-    words = base64.b64decode(raw["words"])
-    at = np.flatnonzero(rows["tick"] == raw["tick"])
-    if len(at) and len(words) == rows.dtype.itemsize:
-        seal = rows["seal"][at[0]]
-        rows[at[0]] = np.frombuffer(words, rows.dtype)[0]
-        rows["seal"][at[0]] = seal
 
 
 def _commands(found: list[dict[str, Any]], n_axes: int) -> np.ndarray:

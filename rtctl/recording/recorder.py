@@ -53,6 +53,7 @@ class Recorder:
         self._queue: deque[_Batch] = deque()
         self._queued = self._dropped = self._failed = 0
         self._commands_lost = 0
+        self._cpu_s = 0.0
         self._held: tuple[list[dict[str, Any]], np.ndarray] = [], np.zeros(0, command_dtype(setup.n_axes))
         self._broken: str | None = None
         self._retry_at = 0.0
@@ -98,7 +99,7 @@ class Recorder:
         return self._queued == 0 or self._queued + len(rows) <= self._most_rows
 
     def status(self) -> dict[str, Any]:
-        """How it goes. `broken` is why the disk refused, for good once it did; `dropped` counts lost ticks."""
+        """How it goes. `broken` is why the disk refused, for good once it did; `dropped` counts lost ticks, `cpu_s` is the processor time of the recorder, s."""
         parts = self._parts
         return {
             "folder": str(self.folder),
@@ -110,6 +111,7 @@ class Recorder:
             "dropped": self._dropped + self._failed,
             "commands_lost": self._commands_lost,
             "broken": self._broken,
+            "cpu_s": self._cpu_s,
         }
 
     @property
@@ -138,6 +140,7 @@ class Recorder:
                     break
                 batch = self._queue.popleft()
             self._write(batch)
+            self._cpu_s = time.thread_time()
             with self._change:
                 self._queued -= len(batch[1])
                 self._change.notify_all()

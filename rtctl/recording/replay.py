@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from rtctl.errors import DataError
-from rtctl.recording.ahead import ahead
 from rtctl.recording.law_arrays import LawArrays
 from rtctl.recording.law_runner import LAW_FIELDS, CommandBook, LawRunner, as_words, field_words
+from rtctl.recording.read_ahead import ahead
 from rtctl.recording.reader import Batch, RecordingReader
 
 
@@ -45,8 +45,8 @@ class Verdict:
     ----------
     ticks, span_s
         Ticks replayed and the loop time they cover, s.
-    law_s
-        Time the law took for them, s.
+    law_s, took_s
+        Time the law took for them, and reading and comparing with it, s.
     differing
         Field -> ticks in which it differs.
     stopped
@@ -56,6 +56,7 @@ class Verdict:
     ticks: int = 0
     span_s: float = 0.0
     law_s: float = 0.0
+    took_s: float = 0.0
     first: Difference | None = None
     differing: dict[str, int] = field(default_factory=dict)
     stopped: str = ""
@@ -104,7 +105,10 @@ class Replay:
         self.verdict = Verdict()
 
     def run(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Recorded and replayed ticks, chunk by chunk, until the end or what stops the replay (`verdict`)."""
+        """Recorded and replayed ticks, chunk by chunk, until the end or what stops the replay (`verdict`).
+
+        The replayed ones are good until the next chunk.
+        """
         for batch in ahead(self._reader.batches()):
             rows, which = self._playable(batch)
             if len(rows):
@@ -114,8 +118,10 @@ class Replay:
 
     def check(self) -> Verdict:
         """Replay everything and compare every field of the law bit for bit."""
+        began = time.perf_counter()
         for rows, replayed in self.run():
             self._compare(rows, replayed)
+        self.verdict.took_s = time.perf_counter() - began
         return self.verdict
 
     def _playable(self, batch: Batch) -> tuple[np.ndarray, np.ndarray]:
@@ -159,7 +165,9 @@ class Replay:
 
     def _compare(self, rows: np.ndarray, replayed: np.ndarray) -> None:
         words, out = as_words(rows), as_words(replayed)
-        if np.array_equal(words[:, self._law_words], out[:, self._law_words]):
+        if (
+            not (words != out).any(axis=0)[self._law_words].any()
+        ):  # three times as quick as to pick the words first
             return
         verdict = self.verdict
         firsts: list[tuple[int, str]] = []

@@ -20,12 +20,12 @@ from hw.jit import source_key
 from hw.outside import shown
 from rtctl import __version__
 from rtctl.bounded_npz import read_arrays
-from rtctl.config import LoadedConfig
+from rtctl.check.law_plan import Plan
 from rtctl.control.records import MODEL, command_dtype, params_dtype, state_dtype
 from rtctl.errors import DataError
-from rtctl.plan import Plan
-from rtctl.protocol import schema_sha256
 from rtctl.recording.law_arrays import LawArrays
+from rtctl.rig_file.config import LoadedConfig
+from rtctl.wire.protocol import schema_sha256
 
 LAW_NAME = "law.npz"
 RIG_NAME = "rig.toml"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from rtctl.protocol import rig_directory
+from rtctl.wire.protocol import rig_directory
 
 SYSTEM_STATE = Path("/var/lib/rtctl")
 """Where systemd puts `StateDirectory=rtctl` of the shipped unit."""

@@ -9,7 +9,7 @@ import numpy as np
 from rtctl.control import law, mailbox
 from rtctl.control.jit import bound, records
 from rtctl.control.records import command_dtype, state_dtype
-from rtctl.shm import HEADER, Memory, words
+from rtctl.rt.shared_memory import HEADER, Memory, words
 from rtctl.tick import new_ticks
 
 _MAILBOX_SEQ = (HEADER.names or ()).index("mailbox_seq")

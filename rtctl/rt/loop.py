@@ -18,8 +18,8 @@ from hw.interface import OPTIONAL_FIELDS, Backend, CompiledBackend
 from rtctl.control.vocabulary import State
 from rtctl.rt.clock import Clock, VirtualClock
 from rtctl.rt.cycle import DEADLINE, MISSED, PERIOD, RECORD_NS, SLOT, WOKE, Cycle
+from rtctl.rt.shared_memory import CommandWriter, Memory
 from rtctl.rt.whole_cycle import ENDED, NEXT, READ, WAIT, WRITE, WholeCycles
-from rtctl.shm import CommandWriter, Memory
 from rtctl.tick import FIELDS, new_ticks, tick_dtype
 
 _SHUTDOWN = int(State.SHUTDOWN)

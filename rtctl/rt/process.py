@@ -24,8 +24,8 @@ from rtctl.rt import early, realtime
 from rtctl.rt.clock import Clock, VirtualClock, WallClock
 from rtctl.rt.loop import Stop, run_loop, warm_up
 from rtctl.rt.replug import Replug
+from rtctl.rt.shared_memory import Memory
 from rtctl.rt.speech import Speech
-from rtctl.shm import Memory
 
 
 def _say(kind: str, **body: Any) -> None:  # noqa: ANN401

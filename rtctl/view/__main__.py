@@ -15,8 +15,8 @@ from pathlib import Path
 
 from rtctl.client import RigClient
 from rtctl.errors import NoReplyError, RtctlError
-from rtctl.protocol import endpoints_in
 from rtctl.view.server import ViewServer
+from rtctl.wire.protocol import endpoints_in
 
 NICENESS = 5
 OOM_SCORE = 500

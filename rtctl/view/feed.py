@@ -17,8 +17,8 @@ import numpy as np
 
 from rtctl.client import RigClient
 from rtctl.errors import ClientError, NoReplyError
-from rtctl.host.faults import FaultPlaces
 from rtctl.tick import FIELD
+from rtctl.wire.fault_names import FaultPlaces
 
 KEPT_BATCHES = 600
 """Unread batches a follower may leave behind: five seconds of a rig of 1 kHz."""

@@ -9,12 +9,12 @@ from typing import Any
 from hw.outside import shown
 from rtctl.client import RigClient
 from rtctl.control.vocabulary import Environment, Fault, Program, State
-from rtctl.event_words import device_line
-from rtctl.fault_words import Entry, sentence
 from rtctl.tick import FIELDS
 from rtctl.view.feed import Feed
 from rtctl.view.guidance import hindrances, next_step, taken_apart
 from rtctl.view.world import World
+from rtctl.wire.event_words import device_line
+from rtctl.wire.fault_words import Entry, sentence
 
 MOST_TEXT = 600
 """Characters of one text that the page shows."""

@@ -21,12 +21,12 @@ from urllib.parse import parse_qs, urlsplit
 
 from rtctl.client import RigClient
 from rtctl.errors import RefusedError, RtctlError
-from rtctl.event_words import line_of
 from rtctl.view import record
 from rtctl.view.feed import Feed, Follower, Signal, columns
 from rtctl.view.guests import Guests
 from rtctl.view.panel import ACTIONS, plain, signals_of, status
 from rtctl.view.world import World, offered
+from rtctl.wire.event_words import line_of
 
 STATIC = Path(__file__).parent / "static"
 SCRIPTS = (

@@ -9,7 +9,6 @@ from click.testing import CliRunner
 
 from hw.mock.family import FAMILY
 from rtctl.cli import cli
-from rtctl.config import load
 from rtctl.errors import ConfigError
 from rtctl.experiments import (
     free_motion,
@@ -23,6 +22,7 @@ from rtctl.experiments import (
 from rtctl.experiments.order import Order
 from rtctl.experiments.registry import EXPERIMENTS
 from rtctl.experiments.virtual import FAST_SINE, SLOW_TRIANGLE, Variant
+from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

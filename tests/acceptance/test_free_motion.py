@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rtctl.config import load
 from rtctl.control.vocabulary import Fault, Policy, State
-from rtctl.simulation import Simulation
+from rtctl.rig_file.config import load
+from rtctl.simulation.closed_loop import Simulation
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 LEVER_M = 0.1

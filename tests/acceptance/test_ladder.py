@@ -5,14 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hw.mock.friction import static_friction
+from hw.mock.bristles import static_friction
 from hw.mock.jit import records
 from hw.mock.records import plant_records
-from rtctl.config import load
 from rtctl.friction.learn import ladder
 from rtctl.friction.points import mock as mock_points
 from rtctl.friction.points.measured import FrictionPoints
 from rtctl.friction.points.reader import read_points
+from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FORMULAS = ("coulomb", "coulomb_viscous", "tustin", "gaussian", "lorentzian")

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rtctl.config import load
 from rtctl.friction.logs.dynamics import AxisLog
 from rtctl.friction.logs.regression import joint_fit
 from rtctl.friction.logs.regressors import regressors
-from rtctl.simulation import Simulation
+from rtctl.rig_file.config import load
+from rtctl.simulation.closed_loop import Simulation
 
 SEEDS = 20
 TRUTH = {"inertia_kgm2": 0.012, "viscous_nms_rad": 0.05, "coulomb_nm": 0.25, "offset_nm": 0.0}

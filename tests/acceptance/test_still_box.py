@@ -5,12 +5,12 @@ import pytest
 
 from hw.mock.family import FAMILY
 from hw.mock.records import Hand
-from rtctl import config
 from rtctl.campaign import still
 from rtctl.control.vocabulary import Environment, State
-from rtctl.demo import shipped_config
-from rtctl.family import with_plant
-from rtctl.simulation import Simulation
+from rtctl.rig_file import config
+from rtctl.simulation.closed_loop import Simulation
+from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.family import with_plant
 
 CASES = 1000
 """Hands that hold still; `rtctl campaign --still` takes as many as one likes."""

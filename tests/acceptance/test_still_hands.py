@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from hw.mock.records import Hand
-from rtctl.config import load
 from rtctl.control.vocabulary import Fault, State
 from rtctl.friction.guarantee import LENGTH_FACTOR
-from rtctl.simulation import Simulation
+from rtctl.rig_file.config import load
+from rtctl.simulation.closed_loop import Simulation
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

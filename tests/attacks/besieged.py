@@ -8,8 +8,8 @@ from patience import PATIENCE_S, until
 from ports import free_ports
 
 from rtctl.client import RigClient
-from rtctl.demo import shipped_config
-from rtctl.keys import KeyStore
+from rtctl.simulation.demo import shipped_config
+from rtctl.wire.keys import KeyStore
 
 
 class Daemon:

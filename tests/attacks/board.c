@@ -2,7 +2,7 @@
  *
  *   board LINK OBSERVED RATE_HZ
  *
- * A pseudo-terminal appears under LINK. OBSERVED is a ring of what the motor got in each cycle (hw/serial/observation.py). It
+ * A pseudo-terminal appears under LINK. OBSERVED is a ring of what the motor got in each cycle (hw/simulators/serial_observation.py). It
  * has a watchdog of its own and writes down, for as long as it lives, the longest time for which torque stayed on without a fresh
  * command. SIGTERM: it says that in one line of JSON and ends.
  */

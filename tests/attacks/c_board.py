@@ -1,4 +1,4 @@
-"""The judge of `board.c` as a process: what `hw.serial.simulated_board.SimulatedBoard` is, in another language."""
+"""The judge of `board.c` as a process: what `hw.simulators.serial_process.SimulatedBoard` is, in another language."""
 
 import contextlib
 import json
@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from patience import PATIENCE_S, until
 
-from hw.serial.observation import Observation
+from hw.simulators.serial_observation import Observation
 
 SOURCE = Path(__file__).with_name("board.c")
 

@@ -1,41 +1,43 @@
 """Recordings as a stranger, a full disk or a bad block could leave them."""
 
-import json
 import struct
+import zlib
 
 import numpy as np
 import zstandard
 
 from rtctl.recording import mcap_format as fmt
+from rtctl.recording import tick_cdr
 from rtctl.recording.mcap_file import McapFile
 from rtctl.recording.mcap_format import Op
-from rtctl.recording.parts import TICK, TOPICS
+from rtctl.recording.topics import TICK, TOPICS
+from rtctl.tick import new_ticks
 
 ABOUT = {
     "rig": "mock", "version": "0", "session": "7", "n_axes": "1", "axes": '["joint"]', "rate_hz": "1000.0",
     "period_ns": "1000000", "start_wall_ns": "1000", "first_row": "0", "config_file": "mock.toml", "config_sha256": "0" * 64,
 }  # fmt: skip
-SCHEMA = json.dumps({"properties": {"tick": {}, "position_rad": {}}}).encode()
+SCHEMA = tick_cdr.schema_text(1).encode()
 
 
 def ticks(first, n):
     """Messages of n ticks, with their times and offsets."""
-    records, offsets = b"", []
-    for k in range(first, first + n):
-        data = json.dumps({"tick": k, "position_rad": [k / 7]}).encode()
-        offsets.append(len(records))
-        records += fmt.message(TICK, k, 1000 + k * 1_000_000, data)
-    times = 1000 + np.arange(first, first + n) * 1_000_000
-    return records, {TICK: (times, np.array(offsets))}
+    rows, numbers = new_ticks(n, 1), np.arange(first, first + n)
+    rows["tick"], rows["position_rad"][:, 0] = numbers, numbers / 7
+    times = 1000 + numbers * 1_000_000
+    messages = tick_cdr.encode(rows, TICK, numbers, times)
+    return messages.tobytes(), {TICK: (times, np.arange(n) * messages.shape[1])}
 
 
 def write(path, about=None, schema=SCHEMA, chunks=4, n=25, attachments=None, raw=(), first=0, end=True):
     """A file of `chunks` chunks of `n` ticks; `raw` records come before them."""
-    schemas = [fmt.schema(k, topic.replace("/", "."), "jsonschema", schema) for k, topic in TOPICS.items()]
-    channels = [fmt.channel(k, k, topic, "json") for k, topic in TOPICS.items()]
+    schemas = [fmt.schema(k, topic, "jsonschema", b"{}") for k, topic in TOPICS.items() if k != TICK]
+    schemas.append(fmt.schema(TICK, tick_cdr.SCHEMA_NAME, "ros2msg", schema))
+    channels = [fmt.channel(k, k, topic, "cdr" if k == TICK else "json") for k, topic in TOPICS.items()]
     file = McapFile(path, schemas, channels)
     if about is not False:
-        file.add_metadata("rtctl", {**ABOUT, "first_row": str(first), **(about or {})})
+        crc = {"tick_schema_crc32": str(zlib.crc32(SCHEMA))}
+        file.add_metadata("rtctl", {**ABOUT, **crc, "first_row": str(first), **(about or {})})
     for name, data in (attachments or {}).items():
         file.add_attachment(name, "application/zip", 0, data)
     for record in raw:

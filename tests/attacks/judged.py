@@ -19,10 +19,10 @@ from patience import PATIENCE_S, until
 sys.path.insert(0, str(Path(__file__).parents[1] / "integration"))
 from lanes import BOARD_HZ, TIME_TO_LIVE, Daemon, Lane
 
-from rtctl.bench.flood import memory_mb
 from rtctl.client import RigClient
 from rtctl.control.vocabulary import State
 from rtctl.errors import ClientError
+from tests.bench.flood import memory_mb
 
 LATE_CYCLES = 1
 """Of the board: its watchdog looks once in a cycle."""

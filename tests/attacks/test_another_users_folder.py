@@ -9,11 +9,11 @@ import msgpack
 import pytest
 import zmq
 
-from rtctl import protocol
 from rtctl.client import RigClient
 from rtctl.client.capture import Capture
 from rtctl.errors import ConfigError, NoReplyError
-from rtctl.protocol import endpoints_in, running_rigs
+from rtctl.wire import protocol
+from rtctl.wire.protocol import endpoints_in, running_rigs
 
 STRANGER = 12345
 

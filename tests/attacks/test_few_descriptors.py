@@ -10,8 +10,8 @@ from besieged import Daemon
 from patience import PATIENCE_S, until
 from test_strangers import MOST_MS
 
-from rtctl.bench.attacks import Attack, address_of, at_work, stop_ms
 from rtctl.client import RigClient
+from tests.bench.attacks import Attack, address_of, at_work, stop_ms
 
 pytestmark = pytest.mark.compiled
 

@@ -15,16 +15,19 @@ from patience import PATIENCE_S
 from hw import outside
 from hw.interface import BackendError
 from hw.playback.reader import read_columns
-from rtctl import demo, plan, stability_report, terminal
+from rtctl import terminal
+from rtctl.check import law_plan as plan
+from rtctl.check import stability_report
 from rtctl.cli import cli
-from rtctl.config import load
 from rtctl.errors import ConfigError, DataError, ModelError, RtctlError
 from rtctl.experiments.kept_runs import NAME, KeptRuns
 from rtctl.friction import artefact
 from rtctl.friction.points.reader import read_points
+from rtctl.machine import service_steps as service
 from rtctl.recording.incident import read_incident
 from rtctl.recording.reader import RecordingReader
-from rtctl.service import plan as service
+from rtctl.rig_file.config import load
+from rtctl.simulation import demo
 
 MOCK = (
     demo.shipped_config("mock.toml").read_text().replace('"friction/', f'"{demo.shipped_config("friction")}/')

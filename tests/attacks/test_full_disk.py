@@ -11,12 +11,12 @@ from patience import PATIENCE_S, until
 from test_full_memory_disk import unshared
 from test_strangers import MOST_MS, shown
 
-from rtctl.bench.attacks import MOST_MB, stop_ms
-from rtctl.bench.flood import memory_mb
 from rtctl.client import RigClient
-from rtctl.demo import shipped_config
 from rtctl.errors import RecordingError
 from rtctl.recording.reader import RecordingReader, all_parts
+from rtctl.simulation.demo import shipped_config
+from tests.bench.attacks import MOST_MB, stop_ms
+from tests.bench.flood import memory_mb
 
 pytestmark = [
     pytest.mark.compiled,

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from rtctl.demo import shipped_config
+from rtctl.simulation.demo import shipped_config
 
 FULL = """
 set -e

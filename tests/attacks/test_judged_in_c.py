@@ -17,8 +17,8 @@ from judged import Stopper, armed, ended, judged_lanes, run_out_of_memory, show,
 from lanes import SEED, Death, Nursery
 from patience import PATIENCE_S
 
-from rtctl.bench.attacks import MOST_MB
-from rtctl.bench.flood import memory_mb
+from tests.bench.attacks import MOST_MB
+from tests.bench.flood import memory_mb
 
 TARGETS = ("loop", "host")
 LONG_S = 1.0

@@ -75,6 +75,20 @@ def test_a_damaged_schema_hides_nothing(tmp_path):
         assert found["ticks"] == 100, schema
 
 
+def test_a_flipped_bit_in_the_name_of_a_field_takes_no_field_away(tmp_path):
+    """As long as its checksum says that the schema is not the one that was written."""
+    for old, new in (
+        (b" position_rad ", b" position_raf "),
+        (b"float64[1] current_a ", b"float64[3] current_a "),
+    ):
+        assert forged.SCHEMA.count(old) == 1
+        path = forged.write(tmp_path / f"{new[:5].hex()}.mcap", schema=forged.SCHEMA.replace(old, new))
+        reader = RecordingReader([path])
+        assert reader.read().rows["position_rad"][7, 0] == 1.0
+        assert "schema" in reader.notes[0]
+        assert not reader.missing_fields()
+
+
 def test_one_flipped_bit_costs_at_most_the_chunk_it_is_in(tmp_path):
     whole = forged.write(tmp_path / "a.mcap", chunks=4).read_bytes()
     path, summary = tmp_path / "b.mcap", whole.rindex(bytes([Op.DATA_END]) + struct.pack("<Q", 4))

@@ -5,16 +5,16 @@ import errno
 import numpy as np
 import pytest
 
-from rtctl.config import load
+from rtctl.check.law_plan import build
 from rtctl.control.records import command_dtype
-from rtctl.demo import shipped_config
-from rtctl.host.run_record import RunRecord
+from rtctl.host.record.run_record import RunRecord
 from rtctl.host.speaker import Speaker
-from rtctl.plan import build
 from rtctl.recording.mcap_file import McapFile
 from rtctl.recording.parts import Limits, Parts
 from rtctl.recording.reader import RecordingReader, all_parts
 from rtctl.recording.setup import Setup, setup_of
+from rtctl.rig_file.config import load
+from rtctl.simulation.demo import shipped_config
 from rtctl.tick import new_ticks
 
 pytestmark = pytest.mark.compiled

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rtctl.bench.attacks import ATTACKS
+from tests.bench.attacks import ATTACKS
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]

@@ -22,9 +22,9 @@ from patience import PATIENCE_S
 from stepped_clock import SteppedClock
 from test_judged_in_c import LONG_S, judge
 
-from rtctl.bench.flood import memory_mb
 from rtctl.control.vocabulary import Environment, State
 from rtctl.recording.reader import RecordingReader, all_parts
+from tests.bench.flood import memory_mb
 
 ROOT = Path(__file__).parents[2]
 READS_IT = re.compile(
@@ -34,10 +34,10 @@ READERS = {
     "rtctl/experiments/report.py": "the date of a report",
     "rtctl/friction/learn/fit.py": "the date of a model",
     "rtctl/friction/report/write.py": "the date of a report",
-    "rtctl/host/description.py": "the wall time of the start, once, to be told beside monotonic times",
-    "rtctl/host/telemetry.py": "the same of a virtual clock, in each message",
+    "rtctl/host/telemetry/rig_description.py": "the wall time of the start, once, to be told beside monotonic times",
+    "rtctl/host/telemetry/streams.py": "the same of a virtual clock, in each message",
     "rtctl/identify/dataset.py": "the date of a data set",
-    "rtctl/keys.py": "the date of a key",
+    "rtctl/wire/keys.py": "the date of a key",
     "rtctl/recording/parts.py": "the date of a part",
     "rtctl/recording/setup.py": "the date of a recording",
 }

@@ -10,8 +10,8 @@ import time
 
 import can
 
-from hw.can.drive_sim import TORQUE_CONSTANT_NM_A, DriveSim, make_drives
-from hw.can.sim_plant import Inertia
+from hw.simulators.can_device import TORQUE_CONSTANT_NM_A, DriveSim, make_drives
+from hw.simulators.can_plant import Inertia
 
 WIRES = [tuple(wire.split(":")) for wire in os.environ.get("RTCTL_CAN_WIRES", "").split(",") if wire]
 PERIOD_S = 1e-3

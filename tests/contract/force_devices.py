@@ -11,7 +11,7 @@ import tty
 from patience import until
 
 from hw.force import optoforce, rdt, rokubi
-from rtctl.bench.io_slcan import waiting
+from tests.bench.io_slcan import waiting
 
 WAIT_S = 60.0
 

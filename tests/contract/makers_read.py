@@ -11,7 +11,7 @@ from hw import registry
 from hw.can import odrive
 from hw.can.moteus import MoteusAxis
 from hw.can.sample import Sample
-from hw.force import serial_sensor
+from hw.force import serial_backend as serial_sensor
 from hw.interface import Rig
 from rtctl.tick import new_ticks
 

@@ -8,8 +8,8 @@ import termios
 
 import pytest
 
-from hw.serial import backend as serial_backend
-from hw.serial.simulated_board import PATIENCE_S, SimulatedBoard
+from hw.serial import frame_backend as serial_backend
+from hw.simulators.serial_process import PATIENCE_S, SimulatedBoard
 
 _BOARDS = {}
 

@@ -15,11 +15,12 @@ from slcan_wire import SlcanWire
 
 from hw import registry
 from hw.can import slcan
-from hw.can.bus import EXTENDED, REMOTE, open_bus, wait_for
-from hw.can.drive_sim import TORQUE_CONSTANT_NM_A, DriveSim, make_drives
+from hw.can.bus import EXTENDED, REMOTE, wait_for
+from hw.can.open_bus import open_bus
 from hw.can.options import BusOptions, OdriveOptions
-from hw.can.sim_plant import Inertia
 from hw.interface import BackendError, LinkLost
+from hw.simulators.can_device import TORQUE_CONSTANT_NM_A, DriveSim, make_drives
+from hw.simulators.can_plant import Inertia
 from rtctl.control.jit import records
 from rtctl.tick import new_ticks
 

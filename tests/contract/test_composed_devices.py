@@ -10,7 +10,7 @@ from force_devices import Rokubi, force_of
 
 from hw.interface import LinkFault
 from hw.rig import compose
-from rtctl.config import load
+from rtctl.rig_file.config import load
 from rtctl.rt.replug import Replug
 from rtctl.tick import new_ticks
 

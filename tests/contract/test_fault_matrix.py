@@ -14,14 +14,15 @@ import serial_boards
 
 from hw import registry
 from hw.fault_script import SampleScript, fill_schedule
-from rtctl import config, plan
+from rtctl.check import law_plan as plan
 from rtctl.control import law
 from rtctl.control.faults import ROW
 from rtctl.control.jit import records
 from rtctl.control.records import state_dtype
 from rtctl.control.vocabulary import Environment, Fault, Reaction, State
-from rtctl.demo import shipped_config
+from rtctl.rig_file import config
 from rtctl.rt.replug import Replug
+from rtctl.simulation.demo import shipped_config
 from rtctl.tick import new_ticks
 
 LEASE = 5

@@ -9,7 +9,8 @@ from force_bench import benches, make
 from force_devices import SENSORS, OptoForce, Rdt, Rokubi, force_of
 from patience import PATIENCE_S
 
-from hw.force import optoforce, rdt, rokubi, serial_sensor
+from hw.force import optoforce, rdt, rokubi
+from hw.force import serial_backend as serial_sensor
 from hw.interface import BackendError, LinkFault, LinkLost
 from rtctl.tick import new_ticks
 

@@ -23,7 +23,8 @@ from canopen.sync import SyncProducer
 from makers import random_frames
 from makers_read import AT, RIG
 
-from hw.can import board, cia402
+from hw.can import board_backend as board
+from hw.can import cia402
 from hw.can.board_options import BoardOptions
 from hw.can.sample import Sample
 from hw.serial import port

@@ -19,7 +19,7 @@ from multiprocessing import get_context
 import numpy as np
 
 from hw.can import slcan
-from hw.can.board import ReceivedFrame
+from hw.can.board_backend import ReceivedFrame
 from hw.can.board_options import ReceivedFrameOptions
 from hw.can.bus import EXTENDED, REMOTE
 from hw.can.cia402 import Cia402Axis

@@ -21,14 +21,15 @@ import numpy as np
 
 from rtctl.control.environments.table import OWN, PARAMETERS
 from rtctl.control.vocabulary import Environment, State
-from rtctl.host.authenticator import Caller
-from rtctl.host.description import AxisDescription, RigDescription
-from rtctl.host.messages import Refusal, decode, decode_target, encode
-from rtctl.host.operations import OPERATIONS, allowed
-from rtctl.host.requests import Requests
-from rtctl.protocol import ROLES, Endpoints
-from rtctl.shm import CommandWriter, Memory
+from rtctl.host.access.authenticator import Caller
+from rtctl.host.commands.messages import Refusal, decode, decode_target
+from rtctl.host.commands.operations import OPERATIONS, allowed
+from rtctl.host.commands.requests import Requests
+from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from rtctl.rt.shared_memory import CommandWriter, Memory
 from rtctl.tick import new_ticks
+from rtctl.wire.encoding import encode
+from rtctl.wire.protocol import ROLES, Endpoints
 
 BOUNDS = {
     **{one.name: (one.low, one.high) for one in OWN if not one.sign},

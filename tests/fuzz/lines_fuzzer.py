@@ -13,7 +13,7 @@ import numpy as np
 
 from hw.interface import Rig
 from hw.serial import link
-from hw.serial.lines import LinesBackend
+from hw.serial.lines_backend import LinesBackend
 from hw.serial.lines_options import LinesOptions
 from rtctl.control.jit import records
 from rtctl.tick import new_ticks

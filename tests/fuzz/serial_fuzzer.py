@@ -15,12 +15,13 @@ import numpy as np
 from hw.generator import seed_words, uniform
 from hw.interface import Rig
 from hw.jit import compiled, records
-from hw.serial import checksums, described_codec, frame, vectors
+from hw.serial import checksums, described_codec, frame
 from hw.serial.deframer import deframer_dtype, next_packet
 from hw.serial.described_options import DescribedOptions
 from hw.serial.described_plan import fields_of, layout_of
 from hw.serial.framing import BODY_MAX, seal, unseal
 from hw.serial.layout import LENGTH_MAX, next_frame, seal_frame, stream_dtype
+from hw.simulators import serial_vectors as vectors
 
 ROOM = 640
 OPS_MAX = 8

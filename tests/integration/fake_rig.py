@@ -19,12 +19,12 @@ from rtctl.control import mailbox
 from rtctl.control.jit import records
 from rtctl.control.records import command_dtype
 from rtctl.control.vocabulary import Environment, Fault, State
-from rtctl.host.access import Access, Openings
-from rtctl.host.description import AxisDescription, RigDescription
-from rtctl.host.endpoints import RuntimeDirectory
-from rtctl.host.gateway import PAUSE_S, Gateway
-from rtctl.host.telemetry import Telemetry
-from rtctl.shm import CommandWriter, Memory, RingReader, words
+from rtctl.host.access.endpoints import RuntimeDirectory
+from rtctl.host.access.entrances import Access, Openings
+from rtctl.host.commands.gateway import PAUSE_S, Gateway
+from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from rtctl.host.telemetry.streams import Telemetry
+from rtctl.rt.shared_memory import CommandWriter, Memory, RingReader, words
 from rtctl.tick import new_ticks
 
 IPC_ONLY = Openings()

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hw.serial.simulated_board import SimulatedBoard
+from hw.simulators.serial_process import SimulatedBoard
 from rtctl.client import RigClient
 from rtctl.errors import ClientError
 

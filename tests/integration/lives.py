@@ -17,17 +17,17 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from hw.rig import compose
-from rtctl import plan
-from rtctl.config import load
+from rtctl.check import law_plan as plan
 from rtctl.errors import FaultError, RtctlError
-from rtctl.host import loop_process
-from rtctl.host.safe_stop import SafeStop
+from rtctl.host.loop import process as loop_process
+from rtctl.host.loop.safe_stop import SafeStop
 from rtctl.host.supervisor import Host
+from rtctl.rig_file.config import load
 from rtctl.rt import __main__ as rt
 from rtctl.rt import process  # noqa: F401 - imported before the fork
 from rtctl.rt.clock import WallClock
 from rtctl.rt.loop import warm_up
-from rtctl.shm import Memory
+from rtctl.rt.shared_memory import Memory
 
 QUICK = {
     "READY_S": 0.1,

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from rtctl.bench import io_composed
 from rtctl.tick import new_ticks
+from tests.bench import io_composed
 
 
 def judged(*cycles):

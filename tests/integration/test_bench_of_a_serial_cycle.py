@@ -5,8 +5,8 @@ import zlib
 
 import pytest
 
-from hw.serial import vectors
-from rtctl.bench import io_serial
+from hw.simulators import serial_vectors as vectors
+from tests.bench import io_serial
 
 
 def test_both_loops_see_every_packet_and_the_rows_are_figures():

@@ -15,8 +15,8 @@ from test_run import finish, start
 from hw.interface import LinkFault
 from rtctl.client import RigClient
 from rtctl.control.vocabulary import State
-from rtctl.demo import shipped_config
 from rtctl.errors import ClientError, DeviceError
+from rtctl.simulation.demo import shipped_config
 
 WIRE = Path(__file__).parents[1] / "contract" / "slcan_wire.py"
 RATE_HZ = 100  # a shared machine; the ratio of the rates does not matter here
@@ -52,7 +52,16 @@ def wire():
 
 @contextlib.contextmanager
 def drive(kind, port):
-    command = [sys.executable, "-m", "hw.can.drive_sim", kind, "--interface", "slcan", "--channel", port]
+    command = [
+        sys.executable,
+        "-m",
+        "hw.simulators.can_device",
+        kind,
+        "--interface",
+        "slcan",
+        "--channel",
+        port,
+    ]
     more = ["--node", "1", "--plant", "inertia", "--time-to-live-ms", "200", "--for", "400"]
     process = subprocess.Popen([*command, *more], stdout=subprocess.PIPE, text=True)
     try:

@@ -5,9 +5,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-from rtctl.config import load
 from rtctl.host.auto_arm import AutoArm
 from rtctl.host.supervisor import Host
+from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

@@ -10,12 +10,12 @@ import pytest
 from click.testing import CliRunner
 
 from rtctl.cli import cli
-from rtctl.config import load
 from rtctl.errors import FaultError
 from rtctl.host.auto_arm import AutoArm
 from rtctl.host.supervisor import Host
 from rtctl.recording.event_log import read_events
 from rtctl.recording.incident import read_incident
+from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

@@ -14,10 +14,10 @@ from ports import free_ports
 from rtctl.client import RigClient
 from rtctl.client.connection import Connection, remote_endpoints
 from rtctl.errors import BusyError, ConfigError, NoReplyError, RefusedError
-from rtctl.host.access import Access, Openings
-from rtctl.host.operations import OPERATIONS
-from rtctl.keys import ClientKey, KeyStore
-from rtctl.protocol import ROLES, Endpoints
+from rtctl.host.access.entrances import Access, Openings
+from rtctl.host.commands.operations import OPERATIONS
+from rtctl.wire.keys import ClientKey, KeyStore
+from rtctl.wire.protocol import ROLES, Endpoints
 
 
 @pytest.fixture
@@ -394,8 +394,8 @@ def test_at_most_sixteen_connect_and_the_last_places_are_for_operators(rig, clie
 
 
 def test_a_daemon_without_its_keys_or_its_port_ends_at_once_with_the_reason(root, port):
-    from rtctl.config import load
     from rtctl.host.supervisor import Host
+    from rtctl.rig_file.config import load
 
     configs = Path(__file__).parents[2] / "configs"
     text = (configs / "mock.toml").read_text().replace('"friction/', f'"{configs}/friction/')

@@ -10,7 +10,8 @@ from click.testing import CliRunner
 from fake_rig import FakeRig
 from patience import until
 
-from rtctl.cli import COMMANDS, cli
+from rtctl.cli import cli
+from rtctl.cli.command_table import COMMANDS
 from rtctl.errors import ClientError, RefusedError
 
 NAMING = ("status", "arm", "stop", "reset", "tare", "monitor", "record", "events", "view", "world")

@@ -8,7 +8,6 @@ import pytest
 from click.testing import CliRunner
 
 from rtctl.cli import cli
-from rtctl.config import load
 from rtctl.control.records import MODEL
 from rtctl.control.vocabulary import Program
 from rtctl.errors import ConfigError, DataError, FaultError, HandOnRigError
@@ -19,7 +18,8 @@ from rtctl.experiments.order import Order
 from rtctl.friction import artefact
 from rtctl.identify.settings import without_feedforward
 from rtctl.identify.simulated import drive
-from rtctl.simulation import Simulation
+from rtctl.rig_file.config import load
+from rtctl.simulation.closed_loop import Simulation
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 NONE = Compared("none", np.zeros(1, MODEL), float("nan"), "-")

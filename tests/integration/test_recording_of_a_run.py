@@ -14,13 +14,13 @@ from patience import PATIENCE_S, until
 
 from rtctl.cli import cli
 from rtctl.client import RigClient
-from rtctl.config import load
 from rtctl.errors import ClientError
 from rtctl.host.auto_arm import AutoArm
 from rtctl.host.supervisor import Host
 from rtctl.recording.overview import overview
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.replay import Replay
+from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

@@ -12,11 +12,11 @@ import pytest
 from patience import PATIENCE_S, until
 
 from rtctl.client import RigClient
-from rtctl.config import load
 from rtctl.control.vocabulary import State
 from rtctl.errors import LoopDiedError
 from rtctl.host.auto_arm import AutoArm
 from rtctl.host.supervisor import MOST_TICKS, Host
+from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

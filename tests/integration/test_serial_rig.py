@@ -15,7 +15,7 @@ from patience import PATIENCE_S
 
 from hw.interface import LinkFault
 from hw.serial.frame import Status
-from hw.serial.simulated_board import SimulatedBoard
+from hw.simulators.serial_process import SimulatedBoard
 from rtctl.client import RigClient
 from rtctl.control.vocabulary import State
 from rtctl.errors import ClientError

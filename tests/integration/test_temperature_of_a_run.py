@@ -7,11 +7,11 @@ import pytest
 from click.testing import CliRunner
 
 from rtctl.cli import cli
-from rtctl.config import load
 from rtctl.friction import artefact
 from rtctl.host.auto_arm import AutoArm
 from rtctl.host.supervisor import Host
 from rtctl.recording.event_log import read_events
+from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

@@ -97,11 +97,11 @@ SEEDS = (
         "if ln.status & ln.unusable_status or _dropped(ln):", "if ln.status & ln.unusable_status:", LINK,
     ),
     Seed(
-        "a command of before a stop enables the board again", "hw/serial/firmware.py",
+        "a command of before a stop enables the board again", "hw/simulators/serial_firmware.py",
         "elif not 0 < ahead < 0x8000:", "elif ahead == 0:", BOARD,
     ),
     Seed(
-        "the board's time to live never ends", "hw/serial/firmware.py",
+        "the board's time to live never ends", "hw/simulators/serial_firmware.py",
         "self.age = min(self.age + cycles, 255)", "self.age = min(self.age, 255)", BOARD,
     ),
     Seed(
@@ -266,7 +266,7 @@ SEEDS = (
         "min(MOST_SHARE, share / 2)", "MOST_SHARE", ("tests/unit/rt/test_early.py",),
     ),
     Seed(
-        "a command that found no room is sent once more", "hw/serial/core.py",
+        "a command that found no room is sent once more", "hw/serial/backend.py",
         '        if wire["full"][0]:  # the compiled half has tried\n', "        if False:\n", SERIAL_CYCLE,
     ),
     Seed(

@@ -22,104 +22,104 @@ PAGE_CROWD = (
 
 SEEDS = (
     Seed(
-        "a number of NaN is within its bounds", "rtctl/host/messages.py",
+        "a number of NaN is within its bounds", "rtctl/host/commands/messages.py",
         "if not math.isfinite(value) or not low <= value <= high:", "if value < low or value > high:", MESSAGES,
     ),
     Seed(
-        "true is a number", "rtctl/host/messages.py",
+        "true is a number", "rtctl/host/commands/messages.py",
         "if isinstance(value, bool) or not isinstance(value, int | float):", "if not isinstance(value, int | float):", MESSAGES,
     ),
     Seed(
-        "the last of two equal keys wins", "rtctl/host/messages.py",
+        "the last of two equal keys wins", "rtctl/host/commands/messages.py",
         "        if key in unique:\n", "        if False:\n", MESSAGES,
     ),
     Seed(
-        "a request needs no epoch", "rtctl/host/messages.py",
+        "a request needs no epoch", "rtctl/host/commands/messages.py",
         "_epoch(message, required=operation.needs_epoch)", "_epoch(message, required=False)", MESSAGES,
     ),
     Seed(
-        "unknown keys are ignored", "rtctl/host/messages.py",
+        "unknown keys are ignored", "rtctl/host/commands/messages.py",
         'if name not in known and name not in ("id", "op", "epoch"):', "if False:", MESSAGES,
     ),
     Seed(
-        "any role may do anything", "rtctl/host/requests.py",
+        "any role may do anything", "rtctl/host/commands/requests.py",
         "if not allowed(request.op, caller.role):", "if False:", REQUESTS,
     ),
     Seed(
-        "an observer may arm", "rtctl/host/operations.py",
+        "an observer may arm", "rtctl/host/commands/operations.py",
         'Operation("enable the actuator: IDLE to ARMING to ACTIVE", "operator", needs_epoch=True)',
         'Operation("enable the actuator: IDLE to ARMING to ACTIVE", "observer", needs_epoch=True)', REQUESTS,
     ),
     Seed(
-        "a request of an older epoch is carried out", "rtctl/host/requests.py",
+        "a request of an older epoch is carried out", "rtctl/host/commands/requests.py",
         'if request.epoch is not None and request.op != "stop" and request.epoch != row["epoch"]:',
         'if request.epoch is not None and request.op != "stop" and request.epoch > row["epoch"]:', REQUESTS,
     ),
     Seed(
-        "a stop of an older epoch is refused", "rtctl/host/requests.py",
+        "a stop of an older epoch is refused", "rtctl/host/commands/requests.py",
         'if request.epoch is not None and request.op != "stop" and request.epoch != row["epoch"]:',
         'if request.epoch is not None and request.epoch != row["epoch"]:', REQUESTS,
     ),
     Seed(
-        "a rig arms while a stop is on its way", "rtctl/host/requests.py",
+        "a rig arms while a stop is on its way", "rtctl/host/commands/requests.py",
         "if self._slot.stop_pending(row):", "if False:", REQUESTS,
     ),
     Seed(
-        "a loop that stands still is armed", "rtctl/host/requests.py",
+        "a loop that stands still is armed", "rtctl/host/commands/requests.py",
         'if row["time_ns"] == 0 or (not self._rig.virtual and age_s > STALLED_S):', 'if row["time_ns"] == 0:', REQUESTS,
     ),
     Seed(
-        "a reset is passed on while the rig moves", "rtctl/host/requests.py",
+        "a reset is passed on while the rig moves", "rtctl/host/commands/requests.py",
         "if state not in (State.FAULT, State.ESTOP):", "if state is State.IDLE:",
         REQUESTS,
     ),
     Seed(
-        "the force is tared under torque", "rtctl/host/requests.py",
+        "the force is tared under torque", "rtctl/host/commands/requests.py",
         "if state not in (State.INIT, State.IDLE, State.FAULT, State.ESTOP):", "if state is State.ACTIVE:", REQUESTS,
     ),
     Seed(
-        "a stop leaves the arm request and the target in the slot", "rtctl/host/command_slot.py",
+        "a stop leaves the arm request and the target in the slot", "rtctl/host/commands/newest_command.py",
         '        command["epoch"] = command["target_epoch"] = _VOID\n        command["target_lease"] = 0\n', "", TARGETS,
     ),
     Seed(
-        "a lease's number is enough for anybody", "rtctl/host/lease.py",
+        "a lease's number is enough for anybody", "rtctl/host/commands/lease.py",
         "if lease.text != text or lease.user_id != user_id:", "if lease.text != text:", LEASE,
     ),
     Seed(
-        "a lease outlives its epoch", "rtctl/host/lease.py",
+        "a lease outlives its epoch", "rtctl/host/commands/lease.py",
         "if self._lease is not None and self._lease.epoch != epoch:", "if False:", LEASE,
     ),
     Seed(
-        "a silent holder keeps the lease", "rtctl/host/lease.py",
+        "a silent holder keeps the lease", "rtctl/host/commands/lease.py",
         "elif self._lease is not None and self._clock_s() > self._until_s:", "elif False:", LEASE,
     ),
     Seed(
-        "two may hold the lease", "rtctl/host/lease.py",
+        "two may hold the lease", "rtctl/host/commands/lease.py",
         "        if lease is not None:\n            return Refusal(\n", "        if False:\n            return Refusal(\n", LEASE,
     ),
     Seed(
-        "the lease is given while the loop follows the last holder", "rtctl/host/lease.py",
+        "the lease is given while the loop follows the last holder", "rtctl/host/commands/lease.py",
         "        if loop_holds:\n", "        if False:\n", LEASE,
     ),
     Seed(
-        "a stop may come too often", "rtctl/host/gateway.py",
+        "a stop may come too often", "rtctl/host/commands/gateway.py",
         ' and request.op != "stop":', ":", TARGETS,
     ),
     Seed(
-        "targets have no rate", "rtctl/host/gateway.py",
+        "targets have no rate", "rtctl/host/commands/gateway.py",
         "        if not self._target_rate.allows(caller.user_id):\n            return False\n", "", TARGETS,
     ),
     Seed(
-        "of targets that wait the oldest is taken", "rtctl/host/targets.py",
+        "of targets that wait the oldest is taken", "rtctl/host/commands/targets.py",
         "newest[sender] = (user_id(frame), frame.bytes)",
         "newest.setdefault(sender, (user_id(frame), frame.bytes))", TARGETS,
     ),
     Seed(
-        "an emergency stop is told as what came before it", "rtctl/host/faults.py",
+        "an emergency stop is told as what came before it", "rtctl/wire/fault_names.py",
         "    if state == State.ESTOP:\n", "    if False:\n", BOOK,
     ),
     Seed(
-        "a fault is laid at the newest words", "rtctl/host/device_words.py",
+        "a fault is laid at the newest words", "rtctl/host/telemetry/device_words.py",
         "if tick is None or one.tick <= tick", "if True", BOOK,
     ),
     Seed(
@@ -132,7 +132,7 @@ SEEDS = (
         " or command_words[1, 0] < command_words[0, 0]:", ":", MAILBOX,
     ),
     Seed(
-        "a torn tick is shown", "rtctl/shm.py",
+        "a torn tick is shown", "rtctl/rt/shared_memory.py",
         "        if not sealed.all():\n", "        if False:\n", MAILBOX,
     ),
     Seed(
@@ -141,7 +141,7 @@ SEEDS = (
         ("tests/attacks/test_two_daemons_one_drive.py",),
     ),
     Seed(
-        "one process may take every place", "rtctl/host/connections.py",
+        "one process may take every place", "rtctl/host/access/connections.py",
         "SHARE = 0.5\n", "SHARE = 1.0\n",
         ("tests/unit/host/test_intruders.py::test_one_process_gets_half_of_the_places_of_a_door",),
     ),

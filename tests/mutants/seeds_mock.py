@@ -84,7 +84,7 @@ SEEDS = (
         "        viscous *= 1.0 + p.viscous_per_c[axis] * warmer_c\n", "", DRIFT,
     ),
     Seed(
-        "a plant of the family loses its controller's damping", "rtctl/family.py",
+        "a plant of the family loses its controller's damping", "rtctl/simulation/family.py",
         'merged(axis, plant.told) for axis in table["axis"]', 'axis for axis in table["axis"]',
         ("tests/unit/test_family.py::test_what_the_law_is_told_is_true_of_the_plant",),
     ),

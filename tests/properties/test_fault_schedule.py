@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hw.fault_kinds import Channel, Effect, campaign_table
-from hw.faults import FAULTS
 from hw.generator import seed_words, uniform
 from hw.interface import Rig
 from hw.jit import compiled
@@ -16,6 +15,7 @@ from hw.mock.backend import MockBackend
 from hw.mock.jit import records
 from hw.mock.options import MockOptions
 from hw.mock.plant import next_slot, plant_read, plant_write
+from hw.scripted_faults import FAULTS
 from rtctl.tick import new_ticks
 
 RIG = Rig(

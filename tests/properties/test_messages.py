@@ -5,14 +5,14 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rtctl.host.authenticator import Caller
-from rtctl.host.description import AxisDescription, RigDescription
-from rtctl.host.messages import Refusal, Request, decode
-from rtctl.host.operations import OPERATIONS
-from rtctl.host.requests import Requests
-from rtctl.protocol import Endpoints
-from rtctl.shm import CommandWriter, Memory
+from rtctl.host.access.authenticator import Caller
+from rtctl.host.commands.messages import Refusal, Request, decode
+from rtctl.host.commands.operations import OPERATIONS
+from rtctl.host.commands.requests import Requests
+from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from rtctl.rt.shared_memory import CommandWriter, Memory
 from rtctl.tick import new_ticks
+from rtctl.wire.protocol import Endpoints
 
 LIMITS = {
     "stiffness_nm_rad": (0.0, 100.0),

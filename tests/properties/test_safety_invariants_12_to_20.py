@@ -16,18 +16,19 @@ from watched_rig import POWERED, WatchedRig
 
 from hw import registry
 from hw.mock.records import Hand
-from hw.serial.firmware import Board
-from rtctl import config, plan
+from hw.simulators.serial_firmware import Board
 from rtctl.campaign.run import TWO_AXES_OF, Order, run_traced
+from rtctl.check import law_plan as plan
 from rtctl.control.vocabulary import Environment, State
-from rtctl.demo import shipped_config
-from rtctl.host.description import describe
-from rtctl.host.endpoints import RuntimeDirectory
-from rtctl.host.telemetry import Telemetry
+from rtctl.host.access.endpoints import RuntimeDirectory
+from rtctl.host.telemetry.rig_description import describe
+from rtctl.host.telemetry.streams import Telemetry
+from rtctl.rig_file import config
 from rtctl.rt.clock import VirtualClock
 from rtctl.rt.loop import Stop, run_loop, warm_up
-from rtctl.shm import CommandWriter, Memory, RingReader
-from rtctl.simulation import Simulation
+from rtctl.rt.shared_memory import CommandWriter, Memory, RingReader
+from rtctl.simulation.closed_loop import Simulation
+from rtctl.simulation.demo import shipped_config
 
 DAY_NS = 86_400 * 10**9
 SPOILED = {

@@ -6,13 +6,13 @@ import numpy as np
 
 from hw.mock.plant import plant_read, plant_write
 from hw.mock.records import Hand
-from rtctl import config
 from rtctl.campaign.monitor import INVARIANTS, memory_dtype, watch
 from rtctl.control import law
 from rtctl.control.jit import records
 from rtctl.control.vocabulary import Environment, Fault, State
-from rtctl.demo import shipped_config
-from rtctl.simulation import Simulation
+from rtctl.rig_file import config
+from rtctl.simulation.closed_loop import Simulation
+from rtctl.simulation.demo import shipped_config
 
 POWERED = (State.ARMING, State.ACTIVE, State.HOLD, State.STOPPING)
 CLOSED = (State.LOCKOUT, State.SHUTDOWN)

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from hw.mock.options import VelocityOptions
-from rtctl.config import Config, LoadedConfig, load
 from rtctl.control.vocabulary import Environment, Program
-from rtctl.simulation import Simulation
+from rtctl.rig_file.config import Config, LoadedConfig, load
+from rtctl.simulation.closed_loop import Simulation
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

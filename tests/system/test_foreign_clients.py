@@ -11,7 +11,7 @@ import pytest
 from ports import free_ports
 
 from rtctl.client import RigClient, State
-from rtctl.keys import KeyStore
+from rtctl.wire.keys import KeyStore
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(600)]
 

@@ -65,7 +65,7 @@ def guest():
     missing = why_not()
     if missing:
         pytest.skip(missing.replace("\n", "; "))
-    bench = f"import json; from rtctl.bench import io_can; print(json.dumps([row.as_dict() for row in io_can.rows({CYCLES})]))"
+    bench = f"import json; from tests.bench import io_can; print(json.dumps([row.as_dict() for row in io_can.rows({CYCLES})]))"
     command = (
         f"export PYTHONPATH={ROOT} NUMBA_DISABLE_JIT=1 PYTEST_DISABLE_PLUGIN_AUTOLOAD=1; "
         f"RTCTL_CAN_WIRES=vcan0:vcan0,can0:can1 {sys.executable} -m pytest -q --color=no -p pytest_timeout "

@@ -13,9 +13,9 @@ from made_up_rig import HELLO, MovingRig
 from page_in_chromium import Page
 from patience import until
 
-from rtctl.bench.browser import browser, installed
 from rtctl.control.vocabulary import Environment, Fault, State
 from rtctl.view.server import ViewServer
+from tests.bench.browser import browser, installed
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(200)]
 

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from rtctl.bench import soak
-from rtctl.demo import shipped_config
+from rtctl.simulation.demo import shipped_config
+from tests.bench import soak
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(400)]
 

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rtctl import api_document, client
+from rtctl import client
+from rtctl.cli import generated_api as api_document
 from rtctl.client import Lease, RigClient, RigState, Stream
 
 TEXT = (Path(__file__).parents[2] / "docs" / "api.md").read_text()

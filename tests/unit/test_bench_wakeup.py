@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rtctl.bench import wakeup
-from rtctl.bench.cyclictest import Latencies
+from tests.bench import wakeup
+from tests.bench.cyclictest import Latencies
 
 
 def measured(ours_us, theirs_us, rate_hz=1000.0):

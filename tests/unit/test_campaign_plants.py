@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from rtctl import config
 from rtctl.campaign import plants, rigs
-from rtctl.demo import shipped_config
+from rtctl.rig_file import config
+from rtctl.simulation.demo import shipped_config
 
 
 @pytest.fixture(scope="module")

@@ -4,8 +4,8 @@ import tomllib
 
 import pytest
 
-from rtctl.config import Config, load
 from rtctl.errors import ConfigError
+from rtctl.rig_file.config import Config, load
 
 GOOD = """
 schema = 1

@@ -6,8 +6,8 @@ import pytest
 
 from hw import registry
 from hw.interface import BackendInfo, Channels
-from rtctl.config import load
 from rtctl.errors import ConfigError
+from rtctl.rig_file.config import load
 
 AXIS = """
 [[axis]]

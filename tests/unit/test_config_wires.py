@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from rtctl.config import load
-from rtctl.demo import shipped_config
 from rtctl.errors import ConfigError
+from rtctl.rig_file.config import load
+from rtctl.simulation.demo import shipped_config
 
 
 def device(kind, name, axis, nodes, *, bus="", more=""):

@@ -3,13 +3,15 @@
 import numpy as np
 import pytest
 
-from rtctl import config, plan, stability_report
+from rtctl.check import law_plan as plan
+from rtctl.check import stability_report
+from rtctl.check.measured_timing import AxisTiming
 from rtctl.control.detectors import age_fault
 from rtctl.control.vocabulary import Environment, Fault, State
-from rtctl.demo import shipped_config
 from rtctl.errors import FaultError
-from rtctl.simulation import Simulation
-from rtctl.timing import AxisTiming
+from rtctl.rig_file import config
+from rtctl.simulation.closed_loop import Simulation
+from rtctl.simulation.demo import shipped_config
 
 PER_AMPERE = 0.768
 """N m at the joint per ampere of configs/mock.toml: gear ratio, efficiency, torque constant."""

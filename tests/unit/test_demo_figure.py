@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from rtctl.control.vocabulary import State
-from rtctl.demo import TRACE_HZ, Demo
-from rtctl.demo_figure import draw
 from rtctl.errors import DataError
+from rtctl.simulation.demo import TRACE_HZ, Demo
+from rtctl.simulation.demo_figure import draw
 from rtctl.tick import new_ticks
 
 RATE_HZ = 1000.0

@@ -2,7 +2,7 @@
 
 import pytest
 
-from rtctl import documents
+from rtctl.cli import generated_documents as documents
 
 DOCUMENTS = {
     "tick.md": {"tick fields"},

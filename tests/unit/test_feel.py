@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rtctl.bench.feel import LATEST_MS, arrival_ticks, compare
+from tests.bench.feel import LATEST_MS, arrival_ticks, compare
 
 FAST = np.sin(2 * np.pi * np.arange(4000) / 700)
 

@@ -1,10 +1,10 @@
 import msgpack
 import pytest
 
-from rtctl.bench import flooder
 from rtctl.errors import ClientError
-from rtctl.host.description import AxisDescription, RigDescription
-from rtctl.host.messages import Refusal, Request, decode, decode_target
+from rtctl.host.commands.messages import Refusal, Request, decode, decode_target
+from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from tests.bench import flooder
 
 RIG = RigDescription("mock", (AxisDescription("a", {"position_rad": (-1.0, 1.0)}),), 1000.0)
 

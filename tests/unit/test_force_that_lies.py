@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from rtctl import config
 from rtctl.control.vocabulary import Environment, Fault, State
-from rtctl.demo import shipped_config
-from rtctl.simulation import Simulation
+from rtctl.rig_file import config
+from rtctl.simulation.closed_loop import Simulation
+from rtctl.simulation.demo import shipped_config
 
 FROZEN_AT_S = 3.3
 

@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from rtctl.cli.keys import command
 from rtctl.errors import ConfigError
-from rtctl.keys import ClientKey, KeyStore
+from rtctl.wire.keys import ClientKey, KeyStore
 
 
 @pytest.fixture

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from hw.mock.family import FAMILY
-from rtctl import config, stability_report
+from rtctl.check import stability_report
 from rtctl.control.vocabulary import State
-from rtctl.family import with_plant
 from rtctl.friction import truth
-from rtctl.simulation import Simulation
+from rtctl.rig_file import config
+from rtctl.simulation.closed_loop import Simulation
+from rtctl.simulation.family import with_plant
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FILES = sorted(path.name for path in CONFIGS.glob("mock*.toml"))

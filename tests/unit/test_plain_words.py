@@ -9,10 +9,10 @@ from pydantic import ValidationError
 
 from hw import registry
 from hw.plain_words import explain
-from rtctl.config import Config, load
 from rtctl.errors import ConfigError
-from rtctl.shipped import shipped
-from rtctl.toml_lines import TomlLines
+from rtctl.rig_file.config import Config, load
+from rtctl.rig_file.toml_lines import TomlLines
+from rtctl.simulation.shipped_files import shipped
 
 GOOD = shipped("configs/mock.toml").read_text()
 LIBRARY = (

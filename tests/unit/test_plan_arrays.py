@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rtctl import plan
-from rtctl.config import load
+from rtctl.check import law_plan as plan
 from rtctl.control.vocabulary import Environment, Policy
 from rtctl.errors import ModelError
+from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

@@ -10,13 +10,13 @@ from click.testing import CliRunner
 
 from hw.interface import LinkFault
 from hw.playback.reader import read_columns
-from rtctl import config as rig_file
 from rtctl.cli.playback import _presliding, command
 from rtctl.control.vocabulary import State
 from rtctl.errors import ConfigError, DataError, DeviceError
 from rtctl.friction import artefact
-from rtctl.playback_job import Job, run
-from rtctl.playback_run import changed, run_log, with_bias
+from rtctl.playback.job import Job, run
+from rtctl.playback.run import changed, run_log, with_bias
+from rtctl.rig_file import config as rig_file
 
 RATE_HZ = 1000.0
 INERTIA, COULOMB, BIAS = 4e-4, 0.03, 0.012

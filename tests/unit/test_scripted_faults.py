@@ -12,14 +12,14 @@ from hw.fault_kinds import markdown_table
 from hw.interface import LinkLost
 from hw.mock.backend import MockBackend
 from hw.rig import Member, compose
-from rtctl.config import load
+from rtctl.check.law_plan import build
 from rtctl.control import law
 from rtctl.control.jit import records
 from rtctl.control.records import state_dtype
 from rtctl.control.vocabulary import State
 from rtctl.errors import ConfigError
-from rtctl.plan import build
-from rtctl.simulation import Simulation
+from rtctl.rig_file.config import load
+from rtctl.simulation.closed_loop import Simulation
 from rtctl.tick import new_ticks
 
 CONFIGS = Path(__file__).parents[2] / "configs"

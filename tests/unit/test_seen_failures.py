@@ -11,9 +11,9 @@ import pytest
 from rtctl.control.environments import detents
 from rtctl.control.jit import plain
 from rtctl.control.mailbox import publish
-from rtctl.host.description import AxisDescription, RigDescription
-from rtctl.host.messages import Refusal, decode
-from rtctl.shm import Memory
+from rtctl.host.commands.messages import Refusal, decode
+from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from rtctl.rt.shared_memory import Memory
 
 ROOT = Path(__file__).parents[2]
 

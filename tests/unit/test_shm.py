@@ -9,7 +9,7 @@ import pytest
 
 from rtctl.control import mailbox
 from rtctl.control.records import command_dtype
-from rtctl.shm import MAILBOX_SLOTS, CommandWriter, Memory, RingReader, words
+from rtctl.rt.shared_memory import MAILBOX_SLOTS, CommandWriter, Memory, RingReader, words
 from rtctl.tick import new_ticks
 
 

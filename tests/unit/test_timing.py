@@ -5,9 +5,10 @@ import math
 
 import pytest
 
-from rtctl import config, timing
-from rtctl.demo import shipped_config
-from rtctl.timing import AxisTiming
+from rtctl.check import measured_timing as timing
+from rtctl.check.measured_timing import AxisTiming
+from rtctl.rig_file import config
+from rtctl.simulation.demo import shipped_config
 
 ONE = AxisTiming(
     delay_s=1e-3,

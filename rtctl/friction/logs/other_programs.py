@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from hw.interface import BackendError
 from hw.plain_words import explain
+from hw.playback.columns import read_table
 from hw.playback.options import (
     Column,
     CurrentColumn,
@@ -22,7 +23,6 @@ from hw.playback.options import (
     VelocityColumn,
 )
 from hw.playback.reader import ANGLE_UNITS, CURRENT_UNITS, TIME_UNITS, TORQUE_UNITS, VELOCITY_UNITS
-from hw.playback.tables import read_table
 from hw.playback.units import require_unit
 from rtctl.errors import ConfigError, DataError
 from rtctl.friction.logs.logs import FrictionSamples, file_sha256, level_points

@@ -14,8 +14,8 @@ from rtctl.friction.logs.dynamics import AxisLog
 from rtctl.friction.logs.torque_faults import faults, require_unclipped
 
 if TYPE_CHECKING:
-    from rtctl.config_tables import AxisTable
     from rtctl.friction.logs.regression import JointFit
+    from rtctl.rig_file.axis_tables import AxisTable
 
 BEYOND = 1.25
 """A log may go beyond a limit of the rig file by this factor: noise, a hand quicker than the motor."""

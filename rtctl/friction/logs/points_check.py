@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtctl.config import LoadedConfig
 from rtctl.errors import DataError
 from rtctl.friction.logs.plausibility import Limits
 from rtctl.friction.points.measured import FrictionPoints
+from rtctl.rig_file.config import LoadedConfig
 
 
 def require_plausible_points(points: FrictionPoints, loaded: LoadedConfig) -> None:

@@ -20,9 +20,9 @@ import numpy as np
 
 from hw.mock.plant import plant_read, plant_write
 from hw.mock.records import plant_records
-from rtctl.config import LoadedConfig, load
 from rtctl.control.jit import compiled, records
 from rtctl.friction.points.presliding import Presliding, Ramp, presliding, ramp_of
+from rtctl.rig_file.config import LoadedConfig, load
 from rtctl.tick import new_ticks
 
 LEVELS = 54

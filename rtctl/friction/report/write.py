@@ -20,7 +20,6 @@ from pathlib import Path
 from typing import Any
 
 from hw.outside import MOST_TABLE_BYTES, json_of, read_bounded
-from rtctl.config import LoadedConfig
 from rtctl.errors import DataError
 from rtctl.friction import gain as report_gain
 from rtctl.friction.gain import Gains
@@ -30,6 +29,7 @@ from rtctl.friction.report import page as report_page
 from rtctl.friction.report import tables as report_tables
 from rtctl.friction.report.evidence import EXTRA_COLUMNS, Evidence
 from rtctl.friction.report.page import Picture
+from rtctl.rig_file.config import LoadedConfig
 
 KIND = "rtctl friction report"
 HEADER = "report.json"

@@ -11,15 +11,15 @@ import pytest
 
 from hw import registry
 from hw.interface import BackendError, Timing
-from rtctl import verdicts_of_units
 from rtctl.__main__ import main
-from rtctl.config import load
+from rtctl.check import verdicts_of_units
+from rtctl.check.stability_report import examine
+from rtctl.check.verdict import Outcome, Verdict, ranked
 from rtctl.errors import ModelError, StabilityError
 from rtctl.friction import artefact
 from rtctl.friction.learn.fit import fit_points
 from rtctl.friction.points.measured import FrictionPoints
-from rtctl.stability_report import examine
-from rtctl.verdict import Outcome, Verdict, ranked
+from rtctl.rig_file.config import load
 
 RIG = """
 schema = 1

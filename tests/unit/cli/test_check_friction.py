@@ -7,21 +7,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rtctl import lateness, verdicts_of_friction, verdicts_of_observer
-from rtctl.config import load
-from rtctl.config_friction import FrictionTable
+from rtctl.check import lateness, verdicts_of_friction, verdicts_of_observer
+from rtctl.check.law_plan import build
+from rtctl.check.stability_report import examine
+from rtctl.check.verdict import Outcome, Subject
 from rtctl.control import disturbance_observer as law
 from rtctl.control.dry_friction import guaranteed_friction
 from rtctl.control.jit import records
 from rtctl.control.records import new_records
-from rtctl.family import FAMILY, with_plant
 from rtctl.friction import artefact
 from rtctl.friction.guarantee import ASSUMED, LENGTH_FACTOR, guarantee
 from rtctl.friction.policies import STANDINGS
-from rtctl.plan import build
-from rtctl.stability_report import examine
+from rtctl.rig_file.config import load
+from rtctl.rig_file.friction_tables import FrictionTable
+from rtctl.simulation.family import FAMILY, with_plant
 from rtctl.tick import new_ticks
-from rtctl.verdict import Outcome, Subject
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 ACCOUNT, REST, INTENT = (

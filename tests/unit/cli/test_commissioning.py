@@ -14,8 +14,8 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from hw.can.drive_sim import TORQUE_CONSTANT_NM_A, DriveSim, make_drives
-from hw.can.sim_plant import Inertia
+from hw.simulators.can_device import TORQUE_CONSTANT_NM_A, DriveSim, make_drives
+from hw.simulators.can_plant import Inertia
 from rtctl.cli import cli
 from rtctl.control.faults import TABLE
 

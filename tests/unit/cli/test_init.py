@@ -9,10 +9,10 @@ import pytest
 from click.testing import CliRunner
 
 from rtctl.cli import cli, invocation
-from rtctl.config import load
 from rtctl.errors import ConfigError
 from rtctl.friction import artefact
-from rtctl.shipped import about, rig_files, shipped, write_copy
+from rtctl.rig_file.config import load
+from rtctl.simulation.shipped_files import about, rig_files, shipped, write_copy
 
 
 def call(*arguments):

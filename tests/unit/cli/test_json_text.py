@@ -3,6 +3,7 @@
 import json
 import math
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import click
@@ -10,12 +11,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from rtctl.bench.row import Row
 from rtctl.cli import bench, cli, main
 from rtctl.cli.json_text import json_text, plain
 from rtctl.control.vocabulary import State
-from rtctl.doctor.examine import Report
-from rtctl.doctor.line import Line
+from rtctl.machine.examine import Report
+from rtctl.machine.line import Line
+from tests.bench.row import Row
 
 CLI = Path(bench.__file__).parent
 
@@ -61,15 +62,13 @@ def test_a_row_of_every_kind_is_json(value, target, sense):
 
 
 def _groups(monkeypatch, broken):
-    def measure(name, **_):
-        def rows():
-            if name == "cycle":
-                raise broken
-            return [Row(name, np.float64(1.0), "us", "", np.float64(2.0)), Row(name, 1.0, "us", "")]
+    def rows(name):
+        if name == "cycle":
+            raise broken
+        return [Row(name, np.float64(1.0), "us", "", np.float64(2.0)), Row(name, 1.0, "us", "")]
 
-        return rows
-
-    monkeypatch.setattr(bench, "_group", measure)
+    made = {name: partial(rows, name) for name in bench.GROUPS}
+    monkeypatch.setattr(bench, "measurements", lambda **_: made)
 
 
 def test_a_group_that_breaks_loses_no_row_of_the_others(monkeypatch):
@@ -118,7 +117,7 @@ def test_wrong_usage_is_json_too(monkeypatch, capsys, tmp_path):
 
 @pytest.mark.parametrize(("no_color", "coloured"), [("", True), ("1", False)])
 def test_no_color_is_honoured(no_color, coloured, monkeypatch):
-    monkeypatch.setattr("rtctl.doctor.examine.examine", _examined)
+    monkeypatch.setattr("rtctl.machine.examine.examine", _examined)
     done = CliRunner().invoke(cli, ["doctor", "--no-timing"], color=True, env={"NO_COLOR": no_color})
     assert ("\x1b[" in done.stdout) is coloured
 

@@ -4,7 +4,8 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from rtctl.cli import COMMANDS, cli
+from rtctl.cli import cli
+from rtctl.cli.command_table import COMMANDS
 from rtctl.cli.outputs import OutputFile, OutputFolder, why_no_folder
 
 WRITES = ("--out", "--plot", "--report", "--record", "--save-model")

@@ -11,8 +11,8 @@ from click.testing import CliRunner
 
 from hw import registry
 from rtctl.cli.service import command
-from rtctl.demo import shipped_config
-from rtctl.service import plan as service
+from rtctl.machine import service_steps as service
+from rtctl.simulation.demo import shipped_config
 
 
 @pytest.fixture(autouse=True)

@@ -9,13 +9,13 @@ import pytest
 from hw.code_cache import CodeCache
 from hw.jit import JIT_DISABLED
 from rtctl.client.worlds import Worlds
-from rtctl.config_tables import EnvironmentTable
 from rtctl.control.environments import detents, laws
 from rtctl.control.environments.kind import SHARED, STIFFNESS, KindFile
 from rtctl.control.environments.table import NAMES, OWN, PARAMETERS, Environment, meaning, using
 from rtctl.control.jit import records
 from rtctl.control.records import new_records
-from rtctl.host.operations import OPERATIONS
+from rtctl.host.commands.operations import OPERATIONS
+from rtctl.rig_file.axis_tables import EnvironmentTable
 from rtctl.view import world
 
 ROOT = Path(__file__).parents[3]

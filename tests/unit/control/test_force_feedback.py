@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from law_rig import LEVER, LawRig, Plant
 
-from rtctl.config import load
+from rtctl.check.law_plan import build
 from rtctl.control.force_feedback import BANK_KEPT, SPEED_MIN_RAD_S, SPEND_S, assistance_limit
 from rtctl.control.vocabulary import Environment, Fault, State
 from rtctl.errors import ConfigError
-from rtctl.plan import build
+from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 FEEDBACK = {

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from rtctl.control.friction import BACKWARD, FORWARD, branch_magnitude, friction_magnitude
+from rtctl.control.friction_curve import BACKWARD, FORWARD, branch_magnitude, friction_magnitude
 from rtctl.control.jit import records
 from rtctl.control.records import LOOKUP_CELLS, MODEL
 

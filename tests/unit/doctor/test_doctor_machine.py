@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from rtctl.doctor import machine, rights
+from rtctl.machine import kernel as machine
+from rtctl.machine import rights
 
 DYNAMIC = "Linux version 6.1.0 (x) #1 SMP PREEMPT_DYNAMIC Debian"
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from test_doctor_wiring import process, put
 
-from rtctl.doctor import network
+from rtctl.machine import network
 
 HEAD = "  sl  local_address rem_address   st tx_queue rx_queue tr tm->when retrnsmt   uid  timeout inode"
 

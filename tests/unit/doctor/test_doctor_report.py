@@ -11,9 +11,9 @@ import pytest
 
 from hw import registry
 from hw.interface import Finding
-from rtctl.doctor import examine as whole
-from rtctl.doctor import software, wakeup
-from rtctl.doctor.line import Line
+from rtctl.machine import examine as whole
+from rtctl.machine import software, wakeup
+from rtctl.machine.line import Line
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 

@@ -10,8 +10,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from hw.serial.holders import holders
-from rtctl.doctor import ports, wiring
+from hw.device_holders import holders
+from rtctl.machine import ports, wiring
 
 BUS = {
     "interface": "socketcan",

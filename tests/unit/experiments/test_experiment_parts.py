@@ -8,7 +8,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rtctl.config import load
 from rtctl.control.vocabulary import State
 from rtctl.errors import FaultError
 from rtctl.experiments import figures, report
@@ -19,6 +18,7 @@ from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import Estimate, estimate, reduction
 from rtctl.friction.report.page import Picture
 from rtctl.friction.report.tables import Table
+from rtctl.rig_file.config import load
 from rtctl.tick import new_ticks
 
 CONFIGS = Path(__file__).parents[3] / "configs"

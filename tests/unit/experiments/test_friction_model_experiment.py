@@ -7,12 +7,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rtctl.config import load
 from rtctl.experiments import friction_model
 from rtctl.experiments.order import Order
 from rtctl.friction.points.measured import FrictionPoints
 from rtctl.friction.points.mock import Point
 from rtctl.friction.report.evidence import Errors
+from rtctl.rig_file.config import load
 
 CONFIG = Path(__file__).parents[3] / "configs/mock.toml"
 

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from rtctl.config import load
 from rtctl.errors import DataError
 from rtctl.experiments import identification
 from rtctl.experiments.order import Order
 from rtctl.identify.settings import Settings
+from rtctl.rig_file.config import load
 
 CONFIG = Path(__file__).parents[3] / "configs" / "mock-identify.toml"
 SHORT = Settings(train_levels=10, test_levels=4, measurements=10, spots=5, warm_up_s=2.0, bias_s=1.0)

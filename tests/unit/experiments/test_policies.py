@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from hw.mock.family import FAMILY
-from rtctl.config import load
+from rtctl.check.law_plan import build
 from rtctl.control.vocabulary import Policy
 from rtctl.experiments import policies, policies_on_family, still_hand, virtual
 from rtctl.experiments.policies import Judged
 from rtctl.experiments.policies_on_family import ALONE, BOTH, HYBRID, LUGRE, MOTIONS
 from rtctl.experiments.still_hand import Still
-from rtctl.plan import build
+from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rtctl.config import load
 from rtctl.control import stability
 from rtctl.control.jit import records
 from rtctl.control.position import friction_toward, reference_at
@@ -19,6 +18,7 @@ from rtctl.experiments.models import Compared
 from rtctl.experiments.order import Order
 from rtctl.experiments.positioning import Followed
 from rtctl.friction import artefact
+from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 J, B, T = 0.012, 0.05, 1e-3

@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from rtctl.control.friction import friction_magnitude
+from rtctl.control.friction_curve import friction_magnitude
 from rtctl.control.jit import records
 from rtctl.errors import ModelError
 from rtctl.friction import artefact
@@ -227,7 +227,7 @@ def test_a_folder_that_does_not_exist_is_refused(model, tmp_path):
 
 def test_reading_a_model_imports_no_learner_and_no_plots():
     code = (
-        "import sys, rtctl.stability_report, rtctl.friction.artefact, rtctl.friction.learn.fit; "
+        "import sys, rtctl.check.stability_report, rtctl.friction.artefact, rtctl.friction.learn.fit; "
         "bad = {'sklearn', 'matplotlib', 'scipy', 'pickle5', 'joblib'} & set(sys.modules); assert not bad, bad"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from rtctl.config import load
 from rtctl.friction import artefact
 from rtctl.friction.guarantee import BANK_MOST_J, LENGTH_FACTOR, LENGTH_UNKNOWN_RAD, SPREADS, guarantee
+from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 

@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rtctl import plan
-from rtctl.config import load
+from rtctl.check import law_plan as plan
 from rtctl.control.feedforward import compensated_magnitude
 from rtctl.control.jit import records
 from rtctl.control.vocabulary import Policy
 from rtctl.friction import artefact, margins
+from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 

@@ -6,11 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rtctl.config import load
 from rtctl.errors import DataError
 from rtctl.friction.logs.intervals import Estimate
 from rtctl.friction.logs.log_input import Gearing, options_of, read_log
 from rtctl.friction.logs.plausibility import Limits, against_rig
+from rtctl.rig_file.config import load
 
 CONFIG = Path(__file__).parents[3] / "configs" / "mock.toml"
 T = np.arange(5000) / 500.0

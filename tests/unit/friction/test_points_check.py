@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from rtctl.config import load
 from rtctl.errors import DataError
 from rtctl.friction.logs.points_check import require_held_out, require_plausible_points
 from rtctl.friction.points.reader import read_points
+from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 POINTS = CONFIGS / "friction" / "mock_points.csv"

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rtctl.config import load
 from rtctl.errors import DataError
 from rtctl.friction.logs.dynamics import AxisLog
 from rtctl.friction.logs.regression import joint_fit, offset_rows
 from rtctl.friction.logs.regressors import cutoff_for, pooled, regressors
 from rtctl.friction.logs.signal_shift import advanced, derivatives
-from rtctl.simulation import Simulation
+from rtctl.rig_file.config import load
+from rtctl.simulation.closed_loop import Simulation
 
 RATE_HZ = 500.0
 TRUTH = {"inertia_kgm2": 0.012, "viscous_nms_rad": 0.05, "coulomb_nm": 0.25, "offset_nm": 0.02}

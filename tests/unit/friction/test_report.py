@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rtctl import config
 from rtctl.cli import main
 from rtctl.errors import DataError
 from rtctl.friction import gain as report_gain
@@ -23,6 +22,7 @@ from rtctl.friction.margins import friction_figures
 from rtctl.friction.points.reader import read_points
 from rtctl.friction.report import evidence as report_evidence
 from rtctl.friction.report import write as report
+from rtctl.rig_file import config
 
 ROOT = Path(__file__).parents[3]
 POINTS = ROOT / "configs/friction/mock_points.csv"

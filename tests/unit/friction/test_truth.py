@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from shipped_friction import BACKWARD, law_nm
 
-from rtctl.config import load
 from rtctl.friction import artefact, truth
+from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 SPEEDS = np.geomspace(0.005, 2, 20)

@@ -3,8 +3,8 @@ import zmq
 from zmq.utils import z85
 
 from rtctl.errors import BusyError
-from rtctl.host.authenticator import BAN_S, PAUSE_S, VIEWER, ZAP_ADDRESS, Authenticator
-from rtctl.keys import Key
+from rtctl.host.access.authenticator import BAN_S, PAUSE_S, VIEWER, ZAP_ADDRESS, Authenticator
+from rtctl.wire.keys import Key
 
 PUBLIC = bytes(range(32))
 TEXT = z85.encode(PUBLIC).decode()

@@ -3,9 +3,9 @@ from pathlib import Path
 
 import pytest
 
-from rtctl.config import Config, LoadedConfig
 from rtctl.friction import artefact
-from rtctl.host.description import RigDescription, describe
+from rtctl.host.telemetry.rig_description import RigDescription, describe
+from rtctl.rig_file.config import Config, LoadedConfig
 
 AXIS = {
     "name": "joint",
@@ -39,7 +39,7 @@ def test_bounds_come_from_the_rig_file_and_its_own_limits(tmp_path):
 
 
 def test_every_bounded_key_of_the_table_of_operations_has_a_bound(tmp_path):
-    from rtctl.host.operations import OPERATIONS
+    from rtctl.host.commands.operations import OPERATIONS
 
     bounds = describe(loaded(tmp_path)).axes[0].bounds
     for operation in OPERATIONS.values():

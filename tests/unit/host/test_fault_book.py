@@ -8,12 +8,12 @@ import pytest
 from hw.interface import LinkFault
 from rtctl.control.records import params_dtype
 from rtctl.control.vocabulary import Fault, GateFlag, State
-from rtctl.fault_words import sentence
-from rtctl.host.description import AxisDescription, DeviceDescription, RigDescription
-from rtctl.host.device_words import DeviceWords
-from rtctl.host.events import EventDetector
-from rtctl.host.fault_book import FaultBook
+from rtctl.host.telemetry.device_words import DeviceWords
+from rtctl.host.telemetry.events import EventDetector
+from rtctl.host.telemetry.fault_book import FaultBook
+from rtctl.host.telemetry.rig_description import AxisDescription, DeviceDescription, RigDescription
 from rtctl.tick import new_ticks
+from rtctl.wire.fault_words import sentence
 
 DRIVE, FINGER = "device[0] 'drive'", "device[1] 'finger'"
 

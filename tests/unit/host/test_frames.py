@@ -4,10 +4,10 @@ import pytest
 import zmq
 from patience import until
 
-from rtctl.host import frames as module
-from rtctl.host.access import Access
-from rtctl.host.frames import Frames
-from rtctl.protocol import Endpoints
+from rtctl.host.access import long_messages as module
+from rtctl.host.access.entrances import Access
+from rtctl.host.access.long_messages import Frames
+from rtctl.wire.protocol import Endpoints
 
 
 class Doorstep:

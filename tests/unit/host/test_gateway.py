@@ -7,11 +7,11 @@ import zmq
 from patience import PATIENCE_S, until
 
 from rtctl.control.vocabulary import State
-from rtctl.host.description import AxisDescription, RigDescription
-from rtctl.host.gateway import REQUESTS_PER_CALL, Gateway
-from rtctl.protocol import Endpoints
-from rtctl.shm import CommandWriter, Memory
+from rtctl.host.commands.gateway import REQUESTS_PER_CALL, Gateway
+from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from rtctl.rt.shared_memory import CommandWriter, Memory
 from rtctl.tick import new_ticks
+from rtctl.wire.protocol import Endpoints
 
 RIG = RigDescription("mock", (AxisDescription("a", {}),), 1000.0)
 

@@ -11,17 +11,17 @@ import pytest
 import zmq
 from patience import PATIENCE_S, until
 
-from rtctl.bench.attacker import connect, plain
 from rtctl.errors import RtctlError
-from rtctl.host import access as access_module
-from rtctl.host import connections, traffic
-from rtctl.host import intruders as module
-from rtctl.host.access import Access, Openings
-from rtctl.host.authenticator import PAUSE_S
-from rtctl.host.doors import Door
-from rtctl.host.publisher import Publisher
-from rtctl.host.reserve import RESERVE, Reserve
-from rtctl.protocol import CONNECTIONS, TOPIC_STATE, Endpoints
+from rtctl.host.access import connections, traffic
+from rtctl.host.access import entrances as access_module
+from rtctl.host.access import intruders as module
+from rtctl.host.access.authenticator import PAUSE_S
+from rtctl.host.access.entrances import Access, Openings
+from rtctl.host.access.sockets import Door
+from rtctl.host.access.spare_descriptors import RESERVE, Reserve
+from rtctl.host.telemetry.publisher import Publisher
+from rtctl.wire.protocol import CONNECTIONS, TOPIC_STATE, Endpoints
+from tests.bench.attacker import connect, plain
 
 MORE = b"\x01\x00"
 

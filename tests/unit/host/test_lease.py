@@ -6,8 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rtctl.control.records import command_dtype
-from rtctl.host.lease import LeaseDesk, veil_leases
-from rtctl.host.messages import Refusal
+from rtctl.host.commands.lease import LeaseDesk
+from rtctl.host.commands.messages import Refusal
+from rtctl.host.telemetry.veiled_leases import veil_leases
 
 
 class Clock:

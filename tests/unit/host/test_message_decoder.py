@@ -3,9 +3,10 @@ import math
 import msgpack
 import pytest
 
-from rtctl.host.description import AxisDescription, RigDescription
-from rtctl.host.messages import MAX_ID, Refusal, Request, decode, decode_target, encode
-from rtctl.host.operations import OPERATIONS
+from rtctl.host.commands.messages import MAX_ID, Refusal, Request, decode, decode_target
+from rtctl.host.commands.operations import OPERATIONS
+from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from rtctl.wire.encoding import encode
 
 BOUNDS = {
     "stiffness_nm_rad": (0.0, 100.0),

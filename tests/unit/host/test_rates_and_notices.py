@@ -3,8 +3,8 @@ import threading
 
 import pytest
 
+from rtctl.host.commands.request_rates import MOST_CLIENTS, RateLimit
 from rtctl.host.notices import MOST_BYTES, Notices
-from rtctl.host.rates import MOST_CLIENTS, RateLimit
 
 
 class Clock:

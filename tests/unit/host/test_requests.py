@@ -7,14 +7,14 @@ import pytest
 from rtctl.cli.operate import lines
 from rtctl.control.environments.table import PARAMETERS
 from rtctl.control.vocabulary import Environment, Fault, State
-from rtctl.host.authenticator import Caller
-from rtctl.host.description import AxisDescription, RigDescription
-from rtctl.host.messages import Refusal, Request
-from rtctl.host.operations import OPERATIONS
-from rtctl.host.requests import Requests
-from rtctl.protocol import Endpoints
-from rtctl.shm import CommandWriter, Memory
+from rtctl.host.access.authenticator import Caller
+from rtctl.host.commands.messages import Refusal, Request
+from rtctl.host.commands.operations import OPERATIONS
+from rtctl.host.commands.requests import Requests
+from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from rtctl.rt.shared_memory import CommandWriter, Memory
 from rtctl.tick import new_ticks
+from rtctl.wire.protocol import Endpoints
 
 RIG = RigDescription("mock", (AxisDescription("base", {}), AxisDescription("tip", {})), 1000.0)
 

@@ -1,7 +1,7 @@
 """What `rtctl run` says: a line per event and per broken file, bounded, and nothing that nobody asked for."""
 
-from rtctl.event_words import device_line, line_of
 from rtctl.host.speaker import LINES_PER_S, Speaker
+from rtctl.wire.event_words import device_line, line_of
 
 FAULT = {
     "event": "fault", "name": "DEVICE", "text": "see its manual", "axis": "tip", "channel": None,

@@ -7,11 +7,11 @@ import zmq
 from patience import until
 
 from rtctl.control.vocabulary import Environment, State
-from rtctl.host.description import AxisDescription, RigDescription
-from rtctl.host.gateway import BURST, Gateway
-from rtctl.protocol import Endpoints
-from rtctl.shm import CommandWriter, Memory
+from rtctl.host.commands.gateway import BURST, Gateway
+from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from rtctl.rt.shared_memory import CommandWriter, Memory
 from rtctl.tick import new_ticks
+from rtctl.wire.protocol import Endpoints
 
 BOUNDS = {"position_rad": (-3.0, 3.0), "velocity_rad_s": (-20.0, 20.0)}
 RIG = RigDescription("mock", (AxisDescription("a", BOUNDS),), 1000.0)

@@ -8,10 +8,10 @@ import zmq
 from patience import PATIENCE_S, until
 
 from rtctl.control.vocabulary import State
-from rtctl.host.description import AxisDescription, RigDescription
-from rtctl.host.telemetry import MOST_ROWS, Telemetry, queue_messages
-from rtctl.protocol import TOPIC_EVENT, TOPIC_HEALTH, TOPIC_STATE, TOPIC_TICKS, Endpoints
+from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from rtctl.host.telemetry.streams import MOST_ROWS, Telemetry, queue_messages
 from rtctl.tick import new_ticks
+from rtctl.wire.protocol import TOPIC_EVENT, TOPIC_HEALTH, TOPIC_STATE, TOPIC_TICKS, Endpoints
 
 MARK = b"mark"
 RIG = RigDescription("mock", (AxisDescription("a", {}),), 1000.0, session=7)
@@ -178,7 +178,7 @@ def test_queues_hold_seconds_at_any_batch_length():
 
 
 def test_every_topic_of_the_protocol_is_sent():
-    from rtctl import protocol
+    from rtctl.wire import protocol
 
     named = {value for name, value in vars(protocol).items() if name.startswith("TOPIC_")}
     assert set(protocol.TOPICS) == named

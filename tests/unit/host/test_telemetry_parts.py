@@ -5,14 +5,14 @@ import msgpack
 import numpy as np
 
 from rtctl.control.vocabulary import Fault, State
-from rtctl.host.description import AxisDescription, RigDescription
-from rtctl.host.events import EventDetector
-from rtctl.host.fault_book import FaultBook
-from rtctl.host.faults import FAULT_TEXT, fault_entries
-from rtctl.host.health import HealthWindow
-from rtctl.host.samples import Decimator, state_samples, tick_columns
-from rtctl.host.temperature import temperature_warnings
+from rtctl.host.telemetry.events import EventDetector
+from rtctl.host.telemetry.fault_book import FaultBook
+from rtctl.host.telemetry.health import HealthWindow
+from rtctl.host.telemetry.motor_temperature import temperature_warnings
+from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from rtctl.host.telemetry.samples import Decimator, state_samples, tick_columns
 from rtctl.tick import FIELDS, new_ticks
+from rtctl.wire.fault_names import FAULT_TEXT, fault_entries
 
 RIG = RigDescription(
     "mock", (AxisDescription("a", {}), AxisDescription("b", {})), 1000.0, start_wall_ns=10**18, session=7

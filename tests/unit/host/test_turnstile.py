@@ -8,9 +8,9 @@ import pytest
 import zmq
 from patience import until
 
-from rtctl.bench.attacker import plain
-from rtctl.host.connections import Connections
-from rtctl.host.turnstile import Turnstile
+from rtctl.host.access.connections import Connections
+from rtctl.host.access.turnstile import Turnstile
+from tests.bench.attacker import plain
 
 WAITING = 12
 

@@ -6,12 +6,12 @@ from pathlib import Path
 
 from hw.mock.options import MockOptions
 from hw.rig import compose
-from hw.serial.firmware_line import Damage, Line
-from hw.serial.firmware_rig import Simulation, read_described
-from hw.serial.firmware_sim import step
-from rtctl.config import load
+from hw.simulators.serial_board import step
+from hw.simulators.serial_line import Damage, Line
+from hw.simulators.serial_rig import Simulation, read_described
 from rtctl.control.jit import records
-from rtctl.demo import shipped_config
+from rtctl.rig_file.config import load
+from rtctl.simulation.demo import shipped_config
 from rtctl.tick import new_ticks
 
 

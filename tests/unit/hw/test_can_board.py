@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hw.can import board
-from hw.can.board import BoardBackend
+from hw.can import board_backend as board
+from hw.can.board_backend import BoardBackend
 from hw.can.board_options import BoardOptions
 from hw.can.bus import EXTENDED
 from hw.can.fields import CHECKSUMS

@@ -9,9 +9,9 @@ import pytest
 from hw import registry
 from hw.can.board_options import BoardOptions
 from hw.interface import BackendError, Rig
-from rtctl.config import load
-from rtctl.demo import shipped_config
 from rtctl.errors import ConfigError
+from rtctl.rig_file.config import load
+from rtctl.simulation.demo import shipped_config
 
 DBC = """VERSION ""
 

@@ -10,11 +10,11 @@ import can
 import numpy as np
 import pytest
 
-from hw.can.drive_sim import DriveSim, make_drives
-from hw.can.sim_plant import Inertia
 from hw.rig import compose
-from rtctl.config import load
-from rtctl.demo import shipped_config
+from hw.simulators.can_device import DriveSim, make_drives
+from hw.simulators.can_plant import Inertia
+from rtctl.rig_file.config import load
+from rtctl.simulation.demo import shipped_config
 from rtctl.tick import new_ticks
 
 _numbers = itertools.count()

@@ -11,13 +11,13 @@ import pytest
 
 from hw import registry
 from hw.can import odrive
-from hw.can.drive_sim import TORQUE_CONSTANT_NM_A, DriveSim
 from hw.can.odrive_firmware import decode_version
 from hw.can.options import OdriveOptions
 from hw.can.sample import Sample
-from hw.can.sim_drives import REMOTE, OdriveSim
-from hw.can.sim_plant import Inertia
 from hw.interface import BackendError, Rig
+from hw.simulators.can_device import TORQUE_CONSTANT_NM_A, DriveSim
+from hw.simulators.can_drives import REMOTE, OdriveSim
+from hw.simulators.can_plant import Inertia
 from rtctl.control.jit import records
 from rtctl.tick import new_ticks
 

@@ -52,7 +52,7 @@ from hw.can.sample import Sample
 from hw.fault_options import FaultOptions
 from hw.fault_script import SampleScript
 from hw.interface import Rig
-from rtctl.config_devices import MAX_AGE_S
+from rtctl.rig_file.devices import MAX_AGE_S
 from rtctl.tick import FIELD, json_schema, new_ticks
 
 assert MAX_AGE_S["novelty"] == 1.0

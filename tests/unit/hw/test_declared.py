@@ -7,7 +7,8 @@ import pytest
 
 from hw import registry
 from hw.interface import Joint, Rig, Timing
-from rtctl import config, lateness
+from rtctl.check import lateness
+from rtctl.rig_file import config
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 

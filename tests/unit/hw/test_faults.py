@@ -14,11 +14,11 @@ from hw.channels import QUANTITIES
 from hw.fault_kinds import KINDS, Channel, Effect, Kind
 from hw.fault_options import read_faults
 from hw.fault_script import fill_schedule
-from hw.faults import FAULTS
 from hw.interface import BackendError, LinkFault, LinkLost, Rig
 from hw.mock.backend import MockBackend
 from hw.mock.jit import records
 from hw.mock.options import SENSORS, MockOptions
+from hw.scripted_faults import FAULTS
 from rtctl.tick import new_ticks
 
 N, AT, FOR, T = 60, 20, 5, 1e-3

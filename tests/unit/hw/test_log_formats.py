@@ -9,8 +9,8 @@ import pytest
 import scipy.io
 
 from hw.interface import BackendError
-from hw.playback import tables
-from hw.playback.tables import read_table
+from hw.playback import columns as tables
+from hw.playback.columns import read_table
 
 T = np.arange(50) * 0.002
 X = np.sin(3 * T)

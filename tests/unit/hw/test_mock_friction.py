@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hw.interface import Rig
-from hw.mock.friction import (
+from hw.mock.bristles import (
     bristle_gains,
     coupled_step,
     dry_friction,

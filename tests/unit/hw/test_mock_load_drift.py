@@ -9,7 +9,7 @@ from mock_runs import march, plant, truth
 from scipy.optimize import brentq
 
 from hw.mock.backend import MockBackend
-from hw.mock.friction import sliding_level
+from hw.mock.bristles import sliding_level
 from hw.mock.jit import records
 from hw.mock.load import load_levels
 from hw.mock.options import MockOptions

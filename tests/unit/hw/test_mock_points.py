@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hw.mock.friction import static_friction
+from hw.mock.bristles import static_friction
 from hw.mock.jit import records
 from hw.mock.records import plant_records
-from rtctl.config import load
 from rtctl.friction import artefact
 from rtctl.friction.points import mock as mock_points
 from rtctl.friction.points.reader import read_points
+from rtctl.rig_file.config import load
 
 COLUMNS = ("weakest_place_nm", "presliding_rad", "presliding_spread_rad", "presliding_ramps")
 CONFIGS = Path(__file__).parents[3] / "configs"

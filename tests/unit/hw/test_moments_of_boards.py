@@ -13,16 +13,16 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from test_can_board import RIG
 
-from hw.can.board import BoardBackend, ReceivedFrame
+from hw.can.board_backend import BoardBackend, ReceivedFrame
 from hw.can.board_options import BoardOptions
 from hw.can.sample import Sample
 from hw.force import axes
 from hw.force.options import RokubiOptions
 from hw.interface import BackendError, LinkFault
-from hw.serial.backend import SerialBackend, state_packet_bytes
 from hw.serial.described_options import DescribedOptions
-from hw.serial.firmware import Board
+from hw.serial.frame_backend import SerialBackend, state_packet_bytes
 from hw.serial.options import SerialOptions
+from hw.simulators.serial_firmware import Board
 from rtctl.tick import new_ticks
 
 SIX = (1.5, -2.0, 0.25, 0.5, -0.125, 0.75)

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from hw.rig import compose
-from rtctl.config import load
-from rtctl.demo import shipped_config
+from rtctl.rig_file.config import load
+from rtctl.simulation.demo import shipped_config
 
 LAW = """
 [force_sensor]

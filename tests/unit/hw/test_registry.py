@@ -14,7 +14,7 @@ def test_a_missing_driver_is_named_with_the_package_that_brings_it(monkeypatch):
         name for name in sys.modules if name.split(".")[0] == "serial" or name.startswith("hw.serial.port")
     ]:
         monkeypatch.delitem(sys.modules, name)
-    monkeypatch.delitem(sys.modules, "hw.force.serial_sensor", raising=False)
+    monkeypatch.delitem(sys.modules, "hw.force.serial_backend", raising=False)
     monkeypatch.setitem(sys.modules, "serial", None)
     with pytest.raises(BackendError, match=r"pip install 'rtctl\[serial\]'"):
         registry.create("rokubi", {}, None)

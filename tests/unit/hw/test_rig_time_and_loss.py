@@ -96,7 +96,7 @@ def test_stop_and_close_reach_every_device_though_one_raises_and_one_hangs(what,
         [member("a", ["force"]), member("b", ["estop"]), member("drive", ["position"], ["torque"])], rig()
     )
     reached, forever = threading.Event(), threading.Event()
-    monkeypatch.setattr("hw.reach.STOP_TIMEOUT_S", 0.02)
+    monkeypatch.setattr("hw.every_device.STOP_TIMEOUT_S", 0.02)
     MADE["a"].on = {what: lambda: forever.wait(60)}
     MADE["b"].on = {what: lambda: 1 / 0}
     MADE["drive"].on = {what: reached.set}

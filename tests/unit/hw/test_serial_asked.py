@@ -13,10 +13,10 @@ from test_serial_described import Wire, options, rig
 from hw import registry
 from hw.interface import AskedBackend, BackendError, LinkFault, LinkLost
 from hw.serial.checksums import KINDS, checksum
-from hw.serial.described import DescribedBackend
+from hw.serial.described_backend import DescribedBackend
 from hw.serial.described_options import DescribedOptions
-from rtctl.config import load
-from rtctl.demo import shipped_config
+from rtctl.rig_file.config import load
+from rtctl.simulation.demo import shipped_config
 
 FORCE = {"channel": "force", "type": "i16", "offset": 2, "unit": "mN", "scale": 5.0}
 SENSOR = {

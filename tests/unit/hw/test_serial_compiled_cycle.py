@@ -11,10 +11,10 @@ from hw.entry_points import call_for_int, entry_point
 from hw.interface import LinkLost, Rig
 from hw.jit import compiled
 from hw.serial import compiled_core
-from hw.serial.backend import SerialBackend
-from hw.serial.firmware import Board
+from hw.serial.frame_backend import SerialBackend
 from hw.serial.options import SerialOptions
 from hw.serial.port import Port
+from hw.simulators.serial_firmware import Board
 from hw.system_calls import FAILED, read_some, write_all
 from rtctl.tick import new_ticks
 

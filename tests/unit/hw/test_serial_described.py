@@ -16,11 +16,11 @@ from pydantic import ValidationError
 from hw.interface import BackendError, LinkFault
 from hw.jit import compiled
 from hw.serial import checksums, link
-from hw.serial.described import DescribedBackend
-from hw.serial.described_board import DescribedBoard
+from hw.serial.described_backend import DescribedBackend
 from hw.serial.described_options import DescribedOptions
 from hw.serial.layout import sealed_at
 from hw.serial.port import usb_identity
+from hw.simulators.serial_described_board import DescribedBoard
 from rtctl.control.jit import records
 from rtctl.tick import new_ticks
 

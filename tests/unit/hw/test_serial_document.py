@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from hw.serial import frame, vectors
+from hw.serial import frame
+from hw.simulators import serial_vectors as vectors
 
 TEXT = (Path(__file__).parents[3] / "docs" / "serial-protocol.md").read_text()
 

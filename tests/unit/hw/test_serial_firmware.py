@@ -5,8 +5,8 @@ import pytest
 
 from hw.jit import records
 from hw.serial import frame
-from hw.serial.firmware import Board, request_packet
 from hw.serial.framing import seal
+from hw.simulators.serial_firmware import Board, request_packet
 
 
 def command(sequence, enable=1, value=500_000, ttl=10, n_axes=1):

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from hw.jit import compiled, records
 from hw.serial import frame
 from hw.serial.deframer import deframer_dtype, next_packet
-from hw.serial.firmware import Board, request_packet
 from hw.serial.framing import BODY_MAX, crc32, seal, unseal
+from hw.simulators.serial_firmware import Board, request_packet
 
 
 def body_of(size=BODY_MAX + 8):

@@ -12,10 +12,10 @@ from test_serial_described import rig
 from hw import registry
 from hw.interface import BackendError, LinkFault, SpeakingBackend
 from hw.serial import link
-from hw.serial.lines import LinesBackend
-from hw.serial.lines_board import LineBoard
+from hw.serial.lines_backend import LinesBackend
 from hw.serial.lines_codec import LINE_MAX, LINES_MAX, Lines, nmea
 from hw.serial.lines_options import LinesOptions
+from hw.simulators.serial_lines_board import LineBoard
 from rtctl.control.jit import records
 from rtctl.tick import new_ticks
 

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from hw.interface import BackendError, LinkFault
 from hw.serial import link
-from hw.serial.backend import SerialBackend
-from hw.serial.firmware import Board
+from hw.serial.frame_backend import SerialBackend
 from hw.serial.options import SerialOptions
+from hw.simulators.serial_firmware import Board
 from rtctl.control.jit import records
 from rtctl.tick import new_ticks
 

@@ -4,12 +4,12 @@ from pathlib import Path
 
 from shipped_friction import law_nm
 
-from rtctl.config import load
-from rtctl.identify.plan import Known
+from rtctl.identify.measurement_order import Known
 from rtctl.identify.session import identify
 from rtctl.identify.settings import Settings, rig_of, without_feedforward
 from rtctl.identify.simulated import drive
-from rtctl.simulation import Simulation
+from rtctl.rig_file.config import load
+from rtctl.simulation.closed_loop import Simulation
 
 CONFIG = Path(__file__).parents[3] / "configs" / "mock-identify.toml"
 SMALL = Settings(

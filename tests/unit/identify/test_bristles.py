@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from identified import SMALL, Kept, run, variant
 
-from rtctl.identify.plan import tasks
+from rtctl.identify.measurement_order import tasks
 
 RAMPS = replace(SMALL, measurements=30, train_levels=2, test_levels=0)
 SPEEDS = [task.name for task in tasks(RAMPS) if task.speed_rad_s]

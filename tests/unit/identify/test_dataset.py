@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from identified import CONFIG, SMALL, run
 
-from rtctl.config import load
 from rtctl.errors import DataError
 from rtctl.friction.learn.point_evidence import presliding_of
 from rtctl.friction.points.reader import read_points
 from rtctl.identify import dataset as module
 from rtctl.identify.dataset import Dataset, read_document, write_whole
-from rtctl.identify.plan import tasks
+from rtctl.identify.measurement_order import tasks
 from rtctl.identify.ticks import FIELDS
+from rtctl.rig_file.config import load
 
 MORE = replace(SMALL, train_levels=8)
 

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 from identified import CONFIG, SMALL, Kept, run, variant
 
-from rtctl.config import load
 from rtctl.errors import DataError
 from rtctl.friction.truth import true_friction_nm
 from rtctl.identify import points as module
 from rtctl.identify.collected import IN_VAIN
 from rtctl.identify.dataset import Dataset, read_document
-from rtctl.identify.plan import Known, remaining, tasks
+from rtctl.identify.measurement_order import Known, remaining, tasks
 from rtctl.identify.ripple import Ripple, measured
 from rtctl.identify.settings import Settings
-from rtctl.identify.signals import is_even, is_steady
+from rtctl.identify.tick_readings import is_even, is_steady
+from rtctl.rig_file.config import load
 
 HARD = replace(
     SMALL, train_levels=6, test_levels=0, measurements=20, spots=20, speed_min_rad_s=0.0079, lower_levels=2

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rtctl.identify.plan import speeds, tasks
+from rtctl.identify.measurement_order import speeds, tasks
 from rtctl.identify.settings import Settings
 
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from identified import CONFIG, SMALL, Kept, run, true_friction_nm, variant
 
-from rtctl.config import load
 from rtctl.control.vocabulary import State
 from rtctl.errors import ConfigError, DataError, FaultError, HandOnRigError
 from rtctl.identify.places import gap_to
 from rtctl.identify.settings import rig_of, without_feedforward
+from rtctl.rig_file.config import load
 
 HAND = '[[device.options.hand]]\nkind = "none"                       # nobody holds the rig\n'
 GRIP = '[[device.options.hand]]\nkind = "rest"\nstiffness_nm_rad = 1.0\ndamping_nms_rad = 0.2\n'

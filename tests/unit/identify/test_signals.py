@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from rtctl.identify.signals import break_away, break_away_row, is_steady, measure, stood_still
+from rtctl.identify.tick_readings import break_away, break_away_row, is_steady, measure, stood_still
 from rtctl.tick import new_ticks
 
 T = 1e-3

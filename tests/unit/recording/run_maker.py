@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from rtctl.config import load
 from rtctl.recording.parts import Limits, Parts
 from rtctl.recording.setup import Setup, setup_of
-from rtctl.simulation import Simulation
+from rtctl.rig_file.config import load
+from rtctl.simulation.closed_loop import Simulation
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 

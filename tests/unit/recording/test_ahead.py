@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from rtctl.recording.ahead import ahead
+from rtctl.recording.read_ahead import ahead
 
 
 def threads():

@@ -9,7 +9,7 @@ from run_maker import run, setup, write
 from rtctl.errors import ConfigError, RtctlError
 from rtctl.recording.export import export
 from rtctl.recording.reader import RecordingReader
-from rtctl.recording.tick_text import RECORDED
+from rtctl.recording.tick_cdr import RECORDED
 
 
 @pytest.fixture(scope="module")
@@ -43,6 +43,22 @@ def test_csv_reads_back_to_the_same_numbers(recorded, tmp_path):
     again = np.array([float(line[f"position_rad.{axis}"]) for line in table])
     assert again.tobytes() == np.ascontiguousarray(rows["position_rad"][:, 1]).tobytes()
     assert table[5][f"temperature_c.{axis}"] == "nan"
+
+
+def test_wall_time_and_seconds_stand_before_the_fields(recorded, tmp_path):
+    reader, rows = recorded
+    export(reader, "csv", tmp_path / "r.csv")
+    with (tmp_path / "r.csv").open() as file:
+        table = list(csv.DictReader(file))
+    assert list(table[0])[:3] == ["wall_ns", "time_s", "tick"]
+    wall_ns = int(reader.about["start_wall_ns"]) + rows["time_ns"]
+    assert [int(line["wall_ns"]) for line in table] == wall_ns.tolist()
+    seconds = (rows["time_ns"] - rows["time_ns"][0]) * 1e-9
+    assert [float(line["time_s"]) for line in table] == seconds.tolist()
+    export(reader, "npz", tmp_path / "r.npz", ("time_s", "tick"))
+    with np.load(tmp_path / "r.npz") as found:
+        assert set(found) == {"time_s", "tick", "about"}
+        assert found["time_s"].tolist() == seconds.tolist()
 
 
 def test_parquet_reads_back_bit_for_bit(recorded, tmp_path):

@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 from run_maker import CONFIGS, run, setup, write
 
-from rtctl.config import load
 from rtctl.errors import ConfigError, DataError
 from rtctl.recording.compare import compare, numbers, plot_comparison
 from rtctl.recording.parts import Limits
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.replay import Replay
+from rtctl.rig_file.config import load
 
 
 @pytest.mark.parametrize("config", ["mock.toml", "mock-2axis.toml", "mock-wall.toml"])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rtctl.rt.clock import VirtualClock, WallClock
-from rtctl.shm import Memory
+from rtctl.rt.shared_memory import Memory
 
 
 def test_the_wall_clock_never_wakes_before_the_deadline():

@@ -8,7 +8,7 @@ from rtctl.control.records import new_records
 from rtctl.control.vocabulary import State
 from rtctl.rt.clock import VirtualClock
 from rtctl.rt.loop import Stop, run_loop, warm_up
-from rtctl.shm import CommandWriter, Memory, RingReader
+from rtctl.rt.shared_memory import CommandWriter, Memory, RingReader
 
 PERIOD_NS = 1_000_000
 

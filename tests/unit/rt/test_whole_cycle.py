@@ -6,14 +6,15 @@ import pytest
 from hw.interface import CompiledCycle, LinkLost
 from hw.jit import compiled
 from hw.rig import compose
-from rtctl import config, plan
+from rtctl.check import law_plan as plan
 from rtctl.control.vocabulary import State
-from rtctl.demo import shipped_config
+from rtctl.rig_file import config
 from rtctl.rt import whole_cycle
 from rtctl.rt.clock import VirtualClock
 from rtctl.rt.loop import Stop, run_loop, warm_up
 from rtctl.rt.replug import Replug
-from rtctl.shm import CommandWriter, Memory, RingReader
+from rtctl.rt.shared_memory import CommandWriter, Memory, RingReader
+from rtctl.simulation.demo import shipped_config
 
 pytestmark = pytest.mark.compiled
 

@@ -1,0 +1,138 @@
+"""How late torque and samples of an axis are: what its devices declare, its rig file says, and was measured.
+
+The worse counts, of every part by itself: the coupling is proved for it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from hw import registry
+from hw.interface import Joint
+from hw.rig import Member
+from hw.rig_words import subset
+from rtctl.check.measured_timing import AxisTiming
+from rtctl.control.stability import Between
+from rtctl.rig_file.config import LoadedConfig
+
+_COMMANDS = frozenset({"torque", "current_command"})
+_SLACK_TICKS = 1e-6
+"""A device's period in seconds over the loop's is not a whole number to the last bit."""
+
+
+@dataclass(frozen=True)
+class Lateness:
+    """What lies between law and joint of one axis, and who said so."""
+
+    between: Between
+    delay_from: str
+    lag_from: str
+    sample_from: str
+    undeclared: tuple[str, ...]
+    """Devices of the axis that declare nothing of their delay."""
+
+
+@dataclass(frozen=True)
+class _Claim:
+    who: str
+    between: Between
+
+
+def of_axis(loaded: LoadedConfig, axis: int, pulse: AxisTiming | None = None) -> Lateness:
+    """What is declared, configured and measured of one axis, the worse of each.
+
+    `pulse` is what the last test pulse of ARMING measured of it, where that is known.
+    """
+    table = loaded.config.axis[axis]
+    measured = table.measured
+    devices, undeclared = _declared(loaded, axis)
+    claims = [
+        _Claim("rig file", Between(table.coupling.delay_ticks, table.drive.current_loop_hz)),
+        *devices,
+        _Claim(
+            "measured",
+            Between(
+                measured.delay_ticks, measured.current_loop_hz, measured.sample_ticks, measured.jitter_ticks
+            ),
+        ),
+    ]
+    if pulse is not None:
+        claims.append(_Claim(f"test pulse of {pulse.date}", _measured(pulse, loaded.config.period_s)))
+    late = max(claims, key=lambda claim: claim.between.delay)
+    old = max(claims, key=lambda claim: claim.between.sample_ticks)
+    slow = min(claims, key=lambda claim: claim.between.lag_hz or math.inf)
+    jitter = max(claim.between.jitter for claim in claims)
+    return Lateness(
+        Between(
+            late.between.delay,
+            slow.between.lag_hz,
+            old.between.sample_ticks,
+            min(jitter, late.between.delay),
+        ),
+        late.who,
+        slow.who,
+        old.who,
+        tuple(undeclared),
+    )
+
+
+def _measured(pulse: AxisTiming, T: float) -> Between:
+    """A test pulse's answer in ticks: delay, lag behind it, period of the samples."""
+    lag_hz = 1 / (2 * math.pi * pulse.lag_s) if pulse.lag_s > 0 else 0.0
+    return Between(
+        max(pulse.delay_s - pulse.lag_s, 0.0) / T, lag_hz, max(round(pulse.sample_period_s / T), 1)
+    )
+
+
+def joint_of_axis(loaded: LoadedConfig, axis: int) -> Joint:
+    """The joint as the rig file has it or, where that is worse, as the devices know it."""
+    drive = loaded.config.axis[axis].drive
+    known = [
+        registry.joint(member.kind, member.options, subset(loaded.config.hardware(), member.axes))[at]
+        for member, at in _members(loaded, axis)
+    ]
+    elastic = [one for one in known if one != Joint()]
+    dampings = [one.damping_nms_rad for one in elastic]
+    if drive.motor_share < 1 or not elastic:
+        dampings.append(drive.joint_damping_nms_rad)
+    return Joint(
+        motor_share=min([drive.motor_share, *(one.motor_share for one in elastic)]),
+        dry_share=min([drive.motor_share, *(one.dry_share for one in elastic)]),
+        damping_nms_rad=min(dampings),
+        stiffness_nm_rad=elastic[0].stiffness_nm_rad if len(elastic) == 1 else 0.0,
+        link_inertia_share=elastic[0].link_inertia_share if len(elastic) == 1 else 0.5,
+        encoder="link" if "link" in (drive.encoder, *(one.encoder for one in elastic)) else "motor",
+    )
+
+
+def _members(loaded: LoadedConfig, axis: int) -> Iterable[tuple[Member, int]]:
+    """Devices that give the position of the axis or take its torque, and its place among theirs."""
+    for member in loaded.members():
+        if axis in member.axes and ({"position", *_COMMANDS} & set(member.channels)):
+            yield member, member.axes.index(axis)
+
+
+def _declared(loaded: LoadedConfig, axis: int) -> tuple[list[_Claim], list[str]]:
+    """What the devices of an axis declare together: delays add up, of samples and current loops the slowest counts."""
+    T = loaded.config.period_s
+    delay = jitter = 0.0
+    lag_hz, sample_ticks, names, undeclared = 0.0, 1, [], []
+    for member, at in _members(loaded, axis):
+        rig = subset(loaded.config.hardware(), member.axes)
+        found = registry.timing(member.kind, member.options, rig)
+        if found is None:
+            undeclared.append(member.label)
+            continue
+        one = found[at]
+        names.append(member.label)
+        delay, jitter = delay + one.delay_s / T, jitter + one.jitter_s / T
+        if one.current_loop_hz > 0:
+            lag_hz = min(lag_hz or math.inf, one.current_loop_hz)
+        if "position" in member.channels:
+            sample_ticks = max(sample_ticks, math.ceil(one.sample_period_s / T - _SLACK_TICKS))
+    # a delay in ticks that was given in ticks is a whole number again
+    delay = round(delay) if abs(delay - round(delay)) < _SLACK_TICKS else delay
+    claim = _Claim(" and ".join(names), Between(float(delay), lag_hz, sample_ticks, jitter))
+    return [claim] if names else [], undeclared

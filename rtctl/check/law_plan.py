@@ -1,0 +1,319 @@
+"""From a validated rig file to the plain arrays the law runs on. The host does this before anything moves."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hw import registry
+from rtctl.check import lateness, stability_report
+from rtctl.control import stability
+from rtctl.control.compensation_limit import ungated_cap
+from rtctl.control.delay_cover import delay_covered_ticks
+from rtctl.control.disturbance_observer import SMOOTHING
+from rtctl.control.environments.table import PARAMETERS, Environment
+from rtctl.control.gate import WINDOW_S
+from rtctl.control.records import HELD, new_records
+from rtctl.control.resting import REST_HZ
+from rtctl.control.velocity import kalman_gains, lowpass_alpha
+from rtctl.control.vocabulary import DeviceVelocity, Policy, VelocityMethod
+from rtctl.friction import artefact
+from rtctl.friction.guarantee import guarantee
+from rtctl.friction.model import FrictionModel
+from rtctl.rig_file.axis_tables import AxisTable
+from rtctl.rig_file.config import Config, LoadedConfig
+
+SOFT_START_S = 0.5
+READY_S = 0.5
+STOP_TICKS = 50
+TARGET_HOLD_TICKS = 20
+TARGET_STOP_TICKS = 100
+STALE_LIMIT_TICKS = 3
+LATE_LIMIT_TICKS = 3
+WAIVER_SHARE = 0.25
+ARMING_PART_S = 0.02
+NEVER_SHORT_J = 1e6
+"""Bank of an account that never holds anything back."""
+SEEN_HZ = 5.0
+"""Low-pass of the friction seen in sliding: longer than a gear's ripple, shorter than a stroke."""
+SEEN_FACTOR = 1.5
+"""Friction seen is believed up to so many times the learned peak."""
+ARMING_TRAVEL_SHARE = 0.25
+OFFSET_SHARE = 0.1
+"""Share of the torque limit that the force may be off in power, unless the rig file says otherwise."""
+RESOLUTION_SHARE = 0.01
+"""Share of a force sensor's range that its coarsest step may be, likewise."""
+SHORTEST_PROOF_TICKS = 1e-6
+"""0 would say that delay and age are not watched."""
+
+MIN_SOFT_START_TICKS = 500
+"""Safety contract: authority ramps over at least 500 cycles, `ready` needs 500 green ones, RAMP takes 50."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Everything the law needs, as arrays: `params` and `command` of one row, `model` of one row per axis."""
+
+    params: np.ndarray
+    command: np.ndarray
+    model: np.ndarray
+    n_axes: int
+    period_s: float
+    period_ns: int
+    ring_rows: int
+
+
+def build(loaded: LoadedConfig) -> Plan:
+    """Fill the arrays from a rig file; reads and verifies the friction models.
+
+    Raises
+    ------
+    ModelError
+        A model that is missing, damaged, or made for another rig.
+    """
+    config = loaded.config
+    params, _, command, model = new_records(config.n_axes)
+    _fill_scalars(params[0], config)
+    fill_force_sensor(params[0], config, present=any("force" in m.channels for m in loaded.members()))
+    for member in loaded.members():
+        if "current" in member.channels and registry.lookup(member.kind).follows:
+            params[0]["follow_kind"][list(member.axes)] = 1
+    for a, axis in enumerate(config.axis):
+        _fill_axis(params[0], a, axis, config.period_s)
+        between = lateness.of_axis(loaded, a).between
+        params[0]["follow_delay_ticks"][a] = min(
+            math.ceil(stability.late_ticks(between, config.period_s)), HELD - 1
+        )
+        params[0]["actuator_delay_ticks"][a] = round(
+            between.delay + stability.lag_ticks(between.lag_hz, config.period_s)
+        )
+        _fill_force_feedback(params[0], a, axis, config.period_s, between)
+        _fill_command(command[0], a, axis)
+        learned = _load_model(loaded, axis)
+        _fill_compensation(params[0], a, axis, config, learned)
+        if learned is not None:
+            model[a] = _fill_friction(params[0], a, axis, config, learned)
+    if all(registry.lookup(member.kind).follows for member in loaded.members()):
+        _fill_proof(params[0], loaded)
+    else:
+        _let_go(params[0])
+    return Plan(
+        params=params,
+        command=command,
+        model=model,
+        n_axes=config.n_axes,
+        period_s=config.period_s,
+        period_ns=round(1e9 / config.loop.rate_hz),
+        ring_rows=math.ceil(config.loop.ring_s * config.loop.rate_hz),
+    )
+
+
+def _load_model(loaded: LoadedConfig, axis: AxisTable) -> FrictionModel | None:
+    """The friction model that an axis uses, or None."""
+    path = loaded.model_path(axis)
+    if path is None or axis.friction.policy == "off":
+        return None
+    model = artefact.load(path)
+    artefact.require_rig(model, loaded.config.rig.name, path)
+    return model
+
+
+def _fill_scalars(p: np.void, config: Config) -> None:
+    rate_hz = config.loop.rate_hz
+    p["period_s"] = config.period_s
+    p["ready_ticks"] = max(MIN_SOFT_START_TICKS, round(READY_S * rate_hz))
+    p["soft_start_ticks"] = max(MIN_SOFT_START_TICKS, round(SOFT_START_S * rate_hz))
+    p["stop_ticks"] = STOP_TICKS
+    p["target_hold_ticks"] = TARGET_HOLD_TICKS
+    p["target_stop_ticks"] = TARGET_STOP_TICKS
+    p["stale_limit_ticks"] = STALE_LIMIT_TICKS
+    p["late_limit_ticks"] = 0 if config.may_be_late else LATE_LIMIT_TICKS
+    p["waiver_share"] = _waiver_share(config)
+    p["arming_ticks"] = max(2, math.floor(ARMING_PART_S * rate_hz))
+    p["window_share"] = -math.expm1(-2 * config.period_s / WINDOW_S)
+    p["energy_budget_j"] = config.passivity.budget_j
+    p["energy_bank_j"] = config.passivity.bank_j
+    p["renderer_store_j"] = config.passivity.renderer_store_j
+    p["renderer_power_w"] = config.passivity.renderer_power_w
+
+
+def _waiver_share(config: Config) -> float:
+    """Share of the torque limit without real-time rights: all of it where nobody holds the rig."""
+    if config.simulated:
+        return 1.0
+    return WAIVER_SHARE if config.loop.realtime in ("waive", "off") else 0.0
+
+
+def fill_force_sensor(p: np.void, config: Config, *, present: bool = True) -> None:
+    """Parameters of the force sensor as a whole; `present`: a device of the rig gives its force."""
+    sensor, names = config.force_sensor, [axis.name for axis in config.axis]
+    p["force_used"] = p["force_answers"] = present and "force" not in config.rig.absent
+    p["moment_used"] = sensor.moments
+    p["moment_limit_nm"] = sensor.limit_nm
+    p["off_axis_n"], p["off_axis_nm"] = sensor.off_axis_n, sensor.off_axis_nm
+    p["force_step"] = (
+        max(axis.force.resolution_n or RESOLUTION_SHARE * axis.force.limit_n for axis in config.axis),
+        (sensor.resolution_nm or RESOLUTION_SHARE * sensor.limit_nm) if sensor.moments else 0.0,
+    )
+    p["chain_count"] = len(sensor.carried_by)
+    p["chain_axis"][: len(sensor.carried_by)] = [names.index(name) for name in sensor.carried_by]
+    p["tip_weight_n"][:3] = sensor.tip_kg * np.array(sensor.gravity_m_s2)
+    p["tip_center_m"] = sensor.tip_center_m
+
+
+def _fill_arming(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
+    """Bound of the motion in ARMING, and a test torque that moves even a joint without friction far less."""
+    part_s = float(p["arming_ticks"]) * period_s
+    travel_rad = ARMING_TRAVEL_SHARE * axis.velocity_limit_rad_s * 4 * part_s
+    gentle_nm = axis.inertia_kgm2 * travel_rad / (4 * part_s**2)  # a t^2 is the way of +tau then -tau
+    p["arming_travel_rad"][a] = travel_rad
+    p["arming_torque_nm"][a] = min(axis.arming_share * axis.torque_limit_nm, gentle_nm)
+
+
+def _fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
+    for name in (
+        "inertia_kgm2",
+        "viscous_nms_rad",
+        "gear_ratio",
+        "gear_efficiency",
+        "torque_constant_nm_a",
+        "lever_m",
+        "axis_direction",
+        "position_min_rad",
+        "position_max_rad",
+        "current_limit_a",
+        "torque_limit_nm",
+        "velocity_limit_rad_s",
+    ):
+        p[name][a] = getattr(axis, name)
+    p["axis_direction"][a] /= math.hypot(*axis.axis_direction) or 1.0
+    _fill_arming(p, a, axis, period_s)
+    p["torque_continuous_nm"][a] = axis.torque_continuous_nm or axis.torque_limit_nm
+    p["temperature_kind"][a] = axis.temperature.sensor
+    p["temperature_warn_c"][a] = axis.temperature.warn_c
+    p["temperature_trip_c"][a] = axis.temperature.trip_c
+    count_rad = 2 * math.pi / axis.encoder_counts_per_rev
+    p["count_rad"][a] = count_rad
+    p["torque_rate_nm"][a] = axis.torque_rate_nm_s * period_s
+    p["force_limit_n"][a] = axis.force.limit_n
+    p["force_offset_limit_nm"][a] = axis.force.offset_nm or OFFSET_SHARE * axis.torque_limit_nm
+    p["current_gain_error"][a] = axis.drive.current_gain_error
+    p["current_offset_nm"][a] = axis.drive.current_offset_share * axis.torque_limit_nm
+    p["velocity_method"][a] = VelocityMethod[axis.velocity.method.upper()]
+    p["velocity_window_ticks"][a] = axis.velocity.window
+    p["velocity_band_rad"][a] = axis.velocity.band_counts * count_rad
+    p["velocity_alpha"][a] = lowpass_alpha(axis.velocity.cutoff_hz, period_s)
+    gain_position, gain_velocity = kalman_gains(count_rad, axis.velocity.cutoff_hz, period_s)
+    p["kalman_gain_position"][a], p["kalman_gain_velocity"][a] = gain_position, gain_velocity
+    p["device_velocity_kind"][a] = DeviceVelocity[axis.velocity.device.upper()]
+    p["device_tolerance_rad_s"][a] = axis.velocity.device_tolerance_rad_s or 0.1 * axis.velocity_limit_rad_s
+    p["force_alpha"][a] = lowpass_alpha(axis.force.lowpass_hz, period_s) if axis.force.lowpass_hz else 1.0
+    p["tare_ticks"][a] = round(axis.force.tare_s / period_s)
+    p["coupling_stiffness_nm_rad"][a] = axis.coupling.stiffness_nm_rad
+    p["coupling_damping_nms_rad"][a] = axis.coupling.damping_nms_rad
+    p["injected_damping_max_nms_rad"][a] = axis.viscous_nms_rad
+    p["hold_damping_nms_rad"][a] = axis.viscous_nms_rad
+
+
+def _let_go(p: np.void) -> None:
+    """A recording answers no torque: delays are not watched, an observer has nothing to see, and nobody can be shaken."""
+    p["force_answers"] = 0
+    p["observer_gain"] = p["observer_alpha"] = p["friction_seen_alpha"] = 0.0
+    p["assistance_bank_j"] = NEVER_SHORT_J
+
+
+def _fill_proof(p: np.void, loaded: LoadedConfig) -> None:
+    """Delay up to which each coupling is proven."""
+    period_s = loaded.config.period_s
+    for a, axis in enumerate(loaded.config.axis):
+        b, between = stability_report.bearing(loaded, a)
+        coupling, age_ticks = axis.coupling, between.sample_ticks - 1
+        declared = between.delay + stability.lag_ticks(between.lag_hz, period_s)
+        covered = delay_covered_ticks(
+            b, coupling.stiffness_nm_rad, coupling.damping_nms_rad, period_s, declared
+        )
+        p["proof_age_ticks"][a] = age_ticks
+        p["declared_delay_s"][a] = declared * period_s
+        # a current that is held as long as its samples seems to come later by up to their age
+        p["proof_delay_s"][a] = max(covered, declared + age_ticks, SHORTEST_PROOF_TICKS) * period_s
+
+
+def _fill_force_feedback(
+    p: np.void, a: int, axis: AxisTable, period_s: float, between: stability.Between
+) -> None:
+    """Parameters of the local force feedback: what the coupling needs of the device is not spent twice."""
+    feedback, coupling = axis.force_feedback, axis.coupling
+    k_c, b_c, count_rad = coupling.stiffness_nm_rad, coupling.damping_nms_rad, float(p["count_rad"][a])
+    p["force_feedback_gain"][a] = feedback.gain
+    p["force_feedback_alpha"][a] = lowpass_alpha(feedback.lowpass_hz, period_s)
+    p["force_feedback_deadband_nm"][a] = feedback.deadband_nm
+    p["force_feedback_cap_nm"][a] = feedback.cap_share * axis.torque_limit_nm
+    p["force_feedback_share"][a] = feedback.share
+    needed = stability.damping_needed_between(k_c, b_c, period_s, between)
+    p["force_feedback_damping_nms_rad"][a] = max(0.0, axis.viscous_nms_rad - needed)
+    p["force_feedback_reserve_nm"][a] = k_c * count_rad / 2 + b_c * count_rad / period_s
+
+
+def _fill_command(c: np.void, a: int, axis: AxisTable) -> None:
+    environment = axis.environment
+    c["environment_kind"][a] = Environment[environment.kind.upper()]
+    for parameter in PARAMETERS:
+        c[f"environment_{parameter.name}"][a] = getattr(environment, parameter.name)
+    c["compensation"][a] = 1.0
+
+
+def _fill_compensation(
+    p: np.void, a: int, axis: AxisTable, config: Config, model: FrictionModel | None
+) -> None:
+    """Parameters of feed-forward, observer and their account; the learned curve's own are `_fill_model`'s."""
+    friction, period_s = axis.friction, config.period_s
+    policy = Policy[friction.policy.upper()]
+    if policy == Policy.OFF or (model is None and policy != Policy.OBSERVER):
+        return
+    sure = guarantee(axis, model)
+    p["friction_policy"][a] = policy
+    p["friction_cap_nm"][a] = friction.cap_share * axis.torque_limit_nm
+    p["friction_floor_nm"][a] = sure.floor_nm
+    p["presliding_rad"][a] = sure.credited_rad
+    p["assistance_bank_j"][a] = sure.bank_j
+    p["friction_stop_rad"][a] = friction.stop_rad or sure.length_rad
+    if "force" in config.rig.absent:
+        return
+    fill_observer(p, a, period_s, friction.observer.gain, friction.observer.bandwidth_at(1 / period_s))
+    p["observer_deadband_nm"][a] = friction.observer.deadband_nm
+    p["friction_seen_alpha"][a] = lowpass_alpha(SEEN_HZ, period_s)
+    p["friction_seen_max_nm"][a] = min(SEEN_FACTOR * sure.peak_nm, float(p["friction_cap_nm"][a]))
+
+
+def fill_observer(p: np.void, a: int, period_s: float, gain: float, bandwidth_hz: float) -> None:
+    """Gain and bandwidth of the disturbance observer, with the filters that belong to them."""
+    p["observer_gain"][a] = gain
+    p["observer_alpha"][a] = lowpass_alpha(bandwidth_hz, period_s)
+    p["observer_smooth_alpha"][a] = lowpass_alpha(SMOOTHING * bandwidth_hz, period_s)
+    p["observer_bandwidth_rad_s"][a] = 2 * math.pi * bandwidth_hz
+
+
+def _fill_friction(p: np.void, a: int, axis: AxisTable, config: Config, model: FrictionModel) -> np.ndarray:
+    """Parameters of the learned feed-forward; returns the compiled model's record."""
+    friction = axis.friction
+    p["friction_gain"][a] = friction.gain
+    p["friction_viscous_gain"][a] = friction.viscous_gain
+    p["friction_ungated_cap_nm"][a] = ungated_cap(friction.gain, float(model.friction_min_nm.min()))
+    p["friction_tanh_rad_s"][a] = friction.tanh_rad_s
+    p["friction_blend_rad_s"][a] = friction.blend_rad_s
+    p["friction_deadband_rad_s"][a] = friction.deadband_rad_s
+    p["friction_dither_ticks"][a] = max(2, round(config.loop.rate_hz / friction.dither_hz))
+    p["friction_intent_nm"][a] = friction.intent_nm
+    p["friction_intent_alpha"][a] = lowpass_alpha(
+        friction.intent_lowpass_at(config.loop.rate_hz), config.period_s
+    )
+    p["rest_alpha"][a] = lowpass_alpha(REST_HZ, config.period_s)
+    p["friction_gate_deadband_nm"][a] = friction.gate_deadband_nm
+    p["friction_gate_nm"][a] = friction.gate_nm
+    p["friction_gate_alpha"][a] = (
+        -math.expm1(-config.period_s / friction.gate_lowpass_s) if friction.gate_lowpass_s else 1.0
+    )
+    record: np.ndarray = model.record()[0]
+    return record

@@ -1,0 +1,111 @@
+"""What the last test pulses measured of a rig's timing: a small file in its state folder.
+
+A run writes it after arming, passed or refused; `rtctl check` and `rtctl run` read it beside what the rig file
+declares. It is of one set of devices: after any change of a device's kind or options, or of the loop's rate,
+it says nothing.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from hw.outside import json_of, read_bounded
+from rtctl.rig_file.config import LoadedConfig
+
+NAME = "timing.json"
+MOST_BYTES = 1 << 20
+
+BOUNDS: dict[str, tuple[float, float]] = {
+    "delay_s": (0.0, 10.0),
+    "lag_s": (0.0, 10.0),
+    "gain": (-100.0, 100.0),
+    "offset_nm": (-1e4, 1e4),
+    "sample_period_s": (1e-6, 10.0),
+}
+"""Bounds of each number that is read."""
+
+
+@dataclass(frozen=True)
+class AxisTiming:
+    """One axis, as its current answered the test pulse.
+
+    Attributes
+    ----------
+    delay_s
+        Least delay of the torque that the answer allows, the current loop's lag included, s.
+    lag_s
+        Of that the time constant of the current loop, s.
+    gain, offset_nm
+        Current measured over sent; what it shows beyond that, as torque at the joint, N m.
+    sample_period_s
+        Mean time between samples that the law took, s.
+    date
+        When, ISO 8601.
+    """
+
+    delay_s: float
+    lag_s: float
+    gain: float
+    offset_nm: float
+    sample_period_s: float
+    date: str = ""
+
+
+def devices_sha256(loaded: LoadedConfig) -> str:
+    """What the timing is a property of: rate of the loop, kind and options of every device but scripted faults."""
+    options = [
+        {key: value for key, value in table.items() if key != "faults"}
+        for table in (loaded.options, *loaded.more_options)
+    ]
+    facts = [loaded.config.loop.rate_hz, [device.kind for device in loaded.config.device], options]
+    return hashlib.sha256(json.dumps(facts, sort_keys=True, default=str).encode()).hexdigest()
+
+
+def write(folder: Path, devices: str, axes: Mapping[str, AxisTiming]) -> None:
+    """Keep these axes' timing, beside what is known of the others of the same devices. Raises OSError."""
+    known = {**read(folder, devices), **axes}
+    body = {"devices_sha256": devices, "axes": {name: asdict(axis) for name, axis in known.items()}}
+    folder.mkdir(parents=True, exist_ok=True)
+    new = folder / (NAME + ".new")
+    new.write_text(json.dumps(body, indent=2, allow_nan=False) + "\n")
+    new.replace(folder / NAME)
+
+
+def read(folder: Path, devices: str) -> dict[str, AxisTiming]:
+    """Timing of each axis that is known, by its name; none from a file that is missing, damaged or of other devices."""
+    try:
+        body = json_of(read_bounded(folder / NAME, MOST_BYTES))
+    except (OSError, ValueError):
+        return {}
+    if not isinstance(body, dict) or body.get("devices_sha256") != devices:
+        return {}
+    axes = body.get("axes")
+    found = {name: _axis(table) for name, table in axes.items()} if isinstance(axes, dict) else {}
+    return {name: axis for name, axis in found.items() if axis is not None}
+
+
+def _axis(table: Any) -> AxisTiming | None:  # noqa: ANN401
+    """One axis' table, or None unless every number is there and within its bounds."""
+    if not isinstance(table, dict):
+        return None
+    numbers: dict[str, float] = {}
+    for name, (low, high) in BOUNDS.items():
+        value = table.get(name)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
+            return None
+        numbers[name] = float(value)
+    return AxisTiming(**numbers, date=str(table.get("date", "")))
+
+
+def plausible(axis: AxisTiming) -> bool:
+    """True when every number is finite and within the bounds that `read` asks."""
+    return all(
+        math.isfinite(getattr(axis, name)) and low <= getattr(axis, name) <= high
+        for name, (low, high) in BOUNDS.items()
+    )

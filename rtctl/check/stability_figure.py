@@ -1,0 +1,74 @@
+"""The k-b region of every axis as a picture: couplings that are provably passive, and the rig file's."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rtctl.check.stability_report import AxisReport, Report
+from rtctl.control import stability
+from rtctl.errors import DataError
+
+_CURVE_POINTS = 120
+
+
+def draw(report: Report, path: str | Path) -> None:
+    """Draw the region of passive couplings of each axis to a PNG, PDF or SVG file.
+
+    Raises
+    ------
+    DataError
+        When the file cannot be written.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    n = len(report.axes)
+    figure = Figure(figsize=(6.4, 4.6 * n), layout="constrained")
+    FigureCanvasAgg(figure)
+    for axis, plot in zip(report.axes, np.atleast_1d(figure.subplots(n, 1)), strict=True):
+        _draw_axis(plot, axis, report.period_s)
+    verdict = "passes" if report.ok else "REFUSED"
+    figure.suptitle(f"Passive couplings of rig {report.rig}: {report.path.name} {verdict}")
+    try:
+        figure.savefig(path, dpi=120)
+    except (OSError, ValueError) as error:
+        raise DataError(f"{path}: cannot write the plot: {error}; choose another path, .png") from error
+
+
+def _draw_axis(plot: Any, axis: AxisReport, T: float) -> None:  # noqa: ANN401
+    b, between = axis.device_damping_nms_rad, axis.between
+    widest = max(b, axis.damping_nms_rad, 1e-6) * 1.1
+    b_c = np.linspace(0, widest, _CURVE_POINTS)
+    exact = np.array([stability.k_max_between(b, value, T, between) for value in b_c])
+    paper = np.array([stability.k_max_adams_hannaford(b, value, T) for value in b_c])
+    plot.fill_between(b_c, 0, exact, alpha=0.25, color="tab:green", label="provably passive")
+    plot.plot(
+        b_c,
+        exact,
+        color="tab:green",
+        label=f"exact sampled data, {axis.delay_ticks:.3g} ticks of delay (gates)",
+    )
+    plot.plot(b_c, paper, color="tab:gray", linestyle="--", label="Adams-Hannaford / Llewellyn (report)")
+    colour = "black" if axis.ok else "tab:red"
+    plot.plot(axis.damping_nms_rad, axis.stiffness_nm_rad, "o", color=colour, label="this rig file", zorder=3)
+    plot.plot(
+        axis.recommended_damping_nms_rad,
+        axis.recommended_stiffness_nm_rad,
+        "x",
+        color="tab:blue",
+        label="recommended",
+        zorder=3,
+    )
+    plot.set_ylim(0, 1.15 * max(float(paper.max()), float(exact.max()), axis.stiffness_nm_rad, 1e-3))
+    plot.set_xlim(0, widest)
+    plot.set_xlabel("coupling damping b_c [N m s/rad]")
+    plot.set_ylabel("coupling stiffness k_c [N m/rad]")
+    plot.set_title(
+        f"axis {axis.name}: T = {1e3 * T:g} ms, guaranteed device damping b = {b:.4g} N m s/rad",
+        fontsize="small",
+    )
+    plot.legend(fontsize="small")
+    plot.grid(visible=True, alpha=0.3)

@@ -1,0 +1,262 @@
+"""Is this rig file's coupling provably passive? Ties config, friction model and margins together.
+
+`examine` reads the friction models and returns every figure; the daemon refuses to start where `.ok` is
+false, and `rtctl check` prints the same report.
+
+How the guaranteed damping comes about, per axis:
+
+- without a friction model: `viscous_nms_rad` of the rig file;
+- with one: no more than that either, as dry friction is a spring in motions smaller than its presliding and damps
+  nothing there; and no more than the secant damping left after feed-forward (docs/theory.md 5.2) over the trained
+  range, with the friction at its lower bound (model minus its largest known error minus `drift_nm`);
+- where the velocity limit lies beyond the trained range, friction there is taken to rise from that lower
+  bound with `viscous_nms_rad` only, while the feed-forward fades out;
+- of an elastic joint what a hand cannot cancel: the motor's share b_m, and of link and joint b_l b_j/(b_l + b_j).
+
+Why that: behind the motor is the joint, b_j + k_j/s, in series with a link and a hand of any impedance whose real part is
+at least b_l. Over all of these the least real part of 1/(Y_j + Y_l) is 1/(|Y_j|^2/Re Y_j + 1/b_l) = 1/(1/b_j + 1/b_l), at
+every frequency and for every stiffness: a hand can cancel spring and inertia, and with them all else.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from hw.interface import Joint
+from rtctl.check import lateness
+from rtctl.check.axis_report import AxisFigures
+from rtctl.check.lateness import Lateness
+from rtctl.check.measured_timing import AxisTiming
+from rtctl.check.verdict import Outcome, Subject, Verdict, ranked
+from rtctl.check.verdicts import verdicts
+from rtctl.control import stability
+from rtctl.control.environments.kind import STIFFNESS
+from rtctl.control.environments.table import Environment, using
+from rtctl.errors import StabilityError
+from rtctl.friction import artefact
+from rtctl.friction.guarantee import Guarantee, guarantee
+from rtctl.friction.margins import FrictionFigures, friction_figures
+from rtctl.rig_file.axis_tables import AxisTable
+from rtctl.rig_file.config import LoadedConfig
+
+
+@dataclass(frozen=True)
+class AxisReport(AxisFigures):
+    """Figures of one axis and what the tests say of them."""
+
+    verdicts: tuple[Verdict, ...] = ()
+    """The worst last."""
+
+    @property
+    def ok(self) -> bool:
+        """True when no test fails."""
+        return all(row.outcome != Outcome.FAIL for row in self.verdicts)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        plain = {one.name: getattr(self, one.name) for one in fields(self)}
+        friction = None if self.friction is None else asdict(self.friction)
+        sure = {**asdict(self.guarantee), "given_most_j": self.guarantee.given_most_j}
+        rows = [row.to_dict() for row in self.verdicts]
+        return {**plain, "friction": friction, "guarantee": sure, "verdicts": rows, "ok": self.ok}
+
+
+@dataclass(frozen=True)
+class Report:
+    """The check of a whole rig file."""
+
+    path: Path
+    rig: str
+    period_s: float
+    axes: tuple[AxisReport, ...]
+
+    @property
+    def ok(self) -> bool:
+        """True when every axis passes."""
+        return all(axis.ok for axis in self.axes)
+
+    @property
+    def verdicts(self) -> list[Verdict]:
+        """The rows of all axes, the worst last."""
+        return ranked(row for axis in self.axes for row in axis.verdicts)
+
+    def refusal(self) -> str:
+        """Why the file is refused: file, key, value, bound, remedy, one line per failing test; "" if ok."""
+        return "\n".join(row.refusal for row in self.verdicts if row.outcome == Outcome.FAIL)
+
+    def require(self) -> None:
+        """Raise StabilityError unless every axis passes."""
+        if not self.ok:
+            raise StabilityError(self.refusal())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON; a number that is not finite becomes None."""
+        body = {"file": str(self.path), "rig": self.rig, "period_s": self.period_s, "ok": self.ok}
+        axes = [axis.to_dict() for axis in self.axes]
+        rows = [row.to_dict() for row in self.verdicts]
+        plain: dict[str, Any] = _finite({**body, "refusal": self.refusal(), "axes": axes, "verdicts": rows})
+        return plain
+
+
+def bearing(loaded: LoadedConfig, index: int) -> tuple[float, stability.Between]:
+    """Damping of an axis that no hand can cancel, N m s/rad, and what is declared to lie between law and joint."""
+    late, joint = lateness.of_axis(loaded, index), lateness.joint_of_axis(loaded, index)
+    _, b, _, _ = _friction(loaded, loaded.config.axis[index], late)
+    return _uncancelled(b, joint), late.between
+
+
+def examine(loaded: LoadedConfig, pulse: Mapping[str, AxisTiming] | None = None) -> Report:
+    """Compute the margins of every axis of a rig file.
+
+    Parameters
+    ----------
+    pulse
+        What the last test pulses measured of each axis, by name: it counts where it is worse.
+
+    Raises
+    ------
+    ModelError
+        A friction model that cannot be believed, or is of another rig.
+    """
+    config = loaded.config
+    found = pulse or {}
+    axes = [
+        _examine_axis(loaded, index, axis, found.get(axis.name)) for index, axis in enumerate(config.axis)
+    ]
+    return Report(path=loaded.path, rig=config.rig.name, period_s=config.period_s, axes=tuple(axes))
+
+
+def _examine_axis(loaded: LoadedConfig, index: int, axis: AxisTable, pulse: AxisTiming | None) -> AxisReport:
+    late, joint = lateness.of_axis(loaded, index, pulse), lateness.joint_of_axis(loaded, index)
+    figures, b, dry, sure = _friction(loaded, axis, late)
+    found = _figures(loaded, index, late, joint, figures, (b, joint.dry_share * dry, sure))
+    where, config = f"{loaded.path}: axis[{index}]", loaded.config
+    subject = Subject(found, axis, config.period_s, where, joint, config.simulated)
+    plain = {one.name: getattr(found, one.name) for one in fields(found)}
+    return AxisReport(**plain, verdicts=tuple(verdicts(subject)))
+
+
+def _friction(
+    loaded: LoadedConfig, axis: AxisTable, late: Lateness
+) -> tuple[FrictionFigures | None, float, float, Guarantee]:
+    """Figures of the friction model, if there is one; damping and dry friction that are guaranteed; the account's facts."""
+    path = loaded.model_path(axis)
+    if path is None:
+        return None, axis.viscous_nms_rad, axis.dry_friction_nm, guarantee(axis, None)
+    model = artefact.load(path)
+    artefact.require_rig(model, loaded.config.rig.name, path)
+    count = 2 * math.pi / axis.encoder_counts_per_rev
+    found = friction_figures(model, path, axis, loaded.config.period_s, count, late.between)
+    beyond = found.beyond_damping_nms_rad
+    secant = min(found.secant_damping_nms_rad, math.inf if beyond is None else beyond)
+    return found, min(secant, axis.viscous_nms_rad), found.dry_left_nm, guarantee(axis, model)
+
+
+def _uncancelled(b: float, joint: Joint) -> float:
+    """Damping that no passive hand behind the joint can cancel, N m s/rad."""
+    link, own = (1 - joint.motor_share) * b, joint.damping_nms_rad
+    return joint.motor_share * b + (link * own / (link + own) if link > 0 and own > 0 else 0.0)
+
+
+def _figures(
+    loaded: LoadedConfig,
+    index: int,
+    late: Lateness,
+    joint: Joint,
+    figures: FrictionFigures | None,
+    guaranteed: tuple[float, float, Guarantee],
+) -> AxisFigures:
+    """Every figure of one axis; `guaranteed` are damping, dry friction, and what the account of the compensation rests on."""
+    axis, T, between = loaded.config.axis[index], loaded.config.period_s, late.between
+    k_c, b_c = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad
+    count = 2 * math.pi / axis.encoder_counts_per_rev
+    b = _uncancelled(guaranteed[0], joint)
+    needed = stability.damping_needed_between(k_c, b_c, T, between)
+    any_world = stability.damping_needed_between(k_c, b_c, T, between, any_world=True)
+    recommended = stability.recommended_coupling(b, T, between)
+    k_e = _environment_stiffness(axis)
+    held, rate_needed = _empty_account(loaded, axis)
+    ring, ratio = stability.coupling_ring(axis.inertia_kgm2, max(b, 0.0), k_c, b_c)
+    return AxisFigures(
+        index=index,
+        name=axis.name,
+        stiffness_nm_rad=k_c,
+        damping_nms_rad=b_c,
+        delay_ticks=between.delay,
+        delay_from=late.delay_from,
+        jitter_ticks=between.jitter,
+        sample_ticks=between.sample_ticks,
+        sample_from=late.sample_from,
+        current_loop_hz=between.lag_hz,
+        lag_from=late.lag_from,
+        undeclared_devices=late.undeclared,
+        motor_share=joint.motor_share,
+        joint_encoder=joint.encoder,
+        total_damping_nms_rad=guaranteed[0],
+        device_damping_nms_rad=b,
+        damping_needed_nms_rad=needed,
+        damping_needed_any_world_nms_rad=any_world,
+        sampled_data_margin_nms_rad=b - needed,
+        sampled_data_k_max_nm_rad=stability.k_max_between(b, b_c, T, between),
+        adams_hannaford_margin_nms_rad=stability.margin_adams_hannaford(b, k_c, b_c, T),
+        adams_hannaford_k_max_nm_rad=stability.k_max_adams_hannaford(b, b_c, T),
+        recommended_stiffness_nm_rad=recommended[0],
+        recommended_damping_nms_rad=recommended[1],
+        environment_stiffness_nm_rad=k_e,
+        felt_stiffness_nm_rad=None if k_e is None else stability.felt_stiffness(k_c, k_e),
+        ring_hz=ring / (2 * math.pi),
+        ring_damping_ratio=ratio,
+        count_rad=count,
+        quantisation_torque_nm=k_c * count / 2 + b_c * count / T,
+        dry_friction_nm=guaranteed[1],
+        torque_limit_nm=axis.torque_limit_nm,
+        empty_account_torque_nm=held,
+        torque_rate_needed_nm_s=rate_needed,
+        friction=figures,
+        guarantee=guaranteed[2],
+        compensates=_compensates(loaded, axis, figures),
+        force_sensor="force" not in loaded.config.rig.absent,
+    )
+
+
+def _compensates(loaded: LoadedConfig, axis: AxisTable, figures: FrictionFigures | None) -> bool:
+    """Whether anything helps with the friction: a feed-forward needs a model, the observer a force sensor."""
+    policy, sensor = axis.friction.policy, "force" not in loaded.config.rig.absent
+    observes = sensor and axis.friction.observer.gain > 0 and (figures is not None or policy == "observer")
+    return policy != "off" and (observes or (figures is not None and figures.feedforward_max_nm > 0))
+
+
+def _empty_account(loaded: LoadedConfig, axis: AxisTable) -> tuple[float, float]:
+    """Torque that an empty energy account can pay for, N m, and the slope at which that is the limit, N m/s."""
+    from rtctl.control import take_back  # reading a report's names must not load the compiler
+    from rtctl.control.jit import plain
+
+    most_torque = plain(take_back.most_torque)
+    T, limit = loaded.config.period_s, axis.torque_limit_nm
+    way = take_back.OVERSPEED_FACTOR * axis.velocity_limit_rad_s * T
+    left = take_back.FLOOR_FACTOR * loaded.config.passivity.budget_j
+    held = min(limit, most_torque(left, axis.torque_rate_nm_s * T, way))
+    if most_torque(left, limit, way) < limit:
+        return held, math.inf
+    low, high = 0.0, limit
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if most_torque(left, middle, way) < limit else (low, middle)
+    return held, high / T
+
+
+def _environment_stiffness(axis: AxisTable) -> float | None:
+    springy = Environment[axis.environment.kind.upper()] in using(STIFFNESS)
+    return axis.environment.stiffness_nm_rad if springy else None
+
+
+def _finite(value: Any) -> Any:  # noqa: ANN401
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,92 @@
+"""One row of the table that `rtctl check` ends with, and what a test is given."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hw.interface import Joint
+    from rtctl.check.axis_report import AxisFigures
+    from rtctl.rig_file.axis_tables import AxisTable
+
+
+class Outcome(IntEnum):
+    """What a test found, from the best to the worst."""
+
+    PASS = 0
+    WARN = 1
+    NOT_PROVED = 2
+    FAIL = 3
+
+    @property
+    def label(self) -> str:
+        """As it is printed."""
+        return self.name.replace("_", " ")
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One row: what was tested, what came out, what it is held against, and what that means for a hand.
+
+    `use` is how much of the bound is used, 1 where the verdict turns: rows of one outcome are sorted by it. `refusal` is
+    the line that refuses the file (file, key, value, bound, remedy), where the test fails; or warns of it.
+    """
+
+    axis: str
+    name: str
+    figure: str
+    bound: str
+    outcome: Outcome
+    meaning: str
+    use: float = 0.0
+    refusal: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        return {
+            "axis": self.axis,
+            "name": self.name,
+            "figure": self.figure,
+            "bound": self.bound,
+            "verdict": self.outcome.label,
+            "meaning": self.meaning,
+            "use": self.use if math.isfinite(self.use) else None,
+            "refusal": self.refusal,
+        }
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What a test is given: an axis with every figure, its table of the rig file, and where that stands."""
+
+    axis: AxisFigures
+    table: AxisTable
+    period_s: float
+    where: str
+    """`file: axis[i]`, to begin a refusal with."""
+    joint: Joint
+    """As the rig file has it or, where that is worse, the devices."""
+    simulated: bool = False
+    """Nobody holds it."""
+
+    def row(
+        self,
+        name: str,
+        figure: str,
+        bound: str,
+        outcome: Outcome,
+        meaning: str,
+        use: float = 0.0,
+        refusal: str = "",
+    ) -> Verdict:
+        """A row of this axis."""
+        return Verdict(self.axis.name, name, figure, bound, outcome, meaning, use, refusal)
+
+
+def ranked(rows: Iterable[Verdict]) -> list[Verdict]:
+    """The worst row last: by outcome, then by how much of the bound is used; a use that is no number is the worst."""
+    return sorted(rows, key=lambda row: (row.outcome, math.inf if math.isnan(row.use) else row.use))

@@ -1,0 +1,211 @@
+"""Tests of friction model, feed-forward and policy."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from rtctl.check.verdict import Outcome, Subject, Verdict
+from rtctl.friction.policies import STANDINGS
+
+HEAVIEST_HAND_KGM2 = 0.02
+"""Heaviest hand of the box of hands, at the link."""
+
+COUNT_SHARE_MAX = 1.0
+"""Encoder counts per presliding length: the mock is quiet in every hand with 1.1, and shakes stiff ones with 2.2
+(`rtctl experiment policies`)."""
+
+_GATED_BY_WISH = ("hybrid", "intent")
+"""Policies in which the hand's torque decides the direction."""
+
+
+def energy_account(s: Subject) -> list[Verdict]:
+    """Most energy that the compensation gives a hand: the account's bound, if the presliding length is known."""
+    if not s.axis.compensates:
+        return []
+    sure = s.axis.guarantee
+    text = (
+        f"all that the help with friction can give a hand over any time, whatever its sign or delay (control.assistance); presliding "
+        f"{sure.length_rad * 1e3:.3g} mrad ({sure.length_source})"
+    )
+    if not sure.measured:
+        text += ", and nobody measured it: `rtctl identify`, or friction.presliding_rad"
+    return [
+        s.row(
+            "energy account of the compensation",
+            f"{sure.given_most_j * 1e3:.3g} mJ",
+            "presliding length known",
+            Outcome.PASS if sure.measured else Outcome.NOT_PROVED,
+            text,
+        )
+    ]
+
+
+def motion_seen(s: Subject) -> list[Verdict]:
+    """The account knows the motion by the encoder: it does not see a joint that vibrates within one count."""
+    if not s.axis.compensates:
+        return []
+    length_rad = s.axis.guarantee.length_rad
+    share, most = s.axis.count_rad / length_rad, COUNT_SHARE_MAX
+    counts = math.ceil(2 * math.pi / (most * length_rad))
+    remedy = f'an encoder of {counts} counts per turn of the link, or policy = "off"'
+    seen = share <= most
+    return [
+        s.row(
+            "encoder count against the presliding length",
+            f"{share:.3g}",
+            f"<= {most:g}",
+            Outcome.PASS if seen else Outcome.FAIL,
+            "so that the account of the compensation sees the joint bend before it slides"
+            if seen
+            else remedy,
+            share / most,
+            ""
+            if seen
+            else f"{s.where}.encoder_counts_per_rev: axis {s.axis.name}: one of {s.table.encoder_counts_per_rev:g} counts is {share:.3g} "
+            f"presliding lengths, the bound is {most:g}: {remedy}",
+        )
+    ]
+
+
+def policy_at_rest(s: Subject) -> list[Verdict]:
+    """A policy that shakes a hand that holds still is none for a real one."""
+    if not s.axis.compensates:
+        return []
+    policy = s.table.friction.policy
+    standing = STANDINGS[policy]
+    beyond = Outcome.WARN if s.simulated else Outcome.FAIL
+    remedy = 'policy = "hybrid"' if s.axis.force_sensor else 'policy = "off", or a force sensor'
+    return [
+        s.row(
+            "policy at rest",
+            policy,
+            "quiet with a hand that holds still",
+            Outcome.PASS if standing.quiet else beyond,
+            standing.evidence
+            if standing.quiet
+            else f"{standing.evidence}; a baseline of the experiments, for no real hand: {remedy}",
+            0.0,
+            ""
+            if standing.quiet
+            else f"{s.where}.friction.policy: axis {s.axis.name}: {policy} shakes a hand that holds still "
+            f"({standing.evidence}), the bound is none: {remedy}",
+        )
+    ]
+
+
+def wish(s: Subject) -> list[Verdict]:
+    """The loop of the intent over the mass of a hand."""
+    table, found = s.table.friction, s.axis.friction
+    if (
+        not s.axis.compensates
+        or not s.axis.force_sensor
+        or found is None
+        or table.policy not in _GATED_BY_WISH
+    ):
+        return []
+    lead = found.feedforward_max_nm / table.intent_nm
+    lead *= HEAVIEST_HAND_KGM2 / (s.table.inertia_kgm2 + HEAVIEST_HAND_KGM2)
+    lowpass_hz = table.intent_lowpass_at(1 / s.period_s)
+    alpha = -math.expm1(-2 * math.pi * lowpass_hz * s.period_s)
+    loop = lead * alpha / (2 - alpha)
+    passes_hz = _intent_bound_hz(lead, s.period_s)
+    late = math.ceil(s.axis.delay_ticks) + s.axis.sample_ticks - 1
+    later_hz = _late_bound_hz(lead, late, s.period_s)
+    quiet = lowpass_hz <= later_hz
+    beyond = Outcome.FAIL if not loop < 1 else Outcome.NOT_PROVED
+    meaning = f"loop gain at half the rate with a hand of {HEAVIEST_HAND_KGM2:g} kg m^2: intent_lowpass_hz up to {passes_hz:.4g}"
+    if late > 0:
+        meaning += f", and {later_hz:.4g} with what is {late} ticks late"
+    return [
+        s.row(
+            "intent over the mass of a hand",
+            f"{loop:.3g}",
+            "< 1",
+            Outcome.PASS if loop < 1 and quiet else beyond,
+            meaning,
+            max(loop, lowpass_hz / later_hz),
+            ""
+            if loop < 1
+            else f"{s.where}.friction.intent_lowpass_hz: axis {s.axis.name}: {lowpass_hz:g} Hz lets a hand of "
+            f"{HEAVIEST_HAND_KGM2:g} kg m^2 buzz at half the rate (loop gain {loop:.3g}), the bound is {passes_hz:.4g} Hz: that, "
+            "or a larger intent_nm",
+        )
+    ]
+
+
+def _intent_bound_hz(lead: float, T: float) -> float:
+    """Bandwidth below which `lead` alpha/(2 - alpha) < 1, Hz, rounded down."""
+    if lead <= 1:
+        return math.inf
+    alpha = 2 / (1 + lead)
+    hz = -math.log1p(-alpha) / (2 * math.pi * T)
+    return math.floor(10 * hz * (1 - 1e-9)) / 10
+
+
+def _late_bound_hz(lead: float, late: int, T: float) -> float:
+    """Bandwidth up to which the same loop settles if the torque comes `late` ticks later, Hz, rounded down."""
+    low, high = 0.0, 1.0
+    for _ in range(30):
+        alpha = 0.5 * (low + high)
+        roots = np.roots(
+            [1.0, alpha - 1.0, *[0.0] * (late - 1), alpha * lead]
+            if late
+            else [1.0, alpha - 1.0 + alpha * lead]
+        )
+        low, high = (alpha, high) if np.abs(roots).max() < 1 else (low, alpha)
+    if low > 1 - 1e-6:
+        return math.inf
+    return math.floor(-10 * math.log1p(-low) / (2 * math.pi * T)) / 10
+
+
+def two_lines(s: Subject) -> list[Verdict]:
+    """The feed-forward below the friction whatever its sign: told; where it fails, the account is what bounds it.
+
+    Friction is credited here as F_lo v^0, which it is only in motions beyond its presliding: of smaller ones, where it is
+    a spring, the test says nothing.
+    """
+    found, sure = s.axis.friction, s.axis.guarantee
+    if found is None or found.feedforward_max_nm == 0:
+        return []
+    passed = found.two_line_margin_nm >= 0
+    covered = passed or (s.axis.compensates and sure.measured)
+    beyond = f"in motions beyond {sure.credited_rad * 1e3:.3g} mrad; of smaller ones it says nothing"
+    return [
+        s.row(
+            "feed-forward of any sign (two-line)",
+            f"{found.two_line_margin_nm:+.4g} N m",
+            ">= 0" if passed or not covered else ">= 0, or the account",
+            Outcome.PASS if covered else Outcome.NOT_PROVED,
+            f"passive whatever sign or delay the feed-forward errs by, {beyond}"
+            if passed
+            else f"of the wrong sign it would exceed the friction, {beyond}: what it can give then is bounded by the energy "
+            "account, not by this",
+            0.0 if covered else 1.0 - found.two_line_margin_nm / max(found.friction_floor_nm, 1e-9),
+        )
+    ]
+
+
+def damping_and_model(s: Subject) -> list[Verdict]:
+    """`viscous_nms_rad` alone may not be more than all the friction that the model was taught."""
+    found = s.axis.friction
+    if found is None:
+        return []
+    b, most = s.table.viscous_nms_rad, found.drag_nms_rad
+    passed = b <= most
+    return [
+        s.row(
+            "viscous_nms_rad against the model",
+            f"{b:.4g} N m s/rad",
+            f"<= {most:.4g}",
+            Outcome.PASS if passed else Outcome.FAIL,
+            "all the friction that was measured, over speed, where that is least",
+            b / most if most > 0 else 2.0,
+            ""
+            if passed
+            else f"{s.where}.viscous_nms_rad: axis {s.axis.name}: {b:g} alone would be more than all the friction that the "
+            f"model was taught at {found.drag_speed_rad_s:.3g} rad/s, the bound is {most:.4g} N m s/rad: measure it again "
+            "(rtctl identify), or look for a wrong unit",
+        )
+    ]

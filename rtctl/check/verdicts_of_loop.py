@@ -1,0 +1,225 @@
+"""Tests of the sampled loop: coupling, delay, lag, age of samples, joint, and steps of the encoder."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from rtctl.check.verdict import Outcome, Subject, Verdict
+from rtctl.control.environments.table import Environment
+
+if TYPE_CHECKING:
+    from rtctl.check.axis_report import AxisFigures
+
+SHAKE_RAD_S = 0.002
+"""A shake slower than this, RMS, counts as none: it is what a hand that holds still may be left with."""
+
+FELT_RAD_S = 0.02
+"""A shake that may be faster than this is refused; in between it is said that the joint may not be quite still."""
+
+MOST_COUNTS = 5.0
+"""Largest amplitude, in counts, of a shake that the encoder's steps keep up in a loop that passes the exact test."""
+
+TIP_STIFFNESS_N_M = 1e4
+"""Stiffest hand at the tip, N/m, in which the encoder's steps may not shake the joint. A tensed finger or arm has some
+1e3; what is stiffer than ten of them is a vice."""
+
+_ROUNDING = 1e-12
+
+
+def sampled_loop(s: Subject) -> list[Verdict]:
+    """The exact test of coupling, delay, lag and age of samples: the one the energy of a hand's safety rests on."""
+    axis = s.axis
+    passed = axis.sampled_data_margin_nms_rad >= -_ROUNDING * (1 + axis.damping_needed_nms_rad)
+    b, needed = axis.device_damping_nms_rad, axis.damping_needed_nms_rad
+    row = s.row(
+        "coupling, sampled and late",
+        f"needs {needed:.4g} N m s/rad",
+        f"<= {b:.4g}",
+        Outcome.PASS if passed else Outcome.FAIL,
+        f"k_c up to {axis.sampled_data_k_max_nm_rad:.4g} N m/rad at this b_c is passive with every passive hand and every "
+        "passive virtual environment",
+        needed / b if b > 0 else (0.0 if passed else math.nan),
+        "" if passed else _coupling_refusal(s),
+    )
+    return [row]
+
+
+def any_world(s: Subject) -> list[Verdict]:
+    """Behind a lag the exact test covers linear worlds; others (walls, detents) want a little more."""
+    axis = s.axis
+    linear = ", ".join(kind.word for kind in Environment if kind.about.linear)
+    others = ", ".join(kind.word for kind in Environment if not (kind.about.linear or kind.about.active))
+    if axis.current_loop_hz == 0:
+        return []
+    passed = axis.damping_needed_any_world_nms_rad <= axis.device_damping_nms_rad * (1 + _ROUNDING)
+    return [
+        s.row(
+            "worlds that are not linear, behind the lag",
+            f"need {axis.damping_needed_any_world_nms_rad:.4g} N m s/rad",
+            f"<= {axis.device_damping_nms_rad:.4g}",
+            Outcome.PASS if passed else Outcome.NOT_PROVED,
+            f"{others}; the row above covers {linear}"
+            if passed
+            else f"{others}: these may give a hand energy; a little less stiffness_nm_rad proves them, too",
+            axis.damping_needed_any_world_nms_rad / max(axis.device_damping_nms_rad, 1e-300),
+        )
+    ]
+
+
+def declared_delay(s: Subject) -> list[Verdict]:
+    """A device that declares no delay, in a rig file that states none."""
+    axis = s.axis
+    if (
+        not axis.undeclared_devices
+        or axis.delay_ticks > 0
+        or axis.stiffness_nm_rad + axis.damping_nms_rad == 0
+    ):
+        return []
+    return [
+        s.row(
+            "delay of the devices",
+            "not declared",
+            "declared, or coupling.delay_ticks",
+            Outcome.NOT_PROVED,
+            f"{' and '.join(axis.undeclared_devices)} does not say how late it is and coupling.delay_ticks is 0: "
+            "the coupling is proved without any delay",
+        )
+    ]
+
+
+def elastic_joint(s: Subject) -> list[Verdict]:
+    """Only the damping on the motor's side of an elastic joint is sure, and only if the encoder turns with the motor."""
+    axis = s.axis
+    if axis.joint_encoder == "link":
+        return [
+            s.row(
+                "elastic joint, encoder at the link",
+                "",
+                'encoder = "motor"',
+                Outcome.NOT_PROVED,
+                "torque and angle are on two sides of a spring: no damping proves this with every hand",
+            )
+        ]
+    if axis.motor_share == 1:
+        return []
+    return [
+        s.row(
+            "elastic joint",
+            f"{axis.device_damping_nms_rad:.4g} of {axis.total_damping_nms_rad:.4g} N m s/rad",
+            "what every hand leaves",
+            Outcome.PASS,
+            "the damping behind the joint's spring can be cancelled by a hand: the rows here count on what is left of it",
+        )
+    ]
+
+
+def encoder_steps(s: Subject) -> list[Verdict]:
+    """Steps of the encoder shake a joint without dry friction: the friction that holds it, or how slow the shake is."""
+    axis = s.axis
+    needed, held = axis.quantisation_torque_nm, axis.dry_friction_nm
+    if needed == 0:
+        return []
+    shake = shake_rad_s(s)
+    if held >= needed:
+        figure, bound, use = f"{needed:.3g} N m", f"<= {held:.3g} N m of dry friction", needed / held
+    else:
+        figure, bound, use = f"{shake:.3g} rad/s RMS", f"<= {SHAKE_RAD_S:g} rad/s", shake / SHAKE_RAD_S
+    beyond = Outcome.NOT_PROVED if shake <= FELT_RAD_S else Outcome.FAIL
+    outcome = Outcome.PASS if use <= 1 else beyond
+    return [
+        s.row(
+            "steps of the encoder",
+            figure,
+            bound,
+            outcome,
+            "dry friction holds the joint against the coupling's steps"
+            if held >= needed
+            else f"most they can keep a joint without dry friction shaking, in a hand of up to {TIP_STIFFNESS_N_M:.0e} N/m; "
+            f"{needed:.3g} N m of dry friction hold it still (dry_friction_nm)",
+            use,
+            _steps_refusal(s, shake) if outcome == Outcome.FAIL else "",
+        )
+    ]
+
+
+def shake_rad_s(s: Subject) -> float:
+    """RMS speed of the shake that the steps of the encoder keep up in a joint without dry friction, rad/s.
+
+    Notes
+    -----
+    The coupling answers a step of one count, k_c Delta, at worst L = (n + d) T + tau after the joint passed it, on the
+    average half a sample earlier. The average takes k_c (L - n T/2) of the damping b + b_c; what is left, b_s, has to
+    spend in a cycle of amplitude A, pi b_s A^2 w, what two steps a cycle at the middle of the motion can give, each
+    k_c Delta times the way A w L: A = (2/pi) k_c L Delta/b_s, at the frequency of the joint on its coupling and on the
+    stiffest hand. Over many counts the steps cannot all come at their worst: no more than `MOST_COUNTS` are taken.
+    An estimate, not a proof: the tests run random rigs in time against it.
+    """
+    axis = s.axis
+    T, k_c, n = s.period_s, axis.stiffness_nm_rad, axis.sample_ticks
+    lag_s = 1 / (2 * math.pi * axis.current_loop_hz) if axis.current_loop_hz > 0 else 0.0
+    late = (n + axis.delay_ticks) * T + lag_s
+    spare = axis.device_damping_nms_rad + axis.damping_nms_rad - k_c * (late - n * T / 2)
+    hand = TIP_STIFFNESS_N_M * sum(x * x for x in s.table.lever_m)
+    counts = min(2 / math.pi * k_c * late / spare, MOST_COUNTS) if spare > 0 else MOST_COUNTS
+    amplitude = counts * axis.count_rad
+    return amplitude * math.sqrt((k_c + hand) / (2 * s.table.inertia_kgm2))
+
+
+def _steps_refusal(s: Subject, shake: float) -> str:
+    axis = s.axis
+    return (
+        f"{s.where}.encoder_counts_per_rev: axis {axis.name}: {s.table.encoder_counts_per_rev:g} counts make the coupling step "
+        f"by {axis.quantisation_torque_nm:.3g} N m and shake the joint at {shake:.3g} rad/s, the bound is {FELT_RAD_S:g} "
+        f"rad/s or {axis.quantisation_torque_nm:.3g} N m of guaranteed dry friction (there is {axis.dry_friction_nm:.3g}): a "
+        "finer encoder, less coupling.stiffness_nm_rad, or dry_friction_nm if the joint surely has it"
+    )
+
+
+def down(value: float) -> str:
+    """Four significant digits, rounded down, so that the printed bound itself passes."""
+    if not value > 0 or not math.isfinite(value):
+        return "0"
+    value *= 1 + _ROUNDING
+    step = 10.0 ** (math.floor(math.log10(value)) - 3)
+    return f"{math.floor(value / step * (1 + _ROUNDING)) * step:.4g}"
+
+
+def _coupling_refusal(s: Subject) -> str:
+    """File, axis, key, value, bound and remedy, on one line."""
+    axis, b = s.axis, s.axis.device_damping_nms_rad
+    k_max, found = down(axis.sampled_data_k_max_nm_rad), axis.friction
+    pair = (
+        f"recommended: stiffness_nm_rad = {down(axis.recommended_stiffness_nm_rad)}, "
+        f"damping_nms_rad = {down(axis.recommended_damping_nms_rad)}"
+    )
+    if found is not None and not b > 0:
+        return (
+            f"{s.where}.friction.gain: axis {axis.name}: the feed-forward may exceed the friction: at "
+            f"{found.secant_speed_rad_s:.3g} rad/s it leaves {b:.4g} N m s/rad of damping, the bound is > 0; "
+            f"no coupling passes; a gain of at most {down(found.gain_max)} does for this coupling, or a "
+            f"better model (its largest error is {found.error_max_nm:.3g} N m)"
+        )
+    if axis.damping_nms_rad > b:
+        return (
+            f"{s.where}.coupling.damping_nms_rad: axis {axis.name}: {axis.damping_nms_rad:g} is above its "
+            f"bound {down(b)} N m s/rad, the damping the device surely has, so no stiffness passes; {pair}"
+        )
+    return (
+        f"{s.where}.coupling.stiffness_nm_rad: axis {axis.name}: {axis.stiffness_nm_rad:g} is not provably "
+        f"passive; the largest that passes is {k_max} N m/rad with damping_nms_rad = "
+        f"{axis.damping_nms_rad:g}, {between_text(axis)} and {b:.4g} N m s/rad of "
+        f"guaranteed damping; {pair}"
+    )
+
+
+def between_text(axis: AxisFigures) -> str:
+    """What lies between law and joint, in words, and who said so."""
+    parts = [f"a delay of {axis.delay_ticks:.4g} ticks ({axis.delay_from})"]
+    if axis.jitter_ticks > 0:
+        parts.append(f"up to {axis.jitter_ticks:.3g} less at times")
+    if axis.current_loop_hz > 0:
+        parts.append(f"a current loop of {axis.current_loop_hz:.4g} Hz ({axis.lag_from})")
+    if axis.sample_ticks > 1:
+        parts.append(f"a fresh sample every {axis.sample_ticks} ticks ({axis.sample_from})")
+    return ", ".join(parts)

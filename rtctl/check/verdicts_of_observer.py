@@ -1,0 +1,210 @@
+"""Tests of the disturbance observer: the loop it closes with a hand, steps of the encoder, bias of the force sensor."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from rtctl.check.verdict import Outcome, Subject, Verdict
+
+if TYPE_CHECKING:
+    from rtctl.control.observer_loop import ElasticJoint, Loop
+    from rtctl.control.observer_margin import Finding
+
+NOISE_SHARE = 0.3
+"""Torque of one encoder count through the observer, as a share of the least friction: less is not felt."""
+
+NOISE_MOST = 1.0
+"""With more than the friction itself the joint would move at every count."""
+
+
+def closed_loop(s: Subject) -> list[Verdict]:
+    """Largest eigenvalue over a box of hands, on the joint as it is known, and on elastic ones if it is not."""
+    if not _observes(s):
+        return []
+    loop = loop_of(s)
+    found = _judged(loop)
+    unknown = s.joint.motor_share < 1 and not s.joint.stiffness_nm_rad > 0
+    beyond = Outcome.NOT_PROVED if unknown else Outcome.FAIL
+    outcome = Outcome.PASS if found.ok else beyond
+    joint = "20 to 100 Hz, as its stiffness is not known" if unknown else "the joint as declared"
+    meaning = (
+        f"largest |eigenvalue| over {found.points} points: hands to 600 N m/rad, 1 N m s/rad, .02 kg m^2, {joint}; sliding and "
+        "stuck, on the coupling and free; shown at the points of this grid, not between them"
+    )
+    if not found.ok:
+        meaning = f"unstable or hardly damped with a {found.at}: {_remedy(s, loop)}"
+    return [
+        s.row(
+            "disturbance observer in a hand",
+            f"{found.radius:.6f}",
+            f"<= 1, {_kept_least():.0%} of all damping kept",
+            outcome,
+            meaning,
+            _use(found),
+            f"{s.where}.friction.observer: axis {s.axis.name}: gain = {loop.gain:g} with bandwidth_hz = {loop.bandwidth_hz:g}: "
+            f"{meaning}"
+            if outcome == Outcome.FAIL
+            else "",
+        )
+    ]
+
+
+def _use(found: Finding) -> float:
+    """1 where a vibration keeps no more of its damping than it must."""
+    return _kept_least() / found.kept if found.kept > 0 else math.inf
+
+
+def _kept_least() -> float:
+    from rtctl.control import observer_margin  # reading a report's names must not load the compiler
+
+    return observer_margin.KEPT_LEAST
+
+
+@lru_cache(maxsize=256)
+def _judged(loop: Loop) -> Finding:
+    from rtctl.control import observer_margin
+
+    return observer_margin.judge(loop)
+
+
+@lru_cache(maxsize=64)
+def _passing(loop: Loop) -> tuple[float, float]:
+    """Largest gain at this bandwidth, nearest bandwidth at this gain."""
+    from rtctl.control import observer_margin
+
+    return observer_margin.largest_gain(loop), observer_margin.nearest_bandwidth(loop)
+
+
+def _remedy(s: Subject, loop: Loop) -> str:
+    gain, bandwidth_hz = _passing(loop)
+    ways = [f"gain of at most {gain:g} at {loop.bandwidth_hz:g} Hz"]
+    if bandwidth_hz > 0:
+        ways.append(f"bandwidth_hz = {bandwidth_hz:g} at this gain")
+    if s.axis.stiffness_nm_rad > 0:
+        ways.append("less coupling.stiffness_nm_rad")
+    return ", or ".join(ways)
+
+
+def loop_of(s: Subject) -> Loop:
+    """The loop of an axis as `observer_loop` wants it."""
+    from rtctl.control import stability
+    from rtctl.control.observer_loop import Loop
+
+    axis, observer = s.axis, s.table.friction.observer
+    return Loop(
+        inertia_kgm2=s.table.inertia_kgm2,
+        viscous_nms_rad=s.table.viscous_nms_rad,
+        period_s=s.period_s,
+        gain=observer.gain,
+        bandwidth_hz=observer.bandwidth_at(1 / s.period_s),
+        delay=axis.delay_ticks,
+        lag_hz=axis.current_loop_hz,
+        sample_ticks=axis.sample_ticks,
+        acting_ticks=round(axis.delay_ticks + stability.lag_ticks(axis.current_loop_hz, s.period_s)),
+        force_lowpass_hz=s.table.force.lowpass_hz,
+        stiffness_nm_rad=axis.stiffness_nm_rad,
+        damping_nms_rad=axis.damping_nms_rad,
+        bristle_nm_rad=axis.guarantee.bristle_nm_rad,
+        motor_share=s.joint.motor_share,
+        encoder=s.joint.encoder,
+        joints=_joints(s),
+    )
+
+
+def _joints(s: Subject) -> tuple[ElasticJoint, ...]:
+    """Rigid, elastic as declared, or elastic of all resonances where it is said to be elastic and no more."""
+    from rtctl.control.observer_loop import RESONANCES_HZ, RIGID, ElasticJoint, resonance
+
+    joint = s.joint
+    if joint.stiffness_nm_rad > 0:
+        one = ElasticJoint(joint.link_inertia_share, joint.stiffness_nm_rad, joint.damping_nms_rad)
+        return (one,)
+    if joint.motor_share < 1:
+        return tuple(resonance(s.table.inertia_kgm2, hz) for hz in RESONANCES_HZ)
+    return (RIGID,)
+
+
+def steps_of_the_encoder(s: Subject) -> list[Verdict]:
+    """One count is a pulse of speed; the observer takes it for an acceleration."""
+    if not _observes(s):
+        return []
+    observer, held = s.table.friction.observer, _held_nm(s)
+    bandwidth_hz = observer.bandwidth_at(1 / s.period_s)
+    jump = count_torque_nm(s, bandwidth_hz)
+    share = jump / held if held > 0 else math.inf
+    outcome = Outcome.PASS if share <= NOISE_SHARE else Outcome.WARN if share <= NOISE_MOST else Outcome.FAIL
+    remedy = f"bandwidth_hz = {_quiet_bandwidth(s):.3g}, or gain = 0" if held > 0 else "gain = 0"
+    meaning = "torque of one encoder count through the observer, of the least friction of the joint"
+    if outcome != Outcome.PASS:
+        meaning += f": friction.observer: {remedy}, or a finer encoder"
+    return [
+        s.row(
+            "observer, one encoder count",
+            f"{jump:.3g} N m",
+            f"<= {NOISE_SHARE * held:.3g} N m",
+            outcome,
+            meaning,
+            share / NOISE_SHARE,
+            f"{s.where}.friction.observer.bandwidth_hz: axis {s.axis.name}: at {bandwidth_hz:g} Hz one of "
+            f"{s.table.encoder_counts_per_rev:g} counts is {jump:.3g} N m, the bound is {NOISE_SHARE * held:.3g} N m: {remedy}, "
+            "or a finer encoder"
+            if outcome == Outcome.FAIL
+            else "",
+        )
+    ]
+
+
+def count_torque_nm(s: Subject, bandwidth_hz: float) -> float:
+    """Torque that one count makes the observer send, N m: gain J w_q (Delta/T) alpha, alpha of the faster low-pass."""
+    from rtctl.control.disturbance_observer import SMOOTHING
+    from rtctl.control.velocity import lowpass_alpha
+
+    T = s.period_s * s.axis.sample_ticks
+    alpha = lowpass_alpha(SMOOTHING * bandwidth_hz, T)
+    pulse = s.axis.count_rad / T * alpha
+    return s.table.friction.observer.gain * s.table.inertia_kgm2 * 2 * math.pi * bandwidth_hz * pulse
+
+
+def _quiet_bandwidth(s: Subject) -> float:
+    """Largest bandwidth at which a count is below the bound, Hz: the torque rises with the bandwidth."""
+    low, high = 0.0, s.table.friction.observer.bandwidth_at(1 / s.period_s)
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        low, high = (
+            (middle, high) if count_torque_nm(s, middle) <= NOISE_SHARE * _held_nm(s) else (low, middle)
+        )
+    return low
+
+
+def _held_nm(s: Subject) -> float:
+    """Dry friction that holds the joint against such a step: guaranteed, without a model what may be compensated."""
+    sure = s.axis.guarantee
+    return sure.floor_nm if s.axis.friction is not None else max(s.table.dry_friction_nm, sure.peak_nm)
+
+
+def bias(s: Subject) -> list[Verdict]:
+    """Offset of the force sensor from which on a joint at rest would creep."""
+    if not _observes(s):
+        return []
+    from rtctl.control.disturbance_observer import TARGET_SHARE
+
+    observer = s.table.friction.observer
+    floor = s.axis.guarantee.floor_nm or s.table.dry_friction_nm
+    left = (1 - TARGET_SHARE * observer.gain) / observer.gain
+    creeps_at = (observer.deadband_nm + left * floor) / TARGET_SHARE
+    return [
+        s.row(
+            "observer, bias of the force sensor",
+            f"{creeps_at:.3g} N m",
+            "> offset after the tare",
+            Outcome.PASS,
+            "a joint at rest creeps if the sensor is off by more; the account of the compensation then stops it "
+            "(friction.observer.deadband_nm, or less gain)",
+        )
+    ]
+
+
+def _observes(s: Subject) -> bool:
+    return s.axis.compensates and s.axis.force_sensor and s.table.friction.observer.gain > 0

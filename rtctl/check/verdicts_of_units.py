@@ -1,0 +1,186 @@
+"""Tests for a wrong unit or a slipped decimal point: figures that real rigs have within a band.
+
+The bands are wide: a figure outside the inner one is told, one outside the outer one is refused. What they rest on
+stands in docs/check.md.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from rtctl.check.verdict import Outcome, Subject, Verdict
+
+
+@dataclass(frozen=True)
+class Band:
+    """Where real rigs are, inner band, and where none is, beyond the outer one; both ends belong to it."""
+
+    least: float
+    low: float
+    high: float
+    most: float
+
+    def outcome(self, value: float) -> Outcome:
+        """PASS within the inner band, WARN within the outer one, FAIL beyond, and for what is no number."""
+        if self.low <= value <= self.high:
+            return Outcome.PASS
+        return Outcome.WARN if self.least <= value <= self.most else Outcome.FAIL
+
+    def use(self, value: float) -> float:
+        """1 at the ends of the inner band, more beyond, the further the more."""
+        if not value > 0:
+            return math.inf
+        if self.least == 0:
+            return value / self.high
+        middle = math.sqrt(self.low * self.high)
+        return abs(math.log(value / middle)) / math.log(self.high / middle)
+
+    def __str__(self) -> str:
+        return f"{self.low:g} to {self.high:g}" if self.least > 0 else f"up to {self.high:g}"
+
+
+ACCELERATION = Band(0.3, 3.0, 1e5, 1e6)
+"""rad/s^2 at the torque limit."""
+CURRENT_SHARE = Band(5e-4, 1e-2, 1.0, 1.0)
+"""Current at the torque limit, share of the range of its sensor."""
+TICKS_TO_FULL = Band(1e-3, 0.5, 2e3, 2e4)
+"""Periods that the gate needs from zero to the torque limit."""
+COUNT_SHARE = Band(0.0, 0.0, 0.06, 0.2)
+"""Torque of one encoder count, share of the torque limit."""
+TIME_CONSTANT_S = Band(1e-3, 0.08, 1e2, 1e4)
+"""J/b, s."""
+VISCOUS_SHARE = Band(0.0, 0.0, 0.5, 3.0)
+"""Viscous torque at the velocity limit over the torque limit."""
+
+
+def _judge(
+    s: Subject, name: str, value: float, unit: str, band: Band, meaning: str, remedy: str
+) -> list[Verdict]:
+    """One row; `remedy` begins with the key to look at."""
+    outcome = band.outcome(value)
+    text = f"{value:.3g} {unit}".rstrip()
+    key, _, hint = remedy.partition(": ")
+    refusal = (
+        f"{s.where}.{key}: axis {s.axis.name}: {name} comes to {text}; real rigs have {band} {unit}".rstrip()
+        + f", none is beyond {band.least:g} to {band.most:g}: {hint}"
+    )
+    told = outcome in (Outcome.WARN, Outcome.FAIL)
+    return [
+        s.row(
+            name,
+            text,
+            f"{band} {unit}".rstrip(),
+            outcome,
+            f"{meaning}: {key}: {hint}" if told else meaning,
+            band.use(value),
+            refusal if told else "",
+        )
+    ]
+
+
+def acceleration(s: Subject) -> list[Verdict]:
+    """What the torque limit does to the joint."""
+    return _judge(
+        s,
+        "acceleration at the torque limit",
+        s.table.torque_limit_nm / s.table.inertia_kgm2,
+        "rad/s^2",
+        ACCELERATION,
+        "torque_limit_nm over inertia_kgm2",
+        f"inertia_kgm2: {s.table.inertia_kgm2:g} is meant in kg m^2 at the link (1 kg m^2 is 1e4 kg cm^2, 1e7 g cm^2), the limit "
+        "in N m",
+    )
+
+
+def current(s: Subject) -> list[Verdict]:
+    """What the torque limit asks of the amplifier."""
+    table = s.table
+    amperes = table.torque_limit_nm / (table.gear_ratio * table.gear_efficiency * table.torque_constant_nm_a)
+    return _judge(
+        s,
+        "current at the torque limit",
+        amperes / table.current_limit_a,
+        "",
+        CURRENT_SHARE,
+        f"{amperes:.3g} A, as a share of current_limit_a",
+        f"torque_constant_nm_a: {table.torque_constant_nm_a:g} is meant in N m/A at the motor (13.4 mN m/A is 0.0134); see gear_ratio, "
+        "torque_limit_nm and current_limit_a, too",
+    )
+
+
+def ticks_to_full_torque(s: Subject) -> list[Verdict]:
+    """How long the gate takes to the limit."""
+    return _judge(
+        s,
+        "ticks to full torque",
+        s.table.torque_limit_nm / (s.table.torque_rate_nm_s * s.period_s),
+        "ticks",
+        TICKS_TO_FULL,
+        "torque_limit_nm over torque_rate_nm_s and the period",
+        "torque_rate_nm_s: it is meant in N m/s",
+    )
+
+
+def torque_of_a_count(s: Subject) -> list[Verdict]:
+    """One step of the encoder through coupling and feed-forward."""
+    axis, table = s.axis, s.table
+    step = axis.stiffness_nm_rad * axis.count_rad + axis.damping_nms_rad * axis.count_rad / s.period_s
+    step += _feedforward_of_a_count(s)
+    if step == 0:
+        return []
+    return _judge(
+        s,
+        "torque of one encoder count",
+        step / table.torque_limit_nm,
+        "",
+        COUNT_SHARE,
+        f"{step:.3g} N m through coupling and feed-forward, as a share of torque_limit_nm",
+        f"encoder_counts_per_rev: {table.encoder_counts_per_rev:g} are meant per turn of the link: lines x 4 x gear_ratio, for an "
+        "encoder at the motor",
+    )
+
+
+def _feedforward_of_a_count(s: Subject) -> float:
+    """Most that one count changes the feed-forward by, N m: the width of the policy against the speed of a count."""
+    found, table, friction = s.axis.friction, s.table, s.table.friction
+    if found is None or found.feedforward_max_nm == 0:
+        return 0.0
+    if friction.policy in ("stop", "stop_gated"):
+        return found.feedforward_max_nm * min(1.0, s.axis.count_rad / found.presliding_rad)
+    window = table.velocity.window if table.velocity.method == "foaw" else 1
+    width = friction.tanh_rad_s if friction.policy == "tanh" else friction.blend_rad_s
+    return found.feedforward_max_nm * min(1.0, s.axis.count_rad / (window * s.period_s) / width)
+
+
+def time_constant(s: Subject) -> list[Verdict]:
+    """How long the joint runs on by itself."""
+    b = s.table.viscous_nms_rad
+    if b == 0:
+        return []
+    return _judge(
+        s,
+        "mechanical time constant",
+        s.table.inertia_kgm2 / b,
+        "s",
+        TIME_CONSTANT_S,
+        "inertia_kgm2 over viscous_nms_rad",
+        f"viscous_nms_rad: {b:g} is meant in N m s/rad at the link, guaranteed (friction without its dry part), inertia_kgm2 in "
+        "kg m^2",
+    )
+
+
+def viscous_torque(s: Subject) -> list[Verdict]:
+    """What the guaranteed damping alone would take at full speed."""
+    b = s.table.viscous_nms_rad
+    if b == 0:
+        return []
+    return _judge(
+        s,
+        "viscous torque at the velocity limit",
+        b * s.table.velocity_limit_rad_s / s.table.torque_limit_nm,
+        "",
+        VISCOUS_SHARE,
+        "viscous_nms_rad times velocity_limit_rad_s, as a share of torque_limit_nm",
+        f"viscous_nms_rad: {b:g} is meant in N m s/rad at the link; velocity_limit_rad_s in rad/s",
+    )

@@ -1,0 +1,40 @@
+"""The commands of `rtctl`: where each of them is, so that only the one that is asked for is imported."""
+
+from __future__ import annotations
+
+COMMANDS: dict[str, str] = {
+    "demo": "rtctl.cli.demo",
+    "init": "rtctl.cli.init",
+    "run": "rtctl.cli.run",
+    "status": "rtctl.cli.operate:status",
+    "arm": "rtctl.cli.operate:arm",
+    "stop": "rtctl.cli.operate:stop",
+    "reset": "rtctl.cli.operate:reset",
+    "tare": "rtctl.cli.operate:tare",
+    "check": "rtctl.cli.check",
+    "identify": "rtctl.cli.identify",
+    "fit": "rtctl.cli.fit",
+    "monitor": "rtctl.cli.monitor",
+    "record": "rtctl.cli.record",
+    "info": "rtctl.cli.info",
+    "export": "rtctl.cli.export",
+    "replay": "rtctl.cli.replay",
+    "plot": "rtctl.cli.plot",
+    "compare": "rtctl.cli.plot:compare",
+    "events": "rtctl.cli.events",
+    "incident": "rtctl.cli.incident",
+    "playback": "rtctl.cli.playback",
+    "probe": "rtctl.cli.probe",
+    "stop-rig": "rtctl.cli.stop_rig",
+    "doctor": "rtctl.cli.doctor",
+    "schema": "rtctl.cli.schema",
+    "keys": "rtctl.cli.keys",
+    "bench": "rtctl.cli.bench",
+    "experiment": "rtctl.cli.experiment",
+    "campaign": "rtctl.cli.campaign",
+    "service": "rtctl.cli.service",
+    "view": "rtctl.cli.view",
+    "world": "rtctl.cli.view:world",
+    "completion": "rtctl.cli.completion",
+}
+"""Command name -> the module whose `command` it is, or `module:name`."""

@@ -1,0 +1,1 @@
+"""Who gets in: sockets, keys, groups, and what a crowd may take."""

@@ -1,0 +1,1 @@
+"""What clients ask for, and what becomes of it: requests, lease, targets."""

@@ -1,0 +1,105 @@
+"""The table of operations: what a client may ask, who may, and the keys, types and bounds of each.
+
+The decoder (`messages`), the handlers (`requests`), `hello` and the document all follow this table.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from rtctl.control.environments.table import NAMES, PARAMETERS, meaning
+from rtctl.wire.protocol import ROLES
+
+Role = Literal["observer", "renderer", "operator"]
+
+
+@dataclass(frozen=True)
+class Key:
+    """One key of a request, with what it may hold.
+
+    kind `number`: one finite number; `numbers`: one per axis of the rig; `axis`: an axis' name or index;
+    `choice`: one of `choices`; `lease`: the text that `lease` gave. Bounds are fixed (`low`, `high`), or the axis' own when `low` is None.
+    """
+
+    name: str
+    kind: Literal["number", "numbers", "axis", "choice", "lease"]
+    meaning: str
+    required: bool = False
+    low: float | None = None
+    high: float | None = None
+    choices: tuple[str | int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Operation:
+    """One operation: its keys besides `id`, `op` and `epoch`, and whether `epoch` must be given.
+
+    `role` is the least a client must be.
+    """
+
+    meaning: str
+    role: Role
+    keys: tuple[Key, ...] = ()
+    needs_epoch: bool = False
+
+
+def allowed(op: str, role: str) -> bool:
+    """Whether a client of this role may ask for this operation."""
+    return ROLES.index(role) >= ROLES.index(OPERATIONS[op].role)
+
+
+_AXIS = Key("axis", "axis", "the axis, by name or index", required=True)
+_LEASE = Key("lease", "lease", "the text the operation `lease` gave", required=True)
+_HELD = Key("lease", "lease", "the lease that is held already: renews it")
+
+OPERATIONS: dict[str, Operation] = {
+    "hello": Operation("protocol, rig, axes, rate, endpoints, bounds", "observer"),
+    "status": Operation("state, epoch, faults, newest measurements, command in force", "observer"),
+    "schema": Operation("JSON Schema of the tick record", "observer"),
+    "arm": Operation("enable the actuator: IDLE to ARMING to ACTIVE", "operator", needs_epoch=True),
+    "stop": Operation("ramp the torque to zero and disable; never refused", "observer"),
+    "reset": Operation("leave FAULT or ESTOP once its cause is gone", "operator"),
+    "tare": Operation("take the present force reading as zero", "operator"),
+    "lease": Operation(
+        "be the one who moves the proxy, until stopped, released or silent",
+        "renderer",
+        (_HELD,),
+        needs_epoch=True,
+    ),
+    "release": Operation("give the lease back", "renderer", (_LEASE,)),
+    "environment": Operation(
+        "virtual environment of one axis; keys left out keep their value",
+        "renderer",
+        (
+            _AXIS,
+            Key("kind", "choice", "kind of environment", required=True, choices=NAMES),
+            *(
+                Key(one.name, "choice", meaning(one), choices=(-1, 1))
+                if one.sign
+                else Key(one.name, "number", meaning(one))
+                for one in PARAMETERS
+            ),
+            Key("lease", "lease", "needed by a renderer, who changes what it moves; not by an operator"),
+        ),
+    ),
+    "target": Operation(
+        "proxy of the axes whose environment is remote",
+        "renderer",
+        (
+            _LEASE,
+            Key("position_rad", "numbers", "proxy position of every axis", required=True),
+            Key("velocity_rad_s", "numbers", "proxy velocity of every axis; 0 when left out"),
+        ),
+        needs_epoch=True,
+    ),
+    "compensation": Operation(
+        "share of the configured friction feed-forward",
+        "operator",
+        (
+            Key("axis", "axis", "the axis, by name or index; all when left out"),
+            Key("share", "number", "0 is off, 1 as configured", required=True, low=0.0, high=1.0),
+        ),
+    ),
+}
+"""Every operation a client may ask for."""

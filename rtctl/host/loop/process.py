@@ -1,0 +1,206 @@
+"""Starting, watching and ending the loop process. The host's only handle on it besides shared memory."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import asdict
+from typing import IO, Any, cast
+
+import numpy as np
+
+from rtctl.errors import DeviceError, LoopDiedError, RealtimeError
+from rtctl.rig_file.config import LoadedConfig
+from rtctl.rt.birth import OF_THE_TERMINAL
+from rtctl.rt.shared_memory import Memory
+
+OPEN_TIMEOUT_S = 20.0
+"""Longest excuse for a lost device that is being opened again: a CANopen drive is set up in seconds."""
+
+_FLAGS, _PF_EXITING = 5, 0x4
+"""Place of a task's flags in /proc/PID/stat, counted after its state, and the flag of a task that is ending."""
+
+_ERRORS = {"device": DeviceError, "realtime": RealtimeError}
+
+
+def is_dying(pid: int) -> bool:
+    """Whether a process is being taken apart by the kernel, has ended, or is gone.
+
+    Asked up to a thousand times in a second. Not through `Path`: it interns the parts of a name, and the
+    interpreter's table of interned strings keeps the place of each one it drops until it is full and doubled (1.9 MB).
+    """
+    try:
+        descriptor = os.open(f"/proc/{pid}/stat", os.O_RDONLY | os.O_CLOEXEC)
+    except (FileNotFoundError, ProcessLookupError):
+        return True
+    except OSError:  # no descriptors left: nothing is known
+        return False
+    try:
+        state, *rest = os.read(descriptor, 4096).decode("ascii", "replace").rpartition(")")[2].split()
+    except OSError:
+        return True
+    finally:
+        os.close(descriptor)
+    return state in "ZX" or bool(int(rest[_FLAGS]) & _PF_EXITING)
+
+
+class LoopProcess:
+    """The running loop: `messages()` drains what it said, `ended` holds its last word."""
+
+    def __init__(self, loaded: LoadedConfig, memory: Memory, lock_fd: int | None = None) -> None:
+        """Start it. It keeps `lock_fd` open: the rig's lock lasts as long as anybody drives the rig."""
+        config = loaded.config
+        rig = {
+            name: value.tolist() if isinstance(value, np.ndarray) else value
+            for name, value in asdict(config.hardware()).items()
+        }
+        order = {
+            "devices": [asdict(member) for member in loaded.members()],
+            "rig": rig,
+            "clock": config.loop.clock,
+            "realtime": config.loop.realtime,
+            "priority": config.loop.priority,
+            "cpu": config.loop.cpu,
+            "early_us": config.loop.early_us,
+        }
+        self.ended: dict[str, Any] | None = None
+        self.grants: list[dict[str, Any]] = []
+        self.ready = False
+        self._opening_until = 0.0
+        self._notes: list[str] = []
+        self._words: list[dict[str, Any]] = []
+        self.compile_s = 0.0
+        self._pending = b""
+        held = signal.pthread_sigmask(signal.SIG_BLOCK, OF_THE_TERMINAL)  # until it ignores them
+        try:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "rtctl.rt", str(memory.fd), str(os.getpid())],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                pass_fds=(memory.fd,) if lock_fd is None else (memory.fd, lock_fd),
+                env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
+            )
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, held)
+        stdin, self._stdout = self._process.stdin, cast("IO[bytes]", self._process.stdout)
+        assert stdin is not None
+        os.set_blocking(self._stdout.fileno(), False)
+        stdin.write((json.dumps(order) + "\n").encode())
+        stdin.close()
+
+    @property
+    def pid(self) -> int:
+        """Process id."""
+        return self._process.pid
+
+    @property
+    def opening(self) -> bool:
+        """Whether a lost device is being opened again: the loop makes no ticks, and no torque, meanwhile."""
+        return time.monotonic() < self._opening_until
+
+    def fileno(self) -> int:
+        """Descriptor that becomes readable when the loop says something or ends."""
+        return self._stdout.fileno()
+
+    def poll(self) -> bool:
+        """Take in what the loop has said. False once the process has ended and all it said is here."""
+        alive = self._process.poll() is None  # before reading: what it says and then ends is still read
+        while True:
+            try:
+                data = os.read(self._stdout.fileno(), 65536)
+            except BlockingIOError:
+                break
+            if not data:
+                break
+            self._pending += data
+        *lines, self._pending = self._pending.split(b"\n")
+        for line in lines:
+            self._hear(json.loads(line))
+        return alive
+
+    @property
+    def dying(self) -> bool:
+        """Whether the kernel is taking it apart, which lasts 10 to 40 ms before anybody is told of its end."""
+        return is_dying(self.pid)
+
+    def leave_it_its_core(self) -> None:
+        """Run on the other cores: a loop that dies is taken apart for 30 ms, at its priority and on its core."""
+        with contextlib.suppress(OSError):
+            taken = os.sched_getaffinity(self.pid)
+            others = os.sched_getaffinity(0) - taken
+            if len(taken) == 1 and others:
+                os.sched_setaffinity(0, others)
+
+    def _hear(self, message: dict[str, Any]) -> None:
+        if message["message"] == "ready":
+            self.ready, self.grants, self.compile_s = True, message["grants"], message["compile_s"]
+        elif message["message"] == "note":
+            self._notes.append(message["text"])
+        elif message["message"] == "words":
+            self._words.append(message)
+        elif message["message"] == "opening":
+            self._opening_until = time.monotonic() + OPEN_TIMEOUT_S if message["begun"] else 0.0
+        elif message["message"] == "ended":
+            self.ended = message
+
+    def take_notes(self) -> list[str]:
+        """What the loop has said about its devices since this was asked last."""
+        notes, self._notes = self._notes, []
+        return notes
+
+    def take_words(self) -> list[dict[str, Any]]:
+        """What the devices have said of themselves since this was asked last, oldest first (`rtctl.rt.speech`)."""
+        words, self._words = self._words, []
+        return words
+
+    @property
+    def left_torque(self) -> bool:
+        """After the end: it may not have stopped its devices."""
+        return self.ended is None or self.ended["reason"] == "error"
+
+    def raise_if_failed(self, aftermath: str = "check the device") -> None:
+        """After the end: raise the named error of what went wrong, or return when it was asked to end.
+
+        `aftermath` says what was done about the torque of a loop that died.
+        """
+        if self.ended is None:
+            code = self._process.poll()
+            raise LoopDiedError(
+                f"the loop process died without a word (exit status {code}); torque was on its own: {aftermath}"
+            )
+        if self.ended["reason"] not in ("shutdown", "cut"):
+            error = _ERRORS.get(self.ended["reason"], LoopDiedError)
+            raise error(f"{self.ended['reason']}: {self.ended['detail']}")
+
+    def terminate(self) -> None:
+        """Ask it to ramp down."""
+        self._process.terminate()
+
+    def cut(self) -> None:
+        """Have it drop the torque now. A signal of its own: two pending SIGTERMs would merge into one."""
+        self._process.send_signal(signal.SIGUSR1)
+
+    def kill(self) -> None:
+        """End it now, whatever it does."""
+        self._process.kill()
+
+    def wait(self, seconds: float) -> bool:
+        """Wait for its end. True when it has ended."""
+        try:
+            self._process.wait(seconds)
+        except subprocess.TimeoutExpired:
+            return False
+        self.poll()
+        return True
+
+    def close(self) -> None:
+        """Make sure it is gone and release the pipe."""
+        if self._process.poll() is None:
+            self._process.kill()
+            self._process.wait()
+        self._stdout.close()

@@ -1,0 +1,73 @@
+"""Makes a rig torque-free when nobody else does any more: through a fresh open of its actuators.
+
+The loop stops its devices on every way out but three: killed, crashed, stalled. Then the device's own time to
+live comes first; this comes second, from the supervisor and from `rtctl stop-rig` (systemd's ExecStopPost).
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+from hw import registry
+from hw.interface import Backend, BackendError
+from hw.rig import Member
+from hw.rig_words import subset
+from rtctl.rig_file.config import LoadedConfig
+
+
+@dataclass(frozen=True)
+class Stopped:
+    """What became of one actuator. `confirmed`: it was opened afresh and told to stop; else `detail` says why not."""
+
+    device: str
+    confirmed: bool
+    detail: str
+
+    def text(self) -> str:
+        """For a person."""
+        if self.confirmed:
+            return f"{self.device}: opened afresh and stopped"
+        return f"{self.device}: NOT CONFIRMED to be torque-free: {self.detail}"
+
+    def as_dict(self) -> dict[str, object]:
+        """For `--json`."""
+        return asdict(self)
+
+
+class SafeStop:
+    """The actuators of a rig, each behind a backend of its own; simulated devices have no torque to take away.
+
+    Making it imports and compiles what is needed, opening nothing, so that `now` is quick.
+    """
+
+    def __init__(self, loaded: LoadedConfig) -> None:
+        rig = loaded.config.hardware()
+        made: list[tuple[Member, Backend]] = [
+            (member, registry.create(member.kind, member.options, subset(rig, member.axes)))
+            for member in loaded.members()
+            if not registry.lookup(member.kind).simulated
+        ]
+        self._actuators = [(member.label, backend) for member, backend in made if backend.consumes]
+
+    def tell(self) -> None:
+        """Tell every actuator at once, as far as that works without opening it. Quick; never raises."""
+        for _, backend in self._actuators:
+            backend.stop()
+
+    def now(self) -> list[Stopped]:
+        """Stop every actuator. Never raises for a device; whoever else has it open is not asked.
+
+        All are told at once; then each is opened, which takes as long as its options allow, told again, and closed.
+        """
+        self.tell()
+        return [_stop_opened(label, backend) for label, backend in self._actuators]
+
+
+def _stop_opened(label: str, backend: Backend) -> Stopped:
+    try:
+        backend.open()
+    except BackendError as error:
+        return Stopped(label, confirmed=False, detail=str(error))
+    backend.stop()
+    backend.close()
+    return Stopped(label, confirmed=True, detail="")

@@ -1,0 +1,1 @@
+"""What the host keeps of a run: event log, incidents, recordings."""

@@ -1,0 +1,178 @@
+"""Keeps what happened: the event log, and the ticks around each incident. Written by a thread of its own.
+
+The host's poller hands over events and finished incidents through a bounded queue and never waits for
+the disk; what does not fit into the queue is counted. A full or missing disk breaks the log, not the run.
+"""
+
+from __future__ import annotations
+
+import os
+import queue
+import threading
+import time
+from contextlib import suppress
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rtctl.check import measured_timing as timing
+from rtctl.host.record.repeated_events import ChatterFilter
+from rtctl.host.telemetry.device_words import DeviceWords
+from rtctl.host.telemetry.events import EventDetector
+from rtctl.host.telemetry.rig_description import RigDescription
+from rtctl.host.telemetry.timing_watch import EVENT, timing_of
+from rtctl.recording.event_log import Event, EventLog
+from rtctl.recording.incident import FOLDER, Capture, Incident, write_incident
+
+QUEUE_ITEMS = 256
+END_S = 2.0
+"""Longest wait for the disk at the end of a run."""
+
+_Item = list[Event] | Incident | None
+
+
+class FlightRecorder:
+    """Event log and incidents of one run.
+
+    Parameters
+    ----------
+    folder
+        The rig's state folder (`rtctl.recording.state_folder`); made when it does not exist.
+    rig
+        Facts of the rig, with the session.
+    words
+        What the devices say.
+    """
+
+    def __init__(self, folder: Path, rig: RigDescription, words: DeviceWords | None = None) -> None:
+        self.folder = folder
+        self._rig = rig
+        self._about = {
+            "rig": rig.name,
+            "session": rig.session,
+            "version": rig.version,
+            "config_sha256": rig.config_sha256,
+            "rate_hz": rig.rate_hz,
+            "axes": [axis.name for axis in rig.axes],
+            "start_wall_ns": rig.start_wall_ns,
+        }
+        self._detector = EventDetector(rig, words)
+        self._chatter = ChatterFilter()
+        self._capture = Capture()
+        self._log = EventLog(folder)
+        self._queue: queue.Queue[_Item] = queue.Queue(QUEUE_ITEMS)
+        self._last: Event = {"tick": -1, "epoch": 0}
+        self._time_ns = 0 if rig.virtual else time.monotonic_ns()
+        self._crowded = self._incidents = self._incidents_lost = 0
+        self._incident_error: str | None = None
+        self._put([self._event("started", pid=os.getpid(), **self._about)])
+        self._thread = threading.Thread(target=self._work, name="flight-recorder", daemon=True)
+        self._thread.start()
+
+    def observe(self, rows: np.ndarray) -> list[Event]:
+        """Take the next ticks, in order; returns their events. Never waits."""
+        if len(rows) == 0:
+            return []
+        events = self._chatter(self._detector.detect(rows))
+        self._time_ns = int(rows["time_ns"][-1])
+        self._last = {"tick": int(rows["tick"][-1]), "epoch": int(rows["epoch"][-1])}
+        self._put(events)
+        for incident in self._capture.feed(rows, events):
+            self._put(incident)
+        return events
+
+    def status(self) -> dict[str, Any]:
+        """How the log is doing, for `health` and the closing summary.
+
+        `broken` is None, or why events or incidents could last not be written.
+        """
+        return {
+            "folder": str(self.folder),
+            "broken": self.broken,
+            "written": self._log.written,
+            "dropped": self._log.dropped + self._crowded,
+            "incidents": self._incidents,
+            "incidents_lost": self._incidents_lost,
+        }
+
+    @property
+    def broken(self) -> str | None:
+        """Why events or incidents could last not be written."""
+        return self._log.broken or self._incident_error
+
+    def close(self, error: BaseException | None = None) -> None:
+        """Write what is left and end; `error` is why the run ended, when it did not end by itself. Idempotent."""
+        if not self._thread.is_alive():
+            return
+        cause = "" if error is None else f"{type(error).__name__}: {error}".rstrip(": ")
+        ended = self._event("ended", cause=cause)
+        died = None if error is None or isinstance(error, KeyboardInterrupt) else ended
+        for incident in self._capture.flush(died):
+            self._put(incident)
+        self._put([{**self._event(""), **rest} for rest in self._chatter.flush()])
+        self._put([ended])
+        try:
+            self._queue.put(None, timeout=END_S)
+        except queue.Full:
+            return  # a disk that hangs: the thread ends with the process
+        self._thread.join(END_S)
+
+    def _event(self, kind: str, **more: Any) -> Event:  # noqa: ANN401
+        return {
+            "timestamp": (self._time_ns + self._rig.start_wall_ns) * 1e-9,
+            "monotonic_s": self._time_ns * 1e-9,
+            "session": self._rig.session,
+            **self._last,
+            "event": kind,
+            **more,
+        }
+
+    def _put(self, item: list[Event] | Incident) -> None:
+        if not item:
+            return
+        try:
+            self._queue.put_nowait(item)
+        except queue.Full:
+            if isinstance(item, Incident):
+                self._incidents_lost += 1
+            else:
+                self._crowded += len(item)
+
+    def _work(self) -> None:
+        while (item := self._queue.get()) is not None:
+            if isinstance(item, Incident):
+                self._write(item)
+            else:
+                self._log.append(item)
+                self._keep_timing(item)
+        self._log.close()
+
+    def _keep_timing(self, events: list[Event]) -> None:
+        """What test pulses measured, for `rtctl check` and the next run; the log has it too when the disk fails."""
+        axes = {}
+        for event in events:
+            if event["event"] == EVENT:
+                date = datetime.fromtimestamp(event["timestamp"], UTC).isoformat(timespec="seconds")
+                found = timing_of(event, date)
+                if found is not None:
+                    axes[str(event["axis"])] = found
+        if axes:
+            with suppress(OSError):
+                timing.write(self.folder, self._rig.devices_sha256, axes)
+
+    def _write(self, incident: Incident) -> None:
+        incident.about = self._about
+        try:
+            path = write_incident(self.folder / FOLDER, incident)
+        except OSError as error:
+            self._incidents_lost += 1
+            self._incident_error = f"{self.folder / FOLDER}: {error.strerror or error}"
+            return
+        self._incidents += 1
+        self._incident_error = None
+        same = {
+            name: incident.trigger[name] for name in ("timestamp", "monotonic_s", "session", "tick", "epoch")
+        }
+        self._log.append([{**same, "event": "incident", "file": str(path), "ticks": len(incident.ticks)}])

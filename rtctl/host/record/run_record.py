@@ -1,0 +1,137 @@
+"""What the host keeps of a run: event log, incidents, commands in force, and a recording if the rig file asks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hw.outside import real
+from rtctl.host.record.command_trace import CommandTrace
+from rtctl.host.record.flight_recorder import FlightRecorder
+from rtctl.host.telemetry.device_words import DeviceWords
+from rtctl.host.telemetry.rig_description import RigDescription
+from rtctl.host.telemetry.samples import tick_columns
+from rtctl.host.telemetry.streams import Telemetry
+from rtctl.host.telemetry.veiled_leases import veil_leases
+from rtctl.recording.event_log import Event
+from rtctl.recording.law_arrays import LawArrays
+from rtctl.recording.parts import Limits
+from rtctl.recording.recorder import Recorder
+from rtctl.recording.setup import Setup
+from rtctl.recording.shadow import ShadowLaw
+from rtctl.recording.state_folder import state_folder
+from rtctl.rig_file.config import LoadedConfig
+from rtctl.rig_file.host_tables import RecordTable
+from rtctl.rt.shared_memory import CommandWriter
+
+
+class RunRecord:
+    """Hands every batch of ticks to those who keep it. Never waits for a disk (on a wall clock).
+
+    Parameters
+    ----------
+    arrays
+        The law's arrays at the start of the run.
+    record_to
+        Folder of a recording, whatever the rig file says; None: as it says.
+    words
+        What the devices say.
+    """
+
+    def __init__(
+        self,
+        loaded: LoadedConfig,
+        rig: RigDescription,
+        arrays: LawArrays,
+        writer: CommandWriter,
+        telemetry: Telemetry,
+        record_to: Path | None = None,
+        words: DeviceWords | None = None,
+    ) -> None:
+        self.rig = rig
+        self._telemetry = telemetry
+        self._trace = CommandTrace(writer, rig.n_axes)
+        self._shadow = ShadowLaw(arrays, rig.n_axes)
+        self._setup: dict[str, Any] = {}
+        self._table = RecordTable() if record_to is not None else loaded.config.record
+        self._folder = record_to or recording_folder(loaded)
+        self.flight = FlightRecorder(state_folder(rig.name), rig, words)
+        self.recorder: Recorder | None = None
+        telemetry.set_log(self.flight.status)
+
+    def begin(self, setup: Setup) -> None:
+        """Before the first batch: tell clients what they would record, and record if asked to."""
+        self._setup = setup.packed()
+        self._telemetry.set_setup(self._message)
+        if self._table is not None:
+            self.recorder = Recorder(self._folder, setup, limits(self._table), wait=self.rig.virtual)
+            self._telemetry.set_recording(self.recorder.status)
+
+    def keep(self, first_row: int, rows: np.ndarray) -> list[Event]:
+        """Log events, record ticks, tell clients of commands; before the ticks themselves are published.
+
+        `first_row` numbers the first tick among all the loop recorded. Returns the events of these ticks.
+        """
+        commands = self._trace.take(rows)
+        self._telemetry.publish_commands(commands)
+        events = self.flight.observe(rows)
+        if self.recorder is not None:
+            state = self._shadow.state() if self._shadow.next_row == first_row else None
+            self.recorder.observe(first_row, rows, events, commands, self._trace.lost, state)
+        self._shadow.follow(first_row, rows, commands)
+        return events
+
+    def _message(self) -> dict[str, Any]:
+        """For `rtctl/setup`: the setup, the command in force, and the law's state before the next tick."""
+        state, newest = self._shadow.state(), self._trace.newest
+        return {
+            **self._setup,
+            "command": tick_columns(veil_leases(newest, "target_lease")) if len(newest) else {},
+            "state": {} if state is None else tick_columns(veil_leases(state, "lease")),
+            "state_row": self._shadow.next_row,
+        }
+
+    def summary(self) -> dict[str, Any]:
+        """For the closing summary: `log`, `recording` (None without one), and whether the law gave all of it again."""
+        return {
+            "log": self.flight.status(),
+            "recording": None if self.recorder is None else self.recorder.status(),
+            "replayable": self._shadow.why or "yes",
+        }
+
+    def broken(self) -> dict[str, str | None]:
+        """Why the disk refuses the event log or the recording, None for each that it takes."""
+        kept = {"event log": self.flight.broken}
+        if self.recorder is not None:
+            kept["recording"] = self.recorder.broken
+        return kept
+
+    def finish(self) -> None:
+        """After the last batch: let the disk take what is queued, so that the summary is final."""
+        if self.recorder is not None:
+            self.recorder.close("the run ended")
+
+    def close(self, error: BaseException | None = None) -> None:
+        """End everything. Idempotent."""
+        if self.recorder is not None:
+            self.recorder.close("" if error is None else f"{type(error).__name__}: {error}")
+        self.flight.close(error)
+
+
+def recording_folder(loaded: LoadedConfig) -> Path:
+    """Where the rig file wants recordings; without a word, the rig's state folder."""
+    table = loaded.config.record
+    if table is not None and table.folder:
+        return real(loaded.path.parent / table.folder)
+    return state_folder(loaded.config.rig.name) / "recordings"
+
+
+def limits(table: RecordTable) -> Limits:
+    """The table in bytes and seconds."""
+    return Limits(
+        file_bytes=round(table.file_mb * 1e6),
+        file_s=table.file_minutes * 60.0,
+        free_bytes=round(table.free_mb * 1e6),
+    )

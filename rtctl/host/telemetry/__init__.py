@@ -1,0 +1,1 @@
+"""What the host tells: samples, events, faults with where they come from, health."""

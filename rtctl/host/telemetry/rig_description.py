@@ -1,0 +1,166 @@
+"""The facts of a rig that its telemetry and its gateway tell clients, and the bounds they enforce."""
+
+from __future__ import annotations
+
+import secrets
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from rtctl import __version__
+from rtctl.check import measured_timing as timing
+from rtctl.control.environments.table import PARAMETERS
+from rtctl.friction import artefact
+from rtctl.rig_file.axis_tables import AxisTable
+from rtctl.rig_file.config import LoadedConfig
+
+Bounds = Mapping[str, tuple[float, float]]
+"""Key of a request -> lowest and highest value accepted."""
+
+SESSION = secrets.randbits(32)
+"""Random number of this run of the daemon; a client that sees it change knows of the restart."""
+
+
+BATCH_TICKS = 8
+"""Ticks of a telemetry message: a world that answers each message with a target is never near the 20 ticks of HOLD."""
+
+SHORTEST_BATCH_S, LONGEST_BATCH_S = 2e-3, 20e-3
+STATE_HZ = 100.0
+
+
+def pace(rate_hz: float, batch_ms: float | None, state_hz: float | None) -> tuple[float, float]:
+    """Seconds from one telemetry message to the next, and state samples a second, where the rig file leaves them out."""
+    batch_s = min(max(BATCH_TICKS / rate_hz, SHORTEST_BATCH_S), LONGEST_BATCH_S)
+    if batch_ms is not None:
+        batch_s = batch_ms * 1e-3
+    return batch_s, max(STATE_HZ, 1.0 / batch_s) if state_hz is None else state_hz
+
+
+@dataclass(frozen=True)
+class AxisDescription:
+    """One axis: its name and what a client may ask of it.
+
+    `trained_c` is the range of temperature its friction was learned at, degC: None without a model in use, or
+    one that does not say. `coupling` is the virtual coupling in force: stiffness_nm_rad, damping_nms_rad.
+    """
+
+    name: str
+    bounds: Bounds
+    trained_c: tuple[float, float] | None = None
+    coupling: Mapping[str, float] | None = None
+
+
+@dataclass(frozen=True)
+class DeviceDescription:
+    """One device: its label, the axes it serves (numbers), and those of its channels the rig uses."""
+
+    label: str
+    axes: tuple[int, ...]
+    channels: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class RigDescription:
+    """One rig.
+
+    Attributes
+    ----------
+    virtual
+        True when the loop runs on a virtual clock: `time_ns` is then no CLOCK_MONOTONIC time.
+    session
+        See `SESSION`.
+    start_wall_ns
+        Wall-clock time minus the loop's clock, ns: add it to `time_ns` for a time stamp. Taken once, so a
+        step of the wall clock never makes time stamps jump.
+    devices
+        In the order of the rig file.
+    params
+        The law's parameters, shape (1,), by which a fault is laid at an axis; None: they are not known.
+    """
+
+    name: str
+    axes: tuple[AxisDescription, ...]
+    rate_hz: float
+    state_hz: float = 100.0
+    batch_s: float = 0.02
+    virtual: bool = False
+    config_sha256: str = ""
+    devices_sha256: str = ""
+    version: str = __version__
+    session: int = SESSION
+    start_wall_ns: int = -1
+    devices: tuple[DeviceDescription, ...] = ()
+    params: np.ndarray | None = field(default=None, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.start_wall_ns < 0:
+            clock_ns = 0 if self.virtual else time.monotonic_ns()
+            object.__setattr__(self, "start_wall_ns", time.time_ns() - clock_ns)
+
+    @property
+    def n_axes(self) -> int:
+        """Number of axes."""
+        return len(self.axes)
+
+
+def describe(rig: LoadedConfig | RigDescription) -> RigDescription:
+    """The description of a rig from its file; one that is a description already is returned as it is."""
+    if isinstance(rig, RigDescription):
+        return rig
+    loaded, config = rig, rig.config
+    batch_s, state_hz = pace(config.loop.rate_hz, config.telemetry.batch_ms, config.telemetry.state_hz)
+    return RigDescription(
+        name=config.rig.name,
+        axes=tuple(
+            AxisDescription(
+                axis.name,
+                _bounds(axis),
+                _trained_c(loaded, axis),
+                {
+                    "stiffness_nm_rad": axis.coupling.stiffness_nm_rad,
+                    "damping_nms_rad": axis.coupling.damping_nms_rad,
+                },
+            )
+            for axis in config.axis
+        ),
+        rate_hz=config.loop.rate_hz,
+        state_hz=state_hz,
+        batch_s=batch_s,
+        virtual=config.loop.clock == "virtual",
+        config_sha256=loaded.sha256,
+        devices_sha256=timing.devices_sha256(loaded),
+    )
+
+
+def describe_run(loaded: LoadedConfig, params: np.ndarray) -> RigDescription:
+    """The description of a rig that is about to run, with all that tells where a fault comes from.
+
+    `params` are the law's, shape (1,).
+    """
+    devices = tuple(
+        DeviceDescription(member.label, member.axes, member.channels) for member in loaded.members()
+    )
+    return replace(describe(loaded), devices=devices, params=params)
+
+
+def _trained_c(loaded: LoadedConfig, axis: AxisTable) -> tuple[float, float] | None:
+    path = loaded.model_path(axis)
+    if path is None or axis.friction.policy == "off":
+        return None
+    model = artefact.load(path)
+    low, high = model.temperature_min_c, model.temperature_max_c
+    # 0 throughout: a rig without a sensor (files of the first versions)
+    return (low, high) if low is not None and high is not None and (low or high) else None
+
+
+def _bounds(axis: AxisTable) -> dict[str, tuple[float, float]]:
+    """What a client may ask: the bounds of the rig file's own [axis.environment], and the axis' travel."""
+    travel = (axis.position_min_rad, axis.position_max_rad)
+    speed = axis.velocity_limit_rad_s
+    return {
+        **{one.name: (one.low, one.high) for one in PARAMETERS if not one.sign},
+        "position_rad": travel,
+        "velocity_rad_s": (-speed, speed),
+    }

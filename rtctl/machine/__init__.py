@@ -1,0 +1,1 @@
+"""What rtctl needs of this machine: `rtctl doctor`, `rtctl probe`, and the systemd service."""

@@ -1,0 +1,241 @@
+"""What friction compensation would have done to a recorded interaction, as figures.
+
+A model is learned from one recording and judged on another. With ``tau_h`` the torque of the hand and
+``tau_ff`` the feed-forward (both positive when they accelerate the joint), the same motion under
+compensation would have needed ``tau_h - tau_ff`` from the hand: that is *what is left*. It assumes that
+the hand would have moved as it did. `J a` is the part of it that accelerates the joint, which no friction
+model can take away.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from hw.interface import Rig
+from rtctl.control.vocabulary import State
+from rtctl.errors import DataError
+from rtctl.friction.learn.fit import fit_points
+from rtctl.friction.logs.dynamics import (
+    CUTOFF_HZ,
+    SPEED_MIN_RAD_S,
+    AxisLog,
+    Dynamics,
+    differentiate,
+    regress,
+    smooth,
+)
+from rtctl.friction.logs.log_input import of_file
+from rtctl.friction.logs.logs import FrictionSamples, axis_log, friction_samples, level_points, pool
+from rtctl.friction.model import FrictionModel
+from rtctl.friction.points.measured import FrictionPoints
+from rtctl.playback.run import load_log
+
+EPSILON_NM = 0.001
+"""Default tube, N m: a friction of a few hundredths of a newton metre would vanish in a wider one."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How friction is taken out of a log.
+
+    `inertia_kgm2` None: by regression, in each log for itself. `bias` "midpoint": see `friction_samples`.
+    `train_share` below 1 trains on the first part of each log's time and holds the rest out.
+    """
+
+    inertia_kgm2: float | None = None
+    bias: Literal["midpoint", "zero"] = "midpoint"
+    cutoff_hz: float = CUTOFF_HZ
+    speed_min_rad_s: float = SPEED_MIN_RAD_S
+    epsilon_nm: float = EPSILON_NM
+    train_share: float = 1.0
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One log with its dynamics, the inertia and bias taken, and its friction samples."""
+
+    log: AxisLog
+    dynamics: Dynamics
+    inertia_kgm2: float
+    bias_nm: float
+    samples: FrictionSamples
+
+    def summary(self) -> dict[str, Any]:
+        """Plain figures for the report."""
+        return {
+            "file": self.log.source,
+            "regression": {**asdict(self.dynamics), "coulomb_nm": self.dynamics.coulomb_nm},
+            "inertia_kgm2": self.inertia_kgm2,
+            "bias_nm": self.bias_nm,
+            "samples": len(self.samples.time_s),
+        }
+
+
+@dataclass(frozen=True)
+class Learned:
+    """A model with the logs it comes from, the points it saw, and the samples held out of it (or None)."""
+
+    model: FrictionModel
+    symmetric: FrictionModel
+    logs: tuple[Judged, ...]
+    points: FrictionPoints
+    held_out: FrictionSamples | None
+
+
+def judge(options: Mapping[str, Any], rig: Rig, settings: Settings) -> Judged:
+    """Read a log and take the friction out of its first axis."""
+    log = axis_log(load_log(options, rig), rig)
+    dynamics = regress(differentiate(log, settings.cutoff_hz), settings.speed_min_rad_s, log.source)
+    inertia = dynamics.inertia_kgm2 if settings.inertia_kgm2 is None else settings.inertia_kgm2
+    if not inertia > 0:
+        raise DataError(
+            f"{log.source}: the regression gives inertia {inertia:.3g} kg m^2: "
+            "turn the sign of the torque (scale = -1), or give the inertia"
+        )
+    bias = dynamics.midpoint_nm if settings.bias == "midpoint" else 0.0
+    samples = friction_samples(
+        log, inertia, bias_nm=bias, cutoff_hz=settings.cutoff_hz, speed_min_rad_s=settings.speed_min_rad_s
+    )
+    return Judged(log, dynamics, inertia, bias, samples)
+
+
+def learn(
+    files: Sequence[Path], options: Mapping[str, Any], rig: Rig, settings: Settings, rig_name: str
+) -> Learned:
+    """Learn a model from one or more logs that share the columns of `options`.
+
+    Raises
+    ------
+    ConfigError, DeviceError, DataError
+        A missing file, an unusable log, or a fit that fails.
+    """
+    logs = tuple(judge(of_file(options, file), rig, settings) for file in files)
+    seen, held = [], []
+    for each in logs:
+        end = settings.train_share * len(each.log.position_rad) / each.log.rate_hz
+        seen.append(each.samples.between(0.0, end) if settings.train_share < 1 else each.samples)
+        held.append(each.samples.between(end, np.inf))
+    points = level_points(pool(seen))
+    return Learned(
+        model=fit_points(points, rig=rig_name, epsilon_nm=settings.epsilon_nm),
+        symmetric=fit_points(mirrored(points), rig=rig_name, epsilon_nm=settings.epsilon_nm),
+        logs=logs,
+        points=points,
+        held_out=pool(held) if settings.train_share < 1 else None,
+    )
+
+
+def mirrored(points: FrictionPoints) -> FrictionPoints:
+    """Each point in both directions: what a learner sees that takes friction for symmetric."""
+    speed, one = np.abs(points.velocity_rad_s), np.ones(len(points.count))
+    return replace(
+        points,
+        velocity_rad_s=np.concatenate([speed, -speed]),
+        friction_nm=np.tile(points.friction_nm, 2),
+        direction=np.concatenate([one, -one]),
+        std_nm=np.tile(points.std_nm, 2),
+        count=np.tile(points.count, 2),
+        columns={name: np.tile(column, 2) for name, column in points.columns.items()},
+    )
+
+
+def rms(values: np.ndarray) -> float:
+    """Root of the mean square; NaN for no values."""
+    return float(np.sqrt(np.mean(values**2))) if len(values) else float("nan")
+
+
+def prediction(learned: Learned, samples: FrictionSamples) -> dict[str, Any]:
+    """How well the models predict friction samples they have not seen, N m RMS."""
+    v, friction = samples.velocity_rad_s, samples.friction_nm
+    error = friction - np.sign(v) * learned.model.magnitude(v)
+    return {
+        "samples": len(v),
+        "friction_rms_nm": rms(friction),
+        "rmse_nm": rms(error),
+        "rmse_forward_nm": rms(error[v > 0]),
+        "rmse_backward_nm": rms(error[v < 0]),
+        "rmse_symmetric_nm": rms(friction - np.sign(v) * learned.symmetric.magnitude(v)),
+        "in_range_share": in_range_share(learned.model, v),
+    }
+
+
+def in_range_share(model: FrictionModel, velocity_rad_s: np.ndarray) -> float:
+    """Share of samples not faster than what the model was trained on, in their direction."""
+    forward, backward = (branch.speed_max_rad_s for branch in model.branches)
+    inside = np.abs(velocity_rad_s) <= np.where(velocity_rad_s >= 0, forward, backward)
+    return float(inside.mean()) if len(inside) else float("nan")
+
+
+@dataclass(frozen=True)
+class Trace:
+    """Signals of axis 0 over the counted ticks of a run: full authority, away from the filter's ends."""
+
+    time_s: np.ndarray
+    velocity_rad_s: np.ndarray
+    hand_nm: np.ndarray
+    feedforward_nm: np.ndarray
+    inertial_nm: np.ndarray
+
+    @property
+    def left_nm(self) -> np.ndarray:
+        """Torque the hand would have needed for the same motion under compensation."""
+        return np.asarray(self.hand_nm - self.feedforward_nm)
+
+
+def trace(rows: np.ndarray, rate_hz: float, inertia_kgm2: float, cutoff_hz: float) -> Trace:
+    """Signals of a run with J a from the recorded motion without delay.
+
+    Raises
+    ------
+    DataError
+        No tick with full authority.
+    """
+    fresh = rows[rows["sample_age_ticks"] == 0]
+    position = smooth(fresh["position_rad"][:, 0], rate_hz, cutoff_hz)
+    velocity = np.gradient(position, 1.0 / rate_hz)
+    inertial = inertia_kgm2 * np.gradient(velocity, 1.0 / rate_hz)
+    counted = (fresh["state"] == State.ACTIVE) & (fresh["authority"] >= 1.0)
+    edge = round(rate_hz / cutoff_hz)
+    counted[:edge] = counted[len(counted) - edge :] = False
+    if not counted.any():
+        raise DataError("no tick had full authority: arming and soft start outlast the log; use a longer one")
+    return Trace(
+        time_s=(fresh["sample_count"][counted] - 1) / rate_hz,
+        velocity_rad_s=velocity[counted],
+        hand_nm=fresh["hand_torque_nm"][counted, 0],
+        feedforward_nm=fresh["feedforward_torque_nm"][counted, 0],
+        inertial_nm=inertial[counted],
+    )
+
+
+def interaction(signals: Trace, speed_min_rad_s: float) -> dict[str, Any]:
+    """RMS of what the hand felt, of the feed-forward and of what is left, in all and by direction."""
+    v = signals.velocity_rad_s
+    parts = {
+        "all": np.ones(len(v), dtype=bool),
+        "forward": v >= speed_min_rad_s,
+        "backward": v <= -speed_min_rad_s,
+        "slow": np.abs(v) < speed_min_rad_s,
+    }
+    return {name: _part(signals, chosen) for name, chosen in parts.items()}
+
+
+def _part(signals: Trace, chosen: np.ndarray) -> dict[str, float]:
+    hand, left = signals.hand_nm[chosen], signals.left_nm[chosen]
+    inertial = signals.inertial_nm[chosen]
+    felt = rms(hand)
+    return {
+        "share": float(chosen.mean()),
+        "hand_rms_nm": felt,
+        "feedforward_rms_nm": rms(signals.feedforward_nm[chosen]),
+        "left_rms_nm": rms(left),
+        "reduction": 1.0 - rms(left) / felt if felt > 0 else float("nan"),
+        "inertia_rms_nm": rms(inertial),
+        "friction_rms_nm": rms(hand - inertial),
+        "friction_left_rms_nm": rms(left - inertial),
+    }

@@ -1,0 +1,117 @@
+"""Which layout the ticks of a file have: by its schema, or where that is damaged, by what this version writes."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtctl.errors import DataError
+from rtctl.recording import json_ticks, tick_cdr
+from rtctl.recording.mcap_scan import Chunk, Contents, channel_of
+from rtctl.recording.topics import TICK
+from rtctl.tick import tick_dtype
+from rtctl.wire.protocol import MOST_AXES
+
+_OLD_SCHEMA = "rtctl.tick"
+
+
+@dataclass(frozen=True)
+class TickLayout:
+    """How ticks stand in a file.
+
+    Attributes
+    ----------
+    words
+        Dtype of a message; None where ticks are JSON, as before version 0.2.
+    fields
+        Names of the fields.
+    """
+
+    words: np.dtype[np.void] | None
+    fields: tuple[str, ...]
+
+    @property
+    def missing(self) -> list[str]:
+        """Tick fields of this version that the file lacks."""
+        return [field.name for field in tick_cdr.RECORDED if field.name not in self.fields]
+
+    def decode(self, chunk: Chunk, contents: Contents, n_axes: int) -> np.ndarray:
+        """The ticks of a chunk. Raises DataError for what is no tick of this layout."""
+        if self.words is None:
+            raws = [
+                data
+                for k, topic in contents.topics.items()
+                if topic == json_ticks.RAW_TOPIC
+                for data in chunk.texts(k)
+            ]
+            return json_ticks.decode(chunk.texts(channel_of(TICK, chunk, contents)), raws, n_axes)
+        ticks = chunk.of(channel_of(TICK, chunk, contents))
+        starts, ends = np.ascontiguousarray(ticks[:, 3]), np.ascontiguousarray(ticks[:, 4])
+        return tick_cdr.decode(chunk.records, starts, ends, self.words, n_axes)
+
+
+def axes_in(contents: Contents, chunk: Chunk | None) -> int:
+    """Number of axes by schema and first tick, without the facts; 0 where they do not say."""
+    tick = _first_tick(contents, chunk)
+    if _is_old(contents, tick):
+        return json_ticks.axes_of(tick)
+    own = [k for k in range(1, MOST_AXES + 1) if tick_cdr.own_layout(k).itemsize == len(tick)]
+    if own:
+        return own[0]
+    try:
+        return tick_cdr.axes_of(tick_cdr.layout_of(_schema(contents)))
+    except DataError:
+        return 0
+
+
+def layout_in(
+    contents: Contents, told: Mapping[str, str], chunk: Chunk | None, n_axes: int
+) -> tuple[TickLayout, str]:
+    """The layout of a file's ticks, and a note where its schema is damaged.
+
+    A schema that is not the one it was by its checksum is believed only where the ticks have not the length that this
+    version writes: one flipped bit in a name would otherwise take a field away.
+    """
+    tick = _first_tick(contents, chunk)
+    if _is_old(contents, tick):
+        return _old_layout(contents)
+    schema = _schema(contents)
+    own = tick_cdr.own_layout(n_axes)
+    whole = told.get("tick_schema_crc32") == str(zlib.crc32(schema))
+    note = "" if whole else "the schema of the ticks is damaged; it is taken for that of this version"
+    try:
+        found = tick_cdr.layout_of(schema)
+        if not whole and len(tick) == found.itemsize != own.itemsize:
+            note = "the schema of the ticks is not the one it was made with"
+        elif not whole:
+            found = own
+    except DataError:
+        found = own
+        note = "the schema of the ticks is damaged; it is taken for that of this version"
+    return TickLayout(found, (found.names or ())[1:]), note
+
+
+def _is_old(contents: Contents, tick: bytes) -> bool:
+    """Whether ticks are JSON: by the schema, or where that is lost by the first tick."""
+    known = contents.schemas.keys() & {_OLD_SCHEMA, tick_cdr.SCHEMA_NAME}
+    return _OLD_SCHEMA in known or (not known and tick[:1] == b"{")
+
+
+def _schema(contents: Contents) -> bytes:
+    return contents.schemas.get(tick_cdr.SCHEMA_NAME, ("", b""))[1]
+
+
+def _old_layout(contents: Contents) -> tuple[TickLayout, str]:
+    try:
+        return TickLayout(None, tuple(json_ticks.fields_of(contents.schemas[_OLD_SCHEMA][1]))), ""
+    except (DataError, KeyError):
+        note = "the schema is damaged; it is taken for that of this version"
+        return TickLayout(None, tick_dtype(1).names or ()), note
+
+
+def _first_tick(contents: Contents, chunk: Chunk | None) -> bytes:
+    texts = chunk.texts(channel_of(TICK, chunk, contents))[:1] if chunk is not None else []
+    return texts[0] if texts else b""

@@ -1,0 +1,1 @@
+"""The rig file: its tables, the devices it names, and how its mistakes are told."""

@@ -1,0 +1,269 @@
+"""The tables of a rig file: every key with its type, bounds, default and meaning.
+
+Those of the sensors, of friction and of the host are in `config_sensors`, `config_friction` and `config_host`.
+
+Every number has both bounds here, where it is read; unknown keys, NaN, infinities and strings in place of
+numbers are refused.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field, create_model, model_validator
+
+from hw.outside import whole
+from rtctl.control.environments.kind import Parameter
+from rtctl.control.environments.table import PARAMETERS, KindName, meaning
+from rtctl.rig_file.fields import Name, Table, Vector, number
+from rtctl.rig_file.friction_tables import ForceFeedbackTable, FrictionTable
+from rtctl.rig_file.sensor_tables import ForceTable, TemperatureTable, VelocityTable
+
+
+class RigTable(Table):
+    """[rig]"""
+
+    name: Name = Field(
+        description="rig name: lock file, telemetry, model files and service instance carry it"
+    )
+    description: str = Field("", max_length=200, description="what the rig is, in words")
+    absent: tuple[Literal["current", "force"], ...] = Field(
+        (),
+        strict=False,
+        description="sensors this rig does not have; their channels read 0 and what needs them does nothing",
+    )
+
+
+class LoopTable(Table):
+    """[loop]"""
+
+    rate_hz: float = number(100, 20_000, "control rate", default=1000.0)
+    clock: Literal["wall", "virtual"] = Field(
+        "wall", description="virtual: as fast as it can, simulated rigs only"
+    )
+    realtime: Literal["require", "prefer", "waive", "off"] = Field(
+        "prefer",
+        description="require: refuse to start without real-time rights; prefer: start, but a real rig does not "
+        "arm without them; waive: a real rig arms with a quarter of its torque; off: do not even ask, else as waive",
+    )
+    priority: int = number(1, 98, "SCHED_FIFO priority", default=80)
+    cpu: int = number(-1, 1023, "core of the loop; -1: the last core of the machine", default=-1)
+    early_us: Literal["auto"] | Annotated[float, Field(ge=0, le=4000)] = Field(
+        "auto",
+        description="time before each deadline that the loop is awake and looks at the clock: a sleeper is woken some tens of us late. "
+        "auto: as long as wake-ups take, at most 80; at most 40 % of the period; 0: never",
+    )
+    ring_s: float = number(8, 120, "seconds of ticks kept in shared memory", default=8.0)
+
+
+class CouplingTable(Table):
+    """[axis.coupling]"""
+
+    stiffness_nm_rad: float = number(0, 1e6, "k_c: spring of the virtual coupling", default=0.0)
+    damping_nms_rad: float = number(0, 1e4, "b_c: its damper", default=0.0)
+    delay_ticks: float = number(
+        0,
+        20,
+        "ticks from a sample to its torque at the motor, whole or not; `rtctl check` takes what the devices declare "
+        "or what was measured where that is more",
+        default=0.0,
+    )
+
+
+class DriveTable(Table):
+    """[axis.drive]: what lies between the torque sent and the link; what a device declares counts where it is worse"""
+
+    current_loop_hz: float = number(
+        0, 1e5, "bandwidth of the current loop, a first-order lag; 0: ideal, else at least 10", default=0.0
+    )
+    current_gain_error: float = number(
+        0.02, 0.9, "how far the measured current may be off what was sent, as a share of it", default=0.3
+    )
+    current_offset_share: float = number(
+        0.005, 1, "and how far beside that, as torque, share of torque_limit_nm", default=0.1
+    )
+    motor_share: float = number(
+        0,
+        1,
+        "share of the guaranteed damping and dry friction on the side of motor and encoder; below 1 the joint is "
+        "elastic, and the rest, beyond its spring, is the hand's to cancel",
+        default=1.0,
+    )
+    joint_damping_nms_rad: float = number(0, 1e3, "damping of an elastic joint itself", default=0.0)
+    encoder: Literal["motor", "link"] = Field(
+        "motor", description="side of an elastic joint that the encoder turns with; rigid: motor"
+    )
+
+    @model_validator(mode="after")
+    def _bandwidth(self) -> DriveTable:
+        if 0 < self.current_loop_hz < 10:
+            msg = f"current_loop_hz {self.current_loop_hz}: 0 for an ideal one, else at least 10"
+            raise ValueError(msg)
+        return self
+
+
+class MeasuredTable(Table):
+    """[axis.measured]: what was measured on this rig; `rtctl check` takes it where it is worse than what is declared"""
+
+    delay_ticks: float = number(0, 20, "delay from a sample to its torque", default=0.0)
+    jitter_ticks: float = number(0, 20, "how much shorter it is at times", default=0.0)
+    sample_ticks: int = number(1, 20, "ticks between two fresh samples, at worst", default=1)
+    current_loop_hz: float = number(0, 1e5, "bandwidth of the current loop; 0: not measured", default=0.0)
+
+
+def _of_environment(parameter: Parameter) -> Any:  # noqa: ANN401 - what pydantic makes a field of
+    """Type and field of a parameter, by the table of environments."""
+    text = meaning(parameter)
+    if parameter.sign:
+        return Annotated[Literal[-1, 1], BeforeValidator(whole)], Field(parameter.default, description=text)
+    return float, number(parameter.low, parameter.high, text, default=parameter.default)
+
+
+if TYPE_CHECKING:
+
+    class EnvironmentTable(Table):
+        """What is read by name."""
+
+        kind: str = "free"
+        stiffness_nm_rad: float = 0.0
+        center_rad: float = 0.0
+
+else:
+    EnvironmentTable = create_model(
+        "EnvironmentTable",
+        __base__=Table,
+        __module__=__name__,
+        __doc__="[axis.environment]: the environment at start; a client may change it later within these bounds.",
+        kind=(KindName, Field("free", description="remote: a renderer moves the proxy (docs/theory.md 3.1)")),
+        **{one.name: _of_environment(one) for one in PARAMETERS},
+    )
+
+
+class AxisTable(Table):
+    """[[axis]]"""
+
+    name: Name = Field(description="name of the axis in telemetry, tables and errors")
+    inertia_kgm2: float = number(1e-9, 1e3, "J: inertia at the link, motor and gear included")
+    viscous_nms_rad: float = number(0, 1e4, "b: guaranteed viscous damping at the link, amplifier as in use")
+    encoder_counts_per_rev: float = number(1, 1e9, "counts per turn of the link")
+    gear_ratio: float = number(1e-3, 1e4, "motor turns per link turn", default=1.0)
+    gear_efficiency: float = number(0.01, 1, "gearbox efficiency", default=1.0)
+    torque_constant_nm_a: float = number(1e-6, 1e3, "k_t of the motor")
+    lever_m: tuple[float, float, float] = Field(
+        strict=False,
+        description="joint torque = lever . tip force in sensor axes; each within -10 to 10, not all 0",
+    )
+    axis_direction: Vector = Field(
+        (0.0, 0.0, 0.0),
+        strict=False,
+        description="unit vector of the joint's axis in sensor axes, at position 0; for moments and carried_by",
+    )
+    torque_limit_nm: float = number(1e-6, 1e4, "largest torque ever sent, at the link")
+    torque_continuous_nm: float = number(
+        0, 1e4, "largest mean |torque| over 250 ms; 0: as torque_limit_nm", default=0.0
+    )
+    arming_share: float = number(
+        0, 0.05, "torque of the arming test, share of the limit; 0: no test", default=0.05
+    )
+    torque_rate_nm_s: float = number(1e-3, 1e7, "largest slope of the torque sent")
+    velocity_limit_rad_s: float = number(1e-3, 1e4, "v_max: above it the torque may only brake")
+    position_min_rad: float = number(-1e6, 1e6, "lower end of travel", default=-1e3)
+    position_max_rad: float = number(-1e6, 1e6, "upper end of travel", default=1e3)
+    current_limit_a: float = number(1e-3, 1e4, "range of the current sensor", default=100.0)
+    dry_friction_nm: float = number(
+        0,
+        1e3,
+        "dry friction the joint surely has where no model tells; against the encoder's steps",
+        default=0.0,
+    )
+    velocity: VelocityTable = VelocityTable()
+    force: ForceTable = ForceTable()
+    temperature: TemperatureTable = TemperatureTable()
+    coupling: CouplingTable = CouplingTable()
+    drive: DriveTable = DriveTable()
+    measured: MeasuredTable = MeasuredTable()
+    environment: EnvironmentTable = EnvironmentTable()
+    friction: FrictionTable = FrictionTable()
+    force_feedback: ForceFeedbackTable = ForceFeedbackTable()
+
+    @model_validator(mode="after")
+    def _pairs(self) -> AxisTable:
+        if self.position_min_rad >= self.position_max_rad:
+            msg = f"position_min_rad {self.position_min_rad} must be below position_max_rad {self.position_max_rad}"
+            raise ValueError(msg)
+        if self.torque_continuous_nm > self.torque_limit_nm:
+            msg = f"torque_continuous_nm {self.torque_continuous_nm} must not exceed torque_limit_nm {self.torque_limit_nm}"
+            raise ValueError(msg)
+        if self.velocity.device_tolerance_rad_s >= self.velocity_limit_rad_s:
+            msg = (
+                f"velocity.device_tolerance_rad_s {self.velocity.device_tolerance_rad_s} must be below "
+                f"velocity_limit_rad_s {self.velocity_limit_rad_s}: a joint that moves would pass for one at rest"
+            )
+            raise ValueError(msg)
+        if self.velocity.device == "use" and self.friction.policy == "sign":
+            msg = (
+                'friction.policy "sign" has no width around rest, where velocity.device = "use" would follow the '
+                'noise of the device: take another policy, or device = "check"'
+            )
+            raise ValueError(msg)
+        if any(abs(x) > 10 for x in self.lever_m) or not any((*self.lever_m, *self.axis_direction)):
+            msg = f"lever_m {self.lever_m}: needs a component other than 0, each within -10..10 m"
+            raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _direction(self) -> AxisTable:
+        if not any(self.axis_direction):
+            return self
+        length = math.hypot(*self.axis_direction)
+        if not 0.99 <= length <= 1.01:
+            msg = f"axis_direction {self.axis_direction} is {length:.3g} long: give a unit vector, such as [0, 0, 1]"
+            raise ValueError(msg)
+        along = sum(u * x for u, x in zip(self.axis_direction, self.lever_m, strict=True))
+        if abs(along) > 0.02 * math.hypot(*self.lever_m):
+            msg = (
+                f"axis_direction {self.axis_direction}, lever_m {self.lever_m}: a lever is axis x arm, so it is perpendicular to "
+                "the axis; one of the two is wrong"
+            )
+            raise ValueError(msg)
+        return self
+
+
+class PassivityTable(Table):
+    """[passivity]"""
+
+    budget_j: float = number(1e-6, 100, "deficit of a port before damping is injected", default=0.02)
+    bank_j: float = number(0, 100, "most energy a port may save up", default=0.02)
+    renderer_store_j: float = number(
+        0, 10, "most energy a renderer or a change of environment may put in at once", default=0.1
+    )
+    renderer_power_w: float = number(
+        0, 20, "most power a renderer or changes of environment may put in", default=1.0
+    )
+
+
+class DeviceTable(Table):
+    """[[device]]: together the devices provide every channel once and take the command of every axis once."""
+
+    kind: Name = Field(description="backend: mock, playback, or an installed one")
+    name: Name | None = Field(None, description="names the device in errors; default: its kind")
+    axes: tuple[Name, ...] = Field(
+        (), strict=False, description="axes it serves, in its own order; empty: all"
+    )
+    channels: tuple[str, ...] = Field(
+        (), strict=False, description="channels the rig uses of those it has; empty: all"
+    )
+    rate_hz: float | None = Field(
+        None, ge=1, le=100_000, description="rate of a free-running sensor; default: a sample in every cycle"
+    )
+    max_age_ticks: int | None = Field(
+        None,
+        ge=0,
+        le=10_000,
+        description="oldest sample that counts as fresh; default: 0, or loop rate over rate_hz, rounded up",
+    )
+    budget_us: float | None = Field(
+        None, ge=5, le=5000, description="time its reading may take; default: its share of 40 % of the period"
+    )
+    options: dict[str, Any] = Field(default_factory=dict, description="the backend's own options")

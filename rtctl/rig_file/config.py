@@ -1,0 +1,323 @@
+"""The rig file: TOML, validated strictly, every fault reported at once.
+
+Only the host and the command line import this module; the loop process gets plain arrays (`rtctl.check.law_plan`).
+The tables and their bounds stand in `rtctl.rig_file.axis_tables` and the modules it names.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
+
+from hw import registry
+from hw.interface import BackendError, Rig
+from hw.outside import real, whole
+from hw.plain_words import Key
+from hw.rig import Member
+from rtctl.errors import ConfigError
+from rtctl.rig_file.axis_tables import AxisTable, DeviceTable, LoopTable, PassivityTable, RigTable
+from rtctl.rig_file.devices import Composition
+from rtctl.rig_file.fields import Table
+from rtctl.rig_file.host_tables import GatewayTable, RecordTable, TelemetryTable, ViewTable
+from rtctl.rig_file.mistakes import fault_lines, no_files, tiny_lines
+from rtctl.rig_file.sensor_tables import ForceSensorTable
+from rtctl.rig_file.toml_lines import read_toml
+from rtctl.wire.protocol import MOST_AXES
+
+
+def _or_switch(schema: dict[str, Any]) -> None:
+    """In the JSON Schema: `true` and `false` besides the table."""
+    schema["anyOf"].insert(0, {"type": "boolean"})
+
+
+class Config(Table):
+    """A whole rig file."""
+
+    schema_version: Annotated[Literal[1], BeforeValidator(whole)] = Field(
+        1, alias="schema", description="version of the keys of this file"
+    )
+    rig: RigTable = Field(
+        description="a table [rig] with the rig's name; `rtctl init` copies a whole rig file"
+    )
+    loop: LoopTable = LoopTable()
+    axis: tuple[AxisTable, ...] = Field(
+        min_length=1, max_length=MOST_AXES, strict=False, description="a table [[axis]] for each axis"
+    )
+    force_sensor: ForceSensorTable = ForceSensorTable()
+    passivity: PassivityTable = PassivityTable()
+    device: tuple[DeviceTable, ...] = Field(
+        min_length=1, max_length=8, strict=False, description="a table [[device]] for each device"
+    )
+    telemetry: TelemetryTable = TelemetryTable()
+    gateway: GatewayTable = GatewayTable()
+    record: RecordTable | None = Field(None, json_schema_extra=_or_switch)
+    view: ViewTable | None = Field(None, json_schema_extra=_or_switch)
+
+    @field_validator("record", "view", mode="before")
+    @classmethod
+    def _switch(cls, value: object) -> object:
+        """`true` stands for a table of defaults, `false` for none."""
+        return {True: {}, False: None}[value] if isinstance(value, bool) else value
+
+    @model_validator(mode="after")
+    def _unique_axes(self) -> Config:
+        names = [axis.name for axis in self.axis]
+        if len(set(names)) != len(names):
+            msg = f"axis names must differ, not {names}"
+            raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _feedback_needs_force(self) -> Config:
+        for axis in self.axis:
+            if axis.force_feedback.gain > 0 and "force" in self.rig.absent:
+                msg = f"axis {axis.name}: force_feedback.gain {axis.force_feedback.gain} needs the force sensor that rig.absent rules out; set gain = 0"
+                raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _sensor_fits(self) -> Config:
+        sensor, names = self.force_sensor, [axis.name for axis in self.axis]
+        for name in sensor.carried_by:
+            if name not in names:
+                msg = f"force_sensor.carried_by: no axis is called {name!r}; there are {', '.join(names)}"
+                raise ValueError(msg)
+        for axis in self.axis:
+            if (sensor.moments or axis.name in sensor.carried_by) and not any(axis.axis_direction):
+                msg = f"axis {axis.name}: force_sensor needs its axis_direction, the unit vector of the joint's axis in sensor axes"
+                raise ValueError(msg)
+            if not sensor.moments and not any(axis.lever_m):
+                msg = f"axis {axis.name}: lever_m {axis.lever_m}: without force_sensor.moments it needs a component other than 0"
+                raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _ports_differ(self) -> Config:
+        first = self.gateway.port
+        taken = (
+            dict.fromkeys(range(first, first + 3), "gateway.port and the two after it")
+            if self.gateway.bind
+            else {}
+        )
+        for key, port in self._ports_for_viewers().items():
+            if port in taken:
+                msg = f"{key} {port} is taken by {taken[port]}; give another"
+                raise ValueError(msg)
+            taken[port] = key
+        return self
+
+    def _ports_for_viewers(self) -> dict[str, int]:
+        """Ports on 127.0.0.1 that are in use, by key."""
+        ports = (
+            {"telemetry.plotjuggler_port": self.telemetry.plotjuggler_port}
+            if self.telemetry.plotjuggler
+            else {}
+        )
+        return ports | ({} if self.view is None else {"view.port": self.view.port})
+
+    @property
+    def n_axes(self) -> int:
+        """Number of axes."""
+        return len(self.axis)
+
+    @property
+    def period_s(self) -> float:
+        """Loop period T, s."""
+        return 1.0 / self.loop.rate_hz
+
+    @property
+    def simulated(self) -> bool:
+        """True when no device of the rig has a real actuator."""
+        return all(registry.lookup(device.kind).simulated for device in self.device)
+
+    @property
+    def may_be_late(self) -> bool:
+        """True for a simulated rig on a laptop without real-time rights: it counts its late ticks and goes on, for nobody holds it."""
+        return self.simulated and self.loop.realtime != "require"
+
+    def hardware(self) -> Rig:
+        """The facts a backend needs."""
+        return Rig(
+            n_axes=self.n_axes,
+            period_s=self.period_s,
+            gear_ratio=np.array([axis.gear_ratio for axis in self.axis]),
+            gear_efficiency=np.array([axis.gear_efficiency for axis in self.axis]),
+            torque_constant_nm_a=np.array([axis.torque_constant_nm_a for axis in self.axis]),
+            encoder_counts_per_rev=np.array([axis.encoder_counts_per_rev for axis in self.axis]),
+            lever_m=np.array([axis.lever_m for axis in self.axis], dtype=float),
+            axis_direction=np.array([axis.axis_direction for axis in self.axis], dtype=float),
+        )
+
+    def composition(self, options: Sequence[Mapping[str, Any]]) -> Composition:
+        """The devices with their validated options, one of each."""
+        return Composition(
+            tables=self.device,
+            options=options,
+            axis_names=[axis.name for axis in self.axis],
+            absent=self.rig.absent,
+            hardware=self.hardware(),
+            clock=self.loop.clock,
+            velocity_axes=[i for i, axis in enumerate(self.axis) if axis.velocity.device != "record"],
+            moments=self.force_sensor.moments,
+        )
+
+
+class LoadedConfig(Table):
+    """A validated rig file with where it came from."""
+
+    model_config = ConfigDict(arbitrary_types_allowed=True, frozen=True)
+
+    path: Path
+    sha256: str
+    config: Config
+    options: dict[str, Any] = Field(
+        description="validated options of the first device, plain values, absolute paths"
+    )
+    more_options: tuple[dict[str, Any], ...] = Field((), description="those of the other devices, in order")
+
+    @property
+    def scripted_faults(self) -> int:
+        """How many faults are scripted into its simulated devices (docs/faults.md)."""
+        return sum(len(options.get("faults", ())) for options in (self.options, *self.more_options))
+
+    def members(self) -> tuple[Member, ...]:
+        """The devices as the loop process gets them."""
+        return self.config.composition((self.options, *self.more_options)).members()
+
+    def device_report(self) -> list[tuple[str, list[tuple[str, str, str]]]]:
+        """Per device that has something to tell (such as the load of its bus): label, figure, note of each line."""
+        told = []
+        for device, options in zip(self.config.device, (self.options, *self.more_options), strict=True):
+            model = registry.options_model(device.kind)
+            if hasattr(model, "report"):
+                valid = model.model_validate(options, context={"folder": self.path.parent})
+                told.append((device.kind, valid.report(self.config.loop.rate_hz)))
+        for wire in self.config.composition((self.options, *self.more_options)).shared_wires():
+            on = f"{' and '.join(wire.labels)} on {wire.interface} {wire.channel}"
+            told.append((on, wire.report(self.config.loop.rate_hz)))
+        return told
+
+    def keys_folder(self) -> Path | None:
+        """Absolute path of the folder of keys, or None where the rig is not reached by TCP."""
+        folder = self.config.gateway.curve_dir
+        return real(self.path.parent / folder) if folder else None
+
+    def model_path(self, axis: AxisTable) -> Path | None:
+        """Absolute path of an axis' friction model, or None."""
+        return real(self.path.parent / axis.friction.model) if axis.friction.model else None
+
+
+def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
+    """Read and validate a rig file.
+
+    Parameters
+    ----------
+    path
+        TOML file.
+    script
+        Schedule of faults (docs/faults.md) for its simulated device, in place of the rig file's own.
+
+    Raises
+    ------
+    ConfigError
+        Naming the file and, one line each, every key at fault, its value and its bound. Also when `script`
+        is given for a rig that is not simulated, or has no one device to take it.
+    """
+    path = real(path)
+    raw, data, where = read_toml(path)
+    faults = tiny_lines(where, data)
+    config: Config | None = None
+    try:
+        config = Config.model_validate(data)
+    except ValidationError as error:
+        faults += fault_lines(where, (), error, Config, data)
+    if script is not None and config is not None:
+        faults += _put_script(path, config, data, real(script))
+    options, more = _device_options(path, data, where)
+    faults += more
+    if config is not None and not faults:
+        faults += [f"{path}: {line}" for line in config.composition(options).faults()]
+    if config is None or faults:
+        raise ConfigError(f"{path}: {len(faults)} fault(s) in the rig file", tuple(faults))
+    digest = hashlib.sha256(raw).hexdigest()
+    return LoadedConfig(
+        path=path, sha256=digest, config=config, options=options[0], more_options=tuple(options[1:])
+    )
+
+
+def _device_options(
+    path: Path, data: dict[str, Any], where: Callable[[Key], str]
+) -> tuple[list[dict[str, Any]], list[str]]:
+    """Validate every device's options against its backend's own model."""
+    devices = data.get("device")
+    valid: list[dict[str, Any]] = []
+    faults: list[str] = []
+    for i, device in enumerate(devices if isinstance(devices, list) else []):
+        kind = device.get("kind") if isinstance(device, dict) else None
+        if not isinstance(kind, str):
+            continue  # the table's own fault
+        faults += no_files(where, ("device", i, "options"), path.parent, device)
+        try:
+            model = registry.options_model(kind)
+            context = {"folder": path.parent, **_facts(data, device)}
+            options = model.model_validate(device.get("options", {}), context=context)
+        except ValidationError as error:
+            key = ("device", i, "options")
+            faults += fault_lines(where, key, error, model, device.get("options", {}))
+        except BackendError as error:
+            faults.append(f"{where(('device', i, 'kind'))}: device[{i}].kind: {error}")
+        else:
+            valid.append(options.model_dump(mode="json"))
+    return valid, faults
+
+
+def _facts(data: dict[str, Any], device: dict[str, Any]) -> dict[str, Any]:
+    """What a device's options may be checked against, as far as the rig file has it."""
+    facts: dict[str, Any] = {}
+    axes = device.get("axes") or data.get("axis")
+    if isinstance(axes, list):
+        facts["n_axes"] = len(axes)
+    own_hz = device.get("rate_hz")
+    if isinstance(own_hz, int | float) and own_hz > 0:
+        facts["device_rate_hz"] = float(own_hz)
+    loop = data.get("loop", {})
+    if isinstance(loop, dict):
+        facts["clock"] = loop.get("clock")
+        rate_hz = loop.get("rate_hz", LoopTable().rate_hz)
+        if isinstance(rate_hz, int | float) and rate_hz > 0:
+            facts["rate_hz"] = float(rate_hz)
+    return facts
+
+
+def _put_script(path: Path, config: Config, data: dict[str, Any], script: Path) -> list[str]:
+    """Write the schedule into the options of the one device that takes one; or say why not."""
+    takers = []
+    for i, device in enumerate(config.device):
+        try:
+            simulated = registry.lookup(device.kind).simulated
+            takes = "faults" in registry.options_model(device.kind).model_fields
+        except BackendError:
+            return []  # told where its options are checked
+        if not simulated:
+            return [
+                f"{path}: device[{i}].kind: {device.kind!r} is no simulation: no faults are scripted into this rig"
+            ]
+        takers += [i] if takes else []
+    if len(takers) != 1:
+        remedy = "name the schedule in the options of one" if takers else "use a mock"
+        return [f"{path}: device: {len(takers)} devices take scripted faults; {remedy}"]
+    table = data["device"][takers[0]]
+    table["options"] = {**table.get("options", {}), "faults": str(script)}
+    return []

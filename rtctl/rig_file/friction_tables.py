@@ -1,0 +1,107 @@
+"""Tables of a rig file: how an axis is helped with its friction, and what the hand feels of the rest."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from rtctl.rig_file.fields import Table, number
+
+CAP_SHARE_MAX = 0.3
+"""Most of the torque limit that the feed-forward may take."""
+
+
+class ObserverTable(Table):
+    """[axis.friction.observer]: disturbance observer from the force sensor; off while gain is 0, or without a sensor"""
+
+    gain: float = number(0, 0.98, "share of what the feed-forward leaves that it compensates", default=0.9)
+    bandwidth_hz: float = number(
+        0, 200, "of its low-pass; too much rings on a stiff hand; 0: rate_hz/20, at most 20", default=0.0
+    )
+    deadband_nm: float = number(
+        0, 1e3, "friction left alone: more than the force sensor may be off after its tare", default=0.003
+    )
+
+    def bandwidth_at(self, rate_hz: float) -> float:
+        """Bandwidth in Hz of a loop of this rate."""
+        return self.bandwidth_hz or min(20.0, rate_hz / 20)
+
+
+class FrictionTable(Table):
+    """[axis.friction]"""
+
+    model: str = Field("", max_length=500, description="model file, relative to the rig file; empty: none")
+    policy: Literal[
+        "off",
+        "hybrid",
+        "sign",
+        "deadband",
+        "tanh",
+        "dither",
+        "intent",
+        "stop",
+        "stop_gated",
+        "observer",
+        "lugre",
+    ] = Field(
+        "hybrid",
+        description="what decides the direction of the feed-forward near rest (docs/theory.md 5.6)",
+    )
+    gain: float = number(0, 1, "kappa: share of Coulomb and Stribeck friction compensated", default=0.9)
+    viscous_gain: float = number(0, 1, "kappa_v: share of the viscous part compensated", default=0.0)
+    cap_share: float = number(
+        0, CAP_SHARE_MAX, "cap of the feed-forward, share of the torque limit", default=CAP_SHARE_MAX
+    )
+    tanh_rad_s: float = number(1e-4, 10, "speed scale of tanh", default=0.02)
+    blend_rad_s: float = number(
+        1e-4, 10, "hybrid: speed above which motion decides, not intent", default=0.05
+    )
+    deadband_rad_s: float = number(0, 10, "deadband policy: slower motion has no direction", default=0.01)
+    dither_hz: float = number(1, 1000, "dither policy: frequency", default=80.0)
+    intent_nm: float = number(
+        1e-5, 1e3, "hand torque at which intent saturates; 0.2 F_c is usual", default=0.05
+    )
+    intent_lowpass_hz: float = number(
+        0,
+        5000,
+        "low-pass of the hand's torque for the intent: the mass of a hand buzzes without; 0: rate_hz/20, at most 50",
+        default=0.0,
+    )
+    gate_deadband_nm: float = number(0, 1e3, "hand torque below which the gate stays shut", default=0.002)
+    gate_nm: float = number(
+        1e-5, 1e3, "hand torque that opens the gate fully; 0.1 F_c is usual", default=0.03
+    )
+    gate_lowpass_s: float = number(0, 1, "time constant of the gate", default=0.01)
+    presliding_rad: float = number(
+        0, 1, "F_s / sigma0: motion over which friction is a spring; 0: as the model says", default=0.0
+    )
+    stop_rad: float = number(
+        0,
+        1,
+        "hybrid, stop and lugre policies: length over which their direction turns; 0: the presliding length",
+        default=0.0,
+    )
+    drift_nm: float = number(0, 1e3, "how far friction may have drifted below the model", default=0.0)
+    observer: ObserverTable = ObserverTable()
+
+    def intent_lowpass_at(self, rate_hz: float) -> float:
+        """Low-pass of the intent in Hz of a loop of this rate."""
+        return self.intent_lowpass_hz or min(50.0, rate_hz / 20)
+
+
+class ForceFeedbackTable(Table):
+    """[axis.force_feedback]: off while gain is 0"""
+
+    gain: float = number(0, 20, "torque per torque the hand feels beyond the virtual force", default=0.0)
+    lowpass_hz: float = number(
+        0.1, 5000, "filter of that torque: its lag is negative damping in a stiff grip", default=200.0
+    )
+    deadband_nm: float = number(0, 1e3, "hand torque that is not fed back", default=0.002)
+    cap_share: float = number(0, CAP_SHARE_MAX, "its cap, share of the torque limit", default=CAP_SHARE_MAX)
+    share: float = number(
+        0,
+        0.98,
+        "most of what friction and spare damping surely take out, with the feed-forward",
+        default=0.95,
+    )

@@ -1,1 +1,0 @@
-"""The rig as a systemd service: what is installed where, and by which commands."""

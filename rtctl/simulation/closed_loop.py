@@ -1,0 +1,185 @@
+"""The control law and the simulated rig as one compiled loop: experiments far faster than real time.
+
+The loop is the same three steps as the real-time one (read, decide, write) on the same records, without
+clock, processes and network. Needs a rig file whose device is the mock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hw.fault_options import read_faults
+from hw.fault_script import fill_schedule
+from hw.mock.plant import next_slot, plant_read, plant_write
+from hw.mock.records import plant_records
+from rtctl.check.law_plan import Plan, build
+from rtctl.control import law
+from rtctl.control.jit import compiled, records
+from rtctl.control.records import state_dtype
+from rtctl.control.vocabulary import Fault, State
+from rtctl.errors import ConfigError, FaultError
+from rtctl.rig_file.config import LoadedConfig
+from rtctl.tick import new_ticks
+
+ARM_PATIENCE_S = 30.0
+"""How long `Simulation.arm` waits: ready takes half a second and the tare, plus any noise in between."""
+
+
+@compiled
+def simulate(
+    params: np.ndarray,
+    command: np.ndarray,
+    model: np.ndarray,
+    state: np.ndarray,
+    plant_params: np.ndarray,
+    plant_state: np.ndarray,
+    tick: np.ndarray,
+    trace: np.ndarray,
+    truth: np.ndarray,
+    period_ns: int,
+    every: int,
+) -> None:
+    """Run `len(trace) * every` ticks in place, from slot `tick[0].tick` on; keep each last of `every`.
+
+    Parameters
+    ----------
+    params, command, model, state : array
+        Records of the law (`rtctl.control.records`).
+    plant_params, plant_state : array, shape (1,)
+        Records of the rig (`hw.mock.records`).
+    tick : array, shape (1,)
+        Carries the slot to run next, so that a run can be continued.
+    trace, truth : array, shape (n,)
+        Ticks, and states of the rig at the end of each one's period.
+    """
+    for row in range(len(trace)):
+        for k in range(every):
+            tick[0].time_ns = tick[0].tick * period_ns
+            plant_read(tick, plant_state, plant_params)
+            law.step(tick, state, params, command, model)
+            plant_write(tick, plant_state, plant_params)
+            if k == every - 1:
+                trace[row] = tick[0]
+                truth[row] = plant_state[0]
+            next_slot(tick, plant_state)
+
+
+class Simulation:
+    """A simulated rig and its controller, built from a rig file.
+
+    Attributes
+    ----------
+    plan
+        Arrays of the law; change `plan.params` or `plan.model` before running to study other settings.
+    state, command, tick
+        The law's other records.
+    plant_params, plant_state
+        The rig's (`hw.mock.records`); the state is the truth.
+    """
+
+    def __init__(self, loaded: LoadedConfig) -> None:
+        """Build everything; nothing has moved yet.
+
+        Raises
+        ------
+        ConfigError
+            The rig file's device is not the mock.
+        ModelError
+            As `rtctl.check.law_plan.build`.
+        """
+        kinds = [device.kind for device in loaded.config.device]
+        if kinds != ["mock"]:
+            raise ConfigError(
+                f"{loaded.path}: device[0].kind: only 'mock' can be simulated, alone, not {', '.join(kinds)}"
+            )
+        self._loaded = loaded
+        self.plan: Plan = build(loaded)
+        plant_params, plant_state = plant_records(loaded.options, loaded.config.hardware())
+        self.plant_params, self.plant_state = records(plant_params), records(plant_state)
+        self.params, self.model = records(self.plan.params), records(self.plan.model)
+        self.command = records(self.plan.command)
+        self.state = records(np.zeros(1, state_dtype(self.plan.n_axes)))
+        self.tick = records(new_ticks(1, self.plan.n_axes))
+        self.truth = self.plant_state[:0].copy()
+        """States of the rig of the last run, row by row with its trace."""
+
+    @property
+    def time_s(self) -> float:
+        """Simulated time since the first tick, s."""
+        return int(self.tick["tick"][0]) * self.plan.period_s
+
+    def script(self, faults: str | Path | Sequence[Mapping[str, Any]]) -> None:
+        """Script these faults into the rig, in place of any before; times count from the first tick of all.
+
+        Parameters
+        ----------
+        faults
+            A schedule file, or tables as in one (docs/faults.md).
+
+        Raises
+        ------
+        ConfigError
+            A fault that does not exist, or is out of bounds; the text names key, value and bound.
+        """
+        rig = self._loaded.config.hardware()
+        try:
+            tables = read_faults(faults, {"n_axes": rig.n_axes})
+        except ValueError as error:
+            raise ConfigError(str(error)) from error
+        fill_schedule(self.plant_params, tables, rig)
+
+    def change(self, **fields: Any) -> None:  # noqa: ANN401
+        """Send a command: set fields of the command record, each a number or one per axis."""
+        for name, value in fields.items():
+            self.command[name][0] = value
+        self.command["seq"] += 1
+
+    def run(self, seconds: float, every: int = 1, **fields: Any) -> np.ndarray:  # noqa: ANN401
+        """Run for `seconds` after changing the command's `fields`; returns every `every`-th tick.
+
+        `truth` then holds the rig's states at the end of the same ticks.
+        """
+        if fields:
+            self.change(**fields)
+        rows = max(1, round(seconds / self.plan.period_s / every))
+        trace = records(new_ticks(rows, self.plan.n_axes))
+        self.truth = records(np.zeros(rows, self.plant_state.dtype))
+        simulate(
+            self.params,
+            self.command,
+            self.model,
+            self.state,
+            self.plant_params,
+            self.plant_state,
+            self.tick,
+            trace,
+            self.truth,
+            self.plan.period_ns,
+            every,
+        )
+        return trace
+
+    def arm(self, **fields: Any) -> np.ndarray:  # noqa: ANN401
+        """Bring the rig to ACTIVE with full authority, as an operator would; returns the ticks until then.
+
+        Raises
+        ------
+        FaultError
+            If it does not get there within `ARM_PATIENCE_S` of simulated time.
+        """
+        parts, until_s = [], self.time_s + ARM_PATIENCE_S
+        while self.time_s < until_s:
+            # asked for again and again: a request before `ready` is refused and used up
+            asked = {"arm_count": int(self.command["arm_count"][0]) + 1, "epoch": int(self.state["epoch"][0])}
+            parts.append(self.run(0.05, **asked, **fields))
+            last = parts[-1][-1]
+            if last["state"] == State.ACTIVE and last["authority"] >= 1.0:
+                return np.concatenate(parts)
+        raise FaultError(
+            f"not armed after {ARM_PATIENCE_S:g} simulated s: state {State(int(last['state'])).name}, "
+            f"faults {Fault(int(last['faults']))!r}"
+        )

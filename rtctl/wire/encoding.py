@@ -1,0 +1,13 @@
+"""Messages of the host as bytes: replies and telemetry alike."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgpack
+
+
+def encode(message: Any) -> bytes:  # noqa: ANN401
+    """Pack a reply or a telemetry message."""
+    packed: bytes = msgpack.packb(message)
+    return packed

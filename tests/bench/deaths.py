@@ -1,0 +1,162 @@
+"""How soon a board is torque-free after its loop died: `rtctl run` against the simulated board, killed again and again.
+
+The board's own time to live is set far beyond what the supervisor should need, so that what is measured is the
+supervisor; that the time to live held is checked on the same rows.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hw.simulators.serial_process import SimulatedBoard
+from rtctl.client import RigClient
+from rtctl.errors import ClientError, RtctlError
+from rtctl.rig_file.config import load
+from tests.bench.row import Row
+
+TARGET_MS = 15.0
+BOARD_HZ = 1000
+TIME_TO_LIVE_CYCLES = 50
+SIGNALS = (signal.SIGKILL, signal.SIGSEGV)
+PATIENCE_S = 60.0
+MOST_LOST = 10
+MOST_DELAY_S = 0.05
+"""Random time under torque before the signal: some fifty phases of the loop and of the host's batches."""
+
+
+@dataclass(frozen=True)
+class Death:
+    """One kill: ms until the motor was without torque for good, and the longest silence under torque, board cycles."""
+
+    free_ms: float
+    silent_cycles: int
+
+
+def rows(
+    config: Path, board_rig: Path, kills: int, say: Callable[[str], None] = lambda _text: None
+) -> list[Row]:
+    """Kill the loop `kills` times under torque, SIGKILL and SIGSEGV in turn, at random phases.
+
+    Parameters
+    ----------
+    config
+        Rig file of a serial board (configs/serial.toml).
+    board_rig
+        Rig file of the axis that the simulated board drives (configs/mock.toml).
+    kills
+        How often.
+    say
+        Receives one line per death.
+    """
+    draw = random.Random(1)
+    deaths: list[Death] = []
+    lost = 0
+    with tempfile.TemporaryDirectory(prefix="rtctl-") as folder:
+        root = Path(folder)
+        with SimulatedBoard(root, "--rig", str(board_rig), "--rate-hz", str(BOARD_HZ)) as board:
+            with suppress(PermissionError):
+                os.sched_setscheduler(board.process.pid, os.SCHED_FIFO, os.sched_param(5))
+            rig = _rig_file(config, root, board.port)
+            while len(deaths) < kills and lost < kills + MOST_LOST:
+                death = _die(board, rig, root, SIGNALS[len(deaths) % 2], draw.uniform(0.0, MOST_DELAY_S))
+                if death is None:
+                    lost += 1
+                    say(f"a life ended before its death, {lost} so far")
+                    continue
+                deaths.append(death)
+                say(f"death {len(deaths)} of {kills}: torque-free after {death.free_ms:.1f} ms")
+    if len(deaths) < kills:
+        msg = f"{lost} daemons ended before they had torque; is the machine busy?"
+        raise RtctlError(msg)
+    free_ms = np.array([death.free_ms for death in deaths])
+    silent = max(death.silent_cycles for death in deaths)
+    spread = (
+        f"{kills} deaths, 95 % within {np.percentile(free_ms, 95):.1f} ms, all within {free_ms.max():.1f} ms"
+    )
+    held = f"time to live {TIME_TO_LIVE_CYCLES} cycles of the board at {BOARD_HZ} Hz"
+    return [
+        Row("loop death to zero torque, median", float(np.median(free_ms)), "ms", spread, TARGET_MS),
+        Row("longest silence under torque", float(silent), "cycles", held, TIME_TO_LIVE_CYCLES + 1.0),
+    ]
+
+
+def _rig_file(config: Path, folder: Path, port: str) -> Path:
+    text = config.read_text()
+    for shipped, here in (
+        ('"/tmp/rtctl-board"', f'"{port}"'),
+        ("time_to_live_cycles = 20", f"time_to_live_cycles = {TIME_TO_LIVE_CYCLES}"),
+        ("center_rad = 0.0", "center_rad = 0.5"),  # so that there is torque at rest
+    ):
+        if text.count(shipped) != 1:
+            msg = f"{config}: {shipped!r} is not there once"
+            raise RtctlError(msg)
+        text = text.replace(shipped, here)
+    path = folder / "rig.toml"
+    path.write_text(text)
+    load(path)
+    return path
+
+
+def _die(board: SimulatedBoard, rig: Path, folder: Path, number: int, delay_s: float) -> Death | None:
+    """Start a daemon, wait for torque, end its loop; what the board saw. None when it ended by itself before."""
+    command = [sys.executable, "-m", "rtctl", "run", str(rig), "--json", "--runtime-dir", str(folder)]
+    first = board.observation.count
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as daemon:
+        try:
+            if not _has_torque(board, daemon, folder):
+                return None
+            time.sleep(delay_s)
+            loop = int(Path(f"/proc/{daemon.pid}/task/{daemon.pid}/children").read_text().split()[0])
+            killed_ns = time.monotonic_ns()
+            os.kill(loop, number)
+            daemon.communicate(timeout=PATIENCE_S)
+        finally:
+            daemon.kill()
+    board.wait_for(board.observation.count + TIME_TO_LIVE_CYCLES + 2)
+    seen = board.observation.rows()
+    seen = seen[max(0, len(seen) - (board.observation.count - first)) :]
+    driven = np.any(seen["torque_nm"] != 0.0, axis=1)
+    if not driven[int(np.searchsorted(seen["time_ns"], killed_ns)) - 1]:
+        return None
+    free = int(np.flatnonzero(driven)[-1]) + 1
+    free_ms = (seen["time_ns"][free] - killed_ns) / 1e6 if free < len(seen) else math.inf
+    return Death(float(free_ms), int(_silence(seen)[driven].max()))
+
+
+def _silence(seen: np.ndarray) -> np.ndarray:
+    """Board cycles since the last command came, at each row."""
+    fresh = np.ones(len(seen), bool)
+    fresh[1:] = np.diff(seen["command_sequence"]) != 0
+    return np.asarray(seen["slot"] - np.maximum.accumulate(np.where(fresh, seen["slot"], 0)))
+
+
+def _has_torque(board: SimulatedBoard, daemon: subprocess.Popen[str], folder: Path) -> bool:
+    """Arm until the motor has torque. False when the daemon has ended, as one does whose machine stood still."""
+    end = time.monotonic() + PATIENCE_S
+    with RigClient("serial", runtime_dir=str(folder), timeout_s=1.0) as client:
+        while time.monotonic() < end:
+            with suppress(ClientError):
+                state = client.status()["state"]
+                if state == "ACTIVE" and np.any(board.observation.rows()[-1]["torque_nm"] != 0.0):
+                    return True
+                if state == "IDLE":
+                    client.arm(wait=False)
+                elif state == "FAULT":
+                    client.reset()
+            if daemon.poll() is not None:
+                return False
+    msg = f"no torque within {PATIENCE_S:g} s"
+    raise RtctlError(msg)

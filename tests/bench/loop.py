@@ -1,0 +1,93 @@
+"""The loop against an empty loop and the wall clock: each in a process of its own, interleaved."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rtctl.errors import FaultError, RtctlError
+from rtctl.rig_file.config import load
+from tests.bench import cyclictest
+from tests.bench.cyclictest import Latencies
+from tests.bench.row import Row
+
+
+def probe(kind: str, config: Path, seconds: float, rate_hz: float = 0.0) -> np.ndarray:
+    """Run `tests.bench.loop_wakeups` in a process of its own; see there for the rows."""
+    command = [
+        sys.executable,
+        "-m",
+        "tests.bench.loop_wakeups",
+        kind,
+        str(config),
+        str(seconds),
+        str(rate_hz),
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise RtctlError(f"the measuring process failed: {done.stderr.strip().splitlines()[-1]}")
+    return np.array(json.loads(done.stdout))
+
+
+def last_core() -> int:
+    """The core the loop takes by default."""
+    return sorted(os.sched_getaffinity(0))[-1]
+
+
+def cycle_rows(config: Path, rounds: int, seconds: float) -> list[Row]:
+    """Work of one cycle, plant included, beside an empty loop in Python, six axes without a plant, and cyclictest, in turn."""
+    full, empty, six = [], [], []
+    theirs = Latencies.of(np.zeros(0))
+    loop = load(config).config.loop
+    for _ in range(rounds):
+        empty.append(probe("empty", config, seconds))
+        full.append(probe("loop", config, seconds))
+        six.append(probe("six", config, seconds))
+        if cyclictest.available():
+            theirs += cyclictest.run(seconds, round(1e6 / loop.rate_hz), loop.priority, last_core())
+    work, bare, many = (np.concatenate(part, axis=1) for part in (full, empty, six))
+    done_us, bare_us = (np.percentile(part[0] + part[1], 99) / 1e3 for part in (work, bare))
+    work_us, python_us, many_us = (np.percentile(part[1], [50, 99]) / 1e3 for part in (work, bare, many))
+    ticks = f"{work.shape[1]} ticks"
+    rows = [
+        Row("cycle on the mock, p50", work_us[0], "us", f"{ticks}; empty loop in Python {python_us[0]:.2f} us", 2.0),
+        Row("cycle on the mock, p99", work_us[1], "us", f"{ticks}; empty loop in Python {python_us[1]:.2f} us"),
+        Row("cycle of six axes with models, no plant, p50", many_us[0], "us", f"p99 {many_us[1]:.2f} us", 8.0),
+        Row("deadline to command sent, p99", done_us, "us", f"empty loop in Python {bare_us:.1f} us", 10.0),
+    ]  # fmt: skip
+    if cyclictest.available():
+        latest = theirs.percentile_us(99.0)
+        text = f"cyclictest only wakes up: {latest:.1f} us"
+        rows.append(
+            Row("deadline to command sent, p99, against cyclictest", done_us / latest, "x", text, 0.5)
+        )
+    return rows
+
+
+def start_rows(config: Path, rounds: int) -> list[Row]:
+    """Time from starting `rtctl run` to its first tick, compiled code in the cache."""
+    seconds = []
+    for i in range(rounds + 1):
+        began = time.monotonic_ns()
+        summary = run_daemon(config, 0.3)
+        if i:  # the first one fills the cache
+            seconds.append((summary["first_tick_ns"] - began) / 1e9)
+    text = f"median of {rounds}, slowest {max(seconds):.2f} s"
+    return [Row("start of rtctl run to first tick", float(np.median(seconds)), "s", text, 3.0)]
+
+
+def run_daemon(config: Path, seconds: float, *more: str) -> dict[str, Any]:
+    """`rtctl run CONFIG --for SECONDS --json`; returns its summary, also of a run that latched a fault."""
+    command = [sys.executable, "-m", "rtctl", "run", str(config), "--for", str(seconds), "--json", *more]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode not in (0, FaultError.exit_code):
+        raise RtctlError(f"rtctl run failed: {done.stderr.strip() or done.stdout.strip()}")
+    summary: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    return summary

@@ -1,0 +1,149 @@
+"""The live view: what it takes of a core and of memory beside a rig, and how soon a browser shows it."""
+
+from __future__ import annotations
+
+import http.client
+import os
+import re
+import socket
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from rtctl.client import RigClient
+from rtctl.errors import LoopDiedError
+from rtctl.rig_file.config import load
+from tests.bench.browser import browser, installed
+from tests.bench.child import START_S, daemon
+from tests.bench.row import Row
+
+SETTLE_S = 1.0
+SIGNALS = "position_rad.0,hand_torque_nm.0,torque_applied_nm.0"
+OPENING = "view: opening to first data drawn, median"
+DRAWN = 'performance.getEntriesByName("first data drawn")[0]?.startTime'
+
+
+@dataclass
+class Shown:
+    """A daemon with its view: port of the page, process id of the view."""
+
+    port: int
+    pid: int
+
+
+def rows(config: Path, seconds: float, loads: int) -> list[Row]:
+    """CPU and memory with one browser's stream open; page loads in a Chromium, where there is one."""
+    with daemon_with_view(config) as shown:
+        share, resident_mb, own_mb = _cost(shown, seconds)
+        out = [
+            Row(
+                "view: share of a core", 100 * share, "%", f"one browser, {seconds:g} s, source at 1 kHz", 5.0
+            ),
+            Row("view: most resident memory", resident_mb, "MB", f"{own_mb:.0f} MB of it its own", 50.0),
+        ]
+        program = installed()
+        if program is None:
+            text = "not measured: needs a Chromium (Debian: apt-get install chromium)"
+            return [*out, Row(OPENING, float("nan"), "ms", text)]
+        return out + _page_rows(program, shown.port, loads)
+
+
+def _page_rows(program: str, port: int, loads: int) -> list[Row]:
+    began = time.monotonic()
+    drawn_ms: list[float] = []
+    bare_ms: list[float] = []
+    with browser(program) as opened:
+        opened.ask("Browser.getVersion")
+        started_ms = 1e3 * (time.monotonic() - began)
+        for _ in range(loads):
+            for url, times, done in (
+                ("about:blank", bare_ms, "performance.now()"),
+                (f"http://127.0.0.1:{port}/", drawn_ms, DRAWN),
+            ):
+                before = time.monotonic()
+                page = opened.page(url)
+                found = float(opened.wait_for(page, done))
+                times.append(found if url != "about:blank" else 1e3 * (time.monotonic() - before))
+                opened.close(page)
+    text = (
+        f"first {drawn_ms[0]:.0f}, slowest {max(drawn_ms):.0f} of {loads}; beside it: start of the browser "
+        f"{started_ms:.0f} ms, an empty tab {np.median(bare_ms):.0f} ms"
+    )
+    return [Row(OPENING, float(np.median(drawn_ms)), "ms", text, 1000.0)]
+
+
+def _cost(shown: Shown, seconds: float) -> tuple[float, float, float]:
+    """Share of a core, most resident memory and memory of its own, MB, while one browser follows."""
+    done = threading.Event()
+    follower = threading.Thread(target=_follow, args=(shown.port, done))
+    follower.start()
+    time.sleep(SETTLE_S)
+    before, began = _cpu_s(shown.pid), time.monotonic()
+    time.sleep(seconds)
+    share = (_cpu_s(shown.pid) - before) / (time.monotonic() - began)
+    resident_mb, own_mb = (
+        _status_mb(shown.pid, "status", "VmHWM"),
+        _status_mb(shown.pid, "smaps_rollup", "Pss_Anon"),
+    )
+    done.set()
+    follower.join()
+    return share, resident_mb, own_mb
+
+
+def _follow(port: int, done: threading.Event) -> None:
+    """Read the stream as a browser does."""
+    link = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+    link.request("GET", f"/stream?signals={SIGNALS}", headers={"X-Rtctl": "view"})
+    answer = link.getresponse()
+    while not done.is_set():
+        answer.readline()
+    link.close()
+
+
+def _cpu_s(pid: int) -> float:
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def _status_mb(pid: int, file: str, name: str) -> float:
+    found = re.search(rf"^{name}:\s+(\d+) kB", Path(f"/proc/{pid}/{file}").read_text(), re.MULTILINE)
+    return float(found[1]) / 1000 if found else float("nan")
+
+
+@contextmanager
+def daemon_with_view(config: Path) -> Iterator[Shown]:
+    """The daemon of a simulated rig with `[view]` on a free port."""
+    with tempfile.TemporaryDirectory(prefix="rt") as folder:
+        port = _free_port()
+        with daemon(config, Path(folder), f"[view]\nport = {port}\n", "--arm") as process:
+            with RigClient(load(config).config.rig.name, runtime_dir=folder, timeout_s=START_S) as client:
+                client.hello()
+            yield Shown(port, _view_of(process.pid, port))
+
+
+def _view_of(host: int, port: int) -> int:
+    """Process id of the view, once its page answers."""
+    end = time.monotonic() + START_S
+    while time.monotonic() < end:
+        with socket.socket() as probe:
+            answers = probe.connect_ex(("127.0.0.1", port)) == 0
+        children = Path(f"/proc/{host}/task/{host}/children").read_text().split()
+        lines = {int(pid): Path(f"/proc/{pid}/cmdline").read_bytes() for pid in children}
+        found = [pid for pid, line in lines.items() if b"rtctl.view" in line]
+        if answers and found:
+            return found[0]
+        time.sleep(0.05)
+    raise LoopDiedError("the daemon's view never came")
+
+
+def _free_port() -> int:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        port: int = taken.getsockname()[1]
+    return port
