@@ -46,6 +46,13 @@ def _key(function: Callable[..., Any], file: Path, options: str, root: Path) -> 
     return known[1]
 
 
+made_here: list[str] = []
+"""Names of the functions that this process has compiled, in order: those that were not kept, or of before an update."""
+
+on_compiled: list[Callable[[int], None]] = []
+"""Called with the length of `made_here` whenever it has grown."""
+
+
 class CodeCache(FunctionCache):
     """Files of one function in `folder`: made for this user alone when first asked for, as is the memo of sources beside it."""
 
@@ -73,11 +80,14 @@ class CodeCache(FunctionCache):
         return numbas.load_overload(sig, target_context) if self.usable() else None
 
     def save_overload(self, sig: object, data: object) -> None:
-        """Keep what was compiled, one process at a time.
+        """Keep what was compiled, one process at a time, and tell that it was.
 
         Two that add code for different types at once would give it the same file name; the index that is written last
         could then name the code of the other's types.
         """
+        made_here.append(self._name)
+        for hear in on_compiled:
+            hear(len(made_here))
         numbas: Any = super()
         if self.usable():
             with alone(Path(self._cache_path)):

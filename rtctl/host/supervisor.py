@@ -46,6 +46,9 @@ from rtctl.rig_file.config import LoadedConfig
 from rtctl.rt.early import MARGIN
 from rtctl.rt.shared_memory import CommandWriter, Memory, RingReader
 
+FIRST_TOLD_S, TELL_EVERY_S = 2.0, 10.0
+"""When a person who waits for the start is told why, and how often."""
+
 READY_TIMEOUT_S = 300.0  # the first start compiles
 STOP_TIMEOUT_S = 2.0
 
@@ -59,6 +62,14 @@ class Observer(Protocol):
 
     def __call__(self, host: Host, rows: np.ndarray) -> None:
         """Look at a batch of new ticks (may be empty)."""
+
+
+def _why_waiting(compiled: int, *, preparing: bool) -> str:
+    """What a start waits for: `compiled` functions of the loop were compiled so far, and the host's own may be."""
+    if compiled or preparing:
+        so_far = f"{compiled} functions of the loop so far"
+        return f"compiling for this machine, on the first start of a version only, about a minute: {so_far}"
+    return "the loop process is not ready yet: it opens the devices"
 
 
 class Host:
@@ -103,7 +114,7 @@ class Host:
         self._record_to = record_to
         self._model = model
         self._finished = False
-        self._told = False
+        self._tell_at_s = FIRST_TOLD_S
         self._ending_since: float | None = None
         self._streams = ExitStack()
 
@@ -190,9 +201,9 @@ class Host:
             if not self.loop.poll():
                 self.loop.raise_if_failed()
             waited = time.monotonic() - self.began
-            if waited > 2.0 and not self._told:
-                self._told = True
-                self.announce("compiling the control law (first start only, about 20 s) ...")
+            if waited > self._tell_at_s:
+                self._tell_at_s = waited + TELL_EVERY_S
+                self.announce(_why_waiting(self.loop.compiled, preparing=not self.preparation.done()))
             if self.signals.ends:
                 raise KeyboardInterrupt
             if waited > READY_TIMEOUT_S:

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from hw.claims import Claims
+from hw.code_cache import on_compiled
 from hw.interface import Backend, BackendError, Rig
 from hw.rig import Member, compose
 from rtctl.rt import early, realtime
@@ -51,6 +52,10 @@ def _note(text: str) -> None:
 
 def _words(body: dict[str, Any]) -> bool:
     return _mention("words", **body)
+
+
+def _compiled(functions: int) -> None:
+    _mention("compiling", functions=functions)
 
 
 def _opening(begun: bool) -> None:
@@ -92,13 +97,15 @@ def main(memory_fd: int) -> int:
         return 1
     order = json.loads(line)
     memory = Memory.attach(memory_fd)
+    on_compiled.append(_compiled)
     began = time.monotonic()
     members = [Member.from_dict(device) for device in order["devices"]]
     claims = Claims()  # given back when this process ends
     backend = _open(order, members, claims)
     if backend is None:
         return 1
-    warm_up(memory, backend)
+    device = Replug(backend, _note, _opening, Speech(backend, members, _words).listen)
+    warm_up(memory, device)
     compile_s = time.monotonic() - began
     virtual = order["clock"] == "virtual"
     cores = len(os.sched_getaffinity(0))  # before this process keeps to one
@@ -122,7 +129,6 @@ def main(memory_fd: int) -> int:
         _say("ended", reason="realtime", detail="real-time rights were refused")
         return 1
     try:
-        device = Replug(backend, _note, _opening, Speech(backend, members, _words).listen)
         run_loop(device, memory, clock, stop, waiver=not granted and not virtual)
     except Exception as error:  # noqa: BLE001 - the one allowed: whatever it was, the actuator is stopped; say it and end
         _say("ended", reason="error", detail=f"{type(error).__name__}: {error}", trace=traceback.format_exc())

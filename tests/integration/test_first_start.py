@@ -1,6 +1,7 @@
 """The first start after an update: nothing is compiled yet."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -37,6 +38,10 @@ def descendants(pid):
 def test_the_compiler_leaves_nothing_of_itself_in_the_host(first):
     """200 MB is what a gateway may take; a process that has compiled the law takes twice as much."""
     process, folder = first
+    said = [process.stderr.readline() for _ in range(2)]
+    assert all("on the first start of a version only" in line for line in said), said
+    done = [int(re.search(r"(\d+) functions of the loop so far", line)[1]) for line in said]
+    assert done[0] < done[1], "it goes on"
     with RigClient("mock", runtime_dir=str(folder), timeout_s=PATIENCE_S) as rig:
         rig.hello()
     status = Path(f"/proc/{process.pid}/status").read_text()

@@ -72,6 +72,8 @@ class LoopProcess:
         self.grants: list[dict[str, Any]] = []
         self.ready = False
         self._opening_until = 0.0
+        self.compiled = 0
+        """Functions that it has compiled so far, for want of those of an earlier start."""
         self._notes: list[str] = []
         self._words: list[dict[str, Any]] = []
         self.compile_s = 0.0
@@ -143,6 +145,8 @@ class LoopProcess:
             self._notes.append(message["text"])
         elif message["message"] == "words":
             self._words.append(message)
+        elif message["message"] == "compiling":
+            self.compiled = message["functions"]
         elif message["message"] == "opening":
             self._opening_until = time.monotonic() + OPEN_TIMEOUT_S if message["begun"] else 0.0
         elif message["message"] == "ended":
