@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import os
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -131,6 +132,7 @@ def require_rig(model: FrictionModel, rig: str, path: str | Path) -> None:
         _refuse(Path(path), "rig", f"the model was made for rig {model.rig!r}, this is {rig!r}", remedy)
 
 
+@lru_cache(maxsize=4)  # a start verifies the same file for its proofs and for the law
 def _verified(path: Path, raw: bytes) -> FrictionModel:
     try:
         data = json.loads(raw.decode(), parse_constant=_not_a_number)
