@@ -107,7 +107,7 @@ class CompiledCycleBackend(Protocol):
     """A backend that can do without Python in ordinary cycles (`rtctl.rt.whole_cycle`)."""
 
     def compiled_cycle(self, tick: np.ndarray) -> CompiledCycle | None:
-        """For this tick, which stays the same one; None where this device needs Python in every cycle."""
+        """For this tick, in which they then work, until it is asked for another one; None where this device needs Python in every cycle."""
 
 
 @runtime_checkable

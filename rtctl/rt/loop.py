@@ -61,7 +61,7 @@ def run_loop(backend: Backend, memory: Memory, clock: Clock, stop: Stop, *, waiv
     clock
         Wall or virtual.
     stop
-        Watched every cycle; signal handlers raise `stop.requests`.
+        Watched every cycle, or after `PYTHON_EVERY_S` of compiled ones; signal handlers raise `stop.requests`.
     waiver
         Stamped into every tick: the rig runs without granted real-time rights.
 
@@ -72,10 +72,7 @@ def run_loop(backend: Backend, memory: Memory, clock: Clock, stop: Stop, *, waiv
     """
     cycle = Cycle(memory)
     tick = cycle.tick
-    word, grid = (
-        _ints(cycle.tick_words[0]),
-        _ints(cycle.grid),
-    )  # fields by word: the cheapest store from Python
+    word, grid = _ints(cycle.tick_words[0]), _ints(cycle.grid)
     state_word = tick_dtype(memory.n_axes).fields["state"][1] // 8  # type: ignore[index]
     read, decide, write, record, now = backend.read, cycle.decide, backend.write, cycle.record, clock.now
     if isinstance(backend, CompiledBackend):
@@ -88,9 +85,8 @@ def run_loop(backend: Backend, memory: Memory, clock: Clock, stop: Stop, *, waiv
     grid[DEADLINE] = memory.header[0]["start_ns"] = clock.now() + grid[PERIOD]
     try:
         while True:
-            at = (
-                WAIT if whole is None or stop.requests else whole.run()
-            )  # as many cycles as go without Python
+            # as many cycles as go without Python
+            at = WAIT if whole is None or stop.requests else whole.run()
             if at == NEXT:
                 continue
             if at == ENDED:
@@ -135,6 +131,7 @@ def _wait(clock: Clock, grid: memoryview, word: memoryview) -> None:
 
 
 def _ints(array: np.ndarray) -> Any:  # noqa: ANN401
+    """Plain integers, by word: what Python reads and stores at the least cost."""
     view: Any = memoryview
     return view(array.view(np.ndarray).view(np.int64))
 

@@ -80,8 +80,8 @@ def _open(order: dict[str, Any], members: list[Member], claims: Claims) -> Backe
     return backend
 
 
-def main(memory_fd: int) -> int:
-    """Run one loop from order to end. Returns the exit status: 0 shut down, 1 anything else."""
+def _stopped_by_signals() -> Stop:
+    """What SIGTERM raises by one, and SIGUSR1 to two at once."""
     stop = Stop()
 
     def _request(_signal: int, _frame: object) -> None:
@@ -92,6 +92,12 @@ def main(memory_fd: int) -> int:
 
     signal.signal(signal.SIGTERM, _request)
     signal.signal(signal.SIGUSR1, _cut)
+    return stop
+
+
+def main(memory_fd: int) -> int:
+    """Run one loop from order to end. Returns the exit status: 0 shut down, 1 anything else."""
+    stop = _stopped_by_signals()
     line = sys.stdin.readline()
     if not line:  # the host has died before it said what to do
         return 1

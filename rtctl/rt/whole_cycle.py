@@ -82,8 +82,9 @@ def _run(
         if call_for_int(o.read_at, read_arguments) != 0:  # 2 read the devices
             return READ
         t_read = _clock(o, g, timespec)
-        if header[0].mailbox_seq != command_words[0, 0]:  # 3 decide: newest command, law, gate
-            mailbox.take(header, slot_words, command_words)
+        mailbox.take(
+            header, slot_words, command_words
+        )  # 3 decide: newest command if there is a new one, law, gate
         call(o.law_at, law_arguments)
         t_law = _clock(o, g, timespec)
         t.read_ns, t.law_ns, t.record_ns = t_read - g.woke_ns, t_law - t_read, g.record_ns
@@ -136,7 +137,7 @@ class WholeCycles:
 
     def run(self) -> int:
         """Make cycles; returns where Python goes on. At once (WAIT) while a device is lost or a reader is behind."""
-        clock, device, tick = self._clock, self._device, self._cycle.tick
+        clock, device = self._clock, self._device
         if not device.is_there:
             return WAIT
         if not isinstance(clock, VirtualClock):
@@ -147,6 +148,6 @@ class WholeCycles:
             self._order["most"] = min(room, clock.AHEAD)
             at = self._run()
             clock.jump(int(self._cycle.grid["woke_ns"][0]))
-        if at == RECORD or (at == NEXT and not tick["enabled"][0]):
-            device.listen(tick)
+        if at in (RECORD, NEXT):  # with torque too: who listens must know that there was some
+            device.listen(self._cycle.tick)
         return at

@@ -238,6 +238,21 @@ def test_warm_up_compiles_it_and_moves_nothing():
     memory.close()
 
 
+def test_who_listens_hears_of_ticks_with_torque_too(monkeypatch):
+    memory, writer, backend = rig()
+    stop = Stop()
+    at, heard = At(memory, writer, stop, arm=VirtualClock.AHEAD * 3), []
+
+    def listen(tick):
+        heard.append(int(tick["enabled"][0]))
+        at()
+
+    run_loop(Replug(backend, listen=listen), memory, VirtualClock(), stop)
+    assert 1 in heard
+    assert heard[0] == 0
+    memory.close()
+
+
 def test_late_slots_are_skipped_and_counted_in_compiled_cycles_too():
     memory, _, backend = rig()
     stop = Stop()
