@@ -28,6 +28,7 @@ from rtctl.host.commands.gateway import PAUSE_S, Gateway
 from rtctl.host.loop.guard import LoopGuard
 from rtctl.host.loop.heartbeat import Heartbeat, promised_ticks
 from rtctl.host.loop.process import LoopProcess
+from rtctl.host.loop.waiting import WaitingLoop
 from rtctl.host.notices import Notices
 from rtctl.host.notify import Notifier
 from rtctl.host.outlet import streams_that_never_wait
@@ -92,6 +93,8 @@ class Host:
     announce
         Receives one-line notes for a person (starting, compiling, real-time rights refused). It may print: while the host
         lives, nothing that this process writes to stdout or stderr makes it wait (`rtctl.host.outlet`).
+    waiting
+        A loop process that was started already and becomes this rig's; None: one is started on entering.
     """
 
     def __init__(
@@ -104,6 +107,7 @@ class Host:
         notices: Notices | None = None,
         record_to: Path | None = None,
         model: np.ndarray | None = None,
+        waiting: WaitingLoop | None = None,
     ) -> None:
         self.loaded = loaded
         self.observers = list(observers)
@@ -113,23 +117,25 @@ class Host:
         self._runtime_dir = runtime_dir
         self._record_to = record_to
         self._model = model
+        self._waiting = waiting
         self._finished = False
         self._tell_at_s = FIRST_TOLD_S
         self._ending_since: float | None = None
         self._streams = ExitStack()
 
     def __enter__(self) -> Host:
-        self._check()
-        self.began = time.monotonic()
-        self.plan = planning.build(self.loaded)
-        if self._model is not None:
-            self.plan.model[0] = self._model[0]
-        self.runtime = RuntimeDirectory.acquire(self.loaded.config.rig.name, self._runtime_dir)
-        try:
-            self._start()
-        except BaseException:
-            self._close()
-            raise
+        with self._waiting or WaitingLoop() as waiting:
+            self._check()
+            self.began = time.monotonic()
+            self.plan = planning.build(self.loaded)
+            if self._model is not None:
+                self.plan.model[0] = self._model[0]
+            self.runtime = RuntimeDirectory.acquire(self.loaded.config.rig.name, self._runtime_dir)
+            try:
+                self._start(waiting)
+            except BaseException:
+                self._close()
+                raise
         return self
 
     def _check(self) -> None:
@@ -137,8 +143,8 @@ class Host:
         if not report.ok:
             raise StabilityError(report.refusal())
 
-    def _start(self) -> None:
-        # before there is a loop: a signal must not end this process without ending it
+    def _start(self, waiting: WaitingLoop) -> None:
+        # before the loop drives a rig: a signal must not end this process without ending the loop
         self.signals = Signals()
         self._streams.enter_context(streams_that_never_wait())
         self.notifier = Notifier()
@@ -158,7 +164,7 @@ class Host:
         self.context = zmq.Context()
         resident = None if virtual else self._streams.enter_context(closing(Resident()))
         self.access = Access(self.context, endpoints, openings, Notices(), resident=resident)
-        self.loop = LoopProcess(self.loaded, self.memory, self.runtime.lock_fd)
+        self.loop = LoopProcess(self.loaded, self.memory, self.runtime.lock_fd, waiting)
         self.runtime.note_holder(self.loop.pid)
         self.preparation = Preparation(plan.n_axes)
         self.guard = LoopGuard(self.loaded, self.loop, self.memory, plan.period_s)

@@ -1,4 +1,4 @@
-"""The loop process: `python -m rtctl.rt FD HOST`, started by the host with that process id.
+"""The loop process: `python -m rtctl.rt FD HOST`, started by the host with that process id; FD is the socket between them.
 
 What must hold from the first moment is done here, before anything heavy is imported (`rtctl.rt.process`).
 """

@@ -1,4 +1,6 @@
-"""What the loop process does, instructed by one JSON line on stdin (`rtctl.rt.birth` has come before).
+"""What the loop process does, instructed by one JSON line from its host (`rtctl.rt.birth` has come before).
+
+It is started before the host has read its rig file: all that is imported here is imported while the host does that.
 
 It answers with JSON lines on stdout: `ready` before the first cycle, `ended` after the last; in between only
 `note` and `opening`, while a device is lost, and `words` of the devices, while the rig is disabled.
@@ -10,6 +12,7 @@ import contextlib
 import json
 import os
 import signal
+import socket
 import sys
 import time
 import traceback
@@ -27,6 +30,8 @@ from rtctl.rt.loop import Stop, run_loop, warm_up
 from rtctl.rt.replug import Replug
 from rtctl.rt.shared_memory import Memory
 from rtctl.rt.speech import Speech
+
+_AT_ONCE = 65536
 
 
 def _say(kind: str, **body: Any) -> None:  # noqa: ANN401
@@ -95,14 +100,24 @@ def _stopped_by_signals() -> Stop:
     return stop
 
 
-def main(memory_fd: int) -> int:
+def _order(line_fd: int) -> tuple[dict[str, Any], Memory] | None:
+    """What the host wants, and the memory that came with it; None where the host has refused the rig, or has died."""
+    with socket.socket(fileno=line_fd) as line:
+        text, descriptors, _, _ = socket.recv_fds(line, _AT_ONCE, 2, socket.MSG_CMSG_CLOEXEC)
+        while more := line.recv(_AT_ONCE):
+            text += more
+    if not text.endswith(b"\n"):
+        return None
+    return json.loads(text), Memory.attach(descriptors[0])  # what follows is the rig's lock: held as long as this process
+
+
+def main(line_fd: int) -> int:
     """Run one loop from order to end. Returns the exit status: 0 shut down, 1 anything else."""
     stop = _stopped_by_signals()
-    line = sys.stdin.readline()
-    if not line:  # the host has died before it said what to do
+    told = _order(line_fd)
+    if told is None:
         return 1
-    order = json.loads(line)
-    memory = Memory.attach(memory_fd)
+    order, memory = told
     on_compiled.append(_compiled)
     began = time.monotonic()
     members = [Member.from_dict(device) for device in order["devices"]]

@@ -7,7 +7,6 @@ import json
 import os
 import signal
 import subprocess
-import sys
 import time
 from dataclasses import asdict
 from typing import IO, Any, cast
@@ -15,8 +14,8 @@ from typing import IO, Any, cast
 import numpy as np
 
 from rtctl.errors import DeviceError, LoopDiedError, RealtimeError
+from rtctl.host.loop.waiting import WaitingLoop
 from rtctl.rig_file.config import LoadedConfig
-from rtctl.rt.birth import OF_THE_TERMINAL
 from rtctl.rt.shared_memory import Memory
 
 OPEN_TIMEOUT_S = 20.0
@@ -52,8 +51,14 @@ def is_dying(pid: int) -> bool:
 class LoopProcess:
     """The running loop: `messages()` drains what it said, `ended` holds its last word."""
 
-    def __init__(self, loaded: LoadedConfig, memory: Memory, lock_fd: int | None = None) -> None:
-        """Start it. It keeps `lock_fd` open: the rig's lock lasts as long as anybody drives the rig."""
+    def __init__(
+        self,
+        loaded: LoadedConfig,
+        memory: Memory,
+        lock_fd: int | None = None,
+        waiting: WaitingLoop | None = None,
+    ) -> None:
+        """Start it, or have the one that is `waiting` begin. It keeps `lock_fd` open: the rig's lock lasts as long as anybody drives the rig."""
         config = loaded.config
         rig = {
             name: value.tolist() if isinstance(value, np.ndarray) else value
@@ -78,22 +83,12 @@ class LoopProcess:
         self._words: list[dict[str, Any]] = []
         self.compile_s = 0.0
         self._pending = b""
-        held = signal.pthread_sigmask(signal.SIG_BLOCK, OF_THE_TERMINAL)  # until it ignores them
-        try:
-            self._process = subprocess.Popen(
-                [sys.executable, "-m", "rtctl.rt", str(memory.fd), str(os.getpid())],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                pass_fds=(memory.fd,) if lock_fd is None else (memory.fd, lock_fd),
-                env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
-            )
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, held)
-        stdin, self._stdout = self._process.stdin, cast("IO[bytes]", self._process.stdout)
-        assert stdin is not None
+        waiting = waiting or WaitingLoop()
+        self._process = waiting.process
+        self._stdout = cast("IO[bytes]", self._process.stdout)
         os.set_blocking(self._stdout.fileno(), False)
-        stdin.write((json.dumps(order) + "\n").encode())
-        stdin.close()
+        descriptors = (memory.fd,) if lock_fd is None else (memory.fd, lock_fd)
+        waiting.order((json.dumps(order) + "\n").encode(), *descriptors)
 
     @property
     def pid(self) -> int:
