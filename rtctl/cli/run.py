@@ -82,9 +82,7 @@ def _host(
 ) -> Host:
     """The host of this rig file, not entered yet."""
     from rtctl.errors import ConfigError
-    from rtctl.host.auto_arm import AutoArm
-    from rtctl.host.notices import Notices
-    from rtctl.host.supervisor import Host
+    from rtctl.host.loop.process import order_of
     from rtctl.rig_file.config import load
 
     loaded = load(config, faults)
@@ -92,6 +90,11 @@ def _host(
         raise ConfigError(
             f"{config}: --arm is for simulated rigs; a real rig is armed by its operator's client"
         )
+    waiting.prepare(order_of(loaded))
+    from rtctl.host.auto_arm import AutoArm
+    from rtctl.host.notices import Notices
+    from rtctl.host.supervisor import Host
+
     return Host(
         loaded,
         observers=[AutoArm()] if arm else [],

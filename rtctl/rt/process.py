@@ -1,6 +1,7 @@
-"""What the loop process does, instructed by one JSON line from its host (`rtctl.rt.birth` has come before).
+"""What the loop process does, instructed by its host through a socket (`rtctl.rt.birth` has come before).
 
-It is started before the host has read its rig file: all that is imported here is imported while the host does that.
+It is started before the host has read its rig file, and imports meanwhile. One JSON line says what rig it is going to be: the law is loaded,
+or compiled, while the host proves that rig. The memory to share comes when it is proved; only then is a device opened.
 
 It answers with JSON lines on stdout: `ready` before the first cycle, `ended` after the last; in between only
 `note` and `opening`, while a device is lost, and `words` of the devices, while the rig is disabled.
@@ -9,6 +10,7 @@ It answers with JSON lines on stdout: `ready` before the first cycle, `ended` af
 from __future__ import annotations
 
 import contextlib
+import gc
 import json
 import os
 import signal
@@ -26,7 +28,7 @@ from hw.interface import Backend, BackendError, Rig
 from hw.rig import Member, compose
 from rtctl.rt import early, realtime
 from rtctl.rt.clock import Clock, VirtualClock, WallClock
-from rtctl.rt.loop import Stop, run_loop, warm_up
+from rtctl.rt.loop import Stop, prepare, run_loop, warm_up
 from rtctl.rt.replug import Replug
 from rtctl.rt.shared_memory import Memory
 from rtctl.rt.speech import Speech
@@ -73,11 +75,20 @@ def _rig(data: dict[str, Any]) -> Rig:
     return Rig(n_axes=data["n_axes"], period_s=data["period_s"], **arrays)
 
 
-def _open(order: dict[str, Any], members: list[Member], claims: Claims) -> Backend | None:
+def _composed(order: dict[str, Any], members: list[Member]) -> Backend | BackendError:
+    """The rig's backend, nothing of it open; or why there is none."""
     try:
+        return compose(members, _rig(order["rig"]))
+    except BackendError as error:
+        return error
+
+
+def _open(backend: Backend | BackendError, members: list[Member], claims: Claims) -> Backend | None:
+    try:
+        if isinstance(backend, BackendError):
+            raise backend
         for member in members:
             claims.take(member.label, member.claims)
-        backend = compose(members, _rig(order["rig"]))
         backend.open()
     except BackendError as error:
         _say("ended", reason="device", detail=str(error))
@@ -100,29 +111,41 @@ def _stopped_by_signals() -> Stop:
     return stop
 
 
-def _order(line_fd: int) -> tuple[dict[str, Any], Memory] | None:
-    """What the host wants, and the memory that came with it; None where the host has refused the rig, or has died."""
-    with socket.socket(fileno=line_fd) as line:
-        text, descriptors, _, _ = socket.recv_fds(line, _AT_ONCE, 2, socket.MSG_CMSG_CLOEXEC)
-        while more := line.recv(_AT_ONCE):
-            text += more
-    if not text.endswith(b"\n"):
-        return None
-    return json.loads(text), Memory.attach(descriptors[0])  # what follows is the rig's lock: held as long as this process
+def _order(line: socket.socket) -> dict[str, Any] | None:
+    """What rig it is going to be; None where the host has refused the rig file, or has died."""
+    text = b""
+    while not text.endswith(b"\n"):
+        more = line.recv(_AT_ONCE)
+        if not more:
+            return None
+        text += more
+    order: dict[str, Any] = json.loads(text)
+    return order
+
+
+def _memory(line: socket.socket) -> Memory | None:
+    """The memory to share, when the rig is proved; None where it is refused. With it comes the rig's lock, held as long as this process."""
+    text, descriptors, _, _ = socket.recv_fds(line, 1, 2, socket.MSG_CMSG_CLOEXEC)
+    return Memory.attach(descriptors[0]) if text else None
 
 
 def main(line_fd: int) -> int:
     """Run one loop from order to end. Returns the exit status: 0 shut down, 1 anything else."""
     stop = _stopped_by_signals()
-    told = _order(line_fd)
-    if told is None:
-        return 1
-    order, memory = told
-    on_compiled.append(_compiled)
-    began = time.monotonic()
-    members = [Member.from_dict(device) for device in order["devices"]]
+    gc.collect()  # while there is time
+    gc.freeze()
+    with socket.socket(fileno=line_fd) as line:
+        if (order := _order(line)) is None:
+            return 1
+        on_compiled.append(_compiled)
+        began = time.monotonic()
+        members = [Member.from_dict(device) for device in order["devices"]]
+        made = _composed(order, members)
+        prepare(order["rig"]["n_axes"])
+        if (memory := _memory(line)) is None:
+            return 1
     claims = Claims()  # given back when this process ends
-    backend = _open(order, members, claims)
+    backend = _open(made, members, claims)
     if backend is None:
         return 1
     device = Replug(backend, _note, _opening, Speech(backend, members, _words).listen)

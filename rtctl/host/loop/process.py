@@ -48,6 +48,25 @@ def is_dying(pid: int) -> bool:
     return state in "ZX" or bool(int(rest[_FLAGS]) & _PF_EXITING)
 
 
+def order_of(loaded: LoadedConfig) -> bytes:
+    """What a loop process is told of its rig: one line of JSON."""
+    config = loaded.config
+    rig = {
+        name: value.tolist() if isinstance(value, np.ndarray) else value
+        for name, value in asdict(config.hardware()).items()
+    }
+    order = {
+        "devices": [asdict(member) for member in loaded.members()],
+        "rig": rig,
+        "clock": config.loop.clock,
+        "realtime": config.loop.realtime,
+        "priority": config.loop.priority,
+        "cpu": config.loop.cpu,
+        "early_us": config.loop.early_us,
+    }
+    return (json.dumps(order) + "\n").encode()
+
+
 class LoopProcess:
     """The running loop: `messages()` drains what it said, `ended` holds its last word."""
 
@@ -59,20 +78,6 @@ class LoopProcess:
         waiting: WaitingLoop | None = None,
     ) -> None:
         """Start it, or have the one that is `waiting` begin. It keeps `lock_fd` open: the rig's lock lasts as long as anybody drives the rig."""
-        config = loaded.config
-        rig = {
-            name: value.tolist() if isinstance(value, np.ndarray) else value
-            for name, value in asdict(config.hardware()).items()
-        }
-        order = {
-            "devices": [asdict(member) for member in loaded.members()],
-            "rig": rig,
-            "clock": config.loop.clock,
-            "realtime": config.loop.realtime,
-            "priority": config.loop.priority,
-            "cpu": config.loop.cpu,
-            "early_us": config.loop.early_us,
-        }
         self.ended: dict[str, Any] | None = None
         self.grants: list[dict[str, Any]] = []
         self.ready = False
@@ -88,7 +93,8 @@ class LoopProcess:
         self._stdout = cast("IO[bytes]", self._process.stdout)
         os.set_blocking(self._stdout.fileno(), False)
         descriptors = (memory.fd,) if lock_fd is None else (memory.fd, lock_fd)
-        waiting.order((json.dumps(order) + "\n").encode(), *descriptors)
+        waiting.prepare(order_of(loaded))
+        waiting.begin(*descriptors)
 
     @property
     def pid(self) -> int:

@@ -18,9 +18,9 @@ from rtctl.standard_streams import above_standard_streams
 
 
 class WaitingLoop:
-    """A loop process that has no order yet: it knows no device, and opens none.
+    """A loop process that does not drive yet: it opens no device.
 
-    A context manager: leaving ends the process at once and without a word, unless it was given an order.
+    A context manager: leaving ends the process at once and without a word, unless it was told to begin.
 
     Attributes
     ----------
@@ -29,8 +29,9 @@ class WaitingLoop:
     """
 
     def __init__(self) -> None:
-        ours, theirs = socket.socketpair()
-        self._line: socket.socket | None = ours
+        self._line, theirs = socket.socketpair()
+        self._order: bytes | None = None
+        self._began = False
         line = above_standard_streams(theirs.detach())
         held = signal.pthread_sigmask(signal.SIG_BLOCK, OF_THE_TERMINAL)  # until it ignores them
         try:
@@ -42,26 +43,44 @@ class WaitingLoop:
                 env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
             )
         except BaseException:
-            ours.close()
+            self._line.close()
             raise
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, held)
             os.close(line)
 
-    def order(self, text: bytes, *descriptors: int) -> None:
-        """Say what to run, once, with the descriptors it needs: those of the shared memory and of the rig's lock."""
-        assert self._line is not None
-        with self._line as line, contextlib.suppress(BrokenPipeError, ConnectionResetError):
-            sent = socket.send_fds(line, [text], descriptors)  # has it died, its end is told as any other
-            line.sendall(text[sent:])
-        self._line = None
+    def prepare(self, order: bytes) -> None:
+        """Say which rig it is going to be: it loads, or compiles, what that needs, and opens no device. Once, or the same again.
+
+        Raises
+        ------
+        ValueError
+            It prepares for another order.
+        """
+        if self._order is None:
+            self._order = order
+            self._tell(order)
+        elif self._order != order:
+            msg = "this loop process prepares for another rig"
+            raise ValueError(msg)
+
+    def begin(self, *descriptors: int) -> None:
+        """Have it drive the rig, with the descriptors it needs: those of the shared memory and of the rig's lock."""
+        self._tell(b"\n", *descriptors)
+        self._line.close()
+        self._began = True
+
+    def _tell(self, text: bytes, *descriptors: int) -> None:
+        with contextlib.suppress(BrokenPipeError, ConnectionResetError):  # has it died, its end is told as any other
+            sent = socket.send_fds(self._line, [text], descriptors)
+            self._line.sendall(text[sent:])
 
     def close(self) -> None:
-        """End it, if it was given no order. Idempotent."""
-        if self._line is None:
+        """End it, if it was not told to begin. Idempotent."""
+        if self._began:
             return
+        self._began = True
         self._line.close()
-        self._line = None
         self.process.kill()
         self.process.wait()
         if self.process.stdout is not None:
