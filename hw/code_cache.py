@@ -18,7 +18,7 @@ from typing import Any
 
 from llvmlite import binding
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
-from numba.core.runtime import rtsys
+from numba.core.runtime import nrt
 
 from hw.compile_key import module_key, remember
 from hw.private_cache import OwnFiles, make_private
@@ -35,6 +35,7 @@ def keep(dispatcher: Any, root: Path, options: str) -> None:  # noqa: ANN401
     if function.__closure__ is None and file.is_file():
         key = _key(function, file, options, root)
         dispatcher._cache = CodeCache(function, root / f"{function.__module__}-{key}")
+        may_be_made.append(repr(function))
 
 
 _keys: dict[tuple[Path, Path, str], tuple[object, str]] = {}
@@ -51,6 +52,12 @@ def _key(function: Callable[..., Any], file: Path, options: str, root: Path) -> 
 
 made_here: list[str] = []
 """Names of the functions that this process has compiled, in order: those that were not kept, or of before an update."""
+
+loaded_here: list[str] = []
+"""Names of the functions whose machine code this process has found, in order."""
+
+may_be_made: list[str] = []
+"""Names of the functions that this process has imported: what it compiles is among these."""
 
 on_compiled: list[Callable[[int], None]] = []
 """Called with the length of `made_here` whenever it has grown."""
@@ -84,10 +91,13 @@ class CodeCache(FunctionCache):
         """
         if not self.usable():
             return None
-        runtime: Any = rtsys
-        runtime.initialize(target_context)
-        numbas: Any = super()
-        return numbas._load_overload(sig, target_context)
+        numbas: Any = nrt
+        numbas.rtsys.initialize(target_context)
+        before: Any = super()
+        found = before._load_overload(sig, target_context)
+        if found is not None:
+            loaded_here.append(self._name)
+        return found
 
     def save_overload(self, sig: object, data: object) -> None:
         """Keep what was compiled, one process at a time, and tell that it was.

@@ -105,7 +105,8 @@ def bound(function: Callable[..., Any], *arguments: np.ndarray | tuple[np.ndarra
 def type_of(value: np.ndarray | tuple[np.ndarray, ...]) -> Any:  # noqa: ANN401
     """Numba's type of an array or a tuple of arrays: `numba.typeof`, which spells out every field of a record each time."""
     if isinstance(value, tuple):
-        return numba.types.BaseTuple.from_types(tuple(type_of(one) for one in value))
+        of = tuple(type_of(one) for one in value)
+        return numba.types.BaseTuple.from_types(of)  # type: ignore[no-untyped-call]
     if type(value) is not np.ndarray or value.dtype.fields is None:
         return numba.typeof(value)  # type: ignore[no-untyped-call]
     layout = numpy_support.map_layout(value)

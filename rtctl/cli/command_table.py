@@ -33,6 +33,7 @@ COMMANDS: dict[str, str] = {
     "experiment": "rtctl.cli.experiment",
     "campaign": "rtctl.cli.campaign",
     "service": "rtctl.cli.service",
+    "compile": "rtctl.cli.compile",
     "view": "rtctl.cli.view",
     "world": "rtctl.cli.view:world",
     "completion": "rtctl.cli.completion",

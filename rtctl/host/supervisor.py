@@ -19,30 +19,20 @@ import zmq
 from rtctl.check import law_plan as planning
 from rtctl.check import stability_report
 from rtctl.errors import LoopDiedError, StabilityError
-from rtctl.host import reload
 from rtctl.host.access.endpoints import RuntimeDirectory
 from rtctl.host.access.entrances import Access, Openings
 from rtctl.host.access.freed_memory import Heap
 from rtctl.host.access.intruders import Resident
-from rtctl.host.commands.gateway import PAUSE_S, Gateway
 from rtctl.host.loop.guard import LoopGuard
 from rtctl.host.loop.heartbeat import Heartbeat, promised_ticks
-from rtctl.host.loop.process import LoopProcess
+from rtctl.host.loop.process import Compiling, LoopProcess
 from rtctl.host.loop.waiting import WaitingLoop
 from rtctl.host.notices import Notices
 from rtctl.host.notify import Notifier
 from rtctl.host.outlet import streams_that_never_wait
-from rtctl.host.preparation import Preparation
-from rtctl.host.record.run_record import RunRecord
 from rtctl.host.signals import Signals
 from rtctl.host.speaker import Speaker
-from rtctl.host.telemetry.device_words import DeviceWords
-from rtctl.host.telemetry.rig_description import describe_run
 from rtctl.host.telemetry.run_statistics import RunStatistics
-from rtctl.host.telemetry.streams import Telemetry
-from rtctl.host.view_process import ViewProcess
-from rtctl.recording.law_arrays import LawArrays
-from rtctl.recording.setup import setup_of
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rt.early import MARGIN
 from rtctl.rt.shared_memory import CommandWriter, Memory, RingReader
@@ -65,12 +55,18 @@ class Observer(Protocol):
         """Look at a batch of new ticks (may be empty)."""
 
 
-def _why_waiting(compiled: int, *, preparing: bool) -> str:
-    """What a start waits for: `compiled` functions of the loop were compiled so far, and the host's own may be."""
-    if compiled or preparing:
-        so_far = f"{compiled} functions of the loop so far"
-        return f"compiling for this machine, on the first start of a version only, about a minute: {so_far}"
-    return "the loop process is not ready yet: it opens the devices"
+def _why_waiting(loop: Compiling | None, host: int) -> str:
+    """What a start waits for: the loop has compiled so much, and the host's own process `host` functions."""
+    if loop is None and not host:
+        return "the loop process is not ready yet: it opens the devices"
+    told = [f"{loop.functions} functions of the loop so far, of at most {loop.most}"] if loop else []
+    told += [f"{host} of the host"] if host else []
+    only = (
+        "on the first start of a version only, about a minute"
+        if loop is not None and loop.first
+        else "what no start before this one needed"
+    )
+    return f"compiling for this machine, {only}: {'; '.join(told)}"
 
 
 class Host:
@@ -166,6 +162,21 @@ class Host:
         self.access = Access(self.context, endpoints, openings, Notices(), resident=resident)
         self.loop = LoopProcess(self.loaded, self.memory, self.runtime.lock_fd, waiting)
         self.runtime.note_holder(self.loop.pid)
+        self._attach()
+
+    def _attach(self) -> None:
+        """Follow and serve the loop. What that needs is imported here, while the loop opens its devices."""
+        from rtctl.host.commands.gateway import Gateway
+        from rtctl.host.preparation import Preparation
+        from rtctl.host.record.run_record import RunRecord
+        from rtctl.host.telemetry.device_words import DeviceWords
+        from rtctl.host.telemetry.rig_description import describe_run
+        from rtctl.host.telemetry.streams import Telemetry
+        from rtctl.host.view_process import ViewProcess
+        from rtctl.recording.law_arrays import LawArrays
+        from rtctl.recording.setup import setup_of
+
+        plan, endpoints = self.plan, self.runtime.endpoints
         self.preparation = Preparation(plan.n_axes)
         self.guard = LoopGuard(self.loaded, self.loop, self.memory, plan.period_s)
         rig = describe_run(self.loaded, plan.params)
@@ -209,7 +220,7 @@ class Host:
             waited = time.monotonic() - self.began
             if waited > self._tell_at_s:
                 self._tell_at_s = waited + TELL_EVERY_S
-                self.announce(_why_waiting(self.loop.compiled, preparing=not self.preparation.done()))
+                self.announce(_why_waiting(self.loop.compiling, self.preparation.compiled()))
             if self.signals.ends:
                 raise KeyboardInterrupt
             if waited > READY_TIMEOUT_S:
@@ -223,6 +234,9 @@ class Host:
 
         Returns the closing summary. Raises LoopDiedError, DeviceError or RealtimeError when the loop failed.
         """
+        from rtctl.host import reload
+        from rtctl.host.commands.gateway import PAUSE_S
+
         poller = zmq.Poller()
         self.gateway.register(poller)
         poller.register(self.loop.fileno(), zmq.POLLIN)

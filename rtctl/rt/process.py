@@ -22,8 +22,8 @@ from typing import Any
 
 import numpy as np
 
+from hw import code_cache
 from hw.claims import Claims
-from hw.code_cache import on_compiled
 from hw.interface import Backend, BackendError, Rig
 from hw.rig import Member, compose
 from rtctl.rt import early, realtime
@@ -61,8 +61,10 @@ def _words(body: dict[str, Any]) -> bool:
     return _mention("words", **body)
 
 
-def _compiled(functions: int) -> None:
-    _mention("compiling", functions=functions)
+def _compiled(_count: int) -> None:
+    """Tell the host how far it is. What was compiled for several types counts once, as it does among those there are."""
+    functions, most = len(set(code_cache.made_here)), len(code_cache.may_be_made)
+    _mention("compiling", functions=functions, most=most, first=not code_cache.loaded_here)
 
 
 def _opening(begun: bool) -> None:
@@ -134,10 +136,11 @@ def main(line_fd: int) -> int:
     stop = _stopped_by_signals()
     gc.collect()  # while there is time
     gc.freeze()
+    gc.enable()
     with socket.socket(fileno=line_fd) as line:
         if (order := _order(line)) is None:
             return 1
-        on_compiled.append(_compiled)
+        code_cache.on_compiled.append(_compiled)
         began = time.monotonic()
         members = [Member.from_dict(device) for device in order["devices"]]
         made = _composed(order, members)

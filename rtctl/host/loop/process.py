@@ -9,7 +9,7 @@ import signal
 import subprocess
 import time
 from dataclasses import asdict
-from typing import IO, Any, cast
+from typing import IO, Any, NamedTuple, cast
 
 import numpy as np
 
@@ -48,6 +48,17 @@ def is_dying(pid: int) -> bool:
     return state in "ZX" or bool(int(rest[_FLAGS]) & _PF_EXITING)
 
 
+class Compiling(NamedTuple):
+    """How far a loop process is with compiling."""
+
+    functions: int
+    """Done so far."""
+    most: int
+    """There are no more than these."""
+    first: bool
+    """It found nothing compiled when it began: this version has not been started here."""
+
+
 def order_of(loaded: LoadedConfig) -> bytes:
     """What a loop process is told of its rig: one line of JSON."""
     config = loaded.config
@@ -82,8 +93,8 @@ class LoopProcess:
         self.grants: list[dict[str, Any]] = []
         self.ready = False
         self._opening_until = 0.0
-        self.compiled = 0
-        """Functions that it has compiled so far, for want of those of an earlier start."""
+        self.compiling: Compiling | None = None
+        """What it has compiled so far, for want of those of an earlier start; None: nothing."""
         self._notes: list[str] = []
         self._words: list[dict[str, Any]] = []
         self.compile_s = 0.0
@@ -147,7 +158,8 @@ class LoopProcess:
         elif message["message"] == "words":
             self._words.append(message)
         elif message["message"] == "compiling":
-            self.compiled = message["functions"]
+            first = message["first"] if self.compiling is None else self.compiling.first
+            self.compiling = Compiling(message["functions"], message["most"], first)
         elif message["message"] == "opening":
             self._opening_until = time.monotonic() + OPEN_TIMEOUT_S if message["begun"] else 0.0
         elif message["message"] == "ended":
