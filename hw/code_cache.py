@@ -135,7 +135,6 @@ class _Files(CompileResultCacheImpl):
         numbas: Any = self
         self._filename_base = numbas.get_filename_base(function.__qualname__, sys.abiflags)
 
-
     def rebuild(self, target_context: Any, payload: Any) -> Any:  # noqa: ANN401
         """Load machine code that was kept; as Numba does where it may want more of Numba than is ready."""
         if not _wants_nothing_more(payload):

@@ -34,7 +34,11 @@ def command(config: Path, *, as_json: bool) -> None:
         click.echo(json_text({"functions": functions, "seconds": round(seconds, 1), "devices": devices}))
         return
     left = "" if devices else "; functions of devices that must be open for it are left to the first start"
-    done = f"compiled {functions} functions in {seconds:.0f} s" if functions else "everything was compiled before"
+    done = (
+        f"compiled {functions} functions in {seconds:.0f} s"
+        if functions
+        else "everything was compiled before"
+    )
     click.echo(f"{done}{left}")
 
 
@@ -52,5 +56,6 @@ class _Progress:
             self._next_s = now + TELL_EVERY_S
             functions, most = len(set(code_cache.made_here)), len(code_cache.may_be_made)
             click.echo(
-                f"compiling for this machine, about a minute: {functions} functions so far, of at most {most}", err=True
+                f"compiling for this machine, about a minute: {functions} functions so far, of at most {most}",
+                err=True,
             )

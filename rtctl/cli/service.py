@@ -146,7 +146,9 @@ def _compile(command: list[str]) -> None:
     """Have the service's code compiled before its first start; what it says is shown as it comes."""
     done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=sys.stderr, check=False)
     if done.returncode:
-        click.echo("  could not be compiled now: the service's first start does it, in about a minute", err=True)
+        click.echo(
+            "  could not be compiled now: the service's first start does it, in about a minute", err=True
+        )
 
 
 def _pass(command: list[str], call: Callable[[list[str]], int] = subprocess.call) -> int:

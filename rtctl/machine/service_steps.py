@@ -198,7 +198,18 @@ def compile_command(command: str, rig: Path) -> list[str]:
     """What compiles for a rig as the service will run it: as its user, in its cache, which systemd makes as it does for the service."""
     mode = ["-p", "CacheDirectory=rtctl", "-p", "CacheDirectoryMode=0700", "-p", "UMask=0027"]
     whose = ["-p", "User=rtctl", "-p", "Group=rtctl"]
-    return [COMPILER, "--quiet", "--wait", "--pipe", "--collect", *whose, *mode, *command.split(), "compile", str(rig)]
+    return [
+        COMPILER,
+        "--quiet",
+        "--wait",
+        "--pipe",
+        "--collect",
+        *whose,
+        *mode,
+        *command.split(),
+        "compile",
+        str(rig),
+    ]
 
 
 def needs_network(loaded: LoadedConfig) -> bool:

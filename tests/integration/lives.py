@@ -121,9 +121,7 @@ def host_main(config, folder, said):
             os.dup2(fd, to)
         for name, value in QUICK.items():
             setattr(plan, name, value)
-        waiting.subprocess = SimpleNamespace(
-            Popen=Forked, PIPE=subprocess.PIPE, DEVNULL=subprocess.DEVNULL
-        )
+        waiting.subprocess = SimpleNamespace(Popen=Forked, PIPE=subprocess.PIPE, DEVNULL=subprocess.DEVNULL)
         try:
             with Host(load(Path(config)), runtime_dir=folder, announce=say) as host:
                 summary = host.run()

@@ -56,7 +56,7 @@ class Compiling(NamedTuple):
     most: int
     """There are no more than these."""
     first: bool
-    """It found nothing compiled when it began: this version has not been started here."""
+    """Nothing was there compiled when the process began: this version has not been started here."""
 
 
 def order_of(loaded: LoadedConfig) -> bytes:
