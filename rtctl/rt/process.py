@@ -18,7 +18,8 @@ import socket
 import sys
 import time
 import traceback
-from typing import Any
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -32,8 +33,6 @@ from rtctl.rt.loop import Stop, prepare, run_loop, warm_up
 from rtctl.rt.replug import Replug
 from rtctl.rt.shared_memory import Memory
 from rtctl.rt.speech import Speech
-
-_AT_ONCE = 65536
 
 
 def _say(kind: str, **body: Any) -> None:  # noqa: ANN401
@@ -113,22 +112,47 @@ def _stopped_by_signals() -> Stop:
     return stop
 
 
-def _order(line: socket.socket) -> dict[str, Any] | None:
-    """What rig it is going to be; None where the host has refused the rig file, or has died."""
-    text = b""
-    while not text.endswith(b"\n"):
-        more = line.recv(_AT_ONCE)
+def _told(line: socket.socket) -> Iterator[tuple[bytes, list[int]]]:
+    """The lines that the host writes, each with all descriptors that have come so far; no more of them once the host is gone.
+
+    Two lines may come as one: who read without taking descriptors would lose those of the second.
+    """
+    pending, descriptors = b"", []
+    while True:
+        more, came, _, _ = socket.recv_fds(line, 65536, 2, socket.MSG_CMSG_CLOEXEC)
         if not more:
-            return None
-        text += more
-    order: dict[str, Any] = json.loads(text)
-    return order
+            return
+        descriptors += came
+        *lines, pending = (pending + more).split(b"\n")
+        for text in lines:
+            yield text, descriptors
 
 
-def _memory(line: socket.socket) -> Memory | None:
-    """The memory to share, when the rig is proved; None where it is refused. With it comes the rig's lock, held as long as this process."""
-    text, descriptors, _, _ = socket.recv_fds(line, 1, 2, socket.MSG_CMSG_CLOEXEC)
-    return Memory.attach(descriptors[0]) if text else None
+class _Proved(NamedTuple):
+    """A rig that may be driven, and what is ready for it."""
+
+    order: dict[str, Any]
+    members: list[Member]
+    backend: Backend | BackendError
+    memory: Memory
+
+
+def _proved(line: socket.socket) -> _Proved | None:
+    """Prepare what the host says, and wait until that is proved; None where the host refuses the rig, or has died."""
+    told = _told(line)
+    text, _ = next(told, (b"", []))
+    if not text:
+        return None
+    order = json.loads(text)
+    code_cache.on_compiled.append(_compiled)
+    members = [Member.from_dict(device) for device in order["devices"]]
+    made = _composed(order, members)
+    prepare(order["rig"]["n_axes"])
+    _, descriptors = next(told, (b"", []))
+    if not descriptors:
+        return None
+    # the other one is the rig's lock: held as long as this process lives
+    return _Proved(order, members, made, Memory.attach(descriptors[0]))
 
 
 def main(line_fd: int) -> int:
@@ -137,16 +161,12 @@ def main(line_fd: int) -> int:
     gc.collect()  # while there is time
     gc.freeze()
     gc.enable()
+    began = time.monotonic()
     with socket.socket(fileno=line_fd) as line:
-        if (order := _order(line)) is None:
-            return 1
-        code_cache.on_compiled.append(_compiled)
-        began = time.monotonic()
-        members = [Member.from_dict(device) for device in order["devices"]]
-        made = _composed(order, members)
-        prepare(order["rig"]["n_axes"])
-        if (memory := _memory(line)) is None:
-            return 1
+        proved = _proved(line)
+    if proved is None:
+        return 1
+    order, members, made, memory = proved
     claims = Claims()  # given back when this process ends
     backend = _open(made, members, claims)
     if backend is None:

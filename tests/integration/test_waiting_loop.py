@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -18,6 +19,7 @@ from rtctl.host.access.endpoints import RuntimeDirectory
 from rtctl.host.loop.process import LoopProcess, order_of
 from rtctl.host.loop.waiting import WaitingLoop
 from rtctl.rig_file.config import load
+from rtctl.rt.process import _told
 from rtctl.rt.shared_memory import Memory
 
 LISTENING = """
@@ -153,6 +155,30 @@ def test_a_loop_prepares_for_one_rig_only():
         waiting.prepare(one)
         with pytest.raises(ValueError, match="another rig"):
             waiting.prepare(another)
+
+
+def test_what_comes_as_one_is_two_lines_and_no_descriptor_is_lost():
+    """The kernel hands out two messages as one where both are there."""
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        ours.sendall(b"{}\n")
+        socket.send_fds(ours, [b"\n"], [ours.fileno(), theirs.fileno()])
+        ours.shutdown(socket.SHUT_WR)
+        told = list(_told(theirs))
+    assert [text for text, _ in told] == [b"{}", b""]
+    descriptors = told[-1][1]
+    assert len(descriptors) == 2
+    for descriptor in descriptors:
+        os.close(descriptor)
+
+
+@pytest.mark.parametrize("text", [b"", b'{"rig"', b"{}"], ids=["nothing", "half a line", "no line's end"])
+def test_what_is_not_a_whole_line_is_no_order(text):
+    ours, theirs = socket.socketpair()
+    with theirs:
+        with ours:
+            ours.sendall(text)
+        assert list(_told(theirs)) == []
 
 
 def test_a_loop_that_died_while_it_waited_is_told_as_any_other():

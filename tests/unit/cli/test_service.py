@@ -191,7 +191,9 @@ def test_the_sandbox_is_as_tight_as_promised(added, threshold, tmp_path):
 
 def test_it_compiles_as_the_user_of_the_service_in_its_cache_before_that_starts(monkeypatch):
     """systemd makes and gives away the folder as it will for the service."""
-    made = service.plan(load(shipped_config("mock.toml")), Path("/"), "/opt/rtctl/bin/python -m rtctl", start=True)
+    made = service.plan(
+        load(shipped_config("mock.toml")), Path("/"), "/opt/rtctl/bin/python -m rtctl", start=True
+    )
     (step,) = (one for one in made.commands if one[0] == service.COMPILER)
     assert made.commands.index(step) == len(made.commands) - 2, "then it is started"
     assert " ".join(step).endswith("/opt/rtctl/bin/python -m rtctl compile /etc/rtctl/mock.toml")

@@ -37,7 +37,9 @@ PLAIN = "def f(x):\n    return float(np.exp(x[0]) + x[3])"
 
 def started(folder, module):
     """What one process says: result, whether it compiled, whether Numba was made ready."""
-    (folder / "one_function.py").write_text(f"import numpy as np\nfrom hw.jit import compiled\n\n@compiled\n{module}\n")
+    (folder / "one_function.py").write_text(
+        f"import numpy as np\nfrom hw.jit import compiled\n\n@compiled\n{module}\n"
+    )
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM.format(module="from one_function import f")],
         env={"RTCTL_CACHE_DIR": str(folder / "cache"), "PYTHONPATH": ":".join([str(folder), *sys.path])},
@@ -56,7 +58,9 @@ def test_kept_code_is_loaded_without_making_numba_ready(tmp_path):
 def object_that_calls(name):
     """Machine code of a function that calls `name`."""
     assert cpu_target.target_context.codegen() is not None, "what it links to is there from now on"
-    module = binding.parse_assembly(f"declare void @{name}()\ndefine void @f() {{\n call void @{name}()\n ret void\n}}")
+    module = binding.parse_assembly(
+        f"declare void @{name}()\ndefine void @f() {{\n call void @{name}()\n ret void\n}}"
+    )
     return binding.Target.from_default_triple().create_target_machine().emit_object(module)
 
 
@@ -83,7 +87,9 @@ def test_what_is_kept_in_another_way_is_loaded_when_numba_is_ready():
 
 def test_numba_is_made_ready_for_what_wants_more(monkeypatch):
     made_ready = []
-    monkeypatch.setattr(code_cache.CompileResultCacheImpl, "rebuild", lambda _self, _context, payload: payload)
+    monkeypatch.setattr(
+        code_cache.CompileResultCacheImpl, "rebuild", lambda _self, _context, payload: payload
+    )
     files = object.__new__(code_cache._Files)
     context = SimpleNamespace(refresh=lambda: made_ready.append(1))
     files.rebuild(context, kept(object_that_calls("getpid")))
