@@ -122,12 +122,13 @@ def _rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
 @click.option(
     "--folds",
     "held_out",
-    type=click.Choice(["auto", "speed", "time"]),
+    type=click.Choice(["auto", "speed", "time", "log", "lap", "turn"]),
     default="auto",
     show_default=True,
-    help="what cross-validation holds out together; auto: time for samples of a log (time_s, not averaged), "
-    "else speed",
+    help="what cross-validation holds out together; auto: whole logs where there are several, time (or laps of a motion that "
+    "repeats itself) for samples of one, else speed",
 )
+@click.option("--keep-outliers", is_flag=True, help="use points that are far from their neighbours in speed, too")
 @click.option(
     "--backend",
     type=click.Choice(["loky", "dask", "threading", "sequential"]),
@@ -182,6 +183,7 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
     tolerance: float | None,
     max_support_vectors: int | None,
     held_out: str,
+    keep_outliers: bool,
     backend: str,
     jobs: int | None,
     temperature: tuple[float, float] | None,
@@ -222,6 +224,7 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
     plan = fit_report.prepare(report_dir, test_points, config, rig)
     measured = fit_points.read(points, columns, map_file, average, text_of(delimiter, decimal))
     fit_report.require_plausible(plan, measured)
+    measured = fit_points.without_outliers(measured, keep=keep_outliers)
     folds = hold_out.way_for(measured, held_out)
     tolerance_share = grids.RESOLUTION_SHARE if tolerance is None else tolerance / 100
     ladder: Ladder | None = None
@@ -272,6 +275,7 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
         body: dict[str, Any] = {"model": str(out), "rig": model.rig, "data_sha256": model.data_sha256}
         body |= {"presliding": fit_advice.presliding_body(model)}
         body |= {"directions": rows, "kind": model.kind, "evaluation_ns": model.evaluation_ns, "folds": folds}
+        body |= {"left_out": fit_points.left_out_rows(measured)}
         body |= fit_advice.body(model, plan.loaded, out)
         body |= {"report": str(page)} if page else {}
         if ladder is not None:

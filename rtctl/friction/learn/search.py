@@ -15,7 +15,8 @@ import numpy as np
 
 from rtctl.errors import DataError, UnidentifiableError
 from rtctl.friction.kinds.table import KERNELS
-from rtctl.friction.learn.hold_out import TRAINS, folds_of
+from rtctl.friction.learn.grids import in_scale_of
+from rtctl.friction.learn.hold_out import TRAINS, folds_of, units_of
 from rtctl.friction.learn.machines import MAX_ITERATIONS, Candidate, FailedFitError, train
 from rtctl.friction.points.measured import FrictionPoints
 
@@ -45,6 +46,8 @@ class Side:
     friction_nm: np.ndarray
     weight: np.ndarray
     fold: np.ndarray
+    block: np.ndarray | None = None
+    """What each point was measured with (`hold_out.units_of`): errors within are alike. None: nobody says."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +64,8 @@ class Score:
     n_terms: float
     failed: str | None = None
     converged: bool = True
+    blocks: np.ndarray | None = None
+    """Block of each error, as of `Side`; None: each is its own."""
 
     @property
     def rmse_nm(self) -> float:
@@ -70,16 +75,34 @@ class Score:
     @property
     def se_nm(self) -> float:
         """Standard error of `rmse_nm`."""
-        return standard_error(self.errors)
+        return standard_error(self.errors, self.blocks)
 
 
-def standard_error(errors: np.ndarray) -> float:
-    """Standard error of the root mean square of `errors`: that of the mean square, over twice the root."""
+def standard_error(errors: np.ndarray, blocks: np.ndarray | None = None) -> float:
+    """Standard error of the root mean square of `errors`: that of the mean square, over twice the root.
+
+    Parameters
+    ----------
+    blocks
+        Block of each error, shape (n,): errors of one block (a lap, a log, a stretch of time) are alike and count as one.
+
+    Notes
+    -----
+    The variance of a ratio of sums over blocks. One block says nothing of others: its standard error is infinite.
+    """
     squares = errors**2
     rmse = np.sqrt(squares.mean()) if len(squares) else 0.0
     if not rmse > 0:
         return 0.0
-    return float(squares.std(ddof=1) / np.sqrt(len(squares)) / (2 * rmse))
+    names, block = np.unique(np.arange(len(errors)) if blocks is None else blocks, return_inverse=True)
+    n = len(names)
+    if n == len(errors):
+        return float(squares.std(ddof=1) / np.sqrt(n) / (2 * rmse))
+    if n < 2:
+        return float("inf")
+    off = np.bincount(block, squares - squares.mean())
+    variance = float(off @ off) * n / (n - 1) / len(errors) ** 2
+    return float(np.sqrt(variance) / (2 * rmse))
 
 
 def side(
@@ -93,7 +116,9 @@ def side(
     parts = [points.branch(one) for one in directions]
     speed, friction_nm = (np.concatenate(column) for column in zip(*parts, strict=True))
     weight = np.where(speed == 0, break_away_weight, 1.0)
-    return Side(direction, speed, friction_nm, weight, folds_of(points, directions, folds))
+    rows = np.concatenate([points.rows_of(one) for one in directions])
+    block = units_of(points, folds)[rows]
+    return Side(direction, speed, friction_nm, weight, folds_of(points, directions, folds), block)
 
 
 def cross_validate(
@@ -118,7 +143,7 @@ def cross_validate(
         for k in folds:
             held, kept = data.fold == k, data.fold != k
             trained = train(
-                candidate,
+                in_scale_of(candidate, data.speed, data.friction_nm, kept),
                 data.speed[kept],
                 data.friction_nm[kept],
                 data.weight[kept],
@@ -143,8 +168,9 @@ def cross_validate(
         return Score(candidate, data.direction, np.zeros(0), np.inf, error.reason)
     except UnidentifiableError as error:
         return Score(candidate, data.direction, np.zeros(0), np.inf, str(error))
-    held_out = errors[np.isin(data.fold, folds)]
-    return Score(candidate, data.direction, held_out, count, converged=converged)
+    held = np.isin(data.fold, folds)
+    blocks = None if data.block is None else data.block[held]
+    return Score(candidate, data.direction, errors[held], count, converged=converged, blocks=blocks)
 
 
 def _chunk(

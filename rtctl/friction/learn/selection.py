@@ -38,6 +38,12 @@ class Rung:
         return np.concatenate([score.errors for score in self.scores])
 
     @property
+    def blocks(self) -> np.ndarray | None:
+        """Block of each of `errors`; None where a side does not say."""
+        told = [score.blocks for score in self.scores if score.blocks is not None]
+        return np.concatenate(told) if len(told) == len(self.scores) else None
+
+    @property
     def rmse_nm(self) -> float:
         """Held-out RMSE over all sides, N m; infinite for a refused rung."""
         return float("inf") if self.refused else float(np.sqrt(np.mean(self.errors**2)))
@@ -45,7 +51,7 @@ class Rung:
     @property
     def se_nm(self) -> float:
         """Standard error of `rmse_nm`, N m."""
-        return 0.0 if self.refused else standard_error(self.errors)
+        return 0.0 if self.refused else standard_error(self.errors, self.blocks)
 
     @property
     def n_terms(self) -> float:

@@ -147,7 +147,7 @@ def residuals_against(evidence: Evidence, name: str) -> bytes:
     points, figure = evidence.points, _figure(10, 3.6)
     plot = figure.subplots()
     for one in evidence.of(evidence.chosen):
-        mine = points.direction == one.direction
+        mine = points.rows_of(one.direction)
         error = one.curve(np.abs(points.velocity_rad_s[mine])) - points.friction_nm[mine]
         plot.plot(
             evidence.extra[name][mine],
