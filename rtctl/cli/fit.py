@@ -159,7 +159,9 @@ def _rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
     type=OutputFolder(),
     help="write report.html with figures and tables there; runs --search halving unless told otherwise",
 )
-@click.option("--test", "test_points", type=_File, help="points to judge the fit by, in the report")
+@click.option(
+    "--test", "test_points", type=_File, help="points to judge the fit by, in the report; its bound knows them, too"
+)
 @click.option("--config", type=_File, help="rig file, for plausible units and the recommended gain and cap")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object with every figure, for scripts")
 def command(  # longer than 50 lines: an option is a parameter, and the steps are in order of the work
@@ -253,7 +255,7 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
     model = replace(
         model, temperature_min_c=low, temperature_max_c=high, evaluation_ns=evaluation_ns(model.record())
     )
-    model = with_evidence(model, measured, presliding_rad)
+    model = with_evidence(model, measured, presliding_rad, plan.test)
     artefact.save(model, out)
     if plot is not None:
         from rtctl.friction.report import figure

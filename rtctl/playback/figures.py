@@ -20,6 +20,7 @@ from hw.interface import Rig
 from rtctl.control.vocabulary import State
 from rtctl.errors import DataError
 from rtctl.friction.learn.fit import fit_points
+from rtctl.friction.learn.hold_out import way_for
 from rtctl.friction.logs.dynamics import (
     CUTOFF_HZ,
     SPEED_MIN_RAD_S,
@@ -122,7 +123,7 @@ def learn(
         held.append(each.samples.between(end, np.inf))
     points = level_points(pool(seen))
     return Learned(
-        model=fit_points(points, rig=rig_name, epsilon_nm=settings.epsilon_nm),
+        model=fit_points(points, rig=rig_name, epsilon_nm=settings.epsilon_nm, folds=way_for(points)),
         symmetric=fit_points(mirrored(points), rig=rig_name, epsilon_nm=settings.epsilon_nm),
         logs=logs,
         points=points,

@@ -188,7 +188,8 @@ def _formulas(usable: Sequence[Rung], limit: float, among: str) -> str:
     machine = min(learned, key=lambda rung: rung.rmse_nm)
     same = machine.rmse_nm + machine.se_nm
     if formula.rmse_nm <= (same if among else max(limit, same)):
-        return f"A parametric model is as good: {formula.family} does not err more than {machine.family}."
+        more = "does not err more than" if formula.rmse_nm <= machine.rmse_nm else "errs more by less than one standard error of"
+        return f"A parametric model is as good: {formula.family} {more} {machine.family}."
     if formula.rmse_nm <= limit:
         return (
             f"A parametric model is as good: {formula.family}, {1e3 * formula.rmse_nm:.3g} mN m, is {among}."
