@@ -33,11 +33,12 @@ class Found:
 
 
 def truth(speed: np.ndarray) -> np.ndarray:
-    """Friction of the joint, N m: two peaks, which no formula of the ladder has."""
-    return 0.25 + 0.06 * np.exp(-((speed / 0.05) ** 2)) + 0.05 / (1 + speed / 0.4) + 0.04 * speed
+    """Friction of the joint, N m: two peaks and a grease that thins out, as the shipped joint, which no formula of the ladder has."""
+    peaks = 0.07 * np.exp(-((speed / 0.04) ** 2)) + 0.04 * np.exp(-((speed / 0.4) ** 2))
+    return 0.24 + peaks + 0.03 * np.log1p(speed / 0.1)
 
 
-def joint(per_direction: int = 70, noise_nm: float = 0.002, seed: int = 1) -> FrictionPoints:
+def joint(per_direction: int = 70, noise_nm: float = 0.001, seed: int = 1) -> FrictionPoints:
     """Clean points of both directions, break-away included."""
     rng = np.random.default_rng(seed)
     v = np.concatenate([[0.0], np.geomspace(0.005, 2, per_direction - 1)])

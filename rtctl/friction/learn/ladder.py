@@ -103,7 +103,7 @@ def ascend(
             pool, _pooled_tasks(choice.chosen, scores, sides, share), [pooled], max_terms=most
         )
     rung = _usable(climb(choice.chosen.family, tried, [pooled], share), points, [pooled])
-    shared = not rung.refused and rung.rmse_nm <= max(choice.chosen.rmse_nm + choice.chosen.se_nm, equal_nm)
+    shared = not rung.refused and rung.rmse_nm <= max(choice.chosen.rmse_nm + choice.chosen.doubt_nm, equal_nm)
     note = bound + _symmetry(rung, shared=shared)
     explanation = choice.explanation + note
     return Ladder(choice, (pooled,) if shared else sides, shared, rung, explanation, folds, equal_nm, most)

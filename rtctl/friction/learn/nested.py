@@ -6,24 +6,33 @@ cross-validation it is not: what is held out outside has chosen nothing.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import contextlib
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from rtctl.errors import DataError
 from rtctl.friction.learn import ladder, search
 from rtctl.friction.learn.hold_out import TRAINS, folds_of, units_of
+from rtctl.friction.model import FrictionModel
 from rtctl.friction.points.measured import FrictionPoints
+
+CHOSEN = "chosen"
 
 
 @dataclass(frozen=True)
 class Generalisation:
-    """Errors (N m) of the fits on what each never saw, `rmse_nm` with its standard error `se_nm`; `chosen` rung of each fold."""
+    """Errors (N m) of the fits on what each never saw, `rmse_nm` with its standard error `se_nm`; `chosen` rung of each fold.
 
-    errors: np.ndarray
+    `held_out_nm` is what the ladders themselves held out of the rungs they chose, RMS over the folds: what they promised.
+    `of_rungs` has (error, its standard error) of every rung that each fit could learn, when they were asked for, N m.
+    """
+
     rmse_nm: float
     se_nm: float
+    held_out_nm: float
     chosen: tuple[str, ...]
+    of_rungs: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     def __str__(self) -> str:
         """In a sentence."""
@@ -34,8 +43,10 @@ class Generalisation:
         )
 
 
-def generalisation(points: FrictionPoints, options: ladder.Options) -> Generalisation:
-    """Climb the ladder once for each fold of the points, without it, and judge the choice by it.
+def generalisation(
+    points: FrictionPoints, options: ladder.Options, *, every_rung: bool = False
+) -> Generalisation:
+    """Climb the ladder once for each fold of the points, without it, and judge the choice (and every rung) by it.
 
     Both directions of a fold are held out at once. What is faster than anything a fit saw is not judged.
 
@@ -46,7 +57,8 @@ def generalisation(points: FrictionPoints, options: ladder.Options) -> Generalis
     """
     fold = _folds(points, options.folds)
     unit = units_of(points, options.folds)
-    errors, blocks, chosen = [], [], []
+    errors: dict[str, list[np.ndarray]] = {}
+    blocks, chosen, promised = [], [], []
     folds = np.unique(fold[fold != TRAINS])
     if len(folds) < 3:  # one log is left, which has no other to be held out with
         options = replace(options, folds="speed")
@@ -55,26 +67,45 @@ def generalisation(points: FrictionPoints, options: ladder.Options) -> Generalis
         hidden = held if points.left_out is None else held | points.left_out
         training = replace(points, left_out=hidden)
         found = ladder.ascend(training, options)
-        model = ladder.learn(training, found, rig="nested")
+        models = {CHOSEN: ladder.learn(training, found, rig="nested")}
+        if every_rung:
+            models |= _of_rungs(training, found)
         chosen.append(found.choice.chosen.family)
+        promised.append(found.choice.chosen.rmse_nm)
         rows = np.flatnonzero(held)
         speed = np.abs(points.velocity_rad_s[rows])
         side = (points.direction[rows] < 0).astype(int)
-        rows = rows[speed <= np.array([branch.speed_max_rad_s for branch in model.branches])[side]]
-        errors.append(_predicted(model, points, rows) - points.friction_nm[rows])
+        fastest = np.array([branch.speed_max_rad_s for branch in models[CHOSEN].branches])
+        rows = rows[speed <= fastest[side]]
+        for name, model in models.items():
+            errors.setdefault(name, []).append(_predicted(model, points, rows) - points.friction_nm[rows])
         blocks.append(unit[rows])
-    if not errors:
+    if not blocks:
         raise DataError(f"{points.source}: no fold to hold out; add points")
-    together = np.concatenate(errors)
-    return Generalisation(
-        together,
-        float(np.sqrt(np.mean(together**2))),
-        search.standard_error(together, np.concatenate(blocks)),
-        tuple(chosen),
-    )
+    block = np.concatenate(blocks)
+    figures = {name: _figures(parts, block) for name, parts in errors.items() if len(parts) == len(blocks)}
+    rmse_nm, se_nm = figures.pop(CHOSEN)
+    held_out_nm = float(np.sqrt(np.mean(np.square(promised))))
+    return Generalisation(rmse_nm, se_nm, held_out_nm, tuple(chosen), figures)
 
 
-def _predicted(model: ladder.FrictionModel, points: FrictionPoints, rows: np.ndarray) -> np.ndarray:
+def _figures(parts: list[np.ndarray], block: np.ndarray) -> tuple[float, float]:
+    """RMS and its standard error, N m."""
+    together = np.concatenate(parts)
+    return float(np.sqrt(np.mean(together**2))), search.standard_error(together, block)
+
+
+def _of_rungs(points: FrictionPoints, found: ladder.Ladder) -> dict[str, FrictionModel]:
+    """Models of all rungs that can be learned from these points, also of formulas whose peak they do not tell: it may predict all the same."""
+    models = {}
+    for rung in found.choice.rungs:
+        if len(rung.scores) == len(found.choice.chosen.scores):
+            with contextlib.suppress(DataError):  # another fold tells; a rung that misses one has no figure
+                models[rung.family] = ladder.learn(points, found, rig="nested", rung=rung)
+    return models
+
+
+def _predicted(model: FrictionModel, points: FrictionPoints, rows: np.ndarray) -> np.ndarray:
     """Friction (N m) that the model says at these points, each in its own direction."""
     speed = np.abs(points.velocity_rad_s[rows])
     forward, backward = (branch.magnitude(speed) for branch in model.branches)

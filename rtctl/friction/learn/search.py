@@ -77,6 +77,11 @@ class Score:
         """Standard error of `rmse_nm`."""
         return standard_error(self.errors, self.blocks)
 
+    @property
+    def doubt_nm(self) -> float:
+        """See `doubt`, N m."""
+        return doubt(self.errors, self.blocks)
+
 
 def standard_error(errors: np.ndarray, blocks: np.ndarray | None = None) -> float:
     """Standard error of the root mean square of `errors`: that of the mean square, over twice the root.
@@ -103,6 +108,20 @@ def standard_error(errors: np.ndarray, blocks: np.ndarray | None = None) -> floa
     off = np.bincount(block, squares - squares.mean())
     variance = float(off @ off) * n / (n - 1) / len(errors) ** 2
     return float(np.sqrt(variance) / (2 * rmse))
+
+
+BLOCKS_MIN = 5
+"""Fewest blocks that know their own spread well enough to choose by."""
+
+
+def doubt(errors: np.ndarray, blocks: np.ndarray | None) -> float:
+    """Standard error that models are chosen within, N m: by blocks, or where there are too few of them error by error.
+
+    The spread of two or three sessions is a matter of luck: as often as not it would let the plainest model through. What sessions differ
+    by is common to all models, and says little of which one is better.
+    """
+    few = blocks is not None and len(np.unique(blocks)) < BLOCKS_MIN
+    return standard_error(errors, None if few else blocks)
 
 
 def side(

@@ -16,7 +16,7 @@ import numpy as np
 from rtctl.errors import DataError, UnidentifiableError
 from rtctl.friction.kinds.table import FORMULAS
 from rtctl.friction.learn.formulas import fit_formula, require_identifiable
-from rtctl.friction.learn.search import Score, Side, standard_error
+from rtctl.friction.learn.search import Score, Side, doubt, standard_error
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,11 @@ class Rung:
         return 0.0 if self.refused else standard_error(self.errors, self.blocks)
 
     @property
+    def doubt_nm(self) -> float:
+        """See `search.doubt`, N m."""
+        return 0.0 if self.refused else doubt(self.errors, self.blocks)
+
+    @property
     def n_terms(self) -> float:
         """Support vectors, or parameters, of all sides together, trained on all points."""
         return float(sum(score.n_terms for score in self.scores))
@@ -88,7 +93,7 @@ def as_good(scores: Iterable[Score], tolerance_nm: float = 0.0) -> list[Score]:
     if not usable:
         return []
     best = min(usable, key=lambda score: score.rmse_nm)
-    limit = max(best.rmse_nm + best.se_nm, tolerance_nm)
+    limit = max(best.rmse_nm + best.doubt_nm, tolerance_nm)
     near = [score for score in usable if score.rmse_nm <= limit]
     return sorted(near, key=lambda score: (score.n_terms, score.rmse_nm))
 
@@ -141,7 +146,7 @@ def choose(rungs: Sequence[Rung], tolerance_nm: float = 0.0) -> Choice:
         remedy = "raise --max-support-vectors, or add points" if bounded else "add points"
         raise DataError(f"no model of the ladder could be learned: {said}; {remedy}")
     best = min(usable, key=lambda rung: rung.rmse_nm)
-    limit = max(best.rmse_nm + best.se_nm, tolerance_nm)
+    limit = max(best.rmse_nm + best.doubt_nm, tolerance_nm)
     near = sorted(
         (rung for rung in usable if rung.rmse_nm <= limit), key=lambda rung: (rung.n_terms, rung.rmse_nm)
     )
@@ -186,7 +191,7 @@ def _formulas(usable: Sequence[Rung], limit: float, among: str) -> str:
         return ""
     formula = min(formulas, key=lambda rung: rung.rmse_nm)
     machine = min(learned, key=lambda rung: rung.rmse_nm)
-    same = machine.rmse_nm + machine.se_nm
+    same = machine.rmse_nm + machine.doubt_nm
     if formula.rmse_nm <= (same if among else max(limit, same)):
         more = "does not err more than" if formula.rmse_nm <= machine.rmse_nm else "errs more by less than one standard error of"
         return f"A parametric model is as good: {formula.family} {more} {machine.family}."

@@ -63,18 +63,25 @@ def of_test(rows: Sequence[Row], chosen: str) -> str:
 
 def of_test_formulas(rows: Sequence[Row]) -> str:
     """Whether a formula is as good as the best learned curve on the test points; empty where there is none of either."""
+    said = formula_or_machine(rows)[1]
+    return f"There {said}" if said else ""
+
+
+def formula_or_machine(rows: Sequence[Row]) -> tuple[str, str]:
+    """Who errs less, "formula" (also where it is as good), "machine", or "" where one of them is missing; and that in words."""
     formulas = [row for row in rows if row["family"] in FORMULAS]
     machines = [row for row in rows if row["family"] not in FORMULAS]
     if not formulas or not machines:
-        return ""
+        return "", ""
     formula, machine = min(formulas, key=_test_nm), min(machines, key=_test_nm)
     figures = f"{_mnm(_test_nm(formula))} against {_mnm(_test_nm(machine))} mN m"
     if _test_nm(formula) <= _test_nm(machine):
-        return f"There a formula is the best: {formula['family']} beats {machine['family']}, {figures}."
+        return "formula", f"a formula is the best: {formula['family']} beats {machine['family']}, {figures}."
     if _test_nm(formula) <= _test_nm(machine) + machine["prediction_se_nm"]:
-        return f"There a formula is as good: {formula['family']} is within one standard error of {machine['family']}, {figures}."
+        near = f"{formula['family']} is within one standard error of {machine['family']}"
+        return "formula", f"a formula is as good: {near}, {figures}."
     times = f"{_test_nm(formula) / _test_nm(machine):.2g} times as much"
-    return f"There no formula is as good: the best, {formula['family']}, errs {times} as {machine['family']}, {figures}."
+    return "machine", f"no formula is as good: the best, {formula['family']}, errs {times} as {machine['family']}, {figures}."
 
 
 def of_agreement(rows: Sequence[Row], held_out: Sequence[Row], chosen: str) -> str:
