@@ -8,6 +8,7 @@ import click
 
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFile
+from rtctl.friction.kinds.table import KERNELS
 
 
 @click.command("evidence")
@@ -25,10 +26,24 @@ from rtctl.cli.outputs import OutputFile
     show_default=True,
     help="as of rtctl fit",
 )
+@click.option(
+    "--kernel",
+    type=click.Choice(["all", *KERNELS, "formula"]),
+    default="all",
+    show_default=True,
+    help="rungs of the ladder to climb",
+)
 @click.option("--jobs", type=click.IntRange(1, 4096), help="workers of the search; default all cores")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout, besides the page")
 def command(
-    description: Path, *, data: Path | None, out: Path | None, search: str, jobs: int | None, as_json: bool
+    description: Path,
+    *,
+    data: Path | None,
+    out: Path | None,
+    search: str,
+    kernel: str,
+    jobs: int | None,
+    as_json: bool,
 ) -> None:
     """Compare every rung of the ladder on every data set of a description, each judged by what it never saw.
 
@@ -37,7 +52,7 @@ def command(
     """
     from dataclasses import asdict
 
-    from rtctl.friction.learn import hold_out
+    from rtctl.friction.learn import grids, hold_out
     from rtctl.friction.learn.ladder import Options
     from rtctl.friction.report.data_sets import read_description, read_set
     from rtctl.friction.report.evidence_page import judge_set, page
@@ -50,7 +65,12 @@ def command(
     found = []
     for one, (points, notes) in zip(sets, read, strict=True):
         click.echo(f"{one.name}: {len(points.direction)} points", err=True)
-        options = Options(strategy=search, n_jobs=jobs or -1, folds=hold_out.way_for(points))
+        options = Options(
+            families=grids.families(kernel),
+            strategy=search,
+            n_jobs=jobs or -1,
+            folds=hold_out.way_for(points),
+        )
         told = [note.replace(f"{folder}/", "") for note in notes]  # a page is for others, who have other folders
         found.append(judge_set(one.name, one.source, points, told, options))
     text = page(found, f"rtctl evidence {description} --data DATA --out {out or 'PAGE'}")

@@ -14,7 +14,8 @@ from rtctl.recording.law_runner import LAW_FIELDS
 from rtctl.recording.parts import Limits, Parts
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.replay import Replay
-from rtctl.recording.setup import LAW_NAME, Setup, pack_law, setup_of
+from rtctl.recording.law_arrays import LAW_NAME, pack_law
+from rtctl.recording.setup import Setup, setup_of
 
 FOLDER = Path(__file__).parents[1] / "recordings"
 MOST_BYTES = 300_000

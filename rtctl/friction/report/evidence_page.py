@@ -56,8 +56,8 @@ class Found:
 
     @property
     def judged(self) -> list[Line]:
-        """Rungs that could be learned without each fold."""
-        return [line for line in self.lines if line.nested_nm is not None]
+        """Rungs that are not refused and could be learned without each fold."""
+        return [line for line in self.lines if line.nested_nm is not None and not line.refused]
 
     @property
     def least_nm(self) -> float:
@@ -168,7 +168,7 @@ def _of_set(one: Found) -> list[str]:
     return [
         f"## {one.name[:1].upper()}{one.name[1:]}",
         *([f"**{words[:1].upper()}{words[1:]}**"] if words else []),
-        f"{one.source[:1].upper()}{one.source[1:]}.",
+        f"{one.source}.",
         f"{one.points} points, {what}; friction {_mnm(one.friction_nm)} mN m RMS, floor {_mnm(one.floor_nm)} mN m. {_agreement(one)}",
         "\n".join(rows),
         *(["Told of the data:\n\n" + "\n".join(f"- {note}" for note in one.notes)] if one.notes else []),
