@@ -10,6 +10,8 @@ from enum import Enum
 from pathlib import PurePath
 from typing import Any
 
+from rtctl.cli.invocation import as_run
+
 
 def plain(value: Any) -> Any:  # noqa: ANN401
     """A value in the types that JSON has: NumPy numbers and arrays as Python's, enumerations by name, paths as text.
@@ -41,5 +43,13 @@ def plain(value: Any) -> Any:  # noqa: ANN401
 
 
 def json_text(value: Any, indent: int | None = None) -> str:  # noqa: ANN401
-    """`value` as JSON on one line, or indented."""
-    return json.dumps(plain(value), indent=indent, allow_nan=False)
+    """`value` as JSON on one line, or indented. A command in any of its texts is one that runs here, as on a terminal."""
+    return json.dumps(_as_run(plain(value)), indent=indent, allow_nan=False)
+
+
+def _as_run(value: Any) -> Any:  # noqa: ANN401 - what `plain` returns
+    if isinstance(value, str):
+        return as_run(value)
+    if isinstance(value, dict):
+        return {key: _as_run(item) for key, item in value.items()}
+    return [_as_run(item) for item in value] if isinstance(value, list) else value
