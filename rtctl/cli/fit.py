@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
-import re
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from rtctl.cli import fit_points, fit_table
+from rtctl.cli import fit_checks, fit_points, fit_table
 from rtctl.cli.columns import text_of
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFile, OutputFolder
@@ -23,30 +21,6 @@ _File = click.Path(dir_okay=False, path_type=Path)
 _POSITIVE = click.FloatRange(min=0, min_open=True, max=1e9)
 
 
-def _number(_: click.Context, option: click.Parameter, value: float | None) -> float | None:
-    """Refuse NaN, which click's own ranges let through."""
-    if value is not None and math.isnan(value):
-        raise click.BadParameter("NaN is not a number in the range", param=option)
-    return value
-
-
-def _range(
-    _: click.Context, option: click.Parameter, value: tuple[float, float] | None
-) -> tuple[float, float] | None:
-    if value is not None and not -100 <= value[0] <= value[1] <= 300:
-        raise click.BadParameter("must be -100 <= MIN <= MAX <= 300 degrees C", param=option)
-    return value
-
-
-def _rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
-    """A name that a rig can have, before anything is learned."""
-    from hw.plain_words import NAME_PATTERN, NAME_WORDS
-
-    if not re.fullmatch(NAME_PATTERN, name):
-        raise click.BadParameter(f"{name!r} is no rig's name: {NAME_WORDS}, as [rig] name of its rig file")
-    return name
-
-
 @click.command("fit")
 @click.argument("points", type=_File, nargs=-1, required=True)
 @fit_points.options
@@ -56,28 +30,28 @@ def _rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
     "--rig",
     default="mock",
     show_default=True,
-    callback=_rig_name,
+    callback=fit_checks.rig_name,
     help="name of the rig the points were measured on",
 )
 @click.option(
     "--C",
     "c",
     type=_POSITIVE,
-    callback=_number,
+    callback=fit_checks.number,
     help="bound on the dual coefficients; default: by cross-validation",
 )
 @click.option(
     "--epsilon",
     "epsilon_nm",
     type=_POSITIVE,
-    callback=_number,
+    callback=fit_checks.number,
     help="width of the epsilon tube, N m; default 0.005",
 )
 @click.option(
     "--fade",
     "fade_rad_s",
     type=_POSITIVE,
-    callback=_number,
+    callback=fit_checks.number,
     help="fade beyond the trained range, rad/s; default a tenth of it",
 )
 @click.option(
@@ -108,7 +82,7 @@ def _rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
 @click.option(
     "--tolerance",
     type=click.FloatRange(0, 50),
-    callback=_number,
+    callback=fit_checks.number,
     metavar="PERCENT",
     help="held-out errors below this much of the largest friction count as equal, so that the fewest numbers decide; "
     "0: one standard error alone; default 0.5",
@@ -128,7 +102,9 @@ def _rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
     help="what cross-validation holds out together; auto: whole logs where there are several, time (or laps of a motion that "
     "repeats itself) for samples of one, else speed",
 )
-@click.option("--keep-outliers", is_flag=True, help="use points that are far from their neighbours in speed, too")
+@click.option(
+    "--keep-outliers", is_flag=True, help="use points that are far from their neighbours in speed, too"
+)
 @click.option(
     "--backend",
     type=click.Choice(["loky", "dask", "threading", "sequential"]),
@@ -140,7 +116,7 @@ def _rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
 @click.option(
     "--temperature",
     type=(float, float),
-    callback=_range,
+    callback=fit_checks.temperatures,
     metavar="MIN MAX",
     help="range of temperature the points were measured in, degrees C; default the temperature_c column",
 )
@@ -148,7 +124,7 @@ def _rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
     "--presliding",
     "presliding_rad",
     type=click.FloatRange(min=0, min_open=True, max=1),
-    callback=_number,
+    callback=fit_checks.number,
     metavar="RAD",
     help="presliding length (break-away torque over initial slope), rad; default: what the points file says",
 )
@@ -160,7 +136,10 @@ def _rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
     help="write report.html with figures and tables there; runs --search halving unless told otherwise",
 )
 @click.option(
-    "--test", "test_points", type=_File, help="points to judge the fit by, in the report; its bound knows them, too"
+    "--test",
+    "test_points",
+    type=_File,
+    help="points to judge the fit by, in the report; its bound knows them, too",
 )
 @click.option("--config", type=_File, help="rig file, for plausible units and the recommended gain and cap")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object with every figure, for scripts")

@@ -84,7 +84,8 @@ class Judged:
 @dataclass(frozen=True)
 class Learned:
     """A model with the logs it comes from (each stretch without a gap), the points it saw, the samples held out of it (or None), and what
-    `rtctl identify --log` would say of the logs."""
+    `rtctl identify --log` would say of the logs.
+    """
 
     model: FrictionModel
     symmetric: FrictionModel

@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 from dataclasses import dataclass, replace
 
+import click
 import numpy as np
 
 from rtctl.friction.kinds.table import FAMILIES
@@ -56,7 +57,10 @@ def fitted(points: FrictionPoints, options: ladder.Options) -> tuple[str, float]
     found = ladder.ascend(kept, options)
     model = ladder.learn(kept, found, rig="made-up")
     v = np.linspace(0.0, 2.0, 800)
-    off = [branch.magnitude(v) - share * truth(v) for branch, share in zip(model.branches, (1.0, 1.1), strict=True)]
+    off = [
+        branch.magnitude(v) - share * truth(v)
+        for branch, share in zip(model.branches, (1.0, 1.1), strict=True)
+    ]
     return found.choice.chosen.family, float(np.sqrt(np.mean(np.square(off))))
 
 
@@ -85,7 +89,7 @@ def main() -> None:
     given = parser.parse_args()
     options = ladder.Options(families=tuple(given.families.split(",")), backend="loky", n_jobs=1)
     found = run(given.draws, options, joint())
-    print(
+    click.echo(
         f"{found.draws} draws: choice unchanged in {100 * found.unchanged:.1f} %, error {found.mean_error:.3f} times the clean fit's, "
         f"{found.error_95:.3f} in 95 %, at most {found.worst_error:.3f}"
     )

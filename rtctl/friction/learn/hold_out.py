@@ -75,7 +75,12 @@ def units_of(points: FrictionPoints, way: str) -> np.ndarray:
     if way == "speed":
         levels: np.ndarray = np.unique(np.abs(points.velocity_rad_s), return_inverse=True)[1]
         return np.where(points.direction > 0, 2 * levels, 2 * levels + 1)
-    need = {"time": ("time_s",), "log": ("log",), "lap": ("time_s", "position_rad"), "turn": ("position_rad",)}[way]
+    need = {
+        "time": ("time_s",),
+        "log": ("log",),
+        "lap": ("time_s", "position_rad"),
+        "turn": ("position_rad",),
+    }[way]
     for name in need:
         if not _complete(points, name):
             raise DataError(

@@ -30,7 +30,9 @@ def laps_of(points: FrictionPoints) -> np.ndarray | None:
     if period is None:
         return None
     laps: np.ndarray = ((time_s - time_s.min()) / period).astype(int)
-    return np.minimum(laps, int(np.ptp(time_s) / period + 0.5) - 1)  # a few samples more are no lap
+    last = int(np.ptp(time_s) / period + 0.5) - 1
+    laps[laps > last] = last  # a few samples more are no lap
+    return laps
 
 
 def period_s(time_s: np.ndarray, signals: np.ndarray) -> float | None:
@@ -73,4 +75,5 @@ def _alike(signal: np.ndarray, lags: int) -> np.ndarray:
     power = np.concatenate([[0.0], np.cumsum(x**2)])
     k = np.arange(lags)
     size = np.sqrt(power[n - k] * (power[n] - power[k]))
-    return np.divide(product, size, out=np.zeros(lags), where=size > 0)
+    found: np.ndarray = np.divide(product, size, out=np.zeros(lags), where=size > 0)
+    return found

@@ -30,7 +30,9 @@ def with_evidence(
             branch,
             place_spread_nm=spread,
             test_max_error_nm=None if test is None else test_max_error_nm(branch, test, direction),
-            single_max_error_nm=_largest(single_max_error_nm(branch, one, direction) for one in (points, test) if one),
+            single_max_error_nm=_largest(
+                single_max_error_nm(branch, one, direction) for one in (points, test) if one
+            ),
         )
         for branch, spread, direction in zip(model.branches, spreads, (1, -1), strict=True)
     )

@@ -193,7 +193,11 @@ def _formulas(usable: Sequence[Rung], limit: float, among: str) -> str:
     machine = min(learned, key=lambda rung: rung.rmse_nm)
     same = machine.rmse_nm + machine.doubt_nm
     if formula.rmse_nm <= (same if among else max(limit, same)):
-        more = "does not err more than" if formula.rmse_nm <= machine.rmse_nm else "errs more by less than one standard error of"
+        more = (
+            "does not err more than"
+            if formula.rmse_nm <= machine.rmse_nm
+            else "errs more by less than one standard error of"
+        )
         return f"A parametric model is as good: {formula.family} {more} {machine.family}."
     if formula.rmse_nm <= limit:
         return (

@@ -175,7 +175,13 @@ def level_points(samples: FrictionSamples, levels: int = LEVELS_MAX) -> Friction
                     f"{value:.4g} N m: it does not oppose the motion; correct the bias or the inertia"
                 )
             rows.append(
-                (direction * speed[level].mean(), value, direction, _spread(speed[level], friction[level]), len(level))
+                (
+                    direction * speed[level].mean(),
+                    value,
+                    direction,
+                    _spread(speed[level], friction[level]),
+                    len(level),
+                )
             )
             for name, column in beside.items():
                 means[name].append(_of_level(name, column[level]))

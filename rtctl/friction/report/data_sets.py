@@ -74,8 +74,9 @@ def read_set(one: DataSet, folder: Path) -> tuple[FrictionPoints, tuple[str, ...
     DataError
         What `rtctl identify --log` or `rtctl fit` would refuse, likewise.
     """
+    notes: tuple[str, ...] = ()
     if one.points:
-        points, notes = read_points(_found(one.points, folder)[0]), ()
+        points = read_points(_found(one.points, folder)[0])
     elif one.runs:
         files = [file for pattern in one.runs for file in _found(pattern, folder)]
         points, told = read_mapped(files, one.columns, "file", {"delimiter": None, "decimal": None})
@@ -84,7 +85,9 @@ def read_set(one: DataSet, folder: Path) -> tuple[FrictionPoints, tuple[str, ...
         files = [file for pattern in one.logs for file in _found(pattern, folder)]
         unknown = sorted(set(one.columns) - set(ROLES))
         if unknown:
-            raise ConfigError(f"set {one.name!r}: columns.{unknown[0]}: no role of a log; one of {', '.join(ROLES)}")
+            raise ConfigError(
+                f"set {one.name!r}: columns.{unknown[0]}: no role of a log; one of {', '.join(ROLES)}"
+            )
         mapped = {ROLES[role]: table for role, table in one.columns.items()}
         points, notes = points_of_logs(files, mapped, Gearing())
     kept, left_out = without_outliers(points)
@@ -96,4 +99,3 @@ def _found(pattern: str, folder: Path) -> list[Path]:
     if not files or not all(file.is_file() for file in files):
         raise ConfigError(f"{folder}: no file {pattern}; give the folder of the data with --data")
     return files
-

@@ -137,7 +137,9 @@ def _short(found: Sequence[Found]) -> str:
         for one in found:
             winner, words = formula_or_machine(_rows(one))
             if winner == who:
-                said.append(f"- **{one.name}**: {words or 'formulas alone, or machines alone, could be judged.'} {_agreement(one)}")
+                said.append(
+                    f"- **{one.name}**: {words or 'formulas alone, or machines alone, could be judged.'} {_agreement(one)}"
+                )
     return "\n".join(said)
 
 
@@ -152,7 +154,11 @@ def _rows(one: Found) -> list[dict[str, float | str]]:
 def _agreement(one: Found) -> str:
     """Whether held-out errors said what came, and whether the choice was the best."""
     times, share = one.chosen_nm / one.chosen_held_out_nm, one.chosen_nm / one.least_nm
-    told = "as its held-out error said" if 1 / AGREES <= times <= AGREES else "which its held-out error did not say"
+    told = (
+        "as its held-out error said"
+        if 1 / AGREES <= times <= AGREES
+        else "which its held-out error did not say"
+    )
     best = "as good as the best rung" if share <= NEAR else f"{share:.2f} times the best rung"
     return (
         f"What the ladder chooses errs {_mnm(one.chosen_nm)} mN m on what it did not see, {told} ({_mnm(one.chosen_held_out_nm)} mN m; "
@@ -162,7 +168,10 @@ def _agreement(one: Found) -> str:
 
 def _of_set(one: Found) -> list[str]:
     words = formula_or_machine(_rows(one))[1]
-    rows = ["| model | held out, mN m | 95 % interval | without it, mN m | numbers | verdict |", "|---|---|---|---|---|---|"]
+    rows = [
+        "| model | held out, mN m | 95 % interval | without it, mN m | numbers | verdict |",
+        "|---|---|---|---|---|---|",
+    ]
     rows += [_cells(line, one) for line in one.lines]
     what = f"{one.units} {hold_out.HELD_OUT[one.way]}"
     return [

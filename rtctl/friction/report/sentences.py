@@ -81,7 +81,10 @@ def formula_or_machine(rows: Sequence[Row]) -> tuple[str, str]:
         near = f"{formula['family']} is within one standard error of {machine['family']}"
         return "formula", f"a formula is as good: {near}, {figures}."
     times = f"{_test_nm(formula) / _test_nm(machine):.2g} times as much"
-    return "machine", f"no formula is as good: the best, {formula['family']}, errs {times} as {machine['family']}, {figures}."
+    return (
+        "machine",
+        f"no formula is as good: the best, {formula['family']}, errs {times} as {machine['family']}, {figures}.",
+    )
 
 
 def of_agreement(rows: Sequence[Row], held_out: Sequence[Row], chosen: str) -> str:

@@ -104,7 +104,11 @@ def overall(evidence: Evidence) -> Table:
 
 def errors(evidence: Evidence) -> Table:
     """Training and prediction errors per kernel and regime, as Tables I and II of Bi et al."""
-    judged = "the test points" if evidence.test else f"{HELD_OUT[evidence.folds]} held out of training (no test points given)"
+    judged = (
+        "the test points"
+        if evidence.test
+        else f"{HELD_OUT[evidence.folds]} held out of training (no test points given)"
+    )
     caption = (
         f"Absolute errors, mN m: mean and largest. Prediction: on {judged}. Low speed is below "
         f"{evidence.boundary_rad_s:.3g} rad/s, the geometric middle of the measured speeds."

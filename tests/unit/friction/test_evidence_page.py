@@ -20,12 +20,29 @@ DATA = ROOT.parent / "shared" / "data"
 
 
 def line(family, held_out, nested, refused=""):
-    return Line(family, held_out, 0.9 * held_out, 1.1 * held_out, "4 + 4", nested, 0.05 * (nested or 0), refused)
+    return Line(
+        family, held_out, 0.9 * held_out, 1.1 * held_out, "4 + 4", nested, 0.05 * (nested or 0), refused
+    )
 
 
 def found(name, *lines, **more):
-    figures = {"chosen": lines[0].family, "chosen_nm": 1e-3, "chosen_held_out_nm": 1e-3, "floor_nm": 5e-4} | more
-    return Found(name=name, source="Made up", points=80, way="log", units=4, friction_nm=0.1, lines=lines, notes=(), **figures)
+    figures = {
+        "chosen": lines[0].family,
+        "chosen_nm": 1e-3,
+        "chosen_held_out_nm": 1e-3,
+        "floor_nm": 5e-4,
+    } | more
+    return Found(
+        name=name,
+        source="Made up",
+        points=80,
+        way="log",
+        units=4,
+        friction_nm=0.1,
+        lines=lines,
+        notes=(),
+        **figures,
+    )
 
 
 MACHINE_WINS = found("machine's", line("epsilon-spline", 1e-3, 1e-3), line("gaussian", 3e-3, 3e-3))
@@ -131,12 +148,17 @@ def test_the_command_writes_the_page_and_names_a_file_that_is_missing(tmp_path):
     v = np.geomspace(0.05, 2, 12)
     rows = [f"{s * x},{s * (0.2 + 0.03 * x + 0.001 * np.sin(40 * x))}" for s in (1, -1) for x in v]
     (tmp_path / "p.csv").write_text("velocity_rad_s,friction_torque_nm\n" + "\n".join(rows) + "\n")
-    done = CliRunner().invoke(command, [str(tmp_path / "d.toml"), "--out", str(tmp_path / "page.md"), "--jobs", "1", "--kernel", "formula"])
+    done = CliRunner().invoke(
+        command,
+        [str(tmp_path / "d.toml"), "--out", str(tmp_path / "page.md"), "--jobs", "1", "--kernel", "formula"],
+    )
     assert done.exit_code == 0, done.output
     text = (tmp_path / "page.md").read_text()
     assert "## Mine" in text
     assert "| `coulomb_viscous` |" in text
-    assert str(tmp_path) not in text.replace(f"rtctl evidence {tmp_path}/d.toml", "").replace(f"--out {tmp_path}/page.md", "")
+    assert str(tmp_path) not in text.replace(f"rtctl evidence {tmp_path}/d.toml", "").replace(
+        f"--out {tmp_path}/page.md", ""
+    )
 
 
 @pytest.mark.realdata

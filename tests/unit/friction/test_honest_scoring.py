@@ -22,7 +22,7 @@ from rtctl.friction.report.judge import judge
 from tests.bench import outliers
 
 QUICK = ladder.Options(
-    families=("coulomb_viscous", "gaussian", "lorentzian"), symmetric="no", backend="sequential", n_jobs=1
+    families=("coulomb_viscous", "gaussian"), symmetric="no", backend="sequential", n_jobs=1
 )
 
 
@@ -156,7 +156,9 @@ def test_a_ladder_by_logs_is_less_sure_than_one_by_speed_where_the_logs_differ()
     f = np.concatenate([part.friction_nm + off for part, off in zip(parts, offsets, strict=True)])
     rows = [(x, y, np.sign(x), np.nan, np.nan) for x, y in zip(v, f, strict=True)]
     points = FrictionPoints.from_rows(rows, "logs", "0" * 64, {"log": np.repeat(np.arange(4.0), 200)})
-    by_log, by_speed = (ladder.ascend(points, replace(QUICK, folds=way)).choice.chosen for way in ("log", "speed"))
+    by_log, by_speed = (
+        ladder.ascend(points, replace(QUICK, folds=way)).choice.chosen for way in ("log", "speed")
+    )
     assert by_log.se_nm > 2 * by_speed.se_nm
     low, high = interval_nm(by_log)
     assert high - by_log.rmse_nm == pytest.approx(3.182446 * by_log.se_nm), "Student's t of four logs"
@@ -204,14 +206,14 @@ def test_the_nested_error_is_that_of_another_session_and_the_ladders_own_is_not(
 
 
 def test_one_bad_point_of_140_changes_no_choice():
-    found = outliers.run(16, QUICK, outliers.joint())
+    found = outliers.run(8, QUICK, outliers.joint())
     assert found.unchanged >= 0.95
     assert found.error_95 <= 1.2
 
 
 def test_a_bad_point_decided_before(monkeypatch):
     monkeypatch.setattr(outliers, "without_outliers", lambda points: (points, ()))
-    found = outliers.run(4, QUICK, outliers.joint())
+    found = outliers.run(2, QUICK, outliers.joint())
     assert found.error_95 > 1.2
 
 
@@ -238,7 +240,10 @@ def test_the_command_names_what_it_leaves_out_and_keeps_it_when_told(tmp_path):
     signed = points.friction_nm * points.direction
     signed[33] *= 3
     lines = ["velocity_rad_s,friction_torque_nm,direction"]
-    lines += [f"{v!r},{f!r},{int(d)}" for v, f, d in zip(points.velocity_rad_s.tolist(), signed.tolist(), points.direction, strict=True)]
+    lines += [
+        f"{v!r},{f!r},{int(d)}"
+        for v, f, d in zip(points.velocity_rad_s.tolist(), signed.tolist(), points.direction, strict=True)
+    ]
     (tmp_path / "p.csv").write_text("\n".join(lines) + "\n")
     words = ["fit", str(tmp_path / "p.csv"), "--out", str(tmp_path / "m.json"), "--C", "100", "--json"][1:]
     done = CliRunner().invoke(command, words)

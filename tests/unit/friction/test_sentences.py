@@ -26,7 +26,8 @@ def on_test(**rmse_mnm):
 
 def held(**rmse_mnm):
     return [
-        {"family": name.replace("_", "-"), "held_out_rmse_nm": x / 1e3, "refused": None} for name, x in rmse_mnm.items()
+        {"family": name.replace("_", "-"), "held_out_rmse_nm": x / 1e3, "refused": None}
+        for name, x in rmse_mnm.items()
     ]
 
 
@@ -75,7 +76,10 @@ def test_a_sentence_says_what_its_table_says_and_no_other_table_makes_it_say_so(
 def test_a_model_that_no_search_compared_is_compared_with_the_formulas_of_the_table():
     better, worse = held(epsilon_spline=2, gaussian=1), held(epsilon_spline=2, gaussian=3)
     assert "A formula errs no more: gaussian, 1 against 2" in sentences.of_formulas(better, SPLINE)[0]
-    assert "No formula errs as little: the best is gaussian, 3 against 2" in sentences.of_formulas(worse, SPLINE)[0]
+    assert (
+        "No formula errs as little: the best is gaussian, 3 against 2"
+        in sentences.of_formulas(worse, SPLINE)[0]
+    )
     assert sentences.of_formulas(better, "gaussian") == []
 
 
@@ -129,13 +133,17 @@ def test_the_page_confronts_its_headline_with_test_points_that_contradict_it(lea
 def test_the_table_of_errors_says_what_was_held_out(learned):
     evidence = report_evidence.gather(joint(), learned, None)
     assert "on speeds held out of training" in tables.errors(evidence).caption
-    assert "on stretches of time held out of training" in tables.errors(replace(evidence, folds="time")).caption
+    assert (
+        "on stretches of time held out of training" in tables.errors(replace(evidence, folds="time")).caption
+    )
 
 
 def test_a_curve_is_dashed_where_nothing_was_measured():
     assert unmeasured(SPEEDS) == []
     assert unmeasured(SPEEDS[1:]) == [(0.0, 0.01)]
-    assert unmeasured(np.concatenate([SPEEDS[SPEEDS < 0.1], [1.9, 2.0]])) == [(pytest.approx(0.0931, rel=0.01), 1.9)]
+    assert unmeasured(np.concatenate([SPEEDS[SPEEDS < 0.1], [1.9, 2.0]])) == [
+        (pytest.approx(0.0931, rel=0.01), 1.9)
+    ]
     drawn = []
     plot = SimpleNamespace(plot=lambda v, curve, **how: drawn.append((v[np.isfinite(curve)], how)))
     v = np.linspace(0, 2, 400)
