@@ -54,7 +54,7 @@ def command(
 
     from rtctl.friction.learn import grids, hold_out
     from rtctl.friction.learn.ladder import Options
-    from rtctl.friction.report.data_sets import read_description, read_set
+    from rtctl.friction.logs.data_sets import read_description, read_set
     from rtctl.friction.report.evidence_page import judge_set, page
     from rtctl.recording.as_columns import register
 

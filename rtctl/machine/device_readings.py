@@ -37,7 +37,6 @@ from rtctl.check import measured_timing as timing
 from rtctl.control.stability import lag_ticks
 from rtctl.errors import ConfigError
 from rtctl.machine.force_zero import Tare
-from rtctl.recording import as_columns
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.tick import FIELD, new_ticks
 
@@ -240,7 +239,6 @@ def devices(loaded: LoadedConfig, only: str | None = None, *, poll: bool = False
     ConfigError
         There is no device of that number or name.
     """
-    as_columns.register()
     config, found = loaded.config, []
     tare_samples = round(max(axis.force.tare_s for axis in config.axis) / config.period_s)
     for i, (table, member) in enumerate(zip(config.device, loaded.members(), strict=True)):

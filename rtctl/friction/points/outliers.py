@@ -21,7 +21,7 @@ SHARE = 0.25
 """... if it is off by more than this share of the friction there, too: half a Stribeck peak may lie between two points."""
 
 END_SHARE, BREAK_AWAY_SHARE = 1.0, 1.8
-"""The same of the two lowest and the two highest speeds, which have neighbours on one side only, and of break-away, which may well stand out."""
+"""As `SHARE`, of the two lowest and the two highest speeds, which have neighbours on one side only, and of break-away, which may well stand out."""
 
 MOST_SHARE = 0.03
 """When more than this share looks bad, it is no mistake but how the joint is: nothing is left out."""

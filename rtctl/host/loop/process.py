@@ -15,9 +15,7 @@ from typing import IO, Any, cast
 
 import numpy as np
 
-from hw.rig import Member
 from rtctl.errors import DeviceError, LoopDiedError, RealtimeError
-from rtctl.recording import as_columns
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rt.birth import OF_THE_TERMINAL
 from rtctl.rt.shared_memory import Memory
@@ -52,29 +50,28 @@ def is_dying(pid: int) -> bool:
     return state in "ZX" or bool(int(rest[_FLAGS]) & _PF_EXITING)
 
 
-def log_readers(members: Sequence[Member]) -> list[str]:
-    """Modules that teach the loop to read the logs these devices play back: a recording is nothing that `hw` knows.
-
-    They are named only where one is played, so that no other loop loads them.
-    """
-    played = [member.options.get("file", "") for member in members if member.kind == "playback"]
-    return [as_columns.__name__] if any(str(file).endswith(".mcap") for file in played) else []
-
-
 class LoopProcess:
     """The running loop: `messages()` drains what it said, `ended` holds its last word."""
 
-    def __init__(self, loaded: LoadedConfig, memory: Memory, lock_fd: int | None = None) -> None:
-        """Start it. It keeps `lock_fd` open: the rig's lock lasts as long as anybody drives the rig."""
+    def __init__(
+        self,
+        loaded: LoadedConfig,
+        memory: Memory,
+        lock_fd: int | None = None,
+        log_readers: Sequence[str] = (),
+    ) -> None:
+        """Start it. It keeps `lock_fd` open: the rig's lock lasts as long as anybody drives the rig.
+
+        `log_readers` are modules whose `register` teaches it to read logs that `hw` does not know.
+        """
         config = loaded.config
         rig = {
             name: value.tolist() if isinstance(value, np.ndarray) else value
             for name, value in asdict(config.hardware()).items()
         }
-        members = loaded.members()
         order = {
-            "devices": [asdict(member) for member in members],
-            "log_readers": log_readers(members),
+            "devices": [asdict(member) for member in loaded.members()],
+            "log_readers": list(log_readers),
             "rig": rig,
             "clock": config.loop.clock,
             "realtime": config.loop.realtime,

@@ -1,5 +1,6 @@
 """The page of evidence: every set and every rung, and formulas first where they are as good."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,10 +10,11 @@ from click.testing import CliRunner
 
 from rtctl.cli.evidence import command
 from rtctl.errors import ConfigError
+from rtctl.friction.kinds.table import FORMULAS
 from rtctl.friction.learn import ladder
+from rtctl.friction.logs.data_sets import read_description, read_set
 from rtctl.friction.points.reader import read_points
 from rtctl.friction.report import evidence_page
-from rtctl.friction.report.data_sets import read_description, read_set
 from rtctl.friction.report.evidence_page import Found, Line, judge_set, page
 
 ROOT = Path(__file__).parents[3]
@@ -140,25 +142,29 @@ def test_a_description_that_is_none_is_refused(tmp_path, text, said):
     assert said in " ".join(caught.value.faults)
 
 
-def test_the_command_writes_the_page_and_names_a_file_that_is_missing(tmp_path):
+def test_the_command_writes_the_page_and_names_a_file_that_is_missing(tmp_path, monkeypatch):
     (tmp_path / "d.toml").write_text('[[set]]\nname = "mine"\nsource = "Mine"\npoints = "p.csv"\n')
-    done = CliRunner().invoke(command, [str(tmp_path / "d.toml"), "--out", str(tmp_path / "page.md")])
+    words = [str(tmp_path / "d.toml"), "--out", str(tmp_path / "page.md"), "--kernel", "formula"]
+    done = CliRunner().invoke(command, words)
     assert isinstance(done.exception, ConfigError)
     assert "no file p.csv" in str(done.exception)
-    v = np.geomspace(0.05, 2, 12)
-    rows = [f"{s * x},{s * (0.2 + 0.03 * x + 0.001 * np.sin(40 * x))}" for s in (1, -1) for x in v]
-    (tmp_path / "p.csv").write_text("velocity_rad_s,friction_torque_nm\n" + "\n".join(rows) + "\n")
-    done = CliRunner().invoke(
-        command,
-        [str(tmp_path / "d.toml"), "--out", str(tmp_path / "page.md"), "--jobs", "1", "--kernel", "formula"],
-    )
+    (tmp_path / "p.csv").write_text((ROOT / "configs/friction/mock_points.csv").read_text())
+    right = evidence_page.judge_set
+
+    def quick(name, source, points, notes, options):
+        assert options.families == tuple(FORMULAS)
+        assert options.folds == "speed"
+        return right(name, source, points, notes, QUICK)
+
+    monkeypatch.setattr(evidence_page, "judge_set", quick)
+    done = CliRunner().invoke(command, words)
     assert done.exit_code == 0, done.output
     text = (tmp_path / "page.md").read_text()
     assert "## Mine" in text
     assert "| `coulomb_viscous` |" in text
-    assert str(tmp_path) not in text.replace(f"rtctl evidence {tmp_path}/d.toml", "").replace(
-        f"--out {tmp_path}/page.md", ""
-    )
+    told = CliRunner().invoke(command, [*words, "--json"])
+    (one,) = json.loads(told.stdout)["sets"]
+    assert one["chosen"] == "lorentzian"
 
 
 @pytest.mark.realdata

@@ -16,7 +16,6 @@ from rtctl.control.records import command_dtype
 from rtctl.friction.logs.log_input import Gearing, options_of, read_log
 from rtctl.friction.logs.regression import joint_fit
 from rtctl.friction.logs.regressors import of_stretches
-from rtctl.host.loop.process import log_readers
 from rtctl.recording import as_columns
 from rtctl.tick import tick_dtype
 
@@ -84,8 +83,8 @@ def test_a_part_without_a_gap_is_played_whatever_is_missing_elsewhere(recorded):
 def test_the_loop_of_a_device_that_plays_a_recording_learns_to_read_it(recorded):
     played = Member("playback", {"file": str(recorded[0])}, "device[0] 'playback'", (0,), (), 0, 0, ())
     others = Member("playback", {"file": "log.csv"}, "device[0] 'playback'", (0,), (), 0, 0, ())
-    assert log_readers([others]) == []
-    (module,) = log_readers([played])
+    assert as_columns.log_readers([others]) == []
+    (module,) = as_columns.log_readers([played])
     code = (
         "import importlib, sys; from hw.playback.columns import READERS; assert '.mcap' not in READERS\n"
         f"importlib.import_module({module!r}).register(); assert '.mcap' in READERS\n"
