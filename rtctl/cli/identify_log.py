@@ -274,7 +274,7 @@ def _reversal_lines(turned: Reversals | None) -> list[str]:
     from rtctl.friction.logs.reversal_memory import NEAR_S, TURNS_MIN
 
     if turned is None:
-        return [f"reversals: fewer than {TURNS_MIN} turns, or nothing explains them"]
+        return [f"reversals: fewer than {TURNS_MIN} turns, or strokes too short to tell"]
     lines = [
         f"reversals: error within {NEAR_S:g} s of {turned.turns} turns, on parts held out",
         f"  {'friction':<42} {'error':>10} {'less':>15} {'all rows':>10}",

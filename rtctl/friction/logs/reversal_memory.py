@@ -100,7 +100,7 @@ def reversals_of_logs(
     Returns
     -------
     Reversals or None
-        None: fewer than `TURNS_MIN` turns, or nothing explains the torque.
+        None: fewer than `TURNS_MIN` turns, or strokes too short to bend anything.
     """
     parts = [part for log in logs if (part := made_ready(log, cutoff_hz, speed_min_rad_s)) is not None]
     turns = sum(part.turns for part in parts)
