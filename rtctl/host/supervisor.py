@@ -160,9 +160,19 @@ class Host:
         self.context = zmq.Context()
         resident = None if virtual else self._streams.enter_context(closing(Resident()))
         self.access = Access(self.context, endpoints, openings, Notices(), resident=resident)
-        self.loop = LoopProcess(self.loaded, self.memory, self.runtime.lock_fd, waiting)
+        readers = self._log_readers()
+        self.loop = LoopProcess(self.loaded, self.memory, self.runtime.lock_fd, readers, waiting)
         self.runtime.note_holder(self.loop.pid)
         self._attach()
+
+    def _log_readers(self) -> list[str]:
+        """What the loop needs beyond `hw` to read a log that is played back; nothing is imported for other rigs."""
+        members = self.loaded.members()
+        if all(member.kind != "playback" for member in members):
+            return []
+        from rtctl.recording.as_columns import log_readers
+
+        return log_readers(members)
 
     def _attach(self) -> None:
         """Follow and serve the loop. What that needs is imported here, while the loop opens its devices."""

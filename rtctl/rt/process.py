@@ -19,6 +19,7 @@ import sys
 import time
 import traceback
 from collections.abc import Iterator
+from importlib import import_module
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -146,6 +147,8 @@ def _proved(line: socket.socket) -> _Proved | None:
     order = json.loads(text)
     code_cache.on_compiled.append(_compiled)
     members = [Member.from_dict(device) for device in order["devices"]]
+    for reader in order["log_readers"]:
+        import_module(reader).register()
     made = _composed(order, members)
     prepare(order["rig"]["n_axes"])
     _, descriptors = next(told, (b"", []))

@@ -8,6 +8,7 @@ import os
 import signal
 import subprocess
 import time
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import IO, Any, NamedTuple, cast
 
@@ -59,7 +60,7 @@ class Compiling(NamedTuple):
     """Nothing was there compiled when the process began: this version has not been started here."""
 
 
-def order_of(loaded: LoadedConfig) -> bytes:
+def order_of(loaded: LoadedConfig, log_readers: Sequence[str] = ()) -> bytes:
     """What a loop process is told of its rig: one line of JSON."""
     config = loaded.config
     rig = {
@@ -68,6 +69,7 @@ def order_of(loaded: LoadedConfig) -> bytes:
     }
     order = {
         "devices": [asdict(member) for member in loaded.members()],
+        "log_readers": list(log_readers),
         "rig": rig,
         "clock": config.loop.clock,
         "realtime": config.loop.realtime,
@@ -86,9 +88,13 @@ class LoopProcess:
         loaded: LoadedConfig,
         memory: Memory,
         lock_fd: int | None = None,
+        log_readers: Sequence[str] = (),
         waiting: WaitingLoop | None = None,
     ) -> None:
-        """Start it, or have the one that is `waiting` begin. It keeps `lock_fd` open: the rig's lock lasts as long as anybody drives the rig."""
+        """Start it, or have the one that is `waiting` begin. It keeps `lock_fd` open: the rig's lock lasts as long as anybody drives the rig.
+
+        `log_readers` are modules whose `register` teaches it to read logs that `hw` does not know.
+        """
         self.ended: dict[str, Any] | None = None
         self.grants: list[dict[str, Any]] = []
         self.ready = False
@@ -104,7 +110,7 @@ class LoopProcess:
         self._stdout = cast("IO[bytes]", self._process.stdout)
         os.set_blocking(self._stdout.fileno(), False)
         descriptors = (memory.fd,) if lock_fd is None else (memory.fd, lock_fd)
-        waiting.prepare(order_of(loaded))
+        waiting.prepare(order_of(loaded, log_readers))
         waiting.begin(*descriptors)
 
     @property
