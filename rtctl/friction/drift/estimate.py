@@ -66,25 +66,22 @@ def estimate(strokes: Strokes, rate_hz: float) -> Estimate | None:
         return None
     sessions, at = np.unique(table[:, 0], return_inverse=True)
     k = COLUMNS - 1 + len(sessions)
-    place = np.tile(np.arange(k), (len(table), 1))[:, :COLUMNS]
-    place[:, COLUMNS - 1] = COLUMNS - 1 + at
+    place = np.tile(np.arange(COLUMNS), (len(table), 1))
+    place[:, -1] += at  # the offset of its session
     A, b = np.zeros((k, k)), np.zeros(k)
-    for i, where in enumerate(place):
-        A[np.ix_(where, where)] += zz[i]
-        b[where] += zy[i]
+    np.add.at(A, (place[:, :, None], place[:, None, :]), zz)
+    np.add.at(b, place, zy)
     dry = float(zz[:, 1, COLUMNS - 1].sum() / n.sum())
     known = np.zeros(k)
     known[1], known[2] = DIRECTIONS_DIFFER**-2, INERTIA_OFF**-2
     known[3:] = (OFFSET_SHARE * dry) ** -2
     found, scale = _solved(A, b, known, float(yy.sum()), float(n.sum()), float(n.mean()))
     inverse = np.linalg.inv(A / scale + np.diag(known))
-    meat = np.diag(known)
     clusters = len(table)
-    for i, where in enumerate(place):
-        score = np.zeros(k)
-        score[where] = (zy[i] - zz[i] @ found[where]) / scale
-        meat += np.outer(score, score) * clusters / (clusters - 1)
-    cov = inverse @ meat @ inverse
+    score = np.zeros((clusters, k))
+    np.add.at(score, (np.arange(clusters)[:, None], place), zy - np.einsum("nij,nj->ni", zz, found[place]))
+    score /= scale
+    cov = inverse @ (score.T @ score * (clusters / (clusters - 1)) + np.diag(known)) @ inverse
     newest = COLUMNS - 1 + len(sessions) - 1
     present = table[:, 0] == strokes.session
 

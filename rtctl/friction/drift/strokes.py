@@ -36,12 +36,17 @@ class Strokes:
     ----------
     most_rows
         Rows remembered at most: older strokes go.
+
+    Attributes
+    ----------
+    taken : int
+        Strokes that ended so far.
     """
 
     def __init__(self, most_rows: int) -> None:
         self._most_rows = most_rows
         self.table = np.zeros((0, SUMS))
-        self.session = 0
+        self.session = self.taken = 0
         self._open = np.zeros(SUMS)
         self._stroke = -1
 
@@ -71,6 +76,7 @@ class Strokes:
 
     def _close(self) -> None:
         if self._open[1] >= ROWS_MIN:
+            self.taken += 1
             self._open[0] = self.session
             self.table = np.vstack([self.table, self._open])[-STROKES:]
             newest_first = np.cumsum(self.table[::-1, 1])[::-1]
