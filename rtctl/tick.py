@@ -223,7 +223,9 @@ def joined(batches: Sequence[np.ndarray]) -> np.ndarray:
     if len(batches) == 1:
         return batches[0]
     whole = np.dtype((np.void, batches[0].dtype.itemsize))
-    return np.concatenate([np.ascontiguousarray(batch).view(whole) for batch in batches]).view(batches[0].dtype)
+    return np.concatenate([np.ascontiguousarray(batch).view(whole) for batch in batches]).view(
+        batches[0].dtype
+    )
 
 
 def json_schema(n_axes: int = 1) -> dict[str, Any]:

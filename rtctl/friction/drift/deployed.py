@@ -60,7 +60,7 @@ class Deployed:
     def viscous_nms_rad(self, velocity: np.ndarray) -> np.ndarray:
         """Viscous slope of the model in the direction of each velocity."""
         forward, backward = self.model["viscous_nms_rad"][0]
-        return np.where(velocity >= 0, forward, backward)
+        return np.asarray(np.where(velocity >= 0, forward, backward))
 
     def least_factor(self, share: float = 1.0) -> float:
         """Factor of the dry friction below which `share` of the feed-forward exceeds the joint's friction at some speed."""

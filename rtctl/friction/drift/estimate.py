@@ -121,7 +121,7 @@ def _solved(
 ) -> tuple[np.ndarray, float]:
     """Coefficients, and the variance that one row stands for when a stroke is one observation."""
     scale = per_stroke * max(yy / rows, 1e-300)
-    found = np.zeros(len(b))
+    found: np.ndarray = np.zeros(len(b))
     for _ in range(3):
         found = np.linalg.solve(A / scale + np.diag(known), b / scale)
         left = max(yy - 2 * found @ b + found @ A @ found, 0.0) / rows

@@ -81,7 +81,11 @@ def told(axis: AxisWatch) -> dict[str, Any]:
     """
     found = axis.found
     if found is None:
-        return {"factor": None, "seconds": axis.strokes.rows / axis.rate_hz, "strokes": len(axis.strokes.table)}
+        return {
+            "factor": None,
+            "seconds": axis.strokes.rows / axis.rate_hz,
+            "strokes": len(axis.strokes.table),
+        }
     pairs = {
         "factor": (found.factor, found.factor_error),
         "forward": (found.forward, found.forward_error),

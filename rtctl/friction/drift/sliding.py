@@ -38,9 +38,7 @@ def bell(rate_hz: float) -> np.ndarray:
     g = np.exp(-0.5 * (t / sigma_s) ** 2)
     first, second = t * g, (t**2 / sigma_s**2 - 1.0) * g
     second -= g * (second.sum() / g.sum())
-    return np.column_stack(
-        [g / g.sum(), first / (first @ t), second / (0.5 * (second @ t**2))]
-    )
+    return np.column_stack([g / g.sum(), first / (first @ t), second / (0.5 * (second @ t**2))])
 
 
 class Sliding:
@@ -120,9 +118,9 @@ class Sliding:
         speed = np.abs(signals[:, 0])
         good = (speed >= self._slowest) & (speed <= self._fastest)
         # a run of one direction, fast enough, as long as the bell
-        same = np.lib.stride_tricks.sliding_window_view(np.where(good, np.sign(signals[:, 0]), 0.0), width).sum(
-            axis=1
-        )
+        same = np.lib.stride_tricks.sliding_window_view(
+            np.where(good, np.sign(signals[:, 0]), 0.0), width
+        ).sum(axis=1)
         middle = signals[self._half : len(signals) - self._half]
         kept = middle[(np.abs(same) == width) & (middle[:, 3] >= self._settle)]
         self._filtered = signals[1 - width :]

@@ -55,6 +55,14 @@ class Strokes:
         """Rows remembered."""
         return int(self.table[:, 1].sum())
 
+    def take_up(self, table: np.ndarray) -> None:
+        """Go on from the strokes of an earlier run; what comes is of a later session."""
+        self.table, self.session = table[-STROKES:], int(table[-1, 0]) + 1
+
+    def forget(self) -> None:
+        """Remember nothing."""
+        self.table = np.zeros((0, SUMS))
+
     def begin_session(self) -> None:
         """Sensors were zeroed, or may have been: an offset of its own from here on."""
         self._close()

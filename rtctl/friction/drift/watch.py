@@ -45,6 +45,16 @@ class AxisWatch:
         self.strokes.begin_session()
         self.stopped = ""
 
+    def take_up(self, table: np.ndarray, *, warned: bool) -> None:
+        """Go on from strokes of an earlier run (`Strokes.table`); `warned`: there was a warning then. Nothing is stopped for them."""
+        self.strokes.take_up(table)
+        found = estimate(self.strokes, self.rate_hz)
+        if found is None or not np.isfinite(list(vars(found).values())).all():
+            self.strokes.forget()
+            return
+        self.found = found
+        self.warning = verdict.warning(found, self.by, self.table.warn_share, warned=warned)
+
     def judge(self, share: float) -> None:
         """Make of what is remembered what there is to say; `share` of the feed-forward is in force."""
         if self.strokes.taken == self._judged:
