@@ -67,6 +67,6 @@ def overcompensated(found: Estimate, by: Deployed, share: float) -> str:
     if not high < bound:
         return ""
     return (
-        f"dry friction is at most {high:.2f} times what was learned, and the compensation takes {bound:.2f} of what was learned: "
+        f"dry friction is at most {high:.2f} times what was learned; below {bound:.2f} the compensation gives more than friction takes: "
         "stopped; learn it anew (rtctl identify), or lower friction.gain"
     )
