@@ -59,7 +59,9 @@ def paths(joints, rate_hz, seconds):
 def dry_nm(v):
     """Dry friction of the shipped joint at velocities v, a magnitude: law less .05 |v|, which the model has as viscous."""
     speed = np.abs(v)
-    return np.where(v >= 0, law_nm(speed), law_nm(speed, -1)) - np.where(v >= 0, 0.05, 0.05 * BACKWARD) * speed
+    return (
+        np.where(v >= 0, law_nm(speed), law_nm(speed, -1)) - np.where(v >= 0, 0.05, 0.05 * BACKWARD) * speed
+    )
 
 
 def friction_nm(joints, t, x, v, rate_hz):

@@ -1,4 +1,4 @@
-"""Factor of the dry friction and offset from sums over strokes, with honest intervals.
+"""Factor of the dry friction and offset from sums over strokes, with honest intervals (docs/theory.md 5.9).
 
 Least squares over  tau - J a - b v = m s F + d F + e J a + o  (`rtctl.friction.drift.strokes`), an offset for each session.
 What a motion cannot tell is bounded by what is known before it: the two directions rarely drift apart (d), the rig file's
@@ -31,6 +31,10 @@ OFFSET_SHARE = 0.15
 
 METHOD_FLOOR = 0.01
 """What the method itself may be off by, as a standard deviation of the factor: bristles, cogging, lateness of the torques."""
+
+DIRECTION_FLOOR = 0.03
+"""The same of the factor of one direction, and of the offset as a share of the dry friction: what tells the two apart is how F changes with
+speed, which the model has to a hundredth of F, and that is a good part of the change."""
 
 _SESSIONS = 8
 
@@ -93,11 +97,11 @@ def estimate(strokes: Strokes, rate_hz: float) -> Estimate | None:
         factor=float(found[0]),
         factor_error=error(one[0], METHOD_FLOOR),
         forward=float(found[0] + found[1]),
-        forward_error=error(one[0] + one[1], METHOD_FLOOR),
+        forward_error=error(one[0] + one[1], DIRECTION_FLOOR),
         backward=float(found[0] - found[1]),
-        backward_error=error(one[0] - one[1], METHOD_FLOOR),
+        backward_error=error(one[0] - one[1], DIRECTION_FLOOR),
         offset_nm=float(found[newest]),
-        offset_error_nm=error(one[newest], METHOD_FLOOR * dry),
+        offset_error_nm=error(one[newest], DIRECTION_FLOOR * dry),
         dry_nm=dry,
         strokes=clusters,
         seconds=float(n.sum()) / rate_hz,

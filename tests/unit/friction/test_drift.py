@@ -1,4 +1,4 @@
-"""The watch over the friction (docs/theory.md 5.8): factor and offset from ordinary motion, on joints whose factor is known."""
+"""The watch over the friction (docs/theory.md 5.9): factor and offset from ordinary motion, on joints whose factor is known."""
 
 import math
 from functools import cache
@@ -87,7 +87,9 @@ def test_ten_percent_are_told_within_a_minute_of_motion_and_no_change_is_not():
 
 
 def test_strokes_that_are_short_against_the_bristles_say_nothing():
-    for rows in ticks_of([Joint(sines=SHORT, factor=k, elements=n) for k in (0.7, 1.0) for n in (0, 8)], 60.0):
+    for rows in ticks_of(
+        [Joint(sines=SHORT, factor=k, elements=n) for k in (0.7, 1.0) for n in (0, 8)], 60.0
+    ):
         axis = over(rows)
         assert axis.found is None
         assert axis.warning == axis.stopped == ""
@@ -228,7 +230,15 @@ def test_a_damaged_file_says_nothing(tmp_path):
         axis = watch().axes[0]
         if state.restore(axis, {**whole, "strokes": table.tolist()}):
             assert axis.found is None or np.isfinite(list(vars(axis.found).values())).all()
-    for wrong in (None, [], {}, "x", {**whole, "strokes": [[1.0]]}, {**whole, "strokes": "x"}, {**whole, "identity": 1}):
+    for wrong in (
+        None,
+        [],
+        {},
+        "x",
+        {**whole, "strokes": [[1.0]]},
+        {**whole, "strokes": "x"},
+        {**whole, "identity": 1},
+    ):
         assert not state.restore(watch().axes[0], wrong)
     (tmp_path / state.NAME).write_bytes(b"{")
     assert state.read(tmp_path, "d") == {}
