@@ -35,7 +35,7 @@ class DriftTable(Table):
     warn_share: float = number(
         0.05,
         0.5,
-        "change of the dry friction, share of the learned, that is warned of; told from 0.8 of it on",
+        "change of the dry friction, share of the learned, that is warned of; told from 0.7 of it on",
         default=0.1,
     )
     window_s: float = number(10, 300, "sliding motion that an estimate is made of", default=24.0)

@@ -17,7 +17,7 @@ import numpy as np
 
 from rtctl.friction.drift.strokes import COLUMNS, Strokes
 
-STROKES_MIN = 8
+STROKES_MIN = 6
 """Fewest strokes in each direction that tell."""
 
 DIRECTIONS_DIFFER = 0.05

@@ -8,8 +8,9 @@ from rtctl.friction.drift.estimate import Estimate
 NAME = "FRICTION_DRIFT"
 STOPPED = "OVERCOMPENSATION"
 
-TOLD_SHARE = 0.8
-"""A change of `warn_share` is told for sure where the estimate errs by two in ten of it, hence from this share of it on."""
+TOLD_SHARE = 0.7
+"""A change of `warn_share` is told for sure where the estimate errs by three in ten of it, hence from this share of it on: two of them
+are the method's, the third is that part of the model's dry friction which is viscous in truth and did not change."""
 
 SURE_SHARE = 0.5
 """Least of the allowed change that lies beyond the interval's far side: else it might be none."""
@@ -25,8 +26,8 @@ SESSION_S = 10.0
 
 
 def allowed(found: Estimate, by: Deployed, warn_share: float) -> float:
-    """Change of the factor that is no news: what is not warned of, or what the model says itself of its places and its drift."""
-    return max(TOLD_SHARE * warn_share, by.doubt_nm / found.dry_nm)
+    """Change of the factor that is no news: what is not warned of, and up to `warn_share` what the model says itself of its places."""
+    return max(TOLD_SHARE * warn_share, min(warn_share, by.doubt_nm / found.dry_nm))
 
 
 def warning(found: Estimate, by: Deployed, warn_share: float, *, warned: bool) -> str:
