@@ -18,8 +18,8 @@ import numpy as np
 from hw import registry
 from hw.mock.family import FAMILY
 from rtctl.friction import artefact, truth
-from rtctl.friction.drift.deployed import Deployed
-from rtctl.friction.drift.watch import RigWatch
+from rtctl.friction.drift_deployed import Deployed
+from rtctl.friction.drift_watch import RigWatch
 from rtctl.friction.learn.fit import fit_points
 from rtctl.friction.learn.point_evidence import with_evidence
 from rtctl.friction.points import mock as mock_points

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.friction.drift import state
-from rtctl.friction.drift.recorded import told
-from rtctl.friction.drift.verdict import NAME, STOPPED
-from rtctl.friction.drift.watch import AxisWatch, RigWatch
+from rtctl.friction import drift_state as state
+from rtctl.friction.drift_recorded import told
+from rtctl.friction.drift_verdict import NAME, STOPPED
+from rtctl.friction.drift_watch import AxisWatch, RigWatch
 from rtctl.host.telemetry.rig_description import RigDescription
 from rtctl.rig_file.friction_tables import DriftTable
 

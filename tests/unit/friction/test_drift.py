@@ -9,11 +9,11 @@ import pytest
 from rtctl.check.law_plan import build
 from rtctl.control.friction_curve import branch_magnitude
 from rtctl.control.vocabulary import State
-from rtctl.friction.drift import state
-from rtctl.friction.drift.deployed import deployed
-from rtctl.friction.drift.sliding import bell
-from rtctl.friction.drift.strokes import STROKES
-from rtctl.friction.drift.watch import RigWatch
+from rtctl.friction import drift_state as state
+from rtctl.friction.drift_deployed import deployed
+from rtctl.friction.drift_sliding import bell
+from rtctl.friction.drift_strokes import STROKES
+from rtctl.friction.drift_watch import RigWatch
 from rtctl.rig_file.config import load
 from rtctl.rig_file.friction_tables import DriftTable
 from tests.drifting_joint import PEOPLE, SHORT, Joint, ticks_of

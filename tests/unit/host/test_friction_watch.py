@@ -3,7 +3,7 @@
 from functools import cache
 
 from rtctl.check.law_plan import build
-from rtctl.friction.drift import state
+from rtctl.friction import drift_state as state
 from rtctl.host.telemetry.events import EventDetector
 from rtctl.host.telemetry.friction_watch import FrictionWatch
 from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription

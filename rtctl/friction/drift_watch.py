@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rtctl.control.vocabulary import State
-from rtctl.friction.drift import verdict
-from rtctl.friction.drift.bins import RATE_HZ, Binning
-from rtctl.friction.drift.deployed import Deployed, deployed
-from rtctl.friction.drift.estimate import Estimate, estimate
-from rtctl.friction.drift.sliding import PRESLIDING_LENGTHS, Sliding
-from rtctl.friction.drift.strokes import Strokes
+from rtctl.friction import drift_verdict as verdict
+from rtctl.friction.drift_bins import RATE_HZ, Binning
+from rtctl.friction.drift_deployed import Deployed, deployed
+from rtctl.friction.drift_estimate import Estimate, estimate
+from rtctl.friction.drift_sliding import PRESLIDING_LENGTHS, Sliding
+from rtctl.friction.drift_strokes import Strokes
 from rtctl.rig_file.friction_tables import DriftTable
 from rtctl.tick import joined
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from rtctl.errors import DataError
-from rtctl.friction.drift.estimate import Estimate
-from rtctl.friction.drift.watch import AxisWatch, RigWatch
+from rtctl.friction.drift_estimate import Estimate
+from rtctl.friction.drift_watch import AxisWatch, RigWatch
 from rtctl.rig_file.friction_tables import DriftTable
 
 STEP_S = 10.0

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtctl.friction.drift.deployed import Deployed
-from rtctl.friction.drift.sliding import Rows
+from rtctl.friction.drift_deployed import Deployed
+from rtctl.friction.drift_sliding import Rows
 
 COLUMNS = 4
 """s F, F, J a, 1."""

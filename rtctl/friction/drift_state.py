@@ -14,8 +14,8 @@ import numpy as np
 import orjson
 
 from hw.outside import json_of, read_bounded
-from rtctl.friction.drift.strokes import COLUMNS, PIECE_ROWS, ROWS_MIN, STROKES, SUMS
-from rtctl.friction.drift.watch import AxisWatch
+from rtctl.friction.drift_strokes import COLUMNS, PIECE_ROWS, ROWS_MIN, STROKES, SUMS
+from rtctl.friction.drift_watch import AxisWatch
 
 NAME = "friction-drift.json"
 MOST_BYTES = 8_000_000

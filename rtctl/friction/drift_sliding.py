@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtctl.friction.drift.bins import Bins
+from rtctl.friction.drift_bins import Bins
 
 CUTOFF_HZ = 15.0
 PRESLIDING_LENGTHS = 6.0

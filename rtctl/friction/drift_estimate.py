@@ -1,6 +1,6 @@
 """Factor of the dry friction and offset from sums over strokes, with honest intervals (docs/theory.md 5.9).
 
-Least squares over  tau - J a - b v = m s F + d F + e J a + o  (`rtctl.friction.drift.strokes`), an offset for each session.
+Least squares over  tau - J a - b v = m s F + d F + e J a + o  (`rtctl.friction.drift_strokes`), an offset for each session.
 What a motion cannot tell is bounded by what is known before it: the two directions rarely drift apart (d), the rig file's
 inertia is about right (e), and so are the sensors' zeros (o). Forward stronger than backward and an offset are nearly the same
 thing where F changes little with speed: the factor of one direction therefore has the wider interval.
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtctl.friction.drift.strokes import COLUMNS, Strokes
+from rtctl.friction.drift_strokes import COLUMNS, Strokes
 
 STROKES_MIN = 6
 """Fewest strokes in each direction that tell."""
@@ -33,7 +33,7 @@ METHOD_FLOOR = 0.01
 """What the method itself may be off by, as a standard deviation of the factor: bristles, cogging, lateness of the torques."""
 
 DIRECTION_FLOOR = 0.03
-"""The same of the factor of one direction, and of the offset as a share of the dry friction: what tells the two apart is how F changes with
+"""What it may be off by in the factor of one direction, and in the offset as a share of the dry friction: what tells the two apart is how F changes with
 speed, which the model has to a hundredth of F, and that is a good part of the change."""
 
 _SESSIONS = 8
@@ -57,7 +57,7 @@ class Estimate:
     seconds: float
     """Sliding motion that this is from, s."""
     session_seconds: float
-    """Of that in the present session, s."""
+    """Part of it in the present session, s."""
 
 
 def estimate(strokes: Strokes, rate_hz: float) -> Estimate | None:

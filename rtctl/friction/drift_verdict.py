@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from rtctl.friction.drift.deployed import Deployed
-from rtctl.friction.drift.estimate import Estimate
+from rtctl.friction.drift_deployed import Deployed
+from rtctl.friction.drift_estimate import Estimate
 
 NAME = "FRICTION_DRIFT"
 STOPPED = "OVERCOMPENSATION"
