@@ -62,7 +62,9 @@ MOTION_S = 60.0
 
 
 @dataclass
-class _Sum:
+class Sum:
+    """What was seen so far: hours watched, false warnings and STOPs, factors, and of drifts how soon they were told."""
+
     hours: float = 0.0
     alarms: list[str] = field(default_factory=list)
     stops: list[str] = field(default_factory=list)
@@ -77,7 +79,7 @@ def rows(config: Path, minutes: float, say: Callable[[str], None] = lambda _text
     """Watch `minutes` of motion without drift in all, then a tenth more and less on each plant and motion."""
     names = [name for name in FAMILY if name != DRIFTED]
     seconds = 60.0 * minutes / (len(names) * len(MOTIONS))
-    quiet, load_sum, local = _Sum(), _Sum(), _Sum()
+    quiet, load_sum, local = Sum(), Sum(), Sum()
     with tempfile.TemporaryDirectory() as folder:
         for name in names:
             plant = with_plant(load(config), name)
@@ -87,7 +89,7 @@ def rows(config: Path, minutes: float, say: Callable[[str], None] = lambda _text
                 plant = _learned(plant, Path(folder))
             into = {LOADED: load_sum, LOCAL: local}.get(name, quiet)
             for motion, hand in MOTIONS.items():
-                _undrifted(_moved(plant, hand), f"{name}, {motion}", seconds, into)
+                undrifted(moved(plant, hand), f"{name}, {motion}", seconds, into)
                 if name != LOADED:
                     for factor in (0.9, 1.1):
                         about = f"{name}, {motion}, x {factor:g}"
@@ -98,7 +100,7 @@ def rows(config: Path, minutes: float, say: Callable[[str], None] = lambda _text
     return _figures(quiet, load_sum, local)
 
 
-def _figures(quiet: _Sum, load_sum: _Sum, local: _Sum) -> list[Row]:
+def _figures(quiet: Sum, load_sum: Sum, local: Sum) -> list[Row]:
     hours = quiet.hours + local.hours
     beside = f"{hours:.1f} h simulated"
     drifts = f"{len(quiet.told) + len(quiet.missed)} drifts of a tenth"
@@ -168,7 +170,8 @@ def _learned(loaded: LoadedConfig, folder: Path) -> LoadedConfig:
     return loaded.model_copy(update={"config": loaded.config.model_copy(update={"axis": (changed,)})})
 
 
-def _moved(loaded: LoadedConfig, hand: Hand, drift: list[list[float]] | None = None) -> LoadedConfig:
+def moved(loaded: LoadedConfig, hand: Hand, drift: list[list[float]] | None = None) -> LoadedConfig:
+    """The rig in another hand; `drift`: time (s), factors of dry and viscous friction."""
     options = {**loaded.options, "hand": [{**one, **hand} for one in loaded.options["hand"]]}
     if drift is not None:
         options["axis"] = [{**one, "drift": {"points": drift}} for one in options["axis"]]
@@ -185,7 +188,8 @@ def _watched(loaded: LoadedConfig) -> tuple[Simulation, RigWatch]:
     return simulation, watch
 
 
-def _undrifted(loaded: LoadedConfig, name: str, seconds: float, into: _Sum) -> None:
+def undrifted(loaded: LoadedConfig, name: str, seconds: float, into: Sum) -> None:
+    """Watch a rig whose friction is what was learned: every warning is false."""
     simulation, watch = _watched(loaded)
     (axis,) = watch.axes
     assert axis is not None
@@ -202,9 +206,9 @@ def _undrifted(loaded: LoadedConfig, name: str, seconds: float, into: _Sum) -> N
     into.hours += seconds / 3600.0
 
 
-def _drifting(plant: LoadedConfig, hand: Hand, name: str, factor: float, into: _Sum) -> None:
+def _drifting(plant: LoadedConfig, hand: Hand, name: str, factor: float, into: Sum) -> None:
     points = [[0.0, 1.0, 1.0], [WARM_UP_S, 1.0, 1.0], [WARM_UP_S + 0.01, factor, 1.0]]
-    simulation, watch = _watched(_moved(plant, hand, points))
+    simulation, watch = _watched(moved(plant, hand, points))
     (axis,) = watch.axes
     assert axis is not None
     while simulation.time_s < WARM_UP_S:
