@@ -61,6 +61,7 @@ def test_each_direction_and_the_offset_are_told_with_what_motion_leaves_open():
     assert abs(found.offset_nm - 0.02) < 2 * found.offset_error_nm < 0.06
     for factor, error in ((found.forward, found.forward_error), (found.backward, found.backward_error)):
         assert abs(factor - 1.0) < 2 * error
+    assert over(next(ticks_of([Joint(backward=1.1)], 40.0))).warning == "", "not told from an offset"
     found = over(backward).found
     assert found.backward > found.forward + 0.05
     assert abs(found.factor - 1.15) < 0.03
