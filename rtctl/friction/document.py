@@ -52,6 +52,8 @@ class BranchDocument(Table):
     secant_damping_nms_rad: Torque
     slope_damping_nms_rad: Number
     place_spread_nm: Torque | None = None
+    test_max_error_nm: Torque | None = None
+    single_max_error_nm: Torque | None = None
     hyper_parameters: dict[Text, Number] = Field(max_length=16)
     parameters: dict[Text, Number] = Field(max_length=16)
     intercept: Number
