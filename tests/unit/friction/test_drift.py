@@ -8,6 +8,7 @@ import pytest
 
 from rtctl.check.law_plan import build
 from rtctl.control.friction_curve import branch_magnitude
+from rtctl.control.jit import records
 from rtctl.control.vocabulary import State
 from rtctl.friction import drift_state as state
 from rtctl.friction.drift_deployed import deployed
@@ -177,7 +178,8 @@ def test_a_rig_without_model_or_force_sensor_is_not_watched():
 def test_the_curve_for_arrays_is_that_of_the_law():
     by = deployed(*arrays(), 0)
     v = np.concatenate([np.linspace(-2.2, 2.2, 801), by.model["knot_rad_s"][0, 0, :5]])
-    law = [branch_magnitude(by.model[0], int(one < 0), abs(one)) for one in v]
+    record = records(by.model)[0]
+    law = [branch_magnitude(record, int(one < 0), abs(one)) for one in v]
     assert np.allclose(by.dry_nm(v) + by.viscous_nms_rad(v) * np.abs(v), law, rtol=0, atol=1e-14)
 
 
