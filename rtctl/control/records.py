@@ -29,6 +29,16 @@ MAX_SEGMENTS = 1024
 LOOKUP_CELLS = 1024
 """Cells of the uniform grid that finds the segment of a speed."""
 
+PLACE_ORDERS = 4
+"""Most waves a turn of a friction that differs from place to place."""
+
+PLACE_SEGMENTS = 128
+"""Most segments of a curve with place: `rtctl identify` measures 54 speeds."""
+
+CONSERVATIVE_CELLS = 512
+"""Cells over one period of the conservative part: 10 for the shortest of its waves."""
+
+
 MARK_WORDS = 16
 """Words of 63 marks each that hold the marks of the last 1000 ticks (`control.window`)."""
 
@@ -435,6 +445,13 @@ MODEL = np.dtype(
         ("speed_fade_rad_s", "<f8", (2,)),  # the feed-forward fades to 0 over this much beyond it
         ("friction_min_nm", "<f8", (2,)),  # least dry friction (viscous part removed) over the range
         ("viscous_nms_rad", "<f8", (2,)),  # viscous slope contained in the model
+        # friction over position (control.place_friction): cos and sin of each order, on the knots above
+        ("place_orders", "<i8", (2,)),  # 0: place adds nothing
+        ("place_turns_per_rad", "<f8"),  # turns per rad of the joint
+        ("place_coefficient", "<f8", (2, PLACE_SEGMENTS, 2 * PLACE_ORDERS, 4)),
+        # conservative part: a cubic over each cell of a period, by the share of the cell
+        ("conservative_per_rad", "<f8"),  # periods per rad of the joint; 0: none
+        ("conservative", "<f8", (CONSERVATIVE_CELLS, 4)),
     ]
 )
 """Compiled friction model of one axis: piecewise cubics with a uniform look-up of the segment."""
