@@ -37,6 +37,14 @@ class Harmonics:
         """tau_c at each position (rad), N m."""
         return self.derivative(position_rad, 0)
 
+    def mean_over(self, position_rad: np.ndarray, travel_rad: np.ndarray) -> np.ndarray:
+        """Mean of tau_c over a travel around each position, N m: what a measurement in motion sees of it."""
+        per_rad = 2 * math.pi * self.orders / self.period_rad
+        angle = np.asarray(position_rad, dtype=float)[..., None] * per_rad
+        left = np.sinc(np.asarray(travel_rad, dtype=float)[..., None] * self.orders / self.period_rad)
+        value: np.ndarray = (left * (self.cos * np.cos(angle) + self.sin * np.sin(angle))).sum(-1)
+        return value
+
     def derivative(self, position_rad: np.ndarray, order: int) -> np.ndarray:
         """Derivative of `order` (0: the value) at each position, N m / rad^order."""
         per_rad = 2 * math.pi * self.orders / self.period_rad
