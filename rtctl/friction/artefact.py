@@ -159,11 +159,11 @@ def _verified(path: Path, raw: bytes) -> FrictionModel:
     if checksum(data) != document.sha256 or render(data).encode() != raw:
         _refuse(path, "sha256", "the checksum does not match: the file was edited or damaged")
     model = _model(document)
+    for name, branch in zip(("forward", "backward"), model.branches, strict=True):
+        _check_branch(path, f"branches.{name}", branch)
     wrong = place_document.refusal(document, model)
     if wrong is not None:
         _refuse(path, *wrong)
-    for name, branch in zip(("forward", "backward"), model.branches, strict=True):
-        _check_branch(path, f"branches.{name}", branch)
     _check_whole(path, model, document.friction_max_nm)
     for name, branch in zip(("forward", "backward"), model.branches, strict=True):
         _check_compiled(path, f"branches.{name}", branch, getattr(document.branches, name))

@@ -66,7 +66,9 @@ def refusal(document: ModelDocument, model: FrictionModel) -> tuple[str, str] | 
             tables = branch.place_tables(model.place)
         except ValueError as error:
             return f"branches.{name}.support_places", str(error)
+        if tables is None:
+            continue
         speeds = branch.curve.extreme_speeds(branch.speed_max_rad_s)
-        if tables is not None and not (branch.magnitude(speeds) + tables.over_turn(speeds).min(axis=1) > 0).all():
+        if not (branch.magnitude(speeds) + tables.over_turn(speeds).min(axis=1) > 0).all():
             return f"branches.{name}.dual_coef", "the friction is not positive at some place"
     return None
