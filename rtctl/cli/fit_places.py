@@ -62,7 +62,7 @@ def learn(
     text, body, part = list[str](), dict[str, Any](), None
     if sweep is not None:
         found = fit_cogging(
-            sweep_of(read_points(sweep)), ripple_turn or period, friction_period_rad=period
+            sweep_of(read_points(sweep, of_speeds=False)), ripple_turn or period, friction_period_rad=period
         )
         if not found.two_way:
             raise DataError(f"{sweep}: one direction only: friction cannot be told from the conservative part")

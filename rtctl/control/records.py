@@ -174,6 +174,13 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             "friction_seen_alpha": (),  # low-pass coefficient per tick of the friction seen in sliding; 0: not used
             "friction_seen_max_nm": (),  # most of it that is believed
             "assistance_bank_j": (),
+            # friction over position (control.place_trust)
+            "place_kind": (),  # vocabulary.PlaceUse
+            "place_shift_rad": (),  # position where the model has its 0
+            "place_length_rad": (),  # way over which it is judged
+            "place_speed_rad_s": (),  # faster waves are not seen by the observer
+            "conservative_gain": (),  # 0: off
+            "conservative_swing_j": (),  # most that the compensated spring gives back
             # disturbance observer (control.disturbance_observer)
             "observer_gain": (),  # 0: only watches
             "observer_alpha": (),  # low-pass coefficient per tick; 0: off
@@ -286,6 +293,12 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "observer_forward_nm": (),  # feed-forward through the slow low-pass
             "assistance_energy_j": (2,),  # accounts of the compensation: torque in time, and one tick later
             "compensation_nm": (HELD,),  # feed-forward and observer torque sent, ring by `ticks`
+            # friction over position (control.place_trust)
+            "place_evidence": (),  # for SEEN, against GIVEN, 0 to 1
+            "place_way": (),  # way judged over, share of its length
+            "place_mean_nm": (2, 2),  # of friction seen beyond the curve and of the model's, forward and backward
+            "place_square_nm2": (3,),  # spread of both, and of both together
+            "conservative_nm": (),  # share of the feed-forward that is the conservative part's
             "torque_applied_nm": (),
             "feedforward_applied_nm": (),
             "ramp_step_nm": (),
