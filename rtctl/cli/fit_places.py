@@ -23,7 +23,11 @@ def options(command: Any) -> Any:  # noqa: ANN401
     for flag, kind, text in (
         ("--ripple-turn", _PERIOD, "period of the conservative part, rad; default: that of --turn"),
         ("--turn", _PERIOD, "period of friction over place, rad of the joint; default: a turn of it, 2 pi"),
-        ("--sweep", _File, "slow two-way sweep (points_sweep.csv): learn the conservative part, cogging or ripple"),
+        (
+            "--sweep",
+            _File,
+            "slow two-way sweep (points_sweep.csv): learn the conservative part, cogging or ripple",
+        ),
         ("--places", _File, "measurements place by place (points_places.csv): learn friction over the turn"),
     ):
         command = click.option(flag, type=kind, help=text)(command)
@@ -37,12 +41,18 @@ def sweep_of(points: FrictionPoints) -> Sweep:
 
     position = points.columns.get("position_rad")
     if position is None:
-        raise DataError(f"{points.source}: no column position_rad; give points_sweep.csv of rtctl identify --sweep")
+        raise DataError(
+            f"{points.source}: no column position_rad; give points_sweep.csv of rtctl identify --sweep"
+        )
     return Sweep(position, points.direction * points.friction_nm, points.direction)
 
 
 def learn(
-    model: FrictionModel, places: Path | None, sweep: Path | None, turn: float | None, ripple_turn: float | None
+    model: FrictionModel,
+    places: Path | None,
+    sweep: Path | None,
+    turn: float | None,
+    ripple_turn: float | None,
 ) -> tuple[FrictionModel, list[str], dict[str, Any]]:
     """The model with what these files say of place; what to tell, and the same for `--json`.
 
@@ -65,7 +75,9 @@ def learn(
             sweep_of(read_points(sweep, of_speeds=False)), ripple_turn or period, friction_period_rad=period
         )
         if not found.two_way:
-            raise DataError(f"{sweep}: one direction only: friction cannot be told from the conservative part")
+            raise DataError(
+                f"{sweep}: one direction only: friction cannot be told from the conservative part"
+            )
         part = found.part if len(found.part.orders) else None
         text.append(_of_part(part, found.rmse_nm))
         body["conservative"] = {
@@ -78,7 +90,10 @@ def learn(
         fitted = fit_places(model, read_points(places), period, part)
         model = fitted.model
         text += ["", "waves a turn    held-out places, mN m"]
-        text += [f"{one.kernel.orders:<16d}{1e3 * one.rmse_nm:.3f} +- {1e3 * one.se_nm:.3f}" for one in fitted.rungs]
+        text += [
+            f"{one.kernel.orders:<16d}{1e3 * one.rmse_nm:.3f} +- {1e3 * one.se_nm:.3f}"
+            for one in fitted.rungs
+        ]
         text.append(fitted.sentence)
         body["places"] = {
             "orders": fitted.chosen.kernel.orders,

@@ -165,8 +165,10 @@ def compensated_magnitude(
     `friction_cap_nm`, and `friction_ungated_cap_nm` for policies without a force gate. NaN stays NaN.
     """
     friction = branch_magnitude(model, branch, speed)
-    if trust > 0.0:
-        friction += trust * place_magnitude(model, branch, speed, place)
+    if p.place_trough_nm[axis] > 0.0:  # as far as its place is not known, the weakest
+        friction -= (1.0 - trust) * p.place_trough_nm[axis]
+        if trust > 0.0:
+            friction += trust * place_magnitude(model, branch, speed, place)
     viscous = model.viscous_nms_rad[branch] * min(speed, model.speed_max_rad_s[branch])
     gated = _is_force_gated(p.friction_policy[axis])
     cap = _cap_in_force(gated, p.friction_cap_nm[axis], p.friction_ungated_cap_nm[axis])

@@ -18,9 +18,9 @@ from rtctl.control.disturbance_observer import observe_friction, observer_torque
 from rtctl.control.dry_friction import credit_friction
 from rtctl.control.environments.coupling import coupling_torque
 from rtctl.control.feedforward import friction_feedforward, range_fade
-from rtctl.control.friction_curve import BACKWARD, FORWARD
 from rtctl.control.force import hand_torque, tare_done
 from rtctl.control.force_feedback import force_feedback, keep_account, remember
+from rtctl.control.friction_curve import BACKWARD, FORWARD
 from rtctl.control.jit import compiled
 from rtctl.control.passivity import injected_damping, observe_port, passivity_fault
 from rtctl.control.place_trust import conservative_feedforward, judge_place

@@ -20,7 +20,7 @@ from rtctl.control.records import CONSERVATIVE_CELLS, PLACE_ORDERS, PLACE_SEGMEN
 
 @compiled
 def turn_waves(turns: float) -> tuple[float, float]:
-    """cos and sin of an angle given in turns, finite; off by at most 1e-14 within a turn.
+    """Cos and sin of an angle given in turns, finite; off by at most 1e-14 within a turn.
 
     Notes
     -----

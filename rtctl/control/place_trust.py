@@ -64,7 +64,11 @@ def judge_place(t: Record, s: Record, p: Record, model: Record, axis: int, dx: f
         return
     speed, side = abs(v), FORWARD if v >= 0.0 else BACKWARD
     sliding = abs(s.bristle_share[axis]) >= 1.0 and s.bristle_share[axis] * v > 0.0
-    if not sliding or not SLOW_RAD_S < speed < p.place_speed_rad_s[axis] or speed > model.speed_max_rad_s[side]:
+    if (
+        not sliding
+        or not SLOW_RAD_S < speed < p.place_speed_rad_s[axis]
+        or speed > model.speed_max_rad_s[side]
+    ):
         return
     d, x = 1.0 if v >= 0.0 else -1.0, place_of(s, p, axis)
     e = s.friction_observed_nm[axis] - d * branch_magnitude(model, side, speed)

@@ -177,6 +177,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             # friction over position (control.place_trust)
             "place_kind": (),  # vocabulary.PlaceUse
             "place_shift_rad": (),  # position where the model has its 0
+            "place_trough_nm": (),  # friction at the weakest place is so far below the curve
             "place_length_rad": (),  # way over which it is judged
             "place_speed_rad_s": (),  # faster waves are not seen by the observer
             "conservative_gain": (),  # 0: off
@@ -296,7 +297,10 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             # friction over position (control.place_trust)
             "place_evidence": (),  # for SEEN, against GIVEN, 0 to 1
             "place_way": (),  # way judged over, share of its length
-            "place_mean_nm": (2, 2),  # of friction seen beyond the curve and of the model's, forward and backward
+            "place_mean_nm": (
+                2,
+                2,
+            ),  # of friction seen beyond the curve and of the model's, forward and backward
             "place_square_nm2": (3,),  # spread of both, and of both together
             "conservative_nm": (),  # share of the feed-forward that is the conservative part's
             "torque_applied_nm": (),

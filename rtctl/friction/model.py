@@ -182,6 +182,46 @@ class FrictionModel:
                 found.append(tables.steepest_nm_rad(branch.curve.extreme_speeds(branch.speed_max_rad_s)))
         return max(found)
 
+    @property
+    def place_trough_nm(self) -> float:
+        """How far friction is below its mean over a turn at most, N m, >= 0."""
+        return self._most_over_turn(-1.0)
+
+    @property
+    def place_crest_nm(self) -> float:
+        """How far friction is above its mean over a turn at most, N m, >= 0."""
+        return self._most_over_turn(1.0)
+
+    def _most_over_turn(self, side: float) -> float:
+        found = [0.0]
+        for branch in self.branches:
+            tables = branch.place_tables(self.place)
+            if tables is not None:
+                speeds = branch.curve.extreme_speeds(branch.speed_max_rad_s)
+                found.append(float((side * tables.over_turn(speeds)).max()))
+        return max(found)
+
+    @property
+    def has_place(self) -> bool:
+        """Whether anything in the model depends on the joint's place."""
+        return self.place is not None or self.conservative is not None
+
+    @property
+    def place_period_rad(self) -> float:
+        """Longest period of what depends on place, rad; 0 without."""
+        parts = [part for part in (self.place, self.conservative) if part is not None]
+        return max((part.period_rad for part in parts), default=0.0)
+
+    @property
+    def place_waves_per_rad(self) -> float:
+        """Shortest of its waves per rad of the joint; 0 without."""
+        found = [0.0]
+        if self.place is not None:
+            found.append(self.place.orders / self.place.period_rad)
+        if self.conservative is not None:
+            found.append(float(self.conservative.orders.max()) / self.conservative.period_rad)
+        return max(found)
+
     def record(self) -> np.ndarray:
         """Compiled record for the loop: shape (1,), dtype `MODEL`, look-up filled.
 

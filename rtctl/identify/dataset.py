@@ -243,7 +243,9 @@ class Dataset:
         self.document["complete"] = not self.left
         for use in ("train", "test"):
             write_whole(self.folder / f"points_{use}.csv", self._csv(use).encode())
-        places = [row for one in self.document["points"] if one["use"] == "train" for row in one.get("places", ())]
+        places = [
+            row for one in self.document["points"] if one["use"] == "train" for row in one.get("places", ())
+        ]
         for name, rows in (("places", places), ("sweep", self.document.get("sweep"))):
             if rows:
                 text = places_csv(rows, self.document["rig"], self.document["config_sha256"])

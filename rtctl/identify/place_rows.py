@@ -29,7 +29,11 @@ def rows_of(direction: int, measurements: Sequence[Measurement]) -> list[Row]:
     groups: list[list[Measurement]] = []
     for one in measurements:
         before = groups[-1][-1] if groups else None
-        if before is not None and one.first_tick == before.first_tick + before.ticks and one.velocity_rad_s != 0:
+        if (
+            before is not None
+            and one.first_tick == before.first_tick + before.ticks
+            and one.velocity_rad_s != 0
+        ):
             groups[-1].append(one)
         else:
             groups.append([one])
@@ -52,5 +56,7 @@ def places_csv(rows: Iterable[Sequence[float]], rig: str, config_sha256: str) ->
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(COLUMNS)
     for v, torque, direction, count, x, travel in rows:
-        writer.writerow([f"{v:.9g}", f"{torque:.7f}", int(direction), int(count), f"{x:.6f}", f"{travel:.6f}"])
+        writer.writerow(
+            [f"{v:.9g}", f"{torque:.7f}", int(direction), int(count), f"{x:.6f}", f"{travel:.6f}"]
+        )
     return out.getvalue()

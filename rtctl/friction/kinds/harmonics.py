@@ -92,9 +92,7 @@ class Harmonics:
         edges = np.arange(CONSERVATIVE_CELLS + 1) * h
         f, s = self(edges), self.derivative(edges, 1) * h
         rise = np.diff(f)
-        return np.column_stack(
-            [f[:-1], s[:-1], 3 * rise - 2 * s[:-1] - s[1:], s[:-1] + s[1:] - 2 * rise]
-        )
+        return np.column_stack([f[:-1], s[:-1], 3 * rise - 2 * s[:-1] - s[1:], s[:-1] + s[1:] - 2 * rise])
 
     @property
     def table_bound_nm(self) -> float:

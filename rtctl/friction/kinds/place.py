@@ -35,7 +35,7 @@ class PlaceKernel:
 
     @property
     def weights(self) -> np.ndarray:
-        """lambda rho^(h-1) of each order, shape (H,)."""
+        """Lambda rho^(h-1) of each order, shape (H,)."""
         return self.share * self.decay ** np.arange(self.orders)
 
     def angle(self, position_rad: np.ndarray) -> np.ndarray:
@@ -70,13 +70,11 @@ class PlaceTables:
     @property
     def orders(self) -> int:
         """Orders H."""
-        return self.coefficients.shape[1] // 2
+        return int(self.coefficients.shape[1] // 2)
 
     def waves(self, speed: np.ndarray) -> np.ndarray:
         """Amplitude of cos and sin of each order at each speed (n,), N m, shape (n, 2 H)."""
-        columns = [
-            PiecewiseCubic(self.knots, self.coefficients[:, i])(speed) for i in range(2 * self.orders)
-        ]
+        columns = [PiecewiseCubic(self.knots, self.coefficients[:, i])(speed) for i in range(2 * self.orders)]
         return np.stack(columns, axis=-1) if columns else np.zeros((len(speed), 0))
 
     def __call__(self, speed: np.ndarray, position_rad: np.ndarray) -> np.ndarray:
@@ -101,7 +99,7 @@ class PlaceTables:
 
 
 def _basis(angle: np.ndarray, orders: int) -> np.ndarray:
-    """cos and sin of each order in turn, shape (n, 2 H)."""
+    """Cos and sin of each order in turn, shape (n, 2 H)."""
     h = angle[..., None] * np.arange(1, orders + 1)
     value: np.ndarray = np.stack([np.cos(h), np.sin(h)], axis=-1).reshape(*np.shape(angle), 2 * orders)
     return value
@@ -132,5 +130,7 @@ def compile_place(
         raise ValueError(msg)
     turned = _basis(kernel.angle(x), kernel.orders) * np.repeat(kernel.weights, 2)
     tables = [compile_spline(speeds, dual_coef * turned[:, i], 0.0) for i in range(2 * kernel.orders)]
-    coefficients = np.stack([one.coefficients for one in tables], axis=1) if tables else np.zeros((len(knots), 0, 4))
+    coefficients = (
+        np.stack([one.coefficients for one in tables], axis=1) if tables else np.zeros((len(knots), 0, 4))
+    )
     return PlaceTables(kernel.period_rad, knots, coefficients)

@@ -76,13 +76,15 @@ class Shift:
 def _solve(design: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Least squares by the normal equations: its columns are waves, all of one size."""
     square = design.T @ design
-    square[np.diag_indices_from(square)] += _RIDGE * max(float(np.trace(square)), 1e-300) / max(len(square), 1)
+    square[np.diag_indices_from(square)] += (
+        _RIDGE * max(float(np.trace(square)), 1e-300) / max(len(square), 1)
+    )
     found: np.ndarray = np.linalg.solve(square, design.T @ values)
     return found
 
 
 def _waves(position_rad: np.ndarray, period_rad: float, orders: np.ndarray) -> np.ndarray:
-    """cos of all orders, then sin, shape (n, 2 m)."""
+    """Waves of each order: all cos, then all sin, shape (n, 2 m)."""
     angle = 2 * math.pi / period_rad * np.asarray(position_rad)[:, None] * orders
     return np.hstack([np.cos(angle), np.sin(angle)])
 
@@ -116,7 +118,9 @@ def fit_cogging(
     """
     x, tau = np.asarray(sweep.position_rad, dtype=float), np.asarray(sweep.torque_nm, dtype=float)
     if not (np.isfinite(x).all() and np.isfinite(tau).all()) or len(x) < 32:
-        raise DataError(f"a sweep of {len(x)} rows, at least 32 finite ones are needed; turn the joint slowly, both ways")
+        raise DataError(
+            f"a sweep of {len(x)} rows, at least 32 finite ones are needed; turn the joint slowly, both ways"
+        )
     levels = _levels(sweep, friction_period_rad or period_rad, friction_orders)
     ranked = _ranked(x, tau, levels, period_rad)
     squares = _held_out(x, tau, levels, period_rad, [n for n in COUNTS if n <= len(ranked)])
@@ -183,7 +187,9 @@ def find_shift(part: Harmonics, sweep: Sweep, friction_period_rad: float | None 
     x, tau = np.asarray(sweep.position_rad, dtype=float), np.asarray(sweep.torque_nm, dtype=float)
     levels = _levels(sweep, friction_period_rad or part.period_rad, 4)
     if not len(part.orders) or len(x) < 2 * len(part.orders) + 8:
-        raise DataError(f"{len(x)} rows for {len(part.orders)} harmonics: too few to find a shift; sweep a whole turn")
+        raise DataError(
+            f"{len(x)} rows for {len(part.orders)} harmonics: too few to find a shift; sweep a whole turn"
+        )
     seen, _, _ = _regress(x, tau, levels, part.period_rad, part.orders)
     then, now = part.cos - 1j * part.sin, seen.cos - 1j * seen.sin
     shares = np.arange(_SHIFTS) / _SHIFTS - 0.5
@@ -201,7 +207,9 @@ def find_shift(part: Harmonics, sweep: Sweep, friction_period_rad: float | None 
     return Shift(share * part.period_rad, explained, left, tuple(level[:ways].tolist()))
 
 
-def _peak(shares: np.ndarray, match: np.ndarray, then: np.ndarray, now: np.ndarray, orders: np.ndarray) -> float:
+def _peak(
+    shares: np.ndarray, match: np.ndarray, then: np.ndarray, now: np.ndarray, orders: np.ndarray
+) -> float:
     """Shift (share of the period) of the best match, between the grid's by Newton's steps on its slope."""
     at = float(shares[int(np.argmax(match))])
     for _ in range(8):

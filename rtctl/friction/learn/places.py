@@ -213,13 +213,21 @@ def _branch(before: Branch, side: _Side, rung: PlaceRung) -> Branch:
     rows = _thinned(side, _ROWS_OF_MODEL)
     beta, intercept = _solve(rung.kernel, rung.ridge, rows.v, rows.x, rows.f)
     curve = Curve("spline", {}, rows.v, beta, intercept)
-    held = np.concatenate(_held_out(PlaceKernel(rung.kernel.period_rad, 0, 0.0, 0.0), rung.ridge, side))
+    held = np.concatenate(_held_out(rung.kernel, rung.ridge, side))
     branch = describe_branch(curve, side.v, side.f, held, {"ridge": rung.ridge})
     tables = compile_place(rung.kernel, rows.v, rows.x, beta)
+    residual = np.abs(branch.curve(side.v) + tables(side.v, side.x) - side.f)
     speeds = branch.curve.extreme_speeds(branch.speed_max_rad_s)
     lowest = branch.magnitude(speeds) + tables.over_turn(speeds).min(axis=1)
     if not (lowest > 0).all():
         raise DataError("friction over place is not positive everywhere; measure more places")
     shortfall = float(np.max(branch.magnitude(side.v) - side.f, initial=0.0))
     spread = max(shortfall, float(-tables.over_turn(speeds).min()), before.place_spread_nm or 0.0)
-    return replace(branch, support_places=rows.x, place_spread_nm=spread)
+    return replace(
+        branch,
+        support_places=rows.x,
+        place_spread_nm=spread,
+        train_mean_error_nm=float(residual.mean()),
+        train_rmse_nm=float(np.sqrt(np.mean(residual**2))),
+        train_max_error_nm=float(residual.max()),
+    )

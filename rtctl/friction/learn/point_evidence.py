@@ -21,10 +21,16 @@ def with_evidence(
     found = Presliding(presliding_rad, None, 0) if presliding_rad is not None else presliding_of(points)
     spreads = place_spread_nm(model, points)
     forward, backward = (
-        replace(branch, place_spread_nm=spread)
+        replace(branch, place_spread_nm=_larger(spread, branch.place_spread_nm))
         for branch, spread in zip(model.branches, spreads, strict=True)
     )
     return replace(with_presliding(model, found), branches=(forward, backward))
+
+
+def _larger(first: float | None, second: float | None) -> float | None:
+    """The larger of two spreads; one that nobody knows does not count."""
+    known = [one for one in (first, second) if one is not None]
+    return max(known) if known else None
 
 
 def with_presliding(model: FrictionModel, found: Presliding | None) -> FrictionModel:

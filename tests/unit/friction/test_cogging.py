@@ -32,7 +32,8 @@ def test_friction_and_conservative_part_are_told_apart():
     assert np.abs(found.part(x) - PART(x)).max() < 0.0015
     assert found.friction_nm == (pytest.approx(0.30, abs=0.002), pytest.approx(0.26, abs=0.002))
     assert found.part(x[:-1]).mean() == pytest.approx(0, abs=1e-3)
-    assert found.two_way and found.rmse_nm < 0.01
+    assert found.two_way
+    assert found.rmse_nm < 0.01
 
 
 def test_a_joint_without_cogging_gets_no_harmonic():
@@ -68,7 +69,8 @@ def test_bounds_hold_and_the_laws_table_is_the_sum_within_its_bound():
 
 
 def odrive(name):
-    table = np.genfromtxt(gzip.open(DATA / name, "rt"), delimiter=",", names=True)
+    with gzip.open(DATA / name, "rt") as file:
+        table = np.genfromtxt(file, delimiter=",", names=True)
     way = -1.0 if "reverse" in name else 1.0
     return Sweep(table["count"] * (2 * math.pi / 8192), table["iq_a"], np.full(len(table), way))
 
@@ -82,7 +84,12 @@ def test_measured_maps_of_a_motor_are_found_half_a_turn_off():
     for found, within in ((trap, 1), (back, 4)):
         assert abs(abs(found.shift_rad / count) - 4096) < within
         assert found.fits
-    assert np.std(odrive("map_c_half_turn_off.csv.gz").torque_nm + learned.part(odrive("map_a.csv.gz").position_rad)) > 1
+    assert (
+        np.std(
+            odrive("map_c_half_turn_off.csv.gz").torque_nm + learned.part(odrive("map_a.csv.gz").position_rad)
+        )
+        > 1
+    )
     assert trap.rmse_nm < 0.15  # .12 A between index searches; .06 between maps without one
     forward, backward = trap.level_nm[0], back.level_nm[0]
     assert forward > 0 > backward  # friction, told apart: it has the sign of the motion

@@ -73,9 +73,16 @@ def test_the_file_keeps_place_and_the_laws_record_evaluates_it(learned, tmp_path
     record = records(model.record())[0]
     for v, x in ((0.02, 1.0), (0.7, -9.0), (-0.3, 4.0)):
         here = [np.array([one]) for one in (v, x)]
-        in_law = [part(record, int(v < 0), abs(v), *at) for part, at in ((branch_magnitude, ()), (place_magnitude, (x,)))]
-        assert sum(in_law) == pytest.approx(float(model.magnitude(v) + model.place_magnitude(*here)[0]), abs=1e-10)
-        assert conservative_torque(record, x) == pytest.approx(float(RIPPLE(here[1])[0]), abs=RIPPLE.table_bound_nm)
+        in_law = [
+            part(record, int(v < 0), abs(v), *at)
+            for part, at in ((branch_magnitude, ()), (place_magnitude, (x,)))
+        ]
+        assert sum(in_law) == pytest.approx(
+            float(model.magnitude(v) + model.place_magnitude(*here)[0]), abs=1e-10
+        )
+        assert conservative_torque(record, x) == pytest.approx(
+            float(RIPPLE(here[1])[0]), abs=RIPPLE.table_bound_nm
+        )
     assert model.place_steepest_nm_rad == pytest.approx(0.14, abs=0.03)
 
 

@@ -87,4 +87,6 @@ def test_too_many_speeds_or_orders_are_refused():
 def test_cos_and_sin_of_a_turn_are_those_of_the_library():
     turns = np.concatenate([np.arange(-9, 9) / 8, np.random.default_rng(1).uniform(-1, 1, 500)])
     found = np.array([turn_waves(turn) for turn in turns])
-    assert np.abs(found - np.column_stack([np.cos(2 * np.pi * turns), np.sin(2 * np.pi * turns)])).max() < 1e-14
+    assert (
+        np.abs(found - np.column_stack([np.cos(2 * np.pi * turns), np.sin(2 * np.pi * turns)])).max() < 1e-14
+    )
