@@ -68,30 +68,36 @@ class _Curves:
     ff_capped: np.ndarray
 
 
-def _curves(model: FrictionModel, branch: int, axis: AxisTable, v: np.ndarray) -> list[_Curves]:
+def _at_places(model: FrictionModel, branch: int, axis: AxisTable, v: np.ndarray) -> list[_Curves]:
     """Sample the curves of one direction, with the feed-forward as the compiled law limits it.
 
     Of a model that the law goes by place with: at the weakest and at the strongest place, both its friction and its feed-forward.
     """
     part = model.branches[branch]
-    F_hat, sure = part.magnitude(v), guarantee(axis, model)
     tables = part.place_tables(model.place) if _by_place(model, axis) else None
     if tables is None:
-        return [_curves_of(model, branch, axis, v, F_hat, sure.doubt_nm)]
+        return [_curves(model, branch, axis, v)]
     doubt_nm = float(model.error_max_nm.max()) + axis.friction.drift_nm
     turn = tables.over_turn(np.minimum(v, part.speed_max_rad_s))
     return [
-        _curves_of(model, branch, axis, v, F_hat + place, doubt_nm)
+        _curves(model, branch, axis, v, part.magnitude(v) + place, doubt_nm)
         for place in (turn.min(axis=1), turn.max(axis=1))
     ]
 
 
-def _curves_of(
-    model: FrictionModel, branch: int, axis: AxisTable, v: np.ndarray, F_hat: np.ndarray, doubt_nm: float
+def _curves(
+    model: FrictionModel,
+    branch: int,
+    axis: AxisTable,
+    v: np.ndarray,
+    F_hat: np.ndarray | None = None,
+    doubt_nm: float | None = None,
 ) -> _Curves:
-    """The curves where friction is `F_hat` by the model, and less by `doubt_nm` at most."""
+    """The curves where friction is `F_hat` by the model, and less by `doubt_nm` at most; by default as the curve of speed has it."""
     part, table = model.branches[branch], axis.friction
     end = part.speed_max_rad_s
+    F_hat = part.magnitude(v) if F_hat is None else F_hat
+    doubt_nm = guarantee(axis, model).doubt_nm if doubt_nm is None else doubt_nm
     past = np.maximum(v - end, 0.0)
     F_lo = np.maximum(F_hat - doubt_nm, 0.0) + axis.viscous_nms_rad * past
     fade = np.clip(1 - past / model.speed_fade_rad_s, 0.0, 1.0)
@@ -144,9 +150,9 @@ def friction_figures(
         if axis.velocity_limit_rad_s > end:
             outside = _grid(model, branch, end, axis.velocity_limit_rad_s)
             beyond += [
-                friction.secant_damping(c.v, c.F_lo, c.ff)[0] for c in _curves(model, branch, axis, outside)
+                friction.secant_damping(c.v, c.F_lo, c.ff)[0] for c in _at_places(model, branch, axis, outside)
             ]
-        for c in _curves(model, branch, axis, _grid(model, branch, 0.0, end)):
+        for c in _at_places(model, branch, axis, _grid(model, branch, 0.0, end)):
             trained.append(c)
             lines.append(friction.two_line_margin(c.v, c.F_lo, c.ff, **coupling).margin_nm)
             capped.append(friction.two_line_margin(c.v, c.F_lo, c.ff_capped, **coupling).margin_nm)
