@@ -150,7 +150,8 @@ def friction_figures(
         if axis.velocity_limit_rad_s > end:
             outside = _grid(model, branch, end, axis.velocity_limit_rad_s)
             beyond += [
-                friction.secant_damping(c.v, c.F_lo, c.ff)[0] for c in _at_places(model, branch, axis, outside)
+                friction.secant_damping(c.v, c.F_lo, c.ff)[0]
+                for c in _at_places(model, branch, axis, outside)
             ]
         for c in _at_places(model, branch, axis, _grid(model, branch, 0.0, end)):
             trained.append(c)

@@ -37,8 +37,8 @@ class Judged:
     def __init__(self, use, shift=0.0, noise=0.002, drift=0.0):
         params, state, _, _ = new_records(1)
         self.p, self.s, self.t = records(params)[0], records(state)[0], records(new_ticks(1, 1))[0]
-        self.p.place_kind[0], self.p.place_length_rad[0], self.p.place_speed_rad_s[0] = int(use), math.pi, 1.0
-        self.p.observer_alpha[0] = 0.1
+        self.p["place_kind"][0], self.p["place_length_rad"][0], self.p["place_speed_rad_s"][0] = int(use), math.pi, 1.0
+        self.p["observer_alpha"][0] = 0.1
         self.model, self.shift, self.noise, self.drift = model_of(part=COGGING), shift, noise, drift
         self.random = np.random.default_rng(5)
 
@@ -51,8 +51,8 @@ class Judged:
                 at = x - self.shift
                 friction = 0.3 * (1 + self.drift) + SWING * math.cos(at)
                 seen = d * friction - float(COGGING(np.array(at))) + self.noise * self.random.normal()
-                self.s.position_rad[0], self.t.velocity_rad_s[0] = x, 0.3 * d
-                self.s.bristle_share[0], self.s.friction_observed_nm[0] = d, seen
+                self.s["position_rad"][0], self.t["velocity_rad_s"][0] = x, 0.3 * d
+                self.s["bristle_share"][0], self.s["friction_observed_nm"][0] = d, seen
                 judge_place(self.t, self.s, self.p, self.model, 0, d * reach / rows)
         return place_trust(self.s, self.p, 0)
 
@@ -83,16 +83,16 @@ def test_a_given_place_is_trusted_at_once_and_no_more_where_the_sensor_contradic
 def test_noise_and_numbers_that_are_none_give_no_trust():
     noisy = Judged(PlaceUse.SEEN, noise=0.3)
     assert noisy.slide(9) < 0.3
-    noisy.s.friction_observed_nm[0] = math.nan
+    noisy.s["friction_observed_nm"][0] = math.nan
     judge_place(noisy.t, noisy.s, noisy.p, noisy.model, 0, 0.01)
-    assert np.isfinite(noisy.s.place_square_nm2).all()
+    assert np.isfinite(noisy.s["place_square_nm2"]).all()
 
 
 def test_until_its_place_is_known_the_feedforward_goes_by_the_weakest():
     params, _, _, _ = new_records(1)
     p = records(params)[0]
-    p.friction_policy[0], p.friction_gain[0], p.friction_cap_nm[0] = int(Policy.HYBRID), 1.0, 1.0
-    p.place_trough_nm[0] = SWING
+    p["friction_policy"][0], p["friction_gain"][0], p["friction_cap_nm"][0] = int(Policy.HYBRID), 1.0, 1.0
+    p["place_trough_nm"][0] = SWING
     model = model_of()
     places = np.linspace(0, 2 * math.pi, 9)
     for trust in (0.0, 0.4, 1.0):
