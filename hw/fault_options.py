@@ -57,7 +57,7 @@ class FaultOptions(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _kind_and_value(cls, table: Any) -> Any:  # noqa: ANN401
+    def _kind_and_value(cls, table: object) -> Any:  # noqa: ANN401
         if not isinstance(table, Mapping):
             return table
         channel, name = table.get("channel"), table.get("kind")
@@ -188,7 +188,7 @@ class _Tables(BaseModel):
     fault: tuple[FaultOptions, ...] = Field(max_length=FAULTS, strict=False)
 
 
-def _from_file(given: Any, info: ValidationInfo) -> Any:  # noqa: ANN401
+def _from_file(given: object, info: ValidationInfo) -> Any:  # noqa: ANN401
     """Tables as they are; for a path, the tables in the file."""
     if not isinstance(given, str):
         return given

@@ -48,7 +48,7 @@ def written(key: Key) -> str:
     return "".join(parts).removeprefix(".")
 
 
-def explain(error: ValidationError, model: type[BaseModel], data: Any) -> list[Told]:  # noqa: ANN401
+def explain(error: ValidationError, model: type[BaseModel], data: object) -> list[Told]:
     """The faults of `data` as a `model`, in the order of the model; the last one counts those beyond `MOST_FAULTS`.
 
     No text holds a control character, whatever the data do.
@@ -67,7 +67,7 @@ def explain(error: ValidationError, model: type[BaseModel], data: Any) -> list[T
     return out
 
 
-def shown(value: Any) -> str:  # noqa: ANN401
+def shown(value: object) -> str:
     """A value as a rig file would have it, cut where it is long."""
     if isinstance(value, bool):
         return str(value).lower()
@@ -85,7 +85,7 @@ def did_you_mean(word: str, known: Iterator[str] | list[str]) -> str:
     return f"; did you mean {near[0]}?" if near else ""
 
 
-def _key(loc: tuple[str | int, ...], data: Any) -> Key:  # noqa: ANN401
+def _key(loc: tuple[str | int, ...], data: object) -> Key:
     """The place in the data: without the names of alternatives that the library puts between the keys."""
     out: list[str | int] = []
     for i, part in enumerate(loc):
@@ -102,7 +102,7 @@ def _key(loc: tuple[str | int, ...], data: Any) -> Key:  # noqa: ANN401
     return tuple(out)
 
 
-def _models(annotation: Any) -> Iterator[type[BaseModel]]:  # noqa: ANN401
+def _models(annotation: object) -> Iterator[type[BaseModel]]:
     """Every table that a value of this type may be, or hold."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield annotation
@@ -130,7 +130,7 @@ def _find(key: Key, model: type[BaseModel]) -> tuple[FieldInfo | None, list[type
     return info, holders
 
 
-def _constraints(annotation: Any, metadata: Sequence[Any] = ()) -> Iterator[Any]:  # noqa: ANN401
+def _constraints(annotation: object, metadata: Sequence[Any] = ()) -> Iterator[Any]:
     """What is said of a value of this type, and of the alternatives in it."""
     for item in metadata:
         yield from item.metadata if isinstance(item, FieldInfo) else (item,)
@@ -141,7 +141,7 @@ def _constraints(annotation: Any, metadata: Sequence[Any] = ()) -> Iterator[Any]
             yield from _constraints(inner, get_args(annotation)[1:])
 
 
-def _is_whole(annotation: Any) -> bool:  # noqa: ANN401
+def _is_whole(annotation: object) -> bool:
     return annotation is int or any(_is_whole(inner) for inner in get_args(annotation))
 
 

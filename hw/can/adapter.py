@@ -219,7 +219,7 @@ class AdapterBus:
         """The bus itself: most adapters can be opened only once."""
         return self._bus
 
-    def release(self, bus: Any) -> None:  # noqa: ANN401
+    def release(self, bus: object) -> None:
         """Keep it open."""
 
     def close(self) -> None:

@@ -194,7 +194,7 @@ class SlcanBus:
         self._other = AdapterBus(self._options)
         return self._other.fresh_python_can()
 
-    def release(self, bus: Any) -> None:  # noqa: ANN401
+    def release(self, bus: object) -> None:
         """Take the port back."""
         self._other.close()
         self._open()

@@ -196,7 +196,7 @@ def _mat(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, Any]:
     return found
 
 
-def _fields(name: str, value: Any, found: dict[str, Any], depth: int = 4) -> None:  # noqa: ANN401
+def _fields(name: str, value: object, found: dict[str, Any], depth: int = 4) -> None:
     """Arrays of a MATLAB structure, by their path."""
     array = np.asarray(value)
     if array.dtype.names and array.size == 1 and depth:

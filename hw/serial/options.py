@@ -50,7 +50,7 @@ class PortOptions(SerialTable):
 
     @model_validator(mode="before")
     @classmethod
-    def _own_rate(cls, data: Any, info: ValidationInfo) -> Any:  # noqa: ANN401
+    def _own_rate(cls, data: object, info: ValidationInfo) -> Any:  # noqa: ANN401
         """Take the rate that the device's table gives, unless the options have one of their own."""
         rate_hz = (info.context or {}).get("device_rate_hz")
         if rate_hz and isinstance(data, dict) and data.get("rate_hz") is None:

@@ -90,7 +90,7 @@ def read(folder: Path, devices: str) -> dict[str, AxisTiming]:
     return {name: axis for name, axis in found.items() if axis is not None}
 
 
-def _axis(table: Any) -> AxisTiming | None:  # noqa: ANN401
+def _axis(table: object) -> AxisTiming | None:
     """One axis' table, or None unless every number is there and within its bounds."""
     if not isinstance(table, dict):
         return None

@@ -259,7 +259,7 @@ def _environment_stiffness(axis: AxisTable) -> float | None:
     return axis.environment.stiffness_nm_rad if springy else None
 
 
-def _finite(value: Any) -> Any:  # noqa: ANN401
+def _finite(value: object) -> Any:  # noqa: ANN401
     if isinstance(value, dict):
         return {key: _finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

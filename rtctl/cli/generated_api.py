@@ -70,7 +70,7 @@ def _class(one: type, *, made: bool) -> Iterator[str]:
         yield from _text(value)
 
 
-def _text(documented: Any) -> Iterator[str]:  # noqa: ANN401
+def _text(documented: object) -> Iterator[str]:
     """A docstring as Markdown: paragraphs, and its sections as lists."""
     first, *rest = _SECTION.split(inspect.getdoc(documented) or "")
     yield from (first.strip(), "")

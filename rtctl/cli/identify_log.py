@@ -21,6 +21,7 @@ from rtctl.errors import ConfigError
 if TYPE_CHECKING:
     from rtctl.friction.logs.log_input import Gearing
     from rtctl.friction.logs.regression import JointFit, Regression
+    from rtctl.friction.logs.reversal_memory import Reversals
     from rtctl.friction.points.measured import FrictionPoints
     from rtctl.friction.points.presliding import Presliding
     from rtctl.rig_file.axis_tables import AxisTable
@@ -101,6 +102,7 @@ def command(
     from rtctl.friction.logs.presliding_in_logs import presliding_of_logs
     from rtctl.friction.logs.regression import joint_fit
     from rtctl.friction.logs.regressors import cutoff_for, of_stretches, pooled
+    from rtctl.friction.logs.reversal_memory import reversals_of_logs
     from rtctl.recording.as_columns import register
 
     rig_axis = _axis(config, axis) if config else None
@@ -120,17 +122,20 @@ def command(
         fit = replace(fit, warnings=(*fit.warnings, *against_rig(fit, rig_axis, str(config))))
     document: dict[str, Any] = {"logs": [{"file": part.source, "sha256": part.sha256} for part in parts]}
     delays = [0.5 / part.rate_hz if torque_delay is None else torque_delay for part in parts]
-    bent = presliding_of_logs([part for stretches in read for part in stretches], cutoff_hz, speed_min_rad_s)
+    whole = [part for stretches in read for part in stretches]
+    bent = presliding_of_logs(whole, cutoff_hz, speed_min_rad_s)
+    turned = reversals_of_logs(whole, cutoff_hz, speed_min_rad_s)
     document |= {**asdict(fit), "cutoff_hz": cutoff_hz, "torque_delay_s": delays}
     document["units"] = _units_of(mapped)
     document["presliding"] = asdict(bent) if bent else None
+    document["reversals"] = asdict(turned) if turned else None
     if out:
         sha256 = hashlib.sha256("".join(part.sha256 for part in parts).encode()).hexdigest()
         points = level_points(samples(signals, fit, sha256, remove_offset=not keep_offset))
         _write(out, points, bent, document)
-    click.echo(
-        json_text(document) if as_json else "\n".join([*_lines(fit, bent, out), _units_line(mapped, config)])
-    )
+    lines = [*_lines(fit, bent), *_reversal_lines(turned), *(f"warning: {text}" for text in fit.warnings)]
+    lines += [f"friction points: {out / 'points.csv'}"] if out else []
+    click.echo(json_text(document) if as_json else "\n".join([*lines, _units_line(mapped, config)]))
 
 
 DEFAULT_UNITS = {
@@ -229,7 +234,7 @@ def _write(out: Path, points: FrictionPoints, bent: Presliding | None, document:
     write_together(out, {"points.csv": rows, "regression.json": json_text(document, indent=1).encode()})
 
 
-def _lines(fit: JointFit, bent: Presliding | None, out: Path | None) -> list[str]:
+def _lines(fit: JointFit, bent: Presliding | None) -> list[str]:
     from rtctl.friction.logs.regression import STRIBECK_RAD_S
 
     lines = [*_table("symmetric", fit.symmetric), *_table("per direction", fit.per_direction)]
@@ -251,9 +256,40 @@ def _lines(fit: JointFit, bent: Presliding | None, out: Path | None) -> list[str
         )
         lines.append(f"{each.parameter}: {each.source}, {drift}")
     unknown = "not told by these turns (rtctl identify CONFIG measures it; rtctl fit --presliding gives it)"
-    lines.append(f"presliding length: {bent or unknown}")
-    lines += [f"warning: {text}" for text in fit.warnings]
-    return [*lines, f"friction points: {out / 'points.csv'}"] if out else lines
+    return [*lines, f"presliding length: {bent or unknown}"]
+
+
+RUNGS = {
+    "speed": ("by speed alone, as a curve says", ""),
+    "lag": ("its peak at rest late behind the speed", "s"),
+    "stop": ("turning over a travel (stop operator)", "rad"),
+    "lugre": ("turning over a travel (LuGre's bristle)", "rad"),
+    "maxwell": ("springs of several lengths (Maxwell-slip)", "rad"),
+}
+"""What a rung of `reversal_memory` says of friction, and the unit of its parameter."""
+
+
+def _reversal_lines(turned: Reversals | None) -> list[str]:
+    """What memory of a turn is worth, rung by rung, on parts of the logs that were not fitted to."""
+    from rtctl.friction.logs.reversal_memory import NEAR_S, TURNS_MIN
+
+    if turned is None:
+        return [f"reversals: fewer than {TURNS_MIN} turns, or strokes too short to tell"]
+    lines = [
+        f"reversals: error within {NEAR_S:g} s of {turned.turns} turns, on parts held out",
+        f"  {'friction':<42} {'error':>10} {'less':>15} {'all rows':>10}",
+    ]
+    for rung in turned.rungs:
+        text, unit = RUNGS[rung.name]
+        less = (
+            "" if rung.name == "speed" else f"{100 * rung.gain:.0f} +- {100 * rung.gain_standard_error:.0f} %"
+        )
+        value = f"  {1e3 * rung.parameter:.3g} m{unit}" if unit else ""
+        lines.append(
+            f"  {text:<42} {1e3 * rung.near_nm:5.3g} mN m {less:>15} {1e3 * rung.rms_nm:5.3g} mN m{value}"
+            + ("  <- the simplest that will do" if rung.name == turned.chosen else "")
+        )
+    return lines
 
 
 def _table(title: str, found: Regression) -> list[str]:

@@ -39,6 +39,8 @@ _EXTRA = re.compile(r"'rtctl\[(\w+)\]'")
 
 def as_run(text: str) -> str:
     """`text` with every command in it as it runs here: this rtctl, the pip of its Python, packages that there are."""
+    if "rtctl" not in text and "pip install" not in text:
+        return text
     text = _EXTRA.sub(lambda found: " ".join(map(shlex.quote, packages_of(found[1]))), text)
     text = _PIP.sub(lambda _: f"{shlex.quote(sys.executable)} -m pip install ", text)
     called = program()

@@ -10,8 +10,10 @@ from enum import Enum
 from pathlib import PurePath
 from typing import Any
 
+from rtctl.cli.invocation import as_run
 
-def plain(value: Any) -> Any:  # noqa: ANN401
+
+def plain(value: object) -> Any:  # noqa: ANN401
     """A value in the types that JSON has: NumPy numbers and arrays as Python's, enumerations by name, paths as text.
 
     A float that is not finite is null, for JSON has none. Raises TypeError for what is no data.
@@ -40,6 +42,14 @@ def plain(value: Any) -> Any:  # noqa: ANN401
     raise TypeError(msg)
 
 
-def json_text(value: Any, indent: int | None = None) -> str:  # noqa: ANN401
-    """`value` as JSON on one line, or indented."""
-    return json.dumps(plain(value), indent=indent, allow_nan=False)
+def json_text(value: object, indent: int | None = None) -> str:
+    """`value` as JSON on one line, or indented. A command in any of its texts is one that runs here, as on a terminal."""
+    return json.dumps(_as_run(plain(value)), indent=indent, allow_nan=False)
+
+
+def _as_run(value: object) -> Any:  # noqa: ANN401 - what `plain` returns
+    if isinstance(value, str):
+        return as_run(value)
+    if isinstance(value, dict):
+        return {key: _as_run(item) for key, item in value.items()}
+    return [_as_run(item) for item in value] if isinstance(value, list) else value

@@ -34,7 +34,7 @@ def _operation(name: str) -> Callable[[_Act], click.Command]:
             key: Path | None,
             *,
             as_json: bool,
-            **more: Any,  # noqa: ANN401
+            **more: object,
         ) -> None:
             with connect(rig, runtime_dir, address, key) as client:
                 act(client, **more)

@@ -98,7 +98,7 @@ def _trouble(report: dict[str, Any]) -> str:
     return f"{report['device']}: {report['error'] or 'opened, but shows no sample'}"
 
 
-def _finite(value: Any) -> Any:  # noqa: ANN401
+def _finite(value: object) -> Any:  # noqa: ANN401
     """JSON has no NaN: null in its place."""
     if isinstance(value, dict):
         return {key: _finite(item) for key, item in value.items()}

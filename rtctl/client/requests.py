@@ -28,7 +28,7 @@ class Requester:
         self._socket: zmq.Socket[bytes] | None = None
         self._ids = itertools.count(1)
 
-    def call(self, op: str, timeout_s: float, **values: Any) -> Reply:  # noqa: ANN401
+    def call(self, op: str, timeout_s: float, **values: object) -> Reply:
         """Ask for `op` and return the whole reply.
 
         Raises

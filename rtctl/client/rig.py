@@ -267,7 +267,7 @@ class RigClient(Worlds, Listener):
         """Ask for an edge in the epoch the daemon is in now."""
         self._call(op, epoch=self._call("status")["epoch"])
 
-    def _call(self, op: str, **values: Any) -> Reply:  # noqa: ANN401
+    def _call(self, op: str, **values: object) -> Reply:
         with self._lock:
             if self._context.closed:
                 raise ClientError("this client is closed")
@@ -276,6 +276,6 @@ class RigClient(Worlds, Listener):
             self._epoch = int(reply["epoch"])
         return reply
 
-    def _result(self, op: str, **values: Any) -> dict[str, Any]:  # noqa: ANN401
+    def _result(self, op: str, **values: object) -> dict[str, Any]:
         result: dict[str, Any] = self._call(op, **values)["result"]
         return result

@@ -71,5 +71,5 @@ class Worlds:
             axis, "spring", center_rad=rest_rad, stiffness_nm_rad=stiffness_nm_rad, lease=lease
         )
 
-    def _result(self, op: str, **values: Any) -> dict[str, Any]:  # noqa: ANN401
+    def _result(self, op: str, **values: object) -> dict[str, Any]:
         raise NotImplementedError

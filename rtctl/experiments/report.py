@@ -143,7 +143,7 @@ def document_of(outcome: Outcome) -> dict[str, Any]:
     return {"title": outcome.title, "conclusion": outcome.key, "targets": targets, **outcome.numbers}
 
 
-def plain(value: Any) -> Any:  # noqa: ANN401
+def plain(value: object) -> Any:  # noqa: ANN401
     """A value without estimates, NumPy numbers and non-finite floats (null)."""
     if isinstance(value, Estimate):
         return value.as_dict()

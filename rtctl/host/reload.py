@@ -96,7 +96,7 @@ def _reloadable(key: str) -> bool:
     return ".environment." in key
 
 
-def _flat(value: Any, prefix: str = "") -> dict[str, Any]:  # noqa: ANN401
+def _flat(value: object, prefix: str = "") -> dict[str, Any]:
     if isinstance(value, dict):
         items = [(f"{prefix}.{key}" if prefix else str(key), item) for key, item in value.items()]
     elif isinstance(value, list | tuple) and any(isinstance(item, dict) for item in value):

@@ -132,13 +132,13 @@ class Simulation:
             raise ConfigError(str(error)) from error
         fill_schedule(self.plant_params, tables, rig)
 
-    def change(self, **fields: Any) -> None:  # noqa: ANN401
+    def change(self, **fields: object) -> None:
         """Send a command: set fields of the command record, each a number or one per axis."""
         for name, value in fields.items():
             self.command[name][0] = value
         self.command["seq"] += 1
 
-    def run(self, seconds: float, every: int = 1, **fields: Any) -> np.ndarray:  # noqa: ANN401
+    def run(self, seconds: float, every: int = 1, **fields: object) -> np.ndarray:
         """Run for `seconds` after changing the command's `fields`; returns every `every`-th tick.
 
         `truth` then holds the rig's states at the end of the same ticks.

@@ -101,7 +101,7 @@ def _named_files(origin: Path) -> Iterator[Path]:
             yield Path(text)
 
 
-def _strings(value: Any) -> Iterator[str]:  # noqa: ANN401
+def _strings(value: object) -> Iterator[str]:
     if isinstance(value, str):
         yield value
     elif isinstance(value, dict | list):

@@ -51,7 +51,7 @@ def signals_of(hello: Mapping[str, Any]) -> list[dict[str, Any]]:
     return out
 
 
-def plain(value: Any) -> Any:  # noqa: ANN401
+def plain(value: object) -> Any:  # noqa: ANN401
     """The same as JSON has it and a page may show it: a number that is not finite is None, and no text has control
     characters or any that turn the line around.
     """

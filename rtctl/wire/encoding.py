@@ -7,7 +7,7 @@ from typing import Any
 import msgpack
 
 
-def encode(message: Any) -> bytes:  # noqa: ANN401
+def encode(message: object) -> bytes:
     """Pack a reply or a telemetry message."""
     packed: bytes = msgpack.packb(message)
     return packed

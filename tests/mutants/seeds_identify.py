@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from seed import Seed
 
+MEMORY = ("tests/unit/friction/test_reversal_memory.py",)
 IN_LOGS = ("tests/unit/friction/test_presliding_in_logs.py",)
 PRESLIDING = ("tests/unit/friction/test_presliding.py",)
 EVIDENCE = ("tests/unit/friction/test_point_evidence.py",)
@@ -20,7 +21,7 @@ SEEDS = (
     ),
     Seed(
         "bristles never slide in a log",
-        "rtctl/friction/logs/presliding_in_logs.py",
+        "rtctl/friction/logs/turns.py",
         "found[row] = saturate(found[row - 1] + (path_rad[row] - path_rad[row - 1]) / length_rad)",
         "found[row] = found[row - 1] + (path_rad[row] - path_rad[row - 1]) / length_rad",
         IN_LOGS,
@@ -34,10 +35,24 @@ SEEDS = (
     ),
     Seed(
         "a joint that stands is taken for one that slides",
-        "rtctl/friction/logs/presliding_in_logs.py",
+        "rtctl/friction/logs/turns.py",
         "kept = window >= speed_min_rad_s / cutoff_hz",
         "kept = window >= 0.0",
         IN_LOGS,
+    ),
+    Seed(
+        "memory of a turn is judged on the rows that it was fitted to",
+        "rtctl/friction/logs/reversal_memory.py",
+        "return (odd, ~odd), (~odd, odd)",
+        "return (odd, odd), (~odd, ~odd)",
+        MEMORY,
+    ),
+    Seed(
+        "a stretch beside another has no offset of its own near turns",
+        "rtctl/friction/logs/reversal_memory.py",
+        "offsets = np.repeat(np.eye(len(parts)), [len(part.rows) for part in parts], axis=0)",
+        "offsets = np.ones((sum(len(part.rows) for part in parts), 1))",
+        MEMORY,
     ),
     Seed(
         "the spread of two groups forgets how far apart they are",

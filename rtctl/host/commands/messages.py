@@ -181,7 +181,7 @@ def _values(message: dict[str, Any], operation: Operation, rig: RigDescription) 
     return values
 
 
-def _value(value: Any, key: Key, rig: RigDescription, axis: int | None) -> Any:  # noqa: ANN401
+def _value(value: object, key: Key, rig: RigDescription, axis: int | None) -> Any:  # noqa: ANN401
     if key.kind == "axis":
         return _axis_index(value, rig)
     if key.kind == "choice":
@@ -199,13 +199,13 @@ def _value(value: Any, key: Key, rig: RigDescription, axis: int | None) -> Any: 
     return [_number(item, key, f"{key.name}[{i}]", rig.axes[i]) for i, item in enumerate(value)]
 
 
-def _choice_error(value: Any, key: Key) -> _RefuseError:  # noqa: ANN401
+def _choice_error(value: object, key: Key) -> _RefuseError:
     code = "out_of_bounds" if type(value) in {type(choice) for choice in key.choices} else "wrong_type"
     allowed = ", ".join(str(choice) for choice in key.choices)
     return _RefuseError(code, f"{key.name}: one of {allowed}, not {_shown(value)}")
 
 
-def _axis_index(value: Any, rig: RigDescription) -> int:  # noqa: ANN401
+def _axis_index(value: object, rig: RigDescription) -> int:
     names = [axis.name for axis in rig.axes]
     if isinstance(value, str) and value in names:
         return names.index(value)
@@ -217,7 +217,7 @@ def _axis_index(value: Any, rig: RigDescription) -> int:  # noqa: ANN401
     )
 
 
-def _number(value: Any, key: Key, where: str, axis: AxisDescription) -> float:  # noqa: ANN401
+def _number(value: object, key: Key, where: str, axis: AxisDescription) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise _RefuseError("wrong_type", f"{where}: a number, not {_shown(value)}")
     if key.low is None or key.high is None:
@@ -229,11 +229,11 @@ def _number(value: Any, key: Key, where: str, axis: AxisDescription) -> float:  
     return float(value)
 
 
-def _is_integer(value: Any) -> TypeGuard[int]:  # noqa: ANN401
+def _is_integer(value: object) -> TypeGuard[int]:
     return isinstance(value, int) and not isinstance(value, bool)
 
 
-def _shown(value: Any) -> str:  # noqa: ANN401
+def _shown(value: object) -> str:
     """A value as part of a sentence: short, and never the repr of something nested."""
     if value is None:
         return "nil"

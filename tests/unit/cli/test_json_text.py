@@ -2,6 +2,7 @@
 
 import json
 import math
+import sys
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -129,3 +130,20 @@ def _examined(_config, _seconds, *, say, **_more):
 
 def test_colour_has_one_source():
     assert [path.name for path in CLI.glob("*.py") if "click.style(" in path.read_text()] == ["colour.py"]
+
+
+def test_a_command_told_to_a_script_is_one_that_runs_here(monkeypatch, capsys, tmp_path):
+    """A refusal's remedy, and a line of `doctor`: with the program of this installation, as on a terminal."""
+    own = tmp_path / "bin" / "rtctl"
+    own.parent.mkdir()
+    own.touch()
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", [str(own), "check", "missing.toml", "--json"])
+    monkeypatch.setenv("PATH", "/usr/bin")
+    with pytest.raises(SystemExit, match="3"):
+        main()
+    assert "`bin/rtctl init`" in json.loads(capsys.readouterr().out)["message"]
+    told = json.loads(
+        json_text({"lines": [Line("rights", "warn", "none", "rtctl service install rig.toml")]})
+    )
+    assert told["lines"][0]["fix"] == "bin/rtctl service install rig.toml"

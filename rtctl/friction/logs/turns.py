@@ -1,0 +1,86 @@
+"""A log made ready to look at its turns, and the stop operator over its path: what presliding length and memory share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtctl.control.feedforward import saturate
+from rtctl.control.jit import compiled
+from rtctl.friction.logs.dynamics import SAMPLES_PER_CUTOFF, AxisLog, smooth
+
+SHORTEST_RAD = 1e-5
+"""Shortest length that is tried; below it a joint is one whose friction turns at once, for any hand."""
+
+LONGEST_SHARE = 0.2
+"""Longest length that is tried, share of the range of the motion: strokes must be long enough to slide."""
+
+STRIBECK_RAD_S = (0.02, 0.1)
+"""Speeds of the Stribeck peaks beside the Coulomb friction: without them a peak at rest looks like shorter bristles."""
+
+
+@dataclass(frozen=True)
+class TurningPart:
+    """One stretch: acceleration and velocity (n, 2) and torque, filtered; Stribeck peaks (1 at rest); the path of its bristles.
+
+    `rows` are the rows looked at, `turned` those in which the motion turns back while the joint moves.
+    """
+
+    motion: np.ndarray
+    torque_nm: np.ndarray
+    path_rad: np.ndarray
+    peaks: tuple[np.ndarray, ...]
+    rows: np.ndarray
+    turned: np.ndarray
+    rate_hz: float
+    cutoff_hz: float
+
+    @property
+    def turns(self) -> int:
+        """How many turns there are."""
+        return len(self.turned)
+
+
+def made_ready(log: AxisLog, cutoff_hz: float, speed_min_rad_s: float) -> TurningPart | None:
+    """One stretch made ready; None when it is too short or not finite."""
+    rate, n = log.rate_hz, len(log.position_rad)
+    edge = max(4, round(rate / cutoff_hz))
+    if n < 10 * edge or not (np.isfinite(log.position_rad).all() and np.isfinite(log.torque_nm).all()):
+        return None
+    position = smooth(log.position_rad, rate, cutoff_hz)
+    velocity = np.gradient(position, 1 / rate)
+    acceleration = np.gradient(velocity, 1 / rate)
+    # A joint that stands may hold any torque below break-away: it says nothing of a turn.
+    travel = np.abs(np.diff(position, prepend=position[0]))
+    window = np.convolve(travel, np.ones(edge), mode="same")
+    kept = window >= speed_min_rad_s / cutoff_hz
+    kept[: 2 * edge] = kept[n - 2 * edge :] = False
+    turned = np.flatnonzero(np.diff(np.sign(velocity)) != 0)
+    if not kept.any():
+        return None
+    return TurningPart(
+        motion=np.column_stack([acceleration, velocity]),
+        torque_nm=smooth(log.torque_nm, rate, cutoff_hz),
+        path_rad=log.position_rad,
+        peaks=tuple(np.exp(-((velocity / v) ** 2)) for v in STRIBECK_RAD_S),
+        rows=np.flatnonzero(kept)[:: max(1, edge // SAMPLES_PER_CUTOFF)],
+        turned=turned[kept[turned]],
+        rate_hz=rate,
+        cutoff_hz=cutoff_hz,
+    )
+
+
+def longest_length(parts: Sequence[TurningPart]) -> float:
+    """The longest presliding length that these motions could tell, rad; 0 without a part."""
+    return LONGEST_SHARE * min((float(np.ptp(part.path_rad)) for part in parts), default=0.0)
+
+
+@compiled
+def stop_operator(path_rad: np.ndarray, length_rad: float) -> np.ndarray:
+    """Bristles over a path (n,), as a share of their length: -1..1, unbent at first."""
+    found = np.zeros(len(path_rad))
+    for row in range(1, len(path_rad)):
+        found[row] = saturate(found[row - 1] + (path_rad[row] - path_rad[row - 1]) / length_rad)
+    return found

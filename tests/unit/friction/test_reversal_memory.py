@@ -1,0 +1,76 @@
+"""What memory of a turn is worth in a log, on joints simulated here whose bristles are known."""
+
+import numpy as np
+import pytest
+from simulated_bristles import log, lugre, maxwell_slip, rigid, stop
+
+from rtctl.friction.logs.bristle_columns import lugre_bristle
+from rtctl.friction.logs.dynamics import CUTOFF_HZ, AxisLog, smooth
+from rtctl.friction.logs.reversal_memory import TURNS_MIN, WORTH, reversals_of_logs
+
+
+def rungs(found):
+    return {rung.name: rung for rung in found.rungs}
+
+
+@pytest.mark.parametrize(("bristles", "own"), [(stop, "stop"), (lugre, "lugre"), (maxwell_slip, "maxwell")])
+def test_memory_leaves_less_than_half_of_what_a_curve_of_speed_leaves_near_turns(bristles, own):
+    found = reversals_of_logs([log(bristles, 1e-3, stribeck=0.3, seconds=16.0)])
+    told = rungs(found)
+    assert min(told[name].gain for name in ("stop", "lugre", "maxwell")) > 0.45
+    assert told["maxwell"].gain > 0.8, "any bristles are springs of several lengths"
+    assert 0.7e-3 < told[own].parameter < 1.45e-3 * 1.3
+    assert found.chosen in ("stop", "lugre", "maxwell")
+    assert 0 < told[own].gain_standard_error < 0.1
+
+
+@pytest.mark.parametrize("count_rad", [1e-6, 1e-4])
+def test_where_there_are_no_bristles_memory_is_worth_nothing(count_rad):
+    found = reversals_of_logs([log(rigid, 1.0, count_rad=count_rad, seconds=16.0)])
+    assert found.chosen == "speed", found
+    assert max(rung.gain for rung in found.rungs) < WORTH
+
+
+def test_what_is_told_is_of_rows_that_were_not_fitted_to():
+    """A fit to noise leaves less than the noise in the rows fitted to, and more than it in others."""
+    whole, left = log(rigid, 1.0, count_rad=1e-6, seconds=8.0), []
+    for seed in range(3):
+        noise = np.random.default_rng(seed).standard_normal(len(whole.torque_nm))
+        alone = AxisLog(whole.rate_hz, whole.position_rad, noise, "made", "0" * 64)
+        heard = np.std(smooth(noise, whole.rate_hz, CUTOFF_HZ))
+        left += [rung.rms_nm / heard for rung in reversals_of_logs([alone]).rungs]
+    assert np.mean(left) > 1.0
+
+
+@pytest.mark.parametrize("offset_nm", [0.3, -2.0])
+def test_stretches_have_offsets_of_their_own(offset_nm):
+    whole = log(lugre, 1e-3)
+    half = len(whole.position_rad) // 2
+
+    def cut(offset):
+        return [
+            AxisLog(whole.rate_hz, whole.position_rad[rows], whole.torque_nm[rows] + more, "made", "0" * 64)
+            for rows, more in ((slice(half), 0.0), (slice(half, None), offset))
+        ]
+
+    one, two = (reversals_of_logs(cut(offset)) for offset in (0.0, offset_nm))
+    assert [rung.near_nm for rung in two.rungs] == pytest.approx([rung.near_nm for rung in one.rungs], 1e-6)
+
+
+@pytest.mark.parametrize("seconds", [0.3, 2.0])
+def test_few_turns_tell_nothing(seconds):
+    found = reversals_of_logs([log(stop, 1e-3, seconds=seconds)])
+    assert found is None or found.turns >= TURNS_MIN
+
+
+@pytest.mark.parametrize("column", ["position_rad", "torque_nm"])
+def test_nan_tells_nothing(column):
+    broken = log(stop, 1e-3)
+    getattr(broken, column)[4000] = np.nan
+    assert reversals_of_logs([broken]) is None
+
+
+def test_a_lugre_bristle_softens_on_its_way():
+    bent = lugre_bristle(np.linspace(0, 3, 301), 1.0)
+    assert bent[100] == pytest.approx(1 - np.exp(-1))
+    assert bent[300] == pytest.approx(1 - np.exp(-3))
