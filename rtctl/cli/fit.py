@@ -216,6 +216,8 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
 
     if judged is not None:
         fit_judge.require_alone(click.get_current_context())
+        if sweep is not None:
+            fit_places.tell_shift(judged, sweep, err=as_json)
         measured = fit_points.read(points, columns, map_file, average, text_of(delimiter, decimal))
         fit_judge.run(judged, measured, as_json=as_json)
         return

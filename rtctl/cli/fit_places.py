@@ -110,3 +110,33 @@ def _of_part(part: Harmonics | None, rmse_nm: float) -> str:
         f"Conservative part: up to {1e3 * part.most_nm:.3g} mN m, waves {orders} of {part.period_rad:.4g} rad, steepest "
         f"{part.steepest_nm_rad:.3g} N m/rad; the sweep's rest is {1e3 * rmse_nm:.3g} mN m."
     )
+
+
+def tell_shift(path: Path, sweep: Path, *, err: bool) -> None:
+    """Say by how much the places of a model have moved in a new sweep, and whether they fit there at all.
+
+    Raises
+    ------
+    DataError
+        A model without a conservative part, which alone can be found again, or a sweep that is too short.
+    """
+    from rtctl.errors import DataError
+    from rtctl.friction import artefact
+    from rtctl.friction.learn.cogging import find_shift
+    from rtctl.friction.points.reader import read_points
+
+    model = artefact.load(path)
+    if model.conservative is None:
+        raise DataError(f"{path}: no conservative part: its places cannot be found again by a sweep")
+    rows = sweep_of(read_points(sweep, of_speeds=False))
+    found = find_shift(model.conservative, rows, model.place.period_rad if model.place else None)
+    what = (
+        f"explains {100 * found.explained:.1f} % of the sweep there and leaves {1e3 * found.rmse_nm:.3g} mN m"
+    )
+    said = (
+        f"places: moved by {found.shift_rad:.5f} rad (or whole periods of {model.conservative.period_rad:.4g} rad more): {what}; "
+        f"friction.place_shift_rad = {found.shift_rad:.5f}"
+        if found.fits
+        else f"places: the model does not fit this sweep wherever its index is ({what}): compensate nothing by it, or learn it anew"
+    )
+    click.echo(said, err=err)

@@ -78,7 +78,7 @@ class Harmonics:
         return min(bound, seen + next_most * 0.5 * self.period_rad / _GRID)
 
     def shifted(self, shift_rad: float) -> Harmonics:
-        """The same with its places moved by `shift_rad`: tau_c(x - shift)."""
+        """A copy whose places are moved by `shift_rad`: tau_c(x - shift)."""
         angle = 2 * math.pi * self.orders * shift_rad / self.period_rad
         c, s = np.cos(angle), np.sin(angle)
         return replace(self, cos=self.cos * c - self.sin * s, sin=self.cos * s + self.sin * c)

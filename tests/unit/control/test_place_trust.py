@@ -37,7 +37,11 @@ class Judged:
     def __init__(self, use, shift=0.0, noise=0.002, drift=0.0):
         params, state, _, _ = new_records(1)
         self.p, self.s, self.t = records(params)[0], records(state)[0], records(new_ticks(1, 1))[0]
-        self.p["place_kind"][0], self.p["place_length_rad"][0], self.p["place_speed_rad_s"][0] = int(use), math.pi, 1.0
+        self.p["place_kind"][0], self.p["place_length_rad"][0], self.p["place_speed_rad_s"][0] = (
+            int(use),
+            math.pi,
+            1.0,
+        )
         self.p["observer_alpha"][0] = 0.1
         self.model, self.shift, self.noise, self.drift = model_of(part=COGGING), shift, noise, drift
         self.random = np.random.default_rng(5)
