@@ -20,8 +20,8 @@ the compensation would grow, the creep with it, and the joint would slip seconds
 `CREEP_RAD_S` the account is only spent.
 
 Why the conservative part is not in it. Torque that depends on the place alone is a spring: what it gives on the way up it takes on
-the way down, `conservative_swing_j` at most, and what sampling and delay add is in the damping the sampled loop needs (docs/theory.md
-8.9). Charged here, each wave would be paid for and its return cut off at the bank.
+the way down, `conservative_swing_j` at most, and what sampling and delay add is in the damping the sampled loop needs
+(docs/theory.md 8.9). Charged here, each wave would be paid for and its return cut off at the bank.
 
 Why two accounts. The torque sent acts some ticks later. Which tick of motion it meets is known to one tick, so both are
 kept and the emptier one counts.

@@ -176,7 +176,8 @@ def _compensate(t: Record, s: Record, p: Record, model: Record, axis: int, elaps
     t.observer_torque_nm[axis] = observer_torque(t, s, p, model, axis, elapsed)
     share = assistance_share(s, p, axis)
     t.assistance_share[axis] = share
-    t.feedforward_torque_nm[axis] = friction * share
+    t.feedforward_torque_nm[axis] = friction
+    t.feedforward_torque_nm[axis] *= share
     if spring != 0.0:
         t.feedforward_torque_nm[axis] += spring
     t.observer_torque_nm[axis] *= share

@@ -80,10 +80,9 @@ def observe_port(s: Record, p: Record, axis: int, dx: float, elapsed: int) -> fl
     credit += s.friction_credit_j[axis]
     energy = s.energy_port_j[axis] - held * dx + credit + _grant(s, axis)
     felt = s.authority * s.stored_energy_j[axis]
-    most = felt + p.energy_bank_j + cost_to_take_back(p, axis, held)
     if p.conservative_swing_j[axis] > 0.0:  # what the compensated cogging has taken up comes back
-        most += s.authority * place_trust(s, p, axis) * p.conservative_swing_j[axis]
-    s.energy_port_j[axis] = min(energy, most)
+        felt += s.authority * place_trust(s, p, axis) * p.conservative_swing_j[axis]
+    s.energy_port_j[axis] = min(energy, felt + p.energy_bank_j + cost_to_take_back(p, axis, held))
     return s.energy_port_j[axis]
 
 

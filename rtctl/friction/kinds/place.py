@@ -20,6 +20,12 @@ from rtctl.control.records import PLACE_ORDERS, PLACE_SEGMENTS
 from rtctl.friction.kinds.cubic import PiecewiseCubic
 from rtctl.friction.kinds.spline import compile_spline, spline
 
+WAVES_MOST = PLACE_ORDERS
+"""Most waves a turn that the law has room for."""
+
+SPEEDS_MOST = PLACE_SEGMENTS
+"""Most different speeds, 0 among them."""
+
 ANGLES = 256
 """Places of a turn where a modulation is looked at: eight or more for the shortest of its waves."""
 

@@ -13,11 +13,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rtctl.control.records import PLACE_ORDERS, PLACE_SEGMENTS
 from rtctl.errors import DataError
 from rtctl.friction.kinds.curve import Curve
 from rtctl.friction.kinds.harmonics import Harmonics
-from rtctl.friction.kinds.place import PlaceKernel, compile_place
+from rtctl.friction.kinds.place import SPEEDS_MOST, WAVES_MOST, PlaceKernel, compile_place
 from rtctl.friction.learn.fit import describe_branch
 from rtctl.friction.model import Branch, FrictionModel, self_test_vectors
 from rtctl.friction.points.measured import POINTS_MAX, FrictionPoints
@@ -153,7 +152,7 @@ def _side(points: FrictionPoints, way: int, period_rad: float, conservative: Har
 def _levels(v: np.ndarray) -> np.ndarray:
     """Speeds rounded to as many levels as the law has segments: rows of one level differ by noise of their speed alone."""
     share = 1e-3
-    while len(np.unique(v)) >= PLACE_SEGMENTS:
+    while len(np.unique(v)) >= SPEEDS_MOST:
         grid = np.power(1 + share, np.round(np.log(np.maximum(v, 1e-9)) / math.log1p(share)))
         v = np.where(v > 0, grid, 0.0)
         share *= 2
@@ -162,7 +161,7 @@ def _levels(v: np.ndarray) -> np.ndarray:
 
 def _rungs(sides: list[_Side], period_rad: float) -> Iterator[PlaceRung]:
     """Every number of waves with the best of its shares and ridges."""
-    for orders in range(PLACE_ORDERS + 1):
+    for orders in range(WAVES_MOST + 1):
         tried = []
         for share in SHARES if orders else SHARES[:1]:
             for ridge in RIDGES:
