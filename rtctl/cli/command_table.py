@@ -14,6 +14,7 @@ COMMANDS: dict[str, str] = {
     "check": "rtctl.cli.check",
     "identify": "rtctl.cli.identify",
     "fit": "rtctl.cli.fit",
+    "evidence": "rtctl.cli.evidence",
     "monitor": "rtctl.cli.monitor",
     "record": "rtctl.cli.record",
     "info": "rtctl.cli.info",

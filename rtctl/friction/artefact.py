@@ -50,6 +50,8 @@ _SCALARS = (
     "parameters",
     "intercept",
     "place_spread_nm",
+    "test_max_error_nm",
+    "single_max_error_nm",
 )
 
 _DERIVED = {

@@ -56,6 +56,8 @@ class BranchDocument(Table):
     slope_damping_nms_rad: Number
     place_spread_nm: Torque | None = None
     support_places: list[Position] = Field(default=[], max_length=MAX_SEGMENTS)
+    test_max_error_nm: Torque | None = None
+    single_max_error_nm: Torque | None = None
     hyper_parameters: dict[Text, Number] = Field(max_length=16)
     parameters: dict[Text, Number] = Field(max_length=16)
     intercept: Number

@@ -29,7 +29,8 @@ class Branch:
     speed) and `friction_max_nm` the largest value of the curve over 0..`speed_max_rad_s`. `kind` and
     `parameters` are those of `curves.Curve`; `hyper_parameters` are what the training was given or found.
     `place_spread_nm` is the largest shortfall of the friction below the curve at any place and speed that was
-    visited, 0 or more; None where the points do not say.
+    visited, 0 or more; None where the points do not say. `test_max_error_nm` is the largest error on test points,
+    `single_max_error_nm` the largest that a single measurement behind the points is expected to have; None: not known.
     """
 
     support_vectors: np.ndarray
@@ -50,6 +51,8 @@ class Branch:
     kind: str = "spline"
     parameters: dict[str, float] = field(default_factory=dict)
     place_spread_nm: float | None = None
+    test_max_error_nm: float | None = None
+    single_max_error_nm: float | None = None
     support_places: np.ndarray = field(default_factory=lambda: np.zeros(0))
     """Position of each support vector, rad, of a model with a kernel of place (`FrictionModel.place`); else empty."""
 
@@ -95,8 +98,9 @@ class Branch:
 
     @property
     def error_max_nm(self) -> float:
-        """Largest known error of the curve, trained and held-out points together, N m."""
-        return max(self.train_max_error_nm, self.validation_max_error_nm)
+        """Largest known error of the curve: trained, held-out and test points, and single measurements behind them, N m."""
+        beside = (self.test_max_error_nm or 0.0, self.single_max_error_nm or 0.0)
+        return max(self.train_max_error_nm, self.validation_max_error_nm, *beside)
 
 
 @dataclass(frozen=True)

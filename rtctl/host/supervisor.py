@@ -40,6 +40,7 @@ from rtctl.host.telemetry.rig_description import describe_run
 from rtctl.host.telemetry.run_statistics import RunStatistics
 from rtctl.host.telemetry.streams import Telemetry
 from rtctl.host.view_process import ViewProcess
+from rtctl.recording.as_columns import log_readers
 from rtctl.recording.law_arrays import LawArrays
 from rtctl.recording.setup import setup_of
 from rtctl.rig_file.config import LoadedConfig
@@ -158,7 +159,8 @@ class Host:
         self.context = zmq.Context()
         resident = None if virtual else self._streams.enter_context(closing(Resident()))
         self.access = Access(self.context, endpoints, openings, Notices(), resident=resident)
-        self.loop = LoopProcess(self.loaded, self.memory, self.runtime.lock_fd)
+        readers = log_readers(self.loaded.members())
+        self.loop = LoopProcess(self.loaded, self.memory, self.runtime.lock_fd, readers)
         self.runtime.note_holder(self.loop.pid)
         self.preparation = Preparation(plan.n_axes)
         self.guard = LoopGuard(self.loaded, self.loop, self.memory, plan.period_s)

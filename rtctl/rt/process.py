@@ -13,6 +13,7 @@ import signal
 import sys
 import time
 import traceback
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -106,6 +107,8 @@ def main(memory_fd: int) -> int:
     on_compiled.append(_compiled)
     began = time.monotonic()
     members = [Member.from_dict(device) for device in order["devices"]]
+    for reader in order["log_readers"]:
+        import_module(reader).register()
     claims = Claims()  # given back when this process ends
     backend = _open(order, members, claims)
     if backend is None:

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import IO, Any, cast
 
@@ -52,8 +53,17 @@ def is_dying(pid: int) -> bool:
 class LoopProcess:
     """The running loop: `messages()` drains what it said, `ended` holds its last word."""
 
-    def __init__(self, loaded: LoadedConfig, memory: Memory, lock_fd: int | None = None) -> None:
-        """Start it. It keeps `lock_fd` open: the rig's lock lasts as long as anybody drives the rig."""
+    def __init__(
+        self,
+        loaded: LoadedConfig,
+        memory: Memory,
+        lock_fd: int | None = None,
+        log_readers: Sequence[str] = (),
+    ) -> None:
+        """Start it. It keeps `lock_fd` open: the rig's lock lasts as long as anybody drives the rig.
+
+        `log_readers` are modules whose `register` teaches it to read logs that `hw` does not know.
+        """
         config = loaded.config
         rig = {
             name: value.tolist() if isinstance(value, np.ndarray) else value
@@ -61,6 +71,7 @@ class LoopProcess:
         }
         order = {
             "devices": [asdict(member) for member in loaded.members()],
+            "log_readers": list(log_readers),
             "rig": rig,
             "clock": config.loop.clock,
             "realtime": config.loop.realtime,
