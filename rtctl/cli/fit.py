@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rtctl.cli import fit_checks, fit_points, fit_table
+from rtctl.cli import fit_checks, fit_places, fit_points, fit_table
 from rtctl.cli.columns import text_of
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFile, OutputFolder
@@ -24,6 +24,7 @@ _POSITIVE = click.FloatRange(min=0, min_open=True, max=1e9)
 @click.command("fit")
 @click.argument("points", type=_File, nargs=-1, required=True)
 @fit_points.options
+@fit_places.options
 @click.option("--out", type=OutputFile(), help="model file to write (JSON); needed unless --judge")
 @click.option("--judge", "judged", type=_File, help="judge this model by the points; nothing is learned")
 @click.option(
@@ -151,6 +152,10 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
     average: str,
     delimiter: str | None,
     decimal: str | None,
+    places: Path | None,
+    sweep: Path | None,
+    turn: float | None,
+    ripple_turn: float | None,
     out: Path | None,
     judged: Path | None,
     rig: str,
@@ -194,6 +199,8 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
 
     if judged is not None:
         fit_judge.require_alone(click.get_current_context())
+        if sweep is not None:
+            fit_places.tell_shift(judged, sweep, err=as_json)
         measured = fit_points.read(points, columns, map_file, average, text_of(delimiter, decimal))
         fit_judge.run(judged, measured, as_json=as_json)
         return
@@ -230,6 +237,7 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
             max_support_vectors=max_support_vectors,
         )
         ladder, model = ladder_report.climb(measured, wanted, rig, fade_rad_s)
+    model, over_turn, turn_body = fit_places.learn(model, places, sweep, turn, ripple_turn)
     low, high = temperature or measured.temperature_range_c or (None, None)
     model = replace(
         model, temperature_min_c=low, temperature_max_c=high, evaluation_ns=evaluation_ns(model.record())
@@ -259,6 +267,7 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
         body |= {"left_out": fit_points.left_out_rows(measured)}
         body |= fit_advice.body(model, plan.loaded, out)
         body |= {"report": str(page)} if page else {}
+        body |= turn_body
         if ladder is not None:
             body |= ladder_report.body(ladder)
         click.echo(json_text(body, indent=2))
@@ -268,6 +277,7 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
     fit_table.show(model.kind, rows)
     click.echo(f"presliding length: {fit_advice.presliding_text(model)}")
     click.echo(f"\n{hold_out.describe(measured, folds)}")
+    click.echo("\n".join(["", *over_turn])) if over_turn else None
     fit_advice.show(model, plan.loaded, out)
     click.echo(
         f"\nmodel: {out}" + (f"\nplot:  {plot}" if plot else "") + (f"\nreport: {page}" if page else "")

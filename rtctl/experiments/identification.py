@@ -23,6 +23,7 @@ from rtctl.friction.report import evidence as report_evidence
 from rtctl.friction.report import tables as report_tables
 from rtctl.friction.report.tables import Table
 from rtctl.identify.measurement_order import Known, Task
+from rtctl.identify.place_rows import Row
 from rtctl.identify.session import Bias, Point, identify
 from rtctl.identify.settings import Settings, rig_of, without_feedforward
 from rtctl.identify.simulated import drive
@@ -72,6 +73,13 @@ class Kept:
             Known(one.direction, abs(one.target_rad_s), abs(one.friction_torque_nm), one.presliding_rad)
             for one in self.points
         ]
+
+    def lacks_sweep(self) -> bool:
+        """Nobody asks for a sweep."""
+        return False
+
+    def swept(self, _rows: Sequence[Row]) -> None:
+        """Nobody asks for a sweep."""
 
     def add(self, point: Point, _measurements: Sequence[Measurement]) -> None:
         """Keep a point."""

@@ -28,7 +28,7 @@ def with_evidence(
     forward, backward = (
         replace(
             branch,
-            place_spread_nm=spread,
+            place_spread_nm=_largest((spread, branch.place_spread_nm)),
             test_max_error_nm=None if test is None else test_max_error_nm(branch, test, direction),
             single_max_error_nm=_largest(
                 single_max_error_nm(branch, one, direction) for one in (points, test) if one
