@@ -47,7 +47,7 @@ def test_each_seed_measures_test_points_of_its_own_noise(monkeypatch):
         seen.append(loaded.options["seed"])
         return [Point(d * v, d * 0.3, 0.01, 100, d) for d in (1, -1) for v in np.linspace(0.1, 1, levels)]
 
-    monkeypatch.setattr(friction_model.search, "workers", in_turn)
+    monkeypatch.setattr(friction_model, "workers", in_turn)
     monkeypatch.setattr(friction_model.mock_points, "measure", measured)
     order = Order(load(CONFIG), seeds=4)
     assert len(friction_model._tests(order)) == 4
