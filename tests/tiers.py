@@ -58,6 +58,8 @@ LONG = (
     "unit/experiments/test_positioning.py",
     "unit/friction/test_artefact.py",
     "unit/friction/test_dirty_logs.py",
+    "unit/friction/test_drift.py",
+    "unit/friction/test_drift_on_the_family.py",
     "unit/friction/test_folds.py",
     "unit/friction/test_report.py",
     "unit/friction/test_search.py",

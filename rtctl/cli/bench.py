@@ -31,7 +31,7 @@ GROUPS = (
     "recording",
     "view",
 )
-ON_REQUEST = ("soak", "deaths", "scheduler")
+ON_REQUEST = ("soak", "deaths", "scheduler", "drift")
 LOADS = ("cpu", "disk", "network", "memory")
 
 
@@ -39,7 +39,9 @@ LOADS = ("cpu", "disk", "network", "memory")
 @click.argument("groups", nargs=-1, type=click.Choice(GROUPS + ON_REQUEST))
 @click.option("--quick", is_flag=True, help="shorter runs: a look, not a measurement")
 @click.option(
-    "--minutes", type=click.FloatRange(0.3, 1440), help="length of a soak (60) or of wakeup (about 2)"
+    "--minutes",
+    type=click.FloatRange(0.3, 1440),
+    help="length of a soak (60), of wakeup (about 2), or simulated of drift (600)",
 )
 @click.option(
     "--load",
@@ -73,7 +75,8 @@ def command(
 ) -> None:
     """Measure side by side: friction evaluation, safety machine, feel of a 60 Hz program, virtual time, start,
     cycle, wake-up, telemetry streams, floods, STOP under attack, device I/O, recording, live view; and, only when asked for, soak: hours of subscribers that come and go, and of floods;
-    deaths: a hundred killed loops, and how soon a simulated board was without torque; scheduler: SCHED_DEADLINE beside SCHED_FIFO.
+    deaths: a hundred killed loops, and how soon a simulated board was without torque; scheduler: SCHED_DEADLINE beside SCHED_FIFO;
+    drift: false alarms of the watch over the friction in ten simulated hours.
 
     Only in a checkout: benchmarks are not installed with the package.
 
@@ -158,6 +161,7 @@ def measurements(
     from tests.bench import (
         attacks,
         deaths,
+        drift,
         feel,
         flood,
         io,
@@ -189,6 +193,7 @@ def measurements(
         "flood": lambda: flood.rows(mock, 10 * short, 1 if quick else 2),
         "attacks": lambda: attacks.rows(mock, 1 if quick else 5),
         "soak": lambda: soak.rows(mock, minutes or 60.0, lambda text: click.echo(text, err=True)),
+        "drift": lambda: drift.rows(mock, minutes or 600.0, lambda text: click.echo(text, err=True)),
         "io": lambda: io.rows(short, rig_seconds),
         "view": lambda: view.rows(mock, 30 * short, 3 if quick else 10),
         "deaths": lambda: deaths.rows(

@@ -24,6 +24,7 @@ COMMANDS: dict[str, str] = {
     "events": "rtctl.cli.events",
     "incident": "rtctl.cli.incident",
     "playback": "rtctl.cli.playback",
+    "drift": "rtctl.cli.drift",
     "probe": "rtctl.cli.probe",
     "stop-rig": "rtctl.cli.stop_rig",
     "doctor": "rtctl.cli.doctor",

@@ -75,6 +75,7 @@ def table(hello: dict[str, Any], shown: Shown) -> list[str]:
         cells = [f"{values[a]:>12.4f}" if a < len(values) else f"{'-':>12}" for values in columns]
         lines.append(f"{axis['name']:<12}" + "".join(cells))
     lines += [
+        *_friction(health),
         "",
         *_latency(health),
         *([f"EVENT LOG BROKEN: {broken(health, 'log')}"] if broken(health, "log") else []),
@@ -109,6 +110,17 @@ def _warnings(health: dict[str, Any] | None) -> list[dict[str, str]]:
     """Warnings the daemon gives: nothing that stops the rig."""
     found: list[dict[str, str]] = (health or {}).get("warnings", [])
     return found
+
+
+def _friction(health: dict[str, Any] | None) -> list[str]:
+    """A line for each axis whose friction is known: factor of what was learned, with its interval, and the offset."""
+    told = [one for one in (health or {}).get("friction", []) if one["factor"] is not None]
+    return [
+        f"friction {one['axis']}: {one['factor']['value']:.3f} of what was learned "
+        f"({one['factor']['low']:.3f} to {one['factor']['high']:.3f}; forward {one['forward']['value']:.2f}, "
+        f"backward {one['backward']['value']:.2f}), offset {1e3 * one['offset_nm']['value']:+.1f} mN m, by {one['seconds']:.0f} s"
+        for one in told
+    ]
 
 
 def _latency(health: dict[str, Any] | None) -> list[str]:

@@ -36,12 +36,14 @@ from rtctl.host.record.run_record import RunRecord
 from rtctl.host.signals import Signals
 from rtctl.host.speaker import Speaker
 from rtctl.host.telemetry.device_words import DeviceWords
+from rtctl.host.telemetry.friction_watch import FrictionWatch
 from rtctl.host.telemetry.rig_description import describe_run
 from rtctl.host.telemetry.run_statistics import RunStatistics
 from rtctl.host.telemetry.streams import Telemetry
 from rtctl.host.view_process import ViewProcess
 from rtctl.recording.law_arrays import LawArrays
 from rtctl.recording.setup import setup_of
+from rtctl.recording.state_folder import state_folder
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rt.early import MARGIN
 from rtctl.rt.shared_memory import CommandWriter, Memory, RingReader
@@ -165,7 +167,11 @@ class Host:
         rig = describe_run(self.loaded, plan.params)
         self._batch_s = rig.batch_s
         self.words = DeviceWords(rig)
-        self.telemetry = Telemetry(self.context, endpoints, rig, access=self.access, words=self.words)
+        tables = [axis.friction.drift for axis in self.loaded.config.axis]
+        self.friction = FrictionWatch(rig, plan.params, plan.model, tables, state_folder(rig.name))
+        self.telemetry = Telemetry(
+            self.context, endpoints, rig, access=self.access, words=self.words, friction=self.friction
+        )
         self.gateway = Gateway(
             self.context,
             endpoints,
@@ -174,12 +180,20 @@ class Host:
             self.reader.latest,
             access=self.access,
             book=self.telemetry.book,
+            friction=self.friction,
         )
         self.telemetry.set_commands(self.gateway.counts)
         self._wait_for(self.preparation.done)
         law = LawArrays(plan.params, plan.model, plan.command)
         self.record = RunRecord(
-            self.loaded, rig, law, self.writer, self.telemetry, self._record_to, self.words
+            self.loaded,
+            rig,
+            law,
+            self.writer,
+            self.telemetry,
+            self._record_to,
+            self.words,
+            self.friction,
         )
         self._wait_for(self._ticking)  # clients are answered once there is a tick to speak of
         for grant in self.loop.grants:
@@ -265,6 +279,8 @@ class Host:
             self.words.hear(said)
         self.statistics.update(rows)
         self.gateway.latency.observe(rows)
+        if self.friction.follow(rows):
+            self.gateway.stop()
         events = self.record.keep(self.reader.next - len(rows), rows)
         self.speaker.tell(events, self.record.broken())
         self.telemetry.publish(rows, self.reader.overwritten)

@@ -28,6 +28,24 @@ class ObserverTable(Table):
         return self.bandwidth_hz or min(20.0, rate_hz / 20)
 
 
+class DriftTable(Table):
+    """[axis.friction.drift]: is the friction still what was learned? Watched in ordinary motion, with a force sensor and a model"""
+
+    watch: bool = Field(True, description="watch it (docs/friction.md)")
+    warn_share: float = number(
+        0.05,
+        0.5,
+        "change of the dry friction, share of the learned, that is warned of; told from 0.7 of it on",
+        default=0.1,
+    )
+    window_s: float = number(10, 300, "sliding motion that an estimate is made of", default=24.0)
+    stop: bool = Field(
+        True,
+        description="STOP where the compensation exceeds the friction for sure: the whole interval of the factor lies below "
+        "the guaranteed friction and below the feed-forward",
+    )
+
+
 class FrictionTable(Table):
     """[axis.friction]"""
 
@@ -84,6 +102,7 @@ class FrictionTable(Table):
     )
     drift_nm: float = number(0, 1e3, "how far friction may have drifted below the model", default=0.0)
     observer: ObserverTable = ObserverTable()
+    drift: DriftTable = DriftTable()
 
     def intent_lowpass_at(self, rate_hz: float) -> float:
         """Low-pass of the intent in Hz of a loop of this rate."""

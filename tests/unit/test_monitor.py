@@ -198,6 +198,30 @@ def test_a_warning_of_the_daemon_is_shown_and_is_no_fault(sample):
     assert "WARNING" not in "".join(table(HELLO, Shown(sample, 0.0, 0, HEALTH)))
 
 
+def test_the_friction_is_shown_where_it_is_known(sample):
+    def of(value):
+        return {"value": value, "low": value - 0.02, "high": value + 0.02}
+
+    known = {
+        "axis": "base",
+        "factor": of(0.91),
+        "forward": of(0.92),
+        "backward": of(0.9),
+        "offset_nm": of(0.004),
+    }
+    health = {
+        **HEALTH,
+        "friction": [
+            {**known, "seconds": 24.1},
+            {"axis": "tip", "factor": None, "seconds": 1.0, "strokes": 2},
+        ],
+    }
+    found = [text for text in table(HELLO, Shown(sample, 0.0, 0, health)) if text.startswith("friction")]
+    assert found == [
+        "friction base: 0.910 of what was learned (0.890 to 0.930; forward 0.92, backward 0.90), offset +4.0 mN m, by 24 s"
+    ]
+
+
 def test_a_log_or_recording_the_disk_refuses_is_shown(sample):
     health = {**HEALTH, "log": {"broken": None}, "recording": {"broken": "no space left"}}
     text = "\n".join(table(HELLO, Shown(sample, 0.0, 0, health)))

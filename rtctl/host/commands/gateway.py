@@ -23,6 +23,7 @@ from rtctl.host.commands.target_latency import TargetLatency
 from rtctl.host.commands.targets import OPTIONS as TARGET_OPTIONS
 from rtctl.host.commands.targets import TargetInbox
 from rtctl.host.telemetry.fault_book import FaultBook
+from rtctl.host.telemetry.friction_watch import FrictionWatch
 from rtctl.host.telemetry.rig_description import RigDescription, describe
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rt.shared_memory import CommandWriter
@@ -80,6 +81,8 @@ class Gateway:
         Who may come in; default: this machine, by ipc.
     book
         Where faults come from.
+    friction
+        The watch over the friction; None: there is none.
 
     Attributes
     ----------
@@ -99,11 +102,12 @@ class Gateway:
         *,
         access: Access | None = None,
         book: FaultBook | None = None,
+        friction: FrictionWatch | None = None,
         clock_s: Callable[[], float] = time.monotonic,
     ) -> None:
         self._rig = describe(rig)
         self.access = access or Access(context, endpoints)
-        self._requests = Requests(writer, self._rig, endpoints, latest, self.access.remote, book)
+        self._requests = Requests(writer, self._rig, endpoints, latest, self.access.remote, book, friction)
         self.counters = Counters()
         rate_hz = 2.0 * max(self._rig.rate_hz, NOMINAL_LEAST_HZ)
         self._request_rate = RateLimit(rate_hz, BURST, clock_s)
@@ -120,6 +124,10 @@ class Gateway:
     def socket(self) -> zmq.Socket[bytes]:
         """The socket of requests by ipc."""
         return self.doors[0].door.socket
+
+    def stop(self) -> None:
+        """Stop the rig as a client would: for what the host itself sees."""
+        self._requests.stop()
 
     def register(self, poller: zmq.Poller) -> None:
         """Have `poller` wake up for everything `serve` handles, also when sockets are replaced later."""

@@ -22,6 +22,7 @@ from rtctl.host.commands.motion_requests import CLOSED, Steering
 from rtctl.host.commands.newest_command import CommandSlot
 from rtctl.host.commands.operations import OPERATIONS, allowed
 from rtctl.host.telemetry.fault_book import FaultBook
+from rtctl.host.telemetry.friction_watch import FrictionWatch
 from rtctl.host.telemetry.motor_temperature import temperature_warnings
 from rtctl.host.telemetry.rig_description import RigDescription
 from rtctl.host.telemetry.timing_watch import measured_in
@@ -54,6 +55,8 @@ class Requests:
         Told in `hello` to clients with a key.
     book
         Where faults come from.
+    friction
+        The watch over the friction; None: there is none.
     """
 
     def __init__(
@@ -64,8 +67,10 @@ class Requests:
         latest: LatestRow,
         remote: Endpoints | None = None,
         book: FaultBook | None = None,
+        friction: FrictionWatch | None = None,
     ) -> None:
         self._book = book or FaultBook(rig)
+        self._friction = friction
         self._slot = CommandSlot(writer)
         self._rig = rig
         self._endpoints = endpoints
@@ -156,7 +161,10 @@ class Requests:
             "fault_first": self._book.entries(1 << first)[0] if first >= 0 else None,
             "cause": self._book.cause(row),
             "devices": [voice.as_dict() for voice in self._book.words.voices()],
-            "warnings": temperature_warnings(self._rig, row),
+            "warnings": [
+                *temperature_warnings(self._rig, row),
+                *([] if self._friction is None else self._friction.warnings()),
+            ],
             "command_seq_in_force": int(row["command_seq"]),
             "target_age_ticks": int(row["target_age_ticks"]),
             "position_rad": row["position_rad"].tolist(),
@@ -197,8 +205,12 @@ class Requests:
         return ""
 
     def _stop(self, _request: Request, _row: np.void, _caller: Caller) -> Result:
+        return {"command_seq": self.stop()}
+
+    def stop(self) -> int:
+        """Ramp the torque to zero, whoever holds a lease; number of the command."""
         self._desk.end("a stop ended it")
-        return {"command_seq": self._slot.stop()}
+        return self._slot.stop()
 
     def _reset(self, _request: Request, row: np.void, _caller: Caller) -> Result | Refusal:
         state = State(int(row["state"]))

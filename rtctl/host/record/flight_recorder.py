@@ -10,6 +10,7 @@ import os
 import queue
 import threading
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
@@ -21,6 +22,7 @@ from rtctl.check import measured_timing as timing
 from rtctl.host.record.repeated_events import ChatterFilter
 from rtctl.host.telemetry.device_words import DeviceWords
 from rtctl.host.telemetry.events import EventDetector
+from rtctl.host.telemetry.friction_watch import FrictionWatch
 from rtctl.host.telemetry.rig_description import RigDescription
 from rtctl.host.telemetry.timing_watch import EVENT, timing_of
 from rtctl.recording.event_log import Event, EventLog
@@ -30,7 +32,10 @@ QUEUE_ITEMS = 256
 END_S = 2.0
 """Longest wait for the disk at the end of a run."""
 
-_Item = list[Event] | Incident | None
+Task = Callable[[], None]
+"""Writes something; may raise OSError, which is nobody's loss but its own."""
+
+_Item = list[Event] | Incident | Task | None
 
 
 class FlightRecorder:
@@ -44,9 +49,17 @@ class FlightRecorder:
         Facts of the rig, with the session.
     words
         What the devices say.
+    friction
+        The watch over the friction; None: there is none.
     """
 
-    def __init__(self, folder: Path, rig: RigDescription, words: DeviceWords | None = None) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        rig: RigDescription,
+        words: DeviceWords | None = None,
+        friction: FrictionWatch | None = None,
+    ) -> None:
         self.folder = folder
         self._rig = rig
         self._about = {
@@ -58,7 +71,7 @@ class FlightRecorder:
             "axes": [axis.name for axis in rig.axes],
             "start_wall_ns": rig.start_wall_ns,
         }
-        self._detector = EventDetector(rig, words)
+        self._detector = EventDetector(rig, words, friction)
         self._chatter = ChatterFilter()
         self._capture = Capture()
         self._log = EventLog(folder)
@@ -82,6 +95,11 @@ class FlightRecorder:
         for incident in self._capture.feed(rows, events):
             self._put(incident)
         return events
+
+    def later(self, task: Task) -> None:
+        """Have the thread do what may wait for the disk. Left out where the queue is full: it is asked again."""
+        with suppress(queue.Full):
+            self._queue.put_nowait(task)
 
     def status(self) -> dict[str, Any]:
         """How the log is doing, for `health` and the closing summary.
@@ -144,6 +162,9 @@ class FlightRecorder:
         while (item := self._queue.get()) is not None:
             if isinstance(item, Incident):
                 self._write(item)
+            elif callable(item):
+                with suppress(OSError):
+                    item()
             else:
                 self._log.append(item)
                 self._keep_timing(item)

@@ -11,6 +11,7 @@ from hw.outside import real
 from rtctl.host.record.command_trace import CommandTrace
 from rtctl.host.record.flight_recorder import FlightRecorder
 from rtctl.host.telemetry.device_words import DeviceWords
+from rtctl.host.telemetry.friction_watch import FrictionWatch
 from rtctl.host.telemetry.rig_description import RigDescription
 from rtctl.host.telemetry.samples import tick_columns
 from rtctl.host.telemetry.streams import Telemetry
@@ -38,6 +39,8 @@ class RunRecord:
         Folder of a recording, whatever the rig file says; None: as it says.
     words
         What the devices say.
+    friction
+        The watch over the friction, which is kept from run to run; None: there is none.
     """
 
     def __init__(
@@ -49,6 +52,7 @@ class RunRecord:
         telemetry: Telemetry,
         record_to: Path | None = None,
         words: DeviceWords | None = None,
+        friction: FrictionWatch | None = None,
     ) -> None:
         self.rig = rig
         self._telemetry = telemetry
@@ -57,7 +61,8 @@ class RunRecord:
         self._setup: dict[str, Any] = {}
         self._table = RecordTable() if record_to is not None else loaded.config.record
         self._folder = record_to or recording_folder(loaded)
-        self.flight = FlightRecorder(state_folder(rig.name), rig, words)
+        self._friction = friction
+        self.flight = FlightRecorder(state_folder(rig.name), rig, words, friction)
         self.recorder: Recorder | None = None
         telemetry.set_log(self.flight.status)
 
@@ -81,7 +86,14 @@ class RunRecord:
             state = self._shadow.state() if self._shadow.next_row == first_row else None
             self.recorder.observe(first_row, rows, events, commands, self._trace.lost, state)
         self._shadow.follow(first_row, rows, commands)
+        if len(rows):
+            self._keep_friction(int(rows["time_ns"][-1]))
         return events
+
+    def _keep_friction(self, now_ns: int | None = None) -> None:
+        task = None if self._friction is None else self._friction.to_keep(now_ns)
+        if task is not None:
+            self.flight.later(task)
 
     def _message(self) -> dict[str, Any]:
         """For `rtctl/setup`: the setup, the command in force, and the law's state before the next tick."""
@@ -117,6 +129,7 @@ class RunRecord:
         """End everything. Idempotent."""
         if self.recorder is not None:
             self.recorder.close("" if error is None else f"{type(error).__name__}: {error}")
+        self._keep_friction()
         self.flight.close(error)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from rtctl.control.vocabulary import State
 from rtctl.host.telemetry.device_words import DeviceWords, Voice
 from rtctl.host.telemetry.fault_book import FaultBook
+from rtctl.host.telemetry.friction_watch import FrictionNews, FrictionWatch
 from rtctl.host.telemetry.motor_temperature import TemperatureWatch
 from rtctl.host.telemetry.rig_description import RigDescription
 from rtctl.host.telemetry.timing_watch import EVENT, TimingWatch
@@ -78,9 +79,15 @@ class EventDetector:
         Where each fault came from.
     """
 
-    def __init__(self, rig: RigDescription, words: DeviceWords | None = None) -> None:
+    def __init__(
+        self,
+        rig: RigDescription,
+        words: DeviceWords | None = None,
+        friction: FrictionWatch | None = None,
+    ) -> None:
         self._rig = rig
         self.book = FaultBook(rig, words)
+        self._friction = FrictionNews(friction)
         self._words = WordsWatch(self.book.words)
         self._state = int(State.INIT)
         self._faults = 0
@@ -117,7 +124,11 @@ class EventDetector:
                 before_after = State(int(state_before[i])), State(int(states[i]))
                 events.append(self._event(rows[i], "state", _transition(rows[i], *before_after)))
         events += [self._event(rows[i], EVENT, more) for i, more in self._timing.changes(rows)]
-        slow = [*self._words.changes(), *self._temperature.changes(rows[-1])]
+        slow = [
+            *self._words.changes(),
+            *self._temperature.changes(rows[-1]),
+            *self._friction.changes(),
+        ]
         return events + [self._event(rows[-1], kind, more) for kind, more in slow]
 
     def _event(self, row: np.void, kind: str, more: dict[str, Any]) -> dict[str, Any]:

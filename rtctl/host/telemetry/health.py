@@ -8,6 +8,7 @@ import numpy as np
 
 from rtctl.control.vocabulary import State
 from rtctl.host.telemetry.fault_book import FaultBook
+from rtctl.tick import joined
 
 PHASES = ("wakeup", "read", "law", "write", "record", "cycle")
 """Durations of a tick whose percentiles are told; tick field `<phase>_ns`."""
@@ -38,7 +39,7 @@ class HealthWindow:
 
     def take(self, book: FaultBook) -> dict[str, Any]:
         """What was seen since the last call, faults with their places of `book`. Percentiles are nil without a tick."""
-        rows = np.concatenate(self._batches) if self._batches else None
+        rows = joined(self._batches) if self._batches else None
         self._batches, self._rows = [], 0
         summary: dict[str, Any] = {"ticks": self.ticks, "measured_rate_hz": _rate_hz(rows)}
         for phase in PHASES:

@@ -20,6 +20,7 @@ from rtctl.host.telemetry import publisher
 from rtctl.host.telemetry.device_words import DeviceWords
 from rtctl.host.telemetry.events import EventDetector
 from rtctl.host.telemetry.fault_book import FaultBook
+from rtctl.host.telemetry.friction_watch import FrictionWatch
 from rtctl.host.telemetry.health import HealthWindow
 from rtctl.host.telemetry.motor_temperature import temperature_warnings
 from rtctl.host.telemetry.publisher import HasSocket, Publisher
@@ -85,6 +86,8 @@ class Telemetry:
         CLOCK_MONOTONIC, ns.
     words
         What the devices say.
+    friction
+        The watch over the friction; None: there is none.
 
     Attributes
     ----------
@@ -102,8 +105,10 @@ class Telemetry:
         commands: Counts = dict,
         clock_ns: Callable[[], int] = time.monotonic_ns,
         words: DeviceWords | None = None,
+        friction: FrictionWatch | None = None,
     ) -> None:
         self._rig = describe(rig)
+        self._friction = friction
         self._commands = commands
         self._clock_ns = clock_ns
         self._realtime: list[dict[str, Any]] = []
@@ -113,7 +118,7 @@ class Telemetry:
         self._setup: Callable[[], Mapping[str, Any]] | None = None
         self._schema_sha256 = schema_sha256(self._rig.n_axes)
         self._decimator = Decimator(self._rig.rate_hz, self._rig.state_hz)
-        self._events = EventDetector(self._rig, words)
+        self._events = EventDetector(self._rig, words, friction)
         self._health = HealthWindow()
         self._newest: np.void | None = None
         self._next_health_ns = clock_ns() + HEALTH_PERIOD_NS
@@ -243,7 +248,8 @@ class Telemetry:
             "rate_hz": rig.rate_hz,
             **self._health.take(self.book),
             "devices": [voice.as_dict() for voice in self.book.words.voices()],
-            "warnings": [] if self._newest is None else temperature_warnings(rig, self._newest),
+            "warnings": self._warnings(),
+            "friction": [] if self._friction is None else self._friction.status(),
             "overwritten": self._overwritten,
             "telemetry": self.counts(),
             "commands": dict(self._commands()),
@@ -256,6 +262,10 @@ class Telemetry:
         self._send(TOPIC_HEALTH, health)
         if self._setup is not None:
             self._send(TOPIC_SETUP, {"session": rig.session, **self._setup()})
+
+    def _warnings(self) -> list[dict[str, str]]:
+        of_motors = [] if self._newest is None else temperature_warnings(self._rig, self._newest)
+        return of_motors + ([] if self._friction is None else self._friction.warnings())
 
     def _send(self, topic: bytes, message: Any) -> None:  # noqa: ANN401
         """Send one message to every subscriber whose queue has room."""

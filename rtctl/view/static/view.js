@@ -10,6 +10,8 @@ import { begin, take, wanted } from "./scope.js";
 
 $("help").hidden = !operatorKey;
 const percent = (share) => `${Math.round(share * 100)} %`;
+const frictionNow = (health) => ((health || {}).friction || []).filter((one) => one.factor).map((one) =>
+  [`friction of ${one.axis}, 1 as learned`, `${one.factor.value.toFixed(2)} (${one.factor.low.toFixed(2)} to ${one.factor.high.toFixed(2)})`]);
 let rig = null, axes = [], dragged = false;
 
 const stream = new Stream(() => wanted(phaseSignals()), {
@@ -34,7 +36,7 @@ const stream = new Stream(() => wanted(phaseSignals()), {
     showLegend($("legend"), status);
     showAxes($("axes").tBodies[0], status);
     const shares = [...new Set(status.compensation.map(percent))];
-    showFigures($("numbers"), [["soft-start authority", percent(status.authority)], ["friction compensation", shares.join(", ")]]);
+    showFigures($("numbers"), [["soft-start authority", percent(status.authority)], ["friction compensation", shares.join(", ")], ...frictionNow(status.health)]);
     if (!dragged) { $("compensation").value = status.compensation[0]; $("share").textContent = shares[0]; }
     showLoop(status);
   },

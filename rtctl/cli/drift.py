@@ -1,0 +1,66 @@
+"""`rtctl drift`: is the friction still what was learned?"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from rtctl.cli.json_text import json_text
+
+
+@click.command("drift")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--warn", "warn_share", type=click.FloatRange(0.05, 0.5), default=0.1, show_default=True)
+@click.option(
+    "--window", "window_s", type=click.FloatRange(10, 300), default=24.0, show_default=True, metavar="S"
+)
+@click.option("--json", "as_json", is_flag=True, help="one JSON object")
+def command(file: Path, warn_share: float, window_s: float, *, as_json: bool) -> None:
+    """Compare the friction in the recording FILE, over all its parts, with the model that it ran with.
+
+    Needs an ordinary motion with a force sensor: strokes that are long against the bristles. --warn is the change that is
+    warned of, a share of the dry friction; --window the seconds of sliding that one estimate is made of. A running rig says
+    the same by itself (docs/friction.md).
+    """
+    from rtctl.friction.drift_recorded import over_ticks
+    from rtctl.recording.reader import RecordingReader, all_parts
+    from rtctl.rig_file.friction_tables import DriftTable
+
+    reader = RecordingReader(all_parts(file))
+    law = reader.law()
+    table = DriftTable(warn_share=warn_share, window_s=window_s)
+    rows = (batch.rows for batch in reader.batches())
+    found = over_ticks(law.params, law.model, reader.axes, rows, table)
+    body = {"file": str(file), "axes": found, "left_out": [str(why) for why in reader.left_out.values()]}
+    click.echo(json_text(body) if as_json else "\n".join(_lines(body)))
+
+
+def _lines(body: dict[str, Any]) -> list[str]:
+    from hw.outside import shown
+
+    lines = [f"LEFT OUT: {shown(why, 500)}" for why in body["left_out"]]
+    for axis in body["axes"]:
+        lines += [f"axis {shown(axis['axis'])}: dry friction, as a factor of what was learned"]
+        if axis["factor"] is None:
+            lines.append(
+                f"  not told: {axis['seconds']:.0f} s of sliding in {axis['strokes']} strokes; move to and fro, each stroke "
+                "many presliding lengths long"
+            )
+            continue
+        lines.append(f"{'time, s':>10}{'factor':>20}{'forward':>20}{'backward':>20}{'offset, mN m':>22}")
+        lines += [_row(f"{one['time_s']:.0f}", one) for one in axis["history"]]
+        lines.append(_row("end", axis))
+        lines += [f"  WARNING: {axis[key]}" for key in ("warning", "stop") if axis[key]]
+    return lines
+
+
+def _row(when: str, one: dict[str, Any]) -> str:
+    cells = [_cell(one[name]) for name in ("factor", "forward", "backward")]
+    return f"{when:>10}" + "".join(f"{cell:>20}" for cell in cells) + f"{_cell(one['offset_nm'], 1e3, 1):>22}"
+
+
+def _cell(found: dict[str, float], scale: float = 1.0, digits: int = 3) -> str:
+    half = 0.5 * (found["high"] - found["low"])
+    return f"{scale * found['value']:.{digits}f} +- {scale * half:.{digits}f}"

@@ -1,0 +1,68 @@
+"""Ticks thinned out to some 200 a second: means of whole bins, so that noise is averaged and nothing aliases."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+RATE_HZ = 200.0
+"""Bins a second, or the loop's rate where that is lower."""
+
+
+@dataclass(frozen=True)
+class Bins:
+    """Whole bins. `number` (n,) counts on the grid of time, a step of 1 where nothing is missing; the others are (n, axes)."""
+
+    number: np.ndarray
+    position_rad: np.ndarray
+    torque_nm: np.ndarray
+
+
+class Binning:
+    """Makes bins of ticks that come in batches of any size.
+
+    Parameters
+    ----------
+    stride
+        Ticks of one bin.
+    """
+
+    def __init__(self, stride: int) -> None:
+        self.stride = stride
+        self._left: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
+
+    def __call__(self, ticks: np.ndarray, usable: np.ndarray, values: np.ndarray) -> Bins:
+        """Bins that are complete by now.
+
+        Parameters
+        ----------
+        ticks
+            Numbers of the ticks, shape (n,), rising over all calls.
+        usable
+            Which of them say something, shape (n,). A bin with a tick that does not, or that is missing, is none.
+        values
+            Position (rad) and all torques on the joint (N m), shape (2, n, axes).
+        """
+        if self._left is not None:
+            before = self._left
+            ticks, usable = np.concatenate([before[0], ticks]), np.concatenate([before[1], usable])
+            values = np.concatenate([before[2], values], axis=1)
+        number = ticks // self.stride
+        done = int(np.searchsorted(number, number[-1])) if len(number) else 0
+        if len(number) and ticks[-1] % self.stride == self.stride - 1:
+            done = len(number)
+        self._left = (ticks[done:].copy(), usable[done:].copy(), values[:, done:].copy())
+        number, usable, values = number[:done], usable[:done], values[:, :done]
+        if done == 0:
+            return Bins(number, values[0], values[1])
+        starts = np.flatnonzero(np.diff(number, prepend=number[0] - 1))
+        whole = np.add.reduceat((usable & np.isfinite(values).all(axis=(0, 2))).astype(int), starts)
+        kept = whole == self.stride
+        with np.errstate(invalid="ignore", over="ignore"):
+            means = np.add.reduceat(values, starts, axis=1)[:, kept] / self.stride
+        return Bins(number[starts][kept], means[0], means[1])
+
+    def forget(self) -> None:
+        """Begin anew: what comes next has nothing to do with what was."""
+        self._left = None

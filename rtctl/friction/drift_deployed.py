@@ -1,0 +1,116 @@
+"""What one axis' compensation rests on: curve, inertia, bristles and feed-forward, read from the law's own arrays.
+
+A running host and a recording both have these arrays, hence both watch the friction by the same facts.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtctl.control import compensation_limit as limits
+from rtctl.control.records import MAX_SEGMENTS
+from rtctl.friction.guarantee import LENGTH_FACTOR
+
+SPEED_MIN_SHARE = 0.015
+"""Slowest motion that counts, share of the trained range: below it the bristles' own motion is not small."""
+
+_GRID = 400
+
+
+@dataclass(frozen=True)
+class Deployed:
+    """One axis. Torques in N m, speeds in rad/s, lengths in rad; index 0 of pairs is forward, 1 backward."""
+
+    model: np.ndarray
+    """Compiled friction model, shape (1,), dtype `MODEL`."""
+    inertia_kgm2: float
+    presliding_rad: float
+    """Length after which bristles surely slide: presliding length with its doubt, without `LENGTH_FACTOR`."""
+    doubt_nm: float
+    """How far friction may be below the curve without a proof becoming false."""
+    gain: float
+    viscous_gain: float
+    cap_nm: float
+
+    @property
+    def identity(self) -> str:
+        """Checksum of all that the watched factor is relative to: another model or inertia, another checksum."""
+        facts = f"{self.inertia_kgm2!r} {self.presliding_rad!r}".encode()
+        return hashlib.sha256(self.model.tobytes() + facts).hexdigest()
+
+    @property
+    def speed_max_rad_s(self) -> float:
+        """Fastest speed that both directions were taught."""
+        return float(self.model["speed_max_rad_s"][0].min())
+
+    @property
+    def speed_min_rad_s(self) -> float:
+        """Slowest speed that is watched."""
+        return SPEED_MIN_SHARE * self.speed_max_rad_s
+
+    def dry_nm(self, velocity: np.ndarray) -> np.ndarray:
+        """Dry friction of the model at signed velocities, a magnitude."""
+        speed, forward = np.abs(velocity), velocity >= 0
+        dry = np.where(forward, _curve(self.model, 0, speed), _curve(self.model, 1, speed))
+        return np.asarray(dry - self.viscous_nms_rad(velocity) * speed)
+
+    def viscous_nms_rad(self, velocity: np.ndarray) -> np.ndarray:
+        """Viscous slope of the model in the direction of each velocity."""
+        forward, backward = self.model["viscous_nms_rad"][0]
+        return np.asarray(np.where(velocity >= 0, forward, backward))
+
+    def least_factor(self, share: float = 1.0) -> float:
+        """Factor of the dry friction below which `share` of the feed-forward exceeds the joint's friction at some speed."""
+        found = 0.0
+        for direction in (1.0, -1.0):
+            v = direction * np.linspace(self.speed_min_rad_s, self.speed_max_rad_s, _GRID)
+            dry, viscous = self.dry_nm(v), self.viscous_nms_rad(v) * np.abs(v)
+            most = limits.feedforward_limit(
+                dry + viscous, viscous, self.gain, self.viscous_gain, 1.0, self.cap_nm
+            )
+            with np.errstate(divide="ignore", invalid="ignore"):
+                found = max(found, float(np.nanmax(np.where(dry > 0, (share * most - viscous) / dry, 0.0))))
+        return found
+
+
+def deployed(params: np.ndarray, model: np.ndarray, axis: int) -> Deployed | None:
+    """What axis `axis` runs with; None where there is no model, no force sensor, or no compensation.
+
+    Parameters
+    ----------
+    params
+        The law's parameters, shape (1,).
+    model
+        The compiled friction models, one for each axis.
+    """
+    p, one = params[0], model[axis : axis + 1].copy()
+    if int(one["n_segments"][0].min()) < 1 or not p["force_used"] or not p["inertia_kgm2"][axis] > 0:
+        return None
+    least = float(one["friction_min_nm"][0].min())
+    policy = int(p["friction_policy"][axis])
+    gated = limits.is_force_gated(policy)
+    return Deployed(
+        model=one,
+        inertia_kgm2=float(p["inertia_kgm2"][axis]),
+        presliding_rad=float(p["presliding_rad"][axis]) / LENGTH_FACTOR,
+        doubt_nm=max(0.0, least - float(p["friction_floor_nm"][axis])),
+        gain=float(p["friction_gain"][axis]),
+        viscous_gain=float(p["friction_viscous_gain"][axis]),
+        cap_nm=limits.cap_in_force(
+            gated, float(p["friction_cap_nm"][axis]), float(p["friction_ungated_cap_nm"][axis])
+        ),
+    )
+
+
+def _curve(model: np.ndarray, branch: int, speed: np.ndarray) -> np.ndarray:
+    """The compiled curve of one direction at speeds >= 0, as `control.friction_curve.branch_magnitude` has it, for arrays."""
+    row = model[0]
+    n = min(int(row["n_segments"][branch]), MAX_SEGMENTS)
+    knot = row["knot_rad_s"][branch][: n + 1]
+    u = np.clip(speed, knot[0], knot[n])
+    j = np.clip(np.searchsorted(knot[:n], u, side="right") - 1, 0, n - 1)
+    h, c = u - knot[j], row["coefficient"][branch][j]
+    return np.asarray(c[:, 0] + h * (c[:, 1] + h * (c[:, 2] + h * c[:, 3])))

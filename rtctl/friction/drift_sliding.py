@@ -1,0 +1,127 @@
+"""Rows on which friction is that of sliding: low-passed motion and torque, long enough after a reversal.
+
+Both sides of the balance pass the same low-pass of 15 Hz, a bell whose derivatives give velocity and acceleration. A row
+counts where the motion keeps its direction over the whole bell, is neither slower nor faster than what is watched, and
+has gone `PRESLIDING_LENGTHS` since the last reversal: before that the bristles are still on their way. LuGre's approach
+sliding as 1 - 2 exp(-x/L): .005 are left after 6 L; the last element of Maxwell-slip slides after less than 4.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtctl.friction.drift_bins import Bins
+
+CUTOFF_HZ = 15.0
+PRESLIDING_LENGTHS = 6.0
+BELL_SIGMAS = 4.0
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Rows of one axis, in order of time, shape (n,) each: rad/s, rad/s^2, N m, and the number of the stroke they belong to."""
+
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    torque: np.ndarray
+    stroke: np.ndarray
+
+
+def bell(rate_hz: float) -> np.ndarray:
+    """Low-pass, first and second derivative as columns, shape (2 h + 1, 3), for samples in the order of time."""
+    sigma_s = math.sqrt(math.log(2.0)) / (2.0 * math.pi * CUTOFF_HZ)
+    half = max(2, math.ceil(BELL_SIGMAS * sigma_s * rate_hz))
+    t = np.arange(-half, half + 1) / rate_hz
+    g = np.exp(-0.5 * (t / sigma_s) ** 2)
+    first, second = t * g, (t**2 / sigma_s**2 - 1.0) * g
+    second -= g * (second.sum() / g.sum())
+    return np.column_stack([g / g.sum(), first / (first @ t), second / (0.5 * (second @ t**2))])
+
+
+class Sliding:
+    """Finds the rows of one axis in bins that come in batches.
+
+    Parameters
+    ----------
+    rate_hz
+        Bins a second.
+    settle_rad
+        Travel after a reversal from which rows count.
+    slowest_rad_s, fastest_rad_s
+        Speeds that are watched.
+    """
+
+    def __init__(self, rate_hz: float, settle_rad: float, slowest_rad_s: float, fastest_rad_s: float) -> None:
+        self._kernel = bell(rate_hz)
+        self._half = len(self._kernel) // 2
+        self._settle, self._slowest, self._fastest = settle_rad, slowest_rad_s, fastest_rad_s
+        self._stroke = 0
+        self._restart()
+
+    def _restart(self) -> None:
+        self._next = -1
+        self._x, self._tau = np.zeros(0), np.zeros(0)
+        self._filtered = np.zeros((0, 5))
+        self._from = math.nan
+        self._sign = 0.0
+        self._stroke += 1
+
+    def __call__(self, bins: Bins, axis: int) -> Rows:
+        """Rows that the bins so far decide; those of the last tenth of a second come with the next call."""
+        found = []
+        cuts = np.flatnonzero(np.diff(bins.number) != 1) + 1
+        for part in np.split(np.arange(len(bins.number)), cuts):
+            if len(part) == 0:
+                continue
+            if bins.number[part[0]] != self._next:
+                self._restart()
+            self._next = int(bins.number[part[-1]]) + 1
+            found.append(self._stretch(bins.position_rad[part, axis], bins.torque_nm[part, axis]))
+        if not found:
+            return Rows(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0, int))
+        return Rows(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
+
+    def _stretch(
+        self, x: np.ndarray, tau: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Rows of bins that follow those before without a gap."""
+        self._x, self._tau = np.concatenate([self._x, x]), np.concatenate([self._tau, tau])
+        width = 2 * self._half + 1
+        if len(self._x) >= width:
+            windows = np.lib.stride_tricks.sliding_window_view(self._x - self._x[0], width)
+            position, velocity, acceleration = (windows @ self._kernel).T
+            torque = np.lib.stride_tricks.sliding_window_view(self._tau, width) @ self._kernel[:, 0]
+            fresh = self._strokes(np.column_stack([position + self._x[0], velocity, acceleration, torque]))
+            self._filtered = np.concatenate([self._filtered, fresh])
+            self._x, self._tau = self._x[1 - width :], self._tau[1 - width :]
+        return self._decided(width)
+
+    def _strokes(self, signals: np.ndarray) -> np.ndarray:
+        """Velocity, acceleration, torque, travel since the reversal, stroke, (n, 5); a reversal is a velocity that changes sign."""
+        x, v = signals[:, 0], signals[:, 1]
+        sign = np.sign(v)
+        turns = sign != np.concatenate([[self._sign], sign[:-1]])
+        numbers = self._stroke + np.cumsum(turns)
+        starts = np.concatenate([[self._from], x[turns]])
+        travel = np.abs(x - starts[numbers - self._stroke])
+        self._sign, self._stroke, self._from = float(sign[-1]), int(numbers[-1]), float(starts[-1])
+        return np.column_stack([signals[:, 1:], travel, numbers])
+
+    def _decided(self, width: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Rows whose whole bell is known; the others stay."""
+        signals = self._filtered
+        if len(signals) < width:
+            return np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0, int)
+        speed = np.abs(signals[:, 0])
+        good = (speed >= self._slowest) & (speed <= self._fastest)
+        # a run of one direction, fast enough, as long as the bell
+        same = np.lib.stride_tricks.sliding_window_view(
+            np.where(good, np.sign(signals[:, 0]), 0.0), width
+        ).sum(axis=1)
+        middle = signals[self._half : len(signals) - self._half]
+        kept = middle[(np.abs(same) == width) & (middle[:, 3] >= self._settle)]
+        self._filtered = signals[1 - width :]
+        return kept[:, 0], kept[:, 1], kept[:, 2], kept[:, 4].astype(int)

@@ -1,0 +1,88 @@
+"""What is remembered of the friction from one run to the next: a small file in the rig's state folder.
+
+A file that is damaged, or of other devices, another model or another inertia, says nothing of this rig: it is left alone and written
+over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import orjson
+
+from hw.outside import json_of, read_bounded
+from rtctl.friction.drift_strokes import COLUMNS, PIECE_ROWS, ROWS_MIN, STROKES, SUMS
+from rtctl.friction.drift_watch import AxisWatch
+
+NAME = "friction-drift.json"
+MOST_BYTES = 8_000_000
+"""Eight axes with all their strokes have a fifth of it."""
+
+_MOST_SESSIONS = 1e9
+_MOST_SUM = 1e15
+
+
+def packed(axis: AxisWatch) -> dict[str, Any]:
+    """What is to be kept of one axis."""
+    return {
+        "identity": axis.by.identity,
+        "warned": bool(axis.warning),
+        "strokes": np.ascontiguousarray(axis.strokes.table),
+    }
+
+
+def write(folder: Path, devices: str, axes: Mapping[str, Mapping[str, Any]]) -> None:
+    """Keep the axes, by their names; `devices` is the checksum of the rig's devices. Raises OSError."""
+    body = orjson.dumps({"devices_sha256": devices, "axes": axes}, option=orjson.OPT_SERIALIZE_NUMPY)
+    folder.mkdir(parents=True, exist_ok=True)
+    new = folder / (NAME + ".new")
+    new.write_bytes(body)
+    new.replace(folder / NAME)
+
+
+def read(folder: Path, devices: str) -> dict[str, Any]:
+    """What was kept, by the name of the axis; nothing from a file that is missing, damaged or of other devices."""
+    try:
+        body = json_of(read_bounded(folder / NAME, MOST_BYTES))
+    except (OSError, ValueError):
+        return {}
+    if not isinstance(body, dict) or body.get("devices_sha256") != devices:
+        return {}
+    axes = body.get("axes")
+    return axes if isinstance(axes, dict) else {}
+
+
+def restore(axis: AxisWatch, kept: Any) -> bool:  # noqa: ANN401 - whatever stands in the file
+    """Take up what was kept of this axis, as of earlier sessions; False where it is not of this axis or no such thing."""
+    if not isinstance(kept, dict) or kept.get("identity") != axis.by.identity:
+        return False
+    table = _table(kept.get("strokes"))
+    if table is None:
+        return False
+    axis.take_up(table, warned=kept.get("warned") is True)
+    return True
+
+
+def _table(rows: Any) -> np.ndarray | None:  # noqa: ANN401
+    """The strokes, or None unless every number is there and can be one."""
+    try:
+        table = np.array(rows, dtype=float)
+    except (TypeError, ValueError):
+        return None
+    if table.ndim != 2 or table.shape[1] != SUMS or not 0 < len(table) <= STROKES:
+        return None
+    session, count = table[:, 0], table[:, 1]
+    squares = table[:, 2 : 2 + COLUMNS * COLUMNS].reshape(-1, COLUMNS, COLUMNS)
+    sound = (
+        (np.abs(table) <= _MOST_SUM).all()
+        and (session >= 0).all()
+        and (np.diff(session) >= 0).all()
+        and (session <= _MOST_SESSIONS).all()
+        and ((count >= ROWS_MIN) & (count <= 2 * PIECE_ROWS)).all()
+        and (squares == squares.transpose(0, 2, 1)).all()
+        and (np.linalg.eigvalsh(squares) >= -1e-9 * np.trace(squares, axis1=1, axis2=2)[:, None]).all()
+    )
+    return table if sound else None

@@ -1,0 +1,105 @@
+"""What is remembered of the motion: sums over each of the last strokes, in fixed memory.
+
+A row says  tau - J a - b v = m s F + d F + e J a + o + noise,  s = sgn v, F the model's dry friction: m is the factor of the
+dry friction, d half of what the factors of the two directions differ by, e the share the inertia is off by, o the offset of the
+session (of the force sensor's tare and the current's zero). A stroke is kept as its sums, which is all that least squares and
+standard errors clustered by stroke ask for.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtctl.friction.drift_deployed import Deployed
+from rtctl.friction.drift_sliding import Rows
+
+COLUMNS = 4
+"""s F, F, J a, 1."""
+
+SUMS = 2 + COLUMNS * COLUMNS + COLUMNS + 1
+"""Numbers kept of a stroke: session, rows, Z'Z, Z'y, y'y."""
+
+STROKES = 256
+"""Strokes remembered at most."""
+
+PIECE_ROWS = 200
+"""A longer stroke counts as several: a joint that turns for minutes shows more than one place."""
+
+ROWS_MIN = 4
+"""A shorter stroke says nothing."""
+
+
+class Strokes:
+    """The last strokes of one axis.
+
+    Parameters
+    ----------
+    most_rows
+        Rows remembered at most: older strokes go.
+
+    Attributes
+    ----------
+    taken : int
+        Strokes that ended so far.
+    """
+
+    def __init__(self, most_rows: int) -> None:
+        self._most_rows = most_rows
+        self.table = np.zeros((0, SUMS))
+        self.session = self.taken = 0
+        self._open = np.zeros(SUMS)
+        self._stroke = -1
+
+    @property
+    def rows(self) -> int:
+        """Rows remembered."""
+        return int(self.table[:, 1].sum())
+
+    def take_up(self, table: np.ndarray) -> None:
+        """Go on from the strokes of an earlier run; what comes is of a later session."""
+        self.table, self.session = table[-STROKES:], int(table[-1, 0]) + 1
+
+    def forget(self) -> None:
+        """Remember nothing."""
+        self.table = np.zeros((0, SUMS))
+
+    def begin_session(self) -> None:
+        """Sensors were zeroed, or may have been: an offset of its own from here on."""
+        self._close()
+        self.session += 1
+
+    def add(self, rows: Rows, by: Deployed) -> None:
+        """Take the next rows, in order of time."""
+        if len(rows.velocity) == 0:
+            return
+        z, y = regression(rows, by)
+        for stroke in np.split(np.arange(len(y)), np.flatnonzero(np.diff(rows.stroke)) + 1):
+            if rows.stroke[stroke[0]] != self._stroke:
+                self._close()
+                self._stroke = int(rows.stroke[stroke[0]])
+            for piece in np.array_split(stroke, -(-len(stroke) // PIECE_ROWS)):
+                self._open += sums(z[piece], y[piece])
+                if self._open[1] >= PIECE_ROWS:
+                    self._close()
+
+    def _close(self) -> None:
+        if self._open[1] >= ROWS_MIN:
+            self.taken += 1
+            self._open[0] = self.session
+            self.table = np.vstack([self.table, self._open])[-STROKES:]
+            newest_first = np.cumsum(self.table[::-1, 1])[::-1]
+            self.table = self.table[newest_first - self.table[:, 1] < self._most_rows]
+        self._open = np.zeros(SUMS)
+
+
+def regression(rows: Rows, by: Deployed) -> tuple[np.ndarray, np.ndarray]:
+    """Columns (n, `COLUMNS`) and left side (n,) of the balance, N m."""
+    v, inertia_nm = rows.velocity, by.inertia_kgm2 * rows.acceleration
+    dry = by.dry_nm(v)
+    z = np.column_stack([np.sign(v) * dry, dry, inertia_nm, np.ones_like(v)])
+    return z, rows.torque - inertia_nm - by.viscous_nms_rad(v) * v
+
+
+def sums(z: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """The sums of rows, shape (`SUMS`,), of session 0."""
+    return np.concatenate([[0.0, len(y)], (z.T @ z).ravel(), z.T @ y, [y @ y]])

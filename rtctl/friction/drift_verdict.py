@@ -1,0 +1,73 @@
+"""What an estimate of the friction's factor is worth saying: a warning, a STOP, or nothing."""
+
+from __future__ import annotations
+
+from rtctl.friction.drift_deployed import Deployed
+from rtctl.friction.drift_estimate import Estimate
+
+NAME = "FRICTION_DRIFT"
+STOPPED = "OVERCOMPENSATION"
+
+TOLD_SHARE = 0.7
+"""A change of `warn_share` is told for sure where the estimate errs by three in ten of it, hence from this share of it on: two of them
+are the method's, the third is that part of the model's dry friction which is viscous in truth and did not change."""
+
+SURE_SHARE = 0.5
+"""Least of the allowed change that lies beyond the interval's far side: else it might be none."""
+
+GONE_SHARE = 0.6
+"""A warning goes at this share of the allowed change."""
+
+SURE = 3.0
+"""Standard errors of a factor that is acted upon."""
+
+SESSION_S = 10.0
+"""Sliding motion since the motor was switched on without which nothing is stopped."""
+
+
+def allowed(found: Estimate, by: Deployed, warn_share: float) -> float:
+    """Change of the factor that is no news: what is not warned of, and up to `warn_share` what the model says itself of its places."""
+    return max(TOLD_SHARE * warn_share, min(warn_share, by.doubt_nm / found.dry_nm))
+
+
+def warning(found: Estimate, by: Deployed, warn_share: float, *, warned: bool) -> str:
+    """What has changed, in words; empty where nothing has, for sure. `warned`: it was said before."""
+    most = allowed(found, by, warn_share)
+    change = abs(found.factor - 1.0)
+    if warned and change > GONE_SHARE * most:
+        return _said("dry friction", found.factor, found.factor_error, found)
+    if change > most and change - SURE * found.factor_error > SURE_SHARE * most:
+        return _said("dry friction", found.factor, found.factor_error, found)
+    for name, factor, error in (
+        ("forward dry friction", found.forward, found.forward_error),
+        ("backward dry friction", found.backward, found.backward_error),
+    ):
+        if abs(factor - 1.0) - SURE * error > SURE_SHARE * most:
+            return _said(name, factor, error, found)
+    return ""
+
+
+def _said(what: str, factor: float, error: float, found: Estimate) -> str:
+    low, high = factor - 2.0 * error, factor + 2.0 * error
+    return (
+        f"{what} is {factor:.2f} ({low:.2f} to {high:.2f}) times what was learned, by {found.seconds:.0f} s of motion: "
+        "learn it anew (rtctl identify)"
+    )
+
+
+def overcompensated(found: Estimate, by: Deployed, share: float) -> str:
+    """Why the rig must not go on; empty where it may. `share` of the configured feed-forward is in force, 0 to 1.
+
+    The whole interval of the factor, three standard errors, must lie below what the proofs suppose and below what the
+    feed-forward takes: then it gives more than the friction takes out, where it runs on.
+    """
+    if not share > 0.0 or found.session_seconds < SESSION_S:
+        return ""
+    bound = min(1.0 - by.doubt_nm / found.dry_nm, by.least_factor(share))
+    high = found.factor + SURE * found.factor_error
+    if not high < bound:
+        return ""
+    return (
+        f"dry friction is at most {high:.2f} times what was learned; below {bound:.2f} the compensation gives more than friction takes: "
+        "stopped; learn it anew (rtctl identify), or lower friction.gain"
+    )

@@ -1,0 +1,153 @@
+"""Follows the friction of every axis of a rig over its ticks: one at a time or a recording at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rtctl.control.vocabulary import State
+from rtctl.friction import drift_verdict as verdict
+from rtctl.friction.drift_bins import RATE_HZ, Binning
+from rtctl.friction.drift_deployed import Deployed, deployed
+from rtctl.friction.drift_estimate import Estimate, estimate
+from rtctl.friction.drift_sliding import PRESLIDING_LENGTHS, Sliding
+from rtctl.friction.drift_strokes import Strokes
+from rtctl.rig_file.friction_tables import DriftTable
+from rtctl.tick import joined
+
+FRESH_TICKS = 3
+"""A sample older than that says nothing of this moment."""
+
+LOOK_S = 0.25
+"""Ticks are looked at in blocks of so long: what each block costs besides is then next to nothing."""
+
+_MOVING = (int(State.ACTIVE), int(State.HOLD))
+
+
+@dataclass
+class AxisWatch:
+    """One axis: what it is relative to, what is remembered, and what was last made of it."""
+
+    by: Deployed
+    table: DriftTable
+    strokes: Strokes
+    sliding: Sliding
+    rate_hz: float
+    found: Estimate | None = None
+    warning: str = ""
+    stopped: str = ""
+    _judged: int = field(default=0, repr=False)
+
+    def begin_session(self) -> None:
+        """The motor is switched on: sensors may have been zeroed since."""
+        self.strokes.begin_session()
+        self.stopped = ""
+
+    def take_up(self, table: np.ndarray, *, warned: bool) -> None:
+        """Go on from strokes of an earlier run (`Strokes.table`); `warned`: there was a warning then. Nothing is stopped for them."""
+        self.strokes.take_up(table)
+        found = estimate(self.strokes, self.rate_hz)
+        if found is None or not np.isfinite(list(vars(found).values())).all():
+            self.strokes.forget()
+            return
+        self.found = found
+        self.warning = verdict.warning(found, self.by, self.table.warn_share, warned=warned)
+
+    def judge(self, share: float) -> None:
+        """Make of what is remembered what there is to say; `share` of the feed-forward is in force."""
+        if self.strokes.taken == self._judged:
+            return
+        self._judged = self.strokes.taken
+        found = estimate(self.strokes, self.rate_hz)
+        if found is None:
+            return
+        self.found = found
+        self.warning = verdict.warning(found, self.by, self.table.warn_share, warned=bool(self.warning))
+        if self.table.stop and not self.stopped:
+            self.stopped = verdict.overcompensated(found, self.by, share)
+
+
+class RigWatch:
+    """All axes of one rig.
+
+    Parameters
+    ----------
+    params, model
+        The law's arrays: shape (1,), and one friction model for each axis.
+    tables
+        `[axis.friction.drift]` of each axis.
+
+    Attributes
+    ----------
+    axes : list of AxisWatch or None
+        None for an axis that cannot be watched, or is not to be.
+    """
+
+    def __init__(self, params: np.ndarray, model: np.ndarray, tables: Sequence[DriftTable]) -> None:
+        period_s = float(params[0]["period_s"])
+        stride = max(1, round(1.0 / (RATE_HZ * period_s)))
+        self._binning = Binning(stride)
+        self._block = max(stride, round(LOOK_S / period_s))
+        self._batches: list[np.ndarray] = []
+        self._ticks = 0
+        self._powered = False
+        rate_hz = 1.0 / (period_s * stride)
+        self.axes = [_axis(deployed(params, model, a), table, rate_hz) for a, table in enumerate(tables)]
+        self._idle = all(axis is None for axis in self.axes)
+
+    def follow(self, rows: np.ndarray) -> bool:
+        """Take the next ticks, in order; True when that made something new of them."""
+        if self._idle or len(rows) == 0:
+            return False
+        self._batches.append(rows)
+        self._ticks += len(rows)
+        if self._ticks < self._block:
+            return False
+        return self.look()
+
+    def look(self) -> bool:
+        """Look at what has come; True when there was something."""
+        if not self._batches:
+            return False
+        rows = joined(self._batches)
+        self._batches, self._ticks = [], 0
+        moving = np.isin(rows["state"], _MOVING)
+        if not moving.any():
+            self._powered = False
+            self._binning.forget()
+            return False
+        self._sessions(moving)
+        usable = moving & (rows["faults"] == 0) & (rows["sample_age_ticks"] < FRESH_TICKS)
+        torque = rows["motor_torque_nm"] + rows["hand_torque_nm"]
+        bins = self._binning(rows["tick"], usable, np.stack([rows["position_rad"], torque]))
+        share = rows["compensation"][-1]
+        for a, axis in enumerate(self.axes):
+            if axis is not None:
+                axis.strokes.add(axis.sliding(bins, a), axis.by)
+                axis.judge(float(share[a]))
+        return True
+
+    def _sessions(self, moving: np.ndarray) -> None:
+        """Where the motor is switched on, a session begins; what stands before that in the same block is taken as its own."""
+        before = np.concatenate([[self._powered], moving[:-1]])
+        self._powered = bool(moving[-1])
+        if not (moving & ~before).any():
+            return
+        for axis in self.axes:
+            if axis is not None:
+                axis.begin_session()
+
+
+def _axis(by: Deployed | None, table: DriftTable, rate_hz: float) -> AxisWatch | None:
+    if by is None or not table.watch:
+        return None
+    settle = PRESLIDING_LENGTHS * by.presliding_rad
+    return AxisWatch(
+        by=by,
+        table=table,
+        strokes=Strokes(round(table.window_s * rate_hz)),
+        sliding=Sliding(rate_hz, settle, by.speed_min_rad_s, by.speed_max_rad_s),
+        rate_hz=rate_hz,
+    )

@@ -1,0 +1,68 @@
+"""A joint whose friction is less than its model says, on the real loop: told, stopped, and known again after a restart."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from rtctl.cli import cli
+from rtctl.control.vocabulary import State
+from rtctl.host.auto_arm import AutoArm
+from rtctl.host.supervisor import Host
+from rtctl.recording.event_log import read_events
+from rtctl.rig_file.config import load
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+FRICTION = "[device.options.axis.friction]"
+
+
+@pytest.fixture
+def rig(tmp_path, monkeypatch):
+    """The mock in simulated time, its dry friction .85 of what was learned."""
+    monkeypatch.setenv("RTCTL_STATE_DIR", str(tmp_path / "state"))
+    text = (CONFIGS / "mock.toml").read_text().replace('clock = "wall"', 'clock = "virtual"')
+    text = text.replace("friction/mock.json", str(CONFIGS / "friction" / "mock.json"))
+    assert text.count(FRICTION) == 1
+    drift = "[device.options.axis.drift]\npoints = [[0.0, 0.85, 1.0]]\n\n"
+    path = tmp_path / "rig.toml"
+    path.write_text(text.replace(FRICTION, drift + FRICTION))
+    (tmp_path / "run").mkdir(mode=0o700)
+    return path
+
+
+def run(rig, observers, **more):
+    """Run until an observer finishes, at most half a minute; what the watch knows at the end."""
+    with Host(load(rig), observers=observers, runtime_dir=str(rig.parent / "run"), **more) as host:
+        at_start = host.friction.status()
+        summary = host.run(30.0)
+        return summary, at_start, host.friction.status(), host.friction.warnings()
+
+
+def test_it_is_told_and_stopped_in_the_log_in_recordings_and_after_a_restart(rig, tmp_path):
+    seen = []
+
+    def until_it_stops(host, rows):
+        seen.extend(np.unique(rows["state"]).tolist())
+        if State.ACTIVE in seen and State.IDLE in rows["state"][-1:]:
+            host.finish()
+
+    summary, at_start, known, warnings = run(rig, [AutoArm(), until_it_stops], record_to=tmp_path / "rec")
+    assert summary["fault_first"] is None
+    assert at_start[0]["factor"] is None
+    assert known[0]["factor"]["value"] == pytest.approx(0.85, abs=0.02)
+    assert [one["name"] for one in warnings] == ["FRICTION_DRIFT", "OVERCOMPENSATION"]
+    events, _torn = read_events(tmp_path / "state" / "mock")
+    kinds = [
+        event.get("name") or event.get("to") for event in events if event["event"] in ("warning", "state")
+    ]
+    assert kinds[3:6] == ["FRICTION_DRIFT", "OVERCOMPENSATION", "STOPPING"]
+    (file,) = (tmp_path / "rec").glob("*.mcap")
+    shown = CliRunner().invoke(cli, ["drift", str(file)])
+    assert shown.exit_code == 0
+    assert "WARNING: dry friction is 0.8" in shown.output
+    again = run(rig, [lambda host, _rows: host.finish()])
+    assert again[1] == known
+    assert [one["name"] for one in again[3]] == ["FRICTION_DRIFT"], (
+        "nothing is stopped for what an earlier run saw"
+    )

@@ -1,0 +1,98 @@
+"""The host's watch over the friction: events, warnings, health, the order to stop, and what is kept."""
+
+from functools import cache
+
+from rtctl.check.law_plan import build
+from rtctl.friction import drift_state as state
+from rtctl.host.telemetry.events import EventDetector
+from rtctl.host.telemetry.friction_watch import FrictionWatch
+from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from rtctl.rig_file.config import load
+from rtctl.rig_file.friction_tables import DriftTable
+from tests.drifting_joint import Joint, ticks_of
+
+RIG = RigDescription("mock", (AxisDescription("joint", {}),), 400.0, session=7, virtual=True)
+
+
+@cache
+def plan():
+    return build(load("configs/mock.toml"))
+
+
+def watch(folder=None, **keys):
+    params = plan().params.copy()
+    params["period_s"] = 1 / RIG.rate_hz
+    return FrictionWatch(RIG, params, plan().model, [DriftTable(**keys)], folder)
+
+
+def over(rows, found, detector=None):
+    """Events of these ticks, and how often the rig was to be stopped."""
+    events, stops = [], 0
+    for k in range(0, len(rows), 200):
+        stops += found.follow(rows[k : k + 200])
+        if detector is not None:
+            events += detector.detect(rows[k : k + 200])
+    return [event for event in events if "warning" in event["event"]], stops
+
+
+def test_a_warning_comes_and_goes_as_one_event_each_and_stands_in_health_between():
+    (rows,) = ticks_of([Joint(factor=1.2, later=1.0, later_s=32.0)], 70.0)
+    found = watch()
+    assert found.status() == [{"axis": "joint", "factor": None, "seconds": 0.0, "strokes": 0}]
+    half = round(31.0 * RIG.rate_hz)
+    detector = EventDetector(RIG, None, found)
+    events, stops = over(rows[:half], found, detector)
+    assert [(event["event"], event["name"], event["axis"]) for event in events] == [
+        ("warning", "FRICTION_DRIFT", "joint")
+    ]
+    assert "1.20 (" in events[0]["text"]
+    assert "rtctl identify" in events[0]["text"]
+    (warning,) = found.warnings()
+    assert warning["text"].startswith("axis joint: dry friction is 1.2")
+    (health,) = found.status()
+    assert health["factor"]["low"] < 1.2 < health["factor"]["high"]
+    assert set(health) == {"axis", "factor", "forward", "backward", "offset_nm", "seconds", "strokes"}
+    later, more = over(rows[half:], found, detector)
+    assert [event["event"] for event in later] == ["warning_cleared"]
+    assert found.warnings() == []
+    assert stops == more == 0
+
+
+def test_the_rig_is_stopped_once_each_time_it_was_armed():
+    (rows,) = ticks_of([Joint(factor=0.85)], 40.0)
+    found = watch()
+    assert over(rows, found)[1] == 1
+    assert [one["name"] for one in found.warnings()] == ["FRICTION_DRIFT", "OVERCOMPENSATION"]
+    disarmed = rows[:200].copy()
+    disarmed["state"] = 1
+    assert over(disarmed, found)[1] == 0
+    again = rows.copy()
+    again["tick"] += len(rows) + 1000
+    assert over(again, found)[1] == 1
+    assert over(rows, watch(stop=False))[1] == 0
+
+
+def test_the_state_is_written_once_a_minute_where_something_is_new_and_read_again(tmp_path):
+    (rows,) = ticks_of([Joint(factor=0.9)], 30.0)
+    found = watch(tmp_path)
+    assert found.to_keep() is None
+    over(rows, found)
+    assert found.to_keep(5_000_000_000) is None
+    assert found.to_keep(64_000_000_000) is None
+    task = found.to_keep(65_000_000_000)
+    assert task is not None
+    task()
+    assert found.to_keep() is None, "nothing is new"
+    again = watch(tmp_path)
+    assert again.status() == found.status()
+    (tmp_path / state.NAME).write_text('{"devices_sha256": "", "axes": {"joint": {"strokes": []}}}')
+    assert watch(tmp_path).status()[0]["factor"] is None
+
+
+def test_two_axes_are_watched_each_by_itself():
+    two = build(load("configs/mock-2axis.toml"))
+    params = two.params.copy()
+    params["period_s"] = 1 / RIG.rate_hz
+    rig = RigDescription("mock", (AxisDescription("a", {}), AxisDescription("b", {})), 400.0)
+    found = FrictionWatch(rig, params, two.model, [DriftTable(), DriftTable(watch=False)])
+    assert [one["axis"] for one in found.status()] == ["a"]
