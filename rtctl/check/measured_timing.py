@@ -13,7 +13,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 from hw.outside import json_of, read_bounded
 from rtctl.rig_file.config import LoadedConfig

@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
 
 from rtctl.errors import ConfigError
 

@@ -13,8 +13,11 @@ from rtctl.host.late.verdict import Rise
 
 NAN = float("nan")
 
-_STATE, _MINOR, _MAJOR, _CORE = 0, 7, 9, 36
-"""Places in /proc/PID/stat behind the name of the task (proc(5): fields 3, 10, 12 and 39)."""
+_STATE, _MINOR, _MAJOR, _CORE, _PRIORITY = 0, 7, 9, 36, 37
+"""Places in /proc/PID/stat behind the name of the task (proc(5): fields 3, 10, 12, 39 and 40)."""
+
+FEW = 20
+"""Interrupts between two readings that say nothing."""
 
 _STEAL = 8
 """Place in a line of /proc/stat, in clock ticks."""
@@ -32,6 +35,8 @@ class Reading:
     throttled_ns: float = NAN
     stopped: bool = False
     timer_slack_ns: float = NAN
+    priority: int = 0
+    """Real-time priority of the loop; 0: none."""
     softirqs: Mapping[str, int] = field(default_factory=dict)
     interrupts: Mapping[str, int] = field(default_factory=dict)
     idle: Mapping[str, tuple[int, float]] = field(default_factory=dict)
@@ -81,11 +86,16 @@ class Counters:
             steal_ns=float(steal[_STEAL]) * self._tick_ns if len(steal) > _STEAL else NAN,
             throttled_ns=self._throttled_ns(),
             stopped=known and own[_STATE] in "Tt",
-            timer_slack_ns=self._slack,
+            timer_slack_ns=NAN if _priority(own) else self._slack,
+            priority=_priority(own),
             softirqs=self._by_core("proc/softirqs"),
             interrupts=self._by_core("proc/interrupts"),
             idle=self._idle(),
         )
+
+    def stopped(self) -> bool:
+        """Whether the loop is stopped by a signal now."""
+        return self._read(self._stat).rpartition(")")[2].split()[:1] in (["T"], ["t"])
 
     def close(self) -> None:
         """Close the files."""
@@ -149,6 +159,10 @@ class Counters:
         return NAN
 
 
+def _priority(own: list[str]) -> int:
+    return int(own[_PRIORITY]) if len(own) > _PRIORITY else 0
+
+
 def _number(text: str) -> float:
     try:
         return float(text)
@@ -160,7 +174,9 @@ def rise(before: Reading, after: Reading, usual: Mapping[str, float]) -> Rise:
     """What rose from one reading to the next; `usual` is what each soft and hard interrupt usually does in a second."""
     seconds = (after.at_ns - before.at_ns) / 1e9
     entered = [
-        exit_ns for name, (count, exit_ns) in after.idle.items() if count > before.idle.get(name, (count, 0))[0]
+        exit_ns
+        for name, (count, exit_ns) in after.idle.items()
+        if count > before.idle.get(name, (count, 0))[0]
     ]
     return Rise(
         run_delay_ns=after.run_delay_ns - before.run_delay_ns,
@@ -190,9 +206,9 @@ def _risen(before: Mapping[str, int], after: Mapping[str, int]) -> dict[str, int
 def _beyond(
     before: Mapping[str, int], after: Mapping[str, int], usual: Mapping[str, float], seconds: float
 ) -> dict[str, float]:
-    """Rises beyond twice what is usual in as much time."""
-    return {
-        name: count - 2 * usual.get(name, 0.0) * seconds
+    """Rises beyond three times what is usual in as much time, and a few: less is chance."""
+    found = {
+        name: count - 3 * usual.get(name, 0.0) * seconds - FEW
         for name, count in _risen(before, after).items()
-        if count > 2 * usual.get(name, 0.0) * seconds
     }
+    return {name: beyond for name, beyond in found.items() if beyond > 0}

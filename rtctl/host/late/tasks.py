@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
-_CORE = 36
-"""Place of the core where a task last ran in /proc/PID/stat, behind its name."""
+_CORE, _PRIORITY = 36, 37
+"""Places in /proc/PID/stat behind the name of a task: the core where it last ran, its real-time priority."""
 
 
 class Tasks:
-    """Remembers how long each task has run. A scan takes some 30 us a task: not more often than every second.
+    """Remembers how long each task has run. A scan takes some 30 us a task: once a second at most.
 
     Parameters
     ----------
@@ -26,36 +26,40 @@ class Tasks:
         self._proc, self._apart = root / "proc", str(apart_from)
         self._ran_ns: dict[str, int] = {}
 
-    def busiest(self, core: int) -> tuple[str, float]:
+    def busiest(self, core: int, priority: int = 0) -> tuple[str, float]:
         """Name and run time (ns) since the last scan of the task that ran longest and was last seen on `core`.
 
-        A task that is new counts from its begin; at the first scan, and where no other task ran, the name is empty.
+        Asked for a task that may keep one of `priority` waiting; where none of these ran, any. A task that is new counts
+        from its begin; at the first scan, and where no other task ran, the name is empty.
         """
         first, seen = not self._ran_ns, {}
-        best, longest = "", 0.0
-        for task, name, ran_ns, where in self._all():
+        best = any_one = ("", 0.0)
+        for task, name, ran_ns, where, may in self._all():
             seen[task] = ran_ns
-            rose = ran_ns - self._ran_ns.get(task, 0)
-            if where == core and rose > longest and not first:
-                best, longest = f"{name} {task}", float(rose)
+            rose = float(ran_ns - self._ran_ns.get(task, 0))
+            if where == core and not first:
+                any_one = max(any_one, (f"{name} {task}", rose), key=lambda one: one[1])
+                if may >= priority:
+                    best = max(best, (f"{name} {task}", rose), key=lambda one: one[1])
         self._ran_ns = seen
-        return best, longest
+        return best if best[0] else any_one
 
-    def _all(self) -> Iterator[tuple[str, str, int, int]]:
-        """Number, name, run time and last core of every task; one that ends meanwhile is left out."""
+    def _all(self) -> Iterator[tuple[str, str, int, int, int]]:
+        """Number, name, run time, last core and priority of every task; one that ends meanwhile is left out."""
         with suppress(OSError):
-            for process in os.listdir(self._proc):
+            for process in _names(str(self._proc)):
                 if not process.isdigit() or process == self._apart:
                     continue
                 with suppress(OSError):
-                    for task in os.listdir(f"{self._proc}/{process}/task"):
+                    for task in _names(f"{self._proc}/{process}/task"):
                         with suppress(OSError, ValueError, IndexError):
                             yield task, *_of(f"{self._proc}/{process}/task/{task}")
 
 
-def _of(folder: str) -> tuple[str, int, int]:
+def _of(folder: str) -> tuple[str, int, int, int]:
     name, _, rest = _text(f"{folder}/stat").partition("(")[2].rpartition(")")
-    return name, int(_text(f"{folder}/schedstat").split()[0]), int(rest.split()[_CORE])
+    words = rest.split()
+    return name, int(_text(f"{folder}/schedstat").split()[0]), int(words[_CORE]), int(words[_PRIORITY])
 
 
 def _text(name: str) -> str:
@@ -65,3 +69,8 @@ def _text(name: str) -> str:
         return os.read(descriptor, 4096).decode("utf-8", "replace")
     finally:
         os.close(descriptor)
+
+
+def _names(folder: str) -> list[str]:
+    with os.scandir(folder) as entries:
+        return [entry.name for entry in entries]

@@ -88,7 +88,7 @@ def judge(late: LateTick, rise: Rise, late_sum_ns: float) -> Verdict:
         ("quota", "", rise.throttled_ns),
         *_own(late, rise, needed),
         ("softirq", *_held_by_softirq(rise)),
-        ("another task", rise.other_task, rise.run_delay_ns),
+        ("another task", _culprit(rise), rise.run_delay_ns),
         ("steal", "", rise.steal_ns),
         ("page fault", late.phase, _fault_ns(rise)),
         ("softirq", *_counted(rise.softirqs)),
@@ -124,6 +124,11 @@ def _held_by_softirq(rise: Rise) -> tuple[str, float]:
     if not taken_ns >= EXPLAINS * rise.run_delay_ns or rise.other_task_ns >= EXPLAINS * rise.run_delay_ns:
         return name, float("nan")
     return name, rise.run_delay_ns
+
+
+def _culprit(rise: Rise) -> str:
+    """The task, where it ran long enough to have done it. One that has ended is counted nowhere."""
+    return rise.other_task if rise.other_task_ns >= EXPLAINS * rise.run_delay_ns else ""
 
 
 def _counted(numbers: Mapping[str, float] | None) -> tuple[str, float]:

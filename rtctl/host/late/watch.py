@@ -19,11 +19,11 @@ EVENT = "late"
 LOOK_NS = 100_000_000
 """From one look at the counters to the next while no tick is late."""
 
-SCAN_NS = 1_000_000_000
-"""From one scan of the tasks to the next."""
+SCAN_NS, SCAN_LATE_NS = 5_000_000_000, 1_000_000_000
+"""From one scan of the tasks to the next, and while ticks are late."""
 
-TELL_NS = 5_000_000_000
-"""From one event to the next: all late ticks since are in it."""
+TELL_NS = 250_000_000
+"""From one event to the next: all late ticks since are in it. The event log keeps a burst, then one every 5 s."""
 
 MEMORY = 0.1
 """Weight of the newest second in what is usual."""
@@ -54,8 +54,12 @@ class LateWatch:
         self._waiting: list[LateTick] = []
         self._untold: Counter[str] = Counter()
         self._worst: tuple[LateTick, Verdict] | None = None
+        self._stopped = False
+        self._culprit: tuple[str, float] = "", float("nan")
         self.causes: Counter[str] = Counter()
         self.count = 0
+        self.newest: tuple[int, dict[str, Any]] = 0, {}
+        """Number and content of the newest event."""
 
     def follow(self, rows: np.ndarray, now_ns: int) -> None:
         """Take a batch of ticks, which may be empty, and look at the counters where it is time."""
@@ -63,8 +67,16 @@ class LateWatch:
             known = rows if self._row is None else np.concatenate((self._row, rows))
             self._waiting += late_ticks(known, bound_ns(self._period_ns, self._early_ns()))
             self._row = rows[-1:].copy()
+        self._look(now_ns, idle=not len(rows))
+        self._tell(now_ns)
+
+    def _look(self, now_ns: int, *, idle: bool) -> None:
+        """Look at the counters, where it is time, and judge the ticks that wait for it."""
         if self._counters is None:
             self._judge(None)
+            return
+        if idle and self._before is not None:  # the loop stands: afterwards nothing says that it was stopped
+            self._stopped |= self._counters.stopped()
             return
         if self._before is not None and not self._waiting and now_ns - self._before.at_ns < LOOK_NS:
             return
@@ -72,13 +84,15 @@ class LateWatch:
         before, self._before = self._before, reading
         if before is None:
             return
-        if self._waiting:
+        late = bool(self._waiting)
+        if self._tasks is not None and now_ns - self._scanned_ns >= (SCAN_LATE_NS if late else SCAN_NS):
+            self._scanned_ns = now_ns
+            self._culprit = self._tasks.busiest(self._counters.core, reading.priority)
+        if late:
             self._judge((before, reading))
         else:
             self._learn(before, reading)
-        if now_ns - self._scanned_ns >= SCAN_NS and self._tasks is not None:
-            self._scanned_ns = now_ns
-            self._tasks.busiest(self._counters.core)
+        self._stopped = False
 
     def _learn(self, before: Reading, reading: Reading) -> None:
         for name, rate in rates(before, reading).items():
@@ -90,13 +104,12 @@ class LateWatch:
         if not late:
             return
         verdicts = [Verdict("unknown", "", 0.0)] * len(late)
-        if between is not None and self._counters is not None:
+        if between is not None:
+            name, ran_ns = self._culprit
             risen = rise(*between, self._usual)
-            if self._tasks is not None:
-                name, ran_ns = self._tasks.busiest(self._counters.core)
-                self._scanned_ns = between[1].at_ns
-                risen = replace(risen, other_task=name, other_task_ns=ran_ns)
-            # Of a burst the first tick has the cause; those that follow within its lateness have it too.
+            risen = replace(
+                risen, other_task=name, other_task_ns=ran_ns, stopped=risen.stopped or self._stopped
+            )
             total = float(sum(one.late_ns for one in late))
             verdicts = [judge(one, risen, total) for one in late]
         for one, verdict in zip(late, verdicts, strict=True):
@@ -106,24 +119,24 @@ class LateWatch:
             if self._worst is None or one.late_ns > self._worst[0].late_ns:
                 self._worst = one, verdict
 
-    def news(self, now_ns: int) -> dict[str, Any] | None:
-        """Content of an event about the late ticks since the last one; None: there are none, or one was told just now."""
+    def _tell(self, now_ns: int) -> None:
+        """Make an event of the late ticks since the last one, unless that was just now."""
         if self._worst is None or now_ns - self._told_ns < TELL_NS:
-            return None
+            return
         worst, verdict = self._worst
         told = {
             "ticks": sum(self._untold.values()),
             "causes": dict(self._untold),
             "worst_us": round(worst.late_ns / 1e3, 1),
             "worst_tick": worst.tick,
-            "worst_cause": verdict.cause,
-            "worst_name": verdict.name,
-            "worst_share": round(verdict.share, 3),
-            "meaning": CAUSES[verdict.cause],
+            "cause": verdict.cause,
+            "name": verdict.name,
+            "share": round(verdict.share, 3),
+            "text": CAUSES[verdict.cause],
         }
+        self.newest = self.newest[0] + 1, told
         self._told_ns, self._worst = now_ns, None
         self._untold.clear()
-        return told
 
     def health(self) -> dict[str, Any]:
         """For telemetry: late ticks since the start, by cause, and above which lateness a tick counts."""
@@ -131,9 +144,24 @@ class LateWatch:
             "ticks": self.count,
             "above_us": bound_ns(self._period_ns, self._early_ns()) / 1e3,
             "causes": dict(self.causes),
+            "newest": self.newest[1] or None,
         }
 
     def close(self) -> None:
         """Close the files."""
         if self._counters is not None:
             self._counters.close()
+
+
+class LateNews:
+    """What one listener has not heard of the watch yet."""
+
+    def __init__(self, watch: LateWatch | None = None) -> None:
+        self.watch, self._heard = watch, 0
+
+    def changes(self) -> list[tuple[str, dict[str, Any]]]:
+        """Kind and content of a new event; empty without one."""
+        if self.watch is None or self.watch.newest[0] == self._heard:
+            return []
+        self._heard, told = self.watch.newest
+        return [(EVENT, told)]

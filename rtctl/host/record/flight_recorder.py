@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.check import measured_timing as timing
+from rtctl.host.late.watch import LateWatch
 from rtctl.host.record.repeated_events import ChatterFilter
 from rtctl.host.telemetry.device_words import DeviceWords
 from rtctl.host.telemetry.events import EventDetector
@@ -95,6 +96,10 @@ class FlightRecorder:
         for incident in self._capture.feed(rows, events):
             self._put(incident)
         return events
+
+    def set_late(self, watch: LateWatch) -> None:
+        """Keep the events of the watch over late ticks too."""
+        self._detector.late.watch = watch
 
     def later(self, task: Task) -> None:
         """Have the thread do what may wait for the disk. Left out where the queue is full: it is asked again."""

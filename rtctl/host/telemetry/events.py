@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.control.vocabulary import State
+from rtctl.host.late.watch import LateNews
 from rtctl.host.telemetry.device_words import DeviceWords, Voice
 from rtctl.host.telemetry.fault_book import FaultBook
 from rtctl.host.telemetry.friction_watch import FrictionNews, FrictionWatch
@@ -77,6 +78,8 @@ class EventDetector:
     ----------
     book : FaultBook
         Where each fault came from.
+    late : LateNews
+        Of the watch over late ticks, once there is one.
     """
 
     def __init__(
@@ -88,6 +91,7 @@ class EventDetector:
         self._rig = rig
         self.book = FaultBook(rig, words)
         self._friction = FrictionNews(friction)
+        self.late = LateNews()
         self._words = WordsWatch(self.book.words)
         self._state = int(State.INIT)
         self._faults = 0
@@ -128,6 +132,7 @@ class EventDetector:
             *self._words.changes(),
             *self._temperature.changes(rows[-1]),
             *self._friction.changes(),
+            *self.late.changes(),
         ]
         return events + [self._event(rows[-1], kind, more) for kind, more in slow]
 

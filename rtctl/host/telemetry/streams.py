@@ -16,6 +16,7 @@ import zmq
 
 from rtctl.host.access.endpoints import private_umask
 from rtctl.host.access.entrances import LINGER_MS, Access
+from rtctl.host.late.watch import LateWatch
 from rtctl.host.telemetry import publisher
 from rtctl.host.telemetry.device_words import DeviceWords
 from rtctl.host.telemetry.events import EventDetector
@@ -156,6 +157,10 @@ class Telemetry:
         """Tell in `health` how long before each deadline the loop is awake now (`Memory.early_ns`)."""
         self._early_ns = early_ns
 
+    def set_late(self, watch: LateWatch) -> None:
+        """Tell in `health` and events which ticks came late, and why."""
+        self._events.late.watch = watch
+
     def set_commands(self, counts: Counts) -> None:
         """Tell the gateway's counters in `health`."""
         self._commands = counts
@@ -255,6 +260,7 @@ class Telemetry:
             "commands": dict(self._commands()),
             "realtime": self._realtime,
             "early_us": round(int(self._early_ns[MARGIN]) / 1e3, 1),
+            "late": None if self._events.late.watch is None else self._events.late.watch.health(),
             "log": dict(self._log()),
             "recording": self._recording(),
         }
