@@ -4,6 +4,8 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 export PYTHONUNBUFFERED = 1
 export OPENBLAS_NUM_THREADS = 1
+# Else each of the hundreds of programs that the tests start would compile every source it imports anew: .4 s of each rtctl.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: locks run check test test-volume test-system lint bench soak fuzz campaign mutants mutation coverage setup setup-bench docs model recordings clean
 setup: $(VENV)/.ready-dev

@@ -16,10 +16,13 @@ from pathlib import Path
 from types import CodeType
 from typing import Any
 
+from llvmlite import binding
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
+from numba.core.runtime import nrt
 
 from hw.compile_key import module_key, remember
 from hw.private_cache import OwnFiles, make_private
+from hw.undefined_symbols import undefined_symbols
 
 
 def keep(dispatcher: Any, root: Path, options: str) -> None:  # noqa: ANN401
@@ -32,6 +35,7 @@ def keep(dispatcher: Any, root: Path, options: str) -> None:  # noqa: ANN401
     if function.__closure__ is None and file.is_file():
         key = _key(function, file, options, root)
         dispatcher._cache = CodeCache(function, root / f"{function.__module__}-{key}")
+        may_be_made.append(repr(function))
 
 
 _keys: dict[tuple[Path, Path, str], tuple[object, str]] = {}
@@ -48,6 +52,12 @@ def _key(function: Callable[..., Any], file: Path, options: str, root: Path) -> 
 
 made_here: list[str] = []
 """Names of the functions that this process has compiled, in order: those that were not kept, or of before an update."""
+
+loaded_here: list[str] = []
+"""Names of the functions whose machine code this process has found, in order."""
+
+may_be_made: list[str] = []
+"""Names of the functions that this process has imported: what it compiles is among these."""
 
 on_compiled: list[Callable[[int], None]] = []
 """Called with the length of `made_here` whenever it has grown."""
@@ -75,9 +85,19 @@ class CodeCache(FunctionCache):
         return self._usable
 
     def load_overload(self, sig: object, target_context: object) -> Any:  # noqa: ANN401
-        """What was compiled before for these types, or None."""
-        numbas: Any = super()
-        return numbas.load_overload(sig, target_context) if self.usable() else None
+        """What was compiled before for these types, or None.
+
+        Numba would first have itself ready to compile anything, which takes .3 s of every start (`_Files.rebuild`).
+        """
+        if not self.usable():
+            return None
+        numbas: Any = nrt
+        numbas.rtsys.initialize(target_context)
+        before: Any = super()
+        found = before._load_overload(sig, target_context)
+        if found is not None:
+            loaded_here.append(self._name)
+        return found
 
     def save_overload(self, sig: object, data: object) -> None:
         """Keep what was compiled, one process at a time, and tell that it was.
@@ -114,6 +134,25 @@ class _Files(CompileResultCacheImpl):
         self._locator = _Place(Path(code.co_filename), folder, _fingerprint(code, function.__doc__))
         numbas: Any = self
         self._filename_base = numbas.get_filename_base(function.__qualname__, sys.abiflags)
+
+    def rebuild(self, target_context: Any, payload: Any) -> Any:  # noqa: ANN401
+        """Load machine code that was kept; as Numba does where it may want more of Numba than is ready."""
+        if not _wants_nothing_more(payload):
+            target_context.refresh()
+        numbas: Any = super()
+        return numbas.rebuild(target_context, payload)
+
+
+def _wants_nothing_more(payload: Any) -> bool:  # noqa: ANN401
+    """Whether kept code can be linked to what this process has by now; LLVM would end the process where it cannot."""
+    try:
+        (_, kind, data), *_, when_loaded, _ = payload
+        if kind != "object" or when_loaded:
+            return False
+        ready: Any = binding.address_of_symbol
+        return all(ready(name) is not None for name in undefined_symbols(data[0]))
+    except (ValueError, IndexError, TypeError):  # another Numba keeps it in another way
+        return False
 
 
 class _Place(_CacheLocator):

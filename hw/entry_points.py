@@ -10,13 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numba
 import numpy as np
 from numba.core import cgutils as _cgutils
 from numba.core import types
 from numba.core.extending import intrinsic
 
-from hw.jit import JIT_DISABLED
+from hw.jit import JIT_DISABLED, type_of
 
 _build: Any = _cgutils  # it has no types
 
@@ -30,7 +29,7 @@ def entry_point(function: Callable[..., Any], *arguments: np.ndarray | tuple[np.
         It returns anything but nothing or an integer of 64 bits: those are what `call` and `call_for_int` can take.
     """
     dispatcher: Any = function
-    of = tuple(numba.typeof(array) for array in arguments)  # type: ignore[no-untyped-call]
+    of = tuple(type_of(array) for array in arguments)
     dispatcher.compile(of)
     made = dispatcher.overloads[of]
     untyped: Any = types

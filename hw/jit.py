@@ -10,13 +10,14 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
 import numpy as np
 from numba.core import config as numba_config
+from numba.np import numpy_support
 
 from hw.code_cache import keep
 from hw.compile_key import versions
@@ -98,8 +99,25 @@ def bound(function: Callable[..., Any], *arguments: np.ndarray | tuple[np.ndarra
     if JIT_DISABLED:
         return partial(function, *arguments)
     dispatcher: Any = function
-    types = tuple(numba.typeof(array) for array in arguments)  # type: ignore[no-untyped-call]
-    return partial(dispatcher.compile(types), *arguments)
+    return partial(dispatcher.compile(tuple(type_of(array) for array in arguments)), *arguments)
+
+
+def type_of(value: np.ndarray | tuple[np.ndarray, ...]) -> Any:  # noqa: ANN401
+    """Numba's type of an array or a tuple of arrays: `numba.typeof`, which spells out every field of a record each time."""
+    if isinstance(value, tuple):
+        of = tuple(type_of(one) for one in value)
+        return numba.types.BaseTuple.from_types(of)  # type: ignore[no-untyped-call]
+    if type(value) is not np.ndarray or value.dtype.fields is None:
+        return numba.typeof(value)  # type: ignore[no-untyped-call]
+    layout = numpy_support.map_layout(value)
+    record = _record(value.dtype, value.dtype.isalignedstruct)
+    return numba.types.Array(record, value.ndim, layout, readonly=not value.flags.writeable)
+
+
+@cache
+def _record(dtype: np.dtype[Any], _aligned: bool) -> Any:  # noqa: ANN401
+    """Numba's type of these fields. Aligned or not, NumPy takes two of the same fields for equal."""
+    return numba.from_dtype(dtype)
 
 
 def plain(function: F) -> F:

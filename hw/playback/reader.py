@@ -174,14 +174,27 @@ def load(options: Options, rig: Rig) -> Recording:
         resampled on the stamps); also when the number of axes differs.
     """
     recorded = Path(options["file"]).suffix == ".mcap"  # its stamps are exact: a missed tick is a missing row
-    whole, *more = _read(options, rig, steady=not recorded)
-    if more:
-        raise BackendError(
-            f"{whole.path}: ticks are missing for {more[0].start_s - whole.start_s - (len(whole) - 1) / whole.rate_hz:.3g} s after "
-            f"{whole.start_s + (len(whole) - 1) / whole.rate_hz:.6g} s ({len(more)} such gaps); a loop needs an even rate: export the part without a gap"
-        )
-    kept = _window(whole.path, len(whole), whole.rate_hz, options.get("start_s", 0.0), options.get("end_s"))
-    return _cut(whole, kept)
+    stretches = _read(options, rig, steady=not recorded)
+    start_s, end_s = options.get("start_s", 0.0), options.get("end_s")
+    whole = _around(stretches, start_s, end_s)
+    until_s = None if end_s is None else end_s - whole.start_s
+    kept = _window(whole.path, len(whole), whole.rate_hz, start_s - whole.start_s, until_s)
+    return replace(_cut(whole, kept), start_s=0.0)
+
+
+def _around(stretches: list[Recording], start_s: float, end_s: float | None) -> Recording:
+    """The stretch that the window lies in. Raises BackendError, naming the first gap, where it lies in none."""
+    for one in stretches:
+        last = one.start_s + (len(one) - 1) / one.rate_hz
+        until = stretches[-1].start_s if end_s is None else end_s  # at the latest where the last one begins
+        if one.start_s - 1e-6 <= start_s and (one is stretches[-1] or until <= last + 1e-6):
+            return one
+    first, after = stretches[0], stretches[1]
+    begins = first.start_s + (len(first) - 1) / first.rate_hz
+    raise BackendError(
+        f"{first.path}: ticks are missing for {after.start_s - begins:.3g} s after {begins:.6g} s ({len(stretches) - 1} such gaps); "
+        "a loop needs an even rate: play a part without a gap (start_s, end_s)"
+    )
 
 
 def load_stretches(options: Options, rig: Rig, mend: Mend | None = None) -> list[Recording]:

@@ -79,12 +79,19 @@ def grid_of(path: Path, time_s: np.ndarray, resolution_s: float) -> Grid:
             f"of it (at most {100 * MOST_OFF:.0f} %): no even rate can be made of it; record at a steady rate, or give "
             "the rate instead of the time column where only the clock is coarse"
         )
-    step = float(within.mean())
+    step = _step(within, usual)
     edges = [0, *(gaps + 1), len(time_s)]
     stretches = tuple(
         _stretch(time_s[first:last], first, last, step, resolution_s) for first, last in pairwise(edges)
     )
-    return Grid(1 / step, stretches, _notes(path, time_s, within, gaps, stretches))
+    return Grid(1 / step, stretches, _notes(path, time_s, within, gaps, stretches, step))
+
+
+def _step(steps: np.ndarray, usual: float) -> float:
+    """Step of the grid, s: where rows are lost from an even log (steps are whole multiples of the usual one) that of the log, else the mean."""
+    rows = np.round(steps / usual)
+    lost = bool((rows >= 1).all()) and float(np.abs(steps - rows * usual).max()) <= EVEN_SHARE * usual
+    return float(steps.sum() / rows.sum()) if lost else float(steps.mean())
 
 
 def _stretch(stamps_s: np.ndarray, first: int, last: int, step: float, resolution_s: float) -> Stretch:
@@ -149,7 +156,12 @@ def interpolated(time_s: np.ndarray, values: np.ndarray, at_s: np.ndarray) -> np
 
 
 def _notes(
-    path: Path, time_s: np.ndarray, within: np.ndarray, gaps: np.ndarray, stretches: tuple[Stretch, ...]
+    path: Path,
+    time_s: np.ndarray,
+    within: np.ndarray,
+    gaps: np.ndarray,
+    stretches: tuple[Stretch, ...],
+    step: float,
 ) -> tuple[str, ...]:
     notes = []
     if len(gaps):
@@ -161,6 +173,6 @@ def _notes(
     if any(each.instants_s is not None for each in stretches):
         notes.append(
             f"{path}: the steps last {1e3 * within.min():.4g} to {1e3 * within.max():.4g} ms: resampled on the stamps, "
-            f"every {1e3 * within.mean():.4g} ms"
+            f"every {1e3 * step:.4g} ms"
         )
     return tuple(notes)

@@ -18,7 +18,7 @@ from rtctl.control.gate import WINDOW_S
 from rtctl.control.records import HELD, new_records
 from rtctl.control.resting import REST_HZ
 from rtctl.control.velocity import kalman_gains, lowpass_alpha
-from rtctl.control.vocabulary import DeviceVelocity, Policy, VelocityMethod
+from rtctl.control.vocabulary import DeviceVelocity, PlaceUse, Policy, VelocityMethod
 from rtctl.friction import artefact
 from rtctl.friction.guarantee import guarantee
 from rtctl.friction.model import FrictionModel
@@ -45,6 +45,10 @@ OFFSET_SHARE = 0.1
 """Share of the torque limit that the force may be off in power, unless the rig file says otherwise."""
 RESOLUTION_SHARE = 0.01
 """Share of a force sensor's range that its coarsest step may be, likewise."""
+PLACE_LENGTH = 0.5
+"""Way over which a model's places are judged, share of their longest period."""
+PLACE_LAG = 0.25
+"""Waves that come at more than this share of the observer's bandwidth are seen too late to judge by."""
 SHORTEST_PROOF_TICKS = 1e-6
 """0 would say that delay and age are not watched."""
 
@@ -228,11 +232,11 @@ def _fill_proof(p: np.void, loaded: LoadedConfig) -> None:
     """Delay up to which each coupling is proven."""
     period_s = loaded.config.period_s
     for a, axis in enumerate(loaded.config.axis):
-        b, between = stability_report.bearing(loaded, a)
+        b, between, spring = stability_report.bearing(loaded, a)
         coupling, age_ticks = axis.coupling, between.sample_ticks - 1
         declared = between.delay + stability.lag_ticks(between.lag_hz, period_s)
         covered = delay_covered_ticks(
-            b, coupling.stiffness_nm_rad, coupling.damping_nms_rad, period_s, declared
+            b, coupling.stiffness_nm_rad + spring, coupling.damping_nms_rad, period_s, declared
         )
         p["proof_age_ticks"][a] = age_ticks
         p["declared_delay_s"][a] = declared * period_s
@@ -295,12 +299,31 @@ def fill_observer(p: np.void, a: int, period_s: float, gain: float, bandwidth_hz
     p["observer_bandwidth_rad_s"][a] = 2 * math.pi * bandwidth_hz
 
 
+def _fill_place(p: np.void, a: int, axis: AxisTable, model: FrictionModel) -> None:
+    """Parameters of what the model says of place; without a force sensor it is never seen."""
+    friction = axis.friction
+    if not model.has_place or friction.place == "off":
+        return
+    p["place_kind"][a] = PlaceUse[friction.place.upper()]
+    p["place_shift_rad"][a] = friction.place_shift_rad
+    p["place_trough_nm"][a] = model.place_trough_nm
+    p["place_length_rad"][a] = PLACE_LENGTH * model.place_period_rad
+    p["place_speed_rad_s"][a] = (
+        PLACE_LAG * p["observer_bandwidth_rad_s"][a] / (2 * math.pi * model.place_waves_per_rad)
+    )
+    if model.conservative is not None and friction.policy != "observer":
+        p["conservative_gain"][a] = friction.gain
+        p["conservative_swing_j"][a] = friction.gain * model.conservative.swing_j
+
+
 def _fill_friction(p: np.void, a: int, axis: AxisTable, config: Config, model: FrictionModel) -> np.ndarray:
     """Parameters of the learned feed-forward; returns the compiled model's record."""
     friction = axis.friction
     p["friction_gain"][a] = friction.gain
     p["friction_viscous_gain"][a] = friction.viscous_gain
-    p["friction_ungated_cap_nm"][a] = ungated_cap(friction.gain, float(model.friction_min_nm.min()))
+    p["friction_ungated_cap_nm"][a] = ungated_cap(
+        friction.gain, float(model.friction_min_nm.min()) - model.place_trough_nm
+    )
     p["friction_tanh_rad_s"][a] = friction.tanh_rad_s
     p["friction_blend_rad_s"][a] = friction.blend_rad_s
     p["friction_deadband_rad_s"][a] = friction.deadband_rad_s
@@ -309,6 +332,7 @@ def _fill_friction(p: np.void, a: int, axis: AxisTable, config: Config, model: F
     p["friction_intent_alpha"][a] = lowpass_alpha(
         friction.intent_lowpass_at(config.loop.rate_hz), config.period_s
     )
+    _fill_place(p, a, axis, model)
     p["rest_alpha"][a] = lowpass_alpha(REST_HZ, config.period_s)
     p["friction_gate_deadband_nm"][a] = friction.gate_deadband_nm
     p["friction_gate_nm"][a] = friction.gate_nm

@@ -102,11 +102,13 @@ class Report:
         return plain
 
 
-def bearing(loaded: LoadedConfig, index: int) -> tuple[float, stability.Between]:
-    """Damping of an axis that no hand can cancel, N m s/rad, and what is declared to lie between law and joint."""
+def bearing(loaded: LoadedConfig, index: int) -> tuple[float, stability.Between, float]:
+    """Damping of an axis that no hand can cancel, N m s/rad, what is declared to lie between law and joint, and the stiffness
+    beside the coupling's that compensation by place makes, N m/rad.
+    """
     late, joint = lateness.of_axis(loaded, index), lateness.joint_of_axis(loaded, index)
-    _, b, _, _ = _friction(loaded, loaded.config.axis[index], late)
-    return _uncancelled(b, joint), late.between
+    found, b, _, _ = _friction(loaded, loaded.config.axis[index], late)
+    return _uncancelled(b, joint), late.between, found.place_stiffness_nm_rad if found else 0.0
 
 
 def examine(loaded: LoadedConfig, pulse: Mapping[str, AxisTiming] | None = None) -> Report:
@@ -175,8 +177,11 @@ def _figures(
     k_c, b_c = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad
     count = 2 * math.pi / axis.encoder_counts_per_rev
     b = _uncancelled(guaranteed[0], joint)
-    needed = stability.damping_needed_between(k_c, b_c, T, between)
-    any_world = stability.damping_needed_between(k_c, b_c, T, between, any_world=True)
+    spring = (
+        figures.place_stiffness_nm_rad if figures else 0.0
+    )  # what compensation by place adds (docs/theory.md 8.9)
+    needed = stability.damping_needed_between(k_c + spring, b_c, T, between)
+    any_world = stability.damping_needed_between(k_c + spring, b_c, T, between, any_world=True)
     recommended = stability.recommended_coupling(b, T, between)
     k_e = _environment_stiffness(axis)
     held, rate_needed = _empty_account(loaded, axis)
@@ -201,7 +206,7 @@ def _figures(
         damping_needed_nms_rad=needed,
         damping_needed_any_world_nms_rad=any_world,
         sampled_data_margin_nms_rad=b - needed,
-        sampled_data_k_max_nm_rad=stability.k_max_between(b, b_c, T, between),
+        sampled_data_k_max_nm_rad=max(0.0, stability.k_max_between(b, b_c, T, between) - spring),
         adams_hannaford_margin_nms_rad=stability.margin_adams_hannaford(b, k_c, b_c, T),
         adams_hannaford_k_max_nm_rad=stability.k_max_adams_hannaford(b, b_c, T),
         recommended_stiffness_nm_rad=recommended[0],

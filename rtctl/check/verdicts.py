@@ -25,6 +25,7 @@ TESTS: tuple[Callable[[Subject], list[Verdict]], ...] = (
     verdicts_of_observer.closed_loop,
     verdicts_of_observer.steps_of_the_encoder,
     verdicts_of_observer.bias,
+    verdicts_of_friction.conservative_part,
     verdicts_of_friction.damping_and_model,
     verdicts_of_units.acceleration,
     verdicts_of_units.current,

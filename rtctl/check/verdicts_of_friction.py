@@ -31,6 +31,9 @@ def energy_account(s: Subject) -> list[Verdict]:
     )
     if not sure.measured:
         text += ", and nobody measured it: `rtctl identify`, or friction.presliding_rad"
+    swing_j = s.axis.friction.conservative_swing_j if s.axis.friction else 0.0
+    if swing_j > 0:
+        text += f"; {swing_j * 1e3:.3g} mJ more that the conservative part gives from one place to another, and takes back"
     return [
         s.row(
             "energy account of the compensation",
@@ -183,6 +186,33 @@ def two_lines(s: Subject) -> list[Verdict]:
             else f"of the wrong sign it would exceed the friction, {beyond}: what it can give then is bounded by the energy "
             "account, not by this",
             0.0 if covered else 1.0 - found.two_line_margin_nm / max(found.friction_floor_nm, 1e-9),
+        )
+    ]
+
+
+def conservative_part(s: Subject) -> list[Verdict]:
+    """A joint at rest does not creep off whatever is wrong with the places: friction holds twice the conservative part."""
+    found = s.axis.friction
+    if found is None or not found.conservative_most_nm > 0:
+        return []
+    worst, least = 2 * found.conservative_most_nm, s.axis.guarantee.floor_nm
+    passed = worst < least
+    remedy = 'friction.place = "off", or a smaller friction.gain'
+    return [
+        s.row(
+            "conservative part at rest",
+            f"{worst:.4g} N m",
+            f"< {least:.4g}",
+            Outcome.PASS if passed else Outcome.FAIL,
+            "twice what is compensated of it, half a period off, against the dry friction that is surely there: nothing creeps"
+            if passed
+            else f"half a period off it could move a joint at rest: {remedy}",
+            worst / least if least > 0 else 2.0,
+            ""
+            if passed
+            else f"{s.where}.friction.place: axis {s.axis.name}: a conservative part of {found.conservative_most_nm:.3g} N m that is "
+            f"compensated half a period off moves the joint with {worst:.3g} N m, the bound is the dry friction surely there, "
+            f"{least:.3g} N m: {remedy}",
         )
     ]
 

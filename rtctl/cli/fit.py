@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
-import re
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from rtctl.cli import fit_points, fit_table
+from rtctl.cli import fit_checks, fit_places, fit_points, fit_table
 from rtctl.cli.columns import text_of
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFile, OutputFolder
@@ -23,61 +21,38 @@ _File = click.Path(dir_okay=False, path_type=Path)
 _POSITIVE = click.FloatRange(min=0, min_open=True, max=1e9)
 
 
-def _number(_: click.Context, option: click.Parameter, value: float | None) -> float | None:
-    """Refuse NaN, which click's own ranges let through."""
-    if value is not None and math.isnan(value):
-        raise click.BadParameter("NaN is not a number in the range", param=option)
-    return value
-
-
-def _range(
-    _: click.Context, option: click.Parameter, value: tuple[float, float] | None
-) -> tuple[float, float] | None:
-    if value is not None and not -100 <= value[0] <= value[1] <= 300:
-        raise click.BadParameter("must be -100 <= MIN <= MAX <= 300 degrees C", param=option)
-    return value
-
-
-def _rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
-    """A name that a rig can have, before anything is learned."""
-    from hw.plain_words import NAME_PATTERN, NAME_WORDS
-
-    if not re.fullmatch(NAME_PATTERN, name):
-        raise click.BadParameter(f"{name!r} is no rig's name: {NAME_WORDS}, as [rig] name of its rig file")
-    return name
-
-
 @click.command("fit")
 @click.argument("points", type=_File, nargs=-1, required=True)
 @fit_points.options
+@fit_places.options
 @click.option("--out", type=OutputFile(), help="model file to write (JSON); needed unless --judge")
 @click.option("--judge", "judged", type=_File, help="judge this model by the points; nothing is learned")
 @click.option(
     "--rig",
     default="mock",
     show_default=True,
-    callback=_rig_name,
+    callback=fit_checks.rig_name,
     help="name of the rig the points were measured on",
 )
 @click.option(
     "--C",
     "c",
     type=_POSITIVE,
-    callback=_number,
+    callback=fit_checks.number,
     help="bound on the dual coefficients; default: by cross-validation",
 )
 @click.option(
     "--epsilon",
     "epsilon_nm",
     type=_POSITIVE,
-    callback=_number,
+    callback=fit_checks.number,
     help="width of the epsilon tube, N m; default 0.005",
 )
 @click.option(
     "--fade",
     "fade_rad_s",
     type=_POSITIVE,
-    callback=_number,
+    callback=fit_checks.number,
     help="fade beyond the trained range, rad/s; default a tenth of it",
 )
 @click.option(
@@ -108,7 +83,7 @@ def _rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
 @click.option(
     "--tolerance",
     type=click.FloatRange(0, 50),
-    callback=_number,
+    callback=fit_checks.number,
     metavar="PERCENT",
     help="held-out errors below this much of the largest friction count as equal, so that the fewest numbers decide; "
     "0: one standard error alone; default 0.5",
@@ -122,11 +97,14 @@ def _rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
 @click.option(
     "--folds",
     "held_out",
-    type=click.Choice(["auto", "speed", "time"]),
+    type=click.Choice(["auto", "speed", "time", "log", "lap", "turn"]),
     default="auto",
     show_default=True,
-    help="what cross-validation holds out together; auto: time for samples of a log (time_s, not averaged), "
-    "else speed",
+    help="what cross-validation holds out together; auto: whole logs where there are several, time (or laps of a motion that "
+    "repeats itself) for samples of one, else speed",
+)
+@click.option(
+    "--keep-outliers", is_flag=True, help="use points that are far from their neighbours in speed, too"
 )
 @click.option(
     "--backend",
@@ -139,7 +117,7 @@ def _rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
 @click.option(
     "--temperature",
     type=(float, float),
-    callback=_range,
+    callback=fit_checks.temperatures,
     metavar="MIN MAX",
     help="range of temperature the points were measured in, degrees C; default the temperature_c column",
 )
@@ -147,7 +125,7 @@ def _rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
     "--presliding",
     "presliding_rad",
     type=click.FloatRange(min=0, min_open=True, max=1),
-    callback=_number,
+    callback=fit_checks.number,
     metavar="RAD",
     help="presliding length (break-away torque over initial slope), rad; default: what the points file says",
 )
@@ -158,7 +136,12 @@ def _rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
     type=OutputFolder(),
     help="write report.html with figures and tables there; runs --search halving unless told otherwise",
 )
-@click.option("--test", "test_points", type=_File, help="points to judge the fit by, in the report")
+@click.option(
+    "--test",
+    "test_points",
+    type=_File,
+    help="points to judge the fit by, in the report; its bound knows them, too",
+)
 @click.option("--config", type=_File, help="rig file, for plausible units and the recommended gain and cap")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object with every figure, for scripts")
 def command(  # longer than 50 lines: an option is a parameter, and the steps are in order of the work
@@ -169,6 +152,10 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
     average: str,
     delimiter: str | None,
     decimal: str | None,
+    places: Path | None,
+    sweep: Path | None,
+    turn: float | None,
+    ripple_turn: float | None,
     out: Path | None,
     judged: Path | None,
     rig: str,
@@ -182,6 +169,7 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
     tolerance: float | None,
     max_support_vectors: int | None,
     held_out: str,
+    keep_outliers: bool,
     backend: str,
     jobs: int | None,
     temperature: tuple[float, float] | None,
@@ -211,6 +199,8 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
 
     if judged is not None:
         fit_judge.require_alone(click.get_current_context())
+        if sweep is not None:
+            fit_places.tell_shift(judged, sweep, err=as_json)
         measured = fit_points.read(points, columns, map_file, average, text_of(delimiter, decimal))
         fit_judge.run(judged, measured, as_json=as_json)
         return
@@ -222,6 +212,7 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
     plan = fit_report.prepare(report_dir, test_points, config, rig)
     measured = fit_points.read(points, columns, map_file, average, text_of(delimiter, decimal))
     fit_report.require_plausible(plan, measured)
+    measured = fit_points.without_outliers(measured, keep=keep_outliers)
     folds = hold_out.way_for(measured, held_out)
     tolerance_share = grids.RESOLUTION_SHARE if tolerance is None else tolerance / 100
     ladder: Ladder | None = None
@@ -246,11 +237,12 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
             max_support_vectors=max_support_vectors,
         )
         ladder, model = ladder_report.climb(measured, wanted, rig, fade_rad_s)
+    model, over_turn, turn_body = fit_places.learn(model, places, sweep, turn, ripple_turn)
     low, high = temperature or measured.temperature_range_c or (None, None)
     model = replace(
         model, temperature_min_c=low, temperature_max_c=high, evaluation_ns=evaluation_ns(model.record())
     )
-    model = with_evidence(model, measured, presliding_rad)
+    model = with_evidence(model, measured, presliding_rad, plan.test)
     artefact.save(model, out)
     if plot is not None:
         from rtctl.friction.report import figure
@@ -272,8 +264,10 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
         body: dict[str, Any] = {"model": str(out), "rig": model.rig, "data_sha256": model.data_sha256}
         body |= {"presliding": fit_advice.presliding_body(model)}
         body |= {"directions": rows, "kind": model.kind, "evaluation_ns": model.evaluation_ns, "folds": folds}
+        body |= {"left_out": fit_points.left_out_rows(measured)}
         body |= fit_advice.body(model, plan.loaded, out)
         body |= {"report": str(page)} if page else {}
+        body |= turn_body
         if ladder is not None:
             body |= ladder_report.body(ladder)
         click.echo(json_text(body, indent=2))
@@ -283,6 +277,7 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
     fit_table.show(model.kind, rows)
     click.echo(f"presliding length: {fit_advice.presliding_text(model)}")
     click.echo(f"\n{hold_out.describe(measured, folds)}")
+    click.echo("\n".join(["", *over_turn])) if over_turn else None
     fit_advice.show(model, plan.loaded, out)
     click.echo(
         f"\nmodel: {out}" + (f"\nplot:  {plot}" if plot else "") + (f"\nreport: {page}" if page else "")

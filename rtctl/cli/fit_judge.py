@@ -15,7 +15,17 @@ from rtctl.cli.json_text import json_text
 if TYPE_CHECKING:
     from rtctl.friction.points.measured import FrictionPoints
 
-_GOES_WITH = {"points", "judged", "as_json", "columns", "map_file", "average", "delimiter", "decimal"}
+_GOES_WITH = {
+    "points",
+    "judged",
+    "as_json",
+    "columns",
+    "map_file",
+    "average",
+    "delimiter",
+    "decimal",
+    "sweep",
+}
 
 _ROWS = (
     ("points", "points", 1.0),

@@ -68,3 +68,26 @@ def read(
     for note in notes:
         click.echo(f"warning: {note}", err=True)
     return points
+
+
+def without_outliers(points: FrictionPoints, *, keep: bool) -> FrictionPoints:
+    """The points without those that are far from their neighbours in speed, each named on stderr; all of them where asked."""
+    from rtctl.friction.points import outliers
+
+    if keep:
+        return points
+    kept, notes = outliers.without_outliers(points)
+    for note in notes:
+        click.echo(f"warning: {note}", err=True)
+    return kept
+
+
+def left_out_rows(points: FrictionPoints) -> list[dict[str, float]]:
+    """What was left out, for scripts: velocity (rad/s) and friction (N m), signed."""
+    if points.left_out is None:
+        return []
+    velocity, friction = points.velocity_rad_s, points.friction_nm * points.direction
+    return [
+        {"velocity_rad_s": float(velocity[row]), "friction_torque_nm": float(friction[row])}
+        for row in points.left_out.nonzero()[0]
+    ]

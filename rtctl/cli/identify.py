@@ -70,6 +70,13 @@ def _options(command: Any) -> Any:  # noqa: ANN401
             0.0,
             "periods of the gear's ripple per turn of the joint; 0: the gear ratio",
         ),
+        (
+            "--sweep",
+            "sweep_rad_s",
+            click.FloatRange(0, 100),
+            0.0,
+            "speed of a slow turn each way at the end, rad/s, for cogging (rtctl fit --sweep); 0: none",
+        ),
         ("--seed", "seed", click.IntRange(0, 2**31 - 1), 1, "of the order of the speeds and the places"),
     )
     for flag, name, kind, default, text in reversed(table):

@@ -101,6 +101,7 @@ def _lines(result: dict[str, Any], job: Job) -> list[str]:
             f"model    {fit['points']} points, support vectors {fit['support_vectors']} (forward, backward)"
         )
         lines.append(f"         presliding length: {_presliding(fit['presliding'])}")
+        lines += [f"warning  {text}" for text in fit["warnings"]]
     for name, title in (("held_out", "held-out part of the training logs"), ("prediction", "the log")):
         if name in result:
             lines.append(_prediction(title, result[name]))

@@ -49,9 +49,11 @@ def command(
     from rtctl.errors import DeviceError
     from rtctl.host.access.endpoints import RuntimeDirectory
     from rtctl.machine.device_readings import actuators, devices, watch
+    from rtctl.recording.as_columns import register
     from rtctl.recording.state_folder import written_folder
     from rtctl.rig_file.config import load
 
+    register()
     loaded = load(config)
     found = devices(loaded, device, poll=poll)
     in_place = not as_json and sys.stdout.isatty()

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFolder
+
+if TYPE_CHECKING:
+    from rtctl.host.loop.waiting import WaitingLoop
+    from rtctl.host.supervisor import Host
 
 
 @click.command("run")
@@ -47,26 +51,11 @@ def command(
     refuses are said on stderr as they happen. The exit code is 11 when the run ended in a latched fault, 14 when
     the recording has gaps because the disk refused it.
     """
-    from rtctl.errors import ConfigError, FaultError, RecordingError
-    from rtctl.host.auto_arm import AutoArm
-    from rtctl.host.notices import Notices
-    from rtctl.host.outlet import LAST_WORDS_S, streams_that_never_wait
-    from rtctl.host.supervisor import Host
-    from rtctl.rig_file.config import load
+    from rtctl.host.loop.waiting import WaitingLoop
 
-    loaded = load(config, faults)
-    if arm and not loaded.config.simulated:
-        raise ConfigError(
-            f"{config}: --arm is for simulated rigs; a real rig is armed by its operator's client"
-        )
-    with Host(
-        loaded,
-        observers=[AutoArm()] if arm else [],
-        runtime_dir=runtime_dir,
-        announce=lambda text: click.echo(f"rtctl: {text}", err=True),
-        notices=Notices(),
-        record_to=record_to,
-    ) as host:
+    # first of all: what the loop imports is imported beside what this process does
+    with WaitingLoop() as waiting, _host(config, faults, runtime_dir, record_to, waiting, arm=arm) as host:
+        loaded = host.loaded
         if not as_json:
             click.echo(
                 f"running {loaded.config.rig.name} at {loaded.config.loop.rate_hz:g} Hz; Ctrl-C to stop"
@@ -79,6 +68,52 @@ def command(
             for grant in _grants(host.loop.grants):
                 click.echo(f"  {grant}")
         summary = host.run(seconds)
+    _tell_end(summary, as_json=as_json)
+
+
+def _host(
+    config: Path,
+    faults: Path | None,
+    runtime_dir: str | None,
+    record_to: Path | None,
+    waiting: WaitingLoop,
+    *,
+    arm: bool,
+) -> Host:
+    """The host of this rig file, not entered yet."""
+    from rtctl.errors import ConfigError
+    from rtctl.host.loop.process import order_of
+    from rtctl.rig_file.config import load
+
+    loaded = load(config, faults)
+    if arm and not loaded.config.simulated:
+        raise ConfigError(
+            f"{config}: --arm is for simulated rigs; a real rig is armed by its operator's client"
+        )
+    if all(
+        member.kind != "playback" for member in loaded.members()
+    ):  # else the host finds out what reads the log
+        waiting.prepare(order_of(loaded))
+    from rtctl.host.auto_arm import AutoArm
+    from rtctl.host.notices import Notices
+    from rtctl.host.supervisor import Host
+
+    return Host(
+        loaded,
+        observers=[AutoArm()] if arm else [],
+        runtime_dir=runtime_dir,
+        announce=lambda text: click.echo(f"rtctl: {text}", err=True),
+        notices=Notices(),
+        record_to=record_to,
+        waiting=waiting,
+    )
+
+
+def _tell_end(summary: dict[str, Any], *, as_json: bool) -> None:
+    """Show how it went; a latched fault, or a recording with gaps, is the exit code too."""
+    from rtctl.errors import FaultError, RecordingError
+    from rtctl.host.outlet import LAST_WORDS_S, streams_that_never_wait
+
     with streams_that_never_wait(LAST_WORDS_S):
         click.echo(json_text(summary) if as_json else "\n".join(_lines(summary)))
     if summary["state"] in ("FAULT", "ESTOP", "LOCKOUT") or summary["fault_first"]:

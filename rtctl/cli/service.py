@@ -44,7 +44,7 @@ def install(
     """Make the rig of CONFIG a service: sudo rtctl service install my-rig.toml.
 
     Copies the rig file (and its friction models) to /etc/rtctl, the unit to /etc/systemd/system, makes the user
-    `rtctl`, enables and starts rtctl@NAME. Doing it again changes only what differs. The rig starts unarmed.
+    `rtctl`, compiles what the rig needs (a minute, once), enables and starts rtctl@NAME. Doing it again changes only what differs. The rig starts unarmed.
     """
     from rtctl.check import stability_report
     from rtctl.errors import StabilityError
@@ -132,9 +132,23 @@ def _run(command: list[str], *, check: bool = True) -> None:
     if shutil.which(command[0]) is None:
         click.echo(f"  {command[0]} is not there: left out", err=True)
         return
+    from rtctl.machine.service_steps import COMPILER
+
+    if command[0] == COMPILER:
+        _compile(command)
+        return
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode and check and command[0] != "udevadm":
         raise click.ClickException(f"{' '.join(command)}: {(done.stderr or done.stdout).strip()}")
+
+
+def _compile(command: list[str]) -> None:
+    """Have the service's code compiled before its first start; what it says is shown as it comes."""
+    done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=sys.stderr, check=False)
+    if done.returncode:
+        click.echo(
+            "  could not be compiled now: the service's first start does it, in about a minute", err=True
+        )
 
 
 def _pass(command: list[str], call: Callable[[list[str]], int] = subprocess.call) -> int:

@@ -19,6 +19,10 @@ Why a creeping joint earns nothing. A joint that a hand leans on may creep below
 the compensation would grow, the creep with it, and the joint would slip seconds after it came to rest. Below
 `CREEP_RAD_S` the account is only spent.
 
+Why the conservative part is not in it. Torque that depends on the place alone is a spring: what it gives on the way up it takes on
+the way down, `conservative_swing_j` at most, and what sampling and delay add is in the damping the sampled loop needs
+(docs/theory.md 8.9). Charged here, each wave would be paid for and its return cut off at the bank.
+
 Why two accounts. The torque sent acts some ticks later. Which tick of motion it meets is known to one tick, so both are
 kept and the emptier one counts.
 """
@@ -78,4 +82,6 @@ def assistance_share(s: Record, p: Record, axis: int) -> float:
 def remember_compensation(t: Record, s: Record, axis: int, share: float) -> None:
     """Note what of the torque sent was compensation: `share` (0 to 1) of feed-forward and observer."""
     sent = t.feedforward_torque_nm[axis] + t.observer_torque_nm[axis]
+    if s.conservative_nm[axis] != 0.0:
+        sent -= s.conservative_nm[axis]
     s.compensation_nm[axis, s.ticks % HELD] = share * sent

@@ -11,6 +11,8 @@ import math
 from rtctl.control import compensation_limit as limits
 from rtctl.control.friction_curve import BACKWARD, FORWARD, branch_magnitude
 from rtctl.control.jit import compiled
+from rtctl.control.place_friction import place_magnitude
+from rtctl.control.place_trust import place_of, place_trust
 from rtctl.control.records import Record
 from rtctl.control.resting import while_bent
 from rtctl.control.vocabulary import Fault, Policy
@@ -153,9 +155,9 @@ def range_fade(model: Record, branch: int, speed: float) -> float:
 
 @compiled
 def compensated_magnitude(
-    p: Record, model: Record, axis: int, branch: int, speed: float
+    p: Record, model: Record, axis: int, branch: int, speed: float, place: float = 0.0, trust: float = 0.0
 ) -> tuple[float, float]:
-    """What the feed-forward may add at this speed, and what the model says, both N m.
+    """What the feed-forward may add at this speed and place (rad), and what the model says, both N m; `trust` in place, 0 to 1.
 
     Notes
     -----
@@ -163,6 +165,10 @@ def compensated_magnitude(
     `friction_cap_nm`, and `friction_ungated_cap_nm` for policies without a force gate. NaN stays NaN.
     """
     friction = branch_magnitude(model, branch, speed)
+    if p.place_trough_nm[axis] > 0.0:  # as far as its place is not known, the weakest
+        friction -= (1.0 - trust) * p.place_trough_nm[axis]
+        if trust > 0.0:
+            friction += trust * place_magnitude(model, branch, speed, place)
     viscous = model.viscous_nms_rad[branch] * min(speed, model.speed_max_rad_s[branch])
     gated = _is_force_gated(p.friction_policy[axis])
     cap = _cap_in_force(gated, p.friction_cap_nm[axis], p.friction_ungated_cap_nm[axis])
@@ -195,10 +201,11 @@ def friction_feedforward(
     direction = saturate(friction_direction(s, p, axis, v, t.tick))
     side = direction if direction != 0.0 else v
     branch = FORWARD if side >= 0.0 else BACKWARD
-    magnitude, friction = compensated_magnitude(p, model, axis, branch, abs(v))
+    place, trust = place_of(s, p, axis), place_trust(s, p, axis)
+    magnitude, friction = compensated_magnitude(p, model, axis, branch, abs(v), place, trust)
     encoder = t.velocity_rad_s[axis]
     if v != encoder:
-        allowed, _ = compensated_magnitude(p, model, axis, branch, abs(encoder))
+        allowed, _ = compensated_magnitude(p, model, axis, branch, abs(encoder), place, trust)
         if not allowed >= magnitude:  # or NaN
             magnitude = allowed
     faults = 0

@@ -97,6 +97,8 @@ def keep_account(s: Record, p: Record, axis: int, dx: float, elapsed: int, power
 def remember(t: Record, s: Record, axis: int, share: float) -> None:
     """Note what of the torque sent was assistance: `share` (0 to 1) of feed-forward, observer and feedback."""
     compensation = t.feedforward_torque_nm[axis] + t.observer_torque_nm[axis]
+    if s.conservative_nm[axis] != 0.0:
+        compensation -= s.conservative_nm[axis]
     s.assistance_nm[axis, s.ticks % HELD] = share * (compensation + s.force_feedback_nm[axis])
 
 
@@ -122,6 +124,8 @@ def force_feedback(t: Record, s: Record, p: Record, model: Record, axis: int, fr
     wanted = min(t.compensation[axis] * gain * beyond, p.force_feedback_cap_nm[axis])
     limit = assistance_limit(s, p, model, axis, t.velocity_rad_s[axis])
     forward = t.feedforward_torque_nm[axis] + t.observer_torque_nm[axis]
+    if s.conservative_nm[axis] != 0.0:
+        forward -= s.conservative_nm[axis]
     if seen >= 0.0:
         torque = min(wanted, max(limit - forward, 0.0))
     else:

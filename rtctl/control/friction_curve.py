@@ -18,6 +18,22 @@ BACKWARD = 1
 
 
 @compiled
+def segment(model: Record, branch: int, speed: float) -> tuple[int, float]:
+    """Segment of one direction's curve at a speed >= 0, and the way into it, rad/s; the model has one at least."""
+    n = min(model.n_segments[branch], MAX_SEGMENTS)
+    knot = model.knot_rad_s[branch]
+    u = min(max(speed, knot[0]), knot[n])
+    cell = min(max(u * model.lookup_scale[branch], 0.0), LOOKUP_CELLS - 1.0)
+    j = min(max(int(model.lookup[branch, int(cell)]), 0), n - 1)
+    while u >= knot[j + 1] and j < n - 1:
+        j += 1
+    while u < knot[j] and j > 0:
+        j -= 1
+    h = u - knot[j]
+    return j, h
+
+
+@compiled
 def branch_magnitude(model: Record, branch: int, speed: float) -> float:
     """Friction magnitude of one direction at a speed.
 
@@ -45,15 +61,7 @@ def branch_magnitude(model: Record, branch: int, speed: float) -> float:
         return 0.0
     if not speed >= 0.0:
         return math.nan
-    knot = model.knot_rad_s[branch]
-    u = min(max(speed, knot[0]), knot[n])
-    cell = min(max(u * model.lookup_scale[branch], 0.0), LOOKUP_CELLS - 1.0)
-    j = min(max(int(model.lookup[branch, int(cell)]), 0), n - 1)
-    while u >= knot[j + 1] and j < n - 1:
-        j += 1
-    while u < knot[j] and j > 0:
-        j -= 1
-    h = u - knot[j]
+    j, h = segment(model, branch, speed)
     c = model.coefficient[branch, j]
     return c[0] + h * (c[1] + h * (c[2] + h * c[3]))
 

@@ -17,11 +17,13 @@ from rtctl.control.device_velocity import device_velocity
 from rtctl.control.disturbance_observer import observe_friction, observer_torque
 from rtctl.control.dry_friction import credit_friction
 from rtctl.control.environments.coupling import coupling_torque
-from rtctl.control.feedforward import friction_feedforward
+from rtctl.control.feedforward import friction_feedforward, range_fade
 from rtctl.control.force import hand_torque, tare_done
 from rtctl.control.force_feedback import force_feedback, keep_account, remember
+from rtctl.control.friction_curve import BACKWARD, FORWARD
 from rtctl.control.jit import compiled
 from rtctl.control.passivity import injected_damping, observe_port, passivity_fault
+from rtctl.control.place_trust import conservative_feedforward, judge_place
 from rtctl.control.program import in_program, program_torque
 from rtctl.control.records import Record
 from rtctl.control.resting import advance_rest
@@ -91,6 +93,7 @@ def step(
         credit_friction(s, p, model[axis], axis, dx, elapsed, t.velocity_rad_s[axis])
         keep_assistance(s, p, axis, dx, elapsed, t.velocity_rad_s[axis], powered)
         observe_friction(t, s, p, axis, elapsed)
+        judge_place(t, s, p, model[axis], axis, dx)
         faults |= force_doubt.offset_fault(t, s, p, axis, elapsed, powered)
         velocity, doubt = device_velocity(t, s, p, axis, elapsed, dx)
         faults |= doubt | friction_feedforward(t, s, p, model[axis], axis, dx, velocity)
@@ -162,11 +165,21 @@ def _torque_per_ampere(p: Record, axis: int) -> float:
 
 @compiled
 def _compensate(t: Record, s: Record, p: Record, model: Record, axis: int, elapsed: int) -> None:
-    """Add the observer to the feed-forward, and hold both to the share that their account allows."""
+    """Add conservative part and observer to the feed-forward, and hold what helps with friction to the share that its account allows."""
+    speed = t.velocity_rad_s[axis]
+    branch = FORWARD if speed >= 0.0 else BACKWARD
+    spring = conservative_feedforward(t, s, p, model, axis, range_fade(model, branch, abs(speed)))
+    s.conservative_nm[axis] = spring
+    friction = t.feedforward_torque_nm[axis]
+    if spring != 0.0:
+        t.feedforward_torque_nm[axis] = friction + spring  # the observer sees both
     t.observer_torque_nm[axis] = observer_torque(t, s, p, model, axis, elapsed)
     share = assistance_share(s, p, axis)
     t.assistance_share[axis] = share
+    t.feedforward_torque_nm[axis] = friction
     t.feedforward_torque_nm[axis] *= share
+    if spring != 0.0:
+        t.feedforward_torque_nm[axis] += spring
     t.observer_torque_nm[axis] *= share
 
 
@@ -191,7 +204,7 @@ def _sum_torques(t: Record, s: Record, axis: int, feedback: float, program: floa
     if in_program(s, axis):
         t.coupling_torque_nm[axis] = 0.0
         t.feedforward_torque_nm[axis] = t.observer_torque_nm[axis] = 0.0
-        s.force_feedback_nm[axis] = feedback = 0.0
+        s.force_feedback_nm[axis] = feedback = s.conservative_nm[axis] = 0.0
     t.damping_torque_nm[axis] = -t.injected_damping_nms_rad[axis] * t.velocity_difference_rad_s[axis]
     wanted = t.coupling_torque_nm[axis] + t.feedforward_torque_nm[axis] + t.damping_torque_nm[axis]
     wanted += t.observer_torque_nm[axis] + feedback + program

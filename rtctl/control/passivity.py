@@ -31,6 +31,7 @@ from __future__ import annotations
 import numpy as np
 
 from rtctl.control.jit import compiled
+from rtctl.control.place_trust import place_trust
 from rtctl.control.records import Record
 from rtctl.control.take_back import cost_to_take_back
 from rtctl.control.vocabulary import Fault, State
@@ -79,6 +80,8 @@ def observe_port(s: Record, p: Record, axis: int, dx: float, elapsed: int) -> fl
     credit += s.friction_credit_j[axis]
     energy = s.energy_port_j[axis] - held * dx + credit + _grant(s, axis)
     felt = s.authority * s.stored_energy_j[axis]
+    if p.conservative_swing_j[axis] > 0.0:  # what the compensated cogging has taken up comes back
+        felt += s.authority * place_trust(s, p, axis) * p.conservative_swing_j[axis]
     s.energy_port_j[axis] = min(energy, felt + p.energy_bank_j + cost_to_take_back(p, axis, held))
     return s.energy_port_j[axis]
 

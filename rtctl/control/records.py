@@ -29,6 +29,16 @@ MAX_SEGMENTS = 1024
 LOOKUP_CELLS = 1024
 """Cells of the uniform grid that finds the segment of a speed."""
 
+PLACE_ORDERS = 4
+"""Most waves a turn of a friction that differs from place to place."""
+
+PLACE_SEGMENTS = 128
+"""Most segments of a curve with place: `rtctl identify` measures 54 speeds."""
+
+CONSERVATIVE_CELLS = 512
+"""Cells over one period of the conservative part: 10 for the shortest of its waves."""
+
+
 MARK_WORDS = 16
 """Words of 63 marks each that hold the marks of the last 1000 ticks (`control.window`)."""
 
@@ -164,6 +174,14 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             "friction_seen_alpha": (),  # low-pass coefficient per tick of the friction seen in sliding; 0: not used
             "friction_seen_max_nm": (),  # most of it that is believed
             "assistance_bank_j": (),
+            # friction over position (control.place_trust)
+            "place_kind": (),  # vocabulary.PlaceUse
+            "place_shift_rad": (),  # position where the model has its 0
+            "place_trough_nm": (),  # friction at the weakest place is so far below the curve
+            "place_length_rad": (),  # way over which it is judged
+            "place_speed_rad_s": (),  # faster waves are not seen by the observer
+            "conservative_gain": (),  # 0: off
+            "conservative_swing_j": (),  # most that the compensated spring gives back
             # disturbance observer (control.disturbance_observer)
             "observer_gain": (),  # 0: only watches
             "observer_alpha": (),  # low-pass coefficient per tick; 0: off
@@ -276,6 +294,15 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "observer_forward_nm": (),  # feed-forward through the slow low-pass
             "assistance_energy_j": (2,),  # accounts of the compensation: torque in time, and one tick later
             "compensation_nm": (HELD,),  # feed-forward and observer torque sent, ring by `ticks`
+            # friction over position (control.place_trust)
+            "place_evidence": (),  # for SEEN, against GIVEN, 0 to 1
+            "place_way": (),  # way judged over, share of its length
+            "place_mean_nm": (
+                2,
+                2,
+            ),  # of friction seen beyond the curve and of the model's, forward and backward
+            "place_square_nm2": (3,),  # spread of both, and of both together
+            "conservative_nm": (),  # share of the feed-forward that is the conservative part's
             "torque_applied_nm": (),
             "feedforward_applied_nm": (),
             "ramp_step_nm": (),
@@ -435,6 +462,13 @@ MODEL = np.dtype(
         ("speed_fade_rad_s", "<f8", (2,)),  # the feed-forward fades to 0 over this much beyond it
         ("friction_min_nm", "<f8", (2,)),  # least dry friction (viscous part removed) over the range
         ("viscous_nms_rad", "<f8", (2,)),  # viscous slope contained in the model
+        # friction over position (control.place_friction): cos and sin of each order, on the knots above
+        ("place_orders", "<i8", (2,)),  # 0: place adds nothing
+        ("place_turns_per_rad", "<f8"),  # turns per rad of the joint
+        ("place_coefficient", "<f8", (2, PLACE_SEGMENTS, 2 * PLACE_ORDERS, 4)),
+        # conservative part: a cubic over each cell of a period, by the share of the cell
+        ("conservative_per_rad", "<f8"),  # periods per rad of the joint; 0: none
+        ("conservative", "<f8", (CONSERVATIVE_CELLS, 4)),
     ]
 )
 """Compiled friction model of one axis: piecewise cubics with a uniform look-up of the segment."""

@@ -19,6 +19,14 @@ class VelocityMethod(IntEnum):
     KALMAN = 3
 
 
+class PlaceUse(IntEnum):
+    """Whether the law goes by what a friction model says of place (`control.place_trust`)."""
+
+    OFF = 0
+    SEEN = 1
+    GIVEN = 2
+
+
 class DeviceVelocity(IntEnum):
     """What the law does with the velocity that a device measures (control.device_velocity)."""
 

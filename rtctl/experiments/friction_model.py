@@ -11,7 +11,7 @@ from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part
 from rtctl.experiments.statistics import Estimate, estimate
 from rtctl.friction.learn import ladder as climbing
-from rtctl.friction.learn import search
+from rtctl.friction.learn.pool import workers
 from rtctl.friction.points import mock as mock_points
 from rtctl.friction.points.measured import FrictionPoints
 from rtctl.friction.report import evidence as report_evidence
@@ -54,7 +54,7 @@ def _tests(order: Order) -> list[FrictionPoints]:
     seeds = range(first, first + order.seeds)
     found: list[FrictionPoints] = []
     order.progress(0.3, "measuring other points")
-    with search.workers("loky", min(order.seeds, joblib.cpu_count())) as pool:
+    with workers("loky", min(order.seeds, joblib.cpu_count())) as pool:
         for one in pool(joblib.delayed(other_points)(order.loaded, seed) for seed in seeds):
             found.append(one)
             order.progress(0.3 + 0.6 * len(found) / order.seeds, f"test points {len(found)} of {order.seeds}")

@@ -16,12 +16,14 @@ from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part, Target
 from rtctl.experiments.statistics import Estimate, estimate
 from rtctl.friction import truth
-from rtctl.friction.learn import ladder, search
+from rtctl.friction.learn import ladder
+from rtctl.friction.learn.pool import workers
 from rtctl.friction.points.measured import FrictionPoints
 from rtctl.friction.report import evidence as report_evidence
 from rtctl.friction.report import tables as report_tables
 from rtctl.friction.report.tables import Table
 from rtctl.identify.measurement_order import Known, Task
+from rtctl.identify.place_rows import Row
 from rtctl.identify.session import Bias, Point, identify
 from rtctl.identify.settings import Settings, rig_of, without_feedforward
 from rtctl.identify.simulated import drive
@@ -72,6 +74,13 @@ class Kept:
             for one in self.points
         ]
 
+    def lacks_sweep(self) -> bool:
+        """Nobody asks for a sweep."""
+        return False
+
+    def swept(self, _rows: Sequence[Row]) -> None:
+        """Nobody asks for a sweep."""
+
     def add(self, point: Point, _measurements: Sequence[Measurement]) -> None:
         """Keep a point."""
         self.points.append(point)
@@ -111,7 +120,7 @@ def run(order: Order) -> Outcome:
     seeds = [first + k for k in range(order.seeds)]
     found: list[list[dict[str, Any]]] = []
     order.progress(0.0, "identifying")
-    with search.workers("loky", min(len(seeds), joblib.cpu_count())) as pool:
+    with workers("loky", min(len(seeds), joblib.cpu_count())) as pool:
         for rows in pool(joblib.delayed(repeat)(order.loaded, seed) for seed in seeds):
             found.append(rows)
             order.progress(len(found) / len(seeds), f"{len(found)} of {len(seeds)} identifications")

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from rtctl.experiments.order import Order
-from rtctl.friction.learn import search
+from rtctl.friction.learn.pool import workers
 
 T = TypeVar("T")
 
@@ -26,5 +26,5 @@ def over_seeds(order: Order, once: Callable[[Order, int], T]) -> list[T]:
     jobs = min(order.seeds, joblib.cpu_count())
     if jobs == 1:
         return [once(bare, seed) for seed in range(order.seeds)]
-    with search.workers("loky", jobs) as pool:
+    with workers("loky", jobs) as pool:
         return list(pool(joblib.delayed(once)(bare, seed) for seed in range(order.seeds)))

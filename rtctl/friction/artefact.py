@@ -20,6 +20,7 @@ from pydantic import ValidationError
 from hw.outside import read_bounded, require_sane, shown
 from hw.plain_words import explain, written
 from rtctl.errors import ModelError
+from rtctl.friction import place_document
 from rtctl.friction.document import FORMAT, SCHEMA, BranchDocument, ModelDocument, checksum, render
 from rtctl.friction.kinds.compile import TOLERANCE_SHARE, sampled_error
 from rtctl.friction.kinds.cubic import PiecewiseCubic
@@ -49,6 +50,8 @@ _SCALARS = (
     "parameters",
     "intercept",
     "place_spread_nm",
+    "test_max_error_nm",
+    "single_max_error_nm",
 )
 
 _DERIVED = {
@@ -160,6 +163,9 @@ def _verified(path: Path, raw: bytes) -> FrictionModel:
     model = _model(document)
     for name, branch in zip(("forward", "backward"), model.branches, strict=True):
         _check_branch(path, f"branches.{name}", branch)
+    wrong = place_document.refusal(document, model)
+    if wrong is not None:
+        _refuse(path, *wrong)
     _check_whole(path, model, document.friction_max_nm)
     for name, branch in zip(("forward", "backward"), model.branches, strict=True):
         _check_compiled(path, f"branches.{name}", branch, getattr(document.branches, name))
@@ -257,6 +263,8 @@ def _document(model: FrictionModel) -> dict[str, Any]:
         out.update({name: getattr(b, derived) for name, derived in _DERIVED.items()})
         out["support_vectors"] = b.support_vectors.tolist()
         out["dual_coef"] = b.dual_coef.tolist()
+        if model.place is not None:
+            out["support_places"] = b.support_places.tolist()
         out["knots"] = b.curve.knots.tolist()
         out["coefficients"] = b.curve.coefficients.tolist()
         return out
@@ -270,6 +278,7 @@ def _document(model: FrictionModel) -> dict[str, Any]:
         "versions": dict(model.versions),
         "data_sha256": model.data_sha256,
         **{name: getattr(model, name) for name in _WHOLE},
+        **place_document.body(model),
         "friction_max_nm": model.friction_max_nm,
         "speed_fade_rad_s": model.speed_fade_rad_s,
         "branches": {"forward": branch(model.branches[0]), "backward": branch(model.branches[1])},
@@ -282,6 +291,7 @@ def _model(document: ModelDocument) -> FrictionModel:
         return Branch(
             support_vectors=np.array(d.support_vectors, dtype=float),
             dual_coef=np.array(d.dual_coef, dtype=float),
+            support_places=np.array(d.support_places, dtype=float),
             curve=PiecewiseCubic(np.array(d.knots, dtype=float), np.array(d.coefficients, dtype=float)),
             kind=document.kind,
             **{name: getattr(d, name) for name in _SCALARS},
@@ -296,5 +306,6 @@ def _model(document: ModelDocument) -> FrictionModel:
         created=document.created,
         versions=document.versions,
         **{name: getattr(document, name) for name in _WHOLE},
+        **place_document.parts(document),
         self_test=np.array(document.self_test, dtype=float),
     )

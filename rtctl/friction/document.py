@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
-from rtctl.control.records import MAX_SEGMENTS
+from rtctl.control.records import MAX_SEGMENTS, PLACE_ORDERS
+from rtctl.friction.kinds.harmonics import ORDER_MAX, ORDERS_MOST
 from rtctl.friction.kinds.table import KINDS
 from rtctl.friction.model import SELF_TEST_VECTORS
 from rtctl.friction.points.presliding import LENGTH_MAX_RAD
@@ -31,6 +32,8 @@ else:
     Kind = Literal[tuple(KINDS)]
 Temperature = Annotated[float, Field(ge=-100, le=300)]
 Text = Annotated[str, Field(max_length=80)]
+Position = Annotated[float, Field(ge=-1e4, le=1e4)]
+Period = Annotated[float, Field(ge=1e-3, le=1e4)]
 Presliding = Annotated[float, Field(gt=0, le=LENGTH_MAX_RAD)]
 
 
@@ -52,6 +55,9 @@ class BranchDocument(Table):
     secant_damping_nms_rad: Torque
     slope_damping_nms_rad: Number
     place_spread_nm: Torque | None = None
+    support_places: list[Position] = Field(default=[], max_length=MAX_SEGMENTS)
+    test_max_error_nm: Torque | None = None
+    single_max_error_nm: Torque | None = None
     hyper_parameters: dict[Text, Number] = Field(max_length=16)
     parameters: dict[Text, Number] = Field(max_length=16)
     intercept: Number
@@ -61,6 +67,24 @@ class BranchDocument(Table):
     coefficients: list[Annotated[list[Number], Field(min_length=4, max_length=4)]] = Field(
         min_length=1, max_length=MAX_SEGMENTS
     )
+
+
+class PlaceDocument(Table):
+    """Kernel of place: the fields of `rtctl.friction.kinds.place.PlaceKernel`."""
+
+    period_rad: Period
+    orders: int = Field(ge=1, le=PLACE_ORDERS)
+    share: float = Field(ge=0, le=1)
+    decay: float = Field(ge=0, le=1)
+
+
+class ConservativeDocument(Table):
+    """The conservative part: the fields of `rtctl.friction.kinds.harmonics.Harmonics`."""
+
+    period_rad: Period
+    orders: list[Annotated[int, Field(ge=1, le=ORDER_MAX)]] = Field(min_length=1, max_length=ORDERS_MOST)
+    cos: list[Annotated[float, Field(ge=-1e6, le=1e6)]] = Field(min_length=1, max_length=ORDERS_MOST)
+    sin: list[Annotated[float, Field(ge=-1e6, le=1e6)]] = Field(min_length=1, max_length=ORDERS_MOST)
 
 
 class BranchesDocument(Table):
@@ -90,6 +114,8 @@ class ModelDocument(Table):
     presliding_rad: Presliding | None = None
     presliding_spread_rad: Annotated[float, Field(ge=0, le=LENGTH_MAX_RAD)] | None = None
     presliding_ramps: int = Field(default=0, ge=0, le=10**9)
+    place: PlaceDocument | None = None
+    conservative: ConservativeDocument | None = None
     friction_max_nm: Torque
     speed_fade_rad_s: float = Field(gt=0, le=1e4)
     branches: BranchesDocument

@@ -20,7 +20,7 @@ from rtctl.friction.drift_strokes import COLUMNS, Strokes
 STROKES_MIN = 6
 """Fewest strokes in each direction that tell."""
 
-DIRECTIONS_DIFFER = 0.05
+DIRECTIONS_DIFFER = 0.1
 """Known before: standard deviation of half the difference of the directions' factors,"""
 
 INERTIA_OFF = 0.1
@@ -79,7 +79,8 @@ def estimate(strokes: Strokes, rate_hz: float) -> Estimate | None:
     known = np.zeros(k)
     known[1], known[2] = DIRECTIONS_DIFFER**-2, INERTIA_OFF**-2
     known[3:] = (OFFSET_SHARE * dry) ** -2
-    found, scale = _solved(A, b, known, float(yy.sum()), float(n.sum()), float(n.mean()))
+    least = (METHOD_FLOOR * dry) ** 2 * len(table)  # what the model errs by is the same in every stroke
+    found, scale = _solved(A, b, known, float(yy.sum()), n, least)
     inverse = np.linalg.inv(A / scale + np.diag(known))
     clusters = len(table)
     score = np.zeros((clusters, k))
@@ -121,13 +122,14 @@ def _unpacked(table: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _solved(
-    A: np.ndarray, b: np.ndarray, known: np.ndarray, yy: float, rows: float, per_stroke: float
+    A: np.ndarray, b: np.ndarray, known: np.ndarray, yy: float, n: np.ndarray, least: float
 ) -> tuple[np.ndarray, float]:
-    """Coefficients, and the variance that one row stands for when a stroke is one observation."""
-    scale = per_stroke * max(yy / rows, 1e-300)
+    """Coefficients, and the variance that one row stands for when a stroke is one observation; of a row itself at least `least`."""
+    rows, per_stroke = float(n.sum()), float(n.mean())
+    scale = per_stroke * max(yy / rows, least)
     found: np.ndarray = np.zeros(len(b))
     for _ in range(3):
         found = np.linalg.solve(A / scale + np.diag(known), b / scale)
         left = max(yy - 2 * found @ b + found @ A @ found, 0.0) / rows
-        scale = per_stroke * max(left, 1e-12 * yy / rows, 1e-300)
+        scale = per_stroke * max(left, least)
     return found, scale

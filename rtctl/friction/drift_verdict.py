@@ -31,26 +31,23 @@ def allowed(found: Estimate, by: Deployed, warn_share: float) -> float:
 
 
 def warning(found: Estimate, by: Deployed, warn_share: float, *, warned: bool) -> str:
-    """What has changed, in words; empty where nothing has, for sure. `warned`: it was said before."""
+    """What has changed, in words; empty where nothing has, for sure. `warned`: it was said before.
+
+    Both directions together decide: one of them alone is not told from an offset by motion.
+    """
     most = allowed(found, by, warn_share)
     change = abs(found.factor - 1.0)
     if warned and change > GONE_SHARE * most:
-        return _said("dry friction", found.factor, found.factor_error, found)
+        return _said(found)
     if change > most and change - SURE * found.factor_error > SURE_SHARE * most:
-        return _said("dry friction", found.factor, found.factor_error, found)
-    for name, factor, error in (
-        ("forward dry friction", found.forward, found.forward_error),
-        ("backward dry friction", found.backward, found.backward_error),
-    ):
-        if abs(factor - 1.0) - SURE * error > SURE_SHARE * most:
-            return _said(name, factor, error, found)
+        return _said(found)
     return ""
 
 
-def _said(what: str, factor: float, error: float, found: Estimate) -> str:
-    low, high = factor - 2.0 * error, factor + 2.0 * error
+def _said(found: Estimate) -> str:
+    low, high = found.factor - 2.0 * found.factor_error, found.factor + 2.0 * found.factor_error
     return (
-        f"{what} is {factor:.2f} ({low:.2f} to {high:.2f}) times what was learned, by {found.seconds:.0f} s of motion: "
+        f"dry friction is {found.factor:.2f} ({low:.2f} to {high:.2f}) times what was learned, by {found.seconds:.0f} s of motion: "
         "learn it anew (rtctl identify)"
     )
 

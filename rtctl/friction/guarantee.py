@@ -74,7 +74,7 @@ def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
         # the shortfall at a place is below the curve, its error included: the larger of the two, not both
         doubt_nm += max(float(model.error_max_nm.max()), 0.0 if places is None else float(places.max()))
         floor_nm = max(0.0, float(model.friction_min_nm.min()) - doubt_nm)
-        peak_nm = min(cap_nm, model.friction_max_nm)
+        peak_nm = min(cap_nm, model.friction_max_nm + model.place_crest_nm)
     length_rad, spread_rad, source = LENGTH_UNKNOWN_RAD, 0.0, ASSUMED
     if friction.presliding_rad > 0:
         length_rad, source = friction.presliding_rad, "rig file"

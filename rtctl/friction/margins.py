@@ -46,6 +46,12 @@ class FrictionFigures:
     drag_speed_rad_s: float
     presliding_rad: float
     """Length that a feed-forward by displacement takes to turn."""
+    place_stiffness_nm_rad: float = 0.0
+    """How steeply the feed-forward may change over position, N m/rad; 0 where it does not go by place."""
+    conservative_most_nm: float = 0.0
+    """Most of the conservative part that is compensated, N m."""
+    conservative_swing_j: float = 0.0
+    """Most energy that it gives from one place to another and takes back, J."""
 
 
 @dataclass(frozen=True)
@@ -62,18 +68,43 @@ class _Curves:
     ff_capped: np.ndarray
 
 
-def _curves(model: FrictionModel, branch: int, axis: AxisTable, v: np.ndarray) -> _Curves:
-    """Sample the curves of one direction, with the feed-forward as the compiled law limits it."""
+def _at_places(model: FrictionModel, branch: int, axis: AxisTable, v: np.ndarray) -> list[_Curves]:
+    """Sample the curves of one direction, with the feed-forward as the compiled law limits it.
+
+    Of a model that the law goes by place with: at the weakest and at the strongest place, both its friction and its feed-forward.
+    """
+    part = model.branches[branch]
+    tables = part.place_tables(model.place) if _by_place(model, axis) else None
+    if tables is None:
+        return [_curves(model, branch, axis, v)]
+    doubt_nm = float(model.error_max_nm.max()) + axis.friction.drift_nm
+    turn = tables.over_turn(np.minimum(v, part.speed_max_rad_s))
+    return [
+        _curves(model, branch, axis, v, part.magnitude(v) + place, doubt_nm)
+        for place in (turn.min(axis=1), turn.max(axis=1))
+    ]
+
+
+def _curves(
+    model: FrictionModel,
+    branch: int,
+    axis: AxisTable,
+    v: np.ndarray,
+    F_hat: np.ndarray | None = None,
+    doubt_nm: float | None = None,
+) -> _Curves:
+    """The curves where friction is `F_hat` by the model, and less by `doubt_nm` at most; by default as the curve of speed has it."""
     part, table = model.branches[branch], axis.friction
     end = part.speed_max_rad_s
-    F_hat = part.magnitude(v)
+    F_hat = part.magnitude(v) if F_hat is None else F_hat
+    doubt_nm = guarantee(axis, model).doubt_nm if doubt_nm is None else doubt_nm
     past = np.maximum(v - end, 0.0)
-    doubt_nm = guarantee(axis, model).doubt_nm
     F_lo = np.maximum(F_hat - doubt_nm, 0.0) + axis.viscous_nms_rad * past
     fade = np.clip(1 - past / model.speed_fade_rad_s, 0.0, 1.0)
     within = np.minimum(v, end)
     cap = 0.0 if table.policy == "off" else table.cap_share * axis.torque_limit_nm
-    ungated = limits.ungated_cap(table.gain, float(model.friction_min_nm.min()))
+    least = float(model.friction_min_nm.min()) - model.place_trough_nm
+    ungated = limits.ungated_cap(table.gain, least)
     gated = limits.is_force_gated(Policy[table.policy.upper()])
     viscous = part.viscous_nms_rad * within
     ff, capped = (
@@ -109,19 +140,24 @@ def friction_figures(
     """
     k_c, b_c = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad
     between = stability.Between(axis.coupling.delay_ticks) if between is None else between
+    spring = place_stiffness_nm_rad(model, axis)
+    k_c += spring
     need = stability.damping_needed_between(k_c, b_c, T, between)
-    trained, beyond, lines, capped = [], [], [], []
+    trained, beyond, lines, capped, drags = [], [], [], [], []
+    coupling = {"k_c": k_c, "b_c": b_c, "T": T, "Delta": count}
     for branch, part in enumerate(model.branches):
         end = min(part.speed_max_rad_s, axis.velocity_limit_rad_s)
-        c = _curves(model, branch, axis, _grid(model, branch, 0.0, end))
-        trained.append(c)
         if axis.velocity_limit_rad_s > end:
-            out = _curves(model, branch, axis, _grid(model, branch, end, axis.velocity_limit_rad_s))
-            beyond.append(friction.secant_damping(out.v, out.F_lo, out.ff)[0])
-        coupling = {"k_c": k_c, "b_c": b_c, "T": T, "Delta": count}
-        lines.append(friction.two_line_margin(c.v, c.F_lo, c.ff, **coupling).margin_nm)
-        capped.append(friction.two_line_margin(c.v, c.F_lo, c.ff_capped, **coupling).margin_nm)
-    drags = [_drag(c, part.error_max_nm) for c, part in zip(trained, model.branches, strict=True)]
+            outside = _grid(model, branch, end, axis.velocity_limit_rad_s)
+            beyond += [
+                friction.secant_damping(c.v, c.F_lo, c.ff)[0]
+                for c in _at_places(model, branch, axis, outside)
+            ]
+        for c in _at_places(model, branch, axis, _grid(model, branch, 0.0, end)):
+            trained.append(c)
+            lines.append(friction.two_line_margin(c.v, c.F_lo, c.ff, **coupling).margin_nm)
+            capped.append(friction.two_line_margin(c.v, c.F_lo, c.ff_capped, **coupling).margin_nm)
+            drags.append(_drag(c, part.error_max_nm))
     secant, at = min(friction.secant_damping(c.v, c.F_lo, c.ff) for c in trained)
     return FrictionFigures(
         model=str(path),
@@ -140,7 +176,38 @@ def friction_figures(
         drag_nms_rad=min(drags)[0],
         drag_speed_rad_s=min(drags)[1],
         presliding_rad=axis.friction.stop_rad or guarantee(axis, model).length_rad,
+        place_stiffness_nm_rad=spring,
+        conservative_most_nm=conservative_most_nm(model, axis),
+        conservative_swing_j=conservative_swing_j(model, axis),
     )
+
+
+def _by_place(model: FrictionModel, axis: AxisTable) -> bool:
+    return (
+        model.has_place and axis.friction.place != "off" and axis.friction.policy not in ("off", "observer")
+    )
+
+
+def conservative_most_nm(model: FrictionModel, axis: AxisTable) -> float:
+    """Most torque against the conservative part, N m."""
+    if model.conservative is None or not _by_place(model, axis):
+        return 0.0
+    return axis.friction.gain * model.conservative.most_nm
+
+
+def conservative_swing_j(model: FrictionModel, axis: AxisTable) -> float:
+    """Most energy that the compensated conservative part gives from one place to another, J."""
+    if model.conservative is None or not _by_place(model, axis):
+        return 0.0
+    return axis.friction.gain * model.conservative.swing_j
+
+
+def place_stiffness_nm_rad(model: FrictionModel, axis: AxisTable) -> float:
+    """Most slope over position of what is compensated, N m/rad: of a spring, and of friction that changes from place to place."""
+    if not _by_place(model, axis):
+        return 0.0
+    spring = 0.0 if model.conservative is None else model.conservative.steepest_nm_rad
+    return axis.friction.gain * (spring + model.place_steepest_nm_rad)
 
 
 def _drag(c: _Curves, error_nm: float) -> tuple[float, float]:

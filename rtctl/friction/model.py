@@ -13,6 +13,8 @@ from rtctl.control.records import LOOKUP_CELLS, MODEL
 from rtctl.friction.kinds.compile import error_bound
 from rtctl.friction.kinds.cubic import PiecewiseCubic
 from rtctl.friction.kinds.curve import Curve
+from rtctl.friction.kinds.harmonics import Harmonics
+from rtctl.friction.kinds.place import PlaceKernel, PlaceTables, compile_place
 
 SELF_TEST_VECTORS = 64
 """Self-test vectors of a model file, half of them per branch."""
@@ -27,7 +29,8 @@ class Branch:
     speed) and `friction_max_nm` the largest value of the curve over 0..`speed_max_rad_s`. `kind` and
     `parameters` are those of `curves.Curve`; `hyper_parameters` are what the training was given or found.
     `place_spread_nm` is the largest shortfall of the friction below the curve at any place and speed that was
-    visited, 0 or more; None where the points do not say.
+    visited, 0 or more; None where the points do not say. `test_max_error_nm` is the largest error on test points,
+    `single_max_error_nm` the largest that a single measurement behind the points is expected to have; None: not known.
     """
 
     support_vectors: np.ndarray
@@ -48,6 +51,16 @@ class Branch:
     kind: str = "spline"
     parameters: dict[str, float] = field(default_factory=dict)
     place_spread_nm: float | None = None
+    test_max_error_nm: float | None = None
+    single_max_error_nm: float | None = None
+    support_places: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    """Position of each support vector, rad, of a model with a kernel of place (`FrictionModel.place`); else empty."""
+
+    def place_tables(self, kernel: PlaceKernel | None) -> PlaceTables | None:
+        """What place adds to the curve; None for a curve of speed alone."""
+        if kernel is None:
+            return None
+        return compile_place(kernel, self.support_vectors, self.support_places, self.dual_coef)
 
     @property
     def source(self) -> Curve:
@@ -85,8 +98,9 @@ class Branch:
 
     @property
     def error_max_nm(self) -> float:
-        """Largest known error of the curve, trained and held-out points together, N m."""
-        return max(self.train_max_error_nm, self.validation_max_error_nm)
+        """Largest known error of the curve: trained, held-out and test points, and single measurements behind them, N m."""
+        beside = (self.test_max_error_nm or 0.0, self.single_max_error_nm or 0.0)
+        return max(self.train_max_error_nm, self.validation_max_error_nm, *beside)
 
 
 @dataclass(frozen=True)
@@ -116,6 +130,10 @@ class FrictionModel:
     """Standard deviation of one ramp's presliding length, rad; None: not measured, or the length given by hand."""
     presliding_ramps: int = 0
     """Ramps behind the presliding length; 0 when it was not measured, or given by hand."""
+    place: PlaceKernel | None = None
+    """Kernel of place that both branches were learned with: their curves are then the mean over a turn. None: of speed alone."""
+    conservative: Harmonics | None = None
+    """Torque of the joint's place alone (cogging, ripple); None: not measured, or none found."""
 
     def magnitude(self, velocity: np.ndarray | float) -> np.ndarray:
         """Friction magnitude at each signed velocity (rad/s), N m; NaN for NaN.
@@ -148,6 +166,66 @@ class FrictionModel:
         """Largest torque the model ever gives, N m."""
         return max(branch.friction_max_nm for branch in self.branches)
 
+    def place_magnitude(self, velocity: np.ndarray, position_rad: np.ndarray) -> np.ndarray:
+        """What place adds to `magnitude` at each signed velocity (rad/s) and position (rad), N m; arrays of one length."""
+        v, out = np.asarray(velocity, dtype=float), np.zeros(len(velocity))
+        for side, branch in ((v >= 0, self.branches[0]), (v < 0, self.branches[1])):
+            tables = branch.place_tables(self.place)
+            if tables is not None and side.any():
+                speed = np.minimum(np.abs(v[side]), branch.speed_max_rad_s)
+                out[side] = tables(speed, np.asarray(position_rad)[side])
+        return out
+
+    @property
+    def place_steepest_nm_rad(self) -> float:
+        """Bound of how steeply friction changes over position, N m/rad; 0 for a model of speed alone."""
+        found = [0.0]
+        for branch in self.branches:
+            tables = branch.place_tables(self.place)
+            if tables is not None:
+                found.append(tables.steepest_nm_rad(branch.curve.extreme_speeds(branch.speed_max_rad_s)))
+        return max(found)
+
+    @property
+    def place_trough_nm(self) -> float:
+        """How far friction is below its mean over a turn at most, N m, >= 0."""
+        return self._most_over_turn(-1.0)
+
+    @property
+    def place_crest_nm(self) -> float:
+        """How far friction is above its mean over a turn at most, N m, >= 0."""
+        return self._most_over_turn(1.0)
+
+    def _most_over_turn(self, side: float) -> float:
+        found = [0.0]
+        for branch in self.branches:
+            tables = branch.place_tables(self.place)
+            if tables is not None:
+                speeds = branch.curve.extreme_speeds(branch.speed_max_rad_s)
+                found.append(float((side * tables.over_turn(speeds)).max()))
+        return max(found)
+
+    @property
+    def has_place(self) -> bool:
+        """Whether anything in the model depends on the joint's place."""
+        return self.place is not None or self.conservative is not None
+
+    @property
+    def place_period_rad(self) -> float:
+        """Longest period of what depends on place, rad; 0 without."""
+        parts = [part for part in (self.place, self.conservative) if part is not None]
+        return max((part.period_rad for part in parts), default=0.0)
+
+    @property
+    def place_waves_per_rad(self) -> float:
+        """Shortest of its waves per rad of the joint; 0 without."""
+        found = [0.0]
+        if self.place is not None:
+            found.append(self.place.orders / self.place.period_rad)
+        if self.conservative is not None:
+            found.append(float(self.conservative.orders.max()) / self.conservative.period_rad)
+        return max(found)
+
     def record(self) -> np.ndarray:
         """Compiled record for the loop: shape (1,), dtype `MODEL`, look-up filled.
 
@@ -171,6 +249,15 @@ class FrictionModel:
             row["speed_max_rad_s"][d] = branch.speed_max_rad_s
             row["friction_min_nm"][d] = branch.friction_min_nm
             row["viscous_nms_rad"][d] = branch.viscous_nms_rad
+            tables = branch.place_tables(self.place)
+            if tables is not None:
+                row["place_orders"][d] = tables.orders
+                row["place_coefficient"][d, :n, : 2 * tables.orders] = tables.coefficients
+        if self.place is not None:
+            row["place_turns_per_rad"] = 1.0 / self.place.period_rad
+        if self.conservative is not None:
+            row["conservative_per_rad"] = 1.0 / self.conservative.period_rad
+            row["conservative"] = self.conservative.table()
         row["speed_fade_rad_s"] = self.speed_fade_rad_s
         return out
 

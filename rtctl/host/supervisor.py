@@ -19,34 +19,20 @@ import zmq
 from rtctl.check import law_plan as planning
 from rtctl.check import stability_report
 from rtctl.errors import LoopDiedError, StabilityError
-from rtctl.host import reload
 from rtctl.host.access.endpoints import RuntimeDirectory
 from rtctl.host.access.entrances import Access, Openings
 from rtctl.host.access.freed_memory import Heap
 from rtctl.host.access.intruders import Resident
-from rtctl.host.commands.gateway import PAUSE_S, Gateway
-from rtctl.host.late.counters import Counters
-from rtctl.host.late.tasks import Tasks
-from rtctl.host.late.watch import LateWatch
 from rtctl.host.loop.guard import LoopGuard
 from rtctl.host.loop.heartbeat import Heartbeat, promised_ticks
-from rtctl.host.loop.process import LoopProcess
+from rtctl.host.loop.process import Compiling, LoopProcess
+from rtctl.host.loop.waiting import WaitingLoop
 from rtctl.host.notices import Notices
 from rtctl.host.notify import Notifier
 from rtctl.host.outlet import streams_that_never_wait
-from rtctl.host.preparation import Preparation
-from rtctl.host.record.run_record import RunRecord
 from rtctl.host.signals import Signals
 from rtctl.host.speaker import Speaker
-from rtctl.host.telemetry.device_words import DeviceWords
-from rtctl.host.telemetry.friction_watch import FrictionWatch
-from rtctl.host.telemetry.rig_description import describe_run
 from rtctl.host.telemetry.run_statistics import RunStatistics
-from rtctl.host.telemetry.streams import Telemetry
-from rtctl.host.view_process import ViewProcess
-from rtctl.recording.law_arrays import LawArrays
-from rtctl.recording.setup import setup_of
-from rtctl.recording.state_folder import state_folder
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rt.early import MARGIN
 from rtctl.rt.shared_memory import CommandWriter, Memory, RingReader
@@ -69,12 +55,18 @@ class Observer(Protocol):
         """Look at a batch of new ticks (may be empty)."""
 
 
-def _why_waiting(compiled: int, *, preparing: bool) -> str:
-    """What a start waits for: `compiled` functions of the loop were compiled so far, and the host's own may be."""
-    if compiled or preparing:
-        so_far = f"{compiled} functions of the loop so far"
-        return f"compiling for this machine, on the first start of a version only, about a minute: {so_far}"
-    return "the loop process is not ready yet: it opens the devices"
+def _why_waiting(loop: Compiling | None, host: int) -> str:
+    """What a start waits for: the loop has compiled so much, and the host's own process `host` functions."""
+    if loop is None and not host:
+        return "the loop process is not ready yet: it opens the devices"
+    told = [f"{loop.functions} functions of the loop so far, of at most {loop.most}"] if loop else []
+    told += [f"{host} of the host"] if host else []
+    only = (
+        "on the first start of a version only, about a minute"
+        if loop is not None and loop.first
+        else "what no start before this one needed"
+    )
+    return f"compiling for this machine, {only}: {'; '.join(told)}"
 
 
 class Host:
@@ -97,6 +89,8 @@ class Host:
     announce
         Receives one-line notes for a person (starting, compiling, real-time rights refused). It may print: while the host
         lives, nothing that this process writes to stdout or stderr makes it wait (`rtctl.host.outlet`).
+    waiting
+        A loop process that was started already and becomes this rig's; None: one is started on entering.
     """
 
     def __init__(
@@ -109,6 +103,7 @@ class Host:
         notices: Notices | None = None,
         record_to: Path | None = None,
         model: np.ndarray | None = None,
+        waiting: WaitingLoop | None = None,
     ) -> None:
         self.loaded = loaded
         self.observers = list(observers)
@@ -118,23 +113,25 @@ class Host:
         self._runtime_dir = runtime_dir
         self._record_to = record_to
         self._model = model
+        self._waiting = waiting
         self._finished = False
         self._tell_at_s = FIRST_TOLD_S
         self._ending_since: float | None = None
         self._streams = ExitStack()
 
     def __enter__(self) -> Host:
-        self._check()
-        self.began = time.monotonic()
-        self.plan = planning.build(self.loaded)
-        if self._model is not None:
-            self.plan.model[0] = self._model[0]
-        self.runtime = RuntimeDirectory.acquire(self.loaded.config.rig.name, self._runtime_dir)
-        try:
-            self._start()
-        except BaseException:
-            self._close()
-            raise
+        with self._waiting or WaitingLoop() as waiting:
+            self._check()
+            self.began = time.monotonic()
+            self.plan = planning.build(self.loaded)
+            if self._model is not None:
+                self.plan.model[0] = self._model[0]
+            self.runtime = RuntimeDirectory.acquire(self.loaded.config.rig.name, self._runtime_dir)
+            try:
+                self._start(waiting)
+            except BaseException:
+                self._close()
+                raise
         return self
 
     def _check(self) -> None:
@@ -142,8 +139,8 @@ class Host:
         if not report.ok:
             raise StabilityError(report.refusal())
 
-    def _start(self) -> None:
-        # before there is a loop: a signal must not end this process without ending it
+    def _start(self, waiting: WaitingLoop) -> None:
+        # before the loop drives a rig: a signal must not end this process without ending the loop
         self.signals = Signals()
         self._streams.enter_context(streams_that_never_wait())
         self.notifier = Notifier()
@@ -163,8 +160,35 @@ class Host:
         self.context = zmq.Context()
         resident = None if virtual else self._streams.enter_context(closing(Resident()))
         self.access = Access(self.context, endpoints, openings, Notices(), resident=resident)
-        self.loop = LoopProcess(self.loaded, self.memory, self.runtime.lock_fd)
+        readers = self._log_readers()
+        self.loop = LoopProcess(self.loaded, self.memory, self.runtime.lock_fd, readers, waiting)
         self.runtime.note_holder(self.loop.pid)
+        self._attach()
+
+    def _log_readers(self) -> list[str]:
+        """What the loop needs beyond `hw` to read a log that is played back; nothing is imported for other rigs."""
+        members = self.loaded.members()
+        if all(member.kind != "playback" for member in members):
+            return []
+        from rtctl.recording.as_columns import log_readers
+
+        return log_readers(members)
+
+    def _attach(self) -> None:
+        """Follow and serve the loop. What that needs is imported here, while the loop opens its devices."""
+        from rtctl.host.commands.gateway import Gateway
+        from rtctl.host.preparation import Preparation
+        from rtctl.host.record.run_record import RunRecord
+        from rtctl.host.telemetry.device_words import DeviceWords
+        from rtctl.host.telemetry.friction_watch import FrictionWatch
+        from rtctl.host.telemetry.rig_description import describe_run
+        from rtctl.host.telemetry.streams import Telemetry
+        from rtctl.host.view_process import ViewProcess
+        from rtctl.recording.law_arrays import LawArrays
+        from rtctl.recording.setup import setup_of
+        from rtctl.recording.state_folder import state_folder
+
+        plan, endpoints = self.plan, self.runtime.endpoints
         self.preparation = Preparation(plan.n_axes)
         self.guard = LoopGuard(self.loaded, self.loop, self.memory, plan.period_s)
         rig = describe_run(self.loaded, plan.params)
@@ -212,6 +236,10 @@ class Host:
 
     def _watch_late(self) -> None:
         """Follow late ticks and their causes; on a virtual clock there are none."""
+        from rtctl.host.late.counters import Counters
+        from rtctl.host.late.tasks import Tasks
+        from rtctl.host.late.watch import LateWatch
+
         pid, core = self.loop.pid, self.loaded.config.loop.cpu
         seen = self.loaded.config.loop.clock != "virtual"
         counters, tasks = (Counters(pid, core), Tasks(pid)) if seen else (None, None)
@@ -231,7 +259,7 @@ class Host:
             waited = time.monotonic() - self.began
             if waited > self._tell_at_s:
                 self._tell_at_s = waited + TELL_EVERY_S
-                self.announce(_why_waiting(self.loop.compiled, preparing=not self.preparation.done()))
+                self.announce(_why_waiting(self.loop.compiling, self.preparation.compiled()))
             if self.signals.ends:
                 raise KeyboardInterrupt
             if waited > READY_TIMEOUT_S:
@@ -245,6 +273,9 @@ class Host:
 
         Returns the closing summary. Raises LoopDiedError, DeviceError or RealtimeError when the loop failed.
         """
+        from rtctl.host import reload
+        from rtctl.host.commands.gateway import PAUSE_S
+
         poller = zmq.Poller()
         self.gateway.register(poller)
         poller.register(self.loop.fileno(), zmq.POLLIN)

@@ -3,6 +3,7 @@
     dataset.json        provenance, settings, sessions, points
     points_train.csv    what `rtctl fit` reads
     points_test.csv     points at other speeds, to judge the fit by
+    points_places.csv   the training points place by place, and points_sweep.csv a slow turn each way, for `rtctl fit --places`
     ticks/NAME.npz      every tick of the bias, the warm-up and each point (`ticks.FIELDS`), without pickle
 
 Every file is written beside its name and renamed, so a cut-off leaves the last complete state.
@@ -28,6 +29,7 @@ from rtctl import __version__
 from rtctl.errors import DataError
 from rtctl.identify.columns import points_csv
 from rtctl.identify.measurement_order import Known, Task, remaining
+from rtctl.identify.place_rows import Row, places_csv, rows_of
 from rtctl.identify.session import Bias, Point
 from rtctl.identify.settings import Settings
 from rtctl.identify.tick_readings import Measurement
@@ -190,6 +192,7 @@ class Dataset:
         entry = {
             **asdict(point),
             "session": len(self.document["sessions"]) - 1,
+            "places": rows_of(point.direction, measurements),
             "ticks_sha256": self._keep(point.name, measurements),
         }
         self.document["points"].append(entry)
@@ -200,6 +203,15 @@ class Dataset:
         """Note a point that could not be measured; a later session tries it again."""
         self.document["skipped"].append({"name": task.name, "why": why})
         self.save()
+
+    def lacks_sweep(self) -> bool:
+        """True until a slow two-way sweep is kept."""
+        return not self.document.get("sweep")
+
+    def swept(self, rows: Sequence[Row]) -> None:
+        """Keep a slow two-way sweep, with its ticks."""
+        self.document["sweep"] = rows
+        self._keep_of_session("sweep")
 
     def known(self) -> list[Known]:
         """Points that are complete."""
@@ -231,6 +243,13 @@ class Dataset:
         self.document["complete"] = not self.left
         for use in ("train", "test"):
             write_whole(self.folder / f"points_{use}.csv", self._csv(use).encode())
+        places = [
+            row for one in self.document["points"] if one["use"] == "train" for row in one.get("places", ())
+        ]
+        for name, rows in (("places", places), ("sweep", self.document.get("sweep"))):
+            if rows:
+                text = places_csv(rows, self.document["rig"], self.document["config_sha256"])
+                write_whole(self.folder / f"points_{name}.csv", text.encode())
         text = json.dumps(self.document, indent=1, allow_nan=False)
         write_whole(self.folder / HEADER, (text + "\n").encode())
 

@@ -14,8 +14,10 @@ from rtctl.friction.points.presliding import presliding
 from rtctl.identify.collected import Collected, UnsteadyError
 from rtctl.identify.measurement_order import Known, Task, remaining
 from rtctl.identify.motion import HandSeen, Motion, Order, Steps
+from rtctl.identify.place_rows import Row
 from rtctl.identify.points import collect, look_for_ripple
 from rtctl.identify.settings import TURN_RAD, Rig, Settings
+from rtctl.identify.sweep import sweep
 from rtctl.identify.tick_readings import Measurement
 from rtctl.identify.windows import fastest_rad_s, run_up_rad, steady_s, window_s
 
@@ -92,6 +94,12 @@ class Store(Protocol):
     def known(self) -> Sequence[Known]:
         """Points there already."""
 
+    def lacks_sweep(self) -> bool:
+        """True until a slow two-way sweep is kept."""
+
+    def swept(self, rows: Sequence[Row]) -> None:
+        """Keep a slow two-way sweep."""
+
 
 def expected_s(motion: Motion, task: Task) -> float:
     """Rough time one point takes on the rig, s; for the progress bar only."""
@@ -119,7 +127,8 @@ def identify(
         return store.has(task) or task.name in tried
 
     todo = remaining(settings, is_over, store.known())
-    if not todo:
+    sweeps = settings.sweep_rad_s > 0 and store.lacks_sweep()
+    if not (todo or sweeps):
         return
     progress(0.0, 1.0, "sensor bias")
     bias = yield from read_bias(motion)
@@ -151,6 +160,9 @@ def identify(
             done_s += expected_s(motion, task)
         todo = remaining(settings, is_over, store.known())
         total_s = done_s + sum(expected_s(motion, task) for task in todo)
+    if sweeps:
+        progress(done_s, total_s, f"slow turn each way at {settings.sweep_rad_s:g} rad/s")
+        store.swept((yield from sweep(motion, settings.sweep_rad_s, bias.motor_torque_nm)))
     progress(done_s, total_s, "done")
     yield from motion.rest()
 

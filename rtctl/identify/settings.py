@@ -42,6 +42,8 @@ class Settings:
     """How often the lowest speed may be halved to follow a Stribeck peak below it."""
     ripple_per_turn: float = 0.0
     """Periods of the gear's ripple in one turn of the joint; 0: its gear ratio, once per turn of the motor."""
+    sweep_rad_s: float = 0.0
+    """Speed of a slow turn each way at the end, for the conservative part; 0: none."""
 
 
 @dataclass(frozen=True)

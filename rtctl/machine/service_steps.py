@@ -25,6 +25,9 @@ UNIT = "rtctl@.service"
 NETWORK_DROP_IN = "rtctl-network.conf"
 LOOPBACK_DROP_IN = "rtctl-loopback.conf"
 
+COMPILER = "systemd-run"
+"""Program of the step that compiles: it takes a minute and tells how far it is, and an installation goes on without it."""
+
 HIDDEN = ("/home", "/root", "/run/user", "/tmp", "/var/tmp")
 """Folders that the unit hides from the daemon."""
 
@@ -186,8 +189,27 @@ def plan(loaded: LoadedConfig, root: Path, command: str, *, start: bool) -> Inst
                 "--subsystem-match=tty",
             ],  # devices that are there already
         ]
+        made.commands.append(compile_command(command, etc / "rtctl" / f"{name}.toml"))
         made.commands.append(["systemctl", "enable", *(["--now"] if start else []), f"rtctl@{name}.service"])
     return made
+
+
+def compile_command(command: str, rig: Path) -> list[str]:
+    """What compiles for a rig as the service will run it: as its user, in its cache, which systemd makes as it does for the service."""
+    mode = ["-p", "CacheDirectory=rtctl", "-p", "CacheDirectoryMode=0700", "-p", "UMask=0027"]
+    whose = ["-p", "User=rtctl", "-p", "Group=rtctl"]
+    return [
+        COMPILER,
+        "--quiet",
+        "--wait",
+        "--pipe",
+        "--collect",
+        *whose,
+        *mode,
+        *command.split(),
+        "compile",
+        str(rig),
+    ]
 
 
 def needs_network(loaded: LoadedConfig) -> bool:

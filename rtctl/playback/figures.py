@@ -20,6 +20,7 @@ from hw.interface import Rig
 from rtctl.control.vocabulary import State
 from rtctl.errors import DataError
 from rtctl.friction.learn.fit import fit_points
+from rtctl.friction.learn.hold_out import way_for
 from rtctl.friction.logs.dynamics import (
     CUTOFF_HZ,
     SPEED_MIN_RAD_S,
@@ -30,10 +31,14 @@ from rtctl.friction.logs.dynamics import (
     smooth,
 )
 from rtctl.friction.logs.log_input import of_file
+from rtctl.friction.logs.log_points import checked
 from rtctl.friction.logs.logs import FrictionSamples, axis_log, friction_samples, level_points, pool
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.points.measured import FrictionPoints
 from rtctl.playback.run import load_log
+
+PERIODS_MIN = 10
+"""Periods of the cut-off that a stretch of a log lasts at least."""
 
 EPSILON_NM = 0.001
 """Default tube, N m: a friction of a few hundredths of a newton metre would vanish in a wider one."""
@@ -78,18 +83,24 @@ class Judged:
 
 @dataclass(frozen=True)
 class Learned:
-    """A model with the logs it comes from, the points it saw, and the samples held out of it (or None)."""
+    """A model with the logs it comes from (each stretch without a gap), the points it saw, the samples held out of it (or None), and what
+    `rtctl identify --log` would say of the logs.
+    """
 
     model: FrictionModel
     symmetric: FrictionModel
     logs: tuple[Judged, ...]
     points: FrictionPoints
     held_out: FrictionSamples | None
+    warnings: tuple[str, ...] = ()
 
 
 def judge(options: Mapping[str, Any], rig: Rig, settings: Settings) -> Judged:
     """Read a log and take the friction out of its first axis."""
-    log = axis_log(load_log(options, rig), rig)
+    return _judged(axis_log(load_log(options, rig), rig), settings)
+
+
+def _judged(log: AxisLog, settings: Settings) -> Judged:
     dynamics = regress(differentiate(log, settings.cutoff_hz), settings.speed_min_rad_s, log.source)
     inertia = dynamics.inertia_kgm2 if settings.inertia_kgm2 is None else settings.inertia_kgm2
     if not inertia > 0:
@@ -107,14 +118,16 @@ def judge(options: Mapping[str, Any], rig: Rig, settings: Settings) -> Judged:
 def learn(
     files: Sequence[Path], options: Mapping[str, Any], rig: Rig, settings: Settings, rig_name: str
 ) -> Learned:
-    """Learn a model from one or more logs that share the columns of `options`.
+    """Learn a model from one or more logs that share the columns of `options`, mended and looked at as by `rtctl identify --log`.
 
     Raises
     ------
     ConfigError, DeviceError, DataError
-        A missing file, an unusable log, or a fit that fails.
+        A missing file, an unusable log, one that `rtctl identify --log` refuses, or a fit that fails.
     """
-    logs = tuple(judge(of_file(options, file), rig, settings) for file in files)
+    of_files = [of_file(options, file) for file in files]
+    found = checked(of_files, rig, settings.cutoff_hz, settings.speed_min_rad_s)
+    logs = tuple(_judged(part, settings) for stretches in found.logs for part in _long(stretches, settings))
     seen, held = [], []
     for each in logs:
         end = settings.train_share * len(each.log.position_rad) / each.log.rate_hz
@@ -122,12 +135,20 @@ def learn(
         held.append(each.samples.between(end, np.inf))
     points = level_points(pool(seen))
     return Learned(
-        model=fit_points(points, rig=rig_name, epsilon_nm=settings.epsilon_nm),
+        model=fit_points(points, rig=rig_name, epsilon_nm=settings.epsilon_nm, folds=way_for(points)),
         symmetric=fit_points(mirrored(points), rig=rig_name, epsilon_nm=settings.epsilon_nm),
         logs=logs,
         points=points,
         held_out=pool(held) if settings.train_share < 1 else None,
+        warnings=found.warnings,
     )
+
+
+def _long(stretches: Sequence[AxisLog], settings: Settings) -> Sequence[AxisLog]:
+    """Stretches that the low-pass leaves enough of; the longest where there is none."""
+    least_s = PERIODS_MIN / settings.cutoff_hz
+    long = [part for part in stretches if len(part.position_rad) >= least_s * part.rate_hz]
+    return long or sorted(stretches, key=lambda part: len(part.position_rad))[-1:]
 
 
 def mirrored(points: FrictionPoints) -> FrictionPoints:

@@ -162,6 +162,7 @@ def _fit_summary(learned: Learned) -> dict[str, Any]:
         "C": [branch.hyper_parameters["C"] for branch in learned.model.branches],
         "validation_rmse_nm": [branch.validation_rmse_nm for branch in learned.model.branches],
         "speed_max_rad_s": [branch.speed_max_rad_s for branch in learned.model.branches],
+        "warnings": list(learned.warnings),
     }
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from hw.interface import BackendError
 from hw.playback.columns import READERS
+from hw.rig import Member
 from rtctl.errors import RtctlError
 from rtctl.recording.export import columns, times
 from rtctl.recording.reader import RecordingReader, all_parts
@@ -18,6 +19,15 @@ from rtctl.recording.tick_cdr import RECORDED
 def register() -> None:
     """Let logs be `.mcap` files wherever logs are read."""
     READERS[".mcap"] = read
+
+
+def log_readers(members: Sequence[Member]) -> list[str]:
+    """Modules that teach a loop process to read the logs that these devices play back: this one for a recording, else none.
+
+    They are named only where a recording is played, so that no other loop loads them.
+    """
+    played = [member.options.get("file", "") for member in members if member.kind == "playback"]
+    return [__name__] if any(str(file).endswith(".mcap") for file in played) else []
 
 
 def read(path: Path, _names: tuple[str, ...] = ()) -> Mapping[str, np.ndarray]:

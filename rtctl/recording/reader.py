@@ -15,10 +15,9 @@ import orjson
 from rtctl.control.records import command_dtype
 from rtctl.errors import DataError
 from rtctl.recording.facts import MOST_DIGITS, axis_names, sound
-from rtctl.recording.law_arrays import LawArrays
+from rtctl.recording.law_arrays import LAW_NAME, LawArrays, unpack_law
 from rtctl.recording.mcap_scan import Chunk, Contents, channel_of, chunks
 from rtctl.recording.read_ahead import ahead
-from rtctl.recording.setup import LAW_NAME, unpack_law
 from rtctl.recording.tick_layout import axes_in, layout_in
 from rtctl.recording.topics import COMMAND, EVENT, TICK, TOPICS
 from rtctl.tick import tick_dtype

@@ -101,6 +101,14 @@ class FrictionTable(Table):
         default=0.0,
     )
     drift_nm: float = number(0, 1e3, "how far friction may have drifted below the model", default=0.0)
+    place: Literal["off", "seen", "given"] = Field(
+        "seen",
+        description="what a model says of place: seen: compensated once the force sensor sees it there; "
+        "given: from the start (an absolute encoder), until the sensor contradicts",
+    )
+    place_shift_rad: float = number(
+        -1e4, 1e4, "position at which the model has its 0, where the encoder's zero has moved", default=0.0
+    )
     observer: ObserverTable = ObserverTable()
     drift: DriftTable = DriftTable()
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from hw.interface import OPTIONAL_FIELDS, Backend, CompiledBackend
 from rtctl.control.vocabulary import State
-from rtctl.rt.clock import Clock, VirtualClock
+from rtctl.rt.clock import Clock, VirtualClock, WallClock
 from rtctl.rt.cycle import DEADLINE, MISSED, PERIOD, RECORD_NS, SLOT, WOKE, Cycle
 from rtctl.rt.shared_memory import CommandWriter, Memory
 from rtctl.rt.whole_cycle import ENDED, NEXT, READ, WAIT, WRITE, WholeCycles
@@ -33,6 +33,14 @@ class Stop:
     """How often the process was asked to end: once ramps the torque down, twice cuts it."""
 
     requests: int = 0
+
+
+def prepare(n_axes: int) -> None:
+    """Compile (or load) what every rig of so many axes needs. No device is looked at."""
+    scratch = Memory.create(n_axes, 8, 1_000_000)
+    Cycle(scratch)
+    WallClock()
+    scratch.close()
 
 
 def warm_up(memory: Memory, backend: Backend) -> None:

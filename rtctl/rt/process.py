@@ -1,4 +1,7 @@
-"""What the loop process does, instructed by one JSON line on stdin (`rtctl.rt.birth` has come before).
+"""What the loop process does, instructed by its host through a socket (`rtctl.rt.birth` has come before).
+
+It is started before the host has read its rig file, and imports meanwhile. One JSON line says what rig it is going to be: the law is loaded,
+or compiled, while the host proves that rig. The memory to share comes when it is proved; only then is a device opened.
 
 It answers with JSON lines on stdout: `ready` before the first cycle, `ended` after the last; in between only
 `note` and `opening`, while a device is lost, and `words` of the devices, while the rig is disabled.
@@ -7,23 +10,27 @@ It answers with JSON lines on stdout: `ready` before the first cycle, `ended` af
 from __future__ import annotations
 
 import contextlib
+import gc
 import json
 import os
 import signal
+import socket
 import sys
 import time
 import traceback
-from typing import Any
+from collections.abc import Iterator
+from importlib import import_module
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from hw import code_cache
 from hw.claims import Claims
-from hw.code_cache import on_compiled
 from hw.interface import Backend, BackendError, Rig
 from hw.rig import Member, compose
 from rtctl.rt import early, realtime
 from rtctl.rt.clock import Clock, VirtualClock, WallClock
-from rtctl.rt.loop import Stop, run_loop, warm_up
+from rtctl.rt.loop import Stop, prepare, run_loop, warm_up
 from rtctl.rt.replug import Replug
 from rtctl.rt.shared_memory import Memory
 from rtctl.rt.speech import Speech
@@ -54,8 +61,10 @@ def _words(body: dict[str, Any]) -> bool:
     return _mention("words", **body)
 
 
-def _compiled(functions: int) -> None:
-    _mention("compiling", functions=functions)
+def _compiled(_count: int) -> None:
+    """Tell the host how far it is. What was compiled for several types counts once, as it does among those there are."""
+    functions, most = len(set(code_cache.made_here)), len(code_cache.may_be_made)
+    _mention("compiling", functions=functions, most=most, first=not code_cache.loaded_here)
 
 
 def _opening(begun: bool) -> None:
@@ -68,11 +77,20 @@ def _rig(data: dict[str, Any]) -> Rig:
     return Rig(n_axes=data["n_axes"], period_s=data["period_s"], **arrays)
 
 
-def _open(order: dict[str, Any], members: list[Member], claims: Claims) -> Backend | None:
+def _composed(order: dict[str, Any], members: list[Member]) -> Backend | BackendError:
+    """The rig's backend, nothing of it open; or why there is none."""
     try:
+        return compose(members, _rig(order["rig"]))
+    except BackendError as error:
+        return error
+
+
+def _open(backend: Backend | BackendError, members: list[Member], claims: Claims) -> Backend | None:
+    try:
+        if isinstance(backend, BackendError):
+            raise backend
         for member in members:
             claims.take(member.label, member.claims)
-        backend = compose(members, _rig(order["rig"]))
         backend.open()
     except BackendError as error:
         _say("ended", reason="device", detail=str(error))
@@ -95,19 +113,65 @@ def _stopped_by_signals() -> Stop:
     return stop
 
 
-def main(memory_fd: int) -> int:
+def _told(line: socket.socket) -> Iterator[tuple[bytes, list[int]]]:
+    """The lines that the host writes, each with all descriptors that have come so far; no more of them once the host is gone.
+
+    Two lines may come as one: who read without taking descriptors would lose those of the second.
+    """
+    pending, descriptors = b"", []
+    while True:
+        more, came, _, _ = socket.recv_fds(line, 65536, 2, socket.MSG_CMSG_CLOEXEC)
+        if not more:
+            return
+        descriptors += came
+        *lines, pending = (pending + more).split(b"\n")
+        for text in lines:
+            yield text, descriptors
+
+
+class _Proved(NamedTuple):
+    """A rig that may be driven, and what is ready for it."""
+
+    order: dict[str, Any]
+    members: list[Member]
+    backend: Backend | BackendError
+    memory: Memory
+
+
+def _proved(line: socket.socket) -> _Proved | None:
+    """Prepare what the host says, and wait until that is proved; None where the host refuses the rig, or has died."""
+    told = _told(line)
+    text, _ = next(told, (b"", []))
+    if not text:
+        return None
+    order = json.loads(text)
+    code_cache.on_compiled.append(_compiled)
+    members = [Member.from_dict(device) for device in order["devices"]]
+    for reader in order["log_readers"]:
+        import_module(reader).register()
+    made = _composed(order, members)
+    prepare(order["rig"]["n_axes"])
+    _, descriptors = next(told, (b"", []))
+    if not descriptors:
+        return None
+    # the other one is the rig's lock: held as long as this process lives
+    return _Proved(order, members, made, Memory.attach(descriptors[0]))
+
+
+def main(line_fd: int) -> int:
     """Run one loop from order to end. Returns the exit status: 0 shut down, 1 anything else."""
     stop = _stopped_by_signals()
-    line = sys.stdin.readline()
-    if not line:  # the host has died before it said what to do
-        return 1
-    order = json.loads(line)
-    memory = Memory.attach(memory_fd)
-    on_compiled.append(_compiled)
+    gc.collect()  # while there is time
+    gc.freeze()
+    gc.enable()
     began = time.monotonic()
-    members = [Member.from_dict(device) for device in order["devices"]]
+    with socket.socket(fileno=line_fd) as line:
+        proved = _proved(line)
+    if proved is None:
+        return 1
+    order, members, made, memory = proved
     claims = Claims()  # given back when this process ends
-    backend = _open(order, members, claims)
+    backend = _open(made, members, claims)
     if backend is None:
         return 1
     device = Replug(backend, _note, _opening, Speech(backend, members, _words).listen)

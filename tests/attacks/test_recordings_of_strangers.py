@@ -17,10 +17,10 @@ from click.testing import CliRunner
 from rtctl.cli import cli
 from rtctl.errors import DataError, RtctlError
 from rtctl.recording import mcap_format as fmt
+from rtctl.recording.law_arrays import unpack_law
 from rtctl.recording.mcap_format import MAGIC, Op
 from rtctl.recording.overview import overview
 from rtctl.recording.reader import RecordingReader
-from rtctl.recording.setup import unpack_law
 
 MEMORY_BYTES = (
     3 << 30

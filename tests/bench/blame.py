@@ -177,6 +177,11 @@ def _told(
     return found
 
 
+def _say(word: str) -> None:
+    sys.stdout.write(f"{word}\n")
+    sys.stdout.flush()
+
+
 def main(core: int, priority: int) -> None:
     """Compute for `SPELL_S` whenever a line comes."""
     Path("/proc/self/comm").write_text(HOG)
@@ -185,14 +190,14 @@ def main(core: int, priority: int) -> None:
         if priority:
             os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
     except PermissionError:
-        print("refused", flush=True)
+        _say("refused")
         return
-    print("ready", flush=True)
+    _say("ready")
     for _ in sys.stdin:
         began = time.monotonic()
         while time.monotonic() - began < SPELL_S:
             pass
-        print("done", flush=True)
+        _say("done")
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from types import SimpleNamespace
 from hw.rig import compose
 from rtctl.check import law_plan as plan
 from rtctl.errors import FaultError, RtctlError
-from rtctl.host.loop import process as loop_process
+from rtctl.host.loop import waiting
 from rtctl.host.loop.safe_stop import SafeStop
 from rtctl.host.supervisor import Host
 from rtctl.rig_file.config import load
@@ -48,23 +48,20 @@ def say(text):
 
 
 class Forked:
-    """`subprocess.Popen` as far as `LoopProcess` uses it."""
+    """`subprocess.Popen` as far as `WaitingLoop` and `LoopProcess` use it."""
 
     def __init__(self, _command, *, stdin, stdout, pass_fds, env):
-        order_read, order_write = os.pipe()
         said_read, said_write = os.pipe()
         self.returncode = None
         self.pid = os.fork()
         if self.pid == 0:
-            self._become_the_loop(order_read, said_write, pass_fds)
-        os.close(order_read)
+            self._become_the_loop(said_write, pass_fds)
         os.close(said_write)
-        self.stdin, self.stdout = os.fdopen(order_write, "wb"), os.fdopen(said_read, "rb", buffering=0)
+        self.stdout = os.fdopen(said_read, "rb", buffering=0)
 
     @staticmethod
-    def _become_the_loop(order, said, pass_fds):
+    def _become_the_loop(said, pass_fds):
         try:
-            os.dup2(order, 0)
             os.dup2(said, 1)
             for fd in [int(one.name) for one in Path("/proc/self/fd").iterdir()]:
                 if fd > 2 and fd not in pass_fds:
@@ -77,7 +74,7 @@ class Forked:
             ):  # punctual; without the locked memory of a fork's 500 MB
                 os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(10))
             signal.set_wakeup_fd(-1)  # of the host: a new program would not have it
-            sys.stdin, sys.argv = os.fdopen(0), ["rtctl.rt", str(pass_fds[0]), str(os.getppid())]
+            sys.argv = ["rtctl.rt", str(pass_fds[0]), str(os.getppid())]
             os._exit(rt.main())
         except BaseException:  # noqa: BLE001 - a forked process must end here
             traceback.print_exc()
@@ -124,9 +121,7 @@ def host_main(config, folder, said):
             os.dup2(fd, to)
         for name, value in QUICK.items():
             setattr(plan, name, value)
-        loop_process.subprocess = SimpleNamespace(
-            Popen=Forked, PIPE=subprocess.PIPE, TimeoutExpired=subprocess.TimeoutExpired
-        )
+        waiting.subprocess = SimpleNamespace(Popen=Forked, PIPE=subprocess.PIPE, DEVNULL=subprocess.DEVNULL)
         try:
             with Host(load(Path(config)), runtime_dir=folder, announce=say) as host:
                 summary = host.run()

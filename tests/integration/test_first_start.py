@@ -42,6 +42,8 @@ def test_the_compiler_leaves_nothing_of_itself_in_the_host(first):
     assert all("on the first start of a version only" in line for line in said), said
     done = [int(re.search(r"(\d+) functions of the loop so far", line)[1]) for line in said]
     assert done[0] < done[1], "it goes on"
+    most = [int(re.search(r"of at most (\d+)", line)[1]) for line in said]
+    assert done[1] <= most[0] <= most[1], "and there is an end"
     with RigClient("mock", runtime_dir=str(folder), timeout_s=PATIENCE_S) as rig:
         rig.hello()
     status = Path(f"/proc/{process.pid}/status").read_text()

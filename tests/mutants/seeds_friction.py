@@ -5,6 +5,7 @@ from __future__ import annotations
 from seed import Seed
 
 UNIT = "tests/unit/control"
+DRIFT = ("tests/unit/friction/test_drift.py",)
 VELOCITY = (f"{UNIT}/test_device_velocity.py",)
 CREDIT = (
     f"{UNIT}/test_dry_friction.py::test_bristles_first_bend_then_slide",
@@ -250,5 +251,29 @@ SEEDS = (
     Seed(
         "the account may hold any energy", "rtctl/friction/guarantee.py",
         "min(peak_nm * credited_rad, BANK_MOST_J)", "peak_nm * credited_rad", GUARANTEE,
+    ),
+    Seed(
+        "friction is watched from the reversal on", "rtctl/friction/drift_sliding.py",
+        "(middle[:, 3] >= self._settle)", "(middle[:, 3] >= 0.0)", DRIFT,
+    ),
+    Seed(
+        "all sessions share one offset", "rtctl/friction/drift_watch.py",
+        "        if not (moving & ~before).any():", "        if True:", DRIFT,
+    ),
+    Seed(
+        "the rig is stopped for what an earlier session saw", "rtctl/friction/drift_verdict.py",
+        " or found.session_seconds < SESSION_S", "", DRIFT,
+    ),
+    Seed(
+        "what was kept of another model is used", "rtctl/friction/drift_state.py",
+        ' or kept.get("identity") != axis.by.identity', "", DRIFT,
+    ),
+    Seed(
+        "samples with faults count as motion", "rtctl/friction/drift_watch.py",
+        ' & (rows["faults"] == 0)', "", DRIFT,
+    ),
+    Seed(
+        "a rig without compensation in force is stopped for too much of it", "rtctl/friction/drift_verdict.py",
+        "by.least_factor(share))", "by.least_factor(1.0))", DRIFT,
     ),
 )  # fmt: skip

@@ -9,6 +9,12 @@ IN_LOGS = ("tests/unit/friction/test_presliding_in_logs.py",)
 PRESLIDING = ("tests/unit/friction/test_presliding.py",)
 EVIDENCE = ("tests/unit/friction/test_point_evidence.py",)
 DIRTY = ("tests/unit/friction/test_dirty_logs.py",)
+SCORING = "tests/unit/friction/test_honest_scoring.py"
+BOUND = (f"{SCORING}::test_the_bound_knows_the_test_points",)
+SCALES = (f"{SCORING}::test_no_held_out_point_sets_the_scales_of_its_own_fold",)
+BLOCKS = (
+    f"{SCORING}::test_the_standard_error_by_blocks_is_that_of_repeated_draws_and_that_of_single_errors_is_not",
+)
 HARD = "tests/unit/identify/test_difficult_joints.py"
 
 SEEDS = (
@@ -130,5 +136,26 @@ SEEDS = (
         "FLAT_SLOPE = 0.5",
         "FLAT_SLOPE = -1.0",
         DIRTY,
+    ),
+    Seed(
+        "what is held out sets the scale of C",
+        "rtctl/friction/learn/search.py",
+        "                in_scale_of(candidate, data.speed, data.friction_nm, kept),",
+        "                candidate,",
+        SCALES,
+    ),
+    Seed(
+        "errors of one lap count one by one",
+        "rtctl/friction/learn/search.py",
+        "np.arange(len(errors)) if blocks is None else blocks",
+        "np.arange(len(errors))",
+        BLOCKS,
+    ),
+    Seed(
+        "the bound of a model forgets its test points",
+        "rtctl/friction/model.py",
+        "beside = (self.test_max_error_nm or 0.0, self.single_max_error_nm or 0.0)",
+        "beside = (0.0, self.single_max_error_nm or 0.0)",
+        BOUND,
     ),
 )

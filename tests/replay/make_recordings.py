@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 from scenarios import SCENARIOS, Run
 
-from rtctl.recording.law_arrays import LawArrays
+from rtctl.recording.law_arrays import LAW_NAME, LawArrays, pack_law
 from rtctl.recording.law_runner import LAW_FIELDS
 from rtctl.recording.parts import Limits, Parts
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.replay import Replay
-from rtctl.recording.setup import LAW_NAME, Setup, pack_law, setup_of
+from rtctl.recording.setup import Setup, setup_of
 
 FOLDER = Path(__file__).parents[1] / "recordings"
 MOST_BYTES = 300_000

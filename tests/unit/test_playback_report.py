@@ -120,6 +120,37 @@ def test_a_model_trained_on_a_share_is_judged_on_the_rest(logs):
     assert result["held_out"]["rmse_nm"] < 0.1 * COULOMB
 
 
+def test_logs_to_learn_from_are_looked_at_and_mended_as_by_identify(logs, tmp_path):
+    header, *rows = logs[0].read_text().splitlines()
+    spiked, clipped = list(rows), []
+    for at in (1500, 2777, 4100):
+        t, x, torque = spiked[at].split(",")
+        spiked[at] = f"{t},{float(x) + 0.5!r},{torque}"
+    for row in rows:
+        t, x, torque = row.split(",")
+        clipped.append(f"{t},{x},{min(float(torque), 0.012)!r}")
+    for name, lines in (("spiked", spiked), ("clipped", clipped)):
+        (tmp_path / f"{name}.csv").write_text("\n".join([header, *lines]) + "\n")
+    found = run(job((tmp_path / "spiked.csv", logs[1])))["fit"]
+    assert any("spike" in text for text in found["warnings"]), found["warnings"]
+    regression = found["logs"][0]["regression"]
+    assert regression["inertia_kgm2"] == pytest.approx(INERTIA, rel=0.05)
+    with pytest.raises(DataError, match="clipped"):
+        run(job((tmp_path / "clipped.csv", logs[1])))
+    with pytest.raises(DataError, match="the same log"):
+        run(job((logs[0], logs[1]), fit_from=(logs[0], logs[0])))
+
+
+def test_a_gap_parts_a_log_to_learn_from(logs, tmp_path):
+    header, *rows = logs[0].read_text().splitlines()
+    kept = [header, *rows[:2800], *rows[3100:]]
+    (tmp_path / "gap.csv").write_text("\n".join(kept) + "\n")
+    found = run(job((tmp_path / "gap.csv", logs[1])))["fit"]
+    assert len(found["logs"]) == 2
+    for each in found["logs"]:
+        assert each["regression"]["inertia_kgm2"] == pytest.approx(INERTIA, rel=0.1)
+
+
 def test_a_fault_in_the_middle_ends_the_torque_and_the_run_still_ends(report, tmp_path):
     broken = write_log(tmp_path / "jump.csv", jump_at=4.0)
     rows = run_log(rig_with(tmp_path, broken, report[1] / "model.json", name="playback"))

@@ -7,6 +7,7 @@ multiple of the points' noise, so that the same grids serve a rig of .03 N m and
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 
@@ -51,6 +52,28 @@ def noise_nm(speed: np.ndarray, friction_nm: np.ndarray) -> float:
     return max(float(np.median(size)) / 0.6745, 1e-3 * float(f.max()))
 
 
+def unit_nm(speed: np.ndarray, friction_nm: np.ndarray) -> float:
+    """Unit of the tube of an epsilon machine, N m: noise of the points, or what no hand could tell apart."""
+    return max(noise_nm(speed, friction_nm), RESOLUTION_SHARE * float(friction_nm.max()))
+
+
+def in_scale_of(
+    one: Candidate, speed: np.ndarray, friction_nm: np.ndarray, training: np.ndarray
+) -> Candidate:
+    """The candidate with C and epsilon in the scale of its training points alone: those held out may not set them.
+
+    `speed` (by rising speed) and `friction_nm` are the points whose scale the candidate has; `training` chooses, (n,) bool.
+    """
+    if one.machine == "formula":
+        return one
+    v, f = speed[training], friction_nm[training]
+    c = one.c * float(f.max()) / float(friction_nm.max())
+    tube = one.tube
+    if one.machine == "epsilon":
+        tube *= unit_nm(v, f) / unit_nm(speed, friction_nm)
+    return one if (c, tube) == (one.c, one.tube) else replace(one, c=c, tube=tube)
+
+
 def candidates(family: str, speed: np.ndarray, friction_nm: np.ndarray) -> list[Candidate]:
     """Every candidate of one rung, in the scale of the points.
 
@@ -66,7 +89,7 @@ def candidates(family: str, speed: np.ndarray, friction_nm: np.ndarray) -> list[
         raise ValueError(msg)
     machine, kind = family.split("-")
     top = float(friction_nm.max())
-    unit = max(noise_nm(speed, friction_nm), RESOLUTION_SHARE * top)
+    unit = unit_nm(speed, friction_nm)
     tubes = NU if machine == "nu" else tuple(unit * factor for factor in EPSILON)
     kernel = KERNELS[kind]
     return [

@@ -2,7 +2,8 @@
 
 Shuffled folds put a point's neighbour, or its repeat, in the training set, and then reward over-fitting.
 Points that are means of many measurements are held out by speed. Samples of a log are held out by time: what
-was measured just before and after one shares its temperature, its place and its noise, whatever the speed.
+was measured just before and after one shares its temperature, its place and its noise, whatever the speed. Where there are
+several logs, or a motion that was repeated, whole logs and whole laps are held out: another session is what a model is for.
 """
 
 from __future__ import annotations
@@ -10,14 +11,26 @@ from __future__ import annotations
 import numpy as np
 
 from rtctl.errors import DataError
+from rtctl.friction.learn.laps import laps_of
 from rtctl.friction.points.measured import FrictionPoints
 
 FOLDS = 5
 TRAINS = -1
 """Fold of points that always train."""
 
-WAYS = ("speed", "time")
-"""What may be held out together."""
+STRETCHES = 4
+"""Stretches of time in each fold: as many blocks, whose errors are alike within, has a standard error by time."""
+
+HELD_OUT = {
+    "speed": "speeds",
+    "time": "stretches of time",
+    "log": "whole logs",
+    "lap": "whole laps",
+    "turn": "whole turns",
+}
+"""What may be held out together, in words."""
+
+WAYS = tuple(HELD_OUT)
 
 
 def way_for(points: FrictionPoints, wanted: str = "auto") -> str:
@@ -26,74 +39,153 @@ def way_for(points: FrictionPoints, wanted: str = "auto") -> str:
     Raises
     ------
     DataError
-        "time" is wanted, and not every point has a time.
+        What is wanted cannot be told from the points: no times, one log, no laps, less than two turns.
     """
-    timed = points.time_s is not None and bool(np.isfinite(points.time_s).all())
-    if wanted == "time" and not timed:
-        raise DataError(
-            f"{points.source}: folds by time need the column time_s with a number in every row; "
-            "add it, or use --folds speed"
-        )
     if wanted != "auto":
+        if wanted != "speed":
+            units_of(points, wanted)
         return wanted
     single = bool((np.isnan(points.count) | (points.count <= 1)).all())
-    return "time" if timed and single else "speed"
+    if _several_logs(points):
+        return "log"
+    if single and _complete(points, "time_s"):
+        return "time" if laps_of(points) is None else "lap"
+    return "speed"
 
 
 def describe(points: FrictionPoints, way: str) -> str:
     """Say in a sentence how the points were held out, and what for."""
     if way == "time":
         return f"Held out in {FOLDS} stretches of time: neighbours in time are alike, whatever their speed."
+    if way != "speed":
+        n = len(np.unique(units_of(points, way)))
+        return f"Held out in {min(n, FOLDS)} folds of {HELD_OUT[way]} ({n} of them): a model is for motions it has not seen."
     known = "" if points.time_s is None else " (time_s is there; --folds time holds out by it)"
     return f"Held out in {FOLDS} folds by speed, all points of one speed together{known}."
+
+
+def units_of(points: FrictionPoints, way: str) -> np.ndarray:
+    """Number of what each point, of both directions, is held out with, shape (n,): its speed, stretch, log, lap or turn.
+
+    Raises
+    ------
+    DataError
+        As `way_for`.
+    """
+    if way == "speed":
+        levels: np.ndarray = np.unique(np.abs(points.velocity_rad_s), return_inverse=True)[1]
+        return np.where(points.direction > 0, 2 * levels, 2 * levels + 1)
+    need = {
+        "time": ("time_s",),
+        "log": ("log",),
+        "lap": ("time_s", "position_rad"),
+        "turn": ("position_rad",),
+    }[way]
+    for name in need:
+        if not _complete(points, name):
+            raise DataError(
+                f"{points.source}: folds by {way} need the column {name} with a number in every row; "
+                "add it, or use --folds speed"
+            )
+    if way == "time":
+        return _stretches(points.columns["time_s"])
+    if way == "lap":
+        laps = laps_of(points)
+        if laps is None:
+            raise DataError(f"{points.source}: no motion repeats itself three times; use --folds time")
+        return laps
+    found = points.columns["log"] if way == "log" else np.floor(points.columns["position_rad"] / (2 * np.pi))
+    units: np.ndarray = np.unique(found, return_inverse=True)[1]
+    if units.max(initial=0) < 1:
+        what = "column log: one log only" if way == "log" else "column position_rad: less than two turns"
+        raise DataError(f"{points.source}: {what}; use --folds time or speed")
+    return units
+
+
+def _complete(points: FrictionPoints, name: str) -> bool:
+    column = points.columns.get(name)
+    return column is not None and bool(np.isfinite(column).all())
+
+
+def _several_logs(points: FrictionPoints) -> bool:
+    """Whether there are logs to hold out, each with both directions."""
+    if not _complete(points, "log"):
+        return False
+    numbers = [set(points.columns["log"][points.direction == direction]) for direction in (1, -1)]
+    return numbers[0] == numbers[1] and len(numbers[0]) > 1
+
+
+def _stretches(time_s: np.ndarray) -> np.ndarray:
+    """`FOLDS` times `STRETCHES` stretches of time, of equally many samples."""
+    order = np.argsort(time_s, kind="stable")
+    units = np.empty(len(time_s), dtype=int)
+    units[order] = np.arange(len(time_s)) * FOLDS * STRETCHES // len(time_s)
+    return units
 
 
 def folds_of(points: FrictionPoints, directions: tuple[int, ...], way: str) -> np.ndarray:
     """Fold of each point of one direction, or of both one after the other, in the order of `branch`.
 
-    By time, the lowest and the highest speed train always too: the model is never used beyond them.
+    Whatever the way, the lowest and the highest speed train always: the model is never used beyond them. A point that is left out
+    (`FrictionPoints.left_out`) keeps its place in the folds of the others.
     """
     rows = np.concatenate([points.rows_of(direction) for direction in directions])
     speed = np.abs(points.velocity_rad_s[rows])
-    if way != "time" or points.time_s is None:
-        return folds_by_speed(speed)
+    if way == "speed":
+        every = np.abs(points.velocity_rad_s[np.isin(points.direction, directions)])
+        return folds_by_speed(speed, levels=np.unique(every))
+    units = units_of(points, way)
+    shared = folds_by_time(points.columns["time_s"]) if way == "time" else shared_out(units)
     ends = (speed == speed.min()) | (speed == speed.max())
-    fold: np.ndarray = np.where(ends, TRAINS, folds_by_time(points.time_s[rows]))
+    fold: np.ndarray = np.where(ends, TRAINS, shared[rows])
     return fold
 
 
-def folds_by_speed(speed: np.ndarray, n_folds: int = FOLDS) -> np.ndarray:
+def shared_out(units: np.ndarray, n_folds: int = FOLDS) -> np.ndarray:
+    """Fold of each point, shape (n,): whole units, neighbours together, the folds of about equally many points."""
+    names, unit, count = np.unique(units, return_inverse=True, return_counts=True)
+    middle = np.cumsum(count) - 0.5 * count
+    share = np.arange(len(names)) if len(names) <= n_folds else (middle * n_folds / count.sum()).astype(int)
+    fold: np.ndarray = np.unique(share, return_inverse=True)[1][unit]
+    return fold
+
+
+def folds_by_speed(speed: np.ndarray, n_folds: int = FOLDS, levels: np.ndarray | None = None) -> np.ndarray:
     """Fold of each point, shape (n,): all points of one speed share it; `TRAINS` at both ends.
 
     The lowest and highest speed always train: the model is never used beyond them, and break-away at v = 0
-    cannot be guessed from motion.
+    cannot be guessed from motion. `levels` are the speeds to share out, rising; default those there are.
 
     Raises
     ------
     DataError
         Fewer than 4 different speeds.
     """
-    levels, block = np.unique(speed, return_inverse=True)
-    if len(levels) < 4:
-        raise DataError(f"{len(levels)} different speeds, at least 4 are needed; measure more speeds")
-    end = (block == 0) | (block == len(levels) - 1)
+    if len(np.unique(speed)) < 4:
+        raise DataError(
+            f"{len(np.unique(speed))} different speeds, at least 4 are needed; measure more speeds"
+        )
+    levels = np.unique(speed) if levels is None else levels
+    block = np.searchsorted(levels, speed)
+    end = (speed == speed.min()) | (speed == speed.max())
     fold: np.ndarray = np.where(end, TRAINS, block % min(n_folds, len(levels) - 2))
     return fold
 
 
 def folds_by_time(time_s: np.ndarray, n_folds: int = FOLDS) -> np.ndarray:
-    """Fold of each sample of a log, shape (n,): `n_folds` stretches of equal duration.
+    """Fold of each sample of a log, shape (n,): `n_folds` stretches of equally many samples.
 
     Raises
     ------
     DataError
-        Times that are not finite, or that leave a stretch empty.
+        Times that are not finite or all the same, or fewer samples than folds.
     """
     time_s = np.asarray(time_s, dtype=float)
     if not np.isfinite(time_s).all() or not np.ptp(time_s) > 0:
         raise DataError("the times of the log are not finite or all the same; correct the time column")
-    share = (time_s - time_s.min()) / np.ptp(time_s)
-    fold: np.ndarray = np.minimum((share * n_folds).astype(int), n_folds - 1)
-    if len(np.unique(fold)) < n_folds:
-        raise DataError(f"a gap leaves one of {n_folds} stretches of the log empty; use a longer log")
+    if len(time_s) < n_folds:
+        raise DataError(f"{len(time_s)} samples, {n_folds} stretches of time are needed; use a longer log")
+    order = np.argsort(time_s, kind="stable")
+    fold = np.empty(len(time_s), dtype=int)
+    fold[order] = np.arange(len(time_s)) * n_folds // len(time_s)
     return fold

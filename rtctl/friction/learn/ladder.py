@@ -9,7 +9,7 @@ import numpy as np
 
 from rtctl.errors import DataError
 from rtctl.friction.kinds.table import FAMILIES
-from rtctl.friction.learn import fit, grids, search
+from rtctl.friction.learn import fit, grids, pool, search
 from rtctl.friction.learn.machines import Candidate, FailedFitError, train
 from rtctl.friction.learn.search import Score, Side
 from rtctl.friction.learn.selection import Choice, Rung, as_good, choose, climb, tolerance_nm
@@ -81,8 +81,8 @@ def ascend(
     share = options.tolerance_share
     equal_nm = max(tolerance_nm(data, share) for data in sides)
     look = search.full if options.strategy == "full" else search.halving
-    with search.workers(options.backend, options.n_jobs) as pool:
-        scores = look(pool, _tasks(options.families, sides), sides, progress, max_terms=most)
+    with pool.workers(options.backend, options.n_jobs) as crew:
+        scores = look(crew, _tasks(options.families, sides), sides, progress, max_terms=most)
         climbed = [climb(family, scores, sides, share) for family in options.families]
         choice = choose([_usable(rung, points, sides) for rung in climbed], equal_nm)
         bound = _terms_of_choice(equal_nm, share, most)
@@ -100,10 +100,12 @@ def ascend(
             )
         pooled = search.side(points, 0, weight, folds)
         tried = search.score_all(
-            pool, _pooled_tasks(choice.chosen, scores, sides, share), [pooled], max_terms=most
+            crew, _pooled_tasks(choice.chosen, scores, sides, share), [pooled], max_terms=most
         )
     rung = _usable(climb(choice.chosen.family, tried, [pooled], share), points, [pooled])
-    shared = not rung.refused and rung.rmse_nm <= max(choice.chosen.rmse_nm + choice.chosen.se_nm, equal_nm)
+    shared = not rung.refused and rung.rmse_nm <= max(
+        choice.chosen.rmse_nm + choice.chosen.doubt_nm, equal_nm
+    )
     note = bound + _symmetry(rung, shared=shared)
     explanation = choice.explanation + note
     return Ladder(choice, (pooled,) if shared else sides, shared, rung, explanation, folds, equal_nm, most)

@@ -1,30 +1,79 @@
-"""What a file of friction points knows beside the points: presliding length, and friction at the weakest place.
+"""What is known beside the points a model was learned from: presliding length, the weakest place, single measurements, test points.
 
 The columns are in `rtctl.friction.points.columns`; `rtctl identify` writes them.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
+from statistics import NormalDist
 
 import numpy as np
 
-from rtctl.friction.model import FrictionModel
+from rtctl.friction.model import Branch, FrictionModel
 from rtctl.friction.points.measured import FrictionPoints
 from rtctl.friction.points.presliding import Presliding, together
 
 
 def with_evidence(
-    model: FrictionModel, points: FrictionPoints, presliding_rad: float | None = None
+    model: FrictionModel,
+    points: FrictionPoints,
+    presliding_rad: float | None = None,
+    test: FrictionPoints | None = None,
 ) -> FrictionModel:
-    """Return the model with what its points know beside them; a length given by hand (rad) goes first."""
+    """Return the model with what its points, and test points, know beside them; a length given by hand (rad) goes first."""
     found = Presliding(presliding_rad, None, 0) if presliding_rad is not None else presliding_of(points)
     spreads = place_spread_nm(model, points)
     forward, backward = (
-        replace(branch, place_spread_nm=spread)
-        for branch, spread in zip(model.branches, spreads, strict=True)
+        replace(
+            branch,
+            place_spread_nm=_largest((spread, branch.place_spread_nm)),
+            test_max_error_nm=None if test is None else test_max_error_nm(branch, test, direction),
+            single_max_error_nm=_largest(
+                single_max_error_nm(branch, one, direction) for one in (points, test) if one
+            ),
+        )
+        for branch, spread, direction in zip(model.branches, spreads, (1, -1), strict=True)
     )
     return replace(with_presliding(model, found), branches=(forward, backward))
+
+
+def _largest(values: Iterable[float | None]) -> float | None:
+    return max((value for value in values if value is not None), default=None)
+
+
+def test_max_error_nm(branch: Branch, test: FrictionPoints, direction: int) -> float | None:
+    """Largest error on the test points within the trained range, N m; None where there is none."""
+    speed, friction = test.branch(direction)
+    inside = speed <= branch.speed_max_rad_s
+    if not inside.any():
+        return None
+    return float(np.abs(branch.magnitude(speed[inside]) - friction[inside]).max())
+
+
+def single_max_error_nm(branch: Branch, points: FrictionPoints, direction: int) -> float | None:
+    """Largest error that the single measurements behind averaged points are expected to have, N m.
+
+    None where points are single measurements, do not tell their spread, or tell friction at the weakest place: that is known then, and
+    the rest of the spread is noise of the sensors.
+
+    Notes
+    -----
+    A point of n measurements that is off by e with a spread s: e plus s times the largest of n normal numbers, and of all points the
+    largest. So the bound is about the same whether samples are averaged or not, and over how many.
+    """
+    if "weakest_place_nm" in points.columns:
+        return None
+    rows = points.rows_of(direction)
+    speed, friction = np.abs(points.velocity_rad_s[rows]), points.friction_nm[rows]
+    std, count = points.std_nm[rows], points.count[rows]
+    told = (speed <= branch.speed_max_rad_s) & np.isfinite(std) & (count > 1)
+    if not told.any():
+        return None
+    largest = np.array([NormalDist().inv_cdf(n / (n + 1)) for n in count[told]])
+    error = np.abs(branch.magnitude(speed[told]) - friction[told])
+    return float((error + largest * std[told]).max())
 
 
 def with_presliding(model: FrictionModel, found: Presliding | None) -> FrictionModel:

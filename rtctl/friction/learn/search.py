@@ -6,20 +6,18 @@ the outcome does not depend on the backend or on the number of workers.
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from rtctl.errors import DataError, UnidentifiableError
+from rtctl.errors import UnidentifiableError
 from rtctl.friction.kinds.table import KERNELS
-from rtctl.friction.learn.hold_out import TRAINS, folds_of
+from rtctl.friction.learn.grids import in_scale_of
+from rtctl.friction.learn.hold_out import TRAINS, folds_of, units_of
 from rtctl.friction.learn.machines import MAX_ITERATIONS, Candidate, FailedFitError, train
 from rtctl.friction.points.measured import FrictionPoints
-
-BACKENDS = ("loky", "dask", "threading", "sequential")
 
 BREAK_AWAY_WEIGHT = 3.0
 """Weight of break-away points: one of 55, and the only one that says what a rig at rest holds."""
@@ -45,6 +43,8 @@ class Side:
     friction_nm: np.ndarray
     weight: np.ndarray
     fold: np.ndarray
+    block: np.ndarray | None = None
+    """What each point was measured with (`hold_out.units_of`): errors within are alike. None: nobody says."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +61,8 @@ class Score:
     n_terms: float
     failed: str | None = None
     converged: bool = True
+    blocks: np.ndarray | None = None
+    """Block of each error, as of `Side`; None: each is its own."""
 
     @property
     def rmse_nm(self) -> float:
@@ -70,16 +72,53 @@ class Score:
     @property
     def se_nm(self) -> float:
         """Standard error of `rmse_nm`."""
-        return standard_error(self.errors)
+        return standard_error(self.errors, self.blocks)
+
+    @property
+    def doubt_nm(self) -> float:
+        """See `doubt`, N m."""
+        return doubt(self.errors, self.blocks)
 
 
-def standard_error(errors: np.ndarray) -> float:
-    """Standard error of the root mean square of `errors`: that of the mean square, over twice the root."""
+def standard_error(errors: np.ndarray, blocks: np.ndarray | None = None) -> float:
+    """Standard error of the root mean square of `errors`: that of the mean square, over twice the root.
+
+    Parameters
+    ----------
+    blocks
+        Block of each error, shape (n,): errors of one block (a lap, a log, a stretch of time) are alike and count as one.
+
+    Notes
+    -----
+    The variance of a ratio of sums over blocks. One block says nothing of others: its standard error is infinite.
+    """
     squares = errors**2
     rmse = np.sqrt(squares.mean()) if len(squares) else 0.0
     if not rmse > 0:
         return 0.0
-    return float(squares.std(ddof=1) / np.sqrt(len(squares)) / (2 * rmse))
+    names, block = np.unique(np.arange(len(errors)) if blocks is None else blocks, return_inverse=True)
+    n = len(names)
+    if n == len(errors):
+        return float(squares.std(ddof=1) / np.sqrt(n) / (2 * rmse))
+    if n < 2:
+        return float("inf")
+    off = np.bincount(block, squares - squares.mean())
+    variance = float(off @ off) * n / (n - 1) / len(errors) ** 2
+    return float(np.sqrt(variance) / (2 * rmse))
+
+
+BLOCKS_MIN = 5
+"""Fewest blocks that know their own spread well enough to choose by."""
+
+
+def doubt(errors: np.ndarray, blocks: np.ndarray | None) -> float:
+    """Standard error that models are chosen within, N m: by blocks, or where there are too few of them error by error.
+
+    The spread of two or three sessions is a matter of luck: as often as not it would let the plainest model through. What sessions differ
+    by is common to all models, and says little of which one is better.
+    """
+    few = blocks is not None and len(np.unique(blocks)) < BLOCKS_MIN
+    return standard_error(errors, None if few else blocks)
 
 
 def side(
@@ -93,7 +132,9 @@ def side(
     parts = [points.branch(one) for one in directions]
     speed, friction_nm = (np.concatenate(column) for column in zip(*parts, strict=True))
     weight = np.where(speed == 0, break_away_weight, 1.0)
-    return Side(direction, speed, friction_nm, weight, folds_of(points, directions, folds))
+    rows = np.concatenate([points.rows_of(one) for one in directions])
+    block = units_of(points, folds)[rows]
+    return Side(direction, speed, friction_nm, weight, folds_of(points, directions, folds), block)
 
 
 def cross_validate(
@@ -118,7 +159,7 @@ def cross_validate(
         for k in folds:
             held, kept = data.fold == k, data.fold != k
             trained = train(
-                candidate,
+                in_scale_of(candidate, data.speed, data.friction_nm, kept),
                 data.speed[kept],
                 data.friction_nm[kept],
                 data.weight[kept],
@@ -143,8 +184,9 @@ def cross_validate(
         return Score(candidate, data.direction, np.zeros(0), np.inf, error.reason)
     except UnidentifiableError as error:
         return Score(candidate, data.direction, np.zeros(0), np.inf, str(error))
-    held_out = errors[np.isin(data.fold, folds)]
-    return Score(candidate, data.direction, held_out, count, converged=converged)
+    held = np.isin(data.fold, folds)
+    blocks = None if data.block is None else data.block[held]
+    return Score(candidate, data.direction, errors[held], count, converged=converged, blocks=blocks)
 
 
 def _chunk(
@@ -170,45 +212,6 @@ def _chunk(
             )
         )
     return scores
-
-
-@contextlib.contextmanager
-def workers(backend: str, n_jobs: int) -> Iterator[Any]:
-    """Pool of joblib workers.
-
-    Dask: the cluster of the current client, else the one that DASK_SCHEDULER_ADDRESS names, else a local one
-    for the time of the search.
-
-    Raises
-    ------
-    DataError
-        When dask is asked for and not installed.
-    """
-    import joblib
-
-    with contextlib.ExitStack() as stack:
-        if backend == "dask":
-            _enter_dask(stack, n_jobs if n_jobs > 0 else joblib.cpu_count())
-        stack.enter_context(joblib.parallel_config(backend=backend, n_jobs=n_jobs))
-        yield stack.enter_context(joblib.Parallel(return_as="generator"))
-
-
-def _enter_dask(stack: contextlib.ExitStack, n_workers: int) -> None:
-    try:
-        import dask.config
-        from distributed import Client, LocalCluster, get_client
-    except ImportError as error:
-        raise DataError("--backend dask needs dask: pip install 'rtctl[dask]'") from error
-    client: Any = Client
-    cluster: Any = LocalCluster
-    address = dask.config.get("scheduler-address", None)
-    try:
-        get_client()
-    except ValueError:  # no client yet
-        if not address:
-            local = cluster(n_workers=n_workers, threads_per_worker=1, dashboard_address=None)
-            address = stack.enter_context(local)
-        stack.enter_context(client(address))
 
 
 def score_all(

@@ -16,7 +16,7 @@ import numpy as np
 from rtctl.errors import DataError, UnidentifiableError
 from rtctl.friction.kinds.table import FORMULAS
 from rtctl.friction.learn.formulas import fit_formula, require_identifiable
-from rtctl.friction.learn.search import Score, Side, standard_error
+from rtctl.friction.learn.search import Score, Side, doubt, standard_error
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,12 @@ class Rung:
         return np.concatenate([score.errors for score in self.scores])
 
     @property
+    def blocks(self) -> np.ndarray | None:
+        """Block of each of `errors`; None where a side does not say."""
+        told = [score.blocks for score in self.scores if score.blocks is not None]
+        return np.concatenate(told) if len(told) == len(self.scores) else None
+
+    @property
     def rmse_nm(self) -> float:
         """Held-out RMSE over all sides, N m; infinite for a refused rung."""
         return float("inf") if self.refused else float(np.sqrt(np.mean(self.errors**2)))
@@ -45,7 +51,12 @@ class Rung:
     @property
     def se_nm(self) -> float:
         """Standard error of `rmse_nm`, N m."""
-        return 0.0 if self.refused else standard_error(self.errors)
+        return 0.0 if self.refused else standard_error(self.errors, self.blocks)
+
+    @property
+    def doubt_nm(self) -> float:
+        """See `search.doubt`, N m."""
+        return 0.0 if self.refused else doubt(self.errors, self.blocks)
 
     @property
     def n_terms(self) -> float:
@@ -82,7 +93,7 @@ def as_good(scores: Iterable[Score], tolerance_nm: float = 0.0) -> list[Score]:
     if not usable:
         return []
     best = min(usable, key=lambda score: score.rmse_nm)
-    limit = max(best.rmse_nm + best.se_nm, tolerance_nm)
+    limit = max(best.rmse_nm + best.doubt_nm, tolerance_nm)
     near = [score for score in usable if score.rmse_nm <= limit]
     return sorted(near, key=lambda score: (score.n_terms, score.rmse_nm))
 
@@ -135,7 +146,7 @@ def choose(rungs: Sequence[Rung], tolerance_nm: float = 0.0) -> Choice:
         remedy = "raise --max-support-vectors, or add points" if bounded else "add points"
         raise DataError(f"no model of the ladder could be learned: {said}; {remedy}")
     best = min(usable, key=lambda rung: rung.rmse_nm)
-    limit = max(best.rmse_nm + best.se_nm, tolerance_nm)
+    limit = max(best.rmse_nm + best.doubt_nm, tolerance_nm)
     near = sorted(
         (rung for rung in usable if rung.rmse_nm <= limit), key=lambda rung: (rung.n_terms, rung.rmse_nm)
     )
@@ -180,9 +191,14 @@ def _formulas(usable: Sequence[Rung], limit: float, among: str) -> str:
         return ""
     formula = min(formulas, key=lambda rung: rung.rmse_nm)
     machine = min(learned, key=lambda rung: rung.rmse_nm)
-    same = machine.rmse_nm + machine.se_nm
+    same = machine.rmse_nm + machine.doubt_nm
     if formula.rmse_nm <= (same if among else max(limit, same)):
-        return f"A parametric model is as good: {formula.family} does not err more than {machine.family}."
+        more = (
+            "does not err more than"
+            if formula.rmse_nm <= machine.rmse_nm
+            else "errs more by less than one standard error of"
+        )
+        return f"A parametric model is as good: {formula.family} {more} {machine.family}."
     if formula.rmse_nm <= limit:
         return (
             f"A parametric model is as good: {formula.family}, {1e3 * formula.rmse_nm:.3g} mN m, is {among}."

@@ -53,7 +53,7 @@ STRETCH_MIN_ROWS = 16
 
 def read_log(
     options: Mapping[str, Any],
-    gearing: Gearing,
+    gearing: Gearing | Rig,
     torque_delay_s: float | None = None,
     limits: Limits | None = None,
 ) -> tuple[AxisLog, ...]:
@@ -62,7 +62,7 @@ def read_log(
     Parameters
     ----------
     options
-        Validated options of the playback backend (`of_file`), one axis.
+        Validated options of the playback backend (`of_file`); the first axis is looked at.
     torque_delay_s
         How late the motor torque is recorded against the position. None: half a period.
     limits
@@ -79,7 +79,7 @@ def read_log(
     external torque of a sensor is taken as of its own instant. What a longer delay leaves without torque at the
     ends of the log is cut off. A stretch in which nothing moves, or nearly empty, is left out if there are others.
     """
-    rig = gearing.rig()
+    rig = gearing.rig() if isinstance(gearing, Gearing) else gearing
     try:
         stretches = load_stretches(options, rig, mend)
     except BackendError as error:

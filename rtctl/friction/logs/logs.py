@@ -31,6 +31,8 @@ from rtctl.friction.points.measured import FrictionPoints
 
 LEVELS_MAX = 60
 SAMPLES_PER_LEVEL = 8
+LEVELS_OF_A_LOG = 12
+"""Levels that each of several logs has at least, each direction."""
 
 
 @dataclass(frozen=True)
@@ -150,7 +152,7 @@ def level_points(samples: FrictionSamples, levels: int = LEVELS_MAX) -> Friction
     """Average friction samples by speed, so that a learner sees at most `levels` points per direction.
 
     Levels hold equally many samples each (at least `SAMPLES_PER_LEVEL`), so they are narrow where the hand
-    moved most. A point is the mean speed, the median friction, its standard deviation and the count, and of the other
+    moved most. Each of several logs (column `log`) has levels of its own, so that whole logs can be held out. A point is the mean speed, the median friction, its standard deviation at one speed and the count, and of the other
     columns what holds for the whole level: a mean that says something, or the one value there is.
 
     Raises
@@ -164,9 +166,8 @@ def level_points(samples: FrictionSamples, levels: int = LEVELS_MAX) -> Friction
     for direction in (1, -1):
         chosen = np.sign(samples.velocity_rad_s) == direction
         speed, friction = np.abs(samples.velocity_rad_s[chosen]), direction * samples.friction_nm[chosen]
-        order = np.argsort(speed, kind="stable")
         beside = {name: column[chosen] for name, column in samples.columns.items()}
-        for level in np.array_split(order, min(levels, LEVELS_MAX, len(order) // SAMPLES_PER_LEVEL)):
+        for level in _levels(speed, beside.get("log"), min(levels, LEVELS_MAX)):
             value = float(np.median(friction[level]))
             if not value > 0:
                 raise DataError(
@@ -174,12 +175,40 @@ def level_points(samples: FrictionSamples, levels: int = LEVELS_MAX) -> Friction
                     f"{value:.4g} N m: it does not oppose the motion; correct the bias or the inertia"
                 )
             rows.append(
-                (direction * speed[level].mean(), value, direction, friction[level].std(ddof=1), len(level))
+                (
+                    direction * speed[level].mean(),
+                    value,
+                    direction,
+                    _spread(speed[level], friction[level]),
+                    len(level),
+                )
             )
             for name, column in beside.items():
                 means[name].append(_of_level(name, column[level]))
     beside = {name: np.array(column) for name, column in means.items()}
     return FrictionPoints.from_rows(rows, samples.source, samples.sha256, beside)
+
+
+def _spread(speed: np.ndarray, friction: np.ndarray) -> float:
+    """Standard deviation of friction about its line over speed, N m: what the width of a level adds to it is not its spread."""
+    v = speed - speed.mean()
+    slope = float(v @ friction) / float(v @ v) if v.any() else 0.0
+    rest = friction - friction.mean() - slope * v
+    return float(np.sqrt(rest @ rest / (len(rest) - 2)))
+
+
+def _levels(speed: np.ndarray, log: np.ndarray | None, most: int) -> list[np.ndarray]:
+    """Rows of each level of one direction: `most` of them of one log, of several about as many together."""
+    order = np.argsort(speed, kind="stable")
+    names = np.unique(log) if log is not None else np.zeros(0)
+    if log is None or len(names) < 2:
+        return np.array_split(order, min(most, len(order) // SAMPLES_PER_LEVEL))
+    found = []
+    for name in names:
+        mine = order[log[order] == name]
+        count = min(max(LEVELS_OF_A_LOG, most // len(names)), len(mine) // SAMPLES_PER_LEVEL)
+        found += np.array_split(mine, count) if count else []
+    return found
 
 
 def _of_level(name: str, values: np.ndarray) -> float:

@@ -40,6 +40,7 @@ BESIDE = (
         "time_s", "s", -1e12, 1e12, "when the point was measured: `--folds time` holds out by it", blank=False
     ),
     Column("position_rad", "rad", -1e9, 1e9, "place; the mean of several"),
+    Column("travel_rad", "rad", 0.0, 1e9, "way around the place that the point is the mean over"),
     Column("load_nm", "N m", -1e6, 1e6, "torque through the gear beside friction, signed", of_levels=True),
     Column("temperature_c", "degC", -100, 300, "of the motor; 0 throughout: no sensor", of_levels=True),
     Column("log", "", 0, 1e9, "number of the log, lap or session it is from"),

@@ -26,6 +26,7 @@ class FrictionPoints:
     `velocity_rad_s` signed, `friction_nm` the magnitude (> 0), `direction` +1 or -1, `std_nm` and `count`
     NaN where nobody says. `source` names the file in messages, `sha256` is of its bytes. `columns` holds all else that
     was measured, by the names of `rtctl.friction.points.columns`, NaN where nobody says; each has at least one number.
+    `left_out` marks points that nothing is learned from or judged by (`rtctl.friction.points.outliers`); None: none.
     """
 
     velocity_rad_s: np.ndarray
@@ -36,6 +37,7 @@ class FrictionPoints:
     source: str
     sha256: str
     columns: Mapping[str, np.ndarray] = field(default_factory=dict)
+    left_out: np.ndarray | None = None
 
     @classmethod
     def from_rows(
@@ -104,8 +106,9 @@ class FrictionPoints:
         return float(np.nanmin(column)), float(np.nanmax(column))
 
     def rows_of(self, direction: int) -> np.ndarray:
-        """Index of each point of one direction, by rising speed: the order of `branch`."""
-        chosen = np.flatnonzero(self.direction == direction)
+        """Index of each point of one direction that is not left out, by rising speed: the order of `branch`."""
+        mine = self.direction == direction
+        chosen = np.flatnonzero(mine if self.left_out is None else mine & ~self.left_out)
         order = np.lexsort((self.friction_nm[chosen], np.abs(self.velocity_rad_s[chosen])))
         rows: np.ndarray = chosen[order]
         return rows

@@ -24,8 +24,8 @@ REPEATS_SHARE = 0.1
 """A larger share of rows that repeat another one to the last digit is a copy, not a measurement."""
 
 
-def read_points(path: str | Path) -> FrictionPoints:
-    """Read a CSV file of friction points, once, with all its columns of numbers.
+def read_points(path: str | Path, *, of_speeds: bool = True) -> FrictionPoints:
+    """Read a CSV file of friction points, once, with all its columns of numbers; `of_speeds`: enough of them for a curve of speed.
 
     Raises
     ------
@@ -58,7 +58,8 @@ def read_points(path: str | Path) -> FrictionPoints:
         columns,
         lambda row: f"{path}: row {numbered[1 + row][0]}",
     )
-    require_enough(points)
+    if of_speeds:
+        require_enough(points)
     _require_distinct(path, numbered[1:])
     return points
 

@@ -102,9 +102,23 @@ class Evidence:
 
 
 def interval_nm(rung: Rung) -> tuple[float, float]:
-    """Confidence interval of a rung's held-out RMSE, N m: normal, from its standard error."""
-    wide = NormalDist().inv_cdf(0.5 + CONFIDENCE / 2) * rung.se_nm
+    """Confidence interval of a rung's held-out RMSE, N m, from its standard error: normal, of few blocks Student's t."""
+    n = len(rung.errors) if rung.blocks is None else len(np.unique(rung.blocks))
+    wide = _quantile(n) * rung.se_nm
     return max(0.0, rung.rmse_nm - wide), rung.rmse_nm + wide
+
+
+FEW_BLOCKS = 20
+"""Fewer blocks know their own spread badly, and their interval is wider for it."""
+
+
+def _quantile(blocks: int) -> float:
+    """Half width of the interval, standard errors."""
+    if blocks >= FEW_BLOCKS or blocks < 2:
+        return NormalDist().inv_cdf(0.5 + CONFIDENCE / 2)
+    from scipy.special import stdtrit
+
+    return float(stdtrit(blocks - 1, 0.5 + CONFIDENCE / 2))
 
 
 def gather(

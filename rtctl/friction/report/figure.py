@@ -10,6 +10,7 @@ import numpy as np
 from rtctl.errors import DataError
 from rtctl.friction.model import Branch, FrictionModel
 from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.report import measured_range
 
 
 def draw(model: FrictionModel, points: FrictionPoints, path: str | Path) -> None:
@@ -62,7 +63,9 @@ def _draw_branch(
             label=names(f"epsilon tube, {1e3 * epsilon:.3g} mN m at v > 0"),
         )
     plot.plot(sign * speed, sign * friction_nm, ".", color="tab:gray", label=names("points"))
-    plot.plot(sign * v, sign * curve, color="tab:blue", label=names("learned friction"))
+    measured_range.draw(
+        plot, sign * v, sign * curve, speed, color="tab:blue", label=names("learned friction")
+    )
     at = branch.support_vectors
     if not len(at):
         return

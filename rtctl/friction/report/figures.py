@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rtctl.friction.report import measured_range
 from rtctl.friction.report.evidence import EXTRA_COLUMNS, Errors, Evidence, Learned, interval_nm
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ def curves(evidence: Evidence, family: str) -> bytes:
         speed, friction_nm = evidence.points.branch(one.direction)
         for plot, end in zip(row, (float(speed.max()), evidence.boundary_rad_s), strict=True):
             inside = speed <= end
-            _curve(plot, one, np.linspace(0, end, 800))
+            _curve(plot, one, np.linspace(0, end, 800), speed)
             plot.plot(speed[inside], friction_nm[inside], ".", color="0.35", markersize=4, label="points")
             _support(plot, one, speed, friction_nm, end)
             part = "whole range" if end > evidence.boundary_rad_s else "low speed"
@@ -40,7 +41,7 @@ def curves(evidence: Evidence, family: str) -> bytes:
     return _png(figure)
 
 
-def _curve(plot: Axes, one: Learned, v: np.ndarray) -> None:
+def _curve(plot: Axes, one: Learned, v: np.ndarray, speed: np.ndarray) -> None:
     curve, epsilon = one.curve(v), one.epsilon_nm
     if epsilon > 0:  # a formula has no tube
         plot.fill_between(
@@ -52,7 +53,7 @@ def _curve(plot: Axes, one: Learned, v: np.ndarray) -> None:
             linewidth=0,
             label="epsilon tube",
         )
-    plot.plot(v, curve, color="tab:blue", linewidth=1.3, label="learned friction")
+    measured_range.draw(plot, v, curve, speed, color="tab:blue", linewidth=1.3, label="learned friction")
 
 
 def _support(plot: Axes, one: Learned, speed: np.ndarray, friction_nm: np.ndarray, end: float) -> None:
@@ -147,7 +148,7 @@ def residuals_against(evidence: Evidence, name: str) -> bytes:
     points, figure = evidence.points, _figure(10, 3.6)
     plot = figure.subplots()
     for one in evidence.of(evidence.chosen):
-        mine = points.direction == one.direction
+        mine = points.rows_of(one.direction)
         error = one.curve(np.abs(points.velocity_rad_s[mine])) - points.friction_nm[mine]
         plot.plot(
             evidence.extra[name][mine],

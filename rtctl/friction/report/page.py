@@ -10,6 +10,7 @@ from typing import Any
 
 from rtctl.friction.gain import Gains
 from rtctl.friction.learn import hold_out
+from rtctl.friction.report import sentences as report_sentences
 from rtctl.friction.report import tables as report_tables
 from rtctl.friction.report.evidence import EXTRA_COLUMNS, Evidence
 from rtctl.friction.report.tables import Table
@@ -49,9 +50,7 @@ def page(evidence: Evidence, gains: Gains, document: Mapping[str, Any], pictures
     ]
     parts = [
         f"<h1>{escape(title)}</h1>",
-        _paragraph(
-            evidence.model.selection or f"One {evidence.chosen} per direction, not compared by a search."
-        ),
+        _paragraph(" ".join(report_sentences.headline(evidence))),
         "<h2>Recommended compensation</h2>",
         _gain(gains),
         "<h2>Learned curves</h2>",

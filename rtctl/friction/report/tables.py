@@ -10,6 +10,8 @@ import numpy as np
 
 from rtctl.friction.gain import Gains
 from rtctl.friction.learn.fit import compile_error_nm
+from rtctl.friction.learn.hold_out import HELD_OUT
+from rtctl.friction.learn.search import standard_error
 from rtctl.friction.report.evidence import REGIMES, Errors, Evidence, Learned, interval_nm
 
 
@@ -76,6 +78,8 @@ def overall_rows(evidence: Evidence) -> list[dict[str, Any]]:
                 "training_max_error_nm": float(trained.max()),
                 "prediction_mean_error_nm": float(judged.mean()),
                 "prediction_max_error_nm": float(judged.max()),
+                "prediction_rmse_nm": float(np.sqrt(np.mean(judged**2))),
+                "prediction_se_nm": standard_error(judged),
                 "prediction_over_training": float(judged.mean() / trained.mean()) if trained.any() else None,
             }
         )
@@ -88,18 +92,23 @@ def overall(evidence: Evidence) -> Table:
     for row in overall_rows(evidence):
         ratio = row["prediction_over_training"]
         cells = [_mnm(row[f"{use}_{what}"]) for use in ("training", "prediction") for what in _STATISTICS]
+        cells.append(_mnm(row["prediction_rmse_nm"]))
         rows.append((row["family"], *cells, "-" if ratio is None else f"{ratio:.2f}"))
     caption = (
         "Absolute errors over all speeds and both directions, mN m. A prediction error much above the training "
         "error means that noise was learned."
     )
-    header = ("model", "train mean", "max", "predict mean", "max", "predict / train")
+    header = ("model", "train mean", "max", "predict mean", "max", "RMS", "predict / train")
     return Table(caption, header, rows)
 
 
 def errors(evidence: Evidence) -> Table:
     """Training and prediction errors per kernel and regime, as Tables I and II of Bi et al."""
-    judged = "the test points" if evidence.test else "speeds held out of training (no test points given)"
+    judged = (
+        "the test points"
+        if evidence.test
+        else f"{HELD_OUT[evidence.folds]} held out of training (no test points given)"
+    )
     caption = (
         f"Absolute errors, mN m: mean and largest. Prediction: on {judged}. Low speed is below "
         f"{evidence.boundary_rad_s:.3g} rad/s, the geometric middle of the measured speeds."
@@ -178,6 +187,8 @@ def model_rows(evidence: Evidence) -> dict[str, list[float | None]]:
     }
     for name in _BRANCH:
         found[name] = [float(getattr(branch, name)) for branch in branches]
+    for name in ("test_max_error_nm", "single_max_error_nm"):
+        found[name] = [getattr(branch, name) for branch in branches]
     found["place_spread_nm"] = [branch.place_spread_nm for branch in branches]
     for name in ("presliding_rad", "presliding_spread_rad"):
         found[name] = [getattr(evidence.model, name)] * len(branches)

@@ -24,8 +24,11 @@ from rtctl.errors import DataError
 from rtctl.friction import gain as report_gain
 from rtctl.friction.gain import Gains
 from rtctl.friction.kinds.table import FORMULAS
+from rtctl.friction.learn.hold_out import HELD_OUT
 from rtctl.friction.report import figures as report_figures
+from rtctl.friction.report import measured_range
 from rtctl.friction.report import page as report_page
+from rtctl.friction.report import sentences as report_sentences
 from rtctl.friction.report import tables as report_tables
 from rtctl.friction.report.evidence import EXTRA_COLUMNS, Evidence
 from rtctl.friction.report.page import Picture
@@ -121,7 +124,7 @@ def _pictures(evidence: Evidence) -> list[Picture]:
             f"curve_{name}",
             f"{name}{' (the reported model)' if name == evidence.chosen else ''}: friction in N m against speed in "
             f"rad/s, points, learned curve{'' if name in FORMULAS else ', epsilon tube and support vectors'}. Left: "
-            f"every speed; right: below {evidence.boundary_rad_s:.3g} rad/s.",
+            f"every speed; right: below {evidence.boundary_rad_s:.3g} rad/s.{measured_range.said(evidence.points)}",
             report_figures.curves(evidence, name),
         )
         for name in families
@@ -176,12 +179,13 @@ def _document(
         "rig": model.rig,
         "chosen": evidence.chosen,
         "explanation": model.selection,
+        "said": report_sentences.headline(evidence),
         "folds": evidence.folds,
         "boundary_rad_s": evidence.boundary_rad_s,
         "ladder": report_tables.ladder_rows(evidence),
         "errors": report_tables.error_rows(evidence),
         "errors_overall": report_tables.overall_rows(evidence),
-        "prediction_on": "test points" if test else "held-out speeds",
+        "prediction_on": "test points" if test else f"held-out {HELD_OUT[evidence.folds]}",
         "model": report_tables.model_rows(evidence),
         "support_vectors": learned,
         "gain": asdict(gains),

@@ -7,16 +7,16 @@ import json
 import os
 import signal
 import subprocess
-import sys
 import time
+from collections.abc import Sequence
 from dataclasses import asdict
-from typing import IO, Any, cast
+from typing import IO, Any, NamedTuple, cast
 
 import numpy as np
 
 from rtctl.errors import DeviceError, LoopDiedError, RealtimeError
+from rtctl.host.loop.waiting import WaitingLoop
 from rtctl.rig_file.config import LoadedConfig
-from rtctl.rt.birth import OF_THE_TERMINAL
 from rtctl.rt.shared_memory import Memory
 
 OPEN_TIMEOUT_S = 20.0
@@ -49,51 +49,69 @@ def is_dying(pid: int) -> bool:
     return state in "ZX" or bool(int(rest[_FLAGS]) & _PF_EXITING)
 
 
+class Compiling(NamedTuple):
+    """How far a loop process is with compiling."""
+
+    functions: int
+    """Done so far."""
+    most: int
+    """There are no more than these."""
+    first: bool
+    """Nothing was there compiled when the process began: this version has not been started here."""
+
+
+def order_of(loaded: LoadedConfig, log_readers: Sequence[str] = ()) -> bytes:
+    """What a loop process is told of its rig: one line of JSON."""
+    config = loaded.config
+    rig = {
+        name: value.tolist() if isinstance(value, np.ndarray) else value
+        for name, value in asdict(config.hardware()).items()
+    }
+    order = {
+        "devices": [asdict(member) for member in loaded.members()],
+        "log_readers": list(log_readers),
+        "rig": rig,
+        "clock": config.loop.clock,
+        "realtime": config.loop.realtime,
+        "priority": config.loop.priority,
+        "cpu": config.loop.cpu,
+        "early_us": config.loop.early_us,
+    }
+    return (json.dumps(order) + "\n").encode()
+
+
 class LoopProcess:
     """The running loop: `messages()` drains what it said, `ended` holds its last word."""
 
-    def __init__(self, loaded: LoadedConfig, memory: Memory, lock_fd: int | None = None) -> None:
-        """Start it. It keeps `lock_fd` open: the rig's lock lasts as long as anybody drives the rig."""
-        config = loaded.config
-        rig = {
-            name: value.tolist() if isinstance(value, np.ndarray) else value
-            for name, value in asdict(config.hardware()).items()
-        }
-        order = {
-            "devices": [asdict(member) for member in loaded.members()],
-            "rig": rig,
-            "clock": config.loop.clock,
-            "realtime": config.loop.realtime,
-            "priority": config.loop.priority,
-            "cpu": config.loop.cpu,
-            "early_us": config.loop.early_us,
-        }
+    def __init__(
+        self,
+        loaded: LoadedConfig,
+        memory: Memory,
+        lock_fd: int | None = None,
+        log_readers: Sequence[str] = (),
+        waiting: WaitingLoop | None = None,
+    ) -> None:
+        """Start it, or have the one that is `waiting` begin. It keeps `lock_fd` open: the rig's lock lasts as long as anybody drives the rig.
+
+        `log_readers` are modules whose `register` teaches it to read logs that `hw` does not know.
+        """
         self.ended: dict[str, Any] | None = None
         self.grants: list[dict[str, Any]] = []
         self.ready = False
         self._opening_until = 0.0
-        self.compiled = 0
-        """Functions that it has compiled so far, for want of those of an earlier start."""
+        self.compiling: Compiling | None = None
+        """What it has compiled so far, for want of those of an earlier start; None: nothing."""
         self._notes: list[str] = []
         self._words: list[dict[str, Any]] = []
         self.compile_s = 0.0
         self._pending = b""
-        held = signal.pthread_sigmask(signal.SIG_BLOCK, OF_THE_TERMINAL)  # until it ignores them
-        try:
-            self._process = subprocess.Popen(
-                [sys.executable, "-m", "rtctl.rt", str(memory.fd), str(os.getpid())],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                pass_fds=(memory.fd,) if lock_fd is None else (memory.fd, lock_fd),
-                env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
-            )
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, held)
-        stdin, self._stdout = self._process.stdin, cast("IO[bytes]", self._process.stdout)
-        assert stdin is not None
+        waiting = waiting or WaitingLoop()
+        self._process = waiting.process
+        self._stdout = cast("IO[bytes]", self._process.stdout)
         os.set_blocking(self._stdout.fileno(), False)
-        stdin.write((json.dumps(order) + "\n").encode())
-        stdin.close()
+        descriptors = (memory.fd,) if lock_fd is None else (memory.fd, lock_fd)
+        waiting.prepare(order_of(loaded, log_readers))
+        waiting.begin(*descriptors)
 
     @property
     def pid(self) -> int:
@@ -146,7 +164,8 @@ class LoopProcess:
         elif message["message"] == "words":
             self._words.append(message)
         elif message["message"] == "compiling":
-            self.compiled = message["functions"]
+            first = message["first"] if self.compiling is None else self.compiling.first
+            self.compiling = Compiling(message["functions"], message["most"], first)
         elif message["message"] == "opening":
             self._opening_until = time.monotonic() + OPEN_TIMEOUT_S if message["begun"] else 0.0
         elif message["message"] == "ended":

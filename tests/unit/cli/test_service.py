@@ -1,5 +1,6 @@
 """`rtctl service` on a folder: what is written, that doing it twice changes nothing, and what is taken away."""
 
+import os
 import shlex
 import shutil
 import subprocess
@@ -10,8 +11,10 @@ import pytest
 from click.testing import CliRunner
 
 from hw import registry
+from rtctl.cli import service as cli
 from rtctl.cli.service import command
 from rtctl.machine import service_steps as service
+from rtctl.rig_file.config import load
 from rtctl.simulation.demo import shipped_config
 
 
@@ -184,3 +187,29 @@ def test_the_sandbox_is_as_tight_as_promised(added, threshold, tmp_path):
         check=False,
     )
     assert done.returncode == 0, done.stdout[-2000:] + done.stderr
+
+
+def test_it_compiles_as_the_user_of_the_service_in_its_cache_before_that_starts(monkeypatch):
+    """systemd makes and gives away the folder as it will for the service."""
+    made = service.plan(
+        load(shipped_config("mock.toml")), Path("/"), "/opt/rtctl/bin/python -m rtctl", start=True
+    )
+    (step,) = (one for one in made.commands if one[0] == service.COMPILER)
+    assert made.commands.index(step) == len(made.commands) - 2, "then it is started"
+    assert " ".join(step).endswith("/opt/rtctl/bin/python -m rtctl compile /etc/rtctl/mock.toml")
+    unit = service.unit_text("rtctl").decode()
+    for name in ("User", "Group", "CacheDirectory", "CacheDirectoryMode", "UMask"):
+        (line,) = (line for line in unit.splitlines() if line.startswith(f"{name}="))
+        assert line in step, "as the unit says"
+
+
+def test_an_installation_goes_on_where_nothing_could_be_compiled_before(capfd, monkeypatch, tmp_path):
+    program = tmp_path / service.COMPILER
+    program.write_text("#!/bin/sh\necho 98 functions so far\nexit 5\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    cli._run([service.COMPILER, "rtctl", "compile"])
+    said = capfd.readouterr()
+    assert said.out == "", "for scripts"
+    assert "98 functions so far" in said.err
+    assert "first start does it" in said.err

@@ -36,3 +36,27 @@ def test_the_margins_judge_what_the_law_gives(policy, cap_share, viscous_gain):
         np.testing.assert_allclose(
             law, margins._curves(model, branch, axis, beyond).ff, rtol=1e-9, atol=1e-15
         )
+
+
+def test_a_model_of_places_is_judged_at_its_weakest_and_its_strongest_place():
+    loaded = load(CONFIGS / "mock-places.toml")
+    axis, model = loaded.config.axis[0], artefact.load(loaded.model_path(loaded.config.axis[0]))
+    p, record = records(plan.build(loaded).params)[0], records(model.record())[0]
+    v = np.linspace(0, 2.0, 21)
+    weakest, strongest = margins._at_places(model, 0, axis, v)
+    for speed, low, high in zip(v, weakest.ff, strongest.ff, strict=True):
+        law = [
+            compensated_magnitude(p, record, 0, 0, float(speed), x, 1.0)[0] for x in np.linspace(0, 6.3, 40)
+        ]
+        assert low - 1e-9 <= min(law) <= max(law) <= high + 1e-9
+        assert max(law) - min(law) > 0.9 * (high - low)
+    without = axis.model_copy(update={"friction": axis.friction.model_copy(update={"place": "off"})})
+    by_place, of_speed = (
+        margins.friction_figures(model, Path("m"), one, 1e-3, 4e-5) for one in (axis, without)
+    )
+    assert (
+        by_place.secant_damping_nms_rad > 0 > of_speed.secant_damping_nms_rad
+    )  # .95 of the mean is too much at the weakest
+    steepest = model.conservative.steepest_nm_rad + model.place_steepest_nm_rad
+    assert by_place.place_stiffness_nm_rad == pytest.approx(0.95 * steepest)
+    assert of_speed.place_stiffness_nm_rad == of_speed.conservative_most_nm == 0.0

@@ -109,7 +109,7 @@ def test_residuals_against_position_and_time_can_be_drawn(whole):
 
 def test_nothing_but_whole_files_is_left(whole):
     names = {path.name for path in whole.iterdir()}
-    assert names == {"dataset.json", "points_train.csv", "points_test.csv", "ticks"}
+    assert names == {"dataset.json", "points_train.csv", "points_test.csv", "points_places.csv", "ticks"}
     assert len(list((whole / "ticks").iterdir())) == len(tasks(MORE)) + 2
 
 

@@ -1,5 +1,8 @@
 """A recording goes straight into identification: missed ticks are missing rows."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from dirty_changes import clean
@@ -8,6 +11,7 @@ from run_maker import setup, write
 from hw.interface import BackendError
 from hw.playback.columns import read_table
 from hw.playback.reader import load
+from hw.rig import Member
 from rtctl.control.records import command_dtype
 from rtctl.friction.logs.log_input import Gearing, options_of, read_log
 from rtctl.friction.logs.regression import joint_fit
@@ -57,9 +61,36 @@ def test_a_loop_may_play_missed_ticks_back_but_no_gap(recorded, tmp_path):
     path, log = record(tmp_path / "few", slice(300, 302))
     found = load(options_of(path, COLUMNS, None), Gearing().rig())
     assert found.rate_hz == pytest.approx(500, rel=0.03)
+    assert found.rate_hz == pytest.approx(500, rel=1e-9), "a loop at the recording's rate takes it"
     assert len(found) * 0.002 == pytest.approx(log.time[-1], rel=0.04)
     at = np.arange(len(found)) / found.rate_hz
     np.testing.assert_allclose(found.position_rad[:, 0], np.interp(at, log.time, log.position), atol=1e-3)
+
+
+def test_a_part_without_a_gap_is_played_whatever_is_missing_elsewhere(recorded):
+    path, log = recorded
+    options = options_of(path, COLUMNS, None)
+    for start_s, end_s in ((1.0, 9.0), (11.0, None), (10.9, 14.0)):
+        found = load({**options, "start_s": start_s, "end_s": end_s}, Gearing().rig())
+        at = start_s + np.arange(len(found)) / found.rate_hz
+        np.testing.assert_allclose(found.position_rad[:, 0], np.interp(at, log.time, log.position), atol=1e-3)
+        assert at[-1] == pytest.approx(log.time[-1] if end_s is None else end_s, abs=0.01)
+    for start_s, end_s in ((1.0, None), (9.0, 12.0), (10.3, 12.0)):
+        with pytest.raises(BackendError, match="ticks are missing for"):
+            load({**options, "start_s": start_s, "end_s": end_s}, Gearing().rig())
+
+
+def test_the_loop_of_a_device_that_plays_a_recording_learns_to_read_it(recorded):
+    played = Member("playback", {"file": str(recorded[0])}, "device[0] 'playback'", (0,), (), 0, 0, ())
+    others = Member("playback", {"file": "log.csv"}, "device[0] 'playback'", (0,), (), 0, 0, ())
+    assert as_columns.log_readers([others]) == []
+    (module,) = as_columns.log_readers([played])
+    code = (
+        "import importlib, sys; from hw.playback.columns import READERS; assert '.mcap' not in READERS\n"
+        f"importlib.import_module({module!r}).register(); assert '.mcap' in READERS\n"
+        "bad = {'zmq', 'msgpack', 'pydantic', 'sklearn', 'asyncio', 'matplotlib', 'click'} & set(sys.modules); assert not bad, bad"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
 
 
 def test_fields_go_by_the_names_of_the_export_and_what_is_missing_is_told(recorded):

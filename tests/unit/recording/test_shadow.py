@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 from run_maker import run, setup
 
+from rtctl.recording.law_arrays import unpack_law
 from rtctl.recording.parts import Limits, Parts
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.replay import Replay
-from rtctl.recording.setup import unpack_law
 from rtctl.recording.shadow import ShadowLaw
 
 

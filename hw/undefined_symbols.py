@@ -1,0 +1,48 @@
+"""What a piece of kept machine code wants from outside: the names that it does not define itself."""
+
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+
+_MAGIC = b"\x7fELF\x02\x01"
+"""64 bits, little-endian: the only one that Numba makes on a machine that rtctl runs on."""
+
+_SECTION = np.dtype(
+    {
+        "names": ["kind", "offset", "size", "link"],
+        "formats": ["<u4", "<u8", "<u8", "<u4"],
+        "offsets": [4, 24, 32, 40],
+        "itemsize": 64,
+    }
+)
+_SYMBOL = np.dtype(
+    [("name", "<u4"), ("info", "u1"), ("other", "u1"), ("section", "<u2"), ("value", "<u8"), ("size", "<u8")]
+)
+_SYMBOL_TABLE = 2
+
+
+def undefined_symbols(code: bytes) -> set[str]:
+    """Names that an object file wants from elsewhere.
+
+    Raises
+    ------
+    ValueError
+        It is no 64-bit little-endian ELF file, or a damaged one.
+    """
+    if not code.startswith(_MAGIC) or len(code) < 64:
+        msg = "not an ELF file of 64 bits"
+        raise ValueError(msg)
+    (at,) = struct.unpack_from("<Q", code, 0x28)
+    (count,) = struct.unpack_from("<H", code, 0x3C)
+    sections = np.frombuffer(code, _SECTION, count, at)
+    wanted: set[str] = set()
+    for table in sections[sections["kind"] == _SYMBOL_TABLE]:
+        symbols = np.frombuffer(code, _SYMBOL, int(table["size"]) // _SYMBOL.itemsize, int(table["offset"]))
+        begins = int(sections[int(table["link"])]["offset"])
+        named = symbols[(symbols["section"] == 0) & (symbols["name"] != 0)]
+        for place in named["name"]:
+            name = begins + int(place)
+            wanted.add(code[name : code.index(b"\0", name)].decode())
+    return wanted

@@ -1,0 +1,84 @@
+"""`rtctl evidence`: the ladder on data sets on disk, as a page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFile
+from rtctl.friction.kinds.table import KERNELS
+
+
+@click.command("evidence")
+@click.argument("description", type=click.Path(dir_okay=False, path_type=Path))
+@click.option(
+    "--data",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="folder that the description's files are in; default: the description's own",
+)
+@click.option("--out", type=OutputFile(), help="page to write (Markdown); default: stdout")
+@click.option(
+    "--search",
+    type=click.Choice(["halving", "full"]),
+    default="halving",
+    show_default=True,
+    help="as of rtctl fit",
+)
+@click.option(
+    "--kernel",
+    type=click.Choice(["all", *KERNELS, "formula"]),
+    default="all",
+    show_default=True,
+    help="rungs of the ladder to climb",
+)
+@click.option("--jobs", type=click.IntRange(1, 4096), help="workers of the search; default all cores")
+@click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout, besides the page")
+def command(
+    description: Path,
+    *,
+    data: Path | None,
+    out: Path | None,
+    search: str,
+    kernel: str,
+    jobs: int | None,
+    as_json: bool,
+) -> None:
+    """Compare every rung of the ladder on every data set of a description, each judged by what it never saw.
+
+    DESCRIPTION is a TOML file of data sets (docs/evidence.toml is the one of docs/evidence.md). Everything is
+    learned anew without each fold, so a set takes five times as long as a ladder.
+    """
+    from dataclasses import asdict
+
+    from rtctl.friction.learn import grids, hold_out
+    from rtctl.friction.learn.ladder import Options
+    from rtctl.friction.logs.data_sets import read_description, read_set
+    from rtctl.friction.report.evidence_page import judge_set, page
+    from rtctl.recording.as_columns import register
+
+    register()
+    sets = read_description(description)
+    folder = data or description.parent
+    read = [read_set(one, description.parent if one.beside else folder) for one in sets]
+    found = []
+    for one, (points, notes) in zip(sets, read, strict=True):
+        click.echo(f"{one.name}: {len(points.direction)} points", err=True)
+        options = Options(
+            families=grids.families(kernel),
+            strategy=search,
+            n_jobs=jobs or -1,
+            folds=hold_out.way_for(points),
+        )
+        told = [
+            note.replace(f"{folder}/", "") for note in notes
+        ]  # a page is for others, who have other folders
+        found.append(judge_set(one.name, one.source, points, told, options))
+    text = page(found, f"rtctl evidence {description} --data DATA --out {out or 'PAGE'}")
+    if out is not None:
+        out.write_text(text, encoding="utf-8")
+    if as_json:
+        click.echo(json_text({"sets": [asdict(one) for one in found]}, indent=2))
+    else:
+        click.echo(f"page: {out}" if out else text)

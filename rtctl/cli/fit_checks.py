@@ -1,0 +1,33 @@
+"""What the options of `rtctl fit` may be, beyond what click itself checks."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import click
+
+
+def number(_: click.Context, option: click.Parameter, value: float | None) -> float | None:
+    """Refuse NaN, which click's own ranges let through."""
+    if value is not None and math.isnan(value):
+        raise click.BadParameter("NaN is not a number in the range", param=option)
+    return value
+
+
+def temperatures(
+    _: click.Context, option: click.Parameter, value: tuple[float, float] | None
+) -> tuple[float, float] | None:
+    """Refuse a range of temperature (degrees C) that is none."""
+    if value is not None and not -100 <= value[0] <= value[1] <= 300:
+        raise click.BadParameter("must be -100 <= MIN <= MAX <= 300 degrees C", param=option)
+    return value
+
+
+def rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
+    """A name that a rig can have, before anything is learned."""
+    from hw.plain_words import NAME_PATTERN, NAME_WORDS
+
+    if not re.fullmatch(NAME_PATTERN, name):
+        raise click.BadParameter(f"{name!r} is no rig's name: {NAME_WORDS}, as [rig] name of its rig file")
+    return name

@@ -1,0 +1,142 @@
+"""`rtctl fit --places --sweep`: what friction and the joint itself do over a turn."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from rtctl.friction.kinds.harmonics import Harmonics
+    from rtctl.friction.learn.cogging import Sweep
+    from rtctl.friction.model import FrictionModel
+    from rtctl.friction.points.measured import FrictionPoints
+
+_File = click.Path(dir_okay=False, path_type=Path)
+_PERIOD = click.FloatRange(min=1e-3, max=1e4)
+
+
+def options(command: Any) -> Any:  # noqa: ANN401
+    """`--places`, `--sweep`, `--turn` and `--ripple-turn`."""
+    for flag, kind, text in (
+        ("--ripple-turn", _PERIOD, "period of the conservative part, rad; default: that of --turn"),
+        ("--turn", _PERIOD, "period of friction over place, rad of the joint; default: a turn of it, 2 pi"),
+        (
+            "--sweep",
+            _File,
+            "slow two-way sweep (points_sweep.csv): learn the conservative part, cogging or ripple",
+        ),
+        ("--places", _File, "measurements place by place (points_places.csv): learn friction over the turn"),
+    ):
+        command = click.option(flag, type=kind, help=text)(command)
+    return command
+
+
+def sweep_of(points: FrictionPoints) -> Sweep:
+    """Rows of a sweep as motor torque along +x. Raises DataError without positions."""
+    from rtctl.errors import DataError
+    from rtctl.friction.learn.cogging import Sweep
+
+    position = points.columns.get("position_rad")
+    if position is None:
+        raise DataError(
+            f"{points.source}: no column position_rad; give points_sweep.csv of rtctl identify --sweep"
+        )
+    return Sweep(position, points.direction * points.friction_nm, points.direction)
+
+
+def learn(
+    model: FrictionModel,
+    places: Path | None,
+    sweep: Path | None,
+    turn: float | None,
+    ripple_turn: float | None,
+) -> tuple[FrictionModel, list[str], dict[str, Any]]:
+    """The model with what these files say of place; what to tell, and the same for `--json`.
+
+    Raises
+    ------
+    DataError
+        Files that say nothing of places, or one direction only.
+    """
+    from dataclasses import replace
+
+    from rtctl.errors import DataError
+    from rtctl.friction.learn.cogging import fit_cogging
+    from rtctl.friction.learn.places import fit_places
+    from rtctl.friction.points.reader import read_points
+
+    period = turn or 2 * math.pi
+    text, body, part = list[str](), dict[str, Any](), None
+    if sweep is not None:
+        found = fit_cogging(
+            sweep_of(read_points(sweep, of_speeds=False)), ripple_turn or period, friction_period_rad=period
+        )
+        if not found.two_way:
+            raise DataError(
+                f"{sweep}: one direction only: friction cannot be told from the conservative part"
+            )
+        part = found.part if len(found.part.orders) else None
+        text.append(_of_part(part, found.rmse_nm))
+        body["conservative"] = {
+            "orders": found.part.orders.astype(int).tolist(),
+            "friction_nm": found.friction_nm,
+            "held_out_rmse_nm": found.tried,
+        }
+        model = replace(model, conservative=part)
+    if places is not None:
+        fitted = fit_places(model, read_points(places), period, part)
+        model = fitted.model
+        text += ["", "waves a turn    held-out places, mN m"]
+        text += [
+            f"{one.kernel.orders:<16d}{1e3 * one.rmse_nm:.3f} +- {1e3 * one.se_nm:.3f}"
+            for one in fitted.rungs
+        ]
+        text.append(fitted.sentence)
+        body["places"] = {
+            "orders": fitted.chosen.kernel.orders,
+            "rungs": [[one.kernel.orders, one.rmse_nm, one.se_nm] for one in fitted.rungs],
+        }
+    return model, text, body
+
+
+def _of_part(part: Harmonics | None, rmse_nm: float) -> str:
+    if part is None:
+        return "No conservative part: no wave betters held-out places."
+    orders = ", ".join(f"{order:g}" for order in part.orders)
+    return (
+        f"Conservative part: up to {1e3 * part.most_nm:.3g} mN m, waves {orders} of {part.period_rad:.4g} rad, steepest "
+        f"{part.steepest_nm_rad:.3g} N m/rad; the sweep's rest is {1e3 * rmse_nm:.3g} mN m."
+    )
+
+
+def tell_shift(path: Path, sweep: Path, *, err: bool) -> None:
+    """Say by how much the places of a model have moved in a new sweep, and whether they fit there at all.
+
+    Raises
+    ------
+    DataError
+        A model without a conservative part, which alone can be found again, or a sweep that is too short.
+    """
+    from rtctl.errors import DataError
+    from rtctl.friction import artefact
+    from rtctl.friction.learn.cogging import find_shift
+    from rtctl.friction.points.reader import read_points
+
+    model = artefact.load(path)
+    if model.conservative is None:
+        raise DataError(f"{path}: no conservative part: its places cannot be found again by a sweep")
+    rows = sweep_of(read_points(sweep, of_speeds=False))
+    found = find_shift(model.conservative, rows, model.place.period_rad if model.place else None)
+    what = (
+        f"explains {100 * found.explained:.1f} % of the sweep there and leaves {1e3 * found.rmse_nm:.3g} mN m"
+    )
+    said = (
+        f"places: moved by {found.shift_rad:.5f} rad (or whole periods of {model.conservative.period_rad:.4g} rad more): {what}; "
+        f"friction.place_shift_rad = {found.shift_rad:.5f}"
+        if found.fits
+        else f"places: the model does not fit this sweep wherever its index is ({what}): compensate nothing by it, or learn it anew"
+    )
+    click.echo(said, err=err)

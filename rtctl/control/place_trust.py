@@ -1,0 +1,114 @@
+"""Whether what the model says of place is what the force sensor sees: nothing is compensated by place until it is.
+
+    e = F_seen - d F_0(v),     m = d F_place(v, x) - tau_c(x)          over sliding motion, d its direction
+
+An encoder that counts from where it was switched on, an index that was found half a turn off, a gear taken apart: all leave a model
+that is right in speed and wrong in place. So mean and spread of e and m are followed over the way, forgotten over
+`place_length_rad`: where m explains e, their slope cov/var(m) is near 1 and their correlation high. `place_kind` SEEN trusts a model
+once they are, and as far; GIVEN (an absolute encoder) trusts it from the start, until the slope says that it is wrong.
+The mean of each direction is left out: it is what friction has drifted, and says nothing of place.
+
+The compensation by place is a share of what is trusted; energy does not depend on it (`assistance`, `dry_friction`: what they
+credit is the friction at the weakest place).
+"""
+
+from __future__ import annotations
+
+import math
+
+from rtctl.control.friction_curve import BACKWARD, FORWARD, branch_magnitude
+from rtctl.control.jit import compiled
+from rtctl.control.place_friction import conservative_torque, place_magnitude
+from rtctl.control.records import Record
+from rtctl.control.vocabulary import PlaceUse
+
+_SEEN = int(PlaceUse.SEEN)
+_GIVEN = int(PlaceUse.GIVEN)
+
+SLOW_RAD_S = 0.02
+"""Slower motion is not looked at: creep."""
+
+CORRELATION_LOW, CORRELATION_FULL = 0.5, 0.8
+"""Correlation from which a model is trusted, and trusted in full."""
+
+SLOPE_LOW, SLOPE_HIGH = 0.5, 1.6
+"""Slope between which it is."""
+
+WRONG_SLOPE = 0.25
+"""Slope below which a model that was given is wrong."""
+
+SMALLEST_NM = 0.002
+"""A place that should matter less than this over the way says nothing."""
+
+
+@compiled
+def place_of(s: Record, p: Record, axis: int) -> float:
+    """Position of the joint in the model's places, rad."""
+    return s.position_rad[axis] - p.place_shift_rad[axis]
+
+
+@compiled
+def place_trust(s: Record, p: Record, axis: int) -> float:
+    """Share of what the model says of place that is believed, 0 to 1."""
+    kind = p.place_kind[axis]
+    if kind == _SEEN:
+        return s.place_evidence[axis]
+    return 1.0 - s.place_evidence[axis] if kind == _GIVEN else 0.0
+
+
+@compiled
+def judge_place(t: Record, s: Record, p: Record, model: Record, axis: int, dx: float) -> None:
+    """Go on with the statistics by the last period's motion `dx`, rad; reads the friction observed of the tick."""
+    v, length = t.velocity_rad_s[axis], p.place_length_rad[axis]
+    if p.place_kind[axis] == 0 or not length > 0.0 or dx == 0.0 or not p.observer_alpha[axis] > 0.0:
+        return
+    speed, side = abs(v), FORWARD if v >= 0.0 else BACKWARD
+    sliding = abs(s.bristle_share[axis]) >= 1.0 and s.bristle_share[axis] * v > 0.0
+    if (
+        not sliding
+        or not SLOW_RAD_S < speed < p.place_speed_rad_s[axis]
+        or speed > model.speed_max_rad_s[side]
+    ):
+        return
+    d, x = 1.0 if v >= 0.0 else -1.0, place_of(s, p, axis)
+    e = s.friction_observed_nm[axis] - d * branch_magnitude(model, side, speed)
+    m = d * place_magnitude(model, side, speed, x) - conservative_torque(model, x)
+    if not math.isfinite(e + m):
+        return
+    way = min(abs(dx) / length, 0.1)
+    s.place_way[axis] = min(s.place_way[axis] + way, 1.0)
+    share = way / s.place_way[axis]
+    off, off_model = e - s.place_mean_nm[axis, side, 0], m - s.place_mean_nm[axis, side, 1]
+    s.place_mean_nm[axis, side, 0] += min(2.0 * share, 1.0) * off
+    s.place_mean_nm[axis, side, 1] += min(2.0 * share, 1.0) * off_model
+    s.place_square_nm2[axis, 0] += share * (off * off - s.place_square_nm2[axis, 0])
+    s.place_square_nm2[axis, 1] += share * (off_model * off_model - s.place_square_nm2[axis, 1])
+    s.place_square_nm2[axis, 2] += share * (off * off_model - s.place_square_nm2[axis, 2])
+    if s.place_way[axis] >= 1.0:
+        s.place_evidence[axis] += way * (_target(s, p, axis) - s.place_evidence[axis])
+
+
+@compiled
+def _target(s: Record, p: Record, axis: int) -> float:
+    """Where the evidence is going: trust of SEEN, doubt of GIVEN."""
+    seen, model, both = s.place_square_nm2[axis, 0], s.place_square_nm2[axis, 1], s.place_square_nm2[axis, 2]
+    if not model > SMALLEST_NM * SMALLEST_NM:
+        return s.place_evidence[axis]
+    slope, correlation = both / model, both / math.sqrt(max(seen * model, 1e-30))
+    if p.place_kind[axis] == _GIVEN:
+        return 1.0 if slope < WRONG_SLOPE else 0.0
+    if not SLOPE_LOW < slope < SLOPE_HIGH:
+        return 0.0
+    return min(max((correlation - CORRELATION_LOW) / (CORRELATION_FULL - CORRELATION_LOW), 0.0), 1.0)
+
+
+@compiled
+def conservative_feedforward(t: Record, s: Record, p: Record, model: Record, axis: int, fade: float) -> float:
+    """Torque against the conservative part, N m: a spring, kept apart from the help with friction; NaN stays NaN."""
+    gain = p.conservative_gain[axis]
+    if not gain > 0.0:
+        return 0.0
+    trust = place_trust(s, p, axis)
+    if trust <= 0.0:
+        return 0.0
+    return -t.compensation[axis] * gain * trust * fade * conservative_torque(model, place_of(s, p, axis))

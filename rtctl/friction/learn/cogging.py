@@ -1,0 +1,222 @@
+"""The conservative part out of a slow two-way sweep, and where its places are after an index has moved.
+
+A motor that turns a joint slowly gives tau = d F - tau_c(x): friction F has the sign d of the motion, the conservative part
+has not. So one regression on both directions tells them apart: a level for each direction (and speed), friction's own waves with
+d, and the conservative ones without.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtctl.errors import DataError
+from rtctl.friction.kinds.harmonics import ORDER_MAX, ORDERS_MOST, Harmonics
+
+COUNTS = (0, 1, 2, 4, 8, 16, ORDERS_MOST)
+"""How many harmonics are tried."""
+
+FOLDS = 5
+_BLOCKS = 320
+"""Stretches of a period, each shorter than the shortest wave; every fifth is held out together, in every turn."""
+
+_RIDGE = 1e-12
+"""Keeps waves that the places cannot tell apart finite; share of the mean square."""
+
+FIT_SHARE = 0.5
+"""A part that explains less than this share of what is seen does not fit, and nothing is compensated with it."""
+
+_SHIFTS = 4096
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Slow motion over places: arrays of one length. `torque_nm` the motor's, along +x; `direction` +1 or -1."""
+
+    position_rad: np.ndarray
+    torque_nm: np.ndarray
+    direction: np.ndarray
+
+
+@dataclass(frozen=True)
+class CoggingFit:
+    """What was found. `tried`: number of harmonics -> held-out RMSE, N m; `friction_nm` mean friction of both directions.
+
+    `two_way`: both directions were seen, so friction and conservative part are told apart.
+    """
+
+    part: Harmonics
+    friction_nm: tuple[float, float]
+    rmse_nm: float
+    tried: dict[int, float]
+    two_way: bool
+
+
+@dataclass(frozen=True)
+class Shift:
+    """Where the places of a part are now: x_now = x_then + `shift_rad`, -period/2 to period/2.
+
+    `explained` is the share of the variance that the shifted part explains, `rmse_nm` what it leaves; `fits` whether it may be used.
+    """
+
+    shift_rad: float
+    explained: float
+    rmse_nm: float
+    level_nm: tuple[float, ...]
+    """Mean motor torque of each direction there is, forward first: friction, which no shift explains."""
+
+    @property
+    def fits(self) -> bool:
+        """True when the shifted part explains enough to be compensated."""
+        return self.explained >= FIT_SHARE
+
+
+def _solve(design: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Least squares by the normal equations: its columns are waves, all of one size."""
+    square = design.T @ design
+    square[np.diag_indices_from(square)] += (
+        _RIDGE * max(float(np.trace(square)), 1e-300) / max(len(square), 1)
+    )
+    found: np.ndarray = np.linalg.solve(square, design.T @ values)
+    return found
+
+
+def _waves(position_rad: np.ndarray, period_rad: float, orders: np.ndarray) -> np.ndarray:
+    """Waves of each order: all cos, then all sin, shape (n, 2 m)."""
+    angle = 2 * math.pi / period_rad * np.asarray(position_rad)[:, None] * orders
+    return np.hstack([np.cos(angle), np.sin(angle)])
+
+
+def _levels(sweep: Sweep, period_rad: float, friction_orders: int) -> np.ndarray:
+    """Columns of friction: one level for each direction there is, and its waves with the sign of the motion."""
+    ways = [(sweep.direction == way).astype(float) for way in (1, -1) if (sweep.direction == way).any()]
+    columns = np.column_stack(ways)
+    if len(ways) == 2 and friction_orders:
+        waves = _waves(sweep.position_rad, period_rad, np.arange(1, friction_orders + 1))
+        columns = np.hstack([columns, sweep.direction[:, None] * waves])
+    return columns
+
+
+def fit_cogging(
+    sweep: Sweep, period_rad: float, *, friction_period_rad: float | None = None, friction_orders: int = 4
+) -> CoggingFit:
+    """Learn the conservative part: as many of the strongest harmonics as held-out places ask for, the fewest within one standard error.
+
+    Parameters
+    ----------
+    period_rad
+        Period of the conservative part, of the joint's angle.
+    friction_period_rad, friction_orders
+        Friction's own waves, which are told apart when both directions are there.
+
+    Raises
+    ------
+    DataError
+        Too few rows, or numbers that are not finite.
+    """
+    x, tau = np.asarray(sweep.position_rad, dtype=float), np.asarray(sweep.torque_nm, dtype=float)
+    if not (np.isfinite(x).all() and np.isfinite(tau).all()) or len(x) < 32:
+        raise DataError(
+            f"a sweep of {len(x)} rows, at least 32 finite ones are needed; turn the joint slowly, both ways"
+        )
+    levels = _levels(sweep, friction_period_rad or period_rad, friction_orders)
+    ranked = _ranked(x, tau, levels, period_rad)
+    squares = _held_out(x, tau, levels, period_rad, [n for n in COUNTS if n <= len(ranked)])
+    tried = {n: float(np.sqrt(one.mean())) for n, one in squares.items()}
+    best = min(tried, key=lambda n: tried[n])
+    within = np.sqrt(squares[best].mean() + squares[best].std() / math.sqrt(len(x)))
+    count = min(n for n in tried if tried[n] <= within)
+    orders = np.sort(ranked[:count])
+    found, friction, rmse = _regress(x, tau, levels, period_rad, orders)
+    two_way = len(np.unique(sweep.direction)) == 2
+    return CoggingFit(found, friction, rmse, tried, two_way)
+
+
+def _ranked(x: np.ndarray, tau: np.ndarray, levels: np.ndarray, period_rad: float) -> np.ndarray:
+    """Orders by how much each takes off the residual, strongest first; as high as the rows can tell."""
+    places = len(np.unique(np.round((x / period_rad) % 1.0, 4)))
+    highest = max(1, min(ORDER_MAX, places // 4, (len(x) - levels.shape[1]) // 4))
+    orders = np.arange(1, highest + 1)
+    base = _solve(levels, tau)
+    along = (tau - levels @ base) @ _waves(x, period_rad, orders)
+    strength = along[:highest] ** 2 + along[highest:] ** 2
+    chosen: np.ndarray = orders[np.argsort(strength)[::-1]][:ORDERS_MOST]
+    return chosen
+
+
+def _held_out(
+    x: np.ndarray, tau: np.ndarray, levels: np.ndarray, period_rad: float, counts: list[int]
+) -> dict[int, np.ndarray]:
+    """Squared errors on held-out places by number of harmonics, N^2 m^2, each (n,); the strongest of what trains are chosen."""
+    fold = np.floor((x / period_rad) % 1.0 * _BLOCKS).astype(int) % FOLDS
+    squares = {n: np.zeros(len(x)) for n in counts}
+    for k in np.unique(fold):
+        held = fold == k
+        ranked = _ranked(x[~held], tau[~held], levels[~held], period_rad)
+        for n in counts:
+            design = np.hstack([levels, _waves(x, period_rad, ranked[:n])])
+            found = _solve(design[~held], tau[~held])
+            squares[n][held] = (design[held] @ found - tau[held]) ** 2
+    return squares
+
+
+def _regress(
+    x: np.ndarray, tau: np.ndarray, levels: np.ndarray, period_rad: float, orders: np.ndarray
+) -> tuple[Harmonics, tuple[float, float], float]:
+    design = np.hstack([levels, _waves(x, period_rad, orders)])
+    found = _solve(design, tau)
+    rmse = float(np.sqrt(np.mean((design @ found - tau) ** 2)))
+    own = -found[levels.shape[1] :]  # the motor holds against it
+    n = len(orders)
+    friction = (float(found[0]), float(-found[1]) if levels.shape[1] > 1 else float("nan"))
+    return Harmonics(period_rad, orders.astype(float), own[:n], own[n:]), friction, rmse
+
+
+def find_shift(part: Harmonics, sweep: Sweep, friction_period_rad: float | None = None) -> Shift:
+    """Find by circular correlation how far the places of `part` have moved, and whether it fits there.
+
+    The level of each direction, and with both directions friction's own waves, are left out of it: see `fit_cogging`.
+
+    Raises
+    ------
+    DataError
+        A part without harmonics, or rows too few for them.
+    """
+    x, tau = np.asarray(sweep.position_rad, dtype=float), np.asarray(sweep.torque_nm, dtype=float)
+    levels = _levels(sweep, friction_period_rad or part.period_rad, 4)
+    if not len(part.orders) or len(x) < 2 * len(part.orders) + 8:
+        raise DataError(
+            f"{len(x)} rows for {len(part.orders)} harmonics: too few to find a shift; sweep a whole turn"
+        )
+    seen, _, _ = _regress(x, tau, levels, part.period_rad, part.orders)
+    then, now = part.cos - 1j * part.sin, seen.cos - 1j * seen.sin
+    shares = np.arange(_SHIFTS) / _SHIFTS - 0.5
+    turned = np.exp(-2j * math.pi * shares[:, None] * part.orders)
+    match = np.real((turned * then) @ np.conj(now))
+    share = _peak(shares, match, then, now, part.orders)
+    moved = part.shifted(share * part.period_rad)
+    rest = tau + moved(x)
+    level = _solve(levels, rest)
+    left = float(np.sqrt(np.mean((rest - levels @ level) ** 2)))
+    before = _solve(levels, tau)
+    whole = float(np.mean((tau - levels @ before) ** 2))
+    explained = 1.0 - left**2 / whole if whole > 0 else 0.0
+    ways = len(np.unique(sweep.direction))
+    return Shift(share * part.period_rad, explained, left, tuple(level[:ways].tolist()))
+
+
+def _peak(
+    shares: np.ndarray, match: np.ndarray, then: np.ndarray, now: np.ndarray, orders: np.ndarray
+) -> float:
+    """Shift (share of the period) of the best match, between the grid's by Newton's steps on its slope."""
+    at = float(shares[int(np.argmax(match))])
+    for _ in range(8):
+        terms = np.exp(-2j * math.pi * at * orders) * then * np.conj(now)
+        slope, bend = np.real(-1j * orders @ terms), np.real(-(orders**2) @ terms)
+        if not bend < 0:
+            break
+        step = slope / bend / (2 * math.pi)
+        at -= float(np.clip(step, -1 / _SHIFTS, 1 / _SHIFTS))
+    return (at + 0.5) % 1.0 - 0.5

@@ -1,0 +1,120 @@
+"""The error of a whole fit on points it never saw: chosen anew without each fold, then judged by that fold.
+
+A held-out error of a ladder is the least of hundreds, so it is smaller than that of the next log. Nested in another
+cross-validation it is not: what is held out outside has chosen nothing.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from rtctl.errors import DataError
+from rtctl.friction.learn import ladder, search
+from rtctl.friction.learn.hold_out import TRAINS, folds_of, units_of
+from rtctl.friction.model import FrictionModel
+from rtctl.friction.points.measured import FrictionPoints
+
+CHOSEN = "chosen"
+
+
+@dataclass(frozen=True)
+class Generalisation:
+    """Errors (N m) of the fits on what each never saw, `rmse_nm` with its standard error `se_nm`; `chosen` rung of each fold.
+
+    `held_out_nm` is what the ladders themselves held out of the rungs they chose, RMS over the folds: what they promised.
+    `of_rungs` has (error, its standard error) of every rung that each fit could learn, when they were asked for, N m.
+    """
+
+    rmse_nm: float
+    se_nm: float
+    held_out_nm: float
+    chosen: tuple[str, ...]
+    of_rungs: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        """In a sentence."""
+        rungs = ", ".join(f"{name} {self.chosen.count(name)} times" for name in dict.fromkeys(self.chosen))
+        return (
+            f"Generalisation error (nested: chosen anew without each fold): {1e3 * self.rmse_nm:.3g} +- {1e3 * self.se_nm:.2g} mN m; "
+            f"chosen was {rungs}."
+        )
+
+
+def generalisation(
+    points: FrictionPoints, options: ladder.Options, *, every_rung: bool = False
+) -> Generalisation:
+    """Climb the ladder once for each fold of the points, without it, and judge the choice (and every rung) by it.
+
+    Both directions of a fold are held out at once. What is faster than anything a fit saw is not judged.
+
+    Raises
+    ------
+    DataError
+        A fold without which nothing can be learned.
+    """
+    fold = _folds(points, options.folds)
+    unit = units_of(points, options.folds)
+    errors: dict[str, list[np.ndarray]] = {}
+    blocks, chosen, promised = [], [], []
+    folds = np.unique(fold[fold != TRAINS])
+    if len(folds) < 3:  # one log is left, which has no other to be held out with
+        options = replace(options, folds="speed")
+    for k in folds:
+        held = fold == k
+        hidden = held if points.left_out is None else held | points.left_out
+        training = replace(points, left_out=hidden)
+        found = ladder.ascend(training, options)
+        models = {CHOSEN: ladder.learn(training, found, rig="nested")}
+        if every_rung:
+            models |= _of_rungs(training, found)
+        chosen.append(found.choice.chosen.family)
+        promised.append(found.choice.chosen.rmse_nm)
+        rows = np.flatnonzero(held)
+        speed = np.abs(points.velocity_rad_s[rows])
+        side = (points.direction[rows] < 0).astype(int)
+        fastest = np.array([branch.speed_max_rad_s for branch in models[CHOSEN].branches])
+        rows = rows[speed <= fastest[side]]
+        for name, model in models.items():
+            errors.setdefault(name, []).append(_predicted(model, points, rows) - points.friction_nm[rows])
+        blocks.append(unit[rows])
+    if not blocks:
+        raise DataError(f"{points.source}: no fold to hold out; add points")
+    block = np.concatenate(blocks)
+    figures = {name: _figures(parts, block) for name, parts in errors.items() if len(parts) == len(blocks)}
+    rmse_nm, se_nm = figures.pop(CHOSEN)
+    held_out_nm = float(np.sqrt(np.mean(np.square(promised))))
+    return Generalisation(rmse_nm, se_nm, held_out_nm, tuple(chosen), figures)
+
+
+def _figures(parts: list[np.ndarray], block: np.ndarray) -> tuple[float, float]:
+    """RMS and its standard error, N m."""
+    together = np.concatenate(parts)
+    return float(np.sqrt(np.mean(together**2))), search.standard_error(together, block)
+
+
+def _of_rungs(points: FrictionPoints, found: ladder.Ladder) -> dict[str, FrictionModel]:
+    """Models of all rungs that can be learned from these points, also of formulas whose peak they do not tell: it may predict all the same."""
+    models = {}
+    for rung in found.choice.rungs:
+        if len(rung.scores) == len(found.choice.chosen.scores):
+            with contextlib.suppress(DataError):  # another fold tells; a rung that misses one has no figure
+                models[rung.family] = ladder.learn(points, found, rig="nested", rung=rung)
+    return models
+
+
+def _predicted(model: FrictionModel, points: FrictionPoints, rows: np.ndarray) -> np.ndarray:
+    """Friction (N m) that the model says at these points, each in its own direction."""
+    speed = np.abs(points.velocity_rad_s[rows])
+    forward, backward = (branch.magnitude(speed) for branch in model.branches)
+    return np.where(points.direction[rows] > 0, forward, backward)
+
+
+def _folds(points: FrictionPoints, way: str) -> np.ndarray:
+    """Fold of every point, (n,): `TRAINS` of those left out, too."""
+    fold = np.full(len(points.direction), TRAINS)
+    for direction in (1, -1):
+        fold[points.rows_of(direction)] = folds_of(points, (direction,), way)
+    return fold

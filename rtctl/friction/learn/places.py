@@ -1,0 +1,232 @@
+"""Rungs of place: how many waves a turn friction has, by cross-validation over held-out places, and the model with them.
+
+Rows are measurements at one place and speed each. The machine is least squares with the product kernel of
+`rtctl.friction.kinds.place` (a ridge in its space): with so many rows at the same speeds an epsilon-SVR took a hundred times as
+long, and no better. Without a wave it is the spline of speed alone, which is the rung to beat.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rtctl.errors import DataError
+from rtctl.friction.kinds.curve import Curve
+from rtctl.friction.kinds.harmonics import Harmonics
+from rtctl.friction.kinds.place import SPEEDS_MOST, WAVES_MOST, PlaceKernel, compile_place
+from rtctl.friction.learn.fit import describe_branch
+from rtctl.friction.model import Branch, FrictionModel, self_test_vectors
+from rtctl.friction.points.measured import POINTS_MAX, FrictionPoints
+
+SHARES = (0.03, 0.3)
+"""lambda tried: how far friction may differ from place to place."""
+
+DECAY = 0.7
+"""rho: a higher wave is as much less likely."""
+
+RIDGES = (1e-4, 1e-3, 1e-2)
+"""Tried: how much smoothness counts against the squares of the errors."""
+
+FOLDS = 5
+_SECTORS = 20
+"""Sectors of a turn; every fifth is held out together, at every speed and in every turn."""
+
+_PLACES_LEAST = 8
+"""Fewest places per turn from which waves can be told."""
+
+_ROWS_OF_SEARCH = 400
+"""Rows of one direction that the search looks at."""
+
+_ROWS_OF_MODEL = 1000
+"""Rows that the model is learned from: each becomes a support vector."""
+
+
+@dataclass(frozen=True)
+class PlaceRung:
+    """One number of waves: its kernel and ridge, held-out RMSE and its standard error over places, N m."""
+
+    kernel: PlaceKernel
+    ridge: float
+    rmse_nm: float
+    se_nm: float
+
+
+@dataclass(frozen=True)
+class PlaceFit:
+    """The rungs, fewest waves first, and the one chosen; `model` is with it, and as it was where no wave helps."""
+
+    rungs: tuple[PlaceRung, ...]
+    chosen: PlaceRung
+    model: FrictionModel
+
+    @property
+    def sentence(self) -> str:
+        """What was chosen and what for."""
+        alone, best = self.rungs[0], self.chosen
+        if best.kernel.orders == 0:
+            return f"No waves over the turn: they do not better the {1e3 * alone.rmse_nm:.3g} mN m at held-out places."
+        return (
+            f"{best.kernel.orders} waves over a turn of {best.kernel.period_rad:.4g} rad: {1e3 * best.rmse_nm:.3g} mN m at held-out "
+            f"places, {1e3 * alone.rmse_nm:.3g} by speed alone."
+        )
+
+
+@dataclass(frozen=True)
+class _Side:
+    """Rows of one direction: speed, position, friction without the conservative part; fold of each."""
+
+    direction: int
+    v: np.ndarray
+    x: np.ndarray
+    f: np.ndarray
+    fold: np.ndarray
+
+
+def fit_places(
+    model: FrictionModel, points: FrictionPoints, period_rad: float, conservative: Harmonics | None = None
+) -> PlaceFit:
+    """Add what place does to friction to a model.
+
+    Parameters
+    ----------
+    points
+        Rows with a `position_rad`, each of one place and speed (`rtctl identify` writes points_places.csv); `travel_rad` is the
+        way a row is the mean over.
+    period_rad
+        One turn of whatever friction follows: 2 pi for the joint, 2 pi over the gear ratio for its motor.
+    conservative
+        Taken off the rows first, and kept in the model.
+
+    Raises
+    ------
+    DataError
+        No positions, too few places or too many rows, or a curve that is not positive.
+    """
+    if points.columns.get("position_rad") is None:
+        raise DataError(f"{points.source}: no column position_rad; give points_places.csv of rtctl identify")
+    sides = [_side(points, way, period_rad, conservative) for way in (1, -1)]
+    rungs = tuple(_rungs(sides, period_rad))
+    best = min(rungs, key=lambda rung: rung.rmse_nm)
+    chosen = next(rung for rung in rungs if rung.rmse_nm <= best.rmse_nm + best.se_nm)
+    kept = conservative if conservative is not None and len(conservative.orders) else None
+    if chosen.kernel.orders == 0:
+        return PlaceFit(rungs, chosen, replace(model, conservative=kept))
+    forward, backward = (
+        _branch(before, side, chosen) for before, side in zip(model.branches, sides, strict=True)
+    )
+    both = (forward, backward)
+    made = replace(
+        model,
+        kind="spline",
+        branches=both,
+        place=chosen.kernel,
+        conservative=kept,
+        self_test=self_test_vectors(both),
+    )
+    return PlaceFit(rungs, chosen, made)
+
+
+def _side(points: FrictionPoints, way: int, period_rad: float, conservative: Harmonics | None) -> _Side:
+    rows = points.rows_of(way)
+    x = points.columns["position_rad"][rows]
+    known = np.isfinite(x)
+    rows, x = rows[known], x[known]
+    places = len(np.unique(np.floor((x / period_rad) % 1.0 * 2 * _SECTORS)))
+    if places < _PLACES_LEAST or not 2 * _PLACES_LEAST <= len(rows) <= POINTS_MAX:
+        raise DataError(
+            f"{points.source}: direction {way:+d}: {len(rows)} rows at {places} places of a turn of {period_rad:.4g} rad; "
+            f"{_PLACES_LEAST} places and {2 * _PLACES_LEAST} to {POINTS_MAX} rows are needed: measure more places, or another period"
+        )
+    v = np.abs(points.velocity_rad_s[rows])
+    friction = points.friction_nm[rows]
+    if conservative is not None and len(conservative.orders):
+        travel = np.nan_to_num(points.columns.get("travel_rad", np.zeros(len(points.direction)))[rows])
+        friction = friction + way * conservative.mean_over(x, travel)
+    fold = np.floor((x / period_rad) % 1.0 * _SECTORS).astype(int) % FOLDS
+    return _Side(way, _levels(v), x, friction, fold)
+
+
+def _levels(v: np.ndarray) -> np.ndarray:
+    """Speeds rounded to as many levels as the law has segments: rows of one level differ by noise of their speed alone."""
+    share = 1e-3
+    while len(np.unique(v)) >= SPEEDS_MOST:
+        grid = np.power(1 + share, np.round(np.log(np.maximum(v, 1e-9)) / math.log1p(share)))
+        v = np.where(v > 0, grid, 0.0)
+        share *= 2
+    return v
+
+
+def _rungs(sides: list[_Side], period_rad: float) -> Iterator[PlaceRung]:
+    """Every number of waves with the best of its shares and ridges."""
+    for orders in range(WAVES_MOST + 1):
+        tried = []
+        for share in SHARES if orders else SHARES[:1]:
+            for ridge in RIDGES:
+                kernel = PlaceKernel(period_rad, orders, share, DECAY)
+                errors = [_held_out(kernel, ridge, side) for side in sides]
+                blocks = np.array([np.mean(np.concatenate(fold) ** 2) for fold in zip(*errors, strict=True)])
+                rmse = float(np.sqrt(blocks.mean()))
+                se = float(blocks.std(ddof=1) / math.sqrt(len(blocks))) / (2 * rmse) if rmse > 0 else 0.0
+                tried.append(PlaceRung(kernel, ridge, rmse, se))
+        yield min(tried, key=lambda rung: rung.rmse_nm)
+
+
+def _thinned(side: _Side, most: int) -> _Side:
+    """At most so many rows, drawn without a pattern; always the same."""
+    rows = np.sort(np.random.default_rng(0).permutation(len(side.v))[:most])
+    ends = [int(np.argmin(side.v)), int(np.argmax(side.v))]  # the range does not shrink
+    rows = np.unique(np.append(rows, ends))
+    return _Side(side.direction, side.v[rows], side.x[rows], side.f[rows], side.fold[rows])
+
+
+def _held_out(kernel: PlaceKernel, ridge: float, side: _Side) -> list[np.ndarray]:
+    """Errors at the held-out places of each fold, N m."""
+    few, errors = _thinned(side, _ROWS_OF_SEARCH), []
+    for k in range(FOLDS):
+        held = few.fold == k
+        if not held.any() or held.all():
+            errors.append(np.zeros(1))
+            continue
+        v, x = few.v[~held], few.x[~held]
+        beta, intercept = _solve(kernel, ridge, v, x, few.f[~held])
+        errors.append(kernel.product(few.v[held], few.x[held], v, x) @ beta + intercept - few.f[held])
+    return errors
+
+
+def _solve(
+    kernel: PlaceKernel, ridge: float, v: np.ndarray, x: np.ndarray, f: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """Duals and intercept of min sum (f(v, x) - f)^2 + ridge |f|^2, the intercept free."""
+    n = len(v)
+    system = np.zeros((n + 1, n + 1))
+    system[:n, :n] = kernel.product(v, x, v, x) + ridge * np.eye(n)
+    system[n, :n] = system[:n, n] = 1.0
+    found = np.linalg.solve(system, np.append(f, 0.0))
+    return found[:n], float(found[n])
+
+
+def _branch(before: Branch, side: _Side, rung: PlaceRung) -> Branch:
+    rows = _thinned(side, _ROWS_OF_MODEL)
+    beta, intercept = _solve(rung.kernel, rung.ridge, rows.v, rows.x, rows.f)
+    curve = Curve("spline", {}, rows.v, beta, intercept)
+    held = np.concatenate(_held_out(rung.kernel, rung.ridge, side))
+    branch = describe_branch(curve, side.v, side.f, held, {"ridge": rung.ridge})
+    tables = compile_place(rung.kernel, rows.v, rows.x, beta)
+    residual = np.abs(branch.curve(side.v) + tables(side.v, side.x) - side.f)
+    speeds = branch.curve.extreme_speeds(branch.speed_max_rad_s)
+    lowest = branch.magnitude(speeds) + tables.over_turn(speeds).min(axis=1)
+    if not (lowest > 0).all():
+        raise DataError("friction over place is not positive everywhere; measure more places")
+    shortfall = float(np.max(branch.magnitude(side.v) - side.f, initial=0.0))
+    spread = max(shortfall, float(-tables.over_turn(speeds).min()), before.place_spread_nm or 0.0)
+    return replace(
+        branch,
+        support_places=rows.x,
+        place_spread_nm=spread,
+        train_mean_error_nm=float(residual.mean()),
+        train_rmse_nm=float(np.sqrt(np.mean(residual**2))),
+        train_max_error_nm=float(residual.max()),
+    )

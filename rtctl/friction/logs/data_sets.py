@@ -1,0 +1,101 @@
+"""Data on disk that models are judged by: a description (TOML) of sets of logs, of runs at one speed, or of points."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Self
+
+from pydantic import Field, ValidationError, model_validator
+
+from hw.outside import read_toml
+from hw.plain_words import explain
+from rtctl.errors import ConfigError
+from rtctl.friction.logs.log_input import Gearing
+from rtctl.friction.logs.log_points import points_of_logs
+from rtctl.friction.logs.other_programs import read_mapped
+from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points.outliers import without_outliers
+from rtctl.friction.points.reader import read_points
+from rtctl.rig_file.fields import Table
+
+ROLES = {
+    "time": "time",
+    "position": "position",
+    "torque": "motor_torque",
+    "current": "current",
+    "external": "hand_torque",
+    "velocity": "velocity",
+}
+"""Role as `rtctl identify --log` calls it -> option of the reader of logs."""
+
+
+class DataSet(Table):
+    """One set: `logs` (each a session, for the balance of a joint in motion), `runs` (each at one speed), or `points`."""
+
+    name: str = Field(min_length=1, max_length=200, description="heading on the page")
+    source: str = Field("", max_length=1000, description="where it is from, and what it is")
+    logs: tuple[str, ...] = Field((), max_length=200, strict=False, description="sessions")
+    runs: tuple[str, ...] = Field((), max_length=200, strict=False, description="files at one speed each")
+    points: str | None = Field(None, max_length=1000, description="a file of friction points")
+    columns: dict[str, dict[str, Any]] = Field(default_factory=dict, description="tables as of --map")
+    beside: bool = Field(False, description="paths are relative to the description")
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Self:
+        if (bool(self.logs) + bool(self.runs) + bool(self.points)) != 1:
+            msg = "give one of logs, runs and points"
+            raise ValueError(msg)
+        return self
+
+
+class Description(Table):
+    """A whole file."""
+
+    set: tuple[DataSet, ...] = Field(min_length=1, max_length=100, strict=False)
+
+
+def read_description(path: Path) -> tuple[DataSet, ...]:
+    """The sets of a description. Raises ConfigError, naming file, key and what is wrong."""
+    data = read_toml(path)
+    try:
+        return Description.model_validate(data).set
+    except ValidationError as error:
+        faults = tuple(f"{told.where}: {told.text}" for told in explain(error, Description, data))
+        raise ConfigError(f"{path}: not a description of data sets", faults) from error
+
+
+def read_set(one: DataSet, folder: Path) -> tuple[FrictionPoints, tuple[str, ...]]:
+    """Points of a set whose files are below `folder`, and what is to be said of them.
+
+    Raises
+    ------
+    ConfigError
+        A file that is not there.
+    DataError
+        What `rtctl identify --log` or `rtctl fit` would refuse, likewise.
+    """
+    notes: tuple[str, ...] = ()
+    if one.points:
+        points = read_points(_found(one.points, folder)[0])
+    elif one.runs:
+        files = [file for pattern in one.runs for file in _found(pattern, folder)]
+        points, told = read_mapped(files, one.columns, "file", {"delimiter": None, "decimal": None})
+        notes = tuple(told)
+    else:
+        files = [file for pattern in one.logs for file in _found(pattern, folder)]
+        unknown = sorted(set(one.columns) - set(ROLES))
+        if unknown:
+            raise ConfigError(
+                f"set {one.name!r}: columns.{unknown[0]}: no role of a log; one of {', '.join(ROLES)}"
+            )
+        mapped = {ROLES[role]: table for role, table in one.columns.items()}
+        points, notes = points_of_logs(files, mapped, Gearing())
+    kept, left_out = without_outliers(points)
+    return kept, (*notes, *left_out)
+
+
+def _found(pattern: str, folder: Path) -> list[Path]:
+    files = sorted(folder.glob(pattern)) if "*" in pattern else [folder / pattern]
+    if not files or not all(file.is_file() for file in files):
+        raise ConfigError(f"{folder}: no file {pattern}; give the folder of the data with --data")
+    return files

@@ -1,0 +1,82 @@
+"""Points that cannot be friction of the same joint as their neighbours in speed: named, and left out.
+
+One bad point of a hundred (a bump, a cell mistyped, a unit) would otherwise decide which model is chosen.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from rtctl.friction.points.measured import POINTS_MIN, FrictionPoints
+
+NEIGHBOURS = 4
+"""Neighbours in speed on each side that a point is compared with."""
+
+SCALES = 8.0
+"""Robust standard deviations of all points about their neighbours, beyond which one is bad ..."""
+
+SHARE = 0.25
+"""... if it is off by more than this share of the friction there, too: half a Stribeck peak may lie between two points."""
+
+END_SHARE, BREAK_AWAY_SHARE = 1.0, 1.8
+"""As `SHARE`, of the two lowest and the two highest speeds, which have neighbours on one side only, and of break-away, which may well stand out."""
+
+MOST_SHARE = 0.03
+"""When more than this share looks bad, it is no mistake but how the joint is: nothing is left out."""
+
+
+def without_outliers(points: FrictionPoints) -> tuple[FrictionPoints, tuple[str, ...]]:
+    """Leave bad points out (`FrictionPoints.left_out`), and name them in words; the same points where there are none."""
+    bad: list[int] = []
+    notes: list[str] = []
+    for direction in (1, -1):
+        rows = points.rows_of(direction)
+        speed, friction = np.abs(points.velocity_rad_s[rows]), points.friction_nm[rows]
+        if len(rows) <= POINTS_MIN:
+            continue
+        expected, off = _off(speed, friction)
+        found = np.flatnonzero(off)
+        if len(found) > max(1, int(MOST_SHARE * len(rows))):
+            notes.append(
+                f"{points.source}: direction {direction:+d}: {len(found)} of {len(rows)} points are far from their neighbours in speed: "
+                "too many for mistakes, so all are used; look at the plot (--plot)"
+            )
+            continue
+        bad += [int(rows[at]) for at in found]
+        notes += [
+            f"{points.source}: {direction * speed[at]:.4g} rad/s, {direction * friction[at]:.4g} N m is left out: its neighbours in speed say "
+            f"{direction * expected[at]:.4g} N m; measure it again (--keep-outliers uses it)"
+            for at in found
+        ]
+    if not bad:
+        return points, tuple(notes)
+    left_out = np.zeros(len(points.direction), dtype=bool)
+    left_out[bad] = True
+    return replace(points, left_out=left_out), tuple(notes)
+
+
+def _off(speed: np.ndarray, friction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Friction that the neighbours of each point say, N m, and which points are bad. By rising speed, shape (n,).
+
+    Notes
+    -----
+    The neighbours' median slope and level over their rank (Theil-Sen): measured speeds are spaced so that friction is about as
+    smooth over their rank as it can be.
+    """
+    n = len(speed)
+    expected = np.empty(n)
+    for at in range(n):
+        first = min(max(0, at - NEIGHBOURS), max(0, n - 2 * NEIGHBOURS - 1))
+        near = np.setdiff1d(np.arange(first, min(n, first + 2 * NEIGHBOURS + 1)), [at])
+        i, j = np.triu_indices(len(near), 1)
+        slope = np.median((friction[near][j] - friction[near][i]) / (near[j] - near[i]))
+        expected[at] = np.median(friction[near] + slope * (at - near))
+    residual = friction - expected
+    scale = max(1.4826 * float(np.median(np.abs(residual))), 1e-3 * float(np.median(friction)))
+    share = np.full(n, SHARE)
+    share[[0, 1, -2, -1]] = END_SHARE
+    share[speed == 0] = BREAK_AWAY_SHARE
+    bad: np.ndarray = (np.abs(residual) > SCALES * scale) & (np.abs(residual) > share * np.abs(expected))
+    return expected, bad

@@ -1,0 +1,95 @@
+"""A loop process that waits for its rig: it imports what a loop needs while the host reads and proves the rig file.
+
+Imports little: it is made before anything heavy is imported in the host.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import socket
+import subprocess
+import sys
+from typing import Self
+
+from rtctl.rt.birth import OF_THE_TERMINAL
+from rtctl.standard_streams import above_standard_streams
+
+
+class WaitingLoop:
+    """A loop process that does not drive yet: it opens no device.
+
+    A context manager: leaving ends the process at once and without a word, unless it was told to begin.
+
+    Attributes
+    ----------
+    process
+        What was started. Its standard output is a pipe to this process.
+    """
+
+    def __init__(self) -> None:
+        self._line, theirs = socket.socketpair()
+        self._order: bytes | None = None
+        self._began = False
+        line = above_standard_streams(theirs.detach())
+        held = signal.pthread_sigmask(signal.SIG_BLOCK, OF_THE_TERMINAL)  # until it ignores them
+        try:
+            self.process = subprocess.Popen(
+                [sys.executable, "-m", "rtctl.rt", str(line), str(os.getpid())],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                pass_fds=(line,),
+                env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
+            )
+        except BaseException:
+            self._line.close()
+            raise
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, held)
+            os.close(line)
+
+    def prepare(self, order: bytes) -> None:
+        """Say which rig it is going to be: it loads, or compiles, what that needs, and opens no device. Once, or the same again.
+
+        Raises
+        ------
+        ValueError
+            It prepares for another order.
+        """
+        if self._order is None:
+            self._order = order
+            self._tell(order)
+        elif self._order != order:
+            msg = "this loop process prepares for another rig"
+            raise ValueError(msg)
+
+    def begin(self, *descriptors: int) -> None:
+        """Have it drive the rig, with the descriptors it needs: those of the shared memory and of the rig's lock."""
+        self._tell(b"\n", *descriptors)
+        self._line.close()
+        self._began = True
+
+    def _tell(self, text: bytes, *descriptors: int) -> None:
+        with contextlib.suppress(
+            BrokenPipeError, ConnectionResetError
+        ):  # has it died, its end is told as any other
+            sent = socket.send_fds(self._line, [text], descriptors)
+            self._line.sendall(text[sent:])
+
+    def close(self) -> None:
+        """End it, if it was not told to begin. Idempotent."""
+        if self._began:
+            return
+        self._began = True
+        self._line.close()
+        self.process.kill()
+        self.process.wait()
+        if self.process.stdout is not None:
+            self.process.stdout.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self.close()

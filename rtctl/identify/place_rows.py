@@ -1,0 +1,62 @@
+"""What was measured place by place: the rows of points_places.csv."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from rtctl.identify.tick_readings import Measurement
+
+COLUMNS = (
+    "velocity_rad_s",
+    "friction_torque_nm",
+    "direction",
+    "count",
+    "position_rad",
+    "travel_rad",
+)
+"""As `rtctl.friction.points.columns` has them; `travel_rad` is the way around the place that a row is the mean over."""
+
+Row = tuple[float, float, int, int, float, float]
+
+
+def rows_of(direction: int, measurements: Sequence[Measurement]) -> list[Row]:
+    """One row for each place: measurements without a tick between them are of one place."""
+    rows: list[Row] = []
+    groups: list[list[Measurement]] = []
+    for one in measurements:
+        before = groups[-1][-1] if groups else None
+        if (
+            before is not None
+            and one.first_tick == before.first_tick + before.ticks
+            and one.velocity_rad_s != 0
+        ):
+            groups[-1].append(one)
+        else:
+            groups.append([one])
+    for group in groups:
+        torque, speed, x = (
+            float(np.mean([getattr(one, name) for one in group]))
+            for name in ("torque_nm", "velocity_rad_s", "position_rad")
+        )
+        if torque * direction > 0:  # else something pulls more than friction holds
+            way = group[-1].time_s - group[0].time_s
+            each = way / (len(group) - 1) if len(group) > 1 else 0.0
+            rows.append((speed, torque, direction, len(group), x, abs(speed) * (way + each)))
+    return rows
+
+
+def places_csv(rows: Iterable[Sequence[float]], rig: str, config_sha256: str) -> str:
+    """The text of a CSV file of such rows."""
+    out = io.StringIO()
+    out.write(f"# rig {rig}, config sha256 {config_sha256}\n")
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for v, torque, direction, count, x, travel in rows:
+        writer.writerow(
+            [f"{v:.9g}", f"{torque:.7f}", int(direction), int(count), f"{x:.6f}", f"{travel:.6f}"]
+        )
+    return out.getvalue()

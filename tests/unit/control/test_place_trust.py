@@ -1,0 +1,120 @@
+"""Compensation by place: trusted as far as the force sensor sees it, and a spring that no account pays for."""
+
+import math
+
+import numpy as np
+import pytest
+from law_rig import LawRig, T
+
+from rtctl.control.feedforward import compensated_magnitude
+from rtctl.control.jit import records
+from rtctl.control.place_trust import judge_place, place_trust
+from rtctl.control.records import HELD, MODEL, new_records
+from rtctl.control.vocabulary import PlaceUse, Policy
+from rtctl.friction.kinds.harmonics import Harmonics
+from rtctl.tick import new_ticks
+
+COGGING = Harmonics(0.5, np.array([1.0, 3.0]), np.array([0.02, 0.0]), np.array([0.0, 0.01]))
+SWING = 0.05
+
+
+def model_of(wave_nm=SWING, part=None):
+    """.3 N m at every speed, more by a cos of the angle over a turn."""
+    made = np.zeros(1, MODEL)
+    row = made[0]
+    row["n_segments"], row["knot_rad_s"][:, 1:], row["speed_max_rad_s"] = 1, 2.0, 2.0
+    row["coefficient"][:, 0, 0], row["speed_fade_rad_s"], row["lookup_scale"] = 0.3, 0.2, 512
+    row["place_orders"], row["place_turns_per_rad"] = 1, 1 / (2 * math.pi)
+    row["place_coefficient"][:, 0, 0, 0] = wave_nm
+    if part is not None:
+        row["conservative_per_rad"], row["conservative"] = 1 / part.period_rad, part.table()
+    return records(made)[0]
+
+
+class Judged:
+    """An axis that slides to and fro over 3 rad, and what its force sensor sees."""
+
+    def __init__(self, use, shift=0.0, noise=0.002, drift=0.0):
+        params, state, _, _ = new_records(1)
+        self.p, self.s, self.t = records(params)[0], records(state)[0], records(new_ticks(1, 1))[0]
+        self.p["place_kind"][0], self.p["place_length_rad"][0], self.p["place_speed_rad_s"][0] = (
+            int(use),
+            math.pi,
+            1.0,
+        )
+        self.p["observer_alpha"][0] = 0.1
+        self.model, self.shift, self.noise, self.drift = model_of(part=COGGING), shift, noise, drift
+        self.random = np.random.default_rng(5)
+
+    def slide(self, strokes, rows=400, reach=3.0):
+        for stroke in range(strokes):
+            d = 1.0 if stroke % 2 == 0 else -1.0
+            for k in range(rows):
+                share = k / rows
+                x = reach * (share if d > 0 else 1 - share)
+                at = x - self.shift
+                friction = 0.3 * (1 + self.drift) + SWING * math.cos(at)
+                seen = d * friction - float(COGGING(np.array(at))) + self.noise * self.random.normal()
+                self.s["position_rad"][0], self.t["velocity_rad_s"][0] = x, 0.3 * d
+                self.s["bristle_share"][0], self.s["friction_observed_nm"][0] = d, seen
+                judge_place(self.t, self.s, self.p, self.model, 0, d * reach / rows)
+        return place_trust(self.s, self.p, 0)
+
+
+def test_a_place_is_not_trusted_before_it_was_seen_and_then_it_is():
+    axis = Judged(PlaceUse.SEEN)
+    assert axis.slide(1, reach=2.0) == 0.0  # not half a turn yet
+    assert axis.slide(8) > 0.95
+
+
+def test_drift_of_friction_says_nothing_of_its_place():
+    assert Judged(PlaceUse.SEEN, drift=0.2).slide(9) > 0.95
+
+
+@pytest.mark.parametrize("shift", [math.pi, 1.7])
+def test_an_index_that_moved_is_not_compensated(shift):
+    assert Judged(PlaceUse.SEEN, shift).slide(9) < 0.05
+
+
+def test_a_given_place_is_trusted_at_once_and_no_more_where_the_sensor_contradicts():
+    right, wrong = Judged(PlaceUse.GIVEN), Judged(PlaceUse.GIVEN, math.pi)
+    assert right.slide(0) == wrong.slide(0) == 1.0
+    assert right.slide(9) > 0.95
+    assert wrong.slide(9) < 0.05
+    assert Judged(PlaceUse.OFF).slide(3) == 0.0
+
+
+def test_noise_and_numbers_that_are_none_give_no_trust():
+    noisy = Judged(PlaceUse.SEEN, noise=0.3)
+    assert noisy.slide(9) < 0.3
+    noisy.s["friction_observed_nm"][0] = math.nan
+    judge_place(noisy.t, noisy.s, noisy.p, noisy.model, 0, 0.01)
+    assert np.isfinite(noisy.s["place_square_nm2"]).all()
+
+
+def test_until_its_place_is_known_the_feedforward_goes_by_the_weakest():
+    params, _, _, _ = new_records(1)
+    p = records(params)[0]
+    p["friction_policy"][0], p["friction_gain"][0], p["friction_cap_nm"][0] = int(Policy.HYBRID), 1.0, 1.0
+    p["place_trough_nm"][0] = SWING
+    model = model_of()
+    places = np.linspace(0, 2 * math.pi, 9)
+    for trust in (0.0, 0.4, 1.0):
+        found = [compensated_magnitude(p, model, 0, 0, 0.5, x, trust)[0] for x in places]
+        truth = 0.3 + SWING * np.cos(places)
+        assert (np.array(found) <= truth + 1e-12).all()  # never more than there is
+        assert found[0] == pytest.approx(0.25 + trust * 2 * SWING)
+
+
+def test_the_conservative_part_is_compensated_beside_the_account_of_friction():
+    rig = LawRig(friction_policy=int(Policy.HYBRID), place_kind=int(PlaceUse.GIVEN), conservative_gain=0.9)
+    rig.friction()
+    rig.model["conservative_per_rad"], rig.model["conservative"] = 1 / COGGING.period_rad, COGGING.table()
+    rig.arm()
+    for k in range(60):
+        rig.tick(0.1 * T * (k + 1))
+    x = 0.1 * T * 60
+    assert rig["feedforward_torque_nm"] == pytest.approx(-0.9 * float(COGGING(np.array(x))), abs=1e-6)
+    held = rig.state["compensation_nm"][0, 0]
+    assert len(held) == HELD
+    assert np.abs(held).max() < 1e-9  # no hand: nothing but the spring, which no account pays for

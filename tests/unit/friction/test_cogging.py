@@ -1,0 +1,95 @@
+"""The conservative part: told apart from friction, found again after its index has moved, or not used."""
+
+import gzip
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rtctl.control.jit import records
+from rtctl.control.place_friction import conservative_torque
+from rtctl.control.records import CONSERVATIVE_CELLS, MODEL
+from rtctl.errors import DataError
+from rtctl.friction.kinds.harmonics import Harmonics
+from rtctl.friction.learn.cogging import Sweep, find_shift, fit_cogging
+
+PART = Harmonics(0.8, np.array([1.0, 3.0, 6.0]), np.array([0.02, 0.0, -0.01]), np.array([0.01, 0.03, 0.005]))
+DATA = Path(__file__).parents[4] / "shared" / "data" / "odrive_cogging"
+
+
+def two_way(part=PART, noise=0.002, shift=0.0, ways=(1, -1), n=250):
+    rng = np.random.default_rng(4)
+    x = np.concatenate([rng.uniform(0, 6.28, n) for _ in ways])
+    d = np.repeat(ways, n).astype(float)
+    friction = np.where(d > 0, 0.30, 0.26) * (1 + 0.2 * np.sin(x))
+    return Sweep(x, d * friction - part(x - shift) + noise * rng.normal(size=len(x)), d)
+
+
+def test_friction_and_conservative_part_are_told_apart():
+    found = fit_cogging(two_way(), 0.8, friction_period_rad=2 * math.pi)
+    x = np.linspace(0, 0.8, 200)
+    assert np.abs(found.part(x) - PART(x)).max() < 0.0015
+    assert found.friction_nm == (pytest.approx(0.30, abs=0.002), pytest.approx(0.26, abs=0.002))
+    assert found.part(x[:-1]).mean() == pytest.approx(0, abs=1e-3)
+    assert found.two_way
+    assert found.rmse_nm < 0.01
+
+
+def test_a_joint_without_cogging_gets_no_harmonic():
+    none = Harmonics(0.8, np.zeros(0), np.zeros(0), np.zeros(0))
+    assert len(fit_cogging(two_way(none), 0.8, friction_period_rad=2 * math.pi).part.orders) == 0
+    assert none.most_nm == none.steepest_nm_rad == none.swing_j == 0
+
+
+def test_a_shift_is_found_and_another_joints_part_does_not_fit():
+    moved = find_shift(PART, two_way(shift=0.31), 2 * math.pi)
+    assert moved.shift_rad == pytest.approx(0.31, abs=2e-3)
+    assert moved.fits
+    other = Harmonics(0.8, np.array([2.0, 5.0]), np.array([0.03, 0.01]), np.array([0.0, 0.02]))
+    assert not find_shift(other, two_way(shift=0.31), 2 * math.pi).fits
+    with pytest.raises(DataError, match="too few"):
+        find_shift(PART, two_way(n=3))
+
+
+def test_bounds_hold_and_the_laws_table_is_the_sum_within_its_bound():
+    x = np.linspace(-1, 3, 20001)
+    assert np.abs(PART(x)).max() <= PART.most_nm <= 1.02 * np.abs(PART(x)).max()
+    slopes = np.abs(np.gradient(PART(x), x)).max()
+    assert slopes <= PART.steepest_nm_rad * (1 + 1e-6) <= 1.02 * slopes
+    energy = np.cumsum(PART(x)) * (x[1] - x[0])
+    assert np.ptp(energy) <= PART.swing_j
+    made = np.zeros(1, MODEL)
+    made["conservative_per_rad"], made["conservative"] = 1 / 0.8, PART.table()
+    record = records(made)[0]
+    in_law = np.array([conservative_torque(record, one) for one in x[::37]])
+    assert np.abs(in_law - PART(x[::37])).max() <= PART.table_bound_nm < 1e-5
+    assert len(PART.table()) == CONSERVATIVE_CELLS
+    assert math.isnan(conservative_torque(record, math.inf))
+
+
+def odrive(name):
+    with gzip.open(DATA / name, "rt") as file:
+        table = np.genfromtxt(file, delimiter=",", names=True)
+    way = -1.0 if "reverse" in name else 1.0
+    return Sweep(table["count"] * (2 * math.pi / 8192), table["iq_a"], np.full(len(table), way))
+
+
+@pytest.mark.skipif(not DATA.is_dir(), reason="the measured maps are not there")
+def test_measured_maps_of_a_motor_are_found_half_a_turn_off():
+    count = 2 * math.pi / 8192
+    learned = fit_cogging(odrive("map_a.csv.gz"), 2 * math.pi)
+    assert learned.rmse_nm < 0.06  # A: the maps are currents
+    trap, back = (find_shift(learned.part, odrive(f"map_{n}.csv.gz")) for n in ("c_half_turn_off", "reverse"))
+    for found, within in ((trap, 1), (back, 4)):
+        assert abs(abs(found.shift_rad / count) - 4096) < within
+        assert found.fits
+    assert (
+        np.std(
+            odrive("map_c_half_turn_off.csv.gz").torque_nm + learned.part(odrive("map_a.csv.gz").position_rad)
+        )
+        > 1
+    )
+    assert trap.rmse_nm < 0.15  # .12 A between index searches; .06 between maps without one
+    forward, backward = trap.level_nm[0], back.level_nm[0]
+    assert forward > 0 > backward  # friction, told apart: it has the sign of the motion

@@ -1,0 +1,116 @@
+"""Friction over place: orders by held-out places, the model file, and what the law's record says."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rtctl.control.friction_curve import branch_magnitude
+from rtctl.control.jit import records
+from rtctl.control.place_friction import conservative_torque, place_magnitude
+from rtctl.errors import DataError, ModelError
+from rtctl.friction import artefact
+from rtctl.friction.document import checksum, render
+from rtctl.friction.kinds.harmonics import Harmonics
+from rtctl.friction.learn.fit import fit_points
+from rtctl.friction.learn.places import fit_places
+from rtctl.friction.points.measured import FrictionPoints
+
+TURN = 2 * math.pi
+SHARE = 0.4
+RIPPLE = Harmonics(0.4, np.array([1.0]), np.array([0.0]), np.array([0.012]))
+
+
+def friction(v, x, share=SHARE):
+    dry = 0.25 + 0.1 * np.exp(-((v / 0.1) ** 2))
+    return dry * (1 + share * np.sin(x + 0.5)) + 0.05 * v
+
+
+def measured(share=SHARE, places=12, noise=0.002, speeds=14):
+    rng = np.random.default_rng(7)
+    levels = np.concatenate([[0.005], np.geomspace(0.01, 2.0, speeds - 1)])
+    rows, where = [], []
+    for way in (1, -1):
+        for v in levels:
+            for k in range(places):
+                x = (k + rng.uniform()) * TURN / places
+                f = friction(v, x, share) - way * float(RIPPLE(np.array(x))) + noise * rng.normal()
+                rows.append((way * v, f, way, noise, 5))
+                where.append(x)
+    columns = {"position_rad": np.array(where), "travel_rad": np.zeros(len(where))}
+    return FrictionPoints.from_rows(rows, "places.csv", "0" * 64, columns)
+
+
+@pytest.fixture(scope="module")
+def learned():
+    points = measured()
+    return fit_places(fit_points(points, rig="mock", c=100.0), points, TURN, RIPPLE)
+
+
+def test_the_waves_of_friction_are_learned_and_their_number_is_chosen(learned):
+    assert 1 <= learned.chosen.kernel.orders <= 2
+    assert learned.rungs[0].rmse_nm > 0.05 > 0.008 > learned.chosen.rmse_nm
+    v, x = np.linspace(0.01, 1.9, 60), np.linspace(-20, 20, 60)
+    found = learned.model.magnitude(v) + learned.model.place_magnitude(v, x)
+    assert np.sqrt(np.mean((found - friction(v, x)) ** 2)) < 0.007
+    assert "waves over a turn" in learned.sentence
+
+
+def test_friction_that_is_the_same_everywhere_gets_no_wave():
+    points = measured(share=0.0)
+    found = fit_places(fit_points(points, rig="mock", c=100.0), points, TURN, RIPPLE)
+    assert found.chosen.kernel.orders == 0
+    assert found.model.place is None
+    assert found.model.conservative is RIPPLE
+    assert "No waves" in found.sentence
+
+
+def test_the_file_keeps_place_and_the_laws_record_evaluates_it(learned, tmp_path):
+    artefact.save(learned.model, tmp_path / "m.json")
+    model = artefact.load(tmp_path / "m.json")
+    record = records(model.record())[0]
+    for v, x in ((0.02, 1.0), (0.7, -9.0), (-0.3, 4.0)):
+        here = [np.array([one]) for one in (v, x)]
+        in_law = [
+            part(record, int(v < 0), abs(v), *at)
+            for part, at in ((branch_magnitude, ()), (place_magnitude, (x,)))
+        ]
+        assert sum(in_law) == pytest.approx(
+            float(model.magnitude(v) + model.place_magnitude(*here)[0]), abs=1e-10
+        )
+        assert conservative_torque(record, x) == pytest.approx(
+            float(RIPPLE(here[1])[0]), abs=RIPPLE.table_bound_nm
+        )
+    assert model.place_steepest_nm_rad == pytest.approx(0.14, abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("change", "key"),
+    [
+        (lambda d: d["branches"]["forward"]["support_places"].pop(), "forward.support_places"),
+        (lambda d: d.pop("place"), "forward.support_places"),
+        (lambda d: d["conservative"]["sin"].append(0.1), "conservative"),
+        (lambda d: d["place"].update(share=1.0), "dual_coef"),
+        (lambda d: d["place"].update(orders=5), "place.orders"),
+    ],
+)
+def test_a_file_that_cannot_be_believed_is_refused(learned, tmp_path, change, key):
+    path = tmp_path / "m.json"
+    artefact.save(learned.model, path)
+    document = json.loads(path.read_text())
+    change(document)
+    document["sha256"] = checksum(document)
+    path.write_text(render(document))
+    with pytest.raises(ModelError, match=key):
+        artefact.load(path)
+
+
+def test_rows_without_places_or_at_too_few_are_refused(learned):
+    points = measured()
+    points = replace(points, columns={"position_rad": np.floor(points.columns["position_rad"] / 2) * 2})
+    with pytest.raises(DataError, match="places of a turn"):
+        fit_places(learned.model, points, TURN)
+    with pytest.raises(DataError, match="position_rad"):
+        fit_places(learned.model, FrictionPoints.from_rows([], "x", "0" * 64), TURN)

@@ -1,0 +1,163 @@
+"""Every sentence of a report follows from the tables under it: other tables, another sentence."""
+
+import re
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from rtctl.friction.learn import fit, selection
+from rtctl.friction.learn.machines import Candidate
+from rtctl.friction.learn.search import Score
+from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.report import evidence as report_evidence
+from rtctl.friction.report import measured_range, page, sentences, tables
+from rtctl.friction.report.measured_range import unmeasured
+
+
+def on_test(**rmse_mnm):
+    """Rows of the table of errors: RMS on the test points by family, mN m; standard error one tenth."""
+    return [
+        {"family": name.replace("_", "-"), "prediction_rmse_nm": x / 1e3, "prediction_se_nm": x / 1e4}
+        for name, x in rmse_mnm.items()
+    ]
+
+
+def held(**rmse_mnm):
+    return [
+        {"family": name.replace("_", "-"), "held_out_rmse_nm": x / 1e3, "refused": None}
+        for name, x in rmse_mnm.items()
+    ]
+
+
+def model(**mnm):
+    return {f"{name}_max_error_nm": [None if x is None else x / 1e3, 1e-4] for name, x in mnm.items()}
+
+
+def rung(family, rmse_mnm, terms):
+    machine, _, kind = family.rpartition("-")
+    errors = 1e-3 * rmse_mnm * np.where(np.arange(50) % 2, 1.1, 0.9)
+    return selection.Rung(family, (Score(Candidate(machine or "formula", kind), 1, errors, terms),))
+
+
+SPLINE = "epsilon-spline"
+
+CASES = [
+    (sentences.of_test, (on_test(epsilon_spline=2, gaussian=3), SPLINE), "errs 2 mN m RMS, the least of 2 models"),
+    (sentences.of_test, (on_test(epsilon_spline=2, gaussian=1.9), SPLINE), "within one standard error of the best of 2"),
+    (sentences.of_test, (on_test(epsilon_spline=4, gaussian=1), SPLINE), "4 times the best of 2 models: the least has gaussian, 1 mN m"),
+    (sentences.of_test, (on_test(gaussian=1), SPLINE), "nothing is said of epsilon-spline"),
+    (sentences.of_test_formulas, (on_test(epsilon_spline=2, gaussian=1),), "a formula is the best: gaussian beats epsilon-spline, 1 against 2"),
+    (sentences.of_test_formulas, (on_test(epsilon_spline=2, gaussian=2.1),), "a formula is as good: gaussian is within one standard error"),
+    (sentences.of_test_formulas, (on_test(epsilon_spline=2, gaussian=4),), "no formula is as good: the best, gaussian, errs 2 times as much"),
+    (sentences.of_test_formulas, (on_test(gaussian=4),), "^$"),
+    (sentences.of_agreement, (on_test(epsilon_spline=2), held(epsilon_spline=1.9), SPLINE), "1.1 times its held-out error .*: the two agree"),
+    (sentences.of_agreement, (on_test(epsilon_spline=8), held(epsilon_spline=2), SPLINE), "4 times .* says too little of another session"),
+    (sentences.of_agreement, (on_test(epsilon_spline=1), held(epsilon_spline=2), SPLINE), "the test points are easier"),
+    (sentences.of_bound, (model(train=3, validation=2, test=None),), "is 3 mN m, on the points it was learned from"),
+    (sentences.of_bound, (model(train=3, validation=4, test=None),), "is 4 mN m, on what was held out"),
+    (sentences.of_bound, (model(train=3, validation=4, test=9, single=None),), "is 9 mN m, on the test points"),
+    (sentences.of_bound, (model(train=3, validation=4, test=9, single=20),), "is 20 mN m, on single measurements"),
+    (sentences.of_left_out, (0, 140), "^$"),
+    (sentences.of_left_out, (1, 140), "1 of 140 points is left out"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("sentence", "rows", "said"), CASES)
+def test_a_sentence_says_what_its_table_says_and_no_other_table_makes_it_say_so(sentence, rows, said):
+    assert re.search(said, sentence(*rows)), sentence(*rows)
+    others = [case for case in CASES if case[0] is sentence and case[2] != said]
+    assert others
+    for _, other, _ in others:
+        assert not re.search(said, sentence(*other))
+
+
+def test_a_model_that_no_search_compared_is_compared_with_the_formulas_of_the_table():
+    better, worse = held(epsilon_spline=2, gaussian=1), held(epsilon_spline=2, gaussian=3)
+    assert "A formula errs no more: gaussian, 1 against 2" in sentences.of_formulas(better, SPLINE)[0]
+    assert (
+        "No formula errs as little: the best is gaussian, 3 against 2"
+        in sentences.of_formulas(worse, SPLINE)[0]
+    )
+    assert sentences.of_formulas(better, "gaussian") == []
+
+
+@pytest.mark.parametrize(
+    ("rungs", "said"),
+    [
+        ({"gaussian": (1.01, 4), SPLINE: (1.0, 9)}, "gaussian errs more by less than one standard error of epsilon-spline"),
+        ({"gaussian": (0.99, 4), SPLINE: (1.0, 9)}, "gaussian does not err more than epsilon-spline"),
+        ({"gaussian": (3.0, 4), SPLINE: (1.0, 9)}, "No parametric model is as good: the best, gaussian, errs 3 times"),
+        ({"gaussian": (1.0, 9), SPLINE: (1.01, 4)}, "the fewest numbers of 2 within one standard error of the best"),
+        ({"gaussian": (1.0, 4), SPLINE: (3.0, 9)}, "the smallest held-out error by more than one standard error"),
+        ({"gaussian": (1.0, 4), SPLINE: (1.01, 9)}, "the smallest held-out error and the fewest numbers"),
+    ],
+)  # fmt: skip
+def test_the_reason_of_the_choice_follows_from_the_ladder(rungs, said):
+    choice = selection.choose([rung(family, *figures) for family, figures in rungs.items()])
+    assert said in choice.explanation
+
+
+SPEEDS = np.concatenate([[0.0], np.geomspace(0.01, 2.0, 20)])
+
+
+def joint(speeds=SPEEDS, factor=1.0):
+    rows = [
+        (sign * v, factor * (0.25 + 0.1 * np.exp(-v / 0.1) + 0.05 * v), sign, np.nan, np.nan)
+        for sign in (1, -1)
+        for v in speeds
+    ]
+    return FrictionPoints.from_rows(rows, "joint.csv", "0" * 64)
+
+
+@pytest.fixture(scope="module")
+def learned():
+    return fit.fit_points(joint(), rig="bench", c=100.0)
+
+
+def test_the_page_confronts_its_headline_with_test_points_that_contradict_it(learned):
+    said = {}
+    for name, test in (("none", None), ("same", joint()), ("weaker", joint(factor=0.5))):
+        evidence = report_evidence.gather(joint(), learned, None, test)
+        said[name] = " ".join(sentences.headline(evidence))
+    assert "test points" not in said["none"]
+    assert "which says too little of another session" in said["weaker"]
+    assert "which says too little of another session" not in said["same"]
+    evidence = report_evidence.gather(joint(), learned, None, joint(factor=0.5))
+    html = page.page(evidence, SimpleNamespace(axes=(), gain_model=0.5, friction_min_nm=0.2), {"provenance": {}}, [
+        page.Picture("ladder", "", b"")])  # fmt: skip
+    assert "which says too little of another session" in html
+
+
+def test_the_table_of_errors_says_what_was_held_out(learned):
+    evidence = report_evidence.gather(joint(), learned, None)
+    assert "on speeds held out of training" in tables.errors(evidence).caption
+    assert (
+        "on stretches of time held out of training" in tables.errors(replace(evidence, folds="time")).caption
+    )
+
+
+def test_a_curve_is_dashed_where_nothing_was_measured():
+    assert unmeasured(SPEEDS) == []
+    assert unmeasured(SPEEDS[1:]) == [(0.0, 0.01)]
+    assert unmeasured(np.concatenate([SPEEDS[SPEEDS < 0.1], [1.9, 2.0]])) == [
+        (pytest.approx(0.0931, rel=0.01), 1.9)
+    ]
+    drawn = []
+    plot = SimpleNamespace(plot=lambda v, curve, **how: drawn.append((v[np.isfinite(curve)], how)))
+    v = np.linspace(0, 2, 400)
+    measured_range.draw(plot, -v, np.ones(400), SPEEDS[SPEEDS > 0.1], label="curve")
+    (solid, how), (dashed, dashes) = drawn
+    assert dashes["linestyle"] == "--"
+    assert how["label"] == "curve"
+    assert dashes["label"] is None
+    first = SPEEDS[SPEEDS > 0.1].min()
+    assert np.abs(solid).min() >= first
+    assert np.abs(dashed).max() < first + 0.01
+    assert len(solid) + len(dashed) >= 400
+
+
+def test_the_caption_names_the_speeds_that_were_not_measured():
+    assert measured_range.said(joint()) == ""
+    assert "below 0.01 rad/s (direction +1)" in measured_range.said(joint(SPEEDS[1:]))
