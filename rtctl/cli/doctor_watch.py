@@ -81,7 +81,7 @@ def _sums(first: dict[str, Any] | None, last: dict[str, Any], *, as_json: bool) 
     if first is None:
         click.echo("no health came: the rig tells nothing of late ticks", err=True)
         return 0
-    count, causes = last["ticks"] - first["ticks"], _risen(first, last)
+    count, causes = int(last["ticks"] - first["ticks"]), _risen(first, last)
     if as_json:
         click.echo(json_text({"ticks": count, "causes": causes}))
     else:

@@ -66,21 +66,17 @@ def rows(config: Path, bursts: int) -> list[Row]:
             found.append(_told(rig, "another task", bursts, spell, {"another task"}, HOG))
         found.append(_told(rig, "a stop of the process", bursts, lambda: _stop(loop), {"stopped"}))
     with tempfile.TemporaryDirectory(prefix="rt") as name:
-        more = "".join(
-            f'\n[[device.faults]]\nchannel = "loop"\nkind = "stall"\nat_s = {at_s:.3f}\nfor_s = 0.0005\nvalue = 20\n'
-            for at_s in (3.0 + PAUSE_S * k for k in range(bursts))
-        )
+        more = f'\n[[device.options.faults]]\nchannel = "loop"\nkind = "stall"\nat_s = 3.0\nfor_ticks = 1\nevery_s = {PAUSE_S}\nvalue = 20\n'
         with _rig(config, Path(name), more) as (rig, _loop, _core):
             found.append(_told(rig, "a device that blocks", bursts, lambda: None, {"own cycle"}, "read"))
-    with tempfile.TemporaryDirectory(prefix="rt") as name:
-        with (
-            _rig(config, Path(name), "", realtime="off") as (rig, loop, core),
-            _hog(core, 0) as spell,
-        ):
-            os.sched_setaffinity(loop, {core})
-            found.append(
-                _told(rig, "an ordinary task, without real-time rights", bursts, spell, {"another task"}, HOG)
-            )
+    with (
+        tempfile.TemporaryDirectory(prefix="rt") as name,
+        _rig(config, Path(name), "", realtime="off") as (rig, loop, core),
+        _hog(core, 0) as spell,
+    ):
+        os.sched_setaffinity(loop, {core})
+        kind = "an ordinary task, without real-time rights"
+        found.append(_told(rig, kind, bursts, spell, {"another task"}, HOG))
     return [one.row() for one in found]
 
 
@@ -156,8 +152,9 @@ def _told(
 ) -> Told:
     found = Told(kind)
     with rig.events() as events:
-        while events.receive(PAUSE_S) is not None:
-            pass
+        quiet = time.monotonic() + PAUSE_S
+        while time.monotonic() < quiet:
+            events.receive(PAUSE_S)
         for _ in range(bursts):
             burst()
             worst: dict[str, Any] | None = None

@@ -57,7 +57,7 @@ class Counters:
     """
 
     def __init__(self, pid: int, core: int | None = None, root: Path = Path("/")) -> None:
-        self._root, self._core = root, core
+        self._root, self._core, self._pid = root, core, pid
         self._files: dict[str, int] = {}
         self._stat, self._sched = f"proc/{pid}/stat", f"proc/{pid}/schedstat"
         self._slack = _number(self._read(f"proc/{pid}/timerslack_ns"))
@@ -94,7 +94,13 @@ class Counters:
         )
 
     def stopped(self) -> bool:
-        """Whether the loop is stopped by a signal now."""
+        """Whether the loop is stopped by a signal now, or was and goes on since this was last asked.
+
+        The second is told to the loop's parent only, which the host is.
+        """
+        with suppress(ChildProcessError):
+            if os.waitid(os.P_PID, self._pid, os.WSTOPPED | os.WCONTINUED | os.WNOHANG) is not None:
+                return True
         return self._read(self._stat).rpartition(")")[2].split()[:1] in (["T"], ["t"])
 
     def close(self) -> None:

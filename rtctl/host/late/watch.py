@@ -85,6 +85,7 @@ class LateWatch:
         if before is None:
             return
         late = bool(self._waiting)
+        self._stopped |= late and self._counters.stopped()
         if self._tasks is not None and now_ns - self._scanned_ns >= (SCAN_LATE_NS if late else SCAN_NS):
             self._scanned_ns = now_ns
             self._culprit = self._tasks.busiest(self._counters.core, reading.priority)

@@ -164,8 +164,11 @@ def test_a_stopped_process_is_seen():
     try:
         assert not counters.stopped()
         child.send_signal(signal.SIGSTOP)
-        assert until(counters.stopped, 10)
-        assert counters.look(0).stopped
+        assert until(lambda: counters.look(0).stopped, 10)
+        child.send_signal(signal.SIGCONT)
+        assert until(lambda: not counters.look(0).stopped, 10)
+        assert counters.stopped(), "it was, and nobody had asked"
+        assert until(lambda: not counters.stopped(), 10)
     finally:
         counters.close()
         child.kill()
