@@ -236,9 +236,9 @@ class Host:
 
     def _watch_late(self) -> None:
         """Follow late ticks and their causes; on a virtual clock there are none."""
-        from rtctl.host.late.counters import Counters
-        from rtctl.host.late.tasks import Tasks
-        from rtctl.host.late.watch import LateWatch
+        from rtctl.host.telemetry.late_counters import Counters
+        from rtctl.host.telemetry.late_tasks import Tasks
+        from rtctl.host.telemetry.late_watch import LateWatch
 
         pid, core = self.loop.pid, self.loaded.config.loop.cpu
         seen = self.loaded.config.loop.clock != "virtual"

@@ -9,6 +9,7 @@ daemon tells of within the time of each burst; bursts that made no tick late are
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -22,6 +23,7 @@ from typing import Any
 
 from rtctl.client import RigClient
 from rtctl.errors import RtctlError
+from rtctl.rig_file.config import load
 from tests.bench.child import START_S, daemon, end
 from tests.bench.row import Row
 
@@ -85,18 +87,13 @@ def _rig(
     config: Path, folder: Path, more: str, realtime: str = "require"
 ) -> Iterator[tuple[RigClient, int, int]]:
     """A daemon with a client, its loop's process and the core that this is on."""
-    text = config.read_text()
+    text = config.read_text().replace('"friction/', f'"{config.parent}/friction/')
     here = folder / "source.toml"
     here.write_text(
-        text.replace('"friction/', f'"{config.parent}/friction/').replace(
-            "[loop]", f'[loop]\nrealtime = "{realtime}"', 1
-        )
+        re.sub(r'^realtime = "\w+"', f'realtime = "{realtime}"', text, count=1, flags=re.MULTILINE)
     )
     with daemon(here, folder, more, seconds=600.0) as process:
-        name = next(
-            line.split('"')[1] for line in text.splitlines() if line.replace(" ", "").startswith("name=")
-        )
-        with RigClient(name, runtime_dir=folder) as rig:
+        with RigClient(load(config).config.rig.name, runtime_dir=folder) as rig:
             rig.timeout_s = START_S
             rig.hello()
             loop = _child(process.pid)

@@ -19,11 +19,11 @@ from typing import Any
 import numpy as np
 
 from rtctl.check import measured_timing as timing
-from rtctl.host.late.watch import LateWatch
 from rtctl.host.record.repeated_events import ChatterFilter
 from rtctl.host.telemetry.device_words import DeviceWords
 from rtctl.host.telemetry.events import EventDetector
 from rtctl.host.telemetry.friction_watch import FrictionWatch
+from rtctl.host.telemetry.late_watch import LateWatch
 from rtctl.host.telemetry.rig_description import RigDescription
 from rtctl.host.telemetry.timing_watch import EVENT, timing_of
 from rtctl.recording.event_log import Event, EventLog

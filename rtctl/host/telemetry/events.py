@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from rtctl.control.vocabulary import State
-from rtctl.host.late.watch import LateNews
 from rtctl.host.telemetry.device_words import DeviceWords, Voice
 from rtctl.host.telemetry.fault_book import FaultBook
 from rtctl.host.telemetry.friction_watch import FrictionNews, FrictionWatch
+from rtctl.host.telemetry.late_watch import LateNews
 from rtctl.host.telemetry.motor_temperature import TemperatureWatch
 from rtctl.host.telemetry.rig_description import RigDescription
 from rtctl.host.telemetry.timing_watch import EVENT, TimingWatch

@@ -16,13 +16,13 @@ import zmq
 
 from rtctl.host.access.endpoints import private_umask
 from rtctl.host.access.entrances import LINGER_MS, Access
-from rtctl.host.late.watch import LateWatch
 from rtctl.host.telemetry import publisher
 from rtctl.host.telemetry.device_words import DeviceWords
 from rtctl.host.telemetry.events import EventDetector
 from rtctl.host.telemetry.fault_book import FaultBook
 from rtctl.host.telemetry.friction_watch import FrictionWatch
 from rtctl.host.telemetry.health import HealthWindow
+from rtctl.host.telemetry.late_watch import LateWatch
 from rtctl.host.telemetry.motor_temperature import temperature_warnings
 from rtctl.host.telemetry.publisher import HasSocket, Publisher
 from rtctl.host.telemetry.rig_description import RigDescription, describe

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from patience import until
 
-from rtctl.host.late.counters import Counters, Reading, rates, rise
-from rtctl.host.late.tasks import Tasks
-from rtctl.host.late.ticks import LateTick, bound_ns, late_ticks
-from rtctl.host.late.verdict import CAUSES, Rise, judge
-from rtctl.host.late.watch import TELL_NS, LateNews, LateWatch
+from rtctl.host.telemetry.late_counters import Counters, Reading, rates, rise
+from rtctl.host.telemetry.late_tasks import Tasks
+from rtctl.host.telemetry.late_ticks import LateTick, bound_ns, late_ticks
+from rtctl.host.telemetry.late_verdict import CAUSES, Rise, judge
+from rtctl.host.telemetry.late_watch import TELL_NS, LateNews, LateWatch
 from rtctl.tick import new_ticks
 
 MS = 1_000_000

@@ -9,7 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from rtctl.host.late.verdict import Rise
+from rtctl.host.telemetry.late_verdict import Rise
 
 NAN = float("nan")
 

@@ -9,17 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.host.late.counters import Counters, Reading, rates, rise
-from rtctl.host.late.tasks import Tasks
-from rtctl.host.late.ticks import LateTick, bound_ns, late_ticks
-from rtctl.host.late.verdict import CAUSES, Verdict, judge
+from rtctl.host.telemetry.late_counters import Counters, Reading, rates, rise
+from rtctl.host.telemetry.late_tasks import Tasks
+from rtctl.host.telemetry.late_ticks import LateTick, bound_ns, late_ticks
+from rtctl.host.telemetry.late_verdict import CAUSES, Verdict, judge
 
 EVENT = "late"
 
 LOOK_NS = 100_000_000
 """From one look at the counters to the next while no tick is late."""
 
-SCAN_NS, SCAN_LATE_NS = 5_000_000_000, 1_000_000_000
+SCAN_NS, SCAN_LATE_NS = 5_000_000_000, 250_000_000
 """From one scan of the tasks to the next, and while ticks are late."""
 
 TELL_NS = 250_000_000

@@ -12,7 +12,7 @@ _CORE, _PRIORITY = 36, 37
 
 
 class Tasks:
-    """Remembers how long each task has run. A scan takes some 30 us a task: once a second at most.
+    """Remembers how long each task has run. A scan takes some 30 us a task.
 
     Parameters
     ----------

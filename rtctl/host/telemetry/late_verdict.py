@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from rtctl.host.late.ticks import LateTick
+from rtctl.host.telemetry.late_ticks import LateTick
 
 EXPLAINS = 0.5
 """Least share of the lateness that a cause must explain."""
