@@ -31,7 +31,7 @@ GROUPS = (
     "recording",
     "view",
 )
-ON_REQUEST = ("soak", "deaths", "scheduler", "drift")
+ON_REQUEST = ("soak", "deaths", "scheduler", "drift", "blame")
 LOADS = ("cpu", "disk", "network", "memory")
 
 
@@ -76,7 +76,8 @@ def command(
     """Measure side by side: friction evaluation, safety machine, feel of a 60 Hz program, virtual time, start,
     cycle, wake-up, telemetry streams, floods, STOP under attack, device I/O, recording, live view; and, only when asked for, soak: hours of subscribers that come and go, and of floods;
     deaths: a hundred killed loops, and how soon a simulated board was without torque; scheduler: SCHED_DEADLINE beside SCHED_FIFO;
-    drift: false alarms of the watch over the friction in ten simulated hours.
+    drift: false alarms of the watch over the friction in ten simulated hours; blame: ticks made late on purpose, and whether
+    their cause is named.
 
     Only in a checkout: benchmarks are not installed with the package.
 
@@ -160,6 +161,7 @@ def measurements(
     from rtctl.simulation.demo import shipped_config
     from tests.bench import (
         attacks,
+        blame,
         deaths,
         drift,
         feel,
@@ -193,6 +195,7 @@ def measurements(
         "flood": lambda: flood.rows(mock, 10 * short, 1 if quick else 2),
         "attacks": lambda: attacks.rows(mock, 1 if quick else 5),
         "soak": lambda: soak.rows(mock, minutes or 60.0, lambda text: click.echo(text, err=True)),
+        "blame": lambda: blame.rows(mock, 6 if quick else 40),
         "drift": lambda: drift.rows(mock, minutes or 600.0, lambda text: click.echo(text, err=True)),
         "io": lambda: io.rows(short, rig_seconds),
         "view": lambda: view.rows(mock, 30 * short, 3 if quick else 10),

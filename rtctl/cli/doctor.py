@@ -12,6 +12,7 @@ import click
 from rtctl.cli.colour import coloured
 from rtctl.cli.invocation import as_run
 from rtctl.cli.json_text import json_text
+from rtctl.cli.rig_argument import connect, runtime_option
 
 if TYPE_CHECKING:
     from rtctl.machine.line import Line
@@ -20,7 +21,7 @@ _COLOURS = {"ok": "green", "warn": "yellow", "fail": "red"}
 
 
 @click.command("doctor")
-@click.argument("config", required=False, type=click.Path(path_type=Path))
+@click.argument("config", metavar="[CONFIG|RIG]", required=False, type=click.Path(path_type=Path))
 @click.option(
     "--timing",
     "seconds",
@@ -29,14 +30,34 @@ _COLOURS = {"ok": "green", "warn": "yellow", "fail": "red"}
     show_default=True,
     help="seconds of the wake-up measurement on the loop's core",
 )
+@click.option(
+    "--watch", is_flag=True, help="follow a running rig instead: its late ticks, and why they were late"
+)
+@click.option("--seconds", "watch_s", type=click.FloatRange(0.1, 1e6), help="end --watch after so long")
+@runtime_option
 @click.option("--no-timing", is_flag=True, help="leave the wake-up measurement out")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout")
-def command(config: Path | None, seconds: float, *, no_timing: bool, as_json: bool) -> None:
+def command(
+    config: Path | None,
+    seconds: float,
+    *,
+    watch: bool,
+    watch_s: float | None,
+    runtime_dir: Path | None,
+    no_timing: bool,
+    as_json: bool,
+) -> None:
     """Check this machine, and the rig of CONFIG: kernel, rights, devices, versions, model, wake-ups.
 
     Nothing is changed, opened or armed. Each line is ok, warn or fail, with the command or line that puts it
-    right. Exit code 1 when a line fails.
+    right. Exit code 1 when a line fails. With --watch a rig that runs is followed (CONFIG or its name).
     """
+    if watch:
+        from rtctl.cli.doctor_watch import watch as follow
+
+        with connect(None if config is None else str(config), runtime_dir, None, None) as client:
+            follow(client, watch_s, as_json=as_json)
+        return
     from rtctl.machine import wakeup
     from rtctl.machine.examine import examine
     from rtctl.machine.service_steps import install_command

@@ -76,12 +76,8 @@ def _text(event: dict[str, Any]) -> str:
             return f"warning {event['name']}: {event['text']}"
         case "warning_cleared":
             return f"warning {event['name']} of axis {event['axis']} is gone"
-        case "measured":
-            return (
-                f"axis {event['axis']}: torque at least {event['delay_s'] * 1e3:.3g} ms late (lag {event['lag_s'] * 1e3:.3g}), "
-                f"current {event['gain']:.3g} of what was sent, {event['offset_nm']:+.3g} N m off; "
-                f"a sample every {event['sample_period_s'] * 1e3:.3g} ms"
-            )
+        case "measured" | "late":
+            return _measured(event) if kind == "measured" else _late(event)
         case "incident":
             return as_run(f"incident of {event['ticks']} ticks: rtctl incident {event['file']}")
         case "started":
@@ -98,3 +94,19 @@ def _left_out(event: dict[str, Any]) -> str:
     """A fault that flickers: how many of its events before this one were not written."""
     count = event.get("suppressed", 0)
     return f" ({count} like it before, not listed)" if count else ""
+
+
+def _late(event: dict[str, Any]) -> str:
+    named = f" ({event['name']})" if event["name"] else ""
+    return (
+        f"{event['ticks']} late tick(s), {event['worst_us']:.0f} us at most: {event['cause']}{named}, "
+        f"{event['text']}{_left_out(event)}"
+    )
+
+
+def _measured(event: dict[str, Any]) -> str:
+    return (
+        f"axis {event['axis']}: torque at least {event['delay_s'] * 1e3:.3g} ms late (lag {event['lag_s'] * 1e3:.3g}), "
+        f"current {event['gain']:.3g} of what was sent, {event['offset_nm']:+.3g} N m off; "
+        f"a sample every {event['sample_period_s'] * 1e3:.3g} ms"
+    )

@@ -137,7 +137,19 @@ def _latency(health: dict[str, Any] | None) -> list[str]:
         f"rate {health['measured_rate_hz']:.1f} Hz"
         + (f", awake {early:.0f} us early" if early else "")
         + ("   WAIVER: no real-time rights" if health["waiver"] else ""),
+        *_late(health),
     ]
+
+
+def _late(health: dict[str, Any]) -> list[str]:
+    """A line about ticks that came late since the start, and why."""
+    late = health.get("late") or {"ticks": 0}
+    if not late["ticks"]:
+        return []
+    causes = ", ".join(
+        f"{cause} {count}" for cause, count in sorted(late["causes"].items(), key=lambda one: -one[1])
+    )
+    return [f"late ticks (above {late['above_us']:.0f} us): {late['ticks']}: {causes}"]
 
 
 def line(shown: Shown) -> str:

@@ -227,11 +227,26 @@ class Host:
             if grant["required"] and not grant["granted"]:
                 self.announce(f"warning: {grant['right']} refused: {grant['detail']}")
         self.loop.leave_it_its_core()
+        self._watch_late()
         self.telemetry.set_realtime(self.loop.grants)
         self.telemetry.set_early(self.memory.early_ns)
         self.record.begin(setup_of(self.loaded, plan, rig.session, rig.start_wall_ns, self.loop.grants))
         self.view = ViewProcess.of(self.loaded, self.runtime)
         self.notifier.ready()
+
+    def _watch_late(self) -> None:
+        """Follow late ticks and their causes; on a virtual clock there are none."""
+        from rtctl.host.telemetry.late_counters import Counters
+        from rtctl.host.telemetry.late_tasks import Tasks
+        from rtctl.host.telemetry.late_watch import LateWatch
+
+        pid, core = self.loop.pid, self.loaded.config.loop.cpu
+        seen = self.loaded.config.loop.clock != "virtual"
+        counters, tasks = (Counters(pid, core), Tasks(pid)) if seen else (None, None)
+        self.late = LateWatch(counters, tasks, self.plan.period_ns, lambda: int(self.memory.early_ns[MARGIN]))
+        self._streams.enter_context(closing(self.late))
+        self.telemetry.set_late(self.late)
+        self.record.flight.set_late(self.late)
 
     def _ticking(self) -> bool:
         return self.loop.ready and int(self.memory.header[0]["head"]) > 0
@@ -308,6 +323,7 @@ class Host:
         for said in self.loop.take_words():
             self.words.hear(said)
         self.statistics.update(rows)
+        self.late.follow(rows, time.monotonic_ns())
         self.gateway.latency.observe(rows)
         if self.friction.follow(rows):
             self.gateway.stop()

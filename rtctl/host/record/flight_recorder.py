@@ -23,6 +23,7 @@ from rtctl.host.record.repeated_events import ChatterFilter
 from rtctl.host.telemetry.device_words import DeviceWords
 from rtctl.host.telemetry.events import EventDetector
 from rtctl.host.telemetry.friction_watch import FrictionWatch
+from rtctl.host.telemetry.late_watch import LateWatch
 from rtctl.host.telemetry.rig_description import RigDescription
 from rtctl.host.telemetry.timing_watch import EVENT, timing_of
 from rtctl.recording.event_log import Event, EventLog
@@ -95,6 +96,10 @@ class FlightRecorder:
         for incident in self._capture.feed(rows, events):
             self._put(incident)
         return events
+
+    def set_late(self, watch: LateWatch) -> None:
+        """Keep the events of the watch over late ticks too."""
+        self._detector.late.watch = watch
 
     def later(self, task: Task) -> None:
         """Have the thread do what may wait for the disk. Left out where the queue is full: it is asked again."""

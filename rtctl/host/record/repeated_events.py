@@ -1,4 +1,4 @@
-"""Keeps a fault that flickers, or a device that does, from filling the event log: its first events are kept, then one now and then.
+"""Keeps a fault that flickers, a device that does, or late ticks from filling the event log: its first events are kept, then one now and then.
 
 Nothing is left out silently: the next event of that fault that is kept says in `suppressed` how many were
 not, and `flush` says it at the end of the run. Changes of state, and faults in the tick of one, always pass.
@@ -44,7 +44,7 @@ class ChatterFilter:
         ]
 
     def _judge(self, event: Event, decisive: set[int]) -> Event | None:
-        if event["event"] not in ("fault", "fault_cleared", "device"):
+        if event["event"] not in ("fault", "fault_cleared", "device", "late"):
             return event
         now_s = event["monotonic_s"]
         fault = self._faults.setdefault(_name(event), _Fault(BURST, now_s))
@@ -60,6 +60,8 @@ class ChatterFilter:
 
 def _name(event: Event) -> str:
     """What flickers: a fault, or what a device says of itself or an axis."""
+    if event["event"] == "late":
+        return "late ticks"
     if event["event"] != "device":
         return str(event["name"])
     return f"of {event['device']}, axis {event['axis']}" if event["axis"] else f"of {event['device']}"

@@ -10,6 +10,7 @@ from rtctl.control.vocabulary import State
 from rtctl.host.telemetry.device_words import DeviceWords, Voice
 from rtctl.host.telemetry.fault_book import FaultBook
 from rtctl.host.telemetry.friction_watch import FrictionNews, FrictionWatch
+from rtctl.host.telemetry.late_watch import LateNews
 from rtctl.host.telemetry.motor_temperature import TemperatureWatch
 from rtctl.host.telemetry.rig_description import RigDescription
 from rtctl.host.telemetry.timing_watch import EVENT, TimingWatch
@@ -77,6 +78,8 @@ class EventDetector:
     ----------
     book : FaultBook
         Where each fault came from.
+    late : LateNews
+        Of the watch over late ticks, once there is one.
     """
 
     def __init__(
@@ -88,6 +91,7 @@ class EventDetector:
         self._rig = rig
         self.book = FaultBook(rig, words)
         self._friction = FrictionNews(friction)
+        self.late = LateNews()
         self._words = WordsWatch(self.book.words)
         self._state = int(State.INIT)
         self._faults = 0
@@ -128,6 +132,7 @@ class EventDetector:
             *self._words.changes(),
             *self._temperature.changes(rows[-1]),
             *self._friction.changes(),
+            *self.late.changes(),
         ]
         return events + [self._event(rows[-1], kind, more) for kind, more in slow]
 

@@ -22,6 +22,7 @@ from rtctl.host.telemetry.events import EventDetector
 from rtctl.host.telemetry.fault_book import FaultBook
 from rtctl.host.telemetry.friction_watch import FrictionWatch
 from rtctl.host.telemetry.health import HealthWindow
+from rtctl.host.telemetry.late_watch import LateWatch
 from rtctl.host.telemetry.motor_temperature import temperature_warnings
 from rtctl.host.telemetry.publisher import HasSocket, Publisher
 from rtctl.host.telemetry.rig_description import RigDescription, describe
@@ -156,6 +157,10 @@ class Telemetry:
         """Tell in `health` how long before each deadline the loop is awake now (`Memory.early_ns`)."""
         self._early_ns = early_ns
 
+    def set_late(self, watch: LateWatch) -> None:
+        """Tell in `health` and events which ticks came late, and why."""
+        self._events.late.watch = watch
+
     def set_commands(self, counts: Counts) -> None:
         """Tell the gateway's counters in `health`."""
         self._commands = counts
@@ -255,6 +260,7 @@ class Telemetry:
             "commands": dict(self._commands()),
             "realtime": self._realtime,
             "early_us": round(int(self._early_ns[MARGIN]) / 1e3, 1),
+            "late": None if self._events.late.watch is None else self._events.late.watch.health(),
             "log": dict(self._log()),
             "recording": self._recording(),
         }

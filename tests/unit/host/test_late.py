@@ -1,0 +1,239 @@
+"""Late ticks: which they are, what the kernel counts, and the verdict."""
+
+import math
+import os
+import signal
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from patience import until
+
+from rtctl.host.telemetry.late_counters import Counters, Reading, rates, rise
+from rtctl.host.telemetry.late_tasks import Tasks
+from rtctl.host.telemetry.late_ticks import LateTick, bound_ns, late_ticks
+from rtctl.host.telemetry.late_verdict import CAUSES, Rise, judge
+from rtctl.host.telemetry.late_watch import TELL_NS, LateNews, LateWatch
+from rtctl.tick import new_ticks
+
+MS = 1_000_000
+LATE = LateTick(tick=7, woke_ns=0, late_ns=400_000, own_ns=0, phase="read")
+OWN = replace(LATE, own_ns=390_000, phase="write")
+NOTHING = Rise(
+    run_delay_ns=0, steal_ns=0, throttled_ns=0, minor_faults=0, major_faults=0, softirqs={}, interrupts={}
+)
+
+
+@pytest.mark.parametrize(
+    ("tick", "rise_", "cause", "name"),
+    [
+        (LATE, NOTHING, "unknown", ""),
+        (LATE, Rise(), "unknown", ""),  # nothing can be read here
+        (LATE, Rise(run_delay_ns=3e5, other_task="hog 12", other_task_ns=4e5), "another task", "hog 12"),
+        (LATE, Rise(run_delay_ns=3e5, other_task="bystander", other_task_ns=1e5), "another task", ""),
+        (LATE, Rise(run_delay_ns=1e5), "unknown", ""),  # a quarter
+        (LATE, Rise(run_delay_ns=3e5, softirqs={"NET_RX": 80.0, "RCU": 3.0}), "softirq", "NET_RX"),
+        (LATE, Rise(run_delay_ns=3e5, softirqs={"NET_RX": 80.0}, other_task="hog", other_task_ns=4e5), "another task", "hog"),
+        (LATE, Rise(softirqs={"NET_RX": 80.0}), "softirq", "NET_RX"),
+        (LATE, Rise(softirqs={"NET_RX": 10.0}), "unknown", ""),
+        (LATE, Rise(interrupts={"25 eth0": 90.0}), "interrupt", "25 eth0"),
+        (LATE, Rise(steal_ns=1e7), "steal", ""),
+        (LATE, Rise(throttled_ns=1e6, run_delay_ns=4e5, other_task="x", other_task_ns=1e9), "quota", ""),
+        (LATE, Rise(stopped=True, run_delay_ns=4e5), "stopped", ""),
+        (LATE, Rise(minor_faults=0, major_faults=1), "page fault", "read"),
+        (LATE, Rise(minor_faults=150, major_faults=0), "page fault", "read"),
+        (LATE, Rise(idle_exit_ns=250_000), "idle state", ""),
+        (LATE, Rise(timer_slack_ns=50_000), "unknown", ""),
+        (replace(LATE, late_ns=90_000), Rise(timer_slack_ns=50_000), "timer slack", ""),
+        (OWN, NOTHING, "own cycle", "write"),
+        (OWN, Rise(), "own cycle", "write"),
+        (OWN, replace(NOTHING, run_delay_ns=4e5, other_task="hog", other_task_ns=1e6), "another task", "hog"),
+        (OWN, replace(NOTHING, minor_faults=120), "page fault", "write"),
+        (OWN, replace(NOTHING, steal_ns=1e7), "steal", ""),
+    ],
+)  # fmt: skip
+def test_what_explains_half_is_the_cause(tick, rise_, cause, name):
+    verdict = judge(tick, rise_, tick.late_ns)
+    assert (verdict.cause, verdict.name) == (cause, name)
+    assert verdict.cause in CAUSES
+    assert (verdict.share >= 0.5) is (cause != "unknown")
+
+
+def test_a_cause_must_explain_half_of_all_ticks_that_were_late_meanwhile():
+    assert judge(LATE, Rise(run_delay_ns=3e5), 4e5).cause == "another task"
+    assert judge(LATE, Rise(run_delay_ns=3e5), 4e6).cause == "unknown"
+
+
+@pytest.mark.parametrize(
+    ("period_ns", "early_ns", "bound"),
+    [(MS, 40_000, 50_000), (100_000, 20_000, 25_000), (MS, 0, 200_000), (100_000, 0, 50_000)],
+)
+def test_the_bound_follows_period_and_early_look(period_ns, early_ns, bound):
+    assert bound_ns(period_ns, early_ns) == bound
+
+
+def ticks(late_ns, slots=None, **parts):
+    rows = new_ticks(len(late_ns), 1)
+    rows["tick"] = np.arange(len(late_ns)) if slots is None else slots
+    rows["time_ns"] = 10 * MS + rows["tick"] * MS
+    rows["wakeup_ns"] = late_ns
+    for name, values in parts.items():
+        rows[name] = values
+    return rows
+
+
+def test_a_slot_that_was_skipped_is_lateness_too():
+    found = late_ticks(ticks([0, 0, 300_000, 0], slots=[0, 1, 5, 6]), 100_000)
+    assert [(one.tick, one.late_ns) for one in found] == [(5, 3 * MS + 300_000)]
+
+
+def test_what_the_cycle_before_took_beyond_its_period_is_told_with_its_longest_part():
+    rows = ticks([0, 500_000, 0], write_ns=[1_400_000, 0, 0], read_ns=[90_000, 0, 0], record_ns=[0, 8_000, 0])
+    (one,) = late_ticks(rows, 100_000)
+    assert (one.phase, one.own_ns) == ("write", 498_000)
+
+
+def test_a_single_row_or_none_says_nothing():
+    assert late_ticks(ticks([900_000]), 0) == late_ticks(ticks([]), 0) == []
+
+
+def made_up(root, *, delay=0, minor=0, net=0, state="S", throttled=0):
+    """A /proc of one loop, number 12, on core 1 of 2."""
+    fields = ["0"] * 50
+    fields[0], fields[7], fields[9], fields[36], fields[37] = state, str(minor), "0", "1", "80"
+    files = {
+        "proc/12/stat": f"12 (rt ctl) {' '.join(fields)}",
+        "proc/12/schedstat": f"5 {delay} 3",
+        "proc/12/timerslack_ns": "50000",
+        "proc/12/cgroup": "0::/rig.slice\n",
+        "sys/fs/cgroup/rig.slice/cpu.stat": f"usage_usec 5\nthrottled_usec {throttled}\n",
+        "proc/stat": "cpu 1 2 3\ncpu0 0 0 0 0 0 0 0 7 0 0\ncpu1 0 0 0 0 0 0 0 2 0 0\n",
+        "proc/softirqs": f"     CPU0  CPU1\n NET_RX:  9  {net}\n RCU: 1 1\n",
+        "proc/interrupts": "     CPU0  CPU1\n 25:  9  4  IO-APIC 5-edge eth0\nLOC: 5 6 Local timer\nERR: 0\n",
+    }
+    for name, text in files.items():
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        (root / name).write_text(text)
+    return root
+
+
+def test_counters_are_those_of_the_loops_core(tmp_path):
+    counters = Counters(12, None, made_up(tmp_path, delay=100, minor=4, net=50))
+    before = counters.look(0)
+    assert counters.core == 1
+    made_up(tmp_path, delay=400_100, minor=5, net=350, throttled=3)
+    after = counters.look(MS)
+    counters.close()
+    found = rise(before, after, {"NET_RX": 10_000.0})
+    assert (found.run_delay_ns, found.minor_faults, found.throttled_ns) == (400_000, 1, 3000)
+    assert found.softirqs == {"NET_RX": 300 - 30 - 20}
+    assert found.interrupts == {}
+    assert math.isnan(found.timer_slack_ns), "with real-time rights the kernel takes no slack"
+    assert rates(before, after)["NET_RX"] == pytest.approx(300 / 1e-3)
+
+
+def test_a_machine_that_tells_nothing_gives_no_cause(tmp_path):
+    counters = Counters(12, 0, tmp_path)
+    found = rise(counters.look(0), counters.look(MS), {})
+    assert judge(LATE, found, LATE.late_ns).cause == "unknown"
+
+
+def test_the_busiest_task_on_the_core_is_named():
+    """Of this machine: a child that computes, and is asked for by the core it is on."""
+    child = subprocess.Popen([sys.executable, "-c", "while True: pass"])
+    try:
+        tasks = Tasks(os.getpid())
+        tasks.busiest(0)
+
+        def core():
+            with Path(f"/proc/{child.pid}/stat").open() as file:
+                return int(file.read().rpartition(")")[2].split()[36])
+
+        assert until(lambda: tasks.busiest(core())[0].endswith(f" {child.pid}"), 20)
+    finally:
+        child.kill()
+        child.wait()
+
+
+def test_a_stopped_process_is_seen():
+    child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"])
+    counters = Counters(child.pid)
+    try:
+        assert not counters.stopped()
+        child.send_signal(signal.SIGSTOP)
+        assert until(lambda: counters.look(0).stopped, 10)
+        child.send_signal(signal.SIGCONT)
+        assert until(lambda: not counters.look(0).stopped, 10)
+        assert counters.stopped(), "it was, and nobody had asked"
+        assert until(lambda: not counters.stopped(), 10)
+    finally:
+        counters.close()
+        child.kill()
+        child.wait()
+
+
+class Scripted:
+    """Counters that say what the test wants."""
+
+    core = 0
+
+    def __init__(self):
+        self.delay_ns, self.is_stopped, self.looks = 0.0, False, 0
+
+    def look(self, at_ns):
+        self.looks += 1
+        return Reading(at_ns, run_delay_ns=self.delay_ns, stopped=False)
+
+    def stopped(self):
+        return self.is_stopped
+
+    def close(self):
+        pass
+
+
+def test_the_watch_counts_causes_and_tells_each_listener_once():
+    counters = Scripted()
+    watch = LateWatch(counters, None, MS, lambda: 40_000)
+    one, other = LateNews(watch), LateNews(watch)
+    watch.follow(ticks([0, 0]), 0)
+    assert watch.health()["ticks"] == 0
+    counters.delay_ns = 350_000
+    watch.follow(ticks([400_000], slots=[2]), 10 * MS + TELL_NS)
+    (told,) = one.changes()
+    assert told[0] == "late"
+    assert (told[1]["cause"], told[1]["worst_tick"], told[1]["ticks"]) == ("another task", 2, 1)
+    assert one.changes() == []
+    assert other.changes() == [told]
+    assert watch.health()["causes"] == {"another task": 1}
+    watch.follow(ticks([400_000], slots=[3]), 20 * MS + TELL_NS)
+    assert one.changes() == [], "just now"
+    watch.follow(ticks([0], slots=[4]), 20 * MS + 2 * TELL_NS)
+    assert one.changes()[0][1]["causes"] == {"unknown": 1}
+
+
+def test_a_loop_that_was_stopped_while_no_tick_came_is_known_to_have_been():
+    counters = Scripted()
+    watch = LateWatch(counters, None, MS, lambda: 0)
+    watch.follow(ticks([0, 0]), 0)
+    counters.is_stopped = True
+    watch.follow(ticks([]), 30 * MS)
+    counters.is_stopped = False
+    watch.follow(ticks([0], slots=[60]), 60 * MS)
+    assert watch.health()["causes"] == {"stopped": 1}
+
+
+def test_while_nothing_is_late_the_counters_are_looked_at_ten_times_a_second():
+    counters = Scripted()
+    watch = LateWatch(counters, None, MS, lambda: 0)
+    for k in range(1000):
+        watch.follow(ticks([0], slots=[k]), k * MS)
+    assert counters.looks == 10
+
+
+def test_without_counters_late_ticks_are_counted_all_the_same():
+    watch = LateWatch(None, None, MS, lambda: 0)
+    watch.follow(ticks([0, 0, 900_000]), 0)
+    assert watch.health()["causes"] == {"unknown": 1}
