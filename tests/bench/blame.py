@@ -92,12 +92,14 @@ def _rig(
     here.write_text(
         re.sub(r'^realtime = "\w+"', f'realtime = "{realtime}"', text, count=1, flags=re.MULTILINE)
     )
-    with daemon(here, folder, more, seconds=600.0) as process:
-        with RigClient(load(config).config.rig.name, runtime_dir=folder) as rig:
-            rig.timeout_s = START_S
-            rig.hello()
-            loop = _child(process.pid)
-            yield rig, loop, _core_of(loop)
+    with (
+        daemon(here, folder, more, seconds=600.0) as process,
+        RigClient(load(config).config.rig.name, runtime_dir=folder) as rig,
+    ):
+        rig.timeout_s = START_S
+        rig.hello()
+        loop = _child(process.pid)
+        yield rig, loop, _core_of(loop)
 
 
 def _child(pid: int) -> int:
