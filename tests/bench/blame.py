@@ -34,6 +34,10 @@ PAUSE_S = 0.6
 """From burst to burst: the daemon tells of late ticks four times a second at most."""
 
 RIGHT = 0.95
+
+QUOTAS = Path("/sys/fs/cgroup/cpu")
+"""Control groups of version 1; version 2 is not written to: systemd owns it."""
+
 HOG = "rtctl-hog"
 
 
@@ -79,6 +83,9 @@ def rows(config: Path, bursts: int) -> list[Row]:
         os.sched_setaffinity(loop, {core})
         kind = "an ordinary task, without real-time rights"
         found.append(_told(rig, kind, bursts, spell, {"another task"}, HOG))
+        found.append(_told(rig, "timer slack", bursts, lambda: _slack(loop), {"timer slack"}))
+        if QUOTAS.is_dir():
+            found.append(_told(rig, "a quota", bursts, lambda: _hold(loop), {"quota"}))
     return [one.row() for one in found]
 
 
@@ -120,6 +127,31 @@ def _stop(pid: int) -> None:
         time.sleep(SPELL_S)
     finally:
         os.kill(pid, signal.SIGCONT)
+
+
+def _slack(pid: int) -> None:
+    """Have the kernel wake the loop up to `SPELL_S` late, for a spell."""
+    file = Path(f"/proc/{pid}/timerslack_ns")
+    before = file.read_text()
+    file.write_text(str(round(SPELL_S * 1e9)))
+    try:
+        time.sleep(3 * SPELL_S)
+    finally:
+        file.write_text(before)
+
+
+def _hold(pid: int) -> None:
+    """Put the loop into a control group that may run for a hundredth of the time, for a spell."""
+    group = QUOTAS / f"rtctl-bench-{os.getpid()}"
+    group.mkdir()
+    try:
+        (group / "cpu.cfs_period_us").write_text("100000")
+        (group / "cpu.cfs_quota_us").write_text("1000")
+        (group / "cgroup.procs").write_text(str(pid))
+        time.sleep(10 * SPELL_S)
+    finally:
+        (QUOTAS / "cgroup.procs").write_text(str(pid))
+        group.rmdir()
 
 
 @contextmanager

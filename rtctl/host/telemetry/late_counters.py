@@ -16,6 +16,9 @@ NAN = float("nan")
 _STATE, _MINOR, _MAJOR, _CORE, _PRIORITY = 0, 7, 9, 36, 37
 """Places in /proc/PID/stat behind the name of the task (proc(5): fields 3, 10, 12, 39 and 40)."""
 
+_THROTTLED = {"throttled_usec": 1e3, "throttled_time": 1.0}
+"""How a control group of version 2 and 1 calls the time for which it was held, and its unit, ns."""
+
 FEW = 20
 """Interrupts between two readings that say nothing."""
 
@@ -60,9 +63,9 @@ class Counters:
         self._root, self._core, self._pid = root, core, pid
         self._files: dict[str, int] = {}
         self._stat, self._sched = f"proc/{pid}/stat", f"proc/{pid}/schedstat"
-        self._slack = _number(self._read(f"proc/{pid}/timerslack_ns"))
+        self._slack = f"proc/{pid}/timerslack_ns"
         self._tick_ns = 1e9 / os.sysconf("SC_CLK_TCK")
-        self._quota = self._quota_file(pid)
+        self._group = f"proc/{pid}/cgroup"
 
     @property
     def core(self) -> int:
@@ -86,7 +89,7 @@ class Counters:
             steal_ns=float(steal[_STEAL]) * self._tick_ns if len(steal) > _STEAL else NAN,
             throttled_ns=self._throttled_ns(),
             stopped=known and own[_STATE] in "Tt",
-            timer_slack_ns=NAN if _priority(own) else self._slack,
+            timer_slack_ns=NAN if _priority(own) else _number(self._read(self._slack)),
             priority=_priority(own),
             softirqs=self._by_core("proc/softirqs"),
             interrupts=self._by_core("proc/interrupts"),
@@ -149,19 +152,23 @@ class Counters:
             found[name] = (int(usage), 1e3 * _number(self._read(f"{folder}/state{state}/latency")))
         return found
 
-    def _quota_file(self, pid: int) -> str:
-        """Where the loop's control group (version 2) counts how long it was held; empty where there is none."""
-        for line in self._lines(f"proc/{pid}/cgroup"):
-            number, _, path = line.partition("::")
-            if number == "0":
-                return f"sys/fs/cgroup{path.rstrip('/')}/cpu.stat"
-        return ""
+    def _quota_file(self) -> str:
+        """Where the loop's control group counts how long it was held, of version 2 or 1; empty where there is none."""
+        found = ""
+        for line in self._lines(self._group):
+            _, controllers, path = line.split(":", 2)
+            if "cpu" in controllers.split(","):
+                return f"sys/fs/cgroup/{controllers}{path.rstrip('/')}/cpu.stat"
+            if not controllers:
+                found = f"sys/fs/cgroup{path.rstrip('/')}/cpu.stat"
+        return found
 
     def _throttled_ns(self) -> float:
-        for line in self._lines(self._quota) if self._quota else []:
+        name = self._quota_file()
+        for line in self._lines(name) if name else []:
             name, _, number = line.partition(" ")
-            if name == "throttled_usec":
-                return 1e3 * _number(number)
+            if name in _THROTTLED:
+                return _THROTTLED[name] * _number(number)
         return NAN
 
 

@@ -135,6 +135,17 @@ def test_counters_are_those_of_the_loops_core(tmp_path):
     assert rates(before, after)["NET_RX"] == pytest.approx(300 / 1e-3)
 
 
+def test_a_group_of_version_1_tells_in_nanoseconds(tmp_path):
+    made_up(tmp_path)
+    (tmp_path / "proc/12/cgroup").write_text("3:cpuset:/\n1:cpu:/rig\n0::/rig.slice\n")
+    stat = tmp_path / "sys/fs/cgroup/cpu/rig/cpu.stat"
+    stat.parent.mkdir(parents=True)
+    stat.write_text("nr_periods 4\nnr_throttled 1\nthrottled_time 4500\n")
+    counters = Counters(12, 1, tmp_path)
+    assert counters.look(0).throttled_ns == 4500
+    counters.close()
+
+
 def test_a_machine_that_tells_nothing_gives_no_cause(tmp_path):
     counters = Counters(12, 0, tmp_path)
     found = rise(counters.look(0), counters.look(MS), {})
