@@ -73,7 +73,7 @@ def late_ticks(rows: np.ndarray, above_ns: int) -> list[LateTick]:
 
 
 def _period_ns(before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """Of each step: slots lie on a grid, and their numbers say how many were skipped."""
+    """Period of each step, ns: slots lie on a grid, and their numbers say how many were skipped."""
     slots = np.maximum(after["tick"] - before["tick"], 1)
     period: np.ndarray = (after["time_ns"] - before["time_ns"]) // slots
     return period
