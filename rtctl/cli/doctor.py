@@ -21,7 +21,7 @@ _COLOURS = {"ok": "green", "warn": "yellow", "fail": "red"}
 
 
 @click.command("doctor")
-@click.argument("config", metavar="[CONFIG|RIG]", required=False, type=click.Path(path_type=Path))
+@click.argument("config", required=False, type=click.Path(path_type=Path))
 @click.option(
     "--timing",
     "seconds",
@@ -50,7 +50,7 @@ def command(
     """Check this machine, and the rig of CONFIG: kernel, rights, devices, versions, model, wake-ups.
 
     Nothing is changed, opened or armed. Each line is ok, warn or fail, with the command or line that puts it
-    right. Exit code 1 when a line fails. With --watch a rig that runs is followed (CONFIG or its name).
+    right. Exit code 1 when a line fails. With --watch a rig that runs is followed, of CONFIG or the only one.
     """
     if watch:
         from rtctl.cli.doctor_watch import watch as follow

@@ -24,10 +24,11 @@ def watch(client: RigClient, seconds: float | None, *, as_json: bool) -> int:
     int
         Late ticks seen.
     """
-    end = float("inf") if seconds is None else time.monotonic() + seconds
+    began = time.monotonic()
+    end = began + (float("inf") if seconds is None else seconds)
     first: dict[str, Any] | None = None
     before: dict[str, Any] = {}
-    heard = time.monotonic()
+    heard = began
     try:
         with client.health() as healths:
             while (now := time.monotonic()) < end:
@@ -44,7 +45,7 @@ def watch(client: RigClient, seconds: float | None, *, as_json: bool) -> int:
                     first = before = late
                     _greet(late, as_json=as_json)
                 if late["ticks"] > before["ticks"]:
-                    click.echo(json_text(late) if as_json else _line(before, late))
+                    click.echo(json_text(late) if as_json else _line(now - began, before, late))
                 before = late
     except KeyboardInterrupt:
         click.echo("", err=True)
@@ -58,8 +59,8 @@ def _greet(late: dict[str, Any], *, as_json: bool) -> None:
         )
 
 
-def _line(before: dict[str, Any], late: dict[str, Any]) -> str:
-    """What is new in words, by cause, with the worst that was told last."""
+def _line(at_s: float, before: dict[str, Any], late: dict[str, Any]) -> str:
+    """What is new in words, by cause, with the worst that was told last; `at_s` since this looks on."""
     risen = _risen(before, late)
     causes = ", ".join(f"{cause} {count}" for cause, count in risen.items())
     newest = late["newest"] or {}
@@ -69,7 +70,7 @@ def _line(before: dict[str, Any], late: dict[str, Any]) -> str:
         if newest
         else ""
     )
-    return f"{time.strftime('%H:%M:%S')}  {late['ticks'] - before['ticks']:>6} late: {causes}{worst}"
+    return f"{at_s:8.1f} s  {late['ticks'] - before['ticks']:>6} late: {causes}{worst}"
 
 
 def _risen(before: dict[str, Any], late: dict[str, Any]) -> dict[str, int]:
