@@ -9,6 +9,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
 from rtctl.host.telemetry.late_verdict import Rise
 
 NAN = float("nan")
@@ -114,11 +116,14 @@ class Counters:
 
     def _read(self, name: str) -> str:
         """Text of a file, from its begin; empty when it cannot be read."""
+        if name in self._files:
+            try:
+                return os.pread(self._files[name], 1 << 16, 0).decode("ascii", "replace")
+            except OSError:  # of a control group that is gone; there may be another of its name
+                os.close(self._files.pop(name))
         try:
-            descriptor = self._files.get(name)
-            if descriptor is None:
-                descriptor = self._files[name] = os.open(self._root / name, os.O_RDONLY | os.O_CLOEXEC)
-            return os.pread(descriptor, 1 << 16, 0).decode("ascii", "replace")
+            self._files[name] = os.open(self._root / name, os.O_RDONLY | os.O_CLOEXEC)
+            return os.pread(self._files[name], 1 << 16, 0).decode("ascii", "replace")
         except OSError:
             return ""
 
@@ -198,7 +203,7 @@ def rise(before: Reading, after: Reading, usual: Mapping[str, float]) -> Rise:
         minor_faults=after.minor_faults - before.minor_faults,
         major_faults=after.major_faults - before.major_faults,
         stopped=before.stopped or after.stopped,
-        timer_slack_ns=after.timer_slack_ns,
+        timer_slack_ns=float(np.fmax(before.timer_slack_ns, after.timer_slack_ns)),
         idle_exit_ns=max(entered, default=NAN),
         softirqs=_beyond(before.softirqs, after.softirqs, usual, seconds),
         interrupts=_beyond(before.interrupts, after.interrupts, usual, seconds),

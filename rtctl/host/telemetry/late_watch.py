@@ -19,7 +19,7 @@ EVENT = "late"
 LOOK_NS = 100_000_000
 """From one look at the counters to the next while no tick is late."""
 
-SCAN_NS, SCAN_LATE_NS = 5_000_000_000, 250_000_000
+SCAN_NS, SCAN_LATE_NS = 5_000_000_000, 50_000_000
 """From one scan of the tasks to the next, and while ticks are late."""
 
 TELL_NS = 250_000_000
