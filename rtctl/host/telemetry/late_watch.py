@@ -13,6 +13,7 @@ from rtctl.host.telemetry.late_counters import Counters, Reading, rates, rise
 from rtctl.host.telemetry.late_tasks import Tasks
 from rtctl.host.telemetry.late_ticks import LateTick, bound_ns, late_ticks
 from rtctl.host.telemetry.late_verdict import CAUSES, Verdict, judge
+from rtctl.tick import joined
 
 EVENT = "late"
 
@@ -26,7 +27,7 @@ TELL_NS = 250_000_000
 """From one event to the next: all late ticks since are in it. The event log keeps a burst, then one every 5 s."""
 
 MEMORY = 0.1
-"""Weight of the newest second in what is usual."""
+"""Weight of the newest look in what is usual: what was is forgotten within seconds."""
 
 
 class LateWatch:
@@ -64,7 +65,7 @@ class LateWatch:
     def follow(self, rows: np.ndarray, now_ns: int) -> None:
         """Take a batch of ticks, which may be empty, and look at the counters where it is time."""
         if len(rows):
-            known = rows if self._row is None else np.concatenate((self._row, rows))
+            known = rows if self._row is None else joined([self._row, rows])
             self._waiting += late_ticks(known, bound_ns(self._period_ns, self._early_ns()))
             self._row = rows[-1:].copy()
         self._look(now_ns, idle=not len(rows))
