@@ -21,8 +21,9 @@ from hw.can.board_tables import (
     possible,
 )
 from hw.can.load import Traffic
-from hw.can.options import BusUser, Table
+from hw.can.options import BusUser
 from hw.interface import BackendError
+from hw.option_tables import Table
 
 
 class FrameOptions(Table):

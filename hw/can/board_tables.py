@@ -11,8 +11,8 @@ from hw.can.board_map import make_field
 from hw.can.fields import CHECKSUM_BYTES, to_raw
 from hw.can.fields import Field as Bits
 from hw.can.load import FD_LENGTHS
-from hw.can.options import Table, number
 from hw.interface import BackendError
+from hw.option_tables import Table, number
 
 Unit = Literal[
     "rad", "deg", "turn", "count", "rad/s", "deg/s", "turn/s", "rpm", "count/s", "A", "mA", "N", "mN", "Nm", "mNm", "degC", "1"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rtctl.friction.points.measured import FrictionPoints
 
 
-def options(command: Any) -> Any:  # noqa: ANN401
+def options(command: Callable[..., None]) -> Callable[..., None]:
     """`--column`, `--map`, `--delimiter`, `--decimal` and `--average`."""
     command = text_options(command)
     command = click.option(

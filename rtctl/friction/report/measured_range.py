@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from rtctl.friction.points.measured import FrictionPoints
 
 GAP_TIMES, GAP_SHARE = 3.0, 0.05
@@ -39,7 +41,7 @@ def said(points: FrictionPoints) -> str:
     return f" Dashed, because nothing was measured there: {'; '.join(parts)}." if parts else ""
 
 
-def draw(plot: Any, v: np.ndarray, curve: np.ndarray, speed: np.ndarray, **how: Any) -> None:  # noqa: ANN401
+def draw(plot: Axes, v: np.ndarray, curve: np.ndarray, speed: np.ndarray, **how: Any) -> None:  # noqa: ANN401 - passed on
     """Draw a curve over v (rad/s, its sign is the direction's), solid where points at `speed` carry it, dashed elsewhere."""
     dashed = np.zeros(len(v), dtype=bool)
     for low, high in unmeasured(speed):
