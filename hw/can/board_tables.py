@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -42,7 +42,7 @@ class BitsOptions(Table):
 
     @model_validator(mode="before")
     @classmethod
-    def _byte(cls, data: object) -> Any:  # noqa: ANN401
+    def _byte(cls, data: object) -> object:
         """`byte = 2` in place of start_bit: a field of whole bytes beginning there, in either order."""
         if isinstance(data, dict) and "byte" in data and "start_bit" not in data:
             rest = {key: value for key, value in data.items() if key != "byte"}
