@@ -141,6 +141,7 @@ def test_a_file_that_is_no_dbc_is_named(tmp_path):
         board(tmp_path, text="not a database")
 
 
+@pytest.mark.filterwarnings("ignore:.*odxtools:DeprecationWarning")
 def test_a_description_of_diagnostics_is_no_description_of_frames(tmp_path):
     path = tmp_path / "board.cdd"
     path.write_text("<CANDELA><ECUDOC><ECU><VAR/></ECU></ECUDOC></CANDELA>")
