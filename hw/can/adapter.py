@@ -20,6 +20,8 @@ from hw.can.health import BusHealth
 from hw.interface import BackendError, LinkLost, Options
 
 if TYPE_CHECKING:
+    from types import ModuleType
+
     from can import BusABC
 
 _FULL = frozenset({errno.ENOBUFS, errno.EAGAIN, errno.ETIMEDOUT})
@@ -32,7 +34,7 @@ REST_S, ROOM_S = 1e-3, 0.05
 """Longest waits on such a port, s: for the rest of a frame whose first bytes came; for room, which was looked for before."""
 
 
-def python_can() -> Any:  # noqa: ANN401 - a module
+def python_can() -> ModuleType:
     """The module `can`. Raises BackendError naming the extra to install."""
     try:
         import can

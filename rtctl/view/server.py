@@ -23,7 +23,7 @@ from rtctl.client import RigClient
 from rtctl.errors import RefusedError, RtctlError
 from rtctl.view import record
 from rtctl.view.feed import Feed, Follower, Signal, columns
-from rtctl.view.guests import Guests
+from rtctl.view.guests import Guests, Request
 from rtctl.view.panel import ACTIONS, shown_table, signals_of, status
 from rtctl.view.world import World, offered
 from rtctl.wire.event_words import line_of
@@ -102,17 +102,17 @@ class ViewServer(ThreadingHTTPServer):
         host, port = self.server_address[:2]
         return f"http://{host if isinstance(host, str) else host.decode()}:{port}/"
 
-    def process_request(self, request: Any, client_address: object) -> None:  # noqa: ANN401 - as in socketserver
+    def process_request(self, request: Request, client_address: object) -> None:
         """A thread for one connection."""
         self.guests.come(request)
         super().process_request(request, client_address)
 
-    def shutdown_request(self, request: Any) -> None:  # noqa: ANN401
+    def shutdown_request(self, request: Request) -> None:
         """The end of a connection."""
         self.guests.go(request)
         super().shutdown_request(request)
 
-    def handle_error(self, request: Any, client_address: object) -> None:  # noqa: ANN401
+    def handle_error(self, request: Request, client_address: object) -> None:
         """A browser that goes in the middle is not worth a word, and no stranger fills a terminal with them."""
         if not isinstance(sys.exception(), OSError):
             super().handle_error(request, client_address)

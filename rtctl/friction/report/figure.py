@@ -66,9 +66,7 @@ def _draw_branch(
             label=names(f"epsilon tube, {1e3 * epsilon:.3g} mN m at v > 0"),
         )
     plot.plot(sign * speed, sign * friction_nm, ".", color="tab:gray", label=names("points"))
-    measured_range.draw(
-        plot, sign * v, sign * curve, speed, color="tab:blue", label=names("learned friction")
-    )
+    measured_range.draw(plot, sign * v, sign * curve, speed, label=names("learned friction"))
     at = branch.support_vectors
     if not len(at):
         return

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -41,7 +41,15 @@ def said(points: FrictionPoints) -> str:
     return f" Dashed, because nothing was measured there: {'; '.join(parts)}." if parts else ""
 
 
-def draw(plot: Axes, v: np.ndarray, curve: np.ndarray, speed: np.ndarray, **how: Any) -> None:  # noqa: ANN401 - passed on
+def draw(
+    plot: Axes,
+    v: np.ndarray,
+    curve: np.ndarray,
+    speed: np.ndarray,
+    *,
+    label: str | None,
+    linewidth: float | None = None,
+) -> None:
     """Draw a curve over v (rad/s, its sign is the direction's), solid where points at `speed` carry it, dashed elsewhere."""
     dashed = np.zeros(len(v), dtype=bool)
     for low, high in unmeasured(speed):
@@ -49,6 +57,6 @@ def draw(plot: Axes, v: np.ndarray, curve: np.ndarray, speed: np.ndarray, **how:
     dashed |= np.abs(v) > speed.max()
     # A dash begins at the last solid point, so that no hole is left between them.
     edge = dashed | np.append(dashed[1:], False) | np.append(False, dashed[:-1])
-    plot.plot(v, np.where(dashed, np.nan, curve), **how)
+    plot.plot(v, np.where(dashed, np.nan, curve), color="tab:blue", linewidth=linewidth, label=label)
     if dashed.any():
-        plot.plot(v, np.where(edge, curve, np.nan), linestyle="--", **{**how, "label": None})
+        plot.plot(v, np.where(edge, curve, np.nan), linestyle="--", color="tab:blue", linewidth=linewidth)
