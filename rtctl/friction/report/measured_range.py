@@ -59,4 +59,11 @@ def draw(
     edge = dashed | np.append(dashed[1:], False) | np.append(False, dashed[:-1])
     plot.plot(v, np.where(dashed, np.nan, curve), color="tab:blue", linewidth=linewidth, label=label)
     if dashed.any():
-        plot.plot(v, np.where(edge, curve, np.nan), linestyle="--", color="tab:blue", linewidth=linewidth)
+        plot.plot(
+            v,
+            np.where(edge, curve, np.nan),
+            linestyle="--",
+            color="tab:blue",
+            linewidth=linewidth,
+            label=None,
+        )
