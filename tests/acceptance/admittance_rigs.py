@@ -39,10 +39,7 @@ def hand(stiffness_nm_rad, damping_nms_rad, amplitude_rad, frequency_hz):
     )
 
 
-def felt(ticks, truth, frequency_hz, period_s):
-    """(mass kg m^2, damping N m s/rad) that the hand felt at this frequency: torque over true speed, by their first harmonics."""
+def felt(ticks, speed_rad_s, frequency_hz, period_s):
+    """Impedance that the hand felt at this frequency, complex, N m s/rad: its torque over the true speed, by their first harmonics."""
     turn = np.exp(-2j * np.pi * frequency_hz * period_s * np.arange(len(ticks)))
-    torque = np.mean(ticks["hand_torque_nm"][:, 0] * turn)
-    speed = np.mean(truth * turn)
-    omega = 2 * np.pi * frequency_hz
-    return (torque / speed).imag / omega, (torque / speed).real
+    return np.mean(ticks["hand_torque_nm"][:, 0] * turn) / np.mean(speed_rad_s * turn)
