@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 from rtctl.check.verdict import Outcome, Subject, Verdict
 
 if TYPE_CHECKING:
-    from rtctl.control.observer_loop import ElasticJoint, Loop
+    from rtctl.control.drive_in_hand import ElasticJoint
+    from rtctl.control.observer_loop import Loop
     from rtctl.control.observer_margin import Finding
 
 NOISE_SHARE = 0.3
@@ -115,7 +116,7 @@ def loop_of(s: Subject) -> Loop:
 
 def _joints(s: Subject) -> tuple[ElasticJoint, ...]:
     """Rigid, elastic as declared, or elastic of all resonances where it is said to be elastic and no more."""
-    from rtctl.control.observer_loop import RESONANCES_HZ, RIGID, ElasticJoint, resonance
+    from rtctl.control.drive_in_hand import RESONANCES_HZ, RIGID, ElasticJoint, resonance
 
     joint = s.joint
     if joint.stiffness_nm_rad > 0:

@@ -111,7 +111,7 @@ SEEDS = (
     ),
     Seed(
         "the observer's loop knows a hand without its mass",
-        "rtctl/control/observer_loop.py",
+        "rtctl/control/drive_in_hand.py",
         "    hand = -points.m_h[:, None] * A[np.arange(n), moving]\n",
         "    hand = 0 * A[np.arange(n), moving]\n",
         OBSERVER,
