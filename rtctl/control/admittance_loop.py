@@ -37,6 +37,7 @@ _WORLDS = (
 )
 """Stiffness and damping of those in the grid."""
 
+_FINE = 40
 _STIFFNESSES = 9
 _SOFTEST = 0.004
 _INERTIAS = (0.0, 0.03, 0.12, 0.4, 1.0)
@@ -103,6 +104,10 @@ class Points:
     def __getitem__(self, index: np.ndarray | int) -> Points:
         return Points(*(np.atleast_1d(column[index]) for column in self.columns()))
 
+    def beside(self, others: Points) -> Points:
+        """Both, one after the other."""
+        return Points(*map(np.concatenate, zip(self.columns(), others.columns(), strict=True)))
+
     def columns(self) -> tuple[np.ndarray, ...]:
         """All columns, in order."""
         return self.k_h, self.b_h, self.m_h, self.bristle, self.joint, self.k_e, self.b_e
@@ -136,6 +141,19 @@ def grid(loop: AdmittanceLoop) -> Points:
     m_h = [share * box.inertia_kgm2 for share in _INERTIAS]
     hands = product(sorted({*k_h}), sorted({*b_h}), sorted({*m_h}), loop.bristles, range(len(loop.joints)))
     return points([(*hand, *world) for hand, world in product(hands, _WORLDS)])
+
+
+def fine_worlds(loop: AdmittanceLoop, *, only_stiffest: bool) -> Points:
+    """Hands without damping in springs of all stiffnesses, as the worst are found among them: all the box's, or its stiffest."""
+    box = loop.box
+    k_h = np.geomspace(_SOFTEST, 1.0, _STIFFNESSES)[-1 if only_stiffest else 0 :] * box.stiffness_nm_rad
+    m_h = [share * box.inertia_kgm2 for share in _INERTIAS]
+    k_e = (0.0, *np.geomspace(1.0, WORLD_STIFFNESS_NM_RAD, _FINE).tolist())
+    softest = [] if only_stiffest else [0.0]
+    hands = product(
+        sorted({*softest, *k_h.tolist()}), (0.0,), sorted({*m_h}), (0.0,), range(len(loop.joints))
+    )
+    return points([(*hand, one, 0.0) for hand, one in product(hands, k_e)])
 
 
 def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:

@@ -163,9 +163,7 @@ def _corners(c: Coefficients, s: Disc, drive: Joint, box: np.ndarray) -> _Corner
     wide, inverse, spring = _spread(s), _spread(s.inverse()), _spread(c.back.inverse())
     hand = Disc(b + m * wide.center + k * inverse.center, m * wide.radius + k * inverse.radius)
     mass, T = _spread(c.mass), drive.loop.period_s
-    world = Disc(
-        mass.center + b_e + k_e * T * spring.center, mass.radius + k_e * T * spring.radius
-    )
+    world = Disc(mass.center + b_e + k_e * T * spring.center, mass.radius + k_e * T * spring.radius)
     return _Corners(hand, world, c)
 
 

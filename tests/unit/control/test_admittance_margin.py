@@ -1,0 +1,181 @@
+"""The admittance display's closed loop: matrices against a fine integration in time, oracles of theory, and the proof."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rtctl.control import admittance_margin
+from rtctl.control.admittance_loop import AdmittanceLoop, Box, points, spectral_radii
+from rtctl.control.drive_in_hand import BRISTLE_DAMPING_SHARE, resonance
+
+T = 1e-3
+RIG = AdmittanceLoop(
+    0.012, 0.05, T, 0.03, 0.3, 2.0, force_lowpass_hz=150.0, velocity_lowpass_hz=100.0, delay=1.0
+)
+"""The rig of the oracles, with a mass and a damping that pass in every world."""
+
+ELASTIC = replace(RIG, joints=(resonance(0.012, 40.0),), motor_share=0.6)
+LATE = replace(RIG, delay=1.6, lag_hz=200.0, position_gain_nm_rad=8.0, sensor_lowpass_hz=300.0)
+RARE = replace(RIG, delay=2.0, sample_ticks=3, position_gain_nm_rad=8.0, mass_kgm2=0.06)
+AT_LINK = replace(ELASTIC, encoder="link", delay=0.3, position_gain_nm_rad=3.0)
+
+
+def random_points(rng, count, bristle=0.0):
+    """Hands and worlds that hold the joint, so that the slowest root is not one of a joint that nothing holds."""
+    rows = [
+        (
+            600 * rng.random() + 2,
+            rng.random() * rng.integers(2),
+            0.02 * rng.random(),
+            bristle,
+            0,
+            10 ** (4 * rng.random()),
+            0.3 * rng.random(),
+        )
+        for _ in range(count)
+    ]
+    return points(rows)
+
+
+def growth_in_time(loop, at, ticks=1200, substeps=4):
+    """Growth per tick of random motions: Runge and Kutta on Newton's law, and the law's lines, written anew."""
+    rng = np.random.default_rng(7)
+    k, b, m, sigma, _, k_e, b_e = at.columns()
+    joint, J = loop.joints[0], loop.inertia_kgm2
+    rigid, share = joint.stiffness_nm_rad == 0, joint.link_share
+    b_m = (1.0 if rigid else loop.motor_share) * loop.viscous_nms_rad
+    b_m = b_m + BRISTLE_DAMPING_SHARE * 2 * np.sqrt(sigma * J)
+    b_l = (1 - loop.motor_share) * loop.viscous_nms_rad
+
+    def rates(y, command):
+        x, v, X, V, torque = y
+        acting = torque if loop.lag_hz else command
+        if rigid:
+            a = (acting - b_m * v - sigma * x - b * v - k * x) / (J + m)
+            A, V, X = a, v, x
+        else:
+            twist = joint.stiffness_nm_rad * (x - X) + joint.damping_nms_rad * (v - V)
+            a = (acting - b_m * v - sigma * x - twist) / ((1 - share) * J)
+            A = (twist - b_l * V - b * V - k * X) / (share * J + m)
+        return np.array([v, a, V, A, 2 * math.pi * loop.lag_hz * (command - torque)]), -(
+            m * A + b * V + k * X
+        )
+
+    def advance(y, command, span):
+        h = span / substeps
+        for _ in range(substeps if span > 0 else 0):
+            r1, _ = rates(y, command)
+            r2, _ = rates(y + h / 2 * r1, command)
+            r3, _ = rates(y + h / 2 * r2, command)
+            r4, _ = rates(y + h * r3, command)
+            y = y + h / 6 * (r1 + 2 * r2 + 2 * r3 + r4)
+        return y
+
+    def filtered(old, new, hz, period=T):
+        return new if hz == 0 else new + math.exp(-2 * math.pi * hz * period) * (old - new)
+
+    n = at.size
+    y = np.zeros((5, n))
+    y[0] = y[2] = rng.normal(size=n)
+    sent = [np.zeros(n)] * 12  # newest last
+    whole, rest = int(loop.delay), loop.delay - int(loop.delay)
+    before, sensed, felt, v_hat, v_r, x_r = y[0], *(np.zeros(n) for _ in range(4)), rng.normal(size=n)
+    sizes = []
+    for tick in range(ticks):
+        x = y[0] if loop.encoder == "motor" or rigid else y[2]
+        if tick % loop.sample_ticks == 0:
+            force = rates(y, sent[-1 - whole])[1]
+            sensed = filtered(sensed, force, loop.sensor_lowpass_hz)
+            felt = filtered(felt, sensed, loop.force_lowpass_hz)
+            span = loop.sample_ticks * T
+            v_hat = filtered(v_hat, (x - before) / span, loop.velocity_lowpass_hz, span)
+            before = x
+        # implicit: (m + b_v T + b_e T + k_e T^2) v+ = m v + T (tau - k_e x_r)
+        v_r = (loop.mass_kgm2 * v_r + T * (felt - k_e * x_r)) / (
+            loop.mass_kgm2 + T * (loop.virtual_damping_nms_rad + b_e) + T * T * k_e
+        )
+        x_r = x_r + T * v_r
+        command = loop.velocity_gain_nms_rad * (v_r - v_hat) + loop.position_gain_nm_rad * (x_r - before)
+        y = advance(y, sent[-1 - whole], rest * T)
+        sent = [*sent[1:], command]
+        y = advance(y, sent[-1 - whole], (1 - rest) * T)
+        sizes.append(np.abs(x) + np.abs(x_r) + 0.01 * np.abs(y[1]) + 0.01 * np.abs(v_r))
+    early, late = (np.max(sizes[at : at + ticks // 6], axis=0) for at in (ticks // 3, 5 * ticks // 6))
+    return (late / early) ** (1 / (ticks // 2))
+
+
+@pytest.mark.parametrize(
+    "loop", [RIG, replace(RIG, mass_kgm2=0.006, position_gain_nm_rad=1.0), LATE, RARE, ELASTIC, AT_LINK]
+)
+def test_the_largest_eigenvalue_is_the_growth_of_a_fine_integration(loop):
+    rng = np.random.default_rng(1)
+    at = random_points(rng, 12, 0.0).beside(random_points(rng, 12, 250.0))
+    if loop.position_gain_nm_rad == 0:  # then the joint and the virtual mass are not held to each other
+        at = replace(at, b_e=at.b_e + 0.1)
+    assert growth_in_time(loop, at) == pytest.approx(spectral_radii(loop, at), abs=4e-3)
+
+
+def test_the_integration_knows_growth_from_decay():
+    hands = points([(k, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0) for k in (0.9 * 602.4, 1.1 * 602.4)])
+    thin = replace(RIG, mass_kgm2=0.012, virtual_damping_nms_rad=0.05)
+    dies, grows = growth_in_time(thin, hands)
+    assert dies < 1 < grows
+
+
+# Oracles of theory ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("K_v", "least"), [(0.5, 0.01091), (2.0, 0.01171), (5.0, 0.01188)])
+def test_the_continuous_bound(K_v, least):
+    assert admittance_margin.mass_min_continuous(0.012, 0.05, K_v) == pytest.approx(least, rel=5e-4)
+
+
+@pytest.mark.parametrize("K_v", [0.5, 2.0, 5.0])
+def test_at_the_continuous_bound_the_felt_impedance_turns(K_v):
+    s = 1j * np.geomspace(0.1, 1e5, 2000)
+    least = admittance_margin.mass_min_continuous(0.012, 0.05, K_v)
+    for share, passive in ((1.001, True), (0.999, False)):
+        loop = AdmittanceLoop(0.012, 0.05, T, share * least, 0.0, K_v)
+        assert (admittance_margin.impedance_continuous(loop, s).real.min() >= 0) == passive
+
+
+@pytest.mark.parametrize(("K_p", "K_i", "passive"), [(1.25, 0.0, True), (100.0, 2000.0, False)])
+def test_the_linear_display_of_keemink(K_p, K_i, passive):
+    """Feedback alone: mass 2 displayed by a mass of 10, damped by 5, before the sensor; 2 behind it, which adds no real part."""
+    s = 1j * np.geomspace(1e-3, 1e4, 4000)
+    loop = AdmittanceLoop(10.0, 5.0, T, 2.0, 0.0, K_p, K_i)
+    real = admittance_margin.impedance_continuous(loop, s).real
+    assert (real.min() >= -1e-9) == passive
+
+
+@pytest.mark.parametrize(
+    ("m", "b_v", "K_v", "formula", "sampled"),
+    [(0.006, 0.02, 2.0, 7.324, 7.374), (0.009, 0.05, 2.0, 39.09, 39.67), (0.004, 0.1, 0.5, 12.303, 12.316)],
+)
+def test_the_stiffest_hand_without_lag(m, b_v, K_v, formula, sampled):
+    assert admittance_margin.hand_max_continuous(m, b_v, 0.012, 0.05, K_v) == pytest.approx(formula, rel=5e-4)
+    loop = AdmittanceLoop(0.012, 0.05, 2e-5, m, b_v, K_v, box=Box(600.0, 0.0, 0.0))
+    assert admittance_margin.largest_hand(loop, world=False) == pytest.approx(sampled, rel=5e-4)
+
+
+FIVE = ((0.006, 0.02), (0.006, 0.3), (0.009, 0.05), (0.012, 0.05), (0.024, 0.05))
+
+
+@pytest.mark.parametrize(
+    ("m", "b_v", "stiffest"),
+    [(*one, k) for one, k in zip(FIVE, (13.77, 142.85, 149.6, 602.4, 1686.7), strict=True)],
+)
+def test_the_stiffest_hand_of_five_rigs(m, b_v, stiffest):
+    """With the law's own low-passes; found once more by `growth_in_time` below."""
+    loop = replace(RIG, mass_kgm2=m, virtual_damping_nms_rad=b_v, box=Box(600.0, 0.0, 0.0))
+    assert admittance_margin.largest_hand(loop, world=False) == pytest.approx(stiffest, rel=2e-3)
+
+
+def test_the_stiffest_hand_of_five_rigs_in_time():
+    for (m, b_v), stiffest in zip(FIVE, (13.77, 142.85, 149.6, 602.4, 1686.7), strict=True):
+        loop = replace(RIG, mass_kgm2=m, virtual_damping_nms_rad=b_v)
+        hands = points([(share * stiffest, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0) for share in (0.95, 1.05)])
+        dies, grows = growth_in_time(loop, hands, ticks=2400)
+        assert dies < 1.0 < grows
