@@ -37,7 +37,6 @@ _WORLDS = (
 )
 """Stiffness and damping of those in the grid."""
 
-_FINE = 40
 _STIFFNESSES = 9
 _SOFTEST = 0.004
 _INERTIAS = (0.0, 0.03, 0.12, 0.4, 1.0)
@@ -143,12 +142,12 @@ def grid(loop: AdmittanceLoop) -> Points:
     return points([(*hand, *world) for hand, world in product(hands, _WORLDS)])
 
 
-def fine_worlds(loop: AdmittanceLoop, *, only_stiffest: bool) -> Points:
+def fine_worlds(loop: AdmittanceLoop, *, only_stiffest: bool, count: int = 40) -> Points:
     """Hands without damping in springs of all stiffnesses, as the worst are found among them: all the box's, or its stiffest."""
     box = loop.box
     k_h = np.geomspace(_SOFTEST, 1.0, _STIFFNESSES)[-1 if only_stiffest else 0 :] * box.stiffness_nm_rad
     m_h = [share * box.inertia_kgm2 for share in _INERTIAS]
-    k_e = (0.0, *np.geomspace(1.0, WORLD_STIFFNESS_NM_RAD, _FINE).tolist())
+    k_e = (0.0, *np.geomspace(1.0, WORLD_STIFFNESS_NM_RAD, count).tolist())
     softest = [] if only_stiffest else [0.0]
     hands = product(
         sorted({*softest, *k_h.tolist()}), (0.0,), sorted({*m_h}), (0.0,), range(len(loop.joints))

@@ -36,7 +36,9 @@ DAMPED_1_S = 20.0
 _HEAVIEST = 64.0
 _STEPS = 24
 """Masses and dampings tried: up to so many times the present or the joint's, in so many steps."""
-_HALVINGS = 12
+_HALVINGS = 10
+_WORLDS = 24
+"""Springs of the worlds that a search tries: by a factor of 1.8."""
 
 
 @dataclass(frozen=True)
@@ -89,15 +91,15 @@ def proof(loop: AdmittanceLoop) -> Proof:
     return admittance_proof.prove(replace(loop, bristle_nm_rad=0.0))
 
 
-def _passes(loop: AdmittanceLoop, *, world: bool = True, k_h: float | None = None) -> bool:
-    """Stable at all points of hands without damping, in many worlds or in none; of stiffness `k_h` alone if that is given."""
-    one = replace(loop, bristle_nm_rad=0.0)
-    if k_h is not None:
-        one = replace(one, box=replace(loop.box, stiffness_nm_rad=k_h))
-    at = fine_worlds(one, only_stiffest=k_h is not None) if world else grid(one)
-    if not world:
-        at = at[np.flatnonzero(at.k_e + at.b_e == 0)]
-    return bool(spectral_radii(one, at).max() <= edge(loop))
+def _passes(loop: AdmittanceLoop, *, world: bool = True, stiffest: bool = False) -> bool:
+    """Stable with all hands that have no damping, or the stiffest, in some worlds or in none."""
+    one, limit = replace(loop, bristle_nm_rad=0.0), edge(loop)
+    for only in (True,) if stiffest else (True, False):  # the stiffest hands decide most
+        at = fine_worlds(one, only_stiffest=only, count=_WORLDS)
+        at = at if world else at[np.flatnonzero(at.k_e == 0)]
+        if not spectral_radii(one, at).max() <= limit:
+            return False
+    return True
 
 
 def largest_hand(loop: AdmittanceLoop, *, world: bool = True, most: float = 1e5) -> float:
@@ -105,13 +107,18 @@ def largest_hand(loop: AdmittanceLoop, *, world: bool = True, most: float = 1e5)
 
     The softest hands first: what passes is the stretch up to the first that does not.
     """
-    steps = np.geomspace(0.5, most, 30)
+
+    def passes(k_h: float) -> bool:
+        box = replace(loop.box, stiffness_nm_rad=k_h)
+        return _passes(replace(loop, box=box), world=world, stiffest=True)
+
     low = 0.0
-    if not _passes(loop, world=world, k_h=0.0):
+    if not passes(low):
         return 0.0
-    for k_h in steps:
-        if not _passes(loop, world=world, k_h=float(k_h)):
-            return _between(lambda k: _passes(loop, world=world, k_h=k), low, float(k_h))
+    for k_h in np.geomspace(0.5, most, _STEPS):
+        if not passes(float(k_h)):
+            found = _between(passes, low, float(k_h))
+            return _confirmed(loop, found, 0.97, _with_hand) if world else found
         low = float(k_h)
     return most
 
@@ -124,7 +131,8 @@ def smallest_mass(loop: AdmittanceLoop) -> float:
         if not _passes(replace(loop, mass_kgm2=float(mass))):
             if heavier is None:
                 continue  # so heavy that the filters outweigh it: lighter may do
-            return _between(lambda m: _passes(replace(loop, mass_kgm2=m)), heavier, float(mass))
+            found = _between(lambda m: _passes(replace(loop, mass_kgm2=m)), heavier, float(mass))
+            return _confirmed(loop, found, 1.03, _with_mass)
         heavier = float(mass)
     return heavier or 0.0
 
@@ -135,8 +143,35 @@ def least_damping(loop: AdmittanceLoop) -> float:
     low = present
     for damping in np.geomspace(present, max(20.0, 4 * present), _STEPS):
         if _passes(replace(loop, virtual_damping_nms_rad=float(damping))):
-            return _between(lambda b: _passes(replace(loop, virtual_damping_nms_rad=b)), float(damping), low)
+            found = _between(lambda b: _passes(replace(loop, virtual_damping_nms_rad=b)), float(damping), low)
+            return _confirmed(loop, found, 1.03, _with_damping)
         low = float(damping)
+    return 0.0
+
+
+def _with_hand(loop: AdmittanceLoop, k_h: float) -> AdmittanceLoop:
+    return replace(loop, box=replace(loop.box, stiffness_nm_rad=k_h))
+
+
+def _with_mass(loop: AdmittanceLoop, mass: float) -> AdmittanceLoop:
+    return replace(loop, mass_kgm2=mass)
+
+
+def _with_damping(loop: AdmittanceLoop, damping: float) -> AdmittanceLoop:
+    return replace(loop, virtual_damping_nms_rad=damping)
+
+
+def _confirmed(
+    loop: AdmittanceLoop,
+    value: float,
+    step: float,
+    with_value: Callable[[AdmittanceLoop, float], AdmittanceLoop],
+) -> float:
+    """The value, moved away from what fails until the whole grid passes, too; 0 if it does not."""
+    for _ in range(8):
+        if judge(with_value(loop, value)).ok:
+            return value
+        value *= step
     return 0.0
 
 

@@ -15,8 +15,8 @@ these discs lie in one open half-plane, F is not 0 in the cell. A cell that fail
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from rtctl.control.admittance_loop import (
     WORLD_DAMPING_NMS_RAD,
     WORLD_STIFFNESS_NM_RAD,
     AdmittanceLoop,
+    Points,
     points,
     spectral_radii,
 )
@@ -45,6 +46,9 @@ _AROUND = 0.25
 """Radius of the discs in which |F| is bounded, as a share of |s| and of 1/T."""
 _PARTS_OF_MASS = 4
 _INWARD = 1e-9
+_TRIED = 48
+"""Cells left over whose corners are asked for eigenvalues."""
+_GROWS = 1e-6
 
 _FREQUENCY, _K, _B, _M, _KE, _BE = range(6)
 _SOFTEST = (0.0, 0.5, 0.01, 1e-3, 0.5, 0.05)
@@ -53,11 +57,12 @@ _SOFTEST = (0.0, 0.5, 0.01, 1e-3, 0.5, 0.05)
 
 @dataclass(frozen=True)
 class Proof:
-    """Whether every cell is proved, how many were looked at, and one that is not."""
+    """Whether every cell is proved, how many were looked at, one that is not, and whether the loop is unstable there."""
 
     proved: bool
     cells: int
     at: str = ""
+    unstable: bool = False
 
 
 def prove(loop: AdmittanceLoop, budget: int = BUDGET) -> Proof:
@@ -74,10 +79,10 @@ def prove(loop: AdmittanceLoop, budget: int = BUDGET) -> Proof:
             if not _stable_somewhere(loop, joint, bristle):
                 return Proof(False, looked, "unstable at the point that the proof begins with")
             drive = Joint(loop, loop.joints[joint], bristle)
-            cells, at = _cells(drive, budget - looked)
+            cells, left = _cells(drive, budget - looked)
             looked += cells
-            if at:
-                return Proof(False, looked, f"{at}, {'stuck' if bristle else 'sliding'}")
+            if left is not None:
+                return _counter_example(drive, joint, *left, looked)
     return Proof(True, looked)
 
 
@@ -87,21 +92,34 @@ def _stable_somewhere(loop: AdmittanceLoop, joint: int, bristle: float) -> bool:
     return bool(spectral_radii(loop, points([(*hand, bristle, joint, 0.0, 0.0)]))[0] <= 1 + _INWARD)
 
 
-def _cells(drive: Joint, budget: int) -> tuple[int, str]:
-    """Number of cells looked at, and one that was not proved; "" if all are."""
+def _cells(drive: Joint, budget: int) -> tuple[int, tuple[np.ndarray, np.ndarray] | None]:
+    """Number of cells looked at, and the smallest that were not proved; None if all are."""
     loop = drive.loop
     left, looked = _first(loop), 0
     while left[0].size:
         ends, box = left[0][:_BATCH], left[1][:_BATCH]
         rest = left[0][_BATCH:], left[1][_BATCH:]
         if looked + len(ends) > budget:
-            return looked, _words(ends[0], box[0])
+            return looked, (ends[:_TRIED], box[:_TRIED])
         looked += len(ends)
         proved, cut = examine(drive, ends, box)
         bad = ~proved
         halves = _halves(ends[bad], box[bad], cut[bad])
         left = np.concatenate([halves[0], rest[0]]), np.concatenate([halves[1], rest[1]])
-    return looked, ""
+    return looked, None
+
+
+def _counter_example(drive: Joint, joint: int, ends: np.ndarray, box: np.ndarray, looked: int) -> Proof:
+    """A hand and a world of the cells that are left which are unstable, or that none was found."""
+    corners = np.array(list(product((0, 1), repeat=5)))
+    rows = box[:, np.arange(5), corners].reshape(-1, 5)
+    k, b, m, k_e, b_e = rows.T
+    at = Points(k, b, m, np.full(k.size, drive.bristle_nm_rad), np.full(k.size, float(joint)), k_e, b_e)
+    radii = spectral_radii(drive.loop, at)
+    worst = int(np.argmax(radii))
+    unstable = bool(radii[worst] > 1 + _GROWS)
+    near = f"near {np.abs(ends).mean() / (2 * math.pi):.3g} Hz, {at.words(drive.loop, worst)}"
+    return Proof(False, looked, near, unstable)
 
 
 def _first(loop: AdmittanceLoop) -> tuple[np.ndarray, np.ndarray]:
@@ -222,17 +240,3 @@ def _halves(ends: np.ndarray, box: np.ndarray, cut: np.ndarray) -> tuple[np.ndar
         at = np.where(most > 4 * least, np.sqrt(np.maximum(least, soft) * most), 0.5 * (least + most))
         low[rows, axis - 1, 1] = high[rows, axis - 1, 0] = at
     return np.concatenate([low_ends, high_ends]), np.concatenate([low, high])
-
-
-def _words(ends: np.ndarray, box: np.ndarray) -> str:
-    k, b, m, k_e, b_e = box.mean(axis=1)
-    return (
-        f"near {abs(ends).mean() / (2 * math.pi):.3g} Hz with a hand of some {k:.3g} N m/rad, {b:.3g} N m s/rad, {m:.3g} kg m^2 "
-        f"and a world of {k_e:.3g} N m/rad, {b_e:.3g} N m s/rad"
-    )
-
-
-def pieces(loop: AdmittanceLoop) -> Iterator[tuple[complex, complex]]:
-    """The curve, piece by piece."""
-    ends, _ = _first(loop)
-    yield from ((complex(a), complex(b)) for a, b in ends[::_PARTS_OF_MASS])

@@ -157,7 +157,7 @@ def test_the_linear_display_of_keemink(K_p, K_i, passive):
 def test_the_stiffest_hand_without_lag(m, b_v, K_v, formula, sampled):
     assert admittance_margin.hand_max_continuous(m, b_v, 0.012, 0.05, K_v) == pytest.approx(formula, rel=5e-4)
     loop = AdmittanceLoop(0.012, 0.05, 2e-5, m, b_v, K_v, box=Box(600.0, 0.0, 0.0))
-    assert admittance_margin.largest_hand(loop, world=False) == pytest.approx(sampled, rel=5e-4)
+    assert admittance_margin.largest_hand(loop, world=False) == pytest.approx(sampled, rel=2e-3)
 
 
 FIVE = ((0.006, 0.02), (0.006, 0.3), (0.009, 0.05), (0.012, 0.05), (0.024, 0.05))
@@ -177,5 +177,32 @@ def test_the_stiffest_hand_of_five_rigs_in_time():
     for (m, b_v), stiffest in zip(FIVE, (13.77, 142.85, 149.6, 602.4, 1686.7), strict=True):
         loop = replace(RIG, mass_kgm2=m, virtual_damping_nms_rad=b_v)
         hands = points([(share * stiffest, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0) for share in (0.95, 1.05)])
-        dies, grows = growth_in_time(loop, hands, ticks=2400)
+        dies, grows = growth_in_time(loop, hands, ticks=900)
         assert dies < 1.0 < grows
+
+
+# What is told beside it -----------------------------------------------------------------------------------------------
+
+
+def test_the_smallest_mass_and_the_least_damping_pass_and_a_little_less_does_not():
+    thin = replace(RIG, mass_kgm2=0.02, virtual_damping_nms_rad=0.05)
+    assert not admittance_margin.judge(thin).ok
+    mass = admittance_margin.smallest_mass(thin)
+    damping = admittance_margin.least_damping(thin)
+    assert admittance_margin.judge(replace(thin, mass_kgm2=mass)).ok
+    assert not admittance_margin.judge(replace(thin, mass_kgm2=0.93 * mass)).ok
+    assert admittance_margin.judge(replace(thin, virtual_damping_nms_rad=damping)).ok
+    assert not admittance_margin.judge(replace(thin, virtual_damping_nms_rad=0.9 * damping)).ok
+
+
+def test_a_joint_that_sticks_is_judged_apart():
+    rough = replace(RIG, bristle_nm_rad=250.0)
+    assert admittance_margin.judge(rough).ok
+    assert not admittance_margin.judge(rough, stuck=True).ok
+    assert admittance_margin.proof(rough).proved
+
+
+def test_the_damping_kept_is_of_what_the_virtual_mass_would_keep():
+    found = admittance_margin.judge(RIG)
+    assert 0 < found.kept < 1
+    assert found.points > 4000
