@@ -1,6 +1,5 @@
 """The admittance display's closed loop: matrices against a fine integration in time, oracles of theory, and the proof."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +7,9 @@ import pytest
 
 from rtctl.control import admittance_margin
 from rtctl.control.admittance_loop import AdmittanceLoop, Box, points, spectral_radii
-from rtctl.control.drive_in_hand import BRISTLE_DAMPING_SHARE, resonance
+from rtctl.control.drive_in_hand import resonance
+from tests.bench import admittance
+from tests.bench.admittance import certified, diverging, growth_in_time, share_at_which_one_grows
 
 T = 1e-3
 RIG = AdmittanceLoop(
@@ -37,73 +38,6 @@ def random_points(rng, count, bristle=0.0):
         for _ in range(count)
     ]
     return points(rows)
-
-
-def growth_in_time(loop, at, ticks=1200, substeps=4):
-    """Growth per tick of random motions: Runge and Kutta on Newton's law, and the law's lines, written anew."""
-    rng = np.random.default_rng(7)
-    k, b, m, sigma, _, k_e, b_e = at.columns()
-    joint, J = loop.joints[0], loop.inertia_kgm2
-    rigid, share = joint.stiffness_nm_rad == 0, joint.link_share
-    b_m = (1.0 if rigid else loop.motor_share) * loop.viscous_nms_rad
-    b_m = b_m + BRISTLE_DAMPING_SHARE * 2 * np.sqrt(sigma * J)
-    b_l = (1 - loop.motor_share) * loop.viscous_nms_rad
-
-    def rates(y, command):
-        x, v, X, V, torque = y
-        acting = torque if loop.lag_hz else command
-        if rigid:
-            a = (acting - b_m * v - sigma * x - b * v - k * x) / (J + m)
-            A, V, X = a, v, x
-        else:
-            twist = joint.stiffness_nm_rad * (x - X) + joint.damping_nms_rad * (v - V)
-            a = (acting - b_m * v - sigma * x - twist) / ((1 - share) * J)
-            A = (twist - b_l * V - b * V - k * X) / (share * J + m)
-        return np.array([v, a, V, A, 2 * math.pi * loop.lag_hz * (command - torque)]), -(
-            m * A + b * V + k * X
-        )
-
-    def advance(y, command, span):
-        h = span / substeps
-        for _ in range(substeps if span > 0 else 0):
-            r1, _ = rates(y, command)
-            r2, _ = rates(y + h / 2 * r1, command)
-            r3, _ = rates(y + h / 2 * r2, command)
-            r4, _ = rates(y + h * r3, command)
-            y = y + h / 6 * (r1 + 2 * r2 + 2 * r3 + r4)
-        return y
-
-    def filtered(old, new, hz, period=T):
-        return new if hz == 0 else new + math.exp(-2 * math.pi * hz * period) * (old - new)
-
-    n = at.size
-    y = np.zeros((5, n))
-    y[0] = y[2] = rng.normal(size=n)
-    sent = [np.zeros(n)] * 12  # newest last
-    whole, rest = int(loop.delay), loop.delay - int(loop.delay)
-    before, sensed, felt, v_hat, v_r, x_r = y[0], *(np.zeros(n) for _ in range(4)), rng.normal(size=n)
-    sizes = []
-    for tick in range(ticks):
-        x = y[0] if loop.encoder == "motor" or rigid else y[2]
-        if tick % loop.sample_ticks == 0:
-            force = rates(y, sent[-1 - whole])[1]
-            sensed = filtered(sensed, force, loop.sensor_lowpass_hz)
-            felt = filtered(felt, sensed, loop.force_lowpass_hz)
-            span = loop.sample_ticks * T
-            v_hat = filtered(v_hat, (x - before) / span, loop.velocity_lowpass_hz, span)
-            before = x
-        # implicit: (m + b_v T + b_e T + k_e T^2) v+ = m v + T (tau - k_e x_r)
-        v_r = (loop.mass_kgm2 * v_r + T * (felt - k_e * x_r)) / (
-            loop.mass_kgm2 + T * (loop.virtual_damping_nms_rad + b_e) + T * T * k_e
-        )
-        x_r = x_r + T * v_r
-        command = loop.velocity_gain_nms_rad * (v_r - v_hat) + loop.position_gain_nm_rad * (x_r - before)
-        y = advance(y, sent[-1 - whole], rest * T)
-        sent = [*sent[1:], command]
-        y = advance(y, sent[-1 - whole], (1 - rest) * T)
-        sizes.append(np.abs(x) + np.abs(x_r) + 0.01 * np.abs(y[1]) + 0.01 * np.abs(v_r))
-    early, late = (np.max(sizes[at : at + ticks // 6], axis=0) for at in (ticks // 3, 5 * ticks // 6))
-    return (late / early) ** (1 / (ticks // 2))
 
 
 @pytest.mark.parametrize(
@@ -206,3 +140,16 @@ def test_the_damping_kept_is_of_what_the_virtual_mass_would_keep():
     found = admittance_margin.judge(RIG)
     assert 0 < found.kept < 1
     assert found.points > 4000
+
+
+# Certified rigs in time -----------------------------------------------------------------------------------------------
+
+
+def test_random_rigs_that_are_proved_do_not_diverge_in_any_hand_or_world():
+    rng = np.random.default_rng(4)
+    for loop in certified(rng, 3):
+        assert diverging(loop, admittance.random_points(rng, loop, 40), ticks=900) == 0
+
+
+def test_a_hand_a_tenth_stiffer_than_the_stiffest_that_passes_makes_a_rigid_joint_grow():
+    assert 0.97 <= share_at_which_one_grows(RIG) <= 1.1
