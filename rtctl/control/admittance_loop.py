@@ -18,6 +18,7 @@ bounds; the dead band of the force, which is a gain between 0 and 1 in front of 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -127,7 +128,7 @@ class Points:
         )
 
 
-def points(rows: list[tuple[float, ...]]) -> Points:
+def points(rows: Sequence[tuple[float, ...]]) -> Points:
     """Points from rows of (k_h, b_h, m_h, bristle, joint, k_e, b_e)."""
     return Points(*np.array(rows, dtype=float).reshape(-1, 7).T.copy())
 
