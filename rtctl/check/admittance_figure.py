@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from rtctl.check.stability_report import AxisReport
     from rtctl.control.admittance_loop import AdmittanceLoop
 
-_MASSES = 12
+_MASSES = 9
 _AROUND = 4.0
 """Masses from the rig file's over this to as many times it."""
 

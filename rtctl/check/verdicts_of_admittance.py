@@ -21,6 +21,9 @@ import math
 from rtctl.check.admittance_figures import AdmittanceFigures, figures_of, loop_of
 from rtctl.check.verdict import Outcome, Subject, Verdict
 
+NOISE_LEAST = 0.02
+"""Torque of one count or step, as a share of the torque limit, that is none to feel even where no friction holds the joint."""
+
 NOISE_MOST = 0.1
 """Torque of one count through the velocity gain, as a share of the torque limit, from which on an axis is refused."""
 
@@ -186,7 +189,8 @@ def lateness(s: Subject) -> list[Verdict]:
 def steps(s: Subject) -> list[Verdict]:
     """Torque that one encoder count and one step of the force make through the gains."""
     count, force = count_torque_nm(s), force_step_torque_nm(s)
-    held = max(s.axis.guarantee.floor_nm, s.axis.dry_friction_nm)
+    quiet = NOISE_LEAST * s.axis.torque_limit_nm
+    held = max(s.axis.guarantee.floor_nm, s.axis.dry_friction_nm, quiet)
     most = NOISE_MOST * s.axis.torque_limit_nm
     rows = []
     for name, jump, key in (
@@ -198,7 +202,7 @@ def steps(s: Subject) -> list[Verdict]:
         ("admittance, one step of the force", force, "less force_lowpass_hz, or more mass_kgm2"),
     ):
         outcome = Outcome.PASS if jump <= held else Outcome.WARN if jump <= most else Outcome.FAIL
-        meaning = "torque that it makes through the gains, of the dry friction that holds the joint"
+        meaning = "torque that it makes through the gains; bound: the dry friction that holds the joint, or 2 % of the torque limit"
         if outcome != Outcome.PASS:
             meaning += f" (refused from {most:.3g} N m, a tenth of the torque limit): {key}"
         bound = max(held, most)
@@ -206,7 +210,7 @@ def steps(s: Subject) -> list[Verdict]:
             f"{s.where}.admittance.velocity_gain_nms_rad: axis {s.axis.name}: {s.table.admittance.velocity_gain_nms_rad:g} makes {jump:.3g} "
             f"N m of it ({name}), the bound is {bound:.3g} N m: {key}"
         )
-        use = jump / held if held > 0 else jump / most
+        use = jump / held
         rows.append(
             s.row(
                 name,

@@ -37,6 +37,7 @@ _HEAVIEST = 64.0
 _STEPS = 24
 """Masses and dampings tried: up to so many times the present or the joint's, in so many steps."""
 _HALVINGS = 10
+_CONFIRMS = 16
 _WORLDS = 24
 """Springs of the worlds that a search tries: by a factor of 1.8."""
 
@@ -91,15 +92,14 @@ def proof(loop: AdmittanceLoop) -> Proof:
     return admittance_proof.prove(replace(loop, bristle_nm_rad=0.0))
 
 
-def _passes(loop: AdmittanceLoop, *, world: bool = True, stiffest: bool = False) -> bool:
-    """Stable with all hands that have no damping, or the stiffest, in some worlds or in none."""
-    one, limit = replace(loop, bristle_nm_rad=0.0), edge(loop)
-    for only in (True,) if stiffest else (True, False):  # the stiffest hands decide most
-        at = fine_worlds(one, only_stiffest=only, count=_WORLDS)
-        at = at if world else at[np.flatnonzero(at.k_e == 0)]
-        if not spectral_radii(one, at).max() <= limit:
-            return False
-    return True
+def _passes(loop: AdmittanceLoop, *, world: bool = True) -> bool:
+    """Stable with the stiffest hands, that have no damping, in some worlds or in none: a search goes by these, as they decide
+    most, and what it finds is confirmed by `judge`.
+    """
+    one = replace(loop, bristle_nm_rad=0.0)
+    at = fine_worlds(one, only_stiffest=True, count=_WORLDS)
+    at = at if world else at[np.flatnonzero(at.k_e == 0)]
+    return bool(spectral_radii(one, at).max() <= edge(loop))
 
 
 def largest_hand(loop: AdmittanceLoop, *, world: bool = True, most: float = 1e5) -> float:
@@ -110,7 +110,7 @@ def largest_hand(loop: AdmittanceLoop, *, world: bool = True, most: float = 1e5)
 
     def passes(k_h: float) -> bool:
         box = replace(loop.box, stiffness_nm_rad=k_h)
-        return _passes(replace(loop, box=box), world=world, stiffest=True)
+        return _passes(replace(loop, box=box), world=world)
 
     low = 0.0
     if not passes(low):
@@ -168,7 +168,7 @@ def _confirmed(
     with_value: Callable[[AdmittanceLoop, float], AdmittanceLoop],
 ) -> float:
     """The value, moved away from what fails until the whole grid passes, too; 0 if it does not."""
-    for _ in range(8):
+    for _ in range(_CONFIRMS):
         if judge(with_value(loop, value)).ok:
             return value
         value *= step

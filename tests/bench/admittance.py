@@ -110,7 +110,7 @@ def diverging(loop: AdmittanceLoop, at: Points, ticks: int = 1200) -> int:
     seems = np.flatnonzero(~(growth_in_time(loop, at, ticks) <= 1 + GROWN))
     if seems.size == 0:
         return 0
-    return int((~(growth_in_time(loop, at[seems], 8 * ticks) <= 1 + GROWN / 8)).sum())
+    return int((~(growth_in_time(loop, at[seems], 6 * ticks) <= 1 + GROWN / 6)).sum())
 
 
 def random_rig(rng: np.random.Generator, elastic: float = 0.3) -> AdmittanceLoop:
@@ -177,7 +177,7 @@ def share_at_which_one_grows(loop: AdmittanceLoop) -> float:
     for share in SHARES:
         one = replace(loop, box=replace(loop.box, stiffness_nm_rad=share * most))
         at = fine_worlds(one, only_stiffest=True)
-        if growth_in_time(loop, at, ticks=1500).max() > 1 + GROWN:
+        if growth_in_time(loop, at, ticks=1200).max() > 1 + GROWN:
             return share
     return math.inf
 

@@ -1,6 +1,7 @@
 """`rtctl check` of an axis that is displayed as an admittance: rows, refusals with what passes, JSON and picture."""
 
 import json
+import sys
 
 import pytest
 
@@ -53,10 +54,9 @@ delay_ticks = {d}
 policy = "off"
 [[device]]
 kind = "mock"
-delay_ticks = {whole}
 """
 PASSES = {
-    "counts": 16000000,
+    "counts": 160000,
     "m": 0.03,
     "b_v": 0.3,
     "K_p": 0.0,
@@ -88,8 +88,8 @@ def test_a_display_that_is_proved_passes_and_says_what_more_would(rig):
     rows = rows_of(rig())
     assert [rows[name].outcome for name in (LOOP, ANY, KEPT, LATE, COUNT, FORCE)] == [Outcome.PASS] * 6
     assert "proved between the points" in rows[LOOP].meaning
-    assert rows[STUCK].outcome == Outcome.NOT_PROVED
-    assert "presliding" in rows[STUCK].meaning
+    assert rows[ANY].meaning.startswith("without lags it would be passive")
+    assert rows[STUCK].outcome == Outcome.PASS
 
 
 def test_the_certificate_is_asked_of_the_loop_that_the_file_describes(rig):
@@ -104,15 +104,21 @@ def test_the_certificate_is_asked_of_the_loop_that_the_file_describes(rig):
     )
     assert loop.inertia_kgm2 == 0.012
     assert len(admittance_figures.faster(loop)) == 6
+    (told,) = (row for row in axis.verdicts if row.name == ANY)
+    assert "K_p" in told.bound
+    assert "not even without lags" in told.meaning
 
 
-@pytest.mark.parametrize("changes", [{"m": 0.012, "b_v": 0.05}, {"k_h": 2000.0}])
-def test_what_fails_is_refused_with_what_passes_nearest_by(rig, changes):
+def test_what_fails_is_refused_with_what_passes_nearest_by(rig):
+    changes = {"m": 0.012, "b_v": 0.05}
     path = rig(**changes)
     report = examine(load(path))
     with pytest.raises(StabilityError, match="mass_kgm2"):
         report.require()
     (axis,) = report.axes
+    (stuck,) = (row for row in axis.verdicts if row.name == STUCK)
+    assert stuck.outcome == Outcome.NOT_PROVED
+    assert "may shake within the presliding" in stuck.meaning
     refusal = report.refusal()
     assert "bench.toml: axis[0].admittance.mass_kgm2: axis joint" in refusal
     remedies = dict(
@@ -172,22 +178,27 @@ def test_a_coarse_encoder_is_refused_by_the_torque_of_one_count(rig):
     assert "a finer encoder" in row.refusal
 
 
-def test_the_position_gain_is_told_to_break_passivity_without_lag(rig):
-    assert "K_p" in rows_of(rig(K_p=4.0))[ANY].bound
-    assert "not even without lags" in rows_of(rig(K_p=4.0))[ANY].meaning
-    assert rows_of(rig())[ANY].meaning.startswith("without lags it would be passive")
+def _run(monkeypatch, capsys, *arguments):
+    monkeypatch.setattr(sys, "argv", ["rtctl", *map(str, arguments)])
+    code = 0
+    try:
+        main()
+    except SystemExit as stop:
+        code = stop.code or 0
+    return code, capsys.readouterr().out
 
 
-def test_the_text_the_json_and_the_picture(rig, capsys, tmp_path):
+def test_the_text_the_json_and_the_picture(rig, monkeypatch, capsys, tmp_path):
     path, picture = rig(), tmp_path / "masses.png"
-    assert main(["check", str(path), "--plot", str(picture)]) == 0
-    text = capsys.readouterr().out
+    code, text = _run(monkeypatch, capsys, "check", path, "--plot", picture)
+    assert code == 0
     assert "joint as an admittance is stable in hands to 600 N m/rad" in text
     assert "coupling is passive" not in text
     assert "stiffest hand that passes" in text
     assert picture.read_bytes()[:4] == b"\x89PNG"
-    assert main(["check", str(path), "--json"]) == 0
-    body = json.loads(capsys.readouterr().out)
+    code, text = _run(monkeypatch, capsys, "check", path, "--json")
+    assert code == 0
+    body = json.loads(text)
     (axis,) = body["axes"]
     assert axis["admittance"]["proved"]
     assert axis["admittance"]["hand_stiffness_max_nm_rad"] > 600
