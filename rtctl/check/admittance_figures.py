@@ -34,7 +34,7 @@ class AdmittanceFigures:
     cells: int
     not_proved_at: str
     stuck_radius: float | None
-    """The same for a joint that sticks on its bristles; None where there is no dry friction."""
+    """Largest |eigenvalue| for a joint that sticks on its bristles; None where there is no dry friction."""
     stuck_worst: str
     damping_kept: float
     """Least share of its ideal damping that a vibration keeps."""

@@ -85,7 +85,7 @@ class AdmittanceLoop:
 
     @property
     def bristles(self) -> tuple[float, ...]:
-        """Of a joint that slides and, if there is dry friction, of one that sticks, N m/rad."""
+        """Stiffness of the bristles of a joint that slides (0) and, if there is dry friction, of one that sticks, N m/rad."""
         return (0.0, self.bristle_nm_rad) if self.bristle_nm_rad > 0 else (0.0,)
 
 

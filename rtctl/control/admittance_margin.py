@@ -27,7 +27,7 @@ GROWS_1_S = 1e-3
 """What grows more slowly than this counts as standing: a joint that nothing holds stands where it is put."""
 
 _ROUNDING = 2e-8
-"""Of an eigenvalue of 1 that is double, as of a virtual mass that nothing damps."""
+"""Error of an eigenvalue of 1 that is double, as of a virtual mass that nothing damps."""
 
 RINGS_HZ = 2.0
 DAMPED_1_S = 20.0

@@ -195,7 +195,7 @@ def _value(at: _Corners) -> np.ndarray:
 
 
 def _radius(at: _Corners) -> np.ndarray:
-    """Of F where Z_v and Z_h are points."""
+    """Radius of F where Z_v and Z_h are points."""
     p0, p1, q0, q1 = (_across(one.radius) for one in (at.c.p0, at.c.p1, at.c.q0, at.c.q1))
     hand = np.abs(at.hand.center)
     return np.asarray(np.abs(at.world.center) * (p0 + p1 * hand) + q0 + q1 * hand)

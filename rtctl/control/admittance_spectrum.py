@@ -1,6 +1,6 @@
 """The characteristic function of the admittance loop at a complex frequency, for all hands and worlds of a cell at once.
 
-The loop of `admittance_loop` with a fresh sample every tick has a root z = e^(sT) just where (docs/theory.md 2.12)
+The loop of `admittance_loop` with a fresh sample every tick has a root z = e^(sT) just where (docs/theory.md 2.13)
 
     F = Z_v (p0 + p1 Z_h) - (q0 + q1 Z_h) = 0,      Z_h = b_h + m_h s + k_h/s           the hand,
                                                     Z_v = m (1 - 1/z)/T + b_v + b_e + k_e T/(1 - 1/z)    the virtual mass,
@@ -41,7 +41,7 @@ class HandCell:
 
 @dataclass(frozen=True)
 class Coefficients:
-    """Those of F at one frequency a cell, and Z_v without a world, and 1 - 1/z."""
+    """Coefficients of F at one frequency a cell, and Z_v without a world, and 1 - 1/z."""
 
     p0: Disc
     p1: Disc
@@ -110,7 +110,7 @@ class Joint:
 
 
 def coefficients(drive: Joint, s: Disc, hands: HandCell) -> Coefficients:
-    """Of F, at one disc of frequencies a cell, each for all hands of its cell."""
+    """Coefficients of F at one disc of frequencies a cell, each for all hands of its cell."""
     loop, T = drive.loop, drive.loop.period_s
     late = s * -T
     last, back = exponential(late), one_less_exponential(late)
