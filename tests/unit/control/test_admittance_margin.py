@@ -4,10 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
-from rtctl.control import admittance_margin
+from rtctl.control import admittance_margin, virtual_mass
 from rtctl.control.admittance_loop import AdmittanceLoop, Box, points, spectral_radii
 from rtctl.control.drive_in_hand import resonance
+from rtctl.control.jit import records
+from rtctl.control.records import new_records
+from rtctl.control.velocity import lowpass_alpha
+from rtctl.control.vocabulary import Display, Environment, State
 from tests.bench import admittance
 from tests.bench.admittance import certified, diverging, growth_in_time, share_at_which_one_grows
 
@@ -153,3 +158,63 @@ def test_random_rigs_that_are_proved_do_not_diverge_in_any_hand_or_world():
 
 def test_a_hand_a_tenth_stiffer_than_the_stiffest_that_passes_makes_a_rigid_joint_grow():
     assert 0.97 <= share_at_which_one_grows(RIG) <= 1.1
+
+
+# The law itself -------------------------------------------------------------------------------------------------------
+
+
+def _law(loop, k_e):
+    """Records of an axis that is displayed by `virtual_mass`, on a spring of stiffness k_e."""
+    p, s, c, _ = (records(array)[0] for array in new_records(1))
+    p["period_s"], p["display_kind"][0] = loop.period_s, Display.ADMITTANCE
+    p["inertia_kgm2"][0], p["mass_kgm2"][0] = loop.inertia_kgm2, loop.mass_kgm2
+    p["mass_damping_nms_rad"][0] = loop.virtual_damping_nms_rad
+    p["mass_force_alpha"][0] = lowpass_alpha(loop.force_lowpass_hz, loop.period_s)
+    p["servo_velocity_alpha"][0] = lowpass_alpha(loop.velocity_lowpass_hz, loop.period_s)
+    p["servo_velocity_gain_nms_rad"][0] = loop.velocity_gain_nms_rad
+    p["servo_position_gain_nm_rad"][0] = loop.position_gain_nm_rad
+    p["torque_limit_nm"][0] = p["torque_rate_nm"][0] = p["velocity_limit_rad_s"][0] = 1e9
+    s["state"], s["authority"], s["proxy_set_count"][0] = State.ACTIVE, 1.0, 1
+    kind = Environment.SPRING if k_e > 0 else Environment.FREE
+    c["environment_kind"][0] = s["world_kind"][0] = kind
+    c["environment_stiffness_nm_rad"][0] = s["world_stiffness_nm_rad"][0] = k_e
+    return p, s, c
+
+
+def _growth_of_the_law(loop, k_h, m_h, k_e, ticks=1500):
+    """Growth per tick of law and joint, the joint exact between samples."""
+    p, s, c = _law(loop, k_e)
+    M = loop.inertia_kgm2 + m_h
+    A = np.array([[0.0, 1.0, 0.0], [-k_h / M, -loop.viscous_nms_rad / M, 1 / M], [0.0, 0.0, 0.0]])
+    step, whole = expm(A * loop.period_s), int(loop.delay)
+    y, before = np.array([1.0, 0.0, 0.0]), 1.0
+    s["proxy_position_rad"][0] = -0.5  # not with the joint: no motion at rest is left out
+    sent, sizes = [0.0] * (whole + 1), []
+    for _ in range(ticks):
+        force = -m_h * float(A[1] @ y) - k_h * y[0]
+        s["position_rad"][0] = y[0]
+        torque = virtual_mass.servo_torque(s, p, c, 0, 1, (y[0] - before) / loop.period_s, force, False)
+        before, sent = y[0], [*sent[1:], torque]
+        y = step @ np.array([y[0], y[1], sent[0]])
+        sizes.append(abs(y[0]) + abs(s["proxy_position_rad"][0]) + 0.01 * abs(y[1]))
+    early, late = (max(sizes[a : a + ticks // 6]) for a in (ticks // 3, 5 * ticks // 6))
+    return (late / early) ** (1 / (ticks // 2))
+
+
+@pytest.mark.parametrize(
+    ("changes", "hand"),
+    [
+        ({}, (300.0, 0.0, 40.0)),
+        ({"position_gain_nm_rad": 8.0}, (600.0, 0.004, 1000.0)),
+        (
+            {"mass_kgm2": 0.012, "virtual_damping_nms_rad": 0.05, "position_gain_nm_rad": 5.0},
+            (150.0, 0.0, 300.0),
+        ),
+        ({"delay": 2.0, "mass_kgm2": 0.006, "position_gain_nm_rad": 2.0}, (60.0, 0.01, 0.0)),
+    ],
+)
+def test_the_largest_eigenvalue_is_the_growth_of_the_law(changes, hand):
+    loop = replace(RIG, **changes)
+    k_h, m_h, k_e = hand
+    at = points([(k_h, 0.0, m_h, 0.0, 0.0, k_e, 0.0)])
+    assert _growth_of_the_law(loop, k_h, m_h, k_e) == pytest.approx(spectral_radii(loop, at)[0], abs=2e-3)
