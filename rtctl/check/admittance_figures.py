@@ -101,7 +101,9 @@ def figures_of(loop: AdmittanceLoop) -> AdmittanceFigures:
     """Everything that is found of a loop. Some two seconds; the same loop is not asked twice."""
     from rtctl.control import admittance_margin as margin
 
-    found = max((margin.judge(one) for one in faster(loop)), key=lambda one: (not one.ok, one.radius))
+    found = margin.judge(loop)
+    sooner = (margin.judge_stiffest(one) for one in faster(loop)) if found.ok else ()
+    found = next((one for one in sooner if not one.ok), found)
     proof = margin.proof(loop) if found.ok else None
     stuck = margin.judge(loop, stuck=True) if loop.bristle_nm_rad > 0 else None
     stable = found.ok and not (proof and proof.unstable)
@@ -127,7 +129,8 @@ def figures_of(loop: AdmittanceLoop) -> AdmittanceFigures:
 
 
 def faster(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
-    """The loop with whatever delay of whole ticks below the declared, with and without its current loop's lag; itself last."""
+    """The loop with every delay of whole ticks below the declared, with and without its current loop's lag, but not itself."""
     delays = [*map(float, range(math.ceil(loop.delay))), loop.delay]
     lags = [0.0, loop.lag_hz] if loop.lag_hz > 0 else [0.0]
-    return [replace(loop, delay=delay, lag_hz=lag) for delay in delays for lag in lags]
+    both = [replace(loop, delay=delay, lag_hz=lag) for delay in delays for lag in lags]
+    return [one for one in both if one != loop]

@@ -34,7 +34,7 @@ DAMPED_1_S = 20.0
 """As in `observer_margin`: slower motion is no vibration, and what dies by 1/e in 50 ms is damped enough."""
 
 _HEAVIEST = 64.0
-_STEPS = 24
+_STEPS = 18
 """Masses and dampings tried: up to so many times the present or the joint's, in so many steps."""
 _HALVINGS = 10
 _CONFIRMS = 16
@@ -66,8 +66,15 @@ def judge(loop: AdmittanceLoop, *, stuck: bool = False) -> Finding:
     """The worst of the grid: of a joint that slides, or of one that sticks (`stuck`; then `bristle_nm_rad` > 0)."""
     at = grid(loop)
     at = at[np.flatnonzero((at.bristle > 0) == stuck)]
-    if not stuck:
-        at = at.beside(fine_worlds(loop, only_stiffest=False))
+    return _worst(loop, at if stuck else at.beside(fine_worlds(loop, only_stiffest=False)))
+
+
+def judge_stiffest(loop: AdmittanceLoop) -> Finding:
+    """The worst of the box's stiffest hands without damping in springs of all stiffnesses, a joint that slides."""
+    return _worst(loop, fine_worlds(loop, only_stiffest=True))
+
+
+def _worst(loop: AdmittanceLoop, at: Points) -> Finding:
     z = eigenvalues(loop, at)
     size = np.abs(z)
     radius, kept = size.max(axis=1), _kept(loop, at, z)

@@ -103,7 +103,7 @@ def test_the_certificate_is_asked_of_the_loop_that_the_file_describes(rig):
         600.0,
     )
     assert loop.inertia_kgm2 == 0.012
-    assert len(admittance_figures.faster(loop)) == 6
+    assert len(admittance_figures.faster(loop)) == 5
     (told,) = (row for row in axis.verdicts if row.name == ANY)
     assert "K_p" in told.bound
     assert "not even without lags" in told.meaning
@@ -168,6 +168,16 @@ def test_a_device_that_does_not_say_its_delay_and_one_that_varies_are_not_proved
         path.read_text().replace("[axis.drive]", "[axis.measured]\njitter_ticks = 0.5\n[axis.drive]")
     )
     assert rows_of(path)[LATE].outcome == Outcome.NOT_PROVED
+
+
+def test_samples_older_than_a_tick_are_judged_at_the_points_only(rig):
+    path = rig()
+    path.write_text(
+        path.read_text().replace("[axis.drive]", "[axis.measured]\nsample_ticks = 2\n[axis.drive]")
+    )
+    row = rows_of(path)[LOOP]
+    assert row.outcome == Outcome.NOT_PROVED
+    assert "between them not proved" in row.meaning
 
 
 def test_a_coarse_encoder_is_refused_by_the_torque_of_one_count(rig):
