@@ -171,7 +171,7 @@ def test_a_device_that_does_not_say_its_delay_and_one_that_varies_are_not_proved
 
 
 def test_samples_older_than_a_tick_are_judged_at_the_points_only(rig):
-    path = rig()
+    path = rig(m=0.06)
     path.write_text(
         path.read_text().replace("[axis.drive]", "[axis.measured]\nsample_ticks = 2\n[axis.drive]")
     )
