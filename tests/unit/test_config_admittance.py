@@ -70,7 +70,6 @@ def test_without_a_force_sensor_it_is_refused_with_a_remedy(rig):
     told = fault(rig, absent='["force"]')
     assert 'axis joint: display = "admittance" needs the force sensor' in told
     assert 'display = "impedance"' in told
-    rig(absent='["force"]', display="impedance")
 
 
 def test_force_feedback_on_top_of_it_is_refused(rig):
