@@ -8,9 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from threadpoolctl import ThreadpoolController
 
 _STEPS = 40
 """Most steps; a dozen are usual, twenty many."""
@@ -99,7 +102,7 @@ def solve(
 
 
 @cache
-def _libraries() -> Any:  # noqa: ANN401
+def _libraries() -> ThreadpoolController:
     """Libraries of linear algebra in this process; scikit-learn brings what tells them."""
     from threadpoolctl import ThreadpoolController
 

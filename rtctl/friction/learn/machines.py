@@ -8,7 +8,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from rtctl.friction.kinds.table import FORMULAS
 from rtctl.friction.learn import interior
 from rtctl.friction.learn.formulas import fit_formula
 from rtctl.friction.learn.gram import FINE, Gram, pivoted
+
+if TYPE_CHECKING:
+    from sklearn.svm import SVR, NuSVR
 
 MAX_ITERATIONS = 300_000
 """Solver iterations of one fit, about .3 s; the useful corner of the grids needs a tenth."""
@@ -155,7 +158,7 @@ def _by_factor(
     return Trained(curve, found.epsilon_nm, found.converged, weights)
 
 
-def _machine(candidate: Candidate, tolerance_nm: float, max_iterations: int) -> Any:  # noqa: ANN401
+def _machine(candidate: Candidate, tolerance_nm: float, max_iterations: int) -> SVR | NuSVR:
     from sklearn.svm import SVR, NuSVR
 
     same = {
@@ -169,7 +172,7 @@ def _machine(candidate: Candidate, tolerance_nm: float, max_iterations: int) -> 
     return SVR(epsilon=candidate.tube, **same)
 
 
-def _tube(machine: Any, c: float, weight: np.ndarray, residual: np.ndarray) -> float:  # noqa: ANN401
+def _tube(machine: SVR | NuSVR, c: float, weight: np.ndarray, residual: np.ndarray) -> float:
     """Half width of the tube a nu-SVR found, N m: its free support vectors lie on the edge."""
     at = machine.support_
     size = np.abs(residual[at])
