@@ -208,6 +208,7 @@ def _observe(t: Record, s: Record, p: Record, axis: int, dx: float, elapsed: int
         observe_port(s, p, axis, dx, elapsed)
     t.injected_damping_nms_rad[axis] = injected_damping(s, p, axis, dx, elapsed)
     s.mass_injected_nms_rad[axis] = t.injected_damping_nms_rad[axis]
+    t.injected_damping_nms_rad[axis] += s.mass_watch_nms_rad[axis]
     return passivity_fault(s, p, axis)
 
 

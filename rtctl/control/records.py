@@ -290,6 +290,12 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "mass_force_nm": (),  # hand torque, low-passed
             "mass_injected_nms_rad": (),  # damping added by the passivity controller
             "servo_velocity_rad_s": (),  # of the joint, low-passed
+            "mass_watch_nms_rad": (),  # and by the watch on its stability (control.stability_watch)
+            "watch_low_nm": (),  # hand torque below the band where hands do not act
+            "watch_fast_nm2": (),  # its powers in that band and below
+            "watch_slow_nm2": (),
+            "watch_s": (),  # for which it has rung
+            "watch_share": (),
             "remote_position_rad": (),  # the renderer's end of the spring to the mass
             "friction_gate": (),
             "friction_stop": (),  # stop operator state, -1..1

@@ -30,6 +30,7 @@ from rtctl.control.environments.table import Environment
 from rtctl.control.jit import compiled
 from rtctl.control.program import in_program
 from rtctl.control.records import Record
+from rtctl.control.stability_watch import forget_force, watch_force
 from rtctl.control.vocabulary import Display, State
 
 _ACTIVE = int(State.ACTIVE)
@@ -47,7 +48,7 @@ def is_admittance(p: Record, axis: int) -> bool:
 def _rest(s: Record, axis: int) -> None:
     """Put the mass where the joint is, at rest: nothing winds up while the servo does nothing."""
     s.proxy_position_rad[axis] = s.remote_position_rad[axis] = s.position_rad[axis]
-    s.mass_velocity_rad_s[axis] = 0.0
+    s.mass_velocity_rad_s[axis] = s.mass_watch_nms_rad[axis] = s.watch_share[axis] = 0.0
     s.proxy_set_count[axis] = 1
 
 
@@ -56,6 +57,7 @@ def _forget(s: Record, axis: int) -> None:
     """As `_rest`, without a trace of what came in: it was no number."""
     _rest(s, axis)
     s.mass_force_nm[axis] = s.servo_velocity_rad_s[axis] = 0.0
+    forget_force(s, axis)
     s.stored_energy_j[axis] = s.renderer_grant_j[axis] = 0.0
 
 
@@ -63,6 +65,7 @@ def _forget(s: Record, axis: int) -> None:
 def _measure(s: Record, p: Record, axis: int, elapsed: int, difference: float, hand_nm: float) -> float:
     """Low-passes of force and velocity, once a fresh sample; the hand's torque beyond the dead band, N m."""
     if elapsed > 0:
+        s.mass_watch_nms_rad[axis] = watch_force(s, p, axis, hand_nm)
         s.mass_force_nm[axis] += p.mass_force_alpha[axis] * (hand_nm - s.mass_force_nm[axis])
         alpha = 1.0 - (1.0 - p.servo_velocity_alpha[axis]) ** elapsed
         s.servo_velocity_rad_s[axis] += alpha * (difference - s.servo_velocity_rad_s[axis])
@@ -111,7 +114,8 @@ def _step(s: Record, p: Record, c: Record, axis: int, felt_nm: float) -> None:
     s.position_rad[axis] = before
     follow_world(s, p, c, axis, abs(s.mass_velocity_rad_s[axis]), False)
     inertia = p.mass_kgm2[axis] / dt
-    stiffness = (inertia + p.mass_damping_nms_rad[axis] + s.mass_injected_nms_rad[axis]) / dt
+    added = s.mass_injected_nms_rad[axis] + s.mass_watch_nms_rad[axis]
+    stiffness = (inertia + p.mass_damping_nms_rad[axis] + added) / dt
     drive = inertia * s.mass_velocity_rad_s[axis] + felt_nm + stiffness * before
     after = _world_step(s, p, axis, drive, stiffness)
     s.position_rad[axis] = joint

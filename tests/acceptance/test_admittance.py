@@ -82,6 +82,30 @@ def test_a_hand_stiffer_than_promised_is_damped_first_and_then_the_rig_stops(tmp
     assert ticks["energy_port_j"].min() > -3.0 * 0.02
 
 
+def test_a_contact_that_rings_is_damped_before_the_account_is_short(tmp_path):
+    """Five times the stiffness that was promised; without the watch it is thrown at 2 rad/s and stopped."""
+    changes = (
+        *hand(600.0, 0.0, 0.02, 0.5),
+        ("mass_kgm2 = 0.012", "mass_kgm2 = 0.004"),
+        ("damping_nms_rad = 0.1               #", "damping_nms_rad = 0.05              #"),
+    )
+    made = rig(tmp_path, *SLIPPERY, *changes)
+    made.arm()
+    ticks = made.run(6.0)
+    assert set(ticks["state"]) == {State.ACTIVE}
+    assert ticks["energy_port_j"].min() > -0.02
+    assert np.abs(ticks["velocity_rad_s"]).max() < 0.3
+    assert ticks["injected_damping_nms_rad"].max() > 1.0
+
+
+@pytest.mark.parametrize("frequency_hz", [0.5, 2.0])
+def test_in_a_hand_that_moves_as_hands_do_nothing_is_damped(tmp_path, frequency_hz):
+    made = rig(tmp_path, *hand(20.0, 0.1, 0.2, frequency_hz))
+    made.arm()
+    ticks = made.run(6.0)
+    assert not ticks["injected_damping_nms_rad"].any()
+
+
 def test_nobody_holds_it_and_it_stays(tmp_path):
     made = rig(tmp_path, ('kind = "sine"\nstiffness', 'kind = "none"\nstiffness'))
     made.arm()

@@ -1,0 +1,59 @@
+"""A contact stiffer than was promised rings: the watch sees it in the force and damps the virtual mass before the account is short.
+
+    low  <- low + a (tau_h - low)                   hands move, at most, some times a second
+    fast <- fast + b ((tau_h - low)^2 - fast)       power in the band where they do not
+    slow <- slow + b (low^2 - slow)
+    rings:  fast > FLOOR^2  and  fast > SHARE (fast + slow),  for longer than STEP_S: a tap or a push is over by then
+    w   rises to 1 within RISE_S while it rings, falls to 0 within FALL_S after
+
+The damping that is added is w K_v: the mass is then as hard to move as the joint is held to it. More damping of the mass is never
+less stable in a stiffer hand (docs/theory.md 11). The index is that of Dimeas and Aspragathos (2016), with two filters in place
+of a spectrum.
+"""
+
+from __future__ import annotations
+
+import math
+
+from rtctl.control.jit import compiled
+from rtctl.control.records import Record
+
+CORNER_HZ = 6.0
+"""Between what a hand does and what rings."""
+
+POWER_S = 0.03
+"""Over which powers are averaged."""
+
+FLOOR_SHARE = 0.01
+"""Of the torque limit: what is less is noise and ripple."""
+
+SHARE = 0.7
+"""Of the force's power that must lie in the band: a sine of more than 9 Hz."""
+
+STEP_S = 0.05
+RISE_S = 0.03
+FALL_S = 2.0
+
+
+@compiled
+def watch_force(s: Record, p: Record, axis: int, hand_nm: float) -> float:
+    """Damping to be added to the virtual mass, N m s/rad, >= 0; once a fresh sample."""
+    dt = p.period_s
+    s.watch_low_nm[axis] += -math.expm1(-2.0 * math.pi * CORNER_HZ * dt) * (hand_nm - s.watch_low_nm[axis])
+    low = s.watch_low_nm[axis]
+    share = -math.expm1(-dt / POWER_S)
+    s.watch_fast_nm2[axis] += share * ((hand_nm - low) ** 2 - s.watch_fast_nm2[axis])
+    s.watch_slow_nm2[axis] += share * (low * low - s.watch_slow_nm2[axis])
+    fast, slow = s.watch_fast_nm2[axis], s.watch_slow_nm2[axis]
+    rings = fast > (FLOOR_SHARE * p.torque_limit_nm[axis]) ** 2 and fast > SHARE * (fast + slow)
+    s.watch_s[axis] = s.watch_s[axis] + dt if rings else 0.0
+    step = dt / RISE_S if s.watch_s[axis] > STEP_S else -dt / FALL_S
+    s.watch_share[axis] = min(max(s.watch_share[axis] + step, 0.0), 1.0)
+    return s.watch_share[axis] * p.servo_velocity_gain_nms_rad[axis]
+
+
+@compiled
+def forget_force(s: Record, axis: int) -> None:
+    """Begin anew: what came was no number."""
+    s.watch_s[axis] = 0.0
+    s.watch_low_nm[axis] = s.watch_fast_nm2[axis] = s.watch_slow_nm2[axis] = s.watch_share[axis] = 0.0
