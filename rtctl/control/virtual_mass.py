@@ -9,7 +9,7 @@ which every environment solves already (`environments.coupling`): a world of any
 
 What a world is felt through is the mass: m/T^2 stands where the coupling's stiffness stands for an impedance.
 
-The account is kept where the hand is, from the measured torque (docs/theory.md 11):
+The account is kept where the hand is, from the measured torque (docs/theory.md 14):
 
     E += tau_h dx + granted,      E <= m v_r^2/2 + J v^2/2 + U + K_p (p - x)^2/2 + bank
 
