@@ -31,7 +31,7 @@ from rtctl.control.sample import accept_sample
 from rtctl.control.states import advance, is_powered
 from rtctl.control.take_back import OVERSPEED_FACTOR, torque_to_take_back
 from rtctl.control.velocity import estimate_velocity
-from rtctl.control.virtual_mass import is_admittance, observe_hand, servo_torque
+from rtctl.control.virtual_mass import is_admittance, observe_hand, raise_damping, servo_torque
 from rtctl.control.vocabulary import Fault, GateFlag, State
 from rtctl.control.wrench import report_wrench
 
@@ -204,11 +204,13 @@ def _observe(t: Record, s: Record, p: Record, axis: int, dx: float, elapsed: int
         return 0
     if is_admittance(p, axis):
         observe_hand(s, p, axis, work, granted(s, axis), t.velocity_rad_s[axis])
+        t.injected_damping_nms_rad[axis] = raise_damping(
+            s, p, axis, injected_damping(s, p, axis, dx, elapsed)
+        )
+        t.injected_damping_nms_rad[axis] += s.mass_watch_nms_rad[axis]
     else:
         observe_port(s, p, axis, dx, elapsed)
-    t.injected_damping_nms_rad[axis] = injected_damping(s, p, axis, dx, elapsed)
-    s.mass_injected_nms_rad[axis] = t.injected_damping_nms_rad[axis]
-    t.injected_damping_nms_rad[axis] += s.mass_watch_nms_rad[axis]
+        t.injected_damping_nms_rad[axis] = injected_damping(s, p, axis, dx, elapsed)
     return passivity_fault(s, p, axis)
 
 

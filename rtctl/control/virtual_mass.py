@@ -9,12 +9,12 @@ which every environment solves already (`environments.coupling`): a world of any
 
 What a world is felt through is the mass: m/T^2 stands where the coupling's stiffness stands for an impedance.
 
-The account is kept where the hand is, from the measured torque (docs/theory.md 11):
+The account is kept where the hand is, from the measured torque (docs/theory.md 14):
 
     E += tau_h dx + granted,      E <= m v_r^2/2 + J v^2/2 + U + K_p (p - x)^2/2 + bank
 
 The motor itself is no port to be watched: to show less inertia than J it must give (J - m) v^2/2, and take it back. A
-deficit adds to b_v, and beyond 1.35 budgets is a fault, as with an impedance (`passivity`).
+deficit adds to b_v (for as long as it lasts and `CALM_S` more), and beyond 1.35 budgets is a fault, as with an impedance (`passivity`).
 
 The servo never asks for more than the torque limit: a mass that ran away from a joint that something holds would come back
 all at once. The speed of the mass stays within L/K_v of the joint's, its place within L/K_p.
@@ -33,7 +33,14 @@ from rtctl.control.records import Record
 from rtctl.control.stability_watch import forget_force, watch_force
 from rtctl.control.vocabulary import Display, State
 
+CALM_S = 2.0
+"""Time constant over which damping that a deficit added is forgotten."""
+
+KEPT_SHARE = 0.02
+"""A deficit below this share of the budget is noise of the force on little motion: no damping is added for it."""
+
 _ACTIVE = int(State.ACTIVE)
+_ARMING = int(State.ARMING)
 _REMOTE = int(Environment.REMOTE)
 _ADMITTANCE = int(Display.ADMITTANCE)
 
@@ -206,5 +213,24 @@ def observe_hand(s: Record, p: Record, axis: int, work_j: float, granted_j: floa
     """
     held = s.authority * s.stored_energy_j[axis] + 0.5 * p.inertia_kgm2[axis] * speed * speed
     held += 0.5 * p.mass_kgm2[axis] * s.mass_velocity_rad_s[axis] ** 2
+    if s.state == _ARMING:  # the test pulse works on whoever holds the joint, by intent
+        s.energy_port_j[axis] = 0.0
+        return
     energy = s.energy_port_j[axis] + work_j + granted_j
     s.energy_port_j[axis] = min(energy, held + p.energy_bank_j)
+
+
+@compiled
+def raise_damping(s: Record, p: Record, axis: int, asked: float) -> float:
+    """Damping of the mass beyond b_v from the next tick on, N m s/rad: what a deficit asks for, forgotten over `CALM_S`.
+
+    Notes
+    -----
+    Damping for as long as the deficit alone leaves a hand stiffer than promised in a vibration that pays and owes in turn.
+    More damping only takes more, so to rise at once and fall slowly gives nobody any energy.
+    """
+    left = s.mass_injected_nms_rad[axis] * math.exp(-p.period_s / CALM_S)
+    if not s.energy_port_j[axis] < -KEPT_SHARE * p.energy_budget_j:
+        asked = 0.0
+    s.mass_injected_nms_rad[axis] = max(asked, left)
+    return max(asked, left)

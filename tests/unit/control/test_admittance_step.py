@@ -9,7 +9,7 @@ from rtctl.control.environments.changes import follow_world
 from rtctl.control.jit import records
 from rtctl.control.passivity import FAULT_FACTOR, passivity_fault
 from rtctl.control.records import new_records
-from rtctl.control.virtual_mass import observe_hand, servo_torque
+from rtctl.control.virtual_mass import CALM_S, observe_hand, raise_damping, servo_torque
 from rtctl.control.vocabulary import Display, Environment, Fault, State
 
 T = 1e-3
@@ -199,3 +199,24 @@ def test_damping_that_is_injected_slows_the_mass():
             mass.tick(0.2)
     ratio = (1 - np.exp(-200 * T * B_V / M)) / B_V * (B_V + K_V)
     assert free.mass_velocity_rad_s / damped.mass_velocity_rad_s == pytest.approx(ratio, rel=0.01)
+
+
+def test_the_test_pulse_of_arming_owes_nobody_anything():
+    mass = Mass()
+    mass.state["state"] = int(State.ARMING)
+    observe_hand(mass.state[0], mass.params[0], 0, -0.01, 0.0, 0.0)
+    assert mass.energy_port_j == 0.0
+
+
+def test_damping_rises_at_once_with_a_deficit_that_counts_and_falls_slowly():
+    mass = Mass()
+    s, p = mass.state[0], mass.params[0]
+    s["energy_port_j"] = -0.01 * 0.02
+    assert raise_damping(s, p, 0, 2.0) == 0.0  # noise on little motion
+    s["energy_port_j"] = -0.05 * 0.02
+    assert raise_damping(s, p, 0, 1.5) == 1.5
+    s["energy_port_j"] = 0.01
+    for _ in range(round(CALM_S / T)):
+        left = raise_damping(s, p, 0, 0.0)
+    assert left == pytest.approx(1.5 / math.e, rel=1e-6)
+    assert mass.mass_injected_nms_rad == left

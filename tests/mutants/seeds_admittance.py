@@ -1,0 +1,54 @@
+"""Seeded bugs of the admittance display: mass, servo, worlds on the mass, account of the hand."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+MASS = "rtctl/control/virtual_mass.py"
+STEP = "tests/unit/control/test_admittance_step.py"
+LOOP = "tests/unit/control/test_admittance_closed_loop.py"
+
+SEEDS = (
+    Seed(
+        "the virtual mass goes on outside ACTIVE", MASS,
+        "if s.proxy_set_count[axis] == 0 or disabled or s.state != _ACTIVE or in_program(s, axis):",
+        "if s.proxy_set_count[axis] == 0 or disabled:",
+        (f"{STEP}::test_outside_active_the_mass_rests_where_the_joint_is",),
+    ),
+    Seed(
+        "the dead band cuts the hand's torque off instead of leaving it out", MASS,
+        "return s.mass_force_nm[axis] - towards(0.0, s.mass_force_nm[axis], band)",
+        "return s.mass_force_nm[axis] if abs(s.mass_force_nm[axis]) > band else 0.0",
+        (f"{STEP}::test_without_a_hand_it_drifts_at_what_the_bias_is_beyond_the_dead_band_over_the_damping",),
+    ),
+    Seed(
+        "a change of environment carries the virtual mass along", "rtctl/control/environments/changes.py",
+        "    if p.display_kind[axis] != _ADMITTANCE:\n", "    if True:\n",
+        (f"{STEP}::test_a_stiffer_spring_is_paid_by_the_work_it_does_on_a_mass_that_stays_where_it_is",),
+    ),
+    Seed(
+        "the account of the hand forgets the motion of the joint", MASS,
+        "held = s.authority * s.stored_energy_j[axis] + 0.5 * p.inertia_kgm2[axis] * speed * speed",
+        "held = s.authority * s.stored_energy_j[axis]",
+        (f"{STEP}::test_the_account_holds_what_mass_joint_and_world_may_give_back_and_a_bank",),
+    ),
+    Seed(
+        "damping that a deficit adds is gone with the deficit", MASS,
+        "left = s.mass_injected_nms_rad[axis] * math.exp(-p.period_s / CALM_S)", "left = 0.0",
+        (
+            f"{STEP}::test_damping_rises_at_once_with_a_deficit_that_counts_and_falls_slowly",
+            f"{LOOP}::test_a_hand_stiffer_than_promised_is_calmed_within_a_fifth_of_a_second_and_stays_so",
+        ),
+    ),
+    Seed(
+        "a force that is no number stays in the low-pass of the mass", MASS,
+        "    s.mass_force_nm[axis] = s.servo_velocity_rad_s[axis] = 0.0\n", "",
+        (f"{STEP}::test_a_force_that_is_no_number_gives_none_and_nothing_of_it_stays",),
+    ),
+    Seed(
+        "the servo's place lags without bound", MASS,
+        "    if p.servo_position_gain_nm_rad[axis] > 0.0:\n        place =",
+        "    if False:\n        place =",
+        (f"{STEP}::test_the_servo_never_runs_further_ahead_than_the_torque_limit",),
+    ),
+)  # fmt: skip
