@@ -18,17 +18,17 @@ import math
 from rtctl.control.jit import compiled
 from rtctl.control.records import Record
 
-CORNER_HZ = 6.0
+CORNER_HZ = 9.0
 """Between what a hand does and what rings."""
 
 POWER_S = 0.03
 """Over which powers are averaged."""
 
 FLOOR_SHARE = 0.01
-"""Of the torque limit: what is less is noise and ripple."""
+"""Least force that counts, as a share of the torque limit: what is less is noise and ripple."""
 
 SHARE = 0.7
-"""Of the force's power that must lie in the band: a sine of more than 9 Hz."""
+"""Share of the force power that must lie in the band: a sine of more than 14 Hz."""
 
 STEP_S = 0.05
 RISE_S = 0.03
