@@ -17,6 +17,7 @@ from rtctl.control.environments.table import PARAMETERS, Environment
 from rtctl.control.gate import WINDOW_S
 from rtctl.control.records import HELD, new_records
 from rtctl.control.resting import REST_HZ
+from rtctl.control.stability_watch import FLOOR_SHARE
 from rtctl.control.velocity import kalman_gains, lowpass_alpha
 from rtctl.control.vocabulary import DeviceVelocity, Display, PlaceUse, Policy, VelocityMethod
 from rtctl.friction import artefact
@@ -232,6 +233,7 @@ def _fill_admittance(p: np.void, a: int, axis: AxisTable, period_s: float) -> No
     p["mass_force_deadband_nm"][a] = shown.force_deadband_nm
     p["servo_velocity_gain_nms_rad"][a] = shown.velocity_gain_nms_rad
     p["servo_position_gain_nm_rad"][a] = shown.position_gain_nm_rad
+    p["watch_floor_nm"][a] = FLOOR_SHARE * axis.torque_limit_nm
     p["servo_velocity_alpha"][a] = lowpass_alpha(shown.velocity_lowpass_hz, period_s)
     p["injected_damping_max_nms_rad"][a] = (
         shown.velocity_gain_nms_rad

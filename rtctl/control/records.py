@@ -160,6 +160,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             "mass_force_deadband_nm": (),
             "servo_velocity_gain_nms_rad": (),
             "servo_position_gain_nm_rad": (),
+            "watch_floor_nm": (),  # force that may ring without being damped
             "servo_velocity_alpha": (),  # low-pass coefficient per tick
             # friction feed-forward (feedforward.Policy)
             "friction_policy": (),

@@ -6,9 +6,9 @@
     rings:  fast > FLOOR^2  and  fast > SHARE (fast + slow),  for longer than STEP_S: a tap or a push is over by then
     w   rises to 1 within RISE_S while it rings, falls to 0 within FALL_S after
 
-The damping that is added is w K_v: the mass is then as hard to move as the joint is held to it. More damping of the mass is never
-less stable in a stiffer hand (docs/theory.md 11). The index is that of Dimeas and Aspragathos (2016), with two filters in place
-of a spectrum.
+The damping that is added is w K_v: the mass is then as hard to move as the joint is held to it. The stiffest
+hand that a mass bears grows with its damping (docs/theory.md 2.12). The index is that of Dimeas and Aspragathos (2016), with two
+filters in place of a spectrum (docs/theory.md 14.5).
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def watch_force(s: Record, p: Record, axis: int, hand_nm: float) -> float:
     s.watch_fast_nm2[axis] += share * ((hand_nm - low) ** 2 - s.watch_fast_nm2[axis])
     s.watch_slow_nm2[axis] += share * (low * low - s.watch_slow_nm2[axis])
     fast, slow = s.watch_fast_nm2[axis], s.watch_slow_nm2[axis]
-    rings = fast > (FLOOR_SHARE * p.torque_limit_nm[axis]) ** 2 and fast > SHARE * (fast + slow)
+    rings = fast > p.watch_floor_nm[axis] ** 2 and fast > SHARE * (fast + slow)
     s.watch_s[axis] = s.watch_s[axis] + dt if rings else 0.0
     step = dt / RISE_S if s.watch_s[axis] > STEP_S else -dt / FALL_S
     s.watch_share[axis] = min(max(s.watch_share[axis] + step, 0.0), 1.0)

@@ -73,7 +73,7 @@ class Servo:
 def test_with_a_spring_for_a_hand_it_rings_down_below_the_first_unstable_stiffness_and_up_above(
     mass, damping, first_unstable, share
 ):
-    """Rows of docs/theory.md 11: 1 kHz, K_v 2, v_hat 100 Hz, force 150 Hz, the torque a tick late."""
+    """Rows of docs/theory.md 2.13: 1 kHz, K_v 2, v_hat 100 Hz, force 150 Hz, the torque a tick late."""
     k_h = share * first_unstable
     one = Servo(mass, damping, 2.0, force_hz=150.0, velocity_hz=100.0)
     A = np.array([[0.0, 1.0, 0.0], [-k_h / J, -B / J, 1 / J], [0.0, 0.0, 0.0]])
