@@ -35,6 +35,7 @@ class Servo:
             "servo_velocity_alpha": lowpass_alpha(velocity_hz, T),
             "mass_force_deadband_nm": deadband,
             "torque_limit_nm": 1e9,
+            "watch_floor_nm": math.inf,
             "torque_rate_nm": 1e9,
             "velocity_limit_rad_s": 1e9,
             "inertia_kgm2": J,
