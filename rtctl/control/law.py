@@ -289,7 +289,7 @@ def _gate(t: Record, s: Record, p: Record, axis: int) -> int:
     # A ramp only falls, and must not be stretched by a share that its start exceeded.
     share = 1.0 if s.state == _STOPPING else t.torque_share[axis] * _state_share(s.state)
     allowed = min(share * limit, window_limit)
-    if not in_program(s, axis) and not is_admittance(p, axis):
+    if not in_program(s, axis):
         allowed = min(allowed, torque_to_take_back(p, axis, s.energy_port_j[axis]))
     torque, flags = gate.gate_torque(
         _torque_of_state(t, s, p, axis),

@@ -11,7 +11,7 @@ What a world is felt through is the mass: m/T^2 stands where the coupling's stif
 
 The account is kept where the hand is, from the measured torque (docs/theory.md 14):
 
-    E += tau_h dx + granted,      E <= m v_r^2/2 + J v^2/2 + U + K_p (p - x)^2/2 + bank
+    E += tau_h dx + granted,      E <= m v_r^2/2 + J v^2/2 + U + K_p (p - x)^2/2 + bank + c(tau_held)
 
 The motor itself is no port to be watched: to show less inertia than J it must give (J - m) v^2/2, and take it back. A
 deficit adds to b_v (for as long as it lasts and `CALM_S` more), and beyond 1.35 budgets is a fault, as with an impedance (`passivity`).
@@ -30,6 +30,7 @@ from rtctl.control.environments.table import Environment
 from rtctl.control.jit import compiled
 from rtctl.control.program import in_program
 from rtctl.control.records import Record
+from rtctl.control.take_back import cost_to_take_back
 from rtctl.control.vocabulary import Display, State
 
 CALM_S = 2.0
@@ -213,6 +214,7 @@ def observe_hand(s: Record, p: Record, axis: int, work_j: float, granted_j: floa
         s.energy_port_j[axis] = 0.0
         return
     energy = s.energy_port_j[axis] + work_j + granted_j
+    held += cost_to_take_back(p, axis, s.torque_applied_nm[axis])
     s.energy_port_j[axis] = min(energy, held + p.energy_bank_j)
 
 

@@ -46,6 +46,12 @@ SEEDS = (
         (f"{STEP}::test_a_force_that_is_no_number_gives_none_and_nothing_of_it_stays",),
     ),
     Seed(
+        "the account does not bound the torque of an admittance", "rtctl/control/law.py",
+        "    if not in_program(s, axis):\n        allowed =",
+        "    if not in_program(s, axis) and not is_admittance(p, axis):\n        allowed =",
+        (f"{LOOP}::test_a_grip_four_times_as_stiff_as_it_bears_ends_in_a_fault_with_the_torque_bounded_by_what_is_left",),
+    ),
+    Seed(
         "the servo's place lags without bound", MASS,
         "    if p.servo_position_gain_nm_rad[axis] > 0.0:\n        place =",
         "    if False:\n        place =",

@@ -25,9 +25,16 @@ def rig(*, friction=False, **params):
         plant[name] = 0.0
     plant["hand_damping_nms_rad"] = 0.0
     plant["hand_kind"] = int(Hand.REST)
-    for name, value in params.items():
+    for name, value in ({"servo_position_gain_nm_rad": 5.0} | params).items():
         simulation.params[name] = value
     return simulation
+
+
+def delay_by_a_tick(simulation):
+    """Let the torque come a tick late, as the law is told."""
+    simulation.plant_params["torque_delay_ticks"] = 1
+    for name, value in (("actuator_delay_ticks", 1), ("follow_delay_ticks", 3), ("proof_delay_s", 0.0)):
+        simulation.params[name] = value
 
 
 def grip(simulation, stiffness, way_rad, damping=0.0):
@@ -67,10 +74,8 @@ def grows(mass, damping, stiffness):
         mass_force_deadband_nm=0.0,
         injected_damping_max_nms_rad=0.0,
         energy_budget_j=1e6,
-        actuator_delay_ticks=1,
-        follow_delay_ticks=3,
     )
-    simulation.plant_params["torque_delay_ticks"] = 1
+    delay_by_a_tick(simulation)
     simulation.arm()
     grip(simulation, stiffness, 0.5 / stiffness if stiffness > 100 else 0.02)
     trace = simulation.run(3.0)
@@ -83,15 +88,14 @@ def grows(mass, damping, stiffness):
     [(0.006, 0.02, 13.85), (0.009, 0.05, 150.0), (0.012, 0.05, 606.0)],
 )
 def test_the_stiffest_hand_it_bears_is_that_of_the_eigenvalues(mass, damping, first_unstable):
-    """Numbers: the closed loop's eigenvalues at K_v 2, low-passes of 100 and 150 Hz, a tick of delay (docs/theory.md 14)."""
+    """Numbers: the closed loop's eigenvalues at K_v 2, low-passes of 100 and 150 Hz, a tick of delay (docs/theory.md 2.13)."""
     assert not grows(mass, damping, 0.9 * first_unstable)
     assert grows(mass, damping, 1.1 * first_unstable)
 
 
 def test_a_hand_stiffer_than_promised_is_calmed_within_a_fifth_of_a_second_and_stays_so():
     simulation = rig(mass_kgm2=0.009, mass_damping_nms_rad=0.05)
-    simulation.plant_params["torque_delay_ticks"] = 1
-    simulation.params["actuator_delay_ticks"], simulation.params["follow_delay_ticks"] = 1, 3
+    delay_by_a_tick(simulation)
     simulation.arm()
     grip(simulation, 300.0, 0.005)
     trace = simulation.run(3.0)
@@ -103,6 +107,19 @@ def test_a_hand_stiffer_than_promised_is_calmed_within_a_fifth_of_a_second_and_s
     assert given.max() <= 0.02
     assert np.ptp(x[1500:]) < 1e-3 < np.ptp(x[:500])
     assert not trace["faults"].any()
+
+
+def test_a_grip_four_times_as_stiff_as_it_bears_ends_in_a_fault_with_the_torque_bounded_by_what_is_left():
+    """At -1.53 budgets, and -2.14 with a torque that the account does not bound."""
+    simulation = rig(mass_kgm2=0.009, mass_damping_nms_rad=0.05, mass_force_deadband_nm=0.003)
+    simulation.plant_params["force_range_n"] = 1e3
+    simulation.params["force_limit_n"] = 1e3
+    delay_by_a_tick(simulation)
+    simulation.arm()
+    grip(simulation, 600.0, 0.005)
+    trace = simulation.run(1.0)
+    assert int(np.bitwise_or.reduce(trace["faults"])) == Fault.PASSIVITY
+    assert trace["energy_port_j"].min() >= -1.6 * 0.02
 
 
 @pytest.mark.parametrize("kind", [Environment.SPRING, Environment.WALL])
