@@ -276,6 +276,7 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
         ladder_report.show(ladder)
     fit_table.show(model.kind, rows)
     click.echo(f"presliding length: {fit_advice.presliding_text(model)}")
+    click.echo(fit_table.band_text(model))
     click.echo(f"\n{hold_out.describe(measured, folds)}")
     click.echo("\n".join(["", *over_turn])) if over_turn else None
     fit_advice.show(model, plan.loaded, out)

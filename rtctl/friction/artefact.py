@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NoReturn
@@ -21,7 +22,8 @@ from hw.outside import read_bounded, require_sane, shown
 from hw.plain_words import explain, written
 from rtctl.errors import ModelError
 from rtctl.friction import place_document
-from rtctl.friction.document import FORMAT, SCHEMA, BranchDocument, ModelDocument, checksum, render
+from rtctl.friction.band import Band
+from rtctl.friction.document import FORMAT, SCHEMA, BandDocument, BranchDocument, ModelDocument, checksum, render
 from rtctl.friction.kinds.compile import TOLERANCE_SHARE, sampled_error
 from rtctl.friction.kinds.cubic import PiecewiseCubic
 from rtctl.friction.kinds.table import KINDS
@@ -219,6 +221,11 @@ def _check_branch(path: Path, key: str, branch: Branch) -> None:
         )
     if knots[0] != 0 or not (np.diff(knots) > 0).all() or knots[-1] > branch.speed_max_rad_s:
         _refuse(path, f"{key}.knots", "must begin at 0 and rise strictly within the trained range")
+    if branch.band is not None and (
+        len(branch.band.half_width_nm) != len(branch.band.edges_rad_s) + 1
+        or not (np.diff(branch.band.edges_rad_s) > 0).all()
+    ):
+        _refuse(path, f"{key}.band", "needs edges that rise and one half width more than edges")
     speeds = branch.curve.extreme_speeds(branch.speed_max_rad_s)
     values = branch.magnitude(speeds)
     if not (values > 0).all():
@@ -261,6 +268,8 @@ def _document(model: FrictionModel) -> dict[str, Any]:
     def branch(b: Branch) -> dict[str, Any]:
         out = {name: getattr(b, name) for name in _SCALARS}
         out.update({name: getattr(b, derived) for name, derived in _DERIVED.items()})
+        if b.band is not None:
+            out["band"] = {**asdict(b.band), "edges_rad_s": [*b.band.edges_rad_s], "half_width_nm": [*b.band.half_width_nm]}
         out["support_vectors"] = b.support_vectors.tolist()
         out["dual_coef"] = b.dual_coef.tolist()
         if model.place is not None:
@@ -286,6 +295,12 @@ def _document(model: FrictionModel) -> dict[str, Any]:
     }
 
 
+def _band(d: BandDocument | None) -> Band | None:
+    if d is None:
+        return None
+    return Band(tuple(d.edges_rad_s), tuple(d.half_width_nm), d.way, d.units, d.errors)
+
+
 def _model(document: ModelDocument) -> FrictionModel:
     def branch(d: BranchDocument) -> Branch:
         return Branch(
@@ -294,6 +309,7 @@ def _model(document: ModelDocument) -> FrictionModel:
             support_places=np.array(d.support_places, dtype=float),
             curve=PiecewiseCubic(np.array(d.knots, dtype=float), np.array(d.coefficients, dtype=float)),
             kind=document.kind,
+            band=_band(d.band),
             **{name: getattr(d, name) for name in _SCALARS},
         )
 

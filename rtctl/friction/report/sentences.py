@@ -106,6 +106,7 @@ _BOUNDS = {
     "validation_max_error_nm": "what was held out of them",
     "test_max_error_nm": "the test points",
     "single_max_error_nm": "single measurements, which the points are means of",
+    "band_most_nm": "the band, which is stretched as there was little to hold out",
 }
 
 
