@@ -23,7 +23,15 @@ from hw.plain_words import explain, written
 from rtctl.errors import ModelError
 from rtctl.friction import place_document
 from rtctl.friction.band import Band
-from rtctl.friction.document import FORMAT, SCHEMA, BandDocument, BranchDocument, ModelDocument, checksum, render
+from rtctl.friction.document import (
+    FORMAT,
+    SCHEMA,
+    BandDocument,
+    BranchDocument,
+    ModelDocument,
+    checksum,
+    render,
+)
 from rtctl.friction.kinds.compile import TOLERANCE_SHARE, sampled_error
 from rtctl.friction.kinds.cubic import PiecewiseCubic
 from rtctl.friction.kinds.table import KINDS
@@ -269,7 +277,11 @@ def _document(model: FrictionModel) -> dict[str, Any]:
         out = {name: getattr(b, name) for name in _SCALARS}
         out.update({name: getattr(b, derived) for name, derived in _DERIVED.items()})
         if b.band is not None:
-            out["band"] = {**asdict(b.band), "edges_rad_s": [*b.band.edges_rad_s], "half_width_nm": [*b.band.half_width_nm]}
+            out["band"] = {
+                **asdict(b.band),
+                "edges_rad_s": [*b.band.edges_rad_s],
+                "half_width_nm": [*b.band.half_width_nm],
+            }
         out["support_vectors"] = b.support_vectors.tolist()
         out["dual_coef"] = b.dual_coef.tolist()
         if model.place is not None:

@@ -15,14 +15,14 @@ import numpy as np
 
 from rtctl.friction.band import LEVEL, Band
 from rtctl.friction.learn import search
-from rtctl.friction.learn.hold_out import TRAINS, several_logs, units_of
+from rtctl.friction.learn.hold_out import TRAINS, several_logs
 from rtctl.friction.learn.machines import Candidate
 from rtctl.friction.learn.search import Score
 from rtctl.friction.model import Branch
 from rtctl.friction.points.measured import FrictionPoints
 
-SESSIONS = ("log", "lap", "turn")
-"""Ways whose units are alike within."""
+SURE = 2.0
+"""Standard errors of the held-out error by which the band is stretched: candidates are chosen for a small one, which is partly luck."""
 
 REGIONS = 3
 """Most regions of speed."""
@@ -62,8 +62,8 @@ def band_of(
     if any(score.failed for score in scores):
         return None
     speed = np.concatenate([data.speed[data.fold != TRAINS] for data in sides])
-    units = len(np.unique(units_of(points, way)))
-    return of_errors(speed, np.concatenate([score.errors for score in scores]), way, units)
+    block = np.concatenate([score.blocks for score in scores if score.blocks is not None])
+    return of_errors(speed, np.concatenate([score.errors for score in scores]), block, way)
 
 
 def of_scores(
@@ -79,14 +79,14 @@ def with_band(branches: tuple[Branch, Branch], band: Band | None) -> tuple[Branc
     return forward, backward
 
 
-def of_errors(speed: np.ndarray, error_nm: np.ndarray, way: str, units: int) -> Band | None:
-    """The band of held-out errors (N m) at their speeds (rad/s), shape (n,); None of no errors.
+def of_errors(speed: np.ndarray, error_nm: np.ndarray, block: np.ndarray, way: str) -> Band | None:
+    """The band of held-out errors (N m) at their speeds (rad/s), each of its block (`hold_out.units_of`), shape (n,); None of no errors.
 
     Notes
     -----
     Of n errors in their own scale the one of rank ceil((n + 1) LEVEL) bounds another one with probability LEVEL at least; where n is below
-    19 there is no such rank, and the largest is stretched by 1 + 1/n. Errors of one session are alike, so that few sessions, of however many errors,
-    have hardly met what sessions differ by: the band is stretched by 1 + 1/units likewise. No rule makes it sure of two sessions what the third does.
+    19 there is no such rank, and the largest is stretched by 1 + 1/n. The RMS of the errors is known to some standard errors only, by blocks (few blocks: error
+    by error), and is the least of many candidates': the band is stretched by `SURE` of them. No rule makes it sure of two sessions what the third does.
     """
     n = len(error_nm)
     if not n:
@@ -105,7 +105,7 @@ def of_errors(speed: np.ndarray, error_nm: np.ndarray, way: str, units: int) -> 
     quantile = float(np.sort(size / scale[region])[min(rank, n) - 1])
     if rank > n:
         quantile *= 1 + 1 / n
-    if way in SESSIONS:
-        quantile *= 1 + 1 / units
+    if whole > 0:
+        quantile *= 1 + SURE * search.doubt(error_nm, block) / whole
     widths = tuple(float(width) for width in quantile * scale)
-    return Band(tuple(float(edge) for edge in edges), widths, way, units, n)
+    return Band(tuple(float(edge) for edge in edges), widths, way, len(np.unique(block)), n)

@@ -56,9 +56,9 @@ class Found:
     chosen: str
     chosen_nm: float
     chosen_held_out_nm: float
-    chosen_covered: float | None
     lines: tuple[Line, ...]
     notes: tuple[str, ...]
+    chosen_covered: float | None = None
 
     @property
     def judged(self) -> list[Line]:
@@ -111,7 +111,17 @@ def _line(rung: Rung, without: nested.Generalisation) -> Line:
     nested_nm, se_nm = without.of_rungs.get(rung.family) or (None, 0.0)
     terms = " + ".join(f"{score.n_terms:.0f}" for score in rung.scores)
     held_out = None if rung.refused else rung.rmse_nm
-    return Line(rung.family, held_out, low, high, terms, nested_nm, se_nm, rung.refused or "", without.covered.get(rung.family))
+    return Line(
+        rung.family,
+        held_out,
+        low,
+        high,
+        terms,
+        nested_nm,
+        se_nm,
+        rung.refused or "",
+        without.covered.get(rung.family),
+    )
 
 
 def page(found: Sequence[Found], command: str) -> str:

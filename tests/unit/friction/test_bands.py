@@ -58,17 +58,24 @@ def test_each_region_of_speed_has_a_width_of_its_own():
     rng = np.random.default_rng(0)
     speed = np.tile(np.linspace(0.1, 3, 60), 4)
     error = rng.normal(size=len(speed)) * np.where(speed < 1, 0.03, 0.003)
-    band = bands.of_errors(speed, error, "speed", 60)
+    band = bands.of_errors(speed, error, np.arange(len(speed)), "speed")
     assert band.at(np.array([0.5]))[0] > 5 * band.at(np.array([2.9]))[0]
-    assert 0.94 <= band.holds(speed, error).mean() <= 0.97
+    assert 0.95 <= band.holds(speed, error).mean() <= 0.99
 
 
-def test_few_errors_and_few_sessions_widen_it():
+def test_few_errors_and_sessions_that_differ_widen_it():
     speed, error = np.linspace(0.1, 1, 8), np.full(8, 0.01)
-    alone = bands.of_errors(speed, error, "speed", 8)
+    alone = bands.of_errors(speed, error, np.arange(8), "speed")
     assert alone.half_width_nm == pytest.approx([0.01 * (1 + 1 / 8)])
-    assert bands.of_errors(speed, error, "log", 2).widest_nm == pytest.approx(1.5 * alone.widest_nm)
-    assert bands.of_errors(speed[:0], error[:0], "speed", 1) is None
+    assert bands.of_errors(speed[:0], error[:0], speed[:0], "speed") is None
+    many = np.linspace(0.1, 1, 60)
+    unlike = np.random.default_rng(1).normal(size=60) * np.repeat(
+        [0.001, 0.001, 0.001, 0.001, 0.001, 0.02], 10
+    )
+    sessions_, each = np.repeat(np.arange(6), 10), np.arange(60)
+    by_session = bands.of_errors(many, unlike, sessions_, "log")
+    assert by_session.widest_nm > 1.3 * bands.of_errors(many, unlike, each, "log").widest_nm
+    assert by_session.units == 6
 
 
 def test_sessions_are_held_out_whatever_the_fit_holds_out():
