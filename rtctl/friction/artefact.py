@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NoReturn
@@ -21,8 +20,7 @@ from pydantic import ValidationError
 from hw.outside import read_bounded, require_sane, shown
 from hw.plain_words import explain, written
 from rtctl.errors import ModelError
-from rtctl.friction import place_document
-from rtctl.friction.band import Band
+from rtctl.friction import band_document, place_document
 from rtctl.friction.document import (
     FORMAT,
     SCHEMA,
@@ -229,11 +227,9 @@ def _check_branch(path: Path, key: str, branch: Branch) -> None:
         )
     if knots[0] != 0 or not (np.diff(knots) > 0).all() or knots[-1] > branch.speed_max_rad_s:
         _refuse(path, f"{key}.knots", "must begin at 0 and rise strictly within the trained range")
-    if branch.band is not None and (
-        len(branch.band.half_width_nm) != len(branch.band.edges_rad_s) + 1
-        or not (np.diff(branch.band.edges_rad_s) > 0).all()
-    ):
-        _refuse(path, f"{key}.band", "needs edges that rise and one half width more than edges")
+    wrong = band_document.refusal(branch.band)
+    if wrong:
+        _refuse(path, f"{key}.band", wrong)
     speeds = branch.curve.extreme_speeds(branch.speed_max_rad_s)
     values = branch.magnitude(speeds)
     if not (values > 0).all():
@@ -276,12 +272,7 @@ def _document(model: FrictionModel) -> dict[str, Any]:
     def branch(b: Branch) -> dict[str, Any]:
         out = {name: getattr(b, name) for name in _SCALARS}
         out.update({name: getattr(b, derived) for name, derived in _DERIVED.items()})
-        if b.band is not None:
-            out["band"] = {
-                **asdict(b.band),
-                "edges_rad_s": [*b.band.edges_rad_s],
-                "half_width_nm": [*b.band.half_width_nm],
-            }
+        out |= band_document.body(b.band)
         out["support_vectors"] = b.support_vectors.tolist()
         out["dual_coef"] = b.dual_coef.tolist()
         if model.place is not None:
@@ -307,12 +298,6 @@ def _document(model: FrictionModel) -> dict[str, Any]:
     }
 
 
-def _band(d: BandDocument | None) -> Band | None:
-    if d is None:
-        return None
-    return Band(tuple(d.edges_rad_s), tuple(d.half_width_nm), d.way, d.units, d.errors)
-
-
 def _model(document: ModelDocument) -> FrictionModel:
     def branch(d: BranchDocument) -> Branch:
         return Branch(
@@ -321,7 +306,7 @@ def _model(document: ModelDocument) -> FrictionModel:
             support_places=np.array(d.support_places, dtype=float),
             curve=PiecewiseCubic(np.array(d.knots, dtype=float), np.array(d.coefficients, dtype=float)),
             kind=document.kind,
-            band=_band(d.band),
+            band=band_document.part(d.band),
             **{name: getattr(d, name) for name in _SCALARS},
         )
 

@@ -85,6 +85,7 @@ class Columns(BaseModel):
     time: TimeColumn | None = None
     position: PositionColumn | None = None
     load: TorqueColumn | None = None
+    motor: TorqueColumn | None = None
     temperature: TemperatureColumn | None = None
     log: LogColumn | None = None
 

@@ -194,7 +194,7 @@ def _in_band(one: Found) -> str:
 def _of_set(one: Found) -> list[str]:
     words = formula_or_machine(_rows(one))[1]
     rows = [
-        "| model | held out, mN m | 95 % interval | without it, mN m | in the band, % | numbers | verdict |",
+        "| model | held out, mN m | 95 % interval | without it, mN m | numbers | verdict | in the band, % |",
         "|---|---|---|---|---|---|---|",
     ]
     rows += [_cells(line, one) for line in one.lines]
@@ -211,11 +211,11 @@ def _of_set(one: Found) -> list[str]:
 
 def _cells(line: Line, one: Found) -> str:
     if line.held_out_nm is None:
-        return f"| `{line.family}` | - | - | - | - | - | refused: {line.refused} |"
+        return f"| `{line.family}` | - | - | - | - | refused: {line.refused} | - |"
     span = f"{_mnm(line.low_nm)} to {_mnm(line.high_nm)}"
     nested_nm = "-" if line.nested_nm is None else _mnm(line.nested_nm)
     covered = "-" if line.covered is None else f"{100 * line.covered:.1f}"
-    return f"| `{line.family}` | {_mnm(line.held_out_nm)} | {span} | {nested_nm} | {covered} | {line.terms} | {_verdict(line, one)} |"
+    return f"| `{line.family}` | {_mnm(line.held_out_nm)} | {span} | {nested_nm} | {line.terms} | {_verdict(line, one)} | {covered} |"
 
 
 def _verdict(line: Line, one: Found) -> str:
