@@ -24,7 +24,6 @@ from rtctl.friction import band_document, place_document
 from rtctl.friction.document import (
     FORMAT,
     SCHEMA,
-    BandDocument,
     BranchDocument,
     ModelDocument,
     checksum,

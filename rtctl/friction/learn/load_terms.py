@@ -161,7 +161,7 @@ def fit_terms(rung: str, rows: Rows) -> Terms:
 
 
 def _shared(values: np.ndarray) -> np.ndarray:
-    """With the motor's coefficients those of outside."""
+    """Values whose coefficients of the motor are those of outside."""
     out = values.copy()
     out[NAMES.index("motor")], out[NAMES.index("motor_peak")] = out[3], out[5]
     return out
@@ -206,7 +206,7 @@ def _starts(rung: str, rows: Rows) -> list[np.ndarray]:
 
 
 def _standard_errors(jacobian: np.ndarray, miss: np.ndarray) -> np.ndarray:
-    """Of each free parameter; NaN where the points do not tell it."""
+    """Standard error of each free parameter; NaN where the points do not tell it."""
     scale = np.linalg.norm(jacobian, axis=0)
     out = np.full(jacobian.shape[1], np.nan)
     known = scale > 1e-9 * max(float(scale.max()), 1e-300)

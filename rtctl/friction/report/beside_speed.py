@@ -46,7 +46,7 @@ def _error(error: float) -> str:
 
 
 def body(load: LoadVerdict, warmth: Warmth) -> dict[str, Any]:
-    """The same for scripts: N m, shares, per K; standard errors beside each number, null where unknown."""
+    """Figures for scripts: N m, shares, per K; standard errors beside each number, null where unknown."""
     chosen = load.chosen
     known = {
         "span_nm": load.span_nm,
