@@ -10,7 +10,7 @@ import hashlib
 import inspect
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import CodeType
@@ -25,7 +25,7 @@ from hw.private_cache import OwnFiles, make_private
 from hw.undefined_symbols import undefined_symbols
 
 
-def keep(dispatcher: Any, root: Path, options: str) -> None:  # noqa: ANN401
+def keep(dispatcher: Any, root: Path, options: str) -> None:  # noqa: ANN401 - its `_cache` is in no stub
     """Have a compiled function kept below `root`, if its source says all that it is made of.
 
     A function with a closure is compiled anew by every process, and so is one without a file.
@@ -84,7 +84,7 @@ class CodeCache(FunctionCache):
                 remember(folder.parent)
         return self._usable
 
-    def load_overload(self, sig: object, target_context: object) -> Any:  # noqa: ANN401
+    def load_overload(self, sig: object, target_context: object) -> object:
         """What was compiled before for these types, or None.
 
         Numba would first have itself ready to compile anything, which takes .3 s of every start (`_Files.rebuild`).
@@ -135,7 +135,7 @@ class _Files(CompileResultCacheImpl):
         numbas: Any = self
         self._filename_base = numbas.get_filename_base(function.__qualname__, sys.abiflags)
 
-    def rebuild(self, target_context: Any, payload: Any) -> Any:  # noqa: ANN401
+    def rebuild(self, target_context: Any, payload: Sequence[Any]) -> object:  # noqa: ANN401 - as in Numba
         """Load machine code that was kept; as Numba does where it may want more of Numba than is ready."""
         if not _wants_nothing_more(payload):
             target_context.refresh()
@@ -143,7 +143,7 @@ class _Files(CompileResultCacheImpl):
         return numbas.rebuild(target_context, payload)
 
 
-def _wants_nothing_more(payload: Any) -> bool:  # noqa: ANN401
+def _wants_nothing_more(payload: Sequence[Any]) -> bool:
     """Whether kept code can be linked to what this process has by now; LLVM would end the process where it cannot."""
     try:
         (_, kind, data), *_, when_loaded, _ = payload

@@ -20,6 +20,7 @@ from pydantic import (
 
 from hw.channels import READ_ORDER, places
 from hw.fault_kinds import KINDS, Channel
+from hw.option_tables import Table
 from hw.outside import read_toml, real
 from hw.plain_words import explain
 from hw.scripted_faults import FAULTS
@@ -36,10 +37,8 @@ SAMPLE_CHANNELS = ("position", "current", "force", "link", "loop")
 """Channels that can go wrong in a device that only plays samples."""
 
 
-class FaultOptions(BaseModel):
+class FaultOptions(Table):
     """[[fault]]: one scripted fault. Times count from the device's first sample."""
-
-    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
 
     channel: str = Field(description=", ".join((*READ_ORDER, "link", "actuator", "loop")))
     kind: str = Field(description="what goes wrong there; docs/faults.md lists them")
@@ -57,7 +56,7 @@ class FaultOptions(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _kind_and_value(cls, table: object) -> Any:  # noqa: ANN401
+    def _kind_and_value(cls, table: object) -> object:
         if not isinstance(table, Mapping):
             return table
         channel, name = table.get("channel"), table.get("kind")
@@ -188,7 +187,7 @@ class _Tables(BaseModel):
     fault: tuple[FaultOptions, ...] = Field(max_length=FAULTS, strict=False)
 
 
-def _from_file(given: object, info: ValidationInfo) -> Any:  # noqa: ANN401
+def _from_file(given: object, info: ValidationInfo) -> object:
     """Tables as they are; for a path, the tables in the file."""
     if not isinstance(given, str):
         return given

@@ -102,7 +102,7 @@ def bound(function: Callable[..., Any], *arguments: np.ndarray | tuple[np.ndarra
     return partial(dispatcher.compile(tuple(type_of(array) for array in arguments)), *arguments)
 
 
-def type_of(value: np.ndarray | tuple[np.ndarray, ...]) -> Any:  # noqa: ANN401
+def type_of(value: np.ndarray | tuple[np.ndarray, ...]) -> Any:  # noqa: ANN401 - Numba has no types for its types
     """Numba's type of an array or a tuple of arrays: `numba.typeof`, which spells out every field of a record each time."""
     if isinstance(value, tuple):
         of = tuple(type_of(one) for one in value)

@@ -64,7 +64,7 @@ def is_own(path: str | Path, *, folder: bool = False) -> bool:
 class OwnFiles(IndexDataCacheFile):
     """Numba's index and data files of one function, as far as they are this user's."""
 
-    def load(self, key: object) -> Any:  # noqa: ANN401
+    def load(self, key: object) -> object:
         """What was compiled before; None where nothing was, or not by this user."""
         place = Path(self._cache_path)
         if not all(is_own(path, folder=True) for path in (place, place.parent)):
@@ -77,7 +77,7 @@ class OwnFiles(IndexDataCacheFile):
         index: dict[Any, str] = numbas._load_index() if is_own(self._index_path) else {}
         return index
 
-    def _load_data(self, name: str) -> Any:  # noqa: ANN401
+    def _load_data(self, name: str) -> object:
         numbas: Any = super()
         path = numbas._data_path(name)
         if not is_own(path):

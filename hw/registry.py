@@ -12,9 +12,12 @@ from collections.abc import Sequence
 from dataclasses import astuple
 from functools import cache
 from importlib.metadata import entry_points
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hw.interface import Backend, BackendError, BackendInfo, Channels, Finding, Joint, Options, Rig, Timing
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
 
 GROUP = "rtctl.backends"
 STATUSES = ("ok", "warn", "fail")
@@ -154,9 +157,10 @@ def _resolve(target: str) -> Any:  # noqa: ANN401
         raise BackendError(f"{target} needs the Python module {missing!r}: pip install {wanted!r}") from error
 
 
-def options_model(kind: str) -> Any:  # noqa: ANN401
+def options_model(kind: str) -> type[BaseModel]:
     """The pydantic model of the backend's options (host side only)."""
-    return _resolve(lookup(kind).options)
+    model: type[BaseModel] = _resolve(lookup(kind).options)
+    return model
 
 
 def channels(kind: str, options: Options, rig: Rig) -> Channels:

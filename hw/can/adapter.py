@@ -13,11 +13,16 @@ import select
 import struct
 from collections.abc import Callable, Mapping
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hw.can.bus import DRAIN_LIMIT, EXTENDED, REMOTE, Handler
 from hw.can.health import BusHealth
 from hw.interface import BackendError, LinkLost, Options
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    from can import BusABC
 
 _FULL = frozenset({errno.ENOBUFS, errno.EAGAIN, errno.ETIMEDOUT})
 _GARBLED = (ValueError, IndexError, TypeError, struct.error)
@@ -29,7 +34,7 @@ REST_S, ROOM_S = 1e-3, 0.05
 """Longest waits on such a port, s: for the rest of a frame whose first bytes came; for room, which was looked for before."""
 
 
-def python_can() -> Any:  # noqa: ANN401
+def python_can() -> ModuleType:
     """The module `can`. Raises BackendError naming the extra to install."""
     try:
         import can
@@ -65,7 +70,7 @@ def _repeated() -> type[Any]:
     class Repeated(message):  # type: ignore[misc] # python-can is loaded only where it is used
         __slots__ = ()
 
-        def __deepcopy__(self, memo: object) -> Any:  # noqa: ANN401
+        def __deepcopy__(self, memo: object) -> object:
             copied = new(message)  # its constructor looks at each argument, which takes twice as long
             copied.timestamp, copied.channel, copied.is_rx = 0.0, None, True
             copied.is_error_frame = copied.error_state_indicator = False
@@ -215,9 +220,10 @@ class AdapterBus:
     def discard(self) -> None:
         """Nothing: what was queued leaves in its order."""
 
-    def fresh_python_can(self) -> Any:  # noqa: ANN401
+    def fresh_python_can(self) -> BusABC:
         """The bus itself: most adapters can be opened only once."""
-        return self._bus
+        bus: BusABC = self._bus
+        return bus
 
     def release(self, bus: object) -> None:
         """Keep it open."""

@@ -102,7 +102,7 @@ class BoardBackend(CanBackend):
 
     def _prime(self, bus: Bus) -> None:
         for sent in self._sent:
-            sent.send(bus, None, None, False)
+            sent.send(bus, (), (), False)
         for frame in self._poll:
             bus.send(frame)
 
@@ -118,7 +118,7 @@ class BoardBackend(CanBackend):
 
     def _stop(self, bus: Bus) -> None:
         for sent in self._sent:
-            sent.send(bus, None, None, False)
+            sent.send(bus, (), (), False)
         for frame in self._halt:
             bus.send(frame)
 

@@ -21,8 +21,9 @@ from hw.can.board_tables import (
     possible,
 )
 from hw.can.load import Traffic
-from hw.can.options import BusUser, Table
+from hw.can.options import BusUser
 from hw.interface import BackendError
+from hw.option_tables import Table
 
 
 class FrameOptions(Table):
@@ -137,7 +138,7 @@ class BoardOptions(BusUser):
 
     @model_validator(mode="before")
     @classmethod
-    def _from_dbc(cls, data: object, info: ValidationInfo) -> Any:  # noqa: ANN401
+    def _from_dbc(cls, data: object, info: ValidationInfo) -> object:
         """Turn `dbc` and `signal` into frames; what results no longer needs the file."""
         if not isinstance(data, dict) or not data.get("dbc"):
             return data

@@ -7,7 +7,7 @@ from typing import Any
 
 from hw.can.board_in import checksum_of
 from hw.can.board_map import factor, identifier, make_field
-from hw.can.bus import REMOTE, Bus
+from hw.can.bus import REMOTE, Bus, Outgoing
 from hw.can.fields import Encode, encoder
 from hw.interface import Options, Rig
 
@@ -20,8 +20,8 @@ def fixed(tables: Sequence[Options], bus: Bus) -> list[Any]:
     ]
 
 
-def _frame(bus: Bus, can_id: int, data: bytes) -> Any:  # noqa: ANN401
-    frame = bus.outgoing(can_id, len(data))
+def _frame(bus: Bus, can_id: int, data: bytes) -> Outgoing:
+    frame: Outgoing = bus.outgoing(can_id, len(data))
     if data:
         frame.buffer[frame.offset : frame.offset + len(data)] = data
     return frame
@@ -55,7 +55,7 @@ class SentFrame:
                 limit = abs(entry["limit"]) if channel != "enable" else 1.0
                 self._fields.append((encode, channel, int(entry["axis"]), 1.0 / factor(entry, rig), limit))
 
-    def send(self, bus: Bus, currents_a: Any, torques_nm: Any, enabled: bool) -> None:  # noqa: ANN401
+    def send(self, bus: Bus, currents_a: Sequence[float], torques_nm: Sequence[float], enabled: bool) -> None:
         """Encode and send; a command that is not finite disables the board in this frame."""
         if not enabled:
             self._entered = False
@@ -86,7 +86,7 @@ class SentFrame:
             self._seal(frame)
         bus.send(frame)
 
-    def _seal(self, frame: Any) -> None:  # noqa: ANN401
+    def _seal(self, frame: Outgoing) -> None:
         checksum, byte, size = self._checksum  # type: ignore[misc]
         data = bytes(frame.buffer[frame.offset : frame.offset + frame.length])
         at = frame.offset + byte

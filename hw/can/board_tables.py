@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -11,8 +11,8 @@ from hw.can.board_map import make_field
 from hw.can.fields import CHECKSUM_BYTES, to_raw
 from hw.can.fields import Field as Bits
 from hw.can.load import FD_LENGTHS
-from hw.can.options import Table, number
 from hw.interface import BackendError
+from hw.option_tables import Table, number
 
 Unit = Literal[
     "rad", "deg", "turn", "count", "rad/s", "deg/s", "turn/s", "rpm", "count/s", "A", "mA", "N", "mN", "Nm", "mNm", "degC", "1"
@@ -42,7 +42,7 @@ class BitsOptions(Table):
 
     @model_validator(mode="before")
     @classmethod
-    def _byte(cls, data: object) -> Any:  # noqa: ANN401
+    def _byte(cls, data: object) -> object:
         """`byte = 2` in place of start_bit: a field of whole bytes beginning there, in either order."""
         if isinstance(data, dict) and "byte" in data and "start_bit" not in data:
             rest = {key: value for key, value in data.items() if key != "byte"}

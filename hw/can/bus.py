@@ -10,11 +10,14 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from hw.can.fields import Buffer
 from hw.can.health import BusHealth
 from hw.interface import BackendError
+
+if TYPE_CHECKING:
+    from can import BusABC
 
 EXTENDED = 0x8000_0000
 REMOTE = 0x4000_0000
@@ -55,10 +58,10 @@ class Bus(Protocol):
     def discard(self) -> None:
         """Throw away what has not left yet, where the interface can do so. Never raises."""
 
-    def fresh_python_can(self) -> Any:  # noqa: ANN401
+    def fresh_python_can(self) -> BusABC:
         """A python-can bus on the same wire, for set-up before the loop; `release` it afterwards."""
 
-    def release(self, bus: Any) -> None:  # noqa: ANN401
+    def release(self, bus: BusABC) -> None:
         """Give back what `fresh_python_can` gave."""
 
     def close(self) -> None:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import struct
 import time
-from typing import Any
+from typing import TYPE_CHECKING
 
 from hw.can.bus import Bus
 from hw.interface import BackendError, Options
+
+if TYPE_CHECKING:
+    from canopen import RemoteNode
 
 CYCLIC_SYNCHRONOUS_TORQUE = 10
 SHUT_DOWN = 0x06
@@ -34,7 +37,7 @@ class RefusedError(BackendError):
 class SdoClient:
     """Reads and writes objects of one node."""
 
-    def __init__(self, node: Any, number: int) -> None:  # noqa: ANN401
+    def __init__(self, node: RemoteNode, number: int) -> None:
         from canopen.sdo.exceptions import SdoAbortedError, SdoError
 
         self._node, self._number = node, number

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hw.interface import BackendError
+
+if TYPE_CHECKING:
+    from cantools.database import Database, Message, Signal
 
 _ENTRY = {
     "channel",
@@ -27,16 +30,19 @@ _UNITS = {"deg": "deg", "degree": "deg", "°": "deg", "rad": "rad", "rev": "turn
           "rpm": "rpm", "RPM": "rpm", "1/min": "rpm", "count/s": "count/s", "counts/s": "count/s", "C": "degC", "count": "count", "counts": "count"}  # fmt: skip
 
 
-def load(path: Path) -> Any:  # noqa: ANN401
+def load(path: Path) -> Database:
     """The database. Raises BackendError naming the file."""
     try:
         import cantools
     except ModuleNotFoundError as error:
         raise BackendError("reading a DBC needs cantools: pip install 'rtctl[can]'") from error
     try:
-        return cantools.database.load_file(path, strict=True)
+        database = cantools.database.load_file(path, strict=True)
     except (OSError, ValueError, cantools.Error) as error:
         raise BackendError(f"{path}: cannot read the DBC file: {error}") from error
+    if not isinstance(database, cantools.database.Database):
+        raise BackendError(f"{path}: describes diagnostics (CDD), not the frames on a bus: give the DBC file")
+    return database
 
 
 def frames(
@@ -76,7 +82,7 @@ def frames(
     )
 
 
-def _message(database: Any, path: Path, name: str) -> Any:  # noqa: ANN401
+def _message(database: Database, path: Path, name: str) -> Message:
     try:
         message = database.get_message_by_name(name)
     except KeyError as error:
@@ -85,7 +91,7 @@ def _message(database: Any, path: Path, name: str) -> Any:  # noqa: ANN401
     return message
 
 
-def _signal(message: Any, path: Path, entry: dict[str, Any]) -> Any:  # noqa: ANN401
+def _signal(message: Message, path: Path, entry: dict[str, Any]) -> Signal:
     try:
         return message.get_signal_by_name(entry["signal"])
     except KeyError as error:
@@ -95,9 +101,9 @@ def _signal(message: Any, path: Path, entry: dict[str, Any]) -> Any:  # noqa: AN
         ) from error
 
 
-def _multiplexers(message: Any, signal: Any, path: Path) -> list[tuple[Any, int]]:  # noqa: ANN401
+def _multiplexers(message: Message, signal: Signal, path: Path) -> list[tuple[Signal, int]]:
     """Signals that choose what the frame carries, and their values where it carries `signal`; outermost first."""
-    chosen: list[tuple[Any, int]] = []
+    chosen: list[tuple[Signal, int]] = []
     while signal.multiplexer_ids:
         if len(signal.multiplexer_ids) > 1:
             raise BackendError(
@@ -105,12 +111,15 @@ def _multiplexers(message: Any, signal: Any, path: Path) -> list[tuple[Any, int]
                 f"{signal.multiplexer_signal}: {signal.multiplexer_ids}; describe the frame as [[device.options.receive]] "
                 "with the select that is meant"
             )
-        value, signal = int(signal.multiplexer_ids[0]), message.get_signal_by_name(signal.multiplexer_signal)
+        value, signal = (
+            int(signal.multiplexer_ids[0]),
+            message.get_signal_by_name(str(signal.multiplexer_signal)),
+        )
         chosen.insert(0, (signal, value))
     return chosen
 
 
-def _frame(message: Any, chosen: list[tuple[Any, int]], way: str) -> dict[str, Any]:  # noqa: ANN401
+def _frame(message: Message, chosen: list[tuple[Signal, int]], way: str) -> dict[str, Any]:
     table: dict[str, Any] = {
         "id": message.frame_id,
         "extended": message.is_extended_frame,
@@ -126,7 +135,7 @@ def _frame(message: Any, chosen: list[tuple[Any, int]], way: str) -> dict[str, A
     return table
 
 
-def _bits(signal: Any) -> dict[str, Any]:  # noqa: ANN401
+def _bits(signal: Signal) -> dict[str, Any]:
     """Where its raw number lies."""
     return {
         "start_bit": signal.start,
@@ -136,7 +145,7 @@ def _bits(signal: Any) -> dict[str, Any]:  # noqa: ANN401
     }
 
 
-def _field(signal: Any, entry: dict[str, Any]) -> dict[str, Any]:  # noqa: ANN401
+def _field(signal: Signal, entry: dict[str, Any]) -> dict[str, Any]:
     of_frame = ("message", "signal", "required", "period_ms")
     table = {
         **_bits(signal),

@@ -239,7 +239,7 @@ class OdriveAxis:
         return self._sample.fresh & both == both
 
     def _make_frames(self, bus: Bus) -> None:
-        def _frame(command: int, length: int, *, ask: bool = False) -> Any:  # noqa: ANN401
+        def _frame(command: int, length: int, *, ask: bool = False) -> Any:  # noqa: ANN401 - the bus's own Outgoing
             return bus.outgoing(can_id(self.node, command) | (REMOTE if ask and self._remote else 0), length)
 
         self._torque = _frame(SET_INPUT_TORQUE, 4)

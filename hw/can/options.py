@@ -8,23 +8,12 @@ from __future__ import annotations
 
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from hw.can import cia402, load, moteus, odrive
 from hw.can.load import Load, Traffic
+from hw.option_tables import Table, number
 from hw.outside import whole
-
-
-class Table(BaseModel):
-    """Base of all tables."""
-
-    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
-
-
-def number(low: float, high: float, text: str, default: float) -> Any:  # noqa: ANN401
-    """A float with both bounds."""
-    return Field(default, ge=low, le=high, description=text)
-
 
 Argument = Annotated[str, Field(max_length=200)] | bool | int | float
 

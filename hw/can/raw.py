@@ -9,12 +9,15 @@ import errno
 import socket
 import struct
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING
 
 from hw.can.batch import FRAMES, STRIDE, Batch
 from hw.can.bus import DRAIN_LIMIT, ERROR, EXTENDED, REMOTE, Handler
 from hw.can.health import WANTED, BusHealth
 from hw.interface import BackendError, LinkLost
+
+if TYPE_CHECKING:
+    from can import BusABC
 
 _HEAD = struct.Struct("=IB")
 CAN_RAW_ERR_FILTER = 2  # linux/can/raw.h; the socket module has it, its stubs do not
@@ -138,13 +141,16 @@ class RawBus:
     def discard(self) -> None:
         """Nothing: what was queued leaves in its order."""
 
-    def fresh_python_can(self) -> Any:  # noqa: ANN401
+    def fresh_python_can(self) -> BusABC:
         """A python-can bus on the same interface."""
         from hw.can.adapter import python_can
 
-        return python_can().Bus(interface="socketcan", channel=self._channel, fd=self._fd, ignore_config=True)
+        bus: BusABC = python_can().Bus(
+            interface="socketcan", channel=self._channel, fd=self._fd, ignore_config=True
+        )
+        return bus
 
-    def release(self, bus: Any) -> None:  # noqa: ANN401
+    def release(self, bus: BusABC) -> None:
         """Close it."""
         bus.shutdown()
 

@@ -10,12 +10,15 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING
 
 from hw.can.bus import EXTENDED, REMOTE, Handler
 from hw.can.health import BusHealth
 from hw.interface import BackendError, LinkLost, Options
 from hw.serial.port import CHUNK, Port
+
+if TYPE_CHECKING:
+    from can import BusABC
 
 RATES = {
     10_000: 0,
@@ -186,7 +189,7 @@ class SlcanBus:
         """Throw away what waits for the adapter: a stop is not to queue behind older commands."""
         self._port.discard_output()
 
-    def fresh_python_can(self) -> Any:  # noqa: ANN401
+    def fresh_python_can(self) -> BusABC:
         """python-can's bus on the port, in place of ours until `release`."""
         from hw.can.adapter import AdapterBus
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from hw.force import axes, optoforce, rdt, rokubi
+from hw.option_tables import Table
 from hw.outside import whole
 
 Entry = Annotated[float, Field(ge=-100, le=100)]
@@ -15,11 +16,7 @@ Matrix = Annotated[tuple[Row, Row, Row], Field(strict=False)]
 Counts = Annotated[float, Field(ge=1e-3, le=1e9)]
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
-
-
-class SensorOptions(_Table):
+class SensorOptions(Table):
     """What every force sensor may be told."""
 
     matrix: Matrix = Field(

@@ -3,23 +3,12 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from hw.mock.effects import POINTS, WAVES
-
-
-class Table(BaseModel):
-    """A table of the mock's options: strict, closed, finite."""
-
-    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
-
-
-def number(low: float, high: float, text: str, default: float) -> Any:  # noqa: ANN401
-    """A bounded number with its description."""
-    return Field(default, ge=low, le=high, description=text)
-
+from hw.option_tables import Table, number
 
 Seconds = Annotated[float, Field(ge=0, le=1e9)]
 Celsius = Annotated[float, Field(ge=-40, le=200)]

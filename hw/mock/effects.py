@@ -7,6 +7,7 @@ costs a comparison per period.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -148,7 +149,7 @@ def _fill_elastic(p: np.void, axis: int, table: Options) -> None:
     p["encoder_at_link"][axis] = 1.0 if table["encoder"] == "link" else 0.0
 
 
-def _fill_waves(p: np.void, axis: int, name: str, waves: Any) -> None:  # noqa: ANN401
+def _fill_waves(p: np.void, axis: int, name: str, waves: Sequence[tuple[float, ...]]) -> None:
     p[name + "_count"][axis] = len(waves)
     for k, wave in enumerate(waves):
         p[name][axis, k] = wave

@@ -18,13 +18,12 @@ from hw.mock.effect_options import (
     ElasticOptions,
     LoadOptions,
     Seconds,
-    Table,
     TimingOptions,
     WavesOptions,
-    number,
 )
 from hw.mock.effects import ELEMENTS
 from hw.mock.records import DELAY_LINE, GRIPS, SINES
+from hw.option_tables import Table, number
 
 T = TypeVar("T")
 

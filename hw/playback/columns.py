@@ -14,13 +14,16 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hw.interface import BackendError
 from hw.outside import read_bounded
 from hw.playback.text_table import PLACE, Table, read_text
+
+if TYPE_CHECKING:
+    from numpy.lib.npyio import NpzFile
 
 MAX_BYTES = 1 << 30
 """Largest log, after decompression too."""
@@ -167,7 +170,7 @@ def _npz(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, Any]:
         return {name: arrays[name] for name in arrays.files if not _needs_code(arrays, name)}
 
 
-def _needs_code(arrays: Any, name: str) -> bool:  # noqa: ANN401
+def _needs_code(arrays: NpzFile, name: str) -> bool:
     """Whether an array holds objects, which only code in the file could make."""
     try:
         arrays[name]

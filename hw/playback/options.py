@@ -14,9 +14,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from hw.fault_options import SampleFaults
+from hw.option_tables import Table
 from hw.outside import real
 
 MAX_DURATION_S = 1e6
@@ -28,11 +29,7 @@ Offset = Annotated[float, Field(ge=-1e15, le=1e15, description="subtracted from 
 _UNIT = "unit of the column in the file"
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
-
-
-class Column(_Table):
+class Column(Table):
     """One column of the file, by the name in its header."""
 
     column: str = Field(
@@ -85,7 +82,7 @@ class ForceColumn(Column):
     unit: Literal["N", "mN"] = Field("N", description=_UNIT)
 
 
-class AxisColumns(_Table):
+class AxisColumns(Table):
     """Columns of one axis."""
 
     position: PositionColumn
@@ -104,7 +101,7 @@ class AxisColumns(_Table):
         return self
 
 
-class PlaybackOptions(_Table):
+class PlaybackOptions(Table):
     """[device.options] of `kind = "playback"`."""
 
     file: str = Field(

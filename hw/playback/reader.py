@@ -7,7 +7,7 @@ names the file, the column, the row and what to do.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -265,7 +265,9 @@ def _cut(whole: Recording, kept: slice) -> Recording:
     )
 
 
-def _per_axis(table: _Table, axes: Any, name: str, units: Mapping[str, float]) -> np.ndarray | None:  # noqa: ANN401
+def _per_axis(
+    table: _Table, axes: Sequence[Mapping[str, Any]], name: str, units: Mapping[str, float]
+) -> np.ndarray | None:
     if not axes[0].get(name):
         return None
     return np.stack([table.si(axis[name], units) for axis in axes], axis=1)

@@ -7,11 +7,12 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from hw.option_tables import Table
 from hw.serial.checksums import SIZE
 from hw.serial.described_plan import MEASURED, PER_AXIS, TYPES
 from hw.serial.layout import FLOAT, LENGTH_MAX, SIGNED, SYNC_MAX
 from hw.serial.number_options import SWITCHES, UNITS, NumberOptions, SampleChannel, require_one_command
-from hw.serial.options import AskedOptions, Bytes, SerialTable
+from hw.serial.options import AskedOptions, Bytes
 
 Type = Literal["u8", "i8", "u16", "i16", "u24", "i24", "u32", "i32", "f32"]
 CommandChannel = Literal["current_command", "torque", "enable", "sequence"]
@@ -70,14 +71,14 @@ class CommandField(FieldOptions):
     channel: CommandChannel = Field(description="what the number is")
 
 
-class ConstantOptions(SerialTable):
+class ConstantOptions(Table):
     """Bytes that are always the same."""
 
     offset: int = Field(ge=0, le=LENGTH_MAX - 1, description="first byte, from 0")
     bytes: Bytes = Field(min_length=1, max_length=LENGTH_MAX, description="what stands there")
 
 
-class FrameOptions(SerialTable):
+class FrameOptions(Table):
     """A frame of fixed length: sync bytes first; checksum last, or before a tail."""
 
     sync: Bytes = Field(min_length=1, max_length=SYNC_MAX, description="bytes every frame begins with")

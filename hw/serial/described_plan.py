@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from enum import IntEnum
-from typing import Any
 
 import numpy as np
 
@@ -124,7 +123,7 @@ def unit_of(field: Options, rig: Rig) -> float:
     return UNITS[field["unit"]]
 
 
-def _fill(row: Any, field: Options, rig: Rig, where: str) -> None:  # noqa: ANN401
+def _fill(row: np.void, field: Options, rig: Rig, where: str) -> None:
     name = field["channel"]
     row["kind"], row["n_bytes"] = TYPES[field["type"]]
     row["target"], row["at"] = TARGETS[name], field["offset"]

@@ -6,10 +6,11 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, ValidationInfo, model_validator
 
+from hw.option_tables import Table
 from hw.serial.described_plan import MEASURED
 from hw.serial.lines_codec import LINE_MAX
 from hw.serial.number_options import SWITCHES, NumberOptions, ToldChannel, require_one_command
-from hw.serial.options import PortOptions, SerialTable
+from hw.serial.options import PortOptions
 
 Text = Annotated[str, Field(max_length=100, pattern=r"^[\x20-\x7e]*$")]
 Texts = Annotated[tuple[Text, ...], Field(max_length=16, strict=False)]
@@ -46,7 +47,7 @@ class LineCommandField(NumberOptions):
     limit: float = Field(1e6, ge=1e-6, le=1e6, description="in the unit: larger commands are cut to it")
 
 
-class LineSampleOptions(SerialTable):
+class LineSampleOptions(Table):
     """[device.options.sample]: the lines the board prints."""
 
     prefix: Text = Field(
@@ -75,7 +76,7 @@ class LineSampleOptions(SerialTable):
         return self
 
 
-class LineCommandOptions(SerialTable):
+class LineCommandOptions(Table):
     """[device.options.command]: the line the board is sent, once per cycle."""
 
     time_to_live_ms: float = Field(

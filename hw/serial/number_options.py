@@ -11,7 +11,7 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from hw.serial.options import SerialTable
+from hw.option_tables import Table
 
 Unit = Literal[
     "counts",
@@ -60,7 +60,7 @@ UNITS = {
 SWITCHES = ("estop", "fault", "enabled", "enable")
 
 
-class NumberOptions(SerialTable):
+class NumberOptions(Table):
     """One number that a board sends or is sent."""
 
     axis: int = Field(0, ge=0, le=7, description="which joint, from 0")

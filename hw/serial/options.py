@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import (
-    BaseModel,
     BeforeValidator,
-    ConfigDict,
     Field,
     ValidationInfo,
     field_validator,
     model_validator,
 )
 
+from hw.option_tables import Table
 from hw.outside import whole
 
 Byte = Annotated[int, Field(ge=0, le=255)]
@@ -21,13 +20,7 @@ Bytes = Annotated[tuple[Byte, ...], Field(strict=False)]
 Channel = Literal["current", "force", "moment", "velocity", "temperature", "estop"]
 
 
-class SerialTable(BaseModel):
-    """Base of all tables: strict types, no unknown keys, finite numbers, immutable."""
-
-    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
-
-
-class PortOptions(SerialTable):
+class PortOptions(Table):
     """The port itself, whatever is spoken on it."""
 
     port: str = Field(
@@ -50,7 +43,7 @@ class PortOptions(SerialTable):
 
     @model_validator(mode="before")
     @classmethod
-    def _own_rate(cls, data: object, info: ValidationInfo) -> Any:  # noqa: ANN401
+    def _own_rate(cls, data: object, info: ValidationInfo) -> object:
         """Take the rate that the device's table gives, unless the options have one of their own."""
         rate_hz = (info.context or {}).get("device_rate_hz")
         if rate_hz and isinstance(data, dict) and data.get("rate_hz") is None:
@@ -72,7 +65,7 @@ class AskedOptions(PortOptions):
     )
 
 
-class AxisOptions(SerialTable):
+class AxisOptions(Table):
     """[[device.options.axis]]: how the board's numbers relate to the joint."""
 
     position_sign: Annotated[Literal[-1, 1], BeforeValidator(whole)] = Field(

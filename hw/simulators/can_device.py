@@ -12,7 +12,7 @@ import sys
 import threading
 import time
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,9 @@ from hw.simulators.can_board import BoardSim
 from hw.simulators.can_drives import Cia402Sim, MoteusSim, OdriveSim, SimDrive
 from hw.simulators.can_mapped_devices import MitSim, OptoForceSim, VescSim
 from hw.simulators.can_plant import Inertia, MockRig, Plant
+
+if TYPE_CHECKING:
+    from can import BusABC
 
 TORQUE_CONSTANT_NM_A = 0.0134
 STEP_S = 5e-4
@@ -59,7 +62,7 @@ def make_drives(kind: str, nodes: Sequence[int], time_to_live_s: float = 0.01) -
 class DriveSim:
     """Devices, what they turn, and the python-can bus they sit on."""
 
-    def __init__(self, bus: Any, drives: Sequence[SimDrive], plant: Plant, *, fd: bool = False) -> None:  # noqa: ANN401
+    def __init__(self, bus: BusABC, drives: Sequence[SimDrive], plant: Plant, *, fd: bool = False) -> None:
         self.bus, self.drives, self.plant = bus, drives, plant
         self._fd, self._message = fd, python_can().Message
         self._stop = threading.Event()

@@ -6,10 +6,10 @@
 
 import pytest
 
+from rtctl.backend_contract.subject import Case, Device, Received, nominal_rig
+
 pytest.register_assert_rewrite("rtctl.backend_contract.checks")
 
-from rtctl.backend_contract.checks import Contract as Contract  # noqa: E402 - rewritten as it is imported
-from rtctl.backend_contract.subject import Case as Case  # noqa: E402
-from rtctl.backend_contract.subject import Device as Device  # noqa: E402
-from rtctl.backend_contract.subject import Received as Received  # noqa: E402
-from rtctl.backend_contract.subject import nominal_rig as nominal_rig  # noqa: E402
+from rtctl.backend_contract.checks import Contract  # noqa: E402 - rewritten as it is imported
+
+__all__ = ["Case", "Contract", "Device", "Received", "nominal_rig"]

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rtctl.check.stability_report import AxisReport, Report
 from rtctl.control import stability
 from rtctl.errors import DataError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 _CURVE_POINTS = 120
 
@@ -38,7 +41,7 @@ def draw(report: Report, path: str | Path) -> None:
         raise DataError(f"{path}: cannot write the plot: {error}; choose another path, .png") from error
 
 
-def _draw_axis(plot: Any, axis: AxisReport, T: float) -> None:  # noqa: ANN401
+def _draw_axis(plot: Axes, axis: AxisReport, T: float) -> None:
     b, between = axis.device_damping_nms_rad, axis.between
     widest = max(b, axis.damping_nms_rad, 1e-6) * 1.1
     b_c = np.linspace(0, widest, _CURVE_POINTS)

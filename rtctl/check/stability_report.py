@@ -40,6 +40,7 @@ from rtctl.errors import StabilityError
 from rtctl.friction import artefact
 from rtctl.friction.guarantee import Guarantee, guarantee
 from rtctl.friction.margins import FrictionFigures, friction_figures
+from rtctl.plain_data import as_data
 from rtctl.rig_file.axis_tables import AxisTable
 from rtctl.rig_file.config import LoadedConfig
 
@@ -98,8 +99,8 @@ class Report:
         body = {"file": str(self.path), "rig": self.rig, "period_s": self.period_s, "ok": self.ok}
         axes = [axis.to_dict() for axis in self.axes]
         rows = [row.to_dict() for row in self.verdicts]
-        plain: dict[str, Any] = _finite({**body, "refusal": self.refusal(), "axes": axes, "verdicts": rows})
-        return plain
+        body |= {"refusal": self.refusal(), "axes": axes, "verdicts": rows}
+        return {name: as_data(value) for name, value in body.items()}
 
 
 def bearing(loaded: LoadedConfig, index: int) -> tuple[float, stability.Between, float]:
@@ -257,11 +258,3 @@ def _empty_account(loaded: LoadedConfig, axis: AxisTable) -> tuple[float, float]
 def _environment_stiffness(axis: AxisTable) -> float | None:
     springy = Environment[axis.environment.kind.upper()] in using(STIFFNESS)
     return axis.environment.stiffness_nm_rad if springy else None
-
-
-def _finite(value: object) -> Any:  # noqa: ANN401
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ _UNITS = {"", "counts"}.union(TIME_UNITS, ANGLE_UNITS, VELOCITY_UNITS, CURRENT_U
 DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|"}
 
 
-def text_options(command: Any) -> Any:  # noqa: ANN401
+def text_options(command: Callable[..., None]) -> Callable[..., None]:
     """`--delimiter` and `--decimal`, for text whose own are not found."""
     command = click.option(
         "--decimal", type=click.Choice(["point", "comma"]), help="decimal mark in text; default: found"

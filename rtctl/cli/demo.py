@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +57,7 @@ def command(config: Path | None, measure: float, plot: Path | None, *, as_json: 
         click.echo("\n" + "\n".join(_table(summary)))
 
 
-def _progress(*, quiet: bool) -> Any:  # noqa: ANN401
+def _progress(*, quiet: bool) -> Callable[[float, float, str, float], None]:
     live = sys.stderr.isatty()
     last = [-2.0]
 

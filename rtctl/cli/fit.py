@@ -16,6 +16,7 @@ from rtctl.friction.kinds.table import KERNELS
 
 if TYPE_CHECKING:
     from rtctl.friction.learn.ladder import Ladder
+    from rtctl.friction.logs.other_programs import Average
 
 _File = click.Path(dir_okay=False, path_type=Path)
 _POSITIVE = click.FloatRange(min=0, min_open=True, max=1e9)
@@ -149,7 +150,7 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
     *,
     columns: tuple[str, ...],
     map_file: Path | None,
-    average: str,
+    average: Average,
     delimiter: str | None,
     decimal: str | None,
     places: Path | None,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,7 @@ _File = click.Path(dir_okay=False, path_type=Path)
 _PERIOD = click.FloatRange(min=1e-3, max=1e4)
 
 
-def options(command: Any) -> Any:  # noqa: ANN401
+def options(command: Callable[..., None]) -> Callable[..., None]:
     """`--places`, `--sweep`, `--turn` and `--ripple-turn`."""
     for flag, kind, text in (
         ("--ripple-turn", _PERIOD, "period of the conservative part, rad; default: that of --turn"),

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -12,10 +12,11 @@ from rtctl.cli.columns import tables, text_options
 from rtctl.errors import ConfigError
 
 if TYPE_CHECKING:
+    from rtctl.friction.logs.other_programs import Average
     from rtctl.friction.points.measured import FrictionPoints
 
 
-def options(command: Any) -> Any:  # noqa: ANN401
+def options(command: Callable[..., None]) -> Callable[..., None]:
     """`--column`, `--map`, `--delimiter`, `--decimal` and `--average`."""
     command = text_options(command)
     command = click.option(
@@ -41,7 +42,7 @@ def read(
     files: tuple[Path, ...],
     columns: tuple[str, ...],
     map_file: Path | None,
-    average: Any,  # noqa: ANN401
+    average: Average,
     text: Mapping[str, str | None],
 ) -> FrictionPoints:
     """The points, with every column that was measured.

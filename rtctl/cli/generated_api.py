@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import inspect
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 _SECTION = re.compile(r"^(Parameters|Attributes|Returns|Raises|Notes)\n-+$", re.MULTILINE)
@@ -32,7 +32,7 @@ def public(one: type) -> dict[str, Any]:
     return found
 
 
-def signature(name: str, call: Any, *, method: bool = True) -> str:  # noqa: ANN401
+def signature(name: str, call: Callable[..., object], *, method: bool = True) -> str:
     """`name(parameters) -> result` as the source has it."""
     found = inspect.signature(call)
     parameters = list(found.parameters.values())[1 if method else 0 :]

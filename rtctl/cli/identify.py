@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import asdict
 from importlib.util import find_spec
 from pathlib import Path
@@ -31,7 +32,7 @@ WARNING = (
 )
 
 
-def _options(command: Any) -> Any:  # noqa: ANN401
+def _options(command: Callable[..., None]) -> Callable[..., None]:
     """Options that fill `Settings`; their names are its fields."""
     positive = click.FloatRange(min=0, max=1e6, min_open=True)
     none_or_more = click.FloatRange(min=0, max=1e6)
@@ -92,7 +93,7 @@ class _Identify(click.Command):
         info_name: str | None,
         args: list[str],
         parent: click.Context | None = None,
-        **extra: Any,  # noqa: ANN401
+        **extra: object,
     ) -> click.Context:
         if any(arg == "--log" or arg.startswith("--log=") for arg in args) and find_spec(LOG_MODULE):
             other: click.Command = importlib.import_module(LOG_MODULE).command
@@ -118,7 +119,7 @@ def command(
     yes: bool,
     runtime_dir: str | None,
     as_json: bool,
-    **options: Any,  # noqa: ANN401
+    **options: Any,  # noqa: ANN401 - passed on
 ) -> None:
     """Measure the friction of the rig of CONFIG by moving it: break-away and constant speeds, both directions.
 

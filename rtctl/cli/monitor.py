@@ -157,20 +157,9 @@ def _json(watch: Watch, end: float) -> None:
 
 
 def _plain(sample: RigState) -> dict[str, Any]:
-    """A sample as JSON can say it: names for numbers, null for what is not finite."""
-    fields = {name: _finite(value) for name, value in sample.fields.items()}
-    return {
-        **fields,
-        "age_s": _finite(sample.age_s),
-        "state": sample.state.name,
-        "faults": [fault.name for fault in sample.faults],
-    }
-
-
-def _finite(value: Any) -> Any:  # noqa: ANN401
-    if isinstance(value, list):
-        return [_finite(item) for item in value]
-    return value if not isinstance(value, float) or math.isfinite(value) else None
+    """A sample with names for numbers."""
+    faults = [fault.name for fault in sample.faults]
+    return {**sample.fields, "age_s": sample.age_s, "state": sample.state.name, "faults": faults}
 
 
 def _show(watch: Watch, end: float) -> None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 import tempfile
 from pathlib import Path
-from typing import Any
 
 import click
 
@@ -22,7 +21,9 @@ class OutputFile(click.Path):
         super().__init__(path_type=Path, dir_okay=False)
         self._picture = picture
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:  # noqa: ANN401
+    def convert(
+        self, value: str | os.PathLike[str], param: click.Parameter | None, ctx: click.Context | None
+    ) -> Path:
         """The path, once it has been tried."""
         path = Path(os.fsdecode(super().convert(value, param, ctx)))
         if self._picture and path.suffix.lower() not in PICTURES:
@@ -42,7 +43,9 @@ class OutputFolder(click.Path):
     def __init__(self) -> None:
         super().__init__(path_type=Path, file_okay=False)
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:  # noqa: ANN401
+    def convert(
+        self, value: str | os.PathLike[str], param: click.Parameter | None, ctx: click.Context | None
+    ) -> Path:
         """The path, once it has been tried."""
         path = Path(os.fsdecode(super().convert(value, param, ctx)))
         if why := why_no_folder(path):

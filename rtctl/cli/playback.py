@@ -73,7 +73,7 @@ _NUMBER = click.FloatRange(1e-9, 1e9)
 @click.option("--save-model", type=OutputFile(), help="keep the learned model in this file")
 @click.option("--plot", type=OutputFile(picture=True), help="write a figure (PNG)")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout")
-def command(config: Path | None, *, as_json: bool, **options: Any) -> None:  # noqa: ANN401
+def command(config: Path | None, *, as_json: bool, **options: Any) -> None:  # noqa: ANN401 - passed on
     """Run the real control loop over a recorded log and report what compensation would have done.
 
     Friction is learned from --fit-from, or CONFIG's model is used. The rig and the columns come from CONFIG

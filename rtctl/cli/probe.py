@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import shutil
 import sys
 from pathlib import Path
@@ -87,7 +86,7 @@ def command(
     bad = [_trouble(one) for one in reports if one["error"] or not one["samples"]]
     torque = actuators(loaded, written_folder(loaded.config.rig.name))
     if as_json:
-        body = {"ok": not bad, "devices": _finite(reports), "actuators": _finite(torque)}
+        body = {"ok": not bad, "devices": reports, "actuators": torque}
         click.echo(json_text(body))
         sys.exit(DeviceError.exit_code if bad else 130 if interrupted else 0)
     _show()
@@ -98,15 +97,6 @@ def command(
 
 def _trouble(report: dict[str, Any]) -> str:
     return f"{report['device']}: {report['error'] or 'opened, but shows no sample'}"
-
-
-def _finite(value: object) -> Any:  # noqa: ANN401
-    """JSON has no NaN: null in its place."""
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_finite(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _actuator_line(one: dict[str, Any]) -> str:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import click
 
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFile
+
+if TYPE_CHECKING:
+    from rtctl.recording.reader import RecordingReader
 
 
 @click.command("replay")
@@ -34,7 +37,7 @@ def command(file: Path, config: Path | None, plot: Path | None, *, as_json: bool
         _same(reader, as_json=as_json)
 
 
-def _same(reader: Any, *, as_json: bool) -> None:  # noqa: ANN401
+def _same(reader: RecordingReader, *, as_json: bool) -> None:
     from rtctl.errors import DataError, ReplayDiffersError
     from rtctl.recording.replay import Replay
     from rtctl.recording.setup import law_key
@@ -72,7 +75,7 @@ def _same(reader: Any, *, as_json: bool) -> None:  # noqa: ANN401
         )
 
 
-def _other(reader: Any, config: Path, plot: Path | None, *, as_json: bool) -> None:  # noqa: ANN401
+def _other(reader: RecordingReader, config: Path, plot: Path | None, *, as_json: bool) -> None:
     from rtctl.recording.compare import compare, numbers, plot_comparison
     from rtctl.rig_file.config import load
 

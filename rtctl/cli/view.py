@@ -38,7 +38,7 @@ def _options(function: Callable[..., Any]) -> Callable[..., Any]:
 
 @click.command("view")
 @_options
-def command(**options: Any) -> None:  # noqa: ANN401
+def command(**options: Any) -> None:  # noqa: ANN401 - passed on
     """Show a running rig live in the browser: joint, scope, latency, faults, STOP.
 
     RIG is its name or rig file; not needed when one runs. The page is for this machine only unless --host says
@@ -51,7 +51,7 @@ def command(**options: Any) -> None:  # noqa: ANN401
 
 @click.command("world")
 @_options
-def world(**options: Any) -> None:  # noqa: ANN401
+def world(**options: Any) -> None:  # noqa: ANN401 - passed on
     """A virtual world to start from: the environments of the law, a ball to push, in the browser.
 
     The same server as `rtctl view`, opened at its second page (docs/virtual-world.md).

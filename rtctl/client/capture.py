@@ -116,7 +116,7 @@ class Capture:
             )
         return None
 
-    def _take(self, topic: bytes, message: Any) -> Ticks | None:  # noqa: ANN401
+    def _take(self, topic: bytes, message: Any) -> Ticks | None:  # noqa: ANN401 - a list or a map, by topic
         run = self.run
         if topic == TOPIC_SETUP:
             if run is None or message["session"] != run.session:

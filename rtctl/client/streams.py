@@ -121,7 +121,7 @@ def state_stream(connection: Connection, timeout_s: float, max_age_s: float = ma
     A message carries several: their age is that of the moment when each is handed out.
     """
 
-    def items(message: Any) -> list[tuple[int, int, int, RigState]]:  # noqa: ANN401
+    def items(message: list[dict[str, Any]]) -> list[tuple[int, int, int, RigState]]:
         samples = [rig_state(sample) for sample in message]
         return [(sample.session, sample.sequence, 1, sample) for sample in samples]
 
@@ -135,7 +135,7 @@ def state_stream(connection: Connection, timeout_s: float, max_age_s: float = ma
 def tick_stream(connection: Connection, timeout_s: float) -> Stream[np.ndarray]:
     """Every tick, as structured arrays; `lost` counts ticks."""
 
-    def items(message: Any) -> list[tuple[int, int, int, np.ndarray]]:  # noqa: ANN401
+    def items(message: dict[str, Any]) -> list[tuple[int, int, int, np.ndarray]]:
         rows = tick_rows(message)
         return [(message["session"], message["row"], len(rows), rows)]
 
@@ -145,7 +145,7 @@ def tick_stream(connection: Connection, timeout_s: float) -> Stream[np.ndarray]:
 def event_stream(connection: Connection, timeout_s: float) -> Stream[dict[str, Any]]:
     """Events, as the maps of the protocol."""
 
-    def items(message: Any) -> list[tuple[int, int, int, dict[str, Any]]]:  # noqa: ANN401
+    def items(message: list[dict[str, Any]]) -> list[tuple[int, int, int, dict[str, Any]]]:
         return [(event["session"], event["sequence"], 1, event) for event in message]
 
     return Stream(connection, TOPIC_EVENT, items, timeout_s)
@@ -154,7 +154,7 @@ def event_stream(connection: Connection, timeout_s: float) -> Stream[dict[str, A
 def health_stream(connection: Connection, timeout_s: float) -> Stream[dict[str, Any]]:
     """Health, as the map of the protocol."""
 
-    def items(message: Any) -> list[tuple[int, int, int, dict[str, Any]]]:  # noqa: ANN401
+    def items(message: dict[str, Any]) -> list[tuple[int, int, int, dict[str, Any]]]:
         return [(message["session"], message["sequence"], 1, message)]
 
     return Stream(connection, TOPIC_HEALTH, items, timeout_s)

@@ -6,11 +6,14 @@ curves (docs/theory.md 5.5). N m, N m s/rad and shares.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 
 from rtctl.control.vocabulary import Policy
+
+Value = TypeVar("Value", float, np.ndarray)
+"""A number in the law, an array in the proofs."""
 
 FORCE_GATED = (int(Policy.HYBRID), int(Policy.INTENT), int(Policy.STOP_GATED))
 """Policies whose torque goes to zero with the hand's; the others are capped below the least dry friction, too."""
@@ -25,13 +28,13 @@ def is_force_gated(policy: int) -> bool:
 
 
 def feedforward_limit(
-    friction_nm: Any,  # noqa: ANN401 - a number in the law, an array in the proofs
-    viscous_nm: Any,  # noqa: ANN401
+    friction_nm: Value,
+    viscous_nm: Value,
     gain: float,
     viscous_gain: float,
-    fade: Any,  # noqa: ANN401
+    fade: Value | float,
     cap_nm: float,
-) -> Any:  # noqa: ANN401
+) -> Value:
     """Most torque the feed-forward can give where the model says `friction_nm`, N m, >= 0; NaN stays NaN.
 
     Notes
@@ -40,7 +43,8 @@ def feedforward_limit(
     part, kappa_v on the viscous part `viscous_nm`; `fade` is 1 within the trained range.
     """
     wanted = (gain * (friction_nm - viscous_nm) + viscous_gain * viscous_nm) * fade
-    return np.maximum(np.minimum(wanted, cap_nm), 0.0)
+    most: Value = np.maximum(np.minimum(wanted, cap_nm), 0.0)
+    return most
 
 
 def cap_in_force(force_gated: bool, cap_nm: float, ungated_cap_nm: float) -> float:

@@ -55,15 +55,15 @@ def peaks(d: float, tau: float, *, any_world: bool = False) -> tuple[np.ndarray,
     Notes
     -----
     On a cell of width h a function whose curvature is at most C exceeds the larger of its values at the ends by at
-    most C h^2/8, whatever convex function is added; both ends of every cell are listed with that added. The root is bounded by its tangent, ``sqrt(R) <= (R/l + l)/2``
-    with l from the middle of the cell, which leaves W a mixture of sin^2 and a constant >= 0, over sin^2 convex.
+    most C h^2/8, whatever convex function is added; both ends of every cell are listed with that added. The root is bounded by its tangent, ``sqrt(R) <= (R/lam + lam)/2``
+    with lam from the middle of the cell, which leaves W a mixture of sin^2 and a constant >= 0, over sin^2 convex.
     """
     cells = _cells(d, tau)
     theta = np.linspace(0.0, np.pi / 2, cells + 1)
     turned, ratio = _alias_sums(theta, d, tau)
-    l = np.ones(cells)  # noqa: E741 - the multiplier of the notes
+    lam = np.ones(cells)
     if tau > 0 and not any_world:
-        l[1:] = np.sqrt(_alias_sums(0.5 * (theta[2:] + theta[1:-1]), d, tau)[1])
+        lam[1:] = np.sqrt(_alias_sums(0.5 * (theta[2:] + theta[1:-1]), d, tau)[1])
     h2 = (np.pi / 2 / cells) ** 2 / 8
     second, fourth = _moments(2 + d, tau)
     second_r, fourth_r = _moments(1.0, tau) if tau > 0 else (0.0, 0.0)
@@ -71,11 +71,13 @@ def peaks(d: float, tau: float, *, any_world: bool = False) -> tuple[np.ndarray,
     sine2[0] = 1.0
     ends = []
     for side in (slice(None, -1), slice(1, None)):
-        W = turned[side] + 0.5 * (ratio[side] / l + l)
+        W = turned[side] + 0.5 * (ratio[side] / lam + lam)
         U = W / sine2[side]
         if side.start is None:
             U[0] = _slow_limit(d, tau)
-        ends.append((W + (4 * second + 2 * second_r / l) * h2, U + (4 * fourth + 2 * fourth_r / l) / 3 * h2))
+        ends.append(
+            (W + (4 * second + 2 * second_r / lam) * h2, U + (4 * fourth + 2 * fourth_r / lam) / 3 * h2)
+        )
     (W_left, U_left), (W_right, U_right) = ends
     return undominated(np.concatenate([W_left, W_right]), np.concatenate([U_left, U_right]))
 

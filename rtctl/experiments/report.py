@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import base64
 import json
-import math
 import platform
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -23,6 +22,7 @@ from rtctl.experiments.statistics import Estimate
 from rtctl.friction.logs.whole_files import write_together
 from rtctl.friction.report.page import Picture
 from rtctl.friction.report.tables import Table
+from rtctl.plain_data import as_data
 
 KIND = "rtctl experiment report"
 PAGE = "report.html"
@@ -121,7 +121,7 @@ def write(folder: Path, outcomes: Sequence[Outcome], title: str, facts: Mapping[
         "provenance": facts,
         "experiments": {outcome.name: document_of(outcome) for outcome in outcomes},
     }
-    files[HEADER] = (json.dumps(plain(document), indent=1, allow_nan=False) + "\n").encode()
+    files[HEADER] = (json.dumps(as_data(document), indent=1, allow_nan=False) + "\n").encode()
     files[PAGE] = _page(outcomes, title, facts).encode()
     write_together(folder, files)
     for outcome in outcomes:
@@ -141,21 +141,6 @@ def document_of(outcome: Outcome) -> dict[str, Any]:
         for t in outcome.targets
     ]
     return {"title": outcome.title, "conclusion": outcome.key, "targets": targets, **outcome.numbers}
-
-
-def plain(value: object) -> Any:  # noqa: ANN401
-    """A value without estimates, NumPy numbers and non-finite floats (null)."""
-    if isinstance(value, Estimate):
-        return value.as_dict()
-    if isinstance(value, Mapping):
-        return {str(name): plain(one) for name, one in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(one) for one in value]
-    if hasattr(value, "tolist"):
-        return plain(value.tolist())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
 
 
 def _page(outcomes: Sequence[Outcome], title: str, facts: Mapping[str, str]) -> str:

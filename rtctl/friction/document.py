@@ -147,7 +147,7 @@ def render(document: dict[str, Any]) -> str:
     return _value(document, 0) + "\n"
 
 
-def _value(value: Any, depth: int) -> str:  # noqa: ANN401
+def _value(value: object, depth: int) -> str:
     rows: list[str] = []
     if isinstance(value, dict) and value:
         rows = [f"{json.dumps(key)}: {_value(item, depth + 1)}" for key, item in value.items()]

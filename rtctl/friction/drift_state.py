@@ -55,7 +55,7 @@ def read(folder: Path, devices: str) -> dict[str, Any]:
     return axes if isinstance(axes, dict) else {}
 
 
-def restore(axis: AxisWatch, kept: Any) -> bool:  # noqa: ANN401 - whatever stands in the file
+def restore(axis: AxisWatch, kept: object) -> bool:
     """Take up what was kept of this axis, as of earlier sessions; False where it is not of this axis or no such thing."""
     if not isinstance(kept, dict) or kept.get("identity") != axis.by.identity:
         return False
@@ -66,7 +66,7 @@ def restore(axis: AxisWatch, kept: Any) -> bool:  # noqa: ANN401 - whatever stan
     return True
 
 
-def _table(rows: Any) -> np.ndarray | None:  # noqa: ANN401
+def _table(rows: object) -> np.ndarray | None:
     """The strokes, or None unless every number is there and can be one."""
     try:
         table = np.array(rows, dtype=float)

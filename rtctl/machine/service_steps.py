@@ -68,7 +68,7 @@ class File:
         ) as file:
             file.write(self.content)
             os.fchmod(file.fileno(), self.mode)
-        os.replace(temporary, self.path)  # noqa: PTH105 - Path.replace is the same call
+        temporary.replace(self.path)
 
 
 @dataclass

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rtctl.control.vocabulary import State
 from rtctl.recording.incident import Incident
 from rtctl.recording.incident_report import trigger_row
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 _PANELS = (
     ("rad, rad/s", ("position_rad", "velocity_rad_s")),
@@ -63,7 +66,7 @@ def plot_incident(incident: Incident, path: Path) -> None:
     part.replace(path)
 
 
-def _state_panel(panel: Any, time_ms: np.ndarray, ticks: np.ndarray) -> None:  # noqa: ANN401
+def _state_panel(panel: Axes, time_ms: np.ndarray, ticks: np.ndarray) -> None:
     panel.plot(time_ms, ticks["state"], drawstyle="steps-post", label="state")
     panel.set_yticks([int(state) for state in State], [state.name for state in State], fontsize=7)
     seen = int(np.bitwise_or.reduce(ticks["faults"])) if len(ticks) else 0

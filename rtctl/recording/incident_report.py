@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from datetime import UTC, datetime
-from typing import Any
 
 import numpy as np
 
@@ -79,6 +78,6 @@ def _table(incident: Incident, axis: int, label: str) -> list[str]:
     return [head, units, *(_row(ticks[zero + offset], offset, axis) for offset in shown)]
 
 
-def _row(tick: Any, offset: int, axis: int) -> str:  # noqa: ANN401
+def _row(tick: np.void, offset: int, axis: int) -> str:
     numbers = "".join(f"{tick[name][axis]:>19.6g}" for name, _ in COLUMNS)
     return f"{offset:<+8d}{State(int(tick['state'])).name:>10}{int(tick['faults']):>8x}{numbers}"

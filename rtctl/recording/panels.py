@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rtctl.control.vocabulary import State
 from rtctl.errors import DataError
 from rtctl.tick import FIELD, FIELDS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 TORQUES = (
     "hand_torque_nm",
@@ -101,7 +104,7 @@ def _unit(name: str) -> str:
     return "us" if name in DURATIONS else FIELD[name].unit
 
 
-def _draw(place: Any, run: Run, names: tuple[str, ...], style: str, *, named: bool) -> None:  # noqa: ANN401
+def _draw(place: Axes, run: Run, names: tuple[str, ...], style: str, *, named: bool) -> None:
     step = max(1, len(run.rows) // MOST_POINTS)
     time_s = run.time_s[::step]
     for name in names:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -182,7 +181,7 @@ class Replay:
             verdict.first = _difference(rows[row], replayed[row], name)
 
 
-def _difference(recorded: Any, replayed: Any, name: str) -> Difference:  # noqa: ANN401
+def _difference(recorded: np.void, replayed: np.void, name: str) -> Difference:
     then, now = np.atleast_1d(recorded[name]), np.atleast_1d(replayed[name])
     axis = int(np.argmax(then.view(np.uint64) != now.view(np.uint64)))
     shown = axis if recorded[name].ndim else -1

@@ -112,7 +112,7 @@ class MeasuredTable(Table):
     current_loop_hz: float = number(0, 1e5, "bandwidth of the current loop; 0: not measured", default=0.0)
 
 
-def _of_environment(parameter: Parameter) -> Any:  # noqa: ANN401 - what pydantic makes a field of
+def _of_environment(parameter: Parameter) -> tuple[object, Any]:
     """Type and field of a parameter, by the table of environments."""
     text = meaning(parameter)
     if parameter.sign:

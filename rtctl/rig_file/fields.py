@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
+from hw.option_tables import Table, number
 from hw.plain_words import NAME_PATTERN
 
-
-class Table(BaseModel):
-    """Base of all tables: strict types, no unknown keys, finite numbers, immutable."""
-
-    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, frozen=True)
-
-
-def number(low: float, high: float, text: str, **more: Any) -> Any:  # noqa: ANN401
-    """Field of a number within these bounds; `text` says what it means, with `more` its default."""
-    return Field(ge=low, le=high, description=text, **more)
+__all__ = ["Component", "Name", "Table", "Vector", "number"]
 
 
 Name = Annotated[str, Field(pattern=NAME_PATTERN)]

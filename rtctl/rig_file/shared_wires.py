@@ -9,11 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hw import registry
 from hw.claims import claims_on
 from hw.interface import BackendError
+
+if TYPE_CHECKING:
+    from hw.can.load import Load
 
 SHAREABLE = frozenset({"socketcan", "virtual", "udp_multicast", "socketcand"})
 """Interfaces that more than one program or device can open at a time."""
@@ -39,7 +42,7 @@ class Wire:
     def _who(self) -> str:
         return f"{' and '.join(self.labels)} share {self.interface} {self.channel}"
 
-    def load(self, rate_hz: float) -> Any:  # noqa: ANN401 - hw.can.load.Load: no CAN module is imported for other rigs
+    def load(self, rate_hz: float) -> Load:
         """Load of the wire by all of them."""
         from hw.can.load import Traffic, bus_load
 
@@ -100,7 +103,7 @@ def claimed(kind: str, options: Mapping[str, Any]) -> tuple[str, ...]:
         return ()
     if not hasattr(model, "wire"):
         return ()
-    user = model.model_validate(options)
+    user: Any = model.model_validate(options)
     interface, channel = user.wire
     return claims_on(interface, channel, user.identifiers())
 

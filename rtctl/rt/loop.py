@@ -10,7 +10,6 @@ a step needs Python: the cycle is then gone on with from that step.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -138,10 +137,9 @@ def _wait(clock: Clock, grid: memoryview, word: memoryview) -> None:
     word[0], word[1], word[2], grid[WOKE] = grid[SLOT], grid[DEADLINE], late, woke
 
 
-def _ints(array: np.ndarray) -> Any:  # noqa: ANN401
+def _ints(array: np.ndarray) -> memoryview:
     """Plain integers, by word: what Python reads and stores at the least cost."""
-    view: Any = memoryview
-    return view(array.view(np.ndarray).view(np.int64))
+    return array.view(np.ndarray).view(np.int64).data
 
 
 assert [FIELDS[i].name for i in range(_LEADING)] == [

@@ -36,12 +36,12 @@ from rtctl.rt.shared_memory import Memory
 from rtctl.rt.speech import Speech
 
 
-def _say(kind: str, **body: Any) -> None:  # noqa: ANN401
+def _say(kind: str, **body: object) -> None:
     with contextlib.suppress(BrokenPipeError):  # the host is gone: nobody is left to be told
         os.write(1, (json.dumps({"message": kind, **body}) + "\n").encode())
 
 
-def _mention(kind: str, **body: Any) -> bool:  # noqa: ANN401
+def _mention(kind: str, **body: object) -> bool:
     """Tell the host something, without ever waiting for it; False when it did not take it."""
     os.set_blocking(1, False)
     try:

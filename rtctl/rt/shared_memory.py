@@ -131,10 +131,9 @@ def words(array: np.ndarray) -> np.ndarray:
     return plain.view(np.uint64).reshape(plain.shape[0], -1)
 
 
-def _header_words(memory: Memory) -> Any:  # noqa: ANN401
+def _header_words(memory: Memory) -> memoryview:
     """The header as a buffer of integers: read and written one at a time, quicker than fields of an array."""
-    header: Any = memory.header.view(np.int64)
-    return memoryview(header)
+    return memory.header.view(np.int64).data
 
 
 def _layout(n_axes: int, ring_rows: int) -> dict[str, tuple[int, int]]:

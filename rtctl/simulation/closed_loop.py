@@ -138,7 +138,7 @@ class Simulation:
             self.command[name][0] = value
         self.command["seq"] += 1
 
-    def run(self, seconds: float, every: int = 1, **fields: object) -> np.ndarray:
+    def run(self, seconds: float, every: int = 1, **fields: Any) -> np.ndarray:  # noqa: ANN401 - passed on
         """Run for `seconds` after changing the command's `fields`; returns every `every`-th tick.
 
         `truth` then holds the rig's states at the end of the same ticks.
@@ -163,7 +163,7 @@ class Simulation:
         )
         return trace
 
-    def arm(self, **fields: Any) -> np.ndarray:  # noqa: ANN401
+    def arm(self, **fields: Any) -> np.ndarray:  # noqa: ANN401 - passed on
         """Bring the rig to ACTIVE with full authority, as an operator would; returns the ticks until then.
 
         Raises

@@ -6,6 +6,10 @@ import socket
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from typing import TypeAlias
+
+Request: TypeAlias = socket.socket | tuple[bytes, socket.socket]
+"""A connection as socketserver passes it on; a datagram comes with its bytes, and none comes here."""
 
 MOST_GUESTS = 64
 """Connections that wait for something to be asked; each has a thread. A browser keeps six."""
@@ -25,8 +29,10 @@ class Guests:
         self._lock = threading.Lock()
         self._waiting: dict[socket.socket, None] = {}
 
-    def come(self, guest: socket.socket) -> None:
+    def come(self, guest: Request) -> None:
         """A connection waits from now on; the one that has waited for longest may be cut off for it."""
+        if isinstance(guest, tuple):
+            return
         with self._lock:
             self._waiting[guest] = None
             while len(self._waiting) > self._most:
@@ -35,8 +41,10 @@ class Guests:
                 with suppress(OSError):  # it has gone by itself
                     oldest.shutdown(socket.SHUT_RDWR)
 
-    def go(self, guest: socket.socket) -> None:
+    def go(self, guest: Request) -> None:
         """A connection is about to be closed. Idempotent."""
+        if isinstance(guest, tuple):
+            return
         with self._lock:
             self._waiting.pop(guest, None)
 

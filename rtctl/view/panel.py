@@ -51,18 +51,22 @@ def signals_of(hello: Mapping[str, Any]) -> list[dict[str, Any]]:
     return out
 
 
-def plain(value: object) -> Any:  # noqa: ANN401
+def shown_table(table: Mapping[str, object]) -> dict[str, Any]:
     """The same as JSON has it and a page may show it: a number that is not finite is None, and no text has control
     characters or any that turn the line around.
     """
+    return {shown(key): _shown_value(value) for key, value in table.items()}
+
+
+def _shown_value(value: object) -> object:
     if isinstance(value, str):
         return shown(value, MOST_TEXT)
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, Mapping):
-        return {shown(key): plain(one) for key, one in value.items()}
+        return shown_table(value)
     if isinstance(value, list | tuple):
-        return [plain(one) for one in value]
+        return [_shown_value(one) for one in value]
     return value
 
 

@@ -23,8 +23,8 @@ from rtctl.client import RigClient
 from rtctl.errors import RefusedError, RtctlError
 from rtctl.view import record
 from rtctl.view.feed import Feed, Follower, Signal, columns
-from rtctl.view.guests import Guests
-from rtctl.view.panel import ACTIONS, plain, signals_of, status
+from rtctl.view.guests import Guests, Request
+from rtctl.view.panel import ACTIONS, shown_table, signals_of, status
 from rtctl.view.world import World, offered
 from rtctl.wire.event_words import line_of
 
@@ -102,17 +102,17 @@ class ViewServer(ThreadingHTTPServer):
         host, port = self.server_address[:2]
         return f"http://{host if isinstance(host, str) else host.decode()}:{port}/"
 
-    def process_request(self, request: Any, client_address: Any) -> None:  # noqa: ANN401 - as in socketserver
+    def process_request(self, request: Request, client_address: object) -> None:
         """A thread for one connection."""
         self.guests.come(request)
         super().process_request(request, client_address)
 
-    def shutdown_request(self, request: Any) -> None:  # noqa: ANN401
+    def shutdown_request(self, request: Request) -> None:
         """The end of a connection."""
         self.guests.go(request)
         super().shutdown_request(request)
 
-    def handle_error(self, request: Any, client_address: Any) -> None:  # noqa: ANN401
+    def handle_error(self, request: Request, client_address: object) -> None:
         """A browser that goes in the middle is not worth a word, and no stranger fills a terminal with them."""
         if not isinstance(sys.exception(), OSError):
             super().handle_error(request, client_address)
@@ -145,7 +145,7 @@ class _Handler(BaseHTTPRequestHandler):
         elif not self._is_from_page():
             return
         elif url.path == "/hello":
-            told = plain(self.server.hello)
+            told = shown_table(self.server.hello)
             self._json({**told, **offered(), "signals": signals_of(told)})
         elif url.path == "/stream":
             self._follow(url.query, self.server.streams, "text/event-stream", self._send_stream)
@@ -276,15 +276,15 @@ class _Handler(BaseHTTPRequestHandler):
             if rows is not None:
                 self._event("ticks", columns(rows, signals))
             for event in events:
-                self._event("event", plain({**event, "sentence": line_of(event)}))
+                self._event("event", shown_table({**event, "sentence": line_of(event)}))
             if time.monotonic() - told >= STATUS_S:
                 told = time.monotonic()
-                self._event("status", plain(status(self.server.feed, self.server.world)))
+                self._event("status", shown_table(status(self.server.feed, self.server.world)))
             self.wfile.flush()
 
     def _send_ticks(self, follower: Follower, signals: list[Signal]) -> None:
         """CSV: every tick."""
-        self.wfile.write(record.head(signals, plain(self.server.hello)).encode())
+        self.wfile.write(record.head(signals, shown_table(self.server.hello)).encode())
         while not self.server.closing.wait(MESSAGE_S):
             rows, _events = follower.take()
             if rows is not None:

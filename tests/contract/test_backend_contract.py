@@ -164,9 +164,15 @@ def on_board(kind, n_axes, table, device):
 def on_can(kind, n_axes, table, wired):
     """One bus, one backend, where the bus is a real wire."""
     device = partial(OnCan, wired=wired)
-    made = lambda folder, which: table(n_axes, folder)  # noqa: E731
     # a board by a field map has no state of its own to look at
-    return Case(kind, made, device, n_axes, twins=not can_rows.WIRES, hears=kind != "can")
+    return Case(
+        kind,
+        lambda folder, which: table(n_axes, folder),
+        device,
+        n_axes,
+        twins=not can_rows.WIRES,
+        hears=kind != "can",
+    )
 
 
 def sensor(kind):

@@ -100,8 +100,7 @@ def test_a_drive_that_shows_its_torque_in_place_of_its_current_is_driven_all_the
     drive = one.drive
     assert drive[0x1A00, 3] == 0x6077_0010
     one.until(lambda: drive[0x6041, 0] == 0x27, enabled=1)
-    shown = lambda: one.tick["current_a"][0, 0]  # noqa: E731
-    one.until(lambda: shown() == pytest.approx(1.5, rel=1e-2), current_a=1.5, enabled=1)
+    one.until(lambda: one.tick["current_a"][0, 0] == pytest.approx(1.5, rel=1e-2), current_a=1.5, enabled=1)
     assert drive[0x6077, 0] == direction * round(1000 * 1.5 * K_T / RATED_NM)
 
 

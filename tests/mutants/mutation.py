@@ -18,12 +18,12 @@ import sys
 import time
 from pathlib import Path
 
+from mutations import Mutation, mutations
+from workshop import Workshop, say
+
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-sys.path[:0] = [str(HERE), str(ROOT)]
-
-from mutations import Mutation, mutations  # noqa: E402
-from workshop import Workshop, say  # noqa: E402
+sys.path[:0] = [str(ROOT)]
 
 MODULES = ("gate", "states", "faults", "detectors", "arming", "window")
 LEAST = 0.95

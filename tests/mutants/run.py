@@ -9,6 +9,7 @@ needs no compiling; first each set of tests runs on the tree as it is and must p
 from __future__ import annotations
 
 import argparse
+import importlib
 import os
 import sys
 import time
@@ -16,33 +17,18 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
 from pathlib import Path
 
+from seed import Seed
+from workshop import Outcome, Workshop, say
+
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-sys.path[:0] = [str(HERE), str(ROOT)]
+sys.path[:0] = [str(ROOT)]
 
-import seeds_control  # noqa: E402
-import seeds_devices  # noqa: E402
-import seeds_experiments  # noqa: E402
-import seeds_friction  # noqa: E402
-import seeds_host  # noqa: E402
-import seeds_identify  # noqa: E402
-import seeds_margins  # noqa: E402
-import seeds_mock  # noqa: E402
-import seeds_sensors  # noqa: E402
-from seed import Seed  # noqa: E402
-from workshop import Outcome, Workshop, say  # noqa: E402
-
-SEEDS: tuple[Seed, ...] = (
-    *seeds_control.SEEDS,
-    *seeds_devices.SEEDS,
-    *seeds_experiments.SEEDS,
-    *seeds_friction.SEEDS,
-    *seeds_host.SEEDS,
-    *seeds_identify.SEEDS,
-    *seeds_margins.SEEDS,
-    *seeds_mock.SEEDS,
-    *seeds_sensors.SEEDS,
+SEEDS: tuple[Seed, ...] = tuple(
+    seed for path in sorted(HERE.glob("seeds_*.py")) for seed in importlib.import_module(path.stem).SEEDS
 )
+"""The seeds of every file beside this one that is named so."""
+
 _workshop: list[Workshop] = []
 
 

@@ -1,4 +1,5 @@
 import json
+import math
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -6,6 +7,7 @@ import pytest
 from test_client import RIG, rows
 
 from rtctl.cli import monitor
+from rtctl.cli.json_text import json_text
 from rtctl.cli.monitor_text import Shown, line, table
 from rtctl.client.samples import rig_state
 from rtctl.control.vocabulary import Fault, State
@@ -183,9 +185,8 @@ def test_a_line_is_one_line(sample):
 
 
 def test_json_has_names_for_numbers_and_null_for_what_is_not_finite(sample):
-    plain = monitor._plain(sample)
-    assert (plain["state"], plain["faults"]) == ("FAULT", ["STALE", "JUMP"])
-    assert monitor._finite([1.0, float("nan"), [float("inf")]]) == [1.0, None, [None]]
+    told = json.loads(json_text(monitor._plain(replace(sample, age_s=math.inf))))
+    assert (told["state"], told["faults"], told["age_s"]) == ("FAULT", ["STALE", "JUMP"], None)
 
 
 def test_a_warning_of_the_daemon_is_shown_and_is_no_fault(sample):

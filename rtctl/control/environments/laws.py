@@ -10,11 +10,14 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rtctl.control.environments.kind import DAMPING, Parameter
 from rtctl.control.environments.table import OWN, PARAMETERS, Environment, using
 from rtctl.control.jit import compiled
+
+if TYPE_CHECKING:
+    from rtctl.control.records import Record
 
 DAMPED = tuple(int(kind) for kind in using(DAMPING))
 SNAPPING = tuple(int(kind) for kind in Environment if kind.about.snaps)
@@ -98,6 +101,6 @@ finite_command = _written(
 
 
 @compiled
-def environment_energy(s: Any, axis: int, proxy: float) -> float:  # noqa: ANN401 - records.Record, which reads the table
+def environment_energy(s: Record, axis: int, proxy: float) -> float:
     """Potential energy of the environment in force with the proxy at `proxy`, J, >= 0."""
     return potential(s, axis, s.world_stiffness_nm_rad[axis], s.world_center_rad[axis], proxy)

@@ -8,13 +8,16 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rtctl.friction.kinds.curve import Curve
 from rtctl.friction.kinds.table import FORMULAS, KERNELS
 from rtctl.friction.learn.formulas import fit_formula
+
+if TYPE_CHECKING:
+    from sklearn.svm import SVR, NuSVR
 
 MAX_ITERATIONS = 300_000
 """Solver iterations of one fit, about .3 s; the useful corner of the grids needs a tenth."""
@@ -119,7 +122,7 @@ def _formula(kind: str, speed: np.ndarray, friction_nm: np.ndarray, weight: np.n
         raise FailedFitError(f"not fitted ({error})") from error
 
 
-def _machine(candidate: Candidate, tolerance_nm: float, max_iterations: int) -> Any:  # noqa: ANN401
+def _machine(candidate: Candidate, tolerance_nm: float, max_iterations: int) -> SVR | NuSVR:
     from sklearn.svm import SVR, NuSVR
 
     same = {
@@ -133,7 +136,7 @@ def _machine(candidate: Candidate, tolerance_nm: float, max_iterations: int) -> 
     return SVR(epsilon=candidate.tube, **same)
 
 
-def _tube(machine: Any, c: float, weight: np.ndarray, residual: np.ndarray) -> float:  # noqa: ANN401
+def _tube(machine: SVR | NuSVR, c: float, weight: np.ndarray, residual: np.ndarray) -> float:
     """Half width of the tube a nu-SVR found, N m: its free support vectors lie on the edge."""
     at = machine.support_
     size = np.abs(residual[at])

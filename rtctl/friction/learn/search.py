@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from rtctl.friction.learn.grids import in_scale_of
 from rtctl.friction.learn.hold_out import TRAINS, folds_of, units_of
 from rtctl.friction.learn.machines import MAX_ITERATIONS, Candidate, FailedFitError, train
 from rtctl.friction.points.measured import FrictionPoints
+
+if TYPE_CHECKING:
+    from joblib import Parallel
 
 BREAK_AWAY_WEIGHT = 3.0
 """Weight of break-away points: one of 55, and the only one that says what a rig at rest holds."""
@@ -215,7 +218,7 @@ def _chunk(
 
 
 def score_all(
-    pool: Any,  # noqa: ANN401
+    pool: Parallel,
     tasks: Sequence[tuple[Candidate, int]],
     sides: Sequence[Side],
     limit: int = MAX_ITERATIONS,
@@ -240,7 +243,7 @@ def score_all(
 
 
 def full(
-    pool: Any,  # noqa: ANN401
+    pool: Parallel,
     tasks: Sequence[tuple[Candidate, int]],
     sides: Sequence[Side],
     progress: Progress | None = None,
@@ -252,7 +255,7 @@ def full(
 
 
 def halving(
-    pool: Any,  # noqa: ANN401
+    pool: Parallel,
     tasks: Sequence[tuple[Candidate, int]],
     sides: Sequence[Side],
     progress: Progress | None = None,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from rtctl.errors import DataError
 from rtctl.friction.model import Branch, FrictionModel
 from rtctl.friction.points.measured import FrictionPoints
 from rtctl.friction.report import measured_range
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 def draw(model: FrictionModel, points: FrictionPoints, path: str | Path) -> None:
@@ -44,7 +47,7 @@ def draw(model: FrictionModel, points: FrictionPoints, path: str | Path) -> None
 
 
 def _draw_branch(
-    plot: Any,  # noqa: ANN401
+    plot: Axes,
     branch: Branch,
     sign: int,
     speed: np.ndarray,
@@ -69,9 +72,7 @@ def _draw_branch(
         at_both = sign * np.concatenate([v, [np.nan], v])
         plot.plot(at_both, sign * outer, ":", color="tab:blue", linewidth=1, label=label)
     plot.plot(sign * speed, sign * friction_nm, ".", color="tab:gray", label=names("points"))
-    measured_range.draw(
-        plot, sign * v, sign * curve, speed, color="tab:blue", label=names("learned friction")
-    )
+    measured_range.draw(plot, sign * v, sign * curve, speed, label=names("learned friction"))
     at = branch.support_vectors
     if not len(at):
         return

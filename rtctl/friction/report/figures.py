@@ -56,7 +56,7 @@ def _curve(plot: Axes, one: Learned, v: np.ndarray, speed: np.ndarray) -> None:
             linewidth=0,
             label="epsilon tube",
         )
-    measured_range.draw(plot, v, curve, speed, color="tab:blue", linewidth=1.3, label="learned friction")
+    measured_range.draw(plot, v, curve, speed, linewidth=1.3, label="learned friction")
 
 
 def _band(plot: Axes, one: Learned, band: Band | None, v: np.ndarray) -> None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from rtctl.friction.points.measured import FrictionPoints
 
 GAP_TIMES, GAP_SHARE = 3.0, 0.05
@@ -39,7 +41,15 @@ def said(points: FrictionPoints) -> str:
     return f" Dashed, because nothing was measured there: {'; '.join(parts)}." if parts else ""
 
 
-def draw(plot: Any, v: np.ndarray, curve: np.ndarray, speed: np.ndarray, **how: Any) -> None:  # noqa: ANN401
+def draw(
+    plot: Axes,
+    v: np.ndarray,
+    curve: np.ndarray,
+    speed: np.ndarray,
+    *,
+    label: str | None,
+    linewidth: float | None = None,
+) -> None:
     """Draw a curve over v (rad/s, its sign is the direction's), solid where points at `speed` carry it, dashed elsewhere."""
     dashed = np.zeros(len(v), dtype=bool)
     for low, high in unmeasured(speed):
@@ -47,6 +57,13 @@ def draw(plot: Any, v: np.ndarray, curve: np.ndarray, speed: np.ndarray, **how: 
     dashed |= np.abs(v) > speed.max()
     # A dash begins at the last solid point, so that no hole is left between them.
     edge = dashed | np.append(dashed[1:], False) | np.append(False, dashed[:-1])
-    plot.plot(v, np.where(dashed, np.nan, curve), **how)
+    plot.plot(v, np.where(dashed, np.nan, curve), color="tab:blue", linewidth=linewidth, label=label)
     if dashed.any():
-        plot.plot(v, np.where(edge, curve, np.nan), linestyle="--", **{**how, "label": None})
+        plot.plot(
+            v,
+            np.where(edge, curve, np.nan),
+            linestyle="--",
+            color="tab:blue",
+            linewidth=linewidth,
+            label=None,
+        )

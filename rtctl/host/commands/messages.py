@@ -181,7 +181,7 @@ def _values(message: dict[str, Any], operation: Operation, rig: RigDescription) 
     return values
 
 
-def _value(value: object, key: Key, rig: RigDescription, axis: int | None) -> Any:  # noqa: ANN401
+def _value(value: object, key: Key, rig: RigDescription, axis: int | None) -> int | float | str | list[float]:
     if key.kind == "axis":
         return _axis_index(value, rig)
     if key.kind == "choice":

@@ -142,7 +142,7 @@ class FlightRecorder:
             return  # a disk that hangs: the thread ends with the process
         self._thread.join(END_S)
 
-    def _event(self, kind: str, **more: Any) -> Event:  # noqa: ANN401
+    def _event(self, kind: str, **more: object) -> Event:
         return {
             "timestamp": (self._time_ns + self._rig.start_wall_ns) * 1e-9,
             "monotonic_s": self._time_ns * 1e-9,

@@ -273,7 +273,7 @@ class Telemetry:
         of_motors = [] if self._newest is None else temperature_warnings(self._rig, self._newest)
         return of_motors + ([] if self._friction is None else self._friction.warnings())
 
-    def _send(self, topic: bytes, message: Any) -> None:  # noqa: ANN401
+    def _send(self, topic: bytes, message: object) -> None:
         """Send one message to every subscriber whose queue has room."""
         payload = encode(message)
         self.published += 1

@@ -155,8 +155,14 @@ def optoforce_vectors():
         ("stop", 15, False),
     ):
         one, written = optoforce.OptoForce16("port", rate_hz, filter_hz, zero), []
-        write = lambda self, payload, to=written: to.append(bytes(payload))  # noqa: E731
-        port = type("Port", (), {"write": write, "close": lambda self: None})
+        port = type(
+            "Port",
+            (),
+            {
+                "write": lambda self, payload, to=written: to.append(bytes(payload)),
+                "close": lambda self: None,
+            },
+        )
         optoforce.serial.Serial = lambda *_, kind=port, **__: kind()
         one.connect()
         given = {

@@ -13,10 +13,11 @@ import pytest
 from click.testing import CliRunner
 
 from rtctl.cli import bench, cli, main
-from rtctl.cli.json_text import json_text, plain
+from rtctl.cli.json_text import json_text
 from rtctl.control.vocabulary import State
 from rtctl.machine.examine import Report
 from rtctl.machine.line import Line
+from rtctl.plain_data import as_data
 from tests.bench.row import Row
 
 CLI = Path(bench.__file__).parent
@@ -50,7 +51,7 @@ def test_what_a_command_may_print_is_json(given, told):
 
 def test_what_is_no_data_is_refused():
     with pytest.raises(TypeError, match="object is no data"):
-        plain({"a": object()})
+        as_data({"a": object()})
 
 
 @pytest.mark.parametrize("value", [1, 1.5, np.float64(1.5), np.int64(1), math.nan, np.float64("nan")])

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from hw import registry
+from hw.can import dbc
 from hw.can.board_options import BoardOptions
 from hw.interface import BackendError, Rig
 from rtctl.errors import ConfigError
@@ -138,6 +139,14 @@ def test_a_dbc_signal_at_fault_is_named(tmp_path, change, text):
 def test_a_file_that_is_no_dbc_is_named(tmp_path):
     with pytest.raises(ValueError, match=r"board\.dbc: cannot read the DBC file"):
         board(tmp_path, text="not a database")
+
+
+@pytest.mark.filterwarnings("ignore:.*odxtools:DeprecationWarning")
+def test_a_description_of_diagnostics_is_no_description_of_frames(tmp_path):
+    path = tmp_path / "board.cdd"
+    path.write_text("<CANDELA><ECUDOC><ECU><VAR/></ECU></ECUDOC></CANDELA>")
+    with pytest.raises(BackendError, match=r"board\.cdd: describes diagnostics"):
+        dbc.load(path)
 
 
 FIELD = {"channel": "position", "start_bit": 0, "bits": 16, "unit": "count"}

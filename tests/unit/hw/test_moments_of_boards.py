@@ -2,6 +2,7 @@
 
 import math
 import struct
+from functools import partial
 
 import numpy as np
 import pytest
@@ -229,7 +230,7 @@ def test_boards_that_were_there_before_work_as_they_did():
 def test_a_line_that_cannot_carry_the_moments_is_refused():
     for channels, fits in ((["force"], True), (["force", "moment"], False)):
         options = SerialOptions.model_validate({"port": "/dev/x", "baud": 520_000, "channels": channels})
-        made = lambda options=options: SerialBackend(options.model_dump(mode="json"), RIG)  # noqa: E731
+        made = partial(SerialBackend, options.model_dump(mode="json"), RIG)
         if fits:
             made()
         else:
