@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
+from rtctl.cli.fit import command
 from rtctl.friction.learn import beside_speed
 from rtctl.friction.learn.fit import fit_points
 from rtctl.friction.learn.load_terms import Rows, fit_terms
@@ -127,3 +129,23 @@ def test_temperature_scales_friction_where_the_points_span_it():
 )
 def test_points_that_do_not_tell_temperature_say_so(points, reason):
     assert reason in warmth(points).reason
+
+
+def test_the_command_tells_load_and_temperature(tmp_path):
+    values, load_nm, fastest = plant("servo", "m3")
+    made, _ = loaded_gear.points(values, load_nm, fastest, 1e-3 * load_nm, seed=7, speeds=5)
+    header = "velocity_rad_s,friction_torque_nm,load_nm,temperature_c"
+    rows = zip(made.velocity_rad_s, made.direction * made.friction_nm, made.columns["load_nm"], strict=True)
+    path = tmp_path / "points.csv"
+    path.write_text(
+        "\n".join([header, *(f"{v:.6f},{f:.6f},{load:.6f},{25 + v / 50:.3f}" for v, f, load in rows)])
+    )
+    told = CliRunner().invoke(
+        command,
+        [str(path), "--out", str(tmp_path / "m.json"), "--C", "1", "--keep-outliers"],
+        catch_exceptions=False,
+    )
+    assert told.exit_code == 0, told.output
+    assert "Load: friction grows with it by the form load (outside 0.1 +- " in told.output
+    assert "Temperature: temperature spans 0.2 K: the data do not span it" in told.output
+    assert "95 % band, widest, mN m" in told.output
