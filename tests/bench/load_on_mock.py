@@ -15,12 +15,11 @@ import numpy as np
 
 from hw.mock.family import FAMILY
 from rtctl.friction.learn.beside_speed import rows_of
-from rtctl.friction.learn.load_terms import Rows, fit_terms
+from rtctl.friction.learn.load_terms import COEFFICIENTS, Rows, fit_terms
 from rtctl.friction.points import mock
 from rtctl.friction.points.measured import FrictionPoints
 from rtctl.rig_file.config import LoadedConfig, load
 from rtctl.simulation.family import with_plant
-from tests import loaded_gear
 
 SHIPPED = Path(__file__).parents[2] / "configs" / "mock.toml"
 
@@ -87,7 +86,7 @@ def main() -> None:
     rows, _ = rows_of(measured)
     told = FAMILY["load-dependent"].axis["load"]
     found = fit_terms("load_squared", rows)
-    for name in loaded_gear.COEFFICIENTS:
+    for name in COEFFICIENTS:
         true = told[name.replace("square_per_nm", "square_nm")]
         click.echo(f"{name}: {found.value(name):.4g}, in truth {true:.4g}")
     for rung in ("coulomb_viscous", "load", "load_stribeck", "load_by_flow", "load_squared"):
