@@ -18,8 +18,8 @@ import numpy as np
 from hw.mock.family import merged
 from rtctl.friction.learn import ladder
 from rtctl.friction.learn.hold_out import folds_of
+from rtctl.friction.points import mock
 from rtctl.friction.points.measured import FrictionPoints
-from rtctl.friction.points.mock import measure
 from rtctl.rig_file.config import LoadedConfig, load
 
 SHIPPED = Path(__file__).parents[2] / "configs" / "mock.toml"
@@ -29,6 +29,9 @@ DAYS = (0.97, 1.02, 0.99, 1.04, 0.96, 1.01, 1.05, 0.98, 1.00, 0.95, 1.03, 0.97)
 
 WARMING = -0.02
 """Change of the factor within a session."""
+
+SLOWEST = 0.05
+"""Slowest run of a session, rad/s; no break-away."""
 
 FIRST = 4
 """Sessions that are learned from before the first is foretold."""
@@ -49,10 +52,16 @@ def session(
     loaded: LoadedConfig, factor: float, number: int, levels: int, measurements: int
 ) -> list[tuple[float, ...]]:
     """Rows of (velocity, torque, std, count, log) of one session."""
-    script = {"points": ((0.0, factor - WARMING / 2, 1.0), (60.0, factor + WARMING / 2, 1.0)), **QUIET}
+    script = {"points": ((0.0, factor - WARMING / 2, 1.0), (120.0, factor + WARMING / 2, 1.0)), **QUIET}
     axes = [merged(axis, {"drift": script}) for axis in loaded.options["axis"]]
     changed = {**loaded.options, "axis": axes, "seed": number + 1}
-    measured = measure(loaded.model_copy(update={"options": changed}), levels, measurements)
+    rig = mock.Rig(loaded.model_copy(update={"options": changed}))
+    mock.constant_velocity_point(rig, 0.5, 2)  # bends the bristles once
+    measured = [
+        mock.constant_velocity_point(rig, sign * float(speed), measurements)
+        for sign in (1, -1)
+        for speed in np.geomspace(SLOWEST, mock.SPEED_MAX_RAD_S, levels)
+    ]
     return [(p.velocity_rad_s, p.friction_torque_nm, p.std_nm, p.count, number) for p in measured]
 
 

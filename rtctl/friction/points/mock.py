@@ -213,7 +213,7 @@ def turn_through(rig: Rig, phases: list[tuple[float, float]]) -> np.ndarray:
     return means_a
 
 
-def _constant_velocity_point(rig: Rig, velocity_rad_s: float, measurements: int) -> Point:
+def constant_velocity_point(rig: Rig, velocity_rad_s: float, measurements: int) -> Point:
     """Measure at one speed; slow runs jog on between measurements, so that all see the whole turn."""
     jog = math.copysign(max(JOG_RAD_S, abs(velocity_rad_s)), velocity_rad_s)
     jog_s = 2 * math.pi / measurements / abs(jog)
@@ -234,10 +234,10 @@ def measure(loaded: LoadedConfig, levels: int = LEVELS, measurements: int = MEAS
     rig.bias_a = float(_rest(rig.tick, state, params, rig.ticks(5.0)))
     points = []
     for direction in (1, -1):
-        _constant_velocity_point(rig, 0.5 * direction, 10)  # warm-up
+        constant_velocity_point(rig, 0.5 * direction, 10)  # warm-up
         points.append(_break_away_point(rig, direction, measurements))
         speeds = np.geomspace(SPEED_MIN_RAD_S, SPEED_MAX_RAD_S, levels)
-        points += [_constant_velocity_point(rig, direction * float(speed), measurements) for speed in speeds]
+        points += [constant_velocity_point(rig, direction * float(speed), measurements) for speed in speeds]
     return points
 
 

@@ -12,6 +12,8 @@ from rtctl.friction.learn.fit import fit_points
 from rtctl.friction.learn.load_terms import Rows, fit_terms
 from rtctl.friction.points.measured import FrictionPoints
 from rtctl.friction.report.beside_speed import body, sentences
+from rtctl.friction.report.evidence import gather
+from rtctl.friction.report.sentences import headline
 from tests import loaded_gear
 
 _SERVO = {"coulomb_nm": 0.06, "viscous_nms_rad": 0.04, "stribeck_rad_s": 1.5, "stribeck_power": 1.2}
@@ -149,3 +151,12 @@ def test_the_command_tells_load_and_temperature(tmp_path):
     assert "Load: friction grows with it by the form load (outside 0.1 +- " in told.output
     assert "Temperature: temperature spans 0.2 K: the data do not span it" in told.output
     assert "95 % band, widest, mN m" in told.output
+
+
+def test_the_report_says_what_the_points_do_not_span():
+    points = warm(0.0, 3.0)
+    said = headline(gather(points, fit_points(points, rig="mock", c=10.0), None))
+    assert "Load: no column load_nm: nothing is known of load." in said
+    assert any(
+        one.startswith("Temperature: temperature spans 3.0 K: the data do not span it") for one in said
+    )

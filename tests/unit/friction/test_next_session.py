@@ -6,7 +6,7 @@ from tests.bench import next_session
 
 def test_held_out_sessions_foretell_the_next_one():
     loaded = load(next_session.SHIPPED)
-    sessions = [next_session.session(loaded, day, at, 5, 2) for at, day in enumerate(next_session.DAYS[:7])]
+    sessions = [next_session.session(loaded, day, at, 6, 2) for at, day in enumerate(next_session.DAYS[:7])]
     found = next_session.foretold(sessions, ("coulomb_viscous", "lorentzian"))
     assert len(found) == 3
     assert 1 / 1.5 <= next_session.ratio(found) <= 1.5
