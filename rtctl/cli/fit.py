@@ -193,9 +193,10 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
     """
     from rtctl.cli import fit_advice, fit_judge, fit_report, ladder_report
     from rtctl.friction import artefact
-    from rtctl.friction.learn import fit, grids, hold_out
+    from rtctl.friction.learn import beside_speed, fit, grids, hold_out
     from rtctl.friction.learn.ladder import Options
     from rtctl.friction.learn.point_evidence import with_evidence
+    from rtctl.friction.report import beside_speed as report_beside
     from rtctl.friction.timing import evaluation_ns
 
     if judged is not None:
@@ -245,6 +246,7 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
     )
     model = with_evidence(model, measured, presliding_rad, plan.test)
     artefact.save(model, out)
+    beside = beside_speed.judge(model, measured, folds)
     if plot is not None:
         from rtctl.friction.report import figure
 
@@ -269,6 +271,7 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
         body |= fit_advice.body(model, plan.loaded, out)
         body |= {"report": str(page)} if page else {}
         body |= turn_body
+        body |= report_beside.body(*beside)
         if ladder is not None:
             body |= ladder_report.body(ladder)
         click.echo(json_text(body, indent=2))
@@ -277,8 +280,10 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
         ladder_report.show(ladder)
     fit_table.show(model.kind, rows)
     click.echo(f"presliding length: {fit_advice.presliding_text(model)}")
+    click.echo(fit_table.band_text(model))
     click.echo(f"\n{hold_out.describe(measured, folds)}")
     click.echo("\n".join(["", *over_turn])) if over_turn else None
+    click.echo("\n".join(["", *report_beside.sentences(*beside)]))
     fit_advice.show(model, plan.loaded, out)
     click.echo(
         f"\nmodel: {out}" + (f"\nplot:  {plot}" if plot else "") + (f"\nreport: {page}" if page else "")

@@ -37,6 +37,7 @@ _ROWS = (
     ("at, rad/s", "worst_at_rad_s", 1.0),
     ("stated bound, mN m", "bound_nm", 1e3),
     ("points that break it", "over_bound", 1.0),
+    ("outside the 95 % band, %", "outside_band_share", 1e2),
     ("Coulomb + viscous here, mN m", "floor_rmse_nm", 1e3),
 )
 

@@ -34,7 +34,7 @@ def options(command: Callable[..., None]) -> Callable[..., None]:
         "columns",
         multiple=True,
         metavar="ROLE=NAME[:UNIT[:SCALE]]",
-        help="ROLE: velocity, torque (or current, with N m/A as SCALE); position, load, temperature, time, log",
+        help="ROLE: velocity, torque (or current, with N m/A as SCALE); position, load, motor, temperature, time, log",
     )(command)
 
 

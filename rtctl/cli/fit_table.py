@@ -10,6 +10,9 @@ import click
 if TYPE_CHECKING:
     from rtctl.friction.model import FrictionModel
 
+FEW_SESSIONS = 5
+"""Fewer have hardly met what sessions differ by."""
+
 _TABLE: tuple[tuple[str, str, float, str], ...] = (
     ("points", "points", 1, "d"),
     ("support vectors", "support_vectors", 1, "d"),
@@ -19,6 +22,8 @@ _TABLE: tuple[tuple[str, str, float, str], ...] = (
     ("max training error, mN m", "train_max_error_nm", 1e3, ".3f"),
     ("RMS held-out error, mN m", "validation_rmse_nm", 1e3, ".3f"),
     ("max held-out error, mN m", "validation_max_error_nm", 1e3, ".3f"),
+    ("95 % band, narrowest, mN m", "band_least_nm", 1e3, ".3f"),
+    ("95 % band, widest, mN m", "band_most_nm", 1e3, ".3f"),
     ("compile error, N m", "compile_error_nm", 1, ".1e"),
     ("its proved bound, N m", "compile_bound_nm", 1, ".1e"),
     ("trained range, rad/s", "speed_max_rad_s", 1, ".4g"),
@@ -45,6 +50,8 @@ def rows(model: FrictionModel) -> list[dict[str, Any]]:
             "train_max_error_nm": branch.train_max_error_nm,
             "validation_rmse_nm": branch.validation_rmse_nm,
             "validation_max_error_nm": branch.validation_max_error_nm,
+            "band_least_nm": None if branch.band is None else min(branch.band.half_width_nm),
+            "band_most_nm": None if branch.band is None else branch.band.widest_nm,
             "compile_error_nm": compile_error_nm(branch),
             "compile_bound_nm": branch.rounding_bound_nm,
             "friction_lower_nm": branch.friction_lower_nm,
@@ -58,6 +65,21 @@ def rows(model: FrictionModel) -> list[dict[str, Any]]:
         }
         for direction, branch in zip((1, -1), model.branches, strict=True)
     ]
+
+
+def band_text(model: FrictionModel) -> str:
+    """What the model's band is from, in a sentence."""
+    from rtctl.friction.learn.hold_out import HELD_OUT
+
+    band = model.branches[0].band
+    if band is None:
+        return "band: none, as nothing could be learned without each part of the points"
+    said = f"band: 95 % of what was held out ({band.units} {HELD_OUT.get(band.way, band.way)}, {band.errors} errors) lies within it"
+    if band.way == "log" and band.units < FEW_SESSIONS:
+        return f"{said}; {band.units} sessions say little of the next one: record more"
+    if band.way in ("speed", "time"):
+        return f"{said}; one session says nothing of another one: fit several, each a log of its own"
+    return said
 
 
 def show(kind: str, found: Sequence[Mapping[str, Any]]) -> None:

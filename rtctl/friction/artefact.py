@@ -20,8 +20,15 @@ from pydantic import ValidationError
 from hw.outside import read_bounded, require_sane, shown
 from hw.plain_words import explain, written
 from rtctl.errors import ModelError
-from rtctl.friction import place_document
-from rtctl.friction.document import FORMAT, SCHEMA, BranchDocument, ModelDocument, checksum, render
+from rtctl.friction import band_document, place_document
+from rtctl.friction.document import (
+    FORMAT,
+    SCHEMA,
+    BranchDocument,
+    ModelDocument,
+    checksum,
+    render,
+)
 from rtctl.friction.kinds.compile import TOLERANCE_SHARE, sampled_error
 from rtctl.friction.kinds.cubic import PiecewiseCubic
 from rtctl.friction.kinds.table import KINDS
@@ -219,6 +226,9 @@ def _check_branch(path: Path, key: str, branch: Branch) -> None:
         )
     if knots[0] != 0 or not (np.diff(knots) > 0).all() or knots[-1] > branch.speed_max_rad_s:
         _refuse(path, f"{key}.knots", "must begin at 0 and rise strictly within the trained range")
+    wrong = band_document.refusal(branch.band)
+    if wrong:
+        _refuse(path, f"{key}.band", wrong)
     speeds = branch.curve.extreme_speeds(branch.speed_max_rad_s)
     values = branch.magnitude(speeds)
     if not (values > 0).all():
@@ -261,6 +271,7 @@ def _document(model: FrictionModel) -> dict[str, Any]:
     def branch(b: Branch) -> dict[str, Any]:
         out = {name: getattr(b, name) for name in _SCALARS}
         out.update({name: getattr(b, derived) for name, derived in _DERIVED.items()})
+        out |= band_document.body(b.band)
         out["support_vectors"] = b.support_vectors.tolist()
         out["dual_coef"] = b.dual_coef.tolist()
         if model.place is not None:
@@ -294,6 +305,7 @@ def _model(document: ModelDocument) -> FrictionModel:
             support_places=np.array(d.support_places, dtype=float),
             curve=PiecewiseCubic(np.array(d.knots, dtype=float), np.array(d.coefficients, dtype=float)),
             kind=document.kind,
+            band=band_document.part(d.band),
             **{name: getattr(d, name) for name in _SCALARS},
         )
 

@@ -37,6 +37,16 @@ Period = Annotated[float, Field(ge=1e-3, le=1e4)]
 Presliding = Annotated[float, Field(gt=0, le=LENGTH_MAX_RAD)]
 
 
+class BandDocument(Table):
+    """The band: the fields of `rtctl.friction.band.Band`."""
+
+    edges_rad_s: list[Speed] = Field(max_length=16)
+    half_width_nm: list[Torque] = Field(min_length=1, max_length=17)
+    way: Text
+    units: int = Field(ge=1, le=10**9)
+    errors: int = Field(ge=1, le=10**9)
+
+
 class BranchDocument(Table):
     """One direction; the fields are those of `rtctl.friction.model.Branch`."""
 
@@ -58,6 +68,7 @@ class BranchDocument(Table):
     support_places: list[Position] = Field(default=[], max_length=MAX_SEGMENTS)
     test_max_error_nm: Torque | None = None
     single_max_error_nm: Torque | None = None
+    band: BandDocument | None = None
     hyper_parameters: dict[Text, Number] = Field(max_length=16)
     parameters: dict[Text, Number] = Field(max_length=16)
     intercept: Number

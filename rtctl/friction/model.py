@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rtctl.control.records import LOOKUP_CELLS, MODEL
+from rtctl.friction.band import Band
 from rtctl.friction.kinds.compile import error_bound
 from rtctl.friction.kinds.cubic import PiecewiseCubic
 from rtctl.friction.kinds.curve import Curve
@@ -55,6 +56,8 @@ class Branch:
     single_max_error_nm: float | None = None
     support_places: np.ndarray = field(default_factory=lambda: np.zeros(0))
     """Position of each support vector, rad, of a model with a kernel of place (`FrictionModel.place`); else empty."""
+    band: Band | None = None
+    """Within it lie 95 % of what a session measures that was not learned from; None: not known."""
 
     def place_tables(self, kernel: PlaceKernel | None) -> PlaceTables | None:
         """What place adds to the curve; None for a curve of speed alone."""
@@ -98,8 +101,9 @@ class Branch:
 
     @property
     def error_max_nm(self) -> float:
-        """Largest known error of the curve: trained, held-out and test points, and single measurements behind them, N m."""
-        beside = (self.test_max_error_nm or 0.0, self.single_max_error_nm or 0.0)
+        """Largest known error of the curve: trained, held-out and test points, single measurements behind them, and the band, N m."""
+        band_nm = 0.0 if self.band is None else self.band.widest_nm
+        beside = (self.test_max_error_nm or 0.0, self.single_max_error_nm or 0.0, band_nm)
         return max(self.train_max_error_nm, self.validation_max_error_nm, *beside)
 
 

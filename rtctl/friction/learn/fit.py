@@ -16,7 +16,7 @@ from rtctl import __version__
 from rtctl.errors import DataError, ModelError
 from rtctl.friction.kinds.compile import compile_curve
 from rtctl.friction.kinds.curve import Curve
-from rtctl.friction.learn import machines
+from rtctl.friction.learn import bands, machines
 from rtctl.friction.learn.hold_out import TRAINS, folds_by_speed, folds_of
 from rtctl.friction.learn.machines import Candidate, FailedFitError
 from rtctl.friction.model import Branch, FrictionModel, self_test_vectors
@@ -224,7 +224,10 @@ def fit_points(
             branches.append(fit_branch(*points.branch(direction), c=c, epsilon_nm=epsilon_nm, fold=fold))
         except DataError as error:
             raise DataError(f"{points.source}: direction {direction:+d}: {error}") from error
-    return assemble(points, (branches[0], branches[1]), rig=rig, fade_rad_s=fade_rad_s)
+    chosen = [Candidate("epsilon", "spline", one.hyper_parameters["C"], epsilon_nm) for one in branches]
+    band = bands.band_of(points, list(zip(chosen, (1, -1), strict=True)), folds, break_away_weight=1.0)
+    both = bands.with_band((branches[0], branches[1]), band)
+    return assemble(points, both, rig=rig, fade_rad_s=fade_rad_s)
 
 
 def assemble(

@@ -46,7 +46,7 @@ def way_for(points: FrictionPoints, wanted: str = "auto") -> str:
             units_of(points, wanted)
         return wanted
     single = bool((np.isnan(points.count) | (points.count <= 1)).all())
-    if _several_logs(points):
+    if several_logs(points):
         return "log"
     if single and _complete(points, "time_s"):
         return "time" if laps_of(points) is None else "lap"
@@ -107,8 +107,8 @@ def _complete(points: FrictionPoints, name: str) -> bool:
     return column is not None and bool(np.isfinite(column).all())
 
 
-def _several_logs(points: FrictionPoints) -> bool:
-    """Whether there are logs to hold out, each with both directions."""
+def several_logs(points: FrictionPoints) -> bool:
+    """Whether there are logs to hold out, each with both directions: sessions."""
     if not _complete(points, "log"):
         return False
     numbers = [set(points.columns["log"][points.direction == direction]) for direction in (1, -1)]

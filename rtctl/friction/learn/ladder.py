@@ -9,7 +9,7 @@ import numpy as np
 
 from rtctl.errors import DataError
 from rtctl.friction.kinds.table import FAMILIES
-from rtctl.friction.learn import fit, grids, pool, search
+from rtctl.friction.learn import bands, fit, grids, pool, search
 from rtctl.friction.learn.machines import Candidate, FailedFitError, train
 from rtctl.friction.learn.search import Score, Side
 from rtctl.friction.learn.selection import Choice, Rung, as_good, choose, climb, tolerance_nm
@@ -210,6 +210,8 @@ def learn(
     except DataError as error:
         what = f"{points.source}: {rung.family}: {error}"
         raise DataError(f"{what}; choose another family (--kernel)") from error
+    band = bands.of_scores(points, rung.scores, ladder.folds, _weight(ladder))
+    branches = bands.with_band(branches, band)
     model = fit.assemble(points, branches, rig=rig, fade_rad_s=fade_rad_s, selection=ladder.explanation)
     return replace(model, kind=branches[0].kind)
 

@@ -26,7 +26,9 @@ class Generalisation:
     """Errors (N m) of the fits on what each never saw, `rmse_nm` with its standard error `se_nm`; `chosen` rung of each fold.
 
     `held_out_nm` is what the ladders themselves held out of the rungs they chose, RMS over the folds: what they promised.
-    `of_rungs` has (error, its standard error) of every rung that each fit could learn, when they were asked for, N m.
+    `of_rungs` has (error, its standard error) of every rung that each fit could learn, when they were asked for, N m. `covered` is the
+    share of what was held out that lies within the band of the fit without it (`band.Band`), 0 to 1, of the choice (`CHOSEN`) and of every such rung;
+    without a name where some fit has no band.
     """
 
     rmse_nm: float
@@ -34,6 +36,7 @@ class Generalisation:
     held_out_nm: float
     chosen: tuple[str, ...]
     of_rungs: dict[str, tuple[float, float]] = field(default_factory=dict)
+    covered: dict[str, float] = field(default_factory=dict)
 
     def __str__(self) -> str:
         """In a sentence."""
@@ -59,6 +62,7 @@ def generalisation(
     fold = _folds(points, options.folds)
     unit = units_of(points, options.folds)
     errors: dict[str, list[np.ndarray]] = {}
+    inside: dict[str, list[np.ndarray]] = {}
     blocks, chosen, promised = [], [], []
     folds = np.unique(fold[fold != TRAINS])
     if len(folds) < 3:  # one log is left, which has no other to be held out with
@@ -79,7 +83,11 @@ def generalisation(
         fastest = np.array([branch.speed_max_rad_s for branch in models[CHOSEN].branches])
         rows = rows[speed <= fastest[side]]
         for name, model in models.items():
-            errors.setdefault(name, []).append(_predicted(model, points, rows) - points.friction_nm[rows])
+            error = _predicted(model, points, rows) - points.friction_nm[rows]
+            errors.setdefault(name, []).append(error)
+            band = model.branches[0].band  # both directions share it
+            if band is not None:
+                inside.setdefault(name, []).append(band.holds(np.abs(points.velocity_rad_s[rows]), error))
         blocks.append(unit[rows])
     if not blocks:
         raise DataError(f"{points.source}: no fold to hold out; add points")
@@ -87,7 +95,12 @@ def generalisation(
     figures = {name: _figures(parts, block) for name, parts in errors.items() if len(parts) == len(blocks)}
     rmse_nm, se_nm = figures.pop(CHOSEN)
     held_out_nm = float(np.sqrt(np.mean(np.square(promised))))
-    return Generalisation(rmse_nm, se_nm, held_out_nm, tuple(chosen), figures)
+    covered = {
+        name: float(np.mean(np.concatenate(parts)))
+        for name, parts in inside.items()
+        if len(parts) == len(blocks)
+    }
+    return Generalisation(rmse_nm, se_nm, held_out_nm, tuple(chosen), figures, covered)
 
 
 def _figures(parts: list[np.ndarray], block: np.ndarray) -> tuple[float, float]:

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rtctl.errors import DataError
+from rtctl.friction.band import Band
 from rtctl.friction.kinds.curve import Curve
 from rtctl.friction.kinds.harmonics import Harmonics
 from rtctl.friction.kinds.place import SPEEDS_MOST, WAVES_MOST, PlaceKernel, compile_place
@@ -225,8 +226,18 @@ def _branch(before: Branch, side: _Side, rung: PlaceRung) -> Branch:
     return replace(
         branch,
         support_places=rows.x,
+        band=_band_about(before, branch),
         place_spread_nm=spread,
         train_mean_error_nm=float(residual.mean()),
         train_rmse_nm=float(np.sqrt(np.mean(residual**2))),
         train_max_error_nm=float(residual.max()),
     )
+
+
+def _band_about(before: Branch, after: Branch) -> Band | None:
+    """The band of the curve of speed, about the curve of speed and place: wider by as much as the two are apart."""
+    if before.band is None:
+        return None
+    end = min(before.speed_max_rad_s, after.speed_max_rad_s)
+    v = np.union1d(before.curve.extreme_speeds(end), after.curve.extreme_speeds(end))
+    return before.band.widened(float(np.abs(after.magnitude(v) - before.magnitude(v)).max()))

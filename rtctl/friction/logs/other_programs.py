@@ -36,6 +36,7 @@ BESIDE = {
     "time": "time_s",
     "position": "position_rad",
     "load": "load_nm",
+    "motor": "motor_nm",
     "temperature": "temperature_c",
     "log": "log",
 }
@@ -56,6 +57,7 @@ _UNITS: dict[str, Mapping[str, float]] = {
     "time": TIME_UNITS,
     "position": {name: unit for name, unit in ANGLE_UNITS.items() if name != "counts"},
     "load": TORQUE_UNITS,
+    "motor": TORQUE_UNITS,
     "temperature": {"degC": 1.0},
     "log": {"": 1.0},
 }
@@ -83,6 +85,7 @@ class Columns(BaseModel):
     time: TimeColumn | None = None
     position: PositionColumn | None = None
     load: TorqueColumn | None = None
+    motor: TorqueColumn | None = None
     temperature: TemperatureColumn | None = None
     log: LogColumn | None = None
 

@@ -190,7 +190,7 @@ def _break_away_point(rig: Rig, direction: int, measurements: int) -> Point:
     positions_rad, currents_a = np.empty((2, rig.ticks(RAMP_MAX_S)))
     look_back, ramps = rig.ticks(0.01), list[Ramp | None]()
     for k in range(measurements):
-        _turn_through(rig, [(direction * JOG_RAD_S, 2 * math.pi / measurements / JOG_RAD_S), (0.0, PAUSE_S)])
+        turn_through(rig, [(direction * JOG_RAD_S, 2 * math.pi / measurements / JOG_RAD_S), (0.0, PAUSE_S)])
         _rest(rig.tick, state, params, rig.ticks(PAUSE_S))
         moving_rad = MOVING_COUNTS * rig.count_rad
         began = _break_away(rig.tick, state, params, step_a, moving_rad, look_back, positions_rad, currents_a)
@@ -201,7 +201,7 @@ def _break_away_point(rig: Rig, direction: int, measurements: int) -> Point:
     return _point(samples, 0.0, direction, presliding([ramp for ramp in ramps if ramp]))
 
 
-def _turn_through(rig: Rig, phases: list[tuple[float, float]]) -> np.ndarray:
+def turn_through(rig: Rig, phases: list[tuple[float, float]]) -> np.ndarray:
     """Turn through `phases` of (velocity rad/s, seconds) from rest; returns each one's mean current, A."""
     params, state = rig.plant
     position_rad = float(rig.tick["position_rad"][0, 0])
@@ -213,13 +213,13 @@ def _turn_through(rig: Rig, phases: list[tuple[float, float]]) -> np.ndarray:
     return means_a
 
 
-def _constant_velocity_point(rig: Rig, velocity_rad_s: float, measurements: int) -> Point:
+def constant_velocity_point(rig: Rig, velocity_rad_s: float, measurements: int) -> Point:
     """Measure at one speed; slow runs jog on between measurements, so that all see the whole turn."""
     jog = math.copysign(max(JOG_RAD_S, abs(velocity_rad_s)), velocity_rad_s)
     jog_s = 2 * math.pi / measurements / abs(jog)
     settle_s = SETTLE_S + SETTLE_RAD / abs(velocity_rad_s)
     cycle = [(jog, jog_s), (velocity_rad_s, settle_s), (velocity_rad_s, WINDOW_S)]
-    means_a = _turn_through(rig, [(velocity_rad_s, SETTLE_S), *(cycle * measurements)])[3::3]
+    means_a = turn_through(rig, [(velocity_rad_s, SETTLE_S), *(cycle * measurements)])[3::3]
     samples_nm = (means_a - rig.bias_a) * rig.torque_per_ampere
     return _point(samples_nm, velocity_rad_s, int(math.copysign(1, velocity_rad_s)))
 
@@ -234,10 +234,10 @@ def measure(loaded: LoadedConfig, levels: int = LEVELS, measurements: int = MEAS
     rig.bias_a = float(_rest(rig.tick, state, params, rig.ticks(5.0)))
     points = []
     for direction in (1, -1):
-        _constant_velocity_point(rig, 0.5 * direction, 10)  # warm-up
+        constant_velocity_point(rig, 0.5 * direction, 10)  # warm-up
         points.append(_break_away_point(rig, direction, measurements))
         speeds = np.geomspace(SPEED_MIN_RAD_S, SPEED_MAX_RAD_S, levels)
-        points += [_constant_velocity_point(rig, direction * float(speed), measurements) for speed in speeds]
+        points += [constant_velocity_point(rig, direction * float(speed), measurements) for speed in speeds]
     return points
 
 

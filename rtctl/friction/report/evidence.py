@@ -14,6 +14,7 @@ import numpy as np
 from rtctl.friction.kinds.curve import Curve
 from rtctl.friction.kinds.table import FORMULAS
 from rtctl.friction.learn import fit, search
+from rtctl.friction.learn.beside_speed import LoadVerdict, Warmth, judge
 from rtctl.friction.learn.hold_out import TRAINS, folds_of
 from rtctl.friction.learn.ladder import Ladder
 from rtctl.friction.learn.machines import Candidate, FailedFitError, train
@@ -71,7 +72,7 @@ class Evidence:
     """Everything a report says. `boundary_rad_s` parts low from high speed.
 
     `lost` names the families that could not be trained on all points, and why. `folds` is how points were held
-    out, of `hold_out.WAYS`.
+    out, of `hold_out.WAYS`. `beside` is what is known of load and temperature; None: not looked at.
     """
 
     points: FrictionPoints
@@ -85,6 +86,7 @@ class Evidence:
     lost: dict[str, str] = field(default_factory=dict)
     extra: dict[str, np.ndarray] = field(default_factory=dict)
     folds: str = "speed"
+    beside: tuple[LoadVerdict, Warmth] | None = None
 
     def of(self, family: str) -> list[Learned]:
         """Both directions of one family; empty when it was not learned."""
@@ -162,6 +164,7 @@ def gather(
         lost=lost,
         extra={name: points.columns[name] for name in EXTRA_COLUMNS if name in points.columns},
         folds=folds,
+        beside=judge(model, points, folds),
     )
 
 

@@ -22,7 +22,10 @@ NEAR = 1.1
 
 @dataclass(frozen=True)
 class Line:
-    """One rung: held-out RMSE with its 95 % interval, and the nested one, N m; None where there is none. `refused` says why."""
+    """One rung: held-out RMSE with its 95 % interval, and the nested one, N m; None where there is none. `refused` says why.
+
+    `covered` is the share of what was held out that lies in the band of the fit without it, 0 to 1; None: no band.
+    """
 
     family: str
     held_out_nm: float | None
@@ -32,13 +35,15 @@ class Line:
     nested_nm: float | None
     nested_se_nm: float
     refused: str
+    covered: float | None = None
 
 
 @dataclass(frozen=True)
 class Found:
     """One set. Errors in N m; `friction_nm` is the RMS of what was measured, `floor_nm` the scatter of points about a smooth curve of their own.
 
-    `chosen_nm` is the nested error of whatever the ladder chose each time, `chosen_held_out_nm` what it then held out.
+    `chosen_nm` is the nested error of whatever the ladder chose each time, `chosen_held_out_nm` what it then held out,
+    `chosen_covered` the share of it that lay in the band.
     """
 
     name: str
@@ -53,6 +58,7 @@ class Found:
     chosen_held_out_nm: float
     lines: tuple[Line, ...]
     notes: tuple[str, ...]
+    chosen_covered: float | None = None
 
     @property
     def judged(self) -> list[Line]:
@@ -89,7 +95,8 @@ def judge_set(
         chosen=whole.choice.chosen.family,
         chosen_nm=without.rmse_nm,
         chosen_held_out_nm=without.held_out_nm,
-        lines=tuple(_line(rung, without.of_rungs.get(rung.family)) for rung in whole.choice.rungs),
+        chosen_covered=without.covered.get(nested.CHOSEN),
+        lines=tuple(_line(rung, without) for rung in whole.choice.rungs),
         notes=tuple(dict.fromkeys(_without_files(note) for note in notes)),
     )
 
@@ -99,12 +106,22 @@ def _without_files(note: str) -> str:
     return re.sub(r"^(\S+\.\w+,? )*\S+\.\w+: ", "", note)
 
 
-def _line(rung: Rung, without: tuple[float, float] | None) -> Line:
+def _line(rung: Rung, without: nested.Generalisation) -> Line:
     low, high = (0.0, 0.0) if rung.refused else interval_nm(rung)
-    nested_nm, se_nm = without or (None, 0.0)
+    nested_nm, se_nm = without.of_rungs.get(rung.family) or (None, 0.0)
     terms = " + ".join(f"{score.n_terms:.0f}" for score in rung.scores)
     held_out = None if rung.refused else rung.rmse_nm
-    return Line(rung.family, held_out, low, high, terms, nested_nm, se_nm, rung.refused or "")
+    return Line(
+        rung.family,
+        held_out,
+        low,
+        high,
+        terms,
+        nested_nm,
+        se_nm,
+        rung.refused or "",
+        without.covered.get(rung.family),
+    )
 
 
 def page(found: Sequence[Found], command: str) -> str:
@@ -126,6 +143,7 @@ _HOW = f"""- **Held out** is the RMS error of the ladder's own cross-validation,
   blocks Student's t. It is the least of many, so it is a little too small.
 - **Without it** is the generalisation error: everything is chosen and learned anew without each fold (a whole session where there are several), and
   judged by that fold. Verdicts stand on it: up to {NEAR:g} times the least is as good.
+- **In the band** is how much of what was held out lies in the 95 % band of the fit without it (docs/friction.md); 90 to 99 % is as it should be.
 - **The floor** is the scatter of the points about a smooth curve of their own: no model of speed errs less on them.
 - **Refused** is what the points cannot tell, or what cannot be compiled, on all points; a dash in *without it*: without some fold."""
 
@@ -162,15 +180,22 @@ def _agreement(one: Found) -> str:
     best = "as good as the best rung" if share <= NEAR else f"{share:.2f} times the best rung"
     return (
         f"What the ladder chooses errs {_mnm(one.chosen_nm)} mN m on what it did not see, {told} ({_mnm(one.chosen_held_out_nm)} mN m; "
-        f"{times:.2f} times), and is {best}."
+        f"{times:.2f} times), and is {best}. {_in_band(one)}"
     )
+
+
+def _in_band(one: Found) -> str:
+    """What the band of the choice was worth on what it never saw."""
+    if one.chosen_covered is None:
+        return "It has no band."
+    return f"Its 95 % band holds {100 * one.chosen_covered:.1f} % of that."
 
 
 def _of_set(one: Found) -> list[str]:
     words = formula_or_machine(_rows(one))[1]
     rows = [
-        "| model | held out, mN m | 95 % interval | without it, mN m | numbers | verdict |",
-        "|---|---|---|---|---|---|",
+        "| model | held out, mN m | 95 % interval | without it, mN m | numbers | verdict | in the band, % |",
+        "|---|---|---|---|---|---|---|",
     ]
     rows += [_cells(line, one) for line in one.lines]
     what = f"{one.units} {hold_out.HELD_OUT[one.way]}"
@@ -186,10 +211,11 @@ def _of_set(one: Found) -> list[str]:
 
 def _cells(line: Line, one: Found) -> str:
     if line.held_out_nm is None:
-        return f"| `{line.family}` | - | - | - | - | refused: {line.refused} |"
+        return f"| `{line.family}` | - | - | - | - | refused: {line.refused} | - |"
     span = f"{_mnm(line.low_nm)} to {_mnm(line.high_nm)}"
     nested_nm = "-" if line.nested_nm is None else _mnm(line.nested_nm)
-    return f"| `{line.family}` | {_mnm(line.held_out_nm)} | {span} | {nested_nm} | {line.terms} | {_verdict(line, one)} |"
+    covered = "-" if line.covered is None else f"{100 * line.covered:.1f}"
+    return f"| `{line.family}` | {_mnm(line.held_out_nm)} | {span} | {nested_nm} | {line.terms} | {_verdict(line, one)} | {covered} |"
 
 
 def _verdict(line: Line, one: Found) -> str:

@@ -65,6 +65,12 @@ def _draw_branch(
             color="tab:blue",
             label=names(f"epsilon tube, {1e3 * epsilon:.3g} mN m at v > 0"),
         )
+    if branch.band is not None:
+        wide = branch.band.at(v)
+        outer = np.concatenate([curve - wide, [np.nan], curve + wide])
+        label = names("95 % band, of what was held out")
+        at_both = sign * np.concatenate([v, [np.nan], v])
+        plot.plot(at_both, sign * outer, ":", color="tab:blue", linewidth=1, label=label)
     plot.plot(sign * speed, sign * friction_nm, ".", color="tab:gray", label=names("points"))
     measured_range.draw(plot, sign * v, sign * curve, speed, label=names("learned friction"))
     at = branch.support_vectors

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rtctl.friction.band import Band
 from rtctl.friction.report import measured_range
 from rtctl.friction.report.evidence import EXTRA_COLUMNS, Errors, Evidence, Learned, interval_nm
 
@@ -23,11 +24,13 @@ def curves(evidence: Evidence, family: str) -> bytes:
     """Draw points, curve, tube and support vectors of one family: each direction, whole range and low speeds."""
     figure = _figure(10, 7.2)
     plots = figure.subplots(2, 2, squeeze=False)
-    for row, one in zip(plots, evidence.of(family), strict=True):
+    bands = [branch.band if family == evidence.chosen else None for branch in evidence.model.branches]
+    for row, one, band in zip(plots, evidence.of(family), bands, strict=True):
         speed, friction_nm = evidence.points.branch(one.direction)
         for plot, end in zip(row, (float(speed.max()), evidence.boundary_rad_s), strict=True):
             inside = speed <= end
             _curve(plot, one, np.linspace(0, end, 800), speed)
+            _band(plot, one, band, np.linspace(0, end, 800))
             plot.plot(speed[inside], friction_nm[inside], ".", color="0.35", markersize=4, label="points")
             _support(plot, one, speed, friction_nm, end)
             part = "whole range" if end > evidence.boundary_rad_s else "low speed"
@@ -54,6 +57,15 @@ def _curve(plot: Axes, one: Learned, v: np.ndarray, speed: np.ndarray) -> None:
             label="epsilon tube",
         )
     measured_range.draw(plot, v, curve, speed, linewidth=1.3, label="learned friction")
+
+
+def _band(plot: Axes, one: Learned, band: Band | None, v: np.ndarray) -> None:
+    if band is None:
+        return
+    curve, wide = one.curve(v), band.at(v)
+    twice, gap = np.concatenate([v, [np.nan], v]), [np.nan]
+    outer = np.concatenate([curve - wide, gap, curve + wide])
+    plot.plot(twice, outer, ":", color="tab:blue", linewidth=1, label="95 % band")
 
 
 def _support(plot: Axes, one: Learned, speed: np.ndarray, friction_nm: np.ndarray, end: float) -> None:

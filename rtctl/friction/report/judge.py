@@ -17,7 +17,8 @@ class Judgement:
     `error_share` is the RMSE over the RMS of the measured friction. `outside` counts points faster than the
     trained range, which count in no error. `over_bound` counts points within the range that the model misses by more
     than its file states (`bound_nm`). `floor_rmse_nm` is the RMSE of Coulomb + viscous fitted to these very
-    points. None where no point lies within the range.
+    points. `outside_band_share` is the share of points outside the model's band, 0 to 1 (None also without a band). None where
+    no point lies within the range.
     """
 
     direction: int
@@ -31,6 +32,11 @@ class Judgement:
     worst_nm: float | None = None
     worst_at_rad_s: float | None = None
     floor_rmse_nm: float | None = None
+    outside_band_share: float | None = None
+
+
+OUTSIDE_MOST = 0.1
+"""Share of a session beyond a band that is for 95 % of it, from which the band does not hold: twice what it allows."""
 
 
 def judge(model: FrictionModel, points: FrictionPoints) -> tuple[Judgement, Judgement]:
@@ -51,6 +57,8 @@ def faults(found: tuple[Judgement, ...]) -> list[str]:
             said.append(f"{at} {one.outside} of {one.points} points are faster than the trained range")
         if one.over_bound:
             said.append(f"{at} {one.over_bound} points break the stated bound of {one.bound_nm:.4g} N m")
+        if one.outside_band_share is not None and one.outside_band_share > OUTSIDE_MOST:
+            said.append(f"{at} {100 * one.outside_band_share:.0f} % of the points lie outside the 95 % band")
         if one.rmse_nm > one.floor_rmse_nm * (1 + 1e-9) + 1e-12:
             said.append(f"{at} Coulomb + viscous fitted to these points is nearer to them")
     return said
@@ -79,4 +87,5 @@ def _of(branch: Branch, speed: np.ndarray, friction_nm: np.ndarray, direction: i
         float(error[worst]),
         float(v[worst]),
         float(np.sqrt(np.mean(floor**2))),
+        None if branch.band is None else 1 - float(np.mean(branch.band.holds(v, error))),
     )

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rtctl.friction.kinds.table import FORMULAS
-from rtctl.friction.report import tables
+from rtctl.friction.report import beside_speed, tables
 from rtctl.friction.report.evidence import Evidence
 
 AGREES = 1.5
@@ -30,6 +30,8 @@ def headline(evidence: Evidence) -> list[str]:
         of_bound(tables.model_rows(evidence)),
         of_left_out(0 if left_out is None else int(left_out.sum()), len(evidence.points.direction)),
     ]
+    if evidence.beside is not None:
+        said += beside_speed.sentences(*evidence.beside)
     return [sentence for sentence in said if sentence]
 
 
@@ -106,6 +108,7 @@ _BOUNDS = {
     "validation_max_error_nm": "what was held out of them",
     "test_max_error_nm": "the test points",
     "single_max_error_nm": "single measurements, which the points are means of",
+    "band_most_nm": "the band, which is stretched as there was little to hold out",
 }
 
 

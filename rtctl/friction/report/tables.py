@@ -189,6 +189,9 @@ def model_rows(evidence: Evidence) -> dict[str, list[float | None]]:
         found[name] = [float(getattr(branch, name)) for branch in branches]
     for name in ("test_max_error_nm", "single_max_error_nm"):
         found[name] = [getattr(branch, name) for branch in branches]
+    bands = [branch.band for branch in branches]
+    found["band_least_nm"] = [None if band is None else min(band.half_width_nm) for band in bands]
+    found["band_most_nm"] = [None if band is None else band.widest_nm for band in bands]
     found["place_spread_nm"] = [branch.place_spread_nm for branch in branches]
     for name in ("presliding_rad", "presliding_spread_rad"):
         found[name] = [getattr(evidence.model, name)] * len(branches)

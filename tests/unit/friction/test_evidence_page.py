@@ -80,6 +80,16 @@ def test_every_rung_has_its_row_with_interval_floor_and_verdict():
         assert row in text
 
 
+def test_what_the_bands_were_worth_is_told():
+    covered = replace(MACHINE_WINS.lines[0], covered=0.956)
+    one = replace(MACHINE_WINS, lines=(covered, *MACHINE_WINS.lines[1:]), chosen_covered=0.956)
+    text = page([one, FORMULA_WINS], "x")
+    assert "Its 95 % band holds 95.6 % of that." in text
+    assert "the least error, by a machine | 95.6 |" in text
+    assert "It has no band." in text
+    assert "4 + 4 | 3 times the best | - |" in text
+
+
 @pytest.mark.parametrize(
     ("more", "said"),
     [

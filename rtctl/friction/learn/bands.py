@@ -1,0 +1,111 @@
+"""Learn the band of a curve from what was held out of it: whole sessions where there are some.
+
+Conformal prediction, of normalised errors: the scale of the held-out errors by region of speed, times that quantile of the errors in
+their scale which a further one exceeds once in twenty. Nothing is supposed of their distribution, only that the next session is
+another one of the same kind.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from rtctl.friction.band import LEVEL, Band
+from rtctl.friction.learn import search
+from rtctl.friction.learn.hold_out import TRAINS, several_logs
+from rtctl.friction.learn.machines import Candidate
+from rtctl.friction.learn.search import Score
+from rtctl.friction.model import Branch
+from rtctl.friction.points.measured import FrictionPoints
+
+SURE = 2.0
+"""Standard errors of the held-out error by which the band is stretched: candidates are chosen for a small one, which is partly luck."""
+
+REGIONS = 3
+"""Most regions of speed."""
+
+REGION_MIN = 20
+"""Fewest held-out errors of a region: fewer do not know their own scale."""
+
+
+def way_of(points: FrictionPoints, folds: str) -> str:
+    """What is held out for the band: sessions where there are two or more, else what the fit holds out."""
+    return "log" if several_logs(points) else folds
+
+
+def band_of(
+    points: FrictionPoints,
+    candidates: Sequence[tuple[Candidate, int]],
+    folds: str,
+    break_away_weight: float = search.BREAK_AWAY_WEIGHT,
+) -> Band | None:
+    """The band of a fit.
+
+    Parameters
+    ----------
+    candidates
+        What was learned, with the direction it was learned from: +1 and -1, or 0 alone for one symmetric curve.
+    folds
+        How the fit held out, of `hold_out.WAYS`.
+
+    Returns
+    -------
+    Band or None
+        None where it cannot be learned without each of the units held out: nothing is known of a session then.
+    """
+    way = way_of(points, folds)
+    sides = [search.side(points, direction, break_away_weight, way) for _, direction in candidates]
+    scores = [search.cross_validate(one, data) for (one, _), data in zip(candidates, sides, strict=True)]
+    if any(score.failed for score in scores):
+        return None
+    speed = np.concatenate([data.speed[data.fold != TRAINS] for data in sides])
+    block = np.concatenate([score.blocks for score in scores if score.blocks is not None])
+    return of_errors(speed, np.concatenate([score.errors for score in scores]), block, way)
+
+
+def of_scores(
+    points: FrictionPoints, scores: Sequence[Score], folds: str, break_away_weight: float
+) -> Band | None:
+    """The band of the candidates that a ladder chose."""
+    return band_of(points, [(one.candidate, one.direction) for one in scores], folds, break_away_weight)
+
+
+def with_band(branches: tuple[Branch, Branch], band: Band | None) -> tuple[Branch, Branch]:
+    """Both branches, with this band."""
+    forward, backward = (replace(branch, band=band) for branch in branches)
+    return forward, backward
+
+
+def of_errors(speed: np.ndarray, error_nm: np.ndarray, block: np.ndarray, way: str) -> Band | None:
+    """The band of held-out errors (N m) at their speeds (rad/s), each of its block (`hold_out.units_of`), shape (n,); None of no errors.
+
+    Notes
+    -----
+    Of n errors in their own scale the one of rank ceil((n + 1) LEVEL) bounds another one with probability LEVEL at least; where n is below
+    19 there is no such rank, and the largest is stretched by 1 + 1/n. The RMS of the errors is known to some standard errors only, by blocks (few blocks: error
+    by error), and is the least of many candidates': the band is stretched by `SURE` of them. No rule makes it sure of two sessions what the third does.
+    """
+    n = len(error_nm)
+    if not n:
+        return None
+    size = np.abs(error_nm)
+    regions = min(REGIONS, max(1, n // REGION_MIN))
+    edges = np.unique(np.quantile(speed, np.arange(1, regions) / regions))
+    region = np.searchsorted(edges, speed)
+    squares = np.bincount(region, size**2, len(edges) + 1)
+    count = np.bincount(region, minlength=len(edges) + 1)
+    whole = math.sqrt(float(np.mean(size**2)))
+    known = count >= REGION_MIN // 2  # equal speeds may leave a region nearly empty
+    scale = np.where(known, np.sqrt(squares / np.maximum(count, 1)), whole)
+    scale = np.maximum(scale, np.finfo(float).tiny)
+    rank = math.ceil((n + 1) * LEVEL)
+    quantile = float(np.sort(size / scale[region])[min(rank, n) - 1])
+    if rank > n:
+        quantile *= 1 + 1 / n
+    if whole > 0:
+        quantile *= 1 + SURE * search.doubt(error_nm, block) / whole
+    widths = tuple(float(width) for width in quantile * scale)
+    return Band(tuple(float(edge) for edge in edges), widths, way, len(np.unique(block)), n)

@@ -1,0 +1,217 @@
+"""Closed forms of friction that grows with the torque through the gear, and their least squares.
+
+With e the torque from outside (hand, weight) and m the motor's, both at the joint and both positive along the motion, v >= 0 and
+s = exp(-(v / v_s)^a):
+
+    F = F_c + b v + |k_e e - k_m m| + s (F_s + |p_e e - p_m m| + q)
+
+q = q_e e^2 where the motor drives against the load (e m < 0, |e| < |m|), q_m m^2 where the load drives it back (|e| > |m|), else 0. So friction differs by
+the direction of the power. The rungs below leave terms away. They are the forms of Duclusaud, Passault, Padois and Ly, Extended Friction
+Models for the Physics Simulation of Servo Actuators (arXiv 2410.08650).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+LINEAR = ("coulomb_nm", "viscous_nms_rad", "stribeck_nm")
+NAMES = (
+    *LINEAR,
+    "outside",
+    "motor",
+    "outside_peak",
+    "motor_peak",
+    "outside_square_per_nm",
+    "motor_square_per_nm",
+    "stribeck_rad_s",
+    "stribeck_power",
+)
+"""Parameters, in the order of `Terms.values`; torques in N m at the joint, shares in N m per N m."""
+
+COEFFICIENTS = NAMES[3:9]
+"""Those of the load."""
+
+_ONE = ("coulomb_nm", "viscous_nms_rad")
+_PEAK = ("stribeck_nm", "stribeck_rad_s", "stribeck_power")
+_BOTH = ("outside", "motor")
+_BOTH_PEAK = ("outside_peak", "motor_peak")
+
+RUNGS: Mapping[str, tuple[str, ...]] = {
+    "coulomb_viscous": _ONE,
+    "stribeck": (*_ONE, *_PEAK),
+    "load": (*_ONE, *_BOTH),
+    "load_stribeck": (*_ONE, *_PEAK, *_BOTH, *_BOTH_PEAK),
+    "load_by_flow": (*_ONE, *_PEAK, *_BOTH, *_BOTH_PEAK),
+    "load_squared": NAMES,
+}
+"""Parameters that each rung has, the plainest first; in `load` and `load_stribeck` outside and motor share theirs."""
+
+SHARED = ("load", "load_stribeck")
+
+POWERS = (0.7, 1.0, 1.5, 2.5, 4.0)
+"""Powers of the peak's fall that a fit begins with."""
+
+_SPEEDS = 5
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Measurements along their motion, shape (n,): speed (rad/s, >= 0), friction (N m), outside and motor's torque (N m)."""
+
+    speed: np.ndarray
+    friction_nm: np.ndarray
+    outside_nm: np.ndarray
+    motor_nm: np.ndarray
+
+    def of(self, chosen: np.ndarray) -> Rows:
+        """Some of the rows."""
+        return Rows(*(column[chosen] for column in self.columns))
+
+    @property
+    def columns(self) -> tuple[np.ndarray, ...]:
+        """All four."""
+        return self.speed, self.friction_nm, self.outside_nm, self.motor_nm
+
+
+@dataclass(frozen=True)
+class Terms:
+    """A rung fitted: `values` and `errors` (standard errors; NaN where the points do not tell) in the order of `NAMES`."""
+
+    rung: str
+    values: np.ndarray
+    errors: np.ndarray
+
+    def __call__(self, rows: Rows) -> np.ndarray:
+        """Friction at each row, N m."""
+        return friction(self.values, rows)
+
+    def value(self, name: str) -> float:
+        """One parameter of `NAMES`."""
+        return float(self.values[NAMES.index(name)])
+
+    @property
+    def told(self) -> dict[str, tuple[float, float]]:
+        """Load coefficients the rung has, each with its standard error."""
+        shared = self.rung in SHARED
+        return {
+            name: (float(self.values[NAMES.index(name)]), float(self.errors[NAMES.index(name)]))
+            for name in COEFFICIENTS
+            if name in RUNGS[self.rung] and not (shared and name.startswith("motor"))
+        }
+
+
+def friction(values: np.ndarray, rows: Rows) -> np.ndarray:
+    """The closed form."""
+    base, viscous, peak, k_e, k_m, p_e, p_m, q_e, q_m, v_s, power = values
+    e, m = rows.outside_nm, rows.motor_nm
+    against = e * m < 0
+    square = np.where(
+        against & (np.abs(e) < np.abs(m)),
+        q_e * e**2,
+        np.where(against & (np.abs(e) > np.abs(m)), q_m * m**2, 0.0),
+    )
+    fall = np.exp(-((rows.speed / v_s) ** power)) if v_s > 0 else np.zeros_like(e)
+    dry = base + np.abs(k_e * e - k_m * m) + fall * (peak + np.abs(p_e * e - p_m * m) + square)
+    found: np.ndarray = dry + viscous * rows.speed
+    return found
+
+
+def fit_terms(rung: str, rows: Rows) -> Terms:
+    """Least squares of one of `RUNGS`; all parameters are >= 0.
+
+    Notes
+    -----
+    Where the torques oppose each other the form is linear but for v_s and a: the best of a grid of these two, by non-negative least squares, is where
+    the search of all parameters at once begins.
+    """
+    from scipy.optimize import least_squares
+
+    free = [NAMES.index(name) for name in RUNGS[rung]]
+    if rung in SHARED:
+        free = [at for at in free if not NAMES[at].startswith("motor")]
+    high = np.full(len(NAMES), np.inf)
+    fastest = float(rows.speed.max())
+    high[-2:] = 10 * fastest, 12.0
+    low = np.zeros(len(NAMES))
+    low[-2:] = 0.02 * fastest, 0.3
+
+    def whole(part: np.ndarray) -> np.ndarray:
+        values = np.zeros(len(NAMES))
+        values[free] = part
+        return _shared(values) if rung in SHARED else values
+
+    def miss(part: np.ndarray) -> np.ndarray:
+        return np.asarray(friction(whole(part), rows) - rows.friction_nm)
+
+    best = None
+    for start in _starts(rung, rows):
+        begin = np.clip(start[free], low[free] + 1e-9, high[free])
+        scale = np.maximum(begin, 1e-3)
+        found = least_squares(miss, begin, bounds=(low[free], high[free]), x_scale=scale, max_nfev=200)
+        best = found if best is None or found.cost < best.cost else best
+    assert best is not None  # there is always a start
+    errors = np.full(len(NAMES), np.nan)
+    errors[free] = _standard_errors(best.jac, best.fun)
+    if rung in SHARED:
+        errors = _shared(errors)
+    return Terms(rung, whole(best.x), errors)
+
+
+def _shared(values: np.ndarray) -> np.ndarray:
+    """Values whose coefficients of the motor are those of outside."""
+    out = values.copy()
+    out[NAMES.index("motor")], out[NAMES.index("motor_peak")] = out[3], out[5]
+    return out
+
+
+STARTS = 3
+
+
+def _starts(rung: str, rows: Rows) -> list[np.ndarray]:
+    """Parameters to begin with: the best of the grid first."""
+    from scipy.optimize import nnls
+
+    has = [name in RUNGS[rung] for name in NAMES[:9]]
+    e, m = np.abs(rows.outside_nm), np.abs(rows.motor_nm)
+    against = rows.outside_nm * rows.motor_nm < 0
+    drives, driven = against & (e < m), against & (e > m)
+    shared = rung in SHARED
+    both = np.abs(rows.outside_nm - rows.motor_nm)
+    found = []
+    peaked = "stribeck_nm" in RUNGS[rung]
+    moving = rows.speed[rows.speed > 0]
+    for v_s in np.quantile(moving, np.linspace(0.2, 0.8, _SPEEDS)) if peaked else (1.0,):
+        for power in POWERS if peaked else (1.0,):
+            s = np.exp(-((rows.speed / v_s) ** power))
+            columns = np.column_stack(
+                [
+                    np.ones_like(s),
+                    rows.speed,
+                    s,
+                    both if shared else e,
+                    np.zeros_like(s) if shared else m,
+                    s * (both if shared else e),
+                    np.zeros_like(s) if shared else s * m,
+                    s * drives * e**2,
+                    s * driven * m**2,
+                ]
+            )
+            values, miss = nnls(columns * has, rows.friction_nm)
+            found.append((miss, np.array([*values, v_s, power])))
+    found.sort(key=lambda one: one[0])
+    return [values for _, values in found[:STARTS]]
+
+
+def _standard_errors(jacobian: np.ndarray, miss: np.ndarray) -> np.ndarray:
+    """Standard error of each free parameter; NaN where the points do not tell it."""
+    scale = np.linalg.norm(jacobian, axis=0)
+    out = np.full(jacobian.shape[1], np.nan)
+    known = scale > 1e-9 * max(float(scale.max()), 1e-300)
+    part = jacobian[:, known] / scale[known]
+    free = max(len(miss) - int(known.sum()), 1)
+    variance = np.diag(np.linalg.pinv(part.T @ part, rcond=1e-12)) * float(miss @ miss) / free
+    out[known] = np.sqrt(variance) / scale[known]
+    return out

@@ -1,0 +1,69 @@
+"""What fit and report say of load and temperature: judged by what was held out, not deployed."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from rtctl.friction.learn.beside_speed import LoadRung, LoadVerdict, Warmth
+
+NOT_DEPLOYED = "judged, not deployed: the law goes by speed and place"
+
+
+def sentences(load: LoadVerdict, warmth: Warmth) -> list[str]:
+    """One of load, one of temperature; each says why where nothing can be said."""
+    return [
+        f"Load: {load.reason}." if load.chosen is None else _of_load(load, load.chosen),
+        f"Temperature: {warmth.reason}." if warmth.reason else _of_warmth(warmth),
+    ]
+
+
+def _of_load(load: LoadVerdict, chosen: LoadRung) -> str:
+    terms = chosen.terms
+    plain = load.of("coulomb_viscous").rmse_nm
+    if not terms.told:
+        return f"Load: over {load.span_nm:.3g} N m friction does not depend on it: {terms.rung} errs no more than any form with load."
+    told = ", ".join(f"{name} {value:.3g} +- {_error(error)}" for name, (value, error) in terms.told.items())
+    return (
+        f"Load: friction grows with it by the form {terms.rung} ({told}), which errs {1e3 * chosen.rmse_nm:.3g} mN m held out, "
+        f"Coulomb + viscous {1e3 * plain:.3g} mN m ({100 * load.less_share:.0f} % less); {NOT_DEPLOYED}."
+    )
+
+
+def _of_warmth(warmth: Warmth) -> str:
+    parts = [f"dry friction {_per_k(warmth.dry_per_k)}"]
+    if warmth.viscous_per_k is not None:
+        parts.append(f"viscous {_per_k(warmth.viscous_per_k)}")
+    return f"Temperature: {' and '.join(parts)}, about {warmth.middle_c:.0f} degC over {warmth.span_k:.0f} K; {NOT_DEPLOYED}."
+
+
+def _per_k(scale: tuple[float, float]) -> str:
+    return f"{100 * scale[0]:+.2f} +- {_error(100 * scale[1])} % per K"
+
+
+def _error(error: float) -> str:
+    return "unknown" if math.isnan(error) else f"{error:.2g}"
+
+
+def body(load: LoadVerdict, warmth: Warmth) -> dict[str, Any]:
+    """Figures for scripts: N m, shares, per K; standard errors beside each number, null where unknown."""
+    chosen = load.chosen
+    known = {
+        "span_nm": load.span_nm,
+        "reason": load.reason,
+        "form": chosen and chosen.terms.rung,
+        "coefficients": _told(chosen.terms.told) if chosen else {},
+        "held_out_rmse_nm": {one.terms.rung: one.rmse_nm for one in load.rungs},
+    }
+    heat = {
+        "span_k": warmth.span_k,
+        "reason": warmth.reason,
+        "middle_c": warmth.middle_c,
+        "dry_per_k": warmth.dry_per_k,
+        "viscous_per_k": warmth.viscous_per_k,
+    }
+    return {"load": known, "temperature": heat}
+
+
+def _told(told: dict[str, tuple[float, float]]) -> dict[str, list[float | None]]:
+    return {name: [value, None if math.isnan(error) else error] for name, (value, error) in told.items()}

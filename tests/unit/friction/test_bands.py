@@ -1,0 +1,126 @@
+"""The band of a learned curve: it holds on sessions that nothing was learned from, is kept in the model file, and no proof gets looser by it."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rtctl.errors import ModelError
+from rtctl.friction import artefact
+from rtctl.friction.band import Band
+from rtctl.friction.document import checksum, render
+from rtctl.friction.guarantee import guarantee
+from rtctl.friction.learn import bands, fit, ladder
+from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.report.judge import faults, judge
+from rtctl.rig_file.config import load
+
+SPEEDS = np.geomspace(0.02, 2.0, 16)
+
+
+def sessions(factors: np.ndarray, noise_nm: float, seed: int) -> FrictionPoints:
+    """Coulomb + viscous, times a factor of each session."""
+    noise = np.random.default_rng(seed)
+    rows, log = [], []
+    for number, factor in enumerate(factors):
+        for sign in (1, -1):
+            for v in SPEEDS:
+                f = factor * (0.3 + 0.05 * v) + noise.normal(0, noise_nm)
+                rows.append((sign * v, f, sign, np.nan, np.nan))
+                log.append(number)
+    return FrictionPoints.from_rows(rows, "made", "0" * 64, {"log": np.array(log, dtype=float)})
+
+
+def learned(points: FrictionPoints):
+    found = ladder.ascend(
+        points, ladder.Options(families=("coulomb_viscous",), folds="log", backend="sequential")
+    )
+    return ladder.learn(points, found, rig="mock")
+
+
+def test_it_holds_on_sessions_that_were_not_learned_from():
+    rng, shares = np.random.default_rng(3), []
+    for seed in range(15):
+        factors = 1 + 0.04 * rng.normal(size=9)
+        model = learned(sessions(factors[:6], 0.002, seed))
+        new = sessions(factors[6:], 0.002, 100 + seed)
+        for branch, direction in zip(model.branches, (1, -1), strict=True):
+            speed, friction_nm = new.branch(direction)
+            inside = speed <= branch.speed_max_rad_s
+            error = branch.magnitude(speed[inside]) - friction_nm[inside]
+            shares.append(branch.band.holds(speed[inside], error).mean())
+    assert 0.9 <= np.mean(shares) <= 0.99
+
+
+def test_each_region_of_speed_has_a_width_of_its_own():
+    rng = np.random.default_rng(0)
+    speed = np.tile(np.linspace(0.1, 3, 60), 4)
+    error = rng.normal(size=len(speed)) * np.where(speed < 1, 0.03, 0.003)
+    band = bands.of_errors(speed, error, np.arange(len(speed)), "speed")
+    assert band.at(np.array([0.5]))[0] > 5 * band.at(np.array([2.9]))[0]
+    assert 0.95 <= band.holds(speed, error).mean() <= 0.99
+
+
+def test_few_errors_and_sessions_that_differ_widen_it():
+    speed, error = np.linspace(0.1, 1, 8), np.full(8, 0.01)
+    alone = bands.of_errors(speed, error, np.arange(8), "speed")
+    assert alone.half_width_nm == pytest.approx([0.01 * (1 + 1 / 8)])
+    assert bands.of_errors(speed[:0], error[:0], speed[:0], "speed") is None
+    many = np.linspace(0.1, 1, 60)
+    unlike = np.random.default_rng(1).normal(size=60) * np.repeat(
+        [0.001, 0.001, 0.001, 0.001, 0.001, 0.02], 10
+    )
+    sessions_, each = np.repeat(np.arange(6), 10), np.arange(60)
+    by_session = bands.of_errors(many, unlike, sessions_, "log")
+    assert by_session.widest_nm > 1.3 * bands.of_errors(many, unlike, each, "log").widest_nm
+    assert by_session.units == 6
+
+
+def test_sessions_are_held_out_whatever_the_fit_holds_out():
+    points = sessions(np.array([0.9, 1.0, 1.1]), 0.001, 1)
+    model = fit.fit_points(points, rig="mock", c=100.0, epsilon_nm=0.002, folds="speed")
+    band = model.branches[0].band
+    assert (band.way, band.units) == ("log", 3)
+    assert band.widest_nm > 0.03  # between sessions; held out by speed it errs a tenth of it
+    assert model.branches[0].error_max_nm >= band.widest_nm
+
+
+def wider(model, by_nm: float):
+    band = Band((), (by_nm,), "log", 3, 90)
+    return replace(model, branches=bands.with_band(model.branches, band))
+
+
+def test_the_proofs_rest_on_it_and_none_gets_looser():
+    loaded = load("configs/mock.toml")
+    model = artefact.load("configs/friction/mock.json")
+    without = replace(model, branches=bands.with_band(model.branches, None))
+    before = guarantee(loaded.config.axis[0], without)
+    assert guarantee(loaded.config.axis[0], wider(model, 1e-6)).floor_nm == before.floor_nm
+    error = float(without.error_max_nm.max())
+    after = guarantee(loaded.config.axis[0], wider(model, error + before.doubt_nm + 0.02))
+    assert after.doubt_nm > before.doubt_nm
+    assert after.floor_nm < before.floor_nm
+
+
+def test_it_is_kept_in_the_model_file(tmp_path: Path):
+    model = learned(sessions(np.array([0.97, 1.0, 1.03]), 0.002, 5))
+    path = tmp_path / "model.json"
+    artefact.save(model, path)
+    assert artefact.load(path).branches[0].band == model.branches[0].band
+    data = json.loads(path.read_text())
+    data["branches"]["forward"]["band"]["half_width_nm"].append(0.1)
+    data["sha256"] = checksum(data)
+    path.write_text(render(data))
+    with pytest.raises(ModelError, match=r"branches\.forward\.band: needs edges that rise"):
+        artefact.load(path)
+
+
+def test_a_session_outside_of_it_is_told():
+    model = learned(sessions(np.linspace(0.99, 1.01, 6), 0.001, 7))
+    same = judge(model, sessions(np.array([1.0]), 0.001, 8))
+    assert max(one.outside_band_share for one in same) < 0.1
+    other = judge(model, sessions(np.array([1.1]), 0.001, 9))
+    assert min(one.outside_band_share for one in other) > 0.9
+    assert any("outside the 95 % band" in said for said in faults(other))

@@ -1,0 +1,162 @@
+"""Friction that grows with load, and with temperature: found again from points, told where the points do not say."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from rtctl.cli.fit import command
+from rtctl.friction.learn import beside_speed
+from rtctl.friction.learn.fit import fit_points
+from rtctl.friction.learn.load_terms import Rows, fit_terms
+from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.report.beside_speed import body, sentences
+from rtctl.friction.report.evidence import gather
+from rtctl.friction.report.sentences import headline
+from tests import loaded_gear
+
+_SERVO = {"coulomb_nm": 0.06, "viscous_nms_rad": 0.04, "stribeck_rad_s": 1.5, "stribeck_power": 1.2}
+_SMALL = {"coulomb_nm": 0.004, "viscous_nms_rad": 0.005, "stribeck_rad_s": 2.5, "stribeck_power": 2.0}
+_HARMONIC = {"coulomb_nm": 2.0, "viscous_nms_rad": 8.0, "stribeck_rad_s": 1.2, "stribeck_power": 2.5}
+_PLANTS = {  # own numbers; largest weight N m, fastest speed rad/s, one value of each form
+    "servo": (_SERVO, 3.0, 5.0, 0.10, 0.20),
+    "small": (_SMALL, 0.3, 10.0, 0.12, 0.25),
+    "harmonic": (_HARMONIC, 40.0, 3.5, 0.06, 0.15),
+}
+
+
+def plant(name: str, model: str) -> tuple[dict[str, float], float, float]:
+    base, load_nm, fastest, low, high = _PLANTS[name]
+    more = {"outside": low, "motor": low}
+    if model != "m3":
+        more |= {"stribeck_nm": 0.5 * base["coulomb_nm"], "outside_peak": high, "motor_peak": high}
+    if model in ("m5", "m6"):
+        more |= {"motor": 2 * low, "outside_peak": 0.5 * high}
+    if model == "m6":
+        more |= {"outside_square_per_nm": 0.1 / load_nm, "motor_square_per_nm": 0.15 / load_nm}
+    return loaded_gear.as_told(base | more), load_nm, fastest
+
+
+@pytest.mark.parametrize("model", ["m3", "m4", "m5", "m6"])
+@pytest.mark.parametrize("name", list(_PLANTS))
+def test_load_terms_are_found_again(name, model):
+    values, load_nm, fastest = plant(name, model)
+    made, truth = loaded_gear.points(values, load_nm, fastest, 1e-3 * load_nm, seed=1, speeds=10)
+    rows, kept = beside_speed.rows_of(made)
+    true = truth[kept]
+    clean = Rows(rows.speed, true, rows.outside_nm, true - rows.outside_nm)
+    rung = loaded_gear.RUNG_OF[model]
+    found = fit_terms(rung, rows)
+    wanted = loaded_gear.that_matter(values, load_nm, float(true.max()))
+    assert len(wanted) >= 2
+    for coefficient, value in wanted.items():
+        assert found.value(coefficient) == pytest.approx(value, rel=0.1)
+    error, plain = (
+        np.sqrt(np.mean((one(clean) - true) ** 2)) for one in (found, fit_terms("coulomb_viscous", rows))
+    )
+    assert error <= 0.5 * plain
+
+
+def test_held_out_points_choose_the_form():
+    values, load_nm, fastest = plant("servo", "m3")
+    made, _ = loaded_gear.points(values, load_nm, fastest, 1e-3 * load_nm, seed=2, speeds=5)
+    verdict = beside_speed.judge_load(made, "speed")
+    assert verdict.chosen.terms.rung == "load"
+    assert verdict.less_share > 0.9
+    said = sentences(verdict, beside_speed.Warmth(reason="x"))[0]
+    assert "by the form load (outside 0.1 +- " in said
+    assert "judged, not deployed" in said
+    assert body(verdict, beside_speed.Warmth())["load"]["coefficients"]["outside"][0] == pytest.approx(
+        0.1, rel=0.05
+    )
+
+
+def test_load_that_changes_nothing_is_told():
+    base = loaded_gear.as_told(_SERVO)
+    made, _ = loaded_gear.points(base, 3.0, 5.0, 1e-3, seed=3, speeds=4)
+    verdict = beside_speed.judge_load(made, "speed")
+    assert verdict.chosen.terms.told == {}
+    assert "friction does not depend on it" in sentences(verdict, beside_speed.Warmth())[0]
+
+
+def test_points_that_do_not_span_load_say_so():
+    values, _, fastest = plant("servo", "m3")
+    made, _ = loaded_gear.points(values, 0.005, fastest, 1e-4, seed=4, speeds=5)
+    assert "do not span it" in beside_speed.judge_load(made, "speed").reason
+    without = replace(made, columns={})
+    assert "no column load_nm" in beside_speed.judge_load(without, "speed").reason
+
+
+def test_the_motor_that_is_known_goes_before_the_one_computed():
+    values, load_nm, fastest = plant("servo", "m3")
+    made, _ = loaded_gear.points(values, load_nm, fastest, 0.0, seed=5, speeds=4)
+    rows, kept = beside_speed.rows_of(made)
+    np.testing.assert_allclose(rows.motor_nm, rows.friction_nm - rows.outside_nm)
+    known = replace(made, columns={**made.columns, "motor_nm": np.full(len(made.direction), 0.3)})
+    np.testing.assert_allclose(beside_speed.rows_of(known)[0].motor_nm, 0.3 * made.direction[kept])
+
+
+def warm(per_k: float, span_k: float, *, by_speed: bool = False) -> FrictionPoints:
+    """A Coulomb + viscous joint whose dry friction changes with temperature."""
+    noise, rows, heat = np.random.default_rng(6), [], []
+    for lap in range(4):
+        for v in np.geomspace(0.05, 2, 12):
+            for sign in (1, -1):
+                celsius = 30 + span_k * (v / 2 if by_speed else lap / 3)
+                f = 0.3 * (1 + per_k * (celsius - 30 - span_k / 2)) + 0.1 * v + noise.normal(0, 1e-3)
+                rows.append((sign * v, f, sign, np.nan, np.nan))
+                heat.append(celsius)
+    return FrictionPoints.from_rows(rows, "made", "0" * 64, {"temperature_c": np.array(heat)})
+
+
+def warmth(points: FrictionPoints) -> beside_speed.Warmth:
+    return beside_speed.judge_temperature(fit_points(points, rig="mock", c=10.0), points)
+
+
+def test_temperature_scales_friction_where_the_points_span_it():
+    found = warmth(warm(-0.005, 20.0))
+    assert found.dry_per_k[0] == pytest.approx(-0.005, abs=5e-4)
+    assert abs(found.dry_per_k[0] + 0.005) < 4 * found.dry_per_k[1]
+    assert "dry friction -0.5" in sentences(beside_speed.LoadVerdict(0.0, reason="x"), found)[1]
+
+
+@pytest.mark.parametrize(
+    ("points", "reason"),
+    [
+        (warm(-0.005, 3.0), "temperature spans 3.0 K: the data do not span it"),
+        (warm(-0.005, 20.0, by_speed=True), "rises and falls with speed"),
+        (replace(warm(0.0, 20.0), columns={}), "no column temperature_c"),
+    ],
+)
+def test_points_that_do_not_tell_temperature_say_so(points, reason):
+    assert reason in warmth(points).reason
+
+
+def test_the_command_tells_load_and_temperature(tmp_path):
+    values, load_nm, fastest = plant("servo", "m3")
+    made, _ = loaded_gear.points(values, load_nm, fastest, 1e-3 * load_nm, seed=7, speeds=5)
+    header = "velocity_rad_s,friction_torque_nm,load_nm,temperature_c"
+    rows = zip(made.velocity_rad_s, made.direction * made.friction_nm, made.columns["load_nm"], strict=True)
+    path = tmp_path / "points.csv"
+    path.write_text(
+        "\n".join([header, *(f"{v:.6f},{f:.6f},{load:.6f},{25 + v / 50:.3f}" for v, f, load in rows)])
+    )
+    told = CliRunner().invoke(
+        command,
+        [str(path), "--out", str(tmp_path / "m.json"), "--C", "1", "--keep-outliers"],
+        catch_exceptions=False,
+    )
+    assert told.exit_code == 0, told.output
+    assert "Load: friction grows with it by the form load (outside 0.1 +- " in told.output
+    assert "Temperature: temperature spans 0.2 K: the data do not span it" in told.output
+    assert "95 % band, widest, mN m" in told.output
+
+
+def test_the_report_says_what_the_points_do_not_span():
+    points = warm(0.0, 3.0)
+    said = headline(gather(points, fit_points(points, rig="mock", c=10.0), None))
+    assert "Load: no column load_nm: nothing is known of load." in said
+    assert any(
+        one.startswith("Temperature: temperature spans 3.0 K: the data do not span it") for one in said
+    )
