@@ -104,6 +104,8 @@ def _echo_verdicts(report: Report) -> None:
     ]
     help_ = f"; the help with friction gives a hand, over all time, on {', '.join(given)}" if given else ""
     if not told:
+        if all(axis.admittance is None for axis in report.axes):
+            shown = "passive with every passive hand and every passive virtual environment"
         click.echo(f"\nOK: {shown}{help_}")
         return
     click.echo(f"\nOK: no test fails; {shown}{help_}")

@@ -154,8 +154,8 @@ SEEDS = (
     Seed(
         "the bound of a model forgets its test points",
         "rtctl/friction/model.py",
-        "beside = (self.test_max_error_nm or 0.0, self.single_max_error_nm or 0.0)",
-        "beside = (0.0, self.single_max_error_nm or 0.0)",
+        "beside = (self.test_max_error_nm or 0.0, self.single_max_error_nm or 0.0, band_nm)",
+        "beside = (0.0, self.single_max_error_nm or 0.0, band_nm)",
         BOUND,
     ),
 )
