@@ -28,7 +28,18 @@ def maxwell_slip(dx, level, length, bent):
     return np.clip(bent + dx / length / 8, -level * YIELDS, level * YIELDS)
 
 
-def log(bristles, length_rad, *, stribeck=0.0, count_rad=1e-4, seconds=12.0, seed=0, torque=True):
+def log(
+    bristles,
+    length_rad,
+    *,
+    stribeck=0.0,
+    count_rad=1e-4,
+    seconds=12.0,
+    seed=0,
+    torque=True,
+    lag_s=0.0,
+    rising=0.0,
+):
     """A hand swings a joint: sines of .4 to 1.6 Hz, up to .3 rad."""
     rng = np.random.default_rng(seed)
     t = np.arange(round(seconds * RATE_HZ)) / RATE_HZ
@@ -37,7 +48,9 @@ def log(bristles, length_rad, *, stribeck=0.0, count_rad=1e-4, seconds=12.0, see
         for _ in range(4)
     )
     v = np.gradient(x, 1 / RATE_HZ)
-    level = 1.0 + stribeck * np.exp(-((v / 0.05) ** 2))
+    late = np.roll(v, round(lag_s * RATE_HZ))  # frictional lag: the peak follows the speed later
+    level = 1.0 + stribeck * np.exp(-((late / 0.05) ** 2))
+    level = level + rising * np.sign(v) * np.gradient(v, 1 / RATE_HZ) * np.exp(-((v / 0.1) ** 2))
     bent, friction = np.zeros(8) if bristles is maxwell_slip else 0.0, np.zeros(len(t))
     for row in range(1, len(t)):
         for _ in range(4):

@@ -18,7 +18,7 @@ from rtctl.control.gate import WINDOW_S
 from rtctl.control.records import HELD, new_records
 from rtctl.control.resting import REST_HZ
 from rtctl.control.velocity import kalman_gains, lowpass_alpha
-from rtctl.control.vocabulary import DeviceVelocity, PlaceUse, Policy, VelocityMethod
+from rtctl.control.vocabulary import DeviceVelocity, Display, PlaceUse, Policy, VelocityMethod
 from rtctl.friction import artefact
 from rtctl.friction.guarantee import guarantee
 from rtctl.friction.model import FrictionModel
@@ -218,7 +218,24 @@ def _fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
     p["coupling_stiffness_nm_rad"][a] = axis.coupling.stiffness_nm_rad
     p["coupling_damping_nms_rad"][a] = axis.coupling.damping_nms_rad
     p["injected_damping_max_nms_rad"][a] = axis.viscous_nms_rad
+    if axis.display == "admittance":
+        _fill_admittance(p, a, axis, period_s)
     p["hold_damping_nms_rad"][a] = axis.viscous_nms_rad
+
+
+def _fill_admittance(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
+    """Parameters of the virtual mass and of the servo that has the joint follow it."""
+    shown = axis.admittance
+    p["display_kind"][a] = Display.ADMITTANCE
+    p["mass_kgm2"][a], p["mass_damping_nms_rad"][a] = shown.mass_kgm2, shown.damping_nms_rad
+    p["mass_force_alpha"][a] = lowpass_alpha(shown.force_lowpass_hz, period_s)
+    p["mass_force_deadband_nm"][a] = shown.force_deadband_nm
+    p["servo_velocity_gain_nms_rad"][a] = shown.velocity_gain_nms_rad
+    p["servo_position_gain_nm_rad"][a] = shown.position_gain_nm_rad
+    p["servo_velocity_alpha"][a] = lowpass_alpha(shown.velocity_lowpass_hz, period_s)
+    p["injected_damping_max_nms_rad"][a] = (
+        shown.velocity_gain_nms_rad
+    )  # the mass may be as hard to move as the joint is held to it
 
 
 def _let_go(p: np.void) -> None:
@@ -235,9 +252,11 @@ def _fill_proof(p: np.void, loaded: LoadedConfig) -> None:
         b, between, spring = stability_report.bearing(loaded, a)
         coupling, age_ticks = axis.coupling, between.sample_ticks - 1
         declared = between.delay + stability.lag_ticks(between.lag_hz, period_s)
-        covered = delay_covered_ticks(
-            b, coupling.stiffness_nm_rad + spring, coupling.damping_nms_rad, period_s, declared
-        )
+        covered = declared  # an admittance display is certified for what is declared, and no more
+        if axis.display == "impedance":
+            covered = delay_covered_ticks(
+                b, coupling.stiffness_nm_rad + spring, coupling.damping_nms_rad, period_s, declared
+            )
         p["proof_age_ticks"][a] = age_ticks
         p["declared_delay_s"][a] = declared * period_s
         # a current that is held as long as its samples seems to come later by up to their age

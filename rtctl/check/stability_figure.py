@@ -1,4 +1,4 @@
-"""The k-b region of every axis as a picture: couplings that are provably passive, and the rig file's."""
+"""A region for every axis as a picture: couplings that are provably passive, or virtual masses that are stable, and the rig file's."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rtctl.check.admittance_figure import draw_axis
 from rtctl.check.stability_report import AxisReport, Report
 from rtctl.control import stability
 from rtctl.errors import DataError
@@ -32,9 +33,14 @@ def draw(report: Report, path: str | Path) -> None:
     figure = Figure(figsize=(6.4, 4.6 * n), layout="constrained")
     FigureCanvasAgg(figure)
     for axis, plot in zip(report.axes, np.atleast_1d(figure.subplots(n, 1)), strict=True):
-        _draw_axis(plot, axis, report.period_s)
+        if axis.admittance is not None:
+            draw_axis(plot, axis)
+        else:
+            _draw_axis(plot, axis, report.period_s)
     verdict = "passes" if report.ok else "REFUSED"
-    figure.suptitle(f"Passive couplings of rig {report.rig}: {report.path.name} {verdict}")
+    couplings = any(axis.admittance is None for axis in report.axes)
+    what = "Passive couplings" if couplings else "Stable virtual masses"
+    figure.suptitle(f"{what} of rig {report.rig}: {report.path.name} {verdict}")
     try:
         figure.savefig(path, dpi=120)
     except (OSError, ValueError) as error:

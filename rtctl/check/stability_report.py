@@ -24,10 +24,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hw.interface import Joint
 from rtctl.check import lateness
+from rtctl.check.admittance_figures import AdmittanceFigures, figures_of, loop_of
 from rtctl.check.axis_report import AxisFigures
 from rtctl.check.lateness import Lateness
 from rtctl.check.measured_timing import AxisTiming
@@ -44,6 +45,9 @@ from rtctl.plain_data import as_data
 from rtctl.rig_file.axis_tables import AxisTable
 from rtctl.rig_file.config import LoadedConfig
 
+if TYPE_CHECKING:
+    from rtctl.control.admittance_loop import AdmittanceLoop
+
 
 @dataclass(frozen=True)
 class AxisReport(AxisFigures):
@@ -51,6 +55,10 @@ class AxisReport(AxisFigures):
 
     verdicts: tuple[Verdict, ...] = ()
     """The worst last."""
+    admittance: AdmittanceFigures | None = None
+    """What the certificate of an admittance display finds; None on an axis that displays an impedance."""
+    loop: AdmittanceLoop | None = None
+    """The loop that it is asked of."""
 
     @property
     def ok(self) -> bool:
@@ -63,6 +71,8 @@ class AxisReport(AxisFigures):
         friction = None if self.friction is None else asdict(self.friction)
         sure = {**asdict(self.guarantee), "given_most_j": self.guarantee.given_most_j}
         rows = [row.to_dict() for row in self.verdicts]
+        admittance = None if self.admittance is None else asdict(self.admittance)
+        plain |= {"admittance": admittance, "loop": None if self.loop is None else asdict(self.loop)}
         return {**plain, "friction": friction, "guarantee": sure, "verdicts": rows, "ok": self.ok}
 
 
@@ -140,7 +150,13 @@ def _examine_axis(loaded: LoadedConfig, index: int, axis: AxisTable, pulse: Axis
     where, config = f"{loaded.path}: axis[{index}]", loaded.config
     subject = Subject(found, axis, config.period_s, where, joint, config.simulated)
     plain = {one.name: getattr(found, one.name) for one in fields(found)}
-    return AxisReport(**plain, verdicts=tuple(verdicts(subject)))
+    loop = loop_of(found, axis, joint, config.period_s) if axis.display == "admittance" else None
+    return AxisReport(
+        **plain,
+        verdicts=tuple(verdicts(subject)),
+        admittance=figures_of(loop) if loop else None,
+        loop=loop,
+    )
 
 
 def _friction(

@@ -6,10 +6,11 @@ import math
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
+from rtctl.check.admittance_figures import joints_of
 from rtctl.check.verdict import Outcome, Subject, Verdict
 
 if TYPE_CHECKING:
-    from rtctl.control.observer_loop import ElasticJoint, Loop
+    from rtctl.control.observer_loop import Loop
     from rtctl.control.observer_margin import Finding
 
 NOISE_SHARE = 0.3
@@ -109,21 +110,8 @@ def loop_of(s: Subject) -> Loop:
         bristle_nm_rad=axis.guarantee.bristle_nm_rad,
         motor_share=s.joint.motor_share,
         encoder=s.joint.encoder,
-        joints=_joints(s),
+        joints=joints_of(s.joint, s.table.inertia_kgm2),
     )
-
-
-def _joints(s: Subject) -> tuple[ElasticJoint, ...]:
-    """Rigid, elastic as declared, or elastic of all resonances where it is said to be elastic and no more."""
-    from rtctl.control.observer_loop import RESONANCES_HZ, RIGID, ElasticJoint, resonance
-
-    joint = s.joint
-    if joint.stiffness_nm_rad > 0:
-        one = ElasticJoint(joint.link_inertia_share, joint.stiffness_nm_rad, joint.damping_nms_rad)
-        return (one,)
-    if joint.motor_share < 1:
-        return tuple(resonance(s.table.inertia_kgm2, hz) for hz in RESONANCES_HZ)
-    return (RIGID,)
 
 
 def steps_of_the_encoder(s: Subject) -> list[Verdict]:

@@ -31,7 +31,7 @@ GROUPS = (
     "recording",
     "view",
 )
-ON_REQUEST = ("soak", "deaths", "scheduler", "drift", "blame")
+ON_REQUEST = ("soak", "deaths", "scheduler", "drift", "blame", "ladder")
 LOADS = ("cpu", "disk", "network", "memory")
 
 
@@ -77,7 +77,7 @@ def command(
     cycle, wake-up, telemetry streams, floods, STOP under attack, device I/O, recording, live view; and, only when asked for, soak: hours of subscribers that come and go, and of floods;
     deaths: a hundred killed loops, and how soon a simulated board was without torque; scheduler: SCHED_DEADLINE beside SCHED_FIFO;
     drift: false alarms of the watch over the friction in ten simulated hours; blame: ticks made late on purpose, and whether
-    their cause is named.
+    their cause is named; ladder: both searches of the ladder of models beside plain GridSearchCV (quick: on a tenth of its grids).
 
     Only in a checkout: benchmarks are not installed with the package.
 
@@ -167,6 +167,7 @@ def measurements(
         feel,
         flood,
         io,
+        ladder,
         loop,
         recording,
         safety,
@@ -196,6 +197,7 @@ def measurements(
         "attacks": lambda: attacks.rows(mock, 1 if quick else 5),
         "soak": lambda: soak.rows(mock, minutes or 60.0, lambda text: click.echo(text, err=True)),
         "blame": lambda: blame.rows(mock, 6 if quick else 40),
+        "ladder": lambda: ladder.rows(mock, quick=quick),
         "drift": lambda: drift.rows(mock, minutes or 600.0, lambda text: click.echo(text, err=True)),
         "io": lambda: io.rows(short, rig_seconds),
         "view": lambda: view.rows(mock, 30 * short, 3 if quick else 10),

@@ -96,6 +96,7 @@ def _echo_verdicts(report: Report) -> None:
     if not report.ok:
         return
     told = [row for row in report.verdicts if row.outcome != Outcome.PASS]
+    shown = _shown(report)
     given = [
         f"{axis.name} at most {axis.guarantee.given_most_j * 1e3:.3g} mJ"
         for axis in report.axes
@@ -103,16 +104,55 @@ def _echo_verdicts(report: Report) -> None:
     ]
     help_ = f"; the help with friction gives a hand, over all time, on {', '.join(given)}" if given else ""
     if not told:
-        click.echo(f"\nOK: passive with every passive hand and every passive virtual environment{help_}")
+        click.echo(f"\nOK: {shown}{help_}")
         return
-    click.echo(
-        "\nOK: no test fails; the coupling is passive with every passive hand and every passive environment"
-        + help_
-    )
+    click.echo(f"\nOK: no test fails; {shown}{help_}")
     for outcome, word in ((Outcome.NOT_PROVED, "but not proved"), (Outcome.WARN, "look again at")):
         names = "; ".join(f"{row.axis}: {row.name}" for row in told if row.outcome == outcome)
         if names:
             click.echo(f"{word}: {names}")
+
+
+def _shown(report: Report) -> str:
+    """What a report without a failing row says of each display."""
+    parts = []
+    if any(axis.admittance is None for axis in report.axes):
+        parts.append("the coupling is passive with every passive hand and every passive environment")
+    for axis in report.axes:
+        if axis.admittance is not None and axis.loop is not None:
+            box = axis.loop.box
+            how = "stable" if axis.admittance.proved else "stable at every point tried"
+            parts.append(
+                f"{axis.name} as an admittance is {how} in hands to {box.stiffness_nm_rad:g} N m/rad, {box.damping_nms_rad:g} "
+                f"N m s/rad, {box.inertia_kgm2:g} kg m^2 and in linear worlds"
+            )
+    return "; ".join(parts)
+
+
+def _admittance_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
+    """Label, figure and note of an axis that is displayed as an admittance."""
+    one, loop = axis.admittance, axis.loop
+    if one is None or loop is None:
+        return []
+    return [
+        ("virtual mass m", f"{loop.mass_kgm2:.4g} kg m^2", f"least that passes {one.mass_min_kgm2:.3g}"),
+        ("virtual damping b_v", f"{loop.virtual_damping_nms_rad:.4g} N m s/rad", ""),
+        (
+            "velocity gain K_v",
+            f"{loop.velocity_gain_nms_rad:.4g} N m s/rad",
+            f"position gain K_p {loop.position_gain_nm_rad:.4g} N m/rad",
+        ),
+        (
+            "stiffest hand that passes",
+            f"{one.hand_stiffness_max_nm_rad:.4g} N m/rad",
+            f"in any linear world; in free motion {one.hand_stiffness_max_free_nm_rad:.4g}; the box has {loop.box.stiffness_nm_rad:g}",
+        ),
+        (
+            "least mass without lag",
+            f"{one.mass_min_continuous_kgm2:.4g} kg m^2",
+            "J K_v/(b + K_v): passive with any hand",
+        ),
+    ]
 
 
 def _echo_devices(loaded: LoadedConfig) -> None:
@@ -134,6 +174,10 @@ def _echo_devices(loaded: LoadedConfig) -> None:
 
 def _lines(axis: AxisReport) -> list[tuple[str, str, str]]:
     """Label, figure with unit, and note of every line of one axis."""
+    if axis.admittance is not None:
+        lines = _admittance_lines(axis)
+        lines += _friction_lines(axis.friction) if axis.friction else []
+        return lines + (_account_lines(axis) if axis.compensates else [])
     from rtctl.check.verdicts_of_loop import between_text
 
     exact, paper = axis.sampled_data_margin_nms_rad, axis.adams_hannaford_margin_nms_rad

@@ -262,6 +262,7 @@ def _lines(fit: JointFit, bent: Presliding | None) -> list[str]:
 RUNGS = {
     "speed": ("by speed alone, as a curve says", ""),
     "lag": ("its peak at rest late behind the speed", "s"),
+    "acceleration": ("by speed and acceleration", ""),
     "stop": ("turning over a travel (stop operator)", "rad"),
     "lugre": ("turning over a travel (LuGre's bristle)", "rad"),
     "maxwell": ("springs of several lengths (Maxwell-slip)", "rad"),

@@ -22,7 +22,7 @@ from rtctl.control.force import hand_torque, tare_done
 from rtctl.control.force_feedback import force_feedback, keep_account, remember
 from rtctl.control.friction_curve import BACKWARD, FORWARD
 from rtctl.control.jit import compiled
-from rtctl.control.passivity import injected_damping, observe_port, passivity_fault
+from rtctl.control.passivity import granted, injected_damping, observe_port, passivity_fault
 from rtctl.control.place_trust import conservative_feedforward, judge_place
 from rtctl.control.program import in_program, program_torque
 from rtctl.control.records import Record
@@ -31,6 +31,7 @@ from rtctl.control.sample import accept_sample
 from rtctl.control.states import advance, is_powered
 from rtctl.control.take_back import OVERSPEED_FACTOR, torque_to_take_back
 from rtctl.control.velocity import estimate_velocity
+from rtctl.control.virtual_mass import is_admittance, observe_hand, servo_torque
 from rtctl.control.vocabulary import Fault, GateFlag, State
 from rtctl.control.wrench import report_wrench
 
@@ -82,10 +83,8 @@ def step(
         # 3. velocity, 4. force
         faults |= _estimate(t, s, p, axis, elapsed, powered)
         faults |= _detect(t, s, p, axis, elapsed, skipped)
-        # 5. virtual world behind the coupling
-        t.coupling_torque_nm[axis] = coupling_torque(
-            s, p, c, axis, elapsed, t.velocity_difference_rad_s[axis], not powered
-        )
+        # 5. virtual world behind the coupling, or around the virtual mass
+        t.coupling_torque_nm[axis] = _display(t, s, p, c, axis, elapsed, powered)
         t.proxy_position_rad[axis] = s.proxy_position_rad[axis]
         t.environment_kind[axis] = s.world_kind[axis]
         # 6. friction: what it surely takes out, what is seen of it, and the help with it that both allow
@@ -104,7 +103,7 @@ def step(
         program = program_torque(t, s, p, c, model[axis], axis, elapsed)
         # 7. energy of the last period, and damping where it ran out
         faults |= _observe(t, s, p, axis, dx, elapsed, powered)
-        faults |= _sum_torques(t, s, axis, feedback, program)
+        faults |= _sum_torques(t, s, p, axis, feedback, program)
     faults |= _doubt_force(t, s, p, elapsed, powered)
     faults |= intake.target_fault(s, p, c) | intake.host_fault(s, c)
     # 8. state machine
@@ -129,6 +128,15 @@ def _estimate(t: Record, s: Record, p: Record, axis: int, elapsed: int, powered:
     t.hand_torque_raw_nm[axis] = s.force_raw_nm[axis]
     t.hand_torque_nm[axis] = hand_torque(s, p, axis, elapsed > 0, not powered)
     return _F_OVERSPEED if abs(velocity) > OVERSPEED_FACTOR * p.velocity_limit_rad_s[axis] else 0
+
+
+@compiled
+def _display(t: Record, s: Record, p: Record, c: Record, axis: int, elapsed: int, powered: bool) -> float:
+    """Torque of coupling and world on the joint, or of the servo that has it follow a virtual mass."""
+    difference = t.velocity_difference_rad_s[axis]
+    if is_admittance(p, axis):
+        return servo_torque(s, p, c, axis, elapsed, difference, t.hand_torque_nm[axis], not powered)
+    return coupling_torque(s, p, c, axis, elapsed, difference, not powered)
 
 
 @compiled
@@ -186,26 +194,33 @@ def _compensate(t: Record, s: Record, p: Record, model: Record, axis: int, elaps
 @compiled
 def _observe(t: Record, s: Record, p: Record, axis: int, dx: float, elapsed: int, powered: bool) -> int:
     """Passivity observer, controller, and the energies the hand and the feed-forward have put in."""
-    s.energy_hand_j[axis] += 0.5 * (s.hand_torque_before_nm[axis] + t.hand_torque_nm[axis]) * dx
+    work = 0.5 * (s.hand_torque_before_nm[axis] + t.hand_torque_nm[axis]) * dx
+    s.energy_hand_j[axis] += work
     s.hand_torque_before_nm[axis] = t.hand_torque_nm[axis]
     s.energy_feedforward_j[axis] += s.feedforward_applied_nm[axis] * dx
     t.injected_damping_nms_rad[axis] = 0.0
     if not powered or in_program(s, axis):  # a program is a source by intent, behind guards of its own
-        s.energy_port_j[axis] = 0.0
+        s.energy_port_j[axis] = s.mass_injected_nms_rad[axis] = 0.0
         return 0
-    observe_port(s, p, axis, dx, elapsed)
+    if is_admittance(p, axis):
+        observe_hand(s, p, axis, work, granted(s, axis), t.velocity_rad_s[axis])
+    else:
+        observe_port(s, p, axis, dx, elapsed)
     t.injected_damping_nms_rad[axis] = injected_damping(s, p, axis, dx, elapsed)
+    s.mass_injected_nms_rad[axis] = t.injected_damping_nms_rad[axis]
     return passivity_fault(s, p, axis)
 
 
 @compiled
-def _sum_torques(t: Record, s: Record, axis: int, feedback: float, program: float) -> int:
+def _sum_torques(t: Record, s: Record, p: Record, axis: int, feedback: float, program: float) -> int:
     """Wanted torque of ACTIVE; its damping share is written beside it."""
     if in_program(s, axis):
         t.coupling_torque_nm[axis] = 0.0
         t.feedforward_torque_nm[axis] = t.observer_torque_nm[axis] = 0.0
         s.force_feedback_nm[axis] = feedback = s.conservative_nm[axis] = 0.0
     t.damping_torque_nm[axis] = -t.injected_damping_nms_rad[axis] * t.velocity_difference_rad_s[axis]
+    if is_admittance(p, axis):  # it damps the mass, which the joint follows
+        t.damping_torque_nm[axis] = 0.0
     wanted = t.coupling_torque_nm[axis] + t.feedforward_torque_nm[axis] + t.damping_torque_nm[axis]
     wanted += t.observer_torque_nm[axis] + feedback + program
     t.torque_wanted_nm[axis] = wanted
@@ -272,7 +287,7 @@ def _gate(t: Record, s: Record, p: Record, axis: int) -> int:
     # A ramp only falls, and must not be stretched by a share that its start exceeded.
     share = 1.0 if s.state == _STOPPING else t.torque_share[axis] * _state_share(s.state)
     allowed = min(share * limit, window_limit)
-    if not in_program(s, axis):
+    if not in_program(s, axis) and not is_admittance(p, axis):
         allowed = min(allowed, torque_to_take_back(p, axis, s.energy_port_j[axis]))
     torque, flags = gate.gate_torque(
         _torque_of_state(t, s, p, axis),

@@ -48,13 +48,13 @@ GROSS_FACTOR = 3.0
 
 
 @compiled
-def _grant(s: Record, axis: int) -> float:
+def granted(s: Record, axis: int) -> float:
     """Energy that the rise of the authority and the renderer, not the hand, put into the world felt, J; used up."""
-    granted = s.authority_grant_j[axis]
+    given = s.authority_grant_j[axis]
     s.authority_grant_j[axis] = 0.0
     if s.state == _ACTIVE:
-        granted += s.authority * s.renderer_grant_j[axis]
-    return granted
+        given += s.authority * s.renderer_grant_j[axis]
+    return given
 
 
 @compiled
@@ -78,7 +78,7 @@ def observe_port(s: Record, p: Record, axis: int, dx: float, elapsed: int) -> fl
     dt = p.period_s * max(elapsed, 1)
     credit = max(p.viscous_nms_rad[axis], 0.0) * dx * dx / dt
     credit += s.friction_credit_j[axis]
-    energy = s.energy_port_j[axis] - held * dx + credit + _grant(s, axis)
+    energy = s.energy_port_j[axis] - held * dx + credit + granted(s, axis)
     felt = s.authority * s.stored_energy_j[axis]
     if p.conservative_swing_j[axis] > 0.0:  # what the compensated cogging has taken up comes back
         felt += s.authority * place_trust(s, p, axis) * p.conservative_swing_j[axis]

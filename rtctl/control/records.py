@@ -152,6 +152,15 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             # virtual coupling
             "coupling_stiffness_nm_rad": (),
             "coupling_damping_nms_rad": (),
+            # admittance display (control.virtual_mass)
+            "display_kind": (),  # vocabulary.Display
+            "mass_kgm2": (),
+            "mass_damping_nms_rad": (),
+            "mass_force_alpha": (),  # low-pass coefficient per tick
+            "mass_force_deadband_nm": (),
+            "servo_velocity_gain_nms_rad": (),
+            "servo_position_gain_nm_rad": (),
+            "servo_velocity_alpha": (),  # low-pass coefficient per tick
             # friction feed-forward (feedforward.Policy)
             "friction_policy": (),
             "friction_gain": (),  # kappa, Coulomb and Stribeck part
@@ -276,6 +285,12 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "offset_ticks": (),  # for which the force has been off
             "proxy_position_rad": (),
             "proxy_set_count": (),
+            # admittance display (control.virtual_mass); the mass is at proxy_position_rad
+            "mass_velocity_rad_s": (),
+            "mass_force_nm": (),  # hand torque, low-passed
+            "mass_injected_nms_rad": (),  # damping added by the passivity controller
+            "servo_velocity_rad_s": (),  # of the joint, low-passed
+            "remote_position_rad": (),  # the renderer's end of the spring to the mass
             "friction_gate": (),
             "friction_stop": (),  # stop operator state, -1..1
             "friction_intent_nm": (),  # hand torque, low-passed for the intent

@@ -19,6 +19,13 @@ class VelocityMethod(IntEnum):
     KALMAN = 3
 
 
+class Display(IntEnum):
+    """What an axis shows to the hand: a force for a motion, or the motion of a mass for a force (`control.virtual_mass`)."""
+
+    IMPEDANCE = 0
+    ADMITTANCE = 1
+
+
 class PlaceUse(IntEnum):
     """Whether the law goes by what a friction model says of place (`control.place_trust`)."""
 

@@ -16,6 +16,7 @@ from pydantic import BeforeValidator, Field, create_model, model_validator
 from hw.outside import whole
 from rtctl.control.environments.kind import Parameter
 from rtctl.control.environments.table import PARAMETERS, KindName, meaning
+from rtctl.rig_file.admittance_table import REQUIRED, AdmittanceTable
 from rtctl.rig_file.fields import Name, Table, Vector, number
 from rtctl.rig_file.friction_tables import ForceFeedbackTable, FrictionTable
 from rtctl.rig_file.sensor_tables import ForceTable, TemperatureTable, VelocityTable
@@ -177,10 +178,16 @@ class AxisTable(Table):
         "dry friction the joint surely has where no model tells; against the encoder's steps",
         default=0.0,
     )
+    display: Literal["impedance", "admittance"] = Field(
+        "impedance",
+        description="impedance: motion is measured, torque is sent; admittance: force is measured, motion follows it "
+        "(a stiff gearbox with a good force sensor)",
+    )
     velocity: VelocityTable = VelocityTable()
     force: ForceTable = ForceTable()
     temperature: TemperatureTable = TemperatureTable()
     coupling: CouplingTable = CouplingTable()
+    admittance: AdmittanceTable = AdmittanceTable()
     drive: DriveTable = DriveTable()
     measured: MeasuredTable = MeasuredTable()
     environment: EnvironmentTable = EnvironmentTable()
@@ -209,6 +216,23 @@ class AxisTable(Table):
             raise ValueError(msg)
         if any(abs(x) > 10 for x in self.lever_m) or not any((*self.lever_m, *self.axis_direction)):
             msg = f"lever_m {self.lever_m}: needs a component other than 0, each within -10..10 m"
+            raise ValueError(msg)
+        return self
+
+    @model_validator(mode="after")
+    def _admittance(self) -> AxisTable:
+        if self.display != "admittance":
+            return self
+        for key in REQUIRED:
+            value = getattr(self.admittance, key)
+            if not value > 0:
+                msg = f'admittance.{key} {value}: display = "admittance" needs it above 0; give it in [axis.admittance]'
+                raise ValueError(msg)
+        if self.force_feedback.gain > 0:
+            msg = (
+                f'force_feedback.gain {self.force_feedback.gain}: display = "admittance" is force feedback already; '
+                "set gain = 0"
+            )
             raise ValueError(msg)
         return self
 

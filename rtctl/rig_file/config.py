@@ -80,10 +80,16 @@ class Config(Table):
         return self
 
     @model_validator(mode="after")
-    def _feedback_needs_force(self) -> Config:
+    def _needs_force(self) -> Config:
         for axis in self.axis:
             if axis.force_feedback.gain > 0 and "force" in self.rig.absent:
                 msg = f"axis {axis.name}: force_feedback.gain {axis.force_feedback.gain} needs the force sensor that rig.absent rules out; set gain = 0"
+                raise ValueError(msg)
+            if axis.display == "admittance" and "force" in self.rig.absent:
+                msg = (
+                    f'axis {axis.name}: display = "admittance" needs the force sensor that rig.absent rules out; '
+                    'set display = "impedance", or give the rig its sensor'
+                )
                 raise ValueError(msg)
         return self
 

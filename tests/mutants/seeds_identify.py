@@ -140,13 +140,13 @@ SEEDS = (
     Seed(
         "what is held out sets the scale of C",
         "rtctl/friction/learn/search.py",
-        "                in_scale_of(candidate, data.speed, data.friction_nm, kept),",
-        "                candidate,",
+        "        in_scale_of(candidate, data.speed, data.friction_nm, kept),",
+        "        candidate,",
         SCALES,
     ),
     Seed(
         "errors of one lap count one by one",
-        "rtctl/friction/learn/search.py",
+        "rtctl/friction/learn/certainty.py",
         "np.arange(len(errors)) if blocks is None else blocks",
         "np.arange(len(errors))",
         BLOCKS,

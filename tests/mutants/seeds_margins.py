@@ -8,6 +8,8 @@ LOOP = ("tests/unit/control/test_sampled_loop.py",)
 CHECK = ("tests/unit/cli/test_check.py",)
 OBSERVER = ("tests/unit/control/test_observer_margin.py",)
 FRICTION = ("tests/unit/cli/test_check_friction.py",)
+ADMITTANCE = ("tests/unit/control/test_admittance_margin.py", "tests/unit/control/test_admittance_proof.py")
+DISPLAY = ("tests/unit/cli/test_check_admittance.py",)
 DECLARED = ("tests/unit/hw/test_declared.py",)
 
 SEEDS = (
@@ -111,7 +113,7 @@ SEEDS = (
     ),
     Seed(
         "the observer's loop knows a hand without its mass",
-        "rtctl/control/observer_loop.py",
+        "rtctl/control/drive_in_hand.py",
         "    hand = -points.m_h[:, None] * A[np.arange(n), moving]\n",
         "    hand = 0 * A[np.arange(n), moving]\n",
         OBSERVER,
@@ -164,5 +166,40 @@ SEEDS = (
         "    seen = share <= most\n",
         "    seen = True\n",
         ("tests/unit/cli/test_check_friction.py",),
+    ),
+    Seed(
+        "a virtual mass whose world does not hold it",
+        "rtctl/control/admittance_loop.py",
+        "(loop.mass_kgm2 * v_r + T * (felt - k_e * x_r)) / weight",
+        "(loop.mass_kgm2 * v_r + T * felt) / weight",
+        ADMITTANCE,
+    ),
+    Seed(
+        "a proof for which any directions will do",
+        "rtctl/control/admittance_proof.py",
+        "(off - angle).min(axis=axes) < math.pi - _INWARD",
+        "(off - angle).min(axis=axes) < 9.0",
+        ADMITTANCE,
+    ),
+    Seed(
+        "the aliases are forgotten",
+        "rtctl/control/admittance_spectrum.py",
+        "    E = E - C_x * R_x - C_t * R_t\n",
+        "",
+        ADMITTANCE,
+    ),
+    Seed(
+        "an admittance that grows is only told of",
+        "rtctl/check/verdicts_of_admittance.py",
+        "Outcome.FAIL if not one.stable else Outcome.PASS if one.proved else Outcome.NOT_PROVED",
+        "Outcome.PASS if one.proved else Outcome.NOT_PROVED",
+        DISPLAY,
+    ),
+    Seed(
+        "what is not proved between the points passes",
+        "rtctl/check/verdicts_of_admittance.py",
+        "Outcome.PASS if one.proved else Outcome.NOT_PROVED",
+        "Outcome.PASS",
+        DISPLAY,
     ),
 )

@@ -1,20 +1,22 @@
 """Train one candidate of the ladder: a support-vector machine with a given kernel matrix, or a formula.
 
-scikit-learn is imported when a fit runs.
+Few points are trained by scikit-learn (imported when a fit runs), many by an interior-point method (`interior`).
 """
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rtctl.friction.kinds.curve import Curve
-from rtctl.friction.kinds.table import FORMULAS, KERNELS
+from rtctl.friction.kinds.table import FORMULAS
+from rtctl.friction.learn import interior
 from rtctl.friction.learn.formulas import fit_formula
+from rtctl.friction.learn.gram import FINE, Gram, pivoted
 
 if TYPE_CHECKING:
     from sklearn.svm import SVR, NuSVR
@@ -56,11 +58,15 @@ class FailedFitError(Exception):
 
 @dataclass(frozen=True)
 class Trained:
-    """A trained curve and the half width of its tube, N m (found by the machine for nu, 0 for a formula)."""
+    """A trained curve and the half width of its tube, N m (found by the machine for nu, 0 for a formula).
+
+    `weights` (r,) are those of the columns of the factor it was trained by: factor @ weights + intercept is the curve at any row of it.
+    """
 
     curve: Curve
     epsilon_nm: float
     converged: bool
+    weights: np.ndarray | None = None
 
 
 def train(
@@ -69,7 +75,7 @@ def train(
     friction_nm: np.ndarray,
     weight: np.ndarray,
     *,
-    matrix: np.ndarray | None = None,
+    gram: Gram | None = None,
     max_iterations: int = MAX_ITERATIONS,
     tolerance_nm: float | None = None,
 ) -> Trained:
@@ -79,8 +85,8 @@ def train(
     ----------
     speed, friction_nm, weight : ndarray, shape (n,)
         |v| (rad/s), friction magnitude (N m), weight of each point.
-    matrix, tolerance_nm
-        Kernel matrix of `speed`, (n, n), when it is at hand; of the solver, N m, default `_TOLERANCE_SHARE` of the largest friction.
+    gram, tolerance_nm
+        Kernel matrix of `speed`, when it is at hand; of the solver, N m, default `_TOLERANCE_SHARE` of the largest friction.
 
     Raises
     ------
@@ -92,15 +98,17 @@ def train(
     """
     if candidate.kind in FORMULAS:
         return _formula(candidate.kind, speed, friction_nm, weight)
-    if matrix is None:
-        matrix = KERNELS[candidate.kind].matrix(candidate.parameters, speed, speed)
+    if gram is None:
+        gram = Gram.of(candidate.kind, candidate.parameters, speed)
     if tolerance_nm is None:
         tolerance_nm = _TOLERANCE_SHARE * float(friction_nm.max())
+    if gram.factor is not None:
+        return _by_factor(candidate, speed, friction_nm, weight, gram, tolerance_nm)
     machine = _machine(candidate, tolerance_nm, max_iterations)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the iteration limit: reported as `converged`
         try:
-            machine.fit(matrix, friction_nm, sample_weight=weight)
+            machine.fit(gram.matrix, friction_nm, sample_weight=weight)
         except ValueError as error:  # scikit-learn: "the dual coefficients or intercepts are not finite"
             raise FailedFitError("not finite") from error
     beta, intercept = machine.dual_coef_[0], float(machine.intercept_[0])
@@ -120,6 +128,34 @@ def _formula(kind: str, speed: np.ndarray, friction_nm: np.ndarray, weight: np.n
         return Trained(fit_formula(kind, speed, friction_nm, weight).curve, 0.0, converged=True)
     except (ValueError, RuntimeError) as error:  # of scipy's solvers; numpy's LinAlgError is a ValueError
         raise FailedFitError(f"not fitted ({error})") from error
+
+
+def _by_factor(
+    candidate: Candidate,
+    speed: np.ndarray,
+    friction_nm: np.ndarray,
+    weight: np.ndarray,
+    gram: Gram,
+    tolerance_nm: float,
+) -> Trained:
+    """Train by the factor of the kernel matrix; where the whole matrix is there, the sum of kernels is held to it, and a finer factor taken if need be."""
+    assert gram.factor is not None
+    factor, bound = gram.factor, candidate.c * weight
+    while True:
+        tube = {"nu": candidate.tube} if candidate.machine == "nu" else {"epsilon_nm": candidate.tube}
+        found = interior.solve(factor, friction_nm, bound, **tube, tolerance_nm=tolerance_nm)
+        weights = factor.T @ found.beta
+        if gram.matrix is None or np.abs(gram.matrix @ found.beta - factor @ weights).max() <= tolerance_nm:
+            break
+        if factor is not gram.factor:
+            found = replace(found, converged=False)
+            break
+        factor = pivoted(gram.matrix, FINE)
+    if not (np.isfinite(found.beta).all() and np.isfinite(found.intercept)):
+        raise FailedFitError("not finite")
+    at = np.flatnonzero(found.beta)
+    curve = Curve(candidate.kind, candidate.parameters, speed[at], found.beta[at], found.intercept)
+    return Trained(curve, found.epsilon_nm, found.converged, weights)
 
 
 def _machine(candidate: Candidate, tolerance_nm: float, max_iterations: int) -> SVR | NuSVR:

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from rtctl.errors import DataError
-from rtctl.friction.learn import ladder, search
+from rtctl.friction.learn import ladder
+from rtctl.friction.learn.certainty import standard_error
 from rtctl.friction.learn.hold_out import TRAINS, folds_of, units_of
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.points.measured import FrictionPoints
@@ -105,7 +106,7 @@ def generalisation(
 def _figures(parts: list[np.ndarray], block: np.ndarray) -> tuple[float, float]:
     """RMS and its standard error, N m."""
     together = np.concatenate(parts)
-    return float(np.sqrt(np.mean(together**2))), search.standard_error(together, block)
+    return float(np.sqrt(np.mean(together**2))), standard_error(together, block)
 
 
 def _of_rungs(points: FrictionPoints, found: ladder.Ladder) -> dict[str, FrictionModel]:

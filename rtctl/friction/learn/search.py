@@ -14,9 +14,11 @@ import numpy as np
 
 from rtctl.errors import UnidentifiableError
 from rtctl.friction.kinds.table import KERNELS
+from rtctl.friction.learn.certainty import doubt, standard_error
+from rtctl.friction.learn.gram import MANY, Gram
 from rtctl.friction.learn.grids import in_scale_of
 from rtctl.friction.learn.hold_out import TRAINS, folds_of, units_of
-from rtctl.friction.learn.machines import MAX_ITERATIONS, Candidate, FailedFitError, train
+from rtctl.friction.learn.machines import MAX_ITERATIONS, Candidate, FailedFitError, Trained, train
 from rtctl.friction.points.measured import FrictionPoints
 
 if TYPE_CHECKING:
@@ -25,8 +27,20 @@ if TYPE_CHECKING:
 BREAK_AWAY_WEIGHT = 3.0
 """Weight of break-away points: one of 55, and the only one that says what a rig at rest holds."""
 
-RUNGS: tuple[tuple[int, int | None], ...] = ((5_000, 2), (50_000, None), (MAX_ITERATIONS, None))
-"""Solver iterations, and folds held out at most (None: all), of the rounds of successive halving."""
+
+@dataclass(frozen=True)
+class Effort:
+    """What a round spends on a candidate: solver iterations, folds held out and points trained on, at most (None: all)."""
+
+    iterations: int = MAX_ITERATIONS
+    folds: int | None = None
+    points: int | None = None
+
+
+ALL = Effort()
+
+ROUNDS = (Effort(5_000, 2, MANY), Effort(50_000, None, 2 * MANY), ALL)
+"""Rounds of successive halving: few iterations, folds and points for all candidates, everything for the best."""
 
 KEEP = 3
 """Each round keeps one in this many candidates of a family."""
@@ -79,49 +93,8 @@ class Score:
 
     @property
     def doubt_nm(self) -> float:
-        """See `doubt`, N m."""
+        """See `certainty.doubt`, N m."""
         return doubt(self.errors, self.blocks)
-
-
-def standard_error(errors: np.ndarray, blocks: np.ndarray | None = None) -> float:
-    """Standard error of the root mean square of `errors`: that of the mean square, over twice the root.
-
-    Parameters
-    ----------
-    blocks
-        Block of each error, shape (n,): errors of one block (a lap, a log, a stretch of time) are alike and count as one.
-
-    Notes
-    -----
-    The variance of a ratio of sums over blocks. One block says nothing of others: its standard error is infinite.
-    """
-    squares = errors**2
-    rmse = np.sqrt(squares.mean()) if len(squares) else 0.0
-    if not rmse > 0:
-        return 0.0
-    names, block = np.unique(np.arange(len(errors)) if blocks is None else blocks, return_inverse=True)
-    n = len(names)
-    if n == len(errors):
-        return float(squares.std(ddof=1) / np.sqrt(n) / (2 * rmse))
-    if n < 2:
-        return float("inf")
-    off = np.bincount(block, squares - squares.mean())
-    variance = float(off @ off) * n / (n - 1) / len(errors) ** 2
-    return float(np.sqrt(variance) / (2 * rmse))
-
-
-BLOCKS_MIN = 5
-"""Fewest blocks that know their own spread well enough to choose by."""
-
-
-def doubt(errors: np.ndarray, blocks: np.ndarray | None) -> float:
-    """Standard error that models are chosen within, N m: by blocks, or where there are too few of them error by error.
-
-    The spread of two or three sessions is a matter of luck: as often as not it would let the plainest model through. What sessions differ
-    by is common to all models, and says little of which one is better.
-    """
-    few = blocks is not None and len(np.unique(blocks)) < BLOCKS_MIN
-    return standard_error(errors, None if few else blocks)
 
 
 def side(
@@ -143,40 +116,31 @@ def side(
 def cross_validate(
     candidate: Candidate,
     data: Side,
-    matrix: np.ndarray | None = None,
-    max_iterations: int = MAX_ITERATIONS,
-    *,
-    final: bool = True,
+    gram: Gram | None = None,
+    effort: Effort = ALL,
     max_terms: int | None = None,
-    most_folds: int | None = None,
 ) -> Score:
-    """Score of one candidate on held-out folds, `most_folds` of them at most.
+    """Score of one candidate on held-out folds.
 
-    A fit that fails gives a score that says so: "not finite", "not converged" (only when `final`: the early
-    rounds of halving stop early on purpose), "refused", or "more than N support vectors" when it has more than
+    A fit that fails gives a score that says so: "not finite", "not converged" (only in the last round: the early
+    ones stop early on purpose), "refused", or "more than N support vectors" when it has more than
     `max_terms` trained on all points; `n_terms` is then their number.
     """
+    final = effort == ALL
     errors, terms, converged = np.zeros(len(data.speed)), [], True
-    folds = np.unique(data.fold[data.fold != TRAINS])[:most_folds]
+    folds = np.unique(data.fold[data.fold != TRAINS])[: effort.folds]
     try:
         for k in folds:
             held, kept = data.fold == k, data.fold != k
-            trained = train(
-                in_scale_of(candidate, data.speed, data.friction_nm, kept),
-                data.speed[kept],
-                data.friction_nm[kept],
-                data.weight[kept],
-                matrix=None if matrix is None else matrix[np.ix_(kept, kept)],
-                max_iterations=max_iterations,
-            )
+            trained, off = _held_out(candidate, data, held, kept, gram, effort)
             if final and not trained.converged:
                 raise FailedFitError("not converged")
             converged = converged and trained.converged
-            errors[held] = trained.curve(data.speed[held]) - data.friction_nm[held]
+            errors[held] = off
             terms.append(trained.curve.n_terms)
         count = float(np.mean(terms))
         if final or (max_terms is not None and converged):
-            whole = train(candidate, data.speed, data.friction_nm, data.weight, matrix=matrix)
+            whole = train(candidate, data.speed, data.friction_nm, data.weight, gram=gram)
             if final and not whole.converged:
                 raise FailedFitError("not converged")
             count = float(whole.curve.n_terms)
@@ -192,28 +156,48 @@ def cross_validate(
     return Score(candidate, data.direction, errors[held], count, converged=converged, blocks=blocks)
 
 
+def _held_out(
+    candidate: Candidate, data: Side, held: np.ndarray, kept: np.ndarray, gram: Gram | None, effort: Effort
+) -> tuple[Trained, np.ndarray]:
+    """Train on what is kept, and errors (N m) of what is held out."""
+    weight, n = data.weight, int(kept.sum())
+    if effort.points is not None and n > effort.points:
+        kept = _thinned(kept, data.speed, effort.points)
+        weight = weight * n / effort.points  # fewer points pull as much at the curve together
+    trained = train(
+        in_scale_of(candidate, data.speed, data.friction_nm, kept),
+        data.speed[kept],
+        data.friction_nm[kept],
+        weight[kept],
+        gram=None if gram is None else gram.part(kept),
+        max_iterations=effort.iterations,
+    )
+    if gram is None or gram.factor is None or trained.weights is None:
+        return trained, trained.curve(data.speed[held]) - data.friction_nm[held]
+    said = gram.factor[held] @ trained.weights + trained.curve.intercept
+    return trained, said - data.friction_nm[held]
+
+
+def _thinned(kept: np.ndarray, speed: np.ndarray, points: int) -> np.ndarray:
+    """As many of the points kept, evenly among them by speed: the slowest and the fastest stay."""
+    rows = np.flatnonzero(kept)
+    rows = rows[np.argsort(speed[rows], kind="stable")]
+    fewer = np.zeros(len(kept), dtype=bool)
+    fewer[rows[np.linspace(0, len(rows) - 1, points).round().astype(int)]] = True
+    return fewer
+
+
 def _chunk(
-    batch: Sequence[tuple[Candidate, int]],
-    sides: Sequence[Side],
-    limit: int,
-    final: bool,
-    max_terms: int | None,
-    most_folds: int | None,
+    batch: Sequence[tuple[Candidate, int]], sides: Sequence[Side], effort: Effort, max_terms: int | None
 ) -> list[Score]:
     """Score a batch of (candidate, index of its side); one kernel matrix serves all that share it."""
-    matrices: dict[tuple[Any, ...], np.ndarray] = {}
+    grams: dict[tuple[Any, ...], Gram] = {}
     scores = []
     for one, at in batch:
         key = (one.kind, at, *one.parameters.items())
-        if one.kind in KERNELS and key not in matrices:
-            speed = sides[at].speed
-            matrices[key] = KERNELS[one.kind].matrix(one.parameters, speed, speed)
-        matrix = matrices.get(key)
-        scores.append(
-            cross_validate(
-                one, sides[at], matrix, limit, final=final, max_terms=max_terms, most_folds=most_folds
-            )
-        )
+        if one.kind in KERNELS and key not in grams:
+            grams[key] = Gram.of(one.kind, one.parameters, sides[at].speed)
+        scores.append(cross_validate(one, sides[at], grams.get(key), effort, max_terms))
     return scores
 
 
@@ -221,21 +205,17 @@ def score_all(
     pool: Parallel,
     tasks: Sequence[tuple[Candidate, int]],
     sides: Sequence[Side],
-    limit: int = MAX_ITERATIONS,
+    effort: Effort = ALL,
     *,
-    final: bool = True,
     progress: Progress | None = None,
     max_terms: int | None = None,
-    most_folds: int | None = None,
 ) -> list[Score]:
     """Score every task on the pool; the result has the order of `tasks`."""
     import joblib
 
     batches = [tasks[i : i + CHUNK] for i in range(0, len(tasks), CHUNK)]
     scores: list[Score] = []
-    for done in pool(
-        joblib.delayed(_chunk)(batch, sides, limit, final, max_terms, most_folds) for batch in batches
-    ):
+    for done in pool(joblib.delayed(_chunk)(batch, sides, effort, max_terms) for batch in batches):
         scores += done
         if progress:
             progress(len(scores), len(tasks))
@@ -262,7 +242,7 @@ def halving(
     *,
     max_terms: int | None = None,
 ) -> list[Score]:
-    """Successive halving, family by family and side by side: few folds and iterations for all, more for the best.
+    """Successive halving, family by family and side by side: few folds, points and iterations for all, more for the best.
 
     What has converged early stays beside the most promising of the rest, so that a family whose best
     candidates never converge still has one. Returns the scores of the last round (all converged or failed),
@@ -270,19 +250,9 @@ def halving(
     """
     lost: list[Score] = []
     left = list(tasks)
-    for limit, most_folds in RUNGS:
-        final = limit == MAX_ITERATIONS
-        scores = score_all(
-            pool,
-            left,
-            sides,
-            limit,
-            final=final,
-            progress=progress,
-            max_terms=max_terms,
-            most_folds=most_folds,
-        )
-        if final:
+    for effort in ROUNDS:
+        scores = score_all(pool, left, sides, effort, progress=progress, max_terms=max_terms)
+        if effort == ALL:
             return [*scores, *lost]
         lost += [score for score in scores if score.failed]
         left = _promising(scores, sides)

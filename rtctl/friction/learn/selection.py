@@ -15,8 +15,9 @@ import numpy as np
 
 from rtctl.errors import DataError, UnidentifiableError
 from rtctl.friction.kinds.table import FORMULAS
+from rtctl.friction.learn.certainty import doubt, standard_error
 from rtctl.friction.learn.formulas import fit_formula, require_identifiable
-from rtctl.friction.learn.search import Score, Side, doubt, standard_error
+from rtctl.friction.learn.search import Score, Side
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class Rung:
 
     @property
     def doubt_nm(self) -> float:
-        """See `search.doubt`, N m."""
+        """See `certainty.doubt`, N m."""
         return 0.0 if self.refused else doubt(self.errors, self.blocks)
 
     @property

@@ -1,6 +1,7 @@
-"""Columns of a regression that describe friction around a turn: by speed, late speed, stop operator, LuGre's bristle.
+"""Columns of a regression that describe friction around a turn: by speed, late speed, acceleration, stop operator, LuGre's bristle.
 
-Each is (rows, 2 + number of Stribeck peaks): the direction forwards, backwards, and times each peak, low-passed.
+Each is (rows, 2 + number of Stribeck peaks): the direction forwards, backwards, and times each peak, low-passed; by acceleration has each peak
+once more.
 """
 
 from __future__ import annotations
@@ -53,6 +54,19 @@ def by_speed(part: TurningPart, which: float, lag_s: float = 0.0) -> np.ndarray:
 def by_late_speed(which: float, part: TurningPart, lag_s: float) -> np.ndarray:
     """Friction by speed, its Stribeck peaks late by `lag_s`, s."""
     return by_speed(part, which, lag_s)
+
+
+def by_acceleration(which: float, part: TurningPart, _none: float = 0.0) -> np.ndarray:
+    """Friction by speed and, near rest, in proportion to how fast the speed changes: other when it rises than when it falls.
+
+    A regression over (|v|, a) with the kernel k(v, v')(1 + lambda a a') is a curve of speed plus a times another; here the peaks' shapes are the
+    other. A part of it that does not depend on speed is inertia.
+    """
+    plain = by_speed(part, which)
+    direction = stop_operator(part.path_rad, SHORTEST_RAD) if which else np.sign(part.motion[:, 1])
+    change = direction * part.motion[:, 0]  # of abs(v), rad/s^2
+    beside = [direction * change * peak for peak in part.peaks]
+    return np.column_stack([plain, *(smooth(one, part.rate_hz, part.cutoff_hz)[part.rows] for one in beside)])
 
 
 def by_stop(part: TurningPart, length_rad: float) -> np.ndarray:

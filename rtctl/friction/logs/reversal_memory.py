@@ -7,13 +7,14 @@ is one linear balance
 
 with another friction (docs/theory.md 9.4):
 
-========  ==========================================================================================
-speed     F_+ H(v) + F_- H(-v), and the same times a Stribeck peak: what a curve of speed can say
-lag       the same, its peaks a time tau late behind the speed (frictional lag, HS90)
-stop      the stop operator s <- clip(s + dx/L, -1, 1) over the recorded path in place of the sign
-lugre     LuGre's bristle, ds/dx = (1 - s sgn dx)/L, in place of the sign
-maxwell   a sum of stop operators of several lengths, each of weight >= 0 (Maxwell-slip, Iwa66)
-========  ==========================================================================================
+============  ==========================================================================================
+speed         F_+ H(v) + F_- H(-v), and the same times a Stribeck peak: what a curve of speed can say
+lag           the same, its peaks a time tau late behind the speed (frictional lag, HS90)
+acceleration  that of speed, and the acceleration times each peak: other when the speed rises than when it falls
+stop          the stop operator s <- clip(s + dx/L, -1, 1) over the recorded path in place of the sign
+lugre         LuGre's bristle, ds/dx = (1 - s sgn dx)/L, in place of the sign
+maxwell       a sum of stop operators of several lengths, each of weight >= 0 (Maxwell-slip, Iwa66)
+============  ==========================================================================================
 
 Both sides pass one zero-phase low-pass, so a turn that the filter blurs is blurred alike. The stretches are cut into
 blocks of time; what is told is the error in each half of the blocks of what was fitted to the other, length and lag too.
@@ -27,7 +28,14 @@ from functools import partial
 
 import numpy as np
 
-from rtctl.friction.logs.bristle_columns import Columns, by_late_speed, by_lugre, by_speed, by_stop
+from rtctl.friction.logs.bristle_columns import (
+    Columns,
+    by_acceleration,
+    by_late_speed,
+    by_lugre,
+    by_speed,
+    by_stop,
+)
 from rtctl.friction.logs.dynamics import CUTOFF_HZ, SPEED_MIN_RAD_S, AxisLog
 from rtctl.friction.logs.turns import SHORTEST_RAD, TurningPart, longest_length, made_ready
 
@@ -66,13 +74,13 @@ class Rung:
     Attributes
     ----------
     name
-        `speed`, `lag`, `stop`, `lugre` or `maxwell`.
+        `speed`, `lag`, `acceleration`, `stop`, `lugre` or `maxwell`.
     near_nm, rms_nm
         Error (RMS, N m) within `NEAR_S` of a turn, and everywhere.
     gain, gain_standard_error
         How much smaller `near_nm` is than that of `speed`, as a share, and the standard error of it over blocks.
     parameter
-        Length (rad; of `maxwell` the mean by weight) or lag (s) fitted to all rows; 0 for `speed`.
+        Length (rad; of `maxwell` the mean by weight) or lag (s) fitted to all rows; 0 for `speed` and `acceleration`.
     """
 
     name: str
@@ -115,6 +123,7 @@ def reversals_of_logs(
     found = {
         "speed": replace(speed, parameter=0.0),
         "lag": rows.judged(partial(by_late_speed, speed.parameter), LAGS_S),
+        "acceleration": rows.judged(partial(by_acceleration, speed.parameter), (0.0,)),
         "stop": rows.judged(by_stop, lengths),
         "lugre": rows.judged(by_lugre, lengths),
     }

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from rtctl.friction.gain import Gains
+from rtctl.friction.learn.certainty import standard_error
 from rtctl.friction.learn.fit import compile_error_nm
 from rtctl.friction.learn.hold_out import HELD_OUT
-from rtctl.friction.learn.search import standard_error
 from rtctl.friction.report.evidence import REGIMES, Errors, Evidence, Learned, interval_nm
 
 

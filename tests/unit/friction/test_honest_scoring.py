@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 from rtctl.cli.fit import command
 from rtctl.errors import DataError
-from rtctl.friction.learn import fit, grids, ladder, nested, search
+from rtctl.friction.learn import certainty, fit, grids, ladder, nested, search
 from rtctl.friction.learn.hold_out import TRAINS, describe, folds_of, units_of, way_for
 from rtctl.friction.learn.laps import laps_of
 from rtctl.friction.learn.machines import Candidate
@@ -143,10 +143,10 @@ def test_the_standard_error_by_blocks_is_that_of_repeated_draws_and_that_of_sing
     draws = np.repeat(rng.normal(0, 1, (4000, 20)), 15, axis=1) + rng.normal(0, 0.3, (4000, 300))
     blocks = np.repeat(np.arange(20), 15)
     spread = np.sqrt((draws**2).mean(axis=1)).std()
-    by_block = np.mean([search.standard_error(draw, blocks) for draw in draws[:300]])
+    by_block = np.mean([certainty.standard_error(draw, blocks) for draw in draws[:300]])
     assert by_block == pytest.approx(spread, rel=0.1)
-    assert np.mean([search.standard_error(draw) for draw in draws[:300]]) < 0.5 * spread
-    assert search.standard_error(draws[0], np.arange(300)) == search.standard_error(draws[0])
+    assert np.mean([certainty.standard_error(draw) for draw in draws[:300]]) < 0.5 * spread
+    assert certainty.standard_error(draws[0], np.arange(300)) == certainty.standard_error(draws[0])
 
 
 def test_a_ladder_by_logs_is_less_sure_than_one_by_speed_where_the_logs_differ():

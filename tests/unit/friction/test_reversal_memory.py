@@ -31,6 +31,16 @@ def test_where_there_are_no_bristles_memory_is_worth_nothing(count_rad):
     assert max(rung.gain for rung in found.rungs) < WORTH
 
 
+@pytest.mark.parametrize(("own", "made"), [("lag", {"lag_s": 0.01}), ("acceleration", {"rising": 0.3})])
+def test_friction_that_is_other_when_the_speed_rises_is_told_by_what_it_follows(own, made):
+    found = reversals_of_logs([log(rigid, 1.0, stribeck=1.0, count_rad=1e-6, seconds=16.0, **made)])
+    told = rungs(found)
+    assert found.chosen == own
+    assert told[own].gain > max(0.4, 5 * told[own].gain_standard_error)
+    if own == "lag":
+        assert told["lag"].parameter == pytest.approx(0.01, abs=0.005)
+
+
 def test_what_is_told_is_of_rows_that_were_not_fitted_to():
     """A fit to noise leaves less than the noise in the rows fitted to, and more than it in others."""
     whole, left = log(rigid, 1.0, count_rad=1e-6, seconds=8.0), []

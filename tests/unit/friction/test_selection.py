@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rtctl.errors import DataError
-from rtctl.friction.learn import search, selection
+from rtctl.friction.learn import certainty, search, selection
 from rtctl.friction.learn.machines import Candidate
 from rtctl.friction.learn.search import Score
 
@@ -64,8 +64,10 @@ def test_the_standard_error_is_that_of_repeated_draws():
     rng = np.random.default_rng(1)
     draws = rng.normal(0, 2, (4000, 60))
     spread = np.sqrt((draws**2).mean(axis=1)).std()
-    assert np.mean([search.standard_error(draw) for draw in draws[:200]]) == pytest.approx(spread, rel=0.05)
-    assert search.standard_error(np.zeros(5)) == 0.0
+    assert np.mean([certainty.standard_error(draw) for draw in draws[:200]]) == pytest.approx(
+        spread, rel=0.05
+    )
+    assert certainty.standard_error(np.zeros(5)) == 0.0
 
 
 def test_the_explanation_names_choice_and_runner_up_and_says_when_a_formula_is_as_good():

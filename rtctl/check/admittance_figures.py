@@ -1,0 +1,136 @@
+"""Every figure of an axis that is displayed as an admittance: its loop as the certificate takes it, and what that finds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from rtctl.control import stability
+
+if TYPE_CHECKING:
+    from hw.interface import Joint
+    from rtctl.check.axis_report import AxisFigures
+    from rtctl.control.admittance_loop import AdmittanceLoop
+    from rtctl.control.drive_in_hand import ElasticJoint
+    from rtctl.rig_file.axis_tables import AxisTable
+
+
+@dataclass(frozen=True)
+class AdmittanceFigures:
+    """What is found of one axis. Units are in the names; the box of hands is the rig file's."""
+
+    radius: float
+    """Largest |eigenvalue| of one period over the grid, a joint that slides, whatever lies between law and joint up to the
+    declared.
+    """
+    points: int
+    worst: str
+    """Hand, joint and world of that point."""
+    stable: bool
+    proved: bool
+    """Between the points, too, at the declared delay and lag."""
+    cells: int
+    not_proved_at: str
+    stuck_radius: float | None
+    """Largest |eigenvalue| for a joint that sticks on its bristles; None where there is no dry friction."""
+    stuck_worst: str
+    damping_kept: float
+    """Least share of its ideal damping that a vibration keeps."""
+    hand_stiffness_max_nm_rad: float
+    """Up to which every hand passes in every linear world; the next one: in free motion."""
+    hand_stiffness_max_free_nm_rad: float
+    mass_min_kgm2: float
+    """Least that passes at these gains; 0: none does."""
+    damping_min_nms_rad: float
+    """Least virtual damping, no less than the rig file's, that passes with its mass; 0: none does."""
+    mass_min_continuous_kgm2: float
+    """From which on it would be passive without any lag, in any hand."""
+
+
+def loop_of(figures: AxisFigures, table: AxisTable, joint: Joint, period_s: float) -> AdmittanceLoop:
+    """The loop of an axis as `admittance_loop` wants it."""
+    from rtctl.control.admittance_loop import (
+        AdmittanceLoop,
+        Box,
+    )  # a report's names must not load the compiler
+
+    a, observer = table.admittance, table.friction.observer
+    observes = figures.compensates and figures.force_sensor and observer.gain > 0
+    lag = stability.lag_ticks(figures.current_loop_hz, period_s)
+    return AdmittanceLoop(
+        inertia_kgm2=table.inertia_kgm2,
+        viscous_nms_rad=figures.total_damping_nms_rad,
+        period_s=period_s,
+        mass_kgm2=a.mass_kgm2,
+        virtual_damping_nms_rad=a.damping_nms_rad,
+        velocity_gain_nms_rad=a.velocity_gain_nms_rad,
+        position_gain_nm_rad=a.position_gain_nm_rad,
+        force_lowpass_hz=a.force_lowpass_hz,
+        sensor_lowpass_hz=table.force.lowpass_hz,
+        velocity_lowpass_hz=a.velocity_lowpass_hz,
+        delay=figures.delay_ticks,
+        lag_hz=figures.current_loop_hz,
+        sample_ticks=figures.sample_ticks,
+        bristle_nm_rad=figures.guarantee.bristle_nm_rad,
+        motor_share=joint.motor_share,
+        encoder=joint.encoder,
+        joints=joints_of(joint, table.inertia_kgm2),
+        box=Box(a.hand_stiffness_nm_rad, a.hand_damping_nms_rad, a.hand_inertia_kgm2),
+        observer_gain=observer.gain if observes else 0.0,
+        observer_hz=observer.bandwidth_at(1 / period_s) if observes else 0.0,
+        acting_ticks=round(figures.delay_ticks + lag) if observes else 0,
+    )
+
+
+def joints_of(joint: Joint, inertia_kgm2: float) -> tuple[ElasticJoint, ...]:
+    """Rigid, elastic as declared, or elastic of all resonances where it is said to be elastic and no more."""
+    from rtctl.control.drive_in_hand import RESONANCES_HZ, RIGID, ElasticJoint, resonance
+
+    if joint.stiffness_nm_rad > 0:
+        one = ElasticJoint(joint.link_inertia_share, joint.stiffness_nm_rad, joint.damping_nms_rad)
+        return (one,)
+    if joint.motor_share < 1:
+        return tuple(resonance(inertia_kgm2, hz) for hz in RESONANCES_HZ)
+    return (RIGID,)
+
+
+@lru_cache(maxsize=64)
+def figures_of(loop: AdmittanceLoop) -> AdmittanceFigures:
+    """Everything that is found of a loop. Some two seconds; the same loop is not asked twice."""
+    from rtctl.control import admittance_margin as margin
+
+    found = margin.judge(loop)
+    sooner = (margin.judge_stiffest(one) for one in faster(loop)) if found.ok else ()
+    found = next((one for one in sooner if not one.ok), found)
+    proof = margin.proof(loop) if found.ok else None
+    stuck = margin.judge(loop, stuck=True) if loop.bristle_nm_rad > 0 else None
+    stable = found.ok and not (proof and proof.unstable)
+    return AdmittanceFigures(
+        radius=found.radius,
+        points=found.points,
+        worst=found.at if proof is None or not proof.unstable else proof.at,
+        stable=stable,
+        proved=proof is not None and proof.proved,
+        cells=proof.cells if proof else 0,
+        not_proved_at=proof.at if proof else "",
+        stuck_radius=stuck.radius if stuck else None,
+        stuck_worst=stuck.at if stuck and not stuck.ok else "",
+        damping_kept=found.kept,
+        hand_stiffness_max_nm_rad=margin.largest_hand(loop),
+        hand_stiffness_max_free_nm_rad=margin.largest_hand(loop, world=False),
+        mass_min_kgm2=margin.smallest_mass(loop),
+        damping_min_nms_rad=loop.virtual_damping_nms_rad if stable else margin.least_damping(loop),
+        mass_min_continuous_kgm2=margin.mass_min_continuous(
+            loop.inertia_kgm2, loop.viscous_nms_rad, loop.velocity_gain_nms_rad
+        ),
+    )
+
+
+def faster(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
+    """The loop with every delay of whole ticks below the declared, with and without its current loop's lag, but not itself."""
+    delays = [*map(float, range(math.ceil(loop.delay))), loop.delay]
+    lags = [0.0, loop.lag_hz] if loop.lag_hz > 0 else [0.0]
+    both = [replace(loop, delay=delay, lag_hz=lag) for delay in delays for lag in lags]
+    return [one for one in both if one != loop]

@@ -1,0 +1,246 @@
+"""Tests of an axis that is displayed as an admittance: its closed loop in every hand of the box, steps of encoder and force.
+
+Rows of the impedance display that such an axis does not get, and why:
+
+- `coupling, sampled and late` and `worlds that are not linear, behind the lag`: there is no coupling; the joint follows the
+  virtual mass, and the energy it gives is a matter of the closed loop, which the certificate here judges;
+- `elastic joint`: its damping counts there for a proof with any hand; here the joint is inside the loop, with all its parts;
+- `steps of the encoder`, and the unit test of one count: they came through the coupling; here they come through K_v (a row below);
+- `feed-forward of any sign (two-line)`: it compares the feed-forward with friction, for a port that nothing else drives. Here
+  a torque that is wrong is one against a velocity loop: the certificate is asked with the damping that the feed-forward
+  leaves, and its work is bounded by the account, as everywhere;
+- `disturbance observer in a hand`: that loop has a coupling; here the observer is inside the certificate's.
+
+The rows of account, policy, intent, places, observer's steps and bias, and units hold as they are.
+"""
+
+from __future__ import annotations
+
+import math
+
+from rtctl.check.admittance_figures import AdmittanceFigures, figures_of, loop_of
+from rtctl.check.verdict import Outcome, Subject, Verdict
+
+NOISE_LEAST = 0.02
+"""Torque of one count or step, as a share of the torque limit, that is none to feel even where no friction holds the joint."""
+
+NOISE_MOST = 0.1
+"""Torque of one count through the velocity gain, as a share of the torque limit, from which on an axis is refused."""
+
+KEPT_LEAST = 0.25
+"""Least share of its ideal damping that a vibration should keep."""
+
+RESOLUTION_SHARE = 0.01
+"""Share of a force sensor's range that its step is taken for where the rig file does not say."""
+
+
+def displays(s: Subject) -> bool:
+    """Whether these tests are the axis's."""
+    return s.table.display == "admittance"
+
+
+def found(s: Subject) -> AdmittanceFigures:
+    """What the certificate says of the axis."""
+    return figures_of(loop_of(s.axis, s.table, s.joint, s.period_s))
+
+
+def closed_loop(s: Subject) -> list[Verdict]:
+    """Every hand of the box, every linear world: eigenvalues over a grid, and a proof between its points."""
+    one, box = found(s), s.table.admittance
+    outcome = Outcome.FAIL if not one.stable else Outcome.PASS if one.proved else Outcome.NOT_PROVED
+    hands = f"hands to {box.hand_stiffness_nm_rad:g} N m/rad, {box.hand_damping_nms_rad:g} N m s/rad, {box.hand_inertia_kgm2:g} kg m^2"
+    if not one.stable:
+        meaning = f"grows with a {one.worst}: {remedy(s, one)}"
+    elif one.proved:
+        meaning = (
+            f"{hands}, any linear world: proved between the points, too, in {one.cells} cells; {_room(one)}"
+        )
+    else:
+        meaning = f"{hands}, any linear world: stable at {one.points} points; between them not proved ({one.not_proved_at or 'cells'}); {_room(one)}"
+    most = one.hand_stiffness_max_nm_rad
+    return [
+        s.row(
+            "admittance in a hand",
+            f"{one.radius:.6f}",
+            "<= 1, and between points",
+            outcome,
+            meaning,
+            box.hand_stiffness_nm_rad / most if most > 0 else math.inf,
+            f"{s.where}.admittance.mass_kgm2: axis {s.axis.name}: {box.mass_kgm2:g} with damping_nms_rad = {box.damping_nms_rad:g}, "
+            f"velocity_gain_nms_rad = {box.velocity_gain_nms_rad:g}: {meaning}"
+            if outcome == Outcome.FAIL
+            else "",
+        )
+    ]
+
+
+def _room(one: AdmittanceFigures) -> str:
+    return (
+        f"passes up to a hand of {one.hand_stiffness_max_nm_rad:.4g} N m/rad ({one.hand_stiffness_max_free_nm_rad:.4g} in free "
+        f"motion), down to a mass of {one.mass_min_kgm2:.3g} kg m^2"
+    )
+
+
+def remedy(s: Subject, one: AdmittanceFigures) -> str:
+    """What passes nearest by."""
+    ways = []
+    if one.mass_min_kgm2 > s.table.admittance.mass_kgm2:
+        ways.append(f"mass_kgm2 = {_up(one.mass_min_kgm2)}")
+    if one.damping_min_nms_rad > 0:
+        ways.append(f"damping_nms_rad = {_up(one.damping_min_nms_rad)}")
+    if one.hand_stiffness_max_nm_rad > 0:
+        ways.append(
+            f"hand_stiffness_nm_rad = {_down(one.hand_stiffness_max_nm_rad)}, if no stiffer hand holds it"
+        )
+    return (
+        ", or ".join(ways)
+        if ways
+        else "no mass passes at these gains: another velocity_gain_nms_rad, or less delay"
+    )
+
+
+def _up(value: float) -> str:
+    step = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return f"{math.ceil(value / step) * step:.3g}"
+
+
+def _down(value: float) -> str:
+    step = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return f"{math.floor(value / step) * step:.3g}"
+
+
+def stuck_joint(s: Subject) -> list[Verdict]:
+    """While dry friction holds the joint, it is a spring: what grows there is bounded by the presliding."""
+    one = found(s)
+    if one.stuck_radius is None:
+        return []
+    mrad = s.axis.guarantee.length_rad * 1e3
+    return [
+        s.row(
+            "admittance, joint that sticks",
+            f"{one.stuck_radius:.6f}",
+            "<= 1",
+            Outcome.NOT_PROVED if one.stuck_worst else Outcome.PASS,
+            f"may shake within the presliding of {mrad:.3g} mrad, where friction is a spring: with a {one.stuck_worst}"
+            if one.stuck_worst
+            else "the same hands and worlds while dry friction holds the joint: at the points of the grid",
+            one.stuck_radius,
+        )
+    ]
+
+
+def any_hand(s: Subject) -> list[Verdict]:
+    """The continuous bound, told: no sampled display with lags is passive with every hand, and the box is what is certified."""
+    one, table = found(s), s.table.admittance
+    least, lasting = one.mass_min_continuous_kgm2, table.position_gain_nm_rad * s.axis.total_damping_nms_rad
+    passive = table.mass_kgm2 >= least and lasting == 0
+    why = "" if lasting == 0 else ", and position_gain_nm_rad breaks it where the joint is damped"
+    return [
+        s.row(
+            "admittance without lag, any hand",
+            f"{table.mass_kgm2:.4g} kg m^2",
+            f">= {least:.4g}, K_p b = 0",
+            Outcome.PASS,
+            ("without lags it would be" if passive else "not even without lags would it be")
+            + f" passive with any hand{why}; told only: with lags none is, so a box of hands is certified",
+        )
+    ]
+
+
+def vibrations(s: Subject) -> list[Verdict]:
+    """How much of the damping of virtual mass, hand and world is left."""
+    if not found(s).stable:
+        return []
+    kept = found(s).damping_kept
+    return [
+        s.row(
+            "admittance, damping of vibrations",
+            f"{kept:.3g}",
+            f">= {KEPT_LEAST:g}",
+            Outcome.PASS if kept >= KEPT_LEAST else Outcome.WARN,
+            "least share that a vibration keeps of the damping that virtual mass, hand and world have by themselves (or of 20/s)",
+            KEPT_LEAST / kept if kept > 0 else math.inf,
+        )
+    ]
+
+
+def lateness(s: Subject) -> list[Verdict]:
+    """Delay and lag that the certificate rests on, and whether a device says them."""
+    from rtctl.check.verdicts_of_loop import between_text
+
+    silent = bool(s.axis.undeclared_devices) and s.axis.delay_ticks == 0
+    steady = s.axis.jitter_ticks == 0
+    told = f"{between_text(s.axis)}: the worse of declared and measured"
+    if silent:
+        told = f"{' and '.join(s.axis.undeclared_devices)} does not say how late it is and coupling.delay_ticks is 0"
+    elif not steady:
+        told += "; a delay that changes from tick to tick is none of those"
+    return [
+        s.row(
+            "admittance, delay and lag",
+            "not declared" if silent else f"{s.axis.delay_ticks:.3g} ticks",
+            "declared, constant",
+            Outcome.PASS if steady and not silent else Outcome.NOT_PROVED,
+            told,
+        )
+    ]
+
+
+def steps(s: Subject) -> list[Verdict]:
+    """Torque that one encoder count and one step of the force make through the gains."""
+    count, force = count_torque_nm(s), force_step_torque_nm(s)
+    quiet = NOISE_LEAST * s.axis.torque_limit_nm
+    held = max(s.axis.guarantee.floor_nm, s.axis.dry_friction_nm, quiet)
+    most = NOISE_MOST * s.axis.torque_limit_nm
+    rows = []
+    for name, jump, key in (
+        (
+            "admittance, one encoder count",
+            count,
+            "a finer encoder, or less velocity_gain_nms_rad or velocity_lowpass_hz",
+        ),
+        ("admittance, one step of the force", force, "less force_lowpass_hz, or more mass_kgm2"),
+    ):
+        outcome = Outcome.PASS if jump <= held else Outcome.WARN if jump <= most else Outcome.FAIL
+        meaning = "torque that it makes through the gains; bound: the dry friction that holds the joint, or 2 % of the torque limit"
+        if outcome != Outcome.PASS:
+            meaning += f" (refused from {most:.3g} N m, a tenth of the torque limit): {key}"
+        bound = max(held, most)
+        refusal = (
+            f"{s.where}.admittance.velocity_gain_nms_rad: axis {s.axis.name}: {s.table.admittance.velocity_gain_nms_rad:g} makes {jump:.3g} "
+            f"N m of it ({name}), the bound is {bound:.3g} N m: {key}"
+        )
+        use = jump / held
+        rows.append(
+            s.row(
+                name,
+                f"{jump:.3g} N m",
+                f"<= {held:.3g} N m",
+                outcome,
+                meaning,
+                use,
+                refusal if outcome == Outcome.FAIL else "",
+            )
+        )
+    return rows
+
+
+def count_torque_nm(s: Subject) -> float:
+    """Torque of one count, N m: K_v alpha Delta/(n T) + K_p Delta, alpha of the velocity's low-pass over n ticks."""
+    from rtctl.control.velocity import lowpass_alpha
+
+    a, span = s.table.admittance, s.period_s * s.axis.sample_ticks
+    pulse = lowpass_alpha(a.velocity_lowpass_hz, span) * s.axis.count_rad / span
+    return a.velocity_gain_nms_rad * pulse + a.position_gain_nm_rad * s.axis.count_rad
+
+
+def force_step_torque_nm(s: Subject) -> float:
+    """Torque of one step of the force sensor in the tick it comes, N m: (K_v + K_p T) alpha T/(m + b_v T) times its hand torque."""
+    from rtctl.control.velocity import lowpass_alpha
+
+    a, T, force = s.table.admittance, s.period_s, s.table.force
+    lever = math.hypot(*s.table.lever_m)
+    step = (force.resolution_n or RESOLUTION_SHARE * force.limit_n) * lever
+    alpha = lowpass_alpha(a.force_lowpass_hz, T) * lowpass_alpha(force.lowpass_hz, T)
+    gain = a.velocity_gain_nms_rad + a.position_gain_nm_rad * T
+    return gain * alpha * T / (a.mass_kgm2 + a.damping_nms_rad * T) * step

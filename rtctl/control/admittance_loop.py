@@ -1,0 +1,228 @@
+"""The loop that an admittance display closes, as matrices over a box of hands, virtual worlds and joints.
+
+Pure functions of numbers. One loop is
+
+- joint, dry friction (sliding, or stuck on its bristles), current loop and hand of `drive_in_hand`;
+- the force: the sensor's low-pass, then the law's own;
+- the virtual mass m, damped by b_v, with a linear world of stiffness k_e and damping b_e on it:
+  v_r+ = (m v_r + T (tau_f - k_e x_r+ - b_e v_r+))/(m + b_v T), x_r+ = x_r + T v_r+, solved for v_r+;
+- the torque K_v (v_r+ - v_hat) + K_p (x_r+ - x), v_hat the low-passed difference of positions, held over a period,
+  after any delay, whole or not;
+- the disturbance observer of `observer_loop`, if its gain is not 0.
+
+The plant between two samples is exact. With a fresh sample every n-th tick the law runs n times a sample: force, position
+and v_hat are held, the virtual mass goes on. Left out: feed-forward of a learned friction, whose work its own account
+bounds; the dead band of the force, which is a gain between 0 and 1 in front of the mass; worlds that are not linear.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from rtctl.control.disturbance_observer import SMOOTHING, TARGET_SHARE
+from rtctl.control.drive_in_hand import RIGID, ElasticJoint, exponential, frequency_hz, plant, position
+from rtctl.control.velocity import lowpass_alpha
+
+WORLD_STIFFNESS_NM_RAD = 1e6
+WORLD_DAMPING_NMS_RAD = 1e3
+"""The virtual worlds: from nothing to these."""
+
+_WORLDS = (
+    *((stiffness, 0.0) for stiffness in (0.0, *np.geomspace(3.0, WORLD_STIFFNESS_NM_RAD, 12).tolist())),
+    *((0.0, damping) for damping in (0.3, 3.0, 30.0)),
+)
+"""Stiffness and damping of those in the grid."""
+
+_STIFFNESSES = 9
+_SOFTEST = 0.004
+_INERTIAS = (0.0, 0.03, 0.12, 0.4, 1.0)
+_DAMPINGS = (0.0, 0.05, 1.0)
+"""Hands of the grid, as shares of the box."""
+
+
+@dataclass(frozen=True)
+class Box:
+    """The hands that are promised: from nothing to stiffness N m/rad, damping N m s/rad and inertia kg m^2."""
+
+    stiffness_nm_rad: float = 600.0
+    damping_nms_rad: float = 1.0
+    inertia_kgm2: float = 0.02
+
+
+@dataclass(frozen=True)
+class AdmittanceLoop:
+    """What is fixed about one axis. Symbols as in the module's text; joints and bristles are what the grid goes over."""
+
+    inertia_kgm2: float
+    viscous_nms_rad: float
+    period_s: float
+    mass_kgm2: float
+    virtual_damping_nms_rad: float
+    velocity_gain_nms_rad: float
+    position_gain_nm_rad: float = 0.0
+    force_lowpass_hz: float = 0.0
+    sensor_lowpass_hz: float = 0.0
+    velocity_lowpass_hz: float = 0.0
+    delay: float = 0.0
+    """Ticks from a fresh sample to its torque."""
+    lag_hz: float = 0.0
+    sample_ticks: int = 1
+    bristle_nm_rad: float = 0.0
+    """Break-away torque over presliding length."""
+    motor_share: float = 1.0
+    encoder: str = "motor"
+    joints: tuple[ElasticJoint, ...] = (RIGID,)
+    box: Box = Box()
+    observer_gain: float = 0.0
+    observer_hz: float = 0.0
+    acting_ticks: int = 0
+    """Delay by which the observer goes when it asks which torque acted, ticks."""
+
+    @property
+    def bristles(self) -> tuple[float, ...]:
+        """Stiffness of the bristles of a joint that slides (0) and, if there is dry friction, of one that sticks, N m/rad."""
+        return (0.0, self.bristle_nm_rad) if self.bristle_nm_rad > 0 else (0.0,)
+
+
+@dataclass(frozen=True)
+class Points:
+    """Points of the grid, as columns: hand, bristle stiffness, joint, world."""
+
+    k_h: np.ndarray
+    b_h: np.ndarray
+    m_h: np.ndarray
+    bristle: np.ndarray
+    joint: np.ndarray
+    k_e: np.ndarray
+    b_e: np.ndarray
+
+    def __getitem__(self, index: np.ndarray | int) -> Points:
+        return Points(*(np.atleast_1d(column[index]) for column in self.columns()))
+
+    def beside(self, others: Points) -> Points:
+        """Both, one after the other."""
+        return Points(*map(np.concatenate, zip(self.columns(), others.columns(), strict=True)))
+
+    def columns(self) -> tuple[np.ndarray, ...]:
+        """All columns, in order."""
+        return self.k_h, self.b_h, self.m_h, self.bristle, self.joint, self.k_e, self.b_e
+
+    @property
+    def size(self) -> int:
+        """Number of points."""
+        return self.k_h.size
+
+    def words(self, loop: AdmittanceLoop, at: int) -> str:
+        """The hand, joint and world of one point."""
+        k_h, b_h, m_h, bristle, joint, k_e, b_e = (float(column[at]) for column in self.columns())
+        hz = frequency_hz(loop.inertia_kgm2, loop.joints[int(joint)])
+        return (
+            f"hand of {k_h:.3g} N m/rad, {b_h:.3g} N m s/rad, {m_h:.3g} kg m^2, {'stuck' if bristle else 'sliding'}, "
+            f"{f'joint of {hz:.3g} Hz' if hz else 'rigid joint'}, "
+            f"{f'world of {k_e:.3g} N m/rad and {b_e:.3g} N m s/rad' if k_e + b_e else 'no world'}"
+        )
+
+
+def points(rows: Sequence[tuple[float, ...]]) -> Points:
+    """Points from rows of (k_h, b_h, m_h, bristle, joint, k_e, b_e)."""
+    return Points(*np.array(rows, dtype=float).reshape(-1, 7).T.copy())
+
+
+def grid(loop: AdmittanceLoop) -> Points:
+    """Hands of the box, on every joint, sliding and stuck, in some worlds."""
+    box = loop.box
+    k_h = (0.0, *(np.geomspace(_SOFTEST, 1.0, _STIFFNESSES) * box.stiffness_nm_rad).tolist())
+    b_h = [share * box.damping_nms_rad for share in _DAMPINGS]
+    m_h = [share * box.inertia_kgm2 for share in _INERTIAS]
+    hands = product(sorted({*k_h}), sorted({*b_h}), sorted({*m_h}), loop.bristles, range(len(loop.joints)))
+    return points([(*hand, *world) for hand, world in product(hands, _WORLDS)])
+
+
+def fine_worlds(loop: AdmittanceLoop, *, only_stiffest: bool, count: int = 40) -> Points:
+    """Hands without damping in springs of all stiffnesses, as the worst are found among them: all the box's, or its stiffest."""
+    box = loop.box
+    k_h = np.geomspace(_SOFTEST, 1.0, _STIFFNESSES)[-1 if only_stiffest else 0 :] * box.stiffness_nm_rad
+    m_h = [share * box.inertia_kgm2 for share in _INERTIAS]
+    k_e = (0.0, *np.geomspace(1.0, WORLD_STIFFNESS_NM_RAD, count).tolist())
+    softest = [] if only_stiffest else [0.0]
+    hands = product(
+        sorted({*softest, *k_h.tolist()}), (0.0,), sorted({*m_h}), (0.0,), range(len(loop.joints))
+    )
+    return points([(*hand, one, 0.0) for hand, one in product(hands, k_e)])
+
+
+def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
+    """The closed loop from one fresh sample to the next, a matrix for every point, shape (points, N, N).
+
+    Notes
+    -----
+    States: p of `drive_in_hand.plant` (5), the commands of the last ticks (D), the last position, the sensor's low-pass, the law's
+    low-pass, v_hat, v_r, x_r, and the observer's q1, w1, q2, w2.  Columns are built by running one frame from every unit
+    state, all points at once.
+    """
+    T, n = loop.period_s, loop.sample_ticks
+    A, hand, _ = plant(loop, at)
+    whole = math.floor(loop.delay + 1e-9)
+    rest = max(loop.delay - whole, 0.0)
+    D = max(whole + 2, 1 + loop.acting_ticks, 1)
+    size = 5 + D + 10
+    early, late = exponential(A * (rest * T)), exponential(A * ((1 - rest) * T))
+    s = np.broadcast_to(np.eye(size), (at.size, size, size)).copy()  # a state per column
+    p, u = s[:, :5], s[:, 5 : 5 + D]
+    before, sensed, felt, v_hat, v_r, x_r, q1, w1, q2, w2 = (s[:, 5 + D + i] for i in range(10))
+    x = position(loop, at, p)
+    tau_h = np.einsum("ki,kij->kj", hand[:, :5], p) + hand[:, 5:6] * u[:, whole]
+    sensed_before = sensed
+    sensed = sensed + lowpass_alpha(loop.sensor_lowpass_hz, T) * (tau_h - sensed)
+    felt = felt + lowpass_alpha(loop.force_lowpass_hz, T) * (sensed - felt)  # both once a sample
+    v = (x - before) / (n * T)
+    v_hat = v_hat + over(loop.velocity_lowpass_hz, loop) * (v - v_hat)
+    helps = np.zeros_like(x)
+    if loop.observer_gain > 0:
+        quick, slow = over(SMOOTHING * loop.observer_hz, loop), over(loop.observer_hz, loop)
+        q1 = q1 + quick * (u[:, loop.acting_ticks] + sensed_before - q1)
+        w1 = w1 + quick * (v - w1)
+        behind = w1 - w2
+        q2, w2 = q2 + slow * (q1 - q2), w2 + slow * behind
+        w_q = 2 * math.pi * loop.observer_hz
+        seen = q2 - loop.inertia_kgm2 * w_q * behind - loop.viscous_nms_rad * w2
+        helps = loop.observer_gain * TARGET_SHARE * seen
+    else:
+        q1 = w1 = q2 = w2 = helps
+    k_e, b_e = at.k_e[:, None], at.b_e[:, None]
+    weight = loop.mass_kgm2 + T * (loop.virtual_damping_nms_rad + b_e) + T * T * k_e
+    for _ in range(n):
+        v_r = (loop.mass_kgm2 * v_r + T * (felt - k_e * x_r)) / weight
+        x_r = x_r + T * v_r
+        sent = loop.velocity_gain_nms_rad * (v_r - v_hat) + loop.position_gain_nm_rad * (x_r - x) + helps
+        commands = np.concatenate([sent[:, None], u], axis=1)  # newest first
+        for step, older in ((early, whole + 1), (late, whole)):
+            p = step[:, :5, :5] @ p + step[:, :5, 5:6] * commands[:, older][:, None]
+        u = commands[:, :D]
+    ends = (x, sensed, felt, v_hat, v_r, x_r, q1, w1, q2, w2)
+    return np.concatenate((p, u, *(one[:, None] for one in ends)), axis=1)
+
+
+def over(hz: float, loop: AdmittanceLoop) -> float:
+    """Coefficient of a low-pass over the ticks from one fresh sample to the next."""
+    return 1.0 - (1.0 - lowpass_alpha(hz, loop.period_s)) ** loop.sample_ticks
+
+
+def spectral_radii(loop: AdmittanceLoop, at: Points) -> np.ndarray:
+    """Largest |eigenvalue| of one period at every point; infinite where a matrix is no number."""
+    return np.asarray(np.abs(eigenvalues(loop, at)).max(axis=1))
+
+
+def eigenvalues(loop: AdmittanceLoop, at: Points) -> np.ndarray:
+    """All eigenvalues of one period at every point, as complex numbers; infinite where a matrix is no number."""
+    M = matrices(loop, at)
+    good = np.isfinite(M).all(axis=(1, 2))
+    z = np.full(M.shape[:2], np.inf, dtype=complex)
+    if good.any():
+        z[good] = np.linalg.eigvals(M[good])
+    return z ** (1 / loop.sample_ticks)

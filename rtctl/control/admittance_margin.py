@@ -1,0 +1,217 @@
+"""Is an admittance display stable with every hand of its box and in every linear world? What hand, what mass would be?
+
+Pure functions of numbers, on `admittance_loop` (eigenvalues over a grid) and `admittance_proof` (between its points). A joint
+that sticks on its bristles is judged apart: what shakes there shakes within the presliding, and friction bounds it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rtctl.control import admittance_proof
+from rtctl.control.admittance_loop import (
+    AdmittanceLoop,
+    Points,
+    eigenvalues,
+    fine_worlds,
+    grid,
+    spectral_radii,
+)
+from rtctl.control.admittance_proof import Proof
+
+GROWS_1_S = 1e-3
+"""What grows more slowly than this counts as standing: a joint that nothing holds stands where it is put."""
+
+_ROUNDING = 2e-8
+"""Error of an eigenvalue of 1 that is double, as of a virtual mass that nothing damps."""
+
+RINGS_HZ = 2.0
+DAMPED_1_S = 20.0
+"""As in `observer_margin`: slower motion is no vibration, and what dies by 1/e in 50 ms is damped enough."""
+
+_HEAVIEST = 64.0
+_STEPS = 18
+"""Masses and dampings tried: up to so many times the present or the joint's, in so many steps."""
+_HALVINGS = 10
+_CONFIRMS = 16
+_WORLDS = 24
+"""Springs of the worlds that a search tries: by a factor of 1.8."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What the grid says of a loop."""
+
+    radius: float
+    """Largest |eigenvalue| of one period."""
+    kept: float
+    """Least damping of a vibration, as a share of what virtual mass, hand and world would keep by themselves."""
+    at: str
+    """The hand, joint and world of the worst point."""
+    points: int
+    ok: bool
+    """Stable at every point."""
+
+
+def edge(loop: AdmittanceLoop) -> float:
+    """|eigenvalue| of one period up to which a motion counts as one that does not grow."""
+    return 1 + max(GROWS_1_S * loop.period_s, _ROUNDING)
+
+
+def judge(loop: AdmittanceLoop, *, stuck: bool = False) -> Finding:
+    """The worst of the grid: of a joint that slides, or of one that sticks (`stuck`; then `bristle_nm_rad` > 0)."""
+    at = grid(loop)
+    at = at[np.flatnonzero((at.bristle > 0) == stuck)]
+    return _worst(loop, at if stuck else at.beside(fine_worlds(loop, only_stiffest=False)))
+
+
+def judge_stiffest(loop: AdmittanceLoop) -> Finding:
+    """The worst of the box's stiffest hands without damping in springs of all stiffnesses, a joint that slides."""
+    return _worst(loop, fine_worlds(loop, only_stiffest=True))
+
+
+def _worst(loop: AdmittanceLoop, at: Points) -> Finding:
+    z = eigenvalues(loop, at)
+    size = np.abs(z)
+    radius, kept = size.max(axis=1), _kept(loop, at, z)
+    stable = bool(radius.max() <= edge(loop))  # NaN is not
+    worst = int(np.argmin(kept) if stable else np.argmax(radius))
+    return Finding(float(radius.max()), float(kept.min()), at.words(loop, worst), at.size, stable)
+
+
+def _kept(loop: AdmittanceLoop, at: Points, z: np.ndarray) -> np.ndarray:
+    """Damping of the least damped vibration of every point, as a share of the ideal one's; 1 where none is less."""
+    rings = np.abs(np.angle(z)) > 2 * math.pi * RINGS_HZ * loop.period_s
+    ring = np.where(rings, np.abs(z), 0.0).max(axis=1)
+    with np.errstate(divide="ignore"):
+        rate = -np.log(ring) / loop.period_s
+    mass = loop.mass_kgm2 + at.m_h
+    alone = (loop.virtual_damping_nms_rad + at.b_h + at.b_e) / (2 * mass)
+    return np.minimum(rate / np.clip(alone, 1e-3, DAMPED_1_S), 1.0)
+
+
+def proof(loop: AdmittanceLoop) -> Proof:
+    """That it is stable between the points, too, as long as the joint slides."""
+    return admittance_proof.prove(replace(loop, bristle_nm_rad=0.0))
+
+
+def _passes(loop: AdmittanceLoop, *, world: bool = True) -> bool:
+    """Stable with the stiffest hands, that have no damping, in some worlds or in none: a search goes by these, as they decide
+    most, and what it finds is confirmed by `judge`.
+    """
+    one = replace(loop, bristle_nm_rad=0.0)
+    at = fine_worlds(one, only_stiffest=True, count=_WORLDS)
+    at = at if world else at[np.flatnonzero(at.k_e == 0)]
+    return bool(spectral_radii(one, at).max() <= edge(loop))
+
+
+def largest_hand(loop: AdmittanceLoop, *, world: bool = True, most: float = 1e5) -> float:
+    """Stiffness N m/rad up to which every hand passes, in any world (`world`) or in free motion; `most` if none is too stiff.
+
+    The softest hands first: what passes is the stretch up to the first that does not.
+    """
+
+    def passes(k_h: float) -> bool:
+        box = replace(loop.box, stiffness_nm_rad=k_h)
+        return _passes(replace(loop, box=box), world=world)
+
+    low = 0.0
+    if not passes(low):
+        return 0.0
+    for k_h in np.geomspace(0.5, most, _STEPS):
+        if not passes(float(k_h)):
+            found = _between(passes, low, float(k_h))
+            return _confirmed(loop, found, 0.97, _with_hand) if world else found
+        low = float(k_h)
+    return most
+
+
+def smallest_mass(loop: AdmittanceLoop) -> float:
+    """Least virtual mass from which on, up to 64 times the joint's inertia, all that is tried passes, kg m^2; 0 if none does."""
+    masses = np.geomspace(loop.inertia_kgm2 / 16, loop.inertia_kgm2 * _HEAVIEST, _STEPS)
+    heavier = None
+    for mass in masses[::-1]:
+        if not _passes(replace(loop, mass_kgm2=float(mass))):
+            if heavier is None:
+                continue  # so heavy that the filters outweigh it: lighter may do
+            found = _between(lambda m: _passes(replace(loop, mass_kgm2=m)), heavier, float(mass))
+            return _confirmed(loop, found, 1.03, _with_mass)
+        heavier = float(mass)
+    return heavier or 0.0
+
+
+def least_damping(loop: AdmittanceLoop) -> float:
+    """Least virtual damping, no less than the present, that passes, N m s/rad; 0 if none does."""
+    present = max(loop.virtual_damping_nms_rad, 1e-3)
+    low = present
+    for damping in np.geomspace(present, max(20.0, 4 * present), _STEPS):
+        if _passes(replace(loop, virtual_damping_nms_rad=float(damping))):
+            found = _between(lambda b: _passes(replace(loop, virtual_damping_nms_rad=b)), float(damping), low)
+            return _confirmed(loop, found, 1.03, _with_damping)
+        low = float(damping)
+    return 0.0
+
+
+def _with_hand(loop: AdmittanceLoop, k_h: float) -> AdmittanceLoop:
+    return replace(loop, box=replace(loop.box, stiffness_nm_rad=k_h))
+
+
+def _with_mass(loop: AdmittanceLoop, mass: float) -> AdmittanceLoop:
+    return replace(loop, mass_kgm2=mass)
+
+
+def _with_damping(loop: AdmittanceLoop, damping: float) -> AdmittanceLoop:
+    return replace(loop, virtual_damping_nms_rad=damping)
+
+
+def _confirmed(
+    loop: AdmittanceLoop,
+    value: float,
+    step: float,
+    with_value: Callable[[AdmittanceLoop, float], AdmittanceLoop],
+) -> float:
+    """The value, moved away from what fails until the whole grid passes, too; 0 if it does not."""
+    for _ in range(_CONFIRMS):
+        if judge(with_value(loop, value)).ok:
+            return value
+        value *= step
+    return 0.0
+
+
+def _between(passes: Callable[[float], bool], good: float, bad: float) -> float:
+    """The good end of what lies between, after some halvings."""
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (good + bad)
+        good, bad = (middle, bad) if passes(middle) else (good, middle)
+    return good
+
+
+def mass_min_continuous(J: float, b: float, K_v: float) -> float:
+    """Virtual mass from which on a display without lag, K_p b = 0, is passive with any hand and world, kg m^2.
+
+    Notes
+    -----
+    J K_v/(b + K_v) (docs/theory.md 2.13). The inertia before the sensor bounds it: no gain renders less.
+    """
+    return J * K_v / (b + K_v)
+
+
+def hand_max_continuous(m: float, b_v: float, J: float, b: float, K_v: float) -> float:
+    """Stiffness of a hand (a spring alone) at which a display without lag and K_p begins to grow, N m/rad; infinite from
+    `mass_min_continuous` on.
+    """
+    D = b + K_v
+    lacks = J * K_v - m * D
+    return math.inf if lacks <= 0 else b_v * D * (m * D + b_v * J) / (m * lacks)
+
+
+def impedance_continuous(loop: AdmittanceLoop, s: np.ndarray) -> np.ndarray:
+    """What a hand feels of a display without lags, N m s/rad: (Js + b + K)(ms + b_v)/(ms + b_v + K), K = K_v + K_p/s."""
+    K = loop.velocity_gain_nms_rad + loop.position_gain_nm_rad / s
+    mass = loop.mass_kgm2 * s + loop.virtual_damping_nms_rad
+    joint = loop.inertia_kgm2 * s + loop.viscous_nms_rad
+    return np.asarray((joint + K) * mass / (mass + K))

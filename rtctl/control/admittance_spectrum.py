@@ -1,0 +1,217 @@
+"""The characteristic function of the admittance loop at a complex frequency, for all hands and worlds of a cell at once.
+
+The loop of `admittance_loop` with a fresh sample every tick has a root z = e^(sT) just where (docs/theory.md 2.13)
+
+    F = Z_v (p0 + p1 Z_h) - (q0 + q1 Z_h) = 0,      Z_h = b_h + m_h s + k_h/s           the hand,
+                                                    Z_v = m (1 - 1/z)/T + b_v + b_e + k_e T/(1 - 1/z)    the virtual mass,
+
+and p, q come from drive, filters and the aliases s + 2 pi j n/T, in which the hand takes part a little: of those a disc is
+kept that holds them for all hands of the cell. Apart from that disc F is affine in each of k_h, b_h, m_h, k_e, b_e.
+
+Symbols: a_n spectrum of the held, late torque (current loop included) at an alias, per sample; D = d0 + d1 Z_h the
+impedance that the torque meets; x0 + x1 Z_h over D the velocity that the encoder sees, -t1 Z_h over D the hand's torque.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtctl.control.admittance_loop import AdmittanceLoop
+from rtctl.control.discs import Disc, exponential, one_less_exponential, point
+from rtctl.control.disturbance_observer import SMOOTHING, TARGET_SHARE
+from rtctl.control.drive_in_hand import BRISTLE_DAMPING_SHARE, ElasticJoint
+from rtctl.control.velocity import lowpass_alpha
+
+_ALIASES = 6
+"""On each side; what is farther is bounded."""
+
+
+@dataclass(frozen=True)
+class HandCell:
+    """Hands from one corner to another, as columns."""
+
+    k_h: np.ndarray
+    """Shape (cells, 2), as the others: least and largest."""
+    b_h: np.ndarray
+    m_h: np.ndarray
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """Coefficients of F at one frequency a cell, and Z_v without a world, and 1 - 1/z."""
+
+    p0: Disc
+    p1: Disc
+    q0: Disc
+    q1: Disc
+    mass: Disc
+    back: Disc
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Joint and bristles as impedances."""
+
+    loop: AdmittanceLoop
+    joint: ElasticJoint
+    bristle_nm_rad: float
+
+    @property
+    def rigid(self) -> bool:
+        """One mass."""
+        return self.joint.stiffness_nm_rad == 0.0
+
+    @property
+    def masses(self) -> tuple[float, float]:
+        """Inertia of motor and link, kg m^2; of a rigid joint all and nothing."""
+        J, share = self.loop.inertia_kgm2, 0.0 if self.rigid else self.joint.link_share
+        return (1 - share) * J, share * J
+
+    @property
+    def dampings(self) -> tuple[float, float]:
+        """Damping of motor and link, N m s/rad, that of the bristles included."""
+        b, share = self.loop.viscous_nms_rad, 1.0 if self.rigid else self.loop.motor_share
+        own = BRISTLE_DAMPING_SHARE * 2 * math.sqrt(self.bristle_nm_rad * self.loop.inertia_kgm2)
+        return share * b + own, (1 - share) * b
+
+    def at(self, s: Disc, inverse: Disc) -> tuple[Disc, Disc, Disc, Disc, Disc]:
+        """d0, d1, x0, x1, t1 at s, with 1/s."""
+        (J_m, J_l), (b_m, b_l) = self.masses, self.dampings
+        motor = s * J_m + inverse * self.bristle_nm_rad + b_m
+        one, none = point(np.ones_like(s.center)), point(np.zeros_like(s.center))
+        if self.rigid:
+            return motor, one, one, none, one
+        spring = inverse * self.joint.stiffness_nm_rad + self.joint.damping_nms_rad
+        link = s * J_l + b_l
+        d0, d1 = motor * (link + spring) + spring * link, motor + spring
+        if self.loop.encoder == "motor":
+            return d0, d1, link + spring, one, spring
+        return d0, d1, spring, none, spring
+
+    def far(self, least: float, k: float, b: float, m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Bounds of |x/D| |s| and of |t - t(infinity)| |s| for |s| beyond `least`, t the force's part; hands up to k and b, of
+        masses m, shape (cells, 2).
+        """
+        (J_m, J_l), (b_m, b_l) = self.masses, self.dampings
+        own, hand = b_m + self.bristle_nm_rad / least, b + k / least
+        light, heavy = m[:, 0], m[:, 1]
+        with np.errstate(divide="ignore"):
+            if self.rigid:
+                left = np.maximum(J_m + light - (own + hand) / least, 0.0)
+                return 1 / left, (heavy * own + J_m * hand) / ((J_m + light) * left)
+            spring = self.joint.damping_nms_rad + self.joint.stiffness_nm_rad / least
+            e_m, e_l, e_j = own / least, (b_l + hand) / least, spring / least
+            left = (J_m - e_m) * (J_l + light - e_l - e_j) - e_j * (J_l + light + e_l)
+            left = np.maximum(left, 0.0)
+            return (J_l + heavy + e_l + e_j) / left, (heavy + hand / least) * spring / left
+
+
+def coefficients(drive: Joint, s: Disc, hands: HandCell) -> Coefficients:
+    """Coefficients of F at one disc of frequencies a cell, each for all hands of its cell."""
+    loop, T = drive.loop, drive.loop.period_s
+    late = s * -T
+    last, back = exponential(late), one_less_exponential(late)
+    main = _held(loop, s, back)
+    inverse = s.inverse()
+    d0, d1, x0, x1, t1 = drive.at(s, inverse)
+    R_x, R_t = _aliases(drive, s, back, hands, _whole_sum(loop, last) - main)
+    sensor = _lowpass(loop.sensor_lowpass_hz, T, last)
+    C_x = (_lowpass(loop.velocity_lowpass_hz, T, last) * back) * (-loop.velocity_gain_nms_rad / T)
+    C_x = C_x - loop.position_gain_nm_rad
+    E, C_t = point(np.ones_like(s.center)), point(np.zeros_like(s.center))
+    if loop.observer_gain > 0:
+        C_u, C_v, C_t = _observer(loop, last, back, sensor)
+        E, C_x = E - C_u, C_x + C_v
+    E = E - C_x * R_x - C_t * R_t
+    from_x = main * C_x * inverse
+    reach = (back.inverse() * (loop.position_gain_nm_rad * T) + loop.velocity_gain_nms_rad) * (
+        _lowpass(loop.force_lowpass_hz, T, last) * sensor
+    )
+    return Coefficients(
+        p0=E * d0 - from_x * x0,
+        p1=E * d1 - from_x * x1 + main * C_t * t1,
+        q0=reach * R_t * d0,
+        q1=reach * (R_t * d1 - main * t1),
+        mass=back * (loop.mass_kgm2 / T) + loop.virtual_damping_nms_rad,
+        back=back,
+    )
+
+
+def _held(loop: AdmittanceLoop, s: Disc, back: Disc) -> Disc:
+    """a_n at the alias s: (1 - 1/z) e^(-s d T) A(s)/(s T)."""
+    T = loop.period_s
+    out = back * exponential(s * (-loop.delay * T)) * (s * T).inverse()
+    if loop.lag_hz > 0:
+        out = out * (s * (1 / (2 * math.pi * loop.lag_hz)) + 1.0).inverse()
+    return out
+
+
+def _whole_sum(loop: AdmittanceLoop, last: Disc) -> Disc:
+    """Sum of all a_n: the torque at the moment of a sample, by the commands before."""
+    whole = math.floor(loop.delay + 1e-9)
+    rest = max(loop.delay - whole, 0.0)
+    kept = math.exp(-2 * math.pi * loop.lag_hz * loop.period_s) if loop.lag_hz > 0 else 0.0
+    newer = kept ** (1 - rest)
+    out = last * (newer - kept) + (1 - newer)
+    for _ in range(whole + 1):
+        out = out * last
+    return out * (last * -kept + 1.0).inverse()
+
+
+def _aliases(drive: Joint, s: Disc, back: Disc, hands: HandCell, rest: Disc) -> tuple[Disc, Disc]:
+    """What position and force of all aliases but the first add, for all hands of a cell; `rest`: sum of their a_n."""
+    loop, T = drive.loop, drive.loop.period_s
+    (k, w_k), (b, w_b), (m, w_m) = (_middle(one) for one in (hands.k_h, hands.b_h, hands.m_h))
+    mass, J = Disc(m + 0j, w_m), loop.inertia_kgm2
+    share = mass * (mass + J).inverse() if drive.rigid else point(np.zeros_like(s.center))
+    R_x, R_t = point(np.zeros_like(s.center)), -(share * rest)
+    (_, _), (own, _) = drive.masses, drive.dampings
+    for n in (*range(-_ALIASES, 0), *range(1, _ALIASES + 1)):
+        alias = s + 2j * math.pi * n / T
+        inverse = alias.inverse()
+        soft = inverse * Disc(k + 0j, w_k) + Disc(b + 0j, w_b)
+        hand = soft + alias * mass
+        d0, d1, x0, x1, t1 = drive.at(alias, inverse)
+        D = (d0 + d1 * hand).inverse()
+        a = _held(loop, alias, back)
+        if drive.rigid:
+            R_x = R_x + a * inverse * D
+            held = inverse * drive.bristle_nm_rad + own
+            R_t = R_t + a * (mass * held - soft * J) * (mass + J).inverse() * D
+            continue
+        top = d1.inverse()
+        R_x = R_x + a * inverse * (x1 * top + (x0 - x1 * d0 * top) * D)
+        R_t = R_t + a * (t1 * d0 * top * D - t1 * top)
+    least = (2 * _ALIASES + 1) * math.pi / T - float(np.max(s.radius, initial=0.0))
+    # of |a_n| <= |1 - 1/z| |e^(-s d T)|/(|s_n| T), and the sum of 1/|s_n|^2 beyond: 2 (T/2 pi)^2/(n - 1/4)
+    rate = 2 * (T / (2 * math.pi)) ** 2 / (_ALIASES - 0.25)
+    grow = np.exp((np.abs(s.center.real) + s.radius) * loop.delay * T)
+    x_far, t_far = drive.far(least, float(np.max(hands.k_h)), float(np.max(hands.b_h)), hands.m_h)
+    tail = back.most * grow / T * rate
+    return Disc(R_x.center, R_x.radius + tail * x_far / least), Disc(R_t.center, R_t.radius + tail * t_far)
+
+
+def _middle(pair: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return 0.5 * (pair[:, 0] + pair[:, 1]), 0.5 * (pair[:, 1] - pair[:, 0])
+
+
+def _lowpass(hz: float, T: float, last: Disc) -> Disc:
+    """Transfer function of `velocity.lowpass_alpha`."""
+    alpha = lowpass_alpha(hz, T)
+    return (last * (alpha - 1) + 1.0).inverse() * alpha
+
+
+def _observer(loop: AdmittanceLoop, last: Disc, back: Disc, sensor: Disc) -> tuple[Disc, Disc, Disc]:
+    """What the observer sends of the torque, the position and the force."""
+    T, w_q = loop.period_s, 2 * math.pi * loop.observer_hz
+    quick, slow = _lowpass(SMOOTHING * loop.observer_hz, T, last), _lowpass(loop.observer_hz, T, last)
+    both = slow * quick * (loop.observer_gain * TARGET_SHARE)
+    ago = last
+    for _ in range(loop.acting_ticks):
+        ago = ago * last
+    fast = quick * (loop.observer_gain * TARGET_SHARE)
+    behind = (fast - both * last) * (-loop.inertia_kgm2 * w_q) - both * loop.viscous_nms_rad
+    return both * ago, behind * back * (1 / T), both * last * sensor

@@ -1,0 +1,163 @@
+"""A drive in a hand between two samples: what the loops of disturbance observer and admittance display both act on.
+
+Pure functions of numbers: the joint, rigid or of two masses, its damping, the bristles of a joint that sticks, a first-order
+current loop, and a hand (stiffness k_h to ground, damping b_h, mass m_h) behind the force sensor,
+tau_h = -(m_h dv/dt + b_h v + k_h x).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+RESONANCES_HZ = (20.0, 30.0, 50.0, 70.0, 100.0)
+"""Resonances tried for an elastic joint whose own is not declared: two equal masses that swing freely."""
+
+JOINT_DAMPING_RATIO = 0.01
+"""Damping ratio of the spring of such a joint: little."""
+
+BRISTLE_DAMPING_SHARE = 0.02
+"""Damping of the spring of a joint that sticks, as a share of the critical one of joint and bristles: little."""
+
+_HALVINGS = 12
+_TERMS = 8
+_UNUSED_1_S = -1e3
+"""States that a joint does not have die out."""
+
+
+@dataclass(frozen=True)
+class ElasticJoint:
+    """Two masses: share of the inertia on the link's side, stiffness N m/rad, damping N m s/rad; 0 stiffness: rigid."""
+
+    link_share: float = 0.5
+    stiffness_nm_rad: float = 0.0
+    damping_nms_rad: float = 0.0
+
+
+RIGID = ElasticJoint()
+
+
+def resonance(inertia_kgm2: float, hz: float) -> ElasticJoint:
+    """Two equal masses that swing freely at `hz`."""
+    omega, reduced = 2 * math.pi * hz, inertia_kgm2 / 4
+    return ElasticJoint(0.5, reduced * omega**2, 2 * JOINT_DAMPING_RATIO * reduced * omega)
+
+
+def frequency_hz(inertia_kgm2: float, joint: ElasticJoint) -> float:
+    """At which the two masses swing freely, Hz; 0 for a rigid joint."""
+    reduced = joint.link_share * (1 - joint.link_share) * inertia_kgm2
+    return math.sqrt(joint.stiffness_nm_rad / reduced) / (2 * math.pi)
+
+
+class Drive(Protocol):
+    """What is fixed about a drive."""
+
+    @property
+    def inertia_kgm2(self) -> float:
+        """Motor and link."""
+
+    @property
+    def viscous_nms_rad(self) -> float:
+        """Damping of motor and link."""
+
+    @property
+    def lag_hz(self) -> float:
+        """Bandwidth of the current loop; 0: ideal."""
+
+    @property
+    def motor_share(self) -> float:
+        """Share of the viscous damping on the motor's side of an elastic joint."""
+
+    @property
+    def encoder(self) -> str:
+        """`motor` or `link`."""
+
+    @property
+    def joints(self) -> tuple[ElasticJoint, ...]:
+        """Those that the column `joint` counts through."""
+
+
+class Hands(Protocol):
+    """Hands, bristles (N m/rad; 0: sliding) and joints, as columns of one length."""
+
+    @property
+    def k_h(self) -> np.ndarray:
+        """In N m/rad."""
+
+    @property
+    def b_h(self) -> np.ndarray:
+        """In N m s/rad."""
+
+    @property
+    def m_h(self) -> np.ndarray:
+        """In kg m^2."""
+
+    @property
+    def bristle(self) -> np.ndarray:
+        """In N m/rad."""
+
+    @property
+    def joint(self) -> np.ndarray:
+        """Index of `Drive.joints`."""
+
+
+def exponential(A: np.ndarray) -> np.ndarray:
+    """Matrix exponential of a stack of small matrices: Taylor's series of a 4096th part, squared twelve times."""
+    part = A / 2.0**_HALVINGS
+    eye = np.broadcast_to(np.eye(A.shape[-1]), A.shape)
+    out = eye.copy()
+    for n in range(_TERMS, 0, -1):
+        out = eye + part @ out / n
+    for _ in range(_HALVINGS):
+        out = out @ out
+    return out
+
+
+def plant(loop: Drive, points: Hands) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """dp/dt = A p + B u and tau_h = c p + d u of every point, u and p = (x_m, v_m, x_l, v_l, i) in one: (p, u)."""
+    shares = np.array([(one.link_share, one.stiffness_nm_rad, one.damping_nms_rad) for one in loop.joints])
+    share, k_j, b_j = shares[points.joint.astype(int)].T
+    rigid = k_j == 0.0
+    J, b, n = loop.inertia_kgm2, loop.viscous_nms_rad, points.k_h.size
+    b_m = np.where(rigid, b, loop.motor_share * b)
+    critical = 2 * np.sqrt(points.bristle * J)
+    b_m = b_m + BRISTLE_DAMPING_SHARE * critical
+    b_l = np.where(rigid, 0.0, (1 - loop.motor_share) * b) + points.b_h
+    J_m, J_l = np.where(rigid, J, (1 - share) * J), np.where(rigid, 0.0, share * J) + points.m_h
+    A = np.zeros((n, 6, 6))
+    A[:, 0, 1], A[:, 2, 3] = 1.0, 1.0
+    motor, link = np.zeros((n, 6)), np.zeros((n, 6))
+    motor[:, 0], motor[:, 1], motor[:, 4] = -(points.bristle + k_j), -(b_m + b_j), 1.0
+    motor[:, 2], motor[:, 3] = k_j, b_j
+    link[:, 2], link[:, 3], link[:, 0], link[:, 1] = -(k_j + points.k_h), -(b_j + b_l), k_j, b_j
+    whole = motor.copy()
+    whole[:, 0] -= points.k_h
+    whole[:, 1] -= b_l
+    A[:, 1] = np.where(rigid[:, None], whole / (J_m + J_l)[:, None], motor / J_m[:, None])
+    A[:, 3] = np.where(rigid[:, None], A[:, 1], link / np.where(rigid, 1.0, J_l)[:, None])
+    tau = 2 * math.pi * loop.lag_hz
+    A[:, 4, 4], A[:, 4, 5] = -tau, tau
+    if tau == 0:  # the torque is the command itself
+        A[:, :, 5] += A[:, :, 4]
+        A[:, :, 4] = 0.0
+        A[:, 4, 4] = _UNUSED_1_S
+    at, moving = np.where(rigid, 0, 2), np.where(rigid, 1, 3)
+    hand = -points.m_h[:, None] * A[np.arange(n), moving]
+    hand[np.arange(n), at] -= points.k_h
+    hand[np.arange(n), moving] -= points.b_h
+    # in a rigid joint the link's states are the motor's: they are left out
+    A[rigid, 2:4] = 0.0
+    A[rigid, 2, 2] = A[rigid, 3, 3] = _UNUSED_1_S
+    hand[rigid, 2:4] = 0.0
+    return A, hand, rigid
+
+
+def position(loop: Drive, points: Hands, p: np.ndarray) -> np.ndarray:
+    """What the encoder sees of plants' states p, one in a column."""
+    if loop.encoder == "motor":
+        return p[:, 0]
+    rigid = np.array([one.stiffness_nm_rad == 0 for one in loop.joints])[points.joint.astype(int)]
+    return np.where(rigid[:, None], p[:, 0], p[:, 2])

@@ -1,0 +1,206 @@
+"""Admittance display: the measured force moves a virtual mass through the virtual world, and the joint follows the mass.
+
+    m (v_r+ - v_r)/T = tau_f - b_v v_r+ - f_env(p+),      p+ = p + T v_r+              the mass, one implicit step
+    tau = K_v (v_r - v_hat) + K_p (p - x)                                              the servo of the joint
+
+tau_f is the hand's torque after a low-pass and a dead band, v_hat the low-passed difference of positions, p the place of the
+mass, which is the proxy of the tick. With A = (m/T + b_v)/T and w = m v_r/T + tau_f + A p the first line is f_env(p+) = w - A p+,
+which every environment solves already (`environments.coupling`): a world of any stiffness is stable on the mass.
+
+What a world is felt through is the mass: m/T^2 stands where the coupling's stiffness stands for an impedance.
+
+The account is kept where the hand is, from the measured torque (docs/theory.md 11):
+
+    E += tau_h dx + granted,      E <= m v_r^2/2 + J v^2/2 + U + K_p (p - x)^2/2 + bank
+
+The motor itself is no port to be watched: to show less inertia than J it must give (J - m) v^2/2, and take it back. A
+deficit adds to b_v, and beyond 1.35 budgets is a fault, as with an impedance (`passivity`).
+
+The servo never asks for more than the torque limit: a mass that ran away from a joint that something holds would come back
+all at once. The speed of the mass stays within L/K_v of the joint's, its place within L/K_p.
+"""
+
+from __future__ import annotations
+
+import math
+
+from rtctl.control.environments.changes import HALVINGS, follow_world, pay, towards
+from rtctl.control.environments.laws import environment_energy, finite_command, solve_proxy
+from rtctl.control.environments.table import Environment
+from rtctl.control.jit import compiled
+from rtctl.control.program import in_program
+from rtctl.control.records import Record
+from rtctl.control.vocabulary import Display, State
+
+_ACTIVE = int(State.ACTIVE)
+_REMOTE = int(Environment.REMOTE)
+_ADMITTANCE = int(Display.ADMITTANCE)
+
+
+@compiled
+def is_admittance(p: Record, axis: int) -> bool:
+    """True for an axis that is displayed as a virtual mass."""
+    return p.display_kind[axis] == _ADMITTANCE
+
+
+@compiled
+def _rest(s: Record, axis: int) -> None:
+    """Put the mass where the joint is, at rest: nothing winds up while the servo does nothing."""
+    s.proxy_position_rad[axis] = s.remote_position_rad[axis] = s.position_rad[axis]
+    s.mass_velocity_rad_s[axis] = 0.0
+    s.proxy_set_count[axis] = 1
+
+
+@compiled
+def _forget(s: Record, axis: int) -> None:
+    """As `_rest`, without a trace of what came in: it was no number."""
+    _rest(s, axis)
+    s.mass_force_nm[axis] = s.servo_velocity_rad_s[axis] = 0.0
+    s.stored_energy_j[axis] = s.renderer_grant_j[axis] = 0.0
+
+
+@compiled
+def _measure(s: Record, p: Record, axis: int, elapsed: int, difference: float, hand_nm: float) -> float:
+    """Low-passes of force and velocity, once a fresh sample; the hand's torque beyond the dead band, N m."""
+    if elapsed > 0:
+        s.mass_force_nm[axis] += p.mass_force_alpha[axis] * (hand_nm - s.mass_force_nm[axis])
+        alpha = 1.0 - (1.0 - p.servo_velocity_alpha[axis]) ** elapsed
+        s.servo_velocity_rad_s[axis] += alpha * (difference - s.servo_velocity_rad_s[axis])
+    band = p.mass_force_deadband_nm[axis]
+    return s.mass_force_nm[axis] - towards(0.0, s.mass_force_nm[axis], band)
+
+
+@compiled
+def _follow_remote(s: Record, p: Record, axis: int) -> None:
+    """Bring the renderer's end of the spring nearer to its target, as far as its work is paid for (`environments.targets`)."""
+    if s.target_age_ticks >= s.remote_ticks:
+        return
+    age = min(s.target_age_ticks, p.target_hold_ticks)
+    target = s.target_position_rad[axis] + s.target_velocity_rad_s[axis] * p.period_s * age
+    before, mass = s.remote_position_rad[axis], s.proxy_position_rad[axis]
+    step = towards(before, target, p.velocity_limit_rad_s[axis] * p.period_s) - before
+    k = p.coupling_stiffness_nm_rad[axis]
+    for _ in range(HALVINGS):
+        way, way_before = mass - before - step, mass - before
+        work = 0.5 * k * (way * way - way_before * way_before)
+        if work <= s.renderer_store_j[axis]:
+            s.remote_position_rad[axis] = before + step
+            pay(s, axis, work)
+            return
+        step *= 0.5
+
+
+@compiled
+def _world_step(s: Record, p: Record, axis: int, drive: float, stiffness: float) -> float:
+    """Place of the mass after this tick, rad: of a remote world on a spring and damper to the renderer's end of it."""
+    before, dt = s.proxy_position_rad[axis], p.period_s
+    if s.world_kind[axis] != _REMOTE:
+        return solve_proxy(s, axis, drive, stiffness, before, dt)
+    moved = s.remote_position_rad[axis]
+    _follow_remote(s, p, axis)
+    end = s.remote_position_rad[axis]
+    k, b = p.coupling_stiffness_nm_rad[axis], p.coupling_damping_nms_rad[axis] / dt
+    return (drive + k * end + b * (before + end - moved)) / (stiffness + k + b)
+
+
+@compiled
+def _step(s: Record, p: Record, c: Record, axis: int, felt_nm: float) -> None:
+    """One implicit step of the mass in its world. The world looks at the mass where it looks at the joint otherwise."""
+    joint = s.position_rad[axis]
+    before, dt = s.proxy_position_rad[axis], p.period_s
+    s.position_rad[axis] = before
+    follow_world(s, p, c, axis, abs(s.mass_velocity_rad_s[axis]), False)
+    inertia = p.mass_kgm2[axis] / dt
+    stiffness = (inertia + p.mass_damping_nms_rad[axis] + s.mass_injected_nms_rad[axis]) / dt
+    drive = inertia * s.mass_velocity_rad_s[axis] + felt_nm + stiffness * before
+    after = _world_step(s, p, axis, drive, stiffness)
+    s.position_rad[axis] = joint
+    velocity = (after - before) / dt
+    held = s.servo_velocity_rad_s[axis]
+    slip = p.torque_limit_nm[axis] / p.servo_velocity_gain_nms_rad[axis]
+    s.mass_velocity_rad_s[axis] = towards(held, velocity, slip)
+    place = before + dt * s.mass_velocity_rad_s[axis]
+    if p.servo_position_gain_nm_rad[axis] > 0.0:
+        place = towards(joint, place, p.torque_limit_nm[axis] / p.servo_position_gain_nm_rad[axis])
+    s.proxy_position_rad[axis] = place
+
+
+@compiled
+def _store(s: Record, p: Record, axis: int) -> None:
+    """Write the energy of the world and of the servo's spring, which is given back, for account and authority."""
+    place = s.proxy_position_rad[axis]
+    stretch = place - s.position_rad[axis]
+    stored = 0.5 * p.servo_position_gain_nm_rad[axis] * stretch * stretch
+    if s.world_kind[axis] == _REMOTE:
+        stored += 0.5 * p.coupling_stiffness_nm_rad[axis] * (place - s.remote_position_rad[axis]) ** 2
+    else:
+        stored += environment_energy(s, axis, place)
+    s.stored_energy_j[axis] = stored if math.isfinite(stored) else 0.0
+
+
+@compiled
+def servo_torque(
+    s: Record,
+    p: Record,
+    c: Record,
+    axis: int,
+    elapsed: int,
+    difference: float,
+    hand_nm: float,
+    disabled: bool,
+) -> float:
+    """Torque that makes the joint follow the virtual mass, N m; moves the mass, `state.proxy_position_rad`.
+
+    Parameters
+    ----------
+    elapsed : int
+        Grid ticks since the last valid sample; 0 on a missed one: the mass goes on with the force of the last.
+    difference : float
+        Plain backward difference of the position, rad/s.
+    hand_nm : float
+        Tared hand torque, N m, positive where it accelerates the joint.
+    disabled : bool
+        True while no torque leaves.
+
+    Returns
+    -------
+    float
+        0 outside ACTIVE and during an excitation program, where the mass rests at the joint. NaN for a force or a command
+        that is not finite, of which nothing stays in the state.
+    """
+    felt = _measure(s, p, axis, elapsed, difference, hand_nm)
+    if not (finite_command(c, axis) and math.isfinite(felt) and math.isfinite(difference)):
+        _forget(s, axis)
+        return math.nan
+    if s.proxy_set_count[axis] == 0 or disabled or s.state != _ACTIVE or in_program(s, axis):
+        _rest(s, axis)
+        follow_world(s, p, c, axis, 0.0, disabled)
+        _store(s, p, axis)
+        return 0.0
+    _step(s, p, c, axis, felt)
+    if not math.isfinite(s.proxy_position_rad[axis]):
+        _forget(s, axis)
+        return math.nan
+    _store(s, p, axis)
+    lag = s.mass_velocity_rad_s[axis] - s.servo_velocity_rad_s[axis]
+    stretch = s.proxy_position_rad[axis] - s.position_rad[axis]
+    return p.servo_velocity_gain_nms_rad[axis] * lag + p.servo_position_gain_nm_rad[axis] * stretch
+
+
+@compiled
+def observe_hand(s: Record, p: Record, axis: int, work_j: float, granted_j: float, speed: float) -> None:
+    """Advance the account of the hand's port by the work the hand did in the last period, J.
+
+    Parameters
+    ----------
+    work_j
+        tau_h dx, as measured.
+    granted_j
+        What a renderer or a change of environment was allowed to put in.
+    speed
+        Of the joint, rad/s.
+    """
+    held = s.authority * s.stored_energy_j[axis] + 0.5 * p.inertia_kgm2[axis] * speed * speed
+    held += 0.5 * p.mass_kgm2[axis] * s.mass_velocity_rad_s[axis] ** 2
+    energy = s.energy_port_j[axis] + work_j + granted_j
+    s.energy_port_j[axis] = min(energy, held + p.energy_bank_j)

@@ -1,0 +1,46 @@
+"""Table of a rig file: a joint displayed as a virtual mass that the measured force moves."""
+
+from __future__ import annotations
+
+from rtctl.rig_file.fields import Table, number
+
+REQUIRED = ("mass_kgm2", "damping_nms_rad", "velocity_gain_nms_rad")
+"""Keys that must be above 0 where an axis is displayed as an admittance: no other value is safe for every rig."""
+
+
+class AdmittanceTable(Table):
+    """[axis.admittance]: with display = "admittance": the measured force moves a virtual mass, and the joint follows it"""
+
+    mass_kgm2: float = number(
+        0, 1e3, "m: inertia of the virtual mass, what the hand feels in place of inertia_kgm2", default=0.0
+    )
+    damping_nms_rad: float = number(
+        0, 1e3, "b_v: its damping, what the hand feels in place of friction and viscous damping", default=0.0
+    )
+    velocity_gain_nms_rad: float = number(
+        0, 1e4, "K_v: torque per speed by which the joint lags behind the virtual mass", default=0.0
+    )
+    position_gain_nm_rad: float = number(
+        0,
+        1e6,
+        "K_p: torque per angle by which it lags; 0: a hand that leans on a virtual wall drifts at its torque over K_v",
+        default=0.0,
+    )
+    force_lowpass_hz: float = number(
+        0, 5000, "low-pass of the hand's torque, after [axis.force]; 0 is off", default=150.0
+    )
+    force_deadband_nm: float = number(
+        0,
+        1e3,
+        "hand torque that moves nothing: more than the force sensor may be off after its tare, "
+        "else the virtual mass drifts at the rest over damping_nms_rad",
+        default=0.003,
+    )
+    velocity_lowpass_hz: float = number(
+        0, 5000, "low-pass of the joint's velocity in the servo; 0 is off", default=100.0
+    )
+    hand_stiffness_nm_rad: float = number(
+        0, 1e5, "box of hands that `rtctl check` proves stable: stiffest", default=600.0
+    )
+    hand_damping_nms_rad: float = number(0, 1e3, "and the most damped", default=1.0)
+    hand_inertia_kgm2: float = number(0, 1e3, "and the heaviest, at the joint", default=0.02)
