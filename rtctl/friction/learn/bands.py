@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from rtctl.friction.band import LEVEL, Band
-from rtctl.friction.learn import search
+from rtctl.friction.learn import certainty, search
 from rtctl.friction.learn.hold_out import TRAINS, several_logs
 from rtctl.friction.learn.machines import Candidate
 from rtctl.friction.learn.search import Score
@@ -106,6 +106,6 @@ def of_errors(speed: np.ndarray, error_nm: np.ndarray, block: np.ndarray, way: s
     if rank > n:
         quantile *= 1 + 1 / n
     if whole > 0:
-        quantile *= 1 + SURE * search.doubt(error_nm, block) / whole
+        quantile *= 1 + SURE * certainty.doubt(error_nm, block) / whole
     widths = tuple(float(width) for width in quantile * scale)
     return Band(tuple(float(edge) for edge in edges), widths, way, len(np.unique(block)), n)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtctl.errors import DataError
-from rtctl.friction.learn import load_terms, search
+from rtctl.friction.learn import certainty, load_terms
 from rtctl.friction.learn.bands import way_of
 from rtctl.friction.learn.hold_out import TRAINS, folds_of, shared_out, units_of
 from rtctl.friction.learn.load_terms import RUNGS, Rows, Terms
@@ -32,7 +32,7 @@ ALIKE = 0.5
 
 @dataclass(frozen=True)
 class LoadRung:
-    """One form: `terms` fitted to all points, its held-out RMSE and what it may differ by by chance (`search.doubt`), N m."""
+    """One form: `terms` fitted to all points, its held-out RMSE and what it may differ by by chance (`certainty.doubt`), N m."""
 
     terms: Terms
     rmse_nm: float
@@ -117,7 +117,7 @@ def _rung(rung: str, rows: Rows, fold: np.ndarray, block: np.ndarray) -> LoadRun
         errors[held] = fitted(rows.of(held)) - rows.friction_nm[held]
     judged = fold != TRAINS
     rmse = float(np.sqrt(np.mean(errors[judged] ** 2)))
-    doubt = search.doubt(errors[judged], block[judged])
+    doubt = certainty.doubt(errors[judged], block[judged])
     return LoadRung(load_terms.fit_terms(rung, rows), rmse, doubt)
 
 
