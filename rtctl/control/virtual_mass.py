@@ -103,15 +103,17 @@ def _follow_remote(s: Record, p: Record, axis: int) -> None:
 
 @compiled
 def _world_step(s: Record, p: Record, axis: int, drive: float, stiffness: float) -> float:
-    """Place of the mass after this tick, rad: of a remote world on a spring and damper to the renderer's end of it."""
+    """Place of the mass after this tick, rad: of a remote world on a spring to the renderer's end of it.
+
+    The damper goes to the ground: one to a moving end would do work of the renderer's that nobody pays.
+    """
     before, dt = s.proxy_position_rad[axis], p.period_s
     if s.world_kind[axis] != _REMOTE:
         return solve_proxy(s, axis, drive, stiffness, before, dt)
-    moved = s.remote_position_rad[axis]
     _follow_remote(s, p, axis)
     end = s.remote_position_rad[axis]
     k, b = p.coupling_stiffness_nm_rad[axis], p.coupling_damping_nms_rad[axis] / dt
-    return (drive + k * end + b * (before + end - moved)) / (stiffness + k + b)
+    return (drive + k * end + b * before) / (stiffness + k + b)
 
 
 @compiled

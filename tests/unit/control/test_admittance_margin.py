@@ -174,6 +174,7 @@ def _law(loop, k_e):
     p["servo_velocity_gain_nms_rad"][0] = loop.velocity_gain_nms_rad
     p["servo_position_gain_nm_rad"][0] = loop.position_gain_nm_rad
     p["torque_limit_nm"][0] = p["torque_rate_nm"][0] = p["velocity_limit_rad_s"][0] = 1e9
+    p["watch_floor_nm"] = 1e9  # the matrices know no watch
     s["state"], s["authority"], s["proxy_set_count"][0] = State.ACTIVE, 1.0, 1
     kind = Environment.SPRING if k_e > 0 else Environment.FREE
     c["environment_kind"][0] = s["world_kind"][0] = kind
