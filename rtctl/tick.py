@@ -101,6 +101,9 @@ FIELDS: tuple[Field, ...] = (
     Field(
         "environment_kind", "int", "axis", "1", "law", "virtual environment in force (control.environments)"
     ),
+    Field("display_kind", "int", "axis", "1", "law", "display in force (control.vocabulary.Display)"),
+    _axis("mass_kgm2", "kg m^2", "virtual mass in force; 0 where an impedance is displayed"),
+    _axis("mass_damping_nms_rad", "N m s/rad", "its damping in force, without what is injected"),
     _axis("compensation", "1", "share of the configured friction feed-forward in force, 0 to 1"),
     # estimates
     Field("sample_age_ticks", "int", "scalar", "1", "law", "ticks since the last valid sample; 0 is fresh"),

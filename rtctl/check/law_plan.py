@@ -219,7 +219,7 @@ def _fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
     p["coupling_stiffness_nm_rad"][a] = axis.coupling.stiffness_nm_rad
     p["coupling_damping_nms_rad"][a] = axis.coupling.damping_nms_rad
     p["injected_damping_max_nms_rad"][a] = axis.viscous_nms_rad
-    if axis.display == "admittance":
+    if axis.may_show("admittance"):
         _fill_admittance(p, a, axis, period_s)
     p["hold_damping_nms_rad"][a] = axis.viscous_nms_rad
 
@@ -227,8 +227,12 @@ def _fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
 def _fill_admittance(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
     """Parameters of the virtual mass and of the servo that has the joint follow it."""
     shown = axis.admittance
-    p["display_kind"][a] = Display.ADMITTANCE
+    p["display_kind"][a], p["display_change"][a] = Display[axis.display.upper()], axis.display_change
     p["mass_kgm2"][a], p["mass_damping_nms_rad"][a] = shown.mass_kgm2, shown.damping_nms_rad
+    p["mass_max_kgm2"][a] = shown.mass_max_kgm2 or shown.mass_kgm2
+    p["mass_damping_max_nms_rad"][a] = shown.damping_max_nms_rad or shown.damping_nms_rad
+    p["mass_forward"][a] = shown.feedforward
+    p["mass_forward_alpha"][a] = lowpass_alpha(shown.feedforward_lowpass_hz, period_s)
     p["mass_force_alpha"][a] = lowpass_alpha(shown.force_lowpass_hz, period_s)
     p["mass_force_deadband_nm"][a] = shown.force_deadband_nm
     p["servo_velocity_gain_nms_rad"][a] = shown.velocity_gain_nms_rad
@@ -287,6 +291,8 @@ def _fill_command(c: np.void, a: int, axis: AxisTable) -> None:
     for parameter in PARAMETERS:
         c[f"environment_{parameter.name}"][a] = getattr(environment, parameter.name)
     c["compensation"][a] = 1.0
+    c["display_kind"][a] = Display[axis.display.upper()]
+    c["mass_kgm2"][a], c["mass_damping_nms_rad"][a] = axis.admittance.mass_kgm2, axis.admittance.damping_nms_rad
 
 
 def _fill_compensation(

@@ -154,8 +154,13 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             "coupling_damping_nms_rad": (),
             # admittance display (control.virtual_mass)
             "display_kind": (),  # vocabulary.Display
-            "mass_kgm2": (),
+            "display_change": (),  # 1: a command may change the display
+            "mass_kgm2": (),  # the least that a command may ask for, as the next line
             "mass_damping_nms_rad": (),
+            "mass_max_kgm2": (),  # and the most
+            "mass_damping_max_nms_rad": (),
+            "mass_forward": (),  # share of the torque that the mass's motion alone asks of the joint
+            "mass_forward_alpha": (),  # low-pass coefficient per tick of it
             "mass_force_alpha": (),  # low-pass coefficient per tick
             "mass_force_deadband_nm": (),
             "servo_velocity_gain_nms_rad": (),
@@ -287,8 +292,13 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "proxy_position_rad": (),
             "proxy_set_count": (),
             # admittance display (control.virtual_mass); the mass is at proxy_position_rad
+            "display_kind": (),  # in force
+            "display_share": (),  # of it that is felt: 0 where it changes
+            "mass_kgm2": (),  # in force
+            "mass_damping_nms_rad": (),
             "mass_velocity_rad_s": (),
             "mass_force_nm": (),  # hand torque, low-passed
+            "mass_forward_nm": (),  # torque that the mass's motion asks of the joint, low-passed
             "mass_injected_nms_rad": (),  # damping added by the passivity controller
             "servo_velocity_rad_s": (),  # of the joint, low-passed
             "mass_watch_nms_rad": (),  # and by the watch on its stability (control.stability_watch)
@@ -443,6 +453,9 @@ def command_dtype(n_axes: int) -> np.dtype[np.void]:
             "target_position_rad": (),
             "target_velocity_rad_s": (),
             "compensation": (),  # 0..1
+            "display_kind": (),  # vocabulary.Display
+            "mass_kgm2": (),  # of the virtual mass; outside what the rig file allows: the nearest that it does
+            "mass_damping_nms_rad": (),
             # excitation program (control.program): starts at a rise of `program_count`
             "program_count": (),
             "program_kind": (),  # vocabulary.Program

@@ -183,6 +183,9 @@ class AxisTable(Table):
         description="impedance: motion is measured, torque is sent; admittance: force is measured, motion follows it "
         "(a stiff gearbox with a good force sensor)",
     )
+    display_change: bool = Field(
+        False, description="true: a client may change the display while it runs; both are proved, and need their tables"
+    )
     velocity: VelocityTable = VelocityTable()
     force: ForceTable = ForceTable()
     temperature: TemperatureTable = TemperatureTable()
@@ -193,6 +196,10 @@ class AxisTable(Table):
     environment: EnvironmentTable = EnvironmentTable()
     friction: FrictionTable = FrictionTable()
     force_feedback: ForceFeedbackTable = ForceFeedbackTable()
+
+    def may_show(self, display: str) -> bool:
+        """True for a display that the axis begins with or may be changed to."""
+        return self.display_change or self.display == display
 
     @model_validator(mode="after")
     def _pairs(self) -> AxisTable:
@@ -221,13 +228,22 @@ class AxisTable(Table):
 
     @model_validator(mode="after")
     def _admittance(self) -> AxisTable:
-        if self.display != "admittance":
+        if not self.may_show("admittance"):
             return self
+        asked = "display_change = true" if self.display == "impedance" else 'display = "admittance"'
         for key in REQUIRED:
             value = getattr(self.admittance, key)
             if not value > 0:
-                msg = f'admittance.{key} {value}: display = "admittance" needs it above 0; give it in [axis.admittance]'
+                msg = f"admittance.{key} {value}: {asked} needs it above 0; give it in [axis.admittance]"
                 raise ValueError(msg)
+        for least, most in (("mass_kgm2", "mass_max_kgm2"), ("damping_nms_rad", "damping_max_nms_rad")):
+            low, high = getattr(self.admittance, least), getattr(self.admittance, most)
+            if 0 < high < low:
+                msg = f"admittance.{most} {high} is below {least} {low}: raise it, or 0 for no change"
+                raise ValueError(msg)
+        if self.display_change and not self.coupling.stiffness_nm_rad > 0:
+            msg = "display_change = true needs coupling.stiffness_nm_rad above 0: an impedance is felt through it"
+            raise ValueError(msg)
         if self.force_feedback.gain > 0:
             msg = (
                 f'force_feedback.gain {self.force_feedback.gain}: display = "admittance" is force feedback already; '

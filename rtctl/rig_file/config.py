@@ -85,10 +85,10 @@ class Config(Table):
             if axis.force_feedback.gain > 0 and "force" in self.rig.absent:
                 msg = f"axis {axis.name}: force_feedback.gain {axis.force_feedback.gain} needs the force sensor that rig.absent rules out; set gain = 0"
                 raise ValueError(msg)
-            if axis.display == "admittance" and "force" in self.rig.absent:
+            if axis.may_show("admittance") and "force" in self.rig.absent:
                 msg = (
                     f'axis {axis.name}: display = "admittance" needs the force sensor that rig.absent rules out; '
-                    'set display = "impedance", or give the rig its sensor'
+                    'set display = "impedance", without display_change, or give the rig its sensor'
                 )
                 raise ValueError(msg)
         return self
