@@ -17,13 +17,17 @@ if TYPE_CHECKING:
     from rtctl.rig_file.axis_tables import AxisTable
 
 
+FADING = (0.1, 0.3, 0.6, 0.85)
+"""Shares of the torque at which a display that fades is tried."""
+
+
 @dataclass(frozen=True)
 class AdmittanceFigures:
     """What is found of one axis. Units are in the names; the box of hands is the rig file's."""
 
     radius: float
     """Largest |eigenvalue| of one period over the grid, a joint that slides, whatever lies between law and joint up to the
-    declared.
+    declared, for every mass that may be asked for and every share of the torque that is tried.
     """
     points: int
     worst: str
@@ -67,9 +71,13 @@ def loop_of(figures: AxisFigures, table: AxisTable, joint: Joint, period_s: floa
         virtual_damping_nms_rad=a.damping_nms_rad,
         velocity_gain_nms_rad=a.velocity_gain_nms_rad,
         position_gain_nm_rad=a.position_gain_nm_rad,
+        mass_max_kgm2=a.mass_max_kgm2,
         force_lowpass_hz=a.force_lowpass_hz,
         sensor_lowpass_hz=table.force.lowpass_hz,
         velocity_lowpass_hz=a.velocity_lowpass_hz,
+        feedforward=a.feedforward,
+        feedforward_lowpass_hz=a.feedforward_lowpass_hz,
+        told_viscous_nms_rad=table.viscous_nms_rad,
         delay=figures.delay_ticks,
         lag_hz=figures.current_loop_hz,
         sample_ticks=figures.sample_ticks,
@@ -102,8 +110,8 @@ def figures_of(loop: AdmittanceLoop) -> AdmittanceFigures:
     from rtctl.control import admittance_margin as margin
 
     found = margin.judge(loop)
-    sooner = (margin.judge_stiffest(one) for one in faster(loop)) if found.ok else ()
-    found = next((one for one in sooner if not one.ok), found)
+    others = (*faster(loop), *fading(loop), *heavier(loop)) if found.ok else ()
+    found = next((one for one in map(margin.judge_stiffest, others) if not one.ok), found)
     proof = margin.proof(loop) if found.ok else None
     stuck = margin.judge(loop, stuck=True) if loop.bristle_nm_rad > 0 else None
     stable = found.ok and not (proof and proof.unstable)
@@ -134,3 +142,26 @@ def faster(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
     lags = [0.0, loop.lag_hz] if loop.lag_hz > 0 else [0.0]
     both = [replace(loop, delay=delay, lag_hz=lag) for delay in delays for lag in lags]
     return [one for one in both if one != loop]
+
+
+def fading(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
+    """The loop at shares of its torque: a soft start, or a display that is changed, goes through all of them, with more damping (`virtual_mass`)."""
+    return [
+        replace(
+            loop,
+            virtual_damping_nms_rad=loop.virtual_damping_nms_rad + (1 - share) * loop.velocity_gain_nms_rad,
+            velocity_gain_nms_rad=share * loop.velocity_gain_nms_rad,
+            position_gain_nm_rad=share * loop.position_gain_nm_rad,
+            feedforward=share * loop.feedforward,
+            observer_gain=share * loop.observer_gain,
+        )
+        for share in FADING
+    ]
+
+
+def heavier(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
+    """The loop with heavier masses that a client may ask for."""
+    if loop.mass_max_kgm2 <= loop.mass_kgm2:
+        return []
+    ratio = loop.mass_max_kgm2 / loop.mass_kgm2
+    return [replace(loop, mass_kgm2=loop.mass_kgm2 * ratio**share, mass_max_kgm2=0.0) for share in (0.5, 1.0)]

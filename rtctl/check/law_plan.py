@@ -239,9 +239,6 @@ def _fill_admittance(p: np.void, a: int, axis: AxisTable, period_s: float) -> No
     p["servo_position_gain_nm_rad"][a] = shown.position_gain_nm_rad
     p["watch_floor_nm"][a] = FLOOR_SHARE * axis.torque_limit_nm
     p["servo_velocity_alpha"][a] = lowpass_alpha(shown.velocity_lowpass_hz, period_s)
-    p["injected_damping_max_nms_rad"][a] = (
-        shown.velocity_gain_nms_rad
-    )  # the mass may be as hard to move as the joint is held to it
 
 
 def _let_go(p: np.void) -> None:
@@ -258,11 +255,11 @@ def _fill_proof(p: np.void, loaded: LoadedConfig) -> None:
         b, between, spring = stability_report.bearing(loaded, a)
         coupling, age_ticks = axis.coupling, between.sample_ticks - 1
         declared = between.delay + stability.lag_ticks(between.lag_hz, period_s)
-        covered = declared  # an admittance display is certified for what is declared, and no more
-        if axis.display == "impedance":
-            covered = delay_covered_ticks(
-                b, coupling.stiffness_nm_rad + spring, coupling.damping_nms_rad, period_s, declared
-            )
+        covered = delay_covered_ticks(
+            b, coupling.stiffness_nm_rad + spring, coupling.damping_nms_rad, period_s, declared
+        )
+        if axis.may_show("admittance"):  # certified for what is declared, and no more
+            covered = declared
         p["proof_age_ticks"][a] = age_ticks
         p["declared_delay_s"][a] = declared * period_s
         # a current that is held as long as its samples seems to come later by up to their age
@@ -292,7 +289,10 @@ def _fill_command(c: np.void, a: int, axis: AxisTable) -> None:
         c[f"environment_{parameter.name}"][a] = getattr(environment, parameter.name)
     c["compensation"][a] = 1.0
     c["display_kind"][a] = Display[axis.display.upper()]
-    c["mass_kgm2"][a], c["mass_damping_nms_rad"][a] = axis.admittance.mass_kgm2, axis.admittance.damping_nms_rad
+    c["mass_kgm2"][a], c["mass_damping_nms_rad"][a] = (
+        axis.admittance.mass_kgm2,
+        axis.admittance.damping_nms_rad,
+    )
 
 
 def _fill_compensation(

@@ -6,8 +6,8 @@ Pure functions of numbers. One loop is
 - the force: the sensor's low-pass, then the law's own;
 - the virtual mass m, damped by b_v, with a linear world of stiffness k_e and damping b_e on it:
   v_r+ = (m v_r + T (tau_f - k_e x_r+ - b_e v_r+))/(m + b_v T), x_r+ = x_r + T v_r+, solved for v_r+;
-- the torque K_v (v_r+ - v_hat) + K_p (x_r+ - x), v_hat the low-passed difference of positions, held over a period,
-  after any delay, whole or not;
+- the torque K_v (v_r+ - v_hat) + K_p (x_r+ - x) + z <J (v_r+ - v_r)/T + b v_r+ - tau_f>, v_hat the low-passed difference of
+  positions, <> a low-pass, held over a period, after any delay, whole or not;
 - the disturbance observer of `observer_loop`, if its gain is not 0.
 
 The plant between two samples is exact. With a fresh sample every n-th tick the law runs n times a sample: force, position
@@ -65,9 +65,18 @@ class AdmittanceLoop:
     virtual_damping_nms_rad: float
     velocity_gain_nms_rad: float
     position_gain_nm_rad: float = 0.0
+    mass_max_kgm2: float = 0.0
+    """The proof covers every virtual mass from `mass_kgm2` to this one; 0: that one alone. More damping is covered anyway, as
+    a damper of the world is.
+    """
     force_lowpass_hz: float = 0.0
     sensor_lowpass_hz: float = 0.0
     velocity_lowpass_hz: float = 0.0
+    feedforward: float = 0.0
+    """Share z of J a_r + b v_r - tau_f that is sent, behind a low-pass."""
+    feedforward_lowpass_hz: float = 0.0
+    told_viscous_nms_rad: float = 0.0
+    """b of the joint as it stands in there, with whatever is compensated of it."""
     delay: float = 0.0
     """Ticks from a fresh sample to its torque."""
     lag_hz: float = 0.0
@@ -162,7 +171,7 @@ def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
     Notes
     -----
     States: p of `drive_in_hand.plant` (5), the commands of the last ticks (D), the last position, the sensor's low-pass, the law's
-    low-pass, v_hat, v_r, x_r, and the observer's q1, w1, q2, w2.  Columns are built by running one frame from every unit
+    low-pass, v_hat, v_r, x_r, the torque sent ahead, and the observer's q1, w1, q2, w2. Columns are built by running one frame from every unit
     state, all points at once.
     """
     T, n = loop.period_s, loop.sample_ticks
@@ -170,11 +179,11 @@ def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
     whole = math.floor(loop.delay + 1e-9)
     rest = max(loop.delay - whole, 0.0)
     D = max(whole + 2, 1 + loop.acting_ticks, 1)
-    size = 5 + D + 10
+    size = 5 + D + 11
     early, late = exponential(A * (rest * T)), exponential(A * ((1 - rest) * T))
     s = np.broadcast_to(np.eye(size), (at.size, size, size)).copy()  # a state per column
     p, u = s[:, :5], s[:, 5 : 5 + D]
-    before, sensed, felt, v_hat, v_r, x_r, q1, w1, q2, w2 = (s[:, 5 + D + i] for i in range(10))
+    before, sensed, felt, v_hat, v_r, x_r, ahead, q1, w1, q2, w2 = (s[:, 5 + D + i] for i in range(11))
     x = position(loop, at, p)
     tau_h = np.einsum("ki,kij->kj", hand[:, :5], p) + hand[:, 5:6] * u[:, whole]
     sensed_before = sensed
@@ -196,15 +205,20 @@ def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
         q1 = w1 = q2 = w2 = helps
     k_e, b_e = at.k_e[:, None], at.b_e[:, None]
     weight = loop.mass_kgm2 + T * (loop.virtual_damping_nms_rad + b_e) + T * T * k_e
+    share, quick = loop.feedforward, lowpass_alpha(loop.feedforward_lowpass_hz, T)
     for _ in range(n):
+        v_before = v_r
         v_r = (loop.mass_kgm2 * v_r + T * (felt - k_e * x_r)) / weight
         x_r = x_r + T * v_r
-        sent = loop.velocity_gain_nms_rad * (v_r - v_hat) + loop.position_gain_nm_rad * (x_r - x) + helps
+        asked = loop.inertia_kgm2 * (v_r - v_before) / T + loop.told_viscous_nms_rad * v_r - felt
+        ahead = ahead + quick * (asked - ahead)
+        sent = loop.velocity_gain_nms_rad * (v_r - v_hat) + loop.position_gain_nm_rad * (x_r - x)
+        sent = sent + share * ahead + helps
         commands = np.concatenate([sent[:, None], u], axis=1)  # newest first
         for step, older in ((early, whole + 1), (late, whole)):
             p = step[:, :5, :5] @ p + step[:, :5, 5:6] * commands[:, older][:, None]
         u = commands[:, :D]
-    ends = (x, sensed, felt, v_hat, v_r, x_r, q1, w1, q2, w2)
+    ends = (x, sensed, felt, v_hat, v_r, x_r, ahead, q1, w1, q2, w2)
     return np.concatenate((p, u, *(one[:, None] for one in ends)), axis=1)
 
 

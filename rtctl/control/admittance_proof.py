@@ -5,8 +5,9 @@ and any world, there are as many outside everywhere as at one point of the grid:
 z = 1, where a joint that nothing holds has its root, with a detour that lets through what grows by less than
 `SLOWEST_RAD_S`.
 
-One cell is a piece of the curve from s0 to s1 times intervals of k_h, b_h, m_h, k_e and b_e. In it F of `admittance_spectrum`
-lies, at either end, in the convex hull of its values at the 32 corners, as F is affine in each of the five (Zadeh and
+One cell is a piece of the curve from s0 to s1 times intervals of k_h, b_h, m_h, k_e, b_e and of the virtual mass m, where that
+may change. In it F of `admittance_spectrum` lies, at either end, in the convex hull of its values at the corners, 32 or 64, as F
+is affine in each of them (Zadeh and
 Desoer's mapping theorem), widened by the disc of the aliases; between the ends it leaves the chord by no more than
 h^2 |F''|/2, h half of the piece, and |F''| <= 2 max|F|/(rho - h)^2, the maximum over a disc of radius rho (Cauchy). If all
 these discs lie in one open half-plane, F is not 0 in the cell. A cell that fails is cut in two where it is the widest.
@@ -15,7 +16,7 @@ these discs lie in one open half-plane, F is not 0 in the cell. A cell that fail
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -50,8 +51,8 @@ _TRIED = 48
 """Cells left over whose corners are asked for eigenvalues."""
 _GROWS = 1e-6
 
-_FREQUENCY, _K, _B, _M, _KE, _BE = range(6)
-_SOFTEST = (0.0, 0.5, 0.01, 1e-3, 0.5, 0.05)
+_FREQUENCY, _K, _B, _M, _KE, _BE, _MASS = range(7)
+_SOFTEST = (0.0, 0.5, 0.01, 1e-3, 0.5, 0.05, 1e-3)
 """Where an interval that begins at 0 is cut: in the middle between this and its end, on a scale of ratios."""
 
 
@@ -112,18 +113,23 @@ def _cells(drive: Joint, budget: int) -> tuple[int, tuple[np.ndarray, np.ndarray
 def _counter_example(drive: Joint, joint: int, ends: np.ndarray, box: np.ndarray, looked: int) -> Proof:
     """A hand and a world of the cells that are left which are unstable, or that none was found."""
     corners = np.array(list(product((0, 1), repeat=5)))
-    rows = box[:, np.arange(5), corners].reshape(-1, 5)
-    k, b, m, k_e, b_e = rows.T
-    at = Points(k, b, m, np.full(k.size, drive.bristle_nm_rad), np.full(k.size, float(joint)), k_e, b_e)
-    radii = spectral_radii(drive.loop, at)
-    worst = int(np.argmax(radii))
-    unstable = bool(radii[worst] > 1 + _GROWS)
-    near = f"near {np.abs(ends).mean() / (2 * math.pi):.3g} Hz, {at.words(drive.loop, worst)}"
+    unstable, near = False, ""
+    for mass in sorted({*box[:, _MASS - 1].ravel().tolist()}):
+        rows = box[(box[:, _MASS - 1] == mass).any(axis=1)][:, np.arange(5), corners].reshape(-1, 5)
+        k, b, m, k_e, b_e = rows.T
+        at = Points(k, b, m, np.full(k.size, drive.bristle_nm_rad), np.full(k.size, float(joint)), k_e, b_e)
+        radii = spectral_radii(replace(drive.loop, mass_kgm2=mass), at)
+        worst = int(np.argmax(radii))
+        unstable = bool(radii[worst] > 1 + _GROWS)
+        near = f"near {np.abs(ends).mean() / (2 * math.pi):.3g} Hz, {at.words(drive.loop, worst)}"
+        near += f", a virtual mass of {mass:.3g} kg m^2" if drive.loop.mass_max_kgm2 > 0 else ""
+        if unstable:
+            break
     return Proof(False, looked, near, unstable)
 
 
 def _first(loop: AdmittanceLoop) -> tuple[np.ndarray, np.ndarray]:
-    """Ends of the pieces, shape (cells, 2), and the intervals, shape (cells, 5, 2)."""
+    """Ends of the pieces, shape (cells, 2), and the intervals, shape (cells, 6, 2)."""
     w, top = [SLOWEST_RAD_S], math.pi / loop.period_s
     while w[-1] < top:
         w.append(min(w[-1] * _RATIO, w[-1] + _LONGEST / loop.period_s, top))
@@ -134,20 +140,21 @@ def _first(loop: AdmittanceLoop) -> tuple[np.ndarray, np.ndarray]:
     masses = np.linspace(0, hand.inertia_kgm2, _PARTS_OF_MASS + 1)
     whole = [(0, hand.stiffness_nm_rad), (0, hand.damping_nms_rad), (0, 0)]
     worlds = [(0, WORLD_STIFFNESS_NM_RAD), (0, WORLD_DAMPING_NMS_RAD)]
-    box = np.array([[*whole, *worlds]] * _PARTS_OF_MASS, dtype=float)
+    shown = (loop.mass_kgm2, max(loop.mass_kgm2, loop.mass_max_kgm2))
+    box = np.array([[*whole, *worlds, shown]] * _PARTS_OF_MASS, dtype=float)
     box[:, 2] = np.stack([masses[:-1], masses[1:]], axis=1)
     return np.repeat(pieces, len(box), axis=0), np.tile(box, (len(pieces), 1, 1))
 
 
 def examine(drive: Joint, ends: np.ndarray, box: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Which cells are proved, and along what the others are best cut: 0 frequency, 1 to 5 an interval.
+    """Which cells are proved, and along what the others are best cut: 0 frequency, 1 to 6 an interval.
 
     Parameters
     ----------
     ends : array, shape (cells, 2)
         s0 and s1, rad/s.
-    box : array, shape (cells, 5, 2)
-        Intervals of k_h, b_h, m_h, k_e, b_e.
+    box : array, shape (cells, 6, 2)
+        Intervals of k_h, b_h, m_h, k_e, b_e, m.
     """
     hands = HandCell(box[:, 0], box[:, 1], box[:, 2])
     middle, half = 0.5 * (ends[:, 0] + ends[:, 1]), 0.5 * np.abs(ends[:, 1] - ends[:, 0])
@@ -164,7 +171,7 @@ def examine(drive: Joint, ends: np.ndarray, box: np.ndarray) -> tuple[np.ndarray
 
 @dataclass(frozen=True)
 class _Corners:
-    """Z_v, Z_h (shape cells x 32 of five axes of 2) and the coefficients beside them."""
+    """Z_v, Z_h (shape cells x six axes of 2, the last of 1 where the mass is one) and the coefficients beside them."""
 
     hand: Disc
     world: Disc
@@ -172,16 +179,24 @@ class _Corners:
 
 
 def _across(column: np.ndarray) -> np.ndarray:
-    return column.reshape(-1, 1, 1, 1, 1, 1)
+    return column.reshape(-1, 1, 1, 1, 1, 1, 1)
 
 
 def _corners(c: Coefficients, s: Disc, drive: Joint, box: np.ndarray) -> _Corners:
-    n = len(box)
-    k, b, m, k_e, b_e = (box[:, i].reshape((n, *(2 if i == j else 1 for j in range(5)))) for i in range(5))
+    def along(values: np.ndarray, axis: int) -> np.ndarray:
+        return values.reshape(len(box), *(values.shape[1] if axis == j else 1 for j in range(6)))
+
+    k, b, m, k_e, b_e = (along(box[:, i], i) for i in range(5))
+    one_mass = drive.loop.mass_max_kgm2 <= drive.loop.mass_kgm2
+    shown = along(box[:, 5, :1] if one_mass else box[:, 5], 5)
     wide, inverse, spring = _spread(s), _spread(s.inverse()), _spread(c.back.inverse())
     hand = Disc(b + m * wide.center + k * inverse.center, m * wide.radius + k * inverse.radius)
-    mass, T = _spread(c.mass), drive.loop.period_s
-    world = Disc(mass.center + b_e + k_e * T * spring.center, mass.radius + k_e * T * spring.radius)
+    back, T = _spread(c.back), drive.loop.period_s
+    damping = drive.loop.virtual_damping_nms_rad + b_e
+    world = Disc(
+        shown / T * back.center + damping + k_e * T * spring.center,
+        shown / T * back.radius + k_e * T * spring.radius,
+    )
     return _Corners(hand, world, c)
 
 
@@ -210,7 +225,7 @@ def _most(at: _Corners) -> np.ndarray:
 
 def _judge(F: np.ndarray, wide: np.ndarray, bend: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Do all discs lie in an open half-plane? And what makes their directions differ the most."""
-    axes = tuple(range(1, 7))
+    axes = tuple(range(1, 8))
     size = np.abs(F)
     unit = F / size
     off = np.angle(unit * np.conj(unit.sum(axis=axes, keepdims=True)))
@@ -218,8 +233,8 @@ def _judge(F: np.ndarray, wide: np.ndarray, bend: np.ndarray) -> tuple[np.ndarra
     proved = (off + angle).max(axis=axes) - (off - angle).min(axis=axes) < math.pi - _INWARD
     proved &= (wide + bend < size).all(axis=axes)
     spreads = []
-    for axis in range(1, 7):
-        one, other = np.take(unit, [0], axis=axis), np.take(unit, [1], axis=axis)
+    for axis in range(1, 8):
+        one, other = np.take(unit, [0], axis=axis), np.take(unit, [-1], axis=axis)
         spreads.append(np.abs(np.angle(one * np.conj(other))).max(axis=axes))
     spreads[_FREQUENCY] += 2 * np.arcsin(np.minimum(bend / size, 1.0)).max(axis=axes)
     spreads[_M] += 2 * np.arcsin(np.minimum(wide / size, 1.0)).max(axis=axes)
@@ -233,7 +248,7 @@ def _halves(ends: np.ndarray, box: np.ndarray, cut: np.ndarray) -> tuple[np.ndar
     along = cut == _FREQUENCY
     middle = 0.5 * (ends[along, 0] + ends[along, 1])
     low_ends[along, 1] = high_ends[along, 0] = middle
-    for axis in range(1, 6):
+    for axis in range(1, 7):
         rows = cut == axis
         least, most = box[rows, axis - 1].T
         soft = np.minimum(_SOFTEST[axis] ** 2 / np.maximum(most, 1e-300), most / 4)

@@ -6,7 +6,7 @@ The loop of `admittance_loop` with a fresh sample every tick has a root z = e^(s
                                                     Z_v = m (1 - 1/z)/T + b_v + b_e + k_e T/(1 - 1/z)    the virtual mass,
 
 and p, q come from drive, filters and the aliases s + 2 pi j n/T, in which the hand takes part a little: of those a disc is
-kept that holds them for all hands of the cell. Apart from that disc F is affine in each of k_h, b_h, m_h, k_e, b_e.
+kept that holds them for all hands of the cell. Apart from that disc F is affine in each of k_h, b_h, m_h, k_e, b_e and m.
 
 Symbols: a_n spectrum of the held, late torque (current loop included) at an alias, per sample; D = d0 + d1 Z_h the
 impedance that the torque meets; x0 + x1 Z_h over D the velocity that the encoder sees, -t1 Z_h over D the hand's torque.
@@ -41,13 +41,12 @@ class HandCell:
 
 @dataclass(frozen=True)
 class Coefficients:
-    """Coefficients of F at one frequency a cell, and Z_v without a world, and 1 - 1/z."""
+    """Coefficients of F at one frequency a cell, and 1 - 1/z."""
 
     p0: Disc
     p1: Disc
     q0: Disc
     q1: Disc
-    mass: Disc
     back: Disc
 
 
@@ -127,15 +126,19 @@ def coefficients(drive: Joint, s: Disc, hands: HandCell) -> Coefficients:
         E, C_x = E - C_u, C_x + C_v
     E = E - C_x * R_x - C_t * R_t
     from_x = main * C_x * inverse
-    reach = (back.inverse() * (loop.position_gain_nm_rad * T) + loop.velocity_gain_nms_rad) * (
-        _lowpass(loop.force_lowpass_hz, T, last) * sensor
-    )
+    felt = _lowpass(loop.force_lowpass_hz, T, last) * sensor
+    ahead = _lowpass(loop.feedforward_lowpass_hz, T, last) * loop.feedforward
+    moves = back * (loop.inertia_kgm2 / T) + loop.told_viscous_nms_rad
+    reach = back.inverse() * (loop.position_gain_nm_rad * T) + loop.velocity_gain_nms_rad + ahead * moves
+    # what the law sends of the force itself, beside the observer: as if that saw so much less of it
+    C_f = C_t - ahead * felt
+    E = E + ahead * felt * R_t
+    reach = reach * felt
     return Coefficients(
         p0=E * d0 - from_x * x0,
-        p1=E * d1 - from_x * x1 + main * C_t * t1,
+        p1=E * d1 - from_x * x1 + main * C_f * t1,
         q0=reach * R_t * d0,
         q1=reach * (R_t * d1 - main * t1),
-        mass=back * (loop.mass_kgm2 / T) + loop.virtual_damping_nms_rad,
         back=back,
     )
 

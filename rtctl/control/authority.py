@@ -25,13 +25,20 @@ FREE_SHARE = 0.01
 
 
 @compiled
+def affordable(s: Record, p: Record, axis: int, rise: float) -> float:
+    """`rise` of a share of what is stored, as far as the axis's store pays for it; 0 where a number is NaN."""
+    stored, left = s.stored_energy_j[axis] - FREE_SHARE * p.energy_budget_j, s.renderer_store_j[axis]
+    if not stored * rise <= left:
+        return left / stored if left > 0.0 and stored > 0.0 else 0.0
+    return rise
+
+
+@compiled
 def _paid_rise(s: Record, p: Record) -> float:
     """Share by which the authority may rise in this tick, >= 0; 0 where a number is NaN."""
     rise = min(1.0 - s.authority, 1.0 / max(p.soft_start_ticks, 1))
     for axis in range(len(s.stored_energy_j)):
-        stored, left = s.stored_energy_j[axis] - FREE_SHARE * p.energy_budget_j, s.renderer_store_j[axis]
-        if not stored * rise <= left:
-            rise = left / stored if left > 0.0 and stored > 0.0 else 0.0
+        rise = affordable(s, p, axis, rise)
     return rise
 
 

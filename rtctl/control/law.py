@@ -14,6 +14,7 @@ from rtctl.control import arming, detectors, force_doubt, gate, intake, running_
 from rtctl.control.assistance import assistance_share, keep_assistance, remember_compensation
 from rtctl.control.current_answer import report as report_actuator
 from rtctl.control.device_velocity import device_velocity
+from rtctl.control.display import begin_display, fade_display, is_admittance
 from rtctl.control.disturbance_observer import observe_friction, observer_torque
 from rtctl.control.dry_friction import credit_friction
 from rtctl.control.environments.coupling import coupling_torque
@@ -31,7 +32,7 @@ from rtctl.control.sample import accept_sample
 from rtctl.control.states import advance, is_powered
 from rtctl.control.take_back import OVERSPEED_FACTOR, torque_to_take_back
 from rtctl.control.velocity import estimate_velocity
-from rtctl.control.virtual_mass import is_admittance, observe_hand, raise_damping, servo_torque
+from rtctl.control.virtual_mass import observe_hand, raise_damping, servo_torque
 from rtctl.control.vocabulary import Fault, GateFlag, State
 from rtctl.control.wrench import report_wrench
 
@@ -134,9 +135,15 @@ def _estimate(t: Record, s: Record, p: Record, axis: int, elapsed: int, powered:
 def _display(t: Record, s: Record, p: Record, c: Record, axis: int, elapsed: int, powered: bool) -> float:
     """Torque of coupling and world on the joint, or of the servo that has it follow a virtual mass."""
     difference = t.velocity_difference_rad_s[axis]
-    if is_admittance(p, axis):
-        return servo_torque(s, p, c, axis, elapsed, difference, t.hand_torque_nm[axis], not powered)
-    return coupling_torque(s, p, c, axis, elapsed, difference, not powered)
+    begin_display(s, p, c, axis)
+    t.display_kind[axis] = int(s.display_kind[axis])
+    if is_admittance(s, axis):
+        torque = servo_torque(s, p, c, axis, elapsed, difference, t.hand_torque_nm[axis], not powered)
+        t.mass_kgm2[axis], t.mass_damping_nms_rad[axis] = s.mass_kgm2[axis], s.mass_damping_nms_rad[axis]
+    else:
+        torque = coupling_torque(s, p, c, axis, elapsed, difference, not powered)
+        t.mass_kgm2[axis] = t.mass_damping_nms_rad[axis] = 0.0
+    return torque * fade_display(s, p, c, axis)
 
 
 @compiled
@@ -202,15 +209,15 @@ def _observe(t: Record, s: Record, p: Record, axis: int, dx: float, elapsed: int
     if not powered or in_program(s, axis):  # a program is a source by intent, behind guards of its own
         s.energy_port_j[axis] = s.mass_injected_nms_rad[axis] = 0.0
         return 0
-    if is_admittance(p, axis):
+    if is_admittance(s, axis):
         observe_hand(s, p, axis, work, granted(s, axis), t.velocity_rad_s[axis])
-        t.injected_damping_nms_rad[axis] = raise_damping(
-            s, p, axis, injected_damping(s, p, axis, dx, elapsed)
-        )
+        asked = injected_damping(s, p, axis, dx, elapsed, p.servo_velocity_gain_nms_rad[axis])
+        t.injected_damping_nms_rad[axis] = raise_damping(s, p, axis, asked)
         t.injected_damping_nms_rad[axis] += s.mass_watch_nms_rad[axis]
     else:
         observe_port(s, p, axis, dx, elapsed)
-        t.injected_damping_nms_rad[axis] = injected_damping(s, p, axis, dx, elapsed)
+        most = p.injected_damping_max_nms_rad[axis]
+        t.injected_damping_nms_rad[axis] = injected_damping(s, p, axis, dx, elapsed, most)
     return passivity_fault(s, p, axis)
 
 
@@ -222,7 +229,7 @@ def _sum_torques(t: Record, s: Record, p: Record, axis: int, feedback: float, pr
         t.feedforward_torque_nm[axis] = t.observer_torque_nm[axis] = 0.0
         s.force_feedback_nm[axis] = feedback = s.conservative_nm[axis] = 0.0
     t.damping_torque_nm[axis] = -t.injected_damping_nms_rad[axis] * t.velocity_difference_rad_s[axis]
-    if is_admittance(p, axis):  # it damps the mass, which the joint follows
+    if is_admittance(s, axis):  # it damps the mass, which the joint follows
         t.damping_torque_nm[axis] = 0.0
     wanted = t.coupling_torque_nm[axis] + t.feedforward_torque_nm[axis] + t.damping_torque_nm[axis]
     wanted += t.observer_torque_nm[axis] + feedback + program

@@ -87,19 +87,19 @@ def observe_port(s: Record, p: Record, axis: int, dx: float, elapsed: int) -> fl
 
 
 @compiled
-def injected_damping(s: Record, p: Record, axis: int, dx: float, elapsed: int) -> float:
+def injected_damping(s: Record, p: Record, axis: int, dx: float, elapsed: int, most: float) -> float:
     """Damping that would pay back a deficit within one period at the present speed, N m s/rad.
 
     Notes
     -----
-    alpha = -E/(T v^2) with v = dx/T, capped at `injected_damping_max_nms_rad` (an uncapped controller
+    alpha = -E/(T v^2) with v = dx/T, capped at `most`, N m s/rad (an uncapped controller
     made a limit cycle of its own in simulation); 0 below one encoder count of motion, where v is noise.
     """
     energy = s.energy_port_j[axis]
     if energy >= 0.0 or abs(dx) < p.count_rad[axis] or dx == 0.0:
         return 0.0
     dt = p.period_s * max(elapsed, 1)
-    return min(-energy * dt / (dx * dx), max(p.injected_damping_max_nms_rad[axis], 0.0))
+    return min(-energy * dt / (dx * dx), max(most, 0.0))
 
 
 @compiled

@@ -293,7 +293,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "proxy_set_count": (),
             # admittance display (control.virtual_mass); the mass is at proxy_position_rad
             "display_kind": (),  # in force
-            "display_share": (),  # of it that is felt: 0 where it changes
+            "display_faded": (),  # share of it that is not felt, as it changes
             "mass_kgm2": (),  # in force
             "mass_damping_nms_rad": (),
             "mass_velocity_rad_s": (),

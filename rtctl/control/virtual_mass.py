@@ -1,10 +1,10 @@
 """Admittance display: the measured force moves a virtual mass through the virtual world, and the joint follows the mass.
 
     m (v_r+ - v_r)/T = tau_f - b_v v_r+ - f_env(p+),      p+ = p + T v_r+              the mass, one implicit step
-    tau = K_v (v_r - v_hat) + K_p (p - x)                                              the servo of the joint
+    tau = K_v (v_r - v_hat) + K_p (p - x) + z <J a_r + b v_r - tau_f>                  the servo of the joint
 
 tau_f is the hand's torque after a low-pass and a dead band, v_hat the low-passed difference of positions, p the place of the
-mass, which is the proxy of the tick. With A = (m/T + b_v)/T and w = m v_r/T + tau_f + A p the first line is f_env(p+) = w - A p+,
+mass, which is the proxy of the tick. <...> is low-passed: what joint and mass ask for differently is sent ahead by the share z. With A = (m/T + b_v)/T and w = m v_r/T + tau_f + A p the first line is f_env(p+) = w - A p+,
 which every environment solves already (`environments.coupling`): a world of any stiffness is stable on the mass.
 
 What a world is felt through is the mass: m/T^2 stands where the coupling's stiffness stands for an impedance.
@@ -16,6 +16,9 @@ The account is kept where the hand is, from the measured torque (docs/theory.md 
 The motor itself is no port to be watched: to show less inertia than J it must give (J - m) v^2/2, and take it back. A
 deficit adds to b_v (for as long as it lasts and `CALM_S` more), and beyond 1.35 budgets is a fault, as with an impedance (`passivity`).
 
+While only a share a of the display is felt (soft start, change of display), b_v is greater by (1 - a) K_v: a mass that a weak
+servo does not have the joint follow, and the whole force moves, would ring in hands that it bears at full torque (14.2).
+
 The servo never asks for more than the torque limit: a mass that ran away from a joint that something holds would come back
 all at once. The speed of the mass stays within L/K_v of the joint's, its place within L/K_p.
 """
@@ -24,6 +27,7 @@ from __future__ import annotations
 
 import math
 
+from rtctl.control.display import felt_share, follow_mass, start_speed
 from rtctl.control.environments.changes import HALVINGS, follow_world, pay, towards
 from rtctl.control.environments.laws import environment_energy, finite_command, solve_proxy
 from rtctl.control.environments.table import Environment
@@ -32,7 +36,7 @@ from rtctl.control.program import in_program
 from rtctl.control.records import Record
 from rtctl.control.stability_watch import forget_force, watch_force
 from rtctl.control.take_back import cost_to_take_back
-from rtctl.control.vocabulary import Display, State
+from rtctl.control.vocabulary import State
 
 CALM_S = 2.0
 """Time constant over which damping that a deficit added is forgotten."""
@@ -43,13 +47,6 @@ KEPT_SHARE = 0.02
 _ACTIVE = int(State.ACTIVE)
 _ARMING = int(State.ARMING)
 _REMOTE = int(Environment.REMOTE)
-_ADMITTANCE = int(Display.ADMITTANCE)
-
-
-@compiled
-def is_admittance(p: Record, axis: int) -> bool:
-    """True for an axis that is displayed as a virtual mass."""
-    return p.display_kind[axis] == _ADMITTANCE
 
 
 @compiled
@@ -57,6 +54,7 @@ def _rest(s: Record, axis: int) -> None:
     """Put the mass where the joint is, at rest: nothing winds up while the servo does nothing."""
     s.proxy_position_rad[axis] = s.remote_position_rad[axis] = s.position_rad[axis]
     s.mass_velocity_rad_s[axis] = s.mass_watch_nms_rad[axis] = s.watch_share[axis] = 0.0
+    s.mass_forward_nm[axis] = 0.0
     s.proxy_set_count[axis] = 1
 
 
@@ -120,13 +118,15 @@ def _world_step(s: Record, p: Record, axis: int, drive: float, stiffness: float)
 def _step(s: Record, p: Record, c: Record, axis: int, felt_nm: float) -> None:
     """One implicit step of the mass in its world. The world looks at the mass where it looks at the joint otherwise."""
     joint = s.position_rad[axis]
-    before, dt = s.proxy_position_rad[axis], p.period_s
+    before, dt, speed = s.proxy_position_rad[axis], p.period_s, s.mass_velocity_rad_s[axis]
     s.position_rad[axis] = before
-    follow_world(s, p, c, axis, abs(s.mass_velocity_rad_s[axis]), False)
-    inertia = p.mass_kgm2[axis] / dt
+    follow_world(s, p, c, axis, abs(speed), False)
+    follow_mass(s, p, c, axis, False)
+    inertia = s.mass_kgm2[axis] / dt
     added = s.mass_injected_nms_rad[axis] + s.mass_watch_nms_rad[axis]
-    stiffness = (inertia + p.mass_damping_nms_rad[axis] + added) / dt
-    drive = inertia * s.mass_velocity_rad_s[axis] + felt_nm + stiffness * before
+    added += (1.0 - felt_share(s, axis)) * p.servo_velocity_gain_nms_rad[axis]
+    stiffness = (inertia + s.mass_damping_nms_rad[axis] + added) / dt
+    drive = inertia * speed + felt_nm + stiffness * before
     after = _world_step(s, p, axis, drive, stiffness)
     s.position_rad[axis] = joint
     velocity = (after - before) / dt
@@ -137,6 +137,17 @@ def _step(s: Record, p: Record, c: Record, axis: int, felt_nm: float) -> None:
     if p.servo_position_gain_nm_rad[axis] > 0.0:
         place = towards(joint, place, p.torque_limit_nm[axis] / p.servo_position_gain_nm_rad[axis])
     s.proxy_position_rad[axis] = place
+    _send_ahead(s, p, axis, (s.mass_velocity_rad_s[axis] - speed) / dt, felt_nm)
+
+
+@compiled
+def _send_ahead(s: Record, p: Record, axis: int, acceleration: float, felt_nm: float) -> None:
+    """Low-pass the torque that the mass's motion asks of the joint beyond the hand's own: J a_r + b v_r - tau_f, N m."""
+    asked = (
+        p.inertia_kgm2[axis] * acceleration + p.viscous_nms_rad[axis] * s.mass_velocity_rad_s[axis] - felt_nm
+    )
+    asked = towards(0.0, asked, p.torque_limit_nm[axis])
+    s.mass_forward_nm[axis] += p.mass_forward_alpha[axis] * (asked - s.mass_forward_nm[axis])
 
 
 @compiled
@@ -187,8 +198,12 @@ def servo_torque(
         _forget(s, axis)
         return math.nan
     if s.proxy_set_count[axis] == 0 or disabled or s.state != _ACTIVE or in_program(s, axis):
+        begins = s.proxy_set_count[axis] == 0 and not in_program(s, axis)
         _rest(s, axis)
         follow_world(s, p, c, axis, 0.0, disabled)
+        follow_mass(s, p, c, axis, True)
+        if begins:
+            s.mass_velocity_rad_s[axis] = start_speed(s, axis)
         _store(s, p, axis)
         return 0.0
     _step(s, p, c, axis, felt)
@@ -198,7 +213,8 @@ def servo_torque(
     _store(s, p, axis)
     lag = s.mass_velocity_rad_s[axis] - s.servo_velocity_rad_s[axis]
     stretch = s.proxy_position_rad[axis] - s.position_rad[axis]
-    return p.servo_velocity_gain_nms_rad[axis] * lag + p.servo_position_gain_nm_rad[axis] * stretch
+    torque = p.servo_velocity_gain_nms_rad[axis] * lag + p.servo_position_gain_nm_rad[axis] * stretch
+    return torque + p.mass_forward[axis] * s.mass_forward_nm[axis]
 
 
 @compiled
@@ -215,7 +231,7 @@ def observe_hand(s: Record, p: Record, axis: int, work_j: float, granted_j: floa
         Of the joint, rad/s.
     """
     held = s.authority * s.stored_energy_j[axis] + 0.5 * p.inertia_kgm2[axis] * speed * speed
-    held += 0.5 * p.mass_kgm2[axis] * s.mass_velocity_rad_s[axis] ** 2
+    held += 0.5 * s.mass_kgm2[axis] * s.mass_velocity_rad_s[axis] ** 2
     if s.state == _ARMING:  # the test pulse works on whoever holds the joint, by intent
         s.energy_port_j[axis] = 0.0
         return

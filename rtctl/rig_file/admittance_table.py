@@ -44,11 +44,14 @@ class AdmittanceTable(Table):
         1,
         "share of the torque that the virtual mass's own motion asks of the joint, J a + b v less the hand's, sent ahead: "
         "what is felt is then nearer to mass and damping asked for than the servo alone brings it",
-        default=0.0,
+        default=1.0,
     )
-    feedforward_lowpass_hz: float = number(0, 5000, "its low-pass; 0 is off", default=30.0)
+    feedforward_lowpass_hz: float = number(0, 5000, "its low-pass; 0 is off", default=60.0)
     mass_max_kgm2: float = number(
-        0, 1e3, "largest mass that a client may ask for while it runs, mass_kgm2 the least; 0: not to be changed", default=0.0
+        0,
+        1e3,
+        "largest mass that a client may ask for while it runs, mass_kgm2 the least; 0: not to be changed",
+        default=0.0,
     )
     damping_max_nms_rad: float = number(
         0, 1e3, "largest damping likewise, damping_nms_rad the least; 0: not to be changed", default=0.0

@@ -184,7 +184,8 @@ class AxisTable(Table):
         "(a stiff gearbox with a good force sensor)",
     )
     display_change: bool = Field(
-        False, description="true: a client may change the display while it runs; both are proved, and need their tables"
+        False,
+        description="true: a client may change the display while it runs; both are proved, and need their tables",
     )
     velocity: VelocityTable = VelocityTable()
     force: ForceTable = ForceTable()

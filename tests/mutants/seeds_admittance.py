@@ -7,6 +7,8 @@ from seed import Seed
 MASS = "rtctl/control/virtual_mass.py"
 STEP = "tests/unit/control/test_admittance_step.py"
 LOOP = "tests/unit/control/test_admittance_closed_loop.py"
+CHANGES = "tests/unit/control/test_display_changes.py"
+DISPLAY = "rtctl/control/display.py"
 
 SEEDS = (
     Seed(
@@ -23,7 +25,7 @@ SEEDS = (
     ),
     Seed(
         "a change of environment carries the virtual mass along", "rtctl/control/environments/changes.py",
-        "    if p.display_kind[axis] != _ADMITTANCE:\n", "    if True:\n",
+        "    if s.display_kind[axis] != _ADMITTANCE:\n", "    if True:\n",
         (f"{STEP}::test_a_stiffer_spring_is_paid_by_the_work_it_does_on_a_mass_that_stays_where_it_is",),
     ),
     Seed(
@@ -48,7 +50,7 @@ SEEDS = (
     Seed(
         "the account does not bound the torque of an admittance", "rtctl/control/law.py",
         "    if not in_program(s, axis):\n        allowed =",
-        "    if not in_program(s, axis) and not is_admittance(p, axis):\n        allowed =",
+        "    if not in_program(s, axis) and not is_admittance(s, axis):\n        allowed =",
         (f"{LOOP}::test_a_grip_four_times_as_stiff_as_it_bears_ends_in_a_fault_with_the_torque_bounded_by_what_is_left",),
     ),
     Seed(
@@ -56,5 +58,37 @@ SEEDS = (
         "    if p.servo_position_gain_nm_rad[axis] > 0.0:\n        place =",
         "    if False:\n        place =",
         (f"{STEP}::test_the_servo_never_runs_further_ahead_than_the_torque_limit",),
+    ),
+    Seed(
+        "a mass of which only a share is felt gets no damping for it", MASS,
+        "    added += (1.0 - felt_share(s, axis)) * p.servo_velocity_gain_nms_rad[axis]\n", "",
+        (f"{CHANGES}::test_a_display_of_which_a_share_is_felt_bears_the_hands_that_the_whole_bears",),
+    ),
+    Seed(
+        "a heavier mass at speed is for nothing", DISPLAY,
+        "        if work <= s.renderer_store_j[axis]:\n            s.mass_kgm2[axis] = before + step",
+        "        if True:\n            s.mass_kgm2[axis] = before + step",
+        (f"{CHANGES}::test_a_heavier_mass_at_speed_is_paid_for_from_the_renderers_store",),
+    ),
+    Seed(
+        "a display is exchanged while it is felt", DISPLAY,
+        "s.display_faded[axis] = min(1.0, s.display_faded[axis] + 1.0 / max(p.stop_ticks, 1))",
+        "s.display_faded[axis] = 1.0",
+        (f"{CHANGES}::test_a_display_that_is_changed_at_rest_under_load_gives_the_hand_what_is_paid_and_no_more",),
+    ),
+    Seed(
+        "the rise of the other display is not paid", DISPLAY,
+        "        rise = affordable(s, p, axis, rise)\n", "",
+        (f"{CHANGES}::test_a_display_that_nobody_pays_for_does_not_come_up",),
+    ),
+    Seed(
+        "mass and damping jump to what is asked", DISPLAY,
+        "    if resting:\n", "    if True:\n",
+        (f"{CHANGES}::test_mass_and_damping_take_a_tenth_of_a_second_from_end_to_end_and_are_taken_at_once_at_rest",),
+    ),
+    Seed(
+        "what is sent ahead forgets the force that is there already", MASS,
+        "p.viscous_nms_rad[axis] * s.mass_velocity_rad_s[axis] - felt_nm", "p.viscous_nms_rad[axis] * s.mass_velocity_rad_s[axis]",
+        ("tests/unit/control/test_admittance_margin.py::test_the_largest_eigenvalue_is_the_growth_of_the_law",),
     ),
 )  # fmt: skip

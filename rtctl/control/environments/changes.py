@@ -67,17 +67,17 @@ HALVINGS = 8
 
 
 @compiled
-def felt_through(p: Record, axis: int) -> float:
+def felt_through(s: Record, p: Record, axis: int) -> float:
     """Stiffness through which the joint feels the world, N m/rad: the coupling's, or m/T^2 of a virtual mass; 0: nothing is felt."""
-    if p.display_kind[axis] == _ADMITTANCE:
-        return p.mass_kgm2[axis] / (p.period_s * p.period_s)
+    if s.display_kind[axis] == _ADMITTANCE:
+        return s.mass_kgm2[axis] / (p.period_s * p.period_s)
     return p.coupling_stiffness_nm_rad[axis]
 
 
 @compiled
 def gate_room(s: Record, p: Record, axis: int, k: float) -> float:
     """Most energy, stored and of motion, that the gate can follow with an environment of stiffness `k`, J."""
-    k_c = felt_through(p, axis)
+    k_c = felt_through(s, p, axis)
     series = k_c * k / (k_c + k)
     if series <= 0.0:
         return math.inf
@@ -132,10 +132,10 @@ def _carried(s: Record, axis: int, k_c: float, k: float, center: float) -> float
 @compiled
 def _take_step(s: Record, p: Record, axis: int, k: float, center: float) -> bool:
     """Set stiffness and centre, and the proxy that they carry, if store and gate allow; True when done."""
-    k_c, x = felt_through(p, axis), s.position_rad[axis]
+    k_c, x = felt_through(s, p, axis), s.position_rad[axis]
     before = s.proxy_position_rad[axis]
     proxy = before  # a mass is not carried along
-    if p.display_kind[axis] != _ADMITTANCE:
+    if s.display_kind[axis] != _ADMITTANCE:
         proxy = _carried(s, axis, k_c, k, center)
     stored = potential(s, axis, k, center, proxy) + 0.5 * k_c * (x - proxy) ** 2
     work = stored - environment_energy(s, axis, before) - 0.5 * k_c * (x - before) ** 2
@@ -160,7 +160,7 @@ def pay(s: Record, axis: int, work: float) -> None:
 @compiled
 def _step_stiffness(s: Record, p: Record, axis: int, wanted: float) -> None:
     """One paid step of the stiffness, equal in the share y = k/(k + k_c) of the coupling that is felt."""
-    k, k_c = s.world_stiffness_nm_rad[axis], felt_through(p, axis)
+    k, k_c = s.world_stiffness_nm_rad[axis], felt_through(s, p, axis)
     if k == wanted:
         return
     way = abs(stretch(s, axis, s.world_center_rad[axis]))
@@ -180,7 +180,7 @@ def _step_stiffness(s: Record, p: Record, axis: int, wanted: float) -> None:
 @compiled
 def _step_center(s: Record, p: Record, axis: int, wanted: float) -> None:
     """One paid step of the centre: at once where nothing is felt of it, never faster than the joint may move."""
-    k, k_c = s.world_stiffness_nm_rad[axis], felt_through(p, axis)
+    k, k_c = s.world_stiffness_nm_rad[axis], felt_through(s, p, axis)
     s.world_center_rad[axis] = wanted if k == 0.0 else free_center(s, axis, wanted)
     center = s.world_center_rad[axis]
     if center == wanted:
@@ -220,7 +220,7 @@ def follow_world(s: Record, p: Record, c: Record, axis: int, speed: float, disab
     The command is finite (`laws.finite_command`); `law.step` stops on one that is not.
     """
     s.renderer_grant_j[axis] = 0.0
-    if disabled or felt_through(p, axis) <= 0.0:
+    if disabled or felt_through(s, p, axis) <= 0.0:
         _take_all(s, c, axis)
         s.renderer_store_j[axis] = p.renderer_store_j
         return

@@ -92,12 +92,14 @@ set_own = _written(
 )
 """Command a value for the parameter `OWN[which]`; a sign is that of the value."""
 
-_DISPLAY = tuple(f"c.{name}[axis]" for name in ("display_kind", "mass_kgm2", "mass_damping_nms_rad"))
+_DISPLAY = tuple(f"c.{name}[axis]" for name in ("mass_kgm2", "mass_damping_nms_rad"))
 
 finite_command = _written(
     "finite_command",
     "c, axis",
-    [f"return math.isfinite({' + '.join((*_DISPLAY, *(_asked(one) for one in PARAMETERS if not one.sign)))})"],
+    [
+        f"return math.isfinite({' + '.join((*_DISPLAY, *(_asked(one) for one in PARAMETERS if not one.sign)))})"
+    ],
 )
 """False when any number of the commanded environment or display is NaN or infinite."""
 

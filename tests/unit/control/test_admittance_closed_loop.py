@@ -27,6 +27,10 @@ def rig(*, friction=False, **params):
     plant["hand_kind"] = int(Hand.REST)
     for name, value in ({"servo_position_gain_nm_rad": 5.0} | params).items():
         simulation.params[name] = value
+    for name in ("mass_kgm2", "mass_damping_nms_rad"):
+        simulation.command[name] = simulation.params[name]
+    simulation.params["mass_max_kgm2"] = simulation.params["mass_kgm2"]
+    simulation.params["mass_damping_max_nms_rad"] = simulation.params["mass_damping_nms_rad"]
     return simulation
 
 
@@ -72,7 +76,6 @@ def grows(mass, damping, stiffness):
         mass_damping_nms_rad=damping,
         servo_position_gain_nm_rad=0.0,
         mass_force_deadband_nm=0.0,
-        injected_damping_max_nms_rad=0.0,
         energy_budget_j=1e6,
         watch_floor_nm=math.inf,
     )

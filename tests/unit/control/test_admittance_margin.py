@@ -166,9 +166,12 @@ def test_a_hand_a_tenth_stiffer_than_the_stiffest_that_passes_makes_a_rigid_join
 def _law(loop, k_e):
     """Records of an axis that is displayed by `virtual_mass`, on a spring of stiffness k_e."""
     p, s, c, _ = (records(array)[0] for array in new_records(1))
-    p["period_s"], p["display_kind"][0] = loop.period_s, Display.ADMITTANCE
-    p["inertia_kgm2"][0], p["mass_kgm2"][0] = loop.inertia_kgm2, loop.mass_kgm2
-    p["mass_damping_nms_rad"][0] = loop.virtual_damping_nms_rad
+    p["period_s"], s["display_kind"][0] = loop.period_s, Display.ADMITTANCE
+    p["inertia_kgm2"][0], p["viscous_nms_rad"][0] = loop.inertia_kgm2, loop.told_viscous_nms_rad
+    p["mass_kgm2"][0] = s["mass_kgm2"][0] = loop.mass_kgm2
+    p["mass_damping_nms_rad"][0] = s["mass_damping_nms_rad"][0] = loop.virtual_damping_nms_rad
+    p["mass_forward"][0] = loop.feedforward
+    p["mass_forward_alpha"][0] = lowpass_alpha(loop.feedforward_lowpass_hz, loop.period_s)
     p["mass_force_alpha"][0] = lowpass_alpha(loop.force_lowpass_hz, loop.period_s)
     p["servo_velocity_alpha"][0] = lowpass_alpha(loop.velocity_lowpass_hz, loop.period_s)
     p["servo_velocity_gain_nms_rad"][0] = loop.velocity_gain_nms_rad
@@ -212,6 +215,17 @@ def _growth_of_the_law(loop, k_h, m_h, k_e, ticks=1500):
             (150.0, 0.0, 300.0),
         ),
         ({"delay": 2.0, "mass_kgm2": 0.006, "position_gain_nm_rad": 2.0}, (60.0, 0.01, 0.0)),
+        ({"feedforward": 1.0, "feedforward_lowpass_hz": 30.0, "mass_kgm2": 0.03}, (60.0, 0.0, 0.0)),
+        (
+            {
+                "feedforward": 0.7,
+                "feedforward_lowpass_hz": 80.0,
+                "told_viscous_nms_rad": 0.04,
+                "mass_kgm2": 0.008,
+                "delay": 2.0,
+            },
+            (300.0, 0.01, 40.0),
+        ),
     ],
 )
 def test_the_largest_eigenvalue_is_the_growth_of_the_law(changes, hand):

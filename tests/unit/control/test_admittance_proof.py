@@ -20,15 +20,15 @@ LATE = replace(RIG, delay=1.6, lag_hz=200.0, position_gain_nm_rad=8.0, sensor_lo
 AT_LINK = replace(ELASTIC, encoder="link", delay=0.3, position_gain_nm_rad=3.0)
 
 
-def _cell(row):
+def _cell(row, mass):
     """A cell of one hand and one world."""
     k, b, m, _, _, k_e, b_e = row
-    box = np.array([[[one, one] for one in (k, b, m, k_e, b_e)]])
+    box = np.array([[[one, one] for one in (k, b, m, k_e, b_e, mass)]])
     return box, HandCell(box[:, 0], box[:, 1], box[:, 2])
 
 
 def _characteristic(loop, s, row):
-    box, hands = _cell(row)
+    box, hands = _cell(row, loop.mass_kgm2)
     drive = Joint(loop, loop.joints[0], row[3])
     at = admittance_proof._corners(
         coefficients(drive, point(np.array([s])), hands), point(np.array([s])), drive, box
@@ -46,6 +46,8 @@ def _characteristic(loop, s, row):
         ELASTIC,
         AT_LINK,
         replace(LATE, observer_gain=0.5, observer_hz=20.0, acting_ticks=1),
+        replace(LATE, feedforward=0.8, feedforward_lowpass_hz=30.0, told_viscous_nms_rad=0.05),
+        replace(AT_LINK, feedforward=1.0, observer_gain=0.5, observer_hz=20.0, acting_ticks=1),
     ],
 )
 def test_the_characteristic_function_is_zero_just_at_the_eigenvalues(loop):
@@ -73,18 +75,19 @@ def test_the_characteristic_function_is_zero_just_at_the_eigenvalues(loop):
             assert beside > radius
 
 
-def test_a_cell_holds_the_values_of_all_its_hands_and_worlds():
+@pytest.mark.parametrize("loop", [ELASTIC, replace(ELASTIC, mass_max_kgm2=0.08)])
+def test_a_cell_holds_the_values_of_all_its_hands_and_worlds(loop):
     """Random points of random cells: the direction of F lies within the half-plane that the cell is proved by."""
     rng = np.random.default_rng(5)
-    drive = Joint(ELASTIC, ELASTIC.joints[0], 0.0)
-    ends, box = admittance_proof._first(ELASTIC)
+    drive = Joint(loop, loop.joints[0], 0.0)
+    ends, box = admittance_proof._first(loop)
     some = rng.choice(len(ends), 40, replace=False)
     proved, _ = admittance_proof.examine(drive, ends[some], box[some])
     assert 5 < proved.sum() < 40
     for i in some[proved]:
         values = []
         for _ in range(16):
-            row = box[i, :, 0] + (box[i, :, 1] - box[i, :, 0]) * rng.random(5) ** 3
+            row = box[i, :, 0] + (box[i, :, 1] - box[i, :, 0]) * rng.random(6) ** 3
             one = np.stack([row, row], axis=1)[None]
             s = point(np.array([ends[i, 0] + (ends[i, 1] - ends[i, 0]) * rng.random()]))
             c = coefficients(drive, s, HandCell(one[:, 0], one[:, 1], one[:, 2]))
@@ -123,6 +126,19 @@ def test_the_proof_ends_where_the_eigenvalues_do(share):
     found = admittance_proof.prove(replace(RIG, box=hand), budget=16_000)
     assert found.proved == (share < 1)
     assert found.unstable == (share > 1)
+
+
+def test_all_masses_that_may_be_asked_for_are_proved_and_a_light_one_among_them_is_found():
+    wide = replace(RIG, mass_kgm2=0.03, mass_max_kgm2=0.12)
+    assert admittance_margin.proof(wide).proved
+    rng = np.random.default_rng(12)
+    for mass in 0.03 + 0.09 * rng.random(20):
+        rows = [(600 * rng.random() ** 3, 0.0, 0.0, 0.0, 0, 10 ** (6 * rng.random()), 0.0) for _ in range(60)]
+        at = replace(RIG, mass_kgm2=float(mass), virtual_damping_nms_rad=0.3 + rng.random())
+        assert spectral_radii(at, points(rows)).max() <= admittance_margin.edge(at)
+    too_light = admittance_proof.prove(replace(wide, mass_kgm2=0.016), budget=16_000)
+    assert not too_light.proved
+    assert too_light.unstable
 
 
 def test_an_elastic_joint_is_proved_and_a_lazy_sensor_is_not():

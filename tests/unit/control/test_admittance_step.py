@@ -43,6 +43,9 @@ class Mass:
             self.params[name] = value
         self.state["state"] = int(State.ACTIVE)
         self.state["authority"] = 1.0
+        self.state["display_kind"] = int(Display.ADMITTANCE)
+        for name in ("mass_kgm2", "mass_damping_nms_rad"):
+            self.state[name] = self.command[name] = self.params[name]
 
     def world(self, kind, **numbers):
         """Put a world in force at once."""
