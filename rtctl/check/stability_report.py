@@ -59,6 +59,8 @@ class AxisReport(AxisFigures):
     """What the certificate of an admittance display finds; None on an axis that displays an impedance."""
     loop: AdmittanceLoop | None = None
     """The loop that it is asked of."""
+    impedance: bool = True
+    """Whether an impedance may be displayed, too, or alone."""
 
     @property
     def ok(self) -> bool:
@@ -150,12 +152,13 @@ def _examine_axis(loaded: LoadedConfig, index: int, axis: AxisTable, pulse: Axis
     where, config = f"{loaded.path}: axis[{index}]", loaded.config
     subject = Subject(found, axis, config.period_s, where, joint, config.simulated)
     plain = {one.name: getattr(found, one.name) for one in fields(found)}
-    loop = loop_of(found, axis, joint, config.period_s) if axis.display == "admittance" else None
+    loop = loop_of(found, axis, joint, config.period_s) if axis.may_show("admittance") else None
     return AxisReport(
         **plain,
         verdicts=tuple(verdicts(subject)),
         admittance=figures_of(loop) if loop else None,
         loop=loop,
+        impedance=axis.may_show("impedance"),
     )
 
 

@@ -60,7 +60,10 @@ EITHER: tuple[Test, ...] = (
 
 def tests_of(axis: Subject) -> tuple[Test, ...]:
     """Every test of an axis, in any order."""
-    return EITHER + (ADMITTANCE if verdicts_of_admittance.displays(axis) else IMPEDANCE)
+    tests = EITHER
+    for display, own in (("impedance", IMPEDANCE), ("admittance", ADMITTANCE)):
+        tests += own if axis.table.may_show(display) else ()
+    return tests
 
 
 def verdicts(axis: Subject) -> list[Verdict]:

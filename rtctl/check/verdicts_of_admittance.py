@@ -1,6 +1,6 @@
 """Tests of an axis that is displayed as an admittance: its closed loop in every hand of the box, steps of encoder and force.
 
-Rows of the impedance display that such an axis does not get, and why:
+Rows of the impedance display that such an axis does not get, unless its display may change, and why:
 
 - `coupling, sampled and late` and `worlds that are not linear, behind the lag`: there is no coupling; the joint follows the
   virtual mass, and the energy it gives is a matter of the closed loop, which the certificate here judges;
@@ -34,11 +34,6 @@ RESOLUTION_SHARE = 0.01
 """Share of a force sensor's range that its step is taken for where the rig file does not say."""
 
 
-def displays(s: Subject) -> bool:
-    """Whether these tests are the axis's."""
-    return s.table.display == "admittance"
-
-
 def found(s: Subject) -> AdmittanceFigures:
     """What the certificate says of the axis."""
     return figures_of(loop_of(s.axis, s.table, s.joint, s.period_s))
@@ -48,7 +43,10 @@ def closed_loop(s: Subject) -> list[Verdict]:
     """Every hand of the box, every linear world: eigenvalues over a grid, and a proof between its points."""
     one, box = found(s), s.table.admittance
     outcome = Outcome.FAIL if not one.stable else Outcome.PASS if one.proved else Outcome.NOT_PROVED
-    hands = f"hands to {box.hand_stiffness_nm_rad:g} N m/rad, {box.hand_damping_nms_rad:g} N m s/rad, {box.hand_inertia_kgm2:g} kg m^2"
+    shown = (
+        f"masses to {box.mass_max_kgm2:g} kg m^2, more damping; " if box.mass_max_kgm2 > box.mass_kgm2 else ""
+    )
+    hands = f"{shown}hands to {box.hand_stiffness_nm_rad:g} N m/rad, {box.hand_damping_nms_rad:g} N m s/rad, {box.hand_inertia_kgm2:g} kg m^2"
     if not one.stable:
         meaning = f"grows with a {one.worst}: {remedy(s, one)}"
     elif one.proved:
@@ -235,7 +233,13 @@ def count_torque_nm(s: Subject) -> float:
 
 
 def force_step_torque_nm(s: Subject) -> float:
-    """Torque of one step of the force sensor in the tick it comes, N m: (K_v + K_p T) alpha T/(m + b_v T) times its hand torque."""
+    """Torque of one step of the force sensor in the tick it comes, N m.
+
+    Notes
+    -----
+    With tau the step as a hand torque behind the low-passes: the mass gains v = T tau/(m + b_v T), and (K_v + K_p T) v is sent, and
+    of what is sent ahead the share of J v/T - tau that its low-pass lets through.
+    """
     from rtctl.control.velocity import lowpass_alpha
 
     a, T, force = s.table.admittance, s.period_s, s.table.force
@@ -243,4 +247,7 @@ def force_step_torque_nm(s: Subject) -> float:
     step = (force.resolution_n or RESOLUTION_SHARE * force.limit_n) * lever
     alpha = lowpass_alpha(a.force_lowpass_hz, T) * lowpass_alpha(force.lowpass_hz, T)
     gain = a.velocity_gain_nms_rad + a.position_gain_nm_rad * T
-    return gain * alpha * T / (a.mass_kgm2 + a.damping_nms_rad * T) * step
+    torque = alpha * step
+    speed = T * torque / (a.mass_kgm2 + a.damping_nms_rad * T)
+    ahead = a.feedforward * lowpass_alpha(a.feedforward_lowpass_hz, T)
+    return gain * speed + ahead * abs(s.table.inertia_kgm2 * speed / T - torque)

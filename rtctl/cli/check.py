@@ -118,7 +118,7 @@ def _echo_verdicts(report: Report) -> None:
 def _shown(report: Report) -> str:
     """What a report without a failing row says of each display."""
     parts = []
-    if any(axis.admittance is None for axis in report.axes):
+    if any(axis.impedance for axis in report.axes):
         parts.append("the coupling is passive with every passive hand and every passive environment")
     for axis in report.axes:
         if axis.admittance is not None and axis.loop is not None:
@@ -137,7 +137,12 @@ def _admittance_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
     if one is None or loop is None:
         return []
     return [
-        ("virtual mass m", f"{loop.mass_kgm2:.4g} kg m^2", f"least that passes {one.mass_min_kgm2:.3g}"),
+        (
+            "virtual mass m",
+            f"{loop.mass_kgm2:.4g} kg m^2",
+            (f"up to {loop.mass_max_kgm2:g} while it runs; " if loop.mass_max_kgm2 > loop.mass_kgm2 else "")
+            + f"least that passes {one.mass_min_kgm2:.3g}",
+        ),
         ("virtual damping b_v", f"{loop.virtual_damping_nms_rad:.4g} N m s/rad", ""),
         (
             "velocity gain K_v",
@@ -176,10 +181,10 @@ def _echo_devices(loaded: LoadedConfig) -> None:
 
 def _lines(axis: AxisReport) -> list[tuple[str, str, str]]:
     """Label, figure with unit, and note of every line of one axis."""
-    if axis.admittance is not None:
-        lines = _admittance_lines(axis)
-        lines += _friction_lines(axis.friction) if axis.friction else []
-        return lines + (_account_lines(axis) if axis.compensates else [])
+    shown = _admittance_lines(axis)
+    if not axis.impedance:
+        shown += _friction_lines(axis.friction) if axis.friction else []
+        return shown + (_account_lines(axis) if axis.compensates else [])
     from rtctl.check.verdicts_of_loop import between_text
 
     exact, paper = axis.sampled_data_margin_nms_rad, axis.adams_hannaford_margin_nms_rad
@@ -225,7 +230,7 @@ def _lines(axis: AxisReport) -> list[tuple[str, str, str]]:
     ]
     if felt is not None:
         lines.append(("felt stiffness", f"{felt:.4g} N m/rad", f"of {k_e:.4g} in the virtual environment"))
-    return lines
+    return shown + lines
 
 
 def _account(axis: AxisReport) -> str:
