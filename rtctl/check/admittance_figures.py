@@ -75,7 +75,7 @@ def loop_of(figures: AxisFigures, table: AxisTable, joint: Joint, period_s: floa
         force_lowpass_hz=a.force_lowpass_hz,
         sensor_lowpass_hz=table.force.lowpass_hz,
         velocity_lowpass_hz=a.velocity_lowpass_hz,
-        feedforward=a.feedforward,
+        feedforward=a.sent_ahead(table.inertia_kgm2),
         feedforward_lowpass_hz=a.feedforward_lowpass_hz,
         told_viscous_nms_rad=table.viscous_nms_rad,
         delay=figures.delay_ticks,

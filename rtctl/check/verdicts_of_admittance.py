@@ -249,5 +249,5 @@ def force_step_torque_nm(s: Subject) -> float:
     gain = a.velocity_gain_nms_rad + a.position_gain_nm_rad * T
     torque = alpha * step
     speed = T * torque / (a.mass_kgm2 + a.damping_nms_rad * T)
-    ahead = a.feedforward * lowpass_alpha(a.feedforward_lowpass_hz, T)
+    ahead = a.sent_ahead(s.table.inertia_kgm2) * lowpass_alpha(a.feedforward_lowpass_hz, T)
     return gain * speed + ahead * abs(s.table.inertia_kgm2 * speed / T - torque)

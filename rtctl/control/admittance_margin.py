@@ -135,10 +135,10 @@ def smallest_mass(loop: AdmittanceLoop) -> float:
     masses = np.geomspace(loop.inertia_kgm2 / 16, loop.inertia_kgm2 * _HEAVIEST, _STEPS)
     heavier = None
     for mass in masses[::-1]:
-        if not _passes(replace(loop, mass_kgm2=float(mass))):
+        if not _passes(_with_mass(loop, float(mass))):
             if heavier is None:
                 continue  # so heavy that the filters outweigh it: lighter may do
-            found = _between(lambda m: _passes(replace(loop, mass_kgm2=m)), heavier, float(mass))
+            found = _between(lambda m: _passes(_with_mass(loop, m)), heavier, float(mass))
             return _confirmed(loop, found, 1.03, _with_mass)
         heavier = float(mass)
     return heavier or 0.0
@@ -161,7 +161,9 @@ def _with_hand(loop: AdmittanceLoop, k_h: float) -> AdmittanceLoop:
 
 
 def _with_mass(loop: AdmittanceLoop, mass: float) -> AdmittanceLoop:
-    return replace(loop, mass_kgm2=mass)
+    """With the share that is sent ahead of a mass below the joint's (`admittance_table.AdmittanceTable.sent_ahead`)."""
+    now, then = (min(1.0, one / loop.inertia_kgm2) for one in (loop.mass_kgm2, mass))
+    return replace(loop, mass_kgm2=mass, feedforward=loop.feedforward * then / now)
 
 
 def _with_damping(loop: AdmittanceLoop, damping: float) -> AdmittanceLoop:

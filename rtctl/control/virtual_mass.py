@@ -214,7 +214,8 @@ def servo_torque(
     lag = s.mass_velocity_rad_s[axis] - s.servo_velocity_rad_s[axis]
     stretch = s.proxy_position_rad[axis] - s.position_rad[axis]
     torque = p.servo_velocity_gain_nms_rad[axis] * lag + p.servo_position_gain_nm_rad[axis] * stretch
-    return torque + p.mass_forward[axis] * s.mass_forward_nm[axis]
+    ahead = p.mass_forward[axis] * (1.0 - s.watch_share[axis]) * s.mass_forward_nm[axis]
+    return torque + ahead
 
 
 @compiled

@@ -43,10 +43,11 @@ class AdmittanceTable(Table):
         0,
         1,
         "share of the torque that the virtual mass's own motion asks of the joint, J a + b v less the hand's, sent ahead: "
-        "what is felt is then nearer to mass and damping asked for than the servo alone brings it",
+        "what is felt is then nearer to mass and damping asked for than the servo alone brings it; of a mass below the joint's, "
+        "the share m/J of this",
         default=1.0,
     )
-    feedforward_lowpass_hz: float = number(0, 5000, "its low-pass; 0 is off", default=60.0)
+    feedforward_lowpass_hz: float = number(0, 5000, "its low-pass; 0 is off", default=20.0)
     mass_max_kgm2: float = number(
         0,
         1e3,
@@ -61,3 +62,10 @@ class AdmittanceTable(Table):
     )
     hand_damping_nms_rad: float = number(0, 1e3, "and the most damped", default=1.0)
     hand_inertia_kgm2: float = number(0, 1e3, "and the heaviest, at the joint", default=0.02)
+
+    def sent_ahead(self, inertia_kgm2: float) -> float:
+        """Share that is sent ahead, 0 to 1, on a joint of this inertia: of a mass below it m/J at most.
+
+        The force of the hand that is sent with it, J/m - 1 of it, then stays below what the hand does itself.
+        """
+        return self.feedforward * min(1.0, self.mass_kgm2 / inertia_kgm2)

@@ -21,7 +21,7 @@ def test_what_is_felt_is_mass_and_damping_through_the_servo_where_little_rubs(tm
         *QUIET,
         *SLIPPERY,
         *hand(20.0, 0.1, 0.2, frequency_hz),
-        ("mass_kgm2 = 0.012", "mass_kgm2 = 0.03"),
+        ("mass_kgm2 = 0.012", "feedforward = 0\nmass_kgm2 = 0.03"),
         ("damping_nms_rad = 0.1               #", "damping_nms_rad = 0.3               #"),
     )
     made = rig(tmp_path, *changes)
@@ -31,6 +31,24 @@ def test_what_is_felt_is_mass_and_damping_through_the_servo_where_little_rubs(tm
     turn = 2j * np.pi * frequency_hz
     servo = 2.0 + 20.0 / turn
     asked = (0.012 * turn + 0.05 + servo) / (1 + servo / (0.03 * turn + 0.3))
+    assert abs(felt(ticks, speed, frequency_hz, PERIOD_S) / asked - 1) < 0.05
+
+
+@pytest.mark.parametrize("frequency_hz", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize("mass", [0.008, 0.03])
+def test_what_is_sent_ahead_has_the_hand_feel_what_is_asked_for(tmp_path, mass, frequency_hz):
+    changes = (
+        *QUIET,
+        *SLIPPERY,
+        *hand(20.0, 0.1, 0.15 / frequency_hz, frequency_hz),
+        ("mass_kgm2 = 0.012", f"mass_kgm2 = {mass}"),
+        ("damping_nms_rad = 0.1               #", "damping_nms_rad = 0.2               #"),
+    )
+    made = rig(tmp_path, *changes)
+    made.arm()
+    made.run(1.0)
+    ticks, _, speed = lived(made, 4.0)
+    asked = mass * 2j * np.pi * frequency_hz + 0.2
     assert abs(felt(ticks, speed, frequency_hz, PERIOD_S) / asked - 1) < 0.05
 
 

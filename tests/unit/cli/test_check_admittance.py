@@ -44,6 +44,7 @@ velocity_limit_rad_s = 6.0
 mass_kgm2 = {m}
 damping_nms_rad = {b_v}
 velocity_gain_nms_rad = 2.0
+feedforward = {z}
 position_gain_nm_rad = {K_p}
 hand_stiffness_nm_rad = {k_h}
 [axis.coupling]
@@ -59,6 +60,7 @@ PASSES = {
     "counts": 160000,
     "m": 0.03,
     "b_v": 0.3,
+    "z": 0.0,
     "K_p": 0.0,
     "k_h": 600.0,
     "d": 1.0,

@@ -48,9 +48,22 @@ def grip(simulation, stiffness, way_rad, damping=0.0):
     simulation.plant_params["hand_damping_nms_rad"] = damping
 
 
-@pytest.mark.parametrize(("mass", "gain"), [(0.012, 2.0), (0.012, 5.0), (0.015, 5.0)])
-def test_the_hand_feels_the_mass_and_damping_asked_for_within_5_percent(mass, gain):
-    simulation = rig(mass_kgm2=mass, servo_velocity_gain_nms_rad=gain)
+@pytest.mark.parametrize(
+    ("mass", "gain", "spring", "band"),
+    [
+        *((0.012, 2.0, 5.0, 0.003), (0.012, 5.0, 5.0, 0.003), (0.015, 5.0, 5.0, 0.003)),
+        *((0.006, 5.0, 20.0, 0.0), (0.024, 2.0, 20.0, 0.0), (0.03, 2.0, 20.0, 0.0), (0.05, 2.0, 20.0, 0.0)),
+    ],
+)
+def test_the_hand_feels_the_mass_and_damping_asked_for_within_5_percent(mass, gain, spring, band):
+    """The dead band is felt as a torque of its own: 3 to 8 % of the damping at these speeds."""
+    simulation = rig(
+        mass_kgm2=mass,
+        servo_velocity_gain_nms_rad=gain,
+        mass_forward=min(1.0, mass / 0.012),
+        mass_force_deadband_nm=band,
+        servo_position_gain_nm_rad=spring,
+    )
     plant = simulation.plant_params
     plant["hand_kind"], plant["hand_stiffness_nm_rad"], plant["hand_damping_nms_rad"] = (
         int(Hand.SINES),
@@ -75,6 +88,7 @@ def grows(mass, damping, stiffness):
         mass_kgm2=mass,
         mass_damping_nms_rad=damping,
         servo_position_gain_nm_rad=0.0,
+        mass_forward=0.0,
         mass_force_deadband_nm=0.0,
         energy_budget_j=1e6,
         watch_floor_nm=math.inf,
@@ -115,7 +129,9 @@ def test_a_hand_stiffer_than_promised_is_calmed_within_a_fifth_of_a_second_and_s
 
 def test_a_grip_four_times_as_stiff_as_it_bears_ends_in_a_fault_with_the_torque_bounded_by_what_is_left():
     """At -1.53 budgets, and -2.14 with a torque that the account does not bound."""
-    simulation = rig(mass_kgm2=0.009, mass_damping_nms_rad=0.05, mass_force_deadband_nm=0.003)
+    simulation = rig(
+        mass_kgm2=0.009, mass_damping_nms_rad=0.05, mass_force_deadband_nm=0.003, mass_forward=0.0
+    )
     simulation.plant_params["force_range_n"] = 1e3
     simulation.params["force_limit_n"] = 1e3
     delay_by_a_tick(simulation)

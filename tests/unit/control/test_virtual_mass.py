@@ -43,7 +43,8 @@ class Servo:
             self.params[name][0] = value
         self.params["period_s"] = T
         self.params["renderer_store_j"], self.params["renderer_power_w"] = 1.0, 1e6
-        self.state["state"] = State.ACTIVE
+        self.state["state"], self.state["authority"] = State.ACTIVE, 1.0
+        self.state["display_kind"] = Display.ADMITTANCE
 
     def step(self, position_rad=0.0, difference_rad_s=0.0, hand_nm=0.0, elapsed=1, *, disabled=False):
         self.state["position_rad"][0] = position_rad
