@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from rtctl.control.vocabulary import Display
 from rtctl.wire.event_words import device_line
 from rtctl.wire.fault_words import Entry, sentence
 
@@ -74,6 +75,7 @@ def table(hello: dict[str, Any], shown: Shown) -> list[str]:
         )
         cells = [f"{values[a]:>12.4f}" if a < len(values) else f"{'-':>12}" for values in columns]
         lines.append(f"{axis['name']:<12}" + "".join(cells))
+        lines += _display(sample.fields, a)
     lines += [
         *_friction(health),
         "",
@@ -84,6 +86,18 @@ def table(hello: dict[str, Any], shown: Shown) -> list[str]:
         f"missed {sample.missed_ticks}   lost here {shown.lost}   age {_age(shown)}",
     ]
     return lines
+
+
+def _display(fields: Mapping[str, Any], axis: int) -> list[str]:
+    """The virtual mass of an axis that is displayed as an admittance, and the damping added to it."""
+    kinds = fields.get("display_kind", ())
+    if axis >= len(kinds) or int(kinds[axis]) != Display.ADMITTANCE:
+        return []
+    mass, damping, more = (
+        fields[name][axis] for name in ("mass_kgm2", "mass_damping_nms_rad", "injected_damping_nms_rad")
+    )
+    added = f", {more:.3g} more added" if more > 0 else ""
+    return [f"{'':<12}admittance: mass {mass:.4g} kg m^2, damping {damping:.4g} N m s/rad{added}"]
 
 
 def _trouble(shown: Shown) -> list[str]:

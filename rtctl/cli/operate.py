@@ -114,9 +114,19 @@ def lines(told: dict[str, Any]) -> list[str]:
             f"  {axis['axis']}: {position:.4f} rad, {velocity:.4f} rad/s, environment {axis['environment']['kind']}, "
             f"compensation {axis['compensation']:.0%}"
         )
+        out += _display(axis["display"])
         out += _pulse(axis.get("measured", {}))
     out += [f"  lease: {told['lease_holder']}"] if told["lease_holder"] else []
     return out
+
+
+def _display(asked: dict[str, Any]) -> list[str]:
+    """The virtual mass that an admittance is asked to show."""
+    if asked["kind"] != "admittance":
+        return []
+    return [
+        f"    admittance: mass {asked['mass_kgm2']:g} kg m^2, damping {asked['mass_damping_nms_rad']:g} N m s/rad"
+    ]
 
 
 def _pulse(measured: dict[str, float | None]) -> list[str]:

@@ -39,6 +39,47 @@ class Worlds:
             values["lease"] = lease.text
         return self._result("environment", axis=axis, kind=kind, **values)
 
+    def set_display(
+        self,
+        axis: str | int,
+        display: Literal["impedance", "admittance"] | None = None,
+        *,
+        lease: Lease | None = None,
+        mass_kgm2: float | None = None,
+        mass_damping_nms_rad: float | None = None,
+    ) -> dict[str, Any]:
+        """Change what an axis shows while it runs; what is left out keeps its value.
+
+        Parameters
+        ----------
+        lease
+            Of a client with the role renderer.
+        display
+            The other display, where the rig file has `display_change = true`; it fades out and in over half a second.
+        mass_kgm2, mass_damping_nms_rad
+            Virtual mass and damping of an admittance, from the rig file's own up to its `mass_max_kgm2` and
+            `damping_max_nms_rad`; taken within a tenth of a second, a heavier mass as far as its energy is paid.
+
+        Returns
+        -------
+        dict
+            What is commanded of the axis now. What is in force is in the ticks.
+
+        Raises
+        ------
+        RefusedError
+            `out_of_bounds` where the rig file does not allow it.
+        """
+        values: dict[str, Any] = {"axis": axis}
+        if display is not None:
+            values["display"] = display
+        for name, value in (("mass_kgm2", mass_kgm2), ("mass_damping_nms_rad", mass_damping_nms_rad)):
+            if value is not None:
+                values[name] = float(value)
+        if lease is not None:
+            values["lease"] = lease.text
+        return self._result("display", **values)
+
     def set_plane(
         self,
         axis: str | int,

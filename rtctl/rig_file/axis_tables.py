@@ -198,9 +198,15 @@ class AxisTable(Table):
     friction: FrictionTable = FrictionTable()
     force_feedback: ForceFeedbackTable = ForceFeedbackTable()
 
+    @property
+    def displays(self) -> tuple[str, ...]:
+        """The display that the axis begins with, and the one that it may be changed to."""
+        other = "admittance" if self.display == "impedance" else "impedance"
+        return (self.display, other) if self.display_change else (self.display,)
+
     def may_show(self, display: str) -> bool:
         """True for a display that the axis begins with or may be changed to."""
-        return self.display_change or self.display == display
+        return display in self.displays
 
     @model_validator(mode="after")
     def _pairs(self) -> AxisTable:

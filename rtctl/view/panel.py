@@ -6,9 +6,11 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import numpy as np
+
 from hw.outside import shown
 from rtctl.client import RigClient
-from rtctl.control.vocabulary import Environment, Fault, Program, State
+from rtctl.control.vocabulary import Display, Environment, Fault, Program, State
 from rtctl.tick import FIELDS
 from rtctl.view.feed import Feed
 from rtctl.view.guidance import hindrances, next_step, taken_apart
@@ -22,6 +24,7 @@ MOST_TEXT = 600
 _NUMBERED = {
     "state": {int(state): state.name for state in State},
     "environment_kind": {int(kind): kind.word for kind in Environment},
+    "display_kind": {int(kind): kind.name.lower() for kind in Display},
     "program_kind": {int(kind): kind.name.lower() for kind in Program},
     "fault_first": {-1: "none", **{fault.bit_length() - 1: str(fault.name) for fault in Fault}},
 }
@@ -100,8 +103,19 @@ def status(feed: Feed, world: World) -> dict[str, Any]:
         "hand_nm": row["hand_torque_nm"].tolist(),
         "applied_nm": row["torque_applied_nm"].tolist(),
         "environment": [Environment(int(kind)).word for kind in row["environment_kind"]],
+        "display": [_display(row, axis) for axis in range(len(row["display_kind"]))],
         "compensation": row["compensation"].tolist(),
         "histogram": feed.histogram(),
+    }
+
+
+def _display(row: np.void, axis: int) -> dict[str, Any]:
+    """What an axis shows now, and the damping that was added to it."""
+    return {
+        "kind": Display(int(row["display_kind"][axis])).name.lower(),
+        "mass_kgm2": float(row["mass_kgm2"][axis]),
+        "mass_damping_nms_rad": float(row["mass_damping_nms_rad"][axis]),
+        "injected_nms_rad": float(row["injected_damping_nms_rad"][axis]),
     }
 
 
@@ -132,6 +146,10 @@ def _compensation(client: RigClient, _world: World, body: dict[str, Any]) -> Non
     client.set_compensation(float(body["share"]))
 
 
+def _set_display(client: RigClient, _world: World, body: dict[str, Any]) -> None:
+    client.set_display(**body)
+
+
 def _world(_client: RigClient, world: World, body: dict[str, Any]) -> dict[str, Any]:
     return world.choose(**body)
 
@@ -142,6 +160,7 @@ ACTIONS: dict[str, Callable[[RigClient, World, dict[str, Any]], Any]] = {
     "reset": _reset,
     "tare": _tare,
     "compensation": _compensation,
+    "display": _set_display,
     "world": _world,
 }
 """Buttons by name; all but `stop` need the operator key."""

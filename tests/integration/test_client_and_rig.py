@@ -51,6 +51,8 @@ def test_settings_reach_the_tick_of_their_axis(root):
         in_force = rig.set_environment("tip", "spring", stiffness_nm_rad=2.5)
         assert in_force["environment"]["stiffness_nm_rad"] == 2.5
         rig.set_compensation(0.5)
+        with pytest.raises(RefusedError, match="display_change"):
+            rig.set_display("tip", "admittance")
         rig.set_compensation(0.75, axis="base")
         until(lambda: rig.latest_state().command_seq == in_force["command_seq"] + 2)
         fields = rig.latest_state().fields

@@ -1,4 +1,4 @@
-"""Who moves the rig, and how: the lease, targets, virtual environments, compensation."""
+"""Who moves the rig, and how: the lease, targets, virtual environments, displays, compensation."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.control.environments.table import PARAMETERS, Environment
-from rtctl.control.vocabulary import State
+from rtctl.control.vocabulary import Display, State
 from rtctl.host.access.authenticator import Caller
 from rtctl.host.commands.lease import LeaseDesk
 from rtctl.host.commands.messages import Refusal, Request
@@ -75,6 +75,24 @@ class Steering:
                 command[f"environment_{one.name}"][axis] = request.values[one.name]
         return {"command_seq": self._slot.send(), **self.axis_in_force(axis)}
 
+    def display(self, request: Request, row: np.void, caller: Caller) -> Result | Refusal:
+        """Set what an axis shows; a renderer needs the lease."""
+        if why := self._closed(row) or self._not_holder(request, row, caller):
+            return why
+        axis, command = request.values["axis"], self._slot.command
+        about, shown = self._rig.axes[axis], request.values.get("display")
+        if shown is not None and shown not in about.displays:
+            return Refusal(
+                "out_of_bounds",
+                f"display: axis {about.name} shows an {' or an '.join(about.displays)}; for another it needs display_change = true in the rig file",
+            )
+        if shown is not None:
+            command["display_kind"][axis] = Display[shown.upper()]
+        for name in ("mass_kgm2", "mass_damping_nms_rad"):
+            if name in request.values:
+                command[name][axis] = request.values[name]
+        return {"command_seq": self._slot.send(), **self.axis_in_force(axis)}
+
     def target(self, request: Request, row: np.void, caller: Caller) -> Result | Refusal:
         """Move the proxy of the remote axes; only the holder of the lease."""
         if why := self._closed(row):
@@ -106,6 +124,11 @@ class Steering:
             "environment": {
                 "kind": Environment(int(command["environment_kind"][a])).word,
                 **{one.name: command[f"environment_{one.name}"][a].item() for one in PARAMETERS},
+            },
+            "display": {
+                "kind": Display(int(command["display_kind"][a])).name.lower(),
+                "mass_kgm2": float(command["mass_kgm2"][a]),
+                "mass_damping_nms_rad": float(command["mass_damping_nms_rad"][a]),
             },
             "compensation": float(command["compensation"][a]),
             "target_position_rad": float(command["target_position_rad"][a]),

@@ -9,7 +9,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 from rtctl.control.environments.table import NAMES, PARAMETERS, meaning
+from rtctl.control.vocabulary import Display
 from rtctl.wire.protocol import ROLES
+
+DISPLAYS = tuple(one.name.lower() for one in Display)
 
 Role = Literal["observer", "renderer", "operator"]
 
@@ -81,6 +84,26 @@ OPERATIONS: dict[str, Operation] = {
                 for one in PARAMETERS
             ),
             Key("lease", "lease", "needed by a renderer, who changes what it moves; not by an operator"),
+        ),
+    ),
+    "display": Operation(
+        "what an axis shows: an impedance or an admittance, and mass and damping of that; keys left out keep their value",
+        "renderer",
+        (
+            _AXIS,
+            Key(
+                "display",
+                "choice",
+                "the other one only where the rig file has display_change = true",
+                choices=DISPLAYS,
+            ),
+            Key("mass_kgm2", "number", "virtual mass; from the rig file's own up to its mass_max_kgm2"),
+            Key(
+                "mass_damping_nms_rad",
+                "number",
+                "its damping; from the rig file's own up to its damping_max_nms_rad",
+            ),
+            Key("lease", "lease", "needed by a renderer, as for an environment; not by an operator"),
         ),
     ),
     "target": Operation(

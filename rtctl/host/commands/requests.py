@@ -89,6 +89,7 @@ class Requests:
             "lease": self._steering.lease,
             "release": self._steering.release,
             "environment": self._steering.environment,
+            "display": self._steering.display,
             "target": self._steering.target,
             "compensation": self._steering.compensation,
         }
@@ -130,6 +131,7 @@ class Requests:
             "axes": [
                 {
                     "name": axis.name,
+                    "displays": list(axis.displays),
                     "bounds": {k: list(v) for k, v in axis.bounds.items()},
                     "coupling": None if axis.coupling is None else dict(axis.coupling),
                 }

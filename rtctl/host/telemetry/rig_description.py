@@ -44,12 +44,14 @@ class AxisDescription:
 
     `trained_c` is the range of temperature its friction was learned at, degC: None without a model in use, or
     one that does not say. `coupling` is the virtual coupling in force: stiffness_nm_rad, damping_nms_rad.
+    `displays` are those that it may show, the rig file's first.
     """
 
     name: str
     bounds: Bounds
     trained_c: tuple[float, float] | None = None
     coupling: Mapping[str, float] | None = None
+    displays: tuple[str, ...] = ("impedance",)
 
 
 @dataclass(frozen=True)
@@ -122,6 +124,7 @@ def describe(rig: LoadedConfig | RigDescription) -> RigDescription:
                     "stiffness_nm_rad": axis.coupling.stiffness_nm_rad,
                     "damping_nms_rad": axis.coupling.damping_nms_rad,
                 },
+                axis.displays,
             )
             for axis in config.axis
         ),
@@ -158,9 +161,11 @@ def _trained_c(loaded: LoadedConfig, axis: AxisTable) -> tuple[float, float] | N
 def _bounds(axis: AxisTable) -> dict[str, tuple[float, float]]:
     """What a client may ask: the bounds of the rig file's own [axis.environment], and the axis' travel."""
     travel = (axis.position_min_rad, axis.position_max_rad)
-    speed = axis.velocity_limit_rad_s
+    speed, shown = axis.velocity_limit_rad_s, axis.admittance
     return {
         **{one.name: (one.low, one.high) for one in PARAMETERS if not one.sign},
         "position_rad": travel,
         "velocity_rad_s": (-speed, speed),
+        "mass_kgm2": (shown.mass_kgm2, shown.mass_max_kgm2 or shown.mass_kgm2),
+        "mass_damping_nms_rad": (shown.damping_nms_rad, shown.damping_max_nms_rad or shown.damping_nms_rad),
     }

@@ -25,7 +25,7 @@ export async function ordered(name, body) {
   else if (!$("notice").hidden) notice("");
   return said;
 }
-const LABELS = { arm: "Not armed", reset: "Not reset", tare: "Not tared", compensation: "Not changed", world: "Not changed" };
+const LABELS = { arm: "Not armed", reset: "Not reset", tare: "Not tared", compensation: "Not changed", display: "Not changed", world: "Not changed" };
 
 export async function stop() {
   const said = await press("stop");

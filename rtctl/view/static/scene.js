@@ -100,11 +100,18 @@ function swatch(name) {
 }
 
 /** A row of numbers for each axis. */
+function worldOf(status, k) {
+  const shown = (status.display || [])[k];
+  if (!shown || shown.kind !== "admittance") return status.environment[k];
+  const damped = shown.injected_nms_rad > 0 ? `, damped by ${shown.injected_nms_rad.toFixed(2)} more` : "";
+  return `${status.environment[k]} on ${shown.mass_kgm2.toPrecision(2)} kg m²${damped}`;
+}
+
 export function showAxes(body, status) {
   const number = (value) => (value == null ? "–" : value.toFixed(3).replace("-", "−"));
   body.replaceChildren(...status.axes.map((name, k) => {
     const cells = [status.position_rad, status.velocity_rad_s, status.hand_nm, status.applied_nm].map((values) => element("td", { textContent: number(values[k]) }));
-    return element("tr", {}, element("th", { scope: "row", textContent: name }), ...cells, element("td", { textContent: status.environment[k] }));
+    return element("tr", {}, element("th", { scope: "row", textContent: name }), ...cells, element("td", { textContent: worldOf(status, k) }));
   }));
 }
 

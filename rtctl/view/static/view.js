@@ -3,6 +3,7 @@
 import { $, Stream, operatorKey } from "./link.js";
 import { lost, ordered, showHello, showStatus } from "./head.js";
 import { showEvent, showFigures, showLoop } from "./loop.js";
+import { beginDisplay, showDisplay } from "./display.js";
 import { beginPhase, phaseSignals } from "./phase.js";
 import { beginRecord } from "./record.js";
 import { drawScene, showAxes, showLegend } from "./scene.js";
@@ -24,6 +25,7 @@ const stream = new Stream(() => wanted(phaseSignals()), {
     const saved = begin(hello, () => stream.open());
     beginPhase(hello, saved, () => stream.open());
     beginRecord(rig, () => wanted());
+    beginDisplay(hello);
   },
   ticks: (columns) => take(columns, phaseSignals()),
   event: showEvent,
@@ -38,6 +40,7 @@ const stream = new Stream(() => wanted(phaseSignals()), {
     const shares = [...new Set(status.compensation.map(percent))];
     showFigures($("numbers"), [["soft-start authority", percent(status.authority)], ["friction compensation", shares.join(", ")], ...frictionNow(status.health)]);
     if (!dragged) { $("compensation").value = status.compensation[0]; $("share").textContent = shares[0]; }
+    showDisplay(status);
     showLoop(status);
   },
 });

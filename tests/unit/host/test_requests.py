@@ -63,7 +63,7 @@ def test_every_operation_of_the_table_has_a_handler(desk):
 
 OPEN_TO = {
     "observer": {"hello", "status", "schema", "stop"},
-    "renderer": {"lease", "release", "environment", "target"},
+    "renderer": {"lease", "release", "environment", "display", "target"},
     "operator": {"arm", "reset", "tare", "compensation"},
 }
 """What each role may do beyond the one before it: the contract, not read from the table under test."""
@@ -180,6 +180,33 @@ def test_a_target_needs_a_remote_environment_and_counts_as_fresh(desk):
     assert desk.sent["target_count"] == 2
     assert desk.sent["target_position_rad"].tolist() == [0.3, 0.4]
     assert desk.sent["target_velocity_rad_s"].tolist() == [0.0, 0.0]
+
+
+def test_a_display_is_taken_where_the_rig_file_lets_it_change(desk):
+    rig = RigDescription(
+        "mock",
+        (
+            AxisDescription("base", {}, displays=("admittance", "impedance")),
+            AxisDescription("tip", {}, displays=("impedance",)),
+        ),
+        1000.0,
+    )
+    desk.requests = Requests(desk.writer, rig, Endpoints("ipc://t", "ipc://c"), lambda: desk.row)
+    told = desk.ask("display", axis=0, display="admittance", mass_kgm2=0.03, mass_damping_nms_rad=0.4)
+    assert told["display"] == {"kind": "admittance", "mass_kgm2": 0.03, "mass_damping_nms_rad": 0.4}
+    assert (
+        desk.ask("display", axis=0, display="impedance")["display"]["mass_kgm2"] == 0.03
+    )  # what is left out stays
+    assert desk.sent["mass_kgm2"].tolist() == [0.03, 0.0]
+    assert "display_change = true" in desk.refused("out_of_bounds", "display", axis=1, display="admittance")
+    desk.caller = Caller("key:r", "r", "renderer")
+    assert "lease" in desk.refused("missing_key", "display", axis=0, display="impedance")
+
+
+def test_the_mass_of_an_admittance_is_in_the_status_for_a_person(desk):
+    desk.writer.command["display_kind"], desk.writer.command["mass_kgm2"] = [1, 0], [0.03, 0.0]
+    told = "\n".join(lines({"rig": "mock", "state": "IDLE", "authority": 0.0, **desk.ask("status")}))
+    assert told.count("admittance: mass 0.03 kg m^2") == 1
 
 
 def test_compensation_goes_to_one_axis_or_to_all(desk):
