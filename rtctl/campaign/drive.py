@@ -9,7 +9,7 @@ import numpy as np
 from hw.fault_kinds import Channel, Effect
 from hw.mock.plant import plant_read, plant_write
 from hw.scripted_faults import due_ticks
-from rtctl.campaign.events import change_world, operate, render, slots_missed, stream_world
+from rtctl.campaign.events import change_display, change_world, operate, render, slots_missed, stream_world
 from rtctl.campaign.jit import compiled
 from rtctl.campaign.monitor import watch, watch_hand
 from rtctl.campaign.programs import ask_for_programs
@@ -115,6 +115,7 @@ def drive(
         else:
             operate(s, c, rng)
             change_world(p, c, rng)
+            change_display(p, c, rng)
             ask_for_programs(s, p, c, rng)
             silence = render(s, c, rng, silence)
             skipped = slots_missed(rng)

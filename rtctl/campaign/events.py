@@ -91,6 +91,21 @@ def change_world(p: Record, c: Record, rng: np.ndarray) -> None:
 
 
 @compiled
+def change_display(p: Record, c: Record, rng: np.ndarray) -> None:
+    """Now and then another mass, another damping, the other display, within what the rig allows or beyond, or broken."""
+    for axis in range(len(c.display_kind)):
+        if p.display_kind[axis] == 0 and p.display_change[axis] == 0:
+            continue
+        if chance(rng, 2000.0):
+            c.mass_kgm2[axis] = broken(rng, p.mass_max_kgm2[axis] * between(rng, -0.2, 1.5))
+            c.mass_damping_nms_rad[axis] = broken(
+                rng, p.mass_damping_max_nms_rad[axis] * between(rng, -0.2, 1.5)
+            )
+        if chance(rng, 2000.0):
+            c.display_kind[axis] = int(2 * uniform(rng))
+
+
+@compiled
 def stream_world(p: Record, c: Record, k: int, rng: np.ndarray) -> None:
     """What a graphics program at 60 Hz sets in tick `k`: every other stretch a stream of jumping numbers.
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rtctl.campaign.draws import log_uniform
 from rtctl.campaign.linear_rig import Case, Law, Plant, behind_a_joint, grows, network, regular
 from rtctl.campaign.worst_rig import Loop, with_stiffness, worst_elastic, worst_place, worst_rig
 from rtctl.control import stability
@@ -66,21 +67,17 @@ class Findings:
         return f": rig {', '.join(map(str, self.shaking[:20]))}" if self.shaking else ""
 
 
-def _log(draw: np.random.Generator, low: float, high: float) -> float:
-    return float(math.exp(draw.uniform(math.log(low), math.log(high))))
-
-
 def _lag_hz(tau: float, T: float) -> float:
     return 1 / (2 * math.pi * tau * T) if tau > 0 else 0.0
 
 
 def _loop(draw: np.random.Generator, *, late: bool = True) -> tuple[Loop, float]:
     """Period, delay, lag, guaranteed damping and b_c of a random rig, and the inertia of its joint."""
-    T, b = _log(draw, 1e-4, 4e-3), _log(draw, 0.01, 0.3)
-    J = _log(draw, 1e-3, 0.1)
+    T, b = log_uniform(draw, 1e-4, 4e-3), log_uniform(draw, 0.01, 0.3)
+    J = log_uniform(draw, 1e-3, 0.1)
     b = min(b, 0.3 * J / T)  # what a single pole of the joint takes in a tick
     delay = float(draw.choice([0.0, 1.0, 2.0, draw.uniform(0, 3), draw.uniform(0, 3)]))
-    tau = _log(draw, 0.03, 3.0) if draw.random() < 0.5 else 0.0
+    tau = log_uniform(draw, 0.03, 3.0) if draw.random() < 0.5 else 0.0
     if not late:
         delay = tau = 0.0
     return Loop(T, delay, tau, 0.0, b * draw.uniform(0, 0.8), b), J
@@ -96,7 +93,7 @@ def certified(seed: int, index: int) -> Certified:
 
 def _proven(loop: Loop, between: Between, draw: np.random.Generator) -> float:
     """A stiffness inside the proof, often close to its edge."""
-    share = 1 - _log(draw, 1e-4, 0.3)
+    share = 1 - log_uniform(draw, 1e-4, 0.3)
     return share * stability.k_max_between(loop.b, loop.b_c, loop.T, between)
 
 
@@ -126,12 +123,12 @@ def _hand(draw: np.random.Generator, J: float, b: float, T: float) -> Plant:
 
 
 def _world(draw: np.random.Generator, k_c: float) -> float:
-    return math.inf if draw.random() < 0.4 else k_c * _log(draw, 1e-2, 1e3)
+    return math.inf if draw.random() < 0.4 else k_c * log_uniform(draw, 1e-2, 1e3)
 
 
 def _dampings(draw: np.random.Generator, b: float) -> tuple[float, float, float]:
     """Dampings of motor, joint and link of which no hand can cancel b."""
-    own, link = b * _log(draw, 0.01, 3), b * _log(draw, 0.05, 3)
+    own, link = b * log_uniform(draw, 0.01, 3), b * log_uniform(draw, 0.05, 3)
     return b - min(0.9 * b, own * link / (own + link)), own, link
 
 
@@ -146,8 +143,8 @@ def _elastic(draw: np.random.Generator) -> Case:
     dampings = _dampings(draw, loop.b)
     loop = Loop(loop.T, loop.delay, loop.tau, 0.0, loop.b_c, _left(dampings))
     k = _proven(loop, Between(loop.delay, _lag_hz(loop.tau, loop.T)), draw)
-    link = _hand(draw, J * _log(draw, 0.1, 10), dampings[2], loop.T)
-    stiffness = J * (_log(draw, 0.01, 6.0) / loop.T) ** 2
+    link = _hand(draw, J * log_uniform(draw, 0.1, 10), dampings[2], loop.T)
+    stiffness = J * (log_uniform(draw, 0.01, 6.0) / loop.T) ** 2
     plant = behind_a_joint(link, J, dampings[0], stiffness, dampings[1])
     real = _faster(loop, draw)
     return Case(real.T, real.tau, regular(1, real.delay), plant, Law(k, loop.b_c, spring=_world(draw, k)))

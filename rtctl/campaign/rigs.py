@@ -15,6 +15,7 @@ from hw.fault_kinds import KINDS, Channel, Kind
 from hw.generator import seed_words
 from hw.mock.records import Hand
 from rtctl.campaign import plants
+from rtctl.campaign.draws import log_uniform
 from rtctl.campaign.jit import records
 from rtctl.campaign.monitor import memory_dtype
 from rtctl.campaign.pursuit import FOE, foe_record
@@ -32,8 +33,11 @@ _RENDERER_STREAM = 11
 _VELOCITY_STREAM = 13
 _PLANT_STREAM = 17
 _FOE_STREAM = 19
-"""Draws of the force feedback, of a renderer's store, of velocity sensors, of the plant and of a renderer after the
-hand's energy are streams of their own: the rigs are otherwise those of earlier campaigns."""
+_DISPLAY_STREAM = 23
+"""Draws of the force feedback, of a renderer's store, of velocity sensors, of the plant, of a renderer after the hand's
+energy and of admittance displays are streams of their own: the rigs are otherwise those of earlier campaigns."""
+
+SHARE_OF_ADMITTANCES = 0.3
 
 SHARES = {"margin": (0.3, 0.98), "friction": (1.0, 1.3)}
 """Stiffness used of the proven one; true friction as a share of the model's."""
@@ -91,10 +95,15 @@ def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: 
     for axis in range(made.plan.n_axes):
         _force_feedback(p, axis, feedback)
     renderer = np.random.default_rng((seed, index, _RENDERER_STREAM))
-    p["renderer_store_j"], p["renderer_power_w"] = _log(renderer, 1e-3, 10.0), _log(renderer, 0.01, 20.0)
+    p["renderer_store_j"], p["renderer_power_w"] = (
+        log_uniform(renderer, 1e-3, 10.0),
+        log_uniform(renderer, 0.01, 20.0),
+    )
     _device_velocity(p, plant, np.random.default_rng((seed, index, _VELOCITY_STREAM)))
     if passive:
         _take_hold(p, plant)
+    else:
+        _display(p, command, np.random.default_rng((seed, index, _DISPLAY_STREAM)))
     names = [] if passive else _faults(plant, faults, ticks, draw)
     made.plant_state["rng"] = seed_words(int(draw.integers(1 << 62)))
     memory = records(np.zeros(1, memory_dtype(made.plan.n_axes)))
@@ -124,24 +133,20 @@ def _presliding(p: np.void, plant: np.void, axis: int) -> None:
     )
 
 
-def _log(draw: np.random.Generator, low: float, high: float) -> float:
-    return float(math.exp(draw.uniform(math.log(low), math.log(high))))
-
-
 def _device(p: np.void, plant: np.void, model: np.void, axis: int, draw: np.random.Generator) -> None:
     """Inertia, damping, delay, encoder, limits, friction; the law is told the truth, friction from below."""
     period_s = float(p["period_s"])
-    inertia, viscous = _log(draw, 1e-3, 0.1), draw.uniform(0.02, 0.2)
+    inertia, viscous = log_uniform(draw, 1e-3, 0.1), draw.uniform(0.02, 0.2)
     plant["inertia_kgm2"][axis] = p["inertia_kgm2"][axis] = inertia
     p["viscous_nms_rad"][axis] = p["hold_damping_nms_rad"][axis] = viscous
     p["injected_damping_max_nms_rad"][axis] = viscous
     plant["viscous_nms_rad"][axis] = viscous * draw.uniform(1.0, 1.3)
-    count = 2 * math.pi / _log(draw, 2e3, 4e5)
+    count = 2 * math.pi / log_uniform(draw, 2e3, 4e5)
     plant["count_rad"][axis] = p["count_rad"][axis] = p["velocity_band_rad"][axis] = count
     delay = int(draw.integers(0, 3))
     plant["torque_delay_ticks"][axis] = p["follow_delay_ticks"][axis] = delay
     p["actuator_delay_ticks"][axis] = delay
-    limit = _log(draw, 0.5, 5.0)
+    limit = log_uniform(draw, 0.5, 5.0)
     p["torque_limit_nm"][axis] = p["torque_continuous_nm"][axis] = limit
     if draw.random() < 0.3:
         p["torque_continuous_nm"][axis] = limit * draw.uniform(0.2, 0.9)
@@ -160,7 +165,7 @@ def _device(p: np.void, plant: np.void, model: np.void, axis: int, draw: np.rand
 
 def _friction(p: np.void, plant: np.void, model: np.void, axis: int, draw: np.random.Generator) -> None:
     """Friction of another size, and a model of it that is never too high."""
-    scale = _log(draw, 0.05, 2.0)
+    scale = log_uniform(draw, 0.05, 2.0)
     truth = scale * draw.uniform(*SHARES["friction"])
     for name in (
         "coulomb_nm",
@@ -202,7 +207,7 @@ def _force_feedback(p: np.void, axis: int, draw: np.random.Generator) -> None:
     period_s, delay = float(p["period_s"]), int(p["follow_delay_ticks"][axis])
     k_c, b_c = (float(p[name][axis]) for name in ("coupling_stiffness_nm_rad", "coupling_damping_nms_rad"))
     count = float(p["count_rad"][axis])
-    p["force_feedback_gain"][axis] = _log(draw, 0.2, 20.0) if draw.random() < 0.5 else 0.0
+    p["force_feedback_gain"][axis] = log_uniform(draw, 0.2, 20.0) if draw.random() < 0.5 else 0.0
     p["force_feedback_alpha"][axis] = draw.uniform(0.01, 1.0)
     p["force_feedback_deadband_nm"][axis] = draw.uniform(0.0, 0.01)
     p["force_feedback_cap_nm"][axis] = draw.uniform(0.05, 0.3) * p["torque_limit_nm"][axis]
@@ -210,6 +215,28 @@ def _force_feedback(p: np.void, axis: int, draw: np.random.Generator) -> None:
     margin = stability.margin_sampled_data(float(p["viscous_nms_rad"][axis]), k_c, b_c, period_s, delay)
     p["force_feedback_damping_nms_rad"][axis] = max(0.0, margin)
     p["force_feedback_reserve_nm"][axis] = k_c * count / 2 + b_c * count / period_s
+
+
+def _display(p: np.void, command: np.void, draw: np.random.Generator) -> None:
+    """Three axes of ten show an admittance, or may be changed to one, at gains from timid to reckless, certified or not."""
+    for axis in range(len(command["display_kind"])):
+        if draw.random() >= SHARE_OF_ADMITTANCES:
+            continue
+        inertia, limit = float(p["inertia_kgm2"][axis]), float(p["torque_limit_nm"][axis])
+        p["display_kind"][axis] = command["display_kind"][axis] = draw.integers(0, 2)
+        p["display_change"][axis] = 1 if p["display_kind"][axis] == 0 else draw.integers(0, 2)
+        p["mass_kgm2"][axis] = command["mass_kgm2"][axis] = inertia * log_uniform(draw, 0.1, 4.0)
+        damping = log_uniform(draw, 0.01, 1.0)
+        p["mass_damping_nms_rad"][axis] = command["mass_damping_nms_rad"][axis] = damping
+        p["mass_max_kgm2"][axis] = p["mass_kgm2"][axis] * draw.choice([1.0, log_uniform(draw, 1.0, 10.0)])
+        p["mass_damping_max_nms_rad"][axis] = damping * draw.choice([1.0, log_uniform(draw, 1.0, 10.0)])
+        p["mass_forward"][axis], p["mass_forward_alpha"][axis] = draw.random(), draw.uniform(0.05, 1.0)
+        p["mass_force_alpha"][axis], p["servo_velocity_alpha"][axis] = draw.uniform(0.05, 1.0, 2)
+        p["mass_force_deadband_nm"][axis] = draw.choice([0.0, 0.01 * limit])
+        p["servo_velocity_gain_nms_rad"][axis] = log_uniform(draw, 0.05, 20.0)
+        p["servo_position_gain_nm_rad"][axis] = draw.choice([0.0, log_uniform(draw, 0.5, 200.0)])
+        p["watch_floor_nm"][axis] = 0.01 * limit
+        p["force_feedback_gain"][axis] = 0.0  # refused beside it
 
 
 def _device_velocity(p: np.void, plant: np.void, draw: np.random.Generator) -> None:
@@ -230,7 +257,7 @@ def _device_velocity(p: np.void, plant: np.void, draw: np.random.Generator) -> N
 def _world(p: np.void, command: np.void, axis: int, draw: np.random.Generator, *, passive: bool) -> None:
     kinds = [kind for kind in Environment if not (passive and kind.about.active)]
     command["environment_kind"][axis] = int(draw.choice([int(kind) for kind in kinds]))
-    command["environment_stiffness_nm_rad"][axis] = _log(draw, *STIFFNESS.tried)
+    command["environment_stiffness_nm_rad"][axis] = log_uniform(draw, *STIFFNESS.tried)
     command["environment_damping_nms_rad"][axis] = draw.uniform(*DAMPING.tried)
     command["environment_center_rad"][axis] = draw.uniform(-0.2, 0.2)
     for own in OWN:
@@ -244,13 +271,13 @@ def _hand(plant: np.void, axis: int, draw: np.random.Generator) -> None:
     plant["hand_kind"][axis] = int(
         draw.choice([int(kind) for kind in (Hand.NONE, Hand.REST, Hand.SINES, Hand.TRIANGLE, Hand.PUSH)])
     )
-    plant["hand_stiffness_nm_rad"][axis] = _log(draw, 0.1, 50.0)
-    plant["hand_damping_nms_rad"][axis] = _log(draw, 1e-3, 1.0)
+    plant["hand_stiffness_nm_rad"][axis] = log_uniform(draw, 0.1, 50.0)
+    plant["hand_damping_nms_rad"][axis] = log_uniform(draw, 1e-3, 1.0)
     plant["hand_inertia_kgm2"][axis] = draw.choice([0.0, draw.uniform(0.0, 0.02)])
     plant["hand_start_s"][axis] = draw.uniform(0.5, 2.0)
     plant["hand_center_rad"][axis] = draw.uniform(-0.2, 0.2)
     plant["hand_amplitude_rad"][axis] = draw.uniform(0.05, 0.5)
-    plant["hand_speed_rad_s"][axis] = _log(draw, 0.01, 2.0)
+    plant["hand_speed_rad_s"][axis] = log_uniform(draw, 0.01, 2.0)
     plant["hand_sine_rad"][axis] = 0.0
     plant["hand_sine_rad"][axis, :2] = draw.uniform(0.02, 0.25, 2)
     plant["hand_sine_rad_s"][axis, :2] = 2 * math.pi * np.exp(draw.uniform(math.log(0.1), math.log(5.0), 2))
@@ -269,7 +296,7 @@ def _take_hold(p: np.void, plant: np.void) -> None:
 
 def _value(kind: Kind, draw: np.random.Generator) -> float:
     """A value that hurts: small and large, of both signs where the kind allows."""
-    size = _log(draw, 1e-3, 1e3)
+    size = log_uniform(draw, 1e-3, 1e3)
     return float(min(max(size * draw.choice([-1.0, 1.0]), kind.low), kind.high)) if kind.unit else 0.0
 
 
@@ -283,7 +310,7 @@ def _faults(plant: np.void, count: int, ticks: int, draw: np.random.Generator) -
         plant["fault_channel"][k], plant["fault_effect"][k] = int(kind.channel), int(kind.effect)
         plant["fault_axis"][k] = -1
         plant["fault_from_tick"][k] = draw.integers(ticks)
-        plant["fault_ticks"][k] = max(1, round(_log(draw, 1, 400)))
+        plant["fault_ticks"][k] = max(1, round(log_uniform(draw, 1, 400)))
         plant["fault_every_ticks"][k] = 0
         plant["fault_probability"][k] = draw.choice([1.0, draw.uniform(0.05, 1.0)])
         plant["fault_value"][k] = _value(kind, draw)

@@ -28,6 +28,7 @@ import numpy as np
 from hw import registry
 from hw.mock.family import merged
 from hw.mock.records import Hand
+from rtctl.campaign.draws import log_uniform
 from rtctl.control.vocabulary import State
 from rtctl.errors import FaultError
 from rtctl.friction.policies import STANDINGS
@@ -91,10 +92,6 @@ class Found:
         return self.speed_rad_s <= QUIET_RAD_S and self.fed_j <= FED_J and self.fault < 0
 
 
-def _log(draw: np.random.Generator, low: float, high: float) -> float:
-    return float(math.exp(draw.uniform(math.log(low), math.log(high))))
-
-
 def drawn(seed: int, index: int, policies: tuple[str, ...] = POLICIES) -> Case:
     """Case `index` of campaign `seed`."""
     draw = np.random.default_rng((seed, index))
@@ -105,15 +102,17 @@ def drawn(seed: int, index: int, policies: tuple[str, ...] = POLICIES) -> Case:
         index=index,
         policy=policies[index % len(policies)],
         model=str(draw.choice(_KINDS)),
-        bristle_stiffness_nm_rad=_log(draw, 50.0, 2000.0),
-        bristle_damping_nms_rad=_log(draw, 0.1, 3.0),
-        joint_hz=float(draw.choice([0.0, 0.0, _log(draw, 30.0, 120.0)])),
+        bristle_stiffness_nm_rad=log_uniform(draw, 50.0, 2000.0),
+        bristle_damping_nms_rad=log_uniform(draw, 0.1, 3.0),
+        joint_hz=float(draw.choice([0.0, 0.0, log_uniform(draw, 30.0, 120.0)])),
         hand_stiffness_nm_rad=float(
-            draw.choice([0.0, _log(draw, 0.5, 500.0), _log(draw, 0.5, 500.0), 500.0])
+            draw.choice([0.0, log_uniform(draw, 0.5, 500.0), log_uniform(draw, 0.5, 500.0), 500.0])
         ),
-        hand_damping_nms_rad=float(draw.choice([0.0, _log(draw, 0.01, 1.0), _log(draw, 0.01, 1.0), 1.0])),
+        hand_damping_nms_rad=float(
+            draw.choice([0.0, log_uniform(draw, 0.01, 1.0), log_uniform(draw, 0.01, 1.0), 1.0])
+        ),
         hand_inertia_kgm2=float(draw.choice([0.0, draw.uniform(0.0, 0.02), 0.02])),
-        amplitude_rad=_log(draw, 0.03, 0.4),
+        amplitude_rad=log_uniform(draw, 0.03, 0.4),
         place_rad=draw.uniform(-math.pi, math.pi),
         ends=ends,
         stop_s=stop_s,

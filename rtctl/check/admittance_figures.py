@@ -40,6 +40,12 @@ class AdmittanceFigures:
     stuck_radius: float | None
     """Largest |eigenvalue| for a joint that sticks on its bristles; None where there is no dry friction."""
     stuck_worst: str
+    rubbing_radius: float
+    """Largest |eigenvalue| with dry friction taken for damping of every size."""
+    rubbing_damping_nms_rad: float
+    """The damping at which that is."""
+    rubbing_worst: str
+    """Hand, joint and world there; empty where nothing grows."""
     damping_kept: float
     """Least share of its ideal damping that a vibration keeps."""
     hand_stiffness_max_nm_rad: float
@@ -113,7 +119,8 @@ def figures_of(loop: AdmittanceLoop) -> AdmittanceFigures:
     others = (*faster(loop), *fading(loop), *heavier(loop)) if found.ok else ()
     found = next((one for one in map(margin.judge_stiffest, others) if not one.ok), found)
     proof = margin.proof(loop) if found.ok else None
-    stuck = margin.judge(loop, stuck=True) if loop.bristle_nm_rad > 0 else None
+    stuck = margin.judge_stuck(loop) if loop.bristle_nm_rad > 0 else None
+    rubbing, damping = margin.judge_rubbing(loop)
     stable = found.ok and not (proof and proof.unstable)
     return AdmittanceFigures(
         radius=found.radius,
@@ -125,6 +132,9 @@ def figures_of(loop: AdmittanceLoop) -> AdmittanceFigures:
         not_proved_at=proof.at if proof else "",
         stuck_radius=stuck.radius if stuck else None,
         stuck_worst=stuck.at if stuck and not stuck.ok else "",
+        rubbing_radius=rubbing.radius,
+        rubbing_damping_nms_rad=damping,
+        rubbing_worst="" if rubbing.ok else rubbing.at,
         damping_kept=found.kept,
         hand_stiffness_max_nm_rad=margin.largest_hand(loop),
         hand_stiffness_max_free_nm_rad=margin.largest_hand(loop, world=False),

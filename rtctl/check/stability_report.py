@@ -147,8 +147,7 @@ def examine(loaded: LoadedConfig, pulse: Mapping[str, AxisTiming] | None = None)
 
 def _examine_axis(loaded: LoadedConfig, index: int, axis: AxisTable, pulse: AxisTiming | None) -> AxisReport:
     late, joint = lateness.of_axis(loaded, index, pulse), lateness.joint_of_axis(loaded, index)
-    figures, b, dry, sure = _friction(loaded, axis, late)
-    found = _figures(loaded, index, late, joint, figures, (b, joint.dry_share * dry, sure))
+    found = _all_figures(loaded, index, axis, late, joint)
     where, config = f"{loaded.path}: axis[{index}]", loaded.config
     subject = Subject(found, axis, config.period_s, where, joint, config.simulated)
     plain = {one.name: getattr(found, one.name) for one in fields(found)}
@@ -160,6 +159,20 @@ def _examine_axis(loaded: LoadedConfig, index: int, axis: AxisTable, pulse: Axis
         loop=loop,
         impedance=axis.may_show("impedance"),
     )
+
+
+def _all_figures(
+    loaded: LoadedConfig, index: int, axis: AxisTable, late: lateness.Lateness, joint: Joint
+) -> AxisFigures:
+    figures, b, dry, sure = _friction(loaded, axis, late)
+    return _figures(loaded, index, late, joint, figures, (b, joint.dry_share * dry, sure))
+
+
+def admittance_loop(loaded: LoadedConfig, index: int) -> AdmittanceLoop:
+    """The loop that axis `index` closes as an admittance, as its certificate has it."""
+    axis, config = loaded.config.axis[index], loaded.config
+    late, joint = lateness.of_axis(loaded, index), lateness.joint_of_axis(loaded, index)
+    return loop_of(_all_figures(loaded, index, axis, late, joint), axis, joint, config.period_s)
 
 
 def _friction(

@@ -127,6 +127,34 @@ def stuck_joint(s: Subject) -> list[Verdict]:
     ]
 
 
+def dry_friction(s: Subject) -> list[Verdict]:
+    """Dry friction in the joint: does it keep a hand, the mass and the servo's spring swinging?"""
+    one, table = found(s), s.table.admittance
+    passes = not one.rubbing_worst
+    meaning = "dry friction, as damping of every size, lets nothing swing on"
+    if not passes:
+        meaning = (
+            f"swings on where dry friction is as {one.rubbing_damping_nms_rad:.3g} N m s/rad of damping, with a {one.rubbing_worst}: "
+            "less position_gain_nm_rad, or more velocity_gain_nms_rad or damping_nms_rad"
+        )
+    refusal = (
+        f"{s.where}.admittance.position_gain_nm_rad: axis {s.axis.name}: {table.position_gain_nm_rad:g} with velocity_gain_nms_rad = "
+        f"{table.velocity_gain_nms_rad:g}: {meaning}"
+    )
+    outcome = Outcome.PASS if passes else Outcome.FAIL
+    return [
+        s.row(
+            "admittance, dry friction",
+            f"{one.rubbing_radius:.6f}",
+            "<= 1",
+            outcome,
+            meaning,
+            one.rubbing_radius,
+            "" if passes else refusal,
+        )
+    ]
+
+
 def any_hand(s: Subject) -> list[Verdict]:
     """The continuous bound, told: no sampled display with lags is passive with every hand, and the box is what is certified."""
     one, table = found(s), s.table.admittance

@@ -50,6 +50,11 @@ if TYPE_CHECKING:
     help="passive hands that hold still after a motion instead, on joints of all kinds: does one feel anything",
 )
 @click.option(
+    "--admittance",
+    is_flag=True,
+    help="certified admittance displays of all kinds of joints instead, each in 20 hands of its box: does one shake",
+)
+@click.option(
     "--policy", "policies", multiple=True, metavar="NAME", help="with --still: friction.policy, once or more"
 )
 @click.option(
@@ -72,6 +77,7 @@ def command(
     trace: Path | None,
     margins: bool,
     still: bool,
+    admittance: bool,
     policies: tuple[str, ...],
     hold_s: float,
     as_json: bool,
@@ -90,6 +96,9 @@ def command(
         return
     if still:
         _still(rigs, seed, jobs, index, policies, hold_s, as_json=as_json)
+        return
+    if admittance:
+        _admittance(rigs, seed, jobs, index, as_json=as_json)
         return
     order = campaign.Order(seed, rigs, ticks, faults, passive)
     if index is not None:
@@ -112,6 +121,22 @@ def _margins(rigs: int, seed: int, jobs: int, *, as_json: bool) -> None:
     ) as bar:
         found = margins.run(rigs, seed, jobs, bar.update)
     click.echo(json_text(found.as_dict()) if as_json else found.text())
+    if found.shaking:
+        sys.exit(1)
+
+
+def _admittance(rigs: int, seed: int, jobs: int, index: int | None, *, as_json: bool) -> None:
+    from rtctl.campaign import in_hands
+
+    if index is not None:
+        found = in_hands.Findings()
+        found.add(*in_hands.run_rig(seed, index))
+    else:
+        with click.progressbar(
+            length=rigs, label="rigs", file=sys.stderr, hidden=as_json or not sys.stderr.isatty()
+        ) as bar:
+            found = in_hands.run(rigs, seed, jobs, bar.update)
+    click.echo(json_text(found.as_dict()) if as_json else found.text(seed))
     if found.shaking:
         sys.exit(1)
 

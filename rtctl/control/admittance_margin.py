@@ -33,6 +33,12 @@ RINGS_HZ = 2.0
 DAMPED_1_S = 20.0
 """As in `observer_margin`: slower motion is no vibration, and what dies by 1/e in 50 ms is damped enough."""
 
+STIFFER = (1.0, 4.0, 16.0)
+"""Bristles of a joint that sticks, as shares of those told."""
+
+RUBS = (0.1, 0.3, 1.0, 3.0, 10.0)
+"""Dry friction as damping, in velocity gains: a friction of .25 N m on a gain of 2 N m s/rad at 1.6 to .016 rad/s."""
+
 _HEAVIEST = 64.0
 _STEPS = 18
 """Masses and dampings tried: up to so many times the present or the joint's, in so many steps."""
@@ -67,6 +73,35 @@ def judge(loop: AdmittanceLoop, *, stuck: bool = False) -> Finding:
     at = grid(loop)
     at = at[np.flatnonzero((at.bristle > 0) == stuck)]
     return _worst(loop, at if stuck else at.beside(fine_worlds(loop, only_stiffest=False)))
+
+
+def judge_stuck(loop: AdmittanceLoop) -> Finding:
+    """The worst of the grid for a joint that sticks (`bristle_nm_rad` > 0), on bristles as stiff as told or stiffer: the
+    presliding length is known as an upper bound.
+    """
+    found = [judge(replace(loop, bristle_nm_rad=by * loop.bristle_nm_rad), stuck=True) for by in STIFFER]
+    return max(found, key=lambda one: one.radius)
+
+
+def judge_rubbing(loop: AdmittanceLoop) -> tuple[Finding, float]:
+    """The worst with dry friction taken for damping of every size, and that damping, N m s/rad.
+
+    Notes
+    -----
+    Dry friction F takes out of a sine of speed amplitude V as much as a damping 4 F/(pi V) does (its describing function), from
+    nothing at high speeds to all where it nearly stops. Where the loop grows at one of them, a slower motion grows and a
+    quicker one dies: joint, mass and hand swing on at that V. Only speeds are left out at which that is more than ten
+    velocity gains.
+    """
+    at = fine_worlds(loop, only_stiffest=False, count=_WORLDS)
+    worst, damping = None, 0.0
+    for by in RUBS:
+        more = by * loop.velocity_gain_nms_rad
+        found = _worst(replace(loop, viscous_nms_rad=loop.viscous_nms_rad + more, bristle_nm_rad=0.0), at)
+        if worst is None or found.radius > worst.radius:
+            worst, damping = found, more
+    assert worst is not None
+    return worst, damping
 
 
 def judge_stiffest(loop: AdmittanceLoop) -> Finding:

@@ -32,6 +32,7 @@ STATIC = Path(__file__).parent / "static"
 SCRIPTS = (
     "link.js",
     "head.js",
+    "display.js",
     "drawings.js",
     "scene.js",
     "scope.js",

@@ -1,0 +1,323 @@
+"""Is an admittance display that `rtctl check` certifies stable in the hands it is certified for? `rtctl campaign --admittance`.
+
+Every rig follows from `(seed, index)` alone: a plant of the mock's family, its friction from a hundredth to all of it, random
+mass, damping, gains and a random box of hands. A rig that the certificate refuses, or does not prove, is drawn again,
+and counted. Each rig is held by `PAIRS` hands of its box, at its corners and inside, most of them with hardly any damping, in
+random worlds. The law runs as it is but for watch and account, which would calm what the certificate let through.
+
+The judge knows the truth only: the hand swings the joint for a moment, then holds still. What is stable comes to rest. What still
+moves at the end, no slower than before, shakes. Rigs that `rtctl check` passes, but not where the joint sticks on its bristles
+(`admittance, joint that sticks`: not proved), are counted apart.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field, replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from hw.mock.family import FAMILY
+from hw.mock.records import Hand
+from rtctl.campaign.draws import log_uniform
+from rtctl.check import stability_report
+from rtctl.control import admittance_margin
+from rtctl.control.admittance_loop import AdmittanceLoop
+from rtctl.control.environments.table import Environment
+from rtctl.control.vocabulary import State
+from rtctl.errors import FaultError
+from rtctl.rig_file import config
+from rtctl.rig_file.config import Config, LoadedConfig
+from rtctl.simulation.closed_loop import Simulation
+from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.family import with_plant
+
+PAIRS = 20
+"""Hands in worlds, of each rig."""
+QUIET_RAD_S = 0.002
+SWING_S, REST_S = 0.6, 5.0
+WINDOW_S = 1.5
+DOUBT_S = 20.0
+"""Time given to what still moves after `REST_S`."""
+GROWS = 0.98
+"""RMS of the last window over that of the window before, from which on it does not come to rest."""
+TRIES = 60
+"""Rigs drawn until one is certified; then the index is left out."""
+_WORLDS = (Environment.FREE, Environment.SPRING, Environment.WALL, Environment.DAMPER, Environment.DETENTS)
+_FRICTIONS = ("coulomb_nm", "breakaway_nm", "bristle_max_nm", "bristle_stiffness_nm_rad")
+
+
+@dataclass(frozen=True)
+class Rig:
+    """A certified rig. Units as in a rig file."""
+
+    index: int
+    plant: str
+    friction: float
+    """Share of the plant's dry friction."""
+    loaded: LoadedConfig = field(repr=False)
+    loop: AdmittanceLoop = field(repr=False)
+    refused: int = 0
+    """Rigs drawn before that the certificate refused or did not prove."""
+    proved: bool = True
+    """Also where the joint sticks; else `rtctl check` says that it is not."""
+
+
+@dataclass(frozen=True)
+class Pair:
+    """One hand in one world."""
+
+    stiffness_nm_rad: float
+    damping_nms_rad: float
+    inertia_kgm2: float
+    world: Environment
+    world_stiffness_nm_rad: float
+    world_damping_nms_rad: float
+
+
+@dataclass(frozen=True)
+class Found:
+    """What became of a pair."""
+
+    rig: int
+    plant: str
+    pair: Pair
+    speed_rad_s: float
+    before_rad_s: float
+    way_rad: float
+    """Peak to peak in the last window."""
+    fault: int
+    proved: bool
+
+    @property
+    def rests(self) -> bool:
+        """It came to rest, or is on its way. NaN is not."""
+        quiet = self.speed_rad_s <= QUIET_RAD_S or self.speed_rad_s <= GROWS * self.before_rad_s
+        return quiet and self.fault < 0
+
+
+@cache
+def _shipped() -> LoadedConfig:
+    return config.load(shipped_config("admittance.toml"))
+
+
+@cache
+def _with(plant: str) -> LoadedConfig:
+    return with_plant(_shipped(), plant)
+
+
+def _loaded(plant: str, draw: np.random.Generator) -> LoadedConfig:
+    """The shipped rig with this plant, at random numbers."""
+    base = _with(plant)
+    table = base.config.model_dump(mode="json", by_alias=True)
+    axis: dict[str, Any] = table["axis"][0]
+    inertia = float(axis["inertia_kgm2"])
+    axis["admittance"] |= {
+        "mass_kgm2": inertia * log_uniform(draw, 0.4, 6.0),
+        "mass_max_kgm2": 0.0,
+        "damping_nms_rad": log_uniform(draw, 0.03, 1.5),
+        "damping_max_nms_rad": 0.0,
+        "velocity_gain_nms_rad": log_uniform(draw, 0.5, 6.0),
+        "position_gain_nm_rad": float(draw.choice([0.0, log_uniform(draw, 1.0, 40.0)])),
+        "force_lowpass_hz": log_uniform(draw, 60.0, 300.0),
+        "velocity_lowpass_hz": log_uniform(draw, 60.0, 200.0),
+        "force_deadband_nm": 0.0,
+        "feedforward": float(draw.choice([0.0, 1.0, draw.random()])),
+        "feedforward_lowpass_hz": log_uniform(draw, 10.0, 60.0),
+        "hand_stiffness_nm_rad": log_uniform(draw, 3.0, 1000.0),
+        "hand_damping_nms_rad": log_uniform(draw, 0.05, 1.0),
+        "hand_inertia_kgm2": log_uniform(draw, 0.001, 0.02),
+    }
+    return base.model_copy(update={"config": Config.model_validate(table)})
+
+
+def drawn(seed: int, index: int) -> Rig | None:
+    """Rig `index` of campaign `seed`; None if none of `TRIES` was certified."""
+    draw = np.random.default_rng((seed, index))
+    plant = str(draw.choice(list(FAMILY)))
+    friction = float(draw.choice([1.0, log_uniform(draw, 0.01, 1.0)]))
+    for tried in range(TRIES):
+        loaded = _loaded(plant, draw)
+        loop = stability_report.admittance_loop(loaded, 0)
+        if admittance_margin.judge_stiffest(loop).ok and _certified(loop):
+            proved = loop.bristle_nm_rad == 0 or admittance_margin.judge_stuck(loop).ok
+            return Rig(index, plant, friction, loaded, loop, tried, proved)
+    return None
+
+
+def _certified(loop: AdmittanceLoop) -> bool:
+    """As `rtctl check` passes it: stable at the grid's points, also with dry friction; where samples come every tick, proved
+    between them, too.
+    """
+    if not (admittance_margin.judge(loop).ok and admittance_margin.judge_rubbing(loop)[0].ok):
+        return False
+    return loop.sample_ticks > 1 or admittance_margin.proof(loop).proved
+
+
+def pair(rig: Rig, seed: int, number: int) -> Pair:
+    """Hand and world `number` of a rig: the corners of its box first."""
+    draw = np.random.default_rng((seed, rig.index, number))
+    box = rig.loop.box
+    corner = number < PAIRS // 2
+    return Pair(
+        stiffness_nm_rad=box.stiffness_nm_rad * (1.0 if corner else draw.random() ** 2),
+        damping_nms_rad=box.damping_nms_rad * (0.0 if draw.random() < 0.8 else draw.random() ** 3),
+        inertia_kgm2=box.inertia_kgm2 * float(draw.choice([0.0, 1.0, draw.random()])),
+        world=_WORLDS[int(draw.integers(len(_WORLDS)))],
+        world_stiffness_nm_rad=log_uniform(draw, 1.0, 1e4),
+        world_damping_nms_rad=float(draw.choice([0.0, log_uniform(draw, 0.01, 10.0)])),
+    )
+
+
+def _simulation(rig: Rig, held: Pair, seed: int) -> Simulation:
+    """The rig in its world, nobody at it, without watch and account."""
+    made = Simulation(rig.loaded)
+    plant, p, command = made.plant_params, made.params, made.command
+    for name in _FRICTIONS:
+        plant[name] *= rig.friction
+    for name in ("force_noise_n", "force_resolution_n", "current_noise_a"):
+        plant[name] = 0.0
+    plant["count_rad"] = p["count_rad"] = 1e-7  # steps of encoder and force are rows of their own
+    plant["force_range_n"] = p["force_limit_n"] = 1e4
+    p["watch_floor_nm"], p["energy_budget_j"] = math.inf, 1e6
+    plant["hand_kind"] = int(Hand.NONE)
+    command["environment_kind"], command["environment_side"] = int(held.world), 1
+    command["environment_stiffness_nm_rad"] = held.world_stiffness_nm_rad
+    command["environment_damping_nms_rad"] = held.world_damping_nms_rad
+    command["environment_center_rad"] = 0.01 * np.random.default_rng((seed, rig.index)).standard_normal()
+    command["environment_pitch_rad"] = 0.1
+    return made
+
+
+def _take_hold(made: Simulation, held: Pair) -> None:
+    """A hand that swings a little about where the joint is: by a fifth of the torque limit at most."""
+    plant = made.plant_params
+    torque = 0.2 * float(made.params["torque_limit_nm"][0, 0])
+    plant["hand_kind"] = int(Hand.SINES)
+    plant["hand_stiffness_nm_rad"], plant["hand_damping_nms_rad"] = (
+        held.stiffness_nm_rad,
+        held.damping_nms_rad,
+    )
+    plant["hand_inertia_kgm2"], plant["hand_center_rad"] = (
+        held.inertia_kgm2,
+        made.plant_state["position_rad"][0],
+    )
+    plant["hand_sine_rad"] = 0.0
+    plant["hand_sine_rad"][0, 0, 0] = min(torque / held.stiffness_nm_rad, 0.1)
+    plant["hand_sine_rad_s"][0, 0, 0] = 2 * math.pi * 3.0
+
+
+def run_pair(rig: Rig, held: Pair, seed: int) -> Found:
+    """Arm, take hold and swing, hold still; judge what is left."""
+    made = _simulation(rig, held, seed)
+    try:
+        made.arm()
+    except FaultError:
+        fault = int(made.state["fault_first"][0])
+        return Found(rig.index, rig.plant, held, math.nan, math.nan, math.nan, fault, rig.proved)
+    _take_hold(made, held)
+    made.run(SWING_S)
+    made.plant_params["hand_kind"] = int(Hand.REST)
+    found = _judged(rig, held, made, REST_S)
+    if found.rests or found.fault >= 0:
+        return found
+    later = _judged(rig, held, made, DOUBT_S)  # what dies slowly is given time
+    return replace(later, before_rad_s=found.speed_rad_s)
+
+
+def _judged(rig: Rig, held: Pair, made: Simulation, span_s: float) -> Found:
+    """How it moves at the end of so many seconds, and a window before."""
+    trace = made.run(span_s)
+    window = round(WINDOW_S / made.plan.period_s)
+    speed, place = made.truth["velocity_rad_s"][:, 0], made.truth["position_rad"][:, 0]
+    fault = -1 if np.all(trace["state"] == State.ACTIVE) else max(int(trace["fault_first"][-1]), 0)
+    last, before = (
+        float(np.sqrt(np.mean(np.square(one)))) for one in (speed[-window:], speed[-2 * window : -window])
+    )
+    way = float(np.ptp(place[-window:]))
+    return Found(rig.index, rig.plant, held, last, before, way, fault, rig.proved)
+
+
+@dataclass
+class Findings:
+    """Sums over what was run."""
+
+    rigs: int = 0
+    pairs: int = 0
+    refused: int = 0
+    """Drawn before, and refused or not proved."""
+    left_out: int = 0
+    shaking: list[Found] = field(default_factory=list)
+    unproved: int = 0
+    """Rigs of which `rtctl check` says that they are not proved where the joint sticks."""
+    told: list[Found] = field(default_factory=list)
+    """What moves on those."""
+
+    def add(self, rig: Rig | None, found: list[Found]) -> None:
+        """Add what one rig did in its hands."""
+        self.left_out += rig is None
+        self.rigs += rig is not None
+        self.refused += rig.refused if rig else TRIES
+        self.pairs += len(found)
+        self.unproved += rig is not None and not rig.proved
+        self.told += [one for one in found if not one.rests and not one.proved]
+        self.shaking += [one for one in found if not one.rests and one.proved]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values for JSON; what is not a number is None."""
+        return {
+            "rigs": self.rigs,
+            "pairs": self.pairs,
+            "refused": self.refused,
+            "not_drawn": self.left_out,
+            "rigs_not_proved_where_they_stick": self.unproved,
+            "shaking_on_those": len(self.told),
+            "shaking": [_plain(one) for one in self.shaking],
+        }
+
+    def text(self, seed: int) -> str:
+        """For people."""
+        lines = [
+            f"{self.pairs:,} hands in worlds, on {self.rigs:,} certified rigs ({self.refused:,} refused on the way): "
+            f"{len(self.shaking)} shake on those that are proved; on the {self.unproved:,} not proved where the joint sticks {len(self.told)}"
+        ]
+        lines += [
+            f"rig {one.rig} ({one.plant}): {1e3 * one.speed_rad_s:.3g} mrad/s after {1e3 * one.before_rad_s:.3g}, "
+            f"{1e3 * one.way_rad:.3g} mrad{f', fault {one.fault}' if one.fault >= 0 else ''}: {one.pair}\n"
+            f"    rtctl campaign --admittance --seed {seed} --rig {one.rig}"
+            for one in self.shaking[:20]
+        ]
+        return "\n".join(lines)
+
+
+def _plain(one: Found) -> dict[str, Any]:
+    plain = {"rig": one.rig, "plant": one.plant, **vars(one.pair), "world": one.pair.world.word}
+    for name in ("speed_rad_s", "before_rad_s", "way_rad"):
+        value = getattr(one, name)
+        plain[name] = value if math.isfinite(value) else None
+    return {**plain, "fault": one.fault}
+
+
+def run_rig(seed: int, index: int) -> tuple[Rig | None, list[Found]]:
+    """One rig in its hands, in this process; the rig without what belongs to this process."""
+    rig = drawn(seed, index)
+    if rig is None:
+        return None, []
+    return rig, [run_pair(rig, pair(rig, seed, number), seed) for number in range(PAIRS)]
+
+
+def run(
+    rigs: int, seed: int = 1, jobs: int = 0, progress: Callable[[int], None] = lambda _rigs: None
+) -> Findings:
+    """Run rigs 0 to `rigs` on `jobs` processes (0: one per core); `progress` is told how many were done since."""
+    findings = Findings()
+    with ProcessPoolExecutor(jobs or os.cpu_count() or 1) as pool:
+        for rig, found in pool.map(run_rig, [seed] * rigs, range(rigs)):
+            findings.add(rig, found)
+            progress(1)
+    return findings
