@@ -69,6 +69,7 @@ campaign: $(VENV)/.ready
 	$(BIN)/rtctl campaign --rigs 1000 --ticks 30000 --passive
 	$(BIN)/rtctl campaign --margins --rigs 10000
 	$(BIN)/rtctl campaign --still --rigs 20000
+	$(BIN)/rtctl campaign --admittance --rigs 500
 
 # Each seeded bug, in a copy of the tree, must make a test fail; a few minutes on two cores.
 mutants: $(VENV)/.ready-dev

@@ -26,6 +26,7 @@ NAMES = (
     "point-to-point",
     "tracking",
     "stability-map",
+    "admittance",
     "policies",
     "papers",
 )

@@ -64,6 +64,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         ),
         Experiment("tracking", "tracking", "Tijani", 10.0, _positioning("tracking"), hands_off=True),
         Experiment("stability-map", "stability_map", "the impedances that can be rendered", 5.0),
+        Experiment("admittance", "admittance", "impedance and admittance on the same joint", 20.0),
         Experiment("policies", "policies", "what decides the direction near rest", 60.0),
     )
 }

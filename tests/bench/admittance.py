@@ -85,7 +85,7 @@ def growth_in_time(loop: AdmittanceLoop, at: Points, ticks: int = 1200, substeps
     whole, rest = int(loop.delay), loop.delay - int(loop.delay)
     before, v_hat, v_r, x_r, sensed = y[0], np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
     felt, sizes = rng.normal(size=n), []
-    m, b_v = loop.mass_kgm2, loop.virtual_damping_nms_rad
+    m, b_v, ahead = loop.mass_kgm2, loop.virtual_damping_nms_rad, np.zeros(n)
     for tick in range(ticks):
         x = y[0] if loop.encoder == "motor" or joint.rigid else y[2]
         if tick % loop.sample_ticks == 0:
@@ -95,9 +95,13 @@ def growth_in_time(loop: AdmittanceLoop, at: Points, ticks: int = 1200, substeps
             span = loop.sample_ticks * T
             v_hat = _filtered(v_hat, (x - before) / span, loop.velocity_lowpass_hz, span)
             before = x
+        slower = v_r
         v_r = (m * v_r + T * (felt - at.k_e * x_r)) / (m + T * (b_v + at.b_e) + T * T * at.k_e)
         x_r = x_r + T * v_r
+        asked = loop.inertia_kgm2 * (v_r - slower) / T + loop.told_viscous_nms_rad * v_r - felt
+        ahead = _filtered(ahead, asked, loop.feedforward_lowpass_hz, T)
         command = loop.velocity_gain_nms_rad * (v_r - v_hat) + loop.position_gain_nm_rad * (x_r - before)
+        command = command + loop.feedforward * ahead
         y = joint.advance(y, sent[-1 - whole], rest * T, substeps)
         sent = [*sent[1:], command]
         y = joint.advance(y, sent[-1 - whole], (1 - rest) * T, substeps)
@@ -123,9 +127,13 @@ def random_rig(rng: np.random.Generator, elastic: float = 0.3) -> AdmittanceLoop
     J = float(10 ** rng.uniform(-3, -1))
     scale = J / 0.012
     joint = resonance(J, float(rng.uniform(30, 100))) if rng.random() < elastic else RIGID
+    viscous = float(rng.uniform(1.0, 10.0)) * J
     return AdmittanceLoop(
         inertia_kgm2=J,
-        viscous_nms_rad=float(rng.uniform(1.0, 10.0)) * J,
+        viscous_nms_rad=viscous,
+        told_viscous_nms_rad=viscous,
+        feedforward=float(rng.choice([0.0, 1.0])),
+        feedforward_lowpass_hz=20.0,
         period_s=float(rng.choice([5e-4, 1e-3])),
         mass_kgm2=float(rng.uniform(0.5, 2.0)) * J,
         virtual_damping_nms_rad=float(10 ** rng.uniform(-1.3, 0)) * scale,

@@ -87,7 +87,7 @@ def rows_of(path):
 
 
 def test_a_display_that_is_proved_passes_and_says_what_more_would(rig):
-    rows = rows_of(rig())
+    rows = rows_of(rig(b_v=0.6))
     assert [rows[name].outcome for name in (LOOP, ANY, KEPT, LATE, COUNT, FORCE)] == [Outcome.PASS] * 6
     assert "proved between the points" in rows[LOOP].meaning
     assert rows[ANY].meaning.startswith("without lags it would be passive")
@@ -142,6 +142,28 @@ def _joint(path):
     from rtctl.check import lateness
 
     return lateness.joint_of_axis(load(path), 0)
+
+
+def test_a_servo_that_dry_friction_keeps_swinging_is_refused_with_what_helps(rig):
+    rows = rows_of(rig(m=0.04, b_v=0.1, k_h=10.0, K_p=60.0))
+    row = rows["admittance, dry friction"]
+    assert row.outcome == Outcome.FAIL
+    assert "admittance.position_gain_nm_rad" in row.refusal
+    assert "less position_gain_nm_rad" in row.refusal
+    assert rows_of(rig())["admittance, dry friction"].outcome == Outcome.PASS
+
+
+def test_both_displays_are_judged_where_the_display_may_change_and_all_masses_that_may_be_asked_for(rig):
+    path = rig()
+    text = path.read_text().replace('display = "admittance"', 'display = "admittance"\ndisplay_change = true')
+    text = text.replace(
+        "[axis.coupling]\n", "[axis.coupling]\nstiffness_nm_rad = 10.0\ndamping_nms_rad = 0.01\n"
+    )
+    path.write_text(text.replace("[axis.coupling]", "mass_max_kgm2 = 0.1\n[axis.coupling]"))
+    rows = rows_of(path)
+    assert {LOOP, "coupling, sampled and late"} <= set(rows)
+    assert "masses to 0.1 kg m^2" in rows[LOOP].meaning
+    assert "proved between the points" in rows[LOOP].meaning
 
 
 def test_rows_of_a_coupling_are_not_of_an_admittance(rig):

@@ -141,6 +141,20 @@ def test_a_joint_that_sticks_is_judged_apart():
     assert admittance_margin.proof(rough).proved
 
 
+def test_dry_friction_keeps_a_weak_servo_with_a_spring_swinging_and_neither_without():
+    """Found by holding certified rigs in hands: .41 rad/s for as long as it was held."""
+    weak = AdmittanceLoop(
+        0.012, 0.05, 1e-3, 0.038, 0.08, 0.56, 12.5, force_lowpass_hz=150.0, velocity_lowpass_hz=100.0,
+        box=Box(10.0, 0.2, 0.004),
+    )  # fmt: skip
+    assert admittance_margin.judge(weak).ok
+    found, damping = admittance_margin.judge_rubbing(weak)
+    assert not found.ok
+    assert damping >= 0.3 * 0.56
+    assert admittance_margin.judge_rubbing(replace(weak, position_gain_nm_rad=0.0))[0].ok
+    assert admittance_margin.judge_rubbing(replace(weak, position_gain_nm_rad=1.0))[0].ok
+
+
 def test_the_damping_kept_is_of_what_the_virtual_mass_would_keep():
     found = admittance_margin.judge(RIG)
     assert 0 < found.kept < 1

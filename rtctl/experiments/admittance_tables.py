@@ -1,0 +1,150 @@
+"""Tables, pictures, targets and numbers of the experiment on admittance displays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from rtctl.experiments import figures
+from rtctl.experiments.admittance_findings import (
+    DAMPING_SHARES,
+    FELT_WITHIN,
+    HZ,
+    LEFT_MOST,
+    MASSES,
+    Felt,
+    Left,
+)
+from rtctl.experiments.admittance_runs import Contact, Shown
+from rtctl.experiments.report import Target
+from rtctl.experiments.stability_map import Device, proven
+from rtctl.experiments.statistics import Estimate
+from rtctl.experiments.virtual import FAST_SINE
+from rtctl.friction.report.page import Picture
+from rtctl.friction.report.tables import Table
+from rtctl.rig_file.config import LoadedConfig
+
+
+def left_table(left: Left, light: Shown, hand: float) -> Table:
+    """Hand's torque left, per display and motion."""
+    names = list(next(iter(left.values())))
+    rows = tuple((name, *(f"{100 * left[motion][name].mean:.1f} %" for motion in left)) for name in names)
+    caption = (
+        f"Hand's torque left (RMS), of an impedance without compensation on the same rig: free motion, m = {light.mass_kgm2:g} kg m^2, "
+        f"b_v = {light.damping_nms_rad:g} N m s/rad, K_v = {light.velocity_gain_nms_rad:g}, K_p = {light.position_gain_nm_rad:g}; stiffest hand "
+        f"certified in any linear world {hand:.0f} N m/rad."
+    )
+    return Table(caption, ("display", *left), rows)
+
+
+def felt_table(felt: Sequence[Felt]) -> Table:
+    """Mass and damping asked for and felt."""
+    rows = tuple(
+        (
+            f"{one.asked.mass_kgm2:.3g}, {one.asked.damping_nms_rad:.3g}",
+            "yes" if one.asked.feedforward else "no",
+            one.where,
+            f"{one.mass_kgm2:.3g}, {one.damping_nms_rad:.3g}",
+            f"{100 * one.error:.1f} %",
+        )
+        for one in felt
+    )
+    header = ("asked: m, b_v", "sent ahead", "joint", "felt: m, b_v", "larger error")
+    return Table("Mass (kg m^2) and damping (N m s/rad) asked for and felt, .5 to 5 Hz.", header, rows)
+
+
+def contact_table(touched: Mapping[str, Mapping[str, Contact]]) -> Table:
+    """Stiffness felt of every world, per display."""
+    rows = tuple(
+        (
+            world,
+            *(
+                "stopped"
+                if one.stopped
+                else f"{one.stiffness_nm_rad:.4g}{'' if one.calm else ', rings'}; {1e3 * one.account_min_j:.2f} mJ"
+                for one in (worlds[world] for worlds in touched.values())
+            ),
+        )
+        for world in next(iter(touched.values()))
+    )
+    caption = "A hand of 30 N m/rad leans on a virtual world: stiffness felt (N m/rad), and the least of the energy account."
+    return Table(caption, ("world, N m/rad", *touched), rows)
+
+
+def impedance_picture(loaded: LoadedConfig, shown: Shown, heard: Mapping[str, list[complex]]) -> Picture:
+    """|Z| felt over frequency, beside what was asked for and the bare joint."""
+    axis, figure = loaded.config.axis[0], figures.new(10, 4.4)
+    plot = figure.subplots()
+    turn = 2j * np.pi * np.array(HZ)
+    for number, (name, values) in enumerate(heard.items()):
+        plot.loglog(HZ, np.abs(values), "o-", color=f"C{number}", markersize=3, linewidth=0.9, label=name)
+    for number, share in enumerate(MASSES, 1):
+        asked = np.abs(share * axis.inertia_kgm2 * turn + shown.damping_nms_rad)
+        plot.loglog(
+            HZ, asked, "--", color=f"C{number}", linewidth=0.8, label="asked for" if number == 1 else None
+        )
+    plot.loglog(
+        HZ, np.abs(axis.inertia_kgm2 * turn + axis.viscous_nms_rad), "k:", linewidth=0.9, label="bare joint"
+    )
+    figures.label(plot, "frequency [Hz]", "|Z| [N m s/rad]")
+    plot.legend(fontsize="x-small")
+    caption = "Impedance that a hand feels in free motion on a joint that hardly rubs, 1 to 30 Hz: displays, what was asked for (dashed), bare joint (dotted). Above 14 Hz the watch takes it for a contact that rings, and damps."
+    return Picture("admittance_impedance", caption, figures.png(figure))
+
+
+def width_picture(loaded: LoadedConfig, widths: Mapping[str, Sequence[tuple[float, float]]]) -> Picture:
+    """Stiffest calm wall over damping, and what is proven of the coupling."""
+    axis, figure = loaded.config.axis[0], figures.new(10, 4.0)
+    plot = figure.subplots()
+    for name, pairs in widths.items():
+        damping, stiffness = zip(*pairs, strict=True)
+        plot.semilogy(
+            damping,
+            np.maximum(stiffness, 1.0),
+            "o-",
+            markersize=4,
+            linewidth=0.9,
+            label=f"{name}: stiffest calm wall in a hand of 30 N m/rad",
+        )
+    device = Device(axis.inertia_kgm2, axis.viscous_nms_rad, loaded.config.period_s)
+    b_c = [share * axis.viscous_nms_rad for share in DAMPING_SHARES]
+    plot.semilogy(
+        b_c,
+        [proven(device, share) for share in DAMPING_SHARES],
+        "k--",
+        linewidth=0.8,
+        label="impedance: proven with any hand",
+    )
+    figures.label(plot, "b_c of the coupling, b_v of the mass [N m s/rad]", "k_c, K_p [N m/rad]")
+    plot.legend(fontsize="x-small")
+    caption = "Z-width: stiffness of a rigid virtual wall up to which it neither rings nor stops, over the damping of coupling or virtual mass; and what is proven of the coupling with any hand."
+    return Picture("admittance_z_width", caption, figures.png(figure))
+
+
+def targets(left: Left, felt: Sequence[Felt]) -> tuple[Target, ...]:
+    """What has to be reached."""
+    ahead = [one.error for one in felt if one.asked.feedforward == 1.0]
+    smooth = [one.error for one in felt if one.asked.feedforward == 1.0 and one.where == "hardly rubs"]
+    return (
+        Target("hand's torque left on the fast sine, compensated", left[FAST_SINE.name]["admittance, compensated"], LEFT_MOST, at_most=True),
+        Target("mass and damping felt on a joint that hardly rubs: largest error", Estimate(max(smooth), 0.0, 1), FELT_WITHIN, at_most=True),
+        Target("and on one that rubs", Estimate(max(ahead), 0.0, 1), 2 * FELT_WITHIN, at_most=True),
+    )  # fmt: skip
+
+
+def numbers(
+    left: Left,
+    felt: Sequence[Felt],
+    touched: Mapping[str, Mapping[str, Contact]],
+    widths: Mapping[str, Sequence[tuple[float, float]]],
+    hand: float,
+) -> dict[str, object]:
+    """Everything for scripts, SI units."""
+    return {
+        "hand_torque_left": {motion: {name: one.as_dict() for name, one in rows.items()} for motion, rows in left.items()},
+        "stiffest_hand_nm_rad": hand,
+        "felt": [{**vars(one.asked), "felt_mass_kgm2": one.mass_kgm2, "felt_damping_nms_rad": one.damping_nms_rad, "joint": one.where} for one in felt],
+        "contact": {name: {world: vars(one) for world, one in worlds.items()} for name, worlds in touched.items()},
+        "stiffest_wall_nm_rad": {name: [list(pair) for pair in pairs] for name, pairs in widths.items()},
+    }  # fmt: skip

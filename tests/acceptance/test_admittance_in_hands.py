@@ -1,0 +1,41 @@
+"""Certified admittance displays in hands of their box, on joints of the mock's family (`rtctl campaign --admittance`)."""
+
+from dataclasses import replace
+
+import pytest
+
+from rtctl.campaign import in_hands
+from rtctl.control.environments.table import Environment
+from rtctl.experiments.admittance_runs import Shown, displayed
+
+
+@pytest.fixture(scope="module")
+def rigs():
+    return [in_hands.drawn(7, index) for index in range(3)]
+
+
+def test_certified_rigs_come_to_rest_in_the_hands_of_their_box(rigs):
+    findings = in_hands.Findings()
+    for rig in rigs:
+        findings.add(rig, [in_hands.run_pair(rig, in_hands.pair(rig, 7, number), 7) for number in range(4)])
+    assert findings.rigs == 3
+    assert findings.pairs == 12
+    assert not findings.shaking, findings.text(7)
+
+
+def test_a_rig_that_bears_no_such_hand_is_seen_to_shake(rigs):
+    """The judge: the same rig in a hand forty times as stiff as the stiffest that it bears, and without damping."""
+    rig = rigs[0]
+    light = replace(rig, friction=0.01, loaded=displayed(rig.loaded, Shown(0.003, 0.02, 2.0, 5.0)))
+    held = in_hands.Pair(600.0, 0.0, 0.0, Environment.FREE, 0.0, 0.0)
+    found = in_hands.run_pair(light, held, 7)
+    assert not found.rests
+    findings = in_hands.Findings()
+    findings.add(light, [found])
+    assert f"--seed 7 --rig {rig.index}" in findings.text(7)
+
+
+def test_a_case_follows_from_seed_and_number_alone(rigs):
+    again = in_hands.drawn(7, 0)
+    assert again.loop == rigs[0].loop
+    assert in_hands.pair(again, 7, 5) == in_hands.pair(rigs[0], 7, 5)
