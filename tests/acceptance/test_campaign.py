@@ -19,7 +19,7 @@ def text(result):
     return "\n".join(violation.text() for violation in result.violations)
 
 
-# First, as it compiles the campaign in this process: else each of the processes of `run` would, at once.
+# First, as it compiles the campaign of one axis in this process: else each process of `run` would, at the same time.
 def test_a_rig_follows_from_seed_and_number_alone():
     order = Order(seed=3, rigs=10, ticks=3000)
     first, _, ticks = run_traced(order, 5)
