@@ -102,22 +102,25 @@ def bound(function: Callable[..., Any], *arguments: np.ndarray | tuple[np.ndarra
     return partial(dispatcher.compile(tuple(type_of(array) for array in arguments)), *arguments)
 
 
-def type_of(value: np.ndarray | tuple[np.ndarray, ...]) -> Any:  # noqa: ANN401 - Numba has no types for its types
+def type_of(value: np.ndarray | tuple[np.ndarray, ...]) -> numba.types.Type:
     """Numba's type of an array or a tuple of arrays: `numba.typeof`, which spells out every field of a record each time."""
     if isinstance(value, tuple):
         of = tuple(type_of(one) for one in value)
-        return numba.types.BaseTuple.from_types(of)  # type: ignore[no-untyped-call]
+        together: numba.types.Type = numba.types.BaseTuple.from_types(of)  # type: ignore[no-untyped-call]
+        return together
     if type(value) is not np.ndarray or value.dtype.fields is None:
-        return numba.typeof(value)  # type: ignore[no-untyped-call]
+        alone: numba.types.Type = numba.typeof(value)  # type: ignore[no-untyped-call]
+        return alone
     layout = numpy_support.map_layout(value)
     record = _record(value.dtype, value.dtype.isalignedstruct)
     return numba.types.Array(record, value.ndim, layout, readonly=not value.flags.writeable)
 
 
 @cache
-def _record(dtype: np.dtype[Any], _aligned: bool) -> Any:  # noqa: ANN401
+def _record(dtype: np.dtype[Any], _aligned: bool) -> numba.types.Type:
     """Numba's type of these fields. Aligned or not, NumPy takes two of the same fields for equal."""
-    return numba.from_dtype(dtype)
+    fields: numba.types.Type = numba.from_dtype(dtype)
+    return fields
 
 
 def plain(function: F) -> F:

@@ -8,11 +8,11 @@ from __future__ import annotations
 import importlib
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import astuple
 from functools import cache
 from importlib.metadata import entry_points
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from hw.interface import Backend, BackendError, BackendInfo, Channels, Finding, Joint, Options, Rig, Timing
 
@@ -147,20 +147,20 @@ def lookup(kind: str) -> BackendInfo:
     return info
 
 
-def _resolve(target: str) -> Any:  # noqa: ANN401
+def _resolve(target: str) -> Callable[..., Any]:
     module, _, attribute = target.partition(":")
     try:
-        return getattr(importlib.import_module(module), attribute)
+        named: Callable[..., Any] = getattr(importlib.import_module(module), attribute)
     except ModuleNotFoundError as error:
         missing = (error.name or "").partition(".")[0]
         wanted = DISTRIBUTIONS.get(missing, missing)
         raise BackendError(f"{target} needs the Python module {missing!r}: pip install {wanted!r}") from error
+    return named
 
 
 def options_model(kind: str) -> type[BaseModel]:
     """The pydantic model of the backend's options (host side only)."""
-    model: type[BaseModel] = _resolve(lookup(kind).options)
-    return model
+    return cast("type[BaseModel]", _resolve(lookup(kind).options))
 
 
 def channels(kind: str, options: Options, rig: Rig) -> Channels:

@@ -38,6 +38,9 @@ LEAST_WEIGHT = 19
 PATIENT = "--timeout=1800"
 """Of one test: beside busy others it may stand still for long."""
 
+VOLUME = re.compile(r"mark\.volume|asked_often")
+"""In a file of tests of which some are volume (`tests/amounts.py`)."""
+
 COUNTED = re.compile(r"(\d+) (passed|failed|errors?|skipped|xfailed|xpassed)")
 
 
@@ -101,10 +104,11 @@ def _weigh_session(pid: int, nice: int) -> None:
 
 
 def pytest_part(name: str, files: list[Path], *options: str, clock: bool = False, idle: bool = False) -> Part:
-    """These files in one session of pytest."""
+    """These files in one session of pytest; an idle one asks every question as often as `tests/amounts.py` has it."""
     chosen = [str(path.relative_to(ROOT)) for path in files]
     quiet = ("-q", "--color=no", "-p", "no:cacheprovider")
-    return Part(name, (sys.executable, "-m", "pytest", *quiet, *options, *chosen), clock, idle)
+    asked = ("env", "RTCTL_TEST_VOLUME=1") if idle else ()
+    return Part(name, (*asked, sys.executable, "-m", "pytest", *quiet, *options, *chosen), clock, idle)
 
 
 def by_folder(files: list[Path], *options: str, idle: bool = False) -> list[Part]:
@@ -142,7 +146,7 @@ def test() -> list[Part]:
 
 def volume() -> list[Part]:
     """The same questions asked many more times; it may run beside anything."""
-    files = [path for path in tiers.every_file() if "mark.volume" in path.read_text()]
+    files = [path for path in tiers.every_file() if VOLUME.search(path.read_text())]
     return by_folder(files, "-m", "volume", PATIENT, idle=True)
 
 

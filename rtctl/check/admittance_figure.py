@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from rtctl.check.stability_report import AxisReport
     from rtctl.control.admittance_loop import AdmittanceLoop
 
@@ -16,7 +18,7 @@ _AROUND = 4.0
 """Masses from the rig file's over this to as many times it."""
 
 
-def draw_axis(plot: Any, axis: AxisReport) -> None:  # noqa: ANN401
+def draw_axis(plot: Axes, axis: AxisReport) -> None:
     """Draw the stable region of one axis over virtual mass and stiffness of the hand; some seconds."""
     loop, one = axis.loop, axis.admittance
     if loop is None or one is None:

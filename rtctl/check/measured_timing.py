@@ -1,4 +1,4 @@
-"""What the last test pulses measured of a rig's timing: a small file in its state folder.
+"""What the last test pulses measured of a rig's timing: a small file in its state folder (`rtctl.state_file`).
 
 A run writes it after arming, passed or refused; `rtctl check` and `rtctl run` read it beside what the rig file
 declares. It is of one set of devices: after any change of a device's kind or options, or of the loop's rate,
@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from hw.outside import json_of, read_bounded
+from rtctl import state_file
 from rtctl.rig_file.config import LoadedConfig
 
 NAME = "timing.json"
@@ -69,23 +69,13 @@ def devices_sha256(loaded: LoadedConfig) -> str:
 def write(folder: Path, devices: str, axes: Mapping[str, AxisTiming]) -> None:
     """Keep these axes' timing, beside what is known of the others of the same devices. Raises OSError."""
     known = {**read(folder, devices), **axes}
-    body = {"devices_sha256": devices, "axes": {name: asdict(axis) for name, axis in known.items()}}
-    folder.mkdir(parents=True, exist_ok=True)
-    new = folder / (NAME + ".new")
-    new.write_text(json.dumps(body, indent=2, allow_nan=False) + "\n")
-    new.replace(folder / NAME)
+    state_file.write(folder / NAME, devices, {name: asdict(axis) for name, axis in known.items()})
 
 
 def read(folder: Path, devices: str) -> dict[str, AxisTiming]:
     """Timing of each axis that is known, by its name; none from a file that is missing, damaged or of other devices."""
-    try:
-        body = json_of(read_bounded(folder / NAME, MOST_BYTES))
-    except (OSError, ValueError):
-        return {}
-    if not isinstance(body, dict) or body.get("devices_sha256") != devices:
-        return {}
-    axes = body.get("axes")
-    found = {name: _axis(table) for name, table in axes.items()} if isinstance(axes, dict) else {}
+    kept = state_file.read(folder / NAME, devices, MOST_BYTES)
+    found = {name: _axis(table) for name, table in kept.items()}
     return {name: axis for name, axis in found.items() if axis is not None}
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 import click
 
@@ -13,6 +13,18 @@ from rtctl.cli.rig_argument import reach_options, rig_of
 
 PORT = 8650
 ANSWER_S = 1.0
+
+
+class _Served(TypedDict):
+    """What `_options` gives."""
+
+    rig: str | None
+    runtime_dir: Path | None
+    address: str | None
+    key: Path | None
+    host: str
+    port: int | None
+    as_json: bool
 
 
 def _options(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -38,7 +50,7 @@ def _options(function: Callable[..., Any]) -> Callable[..., Any]:
 
 @click.command("view")
 @_options
-def command(**options: Any) -> None:  # noqa: ANN401 - passed on
+def command(**options: Unpack[_Served]) -> None:
     """Show a running rig live in the browser: joint, scope, latency, faults, STOP.
 
     RIG is its name or rig file; not needed when one runs. The page is for this machine only unless --host says
@@ -51,7 +63,7 @@ def command(**options: Any) -> None:  # noqa: ANN401 - passed on
 
 @click.command("world")
 @_options
-def world(**options: Any) -> None:  # noqa: ANN401 - passed on
+def world(**options: Unpack[_Served]) -> None:
     """A virtual world to start from: the environments of the law, a ball to push, in the browser.
 
     The same server as `rtctl view`, opened at its second page (docs/virtual-world.md).

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import TracebackType
 from typing import Any, Self
@@ -103,7 +103,11 @@ class Capture:
             self._heard = time.monotonic()
             topic, payload = self._socket.recv_multipart()
             try:
-                found = self._take(topic, msgpack.unpackb(payload))
+                message = msgpack.unpackb(payload)
+                if topic == TOPIC_EVENT:
+                    self._take_events(message)
+                    continue
+                found = self._take(topic, message)
             except (KeyError, TypeError, ValueError, msgpack.UnpackException) as error:
                 raise ClientError(
                     f"telemetry this client cannot read ({error!r}); is the daemon another version?"
@@ -116,20 +120,20 @@ class Capture:
             )
         return None
 
-    def _take(self, topic: bytes, message: Any) -> Ticks | None:  # noqa: ANN401 - a list or a map, by topic
+    def _take_events(self, events: Sequence[Mapping[str, Any]]) -> None:
+        if (run := self.run) is not None:
+            run.events += [dict(event) for event in events if event["session"] == run.session]
+
+    def _take(self, topic: bytes, message: Mapping[str, Any]) -> Ticks | None:
         run = self.run
         if topic == TOPIC_SETUP:
             if run is None or message["session"] != run.session:
                 self.run = run = _begin(message)
             run.state, run.state_row = _state(message, run.n_axes), int(message.get("state_row", -1))
             return None
-        if run is None:
+        if run is None or message["session"] != run.session:
             return None
-        if topic == TOPIC_EVENT:
-            run.events += [event for event in message if event["session"] == run.session]
-        elif message["session"] != run.session:
-            return None
-        elif topic == TOPIC_COMMAND:
+        if topic == TOPIC_COMMAND:
             run.commands.append(_commands(message["columns"], run.n_axes))
         elif topic == TOPIC_TICKS:
             return _ticks(run, message)

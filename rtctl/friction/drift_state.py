@@ -1,7 +1,6 @@
-"""What is remembered of the friction from one run to the next: a small file in the rig's state folder.
+"""What is remembered of the friction from one run to the next (`rtctl.state_file`).
 
-A file that is damaged, or of other devices, another model or another inertia, says nothing of this rig: it is left alone and written
-over.
+What was kept of another model or another inertia says nothing of this rig.
 """
 
 from __future__ import annotations
@@ -11,9 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import orjson
 
-from hw.outside import json_of, read_bounded
+from rtctl import state_file
 from rtctl.friction.drift_strokes import COLUMNS, PIECE_ROWS, ROWS_MIN, STROKES, SUMS
 from rtctl.friction.drift_watch import AxisWatch
 
@@ -36,23 +34,12 @@ def packed(axis: AxisWatch) -> dict[str, Any]:
 
 def write(folder: Path, devices: str, axes: Mapping[str, Mapping[str, Any]]) -> None:
     """Keep the axes, by their names; `devices` is the checksum of the rig's devices. Raises OSError."""
-    body = orjson.dumps({"devices_sha256": devices, "axes": axes}, option=orjson.OPT_SERIALIZE_NUMPY)
-    folder.mkdir(parents=True, exist_ok=True)
-    new = folder / (NAME + ".new")
-    new.write_bytes(body)
-    new.replace(folder / NAME)
+    state_file.write(folder / NAME, devices, axes)
 
 
 def read(folder: Path, devices: str) -> dict[str, Any]:
     """What was kept, by the name of the axis; nothing from a file that is missing, damaged or of other devices."""
-    try:
-        body = json_of(read_bounded(folder / NAME, MOST_BYTES))
-    except (OSError, ValueError):
-        return {}
-    if not isinstance(body, dict) or body.get("devices_sha256") != devices:
-        return {}
-    axes = body.get("axes")
-    return axes if isinstance(axes, dict) else {}
+    return state_file.read(folder / NAME, devices, MOST_BYTES)
 
 
 def restore(axis: AxisWatch, kept: object) -> bool:

@@ -138,7 +138,7 @@ class Simulation:
             self.command[name][0] = value
         self.command["seq"] += 1
 
-    def run(self, seconds: float, every: int = 1, **fields: Any) -> np.ndarray:  # noqa: ANN401 - passed on
+    def run(self, seconds: float, every: int = 1, **fields: object) -> np.ndarray:
         """Run for `seconds` after changing the command's `fields`; returns every `every`-th tick.
 
         `truth` then holds the rig's states at the end of the same ticks.
@@ -163,7 +163,7 @@ class Simulation:
         )
         return trace
 
-    def arm(self, **fields: Any) -> np.ndarray:  # noqa: ANN401 - passed on
+    def arm(self, **fields: object) -> np.ndarray:
         """Bring the rig to ACTIVE with full authority, as an operator would; returns the ticks until then.
 
         Raises
@@ -175,7 +175,8 @@ class Simulation:
         while self.time_s < until_s:
             # asked for again and again: a request before `ready` is refused and used up
             asked = {"arm_count": int(self.command["arm_count"][0]) + 1, "epoch": int(self.state["epoch"][0])}
-            parts.append(self.run(0.05, **asked, **fields))
+            self.change(**asked, **fields)
+            parts.append(self.run(0.05))
             last = parts[-1][-1]
             if last["state"] == State.ACTIVE and last["authority"] >= 1.0:
                 return np.concatenate(parts)

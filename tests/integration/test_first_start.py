@@ -35,6 +35,7 @@ def descendants(pid):
     return found + [deeper for child in found for deeper in descendants(child)]
 
 
+@pytest.mark.volume  # compiles all of a daemon
 def test_the_compiler_leaves_nothing_of_itself_in_the_host(first):
     """200 MB is what a gateway may take; a process that has compiled the law takes twice as much."""
     process, folder = first

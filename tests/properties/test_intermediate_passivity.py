@@ -25,12 +25,13 @@ relaxes with b_c/k_c, 125 ticks in the example with a broken number.
 import math
 
 import numpy as np
+from amounts import asked_often, some_of
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from rtctl.control.environments.coupling import coupling_torque
 from rtctl.control.environments.laws import environment_energy
-from rtctl.control.jit import records
+from rtctl.control.jit import compiled, records
 from rtctl.control.records import new_records
 from rtctl.control.vocabulary import Environment
 
@@ -111,7 +112,8 @@ class Account:
         assert self.absorbed >= -self.at_start - self.granted - 1e-9 * (1.0 + self.scale)
 
 
-@settings(max_examples=200, deadline=None)
+@asked_often
+@settings(max_examples=some_of(200), deadline=None)
 @given(
     **couplings,
     store_j=st.sampled_from([0.0, 1e-3, 0.1, 10.0]),
@@ -179,7 +181,8 @@ def spoil(command, rng, share):
         command[f"environment_{name}"][0] = rng.choice([math.nan, math.inf, -math.inf])
 
 
-@settings(max_examples=50, deadline=None)
+@asked_often
+@settings(max_examples=some_of(50), deadline=None)
 @given(**couplings, inertia=st.floats(5e-3, 0.1), every=st.integers(1, 60), seed=seeds)
 def test_no_stream_of_parameters_throws_a_joint_faster_than_the_gate_lets_its_torque_follow(
     k_c, b_c, inertia, every, seed
@@ -206,7 +209,8 @@ def test_no_stream_of_parameters_throws_a_joint_faster_than_the_gate_lets_its_to
         state["velocity_rad_s"][0] = speed
 
 
-@settings(max_examples=100, deadline=None)
+@asked_often
+@settings(max_examples=some_of(100), deadline=None)
 @given(k_c=couplings["k_c"], every=st.integers(1, 60), seed=seeds)
 def test_no_stream_of_parameters_jumps_the_torque_on_a_joint_at_rest(k_c, every, seed):
     params, state, command = records_of(k_c, 0.0, 0.1, 1.0)
@@ -227,6 +231,12 @@ def test_no_stream_of_parameters_jumps_the_torque_on_a_joint_at_rest(k_c, every,
         before = torque
 
 
+@compiled
+def at_rest(state, params, command, ticks):
+    for _ in range(ticks):
+        coupling_torque(state, params, command, 0, 1, 0.0, False)
+
+
 @settings(max_examples=50, deadline=None)
 @given(**couplings, seed=seeds)
 def test_what_is_commanded_is_reached_and_then_is_in_force_to_the_last_bit(k_c, b_c, seed):
@@ -237,8 +247,7 @@ def test_what_is_commanded_is_reached_and_then_is_in_force_to_the_last_bit(k_c, 
     coupling_torque(state, params, command, 0, 1, 0.0, True)
     jump(command, rng, LOCAL)
     command["environment_center_rad"][0] = rng.uniform(-0.05, 0.05)
-    for _ in range(4000):
-        coupling_torque(state, params, command, 0, 1, 0.0, False)
+    at_rest(state, params, command, 4000)
     names = ("kind", "stiffness_nm_rad", "damping_nms_rad", "center_rad")
     assert [state[f"world_{name}"][0] for name in names] == [
         command[f"environment_{name}"][0] for name in names
@@ -257,7 +266,8 @@ def aimed(strategy, k, x, step, rng):
     return x + 0.2 * ahead, 6.0 * ahead
 
 
-@settings(max_examples=200, deadline=None)
+@asked_often
+@settings(max_examples=some_of(200), deadline=None)
 @given(
     **couplings,
     store_j=st.sampled_from([0.0, 1e-3, 0.1, 10.0]),

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from amounts import asked_often, some_of
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
@@ -159,9 +160,9 @@ class Machine(RuleBasedStateMachine):
         assert np.isfinite(self.rig.tick["torque_applied_nm"]).all()
 
 
-TestSafetyMachine = Machine.TestCase
+TestSafetyMachine = asked_often(Machine.TestCase)
 TestSafetyMachine.settings = settings(
-    max_examples=3 if JIT_DISABLED else 80,
+    max_examples=3 if JIT_DISABLED else some_of(80),
     stateful_step_count=30,
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow],

@@ -2,6 +2,7 @@
 
 import json
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -15,9 +16,15 @@ TRUE_OF_CLEAN_LOGS = r"hardly any sliding below|samples of slow motion only|stro
 """Warnings that say what a clean log lacks; that its joints have a Stribeck peak is true, too."""
 
 
+@pytest.fixture(scope="module")
+def outcome_of(tmp_path_factory):
+    """What comes of a dirty log, found once."""
+    return cache(lambda name: outcome(name, tmp_path_factory.mktemp("dirty")))
+
+
 @pytest.mark.parametrize("name", CASES)
-def test_what_is_wrong_with_a_log_is_named(name, tmp_path):
-    found = outcome(name, tmp_path)
+def test_what_is_wrong_with_a_log_is_named(name, outcome_of):
+    found = outcome_of(name)
     assert named(name, found), (found.code, found.off, found.said)
 
 
@@ -46,8 +53,8 @@ def test_a_clean_log_gives_its_parameters_and_no_alarm(name, tmp_path):
         "rows lost, stamps true",
     ],
 )
-def test_what_can_be_mended_gives_the_parameters_of_the_clean_log(name, tmp_path):
-    found = outcome(name, tmp_path)
+def test_what_can_be_mended_gives_the_parameters_of_the_clean_log(name, outcome_of):
+    found = outcome_of(name)
     assert all(abs(off) < 0.02 for off in found.off.values()), found.off
     assert found.code == 0
 

@@ -1,9 +1,12 @@
 """On the simulated joint with scripted drift the held-out error of whole sessions is that of the session after."""
 
+import pytest
+
 from rtctl.rig_file.config import load
 from tests.bench import next_session
 
 
+@pytest.mark.volume
 def test_held_out_sessions_foretell_the_next_one():
     loaded = load(next_session.SHIPPED)
     sessions = [next_session.session(loaded, day, at, 6, 2) for at, day in enumerate(next_session.DAYS[:7])]

@@ -59,6 +59,17 @@ def loaded():
     return config.load(ROOT / "configs/mock.toml")
 
 
+@pytest.fixture(scope="module")
+def drawn(evidence):
+    return report._pictures(evidence)
+
+
+@pytest.fixture
+def drawn_before(drawn, monkeypatch):
+    """The pictures of the page as they are, for tests that ask something else of the page."""
+    monkeypatch.setattr(report, "_pictures", lambda _evidence: drawn)
+
+
 def test_the_report_is_one_page_that_needs_nothing_else(evidence, tmp_path):
     report.write(tmp_path / "r", evidence)
     page = (tmp_path / "r/report.html").read_text()
@@ -225,6 +236,7 @@ def test_everything_from_outside_is_escaped(evidence, tmp_path):
     assert "&lt;b&gt;&amp;rig" in page
 
 
+@pytest.mark.usefixtures("drawn_before")
 def test_a_folder_that_is_no_report_of_ours_is_refused_and_kept(evidence, tmp_path):
     folder = tmp_path / "mine"
     folder.mkdir()
@@ -245,6 +257,7 @@ def test_a_folder_that_is_no_report_of_ours_is_refused_and_kept(evidence, tmp_pa
 
 
 @pytest.mark.parametrize("method", ["write_bytes", "rename"])
+@pytest.mark.usefixtures("drawn_before")
 def test_a_failure_leaves_the_old_report_and_nothing_else(evidence, tmp_path, monkeypatch, method):
     report.write(tmp_path / "r", evidence, {"run": 1})
     before = (tmp_path / "r/report.json").read_bytes()

@@ -1,0 +1,35 @@
+"""A small file in a rig's state folder: what one run knows of each axis for the next, JSON, of one set of devices.
+
+A file that is missing, damaged or of other devices says nothing of this rig: it is left alone and written over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import orjson
+
+from hw.outside import json_of, read_bounded
+
+
+def write(file: Path, devices: str, axes: Mapping[str, object]) -> None:
+    """Keep the axes, by their names; `devices` is the checksum of the rig's devices. A reader sees it whole. Raises OSError."""
+    body = orjson.dumps({"devices_sha256": devices, "axes": axes}, option=orjson.OPT_SERIALIZE_NUMPY)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    new = file.with_name(f"{file.name}.new")
+    new.write_bytes(body + b"\n")
+    new.replace(file)
+
+
+def read(file: Path, devices: str, most_bytes: int) -> dict[str, Any]:
+    """What was kept, by the name of the axis; nothing from a file that says nothing of these devices, or is longer than `most_bytes`."""
+    try:
+        body = json_of(read_bounded(file, most_bytes))
+    except (OSError, ValueError):
+        return {}
+    if not isinstance(body, dict) or body.get("devices_sha256") != devices:
+        return {}
+    axes = body.get("axes")
+    return axes if isinstance(axes, dict) else {}

@@ -1,0 +1,20 @@
+"""How often a question is asked that takes long to ask often: a part of it in `make test`, all of it in `make test-volume`."""
+
+import os
+
+import pytest
+
+WHOLE = os.environ.get("RTCTL_TEST_VOLUME") == "1"
+"""Set by `tests/run_tier.py volume`."""
+
+SHARE = 5
+
+
+def some_of(number):
+    """So many of a question's random cases: a fifth, or all of them as volume."""
+    return number if WHOLE else max(1, number // SHARE)
+
+
+def asked_often(test):
+    """Mark a test whose cases are `some_of` so many: it belongs to both tiers."""
+    return pytest.mark.volume(test) if WHOLE else test
