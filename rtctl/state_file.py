@@ -5,22 +5,33 @@ A file that is missing, damaged or of other devices says nothing of this rig: it
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import orjson
+import numpy as np
 
 from hw.outside import json_of, read_bounded
 
 
 def write(file: Path, devices: str, axes: Mapping[str, object]) -> None:
-    """Keep the axes, by their names; `devices` is the checksum of the rig's devices. A reader sees it whole. Raises OSError."""
-    body = orjson.dumps({"devices_sha256": devices, "axes": axes}, option=orjson.OPT_SERIALIZE_NUMPY)
+    """Keep the axes, by their names; `devices` is the checksum of the rig's devices. A reader sees it whole.
+
+    Raises OSError, and ValueError for a number that is not finite: of a file with it nothing could be used.
+    """
+    text = json.dumps({"devices_sha256": devices, "axes": axes}, default=_plain, allow_nan=False)
     file.parent.mkdir(parents=True, exist_ok=True)
     new = file.with_name(f"{file.name}.new")
-    new.write_bytes(body + b"\n")
+    new.write_text(text + "\n")
     new.replace(file)
+
+
+def _plain(value: object) -> object:
+    """A NumPy number or array as Python's."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} is no data")
 
 
 def read(file: Path, devices: str, most_bytes: int) -> dict[str, Any]:

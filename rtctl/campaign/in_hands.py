@@ -96,7 +96,7 @@ class Found:
 
     @property
     def rests(self) -> bool:
-        """It came to rest, or is on its way. NaN is not."""
+        """The joint came to rest, or is on its way. NaN is not."""
         quiet = self.speed_rad_s <= QUIET_RAD_S or self.speed_rad_s <= GROWS * self.before_rad_s
         return quiet and self.fault < 0
 

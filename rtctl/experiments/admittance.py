@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from rtctl.control.environments.table import Environment
+from rtctl.control.vocabulary import Environment
 from rtctl.experiments import admittance_findings, admittance_runs, admittance_tables, virtual
 from rtctl.experiments.admittance_findings import (
     DAMPING_SHARES,
@@ -25,6 +25,7 @@ from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import Estimate, estimate, rms
 from rtctl.experiments.virtual import FAST_SINE, SLOW_TRIANGLE, Motion, Variant
 from rtctl.rig_file.config import LoadedConfig
+from rtctl.simulation.certificate import stiffest_hand_nm_rad
 
 TITLE = "Admittance display"
 
@@ -43,7 +44,7 @@ def run(order: Order) -> Outcome:
     widths = _widths(loaded, shown)
     order.progress(0.9, "felt impedance")
     heard = _impedances(loaded, shown)
-    hand = admittance_runs.stiffest_hand_nm_rad(admittance_runs.displayed(loaded, light))
+    hand = stiffest_hand_nm_rad(admittance_runs.displayed(loaded, light))
     order.progress(1.0, "admittance display")
     parts = (
         Part("Free motion", (admittance_findings.free_sentence(left, hand),), (admittance_tables.left_table(left, light, hand),)),

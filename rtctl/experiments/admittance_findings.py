@@ -18,7 +18,7 @@ MASSES = (0.5, 1.0, 2.5)
 SPRINGS_NM_RAD = (10.0, 50.0, 200.0, 500.0, 1000.0, 2000.0)
 WALL_NM_RAD = 1e5
 DAMPING_SHARES = (0.0, 0.2, 0.4, 0.6, 0.8)
-"""Of the joint's damping: b_c of a coupling; and b_v above `LIGHT_DAMPING` of it, five times as much."""
+"""Shares of the joint's damping: b_c of a coupling; and b_v above `LIGHT_DAMPING` of it, five times as much."""
 HZ = tuple(float(one) for one in np.geomspace(1.0, 30.0, 9))
 FELT_WITHIN = 0.05
 LEFT_MOST = 0.12

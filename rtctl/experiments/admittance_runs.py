@@ -8,10 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hw.mock.records import Hand
-from rtctl.check import stability_report
-from rtctl.control import admittance_margin
-from rtctl.control.environments.table import Environment
-from rtctl.control.vocabulary import State
+from rtctl.control.vocabulary import Environment, State
 from rtctl.errors import FaultError
 from rtctl.rig_file.config import Config, LoadedConfig
 from rtctl.simulation.closed_loop import Simulation
@@ -62,11 +59,6 @@ def displayed(loaded: LoadedConfig, shown: Shown | None) -> LoadedConfig:
         axis["admittance"] |= vars(shown)
         axis["force_feedback"]["gain"] = 0.0
     return loaded.model_copy(update={"config": Config.model_validate(table)})
-
-
-def stiffest_hand_nm_rad(loaded: LoadedConfig) -> float:
-    """The stiffest hand that the certificate of an admittance display lets pass, in any linear world."""
-    return admittance_margin.largest_hand(stability_report.admittance_loop(loaded, 0))
 
 
 def slippery(simulation: Simulation) -> None:

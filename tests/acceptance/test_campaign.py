@@ -47,6 +47,8 @@ def test_ten_million_ticks_of_random_rigs_and_ten_thousand_faults_break_no_invar
     assert result.ticks == 10_000_000
     assert result.faults_scheduled == 10_000
     seen = result.as_dict()["faults_appeared"]
+    assert result.visits[State.ACTIVE] > 1_000_000
+    assert sum(seen.values()) > 5_000
     assert {fault for fault in Fault if not seen[fault.name]} <= NEVER
     assert not seen["GATE"]
     assert not seen["PASSIVITY_GROSS"]

@@ -168,7 +168,7 @@ class FlightRecorder:
             if isinstance(item, Incident):
                 self._write(item)
             elif callable(item):
-                with suppress(OSError):
+                with suppress(OSError, ValueError):  # a number that is none: what was kept before stays
                     item()
             else:
                 self._log.append(item)
@@ -185,7 +185,7 @@ class FlightRecorder:
                 if found is not None:
                     axes[str(event["axis"])] = found
         if axes:
-            with suppress(OSError):
+            with suppress(OSError, ValueError):  # a number that is none: what was kept before stays
                 timing.write(self.folder, self._rig.devices_sha256, axes)
 
     def _write(self, incident: Incident) -> None:

@@ -1,0 +1,34 @@
+"""The small files in a rig's state folder: whole or as they were, of these devices or of none."""
+
+import math
+
+import numpy as np
+import pytest
+
+from rtctl import state_file
+
+
+def test_what_was_kept_comes_back_of_the_same_devices_only(tmp_path):
+    file = tmp_path / "state" / "a.json"
+    state_file.write(file, "ab", {"joint": {"factor": np.float64(0.9), "sums": np.array([1.0, 2.0])}})
+    assert state_file.read(file, "ab", 1000) == {"joint": {"factor": 0.9, "sums": [1.0, 2.0]}}
+    assert state_file.read(file, "cd", 1000) == {}
+    assert state_file.read(file, "ab", 10) == {}
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf, np.float64("nan"), np.array([1.0, math.nan])])
+def test_a_number_that_is_none_is_refused_and_the_file_is_as_it_was(tmp_path, number):
+    file = tmp_path / "a.json"
+    state_file.write(file, "ab", {"joint": {"factor": 0.9}})
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        state_file.write(file, "ab", {"joint": {"factor": number}})
+    assert state_file.read(file, "ab", 1000) == {"joint": {"factor": 0.9}}
+
+
+@pytest.mark.parametrize(
+    "text", ["", "{", "[]", '{"devices_sha256": "ab"}', '{"devices_sha256": "ab", "axes": 1}']
+)
+def test_a_damaged_file_says_nothing(tmp_path, text):
+    file = tmp_path / "a.json"
+    file.write_text(text)
+    assert state_file.read(file, "ab", 1000) == {}
