@@ -39,8 +39,17 @@ BOUNDS = {
     "pitch_rad": (0.001, 10.0),
     "position_rad": (-3.0, 3.0),
     "velocity_rad_s": (-20.0, 20.0),
+    "mass_kgm2": (0.01, 0.05),
+    "mass_damping_nms_rad": (0.1, 2.0),
 }
-RIG = RigDescription("mock", (AxisDescription("base", BOUNDS), AxisDescription("tip", BOUNDS)), 1000.0)
+RIG = RigDescription(
+    "mock",
+    (
+        AxisDescription("base", BOUNDS, displays=("admittance", "impedance")),
+        AxisDescription("tip", BOUNDS),
+    ),
+    1000.0,
+)
 FIELDS = {
     **{f"environment_{one.name}": BOUNDS.get(one.name, (one.low, one.high)) for one in PARAMETERS},
     "environment_pitch_rad": (0.0, 10.0),  # 0: as it is before anybody set one
@@ -48,6 +57,9 @@ FIELDS = {
     "target_position_rad": BOUNDS["position_rad"],
     "target_velocity_rad_s": BOUNDS["velocity_rad_s"],
     "compensation": (0.0, 1.0),
+    "display_kind": (0, 1),
+    "mass_kgm2": (0.0, 0.05),  # 0: as it is before anybody set one
+    "mass_damping_nms_rad": (0.0, 2.0),
 }
 STATES = [State.IDLE] * 4 + [State.ACTIVE] * 4 + list(State)
 WILD = [

@@ -89,7 +89,7 @@ SEEDS = (
     ),
     Seed(
         "the authority rises however much is stretched", "rtctl/control/authority.py",
-        "rise = left / stored if left > 0.0 and stored > 0.0 else 0.0", "pass", AUTHORITY,
+        "return left / stored if left > 0.0 and stored > 0.0 else 0.0", "pass", AUTHORITY,
     ),
     Seed(
         "the rise of the authority is granted and not paid", "rtctl/control/authority.py",
@@ -335,7 +335,7 @@ SEEDS = (
     ),
     Seed(
         "injected damping has no cap", "rtctl/control/passivity.py",
-        "return min(-energy * dt / (dx * dx), max(p.injected_damping_max_nms_rad[axis], 0.0))",
+        "return min(-energy * dt / (dx * dx), max(most, 0.0))",
         "return -energy * dt / (dx * dx)", PASSIVITY,
     ),
     Seed(
