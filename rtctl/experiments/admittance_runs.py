@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -91,11 +92,7 @@ def felt(loaded: LoadedConfig, *, compensation: float, smooth: bool) -> tuple[fl
     if smooth:
         slippery(simulation)
     hold(simulation, 5.0, 0.1)
-    plant = simulation.plant_params
-    for k, hz in enumerate(FELT_HZ):
-        plant["hand_sine_rad"][0, 0, k] = 0.15 / hz
-        plant["hand_sine_rad_s"][0, 0, k] = 2 * math.pi * hz
-    trace = _armed_run(simulation, 4.0, compensation)
+    trace = _armed_run(simulation, 4.0, compensation, {hz: 0.15 / hz for hz in FELT_HZ})
     if trace is None:
         return math.nan, math.nan
     truth = simulation.truth
@@ -107,10 +104,7 @@ def impedance_felt(loaded: LoadedConfig, hz: float) -> complex:
     simulation = Simulation(loaded)
     slippery(simulation)
     hold(simulation, 20.0, 0.1)
-    plant = simulation.plant_params
-    plant["hand_sine_rad"][0, 0, 0] = 0.1 / hz
-    plant["hand_sine_rad_s"][0, 0, 0] = 2 * math.pi * hz
-    trace = _armed_run(simulation, max(2.0, math.ceil(hz * 2.0) / hz), 0.0)
+    trace = _armed_run(simulation, max(2.0, math.ceil(hz * 2.0) / hz), 0.0, {hz: 0.1 / hz})
     if trace is None:
         return complex(math.nan, math.nan)
     at = np.exp(-2j * math.pi * hz * simulation.plan.period_s * np.arange(len(trace)))
@@ -196,12 +190,18 @@ def _wall(loaded: LoadedConfig, shown: Shown | None, damping: float, stiffness: 
     return contact(one.model_copy(update={"config": Config.model_validate(table)}), Environment.WALL, 1e5)
 
 
-def _armed_run(simulation: Simulation, seconds: float, compensation: float) -> np.ndarray | None:
-    """Arm, let a second go, run; None where it is not ACTIVE throughout."""
+def _armed_run(
+    simulation: Simulation, seconds: float, compensation: float, wish: Mapping[float, float] | None = None
+) -> np.ndarray | None:
+    """Arm, let the hand wish sines (frequency in Hz -> amplitude in rad), let a second go, run; None if it was not ACTIVE."""
     try:
         simulation.arm(compensation=compensation)
     except FaultError:
         return None
+    plant = simulation.plant_params
+    for k, (hz, amplitude_rad) in enumerate((wish or {}).items()):
+        plant["hand_sine_rad"][0, 0, k] = amplitude_rad
+        plant["hand_sine_rad_s"][0, 0, k] = 2 * math.pi * hz
     simulation.run(1.0)
     trace = simulation.run(seconds)
     return trace if np.all(trace["state"] == State.ACTIVE) else None
