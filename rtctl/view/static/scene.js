@@ -103,8 +103,8 @@ function swatch(name) {
 function worldOf(status, k) {
   const shown = (status.display || [])[k];
   if (!shown || shown.kind !== "admittance") return status.environment[k];
-  const damped = shown.injected_nms_rad > 0 ? `, damped by ${shown.injected_nms_rad.toFixed(2)} more` : "";
-  return `${status.environment[k]} on ${shown.mass_kgm2.toPrecision(2)} kg m²${damped}`;
+  const damped = shown.injected_nms_rad > 0 ? `, damped +${shown.injected_nms_rad.toFixed(1)}` : "";
+  return `${status.environment[k]}, m ${shown.mass_kgm2.toPrecision(2)}${damped}`;  // kg m², as the sliders say
 }
 
 export function showAxes(body, status) {
