@@ -35,6 +35,8 @@ BOUNDS = {
     "pitch_rad": (0.001, 10.0),
     "position_rad": (-3.0, 3.0),
     "velocity_rad_s": (-20.0, 20.0),
+    "mass_kgm2": (0.01, 0.05),
+    "mass_damping_nms_rad": (0.1, 2.0),
 }
 
 
@@ -42,8 +44,8 @@ FAULT_NS = 200_000_000
 """So long the cause of a fault is there."""
 
 
-def description(names=("joint",), **more) -> RigDescription:
-    axes = tuple(AxisDescription(name, BOUNDS) for name in names)
+def description(names=("joint",), displays=("impedance",), **more) -> RigDescription:
+    axes = tuple(AxisDescription(name, BOUNDS, displays=displays) for name in names)
     return RigDescription(**{"name": "mock", "axes": axes, "rate_hz": 1000.0, **more})
 
 
@@ -84,6 +86,8 @@ class FakeLoop:
         row["position_rad"] = 0.5 * math.sin(self.slot * 1e-3)
         row["temperature_c"] = math.nan
         row["command_seq"], row["environment_kind"] = command["seq"], command["environment_kind"]
+        for name in ("display_kind", "mass_kgm2", "mass_damping_nms_rad"):
+            row[name] = command[name]
         row["compensation"], row["proxy_position_rad"] = (
             command["compensation"],
             command["target_position_rad"],

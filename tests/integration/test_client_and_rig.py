@@ -63,6 +63,21 @@ def test_settings_reach_the_tick_of_their_axis(root):
         assert refused.value.code == "out_of_bounds"
 
 
+def test_a_display_is_changed_as_far_as_the_rig_allows_and_told(root):
+    with FakeRig(root, names=("base", "tip"), displays=("admittance", "impedance")), connected(root) as rig:
+        assert rig.hello()["axes"][1]["displays"] == ["admittance", "impedance"]
+        asked = rig.set_display("tip", "admittance", mass_kgm2=0.03, mass_damping_nms_rad=0.4)
+        assert asked["display"] == {"kind": "admittance", "mass_kgm2": 0.03, "mass_damping_nms_rad": 0.4}
+        until(lambda: rig.latest_state().command_seq >= asked["command_seq"])
+        fields = rig.latest_state().fields
+        assert [fields[name][1] for name in ("display_kind", "mass_kgm2")] == [1.0, 0.03]
+        for wrong in (0.3, 0.001, math.nan):
+            with pytest.raises(RefusedError) as refused:
+                rig.set_display("tip", mass_kgm2=wrong)
+            assert refused.value.code == "out_of_bounds"
+        assert rig.set_display("tip", "impedance")["display"]["mass_kgm2"] == 0.03
+
+
 def test_a_plane_and_a_spring_near_the_joint_are_set_whole(root):
     with FakeRig(root, names=("base", "tip")), RigClient("mock", runtime_dir=root) as rig:
         rig.set_environment("tip", "detents", stiffness_nm_rad=9.0, damping_nms_rad=0.5, pitch_rad=0.2)
