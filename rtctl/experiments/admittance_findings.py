@@ -80,14 +80,14 @@ def contact_sentence(touched: Mapping[str, Mapping[str, Contact]]) -> str:
     """The stiffest spring that each display renders within a tenth, and what rang, by the table."""
     parts = []
     for name, worlds in touched.items():
-        true = [
-            k
-            for k in SPRINGS_NM_RAD
-            if worlds[f"spring of {k:g}"].calm
+        right = [
+            worlds[f"spring of {k:g}"].calm
             and abs(worlds[f"spring of {k:g}"].stiffness_nm_rad / k - 1) <= 0.1
+            for k in SPRINGS_NM_RAD
         ]
+        true = SPRINGS_NM_RAD[: right.index(False)] if False in right else SPRINGS_NM_RAD
         loud = [world for world, one in worlds.items() if not one.calm]
         rings = f", and rings or stops on: {', '.join(loud)}" if loud else ""
-        told = f"springs up to {max(true):g} N m/rad" if true else "no spring tried"
+        told = f"springs from the softest tried up to {max(true):g} N m/rad" if true else "no spring tried"
         parts.append(f"the {name} renders {told} within a tenth{rings}")
-    return f"In contact {'; '.join(parts)}."
+    return f"In contact, with a hundredth of the joint's dry friction and no compensation: {'; '.join(parts)}. With all of it, less is true."

@@ -1,4 +1,4 @@
-"""The experiment on admittance displays: its fits, what it says of its tables, and the whole of it on the simulated rig."""
+"""The experiment on admittance displays: its fits, what it says of its tables, and contacts on the simulated rig."""
 
 import math
 from dataclasses import replace
@@ -83,13 +83,17 @@ def touched(**changes):
 
 
 def test_the_sentence_on_contact_names_what_rings_and_how_far_springs_are_true():
-    assert findings.contact_sentence(touched()).count("up to 2000 N m/rad") == 2
+    said = findings.contact_sentence(touched())
+    assert said.count("up to 2000 N m/rad") == 2
+    assert "a hundredth of the joint's dry friction" in said
     rings = {"spring of 2000": Contact(2000.0, 1.0, 0.0, stopped=False)}
     said = findings.contact_sentence(touched(admittance=rings))
-    assert "the admittance renders springs up to 1000 N m/rad" in said
+    assert "the admittance renders springs from the softest tried up to 1000 N m/rad" in said
     assert "rings or stops on: spring of 2000" in said
     soft = {f"spring of {k:g}": Contact(k / 2, 0.0, 0.0, stopped=False) for k in findings.SPRINGS_NM_RAD}
     assert "the impedance renders no spring tried" in findings.contact_sentence(touched(impedance=soft))
+    only_last = soft | {"spring of 2000": Contact(2000.0, 0.0, 0.0, stopped=False)}
+    assert "the impedance renders no spring tried" in findings.contact_sentence(touched(impedance=only_last))
     stopped = {"wall": Contact(math.nan, math.nan, 0.0, stopped=True)}
     assert "rings or stops on: wall" in findings.contact_sentence(touched(impedance=stopped))
 
