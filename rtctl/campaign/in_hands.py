@@ -269,7 +269,7 @@ class Findings:
         self.shaking += [one for one in found if not one.rests and one.proved]
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain values for JSON; what is not a number is None."""
+        """Values for JSON."""
         return {
             "rigs": self.rigs,
             "pairs": self.pairs,
@@ -277,7 +277,10 @@ class Findings:
             "not_drawn": self.left_out,
             "rigs_not_proved_where_they_stick": self.unproved,
             "shaking_on_those": len(self.told),
-            "shaking": [_plain(one) for one in self.shaking],
+            "shaking": [
+                {**vars(one), "pair": {**vars(one.pair), "world": one.pair.world.word}}
+                for one in self.shaking
+            ],
         }
 
     def text(self, seed: int) -> str:
@@ -293,14 +296,6 @@ class Findings:
             for one in self.shaking[:20]
         ]
         return "\n".join(lines)
-
-
-def _plain(one: Found) -> dict[str, Any]:
-    plain = {"rig": one.rig, "plant": one.plant, **vars(one.pair), "world": one.pair.world.word}
-    for name in ("speed_rad_s", "before_rad_s", "way_rad"):
-        value = getattr(one, name)
-        plain[name] = value if math.isfinite(value) else None
-    return {**plain, "fault": one.fault}
 
 
 def run_rig(seed: int, index: int) -> tuple[Rig | None, list[Found]]:

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from hw.interface import Joint
     from rtctl.check.axis_report import AxisFigures
     from rtctl.control.admittance_loop import AdmittanceLoop
+    from rtctl.control.admittance_margin import Finding
     from rtctl.control.drive_in_hand import ElasticJoint
     from rtctl.rig_file.axis_tables import AxisTable
 
@@ -119,8 +120,9 @@ def figures_of(loop: AdmittanceLoop) -> AdmittanceFigures:
     others = (*faster(loop), *fading(loop), *heavier(loop)) if found.ok else ()
     found = next((one for one in map(margin.judge_stiffest, others) if not one.ok), found)
     proof = margin.proof(loop) if found.ok else None
-    stuck = margin.judge_stuck(loop) if loop.bristle_nm_rad > 0 else None
-    rubbing, damping = margin.judge_rubbing(loop)
+    masses = (loop, *heavier(loop))
+    stuck = max(map(margin.judge_stuck, masses), key=_growth) if loop.bristle_nm_rad > 0 else None
+    rubbing, damping = max(map(margin.judge_rubbing, masses), key=lambda one: _growth(one[0]))
     stable = found.ok and not (proof and proof.unstable)
     return AdmittanceFigures(
         radius=found.radius,
@@ -144,6 +146,11 @@ def figures_of(loop: AdmittanceLoop) -> AdmittanceFigures:
             loop.inertia_kgm2, loop.viscous_nms_rad, loop.velocity_gain_nms_rad
         ),
     )
+
+
+def _growth(found: Finding) -> float:
+    """What orders findings, the worst last; one that is no number is the worst."""
+    return math.inf if math.isnan(found.radius) else found.radius
 
 
 def faster(loop: AdmittanceLoop) -> list[AdmittanceLoop]:

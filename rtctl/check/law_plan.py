@@ -255,11 +255,11 @@ def _fill_proof(p: np.void, loaded: LoadedConfig) -> None:
         b, between, spring = stability_report.bearing(loaded, a)
         coupling, age_ticks = axis.coupling, between.sample_ticks - 1
         declared = between.delay + stability.lag_ticks(between.lag_hz, period_s)
-        covered = delay_covered_ticks(
-            b, coupling.stiffness_nm_rad + spring, coupling.damping_nms_rad, period_s, declared
-        )
-        if axis.may_show("admittance"):  # certified for what is declared, and no more
-            covered = declared
+        covered = declared  # an admittance display is certified for what is declared, and no more
+        if not axis.may_show("admittance"):
+            covered = delay_covered_ticks(
+                b, coupling.stiffness_nm_rad + spring, coupling.damping_nms_rad, period_s, declared
+            )
         p["proof_age_ticks"][a] = age_ticks
         p["declared_delay_s"][a] = declared * period_s
         # a current that is held as long as its samples seems to come later by up to their age

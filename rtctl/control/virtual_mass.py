@@ -4,8 +4,9 @@
     tau = K_v (v_r - v_hat) + K_p (p - x) + z <J a_r + b v_r - tau_f>                  the servo of the joint
 
 tau_f is the hand's torque after a low-pass and a dead band, v_hat the low-passed difference of positions, p the place of the
-mass, which is the proxy of the tick. <...> is low-passed: what joint and mass ask for differently is sent ahead by the share z. With A = (m/T + b_v)/T and w = m v_r/T + tau_f + A p the first line is f_env(p+) = w - A p+,
-which every environment solves already (`environments.coupling`): a world of any stiffness is stable on the mass.
+mass, which is the proxy of the tick. <...> is low-passed: what the mass's motion asks of the joint is sent ahead by the share z,
+less while the watch rings. With A = (m/T + b_v)/T and w = m v_r/T + tau_f + A p the first line is f_env(p+) = w - A p+, which
+every environment solves already (`environments.coupling`): a world of any stiffness is stable on the mass.
 
 What a world is felt through is the mass: m/T^2 stands where the coupling's stiffness stands for an impedance.
 

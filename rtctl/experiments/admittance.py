@@ -10,6 +10,7 @@ import numpy as np
 from rtctl.control.vocabulary import Environment
 from rtctl.experiments import admittance_findings, admittance_runs, admittance_tables, virtual
 from rtctl.experiments.admittance_findings import (
+    CERTIFIED,
     DAMPING_SHARES,
     HZ,
     LIGHT_DAMPING,
@@ -25,7 +26,7 @@ from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import Estimate, estimate, rms
 from rtctl.experiments.virtual import FAST_SINE, SLOW_TRIANGLE, Motion, Variant
 from rtctl.rig_file.config import LoadedConfig
-from rtctl.simulation.certificate import stiffest_hand_nm_rad
+from rtctl.simulation.certificate import is_rigid, stiffest_hand_nm_rad
 
 TITLE = "Admittance display"
 
@@ -62,7 +63,7 @@ def run(order: Order) -> Outcome:
             )
         ),
         parts,
-        admittance_tables.targets(left, felt),
+        admittance_tables.targets(left, felt, rigid=is_rigid(admittance_runs.displayed(loaded, shown))),
         admittance_tables.numbers(left, felt, touched, widths, hand),
     )
 
@@ -110,20 +111,21 @@ def _felt(loaded: LoadedConfig, shown: Shown) -> list[Felt]:
 
 
 def _contacts(loaded: LoadedConfig, shown: Shown) -> dict[str, dict[str, Contact]]:
-    displays = {"impedance": None, "admittance": shown}
     worlds = {f"spring of {k:g}": (Environment.SPRING, k) for k in SPRINGS_NM_RAD}
     worlds["wall"] = (Environment.WALL, WALL_NM_RAD)
-    return {
-        name: {
-            world: admittance_runs.contact(admittance_runs.displayed(loaded, one), *what)
-            for world, what in worlds.items()
-        }
-        for name, one in displays.items()
-    }
+    found = {}
+    for name, one in (("impedance", None), ("admittance", shown)):
+        rig = admittance_runs.displayed(loaded, one)
+        for smooth in (True, False):
+            where = "where it hardly rubs" if smooth else "where it rubs"
+            found[f"{name} {where}"] = {
+                world: admittance_runs.contact(rig, *what, smooth=smooth) for world, what in worlds.items()
+            }
+    return found
 
 
 def _widths(loaded: LoadedConfig, shown: Shown) -> dict[str, list[tuple[float, float]]]:
-    """Damping and stiffest calm wall of both displays."""
+    """Damping and stiffest calm wall of both displays, and what the matrices of the admittance bear."""
     b = loaded.config.axis[0].viscous_nms_rad
     virtual_dampings = [(LIGHT_DAMPING + 5 * share) * b for share in DAMPING_SHARES]
     return {
@@ -131,6 +133,7 @@ def _widths(loaded: LoadedConfig, shown: Shown) -> dict[str, list[tuple[float, f
             (share * b, admittance_runs.widest(loaded, None, share * b)) for share in DAMPING_SHARES
         ],
         "admittance": [(one, admittance_runs.widest(loaded, shown, one)) for one in virtual_dampings],
+        CERTIFIED: [(one, admittance_runs.widest_certified(loaded, shown, one)) for one in virtual_dampings],
     }
 
 

@@ -21,6 +21,8 @@ DAMPING_SHARES = (0.0, 0.2, 0.4, 0.6, 0.8)
 """Shares of the joint's damping: b_c of a coupling; and b_v above `LIGHT_DAMPING` of it, five times as much."""
 HZ = tuple(float(one) for one in np.geomspace(1.0, 30.0, 9))
 FELT_WITHIN = 0.05
+"""On a rigid joint that hardly rubs; on any other twice that."""
+CERTIFIED = "admittance, certified"
 LEFT_MOST = 0.12
 
 
@@ -58,7 +60,7 @@ def free_sentence(left: Left, hand_nm_rad: float) -> str:
             f"{motion}: the {best.split(',')[0]} leaves {100 * means[best]:.0f} %, the {other.split(',')[0]} {100 * means[other]:.0f} %"
         )
     bears = "no hand" if not hand_nm_rad > 0 else f"hands up to {hand_nm_rad:.0f} N m/rad"
-    return f"Of the hand's torque without help, compensated: {'; '.join(parts)}. This admittance is certified for {bears}."
+    return f"Of the hand's torque without help, with what the rig file compensates: {'; '.join(parts)}. This admittance is certified for {bears}."
 
 
 def felt_sentence(felt: Sequence[Felt]) -> str:
@@ -90,4 +92,4 @@ def contact_sentence(touched: Mapping[str, Mapping[str, Contact]]) -> str:
         rings = f", and rings or stops on: {', '.join(loud)}" if loud else ""
         told = f"springs from the softest tried up to {max(true):g} N m/rad" if true else "no spring tried"
         parts.append(f"the {name} renders {told} within a tenth{rings}")
-    return f"In contact, with a hundredth of the joint's dry friction and no compensation: {'; '.join(parts)}. With all of it, less is true."
+    return f"In contact {'; '.join(parts)}."

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +12,7 @@ from hw.mock.records import Hand
 from rtctl.control.vocabulary import Environment, State
 from rtctl.errors import FaultError
 from rtctl.rig_file.config import Config, LoadedConfig
+from rtctl.simulation.certificate import bears
 from rtctl.simulation.closed_loop import Simulation
 
 RUBS = ("coulomb_nm", "breakaway_nm", "bristle_max_nm", "thinning_nms_rad")
@@ -20,6 +21,8 @@ SLIPPERY = 0.01
 CALM_NM = 0.02
 """Hand torque above 9 Hz, RMS, from which on a contact rings."""
 RING_HZ = 9.0
+HAND_NM_RAD = 30.0
+"""Stiffness of the hand that leans on worlds."""
 FELT_HZ = (0.5, 1.1, 2.3, 5.0)
 
 
@@ -57,7 +60,7 @@ def displayed(loaded: LoadedConfig, shown: Shown | None) -> LoadedConfig:
     axis["display"] = "impedance" if shown is None else "admittance"
     axis["display_change"] = False
     if shown is not None:
-        axis["admittance"] |= vars(shown)
+        axis["admittance"] |= {**vars(shown), "mass_max_kgm2": 0.0, "damping_max_nms_rad": 0.0}
         axis["force_feedback"]["gain"] = 0.0
     return loaded.model_copy(update={"config": Config.model_validate(table)})
 
@@ -129,22 +132,28 @@ class Contact:
         return not self.stopped and self.ring_nm <= CALM_NM
 
 
-def contact(loaded: LoadedConfig, kind: Environment, stiffness_nm_rad: float) -> Contact:
-    """Lean on it with .2 and with .4 of the torque limit, through a hand of 30 N m/rad, and look."""
+def contact(
+    loaded: LoadedConfig, kind: Environment, stiffness_nm_rad: float, *, smooth: bool = True
+) -> Contact:
+    """Lean on it with .2 and with .4 of the torque limit, through a hand of 30 N m/rad, and look.
+
+    `smooth`: on a joint that hardly rubs, without compensation; else on the joint as it is, with the rig file's.
+    """
     simulation = Simulation(loaded)
-    slippery(simulation)
-    hold(simulation, 30.0, 0.1)
+    if smooth:
+        slippery(simulation)
+    hold(simulation, HAND_NM_RAD, 0.1)
     command, limit = simulation.command, float(simulation.params["torque_limit_nm"][0, 0])
     command["environment_kind"], command["environment_side"] = int(kind), 1
     command["environment_stiffness_nm_rad"], command["environment_damping_nms_rad"] = stiffness_nm_rad, 0.0
     rest = float(simulation.plant_state["position_rad"][0, 0])
     command["environment_center_rad"] = rest
     simulation.plant_params["hand_center_rad"] = rest
-    if _armed_run(simulation, 0.2, 0.0) is None:
+    if _armed_run(simulation, 0.2, 0.0 if smooth else 1.0) is None:
         return Contact(math.nan, math.nan, math.nan, stopped=True)
     loads, rings, least = [], 0.0, 0.0
     for share in (0.2, 0.4):
-        simulation.plant_params["hand_center_rad"] = rest + share * limit / 30.0
+        simulation.plant_params["hand_center_rad"] = rest + share * limit / HAND_NM_RAD
         trace = simulation.run(1.5)
         if not np.all(trace["state"] == State.ACTIVE):
             return Contact(math.nan, math.nan, float(trace["energy_port_j"].min()), stopped=True)
@@ -167,15 +176,27 @@ def above(signal: np.ndarray, hz: float, period_s: float) -> float:
     return float(np.sqrt(np.mean(np.square(np.fft.irfft(spectrum, len(signal))))))
 
 
-def widest(loaded: LoadedConfig, shown: Shown | None, damping_nms_rad: float, most: float = 4000.0) -> float:
+def widest(loaded: LoadedConfig, shown: Shown | None, damping_nms_rad: float) -> float:
     """Stiffest rigid wall that is calm: largest k_c with this b_c, or largest K_p with this b_v, N m/rad; 0 where none is."""
+    return _largest(lambda stiffness: _wall(loaded, shown, damping_nms_rad, stiffness).calm)
+
+
+def widest_certified(loaded: LoadedConfig, shown: Shown, damping_nms_rad: float) -> float:
+    """Largest K_p with this b_v at which the matrices bear every hand to that stiffness in any linear world, N m/rad; 0: none."""
+
+    def bears_hand(stiffness: float) -> bool:
+        held = replace(shown, position_gain_nm_rad=stiffness, damping_nms_rad=damping_nms_rad)
+        return bears(displayed(loaded, held), HAND_NM_RAD)
+
+    return _largest(bears_hand)
+
+
+def _largest(passes: Callable[[float], bool], most: float = 4000.0) -> float:
+    """Up to where a stiffness passes, N m/rad, found by halving ratios between 1 and `most`; 0 where it does not."""
     low, high = 0.0, most
     for _ in range(9):
         middle = math.sqrt(max(low, 1.0) * high)
-        if _wall(loaded, shown, damping_nms_rad, middle).calm:
-            low = middle
-        else:
-            high = middle
+        low, high = (middle, high) if passes(middle) else (low, middle)
     return low
 
 

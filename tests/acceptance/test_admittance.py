@@ -7,6 +7,8 @@ from admittance_rigs import QUIET, SLIPPERY, felt, hand, rig
 from rtctl.control.vocabulary import Environment, State
 
 PERIOD_S = 1e-3
+UNCHANGED = ("mass_max_kgm2 = 0.02 ", "mass_max_kgm2 = 0.0 ")
+"""A mass that no client may change."""
 
 
 def lived(made, seconds, **fields):
@@ -22,6 +24,7 @@ def test_what_is_felt_is_mass_and_damping_through_the_servo_where_little_rubs(tm
         *SLIPPERY,
         *hand(20.0, 0.1, 0.2, frequency_hz),
         ("mass_kgm2 = 0.012", "feedforward = 0\nmass_kgm2 = 0.03"),
+        UNCHANGED,
         ("damping_nms_rad = 0.1               #", "damping_nms_rad = 0.3               #"),
     )
     made = rig(tmp_path, *changes)
@@ -29,7 +32,7 @@ def test_what_is_felt_is_mass_and_damping_through_the_servo_where_little_rubs(tm
     made.run(1.0)
     ticks, _, speed = lived(made, 4.0)
     turn = 2j * np.pi * frequency_hz
-    servo = 2.0 + 20.0 / turn
+    servo = 2.0 + 10.0 / turn
     asked = (0.012 * turn + 0.05 + servo) / (1 + servo / (0.03 * turn + 0.3))
     assert abs(felt(ticks, speed, frequency_hz, PERIOD_S) / asked - 1) < 0.05
 
@@ -42,6 +45,7 @@ def test_what_is_sent_ahead_has_the_hand_feel_what_is_asked_for(tmp_path, mass, 
         *SLIPPERY,
         *hand(20.0, 0.1, 0.15 / frequency_hz, frequency_hz),
         ("mass_kgm2 = 0.012", f"mass_kgm2 = {mass}"),
+        UNCHANGED,
         ("damping_nms_rad = 0.1               #", "damping_nms_rad = 0.2               #"),
     )
     made = rig(tmp_path, *changes)

@@ -99,7 +99,7 @@ function swatch(name) {
   return made;
 }
 
-/** A row of numbers for each axis. */
+/** The world of an axis, and the virtual mass it acts on. */
 function worldOf(status, k) {
   const shown = (status.display || [])[k];
   if (!shown || shown.kind !== "admittance") return status.environment[k];
@@ -107,6 +107,7 @@ function worldOf(status, k) {
   return `${status.environment[k]}, m ${shown.mass_kgm2.toPrecision(2)}${damped}`;  // kg m², as the sliders say
 }
 
+/** A row of numbers for each axis. */
 export function showAxes(body, status) {
   const number = (value) => (value == null ? "–" : value.toFixed(3).replace("-", "−"));
   body.replaceChildren(...status.axes.map((name, k) => {

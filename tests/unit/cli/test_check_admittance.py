@@ -153,6 +153,22 @@ def test_a_servo_that_dry_friction_keeps_swinging_is_refused_with_what_helps(rig
     assert rows_of(rig())["admittance, dry friction"].outcome == Outcome.PASS
 
 
+def test_a_heavier_mass_that_may_be_asked_for_is_judged_with_dry_friction_too(rig):
+    """The file passes; the heaviest mass that it lets a client ask for swung on at .09 rad/s in a hand of 20 N m/rad."""
+    path = rig(m=0.012, b_v=0.1, k_h=120.0, K_p=20.0, d=0.0)
+    text = path.read_text().replace(
+        "hand_stiffness_nm_rad", "hand_inertia_kgm2 = 0.005\nhand_stiffness_nm_rad"
+    )
+    path.write_text(text)
+    assert rows_of(path)["admittance, dry friction"].outcome == Outcome.PASS
+    path.write_text(
+        text.replace(
+            "[axis.coupling]", "feedforward_lowpass_hz = 20.0\nmass_max_kgm2 = 0.05\n[axis.coupling]"
+        )
+    )
+    assert rows_of(path)["admittance, dry friction"].outcome == Outcome.FAIL
+
+
 def test_both_displays_are_judged_where_the_display_may_change_and_all_masses_that_may_be_asked_for(rig):
     path = rig()
     text = path.read_text().replace('display = "admittance"', 'display = "admittance"\ndisplay_change = true')

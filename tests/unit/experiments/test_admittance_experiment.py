@@ -85,7 +85,6 @@ def touched(**changes):
 def test_the_sentence_on_contact_names_what_rings_and_how_far_springs_are_true():
     said = findings.contact_sentence(touched())
     assert said.count("up to 2000 N m/rad") == 2
-    assert "a hundredth of the joint's dry friction" in said
     rings = {"spring of 2000": Contact(2000.0, 1.0, 0.0, stopped=False)}
     said = findings.contact_sentence(touched(admittance=rings))
     assert "the admittance renders springs from the softest tried up to 1000 N m/rad" in said
@@ -107,6 +106,14 @@ def test_a_spring_behind_a_coupling_is_felt_in_series_and_on_a_mass_as_it_is(moc
     assert admittance.calm
     alone = runs.contact(runs.displayed(mock, replace(SHOWN, feedforward=0.0)), Environment.SPRING, 50.0)
     assert alone.stiffness_nm_rad == pytest.approx(50 * 20 / 70, rel=0.1)  # in series with K_p
+
+
+def test_what_rubs_is_felt_beside_the_spring_and_the_certificate_ends_before_the_simulation_does(mock):
+    rig = runs.displayed(mock, SHOWN)
+    smooth, rough = (runs.contact(rig, Environment.SPRING, 1000.0, smooth=one) for one in (True, False))
+    assert smooth.stiffness_nm_rad == pytest.approx(1000.0, rel=0.1)
+    assert abs(rough.stiffness_nm_rad / 1000 - 1) > 0.1
+    assert 0 < runs.widest_certified(mock, SHOWN, 0.1) < runs.widest(mock, SHOWN, 0.1)
 
 
 def test_a_display_that_no_hand_may_hold_stops_or_rings(mock):
