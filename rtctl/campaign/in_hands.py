@@ -1,7 +1,8 @@
 """Is an admittance display that `rtctl check` certifies stable in the hands it is certified for? `rtctl campaign --admittance`.
 
-Every rig follows from `(seed, index)` alone: a plant of the mock's family, its friction from a hundredth to all of it, random
-mass, damping, gains and a random box of hands. A rig that the certificate refuses, or does not prove, is drawn again,
+Every rig follows from `(seed, index)` alone: a plant of the mock's family, with all of its friction and the help with it of the
+rig file's learned model and observer, or with a hundredth and more of its friction and no help; random mass, damping, gains
+and a random box of hands. A rig that the certificate refuses, or does not prove, is drawn again,
 and counted. Each rig is held by `PAIRS` hands of its box, at its corners and inside, most of them with hardly any damping, in
 random worlds. The law runs as it is but for watch and account, which would calm what the certificate let through.
 
@@ -59,13 +60,18 @@ class Rig:
     index: int
     plant: str
     friction: float
-    """Share of the plant's dry friction."""
+    """Share of the plant's dry friction. All of it is helped with; less is what no model is told of."""
     loaded: LoadedConfig = field(repr=False)
     loop: AdmittanceLoop = field(repr=False)
     refused: int = 0
     """Rigs drawn before that the certificate refused or did not prove."""
     proved: bool = True
     """Also where the joint sticks; else `rtctl check` says that it is not."""
+
+    @property
+    def compensation(self) -> float:
+        """Help with friction that the hand asks for, 0 or 1."""
+        return float(self.friction == 1.0)
 
 
 @dataclass(frozen=True)
@@ -86,6 +92,7 @@ class Found:
 
     rig: int
     plant: str
+    compensation: float
     pair: Pair
     speed_rad_s: float
     before_rad_s: float
@@ -103,7 +110,7 @@ class Found:
 
 @cache
 def _shipped() -> LoadedConfig:
-    return config.load(shipped_config("admittance.toml"))
+    return config.load(shipped_config("mock.toml"))
 
 
 @cache
@@ -117,6 +124,7 @@ def _loaded(plant: str, draw: np.random.Generator) -> LoadedConfig:
     table = base.config.model_dump(mode="json", by_alias=True)
     axis: dict[str, Any] = table["axis"][0]
     inertia = float(axis["inertia_kgm2"])
+    axis["display"], axis["force_feedback"]["gain"] = "admittance", 0.0
     axis["admittance"] |= {
         "mass_kgm2": inertia * log_uniform(draw, 0.4, 6.0),
         "mass_max_kgm2": 0.0,
@@ -216,10 +224,12 @@ def run_pair(rig: Rig, held: Pair, seed: int) -> Found:
     """Arm, take hold and swing, hold still; judge what is left."""
     made = _simulation(rig, held, seed)
     try:
-        made.arm()
+        made.arm(compensation=rig.compensation)
     except FaultError:
         fault = int(made.state["fault_first"][0])
-        return Found(rig.index, rig.plant, held, math.nan, math.nan, math.nan, fault, rig.proved)
+        return Found(
+            rig.index, rig.plant, rig.compensation, held, math.nan, math.nan, math.nan, fault, rig.proved
+        )
     _take_hold(made, held)
     made.run(SWING_S)
     made.plant_params["hand_kind"] = int(Hand.REST)
@@ -240,7 +250,7 @@ def _judged(rig: Rig, held: Pair, made: Simulation, span_s: float) -> Found:
         float(np.sqrt(np.mean(np.square(one)))) for one in (speed[-window:], speed[-2 * window : -window])
     )
     way = float(np.ptp(place[-window:]))
-    return Found(rig.index, rig.plant, held, last, before, way, fault, rig.proved)
+    return Found(rig.index, rig.plant, rig.compensation, held, last, before, way, fault, rig.proved)
 
 
 @dataclass
@@ -290,7 +300,7 @@ class Findings:
             f"{len(self.shaking)} shake on those that are proved; on the {self.unproved:,} not proved where the joint sticks {len(self.told)}"
         ]
         lines += [
-            f"rig {one.rig} ({one.plant}): {1e3 * one.speed_rad_s:.3g} mrad/s after {1e3 * one.before_rad_s:.3g}, "
+            f"rig {one.rig} ({one.plant}{', compensated' if one.compensation else ''}): {1e3 * one.speed_rad_s:.3g} mrad/s after {1e3 * one.before_rad_s:.3g}, "
             f"{1e3 * one.way_rad:.3g} mrad{f', fault {one.fault}' if one.fault >= 0 else ''}: {one.pair}\n"
             f"    rtctl campaign --admittance --seed {seed} --rig {one.rig}"
             for one in self.shaking[:20]

@@ -230,6 +230,7 @@ def _display(p: np.void, command: np.void, draw: np.random.Generator) -> None:
         p["mass_damping_nms_rad"][axis] = command["mass_damping_nms_rad"][axis] = damping
         p["mass_max_kgm2"][axis] = p["mass_kgm2"][axis] * draw.choice([1.0, log_uniform(draw, 1.0, 10.0)])
         p["mass_damping_max_nms_rad"][axis] = damping * draw.choice([1.0, log_uniform(draw, 1.0, 10.0)])
+        p["mass_compensation"][axis] = draw.random()
         p["mass_forward"][axis], p["mass_forward_alpha"][axis] = draw.random(), draw.uniform(0.05, 1.0)
         p["mass_force_alpha"][axis], p["servo_velocity_alpha"][axis] = draw.uniform(0.05, 1.0, 2)
         p["mass_force_deadband_nm"][axis] = draw.choice([0.0, 0.01 * limit])

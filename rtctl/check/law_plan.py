@@ -231,6 +231,7 @@ def _fill_admittance(p: np.void, a: int, axis: AxisTable, period_s: float) -> No
     p["mass_kgm2"][a], p["mass_damping_nms_rad"][a] = shown.mass_kgm2, shown.damping_nms_rad
     p["mass_max_kgm2"][a] = shown.mass_max_kgm2 or shown.mass_kgm2
     p["mass_damping_max_nms_rad"][a] = shown.damping_max_nms_rad or shown.damping_nms_rad
+    p["mass_compensation"][a] = shown.compensation_share
     p["mass_forward"][a] = shown.sent_ahead(axis.inertia_kgm2)
     p["mass_forward_alpha"][a] = lowpass_alpha(shown.feedforward_lowpass_hz, period_s)
     p["mass_force_alpha"][a] = lowpass_alpha(shown.force_lowpass_hz, period_s)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 from rtctl.control import compensation_limit as limits
+from rtctl.control.display import is_admittance
 from rtctl.control.friction_curve import BACKWARD, FORWARD, branch_magnitude
 from rtctl.control.jit import compiled
 from rtctl.control.place_friction import place_magnitude
@@ -60,7 +61,7 @@ def blend(v: float, motion: float, rest: float, width: float) -> float:
 
 @compiled
 def _intent(s: Record, p: Record, axis: int) -> float:
-    """Direction that the hand asks for, -1..1."""
+    """Direction that the hand, or hand and servo, ask for, -1..1."""
     return saturate(s.friction_intent_nm[axis] / p.friction_intent_nm[axis])
 
 
@@ -115,14 +116,25 @@ def advance_stop(s: Record, p: Record, axis: int, dx: float) -> None:
 
 
 @compiled
-def advance_intent(s: Record, p: Record, axis: int, hand: float) -> None:
-    """Low-pass the hand's torque for the intent; one that is not finite empties it.
+def _push(t: Record, s: Record, axis: int) -> float:
+    """What a joint at rest is to be helped with, N m: the hand's torque; the servo's, too, where a virtual mass is shown.
+
+    On a mass that leans on a world the hand has what it asked for already. Help for the hand alone would push the joint on into
+    the world, until the spring of the servo stops it.
+    """
+    hand = s.calm_hand_nm[axis]
+    return hand + t.coupling_torque_nm[axis] if is_admittance(s, axis) else hand
+
+
+@compiled
+def advance_intent(s: Record, p: Record, axis: int, push: float) -> None:
+    """Low-pass the hand's torque (and the servo's) for the intent; one that is not finite empties it.
 
     Unfiltered, the mass of a hand closes a loop within one tick: its torque falls by m/(J + m) of what the motor adds,
     and kappa F/tau_g times that is above 1 for a few grams on a small joint, which then buzzes at half the rate.
     """
     alpha = while_bent(s, p, axis, p.friction_intent_alpha[axis], 1.0)
-    s.friction_intent_nm[axis] += alpha * (hand - s.friction_intent_nm[axis])
+    s.friction_intent_nm[axis] += alpha * (push - s.friction_intent_nm[axis])
     if not math.isfinite(s.friction_intent_nm[axis]):
         s.friction_intent_nm[axis] = 0.0
 
@@ -183,9 +195,9 @@ def friction_feedforward(
 ) -> int:
     """Write the feed-forward fields of axis `axis` of the tick; return fault bits.
 
-    Reads the hand's torque of `resting.advance_rest`, `velocity_rad_s` and `compensation` of the tick; `dx` is the joint's motion since the
-    last tick, rad, `v` the velocity to go by, rad/s. A model value that is not finite counts as no friction and
-    is a fault.
+    Reads the hand's torque of `resting.advance_rest`, and of the tick `velocity_rad_s`, `compensation` and, on an admittance,
+    `coupling_torque_nm`; `dx` is the joint's motion since the last tick, rad, `v` the velocity to go by, rad/s. A model value that
+    is not finite counts as no friction and is a fault.
 
     Notes
     -----
@@ -196,7 +208,7 @@ def friction_feedforward(
     hand = s.calm_hand_nm[axis]
     policy = p.friction_policy[axis]
     advance_stop(s, p, axis, dx)
-    advance_intent(s, p, axis, hand)
+    advance_intent(s, p, axis, _push(t, s, axis))
     gate = advance_gate(s, p, axis, hand) if has_gate(policy) else 1.0
     direction = saturate(friction_direction(s, p, axis, v, t.tick))
     side = direction if direction != 0.0 else v

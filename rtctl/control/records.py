@@ -160,6 +160,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             "mass_max_kgm2": (),  # and the most
             "mass_damping_max_nms_rad": (),
             "mass_forward": (),  # share of the torque that the mass's motion alone asks of the joint
+            "mass_compensation": (),  # share of the help with friction while the mass is shown
             "mass_forward_alpha": (),  # low-pass coefficient per tick of it
             "mass_force_alpha": (),  # low-pass coefficient per tick
             "mass_force_deadband_nm": (),

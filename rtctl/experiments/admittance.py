@@ -19,7 +19,7 @@ from rtctl.experiments.admittance_findings import (
     WALL_NM_RAD,
     Felt,
 )
-from rtctl.experiments.admittance_runs import Contact, Shown
+from rtctl.experiments.admittance_runs import Contact, Rubbing, Shown
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part
 from rtctl.experiments.seeds import over_seeds
@@ -64,7 +64,7 @@ def run(order: Order) -> Outcome:
         ),
         parts,
         admittance_tables.targets(left, felt, rigid=is_rigid(admittance_runs.displayed(loaded, shown))),
-        admittance_tables.numbers(left, felt, touched, widths, hand),
+        admittance_tables.numbers(left, felt, touched, widths, heard, hand),
     )
 
 
@@ -104,9 +104,10 @@ def _felt(loaded: LoadedConfig, shown: Shown) -> list[Felt]:
         for ahead in (0.0, 1.0):
             asked = replace(shown, mass_kgm2=share * inertia, feedforward=ahead)
             one = admittance_runs.displayed(loaded, asked)
-            for smooth in (True, False):
-                mass, damping = admittance_runs.felt(one, compensation=0.0, smooth=smooth)
-                rows.append(Felt(asked, mass, damping, "hardly rubs" if smooth else "rubs"))
+            hand = stiffest_hand_nm_rad(one)
+            for joint in Rubbing:
+                mass, damping = admittance_runs.felt(one, joint)
+                rows.append(Felt(asked, mass, damping, joint, hand))
     return rows
 
 
@@ -116,10 +117,9 @@ def _contacts(loaded: LoadedConfig, shown: Shown) -> dict[str, dict[str, Contact
     found = {}
     for name, one in (("impedance", None), ("admittance", shown)):
         rig = admittance_runs.displayed(loaded, one)
-        for smooth in (True, False):
-            where = "where it hardly rubs" if smooth else "where it rubs"
-            found[f"{name} {where}"] = {
-                world: admittance_runs.contact(rig, *what, smooth=smooth) for world, what in worlds.items()
+        for joint in Rubbing:
+            found[f"{name} where it {joint}"] = {
+                world: admittance_runs.contact(rig, *what, joint) for world, what in worlds.items()
             }
     return found
 

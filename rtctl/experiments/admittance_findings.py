@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtctl.experiments.admittance_runs import Contact, Shown
+from rtctl.experiments.admittance_runs import Contact, Rubbing, Shown
 from rtctl.experiments.statistics import Estimate
 
 LIGHT_DAMPING = 0.4
@@ -33,7 +33,9 @@ class Felt:
     asked: Shown
     mass_kgm2: float
     damping_nms_rad: float
-    where: str
+    joint: Rubbing
+    hand_nm_rad: float
+    """The stiffest hand this display is certified for, in any linear world; 0: none."""
 
     @property
     def error(self) -> float:

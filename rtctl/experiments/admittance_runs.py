@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from enum import StrEnum
 
 import numpy as np
 
@@ -24,6 +25,17 @@ RING_HZ = 9.0
 HAND_NM_RAD = 30.0
 """Stiffness of the hand that leans on worlds."""
 FELT_HZ = (0.5, 1.1, 2.3, 5.0)
+
+
+class Rubbing(StrEnum):
+    """The joint that is measured, as its tables call it."""
+
+    HARDLY = "hardly rubs"
+    """A hundredth of the dry friction, no compensation, no dead band of the force, no noise."""
+    BARE = "rubs"
+    """As it is, without compensation."""
+    COMPENSATED = "rubs, compensated"
+    """As it is, with what the rig file compensates."""
 
 
 @dataclass(frozen=True)
@@ -89,17 +101,21 @@ def fit_mass(speed_rad_s: np.ndarray, hand_nm: np.ndarray, period_s: float) -> t
     return float(mass), float(damping)
 
 
-def felt(loaded: LoadedConfig, *, compensation: float, smooth: bool) -> tuple[float, float]:
+def felt(loaded: LoadedConfig, joint: Rubbing) -> tuple[float, float]:
     """Mass and damping that a hand of 5 N m/rad feels between .5 and 5 Hz. NaN where the rig stopped."""
     simulation = Simulation(loaded)
-    if smooth:
+    if joint is Rubbing.HARDLY:
         slippery(simulation)
     hold(simulation, 5.0, 0.1)
-    trace = _armed_run(simulation, 4.0, compensation, {hz: 0.15 / hz for hz in FELT_HZ})
+    trace = _armed_run(simulation, 4.0, _compensation(joint), {hz: 0.15 / hz for hz in FELT_HZ})
     if trace is None:
         return math.nan, math.nan
     truth = simulation.truth
     return fit_mass(truth["velocity_rad_s"][:, 0], truth["hand_torque_nm"][:, 0], simulation.plan.period_s)
+
+
+def _compensation(joint: Rubbing) -> float:
+    return float(joint is Rubbing.COMPENSATED)
 
 
 def impedance_felt(loaded: LoadedConfig, hz: float) -> complex:
@@ -125,6 +141,8 @@ class Contact:
     """RMS of the hand's torque above 9 Hz."""
     account_min_j: float
     stopped: bool
+    way_rad: float = math.nan
+    """From the place where the world begins to where the joint stands under the larger load."""
 
     @property
     def calm(self) -> bool:
@@ -133,14 +151,11 @@ class Contact:
 
 
 def contact(
-    loaded: LoadedConfig, kind: Environment, stiffness_nm_rad: float, *, smooth: bool = True
+    loaded: LoadedConfig, kind: Environment, stiffness_nm_rad: float, joint: Rubbing = Rubbing.HARDLY
 ) -> Contact:
-    """Lean on it with .2 and with .4 of the torque limit, through a hand of 30 N m/rad, and look.
-
-    `smooth`: on a joint that hardly rubs, without compensation; else on the joint as it is, with the rig file's.
-    """
+    """Lean on it with .2 and with .4 of the torque limit, through a hand of 30 N m/rad, and look."""
     simulation = Simulation(loaded)
-    if smooth:
+    if joint is Rubbing.HARDLY:
         slippery(simulation)
     hold(simulation, HAND_NM_RAD, 0.1)
     command, limit = simulation.command, float(simulation.params["torque_limit_nm"][0, 0])
@@ -149,7 +164,7 @@ def contact(
     rest = float(simulation.plant_state["position_rad"][0, 0])
     command["environment_center_rad"] = rest
     simulation.plant_params["hand_center_rad"] = rest
-    if _armed_run(simulation, 0.2, 0.0 if smooth else 1.0) is None:
+    if _armed_run(simulation, 0.2, _compensation(joint)) is None:
         return Contact(math.nan, math.nan, math.nan, stopped=True)
     loads, rings, least = [], 0.0, 0.0
     for share in (0.2, 0.4):
@@ -166,7 +181,8 @@ def contact(
         least = min(least, float(trace["energy_port_j"].min()))
     (low_nm, low_rad), (high_nm, high_rad) = loads
     way = high_rad - low_rad
-    return Contact((high_nm - low_nm) / way if way != 0 else math.inf, rings, least, stopped=False)
+    stiffness = (high_nm - low_nm) / way if way != 0 else math.inf
+    return Contact(stiffness, rings, least, stopped=False, way_rad=high_rad - rest)
 
 
 def above(signal: np.ndarray, hz: float, period_s: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -17,7 +18,7 @@ from rtctl.experiments.admittance_findings import (
     Felt,
     Left,
 )
-from rtctl.experiments.admittance_runs import HAND_NM_RAD, Contact, Shown
+from rtctl.experiments.admittance_runs import HAND_NM_RAD, Contact, Rubbing, Shown
 from rtctl.experiments.report import Target
 from rtctl.experiments.stability_map import Device, proven
 from rtctl.experiments.statistics import Estimate
@@ -45,14 +46,16 @@ def felt_table(felt: Sequence[Felt]) -> Table:
         (
             f"{one.asked.mass_kgm2:.3g}, {one.asked.damping_nms_rad:.3g}",
             "yes" if one.asked.feedforward else "no",
-            one.where,
+            str(one.joint),
             f"{one.mass_kgm2:.3g}, {one.damping_nms_rad:.3g}",
             f"{100 * one.error:.1f} %",
+            f"{one.hand_nm_rad:.0f}" if one.hand_nm_rad > 0 else "none: refused",
         )
         for one in felt
     )
-    header = ("asked: m, b_v", "sent ahead", "joint", "felt: m, b_v", "larger error")
-    return Table("Mass (kg m^2) and damping (N m s/rad) asked for and felt, .5 to 5 Hz.", header, rows)
+    header = ("asked: m, b_v", "sent ahead", "joint", "felt: m, b_v", "larger error", "certified hand")
+    caption = "Mass (kg m^2) and damping (N m s/rad) asked for and felt, .5 to 5 Hz, and the stiffest hand (N m/rad) certified in any linear world."
+    return Table(caption, header, rows)
 
 
 def contact_table(touched: Mapping[str, Mapping[str, Contact]]) -> Table:
@@ -65,18 +68,18 @@ def contact_table(touched: Mapping[str, Mapping[str, Contact]]) -> Table:
         for world in next(iter(touched.values()))
     )
     caption = (
-        f"A hand of {HAND_NM_RAD:g} N m/rad leans on a virtual world: stiffness felt (N m/rad), and the least of the energy account. A coupling "
-        "is felt in series with its spring. Where it hardly rubs: a hundredth of the dry friction, no compensation, no dead band."
+        f"A hand of {HAND_NM_RAD:g} N m/rad leans on a virtual world: stiffness felt (N m/rad; of a wall the way into it), and the least of the "
+        "energy account. A coupling is felt in series with its spring. Where it hardly rubs: a hundredth of the dry friction, no compensation, no dead band."
     )
     return Table(caption, ("world, N m/rad", *touched), rows)
 
 
 def _contact_cell(world: str, one: Contact) -> str:
-    """What one display did of one world; of a wall hardly anything moves, so it has no slope."""
+    """What one display did of one world; of a wall hardly anything moves, so its slope says nothing."""
     if one.stopped:
         return "stopped"
-    stiffness = "" if world == "wall" else f"{one.stiffness_nm_rad:.4g}, "
-    return f"{stiffness}{'calm' if one.calm else 'rings'}; {1e3 * one.account_min_j:.2f} mJ"
+    felt = f"{1e3 * one.way_rad:.2f} mrad" if world == "wall" else f"{one.stiffness_nm_rad:.4g}"
+    return f"{felt}, {'calm' if one.calm else 'rings'}; {1e3 * one.account_min_j:.2f} mJ"
 
 
 def impedance_picture(loaded: LoadedConfig, shown: Shown, heard: Mapping[str, list[complex]]) -> Picture:
@@ -137,13 +140,13 @@ def width_picture(loaded: LoadedConfig, widths: Mapping[str, Sequence[tuple[floa
 
 def targets(left: Left, felt: Sequence[Felt], *, rigid: bool) -> tuple[Target, ...]:
     """What has to be reached, on a joint of one mass or on an elastic one."""
-    ahead = [one.error for one in felt if one.asked.feedforward == 1.0 and one.where == "rubs"]
-    smooth = [one.error for one in felt if one.asked.feedforward == 1.0 and one.where == "hardly rubs"]
+    ahead = [one.error for one in felt if one.asked.feedforward == 1.0 and one.joint is Rubbing.BARE]
+    smooth = [one.error for one in felt if one.asked.feedforward == 1.0 and one.joint is Rubbing.HARDLY]
     within = FELT_WITHIN if rigid else 2 * FELT_WITHIN
     return (
         Target("hand's torque left on the fast sine, compensated", left[FAST_SINE.name]["admittance, compensated"], LEFT_MOST, at_most=True),
-        Target("mass and damping felt on a joint that hardly rubs: largest error", Estimate(max(smooth), 0.0, 1), within, at_most=True),
-        Target("and on one that rubs", Estimate(max(ahead), 0.0, 1), 2 * FELT_WITHIN, at_most=True),
+        Target("mass and damping felt on a joint that hardly rubs: largest error", Estimate(float(np.max(smooth)), 0.0, 1), within, at_most=True),
+        Target("and on one that rubs", Estimate(float(np.max(ahead)), 0.0, 1), 2 * FELT_WITHIN, at_most=True),
     )  # fmt: skip
 
 
@@ -152,13 +155,17 @@ def numbers(
     felt: Sequence[Felt],
     touched: Mapping[str, Mapping[str, Contact]],
     widths: Mapping[str, Sequence[tuple[float, float]]],
+    heard: Mapping[str, Sequence[complex]],
     hand: float,
 ) -> dict[str, object]:
     """Everything for scripts, SI units."""
     return {
         "hand_torque_left": {motion: {name: one.as_dict() for name, one in rows.items()} for motion, rows in left.items()},
         "stiffest_hand_nm_rad": hand,
-        "felt": [{**vars(one.asked), "felt_mass_kgm2": one.mass_kgm2, "felt_damping_nms_rad": one.damping_nms_rad, "joint": one.where} for one in felt],
+        "felt": [{**vars(one.asked), "felt_mass_kgm2": one.mass_kgm2, "felt_damping_nms_rad": one.damping_nms_rad, "joint": one.joint, "certified_hand_nm_rad": one.hand_nm_rad} for one in felt],
         "contact": {name: {world: vars(one) for world, one in worlds.items()} for name, worlds in touched.items()},
+        "impedance_felt_nms_rad": {
+            name: [{"hz": hz, "size": abs(z), "angle_rad": cmath.phase(z)} for hz, z in zip(HZ, values, strict=True)] for name, values in heard.items()
+        },
         "stiffest_wall_nm_rad": {name: [list(pair) for pair in pairs] for name, pairs in widths.items()},
     }  # fmt: skip

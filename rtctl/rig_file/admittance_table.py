@@ -48,6 +48,13 @@ class AdmittanceTable(Table):
         default=1.0,
     )
     feedforward_lowpass_hz: float = number(0, 5000, "its low-pass; 0 is off", default=20.0)
+    compensation_share: float = number(
+        0,
+        1,
+        "share of the help with friction, of a learned model and of the observer, while the mass is shown: the servo takes out most of "
+        "the friction as it is, and joints that were helped with all of it swung on in hands they are certified for",
+        default=0.7,
+    )
     mass_max_kgm2: float = number(
         0,
         1e3,

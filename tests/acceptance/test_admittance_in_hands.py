@@ -2,11 +2,15 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from rtctl.campaign import in_hands
 from rtctl.control.environments.table import Environment
-from rtctl.experiments.admittance_runs import Shown, displayed
+from rtctl.experiments.admittance_runs import Shown, displayed, hold
+from rtctl.rig_file.config import load
+from rtctl.simulation.closed_loop import Simulation
+from rtctl.simulation.demo import shipped_config
 
 
 @pytest.fixture(scope="module")
@@ -39,3 +43,21 @@ def test_a_case_follows_from_seed_and_number_alone(rigs):
     again = in_hands.drawn(7, 0)
     assert again.loop == rigs[0].loop
     assert in_hands.pair(again, 7, 5) == in_hands.pair(rigs[0], 7, 5)
+
+
+def test_a_mass_is_helped_with_the_share_that_its_rig_file_says():
+    rig = load(shipped_config("mock.toml"))
+    helped = {}
+    for share in (1.0, 0.7):
+        simulation = Simulation(displayed(rig, Shown(0.012, 0.1, 2.0, 20.0)))
+        simulation.params["mass_compensation"] = share
+        simulation.arm(compensation=1.0)
+        hold(simulation, 20.0, 0.1)
+        simulation.plant_params["hand_sine_rad"][0, 0, 0] = 0.3
+        simulation.plant_params["hand_sine_rad_s"][0, 0, 0] = 6.0
+        simulation.run(1.0)
+        trace = simulation.run(2.0)
+        sent = trace["feedforward_torque_nm"] + trace["observer_torque_nm"]
+        helped[share] = float(np.sqrt(np.mean(np.square(sent))))
+    assert helped[1.0] > 0.1
+    assert helped[0.7] == pytest.approx(0.7 * helped[1.0], rel=0.1)

@@ -8,9 +8,21 @@ MASS = "rtctl/control/virtual_mass.py"
 STEP = "tests/unit/control/test_admittance_step.py"
 LOOP = "tests/unit/control/test_admittance_closed_loop.py"
 CHANGES = "tests/unit/control/test_display_changes.py"
+EXPERIMENT = "tests/unit/experiments/test_admittance_experiment.py"
+IN_HANDS = "tests/acceptance/test_admittance_in_hands.py"
 DISPLAY = "rtctl/control/display.py"
 
 SEEDS = (
+    Seed(
+        "help with friction goes by the hand alone while a mass is shown", "rtctl/control/feedforward.py",
+        "return hand + t.coupling_torque_nm[axis] if is_admittance(s, axis) else hand", "return hand",
+        (f"{EXPERIMENT}::test_help_with_friction_goes_by_the_servo_and_does_not_push_the_joint_into_a_wall",),
+    ),
+    Seed(
+        "a virtual mass is helped with all of the friction", "rtctl/control/law.py",
+        "share *= 1.0 - (1.0 - p.mass_compensation[axis]) * felt_share(s, axis)", "pass",
+        (f"{IN_HANDS}::test_a_mass_is_helped_with_the_share_that_its_rig_file_says",),
+    ),
     Seed(
         "the virtual mass goes on outside ACTIVE", MASS,
         "if s.proxy_set_count[axis] == 0 or disabled or s.state != _ACTIVE or in_program(s, axis):",

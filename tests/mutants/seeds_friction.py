@@ -182,7 +182,7 @@ SEEDS = (
     ),
     Seed(
         "the intent is not low-passed", "rtctl/control/feedforward.py",
-        "alpha * (hand - s.friction_intent_nm[axis])", "(hand - s.friction_intent_nm[axis])", INTENT,
+        "alpha * (push - s.friction_intent_nm[axis])", "(push - s.friction_intent_nm[axis])", INTENT,
     ),
     Seed(
         "on bent bristles the help follows the hand at once", "rtctl/control/resting.py",

@@ -10,7 +10,7 @@ from rtctl.control.environments.table import Environment
 from rtctl.experiments import admittance_findings as findings
 from rtctl.experiments import admittance_runs as runs
 from rtctl.experiments.admittance_findings import Felt
-from rtctl.experiments.admittance_runs import Contact, Shown
+from rtctl.experiments.admittance_runs import Contact, Rubbing, Shown
 from rtctl.experiments.statistics import Estimate
 from rtctl.rig_file.config import load
 from rtctl.simulation.demo import shipped_config
@@ -61,8 +61,8 @@ def test_the_sentence_on_free_motion_names_the_display_that_leaves_less_and_the_
 
 def felt(alone, ahead):
     return [
-        Felt(replace(SHOWN, feedforward=0.0), 0.012 * (1 + alone), 0.1, "rubs"),
-        Felt(SHOWN, 0.012, 0.1 * (1 + ahead), "rubs"),
+        Felt(replace(SHOWN, feedforward=0.0), 0.012 * (1 + alone), 0.1, Rubbing.BARE, 100.0),
+        Felt(SHOWN, 0.012, 0.1 * (1 + ahead), Rubbing.BARE, 100.0),
     ]
 
 
@@ -110,12 +110,23 @@ def test_a_spring_behind_a_coupling_is_felt_in_series_and_on_a_mass_as_it_is(moc
 
 def test_what_rubs_is_felt_beside_the_spring_and_the_certificate_ends_before_the_simulation_does(mock):
     rig = runs.displayed(mock, SHOWN)
-    smooth, rough = (runs.contact(rig, Environment.SPRING, 1000.0, smooth=one) for one in (True, False))
+    smooth, bare, helped = (runs.contact(rig, Environment.SPRING, 1000.0, one) for one in Rubbing)
     assert smooth.stiffness_nm_rad == pytest.approx(1000.0, rel=0.1)
-    assert abs(rough.stiffness_nm_rad / 1000 - 1) > 0.1
+    assert abs(bare.stiffness_nm_rad / 1000 - 1) > 0.1
+    assert abs(helped.stiffness_nm_rad / 1000 - 1) > 0.1
     assert 0 < runs.widest_certified(mock, SHOWN, 0.1) < runs.widest(mock, SHOWN, 0.1)
 
 
 def test_a_display_that_no_hand_may_hold_stops_or_rings(mock):
     wild = Shown(0.012, 0.01, 2.0, 8000.0)
     assert not runs.contact(runs.displayed(mock, wild), Environment.WALL, 1e5).calm
+
+
+def test_help_with_friction_goes_by_the_servo_and_does_not_push_the_joint_into_a_wall(mock):
+    rig = runs.displayed(mock, SHOWN)
+    bare, helped = (
+        runs.contact(rig, Environment.WALL, 1e5, one) for one in (Rubbing.BARE, Rubbing.COMPENSATED)
+    )
+    assert bare.calm
+    assert helped.calm
+    assert helped.way_rad < bare.way_rad
