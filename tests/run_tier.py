@@ -1,8 +1,9 @@
 """Runs one tier of the tests, as many parts at a time as there are cores: `python tests/run_tier.py check|test|volume`.
 
 Tests that meet a clock run as one part, alone at their priority; parts that start beside them get only what nobody
-else wants (SCHED_IDLE), so that no real-time loop waits for them. Each part's output goes to a file and is shown when
-the part fails. Ctrl-C ends all parts.
+else wants (SCHED_IDLE), so that no real-time loop waits for them. As tests that meet a clock leave their core idle for
+most of the time, one part more than there are cores runs then. Each part's output goes to a file and is shown when the
+part fails. Ctrl-C ends all parts.
 """
 
 from __future__ import annotations
@@ -166,7 +167,7 @@ class Run:
     def whole(self) -> int:
         """Until all have ended; the exit code."""
         while self._waiting or self._running:
-            while self._waiting and len(self._running) < self._at_a_time:
+            while self._waiting and len(self._running) < self._places():
                 self._start(self._waiting.pop(0))
             for part in list(self._running):
                 if part.process.poll() is not None:
@@ -177,6 +178,10 @@ class Run:
                         self._make_way_no_more()
             time.sleep(0.05)
         return self._sum_up()
+
+    def _places(self) -> int:
+        """One more beside a clock: it waits for most of its time, and what runs beside it takes only what that leaves."""
+        return self._at_a_time + any(part.clock for part in self._running)
 
     def _start(self, part: Part) -> None:
         say(f"begins                          {part.name}")

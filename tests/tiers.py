@@ -33,6 +33,8 @@ ONLY_COMPUTES = (
     "contract/test_makers_libraries.py",
     "contract/test_makers_random.py",
     "integration/test_first_start.py",  # compiles everything, and waits for that as long as it takes
+    "integration/test_identify_simulated.py",
+    "integration/test_positioning_on_the_loop.py",  # of the law in a simulation; test_positioning_of_a_run.py has the clock
 )
 """Files in such folders that meet none: whatever they wait for may take minutes."""
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from amounts import asked_often, some_of
 
 from hw.mock.family import FAMILY
 from hw.mock.records import Hand
@@ -12,7 +13,7 @@ from rtctl.simulation.closed_loop import Simulation
 from rtctl.simulation.demo import shipped_config
 from rtctl.simulation.family import with_plant
 
-CASES = 1000
+CASES = some_of(1000)
 """Hands that hold still; `rtctl campaign --still` takes as many as one likes."""
 
 SECONDS = 12.0
@@ -27,6 +28,7 @@ WORLDS = {
 }
 
 
+@asked_often
 @pytest.mark.compiled
 @pytest.mark.timeout(1800)
 def test_of_many_hands_that_hold_still_none_feels_anything_of_the_default_policy():

@@ -1,4 +1,4 @@
-"""`rtctl identify` as a program: simulated, on the real loop, interrupted, continued."""
+"""`rtctl identify` as a program on the real loop: interrupted, continued."""
 
 import json
 import signal
@@ -6,18 +6,12 @@ import subprocess
 import sys
 from pathlib import Path
 
-import click
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from patience import PATIENCE_S, until
 from shipped_friction import law_nm
 
-from rtctl.cli import cli, identify
-from rtctl.friction.points.reader import read_points
-
 CONFIG = Path(__file__).parents[2] / "configs" / "mock-identify.toml"
-QUICK = ["--train", "8", "--test", "2", "--measurements", "4", "--spots", "2", "--warm-up", "1"]
 SHORT = [
     *[
         "--train",
@@ -52,34 +46,6 @@ def narrow(tmp_path):
     limits = "position_min_rad = -0.4\nposition_max_rad = 0.4\n"
     path.write_text(CONFIG.read_text().replace("current_limit_a = 10.0", limits + "current_limit_a = 10.0"))
     return path
-
-
-def test_a_simulated_identification_ends_in_points_that_the_fit_takes(tmp_path):
-    out = tmp_path / "set"
-    done = call("identify", CONFIG, "--simulate", "--out", out, *QUICK, "--json")
-    assert done.returncode == 0, done.stderr
-    summary = json.loads(done.stdout)
-    assert summary["complete"]
-    assert (summary["points"], summary["train"], summary["test"]) == (22, 18, 4)
-    assert [one["direction"] for one in summary["truth"]] == [1, -1]
-    assert all(0 < one["rms_share"] < 0.03 and one["speeds"] == 10 for one in summary["truth"])
-    assert len(read_points(out / "points_train.csv").branch(-1)[0]) == 9
-    again = call("identify", CONFIG, "--simulate", "--out", out, *QUICK, "--json")
-    assert (again.returncode, json.loads(again.stdout)["error"]) == (10, "DataError")
-
-
-def test_a_log_on_the_command_line_is_given_to_its_own_command(monkeypatch):
-    taken = []
-
-    @click.command()
-    @click.option("--log", multiple=True)
-    def command(log):
-        taken.append(log)
-
-    monkeypatch.setattr(identify, "LOG_MODULE", __name__)
-    monkeypatch.setitem(globals(), "command", command)
-    assert CliRunner().invoke(cli, ["identify", "--log", "a.csv", "--log=b.csv"]).exit_code == 0
-    assert taken == [("a.csv", "b.csv")]
 
 
 def points_in(out):

@@ -5,9 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
-from rtctl.cli import cli
 from rtctl.control.records import MODEL
 from rtctl.control.vocabulary import Program
 from rtctl.errors import ConfigError, DataError, FaultError, HandOnRigError
@@ -198,23 +196,3 @@ def changed(order, **values):
 def test_what_a_rig_lacks_is_named_before_it_arms(order, values, named):
     with pytest.raises(ConfigError, match=named):
         positioning_on_rig.require(changed(order, **values), tracking.cases_of(order))
-
-
-@pytest.mark.slow
-def test_the_command_runs_it_on_the_real_loop(tmp_path, monkeypatch):
-    monkeypatch.setattr(point_to_point, "STEPS_RAD", (0.1, 0.05, -0.05))
-    monkeypatch.setattr(point_to_point, "SECONDS", 0.5)
-    folder = tmp_path / "run"
-    folder.mkdir(mode=0o700)
-    arguments = ["experiment", "point-to-point", str(CONFIGS / "mock-identify.toml"), "--json"]
-    arguments += ["--points", str(CONFIGS / "friction/mock_points.csv"), "--model", "epsilon-SVR, spline"]
-    arguments += ["--out", str(tmp_path / "out"), "--runtime-dir", str(folder)]
-    done = CliRunner().invoke(cli, arguments, catch_exceptions=False)
-    assert done.exit_code == 0, done.output
-    page = (tmp_path / "out/report.html").read_text()
-    assert "on rig mock" in page
-    with np.load(tmp_path / "out/runs.npz") as runs:
-        assert len(runs["PID/step 100 mrad/epsilon-SVR, spline/position_rad"]) == 500
-        without = runs["PD/step 100 mrad/none/position_rad"][-1]
-        with_it = runs["PD/step 100 mrad/epsilon-SVR, spline/position_rad"][-1]
-    assert abs(with_it - 0.1) < 0.2 * abs(without - 0.1)

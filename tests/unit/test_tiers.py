@@ -135,6 +135,18 @@ def test_what_starts_beside_a_clock_takes_idle_time_only_and_what_starts_later_d
     assert told == {"clock": ordinary, "beside": os.SCHED_IDLE, "later": ordinary, "volume": os.SCHED_IDLE}
 
 
+def test_one_part_more_than_there_are_cores_runs_beside_a_clock_and_only_then(tmp_path):
+    def meets(mine, other):
+        return (
+            f"touch {tmp_path / mine}; timeout 30 sh -c 'until [ -e {tmp_path / other} ]; do sleep .02; done'"
+        )
+
+    together = [shell("a clock", meets("one", "two"), clock=True), shell("beside", meets("two", "one"))]
+    assert Run(together, at_a_time=1).whole() == 0
+    alone = f"mkdir {tmp_path / 'busy'} && sleep .2 && rmdir {tmp_path / 'busy'}"
+    assert Run([shell("first", alone), shell("second", alone)], at_a_time=1).whole() == 0
+
+
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root takes a program out of idle time again")
 def test_when_the_clock_is_over_what_ran_beside_it_takes_its_share_again(tmp_path):
     idle = f"{sys.executable} -c 'import os, sys; sys.exit(os.sched_getscheduler(0) != os.SCHED_IDLE)'"

@@ -38,13 +38,20 @@ def test_the_figures_are_means_over_the_seeds_and_the_spread_of_one_run_is_said(
     assert not worse.targets[0].reached
 
 
-def test_one_seed_is_one_identification_and_another_seed_another():
-    loaded = load(CONFIG)
+def test_one_seed_is_one_identification_and_another_seed_another(monkeypatch):
+    loaded, measured, kept = load(CONFIG), identification.measured, {}
+
+    def kept_by_seed(rig, seed, settings):
+        kept[seed] = measured(rig, seed, settings)
+        return kept[seed]
+
+    monkeypatch.setattr(identification, "measured", kept_by_seed)
     rows = identification.repeat(loaded, 1, SHORT, families=("coulomb_viscous", "lorentzian"))
     assert [r["family"] for r in rows][-1] == "chosen"
     assert rows[-1]["chosen"] == "lorentzian"
     assert 0.005 < rows[-1]["off_share"] < 0.04  # no formula has the shape of the rig
-    first, second = (identification.measured(loaded, seed, SHORT).of("train") for seed in (1, 2))
+    assert list(kept) == [1]
+    first, second = kept[1].of("train"), measured(loaded, 2, SHORT).of("train")
     assert len(first.direction) == 2 * 11
     assert sorted(first.velocity_rad_s)[:3] != sorted(second.velocity_rad_s)[:3]
 

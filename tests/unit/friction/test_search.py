@@ -2,6 +2,7 @@
 
 import sys
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -34,6 +35,12 @@ def points(forward=stribeck, backward=lambda v: 1.1 * stribeck(v), noise=0.002, 
 
 def options(**more):
     return ladder.Options(**{"backend": "sequential", "n_jobs": 1, **more})
+
+
+@cache
+def ascended(*families):
+    """What is found with the points above, direction by direction: asked once for all tests that only look at it."""
+    return ladder.ascend(points(), options(families=families, symmetric="no"))
 
 
 # ---- folds
@@ -253,7 +260,7 @@ def test_no_curve_has_more_support_vectors_than_asked(family, strategy):
 
 
 def test_the_number_that_is_chosen_by_is_that_of_the_model_as_it_is_written():
-    found = ladder.ascend(points(), options(families=("epsilon-rbf",), symmetric="no"))
+    found = ascended("epsilon-rbf")
     model = ladder.learn(points(), found, rig="mock")
     counts = [score.n_terms for score in found.choice.chosen.scores]
     assert counts == [len(branch.support_vectors) for branch in model.branches]
@@ -298,7 +305,7 @@ def test_symmetric_by_order_is_one_curve_however_wrong():
 @pytest.mark.parametrize("backend", ["threading", "loky"])
 def test_every_backend_finds_the_same(backend):
     few = {"families": ("gaussian", "epsilon-spline"), "symmetric": "no"}
-    one = ladder.ascend(points(), options(**few))
+    one = ascended(*few["families"])
     other = ladder.ascend(points(), options(**few, backend=backend) if backend == "threading" else ladder.Options(
         **few, backend=backend, n_jobs=2
     ))  # fmt: skip
@@ -322,7 +329,7 @@ def test_progress_is_told_up_to_the_end():
 @pytest.mark.parametrize("family", FAMILIES)
 def test_the_winner_of_every_rung_can_be_saved_read_and_run(family, tmp_path):
     measured = points()
-    found = ladder.ascend(measured, options(families=(family,), symmetric="no"))
+    found = ascended(family)
     model = ladder.learn(measured, found, rig="mock")
     artefact.save(model, tmp_path / "m.json")
     again = artefact.load(tmp_path / "m.json")
@@ -355,7 +362,7 @@ def test_a_real_dask_cluster_finds_the_same():
     distributed = pytest.importorskip("distributed", reason="the extra rtctl[dask] is not installed")
     dask = pytest.importorskip("dask")
     few = {"families": ("gaussian", "epsilon-spline"), "symmetric": "no"}
-    one = ladder.ascend(points(), options(**few))
+    one = ascended(*few["families"])
     busy = {"distributed.comm.timeouts.connect": "120s", "distributed.comm.timeouts.tcp": "120s"}
     with (
         dask.config.set(busy),
