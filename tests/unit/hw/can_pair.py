@@ -1,0 +1,145 @@
+"""A CAN device whose bus is a pair of local sockets, with a simulated one at the other end: time passes only when told."""
+
+import math
+import socket
+import struct
+
+import numpy as np
+
+from hw import registry
+from hw.can import raw
+from hw.can.bus import EXTENDED
+from hw.entry_points import call_for_int, entry_point
+from hw.jit import compiled
+from hw.simulators.can_device import make_drives
+from rtctl.rig_file.config import load
+from rtctl.simulation.demo import shipped_config
+from rtctl.tick import new_ticks
+
+HEAD = struct.Struct("=IBB2x")
+
+
+@compiled
+def _go(at, arguments):
+    return call_for_int(at, arguments)
+
+
+class PairBus(raw.RawBus):
+    """The raw socket's code on one end of a pair of datagram sockets, which keeps no more than some ten frames."""
+
+    def __init__(self, fd):
+        self.near, self.far = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self.far.setblocking(False)
+        self.pump = None
+        made = socket.socket
+        raw.socket.socket = lambda *_: self.near
+        try:
+            super().__init__("pair", fd=fd)
+        finally:
+            raw.socket.socket = made
+
+    def _configure(self):
+        self._socket.setblocking(False)
+
+    def subscribe(self, handlers):
+        self._handlers = dict(handlers)
+
+    def receive(self):
+        if self.pump is not None:  # while it is opened
+            self.pump()
+        return super().receive()
+
+    def give(self, can_id, data):
+        self.far.send(HEAD.pack(can_id, len(data), 0) + data.ljust(64 if self._fd else 8, b"\0"))
+
+    def sent(self):
+        frames = []
+        while True:
+            try:
+                frame = self.far.recv(128)
+            except BlockingIOError:
+                return frames
+            can_id, length, _ = HEAD.unpack_from(frame)
+            assert len(frame) == (72 if self._fd else 16)
+            frames.append((can_id, frame[8 : 8 + length]))
+
+    def close(self):
+        super().close()
+        self.far.close()
+
+
+class Paired:
+    """The device of a rig file on a pair, opened, and its simulated counterpart; `compiled_half`: cycles are compiled where they can be."""
+
+    def __init__(self, monkeypatch, rig_file, kind, *, compiled_half, change=lambda options: None):
+        loaded = load(shipped_config(rig_file))
+        (member,) = loaded.members()
+        options = dict(member.options)
+        change(options)
+        hardware = loaded.config.hardware()
+        (self.sim,) = make_drives(kind, [1])
+        self.bus = PairBus(bool(options["bus"]["fd"]))
+        self.bus.pump = self.answer
+        monkeypatch.setattr("hw.can.backend.open_bus", lambda _options: self.bus)
+        monkeypatch.setattr("hw.can.cia402_setup.configure", lambda *_: (1.0, 2.0, b"who"))
+        if kind == "cia402":
+            self.sim.objects.update({(0x6060, 0): 10, (0x1A01, 1): 0x606C_0020, (0x1801, 1): 0x281, (0x1017, 0): 7})
+        self.backend = registry.create(member.kind, options, hardware)
+        self.backend.open()
+        self.tick = new_ticks(1, 1)
+        self.backend.warm_up(self.tick)
+        self.answer()
+        self.bus.pump = None
+        self.now_s, self.left = 0.0, {"read": 0, "write": 0}
+        self.parts = self.backend.compiled_cycle(self.tick) if compiled_half else None
+
+    def answer(self):
+        """The simulated device takes what was sent; its answers wait."""
+        frames = self.bus.sent()
+        answers = self.sim.pass_time(1e-3, 0.0, 0.0, 0.0) if self.bus.pump is not None else []
+        for can_id, data in frames:
+            answers += self.sim.frame(can_id, data)
+        for can_id, data in answers:
+            self.bus.give(can_id, data)
+        return frames
+
+    def step(self, name):
+        """One half of a cycle, in compiled code if it does all of it."""
+        if self.parts is not None:
+            half, arguments = getattr(self.parts, name), getattr(self.parts, f"{name}_arguments")
+            if _go(entry_point(half, *arguments), arguments) == 0:
+                return
+        self.left[name] += 1
+        getattr(self.backend, name)(self.tick)
+
+    def cycle(self, *, enabled=0, current_a=0.0, more=(), torque_nm=0.0):
+        """One cycle; returns the tick as read and the frames sent."""
+        self.now_s += 1e-3
+        turns = 3.0 * math.sin(2.0 * self.now_s) + 0.7 * math.sin(90.0 * self.now_s)
+        for can_id, data in self.sim.pass_time(1e-3, turns, 6.0 * math.cos(2.0 * self.now_s), 0.1 * turns):
+            self.bus.give(can_id, data)
+        for can_id, data in more:
+            self.bus.give(can_id, data)
+        self.tick["tick"] += 1
+        self.step("read")
+        seen = self.tick.copy()
+        self.tick["enabled"], self.tick["current_command_a"] = enabled, current_a
+        self.tick["torque_applied_nm"] = torque_nm
+        self.step("write")
+        return seen, self.answer()
+
+    def close(self):
+        self.backend.close()
+
+
+def noise(rng, known):
+    """Frames that come besides: now and then damaged ones of the device, and foreign ones."""
+    if rng.random() < 0.8:
+        return []
+    can_id = int(rng.choice(known)) if rng.random() < 0.5 else int(rng.integers(1, 0x700))
+    data = rng.bytes(int(rng.choice([0, 4, 7, 8, 8])))
+    return [(can_id & ~EXTENDED if can_id < 0x800 else can_id, data)]
+
+
+def identifiers(bus):
+    return np.array(sorted(bus._handlers))
