@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 import struct
+from dataclasses import replace
 
 from hw.can.armed import Armed
 from hw.can.bus import EXTENDED, Bus, Handler, wait_for
@@ -204,8 +205,10 @@ class MoteusAxis:
         told = (lambda: self.mode if self._armed.said is not None else NEVER, lambda: self.fault)
         for byte, wanted in zip(_TOLD_AT, told, strict=True):
             guards.append(Number(byte_field(size, byte, 8, kind="int"), wanted=wanted, says=LEAVES))
-        keys = dict.fromkeys(reply_ids(self.node, self._source))
-        return [Frame(key, size, numbers, guards, self._bit, leaves_length=True) for key in keys]
+        return [
+            Frame(key, size, [*map(replace, numbers)], [*map(replace, guards)], self._bit, leaves_length=True)
+            for key in dict.fromkeys(reply_ids(self.node, self._source))
+        ]
 
     def steady_commands(self, current_at: int) -> list[Command]:
         """See `Drive`."""
