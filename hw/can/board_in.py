@@ -84,7 +84,9 @@ class ReceivedFrame:
         if channel == "enabled":
             target = next(self._tells)
             self._words.append((raw_decoder(field), field))
-        number = Number(field, _PLACES.get(channel, NOWHERE), factor=to_si, inside=bool(table.get("saturates")))
+        number = Number(
+            field, _PLACES.get(channel, NOWHERE), factor=to_si, inside=bool(table.get("saturates"))
+        )
         self._numbers.append(number)
         if channel in self._sample.start:
             number.place = self._sample.start[channel] + axis
@@ -103,11 +105,13 @@ class ReceivedFrame:
         return (lambda buffer, at: to_si * decode(buffer, at)), target, axis
 
     def steady(self) -> Frame:
-        """This frame as compiled cycles read it; one that comes in parts is for Python."""
+        """As compiled cycles read it; a frame that comes in parts is for Python."""
         if self._parts is not None:
             return Frame(self._key, bit=self.bit)
         table = self._table
-        guards = [_chosen(make_field(entry, self._length), entry["value"]) for entry in table.get("select") or ()]
+        guards = [
+            _chosen(make_field(entry, self._length), entry["value"]) for entry in table.get("select") or ()
+        ]
         for k, (_, bits) in enumerate(self._words):
             guards.append(Number(bits, wanted=lambda k=k: self._last_word(k), says=LEAVES))  # type: ignore[misc]
         counter, checksum = table["counter"], table["checksum"]

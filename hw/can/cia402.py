@@ -137,7 +137,9 @@ class Cia402Axis:
             Number(count, at["position"] + axis, ENDLESS, state=self._unwrap),
             Number(current, at["current"] + axis, factor=self._current_rated_a),
         ]
-        same = Number(Field(8, 0, 7), wanted=lambda: NEVER if self._armed.said is None else self._word, says=LEAVES)
+        same = Number(
+            Field(8, 0, 7), wanted=lambda: NEVER if self._armed.said is None else self._word, says=LEAVES
+        )
         frames = [Frame(TPDO1 + self.node, FEEDBACK.size, numbers, [same], self._bit)]
         if self._velocity_bit:
             speed = Field(4, 0, 32, "little", "int", self._rad_s_per_unit)

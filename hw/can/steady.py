@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hw.can.batch import FRAMES, STRIDE, Batch
+from hw.can.batch import STRIDE, Batch
 from hw.can.steady_cycle import read_cycle, write_cycle
 from hw.can.steady_records import (
     BUS,
@@ -120,7 +120,12 @@ class Steady:
         """Where in the tick stands what both halves look at or write."""
         row, fields = self._row, dtype.fields
         assert fields is not None
-        for name, of in (("slot", "tick"), ("count", "sample_count"), ("faults", "link_faults"), ("enabled", "enabled")):
+        for name, of in (
+            ("slot", "tick"),
+            ("count", "sample_count"),
+            ("faults", "link_faults"),
+            ("enabled", "enabled"),
+        ):
             row[f"{name}_at"] = fields[of][1] // 8
         row["estop_at"] = fields["estop"][1] // 8 if "estop" in self._backend.provides else NOWHERE
         row["shown"] = len(self._shown)
@@ -200,7 +205,11 @@ class Steady:
                 at += 1
             row["end"] = at
             if command.counter is not None:
-                row["counter"], row["count"], row["modulus"] = at, command.counter.count, command.counter.modulus
+                row["counter"], row["count"], row["modulus"] = (
+                    at,
+                    command.counter.count,
+                    command.counter.modulus,
+                )
                 fill_entry(self._entry_rows[at], command.counter.entry)
                 at += 1
         self._commands = commands

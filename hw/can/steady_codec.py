@@ -118,7 +118,7 @@ def _intact(data: np.ndarray, at: int, r: np.record) -> bool:
         return True
     found = 0
     for k in range(r.sum_size):
-        found = found << 8 | np.int64(data[at + r.sum_at + k])
+        found = found << 8 | int(data[at + r.sum_at + k])
     return bool(found == checksum_of(r.checksum, data, at, r.length, r.sum_at, r.sum_size))
 
 
@@ -237,10 +237,11 @@ def put(data: np.ndarray, at: int, r: np.record, numbers: np.ndarray, words: np.
     """Write the commands, the counter and the checksum of one frame into its bytes, `data[at:]`."""
     for k in range(r.first, r.end):
         f = numbers[k]
-        put_number(data, at, f, words[f.place] if f.place >= 0 else 0.0)
+        put_number(data, at, f, words[int(f.place)] if f.place >= 0 else 0.0)
     if r.counter >= 0:
-        r.count = (r.count + 1) % r.modulus
-        put_number(data, at, numbers[r.counter], float(r.count))
+        count = (r.count + 1) % r.modulus
+        r.count = count
+        put_number(data, at, numbers[r.counter], float(count))
     if r.checksum >= 0:
         total = checksum_of(r.checksum, data, at, r.length, r.sum_at, r.sum_size)
         for k in range(r.sum_size):

@@ -48,7 +48,7 @@ def _serve(
     """Decode frames `b.at` to `b.n` of the inbox. False at the first that is for Python."""
     while b.at < b.n:
         head = b.at * STRIDE
-        key, length, data = _key(inbox, head), np.int64(inbox[head + 4]), head + DATA_AT
+        key, length, data = _key(inbox, head), int(inbox[head + 4]), head + DATA_AT
         if key & ERROR:
             return False
         for k in range(b.frames):
@@ -99,17 +99,17 @@ def _from_line(
         for k in range(b.left):
             chunk[k] = chunk[b.begin + k]
         room = len(chunk) - b.left
-        n, b.begin = read_some(b.fd, chunk[b.left :]), 0
-        if n == FAILED:
-            return _PYTHON
-        b.left += n
+        n, begin = read_some(b.fd, chunk[b.left :]), 0
+        end = b.left + max(n, 0)
         while True:
-            used, is_frame = next_line(chunk, b.begin, b.left, inbox)
-            if used < 0:
+            b.begin, b.left = begin, end - begin
+            used, is_frame = next_line(chunk, begin, end - begin, inbox)
+            if used < 0 or n == FAILED:
                 return _PYTHON
             if used == 0:
                 break
-            b.begin, b.left = b.begin + used, b.left - used
+            begin += used
+            b.begin, b.left = begin, end - begin
             b.at, b.n = 0, 1 if is_frame else 0
             if not _serve(b, inbox, frames, numbers, values, scratch):
                 return _PYTHON

@@ -26,7 +26,7 @@ def _number(chunk: np.ndarray, at: int, digits: int) -> int:
     """Hexadecimal number, -1 where it is none."""
     value = np.int64(0)
     for k in range(digits):
-        digit = _nibble(np.int64(chunk[at + k]))
+        digit = _nibble(int(chunk[at + k]))
         if digit < 0:
             return -1
         value = value << 4 | digit
@@ -49,7 +49,7 @@ def _parsed(chunk: np.ndarray, at: int, size: int, frame: np.ndarray) -> bool:
     digits = 3 if kind == _STANDARD else 8
     if size < digits + 2:
         return False
-    key, length = _number(chunk, at + 1, digits), np.int64(chunk[at + digits + 1]) - _ZERO
+    key, length = _number(chunk, at + 1, digits), int(chunk[at + digits + 1]) - _ZERO
     if not 0 <= length <= 8 or size != digits + 2 + 2 * length:
         return False
     if not 0 <= key <= (0x7FF if kind == _STANDARD else 0x1FFF_FFFF):
@@ -96,7 +96,7 @@ def put_line(packet: np.ndarray, key: int, length: int, line: np.ndarray) -> int
     line[digits + 1] = _ZERO + length
     at = digits + 2
     for k in range(0 if remote else length):
-        line[at], line[at + 1] = _digit(np.int64(packet[8 + k]) >> 4), _digit(np.int64(packet[8 + k]) & 15)
+        line[at], line[at + 1] = _digit(int(packet[8 + k]) >> 4), _digit(int(packet[8 + k]) & 15)
         at += 2
     line[at] = _END
     return at + 1

@@ -140,7 +140,7 @@ class Command:
     strict: bool = False
 
 
-def fill_number(row: Any, number: Field) -> None:
+def fill_number(row: np.void, number: Field) -> None:
     """Where it is and what its bits mean."""
     row["shift"], row["bits"], row["big"] = number.shift, number.bits, number.order == "big"
     row["length"], row["kind"] = number.length, ("uint", "int", "float").index(number.kind)
@@ -148,14 +148,14 @@ def fill_number(row: Any, number: Field) -> None:
     row["low"], row["high"] = number.raw_range
 
 
-def fill_checksum(row: Any, checksum: tuple[str, int] | None) -> None:
+def fill_checksum(row: np.void, checksum: tuple[str, int] | None) -> None:
     """Which, and which bytes of the frame it takes."""
     row["checksum"] = NONE if checksum is None else CHECKSUM_KINDS.index(checksum[0])
     if checksum is not None:
         row["sum_at"], row["sum_size"] = checksum[1], CHECKSUM_BYTES.get(checksum[0], 1)
 
 
-def fill_entry(row: Any, entry: Entry) -> None:
+def fill_entry(row: np.void, entry: Entry) -> None:
     """Where a command goes, and how it is turned into what stands on the wire."""
     fill_number(row, entry.bits)
     row["place"], row["factor"] = entry.place, entry.factor

@@ -1,20 +1,28 @@
 """A CAN device whose bus is a pair of local sockets, with a simulated one at the other end: time passes only when told."""
 
+import ctypes
+import errno
 import math
+import os
+import pty
 import socket
 import struct
+import time
+import tty
 
 import numpy as np
 
 from hw import registry
-from hw.can import raw
+from hw.can import raw, slcan, steady_cycle
 from hw.can.bus import EXTENDED
 from hw.entry_points import call_for_int, entry_point
-from hw.jit import compiled
+from hw.jit import JIT_DISABLED, compiled
 from hw.simulators.can_device import make_drives
+from hw.system_calls import FAILED
 from rtctl.rig_file.config import load
 from rtctl.simulation.demo import shipped_config
 from rtctl.tick import new_ticks
+from tests.bench.io_slcan import waiting
 
 HEAD = struct.Struct("=IBB2x")
 
@@ -22,6 +30,96 @@ HEAD = struct.Struct("=IBB2x")
 @compiled
 def _go(at, arguments):
     return call_for_int(at, arguments)
+
+
+def run(half, arguments):
+    """One half of a compiled cycle; as plain Python where nothing is compiled."""
+    return half(*arguments) if JIT_DISABLED else _go(entry_point(half, *arguments), arguments)
+
+
+class PlainCalls:
+    """`hw.system_calls` for where nothing is compiled."""
+
+    error = 0
+
+    def _tried(self, call, *arguments):
+        try:
+            return call(*arguments)
+        except BlockingIOError:
+            return 0
+        except OSError as error:
+            self.error = error.errno
+            return FAILED
+
+    def receive_many(self, fd, messages_at, most):
+        n = ctypes.CDLL(None, use_errno=True).recvmmsg(fd, ctypes.c_void_p(messages_at), most, 0x40, None)
+        self.error = ctypes.get_errno()
+        return n if n >= 0 else 0 if self.error == errno.EAGAIN else FAILED
+
+    def read_some(self, fd, into):
+        n = self._tried(os.readv, fd, [memoryview(into)])
+        return n
+
+    def write_all(self, fd, packet, size):
+        n = self._tried(os.write, fd, packet[:size].tobytes())
+        return n if n == FAILED else int(n == size)
+
+    def last_error(self):
+        return self.error
+
+    def put(self, monkeypatch):
+        for name in ("receive_many", "read_some", "write_all", "last_error"):
+            monkeypatch.setattr(steady_cycle, name, getattr(self, name))
+
+
+class LineBus(slcan.SlcanBus):
+    """The slcan reader's code on a pty, whose other end speaks for the bus; the adapter tells of every frame it has sent."""
+
+    def __init__(self, _fd):
+        self.far, self.slave = pty.openpty()
+        for end in (self.far, self.slave):
+            tty.setraw(end)
+        os.set_blocking(self.far, False)
+        self.pump, self.read_so_far = None, b""
+        super().__init__({"channel": os.ttyname(self.slave), "bitrate": 1_000_000, "arguments": {}})
+
+    def _command(self, command, seconds):
+        return b""
+
+    def receive(self):
+        if self.pump is not None:
+            self.pump()
+        return super().receive()
+
+    def _put(self, line):
+        before = waiting(self.fileno())
+        os.write(self.far, line)
+        deadline = time.monotonic() + 30.0
+        while waiting(self.fileno()) < before + len(line):
+            assert time.monotonic() < deadline
+
+    def give(self, can_id, data):
+        extended = bool(can_id & EXTENDED)
+        head = b"T%08X" % (can_id & 0x1FFF_FFFF) if extended else b"t%03x" % can_id
+        self._put(b"%s%d%s\r" % (head, len(data), data.hex().encode()))
+
+    def sent(self):
+        time.sleep(0)
+        try:
+            while True:
+                self.read_so_far += os.read(self.far, 4096)
+        except BlockingIOError:
+            pass
+        *lines, self.read_so_far = self.read_so_far.split(b"\r")
+        frames = [slcan.parse(line) for line in lines if line != b"C"]
+        if frames:
+            self._put(b"z\r" * len(frames))
+        return frames
+
+    def close(self):
+        super().close()
+        for end in (self.far, self.slave):
+            os.close(end)
 
 
 class PairBus(raw.RawBus):
@@ -71,19 +169,25 @@ class PairBus(raw.RawBus):
 class Paired:
     """The device of a rig file on a pair, opened, and its simulated counterpart; `compiled_half`: cycles are compiled where they can be."""
 
-    def __init__(self, monkeypatch, rig_file, kind, *, compiled_half, change=lambda options: None):
+    def __init__(
+        self, monkeypatch, rig_file, kind, *, compiled_half, bus=PairBus, change=lambda options: None
+    ):
+        if JIT_DISABLED:
+            PlainCalls().put(monkeypatch)
         loaded = load(shipped_config(rig_file))
         (member,) = loaded.members()
         options = dict(member.options)
         change(options)
         hardware = loaded.config.hardware()
         (self.sim,) = make_drives(kind, [1])
-        self.bus = PairBus(bool(options["bus"]["fd"]))
+        self.bus = bus(bool(options["bus"]["fd"]))
         self.bus.pump = self.answer
         monkeypatch.setattr("hw.can.backend.open_bus", lambda _options: self.bus)
         monkeypatch.setattr("hw.can.cia402_setup.configure", lambda *_: (1.0, 2.0, b"who"))
         if kind == "cia402":
-            self.sim.objects.update({(0x6060, 0): 10, (0x1A01, 1): 0x606C_0020, (0x1801, 1): 0x281, (0x1017, 0): 7})
+            self.sim.objects.update(
+                {(0x6060, 0): 10, (0x1A01, 1): 0x606C_0020, (0x1801, 1): 0x281, (0x1017, 0): 7}
+            )
         self.backend = registry.create(member.kind, options, hardware)
         self.backend.open()
         self.tick = new_ticks(1, 1)
@@ -106,8 +210,7 @@ class Paired:
     def step(self, name):
         """One half of a cycle, in compiled code if it does all of it."""
         if self.parts is not None:
-            half, arguments = getattr(self.parts, name), getattr(self.parts, f"{name}_arguments")
-            if _go(entry_point(half, *arguments), arguments) == 0:
+            if run(getattr(self.parts, name), getattr(self.parts, f"{name}_arguments")) == 0:
                 return
         self.left[name] += 1
         getattr(self.backend, name)(self.tick)

@@ -1,15 +1,14 @@
 """Compiled cycles of CAN devices do what Python's do, to the bit, and leave to Python whatever is more than a sample, losing nothing."""
 
 import math
+import socket
 import struct
 
 import numpy as np
 import pytest
-from can_pair import Paired, identifiers, noise
+from can_pair import LineBus, PairBus, Paired, identifiers, noise
 
 from hw.interface import LinkFault, LinkLost
-
-pytestmark = pytest.mark.compiled
 
 KINDS = [
     ("can-odrive.toml", "odrive"),
@@ -19,6 +18,7 @@ KINDS = [
     ("can-mit.toml", "mit"),
     ("can-vesc.toml", "vesc"),
 ]
+LINES = [(*names, LineBus) for names in KINDS if names[1] != "moteus"]  # CAN FD is not for lines
 
 
 @pytest.fixture
@@ -48,9 +48,9 @@ def story(device, cycles, noisy):
 
 
 @pytest.mark.parametrize("noisy", [False, True], ids=["quiet", "noisy"])
-@pytest.mark.parametrize(("rig_file", "kind"), KINDS)
-def test_both_ways_see_and_send_the_same(pair, rig_file, kind, noisy):
-    one, other = (pair(rig_file, kind, compiled_half=half) for half in (False, True))
+@pytest.mark.parametrize(("rig_file", "kind", "bus"), [*((*names, PairBus) for names in KINDS), *LINES])
+def test_both_ways_see_and_send_the_same(pair, rig_file, kind, bus, noisy):
+    one, other = (pair(rig_file, kind, compiled_half=half, bus=bus) for half in (False, True))
     plain, quick = story(one, 600, noisy), story(other, 600, noisy)
     for k, (a, b) in enumerate(zip(plain, quick, strict=True)):
         assert a == b, k
@@ -58,3 +58,117 @@ def test_both_ways_see_and_send_the_same(pair, rig_file, kind, noisy):
     assert [word.text for word in one.backend.words()] == [word.text for word in other.backend.words()]
     assert one.backend.counts()["samples"] > 400
     assert other.left["write"] < (500 if noisy else 250), other.left
+
+
+def settled(pair, *names, enabled=1, **more):
+    """A device in whose cycles Python is not needed, armed."""
+    device = pair(*names, **more)
+    for _ in range(20):
+        device.cycle(enabled=enabled)
+    device.left = {"read": 0, "write": 0}
+    return device
+
+
+def test_frames_behind_one_for_python_are_kept_and_decoded_once(pair):
+    device = settled(pair, "can-odrive.toml", "odrive")
+    before = device.tick["sample_count"][0]
+    drive = device.backend.drives[0]
+    node, beats = drive.node << 5, drive._beats
+    beat = node | 0x01, struct.pack("<IBBBB", 0, 8, 0, 0, 0)
+    late = [(node | 0x09, struct.pack("<ff", 2.0, 0.0)), (node | 0x14, struct.pack("<ff", 0.0, 0.5))]
+    device.sim.pass_time = lambda *_: []
+    seen, _ = device.cycle(enabled=1, more=[late[0], beat, late[1]])
+    assert device.left == {"read": 1, "write": 1}
+    assert (seen["sample_count"][0], seen["current_a"][0, 0]) == (before + 1, drive._shaft.direction * 0.5)
+    assert drive._beats == beats + 1
+    seen, _ = device.cycle(enabled=1, more=late)
+    assert device.left == {"read": 1, "write": 1}, "compiled again"
+    assert seen["sample_count"][0] == before + 2
+
+
+def test_damage_before_a_frame_for_python_is_a_fault_of_that_cycle(pair):
+    device = settled(pair, "can-odrive.toml", "odrive")
+    node = device.backend.drives[0].node << 5
+    beat = node | 0x01, struct.pack("<IBBBB", 0, 8, 0, 0, 0)
+    device.sim.pass_time = lambda *_: []
+    seen, _ = device.cycle(enabled=1, more=[(node | 0x09, bytes(7)), beat])
+    assert LinkFault(int(seen["link_faults"][0])) == LinkFault.CHECKSUM
+    seen, _ = device.cycle(enabled=1)
+    assert seen["link_faults"][0] == 0
+    assert device.backend.counts()["damaged"] == 1
+
+
+def test_a_drive_that_falls_silent_is_lost_in_the_same_cycle_both_ways(pair):
+    told = []
+    for half in (False, True):
+        device = pair("can-odrive.toml", "odrive", compiled_half=half)
+        for _ in range(20):
+            device.cycle(enabled=1)
+        device.sim.pass_time = lambda *_: []
+        told.append([device.cycle(enabled=1)[0]["link_faults"][0] for _ in range(900)])
+    assert told[0] == told[1]
+    assert {LinkFault(int(one)) for one in told[0]} >= {LinkFault(0), LinkFault.LOST}
+
+
+def test_a_command_that_finds_no_room_is_told_in_the_next_cycle_and_counted_once(pair):
+    device = settled(pair, "can-odrive.toml", "odrive")
+    device.answer = lambda: []  # nobody takes what is sent
+    device.sim.pass_time = lambda *_: []
+    device.bus.near.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4608)
+    device.bus.sent()
+    for _ in range(40):
+        device.cycle(enabled=1)
+    counts, health = device.backend.counts(), device.bus.health
+    assert counts["bus_tx_refused"] == health.refused_in_a_row > 20
+    assert health.link_faults == LinkFault.LOST
+    assert len(device.bus.sent()) + counts["bus_tx_refused"] == 40
+    del device.answer
+    seen, _ = device.cycle(enabled=1)
+    assert (health.refused_in_a_row, health.link_faults) == (0, 0)
+
+
+def test_a_socket_that_breaks_is_a_lost_link_though_the_kernel_says_so_once(pair):
+    device = settled(pair, "can-odrive.toml", "odrive")
+    device.step("read")
+    device.backend._steady.bus["error"] = 100  # ENETDOWN, as a compiled cycle keeps it
+    for name in ("read", "read"):
+        with pytest.raises(LinkLost, match="the interface is down"):
+            getattr(device.backend, name)(device.tick)
+    with pytest.raises(LinkLost, match="the interface is down"):
+        device.backend.write(device.tick)
+
+
+def test_a_closed_socket_is_left_to_python(pair):
+    device = settled(pair, "can-odrive.toml", "odrive")
+    device.backend._steady.bus["fd"] = -1
+    with pytest.raises(LinkLost):
+        device.step("read")
+
+
+def test_after_a_re_plug_compiled_code_works_on_the_new_bus(pair, monkeypatch):
+    device = settled(pair, "can-odrive.toml", "odrive")
+    before = device.tick["sample_count"][0]
+    device.backend.close()
+    device.bus = type(device.bus)(False)
+    device.bus.pump = device.answer
+    monkeypatch.setattr("hw.can.backend.open_bus", lambda _options: device.bus)
+    device.backend.open()
+    device.answer()
+    device.bus.pump = None
+    for _ in range(20):
+        device.cycle(enabled=1)
+    assert device.left["write"] < 15
+    assert device.tick["sample_count"][0] > 10
+    assert before > 0
+
+
+def test_whoever_asks_takes_the_device_back_and_sees_what_it_knows(pair):
+    device = settled(pair, "can-board.toml", "can")
+    steady = device.backend._steady
+    for ask in (device.backend.counts, device.backend.words, device.backend.stop):
+        device.cycle(enabled=1)
+        assert steady.bus["on"][0] != 0
+        ask()
+        assert steady.bus["on"][0] == 0
+        device.cycle(enabled=1)
+    assert device.backend.counts()["samples"] == device.tick["sample_count"][0]
