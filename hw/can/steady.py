@@ -196,7 +196,7 @@ class Steady:
         for row, packet, command in zip(self._command_rows, self._packets, commands, strict=False):
             data = bus.packed(command.frame)
             packet[: len(data)] = np.frombuffer(data, np.uint8)
-            self._row["size"] = len(data)
+            self._row["frame_bytes"] = len(data)
             row["length"], row["strict"] = command.frame.length, command.strict
             fill_checksum(row, command.checksum)
             row["first"], row["counter"] = at, NONE

@@ -194,7 +194,7 @@ def write_cycle(
             size = put_line(packet, _key(packet, 0), r.length, line)
             r.outcome = write_all(b.fd, line, size)
         else:
-            r.outcome = write_all(b.fd, packet, b.size)
+            r.outcome = write_all(b.fd, packet, b.frame_bytes)
         if r.outcome == FAILED:
             error = last_error()
             if error != _NO_ROOM:

@@ -36,7 +36,7 @@ CHECKSUM_KINDS = ("xor8", "sum8", "sum16", "crc8_j1850", "crc8_autosar")
 NONE = -1
 
 _WORDS = (
-    "fd", "ascii", "messages_at", "begin", "left", "size",  # the bus: descriptor; slcan or not; bytes not read yet; bytes of a frame sent
+    "fd", "ascii", "messages_at", "begin", "left", "frame_bytes",  # the bus: descriptor; slcan or not; bytes not read yet; bytes of a frame sent
     "on", "budget", "passed", "enabled", "error",  # whether compiled code has the device; cycles it may make, and has made
     "n", "at",  # frames taken from the kernel, and the first of them that Python is to look at
     "fresh", "needed", "faults", "estop", "estop_taken", "damaged", "not_newer", "not_finite",

@@ -14,7 +14,9 @@ import numpy as np
 
 from hw import registry
 from hw.can import raw, slcan, steady_cycle
+from hw.can.board_options import BoardOptions
 from hw.can.bus import EXTENDED
+from hw.can.fields import CHECKSUMS
 from hw.entry_points import call_for_int, entry_point
 from hw.jit import JIT_DISABLED, compiled
 from hw.simulators.can_device import make_drives
@@ -52,16 +54,17 @@ class PlainCalls:
             return FAILED
 
     def receive_many(self, fd, messages_at, most):
-        n = ctypes.CDLL(None, use_errno=True).recvmmsg(fd, ctypes.c_void_p(messages_at), most, 0x40, None)
+        n = ctypes.CDLL(None, use_errno=True).recvmmsg(
+            int(fd), ctypes.c_void_p(int(messages_at)), most, 0x40, None
+        )
         self.error = ctypes.get_errno()
         return n if n >= 0 else 0 if self.error == errno.EAGAIN else FAILED
 
     def read_some(self, fd, into):
-        n = self._tried(os.readv, fd, [memoryview(into)])
-        return n
+        return self._tried(os.readv, int(fd), [memoryview(into)])
 
     def write_all(self, fd, packet, size):
-        n = self._tried(os.write, fd, packet[:size].tobytes())
+        n = self._tried(os.write, int(fd), packet[:size].tobytes())
         return n if n == FAILED else int(n == size)
 
     def last_error(self):
@@ -166,20 +169,94 @@ class PairBus(raw.RawBus):
         self.far.close()
 
 
+class Talker:
+    """A board with numbers of every kind: random ones, some damaged, repeated, foreign or not finite."""
+
+    def __init__(self, checksum, seed=3):
+        self.checksum, self.rng, self.count, self.angle = checksum, np.random.default_rng(seed), 0, 0.0
+
+    def options(self):
+        """Of the rig file's device."""
+        told = [
+            {"channel": "position", "byte": 1, "bits": 16, "unit": "deg", "wrap_at": 360.0, "scale": 0.01},
+            {"channel": "current", "start_bit": 27, "bits": 5, "type": "int", "unit": "mA", "saturates": True},
+            {"channel": "temperature", "start_bit": 39, "bits": 11, "order": "big", "scale": 0.1, "unit": "degC"},
+            {"channel": "fault", "start_bit": 49, "bits": 1},
+            {"channel": "estop", "start_bit": 50, "bits": 1},
+        ]  # fmt: skip
+        wide = [
+            {"channel": "velocity", "start_bit": 8, "bits": 64, "type": "float", "unit": "rpm"},
+            {"channel": "force", "axis": 1, "start_bit": 75, "bits": 64, "unit": "mN", "scale": 1e-9},
+            {"channel": "force", "axis": 2, "byte": 24, "bits": 32, "type": "float", "order": "big", "unit": "N"},
+            {"channel": "enabled", "byte": 30, "bits": 8},
+        ]  # fmt: skip
+        amperes = {"channel": "current_command", "bits": 16, "type": "int", "unit": "mA", "limit": 5.0}
+        orders = [
+            {**amperes, "byte": 0, "order": "big"},
+            {"channel": "torque", "byte": 2, "bits": 32, "type": "float", "unit": "Nm", "limit": 2.0},
+            {"channel": "torque", "start_bit": 51, "bits": 12, "unit": "mNm", "offset": -2000.0, "limit": 1.5},
+            {"channel": "torque", "byte": 8, "bits": 64, "type": "float", "order": "big", "unit": "mNm"},
+            {"channel": "enable", "byte": 16, "bits": 8},
+            {"channel": "counter", "byte": 17, "bits": 3},
+            {"channel": "constant", "byte": 18, "bits": 8, "value": 90},
+        ]  # fmt: skip
+        seven = {"byte": 0, "bits": 8, "value": 7}
+        counted = {"counter": {"byte": 7, "bits": 4}, "checksum": {"kind": self.checksum, "byte": 9}}
+        options = {
+            "bus": {"channel": "can0", "fd": True},
+            "receive": [
+                {"id": 0x10, "length": 12, "select": [seven], **counted, "field": told},
+                {"id": 0x11, "extended": True, "length": 32, "required": False, "field": wide},
+            ],
+            "send": [
+                {"id": 0x20, "length": 24, "checksum": {"kind": self.checksum, "byte": 20}, "field": orders},
+                {"id": 0x21, "enter": [1] * 8, "idle": [2] * 8, "field": [{**amperes, "byte": 0}]},
+            ],
+            "poll": [{"id": 0x30, "extended": True, "data": [1, 2]}],
+        }
+        return BoardOptions.model_validate(options).model_dump(mode="json")
+
+    def frame(self, _can_id, _data):
+        """It answers nothing."""
+        return []
+
+    def pass_time(self, *_):
+        """Its frames of one cycle."""
+        rng = self.rng
+        self.count += int(rng.random() < 0.9)
+        self.angle = (self.angle + 30.0 * rng.random()) % 360.0
+        raw = 64_000 if rng.random() < 0.05 else round(100 * self.angle)
+        body = struct.pack(
+            "<BHHHB", 7 if rng.random() < 0.8 else 8, raw, *rng.integers(0, 0x10000, 2), self.count & 0xF
+        )
+        data = bytearray(body + b"\0" + bytes(3))
+        size = 2 if self.checksum == "sum16" else 1
+        data[9 : 9 + size] = CHECKSUMS[self.checksum](bytes(data[:9] + data[9 + size :])).to_bytes(
+            size, "big"
+        )
+        data[0] ^= 2 * int(rng.random() < 0.05)
+        speed = struct.pack("<Bd", 0, float(rng.normal()) if rng.random() < 0.9 else math.nan)
+        wide = speed + rng.bytes(15) + struct.pack(">f", rng.normal()) + bytes(2) + bytes([self.drives, 0])
+        frames = [(0x10, bytes(data)), (0x11 | EXTENDED, wide)]
+        return frames[: 1 + int(rng.random() < 0.5)]
+
+    @property
+    def drives(self):
+        """What it says of its power stage."""
+        return int(self.count % 200 > 20)
+
+
 class Paired:
     """The device of a rig file on a pair, opened, and its simulated counterpart; `compiled_half`: cycles are compiled where they can be."""
 
-    def __init__(
-        self, monkeypatch, rig_file, kind, *, compiled_half, bus=PairBus, change=lambda options: None
-    ):
+    def __init__(self, monkeypatch, rig_file, kind, *, compiled_half, bus=PairBus, talker=None):
         if JIT_DISABLED:
             PlainCalls().put(monkeypatch)
         loaded = load(shipped_config(rig_file))
         (member,) = loaded.members()
-        options = dict(member.options)
-        change(options)
+        options = member.options if talker is None else talker.options()
         hardware = loaded.config.hardware()
-        (self.sim,) = make_drives(kind, [1])
+        (self.sim,) = make_drives(kind, [1]) if talker is None else [talker]
         self.bus = bus(bool(options["bus"]["fd"]))
         self.bus.pump = self.answer
         monkeypatch.setattr("hw.can.backend.open_bus", lambda _options: self.bus)
@@ -209,9 +286,9 @@ class Paired:
 
     def step(self, name):
         """One half of a cycle, in compiled code if it does all of it."""
-        if self.parts is not None:
-            if run(getattr(self.parts, name), getattr(self.parts, f"{name}_arguments")) == 0:
-                return
+        parts = self.parts
+        if parts is not None and run(getattr(parts, name), getattr(parts, f"{name}_arguments")) == 0:
+            return
         self.left[name] += 1
         getattr(self.backend, name)(self.tick)
 

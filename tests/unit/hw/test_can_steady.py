@@ -6,8 +6,10 @@ import struct
 
 import numpy as np
 import pytest
-from can_pair import LineBus, PairBus, Paired, identifiers, noise
+from can_pair import LineBus, PairBus, Paired, Talker, identifiers, noise
 
+from hw.can.board_backend import BoardBackend
+from hw.can.fields import CHECKSUMS
 from hw.interface import LinkFault, LinkLost
 
 KINDS = [
@@ -58,6 +60,20 @@ def test_both_ways_see_and_send_the_same(pair, rig_file, kind, bus, noisy):
     assert [word.text for word in one.backend.words()] == [word.text for word in other.backend.words()]
     assert one.backend.counts()["samples"] > 400
     assert other.left["write"] < (500 if noisy else 250), other.left
+
+
+@pytest.mark.parametrize("checksum", CHECKSUMS)
+def test_numbers_of_every_kind_are_read_and_written_to_the_bit(pair, checksum):
+    names = ("can-board.toml", "can")
+    one, other = (pair(*names, compiled_half=half, talker=Talker(checksum)) for half in (False, True))
+    plain, quick = story(one, 600, noisy=True), story(other, 600, noisy=True)
+    for k, (a, b) in enumerate(zip(plain, quick, strict=True)):
+        assert a == b, k
+    counts = one.backend.counts()
+    assert counts == other.backend.counts()
+    assert min(counts[name] for name in ("damaged", "not_newer", "not_finite")) > 5, counts
+    assert counts["samples"] > 200
+    assert other.left["write"] < 400, other.left
 
 
 def settled(pair, *names, enabled=1, **more):
@@ -112,7 +128,7 @@ def test_a_drive_that_falls_silent_is_lost_in_the_same_cycle_both_ways(pair):
 
 def test_a_command_that_finds_no_room_is_told_in_the_next_cycle_and_counted_once(pair):
     device = settled(pair, "can-odrive.toml", "odrive")
-    device.answer = lambda: []  # nobody takes what is sent
+    device.answer = list  # nobody takes what is sent
     device.sim.pass_time = lambda *_: []
     device.bus.near.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4608)
     device.bus.sent()
@@ -123,7 +139,7 @@ def test_a_command_that_finds_no_room_is_told_in_the_next_cycle_and_counted_once
     assert health.link_faults == LinkFault.LOST
     assert len(device.bus.sent()) + counts["bus_tx_refused"] == 40
     del device.answer
-    seen, _ = device.cycle(enabled=1)
+    device.cycle(enabled=1)
     assert (health.refused_in_a_row, health.link_faults) == (0, 0)
 
 
@@ -172,3 +188,50 @@ def test_whoever_asks_takes_the_device_back_and_sees_what_it_knows(pair):
         assert steady.bus["on"][0] == 0
         device.cycle(enabled=1)
     assert device.backend.counts()["samples"] == device.tick["sample_count"][0]
+
+
+class Odd(Talker):
+    """A board that compiled code leaves to Python."""
+
+    def __init__(self, change):
+        super().__init__("xor8")
+        self.change = change
+
+    def options(self):
+        found = super().options()
+        self.change(found)
+        return found
+
+
+def in_parts(options):
+    one = options["receive"][0]
+    one["parts"], one["length"] = (4, 8), 12
+
+
+def too_wide(options):
+    options["receive"][0]["select"][0].update(start_bit=0, bits=56, value=7)
+
+
+def by_fraction(options):
+    options["receive"][0]["select"][0].update(start_bit=0, bits=32, type="float")
+
+
+def too_many(options):
+    options["receive"] += [{**options["receive"][1], "id": 0x100 + k} for k in range(80)]
+
+
+@pytest.mark.parametrize("change", [in_parts, too_wide, by_fraction, too_many])
+def test_what_the_tables_cannot_say_stays_with_python(pair, monkeypatch, change):
+    monkeypatch.setattr(BoardBackend, "_heard", lambda *_: True)
+    device = pair("can-board.toml", "can", talker=Odd(change))
+    assert device.parts is None
+
+
+def test_a_command_too_wide_for_a_float_is_written_by_python(pair):
+    def wide(options):
+        options["send"][1]["field"][0].update(start_bit=0, bits=60)
+
+    device = pair("can-board.toml", "can", talker=Odd(wide))
+    for _ in range(10):
+        device.cycle(enabled=1)
+    assert device.left == {"read": 10, "write": 10}
