@@ -22,7 +22,11 @@ _receive: Any = types.ExternalFunction(
 _errno: Any = types.ExternalFunction("__errno_location", _types.CPointer(types.int32)())
 
 FAILED = -1
-_NOT_NOW = (11, 4)  # EAGAIN (EWOULDBLOCK is the same), EINTR
+_NOT_NOW = (
+    11,
+    4,
+    105,
+)  # EAGAIN (EWOULDBLOCK is the same), EINTR; ENOBUFS: the queue of a CAN interface is full
 _DONT_WAIT = 0x40  # MSG_DONTWAIT
 
 
@@ -36,7 +40,7 @@ def last_error() -> int:
 def _must_wait() -> bool:
     """Whether the call that failed just now only had nothing to do."""
     number = last_error()
-    return bool(number == _NOT_NOW[0] or number == _NOT_NOW[1])
+    return bool(number == _NOT_NOW[0] or number == _NOT_NOW[1] or number == _NOT_NOW[2])
 
 
 @compiled

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from hw.can.batch import FRAMES, STRIDE
-from hw.can.bus import DRAIN_LIMIT, ERROR, LINE_READS, SILENT_TICKS, UNKNOWN_AGE_TICKS
+from hw.can.bus import DRAIN_LIMIT, ERROR, SILENT_TICKS, UNKNOWN_AGE_TICKS
 from hw.can.steady_codec import is_for_python, is_writable, put, take
 from hw.can.steady_line import next_line, put_line
 from hw.can.steady_records import ON, TOLD
@@ -22,7 +22,6 @@ DATA_AT = 8
 """Where the data of a frame begins; before it lie identifier (4 bytes) and length (1)."""
 
 _LOST, _DEVICE = int(LinkFault.LOST), int(LinkFault.DEVICE)
-_NO_ROOM = 105  # ENOBUFS
 
 _MORE, _DRAINED, _PYTHON = range(3)
 
@@ -94,28 +93,26 @@ def _from_line(
     values: np.ndarray,
     scratch: np.ndarray,
 ) -> int:
-    """Take all frames that wait on the port of an adapter that writes lines. `chunk` holds `b.left` bytes from `b.begin` on."""
-    for _ in range(LINE_READS):
-        for k in range(b.left):
-            chunk[k] = chunk[b.begin + k]
-        room = len(chunk) - b.left
-        n, begin = read_some(b.fd, chunk[b.left :]), 0
-        end = b.left + max(n, 0)
-        while True:
-            b.begin, b.left = begin, end - begin
-            used, is_frame = next_line(chunk, begin, end - begin, inbox)
-            if used < 0 or n == FAILED:
-                return _PYTHON
-            if used == 0:
-                break
-            begin += used
-            b.begin, b.left = begin, end - begin
-            b.at, b.n = 0, 1 if is_frame else 0
-            if not _serve(b, inbox, frames, numbers, values, scratch):
-                return _PYTHON
-        if n < room:
+    """Take all frames that wait on the port of an adapter that writes lines. `chunk` holds `b.left` bytes from `b.begin` on.
+
+    One read takes all: the kernel's line discipline holds less than there is room for.
+    """
+    for k in range(b.left):
+        chunk[k] = chunk[b.begin + k]
+    n, begin = read_some(b.fd, chunk[b.left :]), 0
+    end = b.left + max(n, 0)
+    while True:
+        b.begin, b.left = begin, end - begin
+        used, is_frame = next_line(chunk, begin, end - begin, inbox)
+        if used < 0 or n == FAILED:
+            return _PYTHON
+        if used == 0:
             return _DRAINED
-    return _MORE
+        begin += used
+        b.begin, b.left = begin, end - begin
+        b.at, b.n = 0, 1 if is_frame else 0
+        if not _serve(b, inbox, frames, numbers, values, scratch):
+            return _PYTHON
 
 
 @compiled
@@ -196,11 +193,8 @@ def write_cycle(
         else:
             r.outcome = write_all(b.fd, packet, b.frame_bytes)
         if r.outcome == FAILED:
-            error = last_error()
-            if error != _NO_ROOM:
-                b.error = error
-                return 1
-            r.outcome = 0
+            b.error = last_error()
+            return 1
         if r.outcome == 0:
             b.on = TOLD
     b.passed += 1

@@ -1,5 +1,6 @@
 """A CAN device whose bus is a pair of local sockets, with a simulated one at the other end: time passes only when told."""
 
+import copy
 import ctypes
 import errno
 import math
@@ -83,7 +84,7 @@ class LineBus(slcan.SlcanBus):
         for end in (self.far, self.slave):
             tty.setraw(end)
         os.set_blocking(self.far, False)
-        self.pump, self.read_so_far = None, b""
+        self.pump, self.read_so_far, self.tells = None, b"", True
         super().__init__({"channel": os.ttyname(self.slave), "bitrate": 1_000_000, "arguments": {}})
 
     def _command(self, command, seconds):
@@ -115,7 +116,7 @@ class LineBus(slcan.SlcanBus):
             pass
         *lines, self.read_so_far = self.read_so_far.split(b"\r")
         frames = [slcan.parse(line) for line in lines if line != b"C"]
-        if frames:
+        if frames and self.tells:
             self._put(b"z\r" * len(frames))
         return frames
 
@@ -126,11 +127,12 @@ class LineBus(slcan.SlcanBus):
 
 
 class PairBus(raw.RawBus):
-    """The raw socket's code on one end of a pair of datagram sockets, which keeps no more than some ten frames."""
+    """The raw socket's code on one end of a pair of local sockets that keep messages apart."""
 
     def __init__(self, fd):
-        self.near, self.far = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self.near, self.far = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self.far.setblocking(False)
+        self.far.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 200_000)
         self.pump = None
         made = socket.socket
         raw.socket.socket = lambda *_: self.near
@@ -249,12 +251,14 @@ class Talker:
 class Paired:
     """The device of a rig file on a pair, opened, and its simulated counterpart; `compiled_half`: cycles are compiled where they can be."""
 
-    def __init__(self, monkeypatch, rig_file, kind, *, compiled_half, bus=PairBus, talker=None):
+    def __init__(self, monkeypatch, rig_file, kind, *, compiled_half, bus=PairBus, talker=None, change=None):
         if JIT_DISABLED:
             PlainCalls().put(monkeypatch)
         loaded = load(shipped_config(rig_file))
         (member,) = loaded.members()
-        options = member.options if talker is None else talker.options()
+        options = copy.deepcopy(member.options) if talker is None else talker.options()
+        if change is not None:
+            change(options)
         hardware = loaded.config.hardware()
         (self.sim,) = make_drives(kind, [1]) if talker is None else [talker]
         self.bus = bus(bool(options["bus"]["fd"]))
