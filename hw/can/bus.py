@@ -39,7 +39,7 @@ UNKNOWN_AGE_TICKS = 2
 """After more missed slots than this what waits in the queue may be old: it is dropped, not shown as fresh."""
 
 LINE_READS, LINE_MAX = 16, 64
-"""Of adapters that write lines: most reads of one cycle; bytes without an end of line that are damage."""
+"""Most reads of one cycle from an adapter that writes lines; most bytes of a line."""
 
 
 class Outgoing(Protocol):

@@ -39,7 +39,7 @@ class Drive(Protocol):
         """`LinkFault` bits of the drive."""
 
     def steady_frames(self) -> list[Frame]:
-        """Its frames as compiled cycles read them; those for Python have no numbers."""
+        """Frames of the drive as compiled cycles read them; those for Python have no numbers."""
 
     def steady_commands(self, current_at: int) -> list[Command]:
         """What `write` has sent last, and would again; the current is word `current_at` of the tick."""

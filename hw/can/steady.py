@@ -264,7 +264,7 @@ def _fill_state(frame: Frame) -> bool:
 
 
 def _keep_state(frame: Frame) -> None:
-    """The same, back from the record."""
+    """Counters, angles and fault flags back from the record."""
     row = frame.row
     if frame.counter is not None:
         frame.order.state = int(row["started"]), int(row["last"])

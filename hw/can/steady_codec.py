@@ -52,7 +52,7 @@ def raw_bits(data: np.ndarray, at: int, f: np.record) -> int:
 
 @compiled
 def _whole(found: int, f: np.record) -> int:
-    """The same as the number of `INT` or `UINT` that it is."""
+    """Signed or unsigned number of these bits, as 64 signed bits."""
     if f.kind == UINT:
         return np.int64(found)  # type: ignore[return-value]
     spare = np.uint64(64 - f.bits)

@@ -141,7 +141,7 @@ class Command:
 
 
 def fill_number(row: np.void, number: Field) -> None:
-    """Where it is and what its bits mean."""
+    """Write place and meaning of a number's bits."""
     row["shift"], row["bits"], row["big"] = number.shift, number.bits, number.order == "big"
     row["length"], row["kind"] = number.length, ("uint", "int", "float").index(number.kind)
     row["scale"], row["offset"], row["mask"] = number.scale, number.offset, (1 << number.bits) - 1
@@ -149,14 +149,14 @@ def fill_number(row: np.void, number: Field) -> None:
 
 
 def fill_checksum(row: np.void, checksum: tuple[str, int] | None) -> None:
-    """Which, and which bytes of the frame it takes."""
+    """Write the kind of a checksum, and which bytes of the frame are its own."""
     row["checksum"] = NONE if checksum is None else CHECKSUM_KINDS.index(checksum[0])
     if checksum is not None:
         row["sum_at"], row["sum_size"] = checksum[1], CHECKSUM_BYTES.get(checksum[0], 1)
 
 
 def fill_entry(row: np.void, entry: Entry) -> None:
-    """Where a command goes, and how it is turned into what stands on the wire."""
+    """Write where a command goes, and how a torque or current becomes what stands on the wire."""
     fill_number(row, entry.bits)
     row["place"], row["factor"] = entry.place, entry.factor
     row["limit"], row["before"] = entry.limit, entry.before

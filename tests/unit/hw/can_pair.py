@@ -62,7 +62,10 @@ class PlainCalls:
         return n if n >= 0 else 0 if self.error == errno.EAGAIN else FAILED
 
     def read_some(self, fd, into):
-        return self._tried(os.readv, int(fd), [memoryview(into)])
+        try:
+            return os.readv(int(fd), [memoryview(into)]) or FAILED
+        except BlockingIOError:
+            return 0
 
     def write_all(self, fd, packet, size):
         n = self._tried(os.write, int(fd), packet[:size].tobytes())
