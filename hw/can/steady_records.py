@@ -80,7 +80,7 @@ class Number:
     state: Any = None
     """What follows a counter or an angle: `Unwrap` or `Modulo`."""
     wanted: Callable[[], int] | int = 0
-    """Of a guard: the raw value that lets the frame pass."""
+    """Raw value with which a guard lets the frame pass."""
     says: int = CHOOSES
     row: Any = None
 

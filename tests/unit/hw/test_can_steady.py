@@ -242,10 +242,11 @@ def test_damage_before_a_frame_for_python_is_a_fault_of_that_cycle(pair):
     assert device.backend.counts()["damaged"] == 1
 
 
-def test_a_drive_that_falls_silent_is_lost_in_the_same_cycle_both_ways(pair):
+@pytest.mark.parametrize("names", KINDS[:2])
+def test_a_drive_that_falls_silent_is_lost_in_the_same_cycle_both_ways(pair, names):
     told = []
     for half in (False, True):
-        device = pair("can-odrive.toml", "odrive", compiled_half=half)
+        device = pair(*names, compiled_half=half)
         for _ in range(20):
             device.cycle(enabled=1)
         device.sim.pass_time = lambda *_: []
