@@ -176,17 +176,6 @@ class CanBackend:
         self._take_back()
         return self._silent
 
-    def shown_words(self, dtype: np.dtype[Any]) -> list[tuple[int, int]]:
-        """Words of the tick and places of the sample's values that are shown there."""
-        fields = dtype.fields
-        assert fields is not None
-        shown = [reading for reading in QUANTITIES if reading.name in self.provides]
-        return [
-            (fields[reading.field][1] // 8 + k, self.taken.start[reading.name] + k)
-            for reading in shown
-            for k in range(len(self.taken.of[reading.name]))
-        ]
-
     def _open_bus(self) -> Bus:
         if self.bus is None:
             raise LinkLost(f"the bus {self._options['bus']['channel']} is not open")

@@ -216,9 +216,8 @@ class MoteusAxis:
         if not armed.wanted or armed.dropped:
             return [Command(self._stop)]
         bits = byte_field(self._command.length, _TORQUE_AT, 32, kind="float")
-        return [
-            Command(self._command, [Entry(bits, current_at, shaft.torque_per_ampere, shaft.current_max_a)])
-        ]
+        entry = Entry(bits, current_at, shaft.torque_per_ampere, shaft.current_max_a)
+        return [Command(self._command, [entry])]
 
     def alike(self) -> int:
         """See `Drive`."""

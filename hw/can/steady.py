@@ -37,6 +37,7 @@ from hw.can.steady_records import (
     fill_entry,
     fill_number,
 )
+from hw.channels import QUANTITIES
 from hw.interface import CompiledCycle
 from hw.jit import records
 
@@ -102,7 +103,7 @@ class Steady:
         values, shown_of = np.frombuffer(sample.values), np.frombuffer(taken.values)
         plain = tick.view(np.ndarray)
         words, floats = plain.view(np.int64).reshape(-1), plain.view(np.float64).reshape(-1)
-        self._shown = np.array(backend.shown_words(tick.dtype), np.int64).reshape(-1, 2)
+        self._shown = _shown_words(backend, tick.dtype)
         self._frames: list[Frame] = []
         self._of: object = None
         self._place(tick.dtype)
@@ -241,6 +242,19 @@ class Steady:
         row["begin"] = row["left"] = 0
         bus.keep(int(row["at"]), int(row["n"]), rest, int(row["error"]))
         return int(row["faults"])
+
+
+def _shown_words(backend: CanBackend, dtype: np.dtype[Any]) -> np.ndarray:
+    """Words of the tick, and places of the sample's values that are shown there; shape (n, 2)."""
+    fields, taken = dtype.fields, backend.taken
+    assert fields is not None
+    shown = [
+        (fields[reading.field][1] // 8 + k, taken.start[reading.name] + k)
+        for reading in QUANTITIES
+        if reading.name in backend.provides
+        for k in range(len(taken.of[reading.name]))
+    ]
+    return np.array(shown, np.int64).reshape(-1, 2)
 
 
 def _fill_state(frame: Frame) -> bool:
