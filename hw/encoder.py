@@ -87,6 +87,15 @@ class Modulo:
         self._last = math.nan
         self._turns = 0
 
+    @property
+    def state(self) -> tuple[float, int]:
+        """Last angle, NaN before the first one, and how often it has started over: as `follow` keeps them."""
+        return self._last, self._turns
+
+    @state.setter
+    def state(self, state: tuple[float, int]) -> None:
+        self._last, self._turns = state
+
     def __call__(self, value: float) -> float:
         """The angle on its endless axis; the first one is `value` itself."""
         step = value - self._last

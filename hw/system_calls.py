@@ -1,4 +1,4 @@
-"""`read` and `write` of the C library, in compiled code, on descriptors that do not block."""
+"""`read`, `write` and `recvmmsg` of the C library, in compiled code, on descriptors that do not block."""
 
 from __future__ import annotations
 
@@ -16,17 +16,31 @@ carray = _numba.carray
 
 _read: Any = types.ExternalFunction("read", types.intp(types.int32, types.voidptr, types.uintp))
 _write: Any = types.ExternalFunction("write", types.intp(types.int32, types.voidptr, types.uintp))
+_receive: Any = types.ExternalFunction(
+    "recvmmsg", types.int32(types.int32, types.intp, types.uint32, types.int32, types.intp)
+)
 _errno: Any = types.ExternalFunction("__errno_location", _types.CPointer(types.int32)())
 
 FAILED = -1
-_NOT_NOW = (11, 4)  # EAGAIN (EWOULDBLOCK is the same), EINTR
+_NOT_NOW = (
+    11,
+    4,
+    105,
+)  # EAGAIN (EWOULDBLOCK is the same), EINTR; ENOBUFS: the queue of a CAN interface is full
+_DONT_WAIT = 0x40  # MSG_DONTWAIT
+
+
+@compiled
+def last_error() -> int:
+    """Number of the error (errno) of the call that failed just now."""
+    return int(carray(_errno(), (1,))[0])
 
 
 @compiled
 def _must_wait() -> bool:
     """Whether the call that failed just now only had nothing to do."""
-    number = carray(_errno(), (1,))[0]
-    return bool(number == _NOT_NOW[0] or number == _NOT_NOW[1])
+    number = last_error()
+    return bool(number == _NOT_NOW[0] or number == _NOT_NOW[1] or number == _NOT_NOW[2])
 
 
 @compiled
@@ -44,4 +58,13 @@ def write_all(descriptor: int, packet: np.ndarray, size: int) -> int:
     n = _write(np.int32(descriptor), packet.ctypes, size)
     if n >= 0:
         return 1 if n == size else 0
+    return 0 if _must_wait() else FAILED
+
+
+@compiled
+def receive_many(descriptor: int, messages_at: int, most: int) -> int:
+    """Datagrams received into the `most` messages (struct mmsghdr) at an address; 0 when none wait, `FAILED` where the socket is broken."""
+    n = _receive(np.int32(descriptor), messages_at, np.uint32(most), np.int32(_DONT_WAIT), 0)
+    if n >= 0:
+        return int(n)
     return 0 if _must_wait() else FAILED

@@ -6,6 +6,9 @@ back into it would be torque that returns by itself. It stays down until the hos
 
 from __future__ import annotations
 
+UNBOUNDED = 1 << 30
+"""Cycles in which nothing is due: days of them."""
+
 
 class Armed:
     """What the host wants of one drive, beside what the drive says of itself.
@@ -20,31 +23,43 @@ class Armed:
         It has been enabled since then.
     dropped : bool
         It was enabled and is not any more, whatever it says since; ends when the host disarms it.
+    said : bool or None
+        Its last word since what the host wants has changed.
     """
 
-    __slots__ = ("_limit", "dropped", "reached", "ticks", "wanted")
+    __slots__ = ("_limit", "dropped", "reached", "said", "ticks", "wanted")
 
     def __init__(self, limit_ticks: int) -> None:
         self._limit = limit_ticks
         self.wanted = self.reached = self.dropped = False
         self.ticks = 0
+        self.said: bool | None = None
 
     def order(self, wanted: bool) -> bool:
         """One cycle in which the host wants this; returns whether the drive may be enabled."""
         if wanted != self.wanted:
             self.wanted, self.ticks = wanted, 0
             self.reached = self.dropped = False
+            self.said = None
         self.ticks += 1
         return wanted and not self.dropped
 
     def saw(self, enabled: bool) -> None:
         """Take in one word of the drive about itself."""
+        self.said = enabled
         if not self.wanted:
             return
         if enabled:
             self.reached = True
         elif self.reached:
             self.dropped = True
+
+    @property
+    def spare(self) -> int:
+        """Cycles that may pass, the drive saying nothing new, before anything here changes."""
+        if self.wanted and not self.reached and not self.ill:
+            return self._limit - self.ticks
+        return UNBOUNDED
 
     @property
     def ill(self) -> bool:

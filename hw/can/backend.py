@@ -8,24 +8,22 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hw.can.bus import Bus, Handler, require
+from hw.can.bus import SILENT_TICKS, UNKNOWN_AGE_TICKS, Bus, Handler, SteadyBus, require
 from hw.can.open_bus import open_bus
 from hw.can.sample import Sample
-from hw.channels import QUANTITIES
-from hw.interface import LinkFault, LinkLost, Options, Rig
-
-SILENT_TICKS = 10
-"""Cycles without a complete sample after which the link counts as lost, besides each sample going stale."""
-
-UNKNOWN_AGE_TICKS = 2
-"""After more missed slots than this what waits in the queue may be old: it is dropped, not shown as fresh."""
+from hw.channels import COMMAND_FIELDS, QUANTITIES
+from hw.interface import CompiledCycle, LinkFault, LinkLost, Options, Rig
 
 STOP_S = 0.02
 """How long `stop` keeps trying when the queue of the interface is full."""
+
+if TYPE_CHECKING:
+    from hw.can.steady import Steady
+    from hw.can.steady_records import Command, Frame
 
 _LOST = int(LinkFault.LOST)
 
@@ -52,7 +50,9 @@ class CanBackend:
         self._tick: np.ndarray | None = None
         self._count = self._silent = 0
         self._slot = 0
-        self._taken = Sample(rig.n_axes)
+        self.taken = Sample(rig.n_axes)
+        self._steady: Steady | None = None
+        self.command_words: dict[str, int] = {}
 
     def _set_up(self, bus: Bus) -> Mapping[int, Handler]:
         """Make every device ready; returns all handlers. Raises BackendError."""
@@ -70,6 +70,26 @@ class CanBackend:
 
     def _device_faults(self) -> int:
         return 0
+
+    def _lasting_faults(self) -> int:
+        """Those of `_device_faults` that last until Python has the device again."""
+        return self._device_faults()
+
+    def steady_frames(self) -> list[Frame]:
+        """Every frame that is subscribed to, as compiled cycles read it."""
+        raise NotImplementedError
+
+    def steady_commands(self) -> list[Command]:
+        """What `send` has sent last, in its order, as compiled cycles send it again."""
+        raise NotImplementedError
+
+    def _alike(self) -> int:
+        """How many cycles from now on are alike, for all that is due by itself."""
+        raise NotImplementedError
+
+    def pass_by(self, cycles: int) -> None:
+        """So many cycles were made without Python."""
+        raise NotImplementedError
 
     def _identities(self) -> tuple[bytes, ...]:
         return ()
@@ -105,15 +125,55 @@ class CanBackend:
     def warm_up(self, tick: np.ndarray) -> None:
         """Forget what has queued up since `open`, and ask for a new sample."""
         bus = self._open_bus()
+        self._take_back()
         while not bus.receive():
             pass
         self.sample.fresh = self.sample.faults = 0
         self._prime(bus)
         self._bind(tick)
 
+    def compiled_cycle(self, tick: np.ndarray) -> CompiledCycle | None:
+        """See `CompiledCycleBackend`; None where the bus is python-can's, or the device needs Python in every cycle."""
+        if not isinstance(self.bus, SteadyBus):
+            return None
+        from hw.can.steady import Steady, is_possible
+
+        fields = tick.dtype.fields
+        assert fields is not None
+        self.command_words = {name: fields[of][1] // 8 for name, of in COMMAND_FIELDS.items()}
+        self._take_back()
+        if not is_possible(self.steady_frames()):
+            return None
+        self._steady = Steady(self, tick)
+        return self._steady.parts
+
+    def _take_back(self) -> int:
+        """From here on Python has the device; returns the faults that frames of this cycle have brought."""
+        return 0 if self._steady is None else self._steady.end()
+
+    def _hand_over(self, bus: Bus, tick: np.ndarray) -> None:
+        """Let compiled code make the next cycles, if it may."""
+        steady, health = self._steady, bus.health
+        if steady is None or tick is not steady.tick or health.refused_in_a_row:
+            return
+        alike = self._alike()
+        if alike > 0:
+            faults = health.link_faults | self._lasting_faults()
+            steady.begin(bus, alike, faults, enabled=self._enabled[0] != 0)  # type: ignore[arg-type] # one of two
+
+    @property
+    def cycles(self) -> tuple[int, int, int]:
+        """Samples taken, cycles since the last one, slot of the last cycle."""
+        return self._count, self._silent, self._slot
+
+    @cycles.setter
+    def cycles(self, cycles: tuple[int, int, int]) -> None:
+        self._count, self._silent, self._slot = cycles
+
     @property
     def silent_cycles(self) -> int:
         """Cycles since the last whole sample."""
+        self._take_back()
         return self._silent
 
     def _open_bus(self) -> Bus:
@@ -131,7 +191,7 @@ class CanBackend:
         self._current = view(row["current_command_a"][0])
         self._torque = view(row["torque_applied_nm"][0])
         shown = [reading for reading in QUANTITIES if reading.name in self.provides]
-        self._shown = [(view(row[reading.field][0]), self._taken.of[reading.name]) for reading in shown]
+        self._shown = [(view(row[reading.field][0]), self.taken.of[reading.name]) for reading in shown]
         self._estop = view(row["estop"]) if "estop" in self.provides else None
         self._slot = int(self._slots[0])
         self._tick = tick
@@ -143,7 +203,7 @@ class CanBackend:
         sample, bus = self.sample, self.bus
         if bus is None:
             raise LinkLost("the CAN bus is not open")
-        sample.faults = 0
+        sample.faults = self._take_back()
         drained = bus.receive()
         slot = self._slots[0]
         if not drained or slot - self._slot > UNKNOWN_AGE_TICKS:
@@ -171,12 +231,12 @@ class CanBackend:
         for field, values in self._shown:
             field[:] = values
         if self._estop is not None:
-            self._estop[0] = self._taken.estop
+            self._estop[0] = self.taken.estop
         self._counts[0] = self._count
         return new
 
     def _take(self) -> None:
-        sample, taken = self.sample, self._taken
+        sample, taken = self.sample, self.taken
         taken.values[:] = sample.values
         taken.estop = sample.estop
         sample.fresh = self._silent = 0
@@ -188,14 +248,19 @@ class CanBackend:
             self._bind_anew(tick)
         if self.bus is None:
             raise LinkLost("the CAN bus is not open")
+        self._take_back()
         self.send(self.bus, enabled=self._enabled[0] != 0)
+        if self._steady is not None:
+            self._hand_over(self.bus, tick)
 
     def ask(self) -> None:
         """See AskedBackend: what `open` asks with, once."""
+        self._take_back()
         self._prime(self._open_bus())
 
     def counts(self) -> dict[str, int]:
         """Samples taken, frames refused here by reason, and what the controller reported."""
+        self._take_back()
         health = {} if self.bus is None else self.bus.health.counts
         return {
             "samples": self._count,
@@ -208,6 +273,7 @@ class CanBackend:
         bus = self.bus
         if bus is None:
             return
+        self._take_back()
         deadline = time.monotonic() + STOP_S
         while True:
             refused = bus.health.counts["tx_refused"]

@@ -48,6 +48,8 @@ class Batch:
     ----------
     buffer
         Frame k, as the kernel gives it, begins at `buffer[k * STRIDE]`.
+    address
+        Of the `FRAMES` struct mmsghdr that lead there.
     """
 
     def __init__(self, fd: int) -> None:
@@ -61,7 +63,8 @@ class Batch:
         self._call = ctypes.CDLL(None, use_errno=True).recvmmsg
         self._call.argtypes = (ctypes.c_int, ctypes.c_void_p, ctypes.c_uint, ctypes.c_int, ctypes.c_void_p)
         self._fd = ctypes.c_int(fd)
-        self._where = ctypes.c_void_p(ctypes.addressof(self._messages))
+        self.address = ctypes.addressof(self._messages)
+        self._where = ctypes.c_void_p(self.address)
         self._room, self._flags = ctypes.c_uint(FRAMES), ctypes.c_int(socket.MSG_DONTWAIT)
 
     def take(self) -> int:
@@ -74,6 +77,10 @@ class Batch:
             raise OSError(code, os.strerror(code))
         return n
 
+    def aim(self, fd: int) -> None:
+        """Take the frames of this socket from now on."""
+        self._fd = ctypes.c_int(fd)
+
     def close(self) -> None:
         """Use no descriptor any more: its number may soon be another's."""
-        self._fd = ctypes.c_int(-1)
+        self.aim(-1)

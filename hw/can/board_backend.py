@@ -9,12 +9,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from hw.can.armed import UNBOUNDED
 from hw.can.backend import CanBackend
 from hw.can.board_in import ReceivedFrame, handlers
 from hw.can.board_map import UNITS, identifier, make_field
 from hw.can.board_out import SentFrame, fixed
 from hw.can.bus import Bus, Handler, wait_for
 from hw.can.load import Traffic
+from hw.can.steady_records import Command, Frame
 from hw.channels import READING, places
 from hw.interface import BackendError, LinkFault, Options, Rig, Words
 
@@ -68,6 +70,7 @@ class BoardBackend(CanBackend):
         self._start: list[Any] = []
         self._poll: list[Any] = []
         self._halt: list[Any] = []
+        self._on = False
         self._armed = [armed for frame in self._received for armed in frame.armed]
 
     def _set_up(self, bus: Bus) -> Mapping[int, Handler]:
@@ -111,10 +114,33 @@ class BoardBackend(CanBackend):
         on = enabled
         for armed in self._armed:
             on = armed.order(enabled) and on
+        self._on = on
         for sent in self._sent:
             sent.send(bus, self._current, self._torque, on)
         for frame in self._poll:
             bus.send(frame)
+
+    def steady_frames(self) -> list[Frame]:
+        """See CanBackend."""
+        return [frame.steady() for frame in self._received]
+
+    def steady_commands(self) -> list[Command]:
+        """See CanBackend."""
+        sent = [frame.steady(self.command_words) for frame in self._sent]
+        return sent + [Command(frame) for frame in self._poll]
+
+    def _alike(self) -> int:
+        if not all(frame.is_alike(self._on) for frame in self._sent):
+            return 0
+        return min((armed.spare for armed in self._armed), default=UNBOUNDED)
+
+    def pass_by(self, cycles: int) -> None:
+        """See CanBackend."""
+        for armed in self._armed:
+            armed.ticks += cycles
+
+    def _lasting_faults(self) -> int:
+        return _DEVICE if any(armed.ill for armed in self._armed) else 0
 
     def _stop(self, bus: Bus) -> None:
         for sent in self._sent:

@@ -8,14 +8,28 @@ from typing import Any
 from hw.can.armed import Armed
 from hw.can.board_map import factor, identifier, make_field, selector
 from hw.can.bus import Handler
-from hw.can.fields import CHECKSUM_BYTES, CHECKSUMS, Buffer, Unwrap, decoder, raw_decoder, within
+from hw.can.fields import CHECKSUM_BYTES, CHECKSUMS, Buffer, Field, Unwrap, decoder, raw_decoder, within
 from hw.can.fields import Sequence as Order
 from hw.can.sample import Sample
+from hw.can.steady_records import (
+    CHOOSES,
+    ENDLESS,
+    ESTOP,
+    FAULT,
+    LEAVES,
+    NEVER,
+    NOWHERE,
+    ROUND,
+    Frame,
+    Number,
+)
 from hw.encoder import Modulo
 from hw.interface import Options, Rig
 
 ARM_S = 0.5
 """Longest time from `enable` to `enabled`, where the board tells it."""
+
+_PLACES = {"estop": ESTOP, "fault": FAULT}
 
 _Row = tuple[Callable[[Buffer, int], float], Any, int]
 
@@ -46,6 +60,10 @@ class ReceivedFrame:
         told = [field for field in table["field"] if field["channel"] == "enabled"]
         self.armed = [Armed(round(ARM_S / rig.period_s)) for _ in told]
         self._tells = iter(self.armed)
+        self._words: list[tuple[Callable[[Buffer, int], float], Field]] = []
+        self._told: list[float] = [NEVER] * len(told)
+        self._key, self._table = identifier(table), table
+        self._numbers: list[Number] = []
         self.forget()
         self._fields = [self._compile(field, rig) for field in table["field"]]
         self._values = [0.0] * len(self._fields)
@@ -65,17 +83,53 @@ class ReceivedFrame:
         target: Any = self._sample.of.get(channel, channel)
         if channel == "enabled":
             target = next(self._tells)
+            self._words.append((raw_decoder(field), field))
+        number = Number(
+            field, _PLACES.get(channel, NOWHERE), factor=to_si, inside=bool(table.get("saturates"))
+        )
+        self._numbers.append(number)
+        if channel in self._sample.start:
+            number.place = self._sample.start[channel] + axis
         if table["wrap"]:
             raw, unwrap = raw_decoder(field), Unwrap(field.bits)
             scale, offset = to_si * field.scale, to_si * field.offset
+            number.way, number.state = ENDLESS, unwrap
             return (lambda buffer, at: scale * unwrap(int(raw(buffer, at))) + offset), target, axis
         decode = within(field) if table.get("saturates") else decoder(field)
         if table.get("wrap_at"):
             modulo, physical = Modulo(to_si * table["wrap_at"]), decode
+            number.way, number.state, number.period = ROUND, modulo, abs(to_si * table["wrap_at"])
             return (lambda buffer, at: modulo(to_si * physical(buffer, at))), target, axis
         if to_si == 1.0:
             return decode, target, axis
         return (lambda buffer, at: to_si * decode(buffer, at)), target, axis
+
+    def steady(self) -> Frame:
+        """As compiled cycles read it; a frame that comes in parts is for Python."""
+        if self._parts is not None:
+            return Frame(self._key, bit=self.bit)
+        table = self._table
+        guards = [
+            _chosen(make_field(entry, self._length), entry["value"]) for entry in table.get("select") or ()
+        ]
+        for k, (_, bits) in enumerate(self._words):
+            guards.append(Number(bits, wanted=lambda k=k: self._last_word(k), says=LEAVES))  # type: ignore[misc]
+        counter, checksum = table["counter"], table["checksum"]
+        return Frame(
+            self._key,
+            self._length,
+            self._numbers,
+            guards,
+            self.bit,
+            counter=Number(make_field(counter, self._length)) if counter else None,
+            order=self._order,
+            checksum=(checksum["kind"], int(checksum["byte"])) if checksum else None,
+            flag=self,
+        )
+
+    def _last_word(self, k: int) -> int:
+        """What the board has said last of whether it drives, as it is in the frame."""
+        return NEVER if self.armed[k].said is None else int(self._told[k])
 
     @property
     def handler(self) -> Handler:
@@ -129,6 +183,8 @@ class ReceivedFrame:
                 target.saw(value != 0)
             else:
                 target[axis] = value
+        if self._words:
+            self._told = [word(buffer, offset) for word, _ in self._words]
         sample.fresh |= self.bit
 
     def _intact(self, buffer: Buffer, offset: int) -> bool:
@@ -173,6 +229,12 @@ class Parts:
             return None
         self._n = 0
         return self._data
+
+
+def _chosen(bits: Field, value: int) -> Number:
+    """The guard of frames in which a number has this value."""
+    low, high = bits.raw_range
+    return Number(bits, wanted=value if low <= value <= high else NEVER, says=CHOOSES)
 
 
 def handlers(tables: Sequence[Options], frames: Sequence[ReceivedFrame]) -> Mapping[int, Handler]:

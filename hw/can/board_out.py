@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from hw.can.board_in import checksum_of
 from hw.can.board_map import factor, identifier, make_field
 from hw.can.bus import REMOTE, Bus, Outgoing
 from hw.can.fields import Encode, encoder
+from hw.can.steady_records import Command, Counter, Entry, counting
 from hw.interface import Options, Rig
 
 
@@ -41,8 +43,9 @@ class SentFrame:
         self._idle = _frame(bus, can_id, bytes(table["idle"])) if table.get("idle") else None
         self._entered = False
         self._fields: list[tuple[Encode, str, int, float, float]] = []
-        self._counter: tuple[Encode, int] | None = None
-        self._count = 0
+        self._entries: list[tuple[str, Entry]] = []
+        self._counter: tuple[Encode, Counter] | None = None
+        self._table, self._enabled = table, False
         self._checksum = checksum_of(table["checksum"])
         for entry in table["field"]:
             field = make_field(entry, length)
@@ -50,13 +53,17 @@ class SentFrame:
             if channel == "constant":
                 encode(self._frame.buffer, self._frame.offset, entry["value"])
             elif channel == "counter":
-                self._counter = encode, 1 << field.bits
+                self._counter = encode, counting(field)
             else:
                 limit = abs(entry["limit"]) if channel != "enable" else 1.0
-                self._fields.append((encode, channel, int(entry["axis"]), 1.0 / factor(entry, rig), limit))
+                axis, to_wire = int(entry["axis"]), 1.0 / factor(entry, rig)
+                self._fields.append((encode, channel, axis, to_wire, limit))
+                if channel != "enable":
+                    self._entries.append((channel, Entry(field, axis, to_wire, limit)))
 
     def send(self, bus: Bus, currents_a: Sequence[float], torques_nm: Sequence[float], enabled: bool) -> None:
         """Encode and send; a command that is not finite disables the board in this frame."""
+        self._enabled = enabled
         if not enabled:
             self._entered = False
             if self._idle is not None:
@@ -79,12 +86,29 @@ class SentFrame:
                 value = to_wire * (limit if wanted > limit else -limit if wanted < -limit else wanted)
             encode(buffer, offset, value)
         if self._counter is not None:
-            encode_count, modulus = self._counter
-            self._count = (self._count + 1) % modulus
-            encode_count(buffer, offset, self._count)
+            encode_count, counter = self._counter
+            counter.count = (counter.count + 1) % counter.modulus
+            encode_count(buffer, offset, counter.count)
         if self._checksum is not None:
             self._seal(frame)
         bus.send(frame)
+
+    def is_alike(self, enabled: bool) -> bool:
+        """Whether the next frame is as the last one but for commands and counter."""
+        return self._enabled == enabled and (not enabled or self._enter is None or self._entered)
+
+    def steady(self, words: Mapping[str, int]) -> Command:
+        """The last frame as compiled cycles send it; `words`: where the tick has the command of axis 0 of each channel."""
+        if not self._enabled and self._idle is not None:
+            return Command(self._idle)
+        checksum, entries = self._table["checksum"], self._entries if self._enabled else []
+        return Command(
+            self._frame,
+            [replace(entry, place=words[channel] + entry.place) for channel, entry in entries],
+            None if self._counter is None else self._counter[1],
+            (checksum["kind"], int(checksum["byte"])) if checksum else None,
+            strict=True,
+        )
 
     def _seal(self, frame: Outgoing) -> None:
         checksum, byte, size = self._checksum  # type: ignore[misc]

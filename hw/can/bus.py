@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from hw.can.fields import Buffer
 from hw.can.health import BusHealth
@@ -18,6 +18,8 @@ from hw.interface import BackendError
 
 if TYPE_CHECKING:
     from can import BusABC
+
+    from hw.can.batch import Batch
 
 EXTENDED = 0x8000_0000
 REMOTE = 0x4000_0000
@@ -28,6 +30,16 @@ Handler = Callable[[Buffer, int, int], None]
 
 DRAIN_LIMIT = 256
 """Most frames taken from the queue in one cycle. More waiting means a backlog: what was taken is old."""
+
+
+SILENT_TICKS = 10
+"""Cycles without a complete sample after which the link counts as lost, besides each sample going stale."""
+
+UNKNOWN_AGE_TICKS = 2
+"""After more missed slots than this what waits in the queue may be old: it is dropped, not shown as fresh."""
+
+LINE_READS, LINE_MAX = 16, 64
+"""Most reads of one cycle from an adapter that writes lines; most bytes of a line."""
 
 
 class Outgoing(Protocol):
@@ -66,6 +78,30 @@ class Bus(Protocol):
 
     def close(self) -> None:
         """Release the interface. Idempotent, never raises."""
+
+
+@runtime_checkable
+class SteadyBus(Protocol):
+    """A bus that is a descriptor: compiled code can read and write it (`hw.can.steady`)."""
+
+    health: BusHealth
+    lines: bool
+    """Whether frames are lines of slcan, or what the kernel's CAN gives."""
+
+    def fileno(self) -> int:
+        """Descriptor."""
+
+    def use(self, batch: Batch) -> None:
+        """Take frames into this from now on."""
+
+    def packed(self, frame: Any) -> bytes:  # noqa: ANN401
+        """A frame as the kernel's CAN takes it."""
+
+    def rest(self) -> bytes:
+        """Bytes that were read and are no whole frame yet: compiled code's from now on."""
+
+    def keep(self, begin: int, end: int, rest: bytes, error: int) -> None:
+        """Compiled code gives back: frames `begin` to `end` of the batch, bytes behind them, an error; all still to be looked at."""
 
 
 def wait_for(bus: Bus, done: Callable[[], bool], seconds: float) -> bool:

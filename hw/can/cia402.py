@@ -16,10 +16,11 @@ import struct
 
 from hw.can.armed import Armed
 from hw.can.bus import Bus, Handler, wait_for
-from hw.can.fields import Buffer, Unwrap
+from hw.can.fields import Buffer, Field, Unwrap
 from hw.can.load import Traffic
 from hw.can.names import emergency_name
 from hw.can.sample import Sample, Shaft
+from hw.can.steady_records import ENDLESS, LEAVES, NEVER, Command, Entry, Frame, Number
 from hw.interface import BackendError, LinkFault, Options, Rig
 
 RPDO1, TPDO1, TPDO2, SYNC, HEARTBEAT, EMERGENCY = 0x200, 0x180, 0x280, 0x080, 0x700, 0x080
@@ -107,7 +108,7 @@ class Cia402Axis:
         self._unwrap = Unwrap(32)
         self._armed = Armed(round(ARM_S / rig.period_s))
         self._heartbeat_ticks = max(1, round(5e-3 * options["heartbeat_ms"] / rig.period_s))
-        self._tick = self._silent_for = 0
+        self._tick = self._silent_for = self._word = 0
         self.state, self.emergency, self.nmt = NOT_READY, 0, OPERATIONAL
         self.identity = b""
 
@@ -127,12 +128,57 @@ class Cia402Axis:
             found[TPDO2 + self.node] = self._on_velocity
         return found
 
+    def steady_frames(self) -> list[Frame]:
+        """See `Drive`. Feedback is for Python whenever the state it tells has changed."""
+        at, shaft, axis = self._sample.start, self._shaft, self._axis
+        count = Field(8, 16, 32, "little", "int", self._rad_per_count, shaft.offset_rad)
+        current = Field(8, 48, 16, "little", "int", shaft.direction * 1e-3)
+        numbers = [
+            Number(count, at["position"] + axis, ENDLESS, state=self._unwrap),
+            Number(current, at["current"] + axis, factor=self._current_rated_a),
+        ]
+        same = Number(
+            Field(8, 0, 7), wanted=lambda: NEVER if self._armed.said is None else self._word, says=LEAVES
+        )
+        frames = [Frame(TPDO1 + self.node, FEEDBACK.size, numbers, [same], self._bit)]
+        if self._velocity_bit:
+            speed = Field(4, 0, 32, "little", "int", self._rad_s_per_unit)
+            numbers = [Number(speed, at["velocity"] + axis)]
+            frames.append(Frame(TPDO2 + self.node, VELOCITY.size, numbers, bit=self._velocity_bit))
+        return [*frames, Frame(HEARTBEAT + self.node), Frame(EMERGENCY + self.node)]
+
+    def steady_commands(self, current_at: int) -> list[Command]:
+        """See `Drive`."""
+        shaft, command = self._shaft, Command(self._command)
+        armed = self._armed
+        if armed.wanted and not armed.dropped and self.state == ENABLED:
+            target = Field(COMMAND.size, 16, 16, "little", "int", self._torque_rated_nm)
+            entry = Entry(target, current_at, shaft.torque_per_ampere, shaft.current_max_a, 1000.0)
+            command.entries = [entry]
+        return [command]
+
+    def alike(self) -> int:
+        """See `Drive`. A fault is reset now and then, and a state that is new is answered."""
+        if (self.state == FAULT and not self._armed.wanted) or self._armed.said is None:
+            return 0
+        cycles = self._armed.spare
+        if self._silent_for <= self._heartbeat_ticks:
+            cycles = min(cycles, self._heartbeat_ticks - self._silent_for)
+        return cycles
+
+    def pass_by(self, cycles: int) -> None:
+        """See `Drive`."""
+        self._armed.ticks += cycles
+        self._tick += cycles
+        self._silent_for += cycles
+
     def _on_feedback(self, buffer: Buffer, offset: int, length: int) -> None:
         if length != FEEDBACK.size:
             self._sample.damaged()
             return
         statusword, counts, current = FEEDBACK.unpack_from(buffer, offset)
-        self.state = _STATES[statusword & 0x7F]
+        self._word = statusword & 0x7F
+        self.state = _STATES[self._word]
         self._armed.saw(self.state == ENABLED)
         sample, shaft, axis = self._sample, self._shaft, self._axis
         sample.position_rad[axis] = self._unwrap(counts) * self._rad_per_count + shaft.offset_rad

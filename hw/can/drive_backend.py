@@ -10,6 +10,7 @@ from hw.can.bus import Bus, Handler
 from hw.can.cia402 import HEARTBEAT, OPERATIONAL, SYNC, Cia402Axis
 from hw.can.moteus import MoteusAxis
 from hw.can.odrive import OdriveAxis
+from hw.can.steady_records import Command, Frame
 from hw.interface import BackendError, Options, Rig, Words
 
 
@@ -36,6 +37,18 @@ class Drive(Protocol):
 
     def link_faults(self) -> int:
         """`LinkFault` bits of the drive."""
+
+    def steady_frames(self) -> list[Frame]:
+        """Frames of the drive as compiled cycles read them; those for Python have no numbers."""
+
+    def steady_commands(self, current_at: int) -> list[Command]:
+        """What `write` has sent last, and would again; the current is word `current_at` of the tick."""
+
+    def alike(self) -> int:
+        """In how many cycles from now on `write` sends the same, and `link_faults` does not change, if only samples come."""
+
+    def pass_by(self, cycles: int) -> None:
+        """So many of those are over."""
 
     def status(self) -> str:
         """What it says about itself, for people."""
@@ -84,6 +97,23 @@ class DriveBackend(CanBackend):
         """See CanBackend."""
         for write, current_a in zip(self._writers, self._current, strict=True):
             write(bus, current_a, enabled)
+
+    def steady_frames(self) -> list[Frame]:
+        """See CanBackend."""
+        return [frame for drive in self.drives for frame in drive.steady_frames()]
+
+    def steady_commands(self) -> list[Command]:
+        """See CanBackend."""
+        at = self.command_words["current_command"]
+        return [one for axis, drive in enumerate(self.drives) for one in drive.steady_commands(at + axis)]
+
+    def _alike(self) -> int:
+        return min(drive.alike() for drive in self.drives)
+
+    def pass_by(self, cycles: int) -> None:
+        """See CanBackend."""
+        for drive in self.drives:
+            drive.pass_by(cycles)
 
     def _stop(self, bus: Bus) -> None:
         for drive in self.drives:
@@ -149,3 +179,15 @@ class Cia402Backend(DriveBackend):
         if self._since >= self._every:
             self._since = 0
             bus.send(self._heartbeat)
+
+    def steady_commands(self) -> list[Command]:
+        """See CanBackend."""
+        return [*super().steady_commands(), Command(self._sync)]
+
+    def _alike(self) -> int:
+        return min(super()._alike(), self._every - self._since - 1)
+
+    def pass_by(self, cycles: int) -> None:
+        """See CanBackend."""
+        super().pass_by(cycles)
+        self._since += cycles

@@ -190,6 +190,16 @@ class Unwrap:
         self._last: int | None = None
         self._total = 0
 
+    @property
+    def state(self) -> tuple[int, int]:
+        """Whether it has begun, and the unwrapped count."""
+        return int(self._last is not None), self._total
+
+    @state.setter
+    def state(self, state: tuple[int, int]) -> None:
+        begun, self._total = state
+        self._last = self._total & self._mask if begun else None
+
     def __call__(self, raw: int) -> int:
         """The unwrapped count; the first one is `raw` itself."""
         if self._last is None:
@@ -208,6 +218,16 @@ class Sequence:
     def __init__(self, bits: int) -> None:
         self._mask, self._half = (1 << bits) - 1, 1 << (bits - 1)
         self._last: int | None = None
+
+    @property
+    def state(self) -> tuple[int, int]:
+        """Whether it has begun, and the last count accepted."""
+        return int(self._last is not None), self._last or 0
+
+    @state.setter
+    def state(self, state: tuple[int, int]) -> None:
+        begun, last = state
+        self._last = last if begun else None
 
     def newer(self, count: int) -> bool:
         """True, and `count` remembered, if it lies within half the range after the last accepted one."""

@@ -15,13 +15,15 @@ from __future__ import annotations
 
 import math
 import struct
+from dataclasses import replace
 
 from hw.can.armed import Armed
 from hw.can.bus import EXTENDED, Bus, Handler, wait_for
-from hw.can.fields import Buffer
+from hw.can.fields import Buffer, Field, byte_field
 from hw.can.load import Traffic, fd_length
 from hw.can.names import MOTEUS_FAULTS, MOTEUS_MODES, named
 from hw.can.sample import Sample, Shaft
+from hw.can.steady_records import LEAVES, NEVER, Command, Entry, Frame, Number
 from hw.interface import BackendError, LinkFault, Options, Rig
 
 STOPPED, FAULT, POSITION, TIMEOUT = 0, 1, 10, 11
@@ -36,6 +38,9 @@ COMMAND = bytes([0x01, 0x00, POSITION, 0x0C, 0x08, 0x20])
 COMMAND_FLOATS = struct.Struct("<8f")
 COMMAND_BYTES = len(COMMAND) + COMMAND_FLOATS.size + len(QUERY)
 
+_TORQUE_AT = len(COMMAND) + 8
+"""Where the feed-forward torque stands among them."""
+
 STOP = bytes([0x01, 0x00, STOPPED])
 
 _SIZES = {0: 1, 1: 2, 2: 4, 3: 4}
@@ -44,6 +49,8 @@ _CODES = {0: "b", 1: "<h", 2: "<i", 3: "<f"}
 _REPLY = struct.Struct("<HbHfffHfHfHb")
 _REPLY_HEADS = (0x0021, 0x012F, 0x042D, 0x0E2D, 0x0F21)
 """The reply to QUERY as the firmware lays it out, with its subframe heads; another layout is parsed slowly."""
+_HEADS_AT, _TOLD_AT = (0, 3, 17, 23, 29), (2, 31)
+"""Bytes of it: where its heads are; mode and fault."""
 _PADDING = bytes([NOP]) * 64
 """What may follow it. Anything else may say something of the same registers, or be damage: that is parsed slowly, too."""
 
@@ -179,6 +186,46 @@ class MoteusAxis:
     def handlers(self) -> dict[int, Handler]:
         """What to do with this axis' frames."""
         return dict.fromkeys(reply_ids(self.node, self._source), self._on_reply)
+
+    def steady_frames(self) -> list[Frame]:
+        """See `Drive`. A reply is for Python unless it is laid out as `_REPLY`, and tells the mode and fault it told before."""
+        size, at, axis, shaft = _REPLY.size, self._sample.start, self._axis, self._shaft
+
+        def _float(byte: int, channel: str, scale: float = 1.0, offset: float = 0.0) -> Number:
+            return Number(Field(size, 8 * byte, 32, "little", "float", scale, offset), at[channel] + axis)
+
+        numbers = [
+            _float(5, "position", shaft.rad_per_turn, shaft.offset_rad),
+            _float(9, "velocity", shaft.rad_per_turn),
+            _float(19, "current", shaft.direction),
+            _float(25, "temperature"),
+        ]
+        heads = zip(_REPLY_HEADS, _HEADS_AT, strict=True)
+        guards = [Number(byte_field(size, byte, 16), wanted=head, says=LEAVES) for head, byte in heads]
+        told = (lambda: self.mode if self._armed.said is not None else NEVER, lambda: self.fault)
+        for byte, wanted in zip(_TOLD_AT, told, strict=True):
+            guards.append(Number(byte_field(size, byte, 8, kind="int"), wanted=wanted, says=LEAVES))
+        return [
+            Frame(key, size, [*map(replace, numbers)], [*map(replace, guards)], self._bit, leaves_length=True)
+            for key in dict.fromkeys(reply_ids(self.node, self._source))
+        ]
+
+    def steady_commands(self, current_at: int) -> list[Command]:
+        """See `Drive`."""
+        armed, shaft = self._armed, self._shaft
+        if not armed.wanted or armed.dropped:
+            return [Command(self._stop)]
+        bits = byte_field(self._command.length, _TORQUE_AT, 32, kind="float")
+        entry = Entry(bits, current_at, shaft.torque_per_ampere, shaft.current_max_a)
+        return [Command(self._command, [entry])]
+
+    def alike(self) -> int:
+        """See `Drive`."""
+        return self._armed.spare if self._armed.said is not None else 0
+
+    def pass_by(self, cycles: int) -> None:
+        """See `Drive`."""
+        self._armed.ticks += cycles
 
     def _on_reply(self, buffer: Buffer, offset: int, length: int) -> None:
         values = decode_reply(buffer, offset, length)

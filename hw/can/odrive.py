@@ -17,12 +17,13 @@ from typing import Any
 
 from hw.can.armed import Armed
 from hw.can.bus import REMOTE, Bus, Handler, twice_within, wait_for
-from hw.can.fields import Buffer
+from hw.can.fields import Buffer, Field, byte_field
 from hw.can.load import Traffic
 from hw.can.names import ODRIVE_STATES, named
 from hw.can.odrive_firmware import ADDRESS as ADDRESS_SINCE
 from hw.can.odrive_firmware import ERRORS, ERRORS_05, NAMED_ERRORS, OLD, Version, decode_version, version_text
 from hw.can.sample import Sample, Shaft
+from hw.can.steady_records import Command, Entry, Frame, Number
 from hw.interface import BackendError, LinkFault, Options, Rig
 
 HEARTBEAT, GET_VERSION, GET_ERROR, ADDRESS, SET_AXIS_STATE = 0x01, 0x00, 0x03, 0x06, 0x07
@@ -137,6 +138,48 @@ class OdriveAxis:
             can_id(self.node, ADDRESS): self._on_address,
             can_id(self.node, GET_VERSION): self._on_version,
         }
+
+    def steady_frames(self) -> list[Frame]:
+        """See `Drive`."""
+        at, shaft = self._sample.start, self._shaft
+
+        def _float(byte: int, channel: str, scale: float, offset: float = 0.0) -> Number:
+            bits = Field(8, 8 * byte, 32, "little", "float", scale, offset)
+            return Number(bits, at[channel] + self._axis)
+
+        angle = _float(0, "position", shaft.rad_per_turn, shaft.offset_rad)
+        measured = {
+            GET_ENCODER: ([angle, _float(4, "velocity", shaft.rad_per_turn)], self._encoder_bit),
+            GET_IQ: ([_float(4, "current", shaft.direction)], self._iq_bit),
+        }
+        others = (HEARTBEAT, GET_TEMPERATURE, ADDRESS, GET_VERSION)
+        return [
+            Frame(can_id(self.node, command), 8, numbers, bit=bit)
+            for command, (numbers, bit) in measured.items()
+        ] + [Frame(can_id(self.node, command)) for command in others]
+
+    def steady_commands(self, current_at: int) -> list[Command]:
+        """See `Drive`."""
+        shaft, torque = self._shaft, Command(self._torque)
+        if self._on and self.state == CLOSED_LOOP:
+            bits = byte_field(4, 0, 32, kind="float")
+            torque.entries = [Entry(bits, current_at, shaft.torque_per_ampere, shaft.current_max_a)]
+        asked = (self._ask_encoder, self._ask_iq) if self._request else ()
+        return [torque, *(Command(frame) for frame in asked)]
+
+    def alike(self) -> int:
+        """See `Drive`."""
+        armed, cycles = self._armed, self._armed.spare
+        if self._silent_for <= self._heartbeat_ticks:
+            cycles = min(cycles, self._heartbeat_ticks - self._silent_for)
+        if not armed.wanted and (self.error or self.state == CLOSED_LOOP):  # said again soon
+            cycles = min(cycles, self._retry_ticks - armed.ticks % self._retry_ticks - 1)
+        return cycles if self._on == (armed.wanted and not armed.dropped) else 0
+
+    def pass_by(self, cycles: int) -> None:
+        """See `Drive`."""
+        self._armed.ticks += cycles
+        self._silent_for += cycles
 
     def _on_encoder(self, buffer: Buffer, offset: int, length: int) -> None:
         if length != 8:

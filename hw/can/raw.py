@@ -6,6 +6,7 @@ Measured beside python-can's socketcan bus on the same interface (`rtctl bench i
 from __future__ import annotations
 
 import errno
+import os
 import socket
 import struct
 from collections.abc import Mapping
@@ -55,6 +56,9 @@ def _text(channel: str, error: OSError) -> str:
 class RawBus:
     """One SocketCAN interface. Raises BackendError if it cannot be opened."""
 
+    lines = False
+    """See `SteadyBus`."""
+
     def __init__(self, channel: str, *, fd: bool) -> None:
         self.health = BusHealth()
         self._channel, self._fd = channel, fd
@@ -70,6 +74,7 @@ class RawBus:
             self._socket.close()
             raise BackendError(_text(channel, error)) from error
         self._batch, self._send = Batch(self._socket.fileno()), self._socket.send
+        self._kept, self._error = (0, 0), 0
 
     def _configure(self) -> None:
         option = self._socket.setsockopt
@@ -86,6 +91,31 @@ class RawBus:
         """Descriptor of the socket."""
         return self._socket.fileno()
 
+    def use(self, batch: Batch) -> None:
+        """See `SteadyBus`."""
+        batch.aim(self._socket.fileno())
+        self._batch = batch
+
+    def packed(self, frame: RawFrame) -> bytes:
+        """See `SteadyBus`."""
+        return bytes(frame.buffer)
+
+    def keep(self, begin: int, end: int, rest: bytes, error: int) -> None:
+        """See `SteadyBus`; there are no bytes behind frames of a socket."""
+        del rest
+        self._kept, self._error = (begin, end), error
+
+    def rest(self) -> bytes:
+        """See `SteadyBus`."""
+        return b""
+
+    def _waiting(self) -> tuple[int, int]:
+        """First and end of the frames to look at now. Raises OSError."""
+        if self._error:  # told once, to compiled code
+            raise OSError(self._error, os.strerror(self._error))
+        kept, self._kept = self._kept, (0, 0)
+        return kept if kept[0] < kept[1] else (0, self._batch.take())
+
     def subscribe(self, handlers: Mapping[int, Handler]) -> None:
         """Have `receive` call these; the kernel drops all other frames."""
         self._handlers = dict(handlers)
@@ -95,12 +125,12 @@ class RawBus:
 
     def receive(self) -> bool:
         """Hand every waiting frame to its handler. Raises LinkLost once the interface is down or gone."""
-        batch, handlers, head = self._batch, self._handlers, _HEAD.unpack_from
-        buffer = batch.buffer
+        handlers, head = self._handlers, _HEAD.unpack_from
+        buffer = self._batch.buffer
         try:
             for _ in range(DRAIN_LIMIT // FRAMES):
-                n = batch.take()
-                for at in range(0, n * STRIDE, STRIDE):
+                begin, n = self._waiting()
+                for at in range(begin * STRIDE, n * STRIDE, STRIDE):
                     can_id, length = head(buffer, at)
                     handler = handlers.get(can_id)
                     if handler is not None:
@@ -128,6 +158,8 @@ class RawBus:
     def send(self, frame: RawFrame) -> bool:
         """Queue a frame; False when the queue is full. Raises LinkLost."""
         try:
+            if self._error:
+                raise OSError(self._error, os.strerror(self._error))
             self._send(frame.buffer)
         except OSError as error:
             if error.errno in _FULL:

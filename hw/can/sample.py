@@ -21,8 +21,20 @@ class Sample:
     """
 
     __slots__ = (
-        "counts", "current_a", "estop", "faults", "force_n", "fresh", "moment_nm", "needed", "of", "position_rad", "temperature_c",
-        "values", "velocity_rad_s",
+        "counts",
+        "current_a",
+        "estop",
+        "faults",
+        "force_n",
+        "fresh",
+        "moment_nm",
+        "needed",
+        "of",
+        "position_rad",
+        "start",
+        "temperature_c",
+        "values",
+        "velocity_rad_s",
     )  # fmt: skip
 
     def __init__(self, n_axes: int) -> None:
@@ -35,6 +47,8 @@ class Sample:
             for reading, n, end in zip(QUANTITIES, many, ends, strict=True)
         }
         """The numbers of each channel; those of drives have a name of their own."""
+        self.start = {reading.name: end - n for reading, n, end in zip(QUANTITIES, many, ends, strict=True)}
+        """Where those begin in `values`."""
         self.position_rad, self.current_a = self.of["position"], self.of["current"]
         self.velocity_rad_s, self.temperature_c = self.of["velocity"], self.of["temperature"]
         self.force_n, self.moment_nm = self.of["force"], self.of["moment"]

@@ -8,11 +8,13 @@ is used. Measured by `rtctl bench io`.
 from __future__ import annotations
 
 import contextlib
+import struct
 import time
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from hw.can.bus import EXTENDED, REMOTE, Handler
+from hw.can.batch import STRIDE, Batch
+from hw.can.bus import EXTENDED, LINE_MAX, LINE_READS, REMOTE, Handler
 from hw.can.health import BusHealth
 from hw.interface import BackendError, LinkLost, Options
 from hw.serial.port import CHUNK, Port
@@ -34,10 +36,12 @@ RATES = {
 ARGUMENTS = frozenset({"tty_baudrate", "sleep_after_open", "timeout"})
 """Arguments of python-can's adapter that are accepted here; `timeout` is accepted and has no effect."""
 
+HEAD = struct.Struct("=IB3x")
+"""What lies before the data of a frame as the kernel's CAN has it."""
+
 _BELL = b"\x07"
 _STANDARD, _EXTENDED, _STANDARD_REMOTE, _EXTENDED_REMOTE = b"tTrR"
-_LONGEST = 64
-_READS = 16
+_LONGEST = LINE_MAX
 _ANSWER_S = 0.2
 
 
@@ -68,9 +72,10 @@ def parse(line: bytes) -> tuple[int, bytes] | None:
 class SlcanFrame:
     """A frame whose data is changed in place and written as a line."""
 
-    __slots__ = ("buffer", "head", "length", "offset")
+    __slots__ = ("buffer", "can_id", "head", "length", "offset")
 
     def __init__(self, can_id: int, length: int) -> None:
+        self.can_id = can_id
         remote = bool(can_id & REMOTE)
         letter = ("R" if remote else "T") if can_id & EXTENDED else ("r" if remote else "t")
         digits = 8 if can_id & EXTENDED else 3
@@ -80,6 +85,9 @@ class SlcanFrame:
 
 class SlcanBus:
     """One adapter. Raises BackendError if it cannot be opened or refuses the bit rate."""
+
+    lines = True
+    """See `SteadyBus`."""
 
     def __init__(self, options: Options) -> None:
         self.health = BusHealth()
@@ -92,6 +100,7 @@ class SlcanBus:
     def _open(self) -> None:
         arguments = self._options["arguments"]
         self._left, self._lost = b"", ""
+        self._kept = 0, 0
         self._port = Port(self._options["channel"], int(arguments.get("tty_baudrate", 115200)))
         time.sleep(float(arguments.get("sleep_after_open", 0.0)))
         rate = self._options["bitrate"]
@@ -123,6 +132,35 @@ class SlcanBus:
         """Descriptor of the port."""
         return self._port.fd
 
+    def use(self, batch: Batch) -> None:
+        """See `SteadyBus`."""
+        self._batch = batch
+
+    def packed(self, frame: SlcanFrame) -> bytes:
+        """See `SteadyBus`."""
+        return HEAD.pack(frame.can_id, frame.length) + frame.buffer
+
+    def keep(self, begin: int, end: int, rest: bytes, error: int) -> None:
+        """See `SteadyBus`; an error of a port comes again."""
+        del error
+        self._kept, self._left = (begin, end), rest
+
+    def _take_kept(self) -> None:
+        """Look at what compiled code has left: frames, then the bytes behind them."""
+        (begin, end), self._kept = self._kept, (0, 0)
+        for at in range(begin * STRIDE, end * STRIDE, STRIDE):
+            can_id, length = HEAD.unpack_from(self._batch.buffer, at)
+            handler = self._handlers.get(can_id)
+            if handler is not None:
+                handler(self._batch.buffer, at + HEAD.size, length)
+        if self._left:
+            self._take(b"")
+
+    def rest(self) -> bytes:
+        """See `SteadyBus`: the beginning of a line."""
+        rest, self._left = self._left, b""
+        return rest
+
     def subscribe(self, handlers: Mapping[int, Handler]) -> None:
         """Have `receive` call these; all other frames are dropped."""
         self._handlers = dict(handlers)
@@ -131,7 +169,8 @@ class SlcanBus:
         """Hand every waiting frame to its handler. Raises LinkLost."""
         if self._lost:
             raise LinkLost(self._lost)
-        for _ in range(_READS):
+        self._take_kept()
+        for _ in range(LINE_READS):
             try:
                 n = self._port.read_into(self._views)
             except LinkLost as error:
@@ -144,10 +183,11 @@ class SlcanBus:
         return False
 
     def _take(self, data: bytes) -> None:
+        data = self._left + data
         if _BELL in data:
             self.health.refused()
             data = data.replace(_BELL, b"")
-        *lines, self._left = (self._left + data).split(b"\r")
+        *lines, self._left = data.split(b"\r")
         if len(self._left) > _LONGEST:
             self.health.counts["damaged"] += 1
             self._left = b""

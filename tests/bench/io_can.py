@@ -16,6 +16,7 @@ from hw.simulators.can_device import DriveSim, make_drives
 from hw.simulators.can_plant import Inertia
 from rtctl.errors import RtctlError
 from rtctl.tick import new_ticks
+from tests.bench.device_cycle import DeviceCycle
 from tests.bench.row import Row
 
 ENCODER, IQ, TORQUE = 1 << 5 | 0x09, 1 << 5 | 0x14, 1 << 5 | 0x0E
@@ -110,32 +111,32 @@ def _interleaved(
     """Median microseconds of our cycle and of theirs; each drains before the other is timed."""
     tick = new_ticks(1, 1)
     backend.warm_up(tick)
+    cycle = DeviceCycle(backend, tick)
     before = backend.counts()["samples"]
     reference = PythonCanLoop(can, plain)
     frames = [
         can.Message(arbitration_id=i, data=PAIR.pack(0.5, 0.25), is_extended_id=False) for i in (ENCODER, IQ)
     ]
     ours, theirs = np.empty(cycles), np.empty(cycles)
-    bus = backend.bus
-    assert bus is not None
     for k in range(cycles):
         for which in (0, 1) if k % 2 else (1, 0):
             while device.recv(0) is not None:
                 pass
             while plain.recv(0) is not None:
                 pass
-            bus.receive()
+            cycle.drain()
             for frame in frames:
                 device.send(frame)
             tick["tick"] += which
             began = time.perf_counter_ns()
             if which:
-                backend.read(tick)
-                backend.write(tick)
+                cycle.run()
                 ours[k] = time.perf_counter_ns() - began
             else:
                 reference.cycle()
                 theirs[k] = time.perf_counter_ns() - began
+    if cycle.is_compiled and cycle.left > cycles // 4:
+        raise RtctlError(f"CAN: {cycle.left} of {cycles} cycles were left to Python")
     if backend.counts()["samples"] - before < cycles:
         raise RtctlError(f"CAN: only {backend.counts()['samples'] - before} samples in {cycles} cycles")
     return float(np.median(ours)) / 1e3, float(np.median(theirs)) / 1e3

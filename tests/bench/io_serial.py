@@ -17,15 +17,14 @@ from typing import Any
 
 import numpy as np
 
-from hw.entry_points import call_for_int, entry_point
 from hw.interface import Rig
-from hw.jit import bound, compiled
 from hw.serial.frame_backend import SerialBackend
 from hw.serial.link import DRAINED
 from hw.serial.options import SerialOptions
 from hw.simulators.serial_firmware import Board
 from rtctl.errors import RtctlError
 from rtctl.tick import new_ticks
+from tests.bench.device_cycle import DeviceCycle
 from tests.bench.io_slcan import DELIVERY_S, waiting
 from tests.bench.row import Row
 
@@ -164,14 +163,6 @@ def rows(cycles: int) -> list[Row]:
     ]  # fmt: skip
 
 
-@compiled
-def _whole(
-    at: np.ndarray, read_arguments: tuple[np.ndarray, ...], write_arguments: tuple[np.ndarray, ...]
-) -> int:
-    """What a whole compiled cycle does with the device (`rtctl.rt.whole_cycle`); 0 when Python was not needed."""
-    return int(call_for_int(at[0], read_arguments) + call_for_int(at[1], write_arguments))
-
-
 def _interleaved(
     lines: tuple[_Far, _Far],
     backend: SerialBackend,
@@ -182,15 +173,7 @@ def _interleaved(
     """Median microseconds of our cycle and of theirs."""
     near, far = lines
     ours, theirs = np.empty(len(packets)), np.empty(len(packets))
-    parts = backend.compiled_cycle(tick)
-    assert parts is not None
-    at = np.array(
-        [
-            entry_point(parts.read, *parts.read_arguments),
-            entry_point(parts.write, *parts.write_arguments),
-        ]
-    )
-    whole = bound(_whole, at, parts.read_arguments, parts.write_arguments)
+    cycle = DeviceCycle(backend, tick)
     backend.read(tick)
     before = int(tick["sample_count"][0])
     fd = backend.fileno()
@@ -200,9 +183,9 @@ def _interleaved(
                 near.feed(packet, fd)
                 tick["tick"] += 1
                 began = time.perf_counter_ns()
-                left = whole()
+                cycle.run()
                 ours[k] = time.perf_counter_ns() - began
-                if left:
+                if cycle.left:
                     raise RtctlError("serial: a cycle was left to Python")
             else:
                 far.feed(packet, loop.port.fileno())

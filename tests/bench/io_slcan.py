@@ -22,6 +22,7 @@ from hw.interface import Rig
 from hw.simulators.can_drives import OdriveSim
 from rtctl.errors import RtctlError
 from rtctl.tick import new_ticks
+from tests.bench.device_cycle import DeviceCycle
 from tests.bench.io_can import ENCODER, IQ, PAIR, PythonCanLoop
 from tests.bench.row import Row
 
@@ -129,13 +130,13 @@ def _interleaved(
     lines = b"".join(b"t%03X8%s\r" % (i, PAIR.pack(0.5, 0.25).hex().encode()) for i in (ENCODER, IQ))
     ours, theirs = np.empty(cycles), np.empty(cycles)
     bus: Any = backend.bus
+    cycle = DeviceCycle(backend, tick)
     reference.cycle()
     for k in range(cycles):
         near.feed(lines, bus.fileno())
         tick["tick"] += 1
         began = time.perf_counter_ns()
-        backend.read(tick)
-        backend.write(tick)
+        cycle.run()
         ours[k] = time.perf_counter_ns() - began
         far.feed(lines, plain.fileno())
         began = time.perf_counter_ns()

@@ -35,6 +35,7 @@ FORCE = (f"{HW}/test_force_codecs.py",)
 LOOP = ("tests/unit/rt/test_loop.py",)
 WHOLE = ("tests/unit/rt/test_whole_cycle.py",)
 SERIAL_CYCLE = ("tests/unit/hw/test_serial_compiled_cycle.py",)
+CAN_CYCLE = ("tests/unit/hw/test_can_steady.py",)
 REPLUG = ("tests/unit/rt/test_replug.py",)
 
 SEEDS = (
@@ -268,6 +269,22 @@ SEEDS = (
     Seed(
         "a command that found no room is sent once more", "hw/serial/backend.py",
         '        if wire["full"][0]:  # the compiled half has tried\n', "        if False:\n", SERIAL_CYCLE,
+    ),
+    Seed(
+        "frames kept for Python are dropped", "hw/can/raw.py",
+        "return kept if kept[0] < kept[1] else (0, self._batch.take())", "return (0, self._batch.take())", CAN_CYCLE,
+    ),
+    Seed(
+        "a compiled CAN cycle outlives what is due", "hw/can/steady_cycle.py",
+        "b.on != ON or b.passed >= b.budget or", "b.on != ON or", CAN_CYCLE,
+    ),
+    Seed(
+        "a compiled CAN cycle goes on when the rig is disarmed", "hw/can/steady_cycle.py",
+        " or words[b.enabled_at] != b.enabled:", ":", CAN_CYCLE,
+    ),
+    Seed(
+        "a drive's new state is not told to Python", "hw/can/steady_codec.py",
+        "    return _guarded(data, at, r, numbers, LEAVES)\n", "    return False\n", CAN_CYCLE,
     ),
     Seed(
         "a compiled half shows a backlog as fresh", "hw/serial/compiled_core.py",
