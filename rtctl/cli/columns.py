@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import click
 
+from hw.motion import FORCE_UNITS, LENGTH_UNITS, SPEED_UNITS
 from hw.outside import read_toml
 from hw.playback.reader import ANGLE_UNITS, CURRENT_UNITS, TIME_UNITS, TORQUE_UNITS, VELOCITY_UNITS
 from rtctl.errors import ConfigError
 
-_UNITS = {"", "counts"}.union(TIME_UNITS, ANGLE_UNITS, VELOCITY_UNITS, CURRENT_UNITS, TORQUE_UNITS)
+_LINEAR = {*LENGTH_UNITS, *SPEED_UNITS, *FORCE_UNITS}
+_UNITS = {"", "counts"}.union(TIME_UNITS, ANGLE_UNITS, VELOCITY_UNITS, CURRENT_UNITS, TORQUE_UNITS, _LINEAR)
 
 
 DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|"}
@@ -65,6 +67,11 @@ def tables(
     if unknown:
         raise ConfigError(f"unknown role {unknown[0]!r} of a column; there are {', '.join(roles)}")
     return given
+
+
+def motion_of(mapped: Mapping[str, Mapping[str, Any]]) -> str:
+    """Motion that the units of the columns are of: linear where one is of a length or a force."""
+    return "linear" if any(table.get("unit") in _LINEAR for table in mapped.values()) else "rotary"
 
 
 def _name_unit_scale(text: str) -> tuple[str, str, str]:

@@ -83,7 +83,7 @@ def advise(loaded: LoadedConfig) -> list[Advice]:
 
 def _advise(model: FrictionModel, axis: AxisTable, T: float) -> Advice:
     best = report_gain.of_axis(model, axis, T)
-    count = 2 * math.pi / axis.encoder_counts_per_rev
+    count = 2 * math.pi / axis.counts_of_turn
     figures = friction_figures(model, Path(axis.friction.model), axis, T, count)
     return Advice(
         axis=axis.name,

@@ -124,13 +124,13 @@ def rig_of(loaded: LoadedConfig, settings: Settings) -> Rig:
         name=config.rig.name,
         axis=settings.axis,
         period_s=config.period_s,
-        count_rad=TURN_RAD / axis.encoder_counts_per_rev,
+        count_rad=TURN_RAD / axis.counts_of_turn,
         inertia_kgm2=axis.inertia_kgm2,
         torque_limit_nm=axis.torque_limit_nm,
         velocity_limit_rad_s=axis.velocity_limit_rad_s,
         position_min_rad=axis.position_min_rad,
         position_max_rad=axis.position_max_rad,
-        ripple_per_turn=settings.ripple_per_turn or axis.gear_ratio,
+        ripple_per_turn=settings.ripple_per_turn or axis.motor_ratio,
         hand_limit_nm=settings.hand_limit_nm or 0.02 * axis.torque_limit_nm,
     )
 

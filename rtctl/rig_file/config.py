@@ -158,12 +158,13 @@ class Config(Table):
         return Rig(
             n_axes=self.n_axes,
             period_s=self.period_s,
-            gear_ratio=np.array([axis.gear_ratio for axis in self.axis]),
+            gear_ratio=np.array([axis.motor_ratio for axis in self.axis]),
             gear_efficiency=np.array([axis.gear_efficiency for axis in self.axis]),
             torque_constant_nm_a=np.array([axis.torque_constant_nm_a for axis in self.axis]),
-            encoder_counts_per_rev=np.array([axis.encoder_counts_per_rev for axis in self.axis]),
+            encoder_counts_per_rev=np.array([axis.counts_of_turn for axis in self.axis]),
             lever_m=np.array([axis.lever_m for axis in self.axis], dtype=float),
             axis_direction=np.array([axis.axis_direction for axis in self.axis], dtype=float),
+            lead_m=np.array([axis.lead_m if axis.motion == "linear" else -1.0 for axis in self.axis]),
         )
 
     def composition(self, options: Sequence[Mapping[str, Any]]) -> Composition:
