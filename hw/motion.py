@@ -50,6 +50,14 @@ _WORDS = re.compile(
     r"(?<![\w/^])(" + "|".join(re.escape(one) for one in LINEAR_UNITS) + r")(?![\w/^]| s/rad)"
 )
 
+_NAMES = re.compile(r"(?<![\w/^-])[a-z][a-z0-9]*(?:_[a-z0-9]+)+(?![\w/.-]*[/.]\w)(?!\w)")
+"""Names with their unit, not those that are part of a path."""
+
+
+def of_units(units: Iterable[object]) -> Motion:
+    """Motion that the units of some columns are of: linear where one is of a length, a speed or a force."""
+    return "linear" if {*LENGTH_UNITS, *SPEED_UNITS, *FORCE_UNITS} & set(units) else "rotary"
+
 
 def unit(rotary: str, motion: str) -> str:
     """Unit of an axis, by that of a rotary one."""
@@ -57,8 +65,12 @@ def unit(rotary: str, motion: str) -> str:
 
 
 def words(text: str, motion: str) -> str:
-    """A text about one axis, written for a rotary one, with the units of this one; names of keys are left as they are."""
-    return _WORDS.sub(lambda found: LINEAR_UNITS[found[0]], text) if motion == "linear" else text
+    """A text about one axis, written for a rotary one, with the units of this one, and the names of keys and columns that end with them."""
+    if motion != "linear":
+        return text
+    return _NAMES.sub(
+        lambda found: name(found[0], motion), _WORDS.sub(lambda found: LINEAR_UNITS[found[0]], text)
+    )
 
 
 def name(rotary: str, motion: str) -> str:

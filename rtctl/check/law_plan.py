@@ -121,7 +121,7 @@ def _load_model(loaded: LoadedConfig, axis: AxisTable) -> FrictionModel | None:
     if path is None or axis.friction.policy == "off":
         return None
     model = artefact.load(path)
-    artefact.require_rig(model, loaded.config.rig.name, path)
+    artefact.require_rig(model, loaded.config.rig.name, path, axis.motion)
     return model
 
 

@@ -183,7 +183,7 @@ def _friction(
     if path is None:
         return None, axis.viscous_nms_rad, axis.dry_friction_nm, guarantee(axis, None)
     model = artefact.load(path)
-    artefact.require_rig(model, loaded.config.rig.name, path)
+    artefact.require_rig(model, loaded.config.rig.name, path, axis.motion)
     count = 2 * math.pi / axis.counts_of_turn
     found = friction_figures(model, path, axis, loaded.config.period_s, count, late.between)
     beyond = found.beyond_damping_nms_rad

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -67,11 +67,6 @@ def tables(
     if unknown:
         raise ConfigError(f"unknown role {unknown[0]!r} of a column; there are {', '.join(roles)}")
     return given
-
-
-def motion_of(mapped: Mapping[str, Mapping[str, Any]]) -> str:
-    """Motion that the units of the columns are of: linear where one is of a length or a force."""
-    return "linear" if any(table.get("unit") in _LINEAR for table in mapped.values()) else "rotary"
 
 
 def _name_unit_scale(text: str) -> tuple[str, str, str]:

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hw.motion import name, named, words
-from rtctl.cli.columns import motion_of, tables, text_of, text_options
+from hw.motion import name, named, of_units, words
+from rtctl.cli.columns import tables, text_of, text_options
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFolder
 from rtctl.errors import ConfigError, DataError
@@ -125,7 +125,7 @@ def command(
     rig_axis = _axis(config, axis) if config else None
     register()
     mapped = _tables(columns, map_file)
-    geared = _gearing(gearing, rig_axis, motion_of(mapped))
+    geared = _gearing(gearing, rig_axis, of_units(table.get("unit") for table in mapped.values()))
     motion = geared.motion
     any_axis = ANY_LINEAR if motion == "linear" else Limits()
     limits = Limits.of_axis(rig_axis, str(config)) if rig_axis else any_axis
@@ -306,7 +306,7 @@ def _lines(fit: JointFit, bent: Presliding | None, radian: float, motion: str) -
             if each.terms
             else "taken as constant"
         )
-        lines.append(f"{each.parameter}: {each.source}, {drift}")
+        lines.append(f"{name(each.parameter, motion)}: {each.source}, {drift}")
     unknown = "not told by these turns (rtctl identify CONFIG measures it; rtctl fit --presliding gives it)"
     return [*lines, f"presliding length: {bent or unknown}"]
 

@@ -76,7 +76,7 @@ def advise(loaded: LoadedConfig) -> list[Advice]:
         if path is None or axis.friction.policy == "off":
             continue
         model = artefact.load(path)
-        artefact.require_rig(model, loaded.config.rig.name, path)
+        artefact.require_rig(model, loaded.config.rig.name, path, axis.motion)
         found.append(_advise(model, axis, loaded.config.period_s))
     return found
 

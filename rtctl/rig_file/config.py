@@ -31,6 +31,7 @@ from rtctl.rig_file.axis_tables import AxisTable, DeviceTable, LoopTable, Passiv
 from rtctl.rig_file.devices import Composition
 from rtctl.rig_file.fields import Table
 from rtctl.rig_file.host_tables import GatewayTable, RecordTable, TelemetryTable, ViewTable
+from rtctl.rig_file.linear_keys import LinearKeys
 from rtctl.rig_file.mistakes import fault_lines, no_files, tiny_lines
 from rtctl.rig_file.sensor_tables import ForceSensorTable
 from rtctl.rig_file.toml_lines import read_toml
@@ -243,8 +244,10 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
         is given for a rig that is not simulated, or has no one device to take it.
     """
     path = real(path)
-    raw, data, where = read_toml(path)
-    faults = tiny_lines(where, data)
+    raw, data, told = read_toml(path)
+    turned = LinearKeys(data, told)
+    data, where = turned.data, turned.where
+    faults = tiny_lines(where, data) + turned.faults
     config: Config | None = None
     try:
         config = Config.model_validate(data)

@@ -17,7 +17,7 @@ M = LEAD_M / (2 * math.pi)
 @pytest.fixture
 def logs(tmp_path):
     """The same motion of a screw in rad and N m, in m and N, and in mm and N."""
-    t = np.arange(4_000) / 200.0
+    t = np.arange(2_000) / 100.0
     w = [(a, 2 * np.pi * f) for a, f in ((0.4, 0.4), (0.15, 1.1), (0.06, 2.3))]
     x = sum(a * np.sin(k * t) for a, k in w)
     v = sum(a * k * np.cos(k * t) for a, k in w)
@@ -118,7 +118,7 @@ def test_the_table_and_the_points_speak_of_m_and_n(monkeypatch, capsys, logs, tm
     )
     assert code == 0
     assert all(unit in text for unit in ("inertia_kg ", "viscous_ns_m", " m/s", " mN"))
-    assert not any(unit in text for unit in ("rad", "N m", "_nm"))
+    assert [line for line in text.splitlines() if any(unit in line for unit in ("rad", "N m", "_nm"))] == []
     head = (tmp_path / "out" / "points.csv").read_text().splitlines()[0].split(",")
     assert head[:4] == ["velocity_m_s", "friction_torque_n", "direction", "std_n"]
 
