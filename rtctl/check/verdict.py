@@ -49,8 +49,13 @@ class Verdict:
 
     def spoken(self, motion: str) -> Verdict:
         """The row in the units of its axis; it is written in those of a rotary one."""
-        texts = {key: words(getattr(self, key), motion) for key in ("figure", "bound", "meaning", "refusal")}
-        return replace(self, **texts)
+        return replace(
+            self,
+            figure=words(self.figure, motion),
+            bound=words(self.bound, motion),
+            meaning=words(self.meaning, motion),
+            refusal=words(self.refusal, motion),
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""

@@ -247,7 +247,7 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
     raw, data, told = read_toml(path)
     turned = LinearKeys(data, told)
     data, where = turned.data, turned.where
-    faults = tiny_lines(where, data) + turned.faults
+    faults = tiny_lines(where, data)
     config: Config | None = None
     try:
         config = Config.model_validate(data)
@@ -259,8 +259,11 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
     faults += more
     if config is not None and not faults:
         faults += [f"{path}: {line}" for line in config.composition(options).faults()]
-    if config is None or faults:
-        raise ConfigError(f"{path}: {len(faults)} fault(s) in the rig file", tuple(faults))
+    if config is None or faults or turned.faults:
+        raise ConfigError(
+            f"{path}: {len(faults) + len(turned.faults)} fault(s) in the rig file",
+            (*turned.faults, *turned.spoken(faults)),
+        )
     digest = hashlib.sha256(raw).hexdigest()
     return LoadedConfig(
         path=path, sha256=digest, config=config, options=options[0], more_options=tuple(options[1:])

@@ -13,7 +13,7 @@ from pydantic import BaseModel
 
 from hw import registry
 from hw.interface import BackendError
-from hw.motion import name
+from hw.motion import name, words
 from hw.plain_words import Key, written
 from rtctl.rig_file.axis_tables import AxisTable
 
@@ -38,6 +38,7 @@ class LinearKeys:
         self.data = data
         axes = data.get("axis")
         linear = [isinstance(one, dict) and one.get("motion") == "linear" for one in _list(axes)]
+        self._linear = linear if any(linear) else []
         if not any(linear):
             return
         renamed = [
@@ -63,6 +64,14 @@ class LinearKeys:
     def where(self, key: Key) -> str:
         """File and line of a key, by the name that it has for a rotary axis."""
         return self._where(self._own.get(key, key))
+
+    def spoken(self, faults: list[str]) -> list[str]:
+        """The faults with the names and units that a linear axis has, of every axis that is one."""
+        if not self._linear:
+            return faults
+        ours = {f"axis[{k}]" for k, one in enumerate(self._linear) if one}
+        whole = all(self._linear)
+        return [words(one, "linear") if whole or any(axis in one for axis in ours) else one for one in faults]
 
     def _device(self, k: int, device: dict[str, Any], served: set[int], linear: list[bool]) -> dict[str, Any]:
         """A device with its options turned, if every axis that it serves is linear."""
