@@ -24,7 +24,7 @@ TRAVEL_SLACK_RAD = 0.05
 """By how much a log may leave the travel: stops give way."""
 
 TRAVEL_SLACK_M = 0.005
-"""The same of a linear axis."""
+"""By how much a log of a linear axis may leave the travel."""
 
 TORQUE_SHARE_MIN = 1e-3
 """Torque below this share of the rig's limit moves no joint that has friction."""
