@@ -47,6 +47,9 @@ class Rig:
 
     Arrays have shape `(n_axes,)`; `lever_m` and `axis_direction` have shape `(n_axes, 3)`: joint torque = lever @ tip force +
     direction @ moment. `axis_direction` is None or 0 where it is not known.
+
+    `lead_m` is below 0 for a rotary axis, the lead of the screw (m a turn) for a linear one (`hw.motion`), 0 without one; None: all
+    are rotary. A linear axis with a screw has the ratio in rad of the motor a m, and the counts of 2 pi m.
     """
 
     n_axes: int
@@ -57,6 +60,13 @@ class Rig:
     encoder_counts_per_rev: np.ndarray
     lever_m: np.ndarray
     axis_direction: np.ndarray | None = None
+    lead_m: np.ndarray | None = None
+
+    def moves(self, axis: int) -> tuple[str, float]:
+        """Motion of an axis, and the lead of its screw, m a turn (0 without one)."""
+        if self.lead_m is None or self.lead_m[axis] < 0:
+            return "rotary", 0.0
+        return "linear", float(self.lead_m[axis])
 
 
 class Backend(Protocol):

@@ -38,7 +38,8 @@ def subset(rig: Rig, axes: Sequence[int]) -> Rig:
         )
     }
     directions = None if rig.axis_direction is None else rig.axis_direction[index]
-    return replace(rig, n_axes=len(index), axis_direction=directions, **arrays)
+    lead_m = None if rig.lead_m is None else rig.lead_m[index]
+    return replace(rig, n_axes=len(index), axis_direction=directions, lead_m=lead_m, **arrays)
 
 
 def device_dtype(dtype: np.dtype[np.void], n_axes: int) -> np.dtype[np.void]:

@@ -53,15 +53,15 @@ class TimeColumn(Column):
 
 
 class PositionColumn(Column):
-    """Joint angle, link side."""
+    """Joint angle, link side; of a linear axis its place."""
 
-    unit: Literal["rad", "deg", "rev", "counts"] = Field("rad", description=_UNIT)
+    unit: Literal["rad", "deg", "rev", "counts", "m", "mm", "um"] = Field("rad", description=_UNIT)
 
 
 class VelocityColumn(Column):
     """Joint velocity, link side."""
 
-    unit: Literal["rad/s", "deg/s", "rev/s", "rpm"] = Field("rad/s", description=_UNIT)
+    unit: Literal["rad/s", "deg/s", "rev/s", "rpm", "m/s", "mm/s"] = Field("rad/s", description=_UNIT)
 
 
 class CurrentColumn(Column):
@@ -71,9 +71,9 @@ class CurrentColumn(Column):
 
 
 class TorqueColumn(Column):
-    """A torque on the joint, link side."""
+    """A torque on the joint, link side; of a linear axis a force."""
 
-    unit: Literal["N m", "mN m", "Nm", "mNm"] = Field("N m", description=_UNIT)
+    unit: Literal["N m", "mN m", "Nm", "mNm", "N", "mN", "kN"] = Field("N m", description=_UNIT)
 
 
 class ForceColumn(Column):

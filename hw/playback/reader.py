@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from hw.interface import BackendError, Options, Rig
+from hw.motion import LENGTH_UNITS, SPEED_UNITS, coordinate_units, effort_units
 from hw.playback.columns import MIN_SAMPLES, read_table
 from hw.playback.stamps import Grid, Stretch, grid_of, resolution
 from hw.playback.units import require_unit
@@ -152,8 +153,14 @@ class _Table:
     def si(self, column: Mapping[str, Any], units: Mapping[str, float]) -> np.ndarray:
         name = column["column"]
         raw = self.raw[name]
+        unit = column.get("unit", next(iter(units)))
+        if unit not in units:
+            raise BackendError(
+                f"{self.path}: column {name!r} is read in {unit}, which this axis does not have: it has {', '.join(units)}; "
+                "correct the unit, or motion and lead_m of the axis"
+            )
         require_unit(self.path, name, self.said.get(name, ""), column, tuple(units))
-        factor = column.get("scale", 1.0) * units[column.get("unit", next(iter(units)))]
+        factor = column.get("scale", 1.0) * units[unit]
         return np.asarray(factor * (raw - column.get("offset", 0.0)))
 
 
@@ -214,18 +221,24 @@ def _read(options: Options, rig: Rig, *, steady: bool, mend: Mend | None = None)
         )
     table = _Table(options)
     grid = table.grid(options, steady=steady)
-    angles = [{**ANGLE_UNITS, "counts": 2 * math.pi / counts} for counts in rig.encoder_counts_per_rev]
+    moves = [rig.moves(k) for k in range(rig.n_axes)]
+    places = [
+        {**coordinate_units(ANGLE_UNITS, LENGTH_UNITS, *one), "counts": 2 * math.pi / counts}
+        for one, counts in zip(moves, rig.encoder_counts_per_rev, strict=True)
+    ]
     position = np.stack(
-        [table.si(axis["position"], units) for axis, units in zip(axes, angles, strict=True)], axis=1
+        [table.si(axis["position"], units) for axis, units in zip(axes, places, strict=True)], axis=1
     )
+    efforts = [effort_units(TORQUE_UNITS, *one) for one in moves]
+    speeds = [coordinate_units(VELOCITY_UNITS, SPEED_UNITS, *one) for one in moves]
     torque_per_amp = rig.gear_ratio * rig.gear_efficiency * rig.torque_constant_nm_a
-    current = _per_axis(table, axes, "current", CURRENT_UNITS)
-    motor_torque = _per_axis(table, axes, "motor_torque", TORQUE_UNITS)
+    current = _per_axis(table, axes, "current", [CURRENT_UNITS] * rig.n_axes)
+    motor_torque = _per_axis(table, axes, "motor_torque", efforts)
     if motor_torque is not None:
         current = motor_torque / torque_per_amp
     force = options.get("force")
-    hand = _per_axis(table, axes, "hand_torque", TORQUE_UNITS)
-    velocity = _per_axis(table, axes, "velocity", VELOCITY_UNITS)
+    hand = _per_axis(table, axes, "hand_torque", efforts)
+    velocity = _per_axis(table, axes, "velocity", speeds)
     tip = np.stack([table.si(c, FORCE_UNITS) for c in force], axis=1) if force else None
     torques = {"motor torque": current, "external torque": hand}
     given = {name: column for name, column in torques.items() if column is not None}
@@ -266,8 +279,8 @@ def _cut(whole: Recording, kept: slice) -> Recording:
 
 
 def _per_axis(
-    table: _Table, axes: Sequence[Mapping[str, Any]], name: str, units: Mapping[str, float]
+    table: _Table, axes: Sequence[Mapping[str, Any]], name: str, units: Sequence[Mapping[str, float]]
 ) -> np.ndarray | None:
     if not axes[0].get(name):
         return None
-    return np.stack([table.si(axis[name], units) for axis in axes], axis=1)
+    return np.stack([table.si(axis[name], own) for axis, own in zip(axes, units, strict=True)], axis=1)

@@ -18,10 +18,12 @@ SPELT = {
 }  # fmt: skip
 """Other spellings, in small letters -> ours."""
 
-_KNOWN = {unit.lower(): unit for unit in ("s", "ms", "us", "ns", "rad", "deg", "rev", "counts", "rad/s", "deg/s", "rev/s", "rpm", "A", "mA", "N m", "mN m", "N", "mN")}  # fmt: skip
+_KNOWN = {unit.lower(): unit for unit in ("s", "ms", "us", "ns", "rad", "deg", "rev", "counts", "rad/s", "deg/s", "rev/s", "rpm", "A", "mA", "N m", "mN m", "N", "mN", "kN", "m", "mm", "um", "m/s", "mm/s")}  # fmt: skip
 
 _BRACKETS = re.compile(r"[\[(]([^\])]{1,20})[\])]\s*$")
-_SUFFIX = re.compile(r"_(rad_s|deg_s|rev_s|ms|us|ns|rad|deg|rev|counts|rpm|nm|mnm|ma)$", re.IGNORECASE)
+_SUFFIX = re.compile(
+    r"_(rad_s|deg_s|rev_s|mm_s|mm|ms|us|ns|rad|deg|rev|counts|rpm|nm|mnm|ma)$", re.IGNORECASE
+)
 
 _SAME = {"Nm": "N m", "mNm": "mN m"}
 

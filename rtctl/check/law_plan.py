@@ -121,7 +121,7 @@ def _load_model(loaded: LoadedConfig, axis: AxisTable) -> FrictionModel | None:
     if path is None or axis.friction.policy == "off":
         return None
     model = artefact.load(path)
-    artefact.require_rig(model, loaded.config.rig.name, path)
+    artefact.require_rig(model, loaded.config.rig.name, path, axis.motion)
     return model
 
 
@@ -181,7 +181,6 @@ def _fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
     for name in (
         "inertia_kgm2",
         "viscous_nms_rad",
-        "gear_ratio",
         "gear_efficiency",
         "torque_constant_nm_a",
         "lever_m",
@@ -193,13 +192,14 @@ def _fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
         "velocity_limit_rad_s",
     ):
         p[name][a] = getattr(axis, name)
+    p["gear_ratio"][a] = axis.motor_ratio
     p["axis_direction"][a] /= math.hypot(*axis.axis_direction) or 1.0
     _fill_arming(p, a, axis, period_s)
     p["torque_continuous_nm"][a] = axis.torque_continuous_nm or axis.torque_limit_nm
     p["temperature_kind"][a] = axis.temperature.sensor
     p["temperature_warn_c"][a] = axis.temperature.warn_c
     p["temperature_trip_c"][a] = axis.temperature.trip_c
-    count_rad = 2 * math.pi / axis.encoder_counts_per_rev
+    count_rad = 2 * math.pi / axis.counts_of_turn
     p["count_rad"][a] = count_rad
     p["torque_rate_nm"][a] = axis.torque_rate_nm_s * period_s
     p["force_limit_n"][a] = axis.force.limit_n

@@ -183,8 +183,8 @@ def _friction(
     if path is None:
         return None, axis.viscous_nms_rad, axis.dry_friction_nm, guarantee(axis, None)
     model = artefact.load(path)
-    artefact.require_rig(model, loaded.config.rig.name, path)
-    count = 2 * math.pi / axis.encoder_counts_per_rev
+    artefact.require_rig(model, loaded.config.rig.name, path, axis.motion)
+    count = 2 * math.pi / axis.counts_of_turn
     found = friction_figures(model, path, axis, loaded.config.period_s, count, late.between)
     beyond = found.beyond_damping_nms_rad
     secant = min(found.secant_damping_nms_rad, math.inf if beyond is None else beyond)
@@ -208,7 +208,7 @@ def _figures(
     """Every figure of one axis; `guaranteed` are damping, dry friction, and what the account of the compensation rests on."""
     axis, T, between = loaded.config.axis[index], loaded.config.period_s, late.between
     k_c, b_c = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad
-    count = 2 * math.pi / axis.encoder_counts_per_rev
+    count = 2 * math.pi / axis.counts_of_turn
     b = _uncancelled(guaranteed[0], joint)
     spring = (
         figures.place_stiffness_nm_rad if figures else 0.0

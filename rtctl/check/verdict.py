@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any
+
+from hw.motion import words
 
 if TYPE_CHECKING:
     from hw.interface import Joint
@@ -44,6 +46,16 @@ class Verdict:
     meaning: str
     use: float = 0.0
     refusal: str = ""
+
+    def spoken(self, motion: str) -> Verdict:
+        """The row in the units of its axis; it is written in those of a rotary one."""
+        return replace(
+            self,
+            figure=words(self.figure, motion),
+            bound=words(self.bound, motion),
+            meaning=words(self.meaning, motion),
+            refusal=words(self.refusal, motion),
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""

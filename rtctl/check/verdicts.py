@@ -68,5 +68,6 @@ def tests_of(axis: Subject) -> tuple[Test, ...]:
 
 
 def verdicts(axis: Subject) -> list[Verdict]:
-    """All rows of one axis, the worst last."""
-    return ranked(row for test in tests_of(axis) for row in test(axis))
+    """All rows of one axis in its units, the worst last."""
+    rows = ranked(row for test in tests_of(axis) for row in test(axis))
+    return [row.spoken(axis.table.motion) for row in rows]

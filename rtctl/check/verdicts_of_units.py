@@ -96,7 +96,7 @@ def acceleration(s: Subject) -> list[Verdict]:
 def current(s: Subject) -> list[Verdict]:
     """What the torque limit asks of the amplifier."""
     table = s.table
-    amperes = table.torque_limit_nm / (table.gear_ratio * table.gear_efficiency * table.torque_constant_nm_a)
+    amperes = table.torque_limit_nm / (table.motor_ratio * table.gear_efficiency * table.torque_constant_nm_a)
     return _judge(
         s,
         "current at the torque limit",

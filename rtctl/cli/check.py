@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from hw.motion import words
 from rtctl.check.verdict import Outcome
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFile
@@ -67,10 +68,12 @@ def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
             sys.exit(StabilityError.exit_code)
         return
     click.echo(f"{report.path}\nrig {report.rig}, {1 / report.period_s:g} Hz")
+    motion = {axis.name: axis.motion for axis in loaded.config.axis}
     for axis in report.axes:
         click.echo(f"\naxis {axis.name}")
         for label, figure, note in _lines(axis):
-            click.echo(f"  {label:<32}{figure:>24}  {note}".rstrip())
+            own = words(figure, motion[axis.name])
+            click.echo(words(f"  {label:<32}{own:>24}  {note}".rstrip(), motion[axis.name]))
     _echo_devices(loaded)
     for one in advices:
         if one.text:

@@ -8,11 +8,13 @@ from typing import Any
 
 import click
 
+from hw.motion import FORCE_UNITS, LENGTH_UNITS, SPEED_UNITS
 from hw.outside import read_toml
 from hw.playback.reader import ANGLE_UNITS, CURRENT_UNITS, TIME_UNITS, TORQUE_UNITS, VELOCITY_UNITS
 from rtctl.errors import ConfigError
 
-_UNITS = {"", "counts"}.union(TIME_UNITS, ANGLE_UNITS, VELOCITY_UNITS, CURRENT_UNITS, TORQUE_UNITS)
+_LINEAR = {*LENGTH_UNITS, *SPEED_UNITS, *FORCE_UNITS}
+_UNITS = {"", "counts"}.union(TIME_UNITS, ANGLE_UNITS, VELOCITY_UNITS, CURRENT_UNITS, TORQUE_UNITS, _LINEAR)
 
 
 DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|"}

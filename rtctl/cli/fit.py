@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hw.motion import named
 from rtctl.cli import fit_checks, fit_places, fit_points, fit_table
 from rtctl.cli.columns import text_of
 from rtctl.cli.json_text import json_text
-from rtctl.cli.outputs import OutputFile, OutputFolder
+from rtctl.cli.outputs import OutputFile, OutputFolder, in_units_of
 from rtctl.friction.kinds.table import KERNELS
 
 if TYPE_CHECKING:
@@ -153,6 +154,7 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
     average: Average,
     delimiter: str | None,
     decimal: str | None,
+    lead_m: float | None,
     places: Path | None,
     sweep: Path | None,
     turn: float | None,
@@ -203,7 +205,7 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
         fit_judge.require_alone(click.get_current_context())
         if sweep is not None:
             fit_places.tell_shift(judged, sweep, err=as_json)
-        measured = fit_points.read(points, columns, map_file, average, text_of(delimiter, decimal))
+        measured = fit_points.read(points, columns, map_file, average, text_of(delimiter, decimal), lead_m)
         fit_judge.run(judged, measured, as_json=as_json)
         return
     if out is None:
@@ -212,9 +214,13 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
     asked = climb or kernel != "all" or tolerance is not None or max_support_vectors is not None
     strategy = _strategy(search, asked=asked, fixed=fixed, reported=report_dir is not None)
     plan = fit_report.prepare(report_dir, test_points, config, rig)
-    measured = fit_points.read(points, columns, map_file, average, text_of(delimiter, decimal))
+    measured = fit_points.read(points, columns, map_file, average, text_of(delimiter, decimal), lead_m)
     fit_report.require_plausible(plan, measured)
     measured = fit_points.without_outliers(measured, keep=keep_outliers)
+    families = grids.families_of(kernel, measured.motion)
+    if measured.motion == "linear":
+        fit_checks.require_of_linear(families, kernel, strategy if search else None, places, sweep)
+        strategy = "halving" if strategy == "none" else strategy
     folds = hold_out.way_for(measured, held_out)
     tolerance_share = grids.RESOLUTION_SHARE if tolerance is None else tolerance / 100
     ladder: Ladder | None = None
@@ -229,7 +235,7 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
         )
     else:
         wanted = Options(
-            families=grids.families(kernel),
+            families=families,
             strategy=strategy,
             symmetric=symmetric,
             backend=backend,
@@ -270,24 +276,25 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
         body |= {"left_out": fit_points.left_out_rows(measured)}
         body |= fit_advice.body(model, plan.loaded, out)
         body |= {"report": str(page)} if page else {}
-        body |= turn_body
+        body |= turn_body | {"motion": measured.motion}
         body |= report_beside.body(*beside)
         if ladder is not None:
             body |= ladder_report.body(ladder)
-        click.echo(json_text(body, indent=2))
+        click.echo(json_text(named(body, measured.motion), indent=2))
         return
-    if ladder is not None:
-        ladder_report.show(ladder)
-    fit_table.show(model.kind, rows)
-    click.echo(f"presliding length: {fit_advice.presliding_text(model)}")
-    click.echo(fit_table.band_text(model))
-    click.echo(f"\n{hold_out.describe(measured, folds)}")
-    click.echo("\n".join(["", *over_turn])) if over_turn else None
-    click.echo("\n".join(["", *report_beside.sentences(*beside)]))
-    fit_advice.show(model, plan.loaded, out)
-    click.echo(
-        f"\nmodel: {out}" + (f"\nplot:  {plot}" if plot else "") + (f"\nreport: {page}" if page else "")
-    )
+    with in_units_of(measured.motion):
+        if ladder is not None:
+            ladder_report.show(ladder)
+        fit_table.show(model.kind, rows)
+        click.echo(f"presliding length: {fit_advice.presliding_text(model)}")
+        click.echo(fit_table.band_text(model))
+        click.echo(f"\n{hold_out.describe(measured, folds)}")
+        click.echo("\n".join(["", *over_turn])) if over_turn else None
+        click.echo("\n".join(["", *report_beside.sentences(*beside)]))
+        fit_advice.show(model, plan.loaded, out)
+        click.echo(
+            f"\nmodel: {out}" + (f"\nplot:  {plot}" if plot else "") + (f"\nreport: {page}" if page else "")
+        )
 
 
 def _strategy(search: str | None, *, asked: bool, fixed: bool, reported: bool) -> str:

@@ -7,6 +7,8 @@ import re
 
 import click
 
+from rtctl.errors import ConfigError
+
 
 def number(_: click.Context, option: click.Parameter, value: float | None) -> float | None:
     """Refuse NaN, which click's own ranges let through."""
@@ -31,3 +33,23 @@ def rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
     if not re.fullmatch(NAME_PATTERN, name):
         raise click.BadParameter(f"{name!r} is no rig's name: {NAME_WORDS}, as [rig] name of its rig file")
     return name
+
+
+def require_of_linear(families: tuple[str, ...], kernel: str, search: str | None, *elsewhere: object) -> None:
+    """Refuse what a model of a linear axis cannot have: kernels that know what a rad/s is, and friction over place.
+
+    Raises
+    ------
+    ConfigError
+        Names the option and what to give in its place.
+    """
+    if not families:
+        raise ConfigError(
+            f"--kernel {kernel}: its curve depends on the unit of speed; of a linear axis give --kernel rbf or formula"
+        )
+    if search == "none":
+        raise ConfigError(
+            "--search none learns the spline kernel, which knows rad/s only; of a linear axis leave it out"
+        )
+    if any(one is not None for one in elsewhere):
+        raise ConfigError("--places and --sweep are of an axis that turns; of a linear axis leave them out")

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING
 import click
 from click.core import ParameterSource
 
+from hw.motion import named
 from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import in_units_of
 
 if TYPE_CHECKING:
     from rtctl.friction.points.measured import FrictionPoints
@@ -55,22 +57,26 @@ def run(path: Path, points: FrictionPoints, *, as_json: bool) -> None:
     from rtctl.friction import artefact
     from rtctl.friction.report.judge import faults, judge
 
-    found = judge(artefact.load(path), points)
+    model = artefact.load(path)
+    artefact.require_rig(model, model.rig, path, points.motion)
+    found = judge(model, points)
     said = faults(found)
     rows = [asdict(one) for one in found]
+    judged = {"model": str(path), "holds": not said, "faults": said, "directions": rows}
     if as_json:
-        click.echo(
-            json_text({"model": str(path), "holds": not said, "faults": said, "directions": rows}, indent=2)
-        )
+        click.echo(json_text(named(judged, points.motion), indent=2))
     else:
-        click.echo(f"{'direction':32}{'+1':>12}{'-1':>12}")
-        for label, key, scale in _ROWS:
-            cells = ("-" if row[key] is None else f"{scale * row[key]:.4g}" for row in rows)
-            click.echo(f"{label:32}" + "".join(f"{cell:>12}" for cell in cells))
-        click.echo(
-            "\nthe model holds on these points" if not said else "\nthe model does not hold on these points:"
-        )
-        for fault in said:
-            click.echo(f"  {fault}")
+        with in_units_of(points.motion):
+            click.echo(f"{'direction':32}{'+1':>12}{'-1':>12}")
+            for label, key, scale in _ROWS:
+                cells = ("-" if row[key] is None else f"{scale * row[key]:.4g}" for row in rows)
+                click.echo(f"{label:32}" + "".join(f"{cell:>12}" for cell in cells))
+            click.echo(
+                "\nthe model holds on these points"
+                if not said
+                else "\nthe model does not hold on these points:"
+            )
+            for fault in said:
+                click.echo(f"  {fault}")
     if said:
         sys.exit(1)

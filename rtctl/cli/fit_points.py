@@ -17,7 +17,12 @@ if TYPE_CHECKING:
 
 
 def options(command: Callable[..., None]) -> Callable[..., None]:
-    """`--column`, `--map`, `--delimiter`, `--decimal` and `--average`."""
+    """`--column`, `--map`, `--delimiter`, `--decimal`, `--average` and `--lead-m`."""
+    command = click.option(
+        "--lead-m",
+        type=click.FloatRange(min=0, max=10, min_open=True),
+        help="of a screw, m a turn: columns of its angle, speed and torque become those of a linear axis",
+    )(command)
     command = text_options(command)
     command = click.option(
         "--average",
@@ -44,6 +49,7 @@ def read(
     map_file: Path | None,
     average: Average,
     text: Mapping[str, str | None],
+    lead_m: float | None = None,
 ) -> FrictionPoints:
     """The points, with every column that was measured.
 
@@ -59,13 +65,15 @@ def read(
     from rtctl.recording.as_columns import register
 
     if not (columns or map_file or average != "none"):
+        if lead_m:
+            raise ConfigError("--lead-m is for columns of other programs; give --column, or leave it out")
         if len(files) > 1:
             raise ConfigError(
                 "several files of points: say how they become one, --average file or speed, or --column ..."
             )
         return read_points(files[0])
     register()
-    points, notes = read_mapped(files, tables(columns, map_file, ROLES), average, text)
+    points, notes = read_mapped(files, tables(columns, map_file, ROLES), average, text, lead_m or 0.0)
     for note in notes:
         click.echo(f"warning: {note}", err=True)
     return points

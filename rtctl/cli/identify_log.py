@@ -6,22 +6,23 @@ import csv
 import hashlib
 import io
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from hw.motion import name, named, of_units, words
 from rtctl.cli.columns import tables, text_of, text_options
+from rtctl.cli.identify_log_text import fit_lines, reversal_lines, units_line, units_of
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFolder
-from rtctl.errors import ConfigError
+from rtctl.errors import ConfigError, DataError
 
 if TYPE_CHECKING:
     from rtctl.friction.logs.log_input import Gearing
-    from rtctl.friction.logs.regression import JointFit, Regression
-    from rtctl.friction.logs.reversal_memory import Reversals
     from rtctl.friction.points.measured import FrictionPoints
     from rtctl.friction.points.presliding import Presliding
     from rtctl.rig_file.axis_tables import AxisTable
@@ -37,6 +38,9 @@ ROLES = {
 """Name on the command line -> role of the playback reader."""
 
 _POSITIVE = click.FloatRange(min=0, max=1e9, min_open=True)
+
+SPEED_MIN_RAD_S = 0.03
+"""Slower rows are left out, times what stands for a radian of the axis."""
 
 
 @click.command("identify")
@@ -63,12 +67,23 @@ _POSITIVE = click.FloatRange(min=0, max=1e9, min_open=True)
 @click.option("--gear-efficiency", type=click.FloatRange(0.01, 1), help="default: of --config, or 1")
 @click.option("--counts-per-rev", type=_POSITIVE, help="for a position in counts; default: of --config, or 1")
 @click.option(
+    "--lead-m",
+    type=click.FloatRange(min=0, max=10, min_open=True),
+    help="of a screw, m a turn: a log of its angle and torque is told in m and N; default: of --config",
+)
+@click.option(
     "--torque-delay", type=click.FloatRange(-1, 1), help="motor torque late by, s; default: half a period"
 )
 @click.option(
     "--cutoff-hz", type=click.FloatRange(0.1, 1e4), help="low-pass; default: 20, or a fifth of a lower rate"
 )
-@click.option("--speed-min-rad-s", type=click.FloatRange(0, 100), default=0.03, show_default=True)
+@click.option(
+    "--speed-min-rad-s",
+    "--speed-min-m-s",
+    "speed_min",
+    type=click.FloatRange(0, 100),
+    help="slower rows are left out; default 0.03 rad/s, of a linear axis its screw's, or 1.5 % of the largest",
+)
 @click.option("--keep-offset", is_flag=True, help="leave the offset in the friction samples")
 @click.option("--out", type=OutputFolder(), help="folder for points.csv and regression.json")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout")
@@ -84,7 +99,7 @@ def command(
     axis: int,
     torque_delay: float | None,
     cutoff_hz: float | None,
-    speed_min_rad_s: float,
+    speed_min: float | None,
     keep_offset: bool,
     out: Path | None,
     as_json: bool,
@@ -93,12 +108,13 @@ def command(
     """Find inertia, viscous and Coulomb friction and offset in recordings of a joint in motion.
 
     Every torque on the joint must be mapped: the motor's (torque or current), and the hand's (external) if
-    one was on the rig. Several logs are one regression, each with an offset of its own.
+    one was on the rig. Several logs are one regression, each with an offset of its own. Columns in m or mm and N
+    are of a linear axis.
     """
     from rtctl.friction.logs.log_checks import diagnose
-    from rtctl.friction.logs.log_input import options_of, read_log, require_different, samples
+    from rtctl.friction.logs.log_input import of_one_radian, options_of, read_log, require_different, samples
     from rtctl.friction.logs.logs import level_points
-    from rtctl.friction.logs.plausibility import Limits, against_rig, doubtful_parameters
+    from rtctl.friction.logs.plausibility import ANY_LINEAR, Limits, against_rig, doubtful_parameters
     from rtctl.friction.logs.presliding_in_logs import presliding_of_logs
     from rtctl.friction.logs.regression import joint_fit
     from rtctl.friction.logs.regressors import cutoff_for, of_stretches, pooled
@@ -107,62 +123,57 @@ def command(
 
     rig_axis = _axis(config, axis) if config else None
     register()
-    limits = Limits.of_axis(rig_axis, str(config)) if rig_axis else Limits()
-    mapped, geared = _tables(columns, map_file), _gearing(gearing, rig_axis)
+    mapped = _tables(columns, map_file)
+    geared = _gearing(gearing, rig_axis, of_units(table.get("unit") for table in mapped.values()))
+    motion = geared.motion
+    any_axis = ANY_LINEAR if motion == "linear" else Limits()
+    limits = Limits.of_axis(rig_axis, str(config)) if rig_axis else any_axis
     text = text_of(delimiter, decimal)
-    read = [read_log(options_of(log, mapped, rate_hz, text), geared, torque_delay, limits) for log in logs]
-    parts = [stretches[0] for stretches in read]
-    require_different(parts)
-    cutoff_hz = cutoff_hz or cutoff_for(parts)
-    signals = pooled([of_stretches(stretches, cutoff_hz, speed_min_rad_s) for stretches in read])
-    told = diagnose(read, signals, speed_min_rad_s)
-    fit = joint_fit(signals)
-    fit = replace(fit, warnings=(*fit.warnings, *told, *doubtful_parameters(fit, limits)))
-    if rig_axis:
-        fit = replace(fit, warnings=(*fit.warnings, *against_rig(fit, rig_axis, str(config))))
-    document: dict[str, Any] = {"logs": [{"file": part.source, "sha256": part.sha256} for part in parts]}
-    delays = [0.5 / part.rate_hz if torque_delay is None else torque_delay for part in parts]
-    whole = [part for stretches in read for part in stretches]
-    bent = presliding_of_logs(whole, cutoff_hz, speed_min_rad_s)
-    turned = reversals_of_logs(whole, cutoff_hz, speed_min_rad_s)
-    document |= {**asdict(fit), "cutoff_hz": cutoff_hz, "torque_delay_s": delays}
-    document["units"] = _units_of(mapped)
-    document["presliding"] = asdict(bent) if bent else None
-    document["reversals"] = asdict(turned) if turned else None
-    if out:
-        sha256 = hashlib.sha256("".join(part.sha256 for part in parts).encode()).hexdigest()
-        points = level_points(samples(signals, fit, sha256, remove_offset=not keep_offset))
-        _write(out, points, bent, document)
-    lines = [*_lines(fit, bent), *_reversal_lines(turned), *(f"warning: {text}" for text in fit.warnings)]
+    with _inunits_of(motion):
+        read = of_one_radian(
+            [read_log(options_of(log, mapped, rate_hz, text), geared, torque_delay, limits) for log in logs]
+        )
+        parts = [stretches[0] for stretches in read]
+        require_different(parts)
+        cutoff_hz = cutoff_hz or cutoff_for(parts)
+        slowest = SPEED_MIN_RAD_S * parts[0].radian if speed_min is None else speed_min
+        signals = pooled([of_stretches(stretches, cutoff_hz, slowest) for stretches in read])
+        told = diagnose(read, signals, slowest)
+        fit = joint_fit(signals)
+        fit = replace(fit, warnings=(*fit.warnings, *told, *doubtful_parameters(fit, limits)))
+        if rig_axis:
+            fit = replace(fit, warnings=(*fit.warnings, *against_rig(fit, rig_axis, str(config))))
+        fit = replace(fit, warnings=tuple(words(each, motion) for each in fit.warnings))
+        document: dict[str, Any] = {"logs": [{"file": part.source, "sha256": part.sha256} for part in parts]}
+        delays = [0.5 / part.rate_hz if torque_delay is None else torque_delay for part in parts]
+        whole = [part for stretches in read for part in stretches]
+        bent = presliding_of_logs(whole, cutoff_hz, slowest)
+        turned = reversals_of_logs(whole, cutoff_hz, slowest)
+        document |= {**asdict(fit), "cutoff_hz": cutoff_hz, "torque_delay_s": delays}
+        document["units"] = units_of(mapped)
+        document["motion"] = motion
+        document["presliding"] = asdict(bent) if bent else None
+        document["reversals"] = asdict(turned) if turned else None
+        if out:
+            sha256 = hashlib.sha256("".join(part.sha256 for part in parts).encode()).hexdigest()
+            points = level_points(samples(signals, fit, sha256, remove_offset=not keep_offset))
+            _write(out, points, bent, document, motion)
+    lines = [*fit_lines(fit, bent, signals.radian, motion), *reversal_lines(turned)]
+    lines = [words(line, motion) for line in lines] + [f"warning: {text}" for text in fit.warnings]
     lines += [f"friction points: {out / 'points.csv'}"] if out else []
-    click.echo(json_text(document) if as_json else "\n".join([*lines, _units_line(mapped, config)]))
-
-
-DEFAULT_UNITS = {
-    "time": "s",
-    "position": "rad",
-    "motor_torque": "N m",
-    "current": "A",
-    "hand_torque": "N m",
-    "velocity": "rad/s",
-}
-
-
-def _units_of(mapped: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
-    """Unit that each column was read in."""
-    return {
-        str(table["column"]): str(table.get("unit", DEFAULT_UNITS[role])) for role, table in mapped.items()
-    }
-
-
-def _units_line(mapped: Mapping[str, Mapping[str, Any]], config: Path | None) -> str:
-    """The units taken, and that nothing in a log tells a wrong one of its only torque."""
-    told = ", ".join(f"{name} in {unit}" for name, unit in _units_of(mapped).items())
-    torques = {"motor_torque", "current", "hand_torque"} & set(mapped)
-    unseen = len(torques) == 1 and config is None
-    return f"units: {told}" + (
-        "; a wrong unit or torque constant of the only torque is seen with --config only" if unseen else ""
+    told_as = (
+        json_text(named(document, motion)) if as_json else "\n".join([*lines, units_line(mapped, config)])
     )
+    click.echo(told_as)
+
+
+@contextmanager
+def _inunits_of(motion: str) -> Iterator[None]:
+    """What is wrong with a log, told in the units of its axis."""
+    try:
+        yield
+    except DataError as error:
+        raise DataError(words(str(error), motion)) from error
 
 
 def _axis(config: Path, axis: int) -> AxisTable:
@@ -176,8 +187,8 @@ def _axis(config: Path, axis: int) -> AxisTable:
     return axes[axis]
 
 
-def _gearing(given: Mapping[str, float | None], axis: AxisTable | None) -> Gearing:
-    """What the command line says, else the rig file, else 1."""
+def _gearing(given: Mapping[str, float | None], axis: AxisTable | None, motion: str) -> Gearing:
+    """What the command line says, else the rig file, else 1; `motion` is what the columns say."""
     from rtctl.friction.logs.log_input import Gearing
 
     rig = (
@@ -190,9 +201,16 @@ def _gearing(given: Mapping[str, float | None], axis: AxisTable | None) -> Geari
         if axis
         else {}
     )
-    value = {name: number or rig.get(name, 1.0) for name, number in given.items()}
+    given_lead_m = given["lead_m"]
+    value = {key: number or rig.get(key, 1.0) for key, number in given.items() if key != "lead_m"}
     value["torque_constant_nm_a"] = value.pop("torque_constant")
-    return Gearing(**value)
+    lead_m = given_lead_m or (axis.lead_m if axis else 0.0)
+    moves = axis.motion if axis else "linear" if lead_m else motion
+    if axis and given_lead_m and moves != "linear":
+        raise ConfigError(
+            f"--lead-m {given_lead_m:g}: axis {axis.name} of the rig file is rotary; leave it out"
+        )
+    return Gearing(**value, motion=moves, lead_m=lead_m).of_screw()
 
 
 def _tables(columns: tuple[str, ...], map_file: Path | None) -> dict[str, dict[str, Any]]:
@@ -203,16 +221,17 @@ def _tables(columns: tuple[str, ...], map_file: Path | None) -> dict[str, dict[s
     return {ROLES[role]: table for role, table in given.items()}
 
 
-def _write(out: Path, points: FrictionPoints, bent: Presliding | None, document: dict[str, Any]) -> None:
+def _write(
+    out: Path, points: FrictionPoints, bent: Presliding | None, document: dict[str, Any], motion: str
+) -> None:
     from rtctl.friction.logs.whole_files import write_together
 
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     columns = ["presliding_rad", "presliding_spread_rad", "presliding_ramps"] if bent else []
     beside = points.columns
-    writer.writerow(
-        ["velocity_rad_s", "friction_torque_nm", "direction", "std_nm", "count", *beside, *columns]
-    )
+    always = ["velocity_rad_s", "friction_torque_nm", "direction", "std_nm", "count"]
+    writer.writerow([name(column, motion) for column in (*always, *beside, *columns)])
     # One length for all the log: it stands in the first row, and once.
     length = [repr(bent.length_rad), repr(bent.spread_rad), bent.ramps] if bent else []
     for v, f, d, std, n, *more in zip(
@@ -231,76 +250,6 @@ def _write(out: Path, points: FrictionPoints, bent: Presliding | None, document:
         length = [""] * len(columns)
     rows = text.getvalue().encode()
     document["points_sha256"] = hashlib.sha256(rows).hexdigest()
-    write_together(out, {"points.csv": rows, "regression.json": json_text(document, indent=1).encode()})
-
-
-def _lines(fit: JointFit, bent: Presliding | None) -> list[str]:
-    from rtctl.friction.logs.regression import STRIBECK_RAD_S
-
-    lines = [*_table("symmetric", fit.symmetric), *_table("per direction", fit.per_direction)]
-    late = fit.remaining_delay_s
-    if late:
-        lines.append(
-            f"delay left in the torque: {1e3 * late.value:.3g} ms ({1e3 * late.low:.3g} to {1e3 * late.high:.3g})"
-        )
-    for name, speed in zip(("forwards", "backwards"), fit.speeds, strict=True):
-        lines.append(
-            f"{name}: {speed.rows} rows, {speed.lowest_rad_s:.3g} to {speed.highest_rad_s:.3g} rad/s, "
-            f"{speed.low_speed_rows} of them below {STRIBECK_RAD_S:g} rad/s"
-        )
-    for each in fit.offsets:
-        drift = (
-            f"drift of {1e3 * each.drift_range_nm:.3g} mN m about it removed"
-            if each.terms
-            else "taken as constant"
-        )
-        lines.append(f"{each.parameter}: {each.source}, {drift}")
-    unknown = "not told by these turns (rtctl identify CONFIG measures it; rtctl fit --presliding gives it)"
-    return [*lines, f"presliding length: {bent or unknown}"]
-
-
-RUNGS = {
-    "speed": ("by speed alone, as a curve says", ""),
-    "lag": ("its peak at rest late behind the speed", "s"),
-    "acceleration": ("by speed and acceleration", ""),
-    "stop": ("turning over a travel (stop operator)", "rad"),
-    "lugre": ("turning over a travel (LuGre's bristle)", "rad"),
-    "maxwell": ("springs of several lengths (Maxwell-slip)", "rad"),
-}
-"""What a rung of `reversal_memory` says of friction, and the unit of its parameter."""
-
-
-def _reversal_lines(turned: Reversals | None) -> list[str]:
-    """What memory of a turn is worth, rung by rung, on parts of the logs that were not fitted to."""
-    from rtctl.friction.logs.reversal_memory import NEAR_S, TURNS_MIN
-
-    if turned is None:
-        return [f"reversals: fewer than {TURNS_MIN} turns, or strokes too short to tell"]
-    lines = [
-        f"reversals: error within {NEAR_S:g} s of {turned.turns} turns, on parts held out",
-        f"  {'friction':<42} {'error':>10} {'less':>15} {'all rows':>10}",
-    ]
-    for rung in turned.rungs:
-        text, unit = RUNGS[rung.name]
-        less = (
-            "" if rung.name == "speed" else f"{100 * rung.gain:.0f} +- {100 * rung.gain_standard_error:.0f} %"
-        )
-        value = f"  {1e3 * rung.parameter:.3g} m{unit}" if unit else ""
-        lines.append(
-            f"  {text:<42} {1e3 * rung.near_nm:5.3g} mN m {less:>15} {1e3 * rung.rms_nm:5.3g} mN m{value}"
-            + ("  <- the simplest that will do" if rung.name == turned.chosen else "")
-        )
-    return lines
-
-
-def _table(title: str, found: Regression) -> list[str]:
-    lines = [
-        f"{title}: {found.n} rows, condition number {found.condition:.3g}, relative error "
-        f"{100 * found.relative_error:.2f} %, residual {1e3 * found.rms_nm:.3g} mN m",
-        f"  {'':<26} {'value':>12} {'std. error':>12}   95 % interval",
-    ]
-    for name, each in found.parameters.items():
-        lines.append(
-            f"  {name:<26} {each.value:12.6g} {each.standard_error:12.2g}   {each.low:.6g} .. {each.high:.6g}"
-        )
-    return lines
+    write_together(
+        out, {"points.csv": rows, "regression.json": json_text(named(document, motion), indent=1).encode()}
+    )

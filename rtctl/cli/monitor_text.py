@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from hw.motion import unit, words
 from rtctl.control.vocabulary import Display
 from rtctl.wire.event_words import device_line
 from rtctl.wire.fault_words import Entry, sentence
@@ -50,6 +51,10 @@ class Shown:
         return f"NO DATA for {self.silent_s:.1f} s (was {self.sample.state.name}); waiting for the daemon"
 
 
+_UNITS = ("rad", "rad/s", "N m", "N m", "N m")
+"""Units of the columns, of a rotary axis."""
+
+
 def table(hello: dict[str, Any], shown: Shown) -> list[str]:
     """Lines of the live table."""
     sample, health = shown.sample, shown.health
@@ -63,9 +68,13 @@ def table(hello: dict[str, Any], shown: Shown) -> list[str]:
         *_trouble(shown),
         "",
         f"{'axis':<12}{'position':>12}{'velocity':>12}{'hand':>12}{'feed-fwd':>12}{'applied':>12}",
-        f"{'':<12}{'rad':>12}{'rad/s':>12}{'N m':>12}{'N m':>12}{'N m':>12}",
     ]
+    told = ""
     for a, axis in enumerate(hello["axes"]):
+        motion = axis.get("motion", "rotary")
+        if motion != told:
+            lines.append(f"{'':<12}" + "".join(f"{unit(one, motion):>12}" for one in _UNITS))
+            told = motion
         columns = (
             sample.position_rad,
             sample.velocity_rad_s,
@@ -75,7 +84,7 @@ def table(hello: dict[str, Any], shown: Shown) -> list[str]:
         )
         cells = [f"{values[a]:>12.4f}" if a < len(values) else f"{'-':>12}" for values in columns]
         lines.append(f"{axis['name']:<12}" + "".join(cells))
-        lines += _display(sample.fields, a)
+        lines += [words(line, motion) for line in _display(sample.fields, a)]
     lines += [
         *_friction(health),
         "",

@@ -5,11 +5,16 @@ A measurement of half an hour must not end in front of a folder that cannot be w
 
 from __future__ import annotations
 
+import io
 import os
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 
 import click
+
+from hw.motion import words
 
 PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg")
 
@@ -69,3 +74,12 @@ def _why_not(folder: Path) -> str:
     except OSError as error:
         return f"{error.strerror} ({folder})"
     return ""
+
+
+@contextmanager
+def in_units_of(motion: str) -> Iterator[None]:
+    """Print what is printed meanwhile in the units of this motion; it is written for a rotary axis (`hw.motion.words`)."""
+    said = io.StringIO()
+    with redirect_stdout(said):
+        yield
+    click.echo(words(said.getvalue(), motion), nl=False)

@@ -149,7 +149,7 @@ def require(order: Order, cases: Sequence[Case]) -> Rig:
     loaded = order.loaded
     axis, path = loaded.config.axis[0], loaded.path
     g = gains_of(order, "PD")[0]
-    grain_nm = g["kd_nms_rad"] * g["alpha"] * 2 * np.pi / axis.encoder_counts_per_rev / loaded.config.period_s
+    grain_nm = g["kd_nms_rad"] * g["alpha"] * 2 * np.pi / axis.counts_of_turn / loaded.config.period_s
     if grain_nm > CHATTER_SHARE * axis.torque_limit_nm:
         raise ConfigError(
             f"{path}: axis[0].encoder_counts_per_rev {axis.encoder_counts_per_rev:g}: one count would move the controller's "

@@ -76,14 +76,14 @@ def advise(loaded: LoadedConfig) -> list[Advice]:
         if path is None or axis.friction.policy == "off":
             continue
         model = artefact.load(path)
-        artefact.require_rig(model, loaded.config.rig.name, path)
+        artefact.require_rig(model, loaded.config.rig.name, path, axis.motion)
         found.append(_advise(model, axis, loaded.config.period_s))
     return found
 
 
 def _advise(model: FrictionModel, axis: AxisTable, T: float) -> Advice:
     best = report_gain.of_axis(model, axis, T)
-    count = 2 * math.pi / axis.encoder_counts_per_rev
+    count = 2 * math.pi / axis.counts_of_turn
     figures = friction_figures(model, Path(axis.friction.model), axis, T, count)
     return Advice(
         axis=axis.name,

@@ -17,6 +17,7 @@ from typing import Any, NoReturn
 import numpy as np
 from pydantic import ValidationError
 
+from hw.motion import unit
 from hw.outside import read_bounded, require_sane, shown
 from hw.plain_words import explain, written
 from rtctl.errors import ModelError
@@ -33,6 +34,7 @@ from rtctl.friction.kinds.compile import TOLERANCE_SHARE, sampled_error
 from rtctl.friction.kinds.cubic import PiecewiseCubic
 from rtctl.friction.kinds.table import KINDS
 from rtctl.friction.model import Branch, FrictionModel
+from rtctl.rig_file.generated_document import ENDINGS
 from rtctl.rig_file.tiny_numbers import LEAST_COMPUTED, too_small
 
 __all__ = ["Branch", "FrictionModel", "load", "require_rig", "save"]
@@ -60,6 +62,9 @@ _SCALARS = (
     "test_max_error_nm",
     "single_max_error_nm",
 )
+
+UNITS = {ending: unit(ENDINGS[ending], "linear") for ending in ("rad", "rad_s", "nm", "nm_rad", "nms_rad")}
+"""Which unit an ending of a key means in a model of a linear axis."""
 
 _DERIVED = {
     "compile_bound_nm": "rounding_bound_nm",
@@ -135,8 +140,16 @@ def load(path: str | Path) -> FrictionModel:
     return _verified(path, raw)
 
 
-def require_rig(model: FrictionModel, rig: str, path: str | Path) -> None:
-    """Refuse a model that was made for another rig (ModelError)."""
+def require_rig(model: FrictionModel, rig: str, path: str | Path, motion: str = "rotary") -> None:
+    """Refuse a model that was made for another rig, or for an axis of the other motion (ModelError)."""
+    if model.motion != motion:
+        remedy = f"identify this axis, or correct its motion in the rig file (now {motion!r})"
+        _refuse(
+            Path(path),
+            "motion",
+            f"the model was made for a {model.motion} axis, this one is {motion}",
+            remedy,
+        )
     if model.rig != rig:
         remedy = "identify this rig (rtctl fit --rig), or correct [rig] name"
         _refuse(Path(path), "rig", f"the model was made for rig {model.rig!r}, this is {rig!r}", remedy)
@@ -284,6 +297,7 @@ def _document(model: FrictionModel) -> dict[str, Any]:
         "format": FORMAT,
         "schema": SCHEMA,
         "kind": model.kind,
+        **({} if model.motion == "rotary" else {"motion": model.motion, "units": UNITS}),
         "rig": model.rig,
         "created": model.created,
         "versions": dict(model.versions),
@@ -312,6 +326,7 @@ def _model(document: ModelDocument) -> FrictionModel:
     return FrictionModel(
         rig=document.rig,
         kind=document.kind,
+        motion=document.motion,
         branches=(branch(document.branches.forward), branch(document.branches.backward)),
         speed_fade_rad_s=document.speed_fade_rad_s,
         data_sha256=document.data_sha256,

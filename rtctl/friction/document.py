@@ -108,12 +108,16 @@ class BranchesDocument(Table):
 class ModelDocument(Table):
     """A whole model file. `kind` says what was learned: a sum of kernels, or a formula.
 
+    `motion` and `units` stand in that of a linear axis: which unit each ending of its keys means.
+
     Keys with a default came later: a file without them is one that does not know.
     """
 
     format: Literal["rtctl friction model"]
     schema_version: Literal[2] = Field(alias="schema")
     kind: Kind
+    motion: Literal["rotary", "linear"] = "rotary"
+    units: dict[Text, Text] = Field(default={}, max_length=16)
     rig: Name
     created: Text
     versions: dict[Text, Text] = Field(max_length=16)

@@ -105,7 +105,7 @@ def recommend(model: FrictionModel, loaded: LoadedConfig | None) -> Gains:
 
 def of_axis(model: FrictionModel, axis: AxisTable, T: float) -> AxisGain:
     """Recommend for one axis; `T` is the control period, s."""
-    count = 2 * math.pi / axis.encoder_counts_per_rev
+    count = 2 * math.pi / axis.counts_of_turn
 
     def margins(gain: float) -> tuple[float, float, float]:
         """(capped, uncapped margin; share of the sampled-data test) at a gain, with a gated policy."""

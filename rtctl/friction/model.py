@@ -125,6 +125,8 @@ class FrictionModel:
     """Range of temperature the points were measured in, degrees C; None: not said."""
     evaluation_ns: float | None = None
     """Time of one evaluation at the slowest speed, ns, on the machine that fitted; None: not measured."""
+    motion: str = "rotary"
+    """"linear": speeds are in m/s and friction in N, under the same names (`hw.motion`)."""
     selection: str = ""
     """Why this model was chosen, in words."""
     presliding_rad: float | None = None

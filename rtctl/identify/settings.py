@@ -104,12 +104,19 @@ def rig_of(loaded: LoadedConfig, settings: Settings) -> Rig:
     Raises
     ------
     ConfigError
-        No such axis, a speed above the rig's limit, or a travel shorter than its margins.
+        No such axis, a linear one, a speed above the rig's limit, or a travel shorter than its margins.
     """
     config = loaded.config
     if not 0 <= settings.axis < config.n_axes:
         raise ConfigError(f"{loaded.path}: axis {settings.axis}: the rig has axes 0 to {config.n_axes - 1}")
     axis = config.axis[settings.axis]
+    if (
+        axis.motion == "linear"
+    ):  # its speeds, ramps and settling would be so many m where so many rad are meant
+        raise ConfigError(
+            f"{loaded.path}: axis {axis.name} is linear, and this command drives an axis that turns: record a log of its motion, "
+            "and give that to rtctl identify --log"
+        )
     if not 0 < settings.speed_min_rad_s < settings.speed_max_rad_s <= 0.8 * axis.velocity_limit_rad_s:
         raise ConfigError(
             f"{loaded.path}: speeds {settings.speed_min_rad_s:g} to {settings.speed_max_rad_s:g} rad/s: they "
@@ -124,13 +131,13 @@ def rig_of(loaded: LoadedConfig, settings: Settings) -> Rig:
         name=config.rig.name,
         axis=settings.axis,
         period_s=config.period_s,
-        count_rad=TURN_RAD / axis.encoder_counts_per_rev,
+        count_rad=TURN_RAD / axis.counts_of_turn,
         inertia_kgm2=axis.inertia_kgm2,
         torque_limit_nm=axis.torque_limit_nm,
         velocity_limit_rad_s=axis.velocity_limit_rad_s,
         position_min_rad=axis.position_min_rad,
         position_max_rad=axis.position_max_rad,
-        ripple_per_turn=settings.ripple_per_turn or axis.gear_ratio,
+        ripple_per_turn=settings.ripple_per_turn or axis.motor_ratio,
         hand_limit_nm=settings.hand_limit_nm or 0.02 * axis.torque_limit_nm,
     )
 

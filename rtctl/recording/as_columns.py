@@ -45,7 +45,7 @@ def read(path: Path, _names: tuple[str, ...] = ()) -> Mapping[str, np.ndarray]:
         rows = reader.read().rows
     except RtctlError as error:
         raise BackendError(str(error)) from error
-    found = columns(rows, [field.name for field in RECORDED], reader.axes)
+    found = columns(rows, [field.name for field in RECORDED], reader.axes, reader.motions)
     if reader.n_axes == 1:
         alone = f".{reader.axes[0]}"
         found |= {name.removesuffix(alone): column for name, column in found.items() if name.endswith(alone)}

@@ -11,6 +11,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from hw.motion import name as own_name
 from rtctl.errors import ConfigError, RtctlError
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.tick_cdr import RECORDED
@@ -53,8 +54,8 @@ def export(
         return write(reader, part, names, progress or (lambda _ticks: None))
 
 
-def columns(rows: np.ndarray, names: list[str], axes: list[str]) -> dict[str, np.ndarray]:
-    """Flat columns: per-axis fields become `field.axis`, vectors `field.x`; each of shape (n,)."""
+def columns(rows: np.ndarray, names: list[str], axes: list[str], motions: list[str]) -> dict[str, np.ndarray]:
+    """Flat columns: per-axis fields become `field.axis`, vectors `field.x`; each of shape (n,). Those of a linear axis end with its units."""
     flat: dict[str, np.ndarray] = {}
     for field in RECORDED:
         if field.name not in names:
@@ -64,8 +65,10 @@ def columns(rows: np.ndarray, names: list[str], axes: list[str]) -> dict[str, np
             flat[field.name] = np.ascontiguousarray(values)
         else:
             labels = _XYZ if field.shape == "xyz" else axes
+            own = ["rotary"] * 3 if field.shape == "xyz" else motions
             flat |= {
-                f"{field.name}.{label}": np.ascontiguousarray(values[:, k]) for k, label in enumerate(labels)
+                f"{own_name(field.name, own[k])}.{label}": np.ascontiguousarray(values[:, k])
+                for k, label in enumerate(labels)
             }
     return flat
 
@@ -94,7 +97,11 @@ def _tables(
         ticks += len(batch.rows)
         found = {k: v for k, v in times(batch.rows, wall_ns, first_ns).items() if k in names}
         of_ticks = [name for name in names if name not in TIMES]
-        shaped = columns(batch.rows, names, reader.axes) if flat else {n: batch.rows[n] for n in of_ticks}
+        shaped = (
+            columns(batch.rows, names, reader.axes, reader.motions)
+            if flat
+            else {n: batch.rows[n] for n in of_ticks}
+        )
         yield ticks, found | shaped
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import json
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -115,6 +116,11 @@ class RecordingReader:
     def axes(self) -> list[str]:
         """Names of the axes."""
         return axis_names(self.about)
+
+    @property
+    def motions(self) -> list[str]:
+        """Motion of each axis (`hw.motion`); recordings that do not say are of rotary ones."""
+        return list(json.loads(self.about["motion"])) if "motion" in self.about else ["rotary"] * self.n_axes
 
     @property
     def from_start(self) -> bool:

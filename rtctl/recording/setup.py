@@ -86,6 +86,7 @@ def setup_of(
         "session": str(session),
         "n_axes": str(plan.n_axes),
         "axes": json.dumps([axis.name for axis in config.axis]),
+        "motion": json.dumps([axis.motion for axis in config.axis]),
         "rate_hz": repr(config.loop.rate_hz),
         "period_ns": str(plan.period_ns),
         "virtual_clock": str(config.loop.clock == "virtual").lower(),

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, create_model, model_validator
 
+from hw.motion import of_coordinate
 from hw.outside import whole
 from rtctl.control.environments.kind import Parameter
 from rtctl.control.environments.table import PARAMETERS, KindName, meaning
@@ -145,6 +146,17 @@ class AxisTable(Table):
     """[[axis]]"""
 
     name: Name = Field(description="name of the axis in telemetry, tables and errors")
+    motion: Literal["rotary", "linear"] = Field(
+        "rotary",
+        description="linear: the axis slides; its keys end with the units of m and N (docs/linear-axis.md)",
+    )
+    lead_m: float = number(
+        0,
+        10,
+        "of a linear axis with a screw or pinion: travel per turn, which encoder_counts_per_rev and gear_ratio are then of; "
+        "0: none, counts are of a metre and torque_constant_nm_a is in N/A",
+        default=0.0,
+    )
     inertia_kgm2: float = number(1e-9, 1e3, "J: inertia at the link, motor and gear included")
     viscous_nms_rad: float = number(0, 1e4, "b: guaranteed viscous damping at the link, amplifier as in use")
     encoder_counts_per_rev: float = number(1, 1e9, "counts per turn of the link")
@@ -207,6 +219,23 @@ class AxisTable(Table):
     def may_show(self, display: str) -> bool:
         """True for a display that the axis begins with or may be changed to."""
         return display in self.displays
+
+    @property
+    def motor_ratio(self) -> float:
+        """Turns of the motor per turn of the link; of a linear axis with a screw rad of the motor per m."""
+        return self.gear_ratio * of_coordinate(self.motion, self.lead_m)[0]
+
+    @property
+    def counts_of_turn(self) -> float:
+        """Encoder counts of 2 pi rad; of a linear axis of 2 pi m."""
+        return self.encoder_counts_per_rev * of_coordinate(self.motion, self.lead_m)[1]
+
+    @model_validator(mode="after")
+    def _slides(self) -> AxisTable:
+        if self.lead_m and self.motion != "linear":
+            msg = f'lead_m {self.lead_m}: only an axis with motion = "linear" has a lead; set it, or leave lead_m out'
+            raise ValueError(msg)
+        return self
 
     @model_validator(mode="after")
     def _pairs(self) -> AxisTable:

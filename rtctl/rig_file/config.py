@@ -31,6 +31,7 @@ from rtctl.rig_file.axis_tables import AxisTable, DeviceTable, LoopTable, Passiv
 from rtctl.rig_file.devices import Composition
 from rtctl.rig_file.fields import Table
 from rtctl.rig_file.host_tables import GatewayTable, RecordTable, TelemetryTable, ViewTable
+from rtctl.rig_file.linear_keys import LinearKeys
 from rtctl.rig_file.mistakes import fault_lines, no_files, tiny_lines
 from rtctl.rig_file.sensor_tables import ForceSensorTable
 from rtctl.rig_file.toml_lines import read_toml
@@ -158,12 +159,13 @@ class Config(Table):
         return Rig(
             n_axes=self.n_axes,
             period_s=self.period_s,
-            gear_ratio=np.array([axis.gear_ratio for axis in self.axis]),
+            gear_ratio=np.array([axis.motor_ratio for axis in self.axis]),
             gear_efficiency=np.array([axis.gear_efficiency for axis in self.axis]),
             torque_constant_nm_a=np.array([axis.torque_constant_nm_a for axis in self.axis]),
-            encoder_counts_per_rev=np.array([axis.encoder_counts_per_rev for axis in self.axis]),
+            encoder_counts_per_rev=np.array([axis.counts_of_turn for axis in self.axis]),
             lever_m=np.array([axis.lever_m for axis in self.axis], dtype=float),
             axis_direction=np.array([axis.axis_direction for axis in self.axis], dtype=float),
+            lead_m=np.array([axis.lead_m if axis.motion == "linear" else -1.0 for axis in self.axis]),
         )
 
     def composition(self, options: Sequence[Mapping[str, Any]]) -> Composition:
@@ -242,7 +244,9 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
         is given for a rig that is not simulated, or has no one device to take it.
     """
     path = real(path)
-    raw, data, where = read_toml(path)
+    raw, data, told = read_toml(path)
+    turned = LinearKeys(data, told)
+    data, where = turned.data, turned.where
     faults = tiny_lines(where, data)
     config: Config | None = None
     try:
@@ -255,8 +259,11 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
     faults += more
     if config is not None and not faults:
         faults += [f"{path}: {line}" for line in config.composition(options).faults()]
-    if config is None or faults:
-        raise ConfigError(f"{path}: {len(faults)} fault(s) in the rig file", tuple(faults))
+    if config is None or faults or turned.faults:
+        raise ConfigError(
+            f"{path}: {len(faults) + len(turned.faults)} fault(s) in the rig file",
+            (*turned.faults, *turned.spoken(faults)),
+        )
     digest = hashlib.sha256(raw).hexdigest()
     return LoadedConfig(
         path=path, sha256=digest, config=config, options=options[0], more_options=tuple(options[1:])

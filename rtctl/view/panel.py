@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from hw.motion import unit
 from hw.outside import shown
 from rtctl.client import RigClient
 from rtctl.control.vocabulary import Display, Environment, Fault, Program, State
@@ -37,14 +38,16 @@ def signals_of(hello: Mapping[str, Any]) -> list[dict[str, Any]]:
     """
     out: list[dict[str, Any]] = []
     axes = [axis["name"] for axis in hello["axes"]]
+    moves = [axis.get("motion", "rotary") for axis in hello["axes"]]
     for item in FIELDS:
         parts = {"scalar": [""], "axis": axes, "xyz": ["x", "y", "z"]}[item.shape]
+        motions = moves if item.shape == "axis" else ["rotary"] * len(parts)
         out += [
             {
                 "name": f"{item.name}.{i}",
                 "field": item.name,
                 "part": part,
-                "unit": "" if item.unit == "1" else item.unit,
+                "unit": "" if item.unit == "1" else unit(item.unit, motions[i]),
                 "meaning": item.meaning,
                 "writer": item.writer,
                 "names": _NUMBERED.get(item.name, {}),

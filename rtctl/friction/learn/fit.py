@@ -245,6 +245,7 @@ def assemble(
     return FrictionModel(
         rig=rig,
         kind=forward.kind,
+        motion=points.motion,
         branches=branches,
         speed_fade_rad_s=fade_rad_s or FADE_SHARE * max(forward.speed_max_rad_s, backward.speed_max_rad_s),
         data_sha256=points.sha256,

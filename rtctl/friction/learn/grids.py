@@ -26,6 +26,16 @@ NU = (0.05, 0.1, 0.2, 0.3, 0.5)
 """Least shares of support vectors. Above one half the tube is narrower than the noise of the points."""
 
 
+SCALE_FREE = (*FORMULAS, "epsilon-rbf", "nu-rbf")
+"""Rungs that say the same of a motion in whatever unit its speed is given: the others' kernels know what a rad/s is."""
+
+
+def families_of(kernel: str, motion: str) -> tuple[str, ...]:
+    """Rungs to climb for an axis: of a linear one, whose speeds have no usual size in m/s, those that have no unit in them."""
+    found = families(kernel)
+    return tuple(one for one in found if one in SCALE_FREE) if motion == "linear" else found
+
+
 def families(kernel: str) -> tuple[str, ...]:
     """Rungs of one kernel, of "formula", or "all" of them."""
     if kernel == "all":

@@ -47,8 +47,12 @@ def by_speed(part: TurningPart, which: float, lag_s: float = 0.0) -> np.ndarray:
     late = round(lag_s * part.rate_hz)
     speed = np.abs(part.motion[:, 1])
     shifted = np.concatenate([np.full(late, speed[0]), speed[: len(speed) - late]])
-    direction = stop_operator(part.path_rad, SHORTEST_RAD) if which else np.sign(part.motion[:, 1])
-    return _of_direction(part, direction, [np.exp(-((shifted / v) ** 2)) for v in STRIBECK_RAD_S])
+    direction = (
+        stop_operator(part.path_rad, SHORTEST_RAD * part.radian) if which else np.sign(part.motion[:, 1])
+    )
+    return _of_direction(
+        part, direction, [np.exp(-((shifted / v) ** 2)) for v in np.multiply(STRIBECK_RAD_S, part.radian)]
+    )
 
 
 def by_late_speed(which: float, part: TurningPart, lag_s: float) -> np.ndarray:
@@ -63,7 +67,9 @@ def by_acceleration(which: float, part: TurningPart, _none: float = 0.0) -> np.n
     other. A part of it that does not depend on speed is inertia.
     """
     plain = by_speed(part, which)
-    direction = stop_operator(part.path_rad, SHORTEST_RAD) if which else np.sign(part.motion[:, 1])
+    direction = (
+        stop_operator(part.path_rad, SHORTEST_RAD * part.radian) if which else np.sign(part.motion[:, 1])
+    )
     change = direction * part.motion[:, 0]  # of abs(v), rad/s^2
     beside = [direction * change * peak for peak in part.peaks]
     return np.column_stack([plain, *(smooth(one, part.rate_hz, part.cutoff_hz)[part.rows] for one in beside)])

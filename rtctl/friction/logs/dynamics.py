@@ -41,7 +41,8 @@ class AxisLog:
 
     `external_nm` is the hand's part of it, None where only one of the two is mapped.
     `velocity_rad_s` is a recorded velocity, None where there is none. `start_s` is when it begins after the first row of
-    its file, above 0 for a stretch behind a gap; `notes` say what was done to the file.
+    its file, above 0 for a stretch behind a gap; `notes` say what was done to the file. `radian` is what stands for a radian in
+    every threshold of the logs: 1 of a rotary axis, so many m of a linear one (`rtctl.friction.logs.log_input`).
     """
 
     rate_hz: float
@@ -53,6 +54,7 @@ class AxisLog:
     external_nm: np.ndarray | None = None
     start_s: float = 0.0
     notes: tuple[str, ...] = ()
+    radian: float = 1.0
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,13 +12,14 @@ import numpy as np
 from pydantic import ValidationError
 
 from hw.interface import BackendError, Rig
+from hw.motion import of_coordinate
 from hw.plain_words import explain
 from hw.playback.options import PlaybackOptions
 from hw.playback.reader import Recording, load_stretches
 from rtctl.errors import ConfigError, DataError
 from rtctl.friction.logs.dynamics import AxisLog
 from rtctl.friction.logs.logs import FrictionSamples, axis_log
-from rtctl.friction.logs.plausibility import Limits, plausible
+from rtctl.friction.logs.plausibility import ANY_LINEAR, Limits, largest_speed, plausible
 from rtctl.friction.logs.regression import JointFit, offset_rows
 from rtctl.friction.logs.regressors import SPAN_MIN_RAD, Regressors
 from rtctl.friction.logs.row_faults import Rows, mended
@@ -26,12 +28,14 @@ from rtctl.friction.logs.signal_shift import advanced
 
 @dataclass(frozen=True)
 class Gearing:
-    """What turns a motor current into a torque at the joint, and counts into an angle."""
+    """What turns a motor current into a torque at the joint, and counts into an angle; of a linear axis as `hw.interface.Rig` has it."""
 
     torque_constant_nm_a: float = 1.0
     gear_ratio: float = 1.0
     gear_efficiency: float = 1.0
     counts_per_rev: float = 1.0
+    motion: str = "rotary"
+    lead_m: float = 0.0
 
     def rig(self) -> Rig:
         """One axis of it, for the reader; its period is not used."""
@@ -44,7 +48,17 @@ class Gearing:
                 self.counts_per_rev,
             )
         )
-        return Rig(1, 1e-3, ratio, efficiency, constant, counts, np.zeros((1, 3)))
+        lead_m = np.array([self.lead_m if self.motion == "linear" else -1.0])
+        return Rig(1, 1e-3, ratio, efficiency, constant, counts, np.zeros((1, 3)), lead_m=lead_m)
+
+    def of_screw(self) -> Gearing:
+        """Ratio and counts of a screw's turn, or of a metre where there is no lead, as those of the coordinate."""
+        ratio, counts = of_coordinate(self.motion, self.lead_m)
+        return replace(self, gear_ratio=self.gear_ratio * ratio, counts_per_rev=self.counts_per_rev * counts)
+
+
+TOP_RAD_S = 2.0
+"""Speed that logs of joints reach, as `rtctl identify` drives: the largest of a linear log without a lead stands for it."""
 
 
 STRETCH_MIN_ROWS = 16
@@ -84,13 +98,29 @@ def read_log(
         stretches = load_stretches(options, rig, mend)
     except BackendError as error:
         raise DataError(str(error)) from error
-    moving = [
-        one for one in stretches if len(one) >= STRETCH_MIN_ROWS and np.ptp(one.position_rad) > SPAN_MIN_RAD
-    ]
+    radian = _radian(stretches, rig)
+    least = SPAN_MIN_RAD * radian
+    moving = [one for one in stretches if len(one) >= STRETCH_MIN_ROWS and np.ptp(one.position_rad) > least]
+    usual = ANY_LINEAR if rig.moves(0)[0] == "linear" else Limits()
     return tuple(
-        _aligned(one, rig, torque_delay_s, limits or Limits())
+        replace(_aligned(one, rig, torque_delay_s, limits or usual), radian=radian)
         for one in moving or sorted(stretches, key=len)[-1:]
     )
+
+
+def _radian(stretches: Sequence[Recording], rig: Rig) -> float:
+    """What stands for a radian in the thresholds of the logs: of a linear axis a radian of its screw, else by the largest speed."""
+    motion, lead_m = rig.moves(0)
+    if motion != "linear":
+        return 1.0
+    speeds = [largest_speed(one.position_rad[:, 0], one.rate_hz) for one in stretches]
+    return lead_m / (2 * math.pi) or max(speeds) / TOP_RAD_S or 1.0
+
+
+def of_one_radian(read: Sequence[Sequence[AxisLog]]) -> list[tuple[AxisLog, ...]]:
+    """Several logs with the thresholds of the quickest of them."""
+    radian = max(stretch.radian for stretches in read for stretch in stretches)
+    return [tuple(replace(stretch, radian=radian) for stretch in stretches) for stretches in read]
 
 
 def mend(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from hw.interface import BackendError
+from hw.motion import LENGTH_UNITS, SPEED_UNITS, coordinate_units, effort_units, of_units
 from hw.plain_words import explain
 from hw.playback.columns import read_table
 from hw.playback.options import (
@@ -91,7 +92,11 @@ class Columns(BaseModel):
 
 
 def read_mapped(
-    files: Sequence[Path], tables: Mapping[str, Any], average: Average, text: Mapping[str, str | None]
+    files: Sequence[Path],
+    tables: Mapping[str, Any],
+    average: Average,
+    text: Mapping[str, str | None],
+    lead_m: float = 0.0,
 ) -> tuple[FrictionPoints, list[str]]:
     """Points of several files and what was left out of them, columns by `tables` (role -> option table as of the playback reader).
 
@@ -102,6 +107,8 @@ def read_mapped(
         "none": each row is a point.
     text
         `delimiter` and `decimal` of text, None where they are to be found.
+    lead_m
+        Of a screw, m a turn: its angle and torque become a place and a force. Units of these are of a linear axis without it, too.
 
     Raises
     ------
@@ -111,7 +118,8 @@ def read_mapped(
         A file that cannot be read, friction that points against the motion, a run that is not steady, too few points.
     """
     columns = _columns(tables)
-    parts = [_signals(file, columns, text) for file in files]
+    motion = "linear" if lead_m else of_units(table.get("unit") for table in tables.values())
+    parts = [_signals(file, columns, text, units_of(motion, lead_m)) for file in files]
     if len(files) > 1 and columns.log is None:
         for k, part in enumerate(parts):
             part.columns["log"] = np.full(len(part.velocity), float(k))
@@ -135,7 +143,7 @@ def read_mapped(
             lambda row: f"{source}: row {row + 1}",
         )
     require_enough(points)
-    return points, notes
+    return replace(points, motion=motion), notes
 
 
 def _columns(tables: Mapping[str, Any]) -> Columns:
@@ -161,14 +169,31 @@ class _Signals:
     columns: dict[str, np.ndarray]
 
 
-def _signals(file: Path, columns: Columns, text: Mapping[str, str | None]) -> _Signals:
+def units_of(motion: str, lead_m: float) -> dict[str, Mapping[str, float]]:
+    """Units of every role on an axis of this motion, factors to its own."""
+    effort = effort_units(TORQUE_UNITS, motion, lead_m)
+    return {
+        **_UNITS,
+        "velocity": coordinate_units(VELOCITY_UNITS, SPEED_UNITS, motion, lead_m),
+        "position": coordinate_units(_UNITS["position"], LENGTH_UNITS, motion, lead_m),
+        **dict.fromkeys(("torque", "load", "motor"), effort),
+    }
+
+
+def _signals(
+    file: Path, columns: Columns, text: Mapping[str, str | None], known: Mapping[str, Mapping[str, float]]
+) -> _Signals:
     """The mapped columns of a file, SI."""
     given = {role: column.model_dump() for role in ROLES if (column := getattr(columns, role))}
     try:
         table = read_table(file, tuple(column["column"] for column in given.values()), **text)
         found = {}
         for role, column in given.items():
-            name, units = column["column"], _UNITS[role]
+            name, units = column["column"], known[role]
+            if column["unit"] not in units:
+                raise DataError(
+                    f"{file}: column {name!r} is read in {column['unit']}, which this axis does not have: it has {', '.join(units)}"
+                )
             require_unit(file, name, table.units.get(name, ""), column, tuple(units))
             found[role] = column["scale"] * units[column["unit"]] * (table.columns[name] - column["offset"])
     except BackendError as error:

@@ -23,6 +23,9 @@ BEYOND = 1.25
 TRAVEL_SLACK_RAD = 0.05
 """By how much a log may leave the travel: stops give way."""
 
+TRAVEL_SLACK_M = 0.005
+"""By how much a log of a linear axis may leave the travel."""
+
 TORQUE_SHARE_MIN = 1e-3
 """Torque below this share of the rig's limit moves no joint that has friction."""
 
@@ -55,17 +58,30 @@ class Limits:
     def of_axis(cls, axis: AxisTable, path: Path | str) -> Limits:
         """The limits of an axis of the rig file `path`."""
         lever_m = float(np.linalg.norm(axis.lever_m))
+        slack = TRAVEL_SLACK_M if axis.motion == "linear" else TRAVEL_SLACK_RAD
         return cls(
             speed_rad_s=BEYOND * axis.velocity_limit_rad_s,
             motor_nm=BEYOND * axis.torque_limit_nm,
             external_nm=BEYOND * axis.force.limit_n * lever_m,
             torque_least_nm=TORQUE_SHARE_MIN * axis.torque_limit_nm,
-            travel_rad=(axis.position_min_rad - TRAVEL_SLACK_RAD, axis.position_max_rad + TRAVEL_SLACK_RAD),
+            travel_rad=(axis.position_min_rad - slack, axis.position_max_rad + slack),
             doubtful_rad_s=np.inf,
             doubtful_nm=np.inf,
             doubtful_kgm2=np.inf,
             source=f"{axis.name or 'the axis'} of {path}",
         )
+
+
+ANY_LINEAR = Limits(
+    speed_rad_s=50.0,
+    motor_nm=1e6,
+    external_nm=1e5,
+    doubtful_rad_s=5.0,
+    doubtful_nm=5e3,
+    doubtful_kgm2=1e3,
+    source="any linear axis",
+)
+"""What a log of a linear axis of which nothing is known must stay within, m/s, N and kg."""
 
 
 def plausible(
@@ -124,7 +140,7 @@ def _require_rate(log: AxisLog) -> None:
 
 def _doubtful_motion(log: AxisLog, limits: Limits) -> list[str]:
     x, told = log.position_rad, []
-    speed = _speed(log)
+    speed = largest_speed(log.position_rad, log.rate_hz)
     if speed > limits.doubtful_rad_s:
         told.append(
             f"{log.source}: column position: {speed:.3g} rad/s is quick for a joint that a hand moves: is it in deg? Correct its unit, or "
@@ -138,15 +154,14 @@ def _doubtful_motion(log: AxisLog, limits: Limits) -> list[str]:
     return told
 
 
-def _speed(log: AxisLog) -> float:
-    """Largest mean speed over 50 ms, rad/s."""
-    x = log.position_rad
-    stride = max(1, round(0.05 * log.rate_hz))
-    return float(np.abs(x[stride:] - x[:-stride]).max(initial=0.0)) * log.rate_hz / stride
+def largest_speed(x: np.ndarray, rate_hz: float) -> float:
+    """Largest mean speed over 50 ms of a position (n,), rad/s."""
+    stride = max(1, round(0.05 * rate_hz))
+    return float(np.abs(x[stride:] - x[:-stride]).max(initial=0.0)) * rate_hz / stride
 
 
 def _require_motion(log: AxisLog, limits: Limits) -> None:
-    x, speed = log.position_rad, _speed(log)
+    x, speed = log.position_rad, largest_speed(log.position_rad, log.rate_hz)
     if speed > limits.speed_rad_s:
         raise DataError(
             f"{log.source}: column position: {speed:.3g} rad/s is not plausible (at most {limits.speed_rad_s:.4g} "

@@ -21,7 +21,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from rtctl.friction.logs.dynamics import CUTOFF_HZ, SPEED_MIN_RAD_S, AxisLog, smooth
-from rtctl.friction.logs.turns import SHORTEST_RAD, TurningPart, longest_length, made_ready, stop_operator
+from rtctl.friction.logs.turns import TurningPart, longest_length, made_ready, shortest_length, stop_operator
 from rtctl.friction.points.presliding import Presliding
 
 PER_DECADE = 10
@@ -53,11 +53,11 @@ def presliding_of_logs(
     turns = sum(part.turns for part in parts)
     if turns < TURNS_MIN:
         return None
-    longest = longest_length(parts)
-    if longest <= 2 * SHORTEST_RAD:
+    shortest, longest = shortest_length(parts), longest_length(parts)
+    if longest <= 2 * shortest:
         return None
-    count = 1 + round(PER_DECADE * np.log10(longest / SHORTEST_RAD))
-    lengths = np.geomspace(SHORTEST_RAD, longest, count)
+    count = 1 + round(PER_DECADE * np.log10(longest / shortest))
+    lengths = np.geomspace(shortest, longest, count)
     left = _left(parts, lengths)
     if left is None:
         return None

@@ -184,7 +184,7 @@ def speeds(signals: Regressors) -> tuple[Speeds, Speeds]:
     v = signals.velocity_rad_s[signals.sliding]
     found = []
     for speed in (v[v > 0], -v[v < 0]):
-        below = int((speed < STRIBECK_RAD_S).sum())
+        below = int((speed < STRIBECK_RAD_S * signals.radian).sum())
         found.append(Speeds(len(speed), float(speed.min()), float(speed.max()), below))
     return found[0], found[1]
 
@@ -202,7 +202,7 @@ def _no_low_speed(signals: Regressors, both: tuple[Speeds, Speeds]) -> tuple[str
         f"{each.low_speed_rows} {name}, slowest {each.lowest_rad_s:.3g} rad/s" for name, each in lacking
     )
     return (
-        f"{signals.source}: hardly any sliding below {STRIBECK_RAD_S:g} rad/s ({named}): break-away and a "
+        f"{signals.source}: hardly any sliding below {STRIBECK_RAD_S * signals.radian:.3g} rad/s ({named}): break-away and a "
         "Stribeck peak are not in this log, the Coulomb friction is what faster motion extrapolates to, and a "
         "model of these points says nothing about lower speeds; for those record slow, steady strokes, or run "
         "`rtctl identify CONFIG`",

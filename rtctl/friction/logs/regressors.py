@@ -56,7 +56,7 @@ FALLBACK_PERIODS = 0.5
 class Regressors:
     """Filtered, thinned-out signals of one log or several. Arrays of one length.
 
-    `sliding` marks the rows to regress on, `log` is each row's index into `sources`.
+    `sliding` marks the rows to regress on, `log` is each row's index into `sources`, `radian` that of `AxisLog`.
     """
 
     time_s: np.ndarray
@@ -71,6 +71,7 @@ class Regressors:
     cutoff_hz: float
     sources: tuple[str, ...]
     warnings: tuple[str, ...] = ()
+    radian: float = 1.0
 
     @property
     def source(self) -> str:
@@ -137,7 +138,7 @@ def regressors(
 
     def with_margin(periods: float) -> Regressors:
         reach = max(1, round(periods * edge))
-        sliding = _sliding(x, v, min(SETTLE_RAD, SETTLE_SHARE * span), speed_min_rad_s, reach)
+        sliding = _sliding(x, v, min(SETTLE_RAD * log.radian, SETTLE_SHARE * span), speed_min_rad_s, reach)
         return Regressors(
             time_s=log.start_s + (np.arange(n) / rate)[kept],
             position_rad=x[kept],
@@ -151,6 +152,7 @@ def regressors(
             cutoff_hz=cutoff_hz,
             sources=(log.source,),
             warnings=(*log.notes, *notes),
+            radian=log.radian,
         )
 
     usual = with_margin(MARGIN_PERIODS if margin_periods is None else margin_periods)
@@ -252,7 +254,7 @@ def _checked(log: AxisLog, cutoff_hz: float) -> tuple[int, float]:
             f"{STRETCH_PERIODS * edge} are needed"
         )
     span = float(np.ptp(log.position_rad))
-    if not span >= SPAN_MIN_RAD:
+    if not span >= SPAN_MIN_RAD * log.radian:
         raise DataError(
             f"{log.source}: the position covers {span:.3g} rad only, too little motion; record wider motion, "
             "or correct the unit of the position"
@@ -273,6 +275,7 @@ def pooled(parts: list[Regressors]) -> Regressors:
         cutoff_hz=parts[0].cutoff_hz,
         sources=tuple(part.source for part in parts),
         warnings=tuple(warning for part in parts for warning in part.warnings),
+        radian=parts[0].radian,
     )
 
 

@@ -37,7 +37,7 @@ from rtctl.friction.logs.bristle_columns import (
     by_stop,
 )
 from rtctl.friction.logs.dynamics import CUTOFF_HZ, SPEED_MIN_RAD_S, AxisLog
-from rtctl.friction.logs.turns import SHORTEST_RAD, TurningPart, longest_length, made_ready
+from rtctl.friction.logs.turns import TurningPart, longest_length, made_ready, shortest_length
 
 NEAR_S = 0.1
 """Rows this close to a turn are near it, s."""
@@ -112,12 +112,10 @@ def reversals_of_logs(
     """
     parts = [part for log in logs if (part := made_ready(log, cutoff_hz, speed_min_rad_s)) is not None]
     turns = sum(part.turns for part in parts)
-    longest = longest_length(parts)
-    if turns < TURNS_MIN or longest <= 2 * SHORTEST_RAD:
+    shortest, longest = shortest_length(parts), longest_length(parts)
+    if turns < TURNS_MIN or longest <= 2 * shortest:
         return None
-    lengths = np.geomspace(
-        SHORTEST_RAD, longest, 1 + round(LENGTHS_PER_DECADE * np.log10(longest / SHORTEST_RAD))
-    )
+    lengths = np.geomspace(shortest, longest, 1 + round(LENGTHS_PER_DECADE * np.log10(longest / shortest)))
     rows = _Rows.of(parts, turns)
     speed = rows.judged(by_speed, (0.0, 1.0))
     found = {

@@ -25,7 +25,7 @@ STRIBECK_RAD_S = (0.02, 0.1)
 class TurningPart:
     """One stretch: acceleration and velocity (n, 2) and torque, filtered; Stribeck peaks (1 at rest); the path of its bristles.
 
-    `rows` are the rows looked at, `turned` those in which the motion turns back while the joint moves.
+    `rows` are the rows looked at, `turned` those in which the motion turns back while the joint moves; `radian` is that of `AxisLog`.
     """
 
     motion: np.ndarray
@@ -36,6 +36,7 @@ class TurningPart:
     turned: np.ndarray
     rate_hz: float
     cutoff_hz: float
+    radian: float = 1.0
 
     @property
     def turns(self) -> int:
@@ -64,12 +65,18 @@ def made_ready(log: AxisLog, cutoff_hz: float, speed_min_rad_s: float) -> Turnin
         motion=np.column_stack([acceleration, velocity]),
         torque_nm=smooth(log.torque_nm, rate, cutoff_hz),
         path_rad=log.position_rad,
-        peaks=tuple(np.exp(-((velocity / v) ** 2)) for v in STRIBECK_RAD_S),
+        peaks=tuple(np.exp(-((velocity / v) ** 2)) for v in np.multiply(STRIBECK_RAD_S, log.radian)),
         rows=np.flatnonzero(kept)[:: max(1, edge // SAMPLES_PER_CUTOFF)],
         turned=turned[kept[turned]],
         rate_hz=rate,
         cutoff_hz=cutoff_hz,
+        radian=log.radian,
     )
+
+
+def shortest_length(parts: Sequence[TurningPart]) -> float:
+    """The shortest presliding length that is tried, rad."""
+    return SHORTEST_RAD * max((part.radian for part in parts), default=1.0)
 
 
 def longest_length(parts: Sequence[TurningPart]) -> float:

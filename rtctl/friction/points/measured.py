@@ -27,6 +27,7 @@ class FrictionPoints:
     NaN where nobody says. `source` names the file in messages, `sha256` is of its bytes. `columns` holds all else that
     was measured, by the names of `rtctl.friction.points.columns`, NaN where nobody says; each has at least one number.
     `left_out` marks points that nothing is learned from or judged by (`rtctl.friction.points.outliers`); None: none.
+    `motion` is "rotary" or "linear" (`hw.motion`): of the latter, all is in m and N.
     """
 
     velocity_rad_s: np.ndarray
@@ -38,6 +39,7 @@ class FrictionPoints:
     sha256: str
     columns: Mapping[str, np.ndarray] = field(default_factory=dict)
     left_out: np.ndarray | None = None
+    motion: str = "rotary"
 
     @classmethod
     def from_rows(

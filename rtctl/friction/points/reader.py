@@ -8,10 +8,12 @@ from __future__ import annotations
 import csv
 import hashlib
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from hw.motion import name, rotary_name
 from hw.outside import read_bounded
 from rtctl.errors import DataError
 from rtctl.friction.points.columns import COLUMNS, TORQUE, VELOCITY
@@ -43,11 +45,11 @@ def read_points(path: str | Path, *, of_speeds: bool = True) -> FrictionPoints:
     numbered = [
         (i, line) for i, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")
     ]
-    header = _header(path, numbered)
+    header, motion = _header(path, numbered)
     rows = [_row(path, number, line, header) for number, line in numbered[1:]]
     columns = {
-        name: np.array([row[k] for row in rows], dtype=float)
-        for k, name in enumerate(header)
+        column: np.array([row[k] for row in rows], dtype=float)
+        for k, column in enumerate(header)
         if not any(row[k] is None for row in rows)
     }
     points = FrictionPoints.from_signed(
@@ -61,20 +63,24 @@ def read_points(path: str | Path, *, of_speeds: bool = True) -> FrictionPoints:
     if of_speeds:
         require_enough(points)
     _require_distinct(path, numbered[1:])
-    return points
+    return replace(points, motion=motion)
 
 
-def _header(path: Path, numbered: list[tuple[int, str]]) -> list[str]:
+def _header(path: Path, numbered: list[tuple[int, str]]) -> tuple[list[str], str]:
+    """Names of the columns, those of a linear axis by what they are of a rotary one, and which of the two it is."""
     required = [column.name for column in COLUMNS.values() if column.required]
     if not numbered:
         raise DataError(f"{path}: the file is empty; it needs the columns {', '.join(required)}")
-    header = [name.strip() for name in next(csv.reader([numbered[0][1]]))]
-    for name in required:
-        if name not in header:
-            raise DataError(f"{path}: row {numbered[0][0]}: column {name} is missing; rename or add it")
+    header = [text.strip() for text in next(csv.reader([numbered[0][1]]))]
+    motion = "linear" if name(VELOCITY.name, "linear") in header else "rotary"
+    header = [rotary_name(one, motion, COLUMNS) for one in header]
+    for one in required:
+        if one not in header:
+            missing = name(one, motion)
+            raise DataError(f"{path}: row {numbered[0][0]}: column {missing} is missing; rename or add it")
     if len(set(header)) != len(header):
         raise DataError(f"{path}: row {numbered[0][0]}: a column name occurs twice; remove one")
-    return header
+    return header, motion
 
 
 def _row(path: Path, number: int, line: str, header: list[str]) -> list[float | None]:
@@ -84,13 +90,14 @@ def _row(path: Path, number: int, line: str, header: list[str]) -> list[float | 
             f"{path}: row {number}: {len(cells)} cells, the header has {len(header)}; complete the row"
         )
     return [
-        _number(cell.strip(), name, f"{path}: row {number}") for cell, name in zip(cells, header, strict=True)
+        _number(cell.strip(), column, f"{path}: row {number}")
+        for cell, column in zip(cells, header, strict=True)
     ]
 
 
-def _number(text: str, name: str, where: str) -> float | None:
+def _number(text: str, named: str, where: str) -> float | None:
     """The number of a cell, NaN where it is empty; None for text in a column that nobody knows."""
-    column = COLUMNS.get(name)
+    column = COLUMNS.get(named)
     if not text and not (column and column.required):
         return math.nan
     try:
@@ -103,7 +110,7 @@ def _number(text: str, name: str, where: str) -> float | None:
         return value
     if not column.low <= value <= column.high:
         raise DataError(
-            f"{where}: column {name}: {text!r} is not a finite number within {column.low:g} to {column.high:g}"
+            f"{where}: column {named}: {text!r} is not a finite number within {column.low:g} to {column.high:g}"
             f"{' ' + column.unit if column.unit else ''}; correct or drop the row"
         )
     return value

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hw.motion import words
 from rtctl.errors import DataError
 from rtctl.friction.model import Branch, FrictionModel
 from rtctl.friction.points.measured import FrictionPoints
@@ -35,8 +36,8 @@ def draw(model: FrictionModel, points: FrictionPoints, path: str | Path) -> None
         _draw_branch(plot, branch, sign, speed, friction_nm)
     plot.axhline(0, color="black", linewidth=0.5)
     plot.axvline(0, color="black", linewidth=0.5)
-    plot.set_xlabel("velocity [rad/s]")
-    plot.set_ylabel("friction overcome [N m]")
+    plot.set_xlabel(words("velocity [rad/s]", model.motion))
+    plot.set_ylabel(words("friction overcome [N m]", model.motion))
     plot.set_title(f"Learned friction of rig {model.rig}: {model.kind}, one curve per direction")
     plot.legend(fontsize="small")
     plot.grid(visible=True, alpha=0.3)

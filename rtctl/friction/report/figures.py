@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hw.motion import words
 from rtctl.friction.band import Band
 from rtctl.friction.report import measured_range
 from rtctl.friction.report.evidence import EXTRA_COLUMNS, Errors, Evidence, Learned, interval_nm
@@ -41,7 +42,7 @@ def curves(evidence: Evidence, family: str) -> bytes:
     figure.legend(
         shown.values(), shown.keys(), loc="outside lower center", ncols=len(shown), fontsize="small"
     )
-    return _png(figure)
+    return _png(figure, evidence.points.motion)
 
 
 def _curve(plot: Axes, one: Learned, v: np.ndarray, speed: np.ndarray) -> None:
@@ -103,7 +104,7 @@ def ladder(evidence: Evidence) -> bytes:
     plot.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     plot.xaxis.set_major_formatter("{x:g}")
     plot.xaxis.set_minor_formatter("")
-    return _png(figure)
+    return _png(figure, evidence.points.motion)
 
 
 def residuals(evidence: Evidence) -> bytes:
@@ -132,7 +133,7 @@ def residuals(evidence: Evidence) -> bytes:
     plots[-1].set_xlabel("speed [rad/s]")
     handles, names = plots[0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=len(names), fontsize="small")
-    return _png(figure)
+    return _png(figure, evidence.points.motion)
 
 
 def _speed_ticks(least: float, most: float) -> list[float]:
@@ -173,7 +174,7 @@ def residuals_against(evidence: Evidence, name: str) -> bytes:
     plot.axhline(0, color="black", linewidth=0.6)
     _label(plot, EXTRA_COLUMNS[name], "model - measured [mN m]", "")
     figure.legend(loc="outside lower center", ncols=2, fontsize="small")
-    return _png(figure)
+    return _png(figure, evidence.points.motion)
 
 
 def _figure(width: float, height: float) -> Figure:
@@ -192,7 +193,18 @@ def _label(plot: Axes, x: str, y: str, title: str) -> None:
     plot.grid(visible=True, alpha=0.3)
 
 
-def _png(figure: Figure) -> bytes:
+def speak(figure: Figure, motion: str) -> None:
+    """Write the labels of a figure in the units of its axis; they were written for a rotary one."""
+    for plot in figure.axes:
+        plot.set(
+            xlabel=words(plot.get_xlabel(), motion),
+            ylabel=words(plot.get_ylabel(), motion),
+            title=words(plot.get_title(), motion),
+        )
+
+
+def _png(figure: Figure, motion: str) -> bytes:
+    speak(figure, motion)
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=100, metadata={"Software": None})
     return buffer.getvalue()

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import base64
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from typing import Any
 
+from hw.motion import words
 from rtctl.friction.gain import Gains
 from rtctl.friction.learn import hold_out
 from rtctl.friction.report import sentences as report_sentences
@@ -19,6 +21,8 @@ _STYLE = """body{font:15px/1.5 sans-serif;max-width:66em;margin:2em auto;padding
 figure{margin:1.5em 0}img{max-width:100%}figcaption,caption{color:#555;font-size:.9em;text-align:left;padding:.4em 0}
 table{border-collapse:collapse;margin:1.2em 0;font-size:.85em}th,td{border-bottom:1px solid #ddd;padding:.2em .7em}
 pre{background:#f8f8f8;padding:.7em 1em;overflow-x:auto}th{text-align:left;background:#f4f4f4}td{font-variant-numeric:tabular-nums}.key{background:#eef5ff;padding:.7em 1em}"""
+
+_IMAGE = re.compile(r'(src="data:[^"]*")')
 
 _NO_NETWORK = (
     '<meta http-equiv="Content-Security-Policy" '
@@ -74,7 +78,11 @@ def page(evidence: Evidence, gains: Gains, document: Mapping[str, Any], pictures
     ]
     head = f'<meta charset="utf-8">{_NO_NETWORK}<title>{escape(title)}</title><style>{_STYLE}</style>'
     body = "\n".join(part for part in parts if part)
-    return f'<!DOCTYPE html>\n<html lang="en"><head>{head}</head><body>\n{body}\n</body></html>\n'
+    whole = f'<!DOCTYPE html>\n<html lang="en"><head>{head}</head><body>\n{body}\n</body></html>\n'
+    pieces = _IMAGE.split(whole)  # the bytes of a picture are no words
+    return "".join(
+        piece if _IMAGE.fullmatch(piece) else words(piece, evidence.points.motion) for piece in pieces
+    )
 
 
 def _gain(gains: Gains) -> str:

@@ -19,6 +19,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from hw.motion import named
 from hw.outside import MOST_TABLE_BYTES, json_of, read_bounded
 from rtctl.errors import DataError
 from rtctl.friction import gain as report_gain
@@ -90,7 +91,9 @@ def write(
     document = _document(evidence, gains, options or {}, pictures)
     files = {f"{picture.name}.png": picture.png for picture in pictures}
     files[PAGE] = report_page.page(evidence, gains, document, pictures).encode()
-    files[HEADER] = (json.dumps(document, indent=1, allow_nan=False) + "\n").encode()
+    files[HEADER] = (
+        json.dumps(named(document, evidence.points.motion), indent=1, allow_nan=False) + "\n"
+    ).encode()
     try:
         _replace(folder, files)
     except OSError as error:

@@ -131,6 +131,7 @@ class Requests:
             "axes": [
                 {
                     "name": axis.name,
+                    "motion": axis.motion,
                     "displays": list(axis.displays),
                     "bounds": {k: list(v) for k, v in axis.bounds.items()},
                     "coupling": None if axis.coupling is None else dict(axis.coupling),

@@ -44,7 +44,7 @@ class AxisDescription:
 
     `trained_c` is the range of temperature its friction was learned at, degC: None without a model in use, or
     one that does not say. `coupling` is the virtual coupling in force: stiffness_nm_rad, damping_nms_rad.
-    `displays` are those that it may show, the rig file's first.
+    `displays` are those that it may show, the rig file's first; `motion` says whether `_rad` and `_nm` are of rad and N m, or of m and N.
     """
 
     name: str
@@ -52,6 +52,7 @@ class AxisDescription:
     trained_c: tuple[float, float] | None = None
     coupling: Mapping[str, float] | None = None
     displays: tuple[str, ...] = ("impedance",)
+    motion: str = "rotary"
 
 
 @dataclass(frozen=True)
@@ -125,6 +126,7 @@ def describe(rig: LoadedConfig | RigDescription) -> RigDescription:
                     "damping_nms_rad": axis.coupling.damping_nms_rad,
                 },
                 axis.displays,
+                axis.motion,
             )
             for axis in config.axis
         ),

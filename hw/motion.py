@@ -1,0 +1,124 @@
+"""Rotary and linear axes: the one table of their units, from which everything takes its own that a person reads or writes.
+
+Inside, every axis has generalised coordinates under the names of a rotary one: of a linear axis `_rad` is m, `_nm` N and
+`_kgm2` kg, so that power is force times velocity as it is torque times angular velocity (docs/decisions/0034).
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping
+from typing import Literal
+
+Motion = Literal["rotary", "linear"]
+
+LINEAR_UNITS = {
+    "N m s/rad": "N s/m",
+    "N m/rad": "N/m",
+    "N m/s": "N/s",
+    "mN m": "mN",
+    "N m": "N",
+    "1/(N m)": "1/N",
+    "kg m^2": "kg",
+    "rad/s^2": "m/s^2",
+    "mrad/s": "mm/s",
+    "rad/s": "m/s",
+    "mrad": "mm",
+    "rad": "m",
+}
+"""Unit of a rotary axis -> the same of a linear one, the longest first; every other unit is that of both."""
+
+LINEAR_ENDINGS = {
+    "nms_rad": "ns_m",
+    "nm_rad": "n_m",
+    "nm_s": "n_s",
+    "rad_s2": "m_s2",
+    "rad_s": "m_s",
+    "kgm2": "kg",
+    "nm": "n",
+    "rad": "m",
+    "rad_s3": "m_s3",
+}
+"""Ending of a name that carries its unit, of a rotary axis -> of a linear one, the longest first."""
+
+LENGTH_UNITS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
+SPEED_UNITS = {"m/s": 1.0, "mm/s": 1e-3}
+FORCE_UNITS = {"N": 1.0, "mN": 1e-3, "kN": 1e3}
+
+_WORDS = re.compile(
+    r"(?<![\w/^])(" + "|".join(re.escape(one) for one in LINEAR_UNITS) + r")(?![\w/^]| s/rad)"
+)
+
+_NAMES = re.compile(r"(?<![\w/^-])[a-z][a-z0-9]*(?:_[a-z0-9]+)+(?![\w/.-]*[/.]\w)(?!\w)")
+"""Names with their unit, not those that are part of a path."""
+
+
+def of_units(units: Iterable[object]) -> Motion:
+    """Motion that the units of some columns are of: linear where one is of a length, a speed or a force."""
+    return "linear" if {*LENGTH_UNITS, *SPEED_UNITS, *FORCE_UNITS} & set(units) else "rotary"
+
+
+def unit(rotary: str, motion: str) -> str:
+    """Unit of an axis, by that of a rotary one."""
+    return LINEAR_UNITS.get(rotary, rotary) if motion == "linear" else rotary
+
+
+def words(text: str, motion: str) -> str:
+    """A text about one axis, written for a rotary one, with the units of this one, and the names of keys and columns that end with them."""
+    if motion != "linear":
+        return text
+    return _NAMES.sub(
+        lambda found: name(found[0], motion), _WORDS.sub(lambda found: LINEAR_UNITS[found[0]], text)
+    )
+
+
+def name(rotary: str, motion: str) -> str:
+    """Name of a key or column for people, whose ending says its unit, by that of a rotary axis."""
+    if motion == "linear":
+        for ending, own in LINEAR_ENDINGS.items():
+            if rotary == ending or rotary.endswith(f"_{ending}"):
+                return rotary[: len(rotary) - len(ending)] + own
+    return rotary
+
+
+def named(document: object, motion: str) -> object:
+    """A document of plain values whose keys end with their units, with the keys of this motion."""
+    if isinstance(document, Mapping):
+        return {name(str(key), motion): named(value, motion) for key, value in document.items()}
+    if isinstance(document, list | tuple):
+        return [named(value, motion) for value in document]
+    return document
+
+
+def rotary_name(own: str, motion: str, known: Iterable[str]) -> str:
+    """The one of the `known` names that `own` stands for on an axis of this motion; `own` itself where there is none."""
+    return {name(one, motion): one for one in known}.get(own, own)
+
+
+def of_coordinate(motion: str, lead_m: float) -> tuple[float, float]:
+    """Factors of a gear ratio and of encoder counts to those of the coordinate.
+
+    A screw turns 2 pi / lead rad a m. Without a lead the motor pulls itself, its constant is in N/A, and the counts are of a metre.
+    """
+    if motion != "linear":
+        return 1.0, 1.0
+    return 2 * math.pi / lead_m if lead_m else 1.0, 2 * math.pi / (lead_m or 1.0)
+
+
+def coordinate_units(
+    rotary: Mapping[str, float], own: Mapping[str, float], motion: str, lead_m: float
+) -> dict[str, float]:
+    """Units of position or velocity of an axis, factors to its coordinate (rad, or m): with a lead (m a turn), those of its screw too."""
+    if motion != "linear":
+        return dict(rotary)
+    turned = {text: factor * lead_m / (2 * math.pi) for text, factor in rotary.items()} if lead_m else {}
+    return {**own, **turned}
+
+
+def effort_units(rotary: Mapping[str, float], motion: str, lead_m: float) -> dict[str, float]:
+    """Units of the torque or force on an axis, factors to its effort (N m, or N): with a lead, a torque on its screw too."""
+    if motion != "linear":
+        return dict(rotary)
+    turned = {text: factor * 2 * math.pi / lead_m for text, factor in rotary.items()} if lead_m else {}
+    return {**FORCE_UNITS, **turned}

@@ -1,0 +1,116 @@
+"""What `rtctl identify --log` prints: parameters, speeds, offsets, presliding, what memory of a turn is worth, and units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hw.motion import name
+
+if TYPE_CHECKING:
+    from rtctl.friction.logs.regression import JointFit, Regression
+    from rtctl.friction.logs.reversal_memory import Reversals
+    from rtctl.friction.points.presliding import Presliding
+
+DEFAULT_UNITS = {
+    "time": "s",
+    "position": "rad",
+    "motor_torque": "N m",
+    "current": "A",
+    "hand_torque": "N m",
+    "velocity": "rad/s",
+}
+
+
+def units_of(mapped: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+    """Unit that each column was read in."""
+    return {
+        str(table["column"]): str(table.get("unit", DEFAULT_UNITS[role])) for role, table in mapped.items()
+    }
+
+
+def units_line(mapped: Mapping[str, Mapping[str, Any]], config: Path | None) -> str:
+    """The units taken, and that nothing in a log tells a wrong one of its only torque."""
+    told = ", ".join(f"{name} in {unit}" for name, unit in units_of(mapped).items())
+    torques = {"motor_torque", "current", "hand_torque"} & set(mapped)
+    unseen = len(torques) == 1 and config is None
+    return f"units: {told}" + (
+        "; a wrong unit or torque constant of the only torque is seen with --config only" if unseen else ""
+    )
+
+
+def fit_lines(fit: JointFit, bent: Presliding | None, radian: float, motion: str) -> list[str]:
+    """Both tables, then what is said of delay, speeds, offsets and presliding; units of a rotary axis, but for the names of parameters."""
+    from rtctl.friction.logs.regression import STRIBECK_RAD_S
+
+    lines = [
+        *_table("symmetric", fit.symmetric, motion),
+        *_table("per direction", fit.per_direction, motion),
+    ]
+    late = fit.remaining_delay_s
+    if late:
+        lines.append(
+            f"delay left in the torque: {1e3 * late.value:.3g} ms ({1e3 * late.low:.3g} to {1e3 * late.high:.3g})"
+        )
+    for way, speed in zip(("forwards", "backwards"), fit.speeds, strict=True):
+        lines.append(
+            f"{way}: {speed.rows} rows, {speed.lowest_rad_s:.3g} to {speed.highest_rad_s:.3g} rad/s, "
+            f"{speed.low_speed_rows} of them below {STRIBECK_RAD_S * radian:.3g} rad/s"
+        )
+    for each in fit.offsets:
+        drift = (
+            f"drift of {1e3 * each.drift_range_nm:.3g} mN m about it removed"
+            if each.terms
+            else "taken as constant"
+        )
+        lines.append(f"{name(each.parameter, motion)}: {each.source}, {drift}")
+    unknown = "not told by these turns (rtctl identify CONFIG measures it; rtctl fit --presliding gives it)"
+    return [*lines, f"presliding length: {bent or unknown}"]
+
+
+RUNGS = {
+    "speed": ("by speed alone, as a curve says", ""),
+    "lag": ("its peak at rest late behind the speed", "s"),
+    "acceleration": ("by speed and acceleration", ""),
+    "stop": ("turning over a travel (stop operator)", "rad"),
+    "lugre": ("turning over a travel (LuGre's bristle)", "rad"),
+    "maxwell": ("springs of several lengths (Maxwell-slip)", "rad"),
+}
+"""What a rung of `reversal_memory` says of friction, and the unit of its parameter."""
+
+
+def reversal_lines(turned: Reversals | None) -> list[str]:
+    """What memory of a turn is worth, rung by rung, on parts of the logs that were not fitted to."""
+    from rtctl.friction.logs.reversal_memory import NEAR_S, TURNS_MIN
+
+    if turned is None:
+        return [f"reversals: fewer than {TURNS_MIN} turns, or strokes too short to tell"]
+    lines = [
+        f"reversals: error within {NEAR_S:g} s of {turned.turns} turns, on parts held out",
+        f"  {'friction':<42} {'error':>10} {'less':>15} {'all rows':>10}",
+    ]
+    for rung in turned.rungs:
+        text, unit = RUNGS[rung.name]
+        less = (
+            "" if rung.name == "speed" else f"{100 * rung.gain:.0f} +- {100 * rung.gain_standard_error:.0f} %"
+        )
+        value = f"  {1e3 * rung.parameter:.3g} m{unit}" if unit else ""
+        lines.append(
+            f"  {text:<42} {1e3 * rung.near_nm:5.3g} mN m {less:>15} {1e3 * rung.rms_nm:5.3g} mN m{value}"
+            + ("  <- the simplest that will do" if rung.name == turned.chosen else "")
+        )
+    return lines
+
+
+def _table(title: str, found: Regression, motion: str) -> list[str]:
+    lines = [
+        f"{title}: {found.n} rows, condition number {found.condition:.3g}, relative error "
+        f"{100 * found.relative_error:.2f} %, residual {1e3 * found.rms_nm:.3g} mN m",
+        f"  {'':<26} {'value':>12} {'std. error':>12}   95 % interval",
+    ]
+    for key, each in found.parameters.items():
+        lines.append(
+            f"  {name(key, motion):<26} {each.value:12.6g} {each.standard_error:12.2g}   {each.low:.6g} .. {each.high:.6g}"
+        )
+    return lines

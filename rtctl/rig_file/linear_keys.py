@@ -1,0 +1,132 @@
+"""The keys of a linear axis: those of a rotary one with the endings of m and N, turned into them where a rig file is read.
+
+`torque_limit_n` is read as `torque_limit_nm`, `position_min_m` as `position_min_rad`, bounds and defaults in the same numbers. A device
+whose axes are all linear has its options so, too. The rotary name of such a key is refused: it would mean another unit than it says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, get_args
+
+from pydantic import BaseModel
+
+from hw import registry
+from hw.interface import BackendError
+from hw.motion import name, words
+from hw.plain_words import Key, written
+from rtctl.rig_file.axis_tables import AxisTable
+
+Where = Callable[[Key], str]
+
+
+class LinearKeys:
+    """The tables of a rig file with the keys of a rotary axis, and where each of them came from.
+
+    Attributes
+    ----------
+    data
+        The whole file, ready to be validated.
+    faults
+        One line for each key of a linear axis that has the name of a rotary one.
+    """
+
+    def __init__(self, data: dict[str, Any], where: Where) -> None:
+        self._own: dict[Key, Key] = {}
+        self._where = where
+        self.faults: list[str] = []
+        self.data = data
+        axes = data.get("axis")
+        linear = [isinstance(one, dict) and one.get("motion") == "linear" for one in _list(axes)]
+        self._linear = linear if any(linear) else []
+        if not any(linear):
+            return
+        renamed = [
+            self._table(one, AxisTable, ("axis", k), ("axis", k)) if linear[k] else one
+            for k, one in enumerate(_list(axes))
+        ]
+        self.data = {**data, "axis": renamed}
+        names = [one.get("name") if isinstance(one, dict) else None for one in _list(axes)]
+        devices = [
+            self._device(
+                k,
+                one,
+                {i for i, own in enumerate(names) if not one.get("axes") or own in one["axes"]},
+                linear,
+            )
+            if isinstance(one, dict)
+            else one
+            for k, one in enumerate(_list(data.get("device")))
+        ]
+        if devices:
+            self.data["device"] = devices
+
+    def where(self, key: Key) -> str:
+        """File and line of a key, by the name that it has for a rotary axis."""
+        return self._where(self._own.get(key, key))
+
+    def spoken(self, faults: list[str]) -> list[str]:
+        """The faults with the names and units that a linear axis has, of every axis that is one."""
+        if not self._linear:
+            return faults
+        ours = {f"axis[{k}]" for k, one in enumerate(self._linear) if one}
+        whole = all(self._linear)
+        return [words(one, "linear") if whole or any(axis in one for axis in ours) else one for one in faults]
+
+    def _device(self, k: int, device: dict[str, Any], served: set[int], linear: list[bool]) -> dict[str, Any]:
+        """A device with its options turned, if every axis that it serves is linear."""
+        options = device.get("options")
+        if not isinstance(options, dict) or not all(linear[i] for i in served):
+            return device
+        try:
+            model = registry.options_model(str(device.get("kind")))
+        except BackendError:
+            return device  # told where it is looked up
+        key = ("device", k, "options")
+        return {**device, "options": self._table(options, model, key, key)}
+
+    def _table(
+        self, table: Mapping[str, Any], model: type[BaseModel], own: Key, turned: Key
+    ) -> dict[str, Any]:
+        known = {
+            name(one, "linear"): one
+            for one in model.model_fields
+            if name(one, "linear") not in model.model_fields
+        }
+        found: dict[str, Any] = {}
+        for key, value in table.items():
+            field = known.get(key, key)
+            if key in known.values():
+                rotary = (*own, key)
+                self.faults.append(
+                    f"{self._where(rotary)}: {written(rotary)}: the axis is linear: write {name(key, 'linear')}"
+                )
+            self._own[(*turned, field)] = (*own, key)
+            inner = (
+                next(_models(model.model_fields[field].annotation), None)
+                if field in model.model_fields
+                else None
+            )
+            found[field] = self._value(value, inner, (*own, key), (*turned, field))
+        return found
+
+    def _value(self, value: object, model: type[BaseModel] | None, own: Key, turned: Key) -> object:
+        if model is None:
+            return value
+        if isinstance(value, dict):
+            return self._table(value, model, own, turned)
+        if isinstance(value, list):
+            return [self._value(one, model, (*own, k), (*turned, k)) for k, one in enumerate(value)]
+        return value
+
+
+def _list(value: object) -> list[Any]:
+    return value if isinstance(value, list) else []
+
+
+def _models(annotation: object) -> Iterator[type[BaseModel]]:
+    """Models that a type is made of, in order."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for part in get_args(annotation):
+        yield from _models(part)

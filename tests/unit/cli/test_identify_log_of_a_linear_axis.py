@@ -1,0 +1,125 @@
+"""`rtctl identify --log` of a linear axis: the same motion on a screw gives the same parameters, in m and N."""
+
+import json
+import math
+import sys
+
+import numpy as np
+import pytest
+
+from rtctl.__main__ import main
+
+LEAD_M = 0.005
+M = LEAD_M / (2 * math.pi)
+"""Travel of the screw per rad, m."""
+
+
+@pytest.fixture
+def logs(tmp_path):
+    """The same motion of a screw in rad and N m, in m and N, and in mm and N."""
+    t = np.arange(2_000) / 100.0
+    w = [(a, 2 * np.pi * f) for a, f in ((0.4, 0.4), (0.15, 1.1), (0.06, 2.3))]
+    x = sum(a * np.sin(k * t) for a, k in w)
+    v = sum(a * k * np.cos(k * t) for a, k in w)
+    acceleration = sum(-a * k**2 * np.sin(k * t) for a, k in w)
+    noise = np.random.default_rng(3).normal(0, 0.01, len(t))
+    torque = 0.012 * acceleration + 0.05 * v + 0.25 * np.sign(v) + 0.02 + noise
+    made = {}
+    for name, place, effort in (
+        ("rotary", x, torque),
+        ("m", M * x, torque / M),
+        ("mm", 1e3 * M * x, torque / M),
+    ):
+        made[name] = tmp_path / f"{name}.csv"
+        rows = "\n".join(
+            f"{a:.4f},{b!r},{c!r}" for a, b, c in zip(t, place.tolist(), effort.tolist(), strict=True)
+        )
+        made[name].write_text(f"time_s,place,effort\n{rows}\n")
+    return made
+
+
+def run(monkeypatch, capsys, *arguments):
+    monkeypatch.setattr(sys, "argv", ["rtctl", *map(str, arguments)])
+    code = 0
+    try:
+        main()
+    except SystemExit as ended:
+        code = ended.code or 0
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def identified(monkeypatch, capsys, log, place, effort, *more):
+    columns = (
+        "--column",
+        f"position=place:{place}",
+        "--column",
+        f"torque=effort:{effort}",
+        "--torque-delay",
+        "0",
+    )
+    code, out, err = run(monkeypatch, capsys, "identify", "--log", log, *columns, *more, "--json")
+    assert code == 0, err
+    return json.loads(out)
+
+
+def parameters(found):
+    return {
+        (fit, name): each["value"]
+        for fit in ("symmetric", "per_direction")
+        for name, each in found[fit]["parameters"].items()
+    }
+
+
+PER = {"kgm2": (1 / M**2, "kg"), "nms_rad": (1 / M**2, "ns_m"), "nm": (1 / M, "n")}
+
+
+def test_a_log_in_m_and_n_gives_what_its_screw_does_scaled(monkeypatch, capsys, logs):
+    rotary = identified(monkeypatch, capsys, logs["rotary"], "rad", "N m")
+    linear = identified(monkeypatch, capsys, logs["m"], "m", "N", "--lead-m", LEAD_M)
+    turned = identified(monkeypatch, capsys, logs["rotary"], "rad", "N m", "--lead-m", LEAD_M)
+    found, told = parameters(linear), parameters(turned)
+    for (fit, key), value in parameters(rotary).items():
+        factor, own = next((f, key[: -len(end)] + o) for end, (f, o) in PER.items() if key.endswith(end))
+        assert found[fit, own] == pytest.approx(value * factor, rel=1e-9)
+        assert told[fit, own] == pytest.approx(value * factor, rel=1e-9)
+    assert linear["motion"] == turned["motion"] == "linear"
+    assert linear["speeds"][0]["low_speed_rows"] == rotary["speeds"][0]["low_speed_rows"]
+    length = rotary["presliding"]["length_rad"]
+    assert linear["presliding"]["length_m"] == pytest.approx(M * length, rel=1e-9)
+    assert linear["reversals"]["chosen"] == rotary["reversals"]["chosen"]
+    for one, other in zip(rotary["reversals"]["rungs"], linear["reversals"]["rungs"], strict=True):
+        assert other["near_n"] == pytest.approx(one["near_nm"] / M, rel=1e-6)
+
+
+def test_without_a_lead_the_largest_speed_scales_the_thresholds(monkeypatch, capsys, logs):
+    metres = identified(monkeypatch, capsys, logs["m"], "m", "N")
+    milli = identified(monkeypatch, capsys, logs["mm"], "mm", "N")
+    for key, value in parameters(metres).items():
+        assert parameters(milli)[key] == pytest.approx(value, rel=1e-9)
+    # Other rows are slow than with the lead: the parameters are as sure, and not the same.
+    for name, truth in (("inertia_kg", 0.012 / M**2), ("viscous_ns_m", 0.05 / M**2), ("coulomb_n", 0.25 / M)):
+        assert metres["symmetric"]["parameters"][name]["value"] == pytest.approx(truth, rel=0.02)
+
+
+def test_the_table_and_the_points_speak_of_m_and_n(monkeypatch, capsys, logs, tmp_path):
+    columns = ("--column", "position=place:mm", "--column", "torque=effort:N", "--torque-delay", "0")
+    code, text, _ = run(
+        monkeypatch, capsys, "identify", "--log", logs["mm"], *columns, "--out", tmp_path / "out"
+    )
+    assert code == 0
+    assert all(unit in text for unit in ("inertia_kg ", "viscous_ns_m", " m/s", " mN"))
+    assert [line for line in text.splitlines() if any(unit in line for unit in ("rad", "N m", "_nm"))] == []
+    head = (tmp_path / "out" / "points.csv").read_text().splitlines()[0].split(",")
+    assert head[:4] == ["velocity_m_s", "friction_torque_n", "direction", "std_n"]
+
+
+@pytest.mark.parametrize(
+    ("place", "effort", "told"),
+    [("mm", "N m", "which this axis does not have"), ("rad", "N", "which this axis does not have")],
+)
+def test_units_of_both_motions_in_one_log_are_refused(monkeypatch, capsys, logs, place, effort, told):
+    columns = ("--column", f"position=place:{place}", "--column", f"torque=effort:{effort}")
+    code, _, err = run(monkeypatch, capsys, "identify", "--log", logs["m"], *columns)
+    assert code != 0
+    assert told in err

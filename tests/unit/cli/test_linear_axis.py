@@ -1,0 +1,175 @@
+"""A linear axis in the rig file, in `rtctl check`, in friction models and in what a recording calls its columns."""
+
+import json
+import math
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hw import motion
+from rtctl.__main__ import main
+from rtctl.errors import ConfigError, ModelError
+from rtctl.friction import artefact
+from rtctl.identify.settings import Settings, rig_of
+from rtctl.recording.export import columns
+from rtctl.rig_file.config import load
+
+CONFIGS = Path(__file__).parents[3] / "configs"
+SLIDE = CONFIGS / "mock-linear.toml"
+SCREWS = Path(os.environ.get("RTCTL_DATA", "/nowhere"), "screw_drives/lead_screw/steady_state/0.096kg")
+"""Recordings that are not in this repository: RTCTL_DATA names their folder, as `rtctl evidence --data` does."""
+
+
+def run(monkeypatch, capsys, *arguments):
+    monkeypatch.setattr(sys, "argv", ["rtctl", *map(str, arguments)])
+    code = 0
+    try:
+        main()
+    except SystemExit as ended:
+        code = ended.code or 0
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def rotary_words(text):
+    return [line for line in text.splitlines() if any(one in line for one in (" rad", "N m", "_nm", "_rad"))]
+
+
+def changed(tmp_path, old, new):
+    text = SLIDE.read_text()
+    assert old in text
+    path = tmp_path / "rig.toml"
+    path.write_text(text.replace(old, new, 1))
+    return path
+
+
+def test_a_screw_gives_the_ratio_and_the_counts_of_a_metre():
+    axis, hardware = load(SLIDE).config.axis[0], load(SLIDE).config.hardware()
+    assert axis.torque_limit_nm == 60.0
+    assert axis.motor_ratio == pytest.approx(2 * math.pi / 0.005)
+    assert 2 * math.pi / axis.counts_of_turn == pytest.approx(0.005 / 20_000)
+    assert hardware.moves(0) == ("linear", 0.005)
+    assert load(CONFIGS / "mock.toml").config.hardware().moves(0) == ("rotary", 0.0)
+
+
+def test_without_a_lead_counts_are_of_a_metre_and_the_motor_pulls_itself(tmp_path):
+    axis = load(changed(tmp_path, "lead_m = 0.005", "lead_m = 0.0")).config.axis[0]
+    assert axis.motor_ratio == 1.0
+    assert 2 * math.pi / axis.counts_of_turn == pytest.approx(1 / 20_000)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("torque_limit_n =", "torque_limit_nm =", "the axis is linear: write torque_limit_n"),
+        ("stiffness_n_m = 6000.0", "stiffness_nm_rad = 6000.0", "the axis is linear: write stiffness_n_m"),
+        ("coulomb_n = 6.0", "coulomb_nm = 6.0", "the axis is linear: write coulomb_n"),
+        ("inertia_kg = 1.2", "inertia_kg = 1e9", "axis[0].inertia_kg"),
+        ('motion = "linear"', 'motion = "rotary"', "torque_limit_n"),
+        (
+            "position_min_m = -0.2",
+            "position_min_m = 0.3",
+            "position_min_m 0.3 must be below position_max_m 0.2",
+        ),
+    ],
+)
+def test_a_key_that_cannot_be_is_told_by_the_name_and_line_it_has(tmp_path, old, new, told):
+    path = changed(tmp_path, old, new)
+    with pytest.raises(ConfigError) as refused:
+        load(path)
+    faults = [fault for fault in refused.value.faults if told in fault]
+    assert faults
+    if "must be below" not in told and "rotary" not in new:
+        line = next(k for k, text in enumerate(path.read_text().splitlines(), 1) if text.startswith(new))
+        assert f"{path}:{line}:" in faults[0]
+
+
+def test_check_speaks_of_m_and_n(monkeypatch, capsys):
+    code, text, _ = run(monkeypatch, capsys, "check", SLIDE)
+    assert code == 0
+    assert "6000 N/m" in text
+    assert "2.5e-07 m " in text
+    assert rotary_words(text) == []
+
+
+def test_the_command_that_drives_an_axis_by_rad_refuses_one_that_slides():
+    with pytest.raises(ConfigError, match="axis carriage is linear"):
+        rig_of(load(SLIDE), Settings())
+
+
+def test_a_recording_of_both_motions_names_each_column_by_its_own_units():
+    rows = np.zeros(3, np.dtype([("position_rad", "f8", (2,)), ("force_n", "f8", (3,))]))
+    found = columns(rows, ["position_rad", "force_n"], ["joint", "slide"], ["rotary", "linear"])
+    assert set(found) == {"position_rad.joint", "position_m.slide", "force_n.x", "force_n.y", "force_n.z"}
+
+
+def test_a_text_keeps_paths_and_constants_of_the_motor():
+    said = "/data/a_rad/log_nm.csv: torque_limit_nm 3 N m, 2 N m s/rad, 5 mN m/A of torque_constant_nm_a, 1 rad/s"
+    own = "/data/a_rad/log_nm.csv: torque_limit_n 3 N, 2 N s/m, 5 mN m/A of torque_constant_nm_a, 1 m/s"
+    assert motion.words(said, "rotary") == said
+    assert motion.words(said, "linear") == own
+
+
+def points(path, *names):
+    speed = np.linspace(0.002, 0.2, 24)
+    rows = [f"{d * v:.6g},{d * (6 + 2 * math.exp(-v / 0.01) + 5 * v):.9g}" for d in (1, -1) for v in speed]
+    path.write_text("\n".join([",".join(names), *rows]))
+    return path
+
+
+def test_a_model_of_a_linear_axis_says_its_units_and_is_refused_on_a_rotary_one(
+    monkeypatch, capsys, tmp_path
+):
+    out = tmp_path / "slide.json"
+    table = points(tmp_path / "points.csv", "velocity_m_s", "friction_torque_n")
+    code, text, err = run(
+        monkeypatch, capsys, "fit", table, "--out", out, "--rig", "slide", "--kernel", "formula"
+    )
+    assert code == 0, err
+    assert "trained range, m/s" in text
+    assert rotary_words(text) == []
+    document = json.loads(out.read_text())
+    assert (document["motion"], document["units"]["nms_rad"]) == ("linear", "N s/m")
+    artefact.require_rig(artefact.load(out), "slide", out, "linear")
+    with pytest.raises(ModelError, match="made for a linear axis, this one is rotary"):
+        artefact.require_rig(artefact.load(out), "slide", out)
+    rotary = points(tmp_path / "rotary.csv", "velocity_rad_s", "friction_torque_nm")
+    code, _, err = run(monkeypatch, capsys, "fit", rotary, "--judge", out)
+    assert code != 0
+    assert "made for a linear axis" in err
+
+
+@pytest.mark.parametrize("option", [("--kernel", "spline"), ("--search", "none")])
+def test_kernels_that_know_a_unit_of_speed_are_refused(monkeypatch, capsys, tmp_path, option):
+    table = points(tmp_path / "points.csv", "velocity_m_s", "friction_torque_n")
+    code, _, err = run(monkeypatch, capsys, "fit", table, "--out", tmp_path / "m.json", *option)
+    assert code != 0
+    assert "of a linear axis" in err
+
+
+@pytest.mark.skipif(not SCREWS.is_dir(), reason="RTCTL_DATA does not name the recordings")
+def test_the_runs_of_a_screw_are_told_in_m_and_n(monkeypatch, capsys, tmp_path):
+    arguments = (
+        *(
+            "fit",
+            *sorted(SCREWS.glob("*.csv")),
+            "--average",
+            "file",
+            "--lead-m",
+            0.002,
+            "--kernel",
+            "formula",
+        ),
+        *("--column", "velocity=Velocity actual value averaged:rpm"),
+        *("--column", "torque=Torque actual value averaged:Nm:0.000257"),
+        *("--out", tmp_path / "m.json", "--report", tmp_path / "report"),
+    )
+    code, text, err = run(monkeypatch, capsys, *arguments)
+    assert code == 0, err
+    assert "m/s" in text
+    page = (tmp_path / "report" / "report.html").read_text()
+    assert "friction in N against speed in m/s" in page
+    assert "speed_max_m_s" in (tmp_path / "report" / "report.json").read_text()
