@@ -41,14 +41,21 @@ MARGIN, MOST, STEP = 0, 1, 2
 _KERNEL = Path("/proc/sys/kernel")
 
 
+DEFAULT_SHARE = 0.95
+"""What the kernel leaves to real-time processes unless it is told otherwise."""
+
+
 def realtime_share(root: Path = _KERNEL) -> float:
-    """Share of a core that the kernel leaves to real-time processes, 0 to 1; 1 where it does not limit them."""
+    """Share of a core that the kernel leaves to real-time processes, 0 to 1; 1 where it says that it does not limit them.
+
+    Where it says nothing, as in a service that does not see all of /proc, its default counts.
+    """
     try:
         runtime_us, period_us = (
             int((root / f"sched_rt_{name}_us").read_text()) for name in ("runtime", "period")
         )
     except (OSError, ValueError):
-        return 1.0
+        return DEFAULT_SHARE
     return min(max(runtime_us / period_us, 0.0), 1.0) if runtime_us >= 0 and period_us > 0 else 1.0
 
 
