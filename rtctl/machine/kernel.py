@@ -131,7 +131,9 @@ def throttling(root: Path) -> Line:
     try:
         allowed_us, of_us = int(runtime or ""), int(period or "")
     except ValueError:
-        return Line(name, "ok", f"not told here: taken for the kernel's default, {early.DEFAULT_SHARE:g} of a core")
+        return Line(
+            name, "ok", f"not told here: taken for the kernel's default, {early.DEFAULT_SHARE:g} of a core"
+        )
     if allowed_us < 0:
         return Line(name, "ok", "off")
     if of_us > 0 and allowed_us / of_us >= 0.5:
