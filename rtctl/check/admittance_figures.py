@@ -162,7 +162,10 @@ def faster(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
 
 
 def fading(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
-    """The loop at shares of its torque: a soft start, or a display that is changed, goes through all of them, with more damping (`virtual_mass`)."""
+    """The loop at shares of its torque: a soft start, or a display that is changed, goes through all of them, with more damping (`virtual_mass`).
+
+    The observer's torque comes up with the rest in a soft start, and stays while a display is changed.
+    """
     return [
         replace(
             loop,
@@ -170,9 +173,10 @@ def fading(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
             velocity_gain_nms_rad=share * loop.velocity_gain_nms_rad,
             position_gain_nm_rad=share * loop.position_gain_nm_rad,
             feedforward=share * loop.feedforward,
-            observer_gain=share * loop.observer_gain,
+            observer_gain=helps * loop.observer_gain,
         )
         for share in FADING
+        for helps in ({share, 1.0} if loop.observer_gain > 0 else {share})
     ]
 
 

@@ -80,6 +80,8 @@ def _why_not(folder: Path) -> str:
 def in_units_of(motion: str) -> Iterator[None]:
     """Print what is printed meanwhile in the units of this motion; it is written for a rotary axis (`hw.motion.words`)."""
     said = io.StringIO()
-    with redirect_stdout(said):
-        yield
-    click.echo(words(said.getvalue(), motion), nl=False)
+    try:
+        with redirect_stdout(said):
+            yield
+    finally:  # what was said before an error, too
+        click.echo(words(said.getvalue(), motion), nl=False)

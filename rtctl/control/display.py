@@ -94,6 +94,16 @@ def felt_share(s: Record, axis: int) -> float:
 
 
 @compiled
+def helped_share(s: Record, p: Record, axis: int) -> float:
+    """Share of the help with friction that is in force, 0 to 1: while a mass is shown never more than is certified.
+
+    An impedance that gives way to a mass, or follows it, has come down to that share by the time that nothing of it is felt.
+    """
+    mass = 1.0 if is_admittance(s, axis) else float(s.display_faded[axis])
+    return 1.0 - (1.0 - float(p.mass_compensation[axis])) * mass
+
+
+@compiled
 def start_speed(s: Record, axis: int) -> float:
     """Speed with which a virtual mass begins, rad/s: the joint's, as far as the store pays for its energy."""
     mass, speed = s.mass_kgm2[axis], s.velocity_rad_s[axis]

@@ -14,7 +14,7 @@ from rtctl.control import arming, detectors, force_doubt, gate, intake, running_
 from rtctl.control.assistance import assistance_share, keep_assistance, remember_compensation
 from rtctl.control.current_answer import report as report_actuator
 from rtctl.control.device_velocity import device_velocity
-from rtctl.control.display import begin_display, fade_display, felt_share, is_admittance
+from rtctl.control.display import begin_display, fade_display, helped_share, is_admittance
 from rtctl.control.disturbance_observer import observe_friction, observer_torque
 from rtctl.control.dry_friction import credit_friction
 from rtctl.control.environments.coupling import coupling_torque
@@ -191,8 +191,7 @@ def _compensate(t: Record, s: Record, p: Record, model: Record, axis: int, elaps
     t.observer_torque_nm[axis] = observer_torque(t, s, p, model, axis, elapsed)
     share = assistance_share(s, p, axis)
     t.assistance_share[axis] = share
-    if is_admittance(s, axis):
-        share *= 1.0 - (1.0 - p.mass_compensation[axis]) * felt_share(s, axis)
+    share *= helped_share(s, p, axis)
     t.feedforward_torque_nm[axis] = friction
     t.feedforward_torque_nm[axis] *= share
     if spring != 0.0:

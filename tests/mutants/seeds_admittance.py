@@ -20,7 +20,7 @@ SEEDS = (
     ),
     Seed(
         "a virtual mass is helped with all of the friction", "rtctl/control/law.py",
-        "share *= 1.0 - (1.0 - p.mass_compensation[axis]) * felt_share(s, axis)", "pass",
+        "share *= helped_share(s, p, axis)", "pass",
         (f"{IN_HANDS}::test_a_mass_is_helped_with_the_share_that_its_rig_file_says",),
     ),
     Seed(

@@ -2,13 +2,12 @@
 
 import hashlib
 import json
-import sys
 from pathlib import Path
 
+import in_process
 import numpy as np
 import pytest
 
-from rtctl.__main__ import main
 from rtctl.friction.points.reader import read_points
 
 CONFIG = Path(__file__).parents[3] / "configs" / "mock.toml"
@@ -38,14 +37,7 @@ def log(tmp_path):
 
 
 def run(monkeypatch, capsys, *arguments):
-    monkeypatch.setattr(sys, "argv", ["rtctl", "identify", *map(str, arguments)])
-    code = 0
-    try:
-        main()
-    except SystemExit as ended:
-        code = ended.code or 0
-    captured = capsys.readouterr()
-    return code, captured.out, captured.err
+    return in_process.run(monkeypatch, capsys, "identify", *arguments)
 
 
 MAPPED = ("--column", "position=angle:deg", "--column", "torque=milli:mN m", "--torque-delay", "0")

@@ -2,12 +2,10 @@
 
 import json
 import math
-import sys
 
 import numpy as np
 import pytest
-
-from rtctl.__main__ import main
+from in_process import run
 
 LEAD_M = 0.005
 M = LEAD_M / (2 * math.pi)
@@ -36,17 +34,6 @@ def logs(tmp_path):
         )
         made[name].write_text(f"time_s,place,effort\n{rows}\n")
     return made
-
-
-def run(monkeypatch, capsys, *arguments):
-    monkeypatch.setattr(sys, "argv", ["rtctl", *map(str, arguments)])
-    code = 0
-    try:
-        main()
-    except SystemExit as ended:
-        code = ended.code or 0
-    captured = capsys.readouterr()
-    return code, captured.out, captured.err
 
 
 def identified(monkeypatch, capsys, log, place, effort, *more):

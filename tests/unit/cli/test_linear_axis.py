@@ -3,14 +3,13 @@
 import json
 import math
 import os
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from in_process import run
 
 from hw import motion
-from rtctl.__main__ import main
 from rtctl.errors import ConfigError, ModelError
 from rtctl.friction import artefact
 from rtctl.identify.settings import Settings, rig_of
@@ -21,17 +20,6 @@ CONFIGS = Path(__file__).parents[3] / "configs"
 SLIDE = CONFIGS / "mock-linear.toml"
 SCREWS = Path(os.environ.get("RTCTL_DATA", "/nowhere"), "screw_drives/lead_screw/steady_state/0.096kg")
 """Recordings that are not in this repository: RTCTL_DATA names their folder, as `rtctl evidence --data` does."""
-
-
-def run(monkeypatch, capsys, *arguments):
-    monkeypatch.setattr(sys, "argv", ["rtctl", *map(str, arguments)])
-    code = 0
-    try:
-        main()
-    except SystemExit as ended:
-        code = ended.code or 0
-    captured = capsys.readouterr()
-    return code, captured.out, captured.err
 
 
 def rotary_words(text):
