@@ -61,7 +61,7 @@ def blend(v: float, motion: float, rest: float, width: float) -> float:
 
 @compiled
 def _intent(s: Record, p: Record, axis: int) -> float:
-    """Direction that the hand, or hand and servo, ask for, -1..1."""
+    """Direction that the hand, or the virtual mass, asks for, -1..1."""
     return saturate(s.friction_intent_nm[axis] / p.friction_intent_nm[axis])
 
 
@@ -116,19 +116,33 @@ def advance_stop(s: Record, p: Record, axis: int, dx: float) -> None:
 
 
 @compiled
-def _push(t: Record, s: Record, axis: int) -> float:
-    """What a joint at rest is to be helped with, N m: the hand's torque; the servo's, too, where a virtual mass is shown.
+def _push(s: Record, p: Record, axis: int) -> float:
+    """What a joint at rest is to be helped with, N m: the hand's torque; of a virtual mass the way it goes, tau_g at v_b.
 
-    On a mass that leans on a world the hand has what it asked for already. Help for the hand alone would push the joint on into
-    the world, until the spring of the servo stops it.
+    A mass that leans on a world stands: its hand has what it asked for already, and help would push the joint on into the world,
+    until the spring of the servo stops it.
     """
-    hand = s.calm_hand_nm[axis]
-    return hand + t.coupling_torque_nm[axis] if is_admittance(s, axis) else hand
+    if is_admittance(s, axis):
+        return s.mass_velocity_rad_s[axis] / p.friction_blend_rad_s[axis] * p.friction_intent_nm[axis]
+    return s.calm_hand_nm[axis]
+
+
+@compiled
+def _led_by(s: Record, p: Record, axis: int, dx: float, v: float) -> tuple[float, float]:
+    """Way, rad, and velocity, rad/s, that the direction goes by: the joint's, or those of the virtual mass that it follows.
+
+    The mass is moved by the hand alone. So friction, whose own vibration the joint's velocity is full of near standstill, has no way
+    into the direction, and the help turns as early as the mass does instead of a servo's lag later.
+    """
+    if not is_admittance(s, axis):
+        return dx, v
+    velocity = s.mass_velocity_rad_s[axis]
+    return velocity * p.period_s, velocity
 
 
 @compiled
 def advance_intent(s: Record, p: Record, axis: int, push: float) -> None:
-    """Low-pass the hand's torque (and the servo's) for the intent; one that is not finite empties it.
+    """Low-pass what a joint at rest is to be helped with, N m, for the intent; one that is not finite empties it.
 
     Unfiltered, the mass of a hand closes a loop within one tick: its torque falls by m/(J + m) of what the motor adds,
     and kappa F/tau_g times that is above 1 for a few grams on a small joint, which then buzzes at half the rate.
@@ -195,9 +209,9 @@ def friction_feedforward(
 ) -> int:
     """Write the feed-forward fields of axis `axis` of the tick; return fault bits.
 
-    Reads the hand's torque of `resting.advance_rest`, and of the tick `velocity_rad_s`, `compensation` and, on an admittance,
-    `coupling_torque_nm`; `dx` is the joint's motion since the last tick, rad, `v` the velocity to go by, rad/s. A model value that
-    is not finite counts as no friction and is a fault.
+    Reads the hand's torque of `resting.advance_rest`, and of the tick `velocity_rad_s` and `compensation`; `dx` is the joint's
+    motion since the last tick, rad, `v` the velocity to go by, rad/s. The direction of an admittance is that of its mass. A model
+    value that is not finite counts as no friction and is a fault.
 
     Notes
     -----
@@ -207,10 +221,11 @@ def friction_feedforward(
     """
     hand = s.calm_hand_nm[axis]
     policy = p.friction_policy[axis]
-    advance_stop(s, p, axis, dx)
-    advance_intent(s, p, axis, _push(t, s, axis))
+    way, led = _led_by(s, p, axis, dx, v)
+    advance_stop(s, p, axis, way)
+    advance_intent(s, p, axis, _push(s, p, axis))
     gate = advance_gate(s, p, axis, hand) if has_gate(policy) else 1.0
-    direction = saturate(friction_direction(s, p, axis, v, t.tick))
+    direction = saturate(friction_direction(s, p, axis, led, t.tick))
     side = direction if direction != 0.0 else v
     branch = FORWARD if side >= 0.0 else BACKWARD
     place, trust = place_of(s, p, axis), place_trust(s, p, axis)

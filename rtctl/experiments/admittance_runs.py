@@ -50,7 +50,11 @@ class Shown:
 
 
 def usual(loaded: LoadedConfig) -> Shown:
-    """The rig file's own numbers, or, where it has none: the joint's inertia, twice its damping, forty times that as gain."""
+    """The rig file's own numbers, or, where it has none: the joint's inertia, twice its damping, forty times its damping as K_v.
+
+    K_p is 14 K_v per second: what friction holds up, the servo has taken back within a fourteenth of a second. Less of it leaves
+    more of the damping felt to friction; more of it costs a slow drive what its hand may be.
+    """
     axis = loaded.config.axis[0]
     own = axis.admittance
     if min(own.mass_kgm2, own.damping_nms_rad, own.velocity_gain_nms_rad) > 0:
@@ -62,7 +66,7 @@ def usual(loaded: LoadedConfig) -> Shown:
             own.feedforward,
         )
     gain = 40 * axis.viscous_nms_rad
-    return Shown(axis.inertia_kgm2, 2 * axis.viscous_nms_rad, gain, 10 * gain)
+    return Shown(axis.inertia_kgm2, 2 * axis.viscous_nms_rad, gain, 14 * gain)
 
 
 def displayed(loaded: LoadedConfig, shown: Shown | None) -> LoadedConfig:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import cmath
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -142,11 +143,17 @@ def targets(left: Left, felt: Sequence[Felt], *, rigid: bool) -> tuple[Target, .
     """What has to be reached, on a joint of one mass or on an elastic one."""
     ahead = [one.error for one in felt if one.asked.feedforward == 1.0 and one.joint is Rubbing.BARE]
     smooth = [one.error for one in felt if one.asked.feedforward == 1.0 and one.joint is Rubbing.HARDLY]
+    helped = [
+        one.error
+        for one in felt
+        if one.asked.feedforward == 1.0 and one.joint is Rubbing.COMPENSATED and one.hand_nm_rad > 0
+    ]
     within = FELT_WITHIN if rigid else 2 * FELT_WITHIN
     return (
         Target("hand's torque left on the fast sine, compensated", left[FAST_SINE.name]["admittance, compensated"], LEFT_MOST, at_most=True),
         Target("mass and damping felt on a joint that hardly rubs: largest error", Estimate(float(np.max(smooth)), 0.0, 1), within, at_most=True),
         Target("and on one that rubs", Estimate(float(np.max(ahead)), 0.0, 1), 2 * FELT_WITHIN, at_most=True),
+        Target("and on one that rubs, compensated, where some hand is certified", Estimate(float(np.max(helped)) if helped else math.nan, 0.0, 1), within, at_most=True),
     )  # fmt: skip
 
 

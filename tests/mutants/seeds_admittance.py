@@ -14,9 +14,14 @@ DISPLAY = "rtctl/control/display.py"
 
 SEEDS = (
     Seed(
-        "help with friction goes by the hand alone while a mass is shown", "rtctl/control/feedforward.py",
-        "return hand + t.coupling_torque_nm[axis] if is_admittance(s, axis) else hand", "return hand",
-        (f"{EXPERIMENT}::test_help_with_friction_goes_by_the_servo_and_does_not_push_the_joint_into_a_wall",),
+        "help with friction at rest goes by the hand while a mass is shown", "rtctl/control/feedforward.py",
+        "return s.mass_velocity_rad_s[axis] / p.friction_blend_rad_s[axis] * p.friction_intent_nm[axis]", "pass",
+        (f"{EXPERIMENT}::test_help_with_friction_goes_by_the_mass_and_does_not_push_the_joint_into_a_wall",),
+    ),
+    Seed(
+        "help with friction goes by the joint's motion while a mass is shown", "rtctl/control/feedforward.py",
+        "    return velocity * p.period_s, velocity\n", "    return dx, v\n",
+        (f"{EXPERIMENT}::test_help_with_friction_turns_with_the_mass_and_makes_it_no_lighter",),
     ),
     Seed(
         "a virtual mass is helped with all of the friction", "rtctl/control/law.py",

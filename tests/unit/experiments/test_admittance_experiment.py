@@ -14,6 +14,7 @@ from rtctl.experiments.admittance_runs import Contact, Rubbing, Shown
 from rtctl.experiments.statistics import Estimate
 from rtctl.rig_file.config import load
 from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.family import with_plant
 
 SHOWN = Shown(0.012, 0.1, 2.0, 20.0)
 
@@ -40,7 +41,7 @@ def test_what_is_above_a_frequency_is_counted_and_the_rest_is_not():
 
 def test_the_numbers_are_the_rig_files_own_or_follow_from_its_joint(mock):
     joint = mock.config.axis[0]
-    assert runs.usual(mock) == Shown(joint.inertia_kgm2, 0.1, 2.0, 20.0)
+    assert runs.usual(mock) == Shown(joint.inertia_kgm2, 0.1, 2.0, 28.0)
     own = runs.displayed(mock, Shown(0.02, 0.3, 4.0, 1.0, 0.5))
     assert runs.usual(own) == Shown(0.02, 0.3, 4.0, 1.0, 0.5)
     assert own.config.axis[0].display == "admittance"
@@ -122,7 +123,7 @@ def test_a_display_that_no_hand_may_hold_stops_or_rings(mock):
     assert not runs.contact(runs.displayed(mock, wild), Environment.WALL, 1e5).calm
 
 
-def test_help_with_friction_goes_by_the_servo_and_does_not_push_the_joint_into_a_wall(mock):
+def test_help_with_friction_goes_by_the_mass_and_does_not_push_the_joint_into_a_wall(mock):
     rig = runs.displayed(mock, SHOWN)
     bare, helped = (
         runs.contact(rig, Environment.WALL, 1e5, one) for one in (Rubbing.BARE, Rubbing.COMPENSATED)
@@ -130,3 +131,11 @@ def test_help_with_friction_goes_by_the_servo_and_does_not_push_the_joint_into_a
     assert bare.calm
     assert helped.calm
     assert helped.way_rad < bare.way_rad
+
+
+def test_help_with_friction_turns_with_the_mass_and_makes_it_no_lighter(mock):
+    """On a slow drive, whose help is late: by the joint's motion it was 9 % lighter."""
+    slow = with_plant(mock, "slow-drive")
+    mass, damping = runs.felt(runs.displayed(slow, runs.usual(slow)), Rubbing.COMPENSATED)
+    assert mass == pytest.approx(slow.config.axis[0].inertia_kgm2, rel=findings.FELT_WITHIN)
+    assert damping == pytest.approx(2 * slow.config.axis[0].viscous_nms_rad, rel=findings.FELT_WITHIN)
