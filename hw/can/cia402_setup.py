@@ -10,7 +10,7 @@ from hw.can.bus import Bus
 from hw.interface import BackendError, Options
 
 if TYPE_CHECKING:
-    from canopen import RemoteNode
+    from canopen import Network, RemoteNode
 
 CYCLIC_SYNCHRONOUS_TORQUE = 10
 SHUT_DOWN = 0x06
@@ -26,6 +26,8 @@ _NO_ACTION = 0
 
 SDO_ATTEMPTS = 3
 """An object is asked for so often before the drive counts as silent: a frame may be lost on a busy line."""
+_SEGMENT, _UPLOADED, _DOWNLOADED, _ABORT = 0, 2, 3, 4
+"""What a server's answer is (CiA 301): its command specifier."""
 MODE_S, MODE_ASKED = 0.5, 25
 """How long a drive may take to show the mode it was set to, and how often it is asked meanwhile."""
 
@@ -35,17 +37,35 @@ class RefusedError(BackendError):
 
 
 class SdoClient:
-    """Reads and writes objects of one node."""
+    """Reads and writes objects of one node on a network.
 
-    def __init__(self, node: RemoteNode, number: int) -> None:
+    A drive that is slow for once answers a request that was given up and repeated twice, the second time into the next request.
+    canopen would take that for the next one's answer, a refusal too. So answers about another object are not heard.
+    """
+
+    def __init__(self, network: Network, node: RemoteNode, number: int) -> None:
         from canopen.sdo.exceptions import SdoAbortedError, SdoError
 
         self._node, self._number = node, number
         self._errors, self._aborted = (SdoError,), SdoAbortedError
+        self._asked, self._answer = b"", 0
+        network.unsubscribe(node.sdo.tx_cobid, node.sdo.on_response)
+        network.subscribe(node.sdo.tx_cobid, self._hear)
+
+    def _hear(self, can_id: int, data: bytearray, timestamp: float) -> None:
+        """Pass an answer on if it is one to what was asked last: command specifier in the three highest bits, object behind."""
+        kind, of = data[0] >> 5, bytes(data[1:4])
+        mine = of == self._asked and kind in (self._answer, _ABORT)
+        if mine or kind == _SEGMENT:
+            self._node.sdo.on_response(can_id, data, timestamp)
+
+    def _ask(self, index: int, sub: int, answer: int) -> None:
+        self._asked, self._answer = struct.pack("<HB", index, sub), answer
 
     def write(self, index: int, sub: int, value: int, size: int) -> None:
         """Download an unsigned or negative number of `size` bytes. Raises BackendError."""
         data = (value & (1 << 8 * size) - 1).to_bytes(size, "little")
+        self._ask(index, sub, _DOWNLOADED)
         try:
             self._node.sdo.download(index, sub, data)
         except self._errors as error:
@@ -53,6 +73,7 @@ class SdoClient:
 
     def read(self, index: int, sub: int) -> int:
         """Upload an unsigned number. Raises BackendError."""
+        self._ask(index, sub, _UPLOADED)
         try:
             return int.from_bytes(self._node.sdo.upload(index, sub), "little")
         except self._errors as error:
@@ -110,7 +131,7 @@ def configure(
         network.connect()
         remote = network.add_node(node, canopen.ObjectDictionary())  # type: ignore[no-untyped-call]
         remote.sdo.RESPONSE_TIMEOUT, remote.sdo.MAX_RETRIES = options["sdo_timeout_s"], SDO_ATTEMPTS
-        sdo = SdoClient(remote, node)
+        sdo = SdoClient(network, remote, node)
         remote.nmt.state = "PRE-OPERATIONAL"
         _take_down(sdo)
         torque_nm = _rated(sdo, node, table, "torque_nm", 0x6076)

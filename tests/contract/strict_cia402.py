@@ -57,6 +57,8 @@ class StrictDrive:
         None: 6061 follows 6060, from the third time it is read; else what it shows whatever it was set to.
     no_action
         True: 6007 is 0 and may only be read.
+    late_answers
+        True: its answer to the request before comes once more, before each answer.
     """
 
     def __init__(
@@ -69,6 +71,7 @@ class StrictDrive:
         fixed_period=False,
         shown_mode=None,
         no_action=False,
+        late_answers=False,
     ):
         self.number, self._bit_30 = node, bit_30
         self._fixed = {0x6061} | ({0x60C2} if fixed_period else set()) | ({0x6007} if no_action else set())
@@ -95,6 +98,9 @@ class StrictDrive:
         self.network.subscribe(0x080, self._on_sync)
         self.network.subscribe(0x200 + node, self._on_rpdo)
         self._pending = b""
+        if late_answers:
+            self._answer, self._last = self.local.sdo.send_response, None
+            self.local.sdo.send_response = self._answer_late
         self.local.nmt.state = "PRE-OPERATIONAL"
 
     def close(self):
@@ -108,6 +114,12 @@ class StrictDrive:
     def __setitem__(self, key, value):
         data = struct.pack("<" + SIZES[self.types[key]], value)
         self.local.data_store.setdefault(key[0], {})[key[1]] = data
+
+    def _answer_late(self, response):
+        if self._last is not None:
+            self._answer(self._last)
+        self._last = bytes(response)
+        self._answer(response)
 
     # -- objects -----------------------------------------------------------------------------------
     def _on_read(self, index, subindex, od):

@@ -195,6 +195,10 @@ SEEDS = (
         "wanted = before & _NO_REMOTE | cob_id", "wanted = cob_id", STRICT,
     ),
     Seed(
+        "a late answer of a drive is taken for one to the next request", "hw/can/cia402_setup.py",
+        "mine = of == self._asked and kind in (self._answer, _ABORT)", "mine = True", STRICT,
+    ),
+    Seed(
         "the mode that a CiA 402 drive shows is not looked at", "hw/can/cia402_setup.py",
         "if shown == CYCLIC_SYNCHRONOUS_TORQUE:", "if shown >= 0:", STRICT,
     ),
