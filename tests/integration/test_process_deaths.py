@@ -155,9 +155,12 @@ def test_a_loop_that_is_stopped_and_continued_sees_it_and_sends_no_burst(lanes, 
     assert not rows["enabled"].any()
     sent = (rows["command_sequence"] - rows["command_sequence"][0]) & 0xFFFF
     slots = rows["slot"] - rows["slot"][0]
-    heard_before = np.append(slots[1:], slots[-1] + 1)  # a board that had to wait wrote the slot first and heard the rest later
+    # a board that had to wait has written the slot first and heard the rest later: up to the next slot
+    heard_before = np.append(slots[1:], slots[-1] + 1)
     assert sent[-1] > 0
-    assert (sent <= heard_before / 2 + 2.5).all(), "two board cycles per tick: more commands than that are a burst"
+    assert (sent <= heard_before / 2 + 2.5).all(), (
+        "two board cycles per tick: more commands than that are a burst"
+    )
 
 
 def test_a_rig_is_stopped_from_outside_while_it_runs(lanes, nursery):
