@@ -35,16 +35,17 @@ def look(tmp_path_factory):
     return ["node", str(folder / "look.mjs")], chromium
 
 
-@pytest.fixture
-def url():
-    """Address and key of the page of a running mock rig."""
+@pytest.fixture(params=["mock", "admittance"])
+def url(request):
+    """Address and key of the page of a running simulated rig, of either display."""
+    rig_name = request.param
     with tempfile.TemporaryDirectory(prefix="rt") as name:
         run = [
             sys.executable,
             "-m",
             "rtctl",
             "run",
-            str(CONFIGS / "mock.toml"),
+            str(CONFIGS / f"{rig_name}.toml"),
             "--runtime-dir",
             name,
             "--for",
@@ -53,9 +54,9 @@ def url():
         rig = subprocess.Popen(run, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         view = None
         try:
-            with RigClient("mock", runtime_dir=name, timeout_s=200.0) as client:
+            with RigClient(rig_name, runtime_dir=name, timeout_s=200.0) as client:
                 client.hello()
-            page = [sys.executable, "-m", "rtctl", "view", "mock", "--runtime-dir", name, "--port", "0"]
+            page = [sys.executable, "-m", "rtctl", "view", rig_name, "--runtime-dir", name, "--port", "0"]
             view = subprocess.Popen(
                 page, stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONUNBUFFERED": "1"}
             )

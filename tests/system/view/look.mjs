@@ -20,7 +20,7 @@ async function open(path, size, withKey) {
   return [page, ms];
 }
 const state = (page) => page.textContent("#state");
-const becomes = (page, wanted) => page.waitForFunction((text) => document.getElementById("state").textContent === text, wanted, { timeout: 30000 });
+const becomes = (page, wanted) => page.waitForFunction((text) => document.getElementById("state").textContent === text, wanted, { timeout: 60000 });
 
 const [view, ms] = await open("", { width: 1280, height: 1000 }, true);
 facts.interactive_ms = ms;
