@@ -1,4 +1,4 @@
-"""What the safety machine costs per tick, and what the account of the help with friction and its observer do.
+"""What the safety machine costs per tick, what the account of the help with friction and its observer do, and an admittance.
 
 The safety machine: detectors, state machine, gate and encoded-value check, without the law. The account: dry friction's
 credit, energy account, disturbance observer, rest.
@@ -22,7 +22,8 @@ from rtctl.control.resting import advance_rest
 from rtctl.control.states import advance
 from rtctl.control.vocabulary import State
 from rtctl.errors import RtctlError
-from rtctl.rig_file.config import load
+from rtctl.experiments import admittance_runs
+from rtctl.rig_file.config import LoadedConfig, load
 from rtctl.simulation.closed_loop import Simulation
 from tests.bench.row import Row
 
@@ -115,8 +116,43 @@ def _times_ns(simulation: Simulation, seconds: float) -> dict[str, list[float]]:
     return {name: found[1:] for name, found in times.items()}  # the first compiles
 
 
+def _display_ns(loaded: LoadedConfig, seconds: float) -> dict[str, list[float]]:
+    """Ns per tick of the whole law with the joint displayed as an impedance and as an admittance, chunks of both in turn."""
+    shown = {"impedance": None, "admittance": admittance_runs.usual(loaded)}
+    runs: dict[str, tuple[np.ndarray, np.ndarray, Simulation]] = {}
+    for name, one in shown.items():
+        simulation = Simulation(admittance_runs.displayed(loaded, one))
+        simulation.arm(compensation=1.0)
+        start = simulation.state.copy()
+        runs[name] = (simulation.run(seconds), start, simulation)
+    times: dict[str, list[float]] = {name: [] for name in runs}
+    for first in range(0, int(seconds / loaded.config.period_s) - CHUNK + 1, CHUNK):
+        for name, (recorded, state, one_run) in runs.items():
+            chunk = recorded[first : first + CHUNK].copy()
+            began = time.perf_counter_ns()
+            whole_law(chunk, state, one_run.params, one_run.command, one_run.model)
+            times[name].append((time.perf_counter_ns() - began) / CHUNK)
+    for name, (_, state, _) in runs.items():
+        if State(int(state["state"][0])) != State.ACTIVE:
+            raise RtctlError(f"the replayed {name} left ACTIVE")
+    return {name: found[1:] for name, found in times.items()}
+
+
+def _display_row(loaded: LoadedConfig, seconds: float) -> Row:
+    """What an admittance costs per tick beyond an impedance: the difference of the least times, which no other program is in."""
+    least = {name: min(found) / 1e3 for name, found in _display_ns(loaded, seconds).items()}
+    text = f"least times, of the whole law: {least['impedance']:.3f} and {least['admittance']:.3f} us"
+    return Row(
+        "an admittance per tick, beyond an impedance",
+        least["admittance"] - least["impedance"],
+        "us",
+        text,
+        0.15,
+    )
+
+
 def rows(config: Path, seconds: float) -> list[Row]:
-    """Median time per tick of the parts, on ticks of the mock in ACTIVE, beside the whole law's.
+    """Median time per tick of the parts, on ticks of the mock in ACTIVE, beside the whole law's; and of either display.
 
     Raises
     ------
@@ -133,4 +169,5 @@ def rows(config: Path, seconds: float) -> list[Row]:
         Row(
             "account of the help, observer and delay watch per tick, p50", p50_us["account"], "us", text, 0.15
         ),
+        _display_row(load(config), seconds),
     ]
