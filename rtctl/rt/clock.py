@@ -55,18 +55,31 @@ def _follow(early: np.ndarray, late_ns: int) -> None:
 
 
 @compiled
-def wait(timespec: np.ndarray, deadline_ns: int, early: np.ndarray) -> int:
-    """Sleep until shortly before the deadline, then look until it comes; the time then, ns, or minus the C error number."""
+def doze(timespec: np.ndarray, deadline_ns: int, early: np.ndarray) -> int:
+    """Sleep until shortly before the deadline; the time then, ns, or minus the C error number."""
     until = deadline_ns - early[_MARGIN]
-    if until < 0 or now_ns(timespec) < until:  # a grid that is behind has no time to sleep
-        woke = _sleep(timespec, until)
-        if woke < 0:
-            return woke
-        _follow(early, woke - until)
+    now = now_ns(timespec)
+    if until < 0 or now < until:  # a grid that is behind has no time to sleep
+        now = _sleep(timespec, until)
+        if now >= 0:
+            _follow(early, now - until)
+    return now
+
+
+@compiled
+def look(timespec: np.ndarray, deadline_ns: int) -> int:
+    """Look at the clock until the deadline comes; the time then, ns."""
     now = now_ns(timespec)
     while now < deadline_ns:
         now = now_ns(timespec)
     return now
+
+
+@compiled
+def wait(timespec: np.ndarray, deadline_ns: int, early: np.ndarray) -> int:
+    """Sleep until shortly before the deadline, then look until it comes; the time then, ns, or minus the C error number."""
+    woke = doze(timespec, deadline_ns, early)
+    return look(timespec, deadline_ns) if woke >= 0 else woke
 
 
 class Clock(Protocol):

@@ -3,10 +3,14 @@
 The same steps, in the same order and on the same records, as `rtctl.rt.loop`, which takes over wherever a step needs Python: a device
 that is lost, its words, a signal. `run` says at which step. A person's hand feels no difference; the cycle takes a third of the time.
 
-Wherever the clock is a wall, Python is back after `PYTHON_EVERY_S` at the latest, to see signals.
+Wherever the clock is a wall, Python is back after `PYTHON_EVERY_S` at the latest, to see signals. While such a loop waits for its
+deadline awake, it rehearses: the law decides on copies of everything, and what it decides is thrown away. After a sleep the
+processor has forgotten the law's code and numbers; fetched before the deadline, they cost nothing after it.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,20 +21,26 @@ from rtctl.control import law, mailbox
 from rtctl.control.jit import bound, compiled, records
 from rtctl.control.records import Record
 from rtctl.control.vocabulary import State
-from rtctl.rt.clock import Clock, VirtualClock, WallClock, now_ns, wait
+from rtctl.rt.clock import Clock, VirtualClock, WallClock, doze, look, now_ns
 from rtctl.rt.cycle import Cycle
 from rtctl.rt.replug import Replug
+from rtctl.rt.shared_memory import words
 
 PYTHON_EVERY_S = 0.005
 """A signal is seen so late at most."""
+
+REHEARSAL_NS = 12_000
+"""A rehearsal begins no nearer to the deadline than this for each axis: it takes up to half of that."""
 
 WAIT, READ, WRITE, RECORD, NEXT, ENDED = range(6)
 """Where Python goes on: with one of the steps of this cycle; after some whole cycles (NEXT); after the last (ENDED)."""
 
 _SHUTDOWN = int(State.SHUTDOWN)
 
-ORDER = np.dtype([(name, "<i8") for name in ("read_at", "write_at", "law_at", "virtual", "most", "faults")])
-"""Addresses of what is called; whether time is virtual; cycles to make; faults at which Python last looked."""
+ORDER = np.dtype(
+    [(name, "<i8") for name in ("read_at", "write_at", "law_at", "virtual", "most", "faults", "rehearsal_ns")]
+)
+"""Addresses of what is called; whether time is virtual; cycles to make; faults at which Python last looked; time that a rehearsal needs."""
 
 
 @compiled
@@ -40,10 +50,46 @@ def _clock(order: Record, grid: Record, timespec: np.ndarray) -> int:
 
 
 @compiled
-def _wait(order: Record, grid: Record, tick: Record, timespec: np.ndarray, early: np.ndarray) -> bool:
-    """1 wait for the slot; skip those that have passed. False where the clock refuses: asked by Python, it says why."""
+def _rehearse(
+    order: Record,
+    rehearsal: tuple[np.ndarray, ...],
+    originals: tuple[np.ndarray, ...],
+    copies: tuple[np.ndarray, ...],
+) -> None:
+    """Let the law decide on copies, as if the next sample had come. Nothing of it stays but what the processor remembers."""
+    for k in range(len(originals)):
+        for row in range(len(originals[k])):
+            for word in range(originals[k].shape[1]):
+                copies[k][row, word] = originals[k][row, word]
+    t = rehearsal[0][0]
+    t.tick += 1
+    t.sample_count += 1
+    call(order.law_at, rehearsal)
+
+
+@compiled
+def _until_deadline(
+    order: Record,
+    deadline_ns: int,
+    timespec: np.ndarray,
+    early: np.ndarray,
+    rehearsal: tuple[np.ndarray, ...],
+    originals: tuple[np.ndarray, ...],
+    copies: tuple[np.ndarray, ...],
+) -> int:
+    """Sleep, rehearse if there is time, look; the time then, ns, or minus the C error number."""
+    woke = doze(timespec, deadline_ns, early)
+    if woke < 0:
+        return woke
+    if deadline_ns - woke > order.rehearsal_ns:
+        _rehearse(order, rehearsal, originals, copies)
+    return look(timespec, deadline_ns)
+
+
+@compiled
+def _start(grid: Record, tick: Record, woke: int) -> bool:
+    """Skip slots that have passed, and stamp the tick. False where the clock refused (`woke` < 0): asked by Python, it says why."""
     deadline = grid.deadline_ns
-    woke = max(grid.woke_ns, deadline) if order.virtual else wait(timespec, deadline, early)
     if woke < 0:
         return False
     late = woke - deadline
@@ -65,6 +111,9 @@ def _run(
     grid: np.ndarray,
     timespec: np.ndarray,
     early: np.ndarray,
+    rehearsal: tuple[np.ndarray, ...],
+    originals: tuple[np.ndarray, ...],
+    copies: tuple[np.ndarray, ...],
     header: np.ndarray,
     slot_words: np.ndarray,
     command_words: np.ndarray,
@@ -77,7 +126,11 @@ def _run(
     """Make `order.most` cycles, or fewer; returns where Python goes on."""
     o, g, t = order[0], grid[0], law_arguments[0][0]
     for _ in range(o.most):
-        if not _wait(o, g, t, timespec, early):  # 1 wait for the slot; skip those that have passed
+        if o.virtual:  # 1 wait for the slot; skip those that have passed
+            woke = max(g.woke_ns, g.deadline_ns)
+        else:
+            woke = _until_deadline(o, g.deadline_ns, timespec, early, rehearsal, originals, copies)
+        if not _start(g, t, woke):
             return WAIT
         if call_for_int(o.read_at, read_arguments) != 0:  # 2 read the devices
             return READ
@@ -104,6 +157,24 @@ def _run(
     return NEXT
 
 
+class Rehearsal(NamedTuple):
+    """What the law rehearses on; words of `originals` are copied to `copies`, which are what it changes of `arguments`."""
+
+    arguments: tuple[np.ndarray, ...]
+    originals: tuple[np.ndarray, ...]
+    copies: tuple[np.ndarray, ...]
+
+    @classmethod
+    def of(cls, cycle: Cycle) -> Rehearsal:
+        """That of one loop; parameters and model are its own, which the law only reads."""
+        tick, state, command = (records(one.copy()) for one in (cycle.tick, cycle.state, cycle.command))
+        return cls(
+            (tick, state, cycle.params, command, cycle.model),
+            (cycle.tick_words, words(cycle.state), cycle.command_words),
+            (words(tick), words(state), words(command)),
+        )
+
+
 class WholeCycles:
     """The compiled cycles of one loop. Made by `of`."""
 
@@ -118,12 +189,14 @@ class WholeCycles:
         order["write_at"] = entry_point(parts.write, *parts.write_arguments)
         order["law_at"] = entry_point(law.step, *law_arguments)
         order["most"] = max(1, round(PYTHON_EVERY_S * 1e9 / memory.header[0]["period_ns"]))
+        order["rehearsal_ns"] = REHEARSAL_NS * memory.n_axes
         order["virtual"] = isinstance(clock, VirtualClock)
         scratch = np.zeros(3, np.int64)
         timespec, early = (
             (clock.timespec, clock.early) if isinstance(clock, WallClock) else (scratch[:2], scratch)
         )
-        own = (order, cycle.grid, timespec, early)
+        self.rehearsal = again = Rehearsal.of(cycle)
+        own = (order, cycle.grid, timespec, early, again.arguments, again.originals, again.copies)
         shared = (memory.header, memory.slot_words, cycle.command_words, memory.ring_words, cycle.tick_words)
         self._run = bound(_run, *own, *shared, law_arguments, parts.read_arguments, parts.write_arguments)
 

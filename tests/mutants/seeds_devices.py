@@ -246,6 +246,10 @@ SEEDS = (
         "        grid.deadline_ns += skipped * grid.period_ns\n", "", WHOLE,
     ),
     Seed(
+        "a rehearsal of the law is none: it decides on what is in force", "rtctl/rt/whole_cycle.py",
+        "            (tick, state, cycle.params, command, cycle.model),\n", "            (cycle.tick, cycle.state, cycle.params, cycle.command, cycle.model),\n", WHOLE,
+    ),
+    Seed(
         "a compiled cycle decides before it reads", "rtctl/rt/whole_cycle.py",
         "        if call_for_int(o.read_at, read_arguments) != 0:  # 2 read the devices\n",
         "        call(o.law_at, law_arguments)\n        if call_for_int(o.read_at, read_arguments) != 0:\n", WHOLE,
