@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -70,6 +71,13 @@ def edge(loop: AdmittanceLoop) -> float:
     return 1 + max(GROWS_1_S * loop.period_s, _ROUNDING)
 
 
+def at_helps(loop: AdmittanceLoop) -> tuple[AdmittanceLoop, ...]:
+    """The loop with its observer whole and with none of it: a hand may turn the help off while it runs, and on a joint that rests,
+    or at a friction beyond its cap, an observer does little.
+    """
+    return (loop, replace(loop, observer_gain=0.0)) if loop.observer_gain > 0 else (loop,)
+
+
 def judge(loop: AdmittanceLoop, *, stuck: bool = False) -> Finding:
     """The worst of the grid: of a joint that slides, or of one that sticks (`stuck`; then `bristle_nm_rad` > 0)."""
     at = grid(loop)
@@ -81,7 +89,11 @@ def judge_stuck(loop: AdmittanceLoop) -> Finding:
     """The worst of the grid for a joint that sticks (`bristle_nm_rad` > 0), on bristles as stiff as told or stiffer: the
     presliding length is known as an upper bound.
     """
-    found = [judge(replace(loop, bristle_nm_rad=by * loop.bristle_nm_rad), stuck=True) for by in STIFFER]
+    found = [
+        judge(replace(one, bristle_nm_rad=by * one.bristle_nm_rad), stuck=True)
+        for one in at_helps(loop)
+        for by in STIFFER
+    ]
     return max(found, key=lambda one: one.radius)
 
 
@@ -97,9 +109,9 @@ def judge_rubbing(loop: AdmittanceLoop) -> tuple[Finding, float]:
     """
     at = fine_worlds(loop, only_stiffest=False, count=_WORLDS)
     worst, damping = None, 0.0
-    for by in RUBS:
+    for one, by in product(at_helps(loop), RUBS):
         more = by * loop.velocity_gain_nms_rad
-        found = _worst(replace(loop, viscous_nms_rad=loop.viscous_nms_rad + more, bristle_nm_rad=0.0), at)
+        found = _worst(replace(one, viscous_nms_rad=loop.viscous_nms_rad + more, bristle_nm_rad=0.0), at)
         if worst is None or found.radius > worst.radius:
             worst, damping = found, more
     assert worst is not None
@@ -132,18 +144,24 @@ def _kept(loop: AdmittanceLoop, at: Points, z: np.ndarray) -> np.ndarray:
 
 
 def proof(loop: AdmittanceLoop) -> Proof:
-    """That it is stable between the points, too, as long as the joint slides."""
-    return admittance_proof.prove(replace(loop, bristle_nm_rad=0.0))
+    """That it is stable between the points, too, as long as the joint slides, helped and not."""
+    cells, found = 0, Proof(False, 0)
+    for one in at_helps(replace(loop, bristle_nm_rad=0.0)):
+        found = admittance_proof.prove(one)
+        cells += found.cells
+        if not found.proved:
+            break
+    return replace(found, cells=cells)
 
 
 def _passes(loop: AdmittanceLoop, *, world: bool = True, worlds: int = _WORLDS) -> bool:
-    """Stable with the stiffest hands, that have no damping, in some worlds or in none: a search goes by these, as they decide
-    most, and what it finds is confirmed by more worlds and by `judge`.
+    """Stable with the stiffest hands, that have no damping, in some worlds or in none, helped and not: a search goes by these, as
+    they decide most, and what it finds is confirmed by more worlds and by `judge`.
     """
-    one = replace(loop, bristle_nm_rad=0.0)
-    at = fine_worlds(one, only_stiffest=True, count=worlds)
+    slides = replace(loop, bristle_nm_rad=0.0)
+    at = fine_worlds(slides, only_stiffest=True, count=worlds)
     at = at if world else at[np.flatnonzero(at.k_e == 0)]
-    return bool(spectral_radii(one, at).max() <= edge(loop))
+    return all(bool(spectral_radii(one, at).max() <= edge(loop)) for one in at_helps(slides))
 
 
 def largest_hand(loop: AdmittanceLoop, *, world: bool = True, most: float = 1e5) -> float:
@@ -216,7 +234,7 @@ def _confirmed(
     """The value, moved away from what fails until the whole grid passes, too; 0 if it does not."""
     for _ in range(_CONFIRMS):
         one = with_value(loop, value)
-        if _passes(one, worlds=_FINE_WORLDS) and judge(one).ok:
+        if _passes(one, worlds=_FINE_WORLDS) and all(judge(helped).ok for helped in at_helps(one)):
             return value
         value *= step
     return 0.0

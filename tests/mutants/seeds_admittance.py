@@ -12,7 +12,17 @@ EXPERIMENT = "tests/unit/experiments/test_admittance_experiment.py"
 IN_HANDS = "tests/acceptance/test_admittance_in_hands.py"
 DISPLAY = "rtctl/control/display.py"
 
+MARGIN = "tests/unit/control/test_admittance_margin.py"
+
 SEEDS = (
+    Seed(
+        "an admittance is certified with its help in force only", "rtctl/control/admittance_margin.py",
+        "(loop, replace(loop, observer_gain=0.0)) if loop.observer_gain > 0 else (loop,)", "(loop,)",
+        (
+            f"{MARGIN}::test_a_hand_may_turn_the_help_off_and_the_certificate_holds_then_too",
+            f"{MARGIN}::test_a_joint_that_sticks_is_judged_without_an_observer_that_is_slow_there",
+        ),
+    ),
     Seed(
         "help with friction at rest goes by the hand while a mass is shown", "rtctl/control/feedforward.py",
         "return s.mass_velocity_rad_s[axis] / p.friction_blend_rad_s[axis] * p.friction_intent_nm[axis]", "pass",
