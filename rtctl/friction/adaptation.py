@@ -24,7 +24,7 @@ BOUND = "ADAPTATION_BOUND"
 """Name of the warning that the friction lies beyond what may be followed."""
 
 _HALVINGS = 7
-"""Of a tenth: the largest factor is known to .0008, from the safe side."""
+"""Halvings of a tenth: the largest factor is known to .0008, from the safe side."""
 
 
 @dataclass(frozen=True)

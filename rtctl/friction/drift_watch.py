@@ -41,9 +41,9 @@ class AxisWatch:
     warning: str = ""
     stopped: str = ""
     bounds: adaptation.Bounds | None = None
-    """Of the factor that the feed-forward goes by; None where it follows nothing."""
+    """Bounds of the factor that the feed-forward goes by; None where it follows nothing."""
     factor: float = 1.0
-    """That factor: what the law is to be asked for."""
+    """The factor that the law is to be asked for."""
     _judged: int = field(default=0, repr=False)
 
     def begin_session(self) -> None:
