@@ -196,7 +196,7 @@ def follows(s: Subject) -> list[Verdict]:
     found, per_min = s.axis.friction, s.table.friction.drift.adapt_per_min
     if not per_min > 0:
         return []
-    able = found is not None and found.feedforward_max_nm > 0 and s.axis.force_sensor
+    able = found is not None and s.table.friction.policy not in ("off", "observer") and s.axis.force_sensor
     most = found.factor_max if found is not None else 1.0
     if not able:
         meaning = "follows nothing: that takes a learned feed-forward and a force sensor (friction.drift.adapt_per_min)"

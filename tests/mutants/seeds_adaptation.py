@@ -7,6 +7,7 @@ from seed import Seed
 PURE = ("tests/unit/friction/test_adaptation.py",)
 WATCH = ("tests/unit/friction/test_followed_drift.py",)
 LAW = ("tests/unit/control/test_friction_factor.py",)
+CHECK = ("tests/unit/cli/test_check_followed_friction.py",)
 HOST = ("tests/unit/host/test_friction_watch.py",)
 
 SEEDS = (
@@ -124,5 +125,19 @@ SEEDS = (
     Seed(
         "friction beyond the bounds is not told", "rtctl/host/telemetry/friction_watch.py",
         "(adaptation.BOUND, bound)", '(adaptation.BOUND, "")', HOST,
+    ),
+    Seed(
+        "the law is planned as learned where it may go higher", "rtctl/check/law_plan.py",
+        "model[a] = _fill_friction(params[0], a, most, config, learned)",
+        "model[a] = _fill_friction(params[0], a, axis, config, learned)", CHECK,
+    ),
+    Seed(
+        "cogging follows the friction", "rtctl/check/law_plan.py",
+        "_fill_place(params[0], a, axis, learned)", "_fill_place(params[0], a, most, learned)", CHECK,
+    ),
+    Seed(
+        "the certificate is of the friction as learned", "rtctl/check/stability_report.py",
+        "    axis, factor = largest_feedforward(axis, model, loaded.config.period_s)",
+        "    factor = largest_feedforward(axis, model, loaded.config.period_s)[1]", CHECK,
     ),
 )  # fmt: skip
