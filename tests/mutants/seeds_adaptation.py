@@ -140,4 +140,14 @@ SEEDS = (
         "    axis, factor = largest_feedforward(axis, model, loaded.config.period_s)",
         "    factor = largest_feedforward(axis, model, loaded.config.period_s)[1]", CHECK,
     ),
+    Seed(
+        "a model's doubt of sticking hides a drift of sliding", "rtctl/friction/drift_verdict.py",
+        "by.sliding_doubt_nm / found.dry_nm", "by.doubt_nm / found.dry_nm",
+        ("tests/unit/friction/test_drift.py::test_a_model_that_is_in_doubt_where_the_joint_may_stick_hides_no_drift_of_its_sliding",),
+    ),
+    Seed(
+        "points that may stick count as sliding", "rtctl/friction/learn/point_evidence.py",
+        "slides = (speed >= SPEED_MIN_SHARE * branch.speed_max_rad_s)", "slides = (speed >= 0)",
+        ("tests/unit/friction/test_point_evidence.py",),
+    ),
 )  # fmt: skip
