@@ -38,7 +38,7 @@ class Guarantee:
     doubt_nm: float
     """How far below the learned curve friction may be, with what was measured of its error and its places, and the drift."""
     sliding_doubt_nm: float
-    """The same of sliding alone, without what is known to be off where the joint may stick: for the drift watch, no proof rests on it."""
+    """Doubt of sliding alone, without what is known to be off where the joint may stick: for the drift watch, no proof rests on it."""
     peak_nm: float
     """Largest dry friction that is ever compensated or credited."""
     length_rad: float
