@@ -105,6 +105,7 @@ FIELDS: tuple[Field, ...] = (
     _axis("mass_kgm2", "kg m^2", "virtual mass in force; 0 where an impedance is displayed"),
     _axis("mass_damping_nms_rad", "N m s/rad", "its damping in force, without what is injected"),
     _axis("compensation", "1", "share of the configured friction feed-forward in force, 0 to 1"),
+    _axis("friction_factor", "1", "factor of the learned friction that the feed-forward goes by, .7 to 1.1"),
     # estimates
     Field("sample_age_ticks", "int", "scalar", "1", "law", "ticks since the last valid sample; 0 is fresh"),
     _axis("velocity_rad_s", "rad/s", "velocity from the positions, by the configured estimator"),

@@ -80,7 +80,7 @@ def set_world(c: Record, axis: int, kind: int, rng: np.ndarray, own: bool) -> No
 
 @compiled
 def change_world(p: Record, c: Record, rng: np.ndarray) -> None:
-    """Now and then another environment or another share of compensation, broken numbers among them."""
+    """Now and then another environment or another share of compensation and factor of the friction, broken numbers among them."""
     for axis in range(len(c.environment_kind)):
         if chance(rng, 4000.0):
             set_world(c, axis, int(_KINDS * uniform(rng)), rng, True)
@@ -88,6 +88,7 @@ def change_world(p: Record, c: Record, rng: np.ndarray) -> None:
             c.environment_center_rad[axis] = broken(rng, c.environment_center_rad[axis])
         if chance(rng, 4000.0):
             c.compensation[axis] = broken(rng, uniform(rng))
+            c.friction_change[axis] = 0.5 * (c.compensation[axis] - 0.7)  # without a draw of its own
 
 
 @compiled

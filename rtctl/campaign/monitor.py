@@ -47,7 +47,8 @@ INVARIANTS = {
     10: "only targets of the lease holder and the present epoch have an effect; a program begins by a fresh request of that epoch "
     "in ACTIVE and ends with it",
     13: "no port gives out more than 1.5 budgets",
-    14: "feed-forward and friction observer together stay under their cap, and are zero outside the trained range",
+    14: "feed-forward and friction observer together stay under their cap, and are zero outside the trained range; "
+    "the factor of the friction that is followed stays within its bounds",
     15: "torque times velocity is not positive above v_max",
     18: "a stop disables within 51 ticks",
     19: "a fault does not raise the torque in the tick that detects it",
@@ -129,6 +130,9 @@ def _feedforward(t: Record, p: Record, model: Record, axis: int) -> int:
     value, observer = t.feedforward_torque_nm[axis], t.observer_torque_nm[axis]
     cap = p.friction_cap_nm[axis] * (1 + ROUNDING)
     if abs(value) > cap or abs(value + observer) > cap:
+        return 1 << 14
+    factor, most = t.friction_factor[axis], 1.0 + p.friction_raise[axis]
+    if not 0.7 * (1 - ROUNDING) <= factor <= most * (1 + ROUNDING):
         return 1 << 14
     end = max(
         model.speed_max_rad_s[0] + model.speed_fade_rad_s[0],

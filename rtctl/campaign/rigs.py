@@ -34,10 +34,11 @@ _VELOCITY_STREAM = 13
 _PLANT_STREAM = 17
 _FOE_STREAM = 19
 _DISPLAY_STREAM = 23
+_FACTOR_STREAM = 29
 """Draws of the force feedback, of a renderer's store, of velocity sensors, of the plant, of a renderer after the hand's
-energy and of admittance displays are streams of their own: the rigs are otherwise those of earlier campaigns."""
+energy, of admittance displays and of followed friction are streams of their own: the rigs are otherwise those of earlier campaigns."""
 
-SHARE_OF_ADMITTANCES = 0.3
+SHARE_OF_ADMITTANCES = SHARE_OF_FOLLOWERS = 0.3
 
 SHARES = {"margin": (0.3, 0.98), "friction": (1.0, 1.3)}
 """Stiffness used of the proven one; true friction as a share of the model's."""
@@ -100,6 +101,7 @@ def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: 
         log_uniform(renderer, 0.01, 20.0),
     )
     _device_velocity(p, plant, np.random.default_rng((seed, index, _VELOCITY_STREAM)))
+    _factor(p, np.random.default_rng((seed, index, _FACTOR_STREAM)))
     if passive:
         _take_hold(p, plant)
     else:
@@ -185,6 +187,14 @@ def _friction(p: np.void, plant: np.void, model: np.void, axis: int, draw: np.ra
     p["friction_cap_nm"][axis] = draw.uniform(0.05, 0.3) * p["torque_limit_nm"][axis]
     p["friction_policy"][axis] = draw.choice(_POLICIES)
     p["friction_gain"][axis] = draw.uniform(0.0, 0.9)
+
+
+def _factor(p: np.void, draw: np.random.Generator) -> None:
+    """Three axes of ten follow a friction that changes, at paces up to reckless ones; their gain is that of the largest factor."""
+    for axis in range(len(p["friction_raise"])):
+        if draw.random() < SHARE_OF_FOLLOWERS:
+            p["friction_raise"][axis] = draw.uniform(0.0, 0.1)
+            p["friction_change_step"][axis] = log_uniform(draw, 1e-7, 1e-2)
 
 
 def _coupling(p: np.void, axis: int, draw: np.random.Generator) -> None:

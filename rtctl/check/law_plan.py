@@ -21,6 +21,7 @@ from rtctl.control.stability_watch import FLOOR_SHARE
 from rtctl.control.velocity import kalman_gains, lowpass_alpha
 from rtctl.control.vocabulary import DeviceVelocity, Display, PlaceUse, Policy, VelocityMethod
 from rtctl.friction import artefact
+from rtctl.friction.adaptation import follows, largest_feedforward
 from rtctl.friction.guarantee import guarantee
 from rtctl.friction.model import FrictionModel
 from rtctl.rig_file.axis_tables import AxisTable
@@ -97,9 +98,15 @@ def build(loaded: LoadedConfig) -> Plan:
         _fill_force_feedback(params[0], a, axis, config.period_s, between)
         _fill_command(command[0], a, axis)
         learned = _load_model(loaded, axis)
-        _fill_compensation(params[0], a, axis, config, learned)
+        most, factor = largest_feedforward(axis, learned, config.period_s)
+        _fill_compensation(params[0], a, most, config, learned)
         if learned is not None:
-            model[a] = _fill_friction(params[0], a, axis, config, learned)
+            model[a] = _fill_friction(params[0], a, most, config, learned)
+            _fill_place(params[0], a, axis, learned)
+            params[0]["friction_raise"][a] = factor - 1.0
+            if follows(axis, learned):
+                per_s = axis.friction.drift.adapt_per_min / 60
+                params[0]["friction_change_step"][a] = per_s * config.period_s
     if all(registry.lookup(member.kind).follows for member in loaded.members()):
         _fill_proof(params[0], loaded)
     else:
@@ -308,6 +315,7 @@ def _fill_compensation(
     p["friction_policy"][a] = policy
     p["friction_cap_nm"][a] = friction.cap_share * axis.torque_limit_nm
     p["friction_floor_nm"][a] = sure.floor_nm
+    p["friction_sliding_doubt_nm"][a] = sure.sliding_doubt_nm
     p["presliding_rad"][a] = sure.credited_rad
     p["assistance_bank_j"][a] = sure.bank_j
     p["friction_stop_rad"][a] = friction.stop_rad or sure.length_rad
@@ -360,7 +368,6 @@ def _fill_friction(p: np.void, a: int, axis: AxisTable, config: Config, model: F
     p["friction_intent_alpha"][a] = lowpass_alpha(
         friction.intent_lowpass_at(config.loop.rate_hz), config.period_s
     )
-    _fill_place(p, a, axis, model)
     p["rest_alpha"][a] = lowpass_alpha(REST_HZ, config.period_s)
     p["friction_gate_deadband_nm"][a] = friction.gate_deadband_nm
     p["friction_gate_nm"][a] = friction.gate_nm

@@ -9,6 +9,8 @@ How the guaranteed damping comes about, per axis:
 - with one: no more than that either, as dry friction is a spring in motions smaller than its presliding and damps
   nothing there; and no more than the secant damping left after feed-forward (docs/theory.md 5.2) over the trained
   range, with the friction at its lower bound (model minus its largest known error minus `drift_nm`);
+- where the feed-forward follows a friction that changes, it is judged at the largest factor that it may reach
+  (`friction.adaptation`), and so is all else that rests on it;
 - where the velocity limit lies beyond the trained range, friction there is taken to rise from that lower
   bound with `viscous_nms_rad` only, while the feed-forward fades out;
 - of an elastic joint what a hand cannot cancel: the motor's share b_m, and of link and joint b_l b_j/(b_l + b_j).
@@ -22,7 +24,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,6 +41,7 @@ from rtctl.control.environments.kind import STIFFNESS
 from rtctl.control.environments.table import Environment, using
 from rtctl.errors import StabilityError
 from rtctl.friction import artefact
+from rtctl.friction.adaptation import largest_feedforward
 from rtctl.friction.guarantee import Guarantee, guarantee
 from rtctl.friction.margins import FrictionFigures, friction_figures
 from rtctl.plain_data import as_data
@@ -185,7 +188,9 @@ def _friction(
     model = artefact.load(path)
     artefact.require_rig(model, loaded.config.rig.name, path, axis.motion)
     count = 2 * math.pi / axis.counts_of_turn
+    axis, factor = largest_feedforward(axis, model, loaded.config.period_s)
     found = friction_figures(model, path, axis, loaded.config.period_s, count, late.between)
+    found = replace(found, factor_max=factor)
     beyond = found.beyond_damping_nms_rad
     secant = min(found.secant_damping_nms_rad, math.inf if beyond is None else beyond)
     return found, min(secant, axis.viscous_nms_rad), found.dry_left_nm, guarantee(axis, model)

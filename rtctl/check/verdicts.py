@@ -47,6 +47,7 @@ EITHER: tuple[Test, ...] = (
     verdicts_of_friction.motion_seen,
     verdicts_of_friction.policy_at_rest,
     verdicts_of_friction.wish,
+    verdicts_of_friction.follows,
     verdicts_of_observer.steps_of_the_encoder,
     verdicts_of_observer.bias,
     verdicts_of_friction.conservative_part,

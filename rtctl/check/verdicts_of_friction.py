@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from rtctl.check.verdict import Outcome, Subject, Verdict
+from rtctl.control.compensation_limit import FACTOR_LEAST, FACTOR_MOST
 from rtctl.friction.policies import STANDINGS
 
 HEAVIEST_HAND_KGM2 = 0.02
@@ -186,6 +187,33 @@ def two_lines(s: Subject) -> list[Verdict]:
             else f"of the wrong sign it would exceed the friction, {beyond}: what it can give then is bounded by the energy "
             "account, not by this",
             0.0 if covered else 1.0 - found.two_line_margin_nm / max(found.friction_floor_nm, 1e-9),
+        )
+    ]
+
+
+def follows(s: Subject) -> list[Verdict]:
+    """How far the feed-forward may follow a friction that changes: every row is judged at the largest factor."""
+    found, per_min = s.axis.friction, s.table.friction.drift.adapt_per_min
+    if not per_min > 0:
+        return []
+    able = found is not None and s.table.friction.policy not in ("off", "observer") and s.axis.force_sensor
+    most = found.factor_max if found is not None else 1.0
+    if not able:
+        meaning = "follows nothing: that takes a learned feed-forward and a force sensor (friction.drift.adapt_per_min)"
+    elif most < FACTOR_MOST:
+        meaning = (
+            "beyond it the two-line test, or the damping that the coupling is proved with, does not pass: "
+            "less friction.gain and cap_share leave room (`rtctl fit --config` recommends both)"
+        )
+    else:
+        meaning = "every row of this table holds at the largest factor, hence at all"
+    return [
+        s.row(
+            "compensation that follows the friction",
+            f"{FACTOR_LEAST:g} to {most:.3f}" if able else "1",
+            f"{FACTOR_LEAST:g} to {FACTOR_MOST:g} of the learned",
+            Outcome.PASS if able else Outcome.WARN,
+            f"by {100 * per_min:.3g} % a minute of motion at most; {meaning}" if able else meaning,
         )
     ]
 

@@ -142,6 +142,7 @@ def _friction(health: dict[str, Any] | None) -> list[str]:
         f"friction {one['axis']}: {one['factor']['value']:.3f} of what was learned "
         f"({one['factor']['low']:.3f} to {one['factor']['high']:.3f}; forward {one['forward']['value']:.2f}, "
         f"backward {one['backward']['value']:.2f}), offset {1e3 * one['offset_nm']['value']:+.1f} mN m, by {one['seconds']:.0f} s"
+        + ("" if one.get("followed") is None else f"; compensation follows it: {one['followed']:.3f}")
         for one in told
     ]
 

@@ -112,12 +112,17 @@ def lines(told: dict[str, Any]) -> list[str]:
     ):
         out.append(
             f"  {axis['axis']}: {position:.4f} rad, {velocity:.4f} rad/s, environment {axis['environment']['kind']}, "
-            f"compensation {axis['compensation']:.0%}"
+            f"compensation {axis['compensation']:.0%}" + _followed(axis.get("friction_factor", 1.0))
         )
         out += _display(axis["display"])
         out += _pulse(axis.get("measured", {}))
     out += [f"  lease: {told['lease_holder']}"] if told["lease_holder"] else []
     return out
+
+
+def _followed(factor: float) -> str:
+    """The friction that the compensation goes by, where it is not the one that was learned."""
+    return "" if factor == 1.0 else f" of {factor:.3f} times the learned friction"
 
 
 def _display(asked: dict[str, Any]) -> list[str]:

@@ -22,6 +22,10 @@ GATED = (int(Policy.HYBRID), int(Policy.STOP_GATED))
 """Policies multiplied by the gate; INTENT is proportional to the hand's torque already."""
 
 
+FACTOR_LEAST, FACTOR_MOST = 0.7, 1.1
+"""Factors of the learned friction between which a feed-forward may follow the friction that is seen (docs/theory.md 5.10)."""
+
+
 def is_force_gated(policy: int) -> bool:
     """True for policies whose torque goes to zero with the hand's."""
     return policy in FORCE_GATED

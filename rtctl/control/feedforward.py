@@ -1,7 +1,8 @@
 """Friction feed-forward: how much, in which direction, and how far it may go (docs/theory.md 5.5).
 
-tau_ff = compensation * g * s * min(magnitude, cap): s in -1..1 is the direction the policy decides near
-zero velocity, g in 0..1 the force gate. v rad/s, tau_h hand torque N m.
+tau_ff = compensation * f * g * s * min(magnitude, cap): s in -1..1 is the direction the policy decides near zero velocity,
+g in 0..1 the force gate, f in 0..1 the share by which friction that has changed is followed (`friction_factor`). v rad/s,
+tau_h hand torque N m.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import math
 from rtctl.control import compensation_limit as limits
 from rtctl.control.display import is_admittance
 from rtctl.control.friction_curve import BACKWARD, FORWARD, branch_magnitude
+from rtctl.control.friction_factor import followed_share
 from rtctl.control.jit import compiled
 from rtctl.control.place_friction import place_magnitude
 from rtctl.control.place_trust import place_of, place_trust
@@ -242,6 +244,6 @@ def friction_feedforward(
     t.friction_model_nm[axis] = friction if inside else 0.0
     t.friction_sign[axis] = direction
     t.friction_gate[axis] = gate
-    torque = t.compensation[axis] * gate * direction * magnitude
+    torque = t.compensation[axis] * followed_share(s, p, axis) * gate * direction * magnitude
     t.feedforward_torque_nm[axis] = torque if policy not in (_OFF, _OBSERVER) else 0.0
     return faults

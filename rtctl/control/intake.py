@@ -10,6 +10,7 @@ import math
 
 from rtctl.control import states
 from rtctl.control.force import restart_tare
+from rtctl.control.friction_factor import follow_factor
 from rtctl.control.jit import compiled
 from rtctl.control.records import Record
 from rtctl.control.vocabulary import Environment, Fault, State
@@ -122,6 +123,7 @@ def take_command(t: Record, s: Record, p: Record, c: Record) -> tuple[int, bool]
     t.command_seq = c.seq
     for axis in range(len(t.position_rad)):
         t.compensation[axis] = _share(c.compensation[axis])
+        follow_factor(t, s, p, c, axis)
         if retare:
             restart_tare(s, axis)
     return requests, c.epoch == s.epoch

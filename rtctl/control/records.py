@@ -173,6 +173,9 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
             "friction_gain": (),  # kappa, Coulomb and Stribeck part
             "friction_viscous_gain": (),  # kappa_v
             "friction_cap_nm": (),  # hard cap of |feed-forward|
+            "friction_raise": (),  # gain and caps are greater by this share, for a friction that is: control.friction_factor
+            "friction_sliding_doubt_nm": (),  # how far sliding may be off the model, for the drift watch; 0: as the floor says
+            "friction_change_step": (),  # most by which that may change in a tick; 0: the friction is as learned
             "friction_ungated_cap_nm": (),  # cap where the force gate does not open it: kappa * min Fhat
             "friction_tanh_rad_s": (),
             "friction_blend_rad_s": (),
@@ -327,6 +330,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             "observer_forward_nm": (),  # feed-forward through the slow low-pass
             "assistance_energy_j": (2,),  # accounts of the compensation: torque in time, and one tick later
             "compensation_nm": (HELD,),  # feed-forward and observer torque sent, ring by `ticks`
+            "friction_change": (),  # of the learned friction, that the feed-forward goes by: factor less 1
             # friction over position (control.place_trust)
             "place_evidence": (),  # for SEEN, against GIVEN, 0 to 1
             "place_way": (),  # way judged over, share of its length
@@ -454,6 +458,7 @@ def command_dtype(n_axes: int) -> np.dtype[np.void]:
             "target_position_rad": (),
             "target_velocity_rad_s": (),
             "compensation": (),  # 0..1
+            "friction_change": (),  # of the learned friction: factor less 1; outside what is allowed: the nearest that is
             "display_kind": (),  # vocabulary.Display
             "mass_kgm2": (),  # of the virtual mass; outside what the rig file allows: the nearest that it does
             "mass_damping_nms_rad": (),

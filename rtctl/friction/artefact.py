@@ -61,6 +61,7 @@ _SCALARS = (
     "place_spread_nm",
     "test_max_error_nm",
     "single_max_error_nm",
+    "sliding_doubt_nm",
 )
 
 UNITS = {ending: unit(ENDINGS[ending], "linear") for ending in ("rad", "rad_s", "nm", "nm_rad", "nms_rad")}

@@ -68,6 +68,7 @@ class BranchDocument(Table):
     support_places: list[Position] = Field(default=[], max_length=MAX_SEGMENTS)
     test_max_error_nm: Torque | None = None
     single_max_error_nm: Torque | None = None
+    sliding_doubt_nm: Torque | None = None
     band: BandDocument | None = None
     hyper_parameters: dict[Text, Number] = Field(max_length=16)
     parameters: dict[Text, Number] = Field(max_length=16)

@@ -31,6 +31,8 @@ class Deployed:
     """Length after which bristles surely slide: presliding length with its doubt, without `LENGTH_FACTOR`."""
     doubt_nm: float
     """How far friction may be below the curve without a proof becoming false."""
+    sliding_doubt_nm: float
+    """How far sliding may be off the curve by the model's own points: that is no news."""
     gain: float
     viscous_gain: float
     cap_nm: float
@@ -92,11 +94,13 @@ def deployed(params: np.ndarray, model: np.ndarray, axis: int) -> Deployed | Non
     least = float(one["friction_min_nm"][0].min())
     policy = int(p["friction_policy"][axis])
     gated = limits.is_force_gated(policy)
+    doubt_nm = max(0.0, least - float(p["friction_floor_nm"][axis]))
     return Deployed(
         model=one,
         inertia_kgm2=float(p["inertia_kgm2"][axis]),
         presliding_rad=float(p["presliding_rad"][axis]) / LENGTH_FACTOR,
-        doubt_nm=max(0.0, least - float(p["friction_floor_nm"][axis])),
+        doubt_nm=doubt_nm,
+        sliding_doubt_nm=float(p["friction_sliding_doubt_nm"][axis]) or doubt_nm,
         gain=float(p["friction_gain"][axis]),
         viscous_gain=float(p["friction_viscous_gain"][axis]),
         cap_nm=limits.cap_in_force(

@@ -5,6 +5,7 @@ What was kept of another model or another inertia says nothing of this rig.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,7 @@ def packed(axis: AxisWatch) -> dict[str, Any]:
     return {
         "identity": axis.by.identity,
         "warned": bool(axis.warning),
+        "factor": axis.factor,
         "strokes": np.ascontiguousarray(axis.strokes.table),
     }
 
@@ -49,8 +51,13 @@ def restore(axis: AxisWatch, kept: object) -> bool:
     table = _table(kept.get("strokes"))
     if table is None:
         return False
-    axis.take_up(table, warned=kept.get("warned") is True)
+    axis.take_up(table, warned=kept.get("warned") is True, factor=_factor(kept.get("factor")))
     return True
+
+
+def _factor(kept: object) -> float:
+    """The factor that the feed-forward went by; 1, as learned, unless a number was kept."""
+    return kept if isinstance(kept, float) and math.isfinite(kept) else 1.0
 
 
 def _table(rows: object) -> np.ndarray | None:

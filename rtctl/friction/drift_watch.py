@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from rtctl.control.compensation_limit import FACTOR_LEAST
 from rtctl.control.vocabulary import State
+from rtctl.friction import adaptation
 from rtctl.friction import drift_verdict as verdict
 from rtctl.friction.drift_bins import RATE_HZ, Binning
 from rtctl.friction.drift_deployed import Deployed, deployed
@@ -38,6 +40,10 @@ class AxisWatch:
     found: Estimate | None = None
     warning: str = ""
     stopped: str = ""
+    bounds: adaptation.Bounds | None = None
+    """Bounds of the factor that the feed-forward goes by; None where it follows nothing."""
+    factor: float = 1.0
+    """The factor that the law is to be asked for."""
     _judged: int = field(default=0, repr=False)
 
     def begin_session(self) -> None:
@@ -45,8 +51,12 @@ class AxisWatch:
         self.strokes.begin_session()
         self.stopped = ""
 
-    def take_up(self, table: np.ndarray, *, warned: bool) -> None:
-        """Go on from strokes of an earlier run (`Strokes.table`); `warned`: there was a warning then. Nothing is stopped for them."""
+    def take_up(self, table: np.ndarray, *, warned: bool, factor: float = 1.0) -> None:
+        """Go on from strokes of an earlier run (`Strokes.table`) and from its factor, within the bounds of this one; `warned`:
+        there was a warning then. Nothing is stopped for them.
+        """
+        if self.bounds is not None:
+            self.factor = min(max(factor, self.bounds.least), self.bounds.most)
         self.strokes.take_up(table)
         found = estimate(self.strokes, self.rate_hz)
         if found is None or not np.isfinite(list(vars(found).values())).all():
@@ -67,6 +77,12 @@ class AxisWatch:
         self.warning = verdict.warning(found, self.by, self.table.warn_share, warned=bool(self.warning))
         if self.table.stop and not self.stopped:
             self.stopped = verdict.overcompensated(found, self.by, share)
+
+    def adapt(self, moved_s: float, *, faulty: bool) -> None:
+        """Have the feed-forward follow what was found, by `moved_s` more seconds of motion; not after a STOP or beside a fault."""
+        if self.bounds is not None:
+            frozen = faulty or bool(self.stopped)
+            self.factor = adaptation.followed(self.factor, self.found, self.bounds, moved_s, frozen=frozen)
 
 
 class RigWatch:
@@ -94,7 +110,11 @@ class RigWatch:
         self._ticks = 0
         self._powered = False
         rate_hz = 1.0 / (period_s * stride)
-        self.axes = [_axis(deployed(params, model, a), table, rate_hz) for a, table in enumerate(tables)]
+        self.axes = [
+            _axis(deployed(params, model, a), table, rate_hz, _bounds(params[0], a))
+            for a, table in enumerate(tables)
+        ]
+        self._largest = 1.0 + params[0]["friction_raise"]
         self._idle = all(axis is None for axis in self.axes)
 
     def follow(self, rows: np.ndarray) -> bool:
@@ -122,12 +142,20 @@ class RigWatch:
         usable = moving & (rows["faults"] == 0) & (rows["sample_age_ticks"] < FRESH_TICKS)
         torque = rows["motor_torque_nm"] + rows["hand_torque_nm"]
         bins = self._binning(rows["tick"], usable, np.stack([rows["position_rad"], torque]))
-        share = rows["compensation"][-1]
+        faulty = bool((rows["faults"] != 0).any()) or not moving[-1]
         for a, axis in enumerate(self.axes):
             if axis is not None:
-                axis.strokes.add(axis.sliding(bins, a), axis.by)
-                axis.judge(float(share[a]))
+                found = axis.sliding(bins, a)
+                axis.strokes.add(found, axis.by)
+                axis.judge(self._share(rows[-1], a))
+                axis.adapt(len(found.velocity) / axis.rate_hz, faulty=faulty)
         return True
+
+    def _share(self, row: np.void, a: int) -> float:
+        """Share of the feed-forward of `deployed` that is in force, 0 to 1."""
+        axis = self.axes[a]
+        factor = row["friction_factor"][a] if axis is not None and axis.bounds is not None else 1.0
+        return float(row["compensation"][a] * factor / self._largest[a])
 
     def _sessions(self, moving: np.ndarray) -> None:
         """Where the motor is switched on, a session begins; what stands before that in the same block is taken as its own."""
@@ -140,7 +168,15 @@ class RigWatch:
                 axis.begin_session()
 
 
-def _axis(by: Deployed | None, table: DriftTable, rate_hz: float) -> AxisWatch | None:
+def _bounds(params: np.void, a: int) -> adaptation.Bounds | None:
+    """Bounds of what the feed-forward of axis `a` follows, as the law has them; None where it follows nothing."""
+    step, largest = float(params["friction_change_step"][a]), 1.0 + float(params["friction_raise"][a])
+    return adaptation.Bounds(FACTOR_LEAST, largest, step / float(params["period_s"])) if step > 0 else None
+
+
+def _axis(
+    by: Deployed | None, table: DriftTable, rate_hz: float, bounds: adaptation.Bounds | None
+) -> AxisWatch | None:
     if by is None or not table.watch:
         return None
     settle = PRESLIDING_LENGTHS * by.presliding_rad
@@ -150,4 +186,5 @@ def _axis(by: Deployed | None, table: DriftTable, rate_hz: float) -> AxisWatch |
         strokes=Strokes(round(table.window_s * rate_hz)),
         sliding=Sliding(rate_hz, settle, by.speed_min_rad_s, by.speed_max_rad_s),
         rate_hz=rate_hz,
+        bounds=bounds,
     )

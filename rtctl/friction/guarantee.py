@@ -37,6 +37,8 @@ class Guarantee:
     """Dry friction that is there at every trained speed, place and within the stated drift; 0 without a model."""
     doubt_nm: float
     """How far below the learned curve friction may be, with what was measured of its error and its places, and the drift."""
+    sliding_doubt_nm: float
+    """Doubt of sliding alone, without what is known to be off where the joint may stick: for the drift watch, no proof rests on it."""
     peak_nm: float
     """Largest dry friction that is ever compensated or credited."""
     length_rad: float
@@ -75,6 +77,9 @@ def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
         doubt_nm += max(float(model.error_max_nm.max()), 0.0 if places is None else float(places.max()))
         floor_nm = max(0.0, float(model.friction_min_nm.min()) - doubt_nm)
         peak_nm = min(cap_nm, model.friction_max_nm + model.place_crest_nm)
+    sliding_nm = doubt_nm
+    if model is not None and model.sliding_doubt_nm is not None:
+        sliding_nm = min(doubt_nm, friction.drift_nm + model.sliding_doubt_nm)
     length_rad, spread_rad, source = LENGTH_UNKNOWN_RAD, 0.0, ASSUMED
     if friction.presliding_rad > 0:
         length_rad, source = friction.presliding_rad, "rig file"
@@ -85,6 +90,7 @@ def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
     return Guarantee(
         floor_nm=floor_nm,
         doubt_nm=doubt_nm,
+        sliding_doubt_nm=sliding_nm,
         peak_nm=peak_nm,
         length_rad=length_rad,
         length_source=source,

@@ -52,6 +52,8 @@ class FrictionFigures:
     """Most of the conservative part that is compensated, N m."""
     conservative_swing_j: float = 0.0
     """Most energy that it gives from one place to another and takes back, J."""
+    factor_max: float = 1.0
+    """Largest factor of the learned friction that the feed-forward may go by: all of these are of that one."""
 
 
 @dataclass(frozen=True)

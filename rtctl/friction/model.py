@@ -54,6 +54,8 @@ class Branch:
     place_spread_nm: float | None = None
     test_max_error_nm: float | None = None
     single_max_error_nm: float | None = None
+    sliding_doubt_nm: float | None = None
+    """Most that friction was off the curve at any place, at speeds that surely slide (`drift_deployed.SPEED_MIN_SHARE`); None: not known."""
     support_places: np.ndarray = field(default_factory=lambda: np.zeros(0))
     """Position of each support vector, rad, of a model with a kernel of place (`FrictionModel.place`); else empty."""
     band: Band | None = None
@@ -166,6 +168,15 @@ class FrictionModel:
         """Largest shortfall below the curve at any visited place per branch, N m, shape (2,); None: unknown."""
         forward, backward = (branch.place_spread_nm for branch in self.branches)
         return None if forward is None or backward is None else np.array([forward, backward])
+
+    @property
+    def sliding_doubt_nm(self) -> float | None:
+        """Most that sliding friction may be off, N m, with the band; None: unknown."""
+        forward, backward = (branch.sliding_doubt_nm for branch in self.branches)
+        if forward is None or backward is None:
+            return None
+        bands = (0.0 if branch.band is None else branch.band.widest_nm for branch in self.branches)
+        return max(forward, backward, *bands)
 
     @property
     def friction_max_nm(self) -> float:

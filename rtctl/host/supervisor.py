@@ -327,6 +327,9 @@ class Host:
         self.gateway.latency.observe(rows)
         if self.friction.follow(rows):
             self.gateway.stop()
+        if (change := self.friction.changes()) is not None:
+            self.writer.command["friction_change"] = change
+            self.writer.send()
         events = self.record.keep(self.reader.next - len(rows), rows)
         self.speaker.tell(events, self.record.broken())
         self.telemetry.publish(rows, self.reader.overwritten)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from rtctl.rig_file.fields import Table, number
 
@@ -44,6 +44,20 @@ class DriftTable(Table):
         description="STOP where the compensation exceeds the friction for sure: the whole interval of the factor lies below "
         "the guaranteed friction and below the feed-forward",
     )
+    adapt_per_min: float = number(
+        0,
+        0.01,
+        "most by which the feed-forward follows the dry friction that is seen, share of the learned in a minute of motion, from 0.7 "
+        "to 1.1 of it and no further than the two-line test allows; 0: it does not",
+        default=0.0,
+    )
+
+    @model_validator(mode="after")
+    def _follows(self) -> DriftTable:
+        if self.adapt_per_min > 0 and not self.watch:
+            msg = f"adapt_per_min {self.adapt_per_min}: what is not watched is not followed; set watch = true"
+            raise ValueError(msg)
+        return self
 
 
 class FrictionTable(Table):

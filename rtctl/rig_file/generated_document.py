@@ -18,6 +18,7 @@ Schema = Mapping[str, Any]
 UNITS = {
     "drift_n_sqrt_s": "N/sqrt(s)",
     "counts_per_n": "counts/N",
+    "adapt_per_min": "1/min",
     "dry_per_c": "1/degC",
     "viscous_per_c": "1/degC",
     "outside_square_nm": "1/(N m)",

@@ -66,3 +66,32 @@ def test_it_is_told_and_stopped_in_the_log_in_recordings_and_after_a_restart(rig
     assert [one["name"] for one in again[3]] == ["FRICTION_DRIFT"], (
         "nothing is stopped for what an earlier run saw"
     )
+
+
+def test_the_compensation_follows_on_request_and_goes_on_from_there_after_a_restart(rig):
+    text = rig.read_text().replace("[[0.0, 0.85, 1.0]]", "[[0.0, 0.95, 1.0]]")
+    mark = "# ---- the simulated rig"
+    assert text.count(mark) == 1
+    rig.write_text(text.replace(mark, f"[axis.friction.drift]\nadapt_per_min = 0.01\n\n{mark}"))
+    factors = []
+
+    def until_it_has_followed(host, rows):
+        factors.extend(rows["friction_factor"][:, 0].tolist())
+        if factors and factors[-1] < 0.998:
+            host.finish()
+
+    _, at_start, known, _ = run(rig, [AutoArm(), until_it_has_followed])
+    assert at_start[0]["followed"] == factors[0] == 1.0
+    assert np.diff(factors).min() >= -0.01 / 60 * 1e-3 * (1 + 1e-6)
+    assert 0.95 < known[0]["followed"] <= factors[-1] < 0.998, "the law comes after"
+
+    def until_it_is_taken_up(host, rows):
+        factors.extend(rows["friction_factor"][:, 0].tolist())
+        if len(factors) > 200:
+            host.finish()
+
+    factors.clear()
+    again = run(rig, [until_it_is_taken_up])
+    assert again[1] == known
+    assert set(factors) <= {1.0, factors[-1]}, "at once, as the motor is off"
+    assert factors[-1] == pytest.approx(known[0]["followed"], abs=1e-12)

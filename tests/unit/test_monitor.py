@@ -213,13 +213,18 @@ def test_the_friction_is_shown_where_it_is_known(sample):
     health = {
         **HEALTH,
         "friction": [
-            {**known, "seconds": 24.1},
+            {**known, "seconds": 24.1, "followed": None},
+            {**known, "axis": "wrist", "seconds": 24.1, "followed": 0.953},
             {"axis": "tip", "factor": None, "seconds": 1.0, "strokes": 2},
         ],
     }
     found = [text for text in table(HELLO, Shown(sample, 0.0, 0, health)) if text.startswith("friction")]
+    told = (
+        "0.910 of what was learned (0.890 to 0.930; forward 0.92, backward 0.90), offset +4.0 mN m, by 24 s"
+    )
     assert found == [
-        "friction base: 0.910 of what was learned (0.890 to 0.930; forward 0.92, backward 0.90), offset +4.0 mN m, by 24 s"
+        f"friction base: {told}",
+        f"friction wrist: {told}; compensation follows it: 0.953",
     ]
 
 

@@ -11,6 +11,7 @@ from statistics import NormalDist
 
 import numpy as np
 
+from rtctl.friction.drift_deployed import SPEED_MIN_SHARE
 from rtctl.friction.model import Branch, FrictionModel
 from rtctl.friction.points.measured import FrictionPoints
 from rtctl.friction.points.presliding import Presliding, together
@@ -33,6 +34,7 @@ def with_evidence(
             single_max_error_nm=_largest(
                 single_max_error_nm(branch, one, direction) for one in (points, test) if one
             ),
+            sliding_doubt_nm=sliding_doubt_nm(branch, points, direction),
         )
         for branch, spread, direction in zip(model.branches, spreads, (1, -1), strict=True)
     )
@@ -74,6 +76,25 @@ def single_max_error_nm(branch: Branch, points: FrictionPoints, direction: int) 
     largest = np.array([NormalDist().inv_cdf(n / (n + 1)) for n in count[told]])
     error = np.abs(branch.magnitude(speed[told]) - friction[told])
     return float((error + largest * std[told]).max())
+
+
+def sliding_doubt_nm(branch: Branch, points: FrictionPoints, direction: int) -> float | None:
+    """Most that the points, and their weakest places, are off the curve at speeds that surely slide, N m; None without weakest places.
+
+    A joint that hardly moves may stick or creep, and soft bristles never slide there: what is off at the slowest points says
+    nothing of the motion that the drift watch counts.
+    """
+    weakest = points.columns.get("weakest_place_nm")
+    if weakest is None:
+        return None
+    rows = points.rows_of(direction)
+    speed = np.abs(points.velocity_rad_s[rows])
+    slides = (speed >= SPEED_MIN_SHARE * branch.speed_max_rad_s) & (speed <= branch.speed_max_rad_s)
+    curve = branch.magnitude(speed[slides])
+    at_places = np.abs(curve - direction * weakest[rows][slides])
+    if not np.isfinite(at_places).any():
+        return None
+    return float(max(np.nanmax(at_places), np.abs(curve - points.friction_nm[rows][slides]).max()))
 
 
 def with_presliding(model: FrictionModel, found: Presliding | None) -> FrictionModel:

@@ -131,6 +131,7 @@ class Steering:
                 "mass_damping_nms_rad": float(command["mass_damping_nms_rad"][a]),
             },
             "compensation": float(command["compensation"][a]),
+            "friction_factor": 1.0 + float(command["friction_change"][a]),
             "target_position_rad": float(command["target_position_rad"][a]),
             "target_velocity_rad_s": float(command["target_velocity_rad_s"][a]),
         }

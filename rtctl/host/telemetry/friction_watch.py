@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from rtctl.friction import adaptation
 from rtctl.friction import drift_state as state
 from rtctl.friction.drift_recorded import told
 from rtctl.friction.drift_verdict import NAME, STOPPED
@@ -50,6 +51,7 @@ class FrictionWatch:
             name: axis for name, axis in zip(names, self._watch.axes, strict=True) if axis is not None
         }
         self._stopped: set[str] = set()
+        self._asked = np.zeros(len(tables))
         self._kept_ns: int | None = None
         if folder is not None and self._axes:
             kept = state.read(folder, self._devices)
@@ -73,14 +75,26 @@ class FrictionWatch:
         """Present warnings: `name`, `axis`, `text`."""
         found = []
         for name, axis in self._axes.items():
-            for kind, text in ((NAME, axis.warning), (STOPPED, axis.stopped)):
+            bound = adaptation.beyond(axis.factor, axis.found, axis.bounds) if axis.bounds else ""
+            for kind, text in ((NAME, axis.warning), (STOPPED, axis.stopped), (adaptation.BOUND, bound)):
                 if text:
                     found.append({"name": kind, "axis": name, "text": f"axis {name}: {text}"})
         return found
 
     def status(self) -> list[dict[str, Any]]:
         """For `health`: a map for each axis that is watched."""
-        return [{"axis": name, **told(axis)} for name, axis in self._axes.items()]
+        return [
+            {"axis": name, **told(axis), "followed": axis.factor if axis.bounds else None}
+            for name, axis in self._axes.items()
+        ]
+
+    def changes(self) -> np.ndarray | None:
+        """What the law is to be asked for: change of the learned friction that each axis' feed-forward goes by; None: as before."""
+        asked = np.array([0.0 if axis is None else axis.factor - 1.0 for axis in self._watch.axes])
+        if (asked == self._asked).all():
+            return None
+        self._asked = asked
+        return asked
 
     def to_keep(self, now_ns: int | None = None) -> Callable[[], None] | None:
         """What writes the state, for a thread that may wait for a disk; None while there is nothing new, or it is too early.

@@ -12,7 +12,8 @@ import { begin, take, wanted } from "./scope.js";
 $("help").hidden = !operatorKey;
 const percent = (share) => `${Math.round(share * 100)} %`;
 const frictionNow = (health) => ((health || {}).friction || []).filter((one) => one.factor).map((one) =>
-  [`friction of ${one.axis}, 1 as learned`, `${one.factor.value.toFixed(2)} (${one.factor.low.toFixed(2)} to ${one.factor.high.toFixed(2)})`]);
+  [`friction of ${one.axis}, 1 as learned`, `${one.factor.value.toFixed(2)} (${one.factor.low.toFixed(2)} to ${one.factor.high.toFixed(2)})` +
+    (one.followed == null ? "" : `, compensation at ${one.followed.toFixed(3)}`)]);
 let rig = null, axes = [], dragged = false;
 
 const stream = new Stream(() => wanted(phaseSignals()), {

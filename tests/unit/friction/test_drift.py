@@ -153,6 +153,18 @@ def test_the_rig_is_stopped_where_the_whole_interval_is_below_the_compensation_a
     assert over(weak).stopped == ""
 
 
+def test_a_model_that_is_in_doubt_where_the_joint_may_stick_hides_no_drift_of_its_sliding():
+    (rows,) = ticks_of([Joint(factor=0.91)], 40.0)
+    params, model = arrays()
+    params["friction_floor_nm"] = 0.0  # so doubtful that nothing is sure
+    for doubt_nm, told in ((0.0, False), (0.05, False), (0.012, True)):
+        params["friction_sliding_doubt_nm"] = doubt_nm  # 0: not known
+        rig = RigWatch(params, model, [DriftTable()])
+        rig.follow(rows)
+        assert bool(rig.axes[0].warning) == told, doubt_nm
+        assert rig.axes[0].stopped == "", "the STOP goes by the floor"
+
+
 def test_a_rig_is_armed_again_after_a_stop_and_stopped_for_what_it_shows_then():
     (rows,) = ticks_of([Joint(factor=0.85)], 60.0)
     half = len(rows) // 2

@@ -1,5 +1,7 @@
 """What a points file says beside the points reaches the model, and a model without it says so."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -42,6 +44,23 @@ def test_length_and_places_reach_the_model_and_come_back_from_its_file(tmp_path)
     assert (model.presliding_rad, model.presliding_ramps) == (pytest.approx(1.4e-3), 40)
     assert model.presliding_spread_rad == pytest.approx(1e-4, rel=0.05)
     assert model.place_spread_nm == pytest.approx([0.005, 0.02], abs=0.002)
+
+
+def test_what_is_off_where_the_joint_may_stick_is_no_doubt_of_its_sliding(tmp_path):
+    """It is weaker by .02 at .01 rad/s; .03 rad/s and more surely slide."""
+    model = _learned(_file(tmp_path))
+    assert max(model.place_spread_nm) == pytest.approx(0.02, abs=0.002)
+    assert model.sliding_doubt_nm == pytest.approx(0.005, abs=0.002)
+    artefact.save(model, tmp_path / "m.json")
+    assert artefact.load(tmp_path / "m.json").sliding_doubt_nm == model.sliding_doubt_nm
+    points = _file(tmp_path)
+    stronger = points.friction_nm + 0.05 * (np.abs(points.velocity_rad_s) > 1.0)
+    found = with_evidence(model, dataclasses.replace(points, friction_nm=stronger))
+    assert found.sliding_doubt_nm == pytest.approx(0.05, abs=0.002), "off either way"
+
+
+def test_without_the_weakest_places_sliding_is_as_doubtful_as_all_of_it(tmp_path):
+    assert _learned(_file(tmp_path, columns=())).sliding_doubt_nm is None
 
 
 def test_a_length_by_hand_goes_first_and_has_no_spread(tmp_path):

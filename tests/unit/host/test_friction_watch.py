@@ -38,7 +38,9 @@ def over(rows, found, detector=None):
 def test_a_warning_comes_and_goes_as_one_event_each_and_stands_in_health_between():
     (rows,) = ticks_of([Joint(factor=1.2, later=1.0, later_s=32.0)], 70.0)
     found = watch()
-    assert found.status() == [{"axis": "joint", "factor": None, "seconds": 0.0, "strokes": 0}]
+    assert found.status() == [
+        {"axis": "joint", "factor": None, "seconds": 0.0, "strokes": 0, "followed": None}
+    ]
     half = round(31.0 * RIG.rate_hz)
     detector = EventDetector(RIG, None, found)
     events, stops = over(rows[:half], found, detector)
@@ -51,7 +53,16 @@ def test_a_warning_comes_and_goes_as_one_event_each_and_stands_in_health_between
     assert warning["text"].startswith("axis joint: dry friction is 1.2")
     (health,) = found.status()
     assert health["factor"]["low"] < 1.2 < health["factor"]["high"]
-    assert set(health) == {"axis", "factor", "forward", "backward", "offset_nm", "seconds", "strokes"}
+    assert set(health) == {
+        "axis",
+        "factor",
+        "forward",
+        "backward",
+        "offset_nm",
+        "seconds",
+        "strokes",
+        "followed",
+    }
     later, more = over(rows[half:], found, detector)
     assert [event["event"] for event in later] == ["warning_cleared"]
     assert found.warnings() == []
@@ -87,6 +98,41 @@ def test_the_state_is_written_once_a_minute_where_something_is_new_and_read_agai
     assert again.status() == found.status()
     (tmp_path / state.NAME).write_text('{"devices_sha256": "", "axes": {"joint": {"strokes": []}}}')
     assert watch(tmp_path).status()[0]["factor"] is None
+
+
+def following(raised=0.0, folder=None):
+    """A watch over a rig that follows its friction, quicker than a rig file can ask, up to 1 + `raised`."""
+    params = plan().params.copy()
+    params["period_s"], params["friction_raise"] = 1 / RIG.rate_hz, raised
+    params["friction_change_step"] = 0.2 / 60 / RIG.rate_hz
+    return FrictionWatch(RIG, params, plan().model, [DriftTable()], folder)
+
+
+def test_the_law_is_asked_for_what_is_new_and_after_a_restart_for_what_was_followed(tmp_path):
+    (rows,) = ticks_of([Joint(factor=0.95)], 60.0)
+    rows["friction_factor"] = 1.0
+    found = following(folder=tmp_path)
+    assert found.changes() is None
+    over(rows, found)
+    (health,) = found.status()
+    assert abs(health["followed"] - 0.95) < 0.02
+    assert found.changes().tolist() == [health["followed"] - 1.0]
+    assert found.changes() is None, "nothing is new"
+    found.to_keep()()
+    again = following(folder=tmp_path)
+    assert again.changes().tolist() == [health["followed"] - 1.0]
+    assert watch(tmp_path).changes() is None, "nobody asked for it"
+
+
+def test_a_friction_beyond_what_may_be_followed_is_told_as_long_as_it_is():
+    (rows,) = ticks_of([Joint(factor=1.2, later=1.0, later_s=40.0)], 90.0)
+    rows["friction_factor"] = 1.0
+    found = following(raised=0.02)
+    detector = EventDetector(RIG, None, found)
+    events, _ = over(rows, found, detector)
+    told = [(event["event"], event["text"][:60]) for event in events if event["name"] == "ADAPTATION_BOUND"]
+    assert [kind for kind, _ in told] == ["warning", "warning_cleared"]
+    assert told[0][1].startswith("axis joint: dry friction is 1.")
 
 
 def test_two_axes_are_watched_each_by_itself():

@@ -209,6 +209,15 @@ def test_the_mass_of_an_admittance_is_in_the_status_for_a_person(desk):
     assert told.count("admittance: mass 0.03 kg m^2") == 1
 
 
+def test_a_friction_that_is_followed_is_in_the_status_for_a_person(desk):
+    desk.writer.command["friction_change"] = [-0.05, 0.0]
+    told = desk.ask("status")
+    assert [axis["friction_factor"] for axis in told["axes"]] == [0.95, 1.0]
+    shown = "\n".join(lines({"rig": "mock", "state": "IDLE", "authority": 0.0, **told}))
+    assert shown.count("compensation 0% of 0.950 times the learned friction\n") == 1
+    assert shown.count("times the learned friction") == 1
+
+
 def test_compensation_goes_to_one_axis_or_to_all(desk):
     desk.ask("compensation", share=0.5)
     desk.ask("compensation", share=1.0, axis=1)

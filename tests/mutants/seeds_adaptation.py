@@ -1,0 +1,153 @@
+"""Seeded bugs of the feed-forward that follows the friction: each of its bounds, the pace, what freezes it, what it goes on from."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+PURE = ("tests/unit/friction/test_adaptation.py",)
+WATCH = ("tests/unit/friction/test_followed_drift.py",)
+LAW = ("tests/unit/control/test_friction_factor.py",)
+CHECK = ("tests/unit/cli/test_check_followed_friction.py",)
+HOST = ("tests/unit/host/test_friction_watch.py",)
+
+SEEDS = (
+    Seed(
+        "friction is followed at once", "rtctl/friction/adaptation.py",
+        "min(max(wanted, factor - step), factor + step)", "wanted", PURE,
+    ),
+    Seed(
+        "friction is followed below .7", "rtctl/friction/adaptation.py",
+        "factor + step), bounds.least), bounds.most)", "factor + step), 0.0), bounds.most)", PURE,
+    ),
+    Seed(
+        "friction is followed above what was judged", "rtctl/friction/adaptation.py",
+        "bounds.least), bounds.most)", "bounds.least), 9.0)", PURE,
+    ),
+    Seed(
+        "a doubtful estimate raises the feed-forward", "rtctl/friction/adaptation.py",
+        "found.factor_error <= TIGHT and ", "", PURE,
+    ),
+    Seed(
+        "an estimate of another session raises the feed-forward", "rtctl/friction/adaptation.py",
+        " and found.session_seconds >= SESSION_S", "", PURE,
+    ),
+    Seed(
+        "a doubtful estimate is followed to its middle", "rtctl/friction/adaptation.py",
+        "min(factor, found.factor + SURE * found.factor_error)", "min(factor, found.factor)", PURE,
+    ),
+    Seed(
+        "a frozen factor moves", "rtctl/friction/adaptation.py", " and not frozen", "", PURE,
+    ),
+    Seed(
+        "an estimate that is no number is followed", "rtctl/friction/adaptation.py",
+        " and math.isfinite(found.factor + found.factor_error)", "", PURE,
+    ),
+    Seed(
+        "the two-line test does not bound the factor", "rtctl/friction/adaptation.py",
+        "found.two_line_margin_nm >= 0 and _secant(found)", "_secant(found)", PURE,
+    ),
+    Seed(
+        "the factor takes damping that the coupling is proved with", "rtctl/friction/adaptation.py",
+        " and _secant(found) >= least_nms_rad", "", PURE,
+    ),
+    Seed(
+        "the cap passes its own bound", "rtctl/friction/adaptation.py",
+        "min(FACTOR_MOST, CAP_SHARE_MAX / max(axis.friction.cap_share, 1e-9))", "FACTOR_MOST", PURE,
+    ),
+    Seed(
+        "the cap stays as learned", "rtctl/friction/adaptation.py",
+        '("gain", "viscous_gain", "cap_share")', '("gain", "viscous_gain")', PURE,
+    ),
+    Seed(
+        "standing still pays for motion", "rtctl/friction/drift_watch.py",
+        "axis.adapt(len(found.velocity) / axis.rate_hz", "axis.adapt(len(rows) * 1e-3", WATCH,
+    ),
+    Seed(
+        "a fault does not freeze the factor", "rtctl/friction/drift_watch.py",
+        'bool((rows["faults"] != 0).any()) or not moving[-1]', "not moving[-1]", WATCH,
+    ),
+    Seed(
+        "the factor moves with the motor off", "rtctl/friction/drift_watch.py",
+        'bool((rows["faults"] != 0).any()) or not moving[-1]', 'bool((rows["faults"] != 0).any())', WATCH,
+    ),
+    Seed(
+        "a STOP does not freeze the factor", "rtctl/friction/drift_watch.py",
+        "frozen = faulty or bool(self.stopped)", "frozen = faulty", WATCH,
+    ),
+    Seed(
+        "a feed-forward that has followed is stopped as if it had not", "rtctl/friction/drift_watch.py",
+        'row["compensation"][a] * factor / self._largest[a]', 'row["compensation"][a] / self._largest[a]', WATCH,
+    ),
+    Seed(
+        "a restart goes on beyond the bounds of now", "rtctl/friction/drift_watch.py",
+        "self.factor = min(max(factor, self.bounds.least), self.bounds.most)", "self.factor = factor", WATCH,
+    ),
+    Seed(
+        "a restart begins as learned", "rtctl/friction/drift_state.py",
+        'factor=_factor(kept.get("factor"))', "factor=1.0", WATCH,
+    ),
+    Seed(
+        "a factor that is no number is taken up", "rtctl/friction/drift_state.py",
+        " and math.isfinite(kept)", "", WATCH,
+    ),
+    Seed(
+        "the law follows at once", "rtctl/control/friction_factor.py",
+        "        if is_powered(s.state):\n", "        if False:\n", LAW,
+    ),
+    Seed(
+        "the law follows above what was judged", "rtctl/control/friction_factor.py",
+        "min(asked, p.friction_raise[axis])", "asked", LAW,
+    ),
+    Seed(
+        "the law follows below .7", "rtctl/control/friction_factor.py",
+        "max(min(asked, p.friction_raise[axis]), _LEAST)", "min(asked, p.friction_raise[axis])", LAW,
+    ),
+    Seed(
+        "the law follows what is no number", "rtctl/control/friction_factor.py",
+        " and asked == asked:", ":", LAW,
+    ),
+    Seed(
+        "an axis that follows nothing does", "rtctl/control/friction_factor.py",
+        "if step > 0.0 and asked", "if asked", LAW,
+    ),
+    Seed(
+        "the feed-forward does not follow", "rtctl/control/feedforward.py",
+        "t.compensation[axis] * followed_share(s, p, axis) * gate", "t.compensation[axis] * gate", LAW,
+    ),
+    Seed(
+        "the largest factor counts as what was learned", "rtctl/control/friction_factor.py",
+        " / (1.0 + p.friction_raise[axis])", "", LAW,
+    ),
+    Seed(
+        "the law is asked for nothing", "rtctl/host/telemetry/friction_watch.py",
+        "        self._asked = asked\n        return asked\n", "        return None\n", HOST,
+    ),
+    Seed(
+        "friction beyond the bounds is not told", "rtctl/host/telemetry/friction_watch.py",
+        "(adaptation.BOUND, bound)", '(adaptation.BOUND, "")', HOST,
+    ),
+    Seed(
+        "the law is planned as learned where it may go higher", "rtctl/check/law_plan.py",
+        "model[a] = _fill_friction(params[0], a, most, config, learned)",
+        "model[a] = _fill_friction(params[0], a, axis, config, learned)", CHECK,
+    ),
+    Seed(
+        "cogging follows the friction", "rtctl/check/law_plan.py",
+        "_fill_place(params[0], a, axis, learned)", "_fill_place(params[0], a, most, learned)", CHECK,
+    ),
+    Seed(
+        "the certificate is of the friction as learned", "rtctl/check/stability_report.py",
+        "    axis, factor = largest_feedforward(axis, model, loaded.config.period_s)",
+        "    factor = largest_feedforward(axis, model, loaded.config.period_s)[1]", CHECK,
+    ),
+    Seed(
+        "a model's doubt of sticking hides a drift of sliding", "rtctl/friction/drift_verdict.py",
+        "by.sliding_doubt_nm / found.dry_nm", "by.doubt_nm / found.dry_nm",
+        ("tests/unit/friction/test_drift.py::test_a_model_that_is_in_doubt_where_the_joint_may_stick_hides_no_drift_of_its_sliding",),
+    ),
+    Seed(
+        "points that may stick count as sliding", "rtctl/friction/learn/point_evidence.py",
+        "slides = (speed >= SPEED_MIN_SHARE * branch.speed_max_rad_s)", "slides = (speed >= 0)",
+        ("tests/unit/friction/test_point_evidence.py",),
+    ),
+)  # fmt: skip
