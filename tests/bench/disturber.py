@@ -58,7 +58,9 @@ def disturber(kind: str, core: int, priority: int = 0, children: int = 0) -> Ite
     ]
     if kind == "flood":
         command = ["unshare", "--net", "--mount", *command]
-    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=Path(__file__).parents[2])
+    process = subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=Path(__file__).parents[2]
+    )
     assert process.stdin is not None
     assert process.stdout is not None
     asked, done = process.stdin, process.stdout

@@ -58,7 +58,9 @@ def core_clock(read: Callable[[str], str], core: int) -> CoreClock:
 class Interruptions:
     """Counts the system management interrupts (SMI) of one core, where processor, kernel and rights (CAP_PERFMON) let it."""
 
-    def __init__(self, core: int, root: Path = Path("/"), opened: Callable[[int, int, int], int] | None = None) -> None:
+    def __init__(
+        self, core: int, root: Path = Path("/"), opened: Callable[[int, int, int], int] | None = None
+    ) -> None:
         self._file = -1
         folder = root / "sys/bus/event_source/devices/msr"
         with suppress(OSError, ValueError):
@@ -88,7 +90,9 @@ def _open(kind: int, event: int, core: int) -> int:
     if call is None:
         msg = "no processor that counts SMIs"
         raise OSError(msg)
-    attributes = ctypes.create_string_buffer(_ATTRIBUTES.pack(kind, _ATTRIBUTES.size, event), _ATTRIBUTES.size)
+    attributes = ctypes.create_string_buffer(
+        _ATTRIBUTES.pack(kind, _ATTRIBUTES.size, event), _ATTRIBUTES.size
+    )
     libc = ctypes.CDLL(None, use_errno=True)
     found = int(libc.syscall(call, attributes, -1, core, -1, _CLOEXEC))
     if found < 0:

@@ -53,7 +53,7 @@ class Reading:
     interrupts: Mapping[str, int] = field(default_factory=dict)
     idle: Mapping[str, tuple[int, float]] = field(default_factory=dict)
     """Idle states: how often entered, and how long the way out takes, ns."""
-    clock: CoreClock = CoreClock()
+    clock: CoreClock = field(default_factory=CoreClock)
     smis: float = NAN
 
 

@@ -132,7 +132,9 @@ class Tasks:
             known = self._tasks.setdefault(one.task, _Task(one.name, "", core, priority, one.ran_ns))
             ran_ns = max(one.ran_ns - known.marked_ns, 0)
             known.ended = True
-            self._gone.setdefault(core, []).append(_Gone(f"{one.name} {one.task}", float(ran_ns), known.priority))
+            self._gone.setdefault(core, []).append(
+                _Gone(f"{one.name} {one.task}", float(ran_ns), known.priority)
+            )
 
     def _scan(self, now_ns: int) -> None:
         seen = set()

@@ -127,7 +127,9 @@ def _own(late: LateTick, rise: Rise, needed: float) -> list[tuple[str, str, floa
         return []
     if rise.major_faults > 0 or _fault_ns(rise) >= EXPLAINS * needed:
         return [("page fault", late.phase, needed)]
-    if late.cycle_ns * rise.slower >= EXPLAINS * late.own_ns:  # at the clock of before it would have taken as much less
+    if (
+        late.cycle_ns * rise.slower >= EXPLAINS * late.own_ns
+    ):  # at the clock of before it would have taken as much less
         return [("frequency change", _of_clock(rise), needed)]
     others = (rise.run_delay_ns, rise.steal_ns, rise.smis * SMI_NS)
     if any(explained >= EXPLAINS * needed for explained in others):
@@ -153,6 +155,8 @@ def _kept_waiting(rise: Rise) -> list[tuple[str, str, float]]:
     task that may not preempt the loop rules out no softirq: the kernel counts those as run time of whom they interrupt.
     """
     delay = rise.run_delay_ns
+    if not delay > 0:
+        return []
     held = EXPLAINS * delay
     ours = [one for one in rise.tasks if one.may_preempt and not one.name.startswith(SOFTIRQ_TASK)]
     known = [one for one in ours if one.ran_ns >= 0]
