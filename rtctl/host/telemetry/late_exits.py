@@ -7,6 +7,7 @@ and linux/taskstats.h, linux/genetlink.h.
 from __future__ import annotations
 
 import os
+import select
 import socket
 import struct
 from collections.abc import Iterator
@@ -30,6 +31,10 @@ _REAL_TIME = (os.SCHED_FIFO, os.SCHED_RR, 6)
 """Policies that run before ordinary tasks; 6: SCHED_DEADLINE."""
 
 _PATIENCE_S = 1.0
+"""The kernel answers within microseconds."""
+
+MOST = 1000
+"""Messages that are read at once."""
 
 
 class Ended(NamedTuple):
@@ -49,7 +54,7 @@ class Exits:
         self._core: int | None = None
         try:
             self._socket.bind((0, 0))
-            self._socket.settimeout(_PATIENCE_S)
+            self._socket.setblocking(False)
             self._family = self._ask_family()
         except OSError:
             self._socket.close()
@@ -66,15 +71,16 @@ class Exits:
         self._core = core
 
     def read(self) -> list[Ended]:
-        """Those that have ended since this was last asked. Some are lost where more ended than the kernel keeps."""
+        """Those that have ended since this was last asked, `MOST` at once. Some are lost where more ended than the kernel keeps."""
         found: list[Ended] = []
-        while True:
+        for _ in range(MOST):
             try:
-                found += ended(self._socket.recv(65536, socket.MSG_DONTWAIT))
+                found += ended(self._socket.recv(65536))
             except BlockingIOError:
-                return found
-            except OSError:  # it kept no more of them
+                break
+            except OSError:  # the kernel says that it has lost some
                 continue
+        return found
 
     def close(self) -> None:
         """Hear no more."""
@@ -94,6 +100,8 @@ class Exits:
         self._socket.send(struct.pack("<IHHII", 16 + len(body), family, _REQUEST_ACK, 0, 0) + body)
         answer = b""
         while True:
+            if not select.select([self._socket], [], [], _PATIENCE_S)[0]:
+                raise TimeoutError
             message = self._socket.recv(65536)
             (kind,) = struct.unpack_from("<H", message, 4)
             if kind != _ERROR:

@@ -1,8 +1,6 @@
-"""Who ran on a core: made-up tasks in a made-up /proc, records of taskstats, and this machine's own."""
+"""Who ran on a core: made-up tasks in a made-up /proc, and this machine's own."""
 
 import os
-import socket
-import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -10,7 +8,7 @@ from pathlib import Path
 import pytest
 from patience import until
 
-from rtctl.host.telemetry.late_exits import Ended, ended, exits
+from rtctl.host.telemetry.late_exits import Ended
 from rtctl.host.telemetry.late_tasks import HIGHEST, Ran, Tasks
 
 LOOP, MS, S = 4, 1_000_000, 1_000_000_000
@@ -198,35 +196,6 @@ def test_where_ends_are_not_told_the_rest_works(made):
     looked(tasks)
     made.lacks(7)
     assert [one.name for one in looked(tasks)] == ["make 7"]
-
-
-def record(name, number, *, real=0, virtual=0, policy=0):
-    """A message of taskstats as a kernel 6 sends it, cut where nothing more is read."""
-    stats = struct.pack("<64xQQ32sB15xI", real, virtual, name.encode(), policy, number) + b"\0" * 8
-    inner = struct.pack("<HHI", 8, 1, number) + struct.pack("<HH", 4 + len(stats), 3) + stats
-    outer = struct.pack("<HH", 4 + len(inner), 4) + inner
-    return struct.pack("<IHHII", 20 + len(outer), 31, 0, 0, 0) + b"\2\1\0\0" + outer
-
-
-def test_a_record_of_taskstats_names_the_task_that_ended():
-    assert list(ended(record("hog", 77, real=8 * MS, virtual=7 * MS, policy=1))) == [
-        Ended("77", "hog", 7 * MS, realtime=True)
-    ]
-    assert list(ended(record("sh", 78, real=8 * MS))) == [Ended("78", "sh", 8 * MS, realtime=False)]
-
-
-@pytest.mark.parametrize("cut", [0, 7, 20, 24, 40, 120])
-def test_a_message_that_is_cut_short_says_nothing(cut):
-    assert list(ended(record("hog", 77, virtual=MS)[:cut])) == []
-
-
-def test_a_service_without_the_right_hears_of_no_end(monkeypatch):
-    class Refused:
-        def __init__(self, *_arguments):
-            raise PermissionError
-
-    monkeypatch.setattr(socket, "socket", Refused)
-    assert exits() is None
 
 
 def test_the_task_that_ran_on_the_core_is_named():
