@@ -108,8 +108,8 @@ def _sum(told: list[Told]) -> Told:
     )
 
 
-def _on_real_time(stack: ExitStack, _folder: Path, loop: int, core: int, count: int) -> Iterator[Kind]:
-    """Kinds that reach a loop with real-time rights."""
+def _on_real_time(stack: ExitStack, folder: Path, loop: int, core: int, count: int) -> Iterator[Kind]:
+    """Kinds that reach a loop with real-time rights, and those of its device."""
     spell = stack.enter_context(disturber("task", core, PRIORITY))
     yield Kind("another task", spell, "another task", NAME)
     spell = stack.enter_context(disturber("ended", core, PRIORITY, count))
@@ -119,26 +119,26 @@ def _on_real_time(stack: ExitStack, _folder: Path, loop: int, core: int, count: 
     spell = stack.enter_context(disturber("flood", core))
     yield Kind("a flood of packets", spell, "softirq", "NET_RX", LEAST_FLOOD_US)
     yield Kind("a stop of the process", partial(_stop, loop), "stopped")
+    yield Kind("a device that blocks", partial(_order, folder, BLOCK), "own cycle", "read")
+    yield Kind("page faults", partial(_order, folder, FAULT), "page fault", "read")
 
 
-def _without_rights(stack: ExitStack, folder: Path, loop: int, core: int, _count: int) -> Iterator[Kind]:
-    """Kinds that reach a loop without real-time rights, and those of its device."""
+def _without_rights(stack: ExitStack, _folder: Path, loop: int, core: int, _count: int) -> Iterator[Kind]:
+    """Kinds that reach a loop without real-time rights."""
     os.sched_setaffinity(loop, {core})
     spell = stack.enter_context(disturber("task", core))
     yield Kind("an ordinary task, without real-time rights", spell, "another task", NAME)
     yield Kind("timer slack", partial(_slack, loop), "timer slack")
-    yield Kind("a device that blocks", partial(_order, folder, BLOCK), "own cycle", "read")
-    yield Kind("page faults", partial(_order, folder, FAULT), "page fault", "read")
     if QUOTAS.is_dir():
-        yield Kind("a quota", partial(_hold, loop), "quota")
+        yield Kind("a quota", stack.enter_context(_group(loop)), "quota")
 
 
 @contextmanager
 def _rig(config: Path, folder: Path, realtime: str) -> Iterator[tuple[RigClient, int, int]]:
-    """A daemon with a client, its loop's process and the core that this is on; without real-time rights its device takes orders."""
+    """A daemon with a client, its loop's process and the core that this is on. With real-time rights, its device takes orders."""
     text = config.read_text().replace('"friction/', f'"{config.parent}/friction/')
     text = re.sub(r'^realtime = "\w+"', f'realtime = "{realtime}"', text, count=1, flags=re.MULTILINE)
-    if realtime == "off":
+    if realtime == "require":
         text = text.replace('kind = "mock"', f'kind = "{KIND}"', 1)
     here = folder / "source.toml"
     here.write_text(text)
@@ -190,15 +190,22 @@ def _slack(pid: int) -> None:
         file.write_text(before)
 
 
-def _hold(pid: int) -> None:
-    """Put the loop into a control group that may run for a hundredth of the time, for a spell."""
+@contextmanager
+def _group(pid: int) -> Iterator[Callable[[], None]]:
+    """Put the loop into a control group; what is yielded lets that run for a hundredth of the time, for a spell."""
     group = QUOTAS / f"rtctl-bench-{os.getpid()}"
     group.mkdir()
+    quota = group / "cpu.cfs_quota_us"
+
+    def hold() -> None:
+        quota.write_text("1000")
+        time.sleep(10 * SPELL_S)
+        quota.write_text("-1")
+
     try:
         (group / "cpu.cfs_period_us").write_text("100000")
-        (group / "cpu.cfs_quota_us").write_text("1000")
         (group / "cgroup.procs").write_text(str(pid))
-        time.sleep(10 * SPELL_S)
+        yield hold
     finally:
         (QUOTAS / "cgroup.procs").write_text(str(pid))
         group.rmdir()

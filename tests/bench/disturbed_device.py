@@ -29,6 +29,9 @@ BLOCK_S = 0.02
 PAGES = 8192
 """Pages that are touched: some ten milliseconds of page faults."""
 
+MADV_DONTNEED_LOCKED = 24
+"""Gives memory back that is locked, too (Linux 5.18)."""
+
 INFO = BackendInfo(
     factory="tests.bench.disturbed_device:DisturbedMock",
     options="hw.mock.options:MockOptions",
@@ -50,7 +53,7 @@ class DisturbedMock:
         self._order = bytearray(1)
 
     def open(self) -> None:
-        """Map the file of the order, and memory to fault on: pages of the usual size, none of them there."""
+        """Map the file of the order, and memory to fault on, of pages of the usual size."""
         with Path(os.environ[ORDER]).open("r+b") as file:
             self._order = mmap.mmap(file.fileno(), 1)
         self._memory = mmap.mmap(-1, PAGES * mmap.PAGESIZE, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
@@ -68,8 +71,8 @@ class DisturbedMock:
         if order == BLOCK:
             time.sleep(BLOCK_S)
         elif order == FAULT:
+            self._memory.madvise(MADV_DONTNEED_LOCKED)
             self._bytes[:: mmap.PAGESIZE] = 1
-            self._memory.madvise(mmap.MADV_DONTNEED)
         self._mock.read(tick)
 
     def write(self, tick: np.ndarray) -> None:

@@ -35,6 +35,9 @@ SPELL_S = 0.02
 NAME = "rtctl-hog"
 """Of every task that computes."""
 
+FIRST = -20
+"""Niceness of an ordinary task that disturbs: what else the machine does has little of the core meanwhile."""
+
 LISTENERS = 16
 GROUP, PORT = "239.1.1.1", 5007
 
@@ -91,6 +94,8 @@ def _onto(core: int, priority: int) -> None:
     os.sched_setaffinity(0, {core})
     if priority:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+    else:
+        os.nice(FIRST)
 
 
 def _compute() -> None:
@@ -147,6 +152,7 @@ def _network(core: int) -> None:
 
 def _flood(core: int) -> Callable[[], None]:
     _network(core)
+    os.nice(FIRST)
     listeners = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(LISTENERS)]
     for listener in listeners:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

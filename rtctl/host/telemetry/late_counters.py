@@ -45,6 +45,8 @@ class Reading:
     major_faults: float = NAN
     steal_ns: float = NAN
     throttled_ns: float = NAN
+    group: str = ""
+    """File with `throttled_ns`: that of another control group says nothing of this one."""
     stopped: bool = False
     timer_slack_ns: float = NAN
     priority: int = 0
@@ -96,14 +98,15 @@ class Counters:
         if late or at_ns - self._asked_ns >= SELDOM_NS or self._asked_core != self.core:
             self._ask_core(at_ns)
         core = next((line for line in self._lines("proc/stat") if line.startswith(f"cpu{self.core} ")), "")
-        steal = core.split()
+        steal, group = core.split(), self._quota_file()
         return Reading(
             at_ns=at_ns,
             run_delay_ns=float(delay[1]) if len(delay) > 1 else NAN,
             minor_faults=float(own[_MINOR]) if known else NAN,
             major_faults=float(own[_MAJOR]) if known else NAN,
             steal_ns=float(steal[_STEAL]) * self._tick_ns if len(steal) > _STEAL else NAN,
-            throttled_ns=self._throttled_ns(),
+            throttled_ns=self._throttled_ns(group),
+            group=group,
             stopped=known and own[_STATE] in "Tt",
             timer_slack_ns=NAN if _priority(own) else number(self._read(self._slack)),
             priority=_priority(own),
@@ -204,9 +207,8 @@ class Counters:
                 found = f"sys/fs/cgroup{path.rstrip('/')}/cpu.stat"
         return found
 
-    def _throttled_ns(self) -> float:
-        name = self._quota_file()
-        for line in self._lines(name) if name else []:
+    def _throttled_ns(self, group: str) -> float:
+        for line in self._lines(group) if group else []:
             name, _, value = line.partition(" ")
             if name in _THROTTLED:
                 return _THROTTLED[name] * number(value)
@@ -228,7 +230,7 @@ def rise(before: Reading, after: Reading, usual: Mapping[str, float]) -> Rise:
     return Rise(
         run_delay_ns=after.run_delay_ns - before.run_delay_ns,
         steal_ns=after.steal_ns - before.steal_ns,
-        throttled_ns=after.throttled_ns - before.throttled_ns,
+        throttled_ns=after.throttled_ns - before.throttled_ns if after.group == before.group else NAN,
         minor_faults=after.minor_faults - before.minor_faults,
         major_faults=after.major_faults - before.major_faults,
         stopped=before.stopped or after.stopped,
