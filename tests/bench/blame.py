@@ -2,7 +2,8 @@
 
 Each kind of disturbance comes in bursts half a second apart, on the loop's own core, a block of bursts of each kind in turn, and all
 that again: what the machine does besides falls on every kind alike. Judged is the worst tick that the daemon tells of, if half of its
-lateness at least fell into the burst; it is named right only if cause and name both are. Bursts without such a tick are told and do not count.
+lateness at least fell into the burst; it is named right only if cause and name both are. Bursts without such a tick, and those that shared
+the core with somebody else's task, are told and do not count.
 """
 
 from __future__ import annotations
@@ -50,6 +51,7 @@ class Told:
     right: int = 0
     others: Counter[str] = field(default_factory=Counter)
     without: int = 0
+    """Bursts that made no tick late, or had the core for a part of their time only."""
 
     @property
     def judged(self) -> int:
@@ -63,7 +65,7 @@ class Told:
             name,
             self.right / self.judged if self.judged else float("nan"),
             "",
-            f"{self.right} of {self.judged} bursts, {self.without} more without a late tick"
+            f"{self.right} of {self.judged} bursts, {self.without} more without a late tick of theirs"
             + (f"; told instead: {wrong}" if wrong else ""),
             RIGHT,
             ">=",
@@ -75,7 +77,8 @@ class Kind:
     """A kind of disturbance: what a burst does, and what is right to say of it."""
 
     text: str
-    burst: Callable[[], None]
+    burst: Callable[[], bool]
+    """Whether it was made as it should."""
     cause: str
     name: str = ""
     least_us: float = LEAST_US
@@ -164,22 +167,24 @@ def _core_of(pid: int) -> int:
     return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[36])
 
 
-def _order(folder: Path, order: int) -> None:
+def _order(folder: Path, order: int) -> bool:
     """Have the device do it in its next `read`, which is over within a spell."""
     with (folder / "order").open("r+b") as file:
         file.write(bytes([order]))
     time.sleep(2 * SPELL_S)
+    return True
 
 
-def _stop(pid: int) -> None:
+def _stop(pid: int) -> bool:
     os.kill(pid, signal.SIGSTOP)
     try:
         time.sleep(SPELL_S)
     finally:
         os.kill(pid, signal.SIGCONT)
+    return True
 
 
-def _slack(pid: int) -> None:
+def _slack(pid: int) -> bool:
     """Have the kernel wake the loop up to `SPELL_S` late, for a spell."""
     file = Path(f"/proc/{pid}/timerslack_ns")
     before = file.read_text()
@@ -188,19 +193,21 @@ def _slack(pid: int) -> None:
         time.sleep(3 * SPELL_S)
     finally:
         file.write_text(before)
+    return True
 
 
 @contextmanager
-def _group(pid: int) -> Iterator[Callable[[], None]]:
+def _group(pid: int) -> Iterator[Callable[[], bool]]:
     """Put the loop into a control group; what is yielded lets that run for a hundredth of the time, for a spell."""
     group = QUOTAS / f"rtctl-bench-{os.getpid()}"
     group.mkdir()
     quota = group / "cpu.cfs_quota_us"
 
-    def hold() -> None:
+    def hold() -> bool:
         quota.write_text("1000")
         time.sleep(10 * SPELL_S)
         quota.write_text("-1")
+        return True
 
     try:
         (group / "cpu.cfs_period_us").write_text("100000")
@@ -219,7 +226,7 @@ def _judge(rig: RigClient, kind: Kind, bursts: int, period_s: float, found: Told
             events.receive(PAUSE_S)
         for _ in range(bursts):
             began = time.monotonic()
-            kind.burst()
+            made = kind.burst()
             ended = time.monotonic()
             worst: dict[str, Any] | None = None
             while (left_s := ended + PAUSE_S - time.monotonic()) > 0:
@@ -231,7 +238,7 @@ def _judge(rig: RigClient, kind: Kind, bursts: int, period_s: float, found: Told
                     and inside(event, began, ended, period_s)
                 ):
                     worst = event
-            if worst is None:
+            if worst is None or not made:
                 found.without += 1
             elif worst["cause"] == kind.cause and kind.name in worst["name"]:
                 found.right += 1

@@ -32,6 +32,9 @@ from tests.bench.child import end
 SPELL_S = 0.02
 """How long a spell takes the core."""
 
+MADE = 0.75
+"""Least share of a spell for which a task must have had the core: else somebody else had it, and who made a tick late is not known."""
+
 NAME = "rtctl-hog"
 """Of every task that computes."""
 
@@ -47,8 +50,8 @@ SIOCGIFFLAGS, SIOCSIFFLAGS, IFF_UP, IFF_MULTICAST = 0x8913, 0x8914, 0x1, 0x1000
 
 
 @contextmanager
-def disturber(kind: str, core: int, priority: int = 0, children: int = 0) -> Iterator[Callable[[], None]]:
-    """The process; what is yielded asks for one spell, and returns after it.
+def disturber(kind: str, core: int, priority: int = 0, children: int = 0) -> Iterator[Callable[[], bool]]:
+    """The process; what is yielded asks for one spell, and returns after it whether that was made as it should.
 
     `children` is how many spells `ended` may be asked for. Raises RtctlError where this user may not do that.
     """
@@ -68,11 +71,13 @@ def disturber(kind: str, core: int, priority: int = 0, children: int = 0) -> Ite
     assert process.stdout is not None
     asked, done = process.stdin, process.stdout
 
-    def spell() -> None:
+    def spell() -> bool:
         asked.write(b"\n")
         asked.flush()
-        if done.readline() != b"done\n":
+        answer = done.readline()
+        if not answer:
             raise RtctlError(f"{kind}: the disturbing process has ended")
+        return answer == b"made\n"
 
     try:
         if done.readline() != b"ready\n":
@@ -98,10 +103,12 @@ def _onto(core: int, priority: int) -> None:
         os.nice(FIRST)
 
 
-def _compute() -> None:
-    began = time.monotonic()
-    while time.monotonic() - began < SPELL_S:
+def _compute() -> bool:
+    """Compute for a spell; whether this task had the core for most of it."""
+    began, ran = time.monotonic(), time.thread_time()
+    while time.thread_time() - ran < SPELL_S:
         pass
+    return MADE * (time.monotonic() - began) <= SPELL_S
 
 
 def _child(core: int, priority: int, go: int) -> int:
@@ -110,13 +117,15 @@ def _child(core: int, priority: int, go: int) -> int:
     if pid == 0:
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
         _onto(core, priority)
-        if go < 0 or os.read(go, 1):
-            _compute()
-        os._exit(0)
+        os._exit(int(not ((go < 0 or os.read(go, 1)) and _compute())))
     return pid
 
 
-def _children(core: int, priority: int, count: int) -> Callable[[], None]:
+def _waited(pid: int) -> bool:
+    return os.waitpid(pid, 0)[1] == 0
+
+
+def _children(core: int, priority: int, count: int) -> Callable[[], bool]:
     """Children that are there, one of which computes and ends at each call."""
     waiting = []
     for _ in range(count):
@@ -124,11 +133,12 @@ def _children(core: int, priority: int, count: int) -> Callable[[], None]:
         waiting.append((tells, _child(core, priority, hears)))
         os.close(hears)
 
-    def spell() -> None:
+    def spell() -> bool:
         tells, pid = waiting.pop()
         os.write(tells, b"\n")
-        os.waitpid(pid, 0)
+        made = _waited(pid)
         os.close(tells)
+        return made
 
     return spell
 
@@ -150,7 +160,7 @@ def _network(core: int) -> None:
     Path("/sys/class/net/lo/queues/rx-0/rps_cpus").write_text(f"{1 << core:x}")
 
 
-def _flood(core: int) -> Callable[[], None]:
+def _flood(core: int) -> Callable[[], bool]:
     _network(core)
     os.nice(FIRST)
     listeners = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(LISTENERS)]
@@ -163,7 +173,7 @@ def _flood(core: int) -> Callable[[], None]:
     source.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton("127.0.0.1"))
     source.setblocking(False)
 
-    def spell() -> None:
+    def spell() -> bool:
         began = time.monotonic()
         while time.monotonic() - began < SPELL_S:
             with contextlib.suppress(BlockingIOError):
@@ -172,11 +182,12 @@ def _flood(core: int) -> Callable[[], None]:
             with contextlib.suppress(BlockingIOError):
                 while listener.recv(128, socket.MSG_DONTWAIT):
                     pass
+        return True
 
     return spell
 
 
-def _spell_of(kind: str, core: int, priority: int, children: int) -> Callable[[], object]:
+def _spell_of(kind: str, core: int, priority: int, children: int) -> Callable[[], bool]:
     if kind == "task":
         _onto(core, priority)
         return _compute
@@ -184,7 +195,7 @@ def _spell_of(kind: str, core: int, priority: int, children: int) -> Callable[[]
     if kind == "ended":
         return _children(core, priority, children)
     if kind == "brief":
-        return lambda: os.waitpid(_child(core, priority, -1), 0)
+        return lambda: _waited(_child(core, priority, -1))
     return _flood(core)
 
 
@@ -197,8 +208,7 @@ def main(kind: str, core: int, priority: int, children: int) -> None:
         return
     _say("ready")
     for _ in sys.stdin:
-        spell()
-        _say("done")
+        _say("made" if spell() else "shared")
 
 
 if __name__ == "__main__":

@@ -181,7 +181,11 @@ SEEDS = (
     ),
     Seed(
         "an SMI in the cycle is the device's fault", "rtctl/host/telemetry/late_verdict.py",
-        "others = (rise.run_delay_ns, rise.steal_ns, rise.smis * SMI_NS)", "others = (rise.run_delay_ns, rise.steal_ns)", VERDICT,
+        "rise.steal_ns, rise.smis * SMI_NS, *counted)", "rise.steal_ns, *counted)", VERDICT,
+    ),
+    Seed(
+        "softirqs in the middle of the cycle are the device's fault", "rtctl/host/telemetry/late_verdict.py",
+        "rise.smis * SMI_NS, *counted)", "rise.smis * SMI_NS)", VERDICT,
     ),
     Seed(
         "run time counts from the begin of a task", "rtctl/host/telemetry/late_tasks.py",

@@ -131,7 +131,8 @@ def _own(late: LateTick, rise: Rise, needed: float) -> list[tuple[str, str, floa
         late.cycle_ns * rise.slower >= EXPLAINS * late.own_ns
     ):  # at the clock of before it would have taken as much less
         return [("frequency change", _of_clock(rise), needed)]
-    others = (rise.run_delay_ns, rise.steal_ns, rise.smis * SMI_NS)
+    counted = (_counted(rise.softirqs)[1], _counted(rise.interrupts)[1])
+    others = (rise.run_delay_ns, rise.steal_ns, rise.smis * SMI_NS, *counted)
     if any(explained >= EXPLAINS * needed for explained in others):
         return []
     return [("own cycle", late.phase, late.own_ns / late.late_ns * needed)]

@@ -71,6 +71,9 @@ NET = {"NET_RX": 80.0, "RCU": 3.0}
         (OWN, replace(NOTHING, minor_faults=120), "page fault", "write"),
         (OWN, replace(NOTHING, steal_ns=1e7), "steal", ""),
         (OWN, replace(NOTHING, smis=2.0), "SMI", ""),
+        (OWN, replace(NOTHING, softirqs=NET), "softirq", "NET_RX"),  # in the middle of the cycle
+        (OWN, replace(NOTHING, softirqs={"NET_RX": 9.0}), "own cycle", "write"),
+        (OWN, replace(NOTHING, interrupts={"25 eth0": 90.0}), "interrupt", "25 eth0"),
         (OWN, replace(NOTHING, slower=0.3), "frequency change", ""),
         (OWN, replace(NOTHING, slower=0.3, too_hot=True), "frequency change", "heat"),
         (OWN, replace(NOTHING, slower=0.05), "own cycle", "write"),
