@@ -254,4 +254,4 @@ def inside(event: dict[str, Any], began: float, ended: float, period_s: float) -
     deadline = event["monotonic_s"] - (event["tick"] - event["worst_tick"]) * period_s
     late_s = event["worst_us"] * 1e-6
     woke = deadline + late_s % period_s
-    return min(woke, ended + period_s) - max(woke - late_s, began - period_s) >= 0.5 * late_s
+    return bool(min(woke, ended + period_s) - max(woke - late_s, began - period_s) >= 0.5 * late_s)

@@ -50,7 +50,7 @@ class DisturbedMock:
     def __init__(self, options: Options, rig: Rig) -> None:
         self._mock = MockBackend(options, rig)
         self.provides = self._mock.provides
-        self._order = bytearray(1)
+        self._order: bytearray | mmap.mmap = bytearray(1)
 
     def open(self) -> None:
         """Map the file of the order, and memory to fault on, of pages of the usual size."""

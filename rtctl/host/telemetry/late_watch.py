@@ -17,8 +17,9 @@ from rtctl.tick import joined
 
 EVENT = "late"
 
-LOOK_NS = 100_000_000
-"""From one look at the counters to the next while no tick is late."""
+LOOK_NS, LOOK_ORDINARY_NS = 100_000_000, 20_000_000
+"""From one look at the counters to the next while no tick is late; the second beside a loop without real-time rights: any task may keep
+that waiting, and what they ran for while it did not wait says nothing."""
 
 SCAN_NS, SCAN_LATE_NS = 2_000_000_000, 50_000_000
 """From one look at all tasks to the next, and while ticks are late; at those that matter it looks as often as at the counters."""
@@ -85,7 +86,7 @@ class LateWatch:
                 self._look_at_tasks(now_ns, self._before.priority, late=True)
             return
         late = bool(self._waiting)
-        if self._before is not None and not late and now_ns - self._before.at_ns < LOOK_NS:
+        if self._before is not None and not late and now_ns - self._before.at_ns < self._pause_ns():
             return
         reading = self._counters.look(now_ns, late=late)
         self._look_at_tasks(now_ns, reading.priority, late=late)
@@ -99,6 +100,9 @@ class LateWatch:
         else:
             self._learn(before, reading)
         self._stopped = False
+
+    def _pause_ns(self) -> int:
+        return LOOK_NS if self._before is not None and self._before.priority > 0 else LOOK_ORDINARY_NS
 
     def _look_at_tasks(self, now_ns: int, priority: int, *, late: bool) -> None:
         if self._tasks is None or self._counters is None:
