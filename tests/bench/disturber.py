@@ -32,7 +32,7 @@ from tests.bench.child import end
 SPELL_S = 0.02
 """How long a spell takes the core."""
 
-MADE = 0.75
+MADE = 0.9
 """Least share of a spell for which a task must have had the core: else somebody else had it, and who made a tick late is not known."""
 
 NAME = "rtctl-hog"

@@ -188,20 +188,28 @@ SEEDS = (
         "rise.smis * SMI_NS, *counted)", "rise.smis * SMI_NS)", VERDICT,
     ),
     Seed(
-        "run time counts from the begin of a task", "rtctl/host/telemetry/late_tasks.py",
-        "float(one.ran_ns - one.marked_ns)", "float(one.ran_ns)", TASKS,
+        "all that a task ran for counts, whenever that was", "rtctl/host/telemetry/late_tasks.py",
+        "min(b.ran_ns - a.ran_ns, shared)", "b.ran_ns - a.ran_ns", TASKS,
+    ),
+    Seed(
+        "a task ran evenly since it was first seen", "rtctl/host/telemetry/late_tasks.py",
+        "known.add(known.samples[-1]._replace(at_ns=at_ns))", "pass", TASKS,
     ),
     Seed(
         "a task counts on the core where it is now only", "rtctl/host/telemetry/late_tasks.py",
-        "core in (one.core, one.marked_core)", "core == one.core", TASKS,
+        "core in (a.core, b.core)", "core == b.core", TASKS,
     ),
     Seed(
         "a task that has ended is forgotten", "rtctl/host/telemetry/late_tasks.py",
-        "if one is not None and self._exits is None:", "if one is None:", TASKS,
+        "if not one.gone_ns and self._exits is None:", "if False:", TASKS,
     ),
     Seed(
-        "a task whose parent has not heard of its end ran twice", "rtctl/host/telemetry/late_tasks.py",
-        "one.ran_ns > one.marked_ns and not one.ended", "one.ran_ns > one.marked_ns", TASKS,
+        "a task whose parent has not heard of its end runs on", "rtctl/host/telemetry/late_tasks.py",
+        "            if known.gone_ns:\n                return\n", "", TASKS,
+    ),
+    Seed(
+        "tasks that have ended are kept for ever", "rtctl/host/telemetry/late_tasks.py",
+        "now_ns - one.gone_ns > KEPT_NS", "False", TASKS,
     ),
     Seed(
         "SCHED_DEADLINE has no priority", "rtctl/host/telemetry/late_tasks.py",

@@ -1,9 +1,10 @@
-"""Which tasks ran on a core: their run times from one mark to the next."""
+"""Which tasks ran on a core in a stretch of time: run times of tasks, each with the time that it was read at."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,42 +23,65 @@ HIGHEST = 100
 ACTIVE_NS = 10_000_000_000
 """A task that ran is looked at, at each look, for so long."""
 
+KEPT_NS = 1_000_000_000
+"""What is known of a task that has ended is kept for so long."""
+
+SAMPLES = 8
+"""Newest readings of a task that are kept."""
+
 MOST = 8
-"""Tasks that are told, those that ran longest."""
+"""Tasks that are told."""
 
 
 class Ran(NamedTuple):
-    """A task that ran on the core asked for.
+    """A task that ran on the core asked for, in the time asked for.
 
-    `ran_ns` is NaN for one that has ended and was seen before: how long it ran at its end is not known. `may_preempt` is whether its
-    priority keeps a task of the priority asked for waiting.
+    `ran_ns` is for how long at most: NaN for one that has ended meanwhile, which was seen before and nobody tells of. `likely_ns` is that if it ran
+    evenly from one reading to the next. `may_preempt`: its priority keeps a task of the priority asked for waiting.
     """
 
     name: str
     ran_ns: float
     may_preempt: bool
+    likely_ns: float = 0.0
+
+
+class _Sample(NamedTuple):
+    at_ns: int
+    ran_ns: int
+    core: int
 
 
 @dataclass
 class _Task:
     name: str
     folder: str
-    core: int
     priority: int
-    ran_ns: int
-    marked_ns: int = 0
-    """Run time at the last mark; 0 for one that was begun since: it counts from its begin."""
-    marked_core: int = -1
-    active_ns: int = 0
-    """When it was last seen to have run, CLOCK_MONOTONIC."""
-    ended: bool = False
-    """It was told to have ended; /proc may show it until its parent has heard."""
+    samples: list[_Sample]
+    active_ns: int
+    """When it was last seen to have run."""
+    gone_ns: int = 0
+    """When it was known to have ended; 0: it lives. /proc may show it until its parent has heard."""
+    told: bool = False
+    """Its end was told, with its run time."""
 
+    def add(self, sample: _Sample) -> None:
+        """Keep a reading. Of several in which it had not run, the first and the last say all."""
+        if len(self.samples) > 1 and self.samples[-2].ran_ns == self.samples[-1].ran_ns == sample.ran_ns:
+            self.samples.pop()
+        elif self.samples[-1].ran_ns != sample.ran_ns:
+            self.active_ns = sample.at_ns
+        self.samples = [*self.samples[1 - SAMPLES :], sample]
 
-class _Gone(NamedTuple):
-    name: str
-    ran_ns: float
-    priority: int
+    def within(self, core: int, since_ns: int, until_ns: int) -> tuple[float, float]:
+        """How long it ran on `core` between two times, at most and if it ran evenly, ns; on the core at one end of a step at least."""
+        most = likely = 0.0
+        for a, b in zip(self.samples, self.samples[1:], strict=False):
+            shared = min(b.at_ns, until_ns) - max(a.at_ns, since_ns)
+            if shared > 0 and core in (a.core, b.core):
+                most += min(b.ran_ns - a.ran_ns, shared)
+                likely += (b.ran_ns - a.ran_ns) * shared / (b.at_ns - a.at_ns)
+        return most, likely
 
 
 class Tasks:
@@ -71,46 +95,48 @@ class Tasks:
         Where /proc is, for tests.
     exits
         Tells of tasks that have ended; None: what /proc showed of them last is all.
+    clock
+        CLOCK_MONOTONIC, ns: each reading bears its own time, as a look may be interrupted for long.
     """
 
-    def __init__(self, apart_from: int, root: Path = Path("/"), exits: Exits | None = None) -> None:
-        self._proc, self._apart, self._exits = root / "proc", str(apart_from), exits
+    def __init__(
+        self,
+        apart_from: int,
+        root: Path = Path("/"),
+        exits: Exits | None = None,
+        clock: Callable[[], int] = time.monotonic_ns,
+    ) -> None:
+        self._proc, self._apart, self._exits, self._clock = root / "proc", str(apart_from), exits, clock
         self._tasks: dict[str, _Task] = {}
-        self._gone: dict[int, list[_Gone]] = {}
-        self._scanned = False
+        self._scanned_ns: int | None = None
 
-    def look(self, now_ns: int, core: int, priority: int, *, everywhere: bool) -> None:
-        """Look at all tasks, or only at those that ran lately or may preempt one of real-time `priority`.
-
-        A task that has ended is remembered, until the next mark, as one of the core it was on.
-        """
+    def look(self, core: int, priority: int, *, everywhere: bool) -> None:
+        """Look at all tasks, or only at those that ran lately or may preempt one of real-time `priority`; hear who ended on `core`."""
         self._hear(core)
         if everywhere:
-            self._scan(now_ns)
+            self._scan()
             return
+        now_ns = self._clock()
         for task, one in list(self._tasks.items()):
-            if now_ns - one.active_ns < ACTIVE_NS or 0 < priority <= one.priority:
+            if not one.gone_ns and (now_ns - one.active_ns < ACTIVE_NS or 0 < priority <= one.priority):
                 try:
-                    self._see(task, one.folder, now_ns)
+                    self._see(task, one.folder)
                 except (OSError, ValueError, IndexError):
                     self._forget(task)
 
-    def mark(self, core: int, priority: int) -> tuple[Ran, ...]:
-        """Who ran on `core` since the last mark, the longest first; who has ended without telling how long, last.
-
-        A task counts that was on the core at one end of this time at least: what it did in between elsewhere is not known.
-        """
-        ran = [
-            Ran(f"{one.name} {task}", float(one.ran_ns - one.marked_ns), one.priority >= priority)
-            for task, one in self._tasks.items()
-            if one.ran_ns > one.marked_ns and not one.ended and core in (one.core, one.marked_core)
-        ]
-        ran += [Ran(one.name, one.ran_ns, one.priority >= priority) for one in self._gone.get(core, ())]
-        self._gone.clear()
-        for one in self._tasks.values():
-            one.marked_ns, one.marked_core = one.ran_ns, one.core
-        known = sorted((one for one in ran if one.ran_ns > 0), key=lambda one: -one.ran_ns)
-        return (*known[:MOST], *[one for one in ran if not one.ran_ns >= 0][:MOST])
+    def ran(self, core: int, priority: int, since_ns: int, until_ns: int) -> tuple[Ran, ...]:
+        """Who ran on `core` between two times, the likeliest first; who has ended without telling how long, last."""
+        known, unknown = [], []
+        for task, one in self._tasks.items():
+            name, may = f"{one.name} {task}", one.priority >= priority
+            most, likely = one.within(core, since_ns, until_ns)
+            if most > 0:
+                known.append(Ran(name, most, may, likely))
+            newest = one.samples[-1]
+            if one.gone_ns > since_ns and newest.at_ns < until_ns and newest.core == core and not one.told:
+                unknown.append(Ran(name, float("nan"), may))
+        known.sort(key=lambda one: -one.likely_ns)
+        return (*known[:MOST], *unknown[:MOST])
 
     def close(self) -> None:
         """Close what tells of tasks that have ended."""
@@ -128,46 +154,58 @@ class Tasks:
             self._exits = None
             return
         for one in self._exits.read():
-            priority = HIGHEST if one.realtime else 0
-            known = self._tasks.setdefault(one.task, _Task(one.name, "", core, priority, one.ran_ns))
-            ran_ns = max(one.ran_ns - known.marked_ns, 0)
-            known.ended = True
-            self._gone.setdefault(core, []).append(
-                _Gone(f"{one.name} {one.task}", float(ran_ns), known.priority)
-            )
+            now_ns = self._clock()
+            sample = _Sample(now_ns, one.ran_ns, core)
+            known = self._tasks.get(one.task)
+            if known is None:
+                priority = HIGHEST if one.realtime else 0
+                known = self._begun(one.task, one.name, "", priority, sample)
+            elif not known.gone_ns:
+                known.add(sample._replace(ran_ns=max(one.ran_ns, known.samples[-1].ran_ns)))
+            known.name, known.gone_ns, known.told = one.name, now_ns, True
 
-    def _scan(self, now_ns: int) -> None:
-        seen = set()
+    def _scan(self) -> None:
+        began_ns, seen = self._clock(), set()
         for task, folder in self._all():
             with suppress(OSError, ValueError, IndexError):
-                self._see(task, folder, now_ns)
+                self._see(task, folder)
                 seen.add(task)
         for task in [task for task in self._tasks if task not in seen]:
             self._forget(task)
-        if not self._scanned:  # nobody was begun since the last mark: there was none
-            self._scanned = True
-            for one in self._tasks.values():
-                one.marked_ns, one.marked_core = one.ran_ns, one.core
+        self._scanned_ns = began_ns
 
-    def _see(self, task: str, folder: str, now_ns: int) -> None:
+    def _see(self, task: str, folder: str) -> None:
+        known, at_ns = self._tasks.get(task), self._clock()
         ran_ns = int(_text(f"{folder}/schedstat").split()[0])
-        known = self._tasks.get(task)
-        if known is not None and (ran_ns == known.ran_ns or (known.ended and ran_ns > known.ran_ns)):
-            return
+        if known is not None and ran_ns >= known.samples[-1].ran_ns:
+            if known.gone_ns:
+                return
+            if ran_ns == known.samples[-1].ran_ns:
+                known.add(known.samples[-1]._replace(at_ns=at_ns))
+                return
         name, _, rest = _text(f"{folder}/stat").partition("(")[2].rpartition(")")
         words = rest.split()
         priority = HIGHEST if int(words[_POLICY]) == _DEADLINE else int(words[_PRIORITY])
-        if known is None or ran_ns < known.ran_ns:  # or another task of the same number
-            known = self._tasks[task] = _Task(name, folder, int(words[_CORE]), priority, ran_ns)
-        known.name, known.core, known.priority, known.ran_ns = name, int(words[_CORE]), priority, ran_ns
-        known.active_ns = now_ns
+        sample = _Sample(at_ns, ran_ns, int(words[_CORE]))
+        if known is None or ran_ns < known.samples[-1].ran_ns:  # or another task of the same number
+            self._begun(task, name, folder, priority, sample)
+            return
+        known.name, known.priority = name, priority
+        known.add(sample)
+
+    def _begun(self, task: str, name: str, folder: str, priority: int, sample: _Sample) -> _Task:
+        """A task seen for the first time: begun since all were looked at, unless they never were."""
+        first = [] if self._scanned_ns is None else [_Sample(self._scanned_ns, 0, sample.core)]
+        self._tasks[task] = _Task(name, folder, priority, [*first, sample], sample.at_ns)
+        return self._tasks[task]
 
     def _forget(self, task: str) -> None:
-        """It has ended. Where that is not told with its run time, remember that there was one."""
-        one = self._tasks.pop(task, None)
-        if one is not None and self._exits is None:
-            gone = _Gone(f"{one.name} {task}", float("nan"), one.priority)
-            self._gone.setdefault(one.core, []).append(gone)
+        """It has ended. Where that is not told with its run time, remember for a while that there was one."""
+        one, now_ns = self._tasks[task], self._clock()
+        if not one.gone_ns and self._exits is None:
+            one.gone_ns = now_ns
+        if not one.gone_ns or now_ns - one.gone_ns > KEPT_NS:
+            del self._tasks[task]
 
     def _all(self) -> Iterator[tuple[str, str]]:
         """Number and folder of every task."""

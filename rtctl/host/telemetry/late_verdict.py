@@ -64,7 +64,7 @@ class Rise:
     """Beyond what is usual, by name; interrupts likewise."""
     interrupts: Mapping[str, float] | None = None
     tasks: Sequence[Ran] = ()
-    """Other tasks that ran on the loop's core, those first that ran longest."""
+    """Other tasks that ran on the loop's core while the tick was waited for, the likeliest first."""
     smis: float = float("nan")
     """How often the machine's firmware took the core."""
     slower: float = float("nan")
@@ -104,7 +104,7 @@ def judge(late: LateTick, rise: Rise, late_sum_ns: float) -> Verdict:
         ("stopped", "", needed if rise.stopped else 0.0),
         ("quota", "", rise.throttled_ns),
         *_own(late, rise, needed),
-        *_kept_waiting(rise),
+        *_kept_waiting(late, rise),
         ("steal", "", rise.steal_ns),
         ("page fault", late.phase, _fault_ns(rise)),
         ("softirq", *_counted(rise.softirqs)),
@@ -146,7 +146,7 @@ def _of_clock(rise: Rise) -> str:
     return "heat" if rise.too_hot else ""
 
 
-def _kept_waiting(rise: Rise) -> list[tuple[str, str, float]]:
+def _kept_waiting(late: LateTick, rise: Rise) -> list[tuple[str, str, float]]:
     """Who had the core while the loop was ready to run.
 
     Notes
@@ -158,22 +158,23 @@ def _kept_waiting(rise: Rise) -> list[tuple[str, str, float]]:
     delay = rise.run_delay_ns
     if not delay > 0:
         return []
-    held = EXPLAINS * delay
+    held, long = EXPLAINS * delay, EXPLAINS * min(delay, late.late_ns)
     ours = [one for one in rise.tasks if one.may_preempt and not one.name.startswith(SOFTIRQ_TASK)]
     known = [one for one in ours if one.ran_ns >= 0]
     ended = [one for one in ours if not one.ran_ns >= 0]
     kernels = sum(one.ran_ns for one in rise.tasks if one.name.startswith(SOFTIRQ_TASK) and one.ran_ns >= 0)
     softirq, softirq_ns = _counted(rise.softirqs)
     interrupt, interrupt_ns = _counted(rise.interrupts)
-    if sum(one.ran_ns for one in known) >= held:
-        return [("another task", known[0].name if known[0].ran_ns >= EXPLAINS * held else "", delay)]
-    if kernels >= held or softirq_ns >= held:
+    if sum(one.ran_ns for one in known) >= long:
+        name = next((one.name for one in known if one.ran_ns >= EXPLAINS * long), "")
+        return [("another task", name, delay)]
+    if kernels >= long or softirq_ns >= held:
         return [("softirq", softirq, delay)]
     if interrupt_ns >= held:
         return [("interrupt", interrupt, delay)]
     if len(ended) == 1:
         return [("another task", ended[0].name, delay)]
-    name = next((one.name for one in rise.tasks if one.ran_ns >= held), "")
+    name = next((one.name for one in rise.tasks if one.ran_ns >= long), "")
     return [("another task", name, delay)]
 
 

@@ -60,7 +60,6 @@ class LateWatch:
         self._untold: Counter[str] = Counter()
         self._worst: tuple[LateTick, Verdict] | None = None
         self._stopped = False
-        self._ran: tuple[Ran, ...] = ()
         self.causes: Counter[str] = Counter()
         self.count = 0
         self.newest: tuple[int, dict[str, Any]] = 0, {}
@@ -90,7 +89,6 @@ class LateWatch:
             return
         reading = self._counters.look(now_ns, late=late)
         self._look_at_tasks(now_ns, reading.priority, late=late)
-        self._ran = () if self._tasks is None else self._tasks.mark(self._counters.core, reading.priority)
         before, self._before = self._before, reading
         if before is None:
             return
@@ -110,7 +108,14 @@ class LateWatch:
         everywhere = now_ns - self._scanned_ns >= (SCAN_LATE_NS if late else SCAN_NS)
         if everywhere:
             self._scanned_ns = now_ns
-        self._tasks.look(now_ns, self._counters.core, priority, everywhere=everywhere)
+        self._tasks.look(self._counters.core, priority, everywhere=everywhere)
+
+    def _ran(self, late: LateTick, priority: int) -> tuple[Ran, ...]:
+        """Tasks on the loop's core while this tick was waited for, and in the period before."""
+        if self._tasks is None or self._counters is None:
+            return ()
+        since_ns = late.woke_ns - late.late_ns - self._period_ns
+        return self._tasks.ran(self._counters.core, priority, since_ns, late.woke_ns)
 
     def _learn(self, before: Reading, reading: Reading) -> None:
         for name, rate in rates(before, reading).items():
@@ -124,9 +129,9 @@ class LateWatch:
         verdicts = [Verdict("unknown", "", 0.0)] * len(late)
         if between is not None:
             risen = rise(*between, self._usual)
-            risen = replace(risen, tasks=self._ran, stopped=risen.stopped or self._stopped)
-            total = float(sum(one.late_ns for one in late))
-            verdicts = [judge(one, risen, total) for one in late]
+            risen = replace(risen, stopped=risen.stopped or self._stopped)
+            total, priority = float(sum(one.late_ns for one in late)), between[1].priority
+            verdicts = [judge(one, replace(risen, tasks=self._ran(one, priority)), total) for one in late]
         for one, verdict in zip(late, verdicts, strict=True):
             self.count += 1
             self.causes[verdict.cause] += 1

@@ -11,6 +11,7 @@ import pytest
 from patience import until
 
 from rtctl.host.telemetry.late_counters import Counters, Reading, rates, rise
+from rtctl.host.telemetry.late_tasks import Ran
 from rtctl.host.telemetry.late_ticks import LateTick, bound_ns, late_ticks
 from rtctl.host.telemetry.late_verdict import judge
 from rtctl.host.telemetry.late_watch import TELL_NS, LateNews, LateWatch
@@ -170,12 +171,12 @@ class Scripted:
 
     core = 0
 
-    def __init__(self):
-        self.delay_ns, self.is_stopped, self.looks = 0.0, False, 0
+    def __init__(self, priority=0):
+        self.delay_ns, self.is_stopped, self.looks, self.priority = 0.0, False, 0, priority
 
     def look(self, at_ns, *, late):
         self.looks += 1
-        return Reading(at_ns, run_delay_ns=self.delay_ns, stopped=False)
+        return Reading(at_ns, run_delay_ns=self.delay_ns, stopped=False, priority=self.priority)
 
     def stopped(self):
         return self.is_stopped
@@ -215,12 +216,56 @@ def test_a_loop_that_was_stopped_while_no_tick_came_is_known_to_have_been():
     assert watch.health()["causes"] == {"stopped": 1}
 
 
-def test_while_nothing_is_late_the_counters_are_looked_at_ten_times_a_second():
-    counters = Scripted()
+@pytest.mark.parametrize(("priority", "looks"), [(80, 10), (0, 50)])
+def test_while_nothing_is_late_the_counters_are_looked_at_a_few_times_a_second(priority, looks):
+    counters = Scripted(priority)
     watch = LateWatch(counters, None, MS, lambda: 0)
     for k in range(1000):
         watch.follow(ticks([0], slots=[k]), k * MS)
-    assert counters.looks == 10
+    assert counters.looks == looks
+
+
+class ScriptedTasks:
+    """Tasks of which one runs, whenever it is asked."""
+
+    def __init__(self):
+        self.asked, self.everywhere = [], 0
+
+    def look(self, _core, _priority, *, everywhere):
+        self.everywhere += everywhere
+
+    def ran(self, _core, priority, since_ns, until_ns):
+        self.asked.append((priority, since_ns, until_ns))
+        return (Ran("hog 7", 1e9, may_preempt=True, likely_ns=1e9),)
+
+    def close(self):
+        pass
+
+
+def test_the_tasks_asked_for_are_those_of_the_time_that_each_tick_was_waited_for():
+    counters, tasks = Scripted(80), ScriptedTasks()
+    watch = LateWatch(counters, tasks, MS, lambda: 40_000)
+    watch.follow(ticks([0, 0]), 12 * MS)
+    counters.delay_ns = 900_000
+    watch.follow(ticks([400_000, 500_000], slots=[2, 3]), 15 * MS)
+    assert tasks.asked == [(80, 11 * MS, 12 * MS + 400_000), (80, 12 * MS, 13 * MS + 500_000)]
+    watch.follow(ticks([0], slots=[4]), 15 * MS + TELL_NS)
+    ((_, told),) = LateNews(watch).changes()
+    assert (told["worst_tick"], told["name"]) == (3, "hog 7")
+    assert watch.health()["causes"] == {"another task": 2}
+
+
+def test_while_the_loop_stands_the_tasks_are_looked_at():
+    counters, tasks = Scripted(80), ScriptedTasks()
+    watch = LateWatch(counters, tasks, MS, lambda: 40_000)
+    watch.follow(ticks([0, 0]), 12 * MS)
+    seen = tasks.everywhere
+    watch.follow(ticks([]), 14 * MS)
+    assert tasks.everywhere == seen, "a batch may be empty"
+    watch.follow(ticks([]), 80 * MS)
+    assert tasks.everywhere == seen + 1
+    watch.follow(ticks([]), 100 * MS)
+    assert tasks.everywhere == seen + 1, "not again at once"
 
 
 def test_without_counters_late_ticks_are_counted_all_the_same():
