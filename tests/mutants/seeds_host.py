@@ -208,6 +208,10 @@ SEEDS = (
         "            if known.gone_ns:\n                return\n", "", TASKS,
     ),
     Seed(
+        "a task that ended during a look began in it", "rtctl/host/telemetry/late_tasks.py",
+        "sample, self._scans_ns[:1])", "sample, self._scans_ns[-1:])", TASKS,
+    ),
+    Seed(
         "tasks that have ended are kept for ever", "rtctl/host/telemetry/late_tasks.py",
         "now_ns - one.gone_ns > KEPT_NS", "False", TASKS,
     ),

@@ -108,7 +108,8 @@ class Tasks:
     ) -> None:
         self._proc, self._apart, self._exits, self._clock = root / "proc", str(apart_from), exits, clock
         self._tasks: dict[str, _Task] = {}
-        self._scanned_ns: int | None = None
+        self._scans_ns: list[int] = []
+        """When the two newest looks at all tasks began."""
 
     def look(self, core: int, priority: int, *, everywhere: bool) -> None:
         """Look at all tasks, or only at those that ran lately or may preempt one of real-time `priority`; hear who ended on `core`."""
@@ -159,7 +160,7 @@ class Tasks:
             known = self._tasks.get(one.task)
             if known is None:
                 priority = HIGHEST if one.realtime else 0
-                known = self._begun(one.task, one.name, "", priority, sample)
+                known = self._begun(one.task, one.name, "", priority, sample, self._scans_ns[:1])
             elif not known.gone_ns:
                 known.add(sample._replace(ran_ns=max(one.ran_ns, known.samples[-1].ran_ns)))
             known.name, known.gone_ns, known.told = one.name, now_ns, True
@@ -172,7 +173,7 @@ class Tasks:
                 seen.add(task)
         for task in [task for task in self._tasks if task not in seen]:
             self._forget(task)
-        self._scanned_ns = began_ns
+        self._scans_ns = [*self._scans_ns[-1:], began_ns]
 
     def _see(self, task: str, folder: str) -> None:
         known, at_ns = self._tasks.get(task), self._clock()
@@ -188,14 +189,19 @@ class Tasks:
         priority = HIGHEST if int(words[_POLICY]) == _DEADLINE else int(words[_PRIORITY])
         sample = _Sample(at_ns, ran_ns, int(words[_CORE]))
         if known is None or ran_ns < known.samples[-1].ran_ns:  # or another task of the same number
-            self._begun(task, name, folder, priority, sample)
+            self._begun(task, name, folder, priority, sample, self._scans_ns[-1:])
             return
         known.name, known.priority = name, priority
         known.add(sample)
 
-    def _begun(self, task: str, name: str, folder: str, priority: int, sample: _Sample) -> _Task:
-        """A task seen for the first time: begun since all were looked at, unless they never were."""
-        first = [] if self._scanned_ns is None else [_Sample(self._scanned_ns, 0, sample.core)]
+    def _begun(
+        self, task: str, name: str, folder: str, priority: int, sample: _Sample, after: list[int]
+    ) -> _Task:
+        """A task seen for the first time: begun `after` all were looked at, unless they never were.
+
+        One that has ended may have done so before the newest look came to it: that it had not begun, only the look before can say.
+        """
+        first = [_Sample(at_ns, 0, sample.core) for at_ns in after]
         self._tasks[task] = _Task(name, folder, priority, [*first, sample], sample.at_ns)
         return self._tasks[task]
 

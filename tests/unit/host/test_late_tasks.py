@@ -228,6 +228,18 @@ def test_an_ordinary_task_never_seen_does_not_preempt_a_real_time_loop(made, han
     assert [one[:3] for one in looked(tasks, hand, 20 * MS)] == [("brief 31", 9 * MS, False)]
 
 
+def test_a_task_that_ended_while_all_were_looked_at_is_not_held_to_have_begun_then(made, hand):
+    told = Told()
+    tasks = Tasks(LOOP, made.root, told, clock=hand)
+    looked(tasks, hand, 0)
+    looked(tasks, hand, 100 * MS)  # it began at 90 ms, and ended before this look came to it
+    told.waiting = [Ended("31", "brief", 15 * MS, realtime=True)]
+    hand.now_ns = 120 * MS
+    tasks.look(1, FIFO, everywhere=False)
+    (ran,) = tasks.ran(1, FIFO, 90 * MS, 105 * MS)
+    assert (ran.name, ran.ran_ns) == ("brief 31", 15 * MS)
+
+
 def test_those_that_have_ended_are_forgotten_in_time(made, hand):
     told = Told()
     tasks = Tasks(LOOP, made.root, told, clock=hand)
