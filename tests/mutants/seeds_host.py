@@ -172,6 +172,14 @@ SEEDS = (
         "one.may_preempt and not one.name.startswith(SOFTIRQ_TASK)", "one.may_preempt", VERDICT,
     ),
     Seed(
+        "a task that can have run rules a softirq out as one that is likely to", "rtctl/host/telemetry/late_verdict.py",
+        "sum(one.likely_ns for one in known)", "sum(one.likely_ns + one.ran_ns for one in known)", VERDICT,
+    ),
+    Seed(
+        "who ran evenly comes before who filled the wait", "rtctl/host/telemetry/late_tasks.py",
+        "-(one.ran_ns + one.likely_ns)", "-one.likely_ns", TASKS,
+    ),
+    Seed(
         "of two tasks that have ended the first is named", "rtctl/host/telemetry/late_verdict.py",
         "if len(ended) == 1:", "if ended:", VERDICT,
     ),

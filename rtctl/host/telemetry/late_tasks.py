@@ -20,8 +20,8 @@ _DEADLINE = 6
 
 HIGHEST = 100
 
-ACTIVE_NS = 10_000_000_000
-"""A task that ran is looked at, at each look, for so long."""
+ACTIVE_NS = 3_000_000_000
+"""A task that ran on an ordinary loop's core is looked at, at each look, for so long."""
 
 KEPT_NS = 1_000_000_000
 """What is known of a task that has ended is kept for so long."""
@@ -112,14 +112,18 @@ class Tasks:
         """When the two newest looks at all tasks began."""
 
     def look(self, core: int, priority: int, *, everywhere: bool) -> None:
-        """Look at all tasks, or only at those that ran lately or may preempt one of real-time `priority`; hear who ended on `core`."""
+        """Look at all tasks, or at those that matter: that may preempt one of real-time `priority`, or, where that is 0, ran lately on `core`.
+
+        Who has ended on `core` is heard as well.
+        """
         self._hear(core)
         if everywhere:
             self._scan()
             return
         now_ns = self._clock()
         for task, one in list(self._tasks.items()):
-            if not one.gone_ns and (now_ns - one.active_ns < ACTIVE_NS or 0 < priority <= one.priority):
+            lately = now_ns - one.active_ns < ACTIVE_NS and one.samples[-1].core == core
+            if not one.gone_ns and (one.priority >= priority if priority else lately):
                 try:
                     self._see(task, one.folder)
                 except (OSError, ValueError, IndexError):
@@ -136,7 +140,9 @@ class Tasks:
             newest = one.samples[-1]
             if one.gone_ns > since_ns and newest.at_ns < until_ns and newest.core == core and not one.told:
                 unknown.append(Ran(name, float("nan"), may))
-        known.sort(key=lambda one: -one.likely_ns)
+        known.sort(
+            key=lambda one: -(one.ran_ns + one.likely_ns)
+        )  # one that was seen once only has the first alone
         return (*known[:MOST], *unknown[:MOST])
 
     def close(self) -> None:

@@ -151,9 +151,10 @@ def _kept_waiting(late: LateTick, rise: Rise) -> list[tuple[str, str, float]]:
 
     Notes
     -----
-    In this order: tasks that may preempt the loop, by their run time; deferred work of the kernel and interrupts; a task that may
-    preempt it and has ended, if there is one only; a task that may not, and was in a section of the kernel that cannot be preempted. A
-    task that may not preempt the loop rules out no softirq: the kernel counts those as run time of whom they interrupt.
+    In this order: tasks that may preempt the loop, if they are likely to have run for long enough; deferred work of the kernel and
+    interrupts; tasks that may preempt it and can have run for long enough; one that may and has ended, if there is one only; a task that may
+    not, and was in a section of the kernel that cannot be preempted. A task that may not preempt the loop rules out no softirq: the kernel
+    counts those as run time of whom they interrupt.
     """
     delay = rise.run_delay_ns
     if not delay > 0:
@@ -165,13 +166,16 @@ def _kept_waiting(late: LateTick, rise: Rise) -> list[tuple[str, str, float]]:
     kernels = sum(one.ran_ns for one in rise.tasks if one.name.startswith(SOFTIRQ_TASK) and one.ran_ns >= 0)
     softirq, softirq_ns = _counted(rise.softirqs)
     interrupt, interrupt_ns = _counted(rise.interrupts)
-    if sum(one.ran_ns for one in known) >= long:
-        name = next((one.name for one in known if one.ran_ns >= EXPLAINS * long), "")
-        return [("another task", name, delay)]
+    name = next((one.name for one in known if one.ran_ns >= EXPLAINS * long), "")
+    task = [("another task", name, delay)]
+    if sum(one.likely_ns for one in known) >= long:
+        return task
     if kernels >= long or softirq_ns >= held:
         return [("softirq", softirq, delay)]
     if interrupt_ns >= held:
         return [("interrupt", interrupt, delay)]
+    if sum(one.ran_ns for one in known) >= long:
+        return task
     if len(ended) == 1:
         return [("another task", ended[0].name, delay)]
     name = next((one.name for one in rise.tasks if one.ran_ns >= long), "")

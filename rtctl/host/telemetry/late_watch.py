@@ -17,7 +17,7 @@ from rtctl.tick import joined
 
 EVENT = "late"
 
-LOOK_NS, LOOK_ORDINARY_NS = 100_000_000, 20_000_000
+LOOK_NS, LOOK_ORDINARY_NS = 100_000_000, 50_000_000
 """From one look at the counters to the next while no tick is late; the second beside a loop without real-time rights: any task may keep
 that waiting, and what they ran for while it did not wait says nothing."""
 

@@ -216,7 +216,7 @@ def test_a_loop_that_was_stopped_while_no_tick_came_is_known_to_have_been():
     assert watch.health()["causes"] == {"stopped": 1}
 
 
-@pytest.mark.parametrize(("priority", "looks"), [(80, 10), (0, 50)])
+@pytest.mark.parametrize(("priority", "looks"), [(80, 10), (0, 20)])
 def test_while_nothing_is_late_the_counters_are_looked_at_a_few_times_a_second(priority, looks):
     counters = Scripted(priority)
     watch = LateWatch(counters, None, MS, lambda: 0)

@@ -141,7 +141,7 @@ def test_a_task_that_did_not_run_for_long_did_not_run_evenly_since(made, hand):
     assert tasks.ran(1, FIFO, 4 * S, 4900 * MS) == ()
 
 
-def test_between_looks_at_all_those_are_looked_at_that_ran_lately_or_may_preempt(made, hand):
+def test_between_looks_at_all_those_are_looked_at_that_may_preempt(made, hand):
     for pid, priority in ((7, 95), (8, 10), (9, 0)):
         made.has(pid, "task", ran=MS, priority=priority)
     tasks = Tasks(LOOP, made.root, clock=hand)
@@ -150,9 +150,18 @@ def test_between_looks_at_all_those_are_looked_at_that_ran_lately_or_may_preempt
         made.has(pid, "task", ran=2 * MS, priority=priority)
     assert [one.name for one in looked(tasks, hand, 60 * S, everywhere=False)] == ["task 7"]
     assert {one.name for one in looked(tasks, hand, 61 * S)} == {"task 8", "task 9"}
-    for pid in (8, 9):
-        made.has(pid, "task", ran=3 * MS)
-    assert {one.name for one in looked(tasks, hand, 62 * S, everywhere=False)} == {"task 8", "task 9"}
+
+
+def test_beside_an_ordinary_loop_those_that_ran_lately_on_its_core(made, hand):
+    tasks = Tasks(LOOP, made.root, clock=hand)
+    for at_ns, ran in ((0, MS), (60 * S, 2 * MS)):
+        for pid, core in ((7, 1), (8, 0)):
+            made.has(pid, "task", ran=ran, core=core)
+        made.has(9, "task", ran=MS)
+        looked(tasks, hand, at_ns, priority=0)
+    for pid, core in ((7, 1), (8, 0), (9, 1)):
+        made.has(pid, "task", ran=3 * MS, core=core)
+    assert [one.name for one in looked(tasks, hand, 61 * S, priority=0, everywhere=False)] == ["task 7"]
 
 
 def test_a_priority_below_the_loops_cannot_have_preempted_it(made, hand):
@@ -238,6 +247,20 @@ def test_a_task_that_ended_while_all_were_looked_at_is_not_held_to_have_begun_th
     tasks.look(1, FIFO, everywhere=False)
     (ran,) = tasks.ran(1, FIFO, 90 * MS, 105 * MS)
     assert (ran.name, ran.ran_ns) == ("brief 31", 15 * MS)
+
+
+def test_one_that_filled_the_wait_comes_before_one_that_is_known_better(made, hand):
+    told = Told()
+    made.has(7, "fan", ran=0, priority=95)
+    tasks = Tasks(LOOP, made.root, told, clock=hand)
+    looked(tasks, hand, 0)
+    made.has(7, "fan", ran=80 * MS, priority=95)
+    looked(tasks, hand, 980 * MS, everywhere=False)
+    told.waiting = [Ended("31", "brief", 20 * MS, realtime=True)]
+    made.has(7, "fan", ran=84 * MS, priority=95)
+    hand.now_ns = S
+    tasks.look(1, FIFO, everywhere=False)
+    assert [one.name for one in tasks.ran(1, FIFO, 980 * MS, S)] == ["brief 31", "fan 7"]
 
 
 def test_those_that_have_ended_are_forgotten_in_time(made, hand):

@@ -15,7 +15,11 @@ NOTHING = Rise(
     run_delay_ns=0, steal_ns=0, throttled_ns=0, minor_faults=0, major_faults=0, softirqs={}, interrupts={}
 )
 WAITED = replace(NOTHING, run_delay_ns=3e5)
-HOG, BEFORE_IT = Ran("hog 12", 4e5, may_preempt=True), Ran("bystander 3", 1e5, may_preempt=True)
+HOG, BEFORE_IT = (
+    Ran("hog 12", 4e5, may_preempt=True, likely_ns=4e5),
+    Ran("bystander 3", 1e5, may_preempt=True),
+)
+PERHAPS = Ran("fan 9", 4e5, may_preempt=True, likely_ns=3e4)  # ran as long in a time ten times as long
 ORDINARY = Ran("shell 8", 9e5, may_preempt=False)
 GONE, GONE_TOO = Ran("make 5", NAN, may_preempt=True), Ran("cc 6", NAN, may_preempt=True)
 KERNELS = Ran("ksoftirqd/1 20", 4e5, may_preempt=True)
@@ -34,6 +38,7 @@ NET = {"NET_RX": 80.0, "RCU": 3.0}
         (LATE, replace(WAITED, tasks=(BEFORE_IT,)), "another task", ""),  # ran for too short a time
         (LATE, replace(WAITED, tasks=(BEFORE_IT, Ran("c 4", 9e4, may_preempt=True))), "another task", "bystander 3"),
         (LATE, replace(WAITED, tasks=(HOG,), softirqs=NET), "another task", "hog 12"),
+        (LATE, replace(WAITED, tasks=(PERHAPS,)), "another task", "fan 9"),
         (LATE, replace(WAITED, tasks=(ORDINARY, HOG)), "another task", "hog 12"),
         (LATE, replace(WAITED, tasks=(ORDINARY,)), "another task", "shell 8"),  # in a section of the kernel
         (LATE, replace(WAITED, tasks=(BEFORE_IT, GONE)), "another task", "make 5"),
@@ -42,6 +47,8 @@ NET = {"NET_RX": 80.0, "RCU": 3.0}
         # softirq and interrupt
         (LATE, replace(WAITED, softirqs=NET), "softirq", "NET_RX"),
         (LATE, replace(WAITED, softirqs=NET, tasks=(ORDINARY,)), "softirq", "NET_RX"),  # runs in whoever it interrupts
+        (LATE, replace(WAITED, softirqs=NET, tasks=(PERHAPS,)), "softirq", "NET_RX"),
+        (LATE, replace(WAITED, interrupts={"25 eth0": 90.0}, tasks=(PERHAPS,)), "interrupt", "25 eth0"),
         (LATE, replace(WAITED, softirqs=NET, tasks=(GONE,)), "softirq", "NET_RX"),
         (LATE, replace(WAITED, softirqs={"NET_RX": 10.0}, tasks=(KERNELS,)), "softirq", "NET_RX"),
         (LATE, replace(WAITED, softirqs={}, tasks=(KERNELS,)), "softirq", ""),
