@@ -237,12 +237,13 @@ class Host:
     def _watch_late(self) -> None:
         """Follow late ticks and their causes; on a virtual clock there are none."""
         from rtctl.host.telemetry.late_counters import Counters
+        from rtctl.host.telemetry.late_exits import exits
         from rtctl.host.telemetry.late_tasks import Tasks
         from rtctl.host.telemetry.late_watch import LateWatch
 
         pid, core = self.loop.pid, self.loaded.config.loop.cpu
         seen = self.loaded.config.loop.clock != "virtual"
-        counters, tasks = (Counters(pid, core), Tasks(pid)) if seen else (None, None)
+        counters, tasks = (Counters(pid, core), Tasks(pid, exits=exits())) if seen else (None, None)
         self.late = LateWatch(counters, tasks, self.plan.period_ns, lambda: int(self.memory.early_ns[MARGIN]))
         self._streams.enter_context(closing(self.late))
         self.telemetry.set_late(self.late)

@@ -1,9 +1,9 @@
 """Late ticks made on purpose, and whether the daemon names what made them: `rtctl bench blame`.
 
-Each kind of disturbance comes in bursts half a second apart, on the loop's own core. Judged is the worst tick that the
-daemon tells of within the time of each burst; bursts that made no tick late are told and do not count.
-
-`python -m tests.bench.blame CORE PRIORITY` is the task that takes the core: a spell of computing for every line that it reads.
+Each kind of disturbance comes in bursts half a second apart, on the loop's own core, a block of bursts of each kind in turn, and all
+that again: what the machine does besides falls on every kind alike. Judged is the worst tick that the daemon tells of, if half of its
+lateness at least fell into the burst; it is named right only if cause and name both are. Bursts without such a tick, and those that shared
+the core with somebody else's task, are told and do not count.
 """
 
 from __future__ import annotations
@@ -11,96 +11,142 @@ from __future__ import annotations
 import os
 import re
 import signal
-import subprocess
-import sys
 import tempfile
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from rtctl.client import RigClient
 from rtctl.errors import RtctlError
 from rtctl.rig_file.config import load
-from tests.bench.child import START_S, daemon, end
+from tests.bench.child import START_S, daemon
+from tests.bench.disturbed_device import BLOCK, FAULT, KIND, install
+from tests.bench.disturber import NAME, SPELL_S, disturber
 from tests.bench.row import Row
-
-SPELL_S = 0.02
-"""How long a burst takes the loop's core, or stops the loop."""
 
 PAUSE_S = 0.6
 """From burst to burst: the daemon tells of late ticks four times a second at most."""
 
 RIGHT = 0.95
 
+LEAST_US, LEAST_FLOOD_US = 2000.0, 200.0
+"""Least lateness that is judged. What a flood holds the loop up for ends with every few hundred packets."""
+
 QUOTAS = Path("/sys/fs/cgroup/cpu")
 """Control groups of version 1; version 2 is not written to: systemd owns it."""
 
-HOG = "rtctl-hog"
+PRIORITY = 95
+"""Of tasks that take the core from a loop with real-time rights."""
 
 
 @dataclass
 class Told:
     """What was told of the bursts of one kind."""
 
-    kind: str
     right: int = 0
-    others: list[str] = field(default_factory=list)
+    others: Counter[str] = field(default_factory=Counter)
     without: int = 0
+    """Bursts that made no tick late, or had the core for a part of their time only."""
 
-    def row(self) -> Row:
+    @property
+    def judged(self) -> int:
+        """Bursts with a late tick."""
+        return self.right + self.others.total()
+
+    def row(self, name: str) -> Row:
         """The share named right."""
-        judged = self.right + len(self.others)
-        wrong = f"; told instead: {', '.join(sorted(set(self.others)))}" if self.others else ""
+        wrong = ", ".join(f"{count} {text}" for text, count in self.others.most_common())
         return Row(
-            f"late ticks by {self.kind}: named right",
-            self.right / judged if judged else float("nan"),
+            name,
+            self.right / self.judged if self.judged else float("nan"),
             "",
-            f"{judged} bursts, {self.without} more without a late tick{wrong}",
+            f"{self.right} of {self.judged} bursts, {self.without} more without a late tick of theirs"
+            + (f"; told instead: {wrong}" if wrong else ""),
             RIGHT,
             ">=",
         )
 
 
+@dataclass(frozen=True)
+class Kind:
+    """A kind of disturbance: what a burst does, and what is right to say of it."""
+
+    text: str
+    burst: Callable[[], bool]
+    """Whether it was made as it should."""
+    cause: str
+    name: str = ""
+    least_us: float = LEAST_US
+
+
 def rows(config: Path, bursts: int) -> list[Row]:
-    """One row for each kind. Raises RtctlError without the right to a real-time priority."""
-    found = []
-    with tempfile.TemporaryDirectory(prefix="rt") as name, _rig(config, Path(name), "") as (rig, loop, core):
-        with _hog(core, 95) as spell:
-            found.append(_told(rig, "another task", bursts, spell, {"another task"}, HOG))
-        found.append(_told(rig, "a stop of the process", bursts, lambda: _stop(loop), {"stopped"}))
-    with tempfile.TemporaryDirectory(prefix="rt") as name:
-        more = f'\n[[device.options.faults]]\nchannel = "loop"\nkind = "stall"\nat_s = 3.0\nfor_ticks = 1\nevery_s = {PAUSE_S}\nvalue = 20\n'
-        with _rig(config, Path(name), more) as (rig, _loop, _core):
-            found.append(_told(rig, "a device that blocks", bursts, lambda: None, {"own cycle"}, "read"))
-    with (
-        tempfile.TemporaryDirectory(prefix="rt") as name,
-        _rig(config, Path(name), "", realtime="off") as (rig, loop, core),
-        _hog(core, 0) as spell,
-    ):
-        os.sched_setaffinity(loop, {core})
-        kind = "an ordinary task, without real-time rights"
-        found.append(_told(rig, kind, bursts, spell, {"another task"}, HOG))
-        found.append(_told(rig, "timer slack", bursts, lambda: _slack(loop), {"timer slack"}))
-        if QUOTAS.is_dir():
-            found.append(_told(rig, "a quota", bursts, lambda: _hold(loop), {"quota"}))
-    return [one.row() for one in found]
+    """One row for each kind, and one for all. Raises RtctlError without the right to a real-time priority."""
+    period_s = 1.0 / load(config).config.loop.rate_hz
+    rounds = 2 if bursts < 20 else 4
+    block = -(-bursts // rounds)
+    found: dict[str, Told] = {}
+    for _ in range(rounds):
+        for kinds_of, realtime in ((_on_real_time, "require"), (_without_rights, "off")):
+            with (
+                tempfile.TemporaryDirectory(prefix="rt") as name,
+                _rig(config, Path(name), realtime) as (rig, loop, core),
+                ExitStack() as stack,
+            ):
+                for kind in kinds_of(stack, Path(name), loop, core, block):
+                    _judge(rig, kind, block, period_s, found.setdefault(kind.text, Told()))
+    each = [told.row(f"late ticks by {kind}: named right") for kind, told in found.items()]
+    return [*each, _sum(list(found.values())).row("late ticks of all kinds: named right")]
+
+
+def _sum(told: list[Told]) -> Told:
+    return Told(
+        sum(one.right for one in told),
+        sum((one.others for one in told), Counter()),
+        sum(one.without for one in told),
+    )
+
+
+def _on_real_time(stack: ExitStack, folder: Path, loop: int, core: int, count: int) -> Iterator[Kind]:
+    """Kinds that reach a loop with real-time rights, and those of its device."""
+    spell = stack.enter_context(disturber("task", core, PRIORITY))
+    yield Kind("another task", spell, "another task", NAME)
+    spell = stack.enter_context(disturber("ended", core, PRIORITY, count))
+    yield Kind("a task that ends", spell, "another task", NAME)
+    spell = stack.enter_context(disturber("brief", core, PRIORITY))
+    yield Kind("a task begun and ended", spell, "another task", NAME)
+    spell = stack.enter_context(disturber("flood", core))
+    yield Kind("a flood of packets", spell, "softirq", "NET_RX", LEAST_FLOOD_US)
+    yield Kind("a stop of the process", partial(_stop, loop), "stopped")
+    yield Kind("a device that blocks", partial(_order, folder, BLOCK), "own cycle", "read")
+    yield Kind("page faults", partial(_order, folder, FAULT), "page fault", "read")
+
+
+def _without_rights(stack: ExitStack, _folder: Path, loop: int, core: int, _count: int) -> Iterator[Kind]:
+    """Kinds that reach a loop without real-time rights."""
+    os.sched_setaffinity(loop, {core})
+    spell = stack.enter_context(disturber("task", core))
+    yield Kind("an ordinary task, without real-time rights", spell, "another task", NAME)
+    yield Kind("timer slack", partial(_slack, loop), "timer slack")
+    if QUOTAS.is_dir():
+        yield Kind("a quota", stack.enter_context(_group(loop)), "quota")
 
 
 @contextmanager
-def _rig(
-    config: Path, folder: Path, more: str, realtime: str = "require"
-) -> Iterator[tuple[RigClient, int, int]]:
-    """A daemon with a client, its loop's process and the core that this is on."""
+def _rig(config: Path, folder: Path, realtime: str) -> Iterator[tuple[RigClient, int, int]]:
+    """A daemon with a client, its loop's process and the core that this is on. With real-time rights, its device takes orders."""
     text = config.read_text().replace('"friction/', f'"{config.parent}/friction/')
+    text = re.sub(r'^realtime = "\w+"', f'realtime = "{realtime}"', text, count=1, flags=re.MULTILINE)
+    if realtime == "require":
+        text = text.replace('kind = "mock"', f'kind = "{KIND}"', 1)
     here = folder / "source.toml"
-    here.write_text(
-        re.sub(r'^realtime = "\w+"', f'realtime = "{realtime}"', text, count=1, flags=re.MULTILINE)
-    )
+    here.write_text(text)
     with (
-        daemon(here, folder, more, seconds=600.0) as process,
+        daemon(here, folder, "", seconds=600.0, environment=install(folder)) as process,
         RigClient(load(config).config.rig.name, runtime_dir=folder) as rig,
     ):
         rig.timeout_s = START_S
@@ -121,15 +167,24 @@ def _core_of(pid: int) -> int:
     return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[36])
 
 
-def _stop(pid: int) -> None:
+def _order(folder: Path, order: int) -> bool:
+    """Have the device do it in its next `read`, which is over within a spell."""
+    with (folder / "order").open("r+b") as file:
+        file.write(bytes([order]))
+    time.sleep(2 * SPELL_S)
+    return True
+
+
+def _stop(pid: int) -> bool:
     os.kill(pid, signal.SIGSTOP)
     try:
         time.sleep(SPELL_S)
     finally:
         os.kill(pid, signal.SIGCONT)
+    return True
 
 
-def _slack(pid: int) -> None:
+def _slack(pid: int) -> bool:
     """Have the kernel wake the loop up to `SPELL_S` late, for a spell."""
     file = Path(f"/proc/{pid}/timerslack_ns")
     before = file.read_text()
@@ -138,95 +193,65 @@ def _slack(pid: int) -> None:
         time.sleep(3 * SPELL_S)
     finally:
         file.write_text(before)
+    return True
 
 
-def _hold(pid: int) -> None:
-    """Put the loop into a control group that may run for a hundredth of the time, for a spell."""
+@contextmanager
+def _group(pid: int) -> Iterator[Callable[[], bool]]:
+    """Put the loop into a control group; what is yielded lets that run for a hundredth of the time, for a spell."""
     group = QUOTAS / f"rtctl-bench-{os.getpid()}"
     group.mkdir()
+    quota = group / "cpu.cfs_quota_us"
+
+    def hold() -> bool:
+        quota.write_text("1000")
+        time.sleep(10 * SPELL_S)
+        quota.write_text("-1")
+        return True
+
     try:
         (group / "cpu.cfs_period_us").write_text("100000")
-        (group / "cpu.cfs_quota_us").write_text("1000")
         (group / "cgroup.procs").write_text(str(pid))
-        time.sleep(10 * SPELL_S)
+        yield hold
     finally:
         (QUOTAS / "cgroup.procs").write_text(str(pid))
         group.rmdir()
 
 
-@contextmanager
-def _hog(core: int, priority: int) -> Iterator[Callable[[], None]]:
-    """A task that takes the core for a spell whenever it is asked to."""
-    command = [sys.executable, "-m", "tests.bench.blame", str(core), str(priority)]
-    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-    assert process.stdin is not None
-    assert process.stdout is not None
-    asked, done = process.stdin, process.stdout
-
-    def spell() -> None:
-        asked.write(b"\n")
-        asked.flush()
-        done.readline()
-
-    try:
-        if done.readline() != b"ready\n":
-            raise RtctlError(f"no real-time priority {priority} for the task that disturbs; run as root")
-        yield spell
-    finally:
-        asked.close()
-        done.close()
-        end(process)
-
-
-def _told(
-    rig: RigClient, kind: str, bursts: int, burst: Callable[[], None], causes: set[str], name: str = ""
-) -> Told:
-    found = Told(kind)
+def _judge(rig: RigClient, kind: Kind, bursts: int, period_s: float, found: Told) -> None:
+    """Make so many bursts, and add what is told of them."""
     with rig.events() as events:
         quiet = time.monotonic() + PAUSE_S
         while time.monotonic() < quiet:
             events.receive(PAUSE_S)
         for _ in range(bursts):
-            burst()
+            began = time.monotonic()
+            made = kind.burst()
+            ended = time.monotonic()
             worst: dict[str, Any] | None = None
-            until = time.monotonic() + PAUSE_S
-            while (left_s := until - time.monotonic()) > 0:
+            while (left_s := ended + PAUSE_S - time.monotonic()) > 0:
                 event = events.receive(left_s)
-                if event is None or event["event"] != "late":
-                    continue
-                if event["worst_us"] >= 2e3 and (worst is None or event["worst_us"] > worst["worst_us"]):
+                if (
+                    event is not None
+                    and event["event"] == "late"
+                    and event["worst_us"] >= max(kind.least_us, worst["worst_us"] if worst else 0.0)
+                    and inside(event, began, ended, period_s)
+                ):
                     worst = event
-            if worst is None:
+            if worst is None or not made:
                 found.without += 1
-            elif worst["cause"] in causes and name in worst["name"]:
+            elif worst["cause"] == kind.cause and kind.name in worst["name"]:
                 found.right += 1
             else:
-                found.others.append(f"{worst['cause']} ({worst['name']})")
-    return found
+                found.others[f"{worst['cause']} ({worst['name']})"] += 1
 
 
-def _say(word: str) -> None:
-    sys.stdout.write(f"{word}\n")
-    sys.stdout.flush()
+def inside(event: dict[str, Any], began: float, ended: float, period_s: float) -> bool:
+    """Whether half of the worst tick's lateness at least fell between two times of CLOCK_MONOTONIC, s.
 
-
-def main(core: int, priority: int) -> None:
-    """Compute for `SPELL_S` whenever a line comes."""
-    Path("/proc/self/comm").write_text(HOG)
-    os.sched_setaffinity(0, {core})
-    try:
-        if priority:
-            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
-    except PermissionError:
-        _say("refused")
-        return
-    _say("ready")
-    for _ in sys.stdin:
-        began = time.monotonic()
-        while time.monotonic() - began < SPELL_S:
-            pass
-        _say("done")
-
-
-if __name__ == "__main__":
-    main(int(sys.argv[1]), int(sys.argv[2]))
+    A tick that skipped slots bears the number of the slot that it began in; an event, number and deadline of the tick that it was told at.
+    """
+    deadline = event["monotonic_s"] - (event["tick"] - event["worst_tick"]) * period_s
+    late_s = event["worst_us"] * 1e-6
+    woke = deadline + late_s % period_s
+    return bool(min(woke, ended + period_s) - max(woke - late_s, began - period_s) >= 0.5 * late_s)

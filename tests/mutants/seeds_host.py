@@ -19,6 +19,11 @@ MAILBOX = (
 PAGE_CROWD = (
     "tests/integration/test_view.py::test_a_crowd_that_says_half_a_request_each_takes_neither_threads_nor_the_way_of_a_stop",
 )
+LATE = ("tests/unit/host/test_late.py",)
+VERDICT = ("tests/unit/host/test_late_verdict.py::test_what_explains_half_is_the_cause",)
+TASKS = ("tests/unit/host/test_late_tasks.py",)
+CORE = ("tests/unit/host/test_late_core.py",)
+EXITS = ("tests/unit/host/test_late_exits.py",)
 
 SEEDS = (
     Seed(
@@ -157,5 +162,90 @@ SEEDS = (
         "a link to itself is a traceback", "hw/outside.py",
         "return Path(os.path.realpath(path))", "return Path(path).resolve()",
         ("tests/attacks/test_files_of_strangers.py::test_a_link_to_itself_is_refused_by_name",),
+    ),
+    Seed(
+        "a task that may not preempt the loop rules a softirq out", "rtctl/host/telemetry/late_verdict.py",
+        "if one.may_preempt and not one.name", "if not one.name", VERDICT,
+    ),
+    Seed(
+        "the kernel's task for softirqs is another task", "rtctl/host/telemetry/late_verdict.py",
+        "one.may_preempt and not one.name.startswith(SOFTIRQ_TASK)", "one.may_preempt", VERDICT,
+    ),
+    Seed(
+        "a task that can have run rules a softirq out as one that is likely to", "rtctl/host/telemetry/late_verdict.py",
+        "sum(one.likely_ns for one in known)", "sum(one.likely_ns + one.ran_ns for one in known)", VERDICT,
+    ),
+    Seed(
+        "who ran evenly comes before who filled the wait", "rtctl/host/telemetry/late_tasks.py",
+        "-(one.ran_ns + one.likely_ns)", "-one.likely_ns", TASKS,
+    ),
+    Seed(
+        "of two tasks that have ended the first is named", "rtctl/host/telemetry/late_verdict.py",
+        "if len(ended) == 1:", "if ended:", VERDICT,
+    ),
+    Seed(
+        "a slow clock is the device's fault", "rtctl/host/telemetry/late_verdict.py",
+        "late.cycle_ns * rise.slower >= EXPLAINS * late.own_ns", "False", VERDICT,
+    ),
+    Seed(
+        "an SMI in the cycle is the device's fault", "rtctl/host/telemetry/late_verdict.py",
+        "rise.steal_ns, rise.smis * SMI_NS, *counted)", "rise.steal_ns, *counted)", VERDICT,
+    ),
+    Seed(
+        "softirqs in the middle of the cycle are the device's fault", "rtctl/host/telemetry/late_verdict.py",
+        "rise.smis * SMI_NS, *counted)", "rise.smis * SMI_NS)", VERDICT,
+    ),
+    Seed(
+        "all that a task ran for counts, whenever that was", "rtctl/host/telemetry/late_tasks.py",
+        "min(b.ran_ns - a.ran_ns, shared)", "b.ran_ns - a.ran_ns", TASKS,
+    ),
+    Seed(
+        "a task ran evenly since it was first seen", "rtctl/host/telemetry/late_tasks.py",
+        "known.add(known.samples[-1]._replace(at_ns=at_ns))", "pass", TASKS,
+    ),
+    Seed(
+        "a task counts on the core where it is now only", "rtctl/host/telemetry/late_tasks.py",
+        "core in (a.core, b.core)", "core == b.core", TASKS,
+    ),
+    Seed(
+        "a task that has ended is forgotten", "rtctl/host/telemetry/late_tasks.py",
+        "if not one.gone_ns and self._exits is None:", "if False:", TASKS,
+    ),
+    Seed(
+        "a task whose parent has not heard of its end runs on", "rtctl/host/telemetry/late_tasks.py",
+        "            if known.gone_ns:\n                return\n", "", TASKS,
+    ),
+    Seed(
+        "a task that ended during a look began in it", "rtctl/host/telemetry/late_tasks.py",
+        "sample, self._scans_ns[:1])", "sample, self._scans_ns[-1:])", TASKS,
+    ),
+    Seed(
+        "tasks that have ended are kept for ever", "rtctl/host/telemetry/late_tasks.py",
+        "now_ns - one.gone_ns > KEPT_NS", "False", TASKS,
+    ),
+    Seed(
+        "SCHED_DEADLINE has no priority", "rtctl/host/telemetry/late_tasks.py",
+        "HIGHEST if int(words[_POLICY]) == _DEADLINE else", "", TASKS,
+    ),
+    Seed(
+        "the host reads of ends for ever", "rtctl/host/telemetry/late_exits.py",
+        "for _ in range(MOST):", "while True:", EXITS,
+    ),
+    Seed(
+        "a softirq of many packets is one", "rtctl/host/telemetry/late_counters.py",
+        "found[NET_RX] += int(words[_PACKETS], 16)", "found[NET_RX] += 0", LATE,
+    ),
+    Seed(
+        "packets are those of the line, not of the core", "rtctl/host/telemetry/late_counters.py",
+        "int(words[_PACKETS_CORE], 16) if len(words) > _PACKETS_CORE else index", "index", LATE,
+    ),
+    Seed(
+        "the time another control group was held is the loop's", "rtctl/host/telemetry/late_counters.py",
+        "after.throttled_ns - before.throttled_ns if after.group == before.group else NAN",
+        "after.throttled_ns - before.throttled_ns", LATE,
+    ),
+    Seed(
+        "a driver that does not know how long a change takes is believed", "rtctl/host/telemetry/late_core.py",
+        "latency if latency < _ETERNAL_NS else NAN", "latency", CORE,
     ),
 )  # fmt: skip

@@ -36,6 +36,8 @@ class LateTick:
         What of that the cycle before took beyond the period, 0 at least.
     phase
         The longest part of that cycle, of `PHASES`.
+    cycle_ns
+        How long all parts of that cycle took.
     """
 
     tick: int
@@ -43,6 +45,7 @@ class LateTick:
     late_ns: int
     own_ns: int
     phase: str
+    cycle_ns: int = 0
 
 
 def late_ticks(rows: np.ndarray, above_ns: int) -> list[LateTick]:
@@ -59,7 +62,8 @@ def late_ticks(rows: np.ndarray, above_ns: int) -> list[LateTick]:
     period = _period_ns(before, after)
     late = after["time_ns"] - before["time_ns"] - period + after["wakeup_ns"]
     parts = np.stack([before["read_ns"], before["law_ns"], before["write_ns"], after["record_ns"]])
-    own = np.maximum(before["wakeup_ns"] + parts.sum(axis=0) - period, 0)
+    cycle = parts.sum(axis=0)
+    own = np.maximum(before["wakeup_ns"] + cycle - period, 0)
     return [
         LateTick(
             tick=int(after["tick"][i]),
@@ -67,6 +71,7 @@ def late_ticks(rows: np.ndarray, above_ns: int) -> list[LateTick]:
             late_ns=int(late[i]),
             own_ns=int(min(own[i], late[i])),
             phase=PHASES[int(np.argmax(parts[:, i]))],
+            cycle_ns=int(cycle[i]),
         )
         for i in np.flatnonzero(late > above_ns)
     ]

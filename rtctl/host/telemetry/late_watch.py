@@ -10,18 +10,22 @@ from typing import Any
 import numpy as np
 
 from rtctl.host.telemetry.late_counters import Counters, Reading, rates, rise
-from rtctl.host.telemetry.late_tasks import Tasks
+from rtctl.host.telemetry.late_tasks import Ran, Tasks
 from rtctl.host.telemetry.late_ticks import LateTick, bound_ns, late_ticks
 from rtctl.host.telemetry.late_verdict import CAUSES, Verdict, judge
 from rtctl.tick import joined
 
 EVENT = "late"
 
-LOOK_NS = 100_000_000
-"""From one look at the counters to the next while no tick is late."""
+LOOK_NS, LOOK_ORDINARY_NS = 100_000_000, 50_000_000
+"""From one look at the counters to the next while no tick is late; the second beside a loop without real-time rights: any task may keep
+that waiting, and what they ran for while it did not wait says nothing."""
 
-SCAN_NS, SCAN_LATE_NS = 5_000_000_000, 50_000_000
-"""From one scan of the tasks to the next, and while ticks are late."""
+SCAN_NS, SCAN_LATE_NS = 2_000_000_000, 50_000_000
+"""From one look at all tasks to the next, and while ticks are late; at those that matter it looks as often as at the counters."""
+
+STANDS_NS = 5_000_000
+"""A loop that has made no tick for so long stands: whoever has its core is there to be seen now."""
 
 TELL_NS = 250_000_000
 """From one event to the next: all late ticks since are in it. The event log keeps a burst, then one every 5 s."""
@@ -56,7 +60,6 @@ class LateWatch:
         self._untold: Counter[str] = Counter()
         self._worst: tuple[LateTick, Verdict] | None = None
         self._stopped = False
-        self._culprit: tuple[str, float] = "", float("nan")
         self.causes: Counter[str] = Counter()
         self.count = 0
         self.newest: tuple[int, dict[str, Any]] = 0, {}
@@ -78,23 +81,41 @@ class LateWatch:
             return
         if idle and self._before is not None:  # the loop stands: afterwards nothing says that it was stopped
             self._stopped |= self._counters.stopped()
+            if self._row is not None and now_ns - int(self._row["time_ns"][0]) > self._period_ns + STANDS_NS:
+                self._look_at_tasks(now_ns, self._before.priority, late=True)
             return
-        if self._before is not None and not self._waiting and now_ns - self._before.at_ns < LOOK_NS:
+        late = bool(self._waiting)
+        if self._before is not None and not late and now_ns - self._before.at_ns < self._pause_ns():
             return
-        reading = self._counters.look(now_ns)
+        reading = self._counters.look(now_ns, late=late)
+        self._look_at_tasks(now_ns, reading.priority, late=late)
         before, self._before = self._before, reading
         if before is None:
             return
-        late = bool(self._waiting)
         self._stopped |= late and self._counters.stopped()
-        if self._tasks is not None and now_ns - self._scanned_ns >= (SCAN_LATE_NS if late else SCAN_NS):
-            self._scanned_ns = now_ns
-            self._culprit = self._tasks.busiest(self._counters.core, reading.priority)
         if late:
             self._judge((before, reading))
         else:
             self._learn(before, reading)
         self._stopped = False
+
+    def _pause_ns(self) -> int:
+        return LOOK_NS if self._before is not None and self._before.priority > 0 else LOOK_ORDINARY_NS
+
+    def _look_at_tasks(self, now_ns: int, priority: int, *, late: bool) -> None:
+        if self._tasks is None or self._counters is None:
+            return
+        everywhere = now_ns - self._scanned_ns >= (SCAN_LATE_NS if late else SCAN_NS)
+        if everywhere:
+            self._scanned_ns = now_ns
+        self._tasks.look(self._counters.core, priority, everywhere=everywhere)
+
+    def _ran(self, late: LateTick, priority: int) -> tuple[Ran, ...]:
+        """Tasks on the loop's core while this tick was waited for, and in the period before."""
+        if self._tasks is None or self._counters is None:
+            return ()
+        since_ns = late.woke_ns - late.late_ns - self._period_ns
+        return self._tasks.ran(self._counters.core, priority, since_ns, late.woke_ns)
 
     def _learn(self, before: Reading, reading: Reading) -> None:
         for name, rate in rates(before, reading).items():
@@ -107,13 +128,10 @@ class LateWatch:
             return
         verdicts = [Verdict("unknown", "", 0.0)] * len(late)
         if between is not None:
-            name, ran_ns = self._culprit
             risen = rise(*between, self._usual)
-            risen = replace(
-                risen, other_task=name, other_task_ns=ran_ns, stopped=risen.stopped or self._stopped
-            )
-            total = float(sum(one.late_ns for one in late))
-            verdicts = [judge(one, risen, total) for one in late]
+            risen = replace(risen, stopped=risen.stopped or self._stopped)
+            total, priority = float(sum(one.late_ns for one in late)), between[1].priority
+            verdicts = [judge(one, replace(risen, tasks=self._ran(one, priority)), total) for one in late]
         for one, verdict in zip(late, verdicts, strict=True):
             self.count += 1
             self.causes[verdict.cause] += 1
@@ -153,6 +171,8 @@ class LateWatch:
         """Close the files."""
         if self._counters is not None:
             self._counters.close()
+        if self._tasks is not None:
+            self._tasks.close()
 
 
 class LateNews:

@@ -1,0 +1,108 @@
+"""What a core's clock did, and how often its firmware took it: counters of /sys, and one of perf_event_open(2)."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import struct
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+NAN = float("nan")
+
+_PERF_EVENT_OPEN = {"x86_64": 298}
+"""Number of the system call, where processors count SMIs."""
+
+_ATTRIBUTES = struct.Struct("<IIQ112x")
+"""Of struct perf_event_attr: type, size and event; zeros are what the rest is for a counter that is only read."""
+
+_CLOEXEC = 8
+
+_ETERNAL_NS = 4_294_967_295
+"""What a driver says that does not know how long a change takes."""
+
+
+class CoreClock(NamedTuple):
+    """One look. Counters only rise; NaN where this machine does not tell.
+
+    Attributes
+    ----------
+    khz
+        Frequency of the core's clock.
+    changes, change_ns
+        How often the frequency was changed, and for how long a change holds the core up, ns.
+    throttled
+        How often the core was slowed down because it was too hot.
+    """
+
+    khz: float = NAN
+    changes: float = NAN
+    change_ns: float = NAN
+    throttled: float = NAN
+
+
+def core_clock(read: Callable[[str], str], core: int) -> CoreClock:
+    """The core's clock, by a function that returns a file's text, or nothing (names without the leading /)."""
+    folder = f"sys/devices/system/cpu/cpu{core}"
+    latency = number(read(f"{folder}/cpufreq/cpuinfo_transition_latency"))
+    return CoreClock(
+        khz=number(read(f"{folder}/cpufreq/scaling_cur_freq")),
+        changes=number(read(f"{folder}/cpufreq/stats/total_trans")),
+        change_ns=latency if latency < _ETERNAL_NS else NAN,
+        throttled=number(read(f"{folder}/thermal_throttle/core_throttle_count")),
+    )
+
+
+class Interruptions:
+    """Counts the system management interrupts (SMI) of one core, where processor, kernel and rights (CAP_PERFMON) let it."""
+
+    def __init__(
+        self, core: int, root: Path = Path("/"), opened: Callable[[int, int, int], int] | None = None
+    ) -> None:
+        self._file = -1
+        folder = root / "sys/bus/event_source/devices/msr"
+        with suppress(OSError, ValueError):
+            kind = int((folder / "type").read_text())
+            event = int((folder / "events/smi").read_text().strip().removeprefix("event="), 16)
+            self._file = (opened or _open)(kind, event, core)
+
+    def count(self) -> float:
+        """Since the machine was started, or since this was made; NaN where nobody counts."""
+        if self._file < 0:
+            return NAN
+        try:
+            return float(struct.unpack("<Q", os.read(self._file, 8))[0])
+        except (OSError, struct.error):
+            return NAN
+
+    def close(self) -> None:
+        """Count no more."""
+        if self._file >= 0:
+            os.close(self._file)
+        self._file = -1
+
+
+def _open(kind: int, event: int, core: int) -> int:
+    """Descriptor of a counter of one core, for all tasks. Raises OSError where it is refused."""
+    call = _PERF_EVENT_OPEN.get(os.uname().machine)
+    if call is None:
+        msg = "no processor that counts SMIs"
+        raise OSError(msg)
+    attributes = ctypes.create_string_buffer(
+        _ATTRIBUTES.pack(kind, _ATTRIBUTES.size, event), _ATTRIBUTES.size
+    )
+    libc = ctypes.CDLL(None, use_errno=True)
+    found = int(libc.syscall(call, attributes, -1, core, -1, _CLOEXEC))
+    if found < 0:
+        raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
+    return found
+
+
+def number(text: str) -> float:
+    """NaN for a text that is no number."""
+    try:
+        return float(text)
+    except ValueError:
+        return NAN
