@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Literal
 
 Motion = Literal["rotary", "linear"]
@@ -88,6 +88,18 @@ def named(document: object, motion: str) -> object:
         return {name(str(key), motion): named(value, motion) for key, value in document.items()}
     if isinstance(document, list | tuple):
         return [named(value, motion) for value in document]
+    return document
+
+
+def rotary_named(document: object, motion: str, known: Collection[str]) -> object:
+    """A document that `named` wrote, with the names that it had before: those of `known`."""
+    if isinstance(document, Mapping):
+        return {
+            rotary_name(str(key), motion, known): rotary_named(value, motion, known)
+            for key, value in document.items()
+        }
+    if isinstance(document, list | tuple):
+        return [rotary_named(value, motion, known) for value in document]
     return document
 
 

@@ -12,7 +12,6 @@ from in_process import run
 from hw import motion
 from rtctl.errors import ConfigError, ModelError
 from rtctl.friction import artefact
-from rtctl.identify.settings import Settings, rig_of
 from rtctl.recording.export import columns
 from rtctl.rig_file.config import load
 
@@ -81,11 +80,6 @@ def test_check_speaks_of_m_and_n(monkeypatch, capsys):
     assert "6000 N/m" in text
     assert "2.5e-07 m " in text
     assert rotary_words(text) == []
-
-
-def test_the_command_that_drives_an_axis_by_rad_refuses_one_that_slides():
-    with pytest.raises(ConfigError, match="axis carriage is linear"):
-        rig_of(load(SLIDE), Settings())
 
 
 def test_a_recording_of_both_motions_names_each_column_by_its_own_units():
