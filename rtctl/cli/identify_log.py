@@ -81,7 +81,7 @@ SPEED_MIN_RAD_S = 0.03
     "--speed-min-m-s",
     "speed_min",
     type=click.FloatRange(0, 100),
-    help="slower rows are left out; default 0.03 rad/s, of a linear axis its screw's, or 1.5 % of the largest",
+    help="slower rows are left out; default 0.03 rad/s, of a linear axis 1.5 % of the largest",
 )
 @click.option("--keep-offset", is_flag=True, help="leave the offset in the friction samples")
 @click.option("--out", type=OutputFolder(), help="folder for points.csv and regression.json")

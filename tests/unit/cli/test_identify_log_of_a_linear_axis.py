@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from in_process import run
 
+from rtctl.friction.logs.plausibility import largest_speed
+
 LEAD_M = 0.005
 M = LEAD_M / (2 * math.pi)
 """Travel of the screw per rad, m."""
@@ -14,9 +16,14 @@ M = LEAD_M / (2 * math.pi)
 
 @pytest.fixture
 def logs(tmp_path):
-    """The same motion of a screw in rad and N m, in m and N, and in mm and N."""
+    """The same motion of a screw in rad and N m, in m and N, and in mm and N.
+
+    Its largest speed is 2 rad/s: that is what the largest speed of a linear axis stands for.
+    """
     t = np.arange(2_000) / 100.0
     w = [(a, 2 * np.pi * f) for a, f in ((0.4, 0.4), (0.15, 1.1), (0.06, 2.3))]
+    quickest = largest_speed(sum(a * np.sin(k * t) for a, k in w), 100.0)
+    w = [(2.0 / quickest * a, k) for a, k in w]
     x = sum(a * np.sin(k * t) for a, k in w)
     v = sum(a * k * np.cos(k * t) for a, k in w)
     acceleration = sum(-a * k**2 * np.sin(k * t) for a, k in w)
@@ -79,12 +86,13 @@ def test_a_log_in_m_and_n_gives_what_its_screw_does_scaled(monkeypatch, capsys, 
         assert other["near_n"] == pytest.approx(one["near_nm"] / M, rel=1e-6)
 
 
-def test_without_a_lead_the_largest_speed_scales_the_thresholds(monkeypatch, capsys, logs):
+def test_the_thresholds_do_not_depend_on_lead_or_unit(monkeypatch, capsys, logs):
+    screw = identified(monkeypatch, capsys, logs["m"], "m", "N", "--lead-m", LEAD_M)
     metres = identified(monkeypatch, capsys, logs["m"], "m", "N")
     milli = identified(monkeypatch, capsys, logs["mm"], "mm", "N")
     for key, value in parameters(metres).items():
         assert parameters(milli)[key] == pytest.approx(value, rel=1e-9)
-    # Other rows are slow than with the lead: the parameters are as sure, and not the same.
+        assert parameters(screw)[key] == pytest.approx(value, rel=1e-9)
     for name, truth in (("inertia_kg", 0.012 / M**2), ("viscous_ns_m", 0.05 / M**2), ("coulomb_n", 0.25 / M)):
         assert metres["symmetric"]["parameters"][name]["value"] == pytest.approx(truth, rel=0.02)
 
