@@ -120,6 +120,24 @@ class LinearKeys:
         return value
 
 
+def schema_of(schema: object, motion: str) -> object:
+    """A JSON Schema of the rig file with the keys, texts and required names that axes of this motion have."""
+    if motion != "linear":
+        return schema
+    if isinstance(schema, Mapping):
+        return {
+            key: {name(one, motion): schema_of(each, motion) for one, each in value.items()}
+            if key == "properties"
+            else [name(one, motion) for one in value]
+            if key == "required"
+            else schema_of(value, motion)
+            for key, value in schema.items()
+        }
+    if isinstance(schema, list):
+        return [schema_of(one, motion) for one in schema]
+    return words(schema, motion) if isinstance(schema, str) else schema
+
+
 def _list(value: object) -> list[Any]:
     return value if isinstance(value, list) else []
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from hw.motion import words
 from rtctl.friction import drift_state as state
 from rtctl.friction.drift_recorded import told
 from rtctl.friction.drift_verdict import NAME, STOPPED
@@ -45,6 +46,7 @@ class FrictionWatch:
     ) -> None:
         self._watch = RigWatch(params, model, tables)
         self._folder, self._devices = folder, rig.devices_sha256
+        self._motions = {axis.name: axis.motion for axis in rig.axes}
         names = (axis.name for axis in rig.axes)
         self._axes: dict[str, AxisWatch] = {
             name: axis for name, axis in zip(names, self._watch.axes, strict=True) if axis is not None
@@ -75,7 +77,13 @@ class FrictionWatch:
         for name, axis in self._axes.items():
             for kind, text in ((NAME, axis.warning), (STOPPED, axis.stopped)):
                 if text:
-                    found.append({"name": kind, "axis": name, "text": f"axis {name}: {text}"})
+                    found.append(
+                        {
+                            "name": kind,
+                            "axis": name,
+                            "text": f"axis {name}: {words(text, self._motions[name])}",
+                        }
+                    )
         return found
 
     def status(self) -> list[dict[str, Any]]:
