@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Iterable, Mapping
+from decimal import Decimal
 from typing import Literal
 
 Motion = Literal["rotary", "linear"]
@@ -50,8 +51,36 @@ _WORDS = re.compile(
     r"(?<![\w/^])(" + "|".join(re.escape(one) for one in LINEAR_UNITS) + r")(?![\w/^]| s/rad)"
 )
 
-_NAMES = re.compile(r"(?<![\w/^-])[a-z][a-z0-9]*(?:_[a-z0-9]+)+(?![\w/.-]*[/.]\w)(?!\w)")
-"""Names with their unit, not those that are part of a path."""
+_NAMES = re.compile(r"(?<![\w/^'-])[a-z][a-z0-9]*(?:_[a-z0-9]+)+(?![\w/.-]*[/.]\w)(?!\w)")
+"""Names with their unit, not those that are part of a path, nor those in quotes: they are somebody's own."""
+
+
+SMALL_M_S = 0.1
+"""Speeds below this are told in mm/s."""
+
+_SPEEDS = re.compile(
+    r"(?<![\w.])(?:(?P<low>\d[\d.]*(?:e[+-]?\d+)?)(?P<to> to ))?(?P<high>\d[\d.]*(?:e[+-]?\d+)?) m/s(?![\w/^])"
+)
+"""One speed, or two of a range."""
+
+
+def speed_scale(motion: str, largest: float) -> tuple[str, float]:
+    """Unit in which a person reads speeds of up to `largest`, and what they are multiplied by: mm/s of a slow linear axis."""
+    if motion == "linear" and abs(largest) < SMALL_M_S:
+        return "mm/s", 1e3
+    return unit("rad/s", motion), 1.0
+
+
+def _in_mm_s(found: re.Match[str]) -> str:
+    """The same speeds in mm/s, digit by digit, where the larger one is small."""
+    low, high = found["low"], found["high"]
+    if not 0 < Decimal(high) < Decimal(str(SMALL_M_S)):
+        return found[0]
+    return f"{_thousandfold(low) + found['to'] if low else ''}{_thousandfold(high)} mm/s"
+
+
+def _thousandfold(text: str) -> str:
+    return f"{Decimal(text).scaleb(3):f}"
 
 
 def of_units(units: Iterable[object]) -> Motion:
@@ -65,12 +94,14 @@ def unit(rotary: str, motion: str) -> str:
 
 
 def words(text: str, motion: str) -> str:
-    """A text about one axis, written for a rotary one, with the units of this one, and the names of keys and columns that end with them."""
+    """A text about one axis, written for a rotary one, with the units of this one, and the names of keys and columns that end with them.
+
+    A speed below `SMALL_M_S` is told in mm/s, with the digits that it has.
+    """
     if motion != "linear":
         return text
-    return _NAMES.sub(
-        lambda found: name(found[0], motion), _WORDS.sub(lambda found: LINEAR_UNITS[found[0]], text)
-    )
+    own = _WORDS.sub(lambda found: LINEAR_UNITS[found[0]], text)
+    return _SPEEDS.sub(_in_mm_s, _NAMES.sub(lambda found: name(found[0], motion), own))
 
 
 def name(rotary: str, motion: str) -> str:

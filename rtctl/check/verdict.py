@@ -51,6 +51,7 @@ class Verdict:
         """The row in the units of its axis; it is written in those of a rotary one."""
         return replace(
             self,
+            name=words(self.name, motion),
             figure=words(self.figure, motion),
             bound=words(self.bound, motion),
             meaning=words(self.meaning, motion),

@@ -285,7 +285,7 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
     with in_units_of(measured.motion):
         if ladder is not None:
             ladder_report.show(ladder)
-        fit_table.show(model.kind, rows)
+        fit_table.show(model.kind, rows, measured.motion)
         click.echo(f"presliding length: {fit_advice.presliding_text(model)}")
         click.echo(fit_table.band_text(model))
         click.echo(f"\n{hold_out.describe(measured, folds)}")

@@ -144,8 +144,8 @@ def _npz(reader: RecordingReader, path: Path, names: list[str], progress: Progre
         for name, kept in found.items()
     }
     with path.open("wb") as file:
-        about, said = np.array(json.dumps(reader.about)), np.array(json.dumps(units))
-        np.savez_compressed(file, about=about, units=said, **arrays)
+        said = {"units": np.array(json.dumps(units))} if "linear" in motions else {}
+        np.savez_compressed(file, about=np.array(json.dumps(reader.about)), **said, **arrays)
     return ticks
 
 

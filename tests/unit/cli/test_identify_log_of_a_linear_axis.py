@@ -103,7 +103,7 @@ def test_the_table_and_the_points_speak_of_m_and_n(monkeypatch, capsys, logs, tm
         monkeypatch, capsys, "identify", "--log", logs["mm"], *columns, "--out", tmp_path / "out"
     )
     assert code == 0
-    assert all(unit in text for unit in ("inertia_kg ", "viscous_ns_m", " m/s", " mN"))
+    assert all(unit in text for unit in ("inertia_kg ", "viscous_ns_m", " mm/s", " mN"))
     assert [line for line in text.splitlines() if any(unit in line for unit in ("rad", "N m", "_nm"))] == []
     head = (tmp_path / "out" / "points.csv").read_text().splitlines()[0].split(",")
     assert head[:4] == ["velocity_m_s", "friction_torque_n", "direction", "std_n"]

@@ -95,8 +95,23 @@ def test_a_text_keeps_paths_and_constants_of_the_motor():
     assert motion.words(said, "linear") == own
 
 
-def points(path, *names):
-    speed = np.linspace(0.002, 0.2, 24)
+@pytest.mark.parametrize(
+    ("said", "told"),
+    [
+        ("3 rows, 0.0101 to 0.05 rad/s", "3 rows, 10.1 to 50 mm/s"),
+        ("0.002 to 0.2 rad/s", "0.002 to 0.2 m/s"),
+        ("at 2.4e-05 rad/s, -0.03 rad/s", "at 0.024 mm/s, -30 mm/s"),
+        ("0 rad/s, 0.01 rad/s^2, 0.5 rad/s", "0 m/s, 0.01 m/s^2, 0.5 m/s"),
+        ("no column 'position_rad'", "no column 'position_rad'"),
+    ],
+)
+def test_small_speeds_are_told_in_mm_s_and_quoted_names_are_left(said, told):
+    assert motion.words(said, "linear") == told
+    assert motion.words(said, "rotary") == said
+
+
+def points(path, *names, top=0.2):
+    speed = np.linspace(0.01 * top, top, 24)
     rows = [f"{d * v:.6g},{d * (6 + 2 * math.exp(-v / 0.01) + 5 * v):.9g}" for d in (1, -1) for v in speed]
     path.write_text("\n".join([",".join(names), *rows]))
     return path
@@ -122,6 +137,22 @@ def test_a_model_of_a_linear_axis_says_its_units_and_is_refused_on_a_rotary_one(
     code, _, err = run(monkeypatch, capsys, "fit", rotary, "--judge", out)
     assert code != 0
     assert "made for a linear axis" in err
+
+
+def test_a_slow_carriage_is_reported_in_mm_s(monkeypatch, capsys, tmp_path):
+    table = points(tmp_path / "points.csv", "velocity_m_s", "friction_torque_n", top=0.02)
+    arguments = ("fit", table, "--out", tmp_path / "m.json", "--rig", "slide", "--kernel", "rbf", "--backend", "sequential")
+    code, text, err = run(monkeypatch, capsys, *arguments, "--report", tmp_path / "report")
+    assert code == 0, err
+    (trained,) = [line for line in text.splitlines() if line.startswith("trained range")]
+    assert trained.split() == ["trained", "range,", "mm/s", "20", "20"]
+    page = (tmp_path / "report" / "report.html").read_text()
+    assert "against speed in mm/s" in page
+    assert "speed max, mm/s" in page
+    assert " m/s" not in page
+    code, text, _ = run(monkeypatch, capsys, "fit", table, "--judge", tmp_path / "m.json")
+    assert code == 0
+    assert "at, mm/s" in text
 
 
 @pytest.mark.parametrize("option", [("--kernel", "spline"), ("--search", "none")])
