@@ -10,6 +10,7 @@ import pytest
 from in_process import run
 
 from hw import motion
+from rtctl.check import stability_report
 from rtctl.errors import ConfigError, ModelError
 from rtctl.friction import artefact
 from rtctl.recording.export import columns
@@ -82,6 +83,30 @@ def test_check_speaks_of_m_and_n(monkeypatch, capsys):
     assert rotary_words(text) == []
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("inertia_kg = 1.2", "inertia_kg = 600.0", "0.1 m/s^2; real rigs have 0.3 to 1000 m/s^2"),
+        ("inertia_kg = 1.2", "inertia_kg = 0.0012", "5e+04 m/s^2; real rigs have 0.3 to 1000 m/s^2"),
+        ("lead_m = 0.005", "lead_m = 5.0", "see gear_ratio, lead_m (a lead of 5 mm is 0.005)"),
+        ("encoder_counts_per_rev = 20000", "encoder_counts_per_rev = 4", "per turn of the screw: lines x 4"),
+    ],
+)
+def test_a_slipped_unit_is_told_by_what_real_carriages_have(tmp_path, old, new, told):
+    report = stability_report.examine(load(changed(tmp_path, old, new)))
+    (line,) = [row.refusal for axis in report.axes for row in axis.verdicts if told in row.refusal]
+    assert "link" not in line
+    assert "N m " not in line.replace("N m/A", "")
+
+
+def test_no_row_of_a_check_has_the_name_of_a_rotary_key(tmp_path):
+    rows = [row for axis in stability_report.examine(load(SLIDE)).axes for row in axis.verdicts]
+    assert rows
+    for row in rows:
+        assert "_nm" not in row.name + row.figure + row.bound
+        assert " rad" not in row.figure + row.bound + row.meaning
+
+
 def test_a_recording_of_both_motions_names_each_column_by_its_own_units():
     rows = np.zeros(3, np.dtype([("position_rad", "f8", (2,)), ("force_n", "f8", (3,))]))
     found = columns(rows, ["position_rad", "force_n"], ["joint", "slide"], ["rotary", "linear"])
@@ -141,7 +166,18 @@ def test_a_model_of_a_linear_axis_says_its_units_and_is_refused_on_a_rotary_one(
 
 def test_a_slow_carriage_is_reported_in_mm_s(monkeypatch, capsys, tmp_path):
     table = points(tmp_path / "points.csv", "velocity_m_s", "friction_torque_n", top=0.02)
-    arguments = ("fit", table, "--out", tmp_path / "m.json", "--rig", "slide", "--kernel", "rbf", "--backend", "sequential")
+    arguments = (
+        "fit",
+        table,
+        "--out",
+        tmp_path / "m.json",
+        "--rig",
+        "slide",
+        "--kernel",
+        "rbf",
+        "--backend",
+        "sequential",
+    )
     code, text, err = run(monkeypatch, capsys, *arguments, "--report", tmp_path / "report")
     assert code == 0, err
     (trained,) = [line for line in text.splitlines() if line.startswith("trained range")]
