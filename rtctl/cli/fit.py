@@ -219,7 +219,7 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
     measured = fit_points.without_outliers(measured, keep=keep_outliers)
     families = grids.families_of(kernel, measured.motion)
     if measured.motion == "linear":
-        fit_checks.require_of_linear(families, kernel, strategy if search else None, places, sweep)
+        fit_checks.require_of_linear(families, kernel, strategy if search else None)
         strategy = "halving" if strategy == "none" else strategy
     folds = hold_out.way_for(measured, held_out)
     tolerance_share = grids.RESOLUTION_SHARE if tolerance is None else tolerance / 100
@@ -245,7 +245,9 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
             max_support_vectors=max_support_vectors,
         )
         ladder, model = ladder_report.climb(measured, wanted, rig, fade_rad_s)
-    model, over_turn, turn_body = fit_places.learn(model, places, sweep, turn, ripple_turn)
+    model, over_turn, turn_body = fit_places.learn(
+        model, places, sweep, turn or fit_places.turn_of(measured.motion, lead_m, plan.loaded), ripple_turn
+    )
     low, high = temperature or measured.temperature_range_c or (None, None)
     model = replace(
         model, temperature_min_c=low, temperature_max_c=high, evaluation_ns=evaluation_ns(model.record())

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from rtctl.friction.learn.cogging import Sweep
     from rtctl.friction.model import FrictionModel
     from rtctl.friction.points.measured import FrictionPoints
+    from rtctl.rig_file.config import LoadedConfig
 
 _File = click.Path(dir_okay=False, path_type=Path)
 _PERIOD = click.FloatRange(min=1e-3, max=1e4)
@@ -23,7 +24,11 @@ def options(command: Callable[..., None]) -> Callable[..., None]:
     """`--places`, `--sweep`, `--turn` and `--ripple-turn`."""
     for flag, kind, text in (
         ("--ripple-turn", _PERIOD, "period of the conservative part, rad; default: that of --turn"),
-        ("--turn", _PERIOD, "period of friction over place, rad of the joint; default: a turn of it, 2 pi"),
+        (
+            "--turn",
+            _PERIOD,
+            "period of friction over place, rad of the joint; default: a turn of it, 2 pi, or the lead of a linear axis",
+        ),
         (
             "--sweep",
             _File,
@@ -33,6 +38,13 @@ def options(command: Callable[..., None]) -> Callable[..., None]:
     ):
         command = click.option(flag, type=kind, help=text)(command)
     return command
+
+
+def turn_of(motion: str, lead_m: float | None, loaded: LoadedConfig | None) -> float:
+    """Period of friction over place where none is given: a turn of the joint, or of a linear axis its lead; 0 where that is not known."""
+    if motion != "linear":
+        return 2 * math.pi
+    return lead_m or (loaded.config.axis[0].lead_m if loaded else 0.0)
 
 
 def sweep_of(points: FrictionPoints) -> Sweep:
@@ -52,24 +64,30 @@ def learn(
     model: FrictionModel,
     places: Path | None,
     sweep: Path | None,
-    turn: float | None,
+    turn: float,
     ripple_turn: float | None,
 ) -> tuple[FrictionModel, list[str], dict[str, Any]]:
     """The model with what these files say of place; what to tell, and the same for `--json`.
 
     Raises
     ------
+    ConfigError
+        No period, of a linear axis.
     DataError
         Files that say nothing of places, or one direction only.
     """
     from dataclasses import replace
 
-    from rtctl.errors import DataError
+    from rtctl.errors import ConfigError, DataError
     from rtctl.friction.learn.cogging import fit_cogging
     from rtctl.friction.learn.places import fit_places
     from rtctl.friction.points.reader import read_points
 
-    period = turn or 2 * math.pi
+    if not turn and (places or sweep):
+        raise ConfigError(
+            "--places and --sweep of a linear axis need the period of its friction: give --turn in m, or --config RIG with its lead"
+        )
+    period = turn
     text, body, part = list[str](), dict[str, Any](), None
     if sweep is not None:
         found = fit_cogging(
