@@ -191,12 +191,22 @@ def test_a_slow_carriage_is_reported_in_mm_s(monkeypatch, capsys, tmp_path):
     assert "at, mm/s" in text
 
 
-@pytest.mark.parametrize("option", [("--kernel", "spline"), ("--search", "none")])
+@pytest.mark.parametrize("option", [("--kernel", "polynomial"), ("--search", "none")])
 def test_kernels_that_know_a_unit_of_speed_are_refused(monkeypatch, capsys, tmp_path, option):
     table = points(tmp_path / "points.csv", "velocity_m_s", "friction_torque_n")
     code, _, err = run(monkeypatch, capsys, "fit", table, "--out", tmp_path / "m.json", *option)
     assert code != 0
     assert "of a linear axis" in err
+
+
+def test_places_of_a_carriage_need_the_period_of_its_friction(monkeypatch, capsys, tmp_path):
+    table = points(tmp_path / "points.csv", "velocity_m_s", "friction_torque_n")
+    out = ("--out", tmp_path / "m.json", "--kernel", "formula", "--backend", "sequential")
+    code, _, err = run(monkeypatch, capsys, "fit", table, *out, "--places", table)
+    assert code != 0
+    assert "give --turn in m, or --config RIG with its lead" in err
+    code, _, err = run(monkeypatch, capsys, "fit", table, *out, "--places", table, "--turn", "0.005")
+    assert "no column position_m" in err
 
 
 @pytest.mark.skipif(not SCREWS.is_dir(), reason="RTCTL_DATA does not name the recordings")
