@@ -43,6 +43,22 @@ LINEAR_ENDINGS = {
 }
 """Ending of a name that carries its unit, of a rotary axis -> of a linear one, the longest first."""
 
+HANDLE_M = 0.1
+"""Where a number that was chosen for a joint is chosen for no axis in particular, a linear one has it as it is at a handle so far from
+the joint: .01 rad is 1 mm, .05 N m is .5 N, a hand of .02 kg m^2 is one of 2 kg."""
+
+_AT_HANDLE = {
+    "nms_rad": HANDLE_M**-2,
+    "nm_rad": HANDLE_M**-2,
+    "kgm2": HANDLE_M**-2,
+    "nm_s": 1 / HANDLE_M,
+    "nm": 1 / HANDLE_M,
+    "rad_s2": HANDLE_M,
+    "rad_s": HANDLE_M,
+    "rad": HANDLE_M,
+}
+"""Ending of a name that carries its unit -> factor of its number, the longest first."""
+
 LENGTH_UNITS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
 SPEED_UNITS = {"m/s": 1.0, "mm/s": 1e-3}
 FORCE_UNITS = {"N": 1.0, "mN": 1e-3, "kN": 1e3}
@@ -111,6 +127,11 @@ def name(rotary: str, motion: str) -> str:
             if rotary == ending or rotary.endswith(f"_{ending}"):
                 return rotary[: len(rotary) - len(ending)] + own
     return rotary
+
+
+def at_handle(rotary: str) -> float:
+    """Factor of a number chosen for a rotary axis, by its name there, to what it is at a handle `HANDLE_M` from the joint."""
+    return next((by for ending, by in _AT_HANDLE.items() if rotary.endswith(f"_{ending}")), 1.0)
 
 
 def named(document: object, motion: str) -> object:

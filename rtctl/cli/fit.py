@@ -12,7 +12,7 @@ from hw.motion import named
 from rtctl.cli import fit_checks, fit_places, fit_points, fit_table
 from rtctl.cli.columns import text_of
 from rtctl.cli.json_text import json_text
-from rtctl.cli.outputs import OutputFile, OutputFolder, in_units_of
+from rtctl.cli.outputs import OutputFile, OutputFolder, errors_in_units_of, in_units_of
 from rtctl.friction.kinds.table import KERNELS
 
 if TYPE_CHECKING:
@@ -244,10 +244,16 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
             tolerance_share=tolerance_share,
             max_support_vectors=max_support_vectors,
         )
-        ladder, model = ladder_report.climb(measured, wanted, rig, fade_rad_s)
-    model, over_turn, turn_body = fit_places.learn(
-        model, places, sweep, turn or fit_places.turn_of(measured.motion, lead_m, plan.loaded), ripple_turn
-    )
+        with errors_in_units_of(measured.motion):
+            ladder, model = ladder_report.climb(measured, wanted, rig, fade_rad_s)
+    with errors_in_units_of(measured.motion):
+        model, over_turn, turn_body = fit_places.learn(
+            model,
+            places,
+            sweep,
+            turn or fit_places.turn_of(measured.motion, lead_m, plan.loaded),
+            ripple_turn,
+        )
     low, high = temperature or measured.temperature_range_c or (None, None)
     model = replace(
         model, temperature_min_c=low, temperature_max_c=high, evaluation_ns=evaluation_ns(model.record())

@@ -107,6 +107,54 @@ def test_no_row_of_a_check_has_the_name_of_a_rotary_key(tmp_path):
         assert " rad" not in row.figure + row.bound + row.meaning
 
 
+def test_what_is_left_out_is_as_at_a_handle_of_ten_centimetres(tmp_path):
+    slide, joint = load(SLIDE).config.axis[0], load(CONFIGS / "mock.toml").config.axis[0]
+    assert slide.friction.blend_rad_s == pytest.approx(0.005)  # .05 rad/s
+    assert slide.friction.intent_nm == pytest.approx(0.5)  # .05 N m
+    assert slide.admittance.hand_stiffness_nm_rad == pytest.approx(6e4)  # 600 N m/rad
+    assert slide.admittance.hand_damping_nms_rad == pytest.approx(100.0)
+    assert slide.admittance.hand_inertia_kgm2 == pytest.approx(2.0)  # .02 kg m^2
+    assert slide.environment.pitch_rad == pytest.approx(0.02)
+    assert joint.friction.blend_rad_s == 0.05
+    said = changed(
+        tmp_path, "[axis.environment]\n", "[axis.friction]\nintent_n = 0.7\n\n[axis.environment]\n"
+    )
+    assert load(said).config.axis[0].friction.intent_nm == 0.7
+    assert load(said).config.axis[0].friction.blend_rad_s == pytest.approx(0.005)
+    assert load(changed(tmp_path, "position_min_m = -0.2 ", "")).config.axis[0].position_min_rad == -1e3
+
+
+def test_hands_that_hold_a_carriage_are_those_that_hold_a_joint(monkeypatch, capsys, tmp_path):
+    """The model's own advice passes with a hand of 2 kg, and an intent for joints does not."""
+    model = tmp_path / "slide.json"
+    table = points(tmp_path / "points.csv", "velocity_m_s", "friction_torque_n")
+    arguments = (
+        "fit",
+        table,
+        "--out",
+        model,
+        "--rig",
+        "slide",
+        "--kernel",
+        "formula",
+        "--backend",
+        "sequential",
+    )
+    code, text, err = run(monkeypatch, capsys, *arguments, "--config", SLIDE, "--presliding", 0.00013)
+    assert code == 0, err
+    block = text[text.index("[axis.friction]") : text.index("gate_n = ")]
+    assert "intent_n = 1.2" in block
+    lines = [line for line in block.splitlines() if not line.startswith("model")]
+    own = "\n".join([*lines, 'model = "slide.json"', "", "[axis.environment]\n"])
+    code, text, _ = run(monkeypatch, capsys, "check", changed(tmp_path, "[axis.environment]\n", own))
+    assert code == 0
+    assert "hands to 60000 N/m, 100 N s/m, 2 kg" in text
+    joints = own.replace("intent_n = 1.2", "intent_n = 0.05")
+    code, _, err = run(monkeypatch, capsys, "check", changed(tmp_path, "[axis.environment]\n", joints))
+    assert code == 5
+    assert "a hand of 2 kg buzz" in err
+
+
 def test_a_recording_of_both_motions_names_each_column_by_its_own_units():
     rows = np.zeros(3, np.dtype([("position_rad", "f8", (2,)), ("force_n", "f8", (3,))]))
     found = columns(rows, ["position_rad", "force_n"], ["joint", "slide"], ["rotary", "linear"])
@@ -205,7 +253,9 @@ def test_places_of_a_carriage_need_the_period_of_its_friction(monkeypatch, capsy
     code, _, err = run(monkeypatch, capsys, "fit", table, *out, "--places", table)
     assert code != 0
     assert "give --turn in m, or --config RIG with its lead" in err
-    code, _, err = run(monkeypatch, capsys, "fit", table, *out, "--places", table, "--turn", "0.005")
+    turn = ("--places", table, "--turn", "0.005")
+    code, _, err = run(monkeypatch, capsys, "fit", table, *out, *turn)
+    assert code != 0
     assert "no column position_m" in err
 
 
