@@ -153,7 +153,7 @@ def of_axis(model: FrictionModel, axis: AxisTable, T: float) -> AxisGain:
 
 
 def _intent_nm(model: FrictionModel, axis: AxisTable) -> float:
-    """Of a linear axis, whose friction may be of any size, to two digits; 0 of a rotary one."""
+    """Intent by the friction of a linear axis, which may be of any size, to two digits; 0 for a rotary one."""
     if axis.motion != "linear":
         return 0.0
     return float(f"{INTENT_SHARE * float(model.friction_min_nm.min()):.2g}")

@@ -144,7 +144,7 @@ def _npz(reader: RecordingReader, path: Path, names: list[str], progress: Progre
         for name, kept in found.items()
     }
     with path.open("wb") as file:
-        said = {"units": np.array(json.dumps(units))} if "linear" in motions else {}
+        said: dict[str, Any] = {"units": np.array(json.dumps(units))} if "linear" in motions else {}
         np.savez_compressed(file, about=np.array(json.dumps(reader.about)), **said, **arrays)
     return ticks
 

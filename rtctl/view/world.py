@@ -69,7 +69,7 @@ class Scale:
 
     @classmethod
     def of(cls, axis: Mapping[str, Any]) -> Scale:
-        """Of an axis as the daemon's `hello` describes it: of a linear one by half its travel, and its coupling."""
+        """Make the scale of an axis as the daemon's `hello` describes it: of a linear one by half its travel, and its coupling."""
         if axis.get("motion") != "linear":
             return cls()
         low, high = axis["bounds"]["position_rad"]
@@ -83,6 +83,7 @@ class Scale:
 
     def slider(self, parameter: Parameter) -> dict[str, Any]:
         """A parameter's slider on this axis, with its unit."""
+        assert parameter.slider is not None
         factor, own = self.factor(parameter.unit), asdict(parameter.slider)
         own |= {name: factor * own[name] for name in ("low", "high", "value")}
         return {**own, "unit": unit(parameter.unit, self.motion)}
