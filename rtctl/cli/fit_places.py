@@ -141,14 +141,15 @@ def tell_shift(path: Path, sweep: Path, *, err: bool) -> None:
     """
     from rtctl.errors import DataError
     from rtctl.friction import artefact
-    from rtctl.friction.learn.cogging import find_shift
+    from rtctl.friction.learn.cogging import changed_since, find_shift
     from rtctl.friction.points.reader import read_points
 
     model = artefact.load(path)
     if model.conservative is None:
         raise DataError(f"{path}: no conservative part: its places cannot be found again by a sweep")
     rows = sweep_of(read_points(sweep, of_speeds=False))
-    found = find_shift(model.conservative, rows, model.place.period_rad if model.place else None)
+    period = model.place.period_rad if model.place else None
+    found = find_shift(model.conservative, rows, period)
     what = (
         f"explains {100 * found.explained:.1f} % of the sweep there and leaves {1e3 * found.rmse_nm:.3g} mN m"
     )
@@ -159,3 +160,12 @@ def tell_shift(path: Path, sweep: Path, *, err: bool) -> None:
         else f"places: the model does not fit this sweep wherever its index is ({what}): compensate nothing by it, or learn it anew"
     )
     click.echo(said, err=err)
+    if found.fits:
+        more = changed_since(model.conservative, rows, found, period)
+        if len(more.part.orders):
+            waves = ", ".join(f"{order:g}" for order in more.part.orders)
+            click.echo(
+                f"since then waves {waves} have changed, which no shift explains: {1e3 * more.tried[0]:.3g} mN m at held-out places, "
+                f"{1e3 * more.tried[len(more.part.orders)]:.3g} with them told anew; learn the part from this sweep (rtctl fit --sweep)",
+                err=err,
+            )
