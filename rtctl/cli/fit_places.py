@@ -64,7 +64,7 @@ def learn(
     model: FrictionModel,
     places: Path | None,
     sweep: Path | None,
-    turn: float,
+    turn: float | None,
     ripple_turn: float | None,
 ) -> tuple[FrictionModel, list[str], dict[str, Any]]:
     """The model with what these files say of place; what to tell, and the same for `--json`.
@@ -83,11 +83,11 @@ def learn(
     from rtctl.friction.learn.places import fit_places
     from rtctl.friction.points.reader import read_points
 
-    if not turn and (places or sweep):
+    period = 2 * math.pi if turn is None else turn
+    if not period and (places or sweep):
         raise ConfigError(
             "--places and --sweep of a linear axis need the period of its friction: give --turn in m, or --config RIG with its lead"
         )
-    period = turn
     text, body, part = list[str](), dict[str, Any](), None
     if sweep is not None:
         found = fit_cogging(
