@@ -2,13 +2,17 @@
 
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from in_process import run
 
 from rtctl.friction.logs.plausibility import largest_speed
+from rtctl.rig_file.config import load
+from rtctl.simulation.closed_loop import Simulation
 
+SLIDE = Path(__file__).parents[3] / "configs" / "mock-linear.toml"
 LEAD_M = 0.005
 M = LEAD_M / (2 * math.pi)
 """Travel of the screw per rad, m."""
@@ -118,3 +122,28 @@ def test_units_of_both_motions_in_one_log_are_refused(monkeypatch, capsys, logs,
     code, _, err = run(monkeypatch, capsys, "identify", "--log", logs["m"], *columns)
     assert code != 0
     assert told in err
+
+
+def test_a_recording_of_a_screw_driven_carriage_is_no_late_torque(monkeypatch, capsys, tmp_path):
+    """A carriage whose screw turns at 250 rad/s: by its radian bending would count as sliding, and the torque look 100 ms late."""
+    simulation = Simulation(load(SLIDE))
+    simulation.arm()
+    rows = simulation.run(16.0)[2_000:]
+    fields = {name: rows[f"{name}_torque_nm"][:, 0] for name in ("motor", "hand")}
+    seconds = (rows["time_ns"] - rows["time_ns"][0]) * 1e-9
+    np.savez(tmp_path / "rec.npz", time_s=seconds, position=rows["position_rad"][:, 0], **fields)
+    columns = ("position=position:m", "torque=motor:N", "external=hand:N")
+    mapped = [part for column in columns for part in ("--column", column)]
+    code, out, err = run(
+        monkeypatch, capsys, "identify", "--log", tmp_path / "rec.npz", "--config", SLIDE, *mapped, "--json"
+    )
+    assert code == 0, err
+    found = json.loads(out)["symmetric"]["parameters"]
+    for name, truth in (("inertia_kg", 1.2), ("viscous_ns_m", 5.0), ("coulomb_n", 6.0)):
+        assert found[name]["value"] == pytest.approx(truth, rel=0.03)
+    code, _, err = run(
+        monkeypatch, capsys, "identify", "--log", tmp_path / "rec.npz", "--column", "position=position_rad:m",
+        "--column", "torque=motor:N",
+    )  # fmt: skip
+    assert code != 0
+    assert "no column 'position_rad'" in err  # as it was written, not in the words of a carriage
