@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
+from decimal import Decimal
 from typing import Literal
 
 Motion = Literal["rotary", "linear"]
@@ -42,6 +43,22 @@ LINEAR_ENDINGS = {
 }
 """Ending of a name that carries its unit, of a rotary axis -> of a linear one, the longest first."""
 
+HANDLE_M = 0.1
+"""Where a number that was chosen for a joint is chosen for no axis in particular, a linear one has it as it is at a handle so far from
+the joint: .01 rad is 1 mm, .05 N m is .5 N, a hand of .02 kg m^2 is one of 2 kg."""
+
+_AT_HANDLE = {
+    "nms_rad": HANDLE_M**-2,
+    "nm_rad": HANDLE_M**-2,
+    "kgm2": HANDLE_M**-2,
+    "nm_s": 1 / HANDLE_M,
+    "nm": 1 / HANDLE_M,
+    "rad_s2": HANDLE_M,
+    "rad_s": HANDLE_M,
+    "rad": HANDLE_M,
+}
+"""Ending of a name that carries its unit -> factor of its number, the longest first."""
+
 LENGTH_UNITS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
 SPEED_UNITS = {"m/s": 1.0, "mm/s": 1e-3}
 FORCE_UNITS = {"N": 1.0, "mN": 1e-3, "kN": 1e3}
@@ -50,8 +67,36 @@ _WORDS = re.compile(
     r"(?<![\w/^])(" + "|".join(re.escape(one) for one in LINEAR_UNITS) + r")(?![\w/^]| s/rad)"
 )
 
-_NAMES = re.compile(r"(?<![\w/^-])[a-z][a-z0-9]*(?:_[a-z0-9]+)+(?![\w/.-]*[/.]\w)(?!\w)")
-"""Names with their unit, not those that are part of a path."""
+_NAMES = re.compile(r"(?<![\w/^'-])[a-z][a-z0-9]*(?:_[a-z0-9]+)+(?![\w/.-]*[/.]\w)(?!\w)")
+"""Names with their unit, not those that are part of a path, nor those in quotes: they are somebody's own."""
+
+
+SMALL_M_S = 0.1
+"""Speeds below this are told in mm/s."""
+
+_SPEEDS = re.compile(
+    r"(?<![\w.])(?:(?P<low>\d[\d.]*(?:e[+-]?\d+)?)(?P<to> to ))?(?P<high>\d[\d.]*(?:e[+-]?\d+)?) m/s(?![\w/^])"
+)
+"""One speed, or two of a range."""
+
+
+def speed_scale(motion: str, largest: float) -> tuple[str, float]:
+    """Unit in which a person reads speeds of up to `largest`, and what they are multiplied by: mm/s of a slow linear axis."""
+    if motion == "linear" and abs(largest) < SMALL_M_S:
+        return "mm/s", 1e3
+    return unit("rad/s", motion), 1.0
+
+
+def _in_mm_s(found: re.Match[str]) -> str:
+    """The same speeds in mm/s, digit by digit, where the larger one is small."""
+    low, high = found["low"], found["high"]
+    if not 0 < Decimal(high) < Decimal(str(SMALL_M_S)):
+        return found[0]
+    return f"{_thousandfold(low) + found['to'] if low else ''}{_thousandfold(high)} mm/s"
+
+
+def _thousandfold(text: str) -> str:
+    return f"{Decimal(text).scaleb(3):f}"
 
 
 def of_units(units: Iterable[object]) -> Motion:
@@ -65,12 +110,14 @@ def unit(rotary: str, motion: str) -> str:
 
 
 def words(text: str, motion: str) -> str:
-    """A text about one axis, written for a rotary one, with the units of this one, and the names of keys and columns that end with them."""
+    """A text about one axis, written for a rotary one, with the units of this one, and the names of keys and columns that end with them.
+
+    A speed below `SMALL_M_S` is told in mm/s, with the digits that it has.
+    """
     if motion != "linear":
         return text
-    return _NAMES.sub(
-        lambda found: name(found[0], motion), _WORDS.sub(lambda found: LINEAR_UNITS[found[0]], text)
-    )
+    own = _WORDS.sub(lambda found: LINEAR_UNITS[found[0]], text)
+    return _SPEEDS.sub(_in_mm_s, _NAMES.sub(lambda found: name(found[0], motion), own))
 
 
 def name(rotary: str, motion: str) -> str:
@@ -82,12 +129,29 @@ def name(rotary: str, motion: str) -> str:
     return rotary
 
 
+def at_handle(rotary: str) -> float:
+    """Factor of a number chosen for a rotary axis, by its name there, to what it is at a handle `HANDLE_M` from the joint."""
+    return next((by for ending, by in _AT_HANDLE.items() if rotary.endswith(f"_{ending}")), 1.0)
+
+
 def named(document: object, motion: str) -> object:
     """A document of plain values whose keys end with their units, with the keys of this motion."""
     if isinstance(document, Mapping):
         return {name(str(key), motion): named(value, motion) for key, value in document.items()}
     if isinstance(document, list | tuple):
         return [named(value, motion) for value in document]
+    return document
+
+
+def rotary_named(document: object, motion: str, known: Collection[str]) -> object:
+    """A document that `named` wrote, with the names that it had before: those of `known`."""
+    if isinstance(document, Mapping):
+        return {
+            rotary_name(str(key), motion, known): rotary_named(value, motion, known)
+            for key, value in document.items()
+        }
+    if isinstance(document, list | tuple):
+        return [rotary_named(value, motion, known) for value in document]
     return document
 
 

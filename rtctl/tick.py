@@ -19,6 +19,7 @@ from typing import Any, Literal
 import numpy as np
 
 from hw.channels import READINGS, Reading
+from hw.motion import unit
 
 Kind = Literal["int", "float", "bits"]
 
@@ -232,17 +233,19 @@ def joined(batches: Sequence[np.ndarray]) -> np.ndarray:
     )
 
 
-def json_schema(n_axes: int = 1) -> dict[str, Any]:
+def json_schema(n_axes: int = 1, motions: Sequence[str] = ()) -> dict[str, Any]:
     """JSON Schema of one tick as telemetry and recordings carry it.
 
-    Per-axis fields are arrays of `n_axes` numbers. A non-finite number is written as null.
+    Per-axis fields are arrays of `n_axes` numbers. A non-finite number is written as null. `motions` of the axes, none: all
+    rotary. The names are those of a rotary axis; the units are those of each axis, in their order where they differ.
     """
     properties: dict[str, Any] = {}
     for field in FIELDS:
         leaf: dict[str, Any] = {"type": ["number", "null"] if field.kind == "float" else "integer"}
         if field.kind == "bits":
             leaf["minimum"] = 0
-        text = f"{field.meaning} [{field.unit}]"
+        units = [unit(field.unit, motion) for motion in motions] if field.shape == "axis" else []
+        text = f"{field.meaning} [{', '.join(units if len(set(units)) > 1 else units[:1] or [field.unit])}]"
         if field.shape == "scalar":
             properties[field.name] = {**leaf, "description": text}
         else:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any
 
-from hw.motion import words
+from hw.motion import at_handle, words
 
 if TYPE_CHECKING:
     from hw.interface import Joint
@@ -51,6 +51,7 @@ class Verdict:
         """The row in the units of its axis; it is written in those of a rotary one."""
         return replace(
             self,
+            name=words(self.name, motion),
             figure=words(self.figure, motion),
             bound=words(self.bound, motion),
             meaning=words(self.meaning, motion),
@@ -84,6 +85,11 @@ class Subject:
     """As the rig file has it or, where that is worse, the devices."""
     simulated: bool = False
     """Nobody holds it."""
+
+    @property
+    def hand(self) -> float:
+        """Factor on stiffness, damping and inertia of the hands that tests try, which are those of a joint."""
+        return at_handle("hand_inertia_kgm2") if self.table.motion == "linear" else 1.0
 
     def row(
         self,

@@ -110,7 +110,8 @@ def wish(s: Subject) -> list[Verdict]:
     ):
         return []
     lead = found.feedforward_max_nm / table.intent_nm
-    lead *= HEAVIEST_HAND_KGM2 / (s.table.inertia_kgm2 + HEAVIEST_HAND_KGM2)
+    heaviest = HEAVIEST_HAND_KGM2 * s.hand
+    lead *= heaviest / (s.table.inertia_kgm2 + heaviest)
     lowpass_hz = table.intent_lowpass_at(1 / s.period_s)
     alpha = -math.expm1(-2 * math.pi * lowpass_hz * s.period_s)
     loop = lead * alpha / (2 - alpha)
@@ -119,7 +120,7 @@ def wish(s: Subject) -> list[Verdict]:
     later_hz = _late_bound_hz(lead, late, s.period_s)
     quiet = lowpass_hz <= later_hz
     beyond = Outcome.FAIL if not loop < 1 else Outcome.NOT_PROVED
-    meaning = f"loop gain at half the rate with a hand of {HEAVIEST_HAND_KGM2:g} kg m^2: intent_lowpass_hz up to {passes_hz:.4g}"
+    meaning = f"loop gain at half the rate with a hand of {heaviest:g} kg m^2: intent_lowpass_hz up to {passes_hz:.4g}"
     if late > 0:
         meaning += f", and {later_hz:.4g} with what is {late} ticks late"
     return [
@@ -133,7 +134,7 @@ def wish(s: Subject) -> list[Verdict]:
             ""
             if loop < 1
             else f"{s.where}.friction.intent_lowpass_hz: axis {s.axis.name}: {lowpass_hz:g} Hz lets a hand of "
-            f"{HEAVIEST_HAND_KGM2:g} kg m^2 buzz at half the rate (loop gain {loop:.3g}), the bound is {passes_hz:.4g} Hz: that, "
+            f"{heaviest:g} kg m^2 buzz at half the rate (loop gain {loop:.3g}), the bound is {passes_hz:.4g} Hz: that, "
             "or a larger intent_nm",
         )
     ]

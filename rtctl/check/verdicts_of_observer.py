@@ -31,7 +31,7 @@ def closed_loop(s: Subject) -> list[Verdict]:
     outcome = Outcome.PASS if found.ok else beyond
     joint = "20 to 100 Hz, as its stiffness is not known" if unknown else "the joint as declared"
     meaning = (
-        f"largest |eigenvalue| over {found.points} points: hands to 600 N m/rad, 1 N m s/rad, .02 kg m^2, {joint}; sliding and "
+        f"largest |eigenvalue| over {found.points} points: hands to {600 * s.hand:g} N m/rad, {s.hand:g} N m s/rad, {0.02 * s.hand:g} kg m^2, {joint}; sliding and "
         "stuck, on the coupling and free; shown at the points of this grid, not between them"
     )
     if not found.ok:
@@ -111,6 +111,7 @@ def loop_of(s: Subject) -> Loop:
         motor_share=s.joint.motor_share,
         encoder=s.joint.encoder,
         joints=joints_of(s.joint, s.table.inertia_kgm2),
+        hand=s.hand,
     )
 
 

@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 
 from rtctl.check.verdict import Outcome, Subject, Verdict
+from rtctl.rig_file.axis_tables import AxisTable
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,8 @@ class Band:
 
 ACCELERATION = Band(0.3, 3.0, 1e5, 1e6)
 """rad/s^2 at the torque limit."""
+ACCELERATION_LINEAR = Band(0.03, 0.3, 1e3, 1e4)
+"""m/s^2 at the force limit: from a heavy gantry to a voice coil with nothing on it; grams for kilograms are a thousand times as much."""
 CURRENT_SHARE = Band(5e-4, 1e-2, 1.0, 1.0)
 """Current at the torque limit, share of the range of its sensor."""
 TICKS_TO_FULL = Band(1e-3, 0.5, 2e3, 2e4)
@@ -81,15 +84,20 @@ def _judge(
 
 def acceleration(s: Subject) -> list[Verdict]:
     """What the torque limit does to the joint."""
+    slides = s.table.motion == "linear"
+    where = (
+        "carriage, what turns with it by (2 pi / lead_m)^2 of its moment of inertia"
+        if slides
+        else "link (1 kg m^2 is 1e4 kg cm^2, 1e7 g cm^2)"
+    )
     return _judge(
         s,
         "acceleration at the torque limit",
         s.table.torque_limit_nm / s.table.inertia_kgm2,
         "rad/s^2",
-        ACCELERATION,
+        ACCELERATION_LINEAR if slides else ACCELERATION,
         "torque_limit_nm over inertia_kgm2",
-        f"inertia_kgm2: {s.table.inertia_kgm2:g} is meant in kg m^2 at the link (1 kg m^2 is 1e4 kg cm^2, 1e7 g cm^2), the limit "
-        "in N m",
+        f"inertia_kgm2: {s.table.inertia_kgm2:g} is meant in kg m^2 at the {where}, the limit in N m",
     )
 
 
@@ -105,7 +113,7 @@ def current(s: Subject) -> list[Verdict]:
         CURRENT_SHARE,
         f"{amperes:.3g} A, as a share of current_limit_a",
         f"torque_constant_nm_a: {table.torque_constant_nm_a:g} is meant in N m/A at the motor (13.4 mN m/A is 0.0134); see gear_ratio, "
-        "torque_limit_nm and current_limit_a, too",
+        f"{'lead_m (a lead of 5 mm is 0.005), ' if table.motion == 'linear' else ''}torque_limit_nm and current_limit_a, too",
     )
 
 
@@ -136,9 +144,16 @@ def torque_of_a_count(s: Subject) -> list[Verdict]:
         "",
         COUNT_SHARE,
         f"{step:.3g} N m through coupling and feed-forward, as a share of torque_limit_nm",
-        f"encoder_counts_per_rev: {table.encoder_counts_per_rev:g} are meant per turn of the link: lines x 4 x gear_ratio, for an "
+        f"encoder_counts_per_rev: {table.encoder_counts_per_rev:g} are meant per {_turn_of(table)}: lines x 4 x gear_ratio, for an "
         "encoder at the motor",
     )
+
+
+def _turn_of(table: AxisTable) -> str:
+    """What the encoder's counts are of."""
+    if table.motion != "linear":
+        return "turn of the link"
+    return "turn of the screw" if table.lead_m else "metre"
 
 
 def _feedforward_of_a_count(s: Subject) -> float:

@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from hw.motion import words
 from hw.outside import shown
 from rtctl.cli.invocation import as_run
 from rtctl.cli.json_text import json_text
@@ -105,8 +106,9 @@ def _late(event: dict[str, Any]) -> str:
 
 
 def _measured(event: dict[str, Any]) -> str:
-    return (
+    return words(
         f"axis {event['axis']}: torque at least {event['delay_s'] * 1e3:.3g} ms late (lag {event['lag_s'] * 1e3:.3g}), "
         f"current {event['gain']:.3g} of what was sent, {event['offset_nm']:+.3g} N m off; "
-        f"a sample every {event['sample_period_s'] * 1e3:.3g} ms"
+        f"a sample every {event['sample_period_s'] * 1e3:.3g} ms",
+        event.get("motion", "rotary"),
     )

@@ -28,7 +28,7 @@ def command(
 ) -> None:
     """Write every tick of the recording in FILE, over all its parts, in another format.
 
-    npz keeps the shape of per-axis fields; Parquet and CSV have a column `field.axis` for each. Parquet needs
+    npz keeps the shape of per-axis fields, and of a rig with a linear axis their `units`; Parquet and CSV have a column `field.axis` for each. Parquet needs
     pyarrow: pip install 'rtctl[parquet]'.
     """
     from rtctl.recording.export import export

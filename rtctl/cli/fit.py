@@ -12,7 +12,7 @@ from hw.motion import named
 from rtctl.cli import fit_checks, fit_places, fit_points, fit_table
 from rtctl.cli.columns import text_of
 from rtctl.cli.json_text import json_text
-from rtctl.cli.outputs import OutputFile, OutputFolder, in_units_of
+from rtctl.cli.outputs import OutputFile, OutputFolder, errors_in_units_of, in_units_of
 from rtctl.friction.kinds.table import KERNELS
 
 if TYPE_CHECKING:
@@ -219,7 +219,7 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
     measured = fit_points.without_outliers(measured, keep=keep_outliers)
     families = grids.families_of(kernel, measured.motion)
     if measured.motion == "linear":
-        fit_checks.require_of_linear(families, kernel, strategy if search else None, places, sweep)
+        fit_checks.require_of_linear(families, kernel, strategy if search else None)
         strategy = "halving" if strategy == "none" else strategy
     folds = hold_out.way_for(measured, held_out)
     tolerance_share = grids.RESOLUTION_SHARE if tolerance is None else tolerance / 100
@@ -244,8 +244,16 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
             tolerance_share=tolerance_share,
             max_support_vectors=max_support_vectors,
         )
-        ladder, model = ladder_report.climb(measured, wanted, rig, fade_rad_s)
-    model, over_turn, turn_body = fit_places.learn(model, places, sweep, turn, ripple_turn)
+        with errors_in_units_of(measured.motion):
+            ladder, model = ladder_report.climb(measured, wanted, rig, fade_rad_s)
+    with errors_in_units_of(measured.motion):
+        model, over_turn, turn_body = fit_places.learn(
+            model,
+            places,
+            sweep,
+            turn or fit_places.turn_of(measured.motion, lead_m, plan.loaded),
+            ripple_turn,
+        )
     low, high = temperature or measured.temperature_range_c or (None, None)
     model = replace(
         model, temperature_min_c=low, temperature_max_c=high, evaluation_ns=evaluation_ns(model.record())
@@ -285,7 +293,7 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
     with in_units_of(measured.motion):
         if ladder is not None:
             ladder_report.show(ladder)
-        fit_table.show(model.kind, rows)
+        fit_table.show(model.kind, rows, measured.motion)
         click.echo(f"presliding length: {fit_advice.presliding_text(model)}")
         click.echo(fit_table.band_text(model))
         click.echo(f"\n{hold_out.describe(measured, folds)}")

@@ -35,8 +35,8 @@ def rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
     return name
 
 
-def require_of_linear(families: tuple[str, ...], kernel: str, search: str | None, *elsewhere: object) -> None:
-    """Refuse what a model of a linear axis cannot have: kernels that know what a rad/s is, and friction over place.
+def require_of_linear(families: tuple[str, ...], kernel: str, search: str | None) -> None:
+    """Refuse what a model of a linear axis cannot have: a kernel, tube and C that know what rad/s and N m are.
 
     Raises
     ------
@@ -45,11 +45,9 @@ def require_of_linear(families: tuple[str, ...], kernel: str, search: str | None
     """
     if not families:
         raise ConfigError(
-            f"--kernel {kernel}: its curve depends on the unit of speed; of a linear axis give --kernel rbf or formula"
+            f"--kernel {kernel}: its curve depends on the unit of speed; of a linear axis give --kernel spline, rbf or formula"
         )
     if search == "none":
         raise ConfigError(
-            "--search none learns the spline kernel, which knows rad/s only; of a linear axis leave it out"
+            "--search none has a tube and bounds C for N m and rad/s; of a linear axis leave it out"
         )
-    if any(one is not None for one in elsewhere):
-        raise ConfigError("--places and --sweep are of an axis that turns; of a linear axis leave them out")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 from click.core import ParameterSource
 
-from hw.motion import named
+from hw.motion import named, speed_scale
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import in_units_of
 
@@ -68,7 +68,13 @@ def run(path: Path, points: FrictionPoints, *, as_json: bool) -> None:
     else:
         with in_units_of(points.motion):
             click.echo(f"{'direction':32}{'+1':>12}{'-1':>12}")
-            for label, key, scale in _ROWS:
+            speeds = [row["worst_at_rad_s"] for row in rows]
+            unit, factor = speed_scale(
+                points.motion, max((abs(one) for one in speeds if one is not None), default=1.0)
+            )
+            for text, key, times in _ROWS:
+                slow = text == "at, rad/s"
+                label, scale = (f"at, {unit}", times * factor) if slow else (text, times)
                 cells = ("-" if row[key] is None else f"{scale * row[key]:.4g}" for row in rows)
                 click.echo(f"{label:32}" + "".join(f"{cell:>12}" for cell in cells))
             click.echo(

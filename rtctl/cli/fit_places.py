@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from rtctl.friction.learn.cogging import Sweep
     from rtctl.friction.model import FrictionModel
     from rtctl.friction.points.measured import FrictionPoints
+    from rtctl.rig_file.config import LoadedConfig
 
 _File = click.Path(dir_okay=False, path_type=Path)
 _PERIOD = click.FloatRange(min=1e-3, max=1e4)
@@ -23,7 +24,11 @@ def options(command: Callable[..., None]) -> Callable[..., None]:
     """`--places`, `--sweep`, `--turn` and `--ripple-turn`."""
     for flag, kind, text in (
         ("--ripple-turn", _PERIOD, "period of the conservative part, rad; default: that of --turn"),
-        ("--turn", _PERIOD, "period of friction over place, rad of the joint; default: a turn of it, 2 pi"),
+        (
+            "--turn",
+            _PERIOD,
+            "period of friction over place, rad of the joint; default: a turn of it, 2 pi, or the lead of a linear axis",
+        ),
         (
             "--sweep",
             _File,
@@ -33,6 +38,13 @@ def options(command: Callable[..., None]) -> Callable[..., None]:
     ):
         command = click.option(flag, type=kind, help=text)(command)
     return command
+
+
+def turn_of(motion: str, lead_m: float | None, loaded: LoadedConfig | None) -> float:
+    """Period of friction over place where none is given: a turn of the joint, or of a linear axis its lead; 0 where that is not known."""
+    if motion != "linear":
+        return 2 * math.pi
+    return lead_m or (loaded.config.axis[0].lead_m if loaded else 0.0)
 
 
 def sweep_of(points: FrictionPoints) -> Sweep:
@@ -59,17 +71,23 @@ def learn(
 
     Raises
     ------
+    ConfigError
+        No period, of a linear axis.
     DataError
         Files that say nothing of places, or one direction only.
     """
     from dataclasses import replace
 
-    from rtctl.errors import DataError
+    from rtctl.errors import ConfigError, DataError
     from rtctl.friction.learn.cogging import fit_cogging
     from rtctl.friction.learn.places import fit_places
     from rtctl.friction.points.reader import read_points
 
-    period = turn or 2 * math.pi
+    period = 2 * math.pi if turn is None else turn
+    if not period and (places or sweep):
+        raise ConfigError(
+            "--places and --sweep of a linear axis need the period of its friction: give --turn in m, or --config RIG with its lead"
+        )
     text, body, part = list[str](), dict[str, Any](), None
     if sweep is not None:
         found = fit_cogging(
@@ -123,14 +141,15 @@ def tell_shift(path: Path, sweep: Path, *, err: bool) -> None:
     """
     from rtctl.errors import DataError
     from rtctl.friction import artefact
-    from rtctl.friction.learn.cogging import find_shift
+    from rtctl.friction.learn.cogging import changed_since, find_shift
     from rtctl.friction.points.reader import read_points
 
     model = artefact.load(path)
     if model.conservative is None:
         raise DataError(f"{path}: no conservative part: its places cannot be found again by a sweep")
     rows = sweep_of(read_points(sweep, of_speeds=False))
-    found = find_shift(model.conservative, rows, model.place.period_rad if model.place else None)
+    period = model.place.period_rad if model.place else None
+    found = find_shift(model.conservative, rows, period)
     what = (
         f"explains {100 * found.explained:.1f} % of the sweep there and leaves {1e3 * found.rmse_nm:.3g} mN m"
     )
@@ -141,3 +160,12 @@ def tell_shift(path: Path, sweep: Path, *, err: bool) -> None:
         else f"places: the model does not fit this sweep wherever its index is ({what}): compensate nothing by it, or learn it anew"
     )
     click.echo(said, err=err)
+    if found.fits:
+        more = changed_since(model.conservative, rows, found, period)
+        if len(more.part.orders):
+            waves = ", ".join(f"{order:g}" for order in more.part.orders)
+            click.echo(
+                f"since then waves {waves} have changed, which no shift explains: {1e3 * more.tried[0]:.3g} mN m at held-out places, "
+                f"{1e3 * more.tried[len(more.part.orders)]:.3g} with them told anew; learn the part from this sweep (rtctl fit --sweep)",
+                err=err,
+            )

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hw.motion import speed_scale
+
 if TYPE_CHECKING:
     from rtctl.friction.model import FrictionModel
 
@@ -82,9 +84,12 @@ def band_text(model: FrictionModel) -> str:
     return said
 
 
-def show(kind: str, found: Sequence[Mapping[str, Any]]) -> None:
-    """Print the table; a figure that is not known is a dash."""
+def show(kind: str, found: Sequence[Mapping[str, Any]], motion: str = "rotary") -> None:
+    """Print the table; a figure that is not known is a dash. Of a linear axis a slow range is told in mm/s."""
+    unit, factor = speed_scale(motion, max(row["speed_max_rad_s"] for row in found))
     click.echo(f"{kind:34}{'v >= 0':>14}{'v < 0':>14}")
-    for label, key, scale, shape in _TABLE:
+    for text, key, times, shape in _TABLE:
+        slow = text.endswith(", rad/s")
+        label, scale = (text.replace("rad/s", unit), times * factor) if slow else (text, times)
         cells = ["-" if row.get(key) is None else format(row[key] * scale, shape) for row in found]
         click.echo(f"{label:<34}" + "".join(f"{cell:>14}" for cell in cells))

@@ -6,19 +6,18 @@ import importlib
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import asdict
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from rtctl.cli.invocation import as_run, shown
+from hw.motion import named, words
+from rtctl.cli.identify_report import summary_of, tell, true_deviations
 from rtctl.cli.json_text import json_text
-from rtctl.cli.outputs import OutputFolder
+from rtctl.cli.outputs import OutputFolder, errors_in_units_of, in_units_of
 
 if TYPE_CHECKING:
-    from rtctl.friction.truth import Deviation
     from rtctl.identify.dataset import Dataset
     from rtctl.identify.settings import Rig, Settings
     from rtctl.rig_file.config import LoadedConfig
@@ -27,20 +26,32 @@ LOG_MODULE = "rtctl.cli.identify_log"
 """Module whose `command` takes over when `--log` is given."""
 
 WARNING = (
-    "The rig of {rig} will move by itself: about {minutes:.0f} minutes, up to {speed:g} rad/s, over its whole "
+    "The rig of {rig} will move by itself: about {minutes:.0f} minutes, up to {speed}, over its whole "
     "travel.\nTake every hand and tool off it. Ctrl-C stops it at any moment and keeps what was measured."
 )
 
 
 def _options(command: Callable[..., None]) -> Callable[..., None]:
-    """Options that fill `Settings`; their names are its fields."""
+    """Options that fill `Settings`; their names are its fields. Of a linear axis what is said in rad and N m is in m and N."""
     positive = click.FloatRange(min=0, max=1e6, min_open=True)
     none_or_more = click.FloatRange(min=0, max=1e6)
     levels = click.IntRange(2, 500)
     table: tuple[tuple[str, str, Any, Any, str], ...] = (
         ("--axis", "axis", click.IntRange(0, 7), 0, "number of the axis"),
-        ("--speed-min", "speed_min_rad_s", positive, 0.005, "lowest speed, rad/s"),
-        ("--speed-max", "speed_max_rad_s", positive, 2.0, "highest speed, rad/s"),
+        (
+            "--speed-min",
+            "speed_min_rad_s",
+            positive,
+            None,
+            "lowest speed, rad/s; default 0.005, of a linear axis 1/400 of the highest",
+        ),
+        (
+            "--speed-max",
+            "speed_max_rad_s",
+            positive,
+            None,
+            "highest speed, rad/s; default 2, of a linear axis what crosses its travel in 2 s",
+        ),
         ("--train", "train_levels", levels, 54, "speeds to train on, per direction"),
         ("--test", "test_levels", click.IntRange(0, 500), 28, "other speeds to test on, per direction"),
         ("--measurements", "measurements", click.IntRange(2, 10_000), 100, "measurements behind each point"),
@@ -48,7 +59,13 @@ def _options(command: Callable[..., None]) -> Callable[..., None]:
         ("--window", "window_s", click.FloatRange(0.02, 10), 0.1, "seconds one measurement averages"),
         ("--warm-up", "warm_up_s", none_or_more, 30.0, "seconds of motion before the first point"),
         ("--bias", "bias_s", click.FloatRange(0.5, 600), 5.0, "seconds at rest for the sensors' bias"),
-        ("--ramp", "ramp_nm_s", positive, 0.05, "slope of the break-away ramp, N m/s"),
+        (
+            "--ramp",
+            "ramp_nm_s",
+            positive,
+            None,
+            "slope of the break-away ramp, N m/s; default 0.05, of a linear axis a 40th of its limit in a second",
+        ),
         (
             "--hand-limit",
             "hand_limit_nm",
@@ -56,7 +73,13 @@ def _options(command: Callable[..., None]) -> Callable[..., None]:
             0.0,
             "hand torque that pauses, N m; 0: 2 % of the limit",
         ),
-        ("--margin", "margin_rad", positive, 0.05, "kept free at both ends of the travel, rad"),
+        (
+            "--margin",
+            "margin_rad",
+            positive,
+            None,
+            "kept free at both ends of the travel, rad; default 0.05, of a linear axis what --speed-max passes in 25 ms",
+        ),
         (
             "--lower",
             "lower_levels",
@@ -69,7 +92,7 @@ def _options(command: Callable[..., None]) -> Callable[..., None]:
             "ripple_per_turn",
             click.FloatRange(0, 1e5),
             0.0,
-            "periods of the gear's ripple per turn of the joint; 0: the gear ratio",
+            "periods of the gear's ripple per turn of the joint or screw (without a lead per m); 0: the gear ratio",
         ),
         (
             "--sweep",
@@ -81,7 +104,8 @@ def _options(command: Callable[..., None]) -> Callable[..., None]:
         ("--seed", "seed", click.IntRange(0, 2**31 - 1), 1, "of the order of the speeds and the places"),
     )
     for flag, name, kind, default, text in reversed(table):
-        command = click.option(flag, name, type=kind, default=default, show_default=True, help=text)(command)
+        shows = default is not None
+        command = click.option(flag, name, type=kind, default=default, show_default=shows, help=text)(command)
     return command
 
 
@@ -129,35 +153,43 @@ def command(
     Recordings instead of a rig: rtctl identify --log FILE --column ROLE=NAME... (options: rtctl identify --log x --help).
     """
     from rtctl.identify.dataset import Dataset
-    from rtctl.identify.settings import Settings, rig_of, without_feedforward
+    from rtctl.identify.settings import rig_of, settings_of, without_feedforward
     from rtctl.rig_file.config import load
 
-    settings = Settings(**options)
     loaded = without_feedforward(load(config))
+    settings = settings_of(loaded, options)
     rig = rig_of(loaded, settings)
     if not simulate and not loaded.config.simulated and not yes:
-        _ask(loaded, settings)
+        _ask(loaded, settings, rig.motion)
     make = Dataset.resume if resume else Dataset.create
     dataset = make(out, loaded, settings, simulated=loaded.config.simulated)
     began = time.monotonic()
-    progress = _Bar(quiet=as_json)
+    progress = _Bar(quiet=as_json, motion=rig.motion)
+    run = _simulated if simulate else _real
     try:
-        run = _simulated if simulate else _real
-        complete = run(loaded, rig, settings, dataset, progress, runtime_dir)
+        with errors_in_units_of(rig.motion):
+            complete = run(loaded, rig, settings, dataset, progress, runtime_dir)
     except KeyboardInterrupt:
         complete = False
     finally:
         progress.end()
-    truth = _truth(loaded, rig.axis, dataset) if loaded.config.simulated else ()
-    _report(dataset, time.monotonic() - began, truth, complete=complete, as_json=as_json)
+    truth = true_deviations(loaded, rig.axis, dataset) if loaded.config.simulated else ()
+    summary = summary_of(dataset, time.monotonic() - began, truth)
+    if as_json:
+        click.echo(json_text(named(summary, rig.motion)))
+    else:
+        with in_units_of(rig.motion):
+            tell(dataset, summary, truth, complete=complete)
+    if not complete:
+        click.echo("rtctl: stopped; the points measured are kept, continue with --resume", err=True)
+        sys.exit(130)
 
 
-def _ask(loaded: LoadedConfig, settings: Settings) -> None:
+def _ask(loaded: LoadedConfig, settings: Settings, motion: str) -> None:
     speeds = 2 * (settings.train_levels + settings.test_levels)
     minutes = (speeds * (18 + 0.2 * settings.measurements) + 2 * 5 * settings.measurements) / 60
-    click.echo(
-        WARNING.format(rig=loaded.config.rig.name, minutes=minutes, speed=settings.speed_max_rad_s), err=True
-    )
+    speed = words(f"{settings.speed_max_rad_s:g} rad/s", motion)
+    click.echo(WARNING.format(rig=loaded.config.rig.name, minutes=minutes, speed=speed), err=True)
     click.confirm("Is the rig free to move, and nobody touching it?", abort=True, err=True)
 
 
@@ -196,8 +228,8 @@ def _real(
 class _Bar:
     """Progress on stderr: bar, point, time left by the pace so far."""
 
-    def __init__(self, *, quiet: bool) -> None:
-        self._quiet, self._live = quiet, sys.stderr.isatty()
+    def __init__(self, *, quiet: bool, motion: str) -> None:
+        self._quiet, self._live, self._motion = quiet, sys.stderr.isatty(), motion
         self._began, self._shown, self._total_s = time.monotonic(), -10.0, 0.0
 
     def __call__(self, done_s: float, total_s: float, text: str) -> None:
@@ -210,87 +242,16 @@ class _Bar:
         share = min(done_s / total_s, 1.0)
         spent = now - self._began
         left = f"{spent * (1 - share) / share:5.0f} s left" if share > 0.01 else ""
-        line = f"[{'#' * round(30 * share):<30}] {100 * share:3.0f} % {left:<13} {text}"
+        line = f"[{'#' * round(30 * share):<30}] {100 * share:3.0f} % {left:<13} {words(text, self._motion)}"
         click.echo(f"\r{line:<90}" if self._live else line, err=True, nl=not self._live)
 
     def notice(self, text: str) -> None:
         """Say something to the person at the rig."""
         if text:
             self.end()
-            click.echo(f"rtctl: {text}", err=True)
+            click.echo(f"rtctl: {words(text, self._motion)}", err=True)
 
     def end(self) -> None:
         """Leave the line of the bar."""
         if self._live and not self._quiet:
             click.echo("", err=True)
-
-
-def _truth(loaded: LoadedConfig, axis: int, dataset: Dataset) -> tuple[Deviation, ...]:
-    """How far the points are from the simulated rig's own friction law; empty where none is known."""
-    from rtctl.friction import truth
-
-    if not truth.is_known(loaded):
-        return ()
-    points = dataset.document["points"]
-    # a break-away is measured at rest, whatever the last counts say
-    velocities = [point["target_rad_s"] and point["velocity_rad_s"] for point in points]
-    torques = [point["friction_torque_nm"] for point in points]
-    directions = [point["direction"] for point in points]
-    return truth.of_points(loaded, axis, zip(velocities, torques, directions, strict=True))
-
-
-def _report(
-    dataset: Dataset, wall_s: float, truth: tuple[Deviation, ...], *, complete: bool, as_json: bool
-) -> None:
-    from rtctl.friction.points.presliding import Presliding, together
-
-    document = dataset.document
-    points = document["points"]
-    skipped = document["skipped"]
-    wanted = len(points) + len(skipped) + len(dataset.left)
-    bent = together(
-        [
-            Presliding(point["presliding_rad"], point["presliding_spread_rad"], point["presliding_ramps"])
-            for point in points
-            if point.get("presliding_rad")
-        ]
-    )
-    summary = {
-        "dataset": str(dataset.folder),
-        "rig": document["rig"],
-        "complete": document["complete"],
-        "points": len(points),
-        "points_wanted": wanted,
-        "skipped": skipped,
-        "train": sum(point["use"] == "train" for point in points),
-        "test": sum(point["use"] == "test" for point in points),
-        "measurements": sum(point["count"] for point in points),
-        "discarded": sum(point["discarded"] for point in points),
-        "worst_std_nm": max((point["std_nm"] for point in points), default=None),
-        "presliding": asdict(bent) if bent else None,
-        "bias": document["sessions"][-1]["bias"] if document["sessions"] else None,
-        "wall_s": round(wall_s, 2),
-        "truth": [asdict(one) for one in truth],
-    }
-    if as_json:
-        click.echo(json_text(summary))
-    else:
-        click.echo(f"{len(points)} of {wanted} points in {dataset.folder}, {wall_s:.0f} s")
-        for one in skipped:
-            click.echo(f"left out: {one['why']}")
-        if points:
-            click.echo(f"presliding length: {bent or 'not known: the encoder is too coarse for it'}")
-        if truth:
-            click.echo("points against the true friction of the simulated rig:")
-        for one in truth:
-            click.echo(f"  {one}, {one.speeds} speeds")
-        if complete:
-            click.echo(
-                as_run(
-                    f"next: rtctl fit {shown(dataset.folder / 'points_train.csv')} --rig {document['rig']} "
-                    f"--out {shown(dataset.folder / 'model.json')}"
-                )
-            )
-    if not complete:
-        click.echo("rtctl: stopped; the points measured are kept, continue with --resume", err=True)
-        sys.exit(130)

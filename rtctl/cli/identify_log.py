@@ -6,8 +6,7 @@ import csv
 import hashlib
 import io
 import math
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,8 +17,8 @@ from hw.motion import name, named, of_units, words
 from rtctl.cli.columns import tables, text_of, text_options
 from rtctl.cli.identify_log_text import fit_lines, reversal_lines, units_line, units_of
 from rtctl.cli.json_text import json_text
-from rtctl.cli.outputs import OutputFolder
-from rtctl.errors import ConfigError, DataError
+from rtctl.cli.outputs import OutputFolder, errors_in_units_of
+from rtctl.errors import ConfigError
 
 if TYPE_CHECKING:
     from rtctl.friction.logs.log_input import Gearing
@@ -82,7 +81,7 @@ SPEED_MIN_RAD_S = 0.03
     "--speed-min-m-s",
     "speed_min",
     type=click.FloatRange(0, 100),
-    help="slower rows are left out; default 0.03 rad/s, of a linear axis its screw's, or 1.5 % of the largest",
+    help="slower rows are left out; default 0.03 rad/s, of a linear axis 1.5 % of the largest",
 )
 @click.option("--keep-offset", is_flag=True, help="leave the offset in the friction samples")
 @click.option("--out", type=OutputFolder(), help="folder for points.csv and regression.json")
@@ -129,7 +128,7 @@ def command(
     any_axis = ANY_LINEAR if motion == "linear" else Limits()
     limits = Limits.of_axis(rig_axis, str(config)) if rig_axis else any_axis
     text = text_of(delimiter, decimal)
-    with _inunits_of(motion):
+    with errors_in_units_of(motion):
         read = of_one_radian(
             [read_log(options_of(log, mapped, rate_hz, text), geared, torque_delay, limits) for log in logs]
         )
@@ -165,15 +164,6 @@ def command(
         json_text(named(document, motion)) if as_json else "\n".join([*lines, units_line(mapped, config)])
     )
     click.echo(told_as)
-
-
-@contextmanager
-def _inunits_of(motion: str) -> Iterator[None]:
-    """What is wrong with a log, told in the units of its axis."""
-    try:
-        yield
-    except DataError as error:
-        raise DataError(words(str(error), motion)) from error
 
 
 def _axis(config: Path, axis: int) -> AxisTable:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hw.motion import words
 from rtctl.cli.json_text import json_text
 from rtctl.cli.rig_argument import connect, reach_options
 
@@ -110,12 +111,13 @@ def lines(told: dict[str, Any]) -> list[str]:
     for axis, position, velocity in zip(
         told["axes"], told["position_rad"], told["velocity_rad_s"], strict=True
     ):
-        out.append(
+        of_axis = [
             f"  {axis['axis']}: {position:.4f} rad, {velocity:.4f} rad/s, environment {axis['environment']['kind']}, "
-            f"compensation {axis['compensation']:.0%}" + _followed(axis.get("friction_factor", 1.0))
-        )
-        out += _display(axis["display"])
-        out += _pulse(axis.get("measured", {}))
+            f"compensation {axis['compensation']:.0%}" + _followed(axis.get("friction_factor", 1.0)),
+            *_display(axis["display"]),
+            *_pulse(axis.get("measured", {})),
+        ]
+        out += [words(line, axis.get("motion", "rotary")) for line in of_axis]
     out += [f"  lease: {told['lease_holder']}"] if told["lease_holder"] else []
     return out
 

@@ -15,6 +15,7 @@ from pathlib import Path
 import click
 
 from hw.motion import words
+from rtctl.errors import RtctlError
 
 PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg")
 
@@ -74,6 +75,17 @@ def _why_not(folder: Path) -> str:
     except OSError as error:
         return f"{error.strerror} ({folder})"
     return ""
+
+
+@contextmanager
+def errors_in_units_of(motion: str) -> Iterator[None]:
+    """Tell what goes wrong meanwhile in the units of this motion; it is written for a rotary axis (`hw.motion.words`)."""
+    try:
+        yield
+    except RtctlError as error:
+        if motion == "linear":
+            error.args = (words(str(error), motion), *error.args[1:])
+        raise
 
 
 @contextmanager

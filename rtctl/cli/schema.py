@@ -15,6 +15,13 @@ from rtctl.cli.json_text import json_text
 @click.option("--of", "subject", type=click.Choice(["tick", "config"]), default="tick", show_default=True)
 @click.option("--axes", type=click.IntRange(1, 8), default=1, show_default=True, help="axes of the rig")
 @click.option(
+    "--motion",
+    type=click.Choice(["rotary", "linear"]),
+    default="rotary",
+    show_default=True,
+    help="of the axes: units of m and N in the tick record, keys of m and N in the rig file",
+)
+@click.option(
     "--fill",
     "documents_to_fill",
     multiple=True,
@@ -22,7 +29,9 @@ from rtctl.cli.json_text import json_text
     help="write the generated parts of this document anew (`make docs`)",
 )
 @click.option("--json", "as_json", is_flag=True, help="JSON (the default)")
-def command(subject: str, axes: int, documents_to_fill: tuple[Path, ...], *, as_json: bool) -> None:
+def command(
+    subject: str, axes: int, motion: str, documents_to_fill: tuple[Path, ...], *, as_json: bool
+) -> None:
     """Print the JSON Schema of the tick record, or of the rig file for an editor."""
     del as_json
     for path in documents_to_fill:
@@ -30,8 +39,9 @@ def command(subject: str, axes: int, documents_to_fill: tuple[Path, ...], *, as_
     if documents_to_fill:
         return
     if subject == "tick":
-        click.echo(json_text(tick.json_schema(axes), indent=2))
+        click.echo(json_text(tick.json_schema(axes, [motion] * axes), indent=2))
         return
     from rtctl.rig_file.config import Config
+    from rtctl.rig_file.linear_keys import schema_of
 
-    click.echo(json_text(Config.model_json_schema(), indent=2))
+    click.echo(json_text(schema_of(Config.model_json_schema(), motion), indent=2))

@@ -58,6 +58,8 @@ class Loop:
     """Share of the viscous damping on the motor's side of an elastic joint."""
     encoder: str = "motor"
     joints: tuple[ElasticJoint, ...] = (RIGID,)
+    hand: float = 1.0
+    """Factor on stiffness, damping and inertia of the box of hands: of a linear axis those of the same hands in N/m, N s/m and kg."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +90,8 @@ def grid(loop: Loop) -> Points:
     """Every hand of the box, on every joint, sliding and stuck, coupled and free."""
     bristles = (0.0, loop.bristle_nm_rad) if loop.bristle_nm_rad > 0 else (0.0,)
     coupled = (0, 1) if loop.stiffness_nm_rad > 0 else (0,)
-    hands = (HAND_STIFFNESS_NM_RAD, HAND_DAMPING_NMS_RAD, HAND_INERTIA_KGM2)
+    box = (HAND_STIFFNESS_NM_RAD, HAND_DAMPING_NMS_RAD, HAND_INERTIA_KGM2)
+    hands = tuple([loop.hand * one for one in each] for each in box)
     rows = np.array(list(product(*hands, bristles, range(len(loop.joints)), coupled)), dtype=float)
     return Points(*rows.T)
 

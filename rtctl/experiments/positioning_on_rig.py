@@ -148,6 +148,10 @@ def require(order: Order, cases: Sequence[Case]) -> Rig:
     """The rig's axis, if it can do all cases. Raises ConfigError naming what is missing."""
     loaded = order.loaded
     axis, path = loaded.config.axis[0], loaded.path
+    if axis.motion == "linear":
+        raise ConfigError(
+            f"{path}: axis {axis.name} is linear, and the references of this experiment are angles: give it a rig whose axis 0 turns"
+        )
     g = gains_of(order, "PD")[0]
     grain_nm = g["kd_nms_rad"] * g["alpha"] * 2 * np.pi / axis.counts_of_turn / loaded.config.period_s
     if grain_nm > CHATTER_SHARE * axis.torque_limit_nm:

@@ -200,11 +200,11 @@ def _not_a_number(word: str) -> NoReturn:
 
 def _check_parameters(path: Path, key: str, branch: Branch) -> None:
     kind, p = KINDS[branch.kind], branch.parameters
-    if set(p) != set(kind.names):
+    if not kind.has_parameters(p):
         _refuse(path, f"{key}.parameters", f"are not those of a {branch.kind} curve")
     if kind.is_formula and len(branch.support_vectors):
         _refuse(path, f"{key}.support_vectors", f"a {branch.kind} curve has none")
-    for parameter in kind.parameters:
+    for parameter in (one for one in kind.parameters if one.name in p):
         refusal = parameter.refusal(p[parameter.name])
         if refusal:
             _refuse(path, f"{key}.parameters", refusal)

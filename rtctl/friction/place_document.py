@@ -9,6 +9,7 @@ import numpy as np
 from rtctl.friction.document import ModelDocument
 from rtctl.friction.kinds.harmonics import Harmonics
 from rtctl.friction.kinds.place import PlaceKernel
+from rtctl.friction.kinds.spline import UNIT
 from rtctl.friction.model import FrictionModel
 
 
@@ -40,13 +41,18 @@ def parts(document: ModelDocument) -> dict[str, Any]:
     return {
         "place": None
         if place is None
-        else PlaceKernel(place.period_rad, place.orders, place.share, place.decay),
+        else PlaceKernel(place.period_rad, place.orders, place.share, place.decay, _unit(document)),
         "conservative": None
         if part is None or not len(part.orders) == len(part.cos) == len(part.sin)
         else Harmonics(
             part.period_rad, np.array(part.orders, dtype=float), np.array(part.cos), np.array(part.sin)
         ),
     }
+
+
+def _unit(document: ModelDocument) -> float:
+    """The speed that counts as 1: a parameter of the curves."""
+    return document.branches.forward.parameters.get(UNIT, 1.0)
 
 
 def refusal(document: ModelDocument, model: FrictionModel) -> tuple[str, str] | None:
@@ -62,6 +68,8 @@ def refusal(document: ModelDocument, model: FrictionModel) -> tuple[str, str] | 
             return f"branches.{name}.support_places", f"has {len(branch.support_places)} places, not {wanted}"
         if model.place is not None and branch.kind != "spline":
             return "kind", "only a spline may have a kernel of place"
+        if model.place is not None and branch.parameters.get(UNIT, 1.0) != model.place.unit_rad_s:
+            return f"branches.{name}.parameters", f"{UNIT} differs between the directions"
         try:
             tables = branch.place_tables(model.place)
         except ValueError as error:

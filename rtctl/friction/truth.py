@@ -19,6 +19,8 @@ _GRID = 2000
 _PLACES = 2001
 SPEED_MIN_RAD_S = 0.005
 """Slowest speed at which a learned curve is judged: below it no run measures."""
+SPEED_RANGE = 400.0
+"""Largest over slowest speed of the curve of a linear axis, for the same reason."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +110,9 @@ def of_model(loaded: LoadedConfig, axis: int, model: FrictionModel) -> tuple[Dev
     """Deviation of a learned model over its trained range above `SPEED_MIN_RAD_S`, one per direction."""
     found = []
     for direction, branch in zip((1, -1), model.branches, strict=True):
-        velocity = direction * np.linspace(SPEED_MIN_RAD_S, branch.speed_max_rad_s, _GRID)
+        top = branch.speed_max_rad_s
+        slowest = top / SPEED_RANGE if model.motion == "linear" else SPEED_MIN_RAD_S
+        velocity = direction * np.linspace(slowest, top, _GRID)
         error = model.magnitude(velocity) - true_friction_nm(loaded, axis, velocity)
         found.append(_deviation(loaded, axis, direction, error, np.zeros(0)))
     return tuple(found)

@@ -7,6 +7,8 @@ import io
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from hw.motion import name as own_name
+
 COLUMNS = (
     "velocity_rad_s",
     "friction_torque_nm",
@@ -32,18 +34,30 @@ _NUMBER = {
     "position_rad": ".6f",
     "time_s": ".3f",
 }
+_METRES = (
+    "position_rad",
+    "presliding_rad",
+    "presliding_spread_rad",
+)  # a carriage is known to a fraction of a micrometre
 
 
-def points_csv(points: Sequence[Mapping[str, Any]], rig: str, config_sha256: str) -> str:
-    """Write points as the text of a CSV file, by direction and rising speed; a column a point does not have stays empty."""
+def points_csv(
+    points: Sequence[Mapping[str, Any]], rig: str, config_sha256: str, motion: str = "rotary"
+) -> str:
+    """Write points as the text of a CSV file, by direction and rising speed; a column a point does not have stays empty.
+
+    The columns have the names, and so the units, of the axis's motion.
+    """
     out = io.StringIO()
     out.write(f"# rig {rig}, config sha256 {config_sha256}\n")
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(COLUMNS)
+    writer.writerow([own_name(column, motion) for column in COLUMNS])
     for point in sorted(points, key=lambda p: (-p["direction"], abs(p["target_rad_s"]))):
-        writer.writerow([_cell(name, point.get(name)) for name in COLUMNS])
+        writer.writerow([_cell(name, point.get(name), motion) for name in COLUMNS])
     return out.getvalue()
 
 
-def _cell(column: str, value: float | None) -> str:
-    return "" if value is None else format(value, _NUMBER.get(column, ".7f"))
+def _cell(column: str, value: float | None, motion: str) -> str:
+    if value is None:
+        return ""
+    return format(value, ".9f" if motion == "linear" and column in _METRES else _NUMBER.get(column, ".7f"))

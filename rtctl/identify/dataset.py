@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import platform
 from collections.abc import Sequence
 from dataclasses import asdict, replace
@@ -24,10 +23,11 @@ from typing import Any
 import numba
 import numpy as np
 
-from hw.outside import json_of, read_bounded
+from hw.motion import named
 from rtctl import __version__
 from rtctl.errors import DataError
 from rtctl.identify.columns import points_csv
+from rtctl.identify.dataset_files import HEADER, SCHEMA, read_document, write_whole
 from rtctl.identify.measurement_order import Known, Task, remaining
 from rtctl.identify.place_rows import Row, places_csv, rows_of
 from rtctl.identify.session import Bias, Point
@@ -35,27 +35,6 @@ from rtctl.identify.settings import Settings
 from rtctl.identify.tick_readings import Measurement
 from rtctl.identify.ticks import TickBlock
 from rtctl.rig_file.config import LoadedConfig
-
-SCHEMA = 1
-HEADER = "dataset.json"
-MOST_HEADER_BYTES = 1 << 26
-
-
-def write_whole(path: Path, content: bytes) -> None:
-    """Write a file so that at any moment either the old or the new content is there. Raises DataError."""
-    beside = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        with beside.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        beside.replace(path)
-    except OSError as error:
-        raise DataError(
-            f"{path}: cannot write: {error.strerror}; free space or choose another --out"
-        ) from error
-    finally:
-        beside.unlink(missing_ok=True)  # gone already when the rename was done
 
 
 class Dataset:
@@ -66,14 +45,15 @@ class Dataset:
     folder
         Where it lives.
     document
-        What `dataset.json` holds.
+        What `dataset.json` holds, under the names of a rotary axis; the file has those of the axis's motion.
     ticks
         Give it every tick of the rig; it is kept with the point, the bias or the warm-up it belongs to.
     """
 
     def __init__(self, folder: Path, document: dict[str, Any], axis: int, period_s: float) -> None:
         self.folder, self.document = folder, document
-        self.ticks = TickBlock(axis, round(1e9 * period_s))
+        self._motion = str(document.get("motion", "rotary"))
+        self.ticks = TickBlock(axis, round(1e9 * period_s), self._motion)
         self._names = {point["name"] for point in document["points"]}
 
     @classmethod
@@ -98,6 +78,7 @@ class Dataset:
             "kind": "rtctl friction data set",
             "rig": loaded.config.rig.name,
             "axis_name": loaded.config.axis[settings.axis].name,
+            "motion": loaded.config.axis[settings.axis].motion,
             "config": loaded.path.name,
             "config_sha256": loaded.sha256,
             "simulated": simulated,
@@ -248,9 +229,9 @@ class Dataset:
         ]
         for name, rows in (("places", places), ("sweep", self.document.get("sweep"))):
             if rows:
-                text = places_csv(rows, self.document["rig"], self.document["config_sha256"])
+                text = places_csv(rows, self.document["rig"], self.document["config_sha256"], self._motion)
                 write_whole(self.folder / f"points_{name}.csv", text.encode())
-        text = json.dumps(self.document, indent=1, allow_nan=False)
+        text = json.dumps(named(self.document, self._motion), indent=1, allow_nan=False)
         write_whole(self.folder / HEADER, (text + "\n").encode())
 
     def _csv(self, use: str) -> str:
@@ -259,30 +240,7 @@ class Dataset:
             for point in self.document["points"]
             if point["use"] == use
         ]
-        return points_csv(rows, self.document["rig"], self.document["config_sha256"])
-
-
-def read_document(folder: Path) -> dict[str, Any]:
-    """The header of a data set.
-
-    Raises
-    ------
-    DataError
-        Missing, not JSON, or not of this schema.
-    """
-    path = folder / HEADER
-    try:
-        document = json_of(read_bounded(path, MOST_HEADER_BYTES))
-    except OSError as error:
-        raise DataError(
-            f"{path}: cannot read: {error.strerror}; there is nothing to resume in {folder}"
-        ) from error
-    except ValueError as error:
-        raise DataError(f"{path}: damaged ({error}); begin a new --out") from error
-    keys = {"config_sha256", "rig", "simulated", "settings", "sessions", "points"}
-    if not isinstance(document, dict) or document.get("schema") != SCHEMA or not keys <= document.keys():
-        raise DataError(f"{path}: not a data set of schema {SCHEMA}; begin a new --out")
-    return document
+        return points_csv(rows, self.document["rig"], self.document["config_sha256"], self._motion)
 
 
 def _difference(before: object, now: object) -> str:

@@ -13,6 +13,9 @@ from rtctl.identify.settings import Settings
 BEND_SHARE = 0.03
 """A fall of friction by this much between the lowest speed and twice of it is the flank of a peak."""
 
+FIVE_DIGITS_FROM = 2e-4
+"""Speed down to which five digits tell two tasks apart."""
+
 
 @dataclass(frozen=True)
 class Task:
@@ -26,7 +29,8 @@ class Task:
     @property
     def name(self) -> str:
         """Name of the task's tick file, and what a person sees."""
-        what = "breakaway" if self.speed_rad_s == 0 else f"{self.speed_rad_s:.5f}"
+        digits = 5 if self.speed_rad_s > FIVE_DIGITS_FROM else 7  # a slow carriage in m/s
+        what = "breakaway" if self.speed_rad_s == 0 else f"{self.speed_rad_s:.{digits}f}"
         return f"{self.number:03d}_{self.use}_{'plus' if self.direction > 0 else 'minus'}_{what}"
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from rtctl.control.vocabulary import Fault, Program, ProgramFlag, State
 from rtctl.errors import DataError, FaultError, HandOnRigError
 from rtctl.identify.ripple import Ripple
-from rtctl.identify.settings import TURN_RAD, Rig, Settings
+from rtctl.identify.settings import Rig, Settings
 
 T = TypeVar("T")
 
@@ -31,7 +31,10 @@ PAUSES = 10
 FOLLOW_S = 1.0
 JOG_CROSSING_S = 1.2
 SLIP_RAD = 0.02
-"""Displacement that ends a ramp: well above what a joint creeps (6 mrad on the mock) before it breaks away."""
+"""Displacement that ends a ramp: well above what a joint creeps (6 mrad on the mock) before it breaks away.
+
+This length and the other constants in rad are multiplied by `Rig.radian`, which is 1 of a rotary axis.
+"""
 
 
 @dataclass(frozen=True)
@@ -94,17 +97,22 @@ class Motion:
     def choose_travel(self) -> None:
         """Use the travel around the present position: all of it, or one and a half turns either way."""
         here, margin = self.position_rad, self.settings.margin_rad
-        self.low_rad = max(self.rig.position_min_rad + margin, here - 1.5 * TURN_RAD)
-        self.high_rad = min(self.rig.position_max_rad - margin, here + 1.5 * TURN_RAD)
+        self.low_rad = max(self.rig.position_min_rad + margin, here - 1.5 * self.rig.turn_rad)
+        self.high_rad = min(self.rig.position_max_rad - margin, here + 1.5 * self.rig.turn_rad)
 
     def room_rad(self, direction: int) -> float:
         """Travel left in a direction."""
         end = self.high_rad if direction > 0 else self.low_rad
         return (end - self.position_rad) * direction
 
+    @property
+    def acceleration_rad_s2(self) -> float:
+        """Acceleration of every program."""
+        return ACCELERATION_RAD_S2 * self.rig.radian
+
     def stopping_rad(self, speed_rad_s: float) -> float:
         """Travel needed to stop from a speed, with the host late."""
-        return speed_rad_s**2 / (2 * ACCELERATION_RAD_S2) + SPARE_S * speed_rad_s
+        return speed_rad_s**2 / (2 * self.acceleration_rad_s2) + SPARE_S * speed_rad_s
 
     # -- orders
 
@@ -117,14 +125,14 @@ class Motion:
             "kind": int(kind),
             "limit_ticks": round(limit_s / rig.period_s),
             "velocity_rad_s": 0.0,
-            "acceleration_rad_s2": ACCELERATION_RAD_S2,
+            "acceleration_rad_s2": self.acceleration_rad_s2,
             "stiffness_nm_rad": self.stiffness_nm_rad,
             "damping_nms_rad": rig.damping_nms_rad,
             "alpha": rig.period_s / (rig.period_s + rig.filter_s),
             "torque_max_nm": rig.servo_max_nm,
             "ramp_nm_s": 0.0,
             "fast_nm": 0.0,
-            "slip_rad": SLIP_RAD,
+            "slip_rad": SLIP_RAD * rig.radian,
             "min_rad": max(rig.position_min_rad, self.low_rad - 0.5 * self.settings.margin_rad),
             "max_rad": min(rig.position_max_rad, self.high_rad + 0.5 * self.settings.margin_rad),
             "hand_nm": rig.hand_limit_nm,
@@ -181,7 +189,7 @@ class Motion:
     def rest(self) -> Steps[None]:
         """Come to rest with the motor off: stop by the servo, then brake until nothing moves."""
         speed = abs(float(self.last["velocity_rad_s"][self.rig.axis]))
-        stop_s = speed / ACCELERATION_RAD_S2
+        stop_s = speed / self.acceleration_rad_s2
         if stop_s > self.rig.period_s:
             yield from self.watch(stop_s, Order(self.order(Program.SERVO, stop_s + 1.0), stop_s))
         rows = yield from self.watch(REST_S, Order(self.order(Program.BRAKE, 3600.0), REST_S))
@@ -256,5 +264,7 @@ class Motion:
     def jog_speed_rad_s(self) -> float:
         """Speed of moves between measurements: short travels are crossed slower."""
         travel = self.high_rad - self.low_rad
-        most = min(0.5, self.settings.speed_max_rad_s)
-        return min(most, max(0.05, travel / JOG_CROSSING_S)) if math.isfinite(travel) else most
+        most = min(0.5 * self.rig.radian, self.settings.speed_max_rad_s)
+        return (
+            min(most, max(0.05 * self.rig.radian, travel / JOG_CROSSING_S)) if math.isfinite(travel) else most
+        )

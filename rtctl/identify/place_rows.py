@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from hw.motion import name as own_name
 from rtctl.identify.tick_readings import Measurement
 
 COLUMNS = (
@@ -49,14 +50,22 @@ def rows_of(direction: int, measurements: Sequence[Measurement]) -> list[Row]:
     return rows
 
 
-def places_csv(rows: Iterable[Sequence[float]], rig: str, config_sha256: str) -> str:
-    """The text of a CSV file of such rows."""
+def places_csv(rows: Iterable[Sequence[float]], rig: str, config_sha256: str, motion: str = "rotary") -> str:
+    """The text of a CSV file of such rows, with the names of the axis's motion."""
     out = io.StringIO()
     out.write(f"# rig {rig}, config sha256 {config_sha256}\n")
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(COLUMNS)
+    writer.writerow([own_name(column, motion) for column in COLUMNS])
+    digits = 9 if motion == "linear" else 6
     for v, torque, direction, count, x, travel in rows:
         writer.writerow(
-            [f"{v:.9g}", f"{torque:.7f}", int(direction), int(count), f"{x:.6f}", f"{travel:.6f}"]
+            [
+                f"{v:.9g}",
+                f"{torque:.7f}",
+                int(direction),
+                int(count),
+                f"{x:.{digits}f}",
+                f"{travel:.{digits}f}",
+            ]
         )
     return out.getvalue()

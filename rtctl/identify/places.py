@@ -11,7 +11,6 @@ import numpy as np
 
 from rtctl.identify.measurement_order import Task
 from rtctl.identify.motion import Motion, Steps
-from rtctl.identify.settings import TURN_RAD
 from rtctl.identify.windows import per_place, steady_s, window_s
 
 
@@ -37,8 +36,8 @@ def gap_to(motion: Motion, direction: int, place_rad: float, passed_rad: float) 
 
     Just passed: by no more than `passed_rad`.
     """
-    gap = (place_rad - motion.position_rad) * direction % TURN_RAD
-    return 0.0 if gap > TURN_RAD - passed_rad else gap
+    gap = (place_rad - motion.position_rad) * direction % motion.rig.turn_rad
+    return 0.0 if gap > motion.rig.turn_rad - passed_rad else gap
 
 
 def make_room(motion: Motion, direction: int, run_rad: float) -> Steps[None]:
@@ -46,7 +45,7 @@ def make_room(motion: Motion, direction: int, run_rad: float) -> Steps[None]:
     if motion.room_rad(direction) >= run_rad:
         return
     travel = motion.high_rad - motion.low_rad
-    goal_room = min(max(run_rad, TURN_RAD), travel)
+    goal_room = min(max(run_rad, motion.rig.turn_rad), travel)
     yield from motion.rest()
     jog = motion.jog_speed_rad_s()
     yield from motion.advance(-direction * (goal_room - motion.room_rad(direction)), jog)
@@ -57,10 +56,10 @@ def go_on(motion: Motion, direction: int, spot: Spot, run_rad: float, speed_rad_
     """Move on to a spot, with room for a run of `run_rad` at a speed from there."""
     pace = max(motion.jog_speed_rad_s(), speed_rad_s)
     travel = motion.high_rad - motion.low_rad
-    if spot.place_rad is not None and TURN_RAD + run_rad <= travel:
+    if spot.place_rad is not None and motion.rig.turn_rad + run_rad <= travel:
         passed_rad = spot.step_rad
         if motion.room_rad(direction) < gap_to(motion, direction, spot.place_rad, passed_rad) + run_rad:
-            yield from make_room(motion, direction, TURN_RAD + run_rad)
+            yield from make_room(motion, direction, motion.rig.turn_rad + run_rad)
         step = gap_to(motion, direction, spot.place_rad, passed_rad)
     else:
         step = min(spot.step_rad, max(0.0, travel - run_rad)) if speed_rad_s < pace else 0.0
@@ -91,13 +90,13 @@ def spots(motion: Motion, task: Task) -> Iterator[Spot]:
     run = 0.0
     if speed > 0:
         run = (2 * steady_s(motion, speed) + per_place(motion) * window_s(motion, speed)) * speed
-    turns = max(1, math.ceil(1.5 * run * places / TURN_RAD))
-    span = min(TURN_RAD, motion.high_rad - motion.low_rad)
+    turns = max(1, math.ceil(1.5 * run * places / motion.rig.turn_rad))
+    span = min(motion.rig.turn_rad, motion.high_rad - motion.low_rad)
     start = motion.position_rad
     phased = 0.0 < motion.ripple.period_rad <= span / places
     order = random.permutation(places)
     for number in itertools.count():
         moved = float(random.uniform(-0.25, 0.25))
-        place = start + task.direction * (number + 0.5 + moved) * turns * TURN_RAD / places
+        place = start + task.direction * (number + 0.5 + moved) * turns * motion.rig.turn_rad / places
         phase = float((order[number % places] + random.uniform()) / places) if phased else None
         yield Spot(span / places * (1.0 + 2.0 * moved), place, phase)

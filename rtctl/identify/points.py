@@ -8,10 +8,9 @@ import numpy as np
 
 from rtctl.identify.collected import Collected, UnsteadyError
 from rtctl.identify.measurement_order import Task
-from rtctl.identify.motion import LOOK_S, SPARE_S, HandSeen, Motion, Order, Steps
+from rtctl.identify.motion import LOOK_S, SLIP_RAD, SPARE_S, HandSeen, Motion, Order, Steps
 from rtctl.identify.places import HERE, Spot, go_on, spots
 from rtctl.identify.ripple import Ripple, measured
-from rtctl.identify.settings import TURN_RAD
 from rtctl.identify.slip import slip
 from rtctl.identify.tick_readings import is_even, is_steady, measure, stood_still
 from rtctl.identify.windows import Allowance, per_place, run_up_rad, window_s
@@ -33,7 +32,7 @@ def look_for_ripple(motion: Motion, bias_nm: float) -> Steps[None]:
     per_turn = motion.rig.ripple_per_turn
     if per_turn < RIPPLES_PER_TURN_MIN:
         return  # long periods are averaged by the places
-    period, jog = TURN_RAD / per_turn, motion.jog_speed_rad_s()
+    period, jog = motion.rig.turn_rad / per_turn, motion.jog_speed_rad_s()
     motion.ripple = Ripple(period)
     direction = 1 if motion.room_rad(1) >= motion.room_rad(-1) else -1
     reach = min(RIPPLE_PERIODS * period, motion.room_rad(direction) - run_up_rad(motion, jog) - SPARE_S * jog)
@@ -52,7 +51,7 @@ def settle(motion: Motion, velocity_rad_s: float) -> Steps[bool]:
     direction = 1 if velocity_rad_s > 0 else -1
     allowed = Allowance.of(motion, speed)
     window = max(16, round(allowed.window_s / rig.period_s))
-    patience = round((SETTLE_S + SETTLE_RAD / speed) / rig.period_s) + window
+    patience = round((SETTLE_S + SETTLE_RAD * rig.radian / speed) / rig.period_s) + window
     least = round(allowed.travel_rad / speed / rig.period_s)
     look_s = max(LOOK_S, 0.2 * window * rig.period_s)
     seen = yield from motion.see(Order(motion.turn(velocity_rad_s).fields, look_s))
@@ -125,7 +124,7 @@ def collect(motion: Motion, task: Task, bias_nm: float) -> Steps[Collected]:
         A hand stays on the rig.
     """
     settings = motion.settings
-    got, pauses, before = Collected(), 0, -1
+    got, pauses, before = Collected(slip_rad=SLIP_RAD * motion.rig.radian), 0, -1
     places = spots(motion, task)
     part = slip if task.speed_rad_s == 0 else _run
     try:

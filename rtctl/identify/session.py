@@ -16,7 +16,7 @@ from rtctl.identify.measurement_order import Known, Task, remaining
 from rtctl.identify.motion import HandSeen, Motion, Order, Steps
 from rtctl.identify.place_rows import Row
 from rtctl.identify.points import collect, look_for_ripple
-from rtctl.identify.settings import TURN_RAD, Rig, Settings
+from rtctl.identify.settings import Rig, Settings
 from rtctl.identify.sweep import sweep
 from rtctl.identify.tick_readings import Measurement
 from rtctl.identify.windows import fastest_rad_s, run_up_rad, steady_s, window_s
@@ -104,7 +104,7 @@ class Store(Protocol):
 def expected_s(motion: Motion, task: Task) -> float:
     """Rough time one point takes on the rig, s; for the progress bar only."""
     settings = motion.settings
-    turn_s = TURN_RAD / motion.jog_speed_rad_s()
+    turn_s = motion.rig.turn_rad / motion.jog_speed_rad_s()
     if task.speed_rad_s == 0:
         return turn_s + settings.measurements * (0.5 + 0.16 / settings.ramp_nm_s)
     settle_s = 1.5 * steady_s(motion, task.speed_rad_s) + 0.3
@@ -269,7 +269,7 @@ def warm_up(motion: Motion) -> Steps[None]:
     while spent < motion.settings.warm_up_s:
         try:
             left_rad = speed * (motion.settings.warm_up_s - spent)
-            reach = min(motion.room_rad(direction), TURN_RAD, max(left_rad, 0.1))
+            reach = min(motion.room_rad(direction), rig.turn_rad, max(left_rad, 0.1 * rig.radian))
             yield from motion.advance(direction * reach, speed)
             yield from motion.rest()
         except HandSeen:

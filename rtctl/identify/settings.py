@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
+from hw.motion import words
 from rtctl.errors import ConfigError
+from rtctl.rig_file.axis_tables import AxisTable
 from rtctl.rig_file.config import LoadedConfig
 
 TURN_RAD = 2 * math.pi
@@ -15,6 +19,24 @@ CHATTER_SHARE = 0.01
 SERVO_SHARE = 0.9
 """Share of the torque limit that motions may use."""
 
+VELOCITY_SHARE = 0.8
+"""Share of the velocity limit that an identification may drive at."""
+
+SPEED_RANGE = 400.0
+"""Highest over lowest speed, unless told otherwise."""
+
+TRAVEL_S = 2.0
+"""Time in which the highest speed of a linear axis crosses its travel, unless told otherwise: a rotary one of 4 rad at 2 rad/s."""
+
+RAMP_S = 40.0
+"""Time in which the break-away ramp of a linear axis comes to its force limit, unless told otherwise."""
+
+MARGIN = 0.05
+"""Kept free at both ends of the travel unless told otherwise, in what stands for a radian."""
+
+TOP_RAD_S = 2.0
+"""Highest speed of a rotary axis, unless told otherwise; of a linear axis its highest speed stands for this one."""
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -22,7 +44,7 @@ class Settings:
 
     axis: int = 0
     speed_min_rad_s: float = 0.005
-    speed_max_rad_s: float = 2.0
+    speed_max_rad_s: float = TOP_RAD_S
     train_levels: int = 54
     test_levels: int = 28
     measurements: int = 100
@@ -35,13 +57,14 @@ class Settings:
     ramp_nm_s: float = 0.05
     hand_limit_nm: float = 0.0
     """Torque on the force sensor that means a hand; 0: 2 % of the torque limit."""
-    margin_rad: float = 0.05
+    margin_rad: float = MARGIN
     """Kept free at both ends of the travel."""
     seed: int = 1
     lower_levels: int = 4
     """How often the lowest speed may be halved to follow a Stribeck peak below it."""
     ripple_per_turn: float = 0.0
-    """Periods of the gear's ripple in one turn of the joint; 0: its gear ratio, once per turn of the motor."""
+    """Periods of the gear's ripple in one turn of the joint (of the screw, or in a metre without a lead); 0: its gear
+    ratio, once per turn of the motor; of a linear motor none."""
     sweep_rad_s: float = 0.0
     """Speed of a slow turn each way at the end, for the conservative part; 0: none."""
 
@@ -61,6 +84,15 @@ class Rig:
     position_max_rad: float
     hand_limit_nm: float
     ripple_per_turn: float = 1.0
+    """Periods of the gear's ripple in `turn_rad`."""
+    radian: float = 1.0
+    """What stands for a radian in every length, speed and acceleration that is chosen in rad; of a rotary axis 1."""
+    motion: str = "rotary"
+
+    @property
+    def turn_rad(self) -> float:
+        """Travel over which places are spread: a turn, or 2 pi of what stands for a radian."""
+        return TURN_RAD * self.radian
 
     @property
     def filter_s(self) -> float:
@@ -98,35 +130,81 @@ class Rig:
         return self.servo_max_nm / self.stiffness_nm_rad
 
 
+def settings_of(loaded: LoadedConfig, given: Mapping[str, Any]) -> Settings:
+    """Settings from the options that were given; what is None takes a default that suits the motion of the axis.
+
+    Notes
+    -----
+    A linear axis has no usual speed: a carriage of a metre and a stage of 10 mm differ by a hundred. Its highest speed crosses the
+    travel in `TRAVEL_S`, within the velocity limit, and the other defaults keep the proportions that they have to 2 rad/s.
+
+    Raises
+    ------
+    ConfigError
+        No such axis.
+    """
+    options = {name: value for name, value in given.items() if value is not None}
+    axis = _axis(loaded, options.get("axis", 0))
+    if axis.motion != "linear":
+        return Settings(**options)
+    travel = axis.position_max_rad - axis.position_min_rad
+    top = options.get("speed_max_rad_s") or min(VELOCITY_SHARE * axis.velocity_limit_rad_s, travel / TRAVEL_S)
+    scaled = {
+        "speed_max_rad_s": top,
+        "speed_min_rad_s": top / SPEED_RANGE,
+        "ramp_nm_s": axis.torque_limit_nm / RAMP_S,
+        "margin_rad": (MARGIN / TOP_RAD_S) * top,
+    }
+    return Settings(**{**scaled, **options})
+
+
+def _axis(loaded: LoadedConfig, number: int) -> AxisTable:
+    if not 0 <= number < loaded.config.n_axes:
+        raise ConfigError(f"{loaded.path}: axis {number}: the rig has axes 0 to {loaded.config.n_axes - 1}")
+    return loaded.config.axis[number]
+
+
+def _ripple_per_turn(axis: AxisTable, given: float, turn_rad: float) -> float:
+    """Periods of the ripple in `turn_rad`; `given` is of a turn of the joint or the screw, without a lead of a metre."""
+    if axis.motion != "linear":
+        return given or axis.motor_ratio
+    if axis.lead_m:
+        return (given or axis.gear_ratio) * turn_rad / axis.lead_m
+    return given * turn_rad
+
+
 def rig_of(loaded: LoadedConfig, settings: Settings) -> Rig:
     """Facts of the axis `settings.axis` of a rig file.
 
     Raises
     ------
     ConfigError
-        No such axis, a linear one, a speed above the rig's limit, or a travel shorter than its margins.
+        No such axis, a speed above the rig's limit, or a travel shorter than its margins.
     """
     config = loaded.config
-    if not 0 <= settings.axis < config.n_axes:
-        raise ConfigError(f"{loaded.path}: axis {settings.axis}: the rig has axes 0 to {config.n_axes - 1}")
-    axis = config.axis[settings.axis]
+    axis = _axis(loaded, settings.axis)
     if (
-        axis.motion == "linear"
-    ):  # its speeds, ramps and settling would be so many m where so many rad are meant
+        not 0
+        < settings.speed_min_rad_s
+        < settings.speed_max_rad_s
+        <= VELOCITY_SHARE * axis.velocity_limit_rad_s
+    ):
         raise ConfigError(
-            f"{loaded.path}: axis {axis.name} is linear, and this command drives an axis that turns: record a log of its motion, "
-            "and give that to rtctl identify --log"
-        )
-    if not 0 < settings.speed_min_rad_s < settings.speed_max_rad_s <= 0.8 * axis.velocity_limit_rad_s:
-        raise ConfigError(
-            f"{loaded.path}: speeds {settings.speed_min_rad_s:g} to {settings.speed_max_rad_s:g} rad/s: they "
-            f"must rise from above 0 to at most 80 % of velocity_limit_rad_s = {axis.velocity_limit_rad_s:g}"
+            words(
+                f"{loaded.path}: speeds {settings.speed_min_rad_s:g} to {settings.speed_max_rad_s:g} rad/s: they "
+                f"must rise from above 0 to at most 80 % of velocity_limit_rad_s = {axis.velocity_limit_rad_s:g}",
+                axis.motion,
+            )
         )
     if axis.position_max_rad - axis.position_min_rad <= 4 * settings.margin_rad:
         raise ConfigError(
-            f"{loaded.path}: travel {axis.position_min_rad:g} to {axis.position_max_rad:g} rad is too short "
-            f"for a margin of {settings.margin_rad:g} rad at both ends; give --margin a smaller one"
+            words(
+                f"{loaded.path}: travel {axis.position_min_rad:g} to {axis.position_max_rad:g} rad is too short "
+                f"for a margin of {settings.margin_rad:g} rad at both ends; give --margin a smaller one",
+                axis.motion,
+            )
         )
+    radian = settings.speed_max_rad_s / TOP_RAD_S if axis.motion == "linear" else 1.0
     return Rig(
         name=config.rig.name,
         axis=settings.axis,
@@ -137,8 +215,10 @@ def rig_of(loaded: LoadedConfig, settings: Settings) -> Rig:
         velocity_limit_rad_s=axis.velocity_limit_rad_s,
         position_min_rad=axis.position_min_rad,
         position_max_rad=axis.position_max_rad,
-        ripple_per_turn=settings.ripple_per_turn or axis.motor_ratio,
+        ripple_per_turn=_ripple_per_turn(axis, settings.ripple_per_turn, TURN_RAD * radian),
         hand_limit_nm=settings.hand_limit_nm or 0.02 * axis.torque_limit_nm,
+        radian=radian,
+        motion=axis.motion,
     )
 
 

@@ -48,9 +48,9 @@ def slip(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
             "torque_limit_nm; free the joint, or correct the torque constant or the limit in the rig file"
         )
     ended = int(np.argmax(rows["program_flags"][:, rig.axis] != 0))
-    found = break_away(rows[:ended], rig.axis, rig.period_s, rig.count_rad, bias_nm)
+    found = break_away(rows[:ended], rig.axis, rig.period_s, rig.count_rad, bias_nm, rig.radian)
     if found is None and ProgramFlag.SLIPPED in flags:  # it only bent so far: bristles as soft as that
-        got.slip_rad = min(2.0 * got.slip_rad, SLIP_MAX_RAD)
+        got.slip_rad = min(2.0 * got.slip_rad, SLIP_MAX_RAD * rig.radian)
     if found is None or ProgramFlag.SLIPPED not in flags or found.torque_nm * direction <= 0:
         got.discard()
         return

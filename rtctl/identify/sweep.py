@@ -11,7 +11,6 @@ from rtctl.identify.motion import SPARE_S, HandSeen, Motion, Steps
 from rtctl.identify.place_rows import Row
 from rtctl.identify.places import make_room
 from rtctl.identify.points import settle
-from rtctl.identify.settings import TURN_RAD
 from rtctl.identify.windows import run_up_rad
 
 _PER_RIPPLE = 16
@@ -33,7 +32,7 @@ def sweep(motion: Motion, speed_rad_s: float, bias_nm: float) -> Steps[list[Row]
 
 def _one_way(motion: Motion, direction: int, speed_rad_s: float, bias_nm: float) -> Steps[list[Row]]:
     before = run_up_rad(motion, speed_rad_s) + SPARE_S * speed_rad_s
-    reach = min(TURN_RAD, motion.high_rad - motion.low_rad - before)
+    reach = min(motion.rig.turn_rad, motion.high_rad - motion.low_rad - before)
     pauses = 0
     while True:
         try:
@@ -53,7 +52,7 @@ def averaged(
     """Mean torque over each short way of the turn, where it has the sign of the motion."""
     rig = motion.rig
     x, torque = ticks["position_rad"][:, rig.axis], ticks["motor_torque_nm"][:, rig.axis] - bias_nm
-    way = TURN_RAD / rows_per_turn(rig.ripple_per_turn)
+    way = rig.turn_rad / rows_per_turn(rig.ripple_per_turn)
     cells, inverse, count = np.unique(np.floor(x / way), return_inverse=True, return_counts=True)
     place, mean = (np.bincount(inverse, one) / count for one in (x, torque))
     return [

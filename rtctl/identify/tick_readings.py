@@ -15,10 +15,15 @@ UNEVEN_SHARE = 0.5
 """A block of the window that is further off the wanted speed than this share is stick-slip."""
 DRIFTED_SHARE = 0.1
 MOVING_COUNTS = 8
+MOVING_RAD = 3e-4
 STANDSTILL_SLOTS = 10
 """So many slots left out at once are a standstill: a loop with a motor stops there (STALLED), a simulated one goes on."""
 LOOK_BACK_S = 0.01
-"""Break-away: this many counts within this time mean that the joint slides (.03 rad/s on 160000 counts)."""
+"""Break-away: this many counts within this time, and this travel, mean that the joint slides (.03 rad/s on 160000 counts).
+
+Counts alone would find a fine encoder's joint sliding while its bristles still bend: a ramp of slope r on bristles of stiffness s0
+creeps at r / s0 / (1 - u) where it is the share u of the break-away torque.
+"""
 
 
 def stood_still(rows: np.ndarray) -> bool:
@@ -175,7 +180,7 @@ def break_away_row(position_rad: np.ndarray, look_back: int, moving_rad: float) 
 
 
 def break_away(
-    rows: np.ndarray, axis: int, period_s: float, count_rad: float, bias_nm: float
+    rows: np.ndarray, axis: int, period_s: float, count_rad: float, bias_nm: float, radian: float = 1.0
 ) -> Measurement | None:
     """Break-away torque of one ramp: mean motor torque over `LOOK_BACK_S` before the slip.
 
@@ -184,7 +189,8 @@ def break_away(
     look_back = max(4, round(LOOK_BACK_S / period_s))
     if len(rows) <= 2 * look_back:
         return None
-    began = break_away_row(rows["position_rad"][:, axis], look_back, MOVING_COUNTS * count_rad)
+    moving_rad = max(MOVING_COUNTS * count_rad, MOVING_RAD * radian)
+    began = break_away_row(rows["position_rad"][:, axis], look_back, moving_rad)
     if began < 0 or stood_still(rows[began - look_back : began + look_back + 1]):
         return None
     last = rows[began - look_back + 1 : began + 1]

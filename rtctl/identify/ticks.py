@@ -12,6 +12,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from hw.motion import name as own_name
+
 FIELDS = (
     "tick",
     "position_rad",
@@ -38,10 +40,12 @@ class TickBlock:
         The axis whose columns are kept.
     period_ns
         Control period, ns.
+    motion
+        Of the axis: the position of a linear one is kept as `position_m`.
     """
 
-    def __init__(self, axis: int, period_ns: int) -> None:
-        self._axis, self._period_ns = axis, period_ns
+    def __init__(self, axis: int, period_ns: int, motion: str = "rotary") -> None:
+        self._axis, self._period_ns, self._motion = axis, period_ns, motion
         self._parts: list[dict[str, np.ndarray]] = []
         self._first_ns = 0
 
@@ -79,7 +83,7 @@ class TickBlock:
         rows = np.array([n for _, n in measured], np.int64)
         return _npz(
             {
-                **columns,
+                **{own_name(name, self._motion): values for name, values in columns.items()},
                 "first_time_ns": np.array(self._first_ns, np.int64),
                 "period_ns": np.array(self._period_ns, np.int64),
                 "measurement_start": np.searchsorted(tick, first),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from rtctl.identify.motion import ACCELERATION_RAD_S2, LOOK_S, SPARE_S, Motion
+from rtctl.identify.motion import LOOK_S, SPARE_S, Motion
 
 COUNTS_PER_WINDOW = 12
 WINDOW_MAX_S = 2.0
@@ -59,7 +59,7 @@ def window_s(motion: Motion, speed_rad_s: float) -> float:
 
 def settle_rad(motion: Motion) -> float:
     """Travel over which dry friction settles."""
-    return max(STEADY_RAD, STEADY_LENGTHS * motion.presliding_rad)
+    return max(STEADY_RAD * motion.rig.radian, STEADY_LENGTHS * motion.presliding_rad)
 
 
 def steady_window(motion: Motion, speed_rad_s: float) -> tuple[float, bool]:
@@ -76,7 +76,7 @@ def steady_s(motion: Motion, speed_rad_s: float) -> float:
 
 def run_up_rad(motion: Motion, speed_rad_s: float) -> float:
     """Travel of a run beside its measurements: speeding up, becoming steady, stopping."""
-    up = speed_rad_s**2 / (2 * ACCELERATION_RAD_S2)
+    up = speed_rad_s**2 / (2 * motion.acceleration_rad_s2)
     return up + (steady_s(motion, speed_rad_s) + 2 * LOOK_S) * speed_rad_s + motion.stopping_rad(speed_rad_s)
 
 
@@ -84,5 +84,5 @@ def fastest_rad_s(motion: Motion) -> float:
     """Highest speed at which the travel leaves room for a run with a window of 20 ms."""
     travel = motion.high_rad - motion.low_rad
     b = STEADY_MIN_S + 2 * LOOK_S + SPARE_S + 0.04
-    root = math.sqrt(b * b + 4 * travel / ACCELERATION_RAD_S2)
-    return 0.5 * ACCELERATION_RAD_S2 * (root - b)
+    root = math.sqrt(b * b + 4 * travel / motion.acceleration_rad_s2)
+    return 0.5 * motion.acceleration_rad_s2 * (root - b)

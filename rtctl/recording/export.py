@@ -12,6 +12,7 @@ from typing import Any, Literal
 import numpy as np
 
 from hw.motion import name as own_name
+from hw.motion import unit
 from rtctl.errors import ConfigError, RtctlError
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.tick_cdr import RECORDED
@@ -126,14 +127,25 @@ def _whole(path: Path) -> Iterator[Path]:
 
 def _npz(reader: RecordingReader, path: Path, names: list[str], progress: Progress) -> int:
     found: dict[str, list[np.ndarray]] = {name: [] for name in names}
-    ticks = 0
+    ticks, motions = 0, reader.motions
+    of_all = "linear" if set(motions) == {"linear"} else "rotary"
     for ticks, table in _tables(reader, names, flat=False):
         for name, kept in found.items():
             kept.append(table[name])
         progress(ticks)
-    arrays: dict[str, Any] = {name: np.concatenate(kept or [np.zeros(0)]) for name, kept in found.items()}
+    per_axis = {field.name: field for field in RECORDED if field.shape == "axis"}
+    units = {
+        own_name(name, of_all): [unit(per_axis[name].unit, motion) for motion in motions]
+        for name in names
+        if name in per_axis
+    }
+    arrays: dict[str, Any] = {
+        own_name(name, of_all if name in per_axis else "rotary"): np.concatenate(kept or [np.zeros(0)])
+        for name, kept in found.items()
+    }
     with path.open("wb") as file:
-        np.savez_compressed(file, about=np.array(json.dumps(reader.about)), **arrays)
+        said: dict[str, Any] = {"units": np.array(json.dumps(units))} if "linear" in motions else {}
+        np.savez_compressed(file, about=np.array(json.dumps(reader.about)), **said, **arrays)
     return ticks
 
 

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hw.motion import name as own_name
+from hw.motion import words
 from rtctl.control.vocabulary import State
 from rtctl.recording.incident import Incident
-from rtctl.recording.incident_report import trigger_row
+from rtctl.recording.incident_report import motions_of, trigger_row
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,7 +37,7 @@ def plot_incident(incident: Incident, path: Path) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    ticks = incident.ticks
+    ticks, motions = incident.ticks, motions_of(incident)
     zero = trigger_row(incident)
     time_ms = (ticks["time_ns"] - ticks["time_ns"][zero]) * 1e-6
     figure = Figure(figsize=(10, 11), layout="constrained")
@@ -44,9 +46,10 @@ def plot_incident(incident: Incident, path: Path) -> None:
     for panel, (unit, names) in zip(panels, _PANELS, strict=False):
         for name in names:
             for axis in range(ticks[name].shape[1]):
-                label = f"{name}[{axis}]" if ticks[name].shape[1] > 1 else name
+                own = own_name(name, motions[axis])
+                label = f"{own}[{axis}]" if ticks[name].shape[1] > 1 else own
                 panel.plot(time_ms, ticks[name][:, axis], drawstyle="steps-post", lw=1, label=label)
-        panel.set_ylabel(unit)
+        panel.set_ylabel(" | ".join(dict.fromkeys(words(unit, motion) for motion in motions)))
     for name in ("wakeup_ns", "cycle_ns"):
         panels[-2].plot(time_ms, ticks[name] * 1e-3, drawstyle="steps-post", lw=1, label=name[:-3])
     panels[-2].set_ylabel("us")

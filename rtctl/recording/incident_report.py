@@ -6,6 +6,8 @@ from datetime import UTC, datetime
 
 import numpy as np
 
+from hw.motion import name as own_name
+from hw.motion import unit as own_unit
 from rtctl.control.vocabulary import State
 from rtctl.recording.incident import Incident
 from rtctl.wire.fault_words import sentence
@@ -44,11 +46,19 @@ def summary(incident: Incident) -> list[str]:
         f"rtctl {about.get('version', '?')}, config {about.get('config_sha256', '')[:12]}",
         f"  {len(ticks)} ticks kept" + _gaps(ticks),
     ]
+    motions = motions_of(incident)
     for name, values in extremes(incident).items():
-        lines.append(f"  largest |{name}| {max(values):.6g}" if values else "")
+        for motion in dict.fromkeys(motions):
+            own = [value for value, of in zip(values, motions, strict=False) if of == motion]
+            lines.append(f"  largest |{own_name(name, motion)}| {max(own):.6g}" if own else "")
     for axis, label in enumerate(about.get("axes", range(_axes(ticks)))):
-        lines += ["", *_table(incident, axis, str(label))]
+        lines += ["", *_table(incident, axis, str(label), motions[axis])]
     return lines
+
+
+def motions_of(incident: Incident) -> list[str]:
+    """Motion of each axis; incidents that do not say are of rotary ones."""
+    return list(incident.about.get("motion", ["rotary"] * _axes(incident.ticks)))
 
 
 def extremes(incident: Incident) -> dict[str, list[float]]:
@@ -70,10 +80,12 @@ def _gaps(ticks: np.ndarray) -> str:
     return f", {missed} slots missed by the loop among them" if missed else ""
 
 
-def _table(incident: Incident, axis: int, label: str) -> list[str]:
+def _table(incident: Incident, axis: int, label: str, motion: str) -> list[str]:
     ticks, zero = incident.ticks, trigger_row(incident)
-    head = f"{label:<8}{'state':>10}{'faults':>8}" + "".join(f"{name:>19}" for name, _ in COLUMNS)
-    units = f"{'':<26}" + "".join(f"{unit:>19}" for _, unit in COLUMNS)
+    head = f"{label:<8}{'state':>10}{'faults':>8}" + "".join(
+        f"{own_name(name, motion):>19}" for name, _ in COLUMNS
+    )
+    units = f"{'':<26}" + "".join(f"{own_unit(unit, motion):>19}" for _, unit in COLUMNS)
     shown = (offset for offset in AROUND if 0 <= zero + offset < len(ticks))
     return [head, units, *(_row(ticks[zero + offset], offset, axis) for offset in shown)]
 

@@ -95,7 +95,7 @@ def setup_of(
         "began_wall_ns": str(time.time_ns()),
         "config_file": loaded.path.name,
         "config_sha256": loaded.sha256,
-        "schema_sha256": schema_sha256(plan.n_axes),
+        "schema_sha256": schema_sha256(plan.n_axes, [axis.motion for axis in config.axis]),
         "law_key": law_key(),
         "realtime": json.dumps(list(realtime)),
         "realtime_waivers": json.dumps([grant.get("right", "") for grant in refused]),

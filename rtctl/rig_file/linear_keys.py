@@ -1,6 +1,6 @@
 """The keys of a linear axis: those of a rotary one with the endings of m and N, turned into them where a rig file is read.
 
-`torque_limit_n` is read as `torque_limit_nm`, `position_min_m` as `position_min_rad`, bounds and defaults in the same numbers. A device
+`torque_limit_n` is read as `torque_limit_nm`, `position_min_m` as `position_min_rad`, bounds in the same numbers. A device
 whose axes are all linear has its options so, too. The rotary name of such a key is refused: it would mean another unit than it says.
 """
 
@@ -13,7 +13,7 @@ from pydantic import BaseModel
 
 from hw import registry
 from hw.interface import BackendError
-from hw.motion import name, words
+from hw.motion import at_handle, name, words
 from hw.plain_words import Key, written
 from rtctl.rig_file.axis_tables import AxisTable
 
@@ -42,7 +42,9 @@ class LinearKeys:
         if not any(linear):
             return
         renamed = [
-            self._table(one, AxisTable, ("axis", k), ("axis", k)) if linear[k] else one
+            with_defaults(self._table(one, AxisTable, ("axis", k), ("axis", k)), AxisTable)
+            if linear[k]
+            else one
             for k, one in enumerate(_list(axes))
         ]
         self.data = {**data, "axis": renamed}
@@ -118,6 +120,47 @@ class LinearKeys:
         if isinstance(value, list):
             return [self._value(one, model, (*own, k), (*turned, k)) for k, one in enumerate(value)]
         return value
+
+
+ENDS = ("position_min_rad", "position_max_rad")
+"""Defaults that stand for none."""
+
+
+def with_defaults(table: Mapping[str, Any], model: type[BaseModel]) -> dict[str, Any]:
+    """A table of a linear axis with what it leaves out, where that is a number of rad or N m: as it is at a handle (`HANDLE_M`)."""
+    whole = dict(table)
+    for key, field in model.model_fields.items():
+        inner = next(_models(field.annotation), None)
+        if inner is not None:
+            within = whole.get(key, {})
+            if isinstance(within, Mapping) and (made := with_defaults(within, inner)):
+                whole[key] = made
+        elif (
+            key not in whole
+            and isinstance(field.default, float)
+            and key not in ENDS
+            and at_handle(key) != 1.0
+        ):
+            whole[key] = at_handle(key) * field.default
+    return whole
+
+
+def schema_of(schema: object, motion: str) -> object:
+    """A JSON Schema of the rig file with the keys, texts and required names that axes of this motion have."""
+    if motion != "linear":
+        return schema
+    if isinstance(schema, Mapping):
+        return {
+            key: {name(one, motion): schema_of(each, motion) for one, each in value.items()}
+            if key == "properties"
+            else [name(one, motion) for one in value]
+            if key == "required"
+            else schema_of(value, motion)
+            for key, value in schema.items()
+        }
+    if isinstance(schema, list):
+        return [schema_of(one, motion) for one in schema]
+    return words(schema, motion) if isinstance(schema, str) else schema
 
 
 def _list(value: object) -> list[Any]:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from hw.motion import name as own_name
 from hw.motion import unit
 from hw.outside import shown
 from rtctl.client import RigClient
@@ -33,7 +34,7 @@ _NUMBERED = {
 
 
 def signals_of(hello: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Every curve this rig offers: `name`, `field`, `part` (axis, x, y, z, or empty), `unit`, `meaning`, `writer`, and
+    """Every curve this rig offers: `name`, `field` (of a linear axis with its units), `part` (axis, x, y, z, or empty), `unit`, `meaning`, `writer`, and
     `names` of the numbers that stand for something.
     """
     out: list[dict[str, Any]] = []
@@ -45,7 +46,7 @@ def signals_of(hello: Mapping[str, Any]) -> list[dict[str, Any]]:
         out += [
             {
                 "name": f"{item.name}.{i}",
-                "field": item.name,
+                "field": own_name(item.name, motions[i]),
                 "part": part,
                 "unit": "" if item.unit == "1" else unit(item.unit, motions[i]),
                 "meaning": item.meaning,

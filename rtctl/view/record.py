@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from hw.motion import name as own_name
 from rtctl.tick import FIELD
 from rtctl.view.feed import Signal
 
@@ -19,10 +20,12 @@ ALWAYS = ("tick", "time_ns")
 def head(signals: Sequence[Signal], hello: Mapping[str, Any]) -> str:
     """The line of names: `field`, `field.axis` or `field.x`."""
     parts = {"scalar": [], "axis": [axis["name"] for axis in hello["axes"]], "xyz": ["x", "y", "z"]}
-    names = []
+    motions, names = [axis.get("motion", "rotary") for axis in hello["axes"]], []
     for signal in signals:
-        of = parts[FIELD[signal.field].shape]
-        names.append(f"{signal.field}.{of[signal.index]}" if signal.index < len(of) else signal.field)
+        shape = FIELD[signal.field].shape
+        of, field = parts[shape], signal.field
+        field = own_name(field, motions[signal.index]) if shape == "axis" else field
+        names.append(f"{field}.{of[signal.index]}" if signal.index < len(of) else field)
     return _lines([[*ALWAYS, *names]])
 
 

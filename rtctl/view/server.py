@@ -147,7 +147,7 @@ class _Handler(BaseHTTPRequestHandler):
             return
         elif url.path == "/hello":
             told = shown_table(self.server.hello)
-            self._json({**told, **offered(), "signals": signals_of(told)})
+            self._json({**told, **offered(told), "signals": signals_of(told)})
         elif url.path == "/stream":
             self._follow(url.query, self.server.streams, "text/event-stream", self._send_stream)
         elif url.path == "/ticks.csv":

@@ -16,8 +16,9 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from hw.motion import unit
 from rtctl.client import Lease, RigClient
-from rtctl.control.environments.kind import CENTER, STIFFNESS
+from rtctl.control.environments.kind import CENTER, STIFFNESS, Parameter
 from rtctl.control.environments.table import PARAMETERS, Environment
 from rtctl.errors import ClientError, RefusedError
 
@@ -51,9 +52,49 @@ TARGET_TICKS = 8
 SHORTEST_FRAME_S = 1e-3
 
 
+COUPLING_NM_RAD = 60.0
+"""Stiffness of the coupling that the numbers here are chosen for; of a linear axis they are in proportion to its own."""
+
+TRAVEL_MOST_M = 100.0
+"""A longer travel is one that the rig file does not tell."""
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What stands for a radian (`length`), and for 1 N m/rad and 1 N m s/rad (`stiffness`), on an axis; of a rotary one 1."""
+
+    length: float = 1.0
+    stiffness: float = 1.0
+    motion: str = "rotary"
+
+    @classmethod
+    def of(cls, axis: Mapping[str, Any]) -> Scale:
+        """Make the scale of an axis as the daemon's `hello` describes it: of a linear one by half its travel, and its coupling."""
+        if axis.get("motion") != "linear":
+            return cls()
+        low, high = axis["bounds"]["position_rad"]
+        travel = high - low if high - low < TRAVEL_MOST_M else 1.0
+        stiffness = (axis["coupling"] or {}).get("stiffness_nm_rad") or COUPLING_NM_RAD
+        return cls(0.5 * travel, stiffness / COUPLING_NM_RAD, "linear")
+
+    def factor(self, unit_of: str) -> float:
+        """Factor on a number of this unit, of those that sliders have."""
+        return self.length if unit_of == "rad" else self.stiffness
+
+    def slider(self, parameter: Parameter) -> dict[str, Any]:
+        """A parameter's slider on this axis, with its unit."""
+        assert parameter.slider is not None
+        factor, own = self.factor(parameter.unit), asdict(parameter.slider)
+        own |= {name: factor * own[name] for name in ("low", "high", "value")}
+        return {**own, "unit": unit(parameter.unit, self.motion)}
+
+
 @dataclass
 class Ball:
-    """A ball on the joint's path, pushed to larger angles: its near face and speed."""
+    """A ball on the joint's path, pushed to larger positions: its near face and speed.
+
+    Stiffness, inertia and drag of a linear axis's ball have one factor (`Scale.stiffness`), so that its motion does not know it.
+    """
 
     face_rad: float
     speed_rad_s: float = 0.0
@@ -66,20 +107,22 @@ class Ball:
         self.face_rad += self.speed_rad_s * dt_s
 
 
-def offered() -> dict[str, Any]:
-    """What the page offers: each world with its meaning and the numbers it has sliders for; and the sliders."""
+def offered(hello: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """What the page offers on the first axis, a rotary one unless `hello` says otherwise: each world with its meaning and the numbers it has sliders for; and the sliders."""
+    scale = Scale.of(hello["axes"][0]) if hello else Scale()
+    places = "positions" if scale.motion == "linear" else "angles"
     worlds = {name: (about.meaning, about.parameters) for name, about in LAW.items()}
     worlds |= {name: (meaning, {CENTER: ""}) for name, meaning in OURS.items()}
     return {
         "worlds": {
             name: {
-                "meaning": meaning,
+                "meaning": meaning.replace("angles", places),
                 "numbers": [one.name for one in parameters if one.slider],
                 "law": name in LAW,
             }
             for name, (meaning, parameters) in worlds.items()
         },
-        "sliders": {one.name: {**asdict(one.slider), "unit": one.unit} for one in PARAMETERS if one.slider},
+        "sliders": {one.name: scale.slider(one) for one in PARAMETERS if one.slider},
     }
 
 
@@ -97,6 +140,7 @@ class World:
     def __init__(self, client: RigClient, hello: Mapping[str, Any]) -> None:
         self._client = client
         self._axis = hello["axes"][0]["name"]
+        self._scale = Scale.of(hello["axes"][0])
         self._n_axes = len(hello["axes"])
         self._lock = threading.Lock()
         self._closed = threading.Event()
@@ -120,7 +164,11 @@ class World:
         if kind not in KINDS or not numbers.keys() <= SLIDERS.keys():
             msg = f"kind {kind!r} with {', '.join(numbers) or 'no numbers'}: there are {', '.join(KINDS)}, with {', '.join(SLIDERS)}"
             raise ValueError(msg)
-        values: dict[str, Any] = {name: numbers.get(name, slider.value) for name, slider in SLIDERS.items()}
+        values: dict[str, Any] = {
+            one.name: numbers.get(one.name, self._scale.slider(one)["value"])
+            for one in PARAMETERS
+            if one.slider
+        }
         if not all(math.isfinite(float(x)) for x in values.values()):
             msg = "every number must be finite"
             raise ValueError(msg)
@@ -128,7 +176,7 @@ class World:
             self._ball, self._drag_rad, self.trouble = None, None, ""
             if kind == "ball":
                 self._ball = Ball(values[CENTER.name])
-                values[STIFFNESS.name] = BALL_STIFFNESS_NM_RAD
+                values[STIFFNESS.name] = BALL_STIFFNESS_NM_RAD * self._scale.stiffness
             elif kind == "drag":
                 self._take_lease()  # before the environment, which waits for targets from then on
                 self._drag_rad = values[CENTER.name]
@@ -221,6 +269,6 @@ class World:
         if why := self._lease.lost:
             self._let_go()
             raise ClientError(f"no longer dragged: {why}; choose drag again")
-        step = DRAG_RATE_RAD_S * self._drag_frame_s
+        step = DRAG_RATE_RAD_S * self._scale.length * self._drag_frame_s
         self._proxy_rad[0] += min(max(wanted_rad - self._proxy_rad[0], -step), step)
         self._lease.set_target(self._proxy_rad)

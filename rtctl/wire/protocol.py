@@ -11,6 +11,7 @@ import json
 import os
 import re
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -157,7 +158,7 @@ def _alive(lock: Path) -> bool:
     return True
 
 
-def schema_sha256(n_axes: int) -> str:
+def schema_sha256(n_axes: int, motions: Sequence[str] = ()) -> str:
     """Fingerprint of the tick record: equal fingerprints mean equal columns, units and meanings."""
-    text = json.dumps(tick.json_schema(n_axes), sort_keys=True, separators=(",", ":"))
+    text = json.dumps(tick.json_schema(n_axes, motions), sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()

@@ -410,3 +410,62 @@ def test_without_the_key_only_stop_is_offered_and_foreign_text_stays_text(chromi
             is False
         )
         page.close()
+
+
+SLIDE = {
+    **HELLO,
+    "rig": "slide",
+    "axes": [
+        {
+            "name": "carriage",
+            "motion": "linear",
+            "bounds": {"position_rad": [-0.2, 0.2]},
+            "coupling": {"stiffness_nm_rad": 6000.0, "damping_nms_rad": 1.0},
+        }
+    ],
+}
+
+
+@pytest.mark.parametrize("path", ["", "world"])
+def test_a_linear_axis_is_a_carriage_on_a_rail_in_metres(chromium, tmp_path, path):
+    with served(SLIDE) as (made, server):
+        page = Page(chromium, f"{server.url}{path}#key=right", "desk", "light")
+        made.be(State.ACTIVE, environment_kind=Environment.WALL)
+        page.state("ACTIVE")
+        page.becomes("document.querySelector('#axes tbody tr')")
+        assert page("[...document.querySelectorAll('#axes thead small')].map((one) => one.textContent)") == [
+            "m",
+            "m/s",
+            "N",
+            "N",
+        ]
+        assert page("document.getElementById('legend').textContent").startswith("carriageforce of the hand")
+        if path:
+            page("kind_of_world('wall').click()")
+            page.becomes("document.querySelectorAll('#sliders output').length === 3")
+            told = page("[...document.querySelectorAll('#sliders output')].map((one) => one.textContent)")
+            assert told == ["2000 N/m", "2.00 N s/m", "0.00 m"]
+        else:
+            shown = page("[...document.querySelectorAll('#scopes h3')].map((one) => one.textContent)")
+            assert shown[1].startswith("position_m · carriage")
+            assert shown[1].rstrip("×").endswith(" m")
+        # the carriage stands where its position is: 0.1 m is three quarters of the way along the rail
+        page.module("scene")
+        page(
+            """
+            window.asked = [];
+            const canvas = document.getElementById("scene"), real = canvas.getContext.bind(canvas);
+            canvas.getContext = (kind) => new Proxy(real(kind), {
+              get: (draw, name) => name === "fillRect" ? (...box) => asked.push(box) : typeof draw[name] === "function" ? draw[name].bind(draw) : draw[name],
+              set: (draw, name, value) => { draw[name] = value; return true; },
+            });
+            scene.drawScene(canvas, { axes: ["carriage"], facts: [{ name: "carriage", motion: "linear", travel: [-0.2, 0.2] }], environment: ["free"],
+              proxy_rad: [0], position_rad: [0.1], hand_nm: [3] });
+            delete canvas.getContext;
+            """
+        )
+        left, _, wide, _ = page("asked")[0]
+        whole = page("document.getElementById('scene').clientWidth")
+        assert left + wide / 2 == pytest.approx(whole * (0.5 + 0.42 * 0.5), abs=1)
+        page.picture(tmp_path / "carriage.png")
+        page.close()

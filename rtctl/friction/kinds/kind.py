@@ -13,7 +13,7 @@ a new one is a file of this folder and a row of `table`.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -27,11 +27,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number of a kind: its name with the unit, whether it must be above 0, or a whole number from 1 to `whole_to`."""
+    """One number of a kind: its name with the unit, whether it must be above 0, or a whole number from 1 to `whole_to`.
+
+    An `optional` one may be missing; what it is then, its kind says.
+    """
 
     name: str
     positive: bool = False
     whole_to: int = 0
+    optional: bool = False
 
     def refusal(self, value: float) -> str:
         """Why a model file may not hold this value, "" when it may."""
@@ -53,6 +57,11 @@ class Kind(ABC):
     def names(self) -> tuple[str, ...]:
         """Names of the parameters, in their order."""
         return tuple(parameter.name for parameter in self.parameters)
+
+    def has_parameters(self, names: Collection[str]) -> bool:
+        """Whether a curve may have these parameters: all but the optional ones, and no other."""
+        needed = {one.name for one in self.parameters if not one.optional}
+        return needed <= set(names) <= set(self.names)
 
     @abstractmethod
     def value(self, c: Curve, v: np.ndarray) -> np.ndarray:

@@ -32,12 +32,16 @@ ANGLES = 256
 
 @dataclass(frozen=True)
 class PlaceKernel:
-    """Kernel of place: `period_rad` (> 0) is one turn of whatever turns; `orders` H (0 to `PLACE_ORDERS`), `share` and `decay`."""
+    """Kernel of place: `period_rad` (> 0) is one turn of whatever turns; `orders` H (0 to `PLACE_ORDERS`), `share` and `decay`.
+
+    `unit_rad_s` is the speed that counts as 1 (`spline.UNIT`).
+    """
 
     period_rad: float
     orders: int
     share: float
     decay: float
+    unit_rad_s: float = 1.0
 
     @property
     def weights(self) -> np.ndarray:
@@ -58,7 +62,9 @@ class PlaceKernel:
 
     def product(self, v: np.ndarray, x: np.ndarray, u: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Kernel of every pair of (speed, position), shape (n, m)."""
-        value: np.ndarray = spline(v[:, None], u[:, None]) * self.matrix(x, y)
+        value: np.ndarray = spline(v[:, None] / self.unit_rad_s, u[:, None] / self.unit_rad_s) * self.matrix(
+            x, y
+        )
         return value
 
 
@@ -135,7 +141,10 @@ def compile_place(
         msg = f"{len(knots)} speeds and {kernel.orders} orders, at most {PLACE_SEGMENTS} and {PLACE_ORDERS}: average the points by speed"
         raise ValueError(msg)
     turned = _basis(kernel.angle(x), kernel.orders) * np.repeat(kernel.weights, 2)
-    tables = [compile_spline(speeds, dual_coef * turned[:, i], 0.0) for i in range(2 * kernel.orders)]
+    tables = [
+        compile_spline(speeds, dual_coef * turned[:, i], 0.0, kernel.unit_rad_s)
+        for i in range(2 * kernel.orders)
+    ]
     coefficients = (
         np.stack([one.coefficients for one in tables], axis=1) if tables else np.zeros((len(knots), 0, 4))
     )

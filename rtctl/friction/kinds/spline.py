@@ -13,10 +13,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rtctl.friction.kinds.cubic import PiecewiseCubic
-from rtctl.friction.kinds.kind import Kernel
+from rtctl.friction.kinds.kind import Kernel, Parameter
 
 if TYPE_CHECKING:
     from rtctl.friction.kinds.curve import Curve
+
+
+UNIT = "unit_rad_s"
+"""Parameter of a curve: the speed that counts as 1 in its kernel, rad/s; without it 1. Of a linear axis (m/s) half of the largest
+speed, as 2 rad/s is what a joint reaches."""
 
 
 def spline(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
@@ -40,7 +45,7 @@ def spline(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
     -----
     Per coordinate, with m = min(u, v): ``k = 1 + uv + uv m/2 - m^3/6``, which is
     ``1 + uv + integral_0^inf (u-t)_+ (v-t)_+ dt``. (Vapnik; as "curvspline" in Gunn's SVM toolbox.)
-    Not scale invariant: speeds stay in rad/s.
+    Not scale invariant: speeds of a rotary axis are in rad/s, those of a linear one in `UNIT`.
     """
     out = np.ones((len(X), len(Y)))
     for u, v, m in _coordinates(X, Y):
@@ -57,7 +62,9 @@ def _coordinates(X: np.ndarray, Y: np.ndarray) -> list[tuple[np.ndarray, np.ndar
     return [(u, v, np.minimum(u, v)) for u, v in pairs]
 
 
-def compile_spline(support_vectors: np.ndarray, dual_coef: np.ndarray, intercept: float) -> PiecewiseCubic:
+def compile_spline(
+    support_vectors: np.ndarray, dual_coef: np.ndarray, intercept: float, unit: float = 1.0
+) -> PiecewiseCubic:
     """Turn a spline-kernel SVR into the same function as a piecewise cubic, C2, knots at the support vectors.
 
     Parameters
@@ -68,6 +75,8 @@ def compile_spline(support_vectors: np.ndarray, dual_coef: np.ndarray, intercept
         beta = alpha - alpha*, as scikit-learn's `dual_coef_`.
     intercept : float
         b, N m.
+    unit : float
+        Speed that counts as 1, see `UNIT`: the curve is that of v / unit.
 
     Raises
     ------
@@ -91,34 +100,36 @@ def compile_spline(support_vectors: np.ndarray, dual_coef: np.ndarray, intercept
     if not (np.isfinite(v).all() and np.isfinite(beta).all() and math.isfinite(intercept) and (v >= 0).all()):
         msg = "support vectors must be finite and >= 0, dual coefficients and intercept finite"
         raise ValueError(msg)
-    s0, s1 = math.fsum(beta), math.fsum(beta * v)
+    s0, s1 = math.fsum(beta), math.fsum(beta * (v / unit))
     starts, where = np.unique(np.append(v, 0.0), return_inverse=True)
     jumps = np.zeros(len(starts))
     np.add.at(jumps, where[:-1], beta / 6)
 
     c = np.array([intercept + s0, s1, s1 / 2, -s0 / 6 + jumps[0]])
     rows = [c]
-    for h, jump in zip(np.diff(starts), jumps[1:], strict=True):
+    for h, jump in zip(np.diff(starts / unit), jumps[1:], strict=True):
         c0, c1, c2, c3 = c
         c = np.array(
             [c0 + h * (c1 + h * (c2 + h * c3)), c1 + h * (2 * c2 + 3 * h * c3), c2 + 3 * h * c3, c3 + jump]
         )
         rows.append(c)
     rows[-1][2:] = 0.0
-    return PiecewiseCubic(starts, np.array(rows))
+    return PiecewiseCubic(starts, np.array(rows) / unit ** np.arange(4))
 
 
 class Spline(Kernel):
     """Exactly a piecewise cubic, so that no derivative is asked for."""
 
     name = "spline"
+    parameters = (Parameter(UNIT, positive=True, optional=True),)
     what = "infinite spline kernel: exactly a cubic spline"
     c_shares = (10.0, 30.0, 100.0, 300.0, 1e3, 3e3, 1e4, 3e4)
     """Large: the dual coefficients are jumps of the third derivative, and a Stribeck peak is steep."""
 
     def matrix(self, parameters: Mapping[str, float], u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """See `Kernel`."""
-        return spline(u[:, None], v[:, None])
+        unit = parameters.get(UNIT, 1.0)
+        return spline(u[:, None] / unit, v[:, None] / unit)
 
     def derivative(self, c: Curve, v: np.ndarray, order: int) -> np.ndarray:
         """See `Kind`; of the compiled cubic, up to the third."""
@@ -130,7 +141,7 @@ class Spline(Kernel):
 
     def exact(self, c: Curve) -> PiecewiseCubic:
         """See `Kind`."""
-        return compile_spline(c.support_vectors, c.dual_coef, c.intercept)
+        return compile_spline(c.support_vectors, c.dual_coef, c.intercept, c.parameters.get(UNIT, 1.0))
 
     def exact_bound(self, c: Curve, speed_max: float) -> float:
         """See `Kind`: of the kernel sum alone, whose dual coefficients are large."""

@@ -29,6 +29,8 @@ FIT_SHARE = 0.5
 """A part that explains less than this share of what is seen does not fit, and nothing is compensated with it."""
 
 _SHIFTS = 4096
+_UNEVEN = 0.2
+"""Places that are even over a period are nowhere further from it than this share of their distance."""
 
 
 @dataclass(frozen=True)
@@ -205,6 +207,42 @@ def find_shift(part: Harmonics, sweep: Sweep, friction_period_rad: float | None 
     explained = 1.0 - left**2 / whole if whole > 0 else 0.0
     ways = len(np.unique(sweep.direction))
     return Shift(share * part.period_rad, explained, left, tuple(level[:ways].tolist()))
+
+
+def changed_since(
+    part: Harmonics, sweep: Sweep, found: Shift, friction_period_rad: float | None = None
+) -> CoggingFit:
+    """What of the part is another than it was, beside its places: waves that held-out places of the new sweep ask for.
+
+    The currents of a drive have waves of its own, of the motor's pole pairs and their multiples: offsets of its current sensors and
+    of the electrical angle are measured anew at every start. No shift explains those, and one sweep tells them.
+
+    Returns
+    -------
+    CoggingFit
+        Of the difference: `part` is to be added to the shifted one; `tried[0]` is what the shift alone leaves at held-out places.
+    """
+    moved = part.shifted(found.shift_rad)
+    rest = np.asarray(sweep.torque_nm, dtype=float) + moved(np.asarray(sweep.position_rad, dtype=float))
+    told = Sweep(sweep.position_rad, rest, sweep.direction)
+    return fit_cogging(told, part.period_rad, friction_period_rad=friction_period_rad)
+
+
+def scatter_nm(sweep: Sweep, period_rad: float) -> float:
+    """Scatter of a row of a sweep about any map, N m: the mean square of the waves above those that a part may have.
+
+    What varies from one place to the next is no cogging. 0 where the places are too few, or not even over the period, so that nothing is told.
+    """
+    places, where, count = np.unique(
+        np.round((sweep.position_rad / period_rad) % 1.0, 4), return_inverse=True, return_counts=True
+    )
+    cells = len(places)
+    if cells // 2 <= ORDER_MAX + 1 or np.abs(np.diff(places) * cells - 1.0).max() > _UNEVEN:
+        return 0.0
+    mean = np.bincount(where, sweep.torque_nm - float(np.mean(sweep.torque_nm))) / count
+    power = np.abs(np.fft.rfft(mean) / cells) ** 2
+    above = power[ORDER_MAX + 1 :]
+    return math.sqrt(2.0 * float(np.mean(above)) * (cells // 2) * float(np.mean(count)))
 
 
 def _peak(

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from rtctl.friction.kinds.spline import UNIT
 from rtctl.friction.kinds.table import FAMILIES, FORMULAS, KERNELS
 from rtctl.friction.learn.machines import Candidate
 
@@ -26,14 +27,15 @@ NU = (0.05, 0.1, 0.2, 0.3, 0.5)
 """Least shares of support vectors. Above one half the tube is narrower than the noise of the points."""
 
 
-SCALE_FREE = (*FORMULAS, "epsilon-rbf", "nu-rbf")
-"""Rungs that say the same of a motion in whatever unit its speed is given: the others' kernels know what a rad/s is."""
+OF_LINEAR = (*FORMULAS, "epsilon-spline", "nu-spline", "epsilon-rbf", "nu-rbf")
+"""Rungs that say the same of a motion in whatever unit its speed is given, the spline by a unit of its own (`spline.UNIT`): a polynomial's
+kernel knows what a rad/s is."""
 
 
 def families_of(kernel: str, motion: str) -> tuple[str, ...]:
-    """Rungs to climb for an axis: of a linear one, whose speeds have no usual size in m/s, those that have no unit in them."""
+    """Rungs to climb for an axis: of a linear one, whose speeds have no usual size in m/s, those that do not know it."""
     found = families(kernel)
-    return tuple(one for one in found if one in SCALE_FREE) if motion == "linear" else found
+    return tuple(one for one in found if one in OF_LINEAR) if motion == "linear" else found
 
 
 def families(kernel: str) -> tuple[str, ...]:
@@ -84,8 +86,19 @@ def in_scale_of(
     return one if (c, tube) == (one.c, one.tube) else replace(one, c=c, tube=tube)
 
 
-def candidates(family: str, speed: np.ndarray, friction_nm: np.ndarray) -> list[Candidate]:
-    """Every candidate of one rung, in the scale of the points.
+TOP_RAD_S = 2.0
+"""Speed that joints reach; the largest of a linear axis's points stands for it."""
+
+
+def unit_of(motion: str, speed_max: float) -> float:
+    """Speed that counts as 1 in a kernel that is not scale-free: 1 rad/s, of a linear axis by its largest speed (m/s)."""
+    return speed_max / TOP_RAD_S if motion == "linear" else 1.0
+
+
+def candidates(
+    family: str, speed: np.ndarray, friction_nm: np.ndarray, unit_rad_s: float = 1.0
+) -> list[Candidate]:
+    """Every candidate of one rung, in the scale of the points; `unit_rad_s` is that of `unit_of`.
 
     Raises
     ------
@@ -102,8 +115,9 @@ def candidates(family: str, speed: np.ndarray, friction_nm: np.ndarray) -> list[
     unit = unit_nm(speed, friction_nm)
     tubes = NU if machine == "nu" else tuple(unit * factor for factor in EPSILON)
     kernel = KERNELS[kind]
+    scaled = {UNIT: unit_rad_s} if UNIT in kernel.names and unit_rad_s != 1.0 else {}
     return [
-        Candidate(machine, kind, top * c, tube, one)
+        Candidate(machine, kind, top * c, tube, {**one, **scaled})
         for one, c, tube in itertools.product(
             kernel.grid(float(speed.max())), kernel.c_shares, tubes[kernel.tubes]
         )

@@ -80,9 +80,10 @@ def ascend(
     sides = tuple(search.side(points, d, weight, folds) for d in directions)
     share = options.tolerance_share
     equal_nm = max(tolerance_nm(data, share) for data in sides)
+    unit = grids.unit_of(points.motion, float(np.abs(points.velocity_rad_s).max()))
     look = search.full if options.strategy == "full" else search.halving
     with pool.workers(options.backend, options.n_jobs) as crew:
-        scores = look(crew, _tasks(options.families, sides), sides, progress, max_terms=most)
+        scores = look(crew, _tasks(options.families, sides, unit), sides, progress, max_terms=most)
         climbed = [climb(family, scores, sides, share) for family in options.families]
         choice = choose([_usable(rung, points, sides) for rung in climbed], equal_nm)
         bound = _terms_of_choice(equal_nm, share, most)
@@ -153,13 +154,13 @@ def _symmetry(rung: Rung, *, shared: bool) -> str:
     return f" The directions differ: one symmetric curve {said}."
 
 
-def _tasks(families: Sequence[str], sides: Sequence[Side]) -> list[tuple[Candidate, int]]:
+def _tasks(families: Sequence[str], sides: Sequence[Side], unit: float) -> list[tuple[Candidate, int]]:
     try:
         return [
             (one, at)
             for family in families
             for at, data in enumerate(sides)
-            for one in grids.candidates(family, data.speed, data.friction_nm)
+            for one in grids.candidates(family, data.speed, data.friction_nm, unit)
         ]
     except ValueError as error:
         raise DataError(str(error)) from error

@@ -18,7 +18,9 @@ from rtctl.friction.band import Band
 from rtctl.friction.kinds.curve import Curve
 from rtctl.friction.kinds.harmonics import Harmonics
 from rtctl.friction.kinds.place import SPEEDS_MOST, WAVES_MOST, PlaceKernel, compile_place
+from rtctl.friction.kinds.spline import UNIT
 from rtctl.friction.learn.fit import describe_branch
+from rtctl.friction.learn.grids import unit_of
 from rtctl.friction.model import Branch, FrictionModel, self_test_vectors
 from rtctl.friction.points.measured import POINTS_MAX, FrictionPoints
 
@@ -109,7 +111,8 @@ def fit_places(
     if points.columns.get("position_rad") is None:
         raise DataError(f"{points.source}: no column position_rad; give points_places.csv of rtctl identify")
     sides = [_side(points, way, period_rad, conservative) for way in (1, -1)]
-    rungs = tuple(_rungs(sides, period_rad))
+    unit = unit_of(points.motion, float(np.abs(points.velocity_rad_s).max()))
+    rungs = tuple(_rungs(sides, period_rad, unit))
     best = min(rungs, key=lambda rung: rung.rmse_nm)
     chosen = next(rung for rung in rungs if rung.rmse_nm <= best.rmse_nm + best.se_nm)
     kept = conservative if conservative is not None and len(conservative.orders) else None
@@ -160,13 +163,13 @@ def _levels(v: np.ndarray) -> np.ndarray:
     return v
 
 
-def _rungs(sides: list[_Side], period_rad: float) -> Iterator[PlaceRung]:
+def _rungs(sides: list[_Side], period_rad: float, unit_rad_s: float) -> Iterator[PlaceRung]:
     """Every number of waves with the best of its shares and ridges."""
     for orders in range(WAVES_MOST + 1):
         tried = []
         for share in SHARES if orders else SHARES[:1]:
             for ridge in RIDGES:
-                kernel = PlaceKernel(period_rad, orders, share, DECAY)
+                kernel = PlaceKernel(period_rad, orders, share, DECAY, unit_rad_s)
                 errors = [_held_out(kernel, ridge, side) for side in sides]
                 blocks = np.array([np.mean(np.concatenate(fold) ** 2) for fold in zip(*errors, strict=True)])
                 rmse = float(np.sqrt(blocks.mean()))
@@ -212,7 +215,8 @@ def _solve(
 def _branch(before: Branch, side: _Side, rung: PlaceRung) -> Branch:
     rows = _thinned(side, _ROWS_OF_MODEL)
     beta, intercept = _solve(rung.kernel, rung.ridge, rows.v, rows.x, rows.f)
-    curve = Curve("spline", {}, rows.v, beta, intercept)
+    parameters = {UNIT: rung.kernel.unit_rad_s} if rung.kernel.unit_rad_s != 1.0 else {}
+    curve = Curve("spline", parameters, rows.v, beta, intercept)
     held = np.concatenate(_held_out(rung.kernel, rung.ridge, side))
     branch = describe_branch(curve, side.v, side.f, held, {"ridge": rung.ridge})
     tables = compile_place(rung.kernel, rows.v, rows.x, beta)

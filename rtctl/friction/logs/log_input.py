@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -58,7 +57,7 @@ class Gearing:
 
 
 TOP_RAD_S = 2.0
-"""Speed that logs of joints reach, as `rtctl identify` drives: the largest of a linear log without a lead stands for it."""
+"""Speed that logs of joints reach, as `rtctl identify` drives: the largest of a linear log stands for it."""
 
 
 STRETCH_MIN_ROWS = 16
@@ -109,12 +108,15 @@ def read_log(
 
 
 def _radian(stretches: Sequence[Recording], rig: Rig) -> float:
-    """What stands for a radian in the thresholds of the logs: of a linear axis a radian of its screw, else by the largest speed."""
-    motion, lead_m = rig.moves(0)
-    if motion != "linear":
+    """What stands for a radian in the thresholds of the logs: of a linear axis half of the travel that its largest speed makes in 1 s.
+
+    Not a radian of its screw: a carriage at .2 m/s on a lead of 5 mm turns it at 250 rad/s, and what is slow for a joint, .03 rad/s,
+    would be 24 um/s, where bristles still bend.
+    """
+    if rig.moves(0)[0] != "linear":
         return 1.0
     speeds = [largest_speed(one.position_rad[:, 0], one.rate_hz) for one in stretches]
-    return lead_m / (2 * math.pi) or max(speeds) / TOP_RAD_S or 1.0
+    return max(speeds) / TOP_RAD_S or 1.0
 
 
 def of_one_radian(read: Sequence[Sequence[AxisLog]]) -> list[tuple[AxisLog, ...]]:

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hw.motion import words
 from rtctl.errors import DataError
 from rtctl.friction.model import Branch, FrictionModel
 from rtctl.friction.points.measured import FrictionPoints
 from rtctl.friction.report import measured_range
+from rtctl.friction.report.figures import speak
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,11 +36,12 @@ def draw(model: FrictionModel, points: FrictionPoints, path: str | Path) -> None
         _draw_branch(plot, branch, sign, speed, friction_nm)
     plot.axhline(0, color="black", linewidth=0.5)
     plot.axvline(0, color="black", linewidth=0.5)
-    plot.set_xlabel(words("velocity [rad/s]", model.motion))
-    plot.set_ylabel(words("friction overcome [N m]", model.motion))
+    plot.set_xlabel("velocity [rad/s]")
+    plot.set_ylabel("friction overcome [N m]")
     plot.set_title(f"Learned friction of rig {model.rig}: {model.kind}, one curve per direction")
     plot.legend(fontsize="small")
     plot.grid(visible=True, alpha=0.3)
+    speak(figure, model.motion)
     try:
         figure.savefig(path, dpi=120)
     except (OSError, ValueError) as error:

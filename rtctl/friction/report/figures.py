@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import io
 import math
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hw.motion import words
+from hw.motion import speed_scale, words
 from rtctl.friction.band import Band
 from rtctl.friction.report import measured_range
 from rtctl.friction.report.evidence import EXTRA_COLUMNS, Errors, Evidence, Learned, interval_nm
@@ -194,13 +195,22 @@ def _label(plot: Axes, x: str, y: str, title: str) -> None:
 
 
 def speak(figure: Figure, motion: str) -> None:
-    """Write the labels of a figure in the units of its axis; they were written for a rotary one."""
+    """Write the labels of a figure in the units of its axis; they were written for a rotary one. Small speeds are in mm/s."""
     for plot in figure.axes:
+        if "[rad/s]" in plot.get_xlabel():
+            unit, factor = speed_scale(motion, max(map(abs, plot.get_xlim())))
+            plot.set_xlabel(plot.get_xlabel().replace("rad/s", unit))
+            if factor != 1.0:
+                plot.xaxis.set_major_formatter(partial(_times, factor))
         plot.set(
             xlabel=words(plot.get_xlabel(), motion),
             ylabel=words(plot.get_ylabel(), motion),
             title=words(plot.get_title(), motion),
         )
+
+
+def _times(factor: float, value: float, _at: int) -> str:
+    return f"{factor * value:g}"
 
 
 def _png(figure: Figure, motion: str) -> bytes:

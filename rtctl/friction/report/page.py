@@ -48,7 +48,7 @@ def page(evidence: Evidence, gains: Gains, document: Mapping[str, Any], pictures
     residuals = [html for name, html in by_name.items() if name.startswith("residuals_")]
     shown = [picture.name.removeprefix("curve_") for picture in pictures if picture.name.startswith("curve_")]
     vectors = [
-        _table(report_tables.support_vectors(name, evidence.of(name)))
+        _table(report_tables.support_vectors(name, evidence.of(name), evidence.points.motion))
         for name in shown
         if any(len(one.limit) for one in evidence.of(name))
     ]

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from hw.motion import speed_scale
 from rtctl.friction.gain import Gains
 from rtctl.friction.learn.certainty import standard_error
 from rtctl.friction.learn.fit import compile_error_nm
@@ -147,29 +148,35 @@ def ladder(evidence: Evidence) -> Table:
     return Table(caption, header, rows)
 
 
-def support_vectors(family: str, both: list[Learned]) -> Table:
+def support_vectors(family: str, both: list[Learned], motion: str = "rotary") -> Table:
     """Speed, dual coefficient and kind of each support vector of one family."""
     count = " and ".join(f"{len(one.limit)} (direction {one.direction:+d})" for one in both)
     caption = (
         f"Support vectors of {family}: {count}. Bounded: the coefficient is at its limit, the point lies outside "
         "the tube; free: on its edge. The rest of the points say nothing more."
     )
-    header = ("direction", "speed, rad/s", "dual coefficient", "limit", "kind")
+    top = max((float(one.curve.support_vectors.max()) for one in both if len(one.limit)), default=1.0)
+    unit, factor = speed_scale(motion, top)
+    header = ("direction", f"speed, {unit}", "dual coefficient", "limit", "kind")
     rows = []
     for one in both:
         order = np.argsort(one.curve.support_vectors, kind="stable")
         for i in order:
             kind = "bounded" if one.bounded[i] else "free"
             cells = (f"{one.curve.dual_coef[i]:.6g}", f"{one.limit[i]:.6g}", kind)
-            rows.append((f"{one.direction:+d}", f"{one.curve.support_vectors[i]:.6g}", *cells))
+            rows.append((f"{one.direction:+d}", f"{factor * one.curve.support_vectors[i]:.6g}", *cells))
     return Table(caption, header, rows)
 
 
 def model(evidence: Evidence) -> Table:
     """What the written model is, per direction."""
     rows = []
-    for name, values in model_rows(evidence).items():
-        rows.append((_label(name), *("-" if x is None else f"{x:.4g}" for x in values)))
+    for name, own in model_rows(evidence).items():
+        label, values = _label(name), own
+        if label.endswith(", rad/s"):
+            unit, factor = speed_scale(evidence.points.motion, max(x or 0.0 for x in own))
+            label, values = label.replace("rad/s", unit), [None if x is None else factor * x for x in own]
+        rows.append((label, *("-" if x is None else f"{x:.4g}" for x in values)))
     caption = (
         f"The written model ({evidence.model.kind}). Compile error: largest difference between learned and "
         "compiled curve at 4001 speeds; its bound is proved for every speed of the trained range."

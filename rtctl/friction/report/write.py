@@ -19,7 +19,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from hw.motion import named
+import numpy as np
+
+from hw.motion import named, speed_scale
 from hw.outside import MOST_TABLE_BYTES, json_of, read_bounded
 from rtctl.errors import DataError
 from rtctl.friction import gain as report_gain
@@ -121,12 +123,13 @@ def _replace(folder: Path, files: Mapping[str, bytes]) -> None:
 
 
 def _pictures(evidence: Evidence) -> list[Picture]:
+    unit, _ = speed_scale(evidence.points.motion, float(np.abs(evidence.points.velocity_rad_s).max()))
     families = [name for name in dict.fromkeys((*PAPERS, evidence.chosen)) if evidence.of(name)]
     found = [
         Picture(
             f"curve_{name}",
             f"{name}{' (the reported model)' if name == evidence.chosen else ''}: friction in N m against speed in "
-            f"rad/s, points, learned curve{'' if name in FORMULAS else ', epsilon tube and support vectors'}. Left: "
+            f"{unit}, points, learned curve{'' if name in FORMULAS else ', epsilon tube and support vectors'}. Left: "
             f"every speed; right: below {evidence.boundary_rad_s:.3g} rad/s.{measured_range.said(evidence.points)}",
             report_figures.curves(evidence, name),
         )
@@ -142,7 +145,7 @@ def _pictures(evidence: Evidence) -> list[Picture]:
         ),
         Picture(
             "residuals_speed",
-            f"{against} speed in rad/s (linear below the slowest run, then logarithmic)."
+            f"{against} speed in {unit} (linear below the slowest run, then logarithmic)."
             f"{'' if evidence.chosen in FORMULAS else ' Shaded: the tube.'}",
             report_figures.residuals(evidence),
         ),

@@ -140,18 +140,18 @@ class Requests:
             ],
             "endpoints": asdict(self._remote if caller.user_id.startswith("key:") else self._endpoints),
             "config_sha256": rig.config_sha256,
-            "schema_sha256": schema_sha256(rig.n_axes),
+            "schema_sha256": schema_sha256(rig.n_axes, rig.motions),
         }
 
     def _schema(self, _request: Request, _row: np.void, _caller: Caller) -> Result:
         return {
-            "schema": tick.json_schema(self._rig.n_axes),
-            "schema_sha256": schema_sha256(self._rig.n_axes),
+            "schema": tick.json_schema(self._rig.n_axes, self._rig.motions),
+            "schema_sha256": schema_sha256(self._rig.n_axes, self._rig.motions),
         }
 
     def _status(self, _request: Request, row: np.void, _caller: Caller) -> Result:
         lease = self._desk.present(int(row["epoch"]))
-        first = int(row["fault_first"])
+        first, rig = int(row["fault_first"]), self._rig
         return {
             "tick": int(row["tick"]),
             "monotonic_s": int(row["time_ns"]) * 1e-9,
@@ -175,7 +175,7 @@ class Requests:
             "lease_holder": None if lease is None else lease.holder,
             "lease_in_force": bool(row["lease_held"]),
             "axes": [
-                {**self._steering.axis_in_force(a), "measured": one}
+                {**self._steering.axis_in_force(a), "motion": rig.axes[a].motion, "measured": one}
                 for a, one in enumerate(measured_in(row, 1.0 / self._rig.rate_hz))
             ],
         }

@@ -70,6 +70,7 @@ class FlightRecorder:
             "config_sha256": rig.config_sha256,
             "rate_hz": rig.rate_hz,
             "axes": [axis.name for axis in rig.axes],
+            "motion": rig.motions,
             "start_wall_ns": rig.start_wall_ns,
         }
         self._detector = EventDetector(rig, words, friction)

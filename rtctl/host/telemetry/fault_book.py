@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hw.interface import LinkFault
+from hw.motion import words
 from rtctl.control.vocabulary import Fault, State
 from rtctl.host.telemetry.device_words import DeviceWords, Voice, words_of
 from rtctl.host.telemetry.fault_origin import NOWHERE, Scene, Where, locate
@@ -128,9 +129,10 @@ class FaultBook:
         found = NOWHERE if scene is None else locate(fault, scene)
         device = self._device(found, motor=fault in _MOTOR)
         axis = None if found.axis is None else self._rig.axes[found.axis].name
+        motion = "rotary" if found.axis is None else self._rig.axes[found.axis].motion
         spoke = device is not None and fault in (*_MOTOR, *_FORCE) and self.words.spoke(device, tick)
         said = self.words.of(str(device), axis, tick) if spoke else ""
-        detail = "; ".join(part for part in (found.detail, said) if part)
+        detail = "; ".join(part for part in (words(found.detail, motion), said) if part)
         return {"axis": axis, "channel": found.channel, "device": device, "detail": detail or None}
 
     def _of_samples(self, fault: Fault, tick: int | None = None) -> Entry | None:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from hw.motion import words
 from rtctl.friction import adaptation
 from rtctl.friction import drift_state as state
 from rtctl.friction.drift_recorded import told
@@ -46,6 +47,7 @@ class FrictionWatch:
     ) -> None:
         self._watch = RigWatch(params, model, tables)
         self._folder, self._devices = folder, rig.devices_sha256
+        self._motions = {axis.name: axis.motion for axis in rig.axes}
         names = (axis.name for axis in rig.axes)
         self._axes: dict[str, AxisWatch] = {
             name: axis for name, axis in zip(names, self._watch.axes, strict=True) if axis is not None
@@ -78,7 +80,13 @@ class FrictionWatch:
             bound = adaptation.beyond(axis.factor, axis.found, axis.bounds) if axis.bounds else ""
             for kind, text in ((NAME, axis.warning), (STOPPED, axis.stopped), (adaptation.BOUND, bound)):
                 if text:
-                    found.append({"name": kind, "axis": name, "text": f"axis {name}: {text}"})
+                    found.append(
+                        {
+                            "name": kind,
+                            "axis": name,
+                            "text": f"axis {name}: {words(text, self._motions[name])}",
+                        }
+                    )
         return found
 
     def status(self) -> list[dict[str, Any]]:

@@ -107,6 +107,11 @@ class RigDescription:
         """Number of axes."""
         return len(self.axes)
 
+    @property
+    def motions(self) -> list[str]:
+        """Motion of each axis."""
+        return [axis.motion for axis in self.axes]
+
 
 def describe(rig: LoadedConfig | RigDescription) -> RigDescription:
     """The description of a rig from its file; one that is a description already is returned as it is."""

@@ -117,7 +117,7 @@ class Telemetry:
         self._log: Callable[[], Mapping[str, Any]] = dict
         self._recording: Callable[[], Mapping[str, Any] | None] = lambda: None
         self._setup: Callable[[], Mapping[str, Any]] | None = None
-        self._schema_sha256 = schema_sha256(self._rig.n_axes)
+        self._schema_sha256 = schema_sha256(self._rig.n_axes, self._rig.motions)
         self._decimator = Decimator(self._rig.rate_hz, self._rig.state_hz)
         self._events = EventDetector(self._rig, words, friction)
         self._health = HealthWindow()

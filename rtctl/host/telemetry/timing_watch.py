@@ -45,6 +45,7 @@ class TimingWatch:
                 continue
             found.append({
                 "axis": axis.name,
+                "motion": axis.motion,
                 "delay_s": delay * period_s,
                 "lag_s": float(row["arming_lag_ticks"][a]) * period_s,
                 "gain": float(row["arming_gain"][a]),

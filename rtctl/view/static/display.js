@@ -4,7 +4,7 @@ import { $, element, operatorKey } from "./link.js";
 import { ordered } from "./head.js";
 
 const STEPS = 200;
-const NUMBERS = [["mass_kgm2", "mass", "kg m²"], ["mass_damping_nms_rad", "damping", "N m s/rad"]];
+const NUMBERS = { rotary: [["mass_kgm2", "mass", "kg m²"], ["mass_damping_nms_rad", "damping", "N m s/rad"]], linear: [["mass_kgm2", "mass", "kg"], ["mass_damping_nms_rad", "damping", "N s/m"]] };
 let controls = [];
 
 function slider(axis, [key, name, unit], [low, high]) {
@@ -40,7 +40,7 @@ export function beginDisplay(hello) {
     const displays = axis.displays || [];
     if (displays.length > 1) add(chooser(axis.name, displays));
     if (!displays.includes("admittance")) continue;
-    for (const number of NUMBERS) {
+    for (const number of NUMBERS[axis.motion || "rotary"]) {
       const [low, high] = axis.bounds[number[0]];
       if (high > low && low > 0) add(slider(axis.name, number, [low, high]));
     }

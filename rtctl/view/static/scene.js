@@ -1,10 +1,16 @@
-// The joint seen along its axis: link, virtual object, torque of the hand; its legend, and its numbers axis by axis.
+// The joint seen along its axis, or the carriage on its rail: virtual object, torque or force of the hand; legend, and numbers axis by axis.
 
 import { DRAWINGS } from "./drawings.js";
 import { element, redraw } from "./link.js";
 
 /** A colour of view.css by its name, as it is in the light or in the dark. */
 export const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
+
+const UNITS = { rotary: ["rad", "rad/s", "N m", "N m"], linear: ["m", "m/s", "N", "N"] };
+const RAIL_M = 1, strongest = {};  // half a rail without ends; the largest force of a hand so far, by axis
+
+/** What the pages need of each axis beside its name: motion, and the ends of its travel. */
+export const axisFacts = (hello) => hello.axes.map((axis) => ({ name: axis.name, motion: axis.motion || "rotary", travel: (axis.bounds || {}).position_rad || [] }));
 
 const LAW = { ball: "wall", drag: "remote" };  // the environment that the law has for it
 
@@ -29,26 +35,53 @@ export function drawScene(canvas, status) {
 }
 
 function drawJoint(draw, status, axis, x, cell, height) {
-  const name = status.axes[axis] || "", y = height - 40, length = Math.min(cell * 0.46, y - 26);
-  const at = (angle, r) => [x + r * Math.sin(angle), y - r * Math.cos(angle)];
+  const name = status.axes[axis] || "", slides = (status.facts[axis] || {}).motion === "linear";
+  const y = height - (slides ? 56 : 40), length = Math.min(cell * 0.46, y - 26) * (slides ? 0.6 : 1);
+  const [low, high] = slides ? railOf(status.facts[axis]) : [-1, 1];
+  const at = slides
+    ? (place, r) => [x + cell * 0.42 * (2 * (place - low) / (high - low) - 1), y - r]
+    : (angle, r) => [x + r * Math.sin(angle), y - r * Math.cos(angle)];
   const line = (angle, r0, r1, wide, stroke, dash = []) => {
     draw.beginPath(); draw.setLineDash(dash); draw.lineWidth = wide; draw.strokeStyle = stroke; draw.lineCap = "round";
     draw.moveTo(...at(angle, r0)); draw.lineTo(...at(angle, r1)); draw.stroke(); draw.setLineDash([]);
   };
-  drawDial(draw, at, line, length);
+  if (slides) drawRail(draw, at, low, high); else drawDial(draw, at, line, length);
   const position = status.position_rad[axis], world = inForce(status).axis === name ? status.world : {};
   if (position == null) { label(draw, `${name}: no position`, x, height - 8); return; }
   if (status.environment[axis] !== "free" && status.proxy_rad[axis] != null) line(status.proxy_rad[axis], 0, length * 0.95, 4, colour("object"), [7, 7]);
-  drawObject(draw, world, position, length, x, y, line);
+  drawObject(draw, world, position, { length, x, y, line, at, low, high, slides });
   if (world.ball_rad != null) {
-    const radius = length * 0.12, [bx, by] = at(world.ball_rad, length * 0.8);
+    const radius = length * 0.12, [bx, by] = at(world.ball_rad, length * (slides ? 0.12 : 0.8)), turned = slides ? 0 : world.ball_rad;
     draw.beginPath(); draw.fillStyle = colour("ball");
-    draw.arc(bx + Math.cos(world.ball_rad) * radius, by + Math.sin(world.ball_rad) * radius, radius, 0, 7); draw.fill();
+    draw.arc(bx + Math.cos(turned) * radius, by + Math.sin(turned) * radius, radius, 0, 7); draw.fill();
   }
-  line(position, 0, length, 9, colour("joint"));
-  draw.beginPath(); draw.fillStyle = colour("ink"); draw.arc(x, y, 7, 0, 7); draw.fill();
-  drawHand(draw, at(position, length), position, Math.max(-1, Math.min(1, status.hand_nm[axis] || 0)) * length * 0.8);
+  const hand = status.hand_nm[axis] || 0;
+  if (slides) {
+    const [cx, cy] = at(position, 0);
+    draw.fillStyle = colour("joint"); draw.fillRect(cx - 16, cy - 24, 32, 22);
+    strongest[name] = Math.max(strongest[name] || 1, Math.abs(hand));
+    drawHand(draw, [cx, cy - 13], 0, (hand / strongest[name]) * length * 0.8);
+  } else {
+    line(position, 0, length, 9, colour("joint"));
+    draw.beginPath(); draw.fillStyle = colour("ink"); draw.arc(x, y, 7, 0, 7); draw.fill();
+    drawHand(draw, at(position, length), position, Math.max(-1, Math.min(1, hand)) * length * 0.8);
+  }
   label(draw, name, x, height - 8);
+}
+
+function railOf({ travel: [low, high] }) {
+  return high > low && high - low < 100 ? [low, high] : [-RAIL_M, RAIL_M];
+}
+
+function drawRail(draw, at, low, high) {
+  draw.beginPath(); draw.lineWidth = 2; draw.strokeStyle = colour("ink-2");
+  draw.moveTo(...at(low, 0)); draw.lineTo(...at(high, 0));
+  for (let k = 0; k <= 8; k++) {
+    const place = low + (high - low) * k / 8, deep = k % 4 ? 4 : 9;
+    draw.moveTo(...at(place, 0)); draw.lineTo(...at(place, -deep));
+    if (k % 4 === 0) label(draw, `${String(Number(place.toPrecision(3))).replace("-", "−")} m`, at(place, 0)[0], at(place, 0)[1] + 22);
+  }
+  draw.stroke();
 }
 
 function drawDial(draw, at, line, length) {
@@ -59,7 +92,7 @@ function drawDial(draw, at, line, length) {
   }
 }
 
-// An arrow at the tip, across the link: where the hand pushes, 1 N m at its longest.
+// An arrow at the tip, across the link: where the hand pushes, 1 N m at its longest; of a carriage its largest force so far.
 function drawHand(draw, [tx, ty], angle, size) {
   if (Math.abs(size) < 2) return;
   const [ux, uy] = [Math.cos(angle), Math.sin(angle)], [ex, ey] = [tx + size * ux, ty + size * uy], head = Math.sign(size) * Math.min(8, Math.abs(size));
@@ -75,19 +108,27 @@ function label(draw, text, x, y) {
 }
 
 // What the world's thread has put on its axis, where the law has it.
-function drawObject(draw, world, handle, length, x, y, line) {
+function drawObject(draw, world, handle, frame) {
+  const { length, x, y, at, low, high, slides } = frame;
   const centre = world.center_rad || 0, up = -Math.PI / 2;  // angles count from the vertical, to the right
   const sector = (from, to, fill) => {
-    draw.globalAlpha = 0.25; draw.beginPath(); draw.fillStyle = colour(fill); draw.moveTo(x, y);
+    draw.globalAlpha = 0.25; draw.beginPath(); draw.fillStyle = colour(fill);
+    if (slides) {
+      const inside = (place) => Math.min(Math.max(place, low), high), [left, top] = at(inside(Math.min(from, to)), length * 1.02);
+      draw.fillRect(left, top, at(inside(Math.max(from, to)), 0)[0] - left, y - top); draw.globalAlpha = 1;
+      return;
+    }
+    draw.moveTo(x, y);
     draw.arc(x, y, length * 1.02, up + Math.min(from, to), up + Math.max(from, to)); draw.fill(); draw.globalAlpha = 1;
   };
-  DRAWINGS[world.kind]?.paint?.({ draw, world, handle, length, x, y, centre, line, sector, colour });
+  DRAWINGS[world.kind]?.paint?.({ ...frame, draw, world, handle, centre, sector, colour, unit: slides ? (high - low) / 2 : 1 });
 }
 
 /** What the picture's colours mean, those only that are in it now. */
 export function showLegend(place, status) {
   const kind = inForce(status).kind;
-  const entries = [["joint", "joint"], ["hand", "torque of the hand"]];
+  const motions = new Set((status.facts || []).map((one) => one.motion)), slide = motions.has("linear"), turn = motions.has("rotary");
+  const entries = [["joint", [turn && "joint", slide && "carriage"].filter(Boolean).join(" or ")], ["hand", `${[turn && "torque", slide && "force"].filter(Boolean).join(" or ")} of the hand`]];
   if ((status.environment || []).some((one) => one !== "free")) entries.push(["object", "virtual object (dashed)"]);
   if (DRAWINGS[kind]) entries.push([DRAWINGS[kind].colour, kind]);
   redraw(place, entries, () => entries.map(([name, text]) => element("li", {}, swatch(name), text)));
@@ -109,9 +150,15 @@ function worldOf(status, k) {
 
 /** A row of numbers for each axis. */
 export function showAxes(body, status) {
-  const number = (value) => (value == null ? "–" : value.toFixed(3).replace("-", "−"));
+  const motionOf = (k) => (status.facts[k] || {}).motion || "rotary";
+  const number = (value, k) => (value == null ? "–" : value.toFixed(motionOf(k) === "linear" ? 4 : 3).replace("-", "−"));
+  const motions = [...new Set(status.axes.map((_, k) => motionOf(k)))];
+  body.parentElement.tHead.querySelectorAll("small").forEach((unit, at) => {
+    const said = [...new Set(motions.map((one) => UNITS[one][at]))].join(" | ");  // axes of both in one rig
+    if (unit.textContent !== said) unit.textContent = said;
+  });
   body.replaceChildren(...status.axes.map((name, k) => {
-    const cells = [status.position_rad, status.velocity_rad_s, status.hand_nm, status.applied_nm].map((values) => element("td", { textContent: number(values[k]) }));
+    const cells = [status.position_rad, status.velocity_rad_s, status.hand_nm, status.applied_nm].map((values) => element("td", { textContent: number(values[k], k) }));
     return element("tr", {}, element("th", { scope: "row", textContent: name }), ...cells, element("td", { textContent: worldOf(status, k) }));
   }));
 }

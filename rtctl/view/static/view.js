@@ -6,7 +6,7 @@ import { showEvent, showFigures, showLoop } from "./loop.js";
 import { beginDisplay, showDisplay } from "./display.js";
 import { beginPhase, phaseSignals } from "./phase.js";
 import { beginRecord } from "./record.js";
-import { drawScene, showAxes, showLegend } from "./scene.js";
+import { axisFacts, drawScene, showAxes, showLegend } from "./scene.js";
 import { begin, take, wanted } from "./scope.js";
 
 $("help").hidden = !operatorKey;
@@ -14,13 +14,13 @@ const percent = (share) => `${Math.round(share * 100)} %`;
 const frictionNow = (health) => ((health || {}).friction || []).filter((one) => one.factor).map((one) =>
   [`friction of ${one.axis}, 1 as learned`, `${one.factor.value.toFixed(2)} (${one.factor.low.toFixed(2)} to ${one.factor.high.toFixed(2)})` +
     (one.followed == null ? "" : `, compensation at ${one.followed.toFixed(3)}`)]);
-let rig = null, axes = [], dragged = false;
+let rig = null, axes = [], facts = [], dragged = false;
 
 const stream = new Stream(() => wanted(phaseSignals()), {
   hello(hello) {
     if (rig !== null && rig !== hello.rig) location.reload();  // another rig has taken this port: other signals
     showHello(hello);
-    axes = hello.axes.map((axis) => axis.name);
+    axes = hello.axes.map((axis) => axis.name); facts = axisFacts(hello);
     if (rig !== null) return;
     rig = hello.rig;
     const saved = begin(hello, () => stream.open());
@@ -34,7 +34,7 @@ const stream = new Stream(() => wanted(phaseSignals()), {
   status(status) {
     showStatus(status);
     if (!status.position_rad) return;
-    status.axes = axes;
+    status.axes = axes; status.facts = facts;
     drawScene($("scene"), status);
     showLegend($("legend"), status);
     showAxes($("axes").tBodies[0], status);

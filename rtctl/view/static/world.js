@@ -2,11 +2,11 @@
 
 import { $, Stream, element } from "./link.js";
 import { lost, ordered, showHello, showStatus } from "./head.js";
-import { drawScene, showAxes, showLegend } from "./scene.js";
+import { axisFacts, drawScene, showAxes, showLegend } from "./scene.js";
 
 const STEPS = 200;
 let worlds = {}, sliders = {}, chosen = {};  // what /hello says that there is; what the sliders stand at
-let kind = "", told = "", sending = false, again = false, axes = [];
+let kind = "", told = "", sending = false, again = false, axes = [], facts = [];
 
 // At most one request under way; the newest wish is sent when it is answered.
 async function send() {
@@ -31,7 +31,7 @@ function slider(key, of) {
   const value = (x) => (of.log ? of.low * (of.high / of.low) ** x : of.low + (of.high - of.low) * x);
   const place = (v) => (of.log ? Math.log(v / of.low) / Math.log(of.high / of.low) : (v - of.low) / (of.high - of.low));
   const tell = () => {
-    output.textContent = `${chosen[key].toPrecision(3)} ${of.unit}`;
+    output.textContent = `${Math.abs(chosen[key]) < 1000 ? chosen[key].toPrecision(3) : Math.round(chosen[key])} ${of.unit}`;
     input.setAttribute("aria-valuetext", output.textContent);
   };
   input.value = Math.round(place(chosen[key]) * STEPS);
@@ -60,7 +60,7 @@ $("world").hidden = !$("nokey").hidden;
 new Stream(() => [], {
   hello(hello) {
     showHello(hello);
-    axes = hello.axes.map((axis) => axis.name);
+    axes = hello.axes.map((axis) => axis.name); facts = axisFacts(hello);
     offer(hello);
     $("axis").textContent = axes.length > 1 ? `Acts on axis ${axes[0]}, the first of ${axes.length}.` : `Acts on axis ${axes[0]}.`;
   },
@@ -69,7 +69,7 @@ new Stream(() => [], {
   lost,
   status(status) {
     showStatus(status);
-    status.axes = axes;
+    status.axes = axes; status.facts = facts;
     const now = status.world.kind;
     if (now && now !== told && now !== kind && !sending) {
       if (worlds[now].law) for (const key of worlds[now].numbers) if (status.world[key] != null) chosen[key] = status.world[key];  // what another page has chosen

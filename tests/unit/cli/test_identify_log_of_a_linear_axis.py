@@ -2,11 +2,17 @@
 
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from in_process import run
 
+from rtctl.friction.logs.plausibility import largest_speed
+from rtctl.rig_file.config import load
+from rtctl.simulation.closed_loop import Simulation
+
+SLIDE = Path(__file__).parents[3] / "configs" / "mock-linear.toml"
 LEAD_M = 0.005
 M = LEAD_M / (2 * math.pi)
 """Travel of the screw per rad, m."""
@@ -14,9 +20,14 @@ M = LEAD_M / (2 * math.pi)
 
 @pytest.fixture
 def logs(tmp_path):
-    """The same motion of a screw in rad and N m, in m and N, and in mm and N."""
+    """The same motion of a screw in rad and N m, in m and N, and in mm and N.
+
+    Its largest speed is 2 rad/s: that is what the largest speed of a linear axis stands for.
+    """
     t = np.arange(2_000) / 100.0
     w = [(a, 2 * np.pi * f) for a, f in ((0.4, 0.4), (0.15, 1.1), (0.06, 2.3))]
+    quickest = largest_speed(sum(a * np.sin(k * t) for a, k in w), 100.0)
+    w = [(2.0 / quickest * a, k) for a, k in w]
     x = sum(a * np.sin(k * t) for a, k in w)
     v = sum(a * k * np.cos(k * t) for a, k in w)
     acceleration = sum(-a * k**2 * np.sin(k * t) for a, k in w)
@@ -79,12 +90,13 @@ def test_a_log_in_m_and_n_gives_what_its_screw_does_scaled(monkeypatch, capsys, 
         assert other["near_n"] == pytest.approx(one["near_nm"] / M, rel=1e-6)
 
 
-def test_without_a_lead_the_largest_speed_scales_the_thresholds(monkeypatch, capsys, logs):
+def test_the_thresholds_do_not_depend_on_lead_or_unit(monkeypatch, capsys, logs):
+    screw = identified(monkeypatch, capsys, logs["m"], "m", "N", "--lead-m", LEAD_M)
     metres = identified(monkeypatch, capsys, logs["m"], "m", "N")
     milli = identified(monkeypatch, capsys, logs["mm"], "mm", "N")
     for key, value in parameters(metres).items():
         assert parameters(milli)[key] == pytest.approx(value, rel=1e-9)
-    # Other rows are slow than with the lead: the parameters are as sure, and not the same.
+        assert parameters(screw)[key] == pytest.approx(value, rel=1e-9)
     for name, truth in (("inertia_kg", 0.012 / M**2), ("viscous_ns_m", 0.05 / M**2), ("coulomb_n", 0.25 / M)):
         assert metres["symmetric"]["parameters"][name]["value"] == pytest.approx(truth, rel=0.02)
 
@@ -95,7 +107,7 @@ def test_the_table_and_the_points_speak_of_m_and_n(monkeypatch, capsys, logs, tm
         monkeypatch, capsys, "identify", "--log", logs["mm"], *columns, "--out", tmp_path / "out"
     )
     assert code == 0
-    assert all(unit in text for unit in ("inertia_kg ", "viscous_ns_m", " m/s", " mN"))
+    assert all(unit in text for unit in ("inertia_kg ", "viscous_ns_m", " mm/s", " mN"))
     assert [line for line in text.splitlines() if any(unit in line for unit in ("rad", "N m", "_nm"))] == []
     head = (tmp_path / "out" / "points.csv").read_text().splitlines()[0].split(",")
     assert head[:4] == ["velocity_m_s", "friction_torque_n", "direction", "std_n"]
@@ -110,3 +122,28 @@ def test_units_of_both_motions_in_one_log_are_refused(monkeypatch, capsys, logs,
     code, _, err = run(monkeypatch, capsys, "identify", "--log", logs["m"], *columns)
     assert code != 0
     assert told in err
+
+
+def test_a_recording_of_a_screw_driven_carriage_is_no_late_torque(monkeypatch, capsys, tmp_path):
+    """A carriage whose screw turns at 250 rad/s: by its radian bending would count as sliding, and the torque look 100 ms late."""
+    simulation = Simulation(load(SLIDE))
+    simulation.arm()
+    rows = simulation.run(16.0)[2_000:]
+    fields = {name: rows[f"{name}_torque_nm"][:, 0] for name in ("motor", "hand")}
+    seconds = (rows["time_ns"] - rows["time_ns"][0]) * 1e-9
+    np.savez(tmp_path / "rec.npz", time_s=seconds, position=rows["position_rad"][:, 0], **fields)
+    columns = ("position=position:m", "torque=motor:N", "external=hand:N")
+    mapped = [part for column in columns for part in ("--column", column)]
+    code, out, err = run(
+        monkeypatch, capsys, "identify", "--log", tmp_path / "rec.npz", "--config", SLIDE, *mapped, "--json"
+    )
+    assert code == 0, err
+    found = json.loads(out)["symmetric"]["parameters"]
+    for name, truth in (("inertia_kg", 1.2), ("viscous_ns_m", 5.0), ("coulomb_n", 6.0)):
+        assert found[name]["value"] == pytest.approx(truth, rel=0.03)
+    code, _, err = run(
+        monkeypatch, capsys, "identify", "--log", tmp_path / "rec.npz", "--column", "position=position_rad:m",
+        "--column", "torque=motor:N",
+    )  # fmt: skip
+    assert code != 0
+    assert "no column 'position_rad'" in err  # as it was written, not in the words of a carriage

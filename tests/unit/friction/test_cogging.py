@@ -12,7 +12,7 @@ from rtctl.control.place_friction import conservative_torque
 from rtctl.control.records import CONSERVATIVE_CELLS, MODEL
 from rtctl.errors import DataError
 from rtctl.friction.kinds.harmonics import Harmonics
-from rtctl.friction.learn.cogging import Sweep, find_shift, fit_cogging
+from rtctl.friction.learn.cogging import Sweep, changed_since, find_shift, fit_cogging, scatter_nm
 
 PART = Harmonics(0.8, np.array([1.0, 3.0, 6.0]), np.array([0.02, 0.0, -0.01]), np.array([0.01, 0.03, 0.005]))
 DATA = Path(__file__).parents[4] / "shared" / "data" / "odrive_cogging"
@@ -93,3 +93,43 @@ def test_measured_maps_of_a_motor_are_found_half_a_turn_off():
     assert trap.rmse_nm < 0.15  # .12 A between index searches; .06 between maps without one
     forward, backward = trap.level_nm[0], back.level_nm[0]
     assert forward > 0 > backward  # friction, told apart: it has the sign of the motion
+
+
+def test_a_wave_that_a_restart_has_changed_is_told_beside_the_shift():
+    swept = two_way()
+    learned = fit_cogging(swept, 0.8, friction_period_rad=2 * math.pi).part
+    same = Sweep(swept.position_rad + 0.11, swept.torque_nm, swept.direction)
+    found = find_shift(learned, same, 2 * math.pi)
+    assert len(changed_since(learned, same, found, 2 * math.pi).part.orders) == 0
+    extra = 0.01 * np.cos(2 * math.pi * 3 * same.position_rad / 0.8)
+    other = Sweep(same.position_rad, same.torque_nm - extra, same.direction)
+    found = find_shift(learned, other, 2 * math.pi)
+    more = changed_since(learned, other, found, 2 * math.pi)
+    assert 3 in more.part.orders
+    assert more.tried[len(more.part.orders)] < 0.7 * more.tried[0]  # the noise of the rows is half of it
+    x = np.linspace(0, 0.8, 100)
+    whole = learned.shifted(found.shift_rad)(x) + more.part(x)
+    wanted = learned.shifted(0.11)(x) + 0.01 * np.cos(2 * math.pi * 3 * x / 0.8)
+    assert np.sqrt(np.mean((whole - wanted) ** 2)) < 0.3 * 0.01
+
+
+def test_the_scatter_of_a_map_is_that_of_its_rows():
+    x = np.arange(512) * 2 * math.pi / 512
+    rng = np.random.default_rng(4)
+    tau = 0.8 * np.cos(12 * x) + 0.3 * np.sin(98 * x) + 0.2 + rng.normal(0, 0.05, 512)
+    assert scatter_nm(Sweep(x, tau, np.ones(512)), 2 * math.pi) == pytest.approx(0.05, rel=0.15)
+    few = Sweep(x[::4], tau[::4], np.ones(128))
+    assert scatter_nm(few, 2 * math.pi) == 0.0  # its waves cannot be told from noise
+
+
+@pytest.mark.skipif(not DATA.is_dir(), reason="the measured maps are not there")
+def test_what_a_shifted_map_leaves_is_waves_of_the_restart_or_scatter_of_the_rows():
+    a, trap, back = (odrive(f"map_{n}.csv.gz") for n in ("a", "c_half_turn_off", "reverse"))
+    learned = fit_cogging(a, 2 * math.pi).part
+    more = changed_since(learned, trap, find_shift(learned, trap))
+    assert 7 in more.part.orders  # the pole pairs: the drive's own
+    assert more.tried[8] < 0.06 < 0.14 < more.tried[0]  # A
+    # the map of the next day scatters from row to row by more than any model of places can leave
+    assert scatter_nm(a, 2 * math.pi) < 0.05
+    assert 0.35 < scatter_nm(back, 2 * math.pi) < 0.45
+    assert fit_cogging(back, 2 * math.pi).rmse_nm > 0.4

@@ -64,8 +64,11 @@ def test_it_compiles_to_what_is_proved(name):
 def test_its_parameters_are_those_of_its_grid_and_bad_ones_are_refused(name):
     of = KINDS[name]
     for each in [] if of.is_formula else of.grid(SPEED_MAX):
-        assert tuple(each) == of.names
-        assert not any(parameter.refusal(each[parameter.name]) for parameter in of.parameters)
+        needed = [parameter for parameter in of.parameters if not parameter.optional]
+        assert tuple(each) == tuple(parameter.name for parameter in needed)
+        assert of.has_parameters(each)
+        assert not of.has_parameters({**each, "other": 1.0})
+        assert not any(parameter.refusal(each[parameter.name]) for parameter in needed)
     for parameter in of.parameters:
         if parameter.positive or parameter.whole_to:
             assert parameter.name in parameter.refusal(0.0)

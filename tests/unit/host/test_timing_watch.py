@@ -44,7 +44,7 @@ def test_an_arming_that_ends_is_told_once_in_the_tick_it_ends(after):
     ((row, found),) = watch.changes(rows([IDLE, ARMING, ARMING, after, after]))
     assert row == 3
     assert found == {
-        "axis": "a", "delay_s": 3e-3, "lag_s": 1e-3, "gain": 1.1, "offset_nm": -0.02, "sample_period_s": pytest.approx(2e-3),
+        "axis": "a", "motion": "rotary", "delay_s": 3e-3, "lag_s": 1e-3, "gain": 1.1, "offset_nm": -0.02, "sample_period_s": pytest.approx(2e-3),
     }  # fmt: skip
     assert watch.changes(rows([after])) == []
 

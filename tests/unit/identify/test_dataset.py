@@ -11,8 +11,9 @@ from identified import CONFIG, SMALL, run
 from rtctl.errors import DataError
 from rtctl.friction.learn.point_evidence import presliding_of
 from rtctl.friction.points.reader import read_points
-from rtctl.identify import dataset as module
-from rtctl.identify.dataset import Dataset, read_document, write_whole
+from rtctl.identify import dataset_files as module
+from rtctl.identify.dataset import Dataset
+from rtctl.identify.dataset_files import read_document, write_whole
 from rtctl.identify.measurement_order import tasks
 from rtctl.identify.ticks import FIELDS
 from rtctl.rig_file.config import load

@@ -11,7 +11,8 @@ from rtctl.errors import DataError
 from rtctl.friction.truth import true_friction_nm
 from rtctl.identify import points as module
 from rtctl.identify.collected import IN_VAIN
-from rtctl.identify.dataset import Dataset, read_document
+from rtctl.identify.dataset import Dataset
+from rtctl.identify.dataset_files import read_document
 from rtctl.identify.measurement_order import Known, remaining, tasks
 from rtctl.identify.ripple import Ripple, measured
 from rtctl.identify.settings import Settings

@@ -1,6 +1,7 @@
 """The procedure on the simulated rig: right points, limits kept, hands seen, errors named."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -112,7 +113,7 @@ def test_the_places_of_a_point_are_even_over_a_turn_so_that_what_varies_over_it_
 
 def test_a_place_just_passed_is_not_gone_round_to():
     class Still:
-        position_rad = 1.0
+        position_rad, rig = 1.0, SimpleNamespace(turn_rad=2 * np.pi)
 
     assert gap_to(Still, 1, 1.5, 0.2) == pytest.approx(0.5)
     assert gap_to(Still, -1, 0.5, 0.2) == pytest.approx(0.5)
