@@ -82,7 +82,8 @@ mutation: $(VENV)/.ready-dev
 # Branches of the safety functions and of all decoders, as plain Python: 100 %.
 coverage: export NUMBA_DISABLE_JIT = 1
 coverage: $(VENV)/.ready-dev
-	$(BIN)/coverage run -m pytest -W ignore::RuntimeWarning tests/unit/control/test_safety_functions.py \
+	$(BIN)/coverage run -m pytest -W ignore::RuntimeWarning tests/unit/control/test_state_functions.py \
+	  tests/unit/control/test_detector_functions.py tests/unit/control/test_pulse_functions.py \
 	  tests/unit/control/test_gate.py tests/unit/control/test_states.py tests/unit/control/test_detectors.py \
 	  tests/unit/control/test_arming.py tests/unit/control/test_sample.py tests/unit/control/test_intermediate.py tests/unit/control/test_environments.py tests/unit/control/test_take_back.py \
 	  tests/unit/control/test_device_velocity.py tests/unit/test_documents.py \
