@@ -46,6 +46,7 @@ LONG = (
     "properties/test_safety_invariants_12_to_20.py",
     "properties/test_safety_machine.py",
     "unit/cli/test_check.py",
+    "unit/cli/test_check_plausibility.py",
     "unit/cli/test_check_friction.py",
     "unit/cli/test_fit.py",
     "unit/cli/test_plot_and_compare.py",
