@@ -1,7 +1,6 @@
 """`rtctl run` as a process: it starts, runs, ends and fails as promised."""
 
 import itertools
-import json
 import os
 import signal
 import subprocess
@@ -10,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from patience import PATIENCE_S, until
+from rtctl_process import CONFIGS, children, finish, start
 
 from rtctl.client import RigClient
 from rtctl.control.vocabulary import State
@@ -17,32 +17,6 @@ from rtctl.errors import LoopDiedError
 from rtctl.host.auto_arm import AutoArm
 from rtctl.host.supervisor import MOST_TICKS, Host
 from rtctl.rig_file.config import load
-
-CONFIGS = Path(__file__).parents[2] / "configs"
-
-
-def start(config, folder, *more):
-    command = [
-        sys.executable,
-        "-m",
-        "rtctl",
-        "run",
-        str(config),
-        "--runtime-dir",
-        str(folder),
-        "--json",
-        *more,
-    ]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-
-def finish(process, timeout=150):
-    out, err = process.communicate(timeout=timeout)
-    return process.returncode, (json.loads(out.splitlines()[-1]) if out.strip() else None), err
-
-
-def children(pid):
-    return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ AXES = (f"{HW}/test_can_axes.py",)
 FIRMWARE = (f"{HW}/test_can_odrive_firmware.py",)
 ARMED = (f"{HW}/test_can_armed.py",)
 STRICT = ("tests/contract/test_cia402_strict.py",)
-CAN_CYCLE = ("tests/unit/hw/test_can_steady.py",)
+CAN_CYCLE = ("tests/unit/hw/test_can_steady.py", "tests/unit/hw/test_can_left_to_python.py")
 
 SEEDS = (
     Seed(

@@ -20,13 +20,13 @@ FOLLOWS = (
     f"{UNIT}/test_intermediate.py::test_a_jump_presses_no_harder_than_the_gate_can_take_back_when_the_joint_is_let_go",
     f"{UNIT}/test_intermediate.py::test_what_appears_before_a_fast_joint_is_as_stiff_as_the_gate_can_follow_and_stiffens_as_it_slows",
     f"{UNIT}/test_intermediate.py::test_a_change_of_kind_passes_through_nothing_to_feel",
-    f"{UNIT}/test_intermediate.py::test_a_target_that_jumps_is_followed_no_faster_than_the_joint_may_move",
+    f"{UNIT}/test_remote_proxy.py::test_a_target_that_jumps_is_followed_no_faster_than_the_joint_may_move",
     f"{UNIT}/test_intermediate.py::test_a_world_of_another_kind_grows_where_it_belongs_and_not_where_the_last_one_was",
 )
 REMOTE = (
-    f"{UNIT}/test_intermediate.py::test_a_remote_proxy_whose_motion_nobody_pays_for_stays_where_it_is",
-    f"{UNIT}/test_intermediate.py::test_a_remote_proxy_waits_where_the_torque_limit_ends_and_not_beyond",
-    f"{UNIT}/test_intermediate.py::test_the_damper_of_a_remote_proxy_follows_no_velocity_beyond_what_the_joint_may_have_nor_one_unpaid",
+    f"{UNIT}/test_remote_proxy.py::test_a_remote_proxy_whose_motion_nobody_pays_for_stays_where_it_is",
+    f"{UNIT}/test_remote_proxy.py::test_a_remote_proxy_waits_where_the_torque_limit_ends_and_not_beyond",
+    f"{UNIT}/test_remote_proxy.py::test_the_damper_of_a_remote_proxy_follows_no_velocity_beyond_what_the_joint_may_have_nor_one_unpaid",
 )
 AUTHORITY = (f"{UNIT}/test_authority.py",)
 ASSISTANCE = (f"{UNIT}/test_assistance.py",)
