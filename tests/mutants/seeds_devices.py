@@ -14,12 +14,12 @@ LINK = (f"{HW}/test_serial_link.py::test_a_sample_must_be_newer_by_number_and_by
         f"{HW}/test_serial_link.py::test_a_sample_is_fresh_once",
         f"{HW}/test_serial_link.py::test_damage_is_a_checksum_fault_unless_a_good_sample_follows_at_once",
         f"{HW}/test_serial_link.py::test_nothing_out_of_a_backlog_is_fresh_and_what_comes_after_it_is",
-        f"{HW}/test_serial_link.py::test_a_value_that_is_not_finite_disables_every_axis",
-        f"{HW}/test_serial_link.py::test_a_disabled_tick_sends_zeros",
+        f"{HW}/test_serial_commands.py::test_a_value_that_is_not_finite_disables_every_axis",
+        f"{HW}/test_serial_commands.py::test_a_disabled_tick_sends_zeros",
         f"{HW}/test_serial_link.py::test_a_velocity_has_the_unit_and_sign_of_the_position",
         f"{HW}/test_serial_link.py::test_a_velocity_that_is_used_and_missing_is_a_fault_of_the_device",
-        f"{HW}/test_serial_link.py::test_a_board_that_reports_a_failure_of_what_is_used_is_as_good_as_lost",
-        f"{HW}/test_serial_link.py::test_a_board_that_went_torque_free_by_itself_while_enabled_is_as_good_as_lost")  # fmt: skip
+        f"{HW}/test_serial_commands.py::test_a_board_that_reports_a_failure_of_what_is_used_is_as_good_as_lost",
+        f"{HW}/test_serial_commands.py::test_a_board_that_went_torque_free_by_itself_while_enabled_is_as_good_as_lost")  # fmt: skip
 BOARD = (f"{HW}/test_serial_firmware.py",)
 ENCODER = (
     "tests/properties/test_encoder.py::test_the_count_follows_every_walk_of_less_than_half_a_range_a_step",
@@ -129,7 +129,7 @@ SEEDS = (
     Seed(
         "a board that has let go is sent torque", "hw/serial/link.py",
         "enable = t.enabled != 0 and ln.dropped == 0", "enable = t.enabled != 0",
-        (f"{HW}/test_serial_link.py::test_a_board_whose_power_stage_lets_go_stays_torque_free_until_it_is_disabled",),
+        (f"{HW}/test_serial_commands.py::test_a_board_whose_power_stage_lets_go_stays_torque_free_until_it_is_disabled",),
     ),
     Seed(
         "half of a force frame's checksum is compared", "hw/force/rokubi.py",
