@@ -7,7 +7,7 @@ from seed import Seed
 HW = "tests/unit/hw"
 FIELDS = (f"{HW}/test_can_fields.py",)
 CODECS = (f"{HW}/test_can_codecs.py",)
-AXES = (f"{HW}/test_can_axes.py",)
+AXES = (f"{HW}/test_can_axes.py", f"{HW}/test_can_cia402_axis.py")
 FIRMWARE = (f"{HW}/test_can_odrive_firmware.py",)
 ARMED = (f"{HW}/test_can_armed.py",)
 STRICT = ("tests/contract/test_cia402_strict.py",)

@@ -9,10 +9,10 @@ import lines_wire
 import numpy as np
 import pytest
 import serial_wire
+from board_frames import RIG
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
-from test_can_board import RIG
 
 from hw.can.board_backend import BoardBackend, ReceivedFrame
 from hw.can.board_options import BoardOptions
