@@ -82,6 +82,7 @@ LONG = (
     "unit/hw/test_serial_asked.py",
     "unit/hw/test_serial_described.py",
     "unit/hw/test_serial_frame.py",
+    "unit/hw/test_serial_frame_damage.py",
     "unit/hw/test_serial_rig_files.py",
     "unit/identify/test_bristles.py",
     "unit/identify/test_dataset.py",
