@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hw.can import slcan
-from hw.can.odrive import GET_ENCODER, PAIR, can_id
+from hw.can.odrive_codec import GET_ENCODER, PAIR, can_id
 from hw.can.options import OdriveOptions
 from hw.force import rokubi
 from hw.force.frames import Frames

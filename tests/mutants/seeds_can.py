@@ -15,8 +15,8 @@ CAN_CYCLE = ("tests/unit/hw/test_can_steady.py", "tests/unit/hw/test_can_left_to
 
 SEEDS = (
     Seed(
-        "what stands behind a moteus reply is not looked at", "hw/can/moteus.py",
-        "buffer[offset + _REPLY.size : offset + length] == _PADDING[:rest]", "rest >= 0", CODECS,
+        "what stands behind a moteus reply is not looked at", "hw/can/moteus_codec.py",
+        "buffer[offset + REPLY.size : offset + length] == _PADDING[:rest]", "rest >= 0", CODECS,
     ),
     Seed(
         "an infinite speed of an ODrive is fresh", "hw/can/odrive.py",
@@ -47,7 +47,7 @@ SEEDS = (
         "        if current - current != 0.0:\n            self._sample.not_finite()\n            return\n", "", CODECS,
     ),
     Seed(
-        "a moteus reply is read beyond its end", "hw/can/moteus.py",
+        "a moteus reply is read beyond its end", "hw/can/moteus_codec.py",
         "if at + size * count > end:", "if at > end:", CODECS,
     ),
     Seed(
