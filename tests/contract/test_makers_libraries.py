@@ -19,7 +19,7 @@ from canopen.objectdictionary.datatypes import INTEGER16, UNSIGNED16
 from canopen.pdo.base import PdoMap
 from canopen.profiles.p402 import State402
 
-from hw.can import cia402, moteus, moteus_codec, odrive, odrive_codec
+from hw.can import cia402, moteus, moteus_codec, odrive, odrive_codec, odrive_firmware
 from hw.can.odrive_firmware import ERRORS_05, decode_version
 from hw.can.sample import Sample
 from hw.force import optoforce, rdt
@@ -192,7 +192,7 @@ def test_an_odrives_frames_are_read_as_its_dbc_says(version):
 
 
 def test_an_odrives_errors_have_the_makers_names():
-    assert {str(bit): name for bit, name in odrive.ERRORS.items()} == VECTORS["odrive"]["errors"]
+    assert {str(bit): name for bit, name in odrive_firmware.ERRORS.items()} == VECTORS["odrive"]["errors"]
     assert {str(bit): name for bit, name in ERRORS_05.items()} == VECTORS["odrive"]["0.5.6"]["errors"]
     assert VECTORS["odrive"]["0.6.10"]["errors"].items() <= VECTORS["odrive"]["errors"].items()
 
