@@ -20,7 +20,8 @@ from hw.force import rokubi
 from hw.force.frames import Frames
 from hw.force.options import RokubiOptions
 from hw.interface import Backend, BackendError, CompiledBackend, Rig
-from hw.rig import Member, compose
+from hw.member import Member
+from hw.rig import compose
 from hw.serial.port import CHUNK, Port
 from rtctl.errors import RtctlError
 from rtctl.tick import new_ticks

@@ -9,9 +9,10 @@ from rig_fakes import DRIVE, MADE, Fake, drive_and_finger, known, member, read, 
 
 from hw import registry
 from hw.interface import Channels, LinkFault
+from hw.member import Member
 from hw.mock.backend import MockBackend
 from hw.mock.options import MockOptions
-from hw.rig import Composite, Member, compose
+from hw.rig import Composite, compose
 from rtctl.control.jit import records
 from rtctl.tick import FIELDS, new_ticks
 
