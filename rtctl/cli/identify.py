@@ -239,7 +239,7 @@ def _truth(loaded: LoadedConfig, axis: int, dataset: Dataset) -> tuple[Deviation
     return truth.of_points(loaded, axis, zip(velocities, torques, directions, strict=True))
 
 
-def _report(
+def _report(  # longer than 50 lines: the report from top to bottom
     dataset: Dataset, wall_s: float, truth: tuple[Deviation, ...], *, complete: bool, as_json: bool
 ) -> None:
     from rtctl.friction.points.presliding import Presliding, together

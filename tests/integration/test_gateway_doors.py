@@ -11,7 +11,8 @@ from ports import free_ports
 from tcp_rig import answers, clients, listening, short_folder, stocked
 
 from rtctl.errors import BusyError, ConfigError, NoReplyError
-from rtctl.host.access.entrances import Access, Openings
+from rtctl.host.access.entrances import Access
+from rtctl.host.access.openings import Openings
 from rtctl.wire.keys import KeyStore
 from rtctl.wire.protocol import Endpoints
 

@@ -9,7 +9,8 @@ from page_client import OURS, connection, get, get_stream_status, press, served
 from patience import PATIENCE_S, until
 
 from rtctl.view.guests import MOST_GUESTS
-from rtctl.view.server import FILES, MOST_STREAMS, SCRIPTS, STATIC
+from rtctl.view.pages import FILES, SCRIPTS, STATIC
+from rtctl.view.server import MOST_STREAMS
 
 
 @pytest.fixture
