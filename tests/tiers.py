@@ -25,7 +25,9 @@ ONLY_COMPUTES = (
     "attacks/test_compiled_code_of_another_user.py",
     "attacks/test_files_of_strangers.py",
     "attacks/test_recordings_of_strangers.py",
+    "attacks/test_table.py",
     "contract/test_backend_contract.py",  # in step with what plays the device
+    "contract/test_can_contract.py",
     "contract/test_fault_matrix.py",  # in step, too
     "contract/test_force_sensors.py",
     "contract/test_makers_bota.py",
@@ -35,6 +37,7 @@ ONLY_COMPUTES = (
     "contract/test_makers_random.py",
     "integration/test_first_start.py",  # compiles everything, and waits for that as long as it takes
     "integration/test_identify_simulated.py",
+    "integration/test_run_refused.py",
     "integration/test_positioning_on_the_loop.py",  # of the law in a simulation; test_positioning_of_a_run.py has the clock
 )
 """Files in such folders that meet none: whatever they wait for may take minutes."""
