@@ -82,15 +82,16 @@ mutation: $(VENV)/.ready-dev
 # Branches of the safety functions and of all decoders, as plain Python: 100 %.
 coverage: export NUMBA_DISABLE_JIT = 1
 coverage: $(VENV)/.ready-dev
-	$(BIN)/coverage run -m pytest -W ignore::RuntimeWarning tests/unit/control/test_safety_functions.py \
+	$(BIN)/coverage run -m pytest -W ignore::RuntimeWarning tests/unit/control/test_state_functions.py \
+	  tests/unit/control/test_detector_functions.py tests/unit/control/test_pulse_functions.py \
 	  tests/unit/control/test_gate.py tests/unit/control/test_states.py tests/unit/control/test_detectors.py \
-	  tests/unit/control/test_arming.py tests/unit/control/test_sample.py tests/unit/control/test_intermediate.py tests/unit/control/test_environments.py tests/unit/control/test_take_back.py \
+	  tests/unit/control/test_arming.py tests/unit/control/test_sample.py tests/unit/control/test_intermediate.py tests/unit/control/test_remote_proxy.py tests/unit/control/test_environments.py tests/unit/control/test_take_back.py \
 	  tests/unit/control/test_device_velocity.py tests/unit/test_documents.py \
 	  tests/properties/test_control_gate.py tests/properties/test_encoder.py \
-	  tests/unit/hw/test_serial_frame.py tests/unit/hw/test_serial_link.py tests/unit/hw/test_serial_described.py tests/unit/hw/test_serial_asked.py \
+	  tests/unit/hw/test_serial_frame.py tests/unit/hw/test_serial_frame_damage.py tests/unit/hw/test_serial_link.py tests/unit/hw/test_serial_commands.py tests/unit/hw/test_serial_described.py tests/unit/hw/test_serial_described_commands.py tests/unit/hw/test_serial_asked.py \
 	  tests/unit/hw/test_force_codecs.py tests/unit/hw/test_moments_of_boards.py \
-	  tests/unit/hw/test_can_axes.py tests/unit/hw/test_can_board.py tests/unit/hw/test_can_select.py tests/unit/hw/test_can_maps.py tests/unit/hw/test_can_codecs.py tests/unit/hw/test_can_fields.py \
-  tests/unit/hw/test_can_armed.py tests/unit/hw/test_can_odrive_firmware.py tests/unit/hw/test_can_steady.py \
+	  tests/unit/hw/test_can_axes.py tests/unit/hw/test_can_cia402_axis.py tests/unit/hw/test_can_board.py tests/unit/hw/test_can_board_lets_go.py tests/unit/hw/test_can_select.py tests/unit/hw/test_can_maps.py tests/unit/hw/test_can_codecs.py tests/unit/hw/test_can_fields.py \
+  tests/unit/hw/test_can_armed.py tests/unit/hw/test_can_odrive_firmware.py tests/unit/hw/test_can_steady.py tests/unit/hw/test_can_left_to_python.py \
 	  tests/unit/host/test_message_decoder.py
 	$(BIN)/coverage report
 

@@ -133,10 +133,10 @@ def _other_readings() -> Iterator[Kind]:
             yield Kind(channel, "out_of_range", Effect.SET, "reads `value`", unit, -1e12, 1e12, 1e6)
 
 
-def _devices() -> tuple[Kind, ...]:
-    link, actuator = Channel.LINK, Channel.ACTUATOR
+def _links() -> tuple[Kind, ...]:
+    """What may happen to a sample on its way, or to all of them."""
+    link = Channel.LINK
     return (
-        Kind(Channel.ESTOP, "pressed", Effect.PRESSED, "the emergency stop input is pressed"),
         Kind(link, "stale", Effect.STALE, "the counter stands still; the values go on"),
         Kind(link, "drop", Effect.DROP, "no sample arrives, the last one still stands; the device counts on"),
         Kind(link, "checksum", Effect.CHECKSUM, "LinkFault.CHECKSUM on the sample that came"),
@@ -164,6 +164,13 @@ def _devices() -> tuple[Kind, ...]:
         Kind(
             link, "raise_write", Effect.RAISE_WRITE, "the backend raises LinkLost in write; nothing is sent"
         ),
+    )
+
+
+def _actuators() -> tuple[Kind, ...]:
+    """What a motor's drive may do with a command."""
+    actuator = Channel.ACTUATOR
+    return (
         Kind(actuator, "dead", Effect.DEAD, "no current, no torque"),
         Kind(actuator, "stuck", Effect.HOLD, "keeps the last current, also when disabled"),
         Kind(actuator, "scale", Effect.SCALE, "drives `value` times the current", "1", -100, 100, None),
@@ -178,6 +185,15 @@ def _devices() -> tuple[Kind, ...]:
             1e6,
             None,
         ),
+    )
+
+
+def _devices() -> tuple[Kind, ...]:
+    """Everything that is no reading."""
+    return (
+        Kind(Channel.ESTOP, "pressed", Effect.PRESSED, "the emergency stop input is pressed"),
+        *_links(),
+        *_actuators(),
         Kind(
             Channel.LOOP,
             "stall",

@@ -14,7 +14,7 @@ sample goes stale, which stops the rig.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,11 +31,11 @@ from hw.interface import (
     CompiledBackend,
     CountingBackend,
     LinkFault,
-    Options,
     Rig,
     SpeakingBackend,
     Words,
 )
+from hw.member import Member
 from hw.rig_words import Exchange, device_dtype, subset
 
 REST_TICKS = 2
@@ -50,44 +50,6 @@ _STACK_BYTES = (
     256 * 1024
 )  # of a stopping thread: with locked memory the default 8 MB would be filled in first
 _NEVER = 1 << 40
-
-
-@dataclass(frozen=True)
-class Member:
-    """One device of a rig, as plain data.
-
-    Attributes
-    ----------
-    kind, options
-        Backend and its validated options.
-    label
-        Names the device in every error, such as `device[1] 'finger'`.
-    axes
-        Indices of the rig's axes it serves; its own axes are these, in this order.
-    channels
-        Those of its channels the rig uses.
-    max_age_ticks
-        Oldest sample that still counts as fresh, in cycles; 0: a new one is due in every cycle.
-    budget_ns
-        Time its `read` may take; 0: no limit (simulated devices).
-    claims
-        What of a shared wire is to be this process' alone while it drives the device (`hw.claims`).
-    """
-
-    kind: str
-    options: Options
-    label: str
-    axes: tuple[int, ...]
-    channels: tuple[str, ...]
-    max_age_ticks: int = 0
-    budget_ns: int = 0
-    claims: tuple[str, ...] = ()
-
-    @classmethod
-    def from_dict(cls, data: Mapping[str, Any]) -> Member:
-        """Back from JSON."""
-        tuples = {name: tuple(data[name]) for name in ("axes", "channels", "claims")}
-        return cls(**{**data, **tuples})
 
 
 @dataclass(frozen=True)

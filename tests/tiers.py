@@ -25,15 +25,19 @@ ONLY_COMPUTES = (
     "attacks/test_compiled_code_of_another_user.py",
     "attacks/test_files_of_strangers.py",
     "attacks/test_recordings_of_strangers.py",
+    "attacks/test_table.py",
     "contract/test_backend_contract.py",  # in step with what plays the device
+    "contract/test_can_contract.py",
     "contract/test_fault_matrix.py",  # in step, too
     "contract/test_force_sensors.py",
     "contract/test_makers_bota.py",
+    "contract/test_makers_cantools.py",
     "contract/test_makers_installed.py",
     "contract/test_makers_libraries.py",
     "contract/test_makers_random.py",
     "integration/test_first_start.py",  # compiles everything, and waits for that as long as it takes
     "integration/test_identify_simulated.py",
+    "integration/test_run_refused.py",
     "integration/test_positioning_on_the_loop.py",  # of the law in a simulation; test_positioning_of_a_run.py has the clock
 )
 """Files in such folders that meet none: whatever they wait for may take minutes."""
@@ -47,6 +51,7 @@ LONG = (
     "properties/test_safety_machine.py",
     "unit/cli/test_check.py",
     "unit/cli/test_check_followed_friction.py",
+    "unit/cli/test_check_plausibility.py",
     "unit/cli/test_check_friction.py",
     "unit/cli/test_fit.py",
     "unit/cli/test_plot_and_compare.py",
@@ -64,10 +69,12 @@ LONG = (
     "unit/friction/test_drift.py",
     "unit/friction/test_drift_on_the_family.py",
     "unit/friction/test_evidence_page.py",
+    "unit/friction/test_failed_fits.py",
     "unit/friction/test_folds.py",
     "unit/friction/test_followed_drift.py",
     "unit/friction/test_honest_scoring.py",
     "unit/friction/test_report.py",
+    "unit/friction/test_report_command.py",
     "unit/friction/test_search.py",
     "unit/friction/test_sentences.py",
     "unit/friction/test_tables.py",
@@ -80,6 +87,7 @@ LONG = (
     "unit/hw/test_serial_asked.py",
     "unit/hw/test_serial_described.py",
     "unit/hw/test_serial_frame.py",
+    "unit/hw/test_serial_frame_damage.py",
     "unit/hw/test_serial_rig_files.py",
     "unit/identify/test_bristles.py",
     "unit/identify/test_dataset.py",

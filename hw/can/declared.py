@@ -9,7 +9,7 @@ turn on the bus besides: all frames of one period, one after the other. That muc
 from __future__ import annotations
 
 from hw.can import board_backend as board
-from hw.can import moteus, odrive
+from hw.can import moteus_codec, odrive_codec
 from hw.can.load import Traffic, bus_load
 from hw.interface import Options, Rig, Timing
 
@@ -30,7 +30,7 @@ def _by_itself(period_s: float, cycle_s: float, rig: Rig) -> list[Timing]:
 
 def odrive_timing(options: Options, rig: Rig) -> list[Timing]:
     """Timing of ODrives: asked in every cycle, or sending by themselves."""
-    cycle_s = _cycle_s(odrive.traffic(options, 1 / rig.period_s), options, rig)
+    cycle_s = _cycle_s(odrive_codec.traffic(options, 1 / rig.period_s), options, rig)
     if options["feedback"] == "request":
         return _asked(cycle_s, rig)
     return _by_itself(1e-3 * float(options["feedback_ms"]), cycle_s, rig)
@@ -38,7 +38,7 @@ def odrive_timing(options: Options, rig: Rig) -> list[Timing]:
 
 def moteus_timing(options: Options, rig: Rig) -> list[Timing]:
     """Timing of moteus controllers: a command asks for the sample."""
-    return _asked(_cycle_s(moteus.traffic(options, 1 / rig.period_s), options, rig), rig)
+    return _asked(_cycle_s(moteus_codec.traffic(options, 1 / rig.period_s), options, rig), rig)
 
 
 def cia402_timing(options: Options, rig: Rig) -> list[Timing]:

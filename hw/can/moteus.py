@@ -1,166 +1,45 @@
-"""moteus over CAN-FD: the codec (pure), and what it takes to arm and disarm one controller.
+"""What it takes to arm and disarm one moteus over CAN-FD, and to hear it (`hw.can.moteus_codec` has the frames).
 
-Identifier 0x8000 | source << 8 | destination asks for a reply, which has id << 8 | source. A frame is a row
-of subframes, padded with 0x50 (mjbots' register protocol). Every command carries its own time to live
-(register 0x27): the drive's watchdog, in mode "timeout" after it, needs no set-up.
+Every command carries its own time to live (register 0x27): the drive's watchdog, in mode "timeout" after it, needs no set-up.
 
     arm      the first frame of mode 10 (position) with kp and kd scaled to 0: pure feed-forward torque
     command  feed-forward torque, greatest torque and time to live, in every cycle; each is answered
     disarm   mode 0 (stopped), in every cycle; it also clears faults
-
-Angles are turns and torques N m of moteus' output shaft: the motor's own unless rotor_to_output_ratio is set.
 """
 
 from __future__ import annotations
 
-import math
 import struct
 from dataclasses import replace
 
 from hw.can.armed import Armed
-from hw.can.bus import EXTENDED, Bus, Handler, wait_for
+from hw.can.bus import Bus, Handler, wait_for
 from hw.can.fields import Buffer, Field, byte_field
-from hw.can.load import Traffic, fd_length
+from hw.can.moteus_codec import (
+    FAULT,
+    HEADS_AT,
+    NOP,
+    POSITION,
+    REPLY,
+    REPLY_HEADS,
+    SERIAL_NUMBER,
+    TOLD_AT,
+    TORQUE_AT,
+    command_frame,
+    command_id,
+    decode_reply,
+    encode_command,
+    parse_reply,
+    reply_ids,
+    stop_frame,
+)
 from hw.can.names import MOTEUS_FAULTS, MOTEUS_MODES, named
 from hw.can.sample import Sample, Shaft
 from hw.can.steady_records import LEAVES, NEVER, Command, Entry, Frame, Number
 from hw.interface import BackendError, LinkFault, Options, Rig
 
-STOPPED, FAULT, POSITION, TIMEOUT = 0, 1, 10, 11
-SERIAL_NUMBER = 0x120
-NOP = 0x50
-
-QUERY = bytes([0x11, 0x00, 0x1F, 0x01, 0x1D, 0x04, 0x1D, 0x0E, 0x11, 0x0F])
-"""Read: mode int8; position, velocity, torque f32; Q current f32; temperature f32; fault int8."""
-
-COMMAND = bytes([0x01, 0x00, POSITION, 0x0C, 0x08, 0x20])
-"""Mode, then eight floats from register 0x20."""
-COMMAND_FLOATS = struct.Struct("<8f")
-COMMAND_BYTES = len(COMMAND) + COMMAND_FLOATS.size + len(QUERY)
-
-_TORQUE_AT = len(COMMAND) + 8
-"""Where the feed-forward torque stands among them."""
-
-STOP = bytes([0x01, 0x00, STOPPED])
-
-_SIZES = {0: 1, 1: 2, 2: 4, 3: 4}
-_CODES = {0: "b", 1: "<h", 2: "<i", 3: "<f"}
-
-_REPLY = struct.Struct("<HbHfffHfHfHb")
-_REPLY_HEADS = (0x0021, 0x012F, 0x042D, 0x0E2D, 0x0F21)
-"""The reply to QUERY as the firmware lays it out, with its subframe heads; another layout is parsed slowly."""
-_HEADS_AT, _TOLD_AT = (0, 3, 17, 23, 29), (2, 31)
-"""Bytes of it: where its heads are; mode and fault."""
-_PADDING = bytes([NOP]) * 64
-"""What may follow it. Anything else may say something of the same registers, or be damage: that is parsed slowly, too."""
-
-_REGISTERS = (0x000, 0x001, 0x002, 0x004, 0x00E, 0x00F)
 ARM_S = 0.2
 _DEVICE = int(LinkFault.DEVICE)
-
-
-def command_id(node: int, source: int) -> int:
-    """Identifier of a frame to `node` (1 to 127) that is to be answered."""
-    return (0x8000 | source << 8 | node) | EXTENDED
-
-
-def reply_ids(node: int, source: int) -> tuple[int, int]:
-    """Identifier of the reply, as a standard and as an extended one: firmware may send either."""
-    plain = node << 8 | source
-    return (plain, plain | EXTENDED) if plain <= 0x7FF else (plain | EXTENDED, plain | EXTENDED)
-
-
-def encode_command(
-    buffer: bytearray, offset: int, torque_nm: float, torque_max_nm: float, ttl_s: float
-) -> None:
-    """Write the floats of a torque command into a frame made from `command_frame`."""
-    nan = math.nan
-    COMMAND_FLOATS.pack_into(
-        buffer, offset + len(COMMAND), nan, 0.0, torque_nm, 0.0, 0.0, torque_max_nm, nan, ttl_s
-    )  # position and stop position "not set"; velocity, kp and kd scale 0
-
-
-def command_frame() -> bytes:
-    """A torque command of 0 with the query, padded to a CAN-FD length."""
-    whole = COMMAND + bytes(COMMAND_FLOATS.size) + QUERY
-    return whole.ljust(fd_length(len(whole)), bytes([NOP]))
-
-
-def stop_frame() -> bytes:
-    """Stop (torque-free, faults cleared) with the query, padded."""
-    whole = STOP + QUERY
-    return whole.ljust(fd_length(len(whole)), bytes([NOP]))
-
-
-def parse_reply(data: Buffer) -> dict[int, float] | None:
-    """Registers of a reply by number, in native units of their type; None if it is not a whole reply."""
-    found: dict[int, float] = {}
-    at, end = 0, len(data)
-    while at < end:
-        head = data[at]
-        if head == NOP:
-            at += 1
-            continue
-        if not 0x20 <= head <= 0x2F or at + 1 >= end:
-            return None
-        at += 1
-        kind, count = head >> 2 & 3, head & 3
-        if count == 0:
-            count = data[at]
-            at += 1
-            if count == 0:  # of no registers: nothing follows
-                continue
-        if at >= end or count > 64:
-            return None
-        register, at = data[at], at + 1
-        if register & 0x80:  # two bytes of register number
-            if at >= end or data[at] & 0x80:
-                return None
-            register, at = register & 0x7F | data[at] << 7, at + 1
-        size = _SIZES[kind]
-        if at + size * count > end:
-            return None
-        for k in range(count):
-            found[register + k] = struct.unpack_from(_CODES[kind], data, at + k * size)[0]
-        at += size * count
-    return found
-
-
-def decode_reply(
-    buffer: Buffer, offset: int, length: int
-) -> tuple[int, float, float, float, float, int] | None:
-    """Mode, position (turns), velocity (turns/s), Q current (A), temperature (degC), fault; None if any is missing.
-
-    A register that reads as integer is taken only where it was asked for as one (mode, fault).
-    """
-    if length >= _REPLY.size:
-        h0, mode, h1, position, velocity, _, h2, current, h3, temperature, h4, fault = _REPLY.unpack_from(
-            buffer, offset
-        )
-        rest = length - _REPLY.size
-        if (h0, h1, h2, h3, h4) == _REPLY_HEADS and (
-            buffer[offset + _REPLY.size : offset + length] == _PADDING[:rest]
-        ):
-            return mode, position, velocity, current, temperature, fault
-    found = parse_reply(buffer[offset : offset + length])
-    if found is None or not all(register in found for register in _REGISTERS):
-        return None
-    mode, position, velocity, current, temperature, fault = (found[register] for register in _REGISTERS)
-    if not all(isinstance(value, float) for value in (position, velocity, current, temperature)):
-        return None
-    if not (isinstance(mode, int) and isinstance(fault, int)):
-        return None
-    return mode, position, velocity, current, temperature, fault
-
-
-def traffic(options: Options, rate_hz: float) -> list[Traffic]:
-    """All frames of the drives."""
-    frames = []
-    for table in options["axis"]:
-        name = f"node {table['node']}"
-        frames.append(Traffic(f"{name} command", len(command_frame()), rate_hz, extended=True, fd=True))
-        frames.append(Traffic(f"{name} reply", fd_length(_REPLY.size), rate_hz, extended=True, fd=True))
-    return frames
 
 
 class MoteusAxis:
@@ -188,8 +67,8 @@ class MoteusAxis:
         return dict.fromkeys(reply_ids(self.node, self._source), self._on_reply)
 
     def steady_frames(self) -> list[Frame]:
-        """See `Drive`. A reply is for Python unless it is laid out as `_REPLY`, and tells the mode and fault it told before."""
-        size, at, axis, shaft = _REPLY.size, self._sample.start, self._axis, self._shaft
+        """See `Drive`. A reply is for Python unless it is laid out as `REPLY`, and tells the mode and fault it told before."""
+        size, at, axis, shaft = REPLY.size, self._sample.start, self._axis, self._shaft
 
         def _float(byte: int, channel: str, scale: float = 1.0, offset: float = 0.0) -> Number:
             return Number(Field(size, 8 * byte, 32, "little", "float", scale, offset), at[channel] + axis)
@@ -200,10 +79,10 @@ class MoteusAxis:
             _float(19, "current", shaft.direction),
             _float(25, "temperature"),
         ]
-        heads = zip(_REPLY_HEADS, _HEADS_AT, strict=True)
+        heads = zip(REPLY_HEADS, HEADS_AT, strict=True)
         guards = [Number(byte_field(size, byte, 16), wanted=head, says=LEAVES) for head, byte in heads]
         told = (lambda: self.mode if self._armed.said is not None else NEVER, lambda: self.fault)
-        for byte, wanted in zip(_TOLD_AT, told, strict=True):
+        for byte, wanted in zip(TOLD_AT, told, strict=True):
             guards.append(Number(byte_field(size, byte, 8, kind="int"), wanted=wanted, says=LEAVES))
         return [
             Frame(key, size, [*map(replace, numbers)], [*map(replace, guards)], self._bit, leaves_length=True)
@@ -215,7 +94,7 @@ class MoteusAxis:
         armed, shaft = self._armed, self._shaft
         if not armed.wanted or armed.dropped:
             return [Command(self._stop)]
-        bits = byte_field(self._command.length, _TORQUE_AT, 32, kind="float")
+        bits = byte_field(self._command.length, TORQUE_AT, 32, kind="float")
         entry = Entry(bits, current_at, shaft.torque_per_ampere, shaft.current_max_a)
         return [Command(self._command, [entry])]
 

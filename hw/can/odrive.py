@@ -1,42 +1,36 @@
-"""ODrive over CAN Simple: the codec (pure), and what it takes to arm and disarm one axis.
+"""What it takes to arm and disarm one axis of an ODrive over CAN Simple, and to hear it (`hw.can.odrive_codec` has the frames).
 
-Identifier = node << 5 | command, little endian, 11 bits. Layouts from ODrive's CAN protocol page and DBC
-(firmware 0.6; `hw.can.odrive_firmware` has what 0.5 reads otherwise). Angles are turns of the encoder's shaft, torques
-N m at it.
-
-    arm      Set_Controller_Mode (torque, pass-through), Clear_Errors, Set_Axis_State 8
-    command  Set_Input_Torque in every cycle, armed or not: it feeds the drive's watchdog
-    disarm   torque 0, Set_Axis_State 1
+arm      Set_Controller_Mode (torque, pass-through), Clear_Errors, Set_Axis_State 8
+command  Set_Input_Torque in every cycle, armed or not: it feeds the drive's watchdog
+disarm   torque 0, Set_Axis_State 1
 """
 
 from __future__ import annotations
 
-import math
-import struct
 from typing import Any
 
+from hw.can import odrive_codec as codec
 from hw.can.armed import Armed
 from hw.can.bus import REMOTE, Bus, Handler, twice_within, wait_for
 from hw.can.fields import Buffer, Field, byte_field
-from hw.can.load import Traffic
 from hw.can.names import ODRIVE_STATES, named
+from hw.can.odrive_codec import (
+    CLOSED_LOOP,
+    IDLE,
+    PAIR,
+    TORQUE,
+    TWO_WORDS,
+    WORD,
+    can_id,
+    decode_heartbeat,
+    decode_pair,
+    error_names,
+)
 from hw.can.odrive_firmware import ADDRESS as ADDRESS_SINCE
-from hw.can.odrive_firmware import ERRORS, ERRORS_05, NAMED_ERRORS, OLD, Version, decode_version, version_text
+from hw.can.odrive_firmware import NAMED_ERRORS, OLD, Version, decode_version, version_text
 from hw.can.sample import Sample, Shaft
 from hw.can.steady_records import Command, Entry, Frame, Number
 from hw.interface import BackendError, LinkFault, Options, Rig
-
-HEARTBEAT, GET_VERSION, GET_ERROR, ADDRESS, SET_AXIS_STATE = 0x01, 0x00, 0x03, 0x06, 0x07
-GET_ENCODER, SET_CONTROLLER_MODE, SET_INPUT_TORQUE = 0x09, 0x0B, 0x0E
-GET_IQ, GET_TEMPERATURE, CLEAR_ERRORS = 0x14, 0x15, 0x18
-IDLE, CLOSED_LOOP = 1, 8
-TORQUE_CONTROL, PASS_THROUGH = 1, 1
-
-PAIR = struct.Struct("<ff")
-HEARTBEAT_STRUCT = struct.Struct("<IBBB")
-TORQUE = struct.Struct("<f")
-WORD = struct.Struct("<I")
-TWO_WORDS = struct.Struct("<II")
 
 ARM_S = 0.5
 """Longest time from Set_Axis_State 8 to a heartbeat that shows it."""
@@ -50,55 +44,6 @@ RETRY_S = 0.1
 """While disarmed: a drive still in closed loop is told again, one with errors is asked to clear them."""
 
 _DEVICE, _LOST = int(LinkFault.DEVICE), int(LinkFault.LOST)
-
-
-def can_id(node: int, command: int) -> int:
-    """Identifier of a command of a node (0 to 63)."""
-    return node << 5 | command
-
-
-def error_names(error: int, version: Version = NAMED_ERRORS) -> str:
-    """The error bits in the words of that firmware; bits it has no word for as a number."""
-    words = ERRORS if version >= NAMED_ERRORS else ERRORS_05
-    unnamed = error & ~sum(words)
-    names = [name for bit, name in words.items() if error & bit]
-    return ", ".join(names + [f"0x{unnamed:x}"] * bool(unnamed or not names))
-
-
-def decode_pair(buffer: Buffer, offset: int, length: int) -> tuple[float, float] | None:
-    """Two finite numbers of a frame of 8 bytes: turns and turns/s, wanted and measured A, FET and motor degC."""
-    if length != 8:
-        return None
-    first, second = PAIR.unpack_from(buffer, offset)
-    return (first, second) if math.isfinite(first) and math.isfinite(second) else None
-
-
-def decode_heartbeat(buffer: Buffer, offset: int, length: int) -> tuple[int, int] | None:
-    """Axis error bits and axis state; None for a frame too short."""
-    if length < 7:
-        return None
-    error, state, _, _ = HEARTBEAT_STRUCT.unpack_from(buffer, offset)
-    return error, state
-
-
-def traffic(options: Options, rate_hz: float) -> list[Traffic]:
-    """All frames of the drives."""
-    frames = []
-    for table in options["axis"]:
-        name = f"node {table['node']}"
-        asked = options["feedback"] == "request"
-        feedback_hz = rate_hz if asked else 1000.0 / options["feedback_ms"]
-        frames += [
-            Traffic(f"{name} torque", 4, rate_hz),
-            Traffic(f"{name} encoder estimates", 8, feedback_hz),
-            Traffic(f"{name} Iq", 8, feedback_hz),
-            Traffic(f"{name} heartbeat", 8, 1000.0 / options["heartbeat_ms"]),
-        ]
-        if options["temperature_ms"]:
-            frames.append(Traffic(f"{name} temperature", 8, 1000.0 / options["temperature_ms"]))
-        if asked:
-            frames += [Traffic(f"{name} requests", 0, 2 * rate_hz, remote=True)]
-    return frames
 
 
 class OdriveAxis:
@@ -131,12 +76,12 @@ class OdriveAxis:
     def handlers(self) -> dict[int, Handler]:
         """What to do with this axis' frames."""
         return {
-            can_id(self.node, GET_ENCODER): self._on_encoder,
-            can_id(self.node, GET_IQ): self._on_iq,
-            can_id(self.node, GET_TEMPERATURE): self._on_temperature,
-            can_id(self.node, HEARTBEAT): self._on_heartbeat,
-            can_id(self.node, ADDRESS): self._on_address,
-            can_id(self.node, GET_VERSION): self._on_version,
+            can_id(self.node, codec.GET_ENCODER): self._on_encoder,
+            can_id(self.node, codec.GET_IQ): self._on_iq,
+            can_id(self.node, codec.GET_TEMPERATURE): self._on_temperature,
+            can_id(self.node, codec.HEARTBEAT): self._on_heartbeat,
+            can_id(self.node, codec.ADDRESS): self._on_address,
+            can_id(self.node, codec.GET_VERSION): self._on_version,
         }
 
     def steady_frames(self) -> list[Frame]:
@@ -149,10 +94,10 @@ class OdriveAxis:
 
         angle = _float(0, "position", shaft.rad_per_turn, shaft.offset_rad)
         measured = {
-            GET_ENCODER: ([angle, _float(4, "velocity", shaft.rad_per_turn)], self._encoder_bit),
-            GET_IQ: ([_float(4, "current", shaft.direction)], self._iq_bit),
+            codec.GET_ENCODER: ([angle, _float(4, "velocity", shaft.rad_per_turn)], self._encoder_bit),
+            codec.GET_IQ: ([_float(4, "current", shaft.direction)], self._iq_bit),
         }
-        others = (HEARTBEAT, GET_TEMPERATURE, ADDRESS, GET_VERSION)
+        others = (codec.HEARTBEAT, codec.GET_TEMPERATURE, codec.ADDRESS, codec.GET_VERSION)
         return [
             Frame(can_id(self.node, command), 8, numbers, bit=bit)
             for command, (numbers, bit) in measured.items()
@@ -285,13 +230,15 @@ class OdriveAxis:
         def _frame(command: int, length: int, *, ask: bool = False) -> Any:  # noqa: ANN401 - the bus's own Outgoing
             return bus.outgoing(can_id(self.node, command) | (REMOTE if ask and self._remote else 0), length)
 
-        self._torque = _frame(SET_INPUT_TORQUE, 4)
-        self._state = _frame(SET_AXIS_STATE, 4)
-        self._mode = _frame(SET_CONTROLLER_MODE, 8)
-        TWO_WORDS.pack_into(self._mode.buffer, self._mode.offset, TORQUE_CONTROL, PASS_THROUGH)
-        self._clear = _frame(CLEAR_ERRORS, 1)
-        self._ask_encoder, self._ask_iq = (_frame(c, 0, ask=True) for c in (GET_ENCODER, GET_IQ))
-        self._ask_address, self._ask_version = (_frame(c, 0, ask=True) for c in (ADDRESS, GET_VERSION))
+        self._torque = _frame(codec.SET_INPUT_TORQUE, 4)
+        self._state = _frame(codec.SET_AXIS_STATE, 4)
+        self._mode = _frame(codec.SET_CONTROLLER_MODE, 8)
+        TWO_WORDS.pack_into(self._mode.buffer, self._mode.offset, codec.TORQUE_CONTROL, codec.PASS_THROUGH)
+        self._clear = _frame(codec.CLEAR_ERRORS, 1)
+        self._ask_encoder, self._ask_iq = (_frame(c, 0, ask=True) for c in (codec.GET_ENCODER, codec.GET_IQ))
+        self._ask_address, self._ask_version = (
+            _frame(c, 0, ask=True) for c in (codec.ADDRESS, codec.GET_VERSION)
+        )
 
     def _request_state(self, bus: Bus, state: int) -> None:
         WORD.pack_into(self._state.buffer, self._state.offset, state)

@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
-from hw.can import cia402, load, moteus, odrive
+from hw.can import cia402, load, moteus_codec, odrive_codec
 from hw.can.load import Load, Traffic
 from hw.option_tables import Table, number
 from hw.outside import whole
@@ -141,11 +141,13 @@ class OdriveOptions(DriveOptions):
 
     def frames(self, rate_hz: float) -> list[Traffic]:
         """See BusUser."""
-        return odrive.traffic(self.model_dump(), rate_hz)
+        return odrive_codec.traffic(self.model_dump(), rate_hz)
 
     def identifiers(self) -> frozenset[int]:
         """See BusUser."""
-        return frozenset(odrive.can_id(axis.node, command) for axis in self.axis for command in range(32))
+        return frozenset(
+            odrive_codec.can_id(axis.node, command) for axis in self.axis for command in range(32)
+        )
 
     @model_validator(mode="after")
     def _classic(self) -> Self:
@@ -184,13 +186,13 @@ class MoteusOptions(DriveOptions):
 
     def frames(self, rate_hz: float) -> list[Traffic]:
         """See BusUser."""
-        return moteus.traffic(self.model_dump(), rate_hz)
+        return moteus_codec.traffic(self.model_dump(), rate_hz)
 
     def identifiers(self) -> frozenset[int]:
         """See BusUser."""
         nodes = [axis.node for axis in self.axis]
-        replies = {one for node in nodes for one in moteus.reply_ids(node, self.source)}
-        return frozenset(replies | {moteus.command_id(node, self.source) for node in nodes})
+        replies = {one for node in nodes for one in moteus_codec.reply_ids(node, self.source)}
+        return frozenset(replies | {moteus_codec.command_id(node, self.source) for node in nodes})
 
     @model_validator(mode="after")
     def _consistent(self, info: ValidationInfo) -> Self:

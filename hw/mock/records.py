@@ -44,7 +44,7 @@ class Hand(IntEnum):
 
 
 @cache
-def params_dtype(n_axes: int) -> np.dtype[np.void]:
+def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one table of fields
     """Parameters of a simulated rig of `n_axes` axes."""
     axis = (n_axes,)
     return np.dtype(

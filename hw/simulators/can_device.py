@@ -20,7 +20,8 @@ from hw.can.adapter import python_can
 from hw.can.bus import EXTENDED, REMOTE
 from hw.interface import Rig
 from hw.simulators.can_board import BoardSim
-from hw.simulators.can_drives import Cia402Sim, MoteusSim, OdriveSim, SimDrive
+from hw.simulators.can_cia402 import Cia402Sim
+from hw.simulators.can_drives import MoteusSim, OdriveSim, SimDrive
 from hw.simulators.can_mapped_devices import MitSim, OptoForceSim, VescSim
 from hw.simulators.can_plant import Inertia, MockRig, Plant
 

@@ -3,6 +3,7 @@
 Each rig follows from `(seed, index)` alone, so that one of a million can be made again. The coupling is
 drawn inside its proven region; everything the law is told about the device is true within stated bounds.
 """
+# longer than 300 lines: one rig is drawn in one order; a draw that moves makes every rig of every seed another one
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from hw import registry
 from hw.interface import Joint
-from hw.rig import Member
+from hw.member import Member
 from hw.rig_words import subset
 from rtctl.check.measured_timing import AxisTiming
 from rtctl.control.stability import Between

@@ -9,6 +9,7 @@ import numpy as np
 
 from hw import registry
 from rtctl.check import lateness, stability_report
+from rtctl.check.axis_plan import fill_axis, fill_force_feedback
 from rtctl.control import stability
 from rtctl.control.compensation_limit import ungated_cap
 from rtctl.control.delay_cover import delay_covered_ticks
@@ -17,9 +18,8 @@ from rtctl.control.environments.table import PARAMETERS, Environment
 from rtctl.control.gate import WINDOW_S
 from rtctl.control.records import HELD, new_records
 from rtctl.control.resting import REST_HZ
-from rtctl.control.stability_watch import FLOOR_SHARE
-from rtctl.control.velocity import kalman_gains, lowpass_alpha
-from rtctl.control.vocabulary import DeviceVelocity, Display, PlaceUse, Policy, VelocityMethod
+from rtctl.control.velocity import lowpass_alpha
+from rtctl.control.vocabulary import Display, PlaceUse, Policy
 from rtctl.friction import artefact
 from rtctl.friction.adaptation import follows, largest_feedforward
 from rtctl.friction.guarantee import guarantee
@@ -42,9 +42,6 @@ SEEN_HZ = 5.0
 """Low-pass of the friction seen in sliding: longer than a gear's ripple, shorter than a stroke."""
 SEEN_FACTOR = 1.5
 """Friction seen is believed up to so many times the learned peak."""
-ARMING_TRAVEL_SHARE = 0.25
-OFFSET_SHARE = 0.1
-"""Share of the torque limit that the force may be off in power, unless the rig file says otherwise."""
 RESOLUTION_SHARE = 0.01
 """Share of a force sensor's range that its coarsest step may be, likewise."""
 PLACE_LENGTH = 0.5
@@ -87,7 +84,7 @@ def build(loaded: LoadedConfig) -> Plan:
         if "current" in member.channels and registry.lookup(member.kind).follows:
             params[0]["follow_kind"][list(member.axes)] = 1
     for a, axis in enumerate(config.axis):
-        _fill_axis(params[0], a, axis, config.period_s)
+        fill_axis(params[0], a, axis, config.period_s)
         between = lateness.of_axis(loaded, a).between
         params[0]["follow_delay_ticks"][a] = min(
             math.ceil(stability.late_ticks(between, config.period_s)), HELD - 1
@@ -95,7 +92,7 @@ def build(loaded: LoadedConfig) -> Plan:
         params[0]["actuator_delay_ticks"][a] = round(
             between.delay + stability.lag_ticks(between.lag_hz, config.period_s)
         )
-        _fill_force_feedback(params[0], a, axis, config.period_s, between)
+        fill_force_feedback(params[0], a, axis, config.period_s, between)
         _fill_command(command[0], a, axis)
         learned = _load_model(loaded, axis)
         most, factor = largest_feedforward(axis, learned, config.period_s)
@@ -175,80 +172,6 @@ def fill_force_sensor(p: np.void, config: Config, *, present: bool = True) -> No
     p["tip_center_m"] = sensor.tip_center_m
 
 
-def _fill_arming(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
-    """Bound of the motion in ARMING, and a test torque that moves even a joint without friction far less."""
-    part_s = float(p["arming_ticks"]) * period_s
-    travel_rad = ARMING_TRAVEL_SHARE * axis.velocity_limit_rad_s * 4 * part_s
-    gentle_nm = axis.inertia_kgm2 * travel_rad / (4 * part_s**2)  # a t^2 is the way of +tau then -tau
-    p["arming_travel_rad"][a] = travel_rad
-    p["arming_torque_nm"][a] = min(axis.arming_share * axis.torque_limit_nm, gentle_nm)
-
-
-def _fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
-    for name in (
-        "inertia_kgm2",
-        "viscous_nms_rad",
-        "gear_efficiency",
-        "torque_constant_nm_a",
-        "lever_m",
-        "axis_direction",
-        "position_min_rad",
-        "position_max_rad",
-        "current_limit_a",
-        "torque_limit_nm",
-        "velocity_limit_rad_s",
-    ):
-        p[name][a] = getattr(axis, name)
-    p["gear_ratio"][a] = axis.motor_ratio
-    p["axis_direction"][a] /= math.hypot(*axis.axis_direction) or 1.0
-    _fill_arming(p, a, axis, period_s)
-    p["torque_continuous_nm"][a] = axis.torque_continuous_nm or axis.torque_limit_nm
-    p["temperature_kind"][a] = axis.temperature.sensor
-    p["temperature_warn_c"][a] = axis.temperature.warn_c
-    p["temperature_trip_c"][a] = axis.temperature.trip_c
-    count_rad = 2 * math.pi / axis.counts_of_turn
-    p["count_rad"][a] = count_rad
-    p["torque_rate_nm"][a] = axis.torque_rate_nm_s * period_s
-    p["force_limit_n"][a] = axis.force.limit_n
-    p["force_offset_limit_nm"][a] = axis.force.offset_nm or OFFSET_SHARE * axis.torque_limit_nm
-    p["current_gain_error"][a] = axis.drive.current_gain_error
-    p["current_offset_nm"][a] = axis.drive.current_offset_share * axis.torque_limit_nm
-    p["velocity_method"][a] = VelocityMethod[axis.velocity.method.upper()]
-    p["velocity_window_ticks"][a] = axis.velocity.window
-    p["velocity_band_rad"][a] = axis.velocity.band_counts * count_rad
-    p["velocity_alpha"][a] = lowpass_alpha(axis.velocity.cutoff_hz, period_s)
-    gain_position, gain_velocity = kalman_gains(count_rad, axis.velocity.cutoff_hz, period_s)
-    p["kalman_gain_position"][a], p["kalman_gain_velocity"][a] = gain_position, gain_velocity
-    p["device_velocity_kind"][a] = DeviceVelocity[axis.velocity.device.upper()]
-    p["device_tolerance_rad_s"][a] = axis.velocity.device_tolerance_rad_s or 0.1 * axis.velocity_limit_rad_s
-    p["force_alpha"][a] = lowpass_alpha(axis.force.lowpass_hz, period_s) if axis.force.lowpass_hz else 1.0
-    p["tare_ticks"][a] = round(axis.force.tare_s / period_s)
-    p["coupling_stiffness_nm_rad"][a] = axis.coupling.stiffness_nm_rad
-    p["coupling_damping_nms_rad"][a] = axis.coupling.damping_nms_rad
-    p["injected_damping_max_nms_rad"][a] = axis.viscous_nms_rad
-    if axis.may_show("admittance"):
-        _fill_admittance(p, a, axis, period_s)
-    p["hold_damping_nms_rad"][a] = axis.viscous_nms_rad
-
-
-def _fill_admittance(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
-    """Parameters of the virtual mass and of the servo that has the joint follow it."""
-    shown = axis.admittance
-    p["display_kind"][a], p["display_change"][a] = Display[axis.display.upper()], axis.display_change
-    p["mass_kgm2"][a], p["mass_damping_nms_rad"][a] = shown.mass_kgm2, shown.damping_nms_rad
-    p["mass_max_kgm2"][a] = shown.mass_max_kgm2 or shown.mass_kgm2
-    p["mass_damping_max_nms_rad"][a] = shown.damping_max_nms_rad or shown.damping_nms_rad
-    p["mass_compensation"][a] = shown.compensation_share
-    p["mass_forward"][a] = shown.sent_ahead(axis.inertia_kgm2)
-    p["mass_forward_alpha"][a] = lowpass_alpha(shown.feedforward_lowpass_hz, period_s)
-    p["mass_force_alpha"][a] = lowpass_alpha(shown.force_lowpass_hz, period_s)
-    p["mass_force_deadband_nm"][a] = shown.force_deadband_nm
-    p["servo_velocity_gain_nms_rad"][a] = shown.velocity_gain_nms_rad
-    p["servo_position_gain_nm_rad"][a] = shown.position_gain_nm_rad
-    p["watch_floor_nm"][a] = FLOOR_SHARE * axis.torque_limit_nm
-    p["servo_velocity_alpha"][a] = lowpass_alpha(shown.velocity_lowpass_hz, period_s)
-
-
 def _let_go(p: np.void) -> None:
     """A recording answers no torque: delays are not watched, an observer has nothing to see, and nobody can be shaken."""
     p["force_answers"] = 0
@@ -272,22 +195,6 @@ def _fill_proof(p: np.void, loaded: LoadedConfig) -> None:
         p["declared_delay_s"][a] = declared * period_s
         # a current that is held as long as its samples seems to come later by up to their age
         p["proof_delay_s"][a] = max(covered, declared + age_ticks, SHORTEST_PROOF_TICKS) * period_s
-
-
-def _fill_force_feedback(
-    p: np.void, a: int, axis: AxisTable, period_s: float, between: stability.Between
-) -> None:
-    """Parameters of the local force feedback: what the coupling needs of the device is not spent twice."""
-    feedback, coupling = axis.force_feedback, axis.coupling
-    k_c, b_c, count_rad = coupling.stiffness_nm_rad, coupling.damping_nms_rad, float(p["count_rad"][a])
-    p["force_feedback_gain"][a] = feedback.gain
-    p["force_feedback_alpha"][a] = lowpass_alpha(feedback.lowpass_hz, period_s)
-    p["force_feedback_deadband_nm"][a] = feedback.deadband_nm
-    p["force_feedback_cap_nm"][a] = feedback.cap_share * axis.torque_limit_nm
-    p["force_feedback_share"][a] = feedback.share
-    needed = stability.damping_needed_between(k_c, b_c, period_s, between)
-    p["force_feedback_damping_nms_rad"][a] = max(0.0, axis.viscous_nms_rad - needed)
-    p["force_feedback_reserve_nm"][a] = k_c * count_rad / 2 + b_c * count_rad / period_s
 
 
 def _fill_command(c: np.void, a: int, axis: AxisTable) -> None:

@@ -202,7 +202,7 @@ def _uncancelled(b: float, joint: Joint) -> float:
     return joint.motor_share * b + (link * own / (link + own) if link > 0 and own > 0 else 0.0)
 
 
-def _figures(
+def _figures(  # longer than 50 lines: one figure a line
     loaded: LoadedConfig,
     index: int,
     late: Lateness,

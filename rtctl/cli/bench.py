@@ -158,25 +158,14 @@ def measurements(
     *, quick: bool, minutes: float | None, rig_seconds: float, loads: tuple[str, ...], picture: Path | None
 ) -> dict[str, Callable[[], list[Row]]]:
     """What measures each group; nothing is measured yet."""
+    wakeups = {"wakeup": lambda: _wakeup(quick=quick, minutes=minutes, loads=loads, picture=picture)}
+    return _without_clock(quick, minutes) | _with_clock(quick, minutes, rig_seconds) | wakeups
+
+
+def _without_clock(quick: bool, minutes: float | None) -> dict[str, Callable[[], list[Row]]]:
+    """Groups that compute and simulate."""
     from rtctl.simulation.demo import shipped_config
-    from tests.bench import (
-        attacks,
-        blame,
-        deaths,
-        drift,
-        feel,
-        flood,
-        io,
-        ladder,
-        loop,
-        recording,
-        safety,
-        scheduler,
-        soak,
-        streams,
-        view,
-        virtual,
-    )
+    from tests.bench import drift, feel, ladder, safety, virtual
     from tests.bench import friction_evaluation as friction
 
     mock = shipped_config("mock.toml")
@@ -191,20 +180,42 @@ def measurements(
             *virtual.torque_rows(shipped_config("mock-triangle.toml"), "slow triangle", 36.0),
             *virtual.kick_rows(mock),
         ],
+        "ladder": lambda: ladder.rows(mock, quick=quick),
+        "drift": lambda: drift.rows(mock, minutes or 600.0, lambda text: click.echo(text, err=True)),
+    }
+
+
+def _with_clock(quick: bool, minutes: float | None, rig_seconds: float) -> dict[str, Callable[[], list[Row]]]:
+    """Groups that run daemons, devices and loads of this machine."""
+    from rtctl.simulation.demo import shipped_config
+    from tests.bench import (
+        attacks,
+        blame,
+        deaths,
+        flood,
+        io,
+        loop,
+        recording,
+        scheduler,
+        soak,
+        streams,
+        view,
+    )
+
+    mock = shipped_config("mock.toml")
+    short = 0.2 if quick else 1.0
+    return {
         "start": lambda: loop.start_rows(mock, 1 if quick else 5),
         "cycle": lambda: loop.cycle_rows(mock, 1 if quick else 4, 10 * short),
         "flood": lambda: flood.rows(mock, 10 * short, 1 if quick else 2),
         "attacks": lambda: attacks.rows(mock, 1 if quick else 5),
         "soak": lambda: soak.rows(mock, minutes or 60.0, lambda text: click.echo(text, err=True)),
         "blame": lambda: blame.rows(mock, 6 if quick else 40),
-        "ladder": lambda: ladder.rows(mock, quick=quick),
-        "drift": lambda: drift.rows(mock, minutes or 600.0, lambda text: click.echo(text, err=True)),
         "io": lambda: io.rows(short, rig_seconds),
         "view": lambda: view.rows(mock, 30 * short, 3 if quick else 10),
         "deaths": lambda: deaths.rows(
             shipped_config("serial.toml"), mock, 5 if quick else 100, lambda text: click.echo(text, err=True)
         ),
-        "wakeup": lambda: _wakeup(quick=quick, minutes=minutes, loads=loads, picture=picture),
         "scheduler": lambda: [
             *scheduler.rows(1000.0, 10 * short, 80, 3),
             *scheduler.rows(4000.0, 10 * short, 80, 3),

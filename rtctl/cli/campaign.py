@@ -151,17 +151,17 @@ def _still(
     *,
     as_json: bool,
 ) -> None:
-    from rtctl.campaign import still
+    from rtctl.campaign import still, still_cases
     from rtctl.control.vocabulary import Policy
 
     for name in policies:
         if name.upper() not in Policy.__members__:
             known = ", ".join(policy.name.lower() for policy in Policy)
             raise click.BadParameter(f"no policy {name!r}; there are: {known}", param_hint="--policy")
-    order = still.Order(seed, cases, hold_s, policies or still.POLICIES)
+    order = still.Order(seed, cases, hold_s, policies or still_cases.POLICIES)
     if index is not None:
         found = still.Findings()
-        found.add([still.run_case(still.drawn(seed, index, order.policies), hold_s)], hold_s)
+        found.add([still.run_case(still_cases.drawn(seed, index, order.policies), hold_s)], hold_s)
     else:
         with click.progressbar(
             length=cases, label="hands", file=sys.stderr, hidden=as_json or not sys.stderr.isatty()

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from hw.motion import named
-from rtctl.cli import fit_checks, fit_places, fit_points, fit_table
+from rtctl.cli import fit_checks, fit_learning, fit_places, fit_points, fit_told
 from rtctl.cli.columns import text_of
-from rtctl.cli.json_text import json_text
-from rtctl.cli.outputs import OutputFile, OutputFolder, errors_in_units_of, in_units_of
+from rtctl.cli.outputs import OutputFile, OutputFolder, errors_in_units_of
 from rtctl.friction.kinds.table import KERNELS
 
 if TYPE_CHECKING:
-    from rtctl.friction.learn.ladder import Ladder
     from rtctl.friction.logs.other_programs import Average
+    from rtctl.friction.model import FrictionModel
+    from rtctl.friction.points.measured import FrictionPoints
 
 _File = click.Path(dir_okay=False, path_type=Path)
 _POSITIVE = click.FloatRange(min=0, min_open=True, max=1e9)
@@ -146,7 +145,7 @@ _POSITIVE = click.FloatRange(min=0, min_open=True, max=1e9)
 )
 @click.option("--config", type=_File, help="rig file, for plausible units and the recommended gain and cap")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object with every figure, for scripts")
-def command(  # longer than 50 lines: an option is a parameter, and the steps are in order of the work
+def command(
     points: tuple[Path, ...],
     *,
     columns: tuple[str, ...],
@@ -193,20 +192,16 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
     break-away points at zero velocity optionally direction (+1 or -1). At least 8 points per direction.
     Files of other programs, several too: --column velocity=NAME:UNIT --column torque=NAME:UNIT:SCALE, and --average.
     """
-    from rtctl.cli import fit_advice, fit_judge, fit_report, ladder_report
+    from rtctl.cli import fit_judge, fit_report
     from rtctl.friction import artefact
-    from rtctl.friction.learn import beside_speed, fit, grids, hold_out
-    from rtctl.friction.learn.ladder import Options
-    from rtctl.friction.learn.point_evidence import with_evidence
-    from rtctl.friction.report import beside_speed as report_beside
-    from rtctl.friction.timing import evaluation_ns
+    from rtctl.friction.learn import beside_speed, grids, hold_out
 
+    read = partial(fit_points.read, points, columns, map_file, average, text_of(delimiter, decimal), lead_m)
     if judged is not None:
         fit_judge.require_alone(click.get_current_context())
         if sweep is not None:
             fit_places.tell_shift(judged, sweep, err=as_json)
-        measured = fit_points.read(points, columns, map_file, average, text_of(delimiter, decimal), lead_m)
-        fit_judge.run(judged, measured, as_json=as_json)
+        fit_judge.run(judged, read(), as_json=as_json)
         return
     if out is None:
         raise click.UsageError("Missing option '--out'.")
@@ -214,7 +209,7 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
     asked = climb or kernel != "all" or tolerance is not None or max_support_vectors is not None
     strategy = _strategy(search, asked=asked, fixed=fixed, reported=report_dir is not None)
     plan = fit_report.prepare(report_dir, test_points, config, rig)
-    measured = fit_points.read(points, columns, map_file, average, text_of(delimiter, decimal), lead_m)
+    measured = read()
     fit_report.require_plausible(plan, measured)
     measured = fit_points.without_outliers(measured, keep=keep_outliers)
     families = grids.families_of(kernel, measured.motion)
@@ -222,87 +217,40 @@ def command(  # longer than 50 lines: an option is a parameter, and the steps ar
         fit_checks.require_of_linear(families, kernel, strategy if search else None)
         strategy = "halving" if strategy == "none" else strategy
     folds = hold_out.way_for(measured, held_out)
-    tolerance_share = grids.RESOLUTION_SHARE if tolerance is None else tolerance / 100
-    ladder: Ladder | None = None
-    if strategy == "none":
-        model = fit.fit_points(
-            measured,
-            rig=rig,
-            c=c,
-            epsilon_nm=epsilon_nm or fit.EPSILON_NM,
-            fade_rad_s=fade_rad_s,
-            folds=folds,
-        )
-    else:
-        wanted = Options(
-            families=families,
-            strategy=strategy,
-            symmetric=symmetric,
-            backend=backend,
-            n_jobs=jobs or -1,
-            folds=folds,
-            tolerance_share=tolerance_share,
-            max_support_vectors=max_support_vectors,
-        )
-        with errors_in_units_of(measured.motion):
-            ladder, model = ladder_report.climb(measured, wanted, rig, fade_rad_s)
-    with errors_in_units_of(measured.motion):
-        model, over_turn, turn_body = fit_places.learn(
-            model,
-            places,
-            sweep,
-            turn or fit_places.turn_of(measured.motion, lead_m, plan.loaded),
-            ripple_turn,
-        )
-    low, high = temperature or measured.temperature_range_c or (None, None)
-    model = replace(
-        model, temperature_min_c=low, temperature_max_c=high, evaluation_ns=evaluation_ns(model.record())
-    )
-    model = with_evidence(model, measured, presliding_rad, plan.test)
-    artefact.save(model, out)
-    beside = beside_speed.judge(model, measured, folds)
-    if plot is not None:
-        from rtctl.friction.report import figure
-
-        figure.draw(model, measured, plot)
-    options = {
+    equal = grids.RESOLUTION_SHARE if tolerance is None else tolerance / 100
+    options: dict[str, Any] = {
         "search": strategy,
         "kernel": kernel,
         "symmetric": symmetric,
         "folds": held_out,
-        "tolerance_share": tolerance_share,
+    }
+    options |= {
+        "tolerance_share": equal,
         "max_support_vectors": max_support_vectors,
         "C": c,
         "epsilon_nm": epsilon_nm,
     }
+    searched = {"families": families, "backend": backend, "n_jobs": jobs or -1, "folds": folds}
+    with errors_in_units_of(measured.motion):
+        ladder, model = fit_learning.curves(measured, rig, fade_rad_s, options, searched)
+        turn = turn or fit_places.turn_of(measured.motion, lead_m, plan.loaded)
+        model, over_turn, turn_body = fit_places.learn(model, places, sweep, turn, ripple_turn)
+    model = fit_learning.with_what_is_known(model, measured, temperature, presliding_rad, plan.test)
+    artefact.save(model, out)
+    beside = beside_speed.judge(model, measured, folds)
+    _draw(plot, model, measured)
     page = fit_report.write(plan, measured, model, ladder, options, folds)
-    rows = fit_table.rows(model)
-    if as_json:
-        body: dict[str, Any] = {"model": str(out), "rig": model.rig, "data_sha256": model.data_sha256}
-        body |= {"presliding": fit_advice.presliding_body(model)}
-        body |= {"directions": rows, "kind": model.kind, "evaluation_ns": model.evaluation_ns, "folds": folds}
-        body |= {"left_out": fit_points.left_out_rows(measured)}
-        body |= fit_advice.body(model, plan.loaded, out)
-        body |= {"report": str(page)} if page else {}
-        body |= turn_body | {"motion": measured.motion}
-        body |= report_beside.body(*beside)
-        if ladder is not None:
-            body |= ladder_report.body(ladder)
-        click.echo(json_text(named(body, measured.motion), indent=2))
-        return
-    with in_units_of(measured.motion):
-        if ladder is not None:
-            ladder_report.show(ladder)
-        fit_table.show(model.kind, rows, measured.motion)
-        click.echo(f"presliding length: {fit_advice.presliding_text(model)}")
-        click.echo(fit_table.band_text(model))
-        click.echo(f"\n{hold_out.describe(measured, folds)}")
-        click.echo("\n".join(["", *over_turn])) if over_turn else None
-        click.echo("\n".join(["", *report_beside.sentences(*beside)]))
-        fit_advice.show(model, plan.loaded, out)
-        click.echo(
-            f"\nmodel: {out}" + (f"\nplot:  {plot}" if plot else "") + (f"\nreport: {page}" if page else "")
-        )
+    learned = fit_told.Learned(
+        model, measured, ladder, folds, over_turn, turn_body, beside, plan.loaded, out, plot, page
+    )
+    fit_told.tell_json(learned) if as_json else fit_told.tell(learned)
+
+
+def _draw(plot: Path | None, model: FrictionModel, measured: FrictionPoints) -> None:
+    if plot is not None:
+        from rtctl.friction.report import figure
+
+        figure.draw(model, measured, plot)
 
 
 def _strategy(search: str | None, *, asked: bool, fixed: bool, reported: bool) -> str:

@@ -86,7 +86,7 @@ SPEED_MIN_RAD_S = 0.03
 @click.option("--keep-offset", is_flag=True, help="leave the offset in the friction samples")
 @click.option("--out", type=OutputFolder(), help="folder for points.csv and regression.json")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout")
-def command(
+def command(  # longer than 50 lines: the steps are in order of the work
     logs: tuple[Path, ...],
     *,
     columns: tuple[str, ...],

@@ -47,7 +47,8 @@ def command(
     """
     from rtctl.errors import DeviceError
     from rtctl.host.access.endpoints import RuntimeDirectory
-    from rtctl.machine.device_readings import actuators, devices, watch
+    from rtctl.machine.actuator_delays import actuators
+    from rtctl.machine.device_readings import devices, watch
     from rtctl.recording.as_columns import register
     from rtctl.recording.state_folder import written_folder
     from rtctl.rig_file.config import load

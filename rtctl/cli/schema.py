@@ -7,7 +7,6 @@ from pathlib import Path
 import click
 
 from rtctl import tick
-from rtctl.cli import generated_documents as documents
 from rtctl.cli.json_text import json_text
 
 
@@ -35,6 +34,8 @@ def command(
     """Print the JSON Schema of the tick record, or of the rig file for an editor."""
     del as_json
     for path in documents_to_fill:
+        from rtctl.cli import generated_documents as documents  # the law's tables: `rtctl --help` needs none
+
         path.write_text(documents.filled(path.read_text()))
     if documents_to_fill:
         return

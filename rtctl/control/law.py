@@ -3,6 +3,7 @@
 Read `step` first: it is the block diagram. Every part is a pure compiled function of the tick, the state
 and the parameters; nothing here knows time, devices or processes.
 """
+# longer than 300 lines: one tick from the sample to the torque, in the order in which it is worked out
 
 from __future__ import annotations
 

@@ -4,6 +4,7 @@ All are one-row structured arrays (the friction model has one row per axis), han
 functions as arrays, whose row 0 is the record. Lengths that follow the rig are sub-array shapes, so
 one rig size is one compiled version.
 """
+# longer than 300 lines: the law's memory: three tables of fields, each with what it is for
 
 from __future__ import annotations
 
@@ -73,8 +74,8 @@ def _record(
 
 
 @cache
-def params_dtype(n_axes: int) -> np.dtype[np.void]:
-    """Parameters: fixed while the loop runs. Long, for it is one table of fields."""
+def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one table of fields
+    """Parameters: fixed while the loop runs."""
     return _record(
         {
             "period_s": "<f8",
@@ -231,8 +232,8 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:
 
 
 @cache
-def state_dtype(n_axes: int) -> np.dtype[np.void]:
-    """State of the law between two ticks. All zero is the state before the first tick. Long, for it is one table."""
+def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one table of fields
+    """State of the law between two ticks. All zero is the state before the first tick."""
     return _record(
         {
             "ticks": "<i8",  # ticks the law has run
@@ -429,7 +430,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
 
 
 @cache
-def command_dtype(n_axes: int) -> np.dtype[np.void]:
+def command_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one table of fields
     """The newest command: what the host asks of the loop. Counters make edges that cannot be lost.
 
     A rise of `arm_count`, `stop_count`, `reset_count`, `tare_count` is one request; a rise of

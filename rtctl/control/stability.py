@@ -52,7 +52,8 @@ class Between:
 IDEAL = Between()
 
 
-def _require_coupling(k_c: float, b_c: float, T: float, d: float = 0.0, lag_hz: float = 0.0) -> None:
+def require_coupling(k_c: float, b_c: float, T: float, d: float = 0.0, lag_hz: float = 0.0) -> None:
+    """Raise ValueError unless every number is finite and not negative, and the period `T` above 0."""
     for name, value in (("k_c", k_c), ("b_c", b_c), ("d", d), ("lag_hz", lag_hz)):
         if not (math.isfinite(value) and value >= 0):
             msg = f"{name} must be finite and not negative, not {value}"
@@ -93,7 +94,7 @@ def damping_needed_sampled_data(
     with the closed forms ``b_c + k_c T/2`` for d = 0 (Colgate and Brown's wall) and a parabola in cos^2 theta for
     d = 1. Swept values are up to some 1e-5 too large, never too small.
     """
-    _require_coupling(k_c, b_c, T, d, lag_hz)
+    require_coupling(k_c, b_c, T, d, lag_hz)
     K = k_c * T / 2
     B = b_c + K
     if B == 0:
@@ -169,7 +170,7 @@ def damping_needed_adams_hannaford(k_c: float, b_c: float, T: float) -> float:
     docs/theory.md 2.2: ``2 b B >= max over c in [0,1] of B^2 c (1-c) + K^2 c^3/(1+c)``. The maximum lies
     at c = 1 if ``K^2 >= 0.8 B^2``, else at the root of ``2 c^3 + 3 c^2 = B^2/(B^2 - K^2)``.
     """
-    _require_coupling(k_c, b_c, T)
+    require_coupling(k_c, b_c, T)
     K = k_c * T / 2
     B = b_c + K
     if B == 0:
@@ -219,7 +220,7 @@ def k_max_sampled_data(b: float, b_c: float, T: float, d: float = 0.0, lag_hz: f
     The damping needed rises with k_c (the derivatives of K^2/B and of (B^2 - K^2)/B are not negative), so the
     bound is the least of the roots of ``U K^2 + 2 (W b_c - b) K = b_c (2 b - W b_c)`` over all cells.
     """
-    _require_coupling(0.0, b_c, T, d, lag_hz)
+    require_coupling(0.0, b_c, T, d, lag_hz)
     if not b >= b_c:
         return 0.0
     if d == 0 and lag_hz == 0:
@@ -244,7 +245,7 @@ def k_max_sampled_data(b: float, b_c: float, T: float, d: float = 0.0, lag_hz: f
 
 def k_max_between(b: float, b_c: float, T: float, between: Between = IDEAL) -> float:
     """Largest coupling stiffness that `damping_needed_between` passes at this b_c, N m/rad; 0 where none does."""
-    _require_coupling(0.0, b_c, T, between.delay, between.lag_hz)
+    require_coupling(0.0, b_c, T, between.delay, between.lag_hz)
     high = min(k_max_sampled_data(b, b_c, T, d, lag) for d, lag in _cases(T, between))
     if (between.sample_ticks == 1 and between.jitter == 0) or high == 0:
         return high
@@ -253,7 +254,7 @@ def k_max_between(b: float, b_c: float, T: float, between: Between = IDEAL) -> f
 
 def k_max_adams_hannaford(b: float, b_c: float, T: float) -> float:
     """Largest coupling stiffness the papers' Llewellyn test passes at this b_c, N m/rad; 0 without any."""
-    _require_coupling(0.0, b_c, T)
+    require_coupling(0.0, b_c, T)
     if not b >= 0:
         return 0.0
     return _largest_stiffness(
@@ -297,39 +298,3 @@ def coupling_ring(J: float, b: float, k_c: float, b_c: float) -> tuple[float, fl
     if k_c == 0:
         return 0.0, math.inf
     return math.sqrt(k_c / J), (b + b_c) / (2 * math.sqrt(k_c * J))
-
-
-def admittance_mass_min(J: float, b: float, K_v: float, T: float, b_a: float = 0.0) -> float:
-    """Least virtual inertia an admittance display may render, kg m^2.
-
-    Parameters
-    ----------
-    J, b : float
-        Device inertia, kg m^2, and damping, N m s/rad.
-    K_v : float
-        Gain of the inner velocity loop, N m s/rad.
-    b_a : float
-        Virtual damping rendered beside the inertia, N m s/rad.
-
-    Notes
-    -----
-    Dual of the impedance display, docs/theory.md 2.12. With D = b + K_v, g = 2J/T, c and s the cosine and
-    sine of theta, Llewellyn's condition is, for all theta,
-    ``m_a >= T/2 { K_v/(2D) [ (D^2c^2 + g^2)/(sqrt(D^2c^2 + g^2s^2) + D c^2) + g ] - b_a/s^2 }``.
-    For b_a = 0 it binds at theta -> 0: ``T K_v/8 (1 + g/D)^2``.
-    """
-    _require_coupling(K_v, b_a, T)
-    D, g = b + K_v, 2 * J / T
-    if b_a == 0:
-        return T * K_v / 8 * (1 + g / D) ** 2
-
-    def bound(s2: np.ndarray) -> np.ndarray:
-        c2 = 1 - s2
-        root = np.sqrt(D * D * c2 + g * g * s2)
-        bracket = (D * D * c2 + g * g) / (root + D * c2) + g
-        return T / 2 * (K_v / (2 * D) * bracket - b_a / s2)
-
-    grid = np.geomspace(1e-10, 1.0, 20001)
-    best = int(np.argmax(bound(grid)))
-    fine = np.linspace(grid[max(best - 1, 0)], grid[min(best + 1, grid.size - 1)], 20001)
-    return max(0.0, float(np.max(bound(fine))))

@@ -200,33 +200,61 @@ def _outcome(
     pictures: list[Picture],
     ways: dict[str, dict[str, Way]],
 ) -> Outcome:
+    shown: list[Table | Picture] = [*pictures, _bars(found)]
+    tables = [_table(order, motion, found[motion.name]) for motion in MOTIONS]
+    return Outcome(
+        "free-motion",
+        TITLE,
+        _sentence(found, ways),
+        (
+            Part("The same hand, three controllers", shown=tuple(shown)),
+            Part("The same hand or the same path", shown=(same_path.table(ways),)),
+            Part("Every controller", (_explanation(),), tuple(tables)),
+            Part("Without a hand", shown=(_hands_off(released),)),
+        ),
+        _targets(found, released),
+        _numbers(found, released, ways),
+    )
+
+
+def _sentence(found: dict[str, Measured], ways: dict[str, dict[str, Way]]) -> str:
+    """What came out, in one sentence for each question."""
     fast, slow = (reductions(found[motion.name], "hand_rms_nm") for motion in MOTIONS)
-    key = (
+    return (
         f"Moving the joint freely costs the hand {fast[ON.name].text(100, '.1f')} % (fast sine) and "
         f"{slow[ON.name].text(100, '.1f')} % (slow triangle) less torque with the friction compensation than without, when it "
         f"wishes the same; with the learned feed-forward alone {fast[ALONE.name].text(100, '.1f')} % and "
         f"{slow[ALONE.name].text(100, '.1f')} %; with local force feedback on top {fast[FEEDBACK.name].text(100, '.1f')} % and "
         f"{slow[FEEDBACK.name].text(100, '.1f')} %. {_paths(ways)}"
     )
+
+
+def _bars(found: dict[str, Measured]) -> Picture:
+    """What each controller saves of the hand's torque."""
     bars = {motion.name: reductions(found[motion.name], "hand_rms_nm") for motion in MOTIONS}
     bars = {name: {v: e for v, e in one.items() if v != OFF.name} for name, one in bars.items()}
-    shown: list[Table | Picture] = [*pictures]
-    shown.append(
-        Picture(
-            "free_motion_reduction",
-            "Reduction of the RMS torque of the hand against no compensation, %, with 95 % confidence intervals.",
-            figures.bars(bars, "reduction [%]", scale=100),
-        )
+    return Picture(
+        "free_motion_reduction",
+        "Reduction of the RMS torque of the hand against no compensation, %, with 95 % confidence intervals.",
+        figures.bars(bars, "reduction [%]", scale=100),
     )
-    tables = [_table(order, motion, found[motion.name]) for motion in MOTIONS]
-    rows = tuple((name, speed.text(1e3, ".2g")) for name, speed in released.items())
-    hands_off = Table(
+
+
+def _hands_off(released: dict[str, Estimate]) -> Table:
+    """What a joint does that was let go."""
+    return Table(
         "Hands off: RMS speed 1 to 5 s after the hand let go of the joint at full speed, mean over the seeds ± half of the 95 % "
         "confidence interval; above 1 mrad/s it hunts or runs.",
         ("controller", "speed, mrad/s"),
-        rows,
+        tuple((name, speed.text(1e3, ".2g")) for name, speed in released.items()),
     )
-    numbers: dict[str, Any] = {
+
+
+def _numbers(
+    found: dict[str, Measured], released: dict[str, Estimate], ways: dict[str, dict[str, Way]]
+) -> dict[str, Any]:
+    """Every figure, for the JSON file beside the report."""
+    return {
         "motions": {
             name: {
                 variant: {
@@ -242,19 +270,6 @@ def _outcome(
             motion: {name: vars(way) for name, way in of.items()} for motion, of in ways.items()
         },
     }
-    return Outcome(
-        "free-motion",
-        TITLE,
-        key,
-        (
-            Part("The same hand, three controllers", shown=tuple(shown)),
-            Part("The same hand or the same path", shown=(same_path.table(ways),)),
-            Part("Every controller", (_explanation(),), tuple(tables)),
-            Part("Without a hand", shown=(hands_off,)),
-        ),
-        _targets(found, released),
-        numbers,
-    )
 
 
 def _paths(ways: dict[str, dict[str, Way]]) -> str:

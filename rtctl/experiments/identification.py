@@ -22,9 +22,10 @@ from rtctl.friction.points.measured import FrictionPoints
 from rtctl.friction.report import evidence as report_evidence
 from rtctl.friction.report import tables as report_tables
 from rtctl.friction.report.tables import Table
+from rtctl.identify.bias import Bias
 from rtctl.identify.measurement_order import Known, Task
 from rtctl.identify.place_rows import Row
-from rtctl.identify.session import Bias, Point, identify
+from rtctl.identify.session import Point, identify
 from rtctl.identify.settings import Settings, rig_of, without_feedforward
 from rtctl.identify.simulated import drive
 from rtctl.identify.tick_readings import Measurement

@@ -22,10 +22,11 @@ from rtctl.experiments.order import Order
 from rtctl.experiments.positioning import CONTROLLERS, Case, Experiment, Followed, Found, Judge, gains_of
 from rtctl.experiments.report import Outcome
 from rtctl.host.supervisor import Host
+from rtctl.identify.bias import read_bias
 from rtctl.identify.motion import HandSeen, Motion, Steps
 from rtctl.identify.motion import Order as Wish
 from rtctl.identify.observer import Identifier
-from rtctl.identify.session import arm, read_bias
+from rtctl.identify.session import arm
 from rtctl.identify.settings import Rig, Settings, rig_of, without_feedforward
 from rtctl.rig_file.config import LoadedConfig
 

@@ -18,10 +18,16 @@ import numpy as np
 from pydantic import ValidationError
 
 from hw.motion import unit
-from hw.outside import read_bounded, require_sane, shown
+from hw.outside import read_bounded, require_sane
 from hw.plain_words import explain, written
-from rtctl.errors import ModelError
 from rtctl.friction import band_document, place_document
+from rtctl.friction.artefact_checks import (
+    DERIVED,
+    check_branch,
+    check_compiled,
+    check_whole,
+    refuse,
+)
 from rtctl.friction.document import (
     FORMAT,
     SCHEMA,
@@ -30,9 +36,7 @@ from rtctl.friction.document import (
     checksum,
     render,
 )
-from rtctl.friction.kinds.compile import TOLERANCE_SHARE, sampled_error
 from rtctl.friction.kinds.cubic import PiecewiseCubic
-from rtctl.friction.kinds.table import KINDS
 from rtctl.friction.model import Branch, FrictionModel
 from rtctl.rig_file.generated_document import ENDINGS
 from rtctl.rig_file.tiny_numbers import LEAST_COMPUTED, too_small
@@ -42,7 +46,6 @@ __all__ = ["Branch", "FrictionModel", "load", "require_rig", "save"]
 MAX_BYTES = 4_000_000
 """Largest file read: 1024 segments per branch at full precision need a tenth of it."""
 
-_REMEDY = "fit the model again (rtctl fit) or restore the file from its source"
 
 _SCALARS = (
     "n_points",
@@ -66,15 +69,6 @@ _SCALARS = (
 
 UNITS = {ending: unit(ENDINGS[ending], "linear") for ending in ("rad", "rad_s", "nm", "nm_rad", "nms_rad")}
 """Which unit an ending of a key means in a model of a linear axis."""
-
-_DERIVED = {
-    "compile_bound_nm": "rounding_bound_nm",
-    "friction_lower_nm": "friction_lower_nm",
-    "secant_damping_nms_rad": "secant_damping_nms_rad",
-    "slope_damping_nms_rad": "slope_damping_nms_rad",
-}
-"""Key of the file -> property of the branch it must equal."""
-
 _WHOLE = (
     "temperature_min_c",
     "temperature_max_c",
@@ -84,10 +78,6 @@ _WHOLE = (
     "presliding_spread_rad",
     "presliding_ramps",
 )
-
-
-def _refuse(path: Path, key: str, what: str, remedy: str = _REMEDY) -> NoReturn:
-    raise ModelError(f"{path}: {shown(key)}: {shown(what, 500)}; {remedy}")
 
 
 def save(model: FrictionModel, path: str | Path) -> None:
@@ -104,7 +94,7 @@ def save(model: FrictionModel, path: str | Path) -> None:
         document["sha256"] = checksum(document)
         text = render(document)
     except ValueError as error:
-        _refuse(path, "(file)", "the model holds a number that is not finite", f"not written ({error})")
+        refuse(path, "(file)", "the model holds a number that is not finite", f"not written ({error})")
     _verified(path, text.encode())
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
@@ -120,7 +110,7 @@ def save(model: FrictionModel, path: str | Path) -> None:
             os.close(folder)
     except OSError as error:
         temporary.unlink(missing_ok=True)
-        _refuse(path, "(file)", f"cannot write: {error.strerror}", "choose a folder you may write to")
+        refuse(path, "(file)", f"cannot write: {error.strerror}", "choose a folder you may write to")
 
 
 def load(path: str | Path) -> FrictionModel:
@@ -135,7 +125,7 @@ def load(path: str | Path) -> FrictionModel:
     try:
         raw = read_bounded(path, MAX_BYTES)
     except OSError as error:
-        _refuse(
+        refuse(
             path, "(file)", f"cannot read the model: {error.strerror}", "correct the path, or run rtctl fit"
         )
     return _verified(path, raw)
@@ -145,7 +135,7 @@ def require_rig(model: FrictionModel, rig: str, path: str | Path, motion: str = 
     """Refuse a model that was made for another rig, or for an axis of the other motion (ModelError)."""
     if model.motion != motion:
         remedy = f"identify this axis, or correct its motion in the rig file (now {motion!r})"
-        _refuse(
+        refuse(
             Path(path),
             "motion",
             f"the model was made for a {model.motion} axis, this one is {motion}",
@@ -153,7 +143,7 @@ def require_rig(model: FrictionModel, rig: str, path: str | Path, motion: str = 
         )
     if model.rig != rig:
         remedy = "identify this rig (rtctl fit --rig), or correct [rig] name"
-        _refuse(Path(path), "rig", f"the model was made for rig {model.rig!r}, this is {rig!r}", remedy)
+        refuse(Path(path), "rig", f"the model was made for rig {model.rig!r}, this is {rig!r}", remedy)
 
 
 @lru_cache(maxsize=4)  # a start verifies the same file for its proofs and for the law
@@ -162,34 +152,34 @@ def _verified(path: Path, raw: bytes) -> FrictionModel:
         data = json.loads(raw.decode(), parse_constant=_not_a_number)
         require_sane(data)
     except (ValueError, RecursionError) as error:
-        _refuse(path, "(file)", f"not a model file, or cut short: {error}")
+        refuse(path, "(file)", f"not a model file, or cut short: {error}")
     if not isinstance(data, dict) or data.get("format") != FORMAT:
-        _refuse(path, "format", f"this is not an {FORMAT}")
+        refuse(path, "format", f"this is not an {FORMAT}")
     if data.get("schema") != SCHEMA:
-        _refuse(
+        refuse(
             path,
             "schema",
             f"version {data.get('schema')!r} is not {SCHEMA}",
             "fit it with this rtctl version",
         )
     for key, value in too_small(data, LEAST_COMPUTED):
-        _refuse(path, written(key), f"{value!r} is nearer to 0 than {LEAST_COMPUTED:g}")
+        refuse(path, written(key), f"{value!r} is nearer to 0 than {LEAST_COMPUTED:g}")
     try:
         document = ModelDocument.model_validate(data)
     except ValidationError as error:
         told = explain(error, ModelDocument, data)[0]
-        _refuse(path, told.where, told.text)
+        refuse(path, told.where, told.text)
     if checksum(data) != document.sha256 or render(data).encode() != raw:
-        _refuse(path, "sha256", "the checksum does not match: the file was edited or damaged")
+        refuse(path, "sha256", "the checksum does not match: the file was edited or damaged")
     model = _model(document)
     for name, branch in zip(("forward", "backward"), model.branches, strict=True):
-        _check_branch(path, f"branches.{name}", branch)
+        check_branch(path, f"branches.{name}", branch)
     wrong = place_document.refusal(document, model)
     if wrong is not None:
-        _refuse(path, *wrong)
-    _check_whole(path, model, document.friction_max_nm)
+        refuse(path, *wrong)
+    check_whole(path, model, document.friction_max_nm)
     for name, branch in zip(("forward", "backward"), model.branches, strict=True):
-        _check_compiled(path, f"branches.{name}", branch, getattr(document.branches, name))
+        check_compiled(path, f"branches.{name}", branch, getattr(document.branches, name))
     return model
 
 
@@ -198,93 +188,10 @@ def _not_a_number(word: str) -> NoReturn:
     raise ValueError(msg)
 
 
-def _check_parameters(path: Path, key: str, branch: Branch) -> None:
-    kind, p = KINDS[branch.kind], branch.parameters
-    if not kind.has_parameters(p):
-        _refuse(path, f"{key}.parameters", f"are not those of a {branch.kind} curve")
-    if kind.is_formula and len(branch.support_vectors):
-        _refuse(path, f"{key}.support_vectors", f"a {branch.kind} curve has none")
-    for parameter in (one for one in kind.parameters if one.name in p):
-        refusal = parameter.refusal(p[parameter.name])
-        if refusal:
-            _refuse(path, f"{key}.parameters", refusal)
-
-
-def _check_compiled(path: Path, key: str, branch: Branch, document: BranchDocument) -> None:
-    for name, derived in _DERIVED.items():
-        stored, found = getattr(document, name), getattr(branch, derived)
-        if name == "compile_bound_nm" and found < stored <= _most_table_error_nm(branch):
-            continue  # an older proof was coarser: it holds all the same
-        if not abs(stored - found) <= 1e-9 + 1e-6 * abs(found):
-            _refuse(path, f"{key}.{name}", f"is {stored:.6g}, the curve itself gives {found:.6g}")
-    seen = sampled_error(branch.source, branch.curve, branch.speed_max_rad_s)
-    if not seen <= document.compile_bound_nm * (1 + 1e-6) + 1e-12:
-        _refuse(
-            path, f"{key}.coefficients", f"are off the learned curve by {seen:.3g} N m, more than was proved"
-        )
-
-
-def _most_table_error_nm(branch: Branch) -> float:
-    """Bound of every table that was ever made, N m; 0 where the curve is compiled exactly."""
-    if branch.source.exact is not None:
-        return 0.0
-    return TOLERANCE_SHARE * branch.friction_max_nm + 2 * branch.source.rounding(branch.speed_max_rad_s)
-
-
-def _check_branch(path: Path, key: str, branch: Branch) -> None:
-    _check_parameters(path, key, branch)
-    knots, coefficients = branch.curve.knots, branch.curve.coefficients
-    if len(knots) != len(coefficients) or len(branch.support_vectors) != len(branch.dual_coef):
-        _refuse(
-            path, key, "knots and coefficients, or support vectors and dual coefficients, differ in number"
-        )
-    if knots[0] != 0 or not (np.diff(knots) > 0).all() or knots[-1] > branch.speed_max_rad_s:
-        _refuse(path, f"{key}.knots", "must begin at 0 and rise strictly within the trained range")
-    wrong = band_document.refusal(branch.band)
-    if wrong:
-        _refuse(path, f"{key}.band", wrong)
-    speeds = branch.curve.extreme_speeds(branch.speed_max_rad_s)
-    values = branch.magnitude(speeds)
-    if not (values > 0).all():
-        at = speeds[int(np.argmin(values))]
-        _refuse(path, f"{key}.coefficients", f"the friction is not positive at {at:.4g} rad/s")
-    if not abs(values.max() - branch.friction_max_nm) <= 1e-9 * (1 + branch.friction_max_nm):
-        _refuse(path, f"{key}.friction_max_nm", "is not the largest value of the curve")
-    speeds = branch.curve.extreme_speeds(branch.speed_max_rad_s, branch.viscous_nms_rad)
-    dry = branch.magnitude(speeds) - branch.viscous_nms_rad * speeds
-    if not abs(dry.min() - branch.friction_min_nm) <= 1e-9 * (1 + branch.friction_max_nm):
-        _refuse(path, f"{key}.friction_min_nm", "is not the least dry friction of the curve")
-
-
-def _check_whole(path: Path, model: FrictionModel, friction_max_nm: float) -> None:
-    if model.presliding_rad is None and (model.presliding_spread_rad is not None or model.presliding_ramps):
-        _refuse(path, "presliding_rad", "is missing beside its own spread or number of ramps")
-    if (model.presliding_spread_rad is None) != (model.presliding_ramps == 0):
-        _refuse(path, "presliding_spread_rad", "and presliding_ramps must both be given, or neither")
-    if friction_max_nm != model.friction_max_nm:
-        _refuse(path, "friction_max_nm", "is not the larger of both branches")
-    velocity, expected = model.self_test.T
-    branch = (velocity < 0).astype(int)
-    if not (np.abs(velocity) <= np.array([b.speed_max_rad_s for b in model.branches])[branch]).all():
-        _refuse(path, "self_test", "a vector lies outside the trained range")
-    if set(branch) != {0, 1}:
-        _refuse(path, "self_test", "the vectors cover one direction only")
-    error = np.abs(model.magnitude(velocity) - expected)
-    bound = np.array([b.rounding_bound_nm for b in model.branches])[branch]
-    if not (error <= bound).all():
-        at = int(np.argmax(error - bound))
-        _refuse(
-            path,
-            f"self_test.{at}",
-            f"the compiled curve gives {model.magnitude(velocity[at]):.12g} N m at {velocity[at]:.6g} rad/s, "
-            f"not {expected[at]:.12g}",
-        )
-
-
 def _document(model: FrictionModel) -> dict[str, Any]:
     def branch(b: Branch) -> dict[str, Any]:
         out = {name: getattr(b, name) for name in _SCALARS}
-        out.update({name: getattr(b, derived) for name, derived in _DERIVED.items()})
+        out.update({name: getattr(b, derived) for name, derived in DERIVED.items()})
         out |= band_document.body(b.band)
         out["support_vectors"] = b.support_vectors.tolist()
         out["dual_coef"] = b.dual_coef.tolist()

@@ -3,6 +3,7 @@
 One thread, one poller: signals, the loop's words, client requests, and every `telemetry.batch_ms` the new
 ticks. Ctrl-C or SIGTERM ramps the torque down; a second one cuts it.
 """
+# longer than 300 lines: one process with one thread; what it does is in the rooms beside, in which order is here
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import zmq
@@ -20,9 +21,10 @@ from rtctl.check import law_plan as planning
 from rtctl.check import stability_report
 from rtctl.errors import LoopDiedError, StabilityError
 from rtctl.host.access.endpoints import RuntimeDirectory
-from rtctl.host.access.entrances import Access, Openings
+from rtctl.host.access.entrances import Access
 from rtctl.host.access.freed_memory import Heap
 from rtctl.host.access.intruders import Resident
+from rtctl.host.access.openings import Openings
 from rtctl.host.loop.guard import LoopGuard
 from rtctl.host.loop.heartbeat import Heartbeat, promised_ticks
 from rtctl.host.loop.process import Compiling, LoopProcess
@@ -36,6 +38,9 @@ from rtctl.host.telemetry.run_statistics import RunStatistics
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rt.early import MARGIN
 from rtctl.rt.shared_memory import CommandWriter, Memory, RingReader
+
+if TYPE_CHECKING:
+    from rtctl.host.telemetry.rig_description import RigDescription
 
 FIRST_TOLD_S, TELL_EVERY_S = 2.0, 10.0
 """When a person who waits for the start is told why, and how often."""
@@ -183,9 +188,7 @@ class Host:
         from rtctl.host.telemetry.friction_watch import FrictionWatch
         from rtctl.host.telemetry.rig_description import describe_run
         from rtctl.host.telemetry.streams import Telemetry
-        from rtctl.host.view_process import ViewProcess
         from rtctl.recording.law_arrays import LawArrays
-        from rtctl.recording.setup import setup_of
         from rtctl.recording.state_folder import state_folder
 
         plan, endpoints = self.plan, self.runtime.endpoints
@@ -222,6 +225,13 @@ class Host:
             self.words,
             self.friction,
         )
+        self._serve(rig)
+
+    def _serve(self, rig: RigDescription) -> None:
+        """From the first tick on: tell what was granted, watch late ticks, begin the record and open the view."""
+        from rtctl.host.view_process import ViewProcess
+        from rtctl.recording.setup import setup_of
+
         self._wait_for(self._ticking)  # clients are answered once there is a tick to speak of
         for grant in self.loop.grants:
             if grant["required"] and not grant["granted"]:
@@ -230,7 +240,7 @@ class Host:
         self._watch_late()
         self.telemetry.set_realtime(self.loop.grants)
         self.telemetry.set_early(self.memory.early_ns)
-        self.record.begin(setup_of(self.loaded, plan, rig.session, rig.start_wall_ns, self.loop.grants))
+        self.record.begin(setup_of(self.loaded, self.plan, rig.session, rig.start_wall_ns, self.loop.grants))
         self.view = ViewProcess.of(self.loaded, self.runtime)
         self.notifier.ready()
 

@@ -26,11 +26,12 @@ import numpy as np
 from hw.motion import named
 from rtctl import __version__
 from rtctl.errors import DataError
+from rtctl.identify.bias import Bias
 from rtctl.identify.columns import points_csv
 from rtctl.identify.dataset_files import HEADER, SCHEMA, read_document, write_whole
 from rtctl.identify.measurement_order import Known, Task, remaining
 from rtctl.identify.place_rows import Row, places_csv, rows_of
-from rtctl.identify.session import Bias, Point
+from rtctl.identify.session import Point
 from rtctl.identify.settings import Settings
 from rtctl.identify.tick_readings import Measurement
 from rtctl.identify.ticks import TickBlock

@@ -11,6 +11,7 @@ import numpy as np
 from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import DataError, FaultError, HandOnRigError
 from rtctl.friction.points.presliding import presliding
+from rtctl.identify.bias import Bias, read_bias
 from rtctl.identify.collected import Collected, UnsteadyError
 from rtctl.identify.measurement_order import Known, Task, remaining
 from rtctl.identify.motion import HandSeen, Motion, Order, Steps
@@ -29,19 +30,6 @@ ZERO_LIMITS = 5.0
 
 Progress = Callable[[float, float, str], None]
 """Receives expected seconds done and in all, and what is being done."""
-
-
-@dataclass(frozen=True)
-class Bias:
-    """What the sensors show with the motor off and nobody there. `time_s`: when it began, loop's clock."""
-
-    motor_torque_nm: float
-    motor_torque_std_nm: float
-    current_a: float
-    force_n: tuple[float, float, float]
-    force_std_n: tuple[float, float, float]
-    temperature_c: float
-    time_s: float
 
 
 @dataclass(frozen=True)
@@ -203,37 +191,6 @@ def summarise(task: Task, got: Collected, began_s: float) -> Point:
         presliding_rad=bent.length_rad if bent else None,
         presliding_spread_rad=bent.spread_rad if bent else None,
         presliding_ramps=bent.ramps if bent else None,
-    )
-
-
-def read_bias(motion: Motion) -> Steps[Bias]:
-    """Sensor means with the motor off. Raises HandOnRigError when the force is not at rest meanwhile."""
-    rig, parts, seconds = motion.rig, list[np.ndarray](), 0.0
-    while seconds < motion.settings.bias_s:
-        rows = yield from motion.see_any(Order())
-        rows = rows[(rows["enabled"] == 0) & (rows["sample_age_ticks"] == 0)]
-        parts.append(rows)
-        seconds += max(len(rows), 1) * rig.period_s
-    rows = np.concatenate(parts)
-    if len(rows) < 8:
-        raise FaultError("no fresh samples while the motor was off; check the device (rtctl monitor)")
-    torque = rows["hand_torque_raw_nm"][:, rig.axis]
-    blocks = torque[: len(torque) // 8 * 8].reshape(8, -1).mean(axis=1)
-    if float(np.ptp(blocks)) > rig.hand_limit_nm:
-        raise HandOnRigError(
-            f"the hand torque moves by {float(np.ptp(blocks)):.3f} N m with the motor off, more than "
-            f"{rig.hand_limit_nm:g}: take the hand off the rig and start again"
-        )
-    motor, force = rows["motor_torque_nm"][:, rig.axis], rows["force_n"]
-    mean, std = force.mean(axis=0), force.std(axis=0)
-    return Bias(
-        motor_torque_nm=float(motor.mean()),
-        motor_torque_std_nm=float(motor.std()),
-        current_a=float(rows["current_a"][:, rig.axis].mean()),
-        force_n=(float(mean[0]), float(mean[1]), float(mean[2])),
-        force_std_n=(float(std[0]), float(std[1]), float(std[2])),
-        temperature_c=float(rows["temperature_c"][:, rig.axis].mean()),
-        time_s=1e-9 * int(rows["time_ns"][0]),
     )
 
 

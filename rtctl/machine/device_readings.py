@@ -10,8 +10,6 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,11 +28,8 @@ from hw.interface import (
     LinkFault,
     SpeakingBackend,
 )
-from hw.rig import Member
+from hw.member import Member
 from hw.rig_words import subset
-from rtctl.check import lateness
-from rtctl.check import measured_timing as timing
-from rtctl.control.stability import lag_ticks
 from rtctl.errors import ConfigError
 from rtctl.machine.force_zero import Tare
 from rtctl.rig_file.config import LoadedConfig
@@ -250,25 +245,6 @@ def devices(loaded: LoadedConfig, only: str | None = None, *, poll: bool = False
     if not found:
         known = ", ".join(f"{i} ({table.name or table.kind})" for i, table in enumerate(config.device))
         raise ConfigError(f"{loaded.path}: no device {only!r}; there are {known}")
-    return found
-
-
-def actuators(loaded: LoadedConfig, folder: Path) -> list[dict[str, Any]]:
-    """Declared delay of each axis beside what the last test pulse measured, which needs an armed rig.
-
-    `folder` is the rig's state folder; `measured` is None where nothing is known of these devices.
-    """
-    known = timing.read(folder, timing.devices_sha256(loaded))
-    found = []
-    for a, axis in enumerate(loaded.config.axis):
-        late, period_s = lateness.of_axis(loaded, a), loaded.config.period_s
-        lag_s = lag_ticks(late.between.lag_hz, period_s) * period_s
-        found.append({
-            "axis": axis.name,
-            "declared_delay_ms": round((late.between.delay * period_s + lag_s) * 1e3, 4),
-            "declared_by": late.delay_from,
-            "measured": asdict(known[axis.name]) if axis.name in known else None,
-        })  # fmt: skip
     return found
 
 

@@ -10,11 +10,11 @@ from typing import Any
 
 from hw import registry
 from hw.interface import BackendError
-from hw.rig import Member
+from hw.member import Member
 from rtctl.machine import kernel as machine
 from rtctl.machine import network, ports, rights, software, wakeup, wiring
 from rtctl.machine.line import Line
-from rtctl.rig_file.axis_tables import LoopTable
+from rtctl.rig_file.rig_tables import LoopTable
 
 
 @dataclass(frozen=True)

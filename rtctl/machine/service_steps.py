@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import errno
-import hashlib
 import json
 import os
 import shlex
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
-from typing import Any
 
 from hw import registry
-from hw.outside import read_bounded, shown, toml_of
 from rtctl.errors import ConfigError
 from rtctl.host.access.unix_group import group_id
+from rtctl.machine.service_files import named_files, rig_file
 from rtctl.rig_file.config import LoadedConfig
-from rtctl.rig_file.mistakes import FILE_OPTIONS
 
 UNIT = "rtctl@.service"
 NETWORK_DROP_IN = "rtctl-network.conf"
@@ -161,9 +157,9 @@ def plan(loaded: LoadedConfig, root: Path, command: str, *, start: bool) -> Inst
         File(etc / "systemd/system" / UNIT, unit_text(command)),
         File(etc / "sysusers.d/rtctl.conf", shipped("rtctl.sysusers")),
         File(etc / "udev/rules.d/60-rtctl.rules", shipped("60-rtctl.rules")),
-        File(etc / "rtctl" / f"{name}.toml", _rig_file(loaded)),
+        File(etc / "rtctl" / f"{name}.toml", rig_file(loaded)),
     ]
-    made.files += [File(etc / "rtctl" / part, content) for part, content in _named_files(loaded)]
+    made.files += [File(etc / "rtctl" / part, content) for part, content in named_files(loaded)]
     drop_in = etc / f"systemd/system/rtctl@{name}.service.d"
     if needs_network(loaded):
         made.files.append(File(drop_in / "10-network.conf", shipped(NETWORK_DROP_IN)))
@@ -221,59 +217,6 @@ def needs_network(loaded: LoadedConfig) -> bool:
 def needs_loopback(loaded: LoadedConfig) -> bool:
     """True when it opens a port on 127.0.0.1: the live view, telemetry for viewers."""
     return loaded.config.telemetry.plotjuggler or loaded.config.view is not None
-
-
-MOST_NAMED_BYTES = 1 << 26
-"""Largest file that a rig file may name."""
-
-
-def _named(data: dict[str, Any]) -> Iterator[str]:
-    """The files that a rig file names, by the keys that do so: a description that reads like a path is none."""
-    for axis in data.get("axis", []):
-        yield axis.get("friction", {}).get("model", "")
-    for device in data.get("device", []):
-        options = device.get("options", {})
-        for table in (options, *(value for value in options.values() if isinstance(value, dict))):
-            yield from (table[key] for key in FILE_OPTIONS if isinstance(table.get(key), str))
-
-
-def _rig_file(loaded: LoadedConfig) -> bytes:
-    """The rig file as it was checked. Raises ConfigError when it has been changed since."""
-    content = _content(loaded.path.parent, Path(loaded.path.name))
-    if hashlib.sha256(content).hexdigest() != loaded.sha256:
-        raise ConfigError(f"{loaded.path}: was changed while it was read; install it again")
-    return content
-
-
-def _named_files(loaded: LoadedConfig) -> list[tuple[Path, bytes]]:
-    """Files beside the rig file that it names (friction models, frames, schedules), to go along with it."""
-    folder, found = loaded.path.parent, {}
-    for text in _named(toml_of(_rig_file(loaded))):
-        part = Path(text)
-        if not text or part.is_absolute():
-            continue
-        if ".." in part.parts:
-            raise ConfigError(
-                f"{loaded.path}: {shown(repr(text))} leads out of the rig file's folder; give an absolute path, or move the "
-                "file beside the rig file"
-            )
-        if os.path.lexists(folder / part):
-            found[part] = _content(folder, part)
-    return list(found.items())
-
-
-def _content(folder: Path, part: Path) -> bytes:
-    """A file below the rig file's folder, through no link: root reads it, and everybody may read the copy."""
-    for depth in range(1, len(part.parts)):
-        if folder.joinpath(*part.parts[:depth]).is_symlink():
-            raise ConfigError(
-                f"{folder.joinpath(*part.parts[:depth])}: is a link; put the folder itself there"
-            )
-    try:
-        return read_bounded(folder / part, MOST_NAMED_BYTES, follow=False)
-    except OSError as error:
-        why = "is a link; put the file itself there" if error.errno == errno.ELOOP else str(error.strerror)
-        raise ConfigError(f"{folder / part}: cannot be copied: {why}") from error
 
 
 def apply(

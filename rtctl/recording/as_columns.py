@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from hw.interface import BackendError
+from hw.member import Member
 from hw.playback.columns import READERS
-from hw.rig import Member
 from rtctl.errors import RtctlError
 from rtctl.recording.export import columns, times
 from rtctl.recording.reader import RecordingReader, all_parts

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -10,7 +12,47 @@ from hw.outside import json_of
 from rtctl.control.vocabulary import State
 from rtctl.errors import DataError
 from rtctl.recording.facts import texts
-from rtctl.recording.reader import RecordingReader
+from rtctl.recording.reader import Batch, RecordingReader
+
+
+@dataclass
+class _Counts:
+    """Sums over the batches of a recording, in their order."""
+
+    ticks: int = 0
+    lost: int = 0
+    missed: int = 0
+    before: int = 0
+    """Ticks of the loop before the recording began."""
+    first: int = 0
+    last: int = 0
+    states: Counter[str] = field(default_factory=Counter)
+    faults: int = 0
+    waiver: bool = False
+    commands: int = 0
+    events: Counter[str] = field(default_factory=Counter)
+    _next_number: int | None = None
+    _next_slot: int = 0
+
+    def add(self, batch: Batch) -> None:
+        """Take a batch in."""
+        self.commands += len(batch.commands)
+        self.events.update(event["event"] for event in batch.events)
+        rows, numbers = batch.rows, batch.numbers
+        if len(rows) == 0:
+            return
+        if self._next_number is None:
+            self._next_number, self._next_slot = int(numbers[0]), int(rows["tick"][0])
+            self.first, self.before = self._next_slot, self._next_number
+        self.lost += int(numbers[-1]) - self._next_number + 1 - len(rows)
+        self.missed += int(rows["tick"][-1]) - self._next_slot - (int(numbers[-1]) - self._next_number)
+        self.last = int(rows["tick"][-1])
+        self._next_number, self._next_slot = int(numbers[-1]) + 1, self.last + 1
+        self.ticks += len(rows)
+        for state, count in zip(*np.unique(rows["state"], return_counts=True), strict=True):
+            self.states[_state(int(state))] += int(count)
+        self.faults |= int(np.bitwise_or.reduce(rows["faults"]))
+        self.waiver = self.waiver or bool(rows["waiver"].any())
 
 
 def overview(reader: RecordingReader) -> dict[str, Any]:
@@ -19,31 +61,9 @@ def overview(reader: RecordingReader) -> dict[str, Any]:
     `lost` counts ticks that the loop recorded and the file does not have; `missed` slots of the time grid
     in which the loop did not run.
     """
-    ticks = lost = missed = late = 0
-    first = last = 0
-    states: dict[str, int] = {}
-    faults, waiver, expected, slot = 0, False, None, None
-    commands = 0
-    events: dict[str, int] = {}
+    seen = _Counts()
     for batch in reader.batches():
-        commands += len(batch.commands)
-        for event in batch.events:
-            events[event["event"]] = events.get(event["event"], 0) + 1
-        rows, numbers = batch.rows, batch.numbers
-        if len(rows) == 0:
-            continue
-        if expected is None:
-            expected, slot, first = int(numbers[0]), int(rows["tick"][0]), int(rows["tick"][0])
-            late = expected
-        lost += int(numbers[-1]) - expected + 1 - len(rows)
-        missed += int(rows["tick"][-1]) - int(slot or 0) - (int(numbers[-1]) - expected)
-        expected, slot, last = int(numbers[-1]) + 1, int(rows["tick"][-1]) + 1, int(rows["tick"][-1])
-        ticks += len(rows)
-        for state, count in zip(*np.unique(rows["state"], return_counts=True), strict=True):
-            name = _state(int(state))
-            states[name] = states.get(name, 0) + int(count)
-        faults |= int(np.bitwise_or.reduce(rows["faults"]))
-        waiver = waiver or bool(rows["waiver"].any())
+        seen.add(batch)
     period_s = int(reader.about["period_ns"]) * 1e-9
     return {
         "files": [str(part) for part in reader.parts],
@@ -54,18 +74,18 @@ def overview(reader: RecordingReader) -> dict[str, Any]:
         "axes": reader.axes,
         "realtime": _realtime(reader.about.get("realtime", "[]")),
         "realtime_waivers": texts(reader.about, "realtime_waivers"),
-        "waiver": waiver,
-        "ticks": ticks,
-        "duration_s": ticks * period_s,
-        "first_tick": first,
-        "last_tick": last,
-        "before_recording": late,
-        "lost": lost,
-        "missed": missed,
-        "states_s": {name: count * period_s for name, count in states.items()},
-        "faults": _names(faults),
-        "events": events,
-        "commands": commands,
+        "waiver": seen.waiver,
+        "ticks": seen.ticks,
+        "duration_s": seen.ticks * period_s,
+        "first_tick": seen.first,
+        "last_tick": seen.last,
+        "before_recording": seen.before,
+        "lost": seen.lost,
+        "missed": seen.missed,
+        "states_s": {name: count * period_s for name, count in seen.states.items()},
+        "faults": _names(seen.faults),
+        "events": dict(seen.events),
+        "commands": seen.commands,
         "attachments": {name: len(data) for name, data in reader.attachments.items()},
         "cut_off": [str(part) for part in reader.cut],
         "whole_chunks": reader.whole_chunks,

@@ -1,6 +1,6 @@
-"""The tables of a rig file: every key with its type, bounds, default and meaning.
+"""The table of an axis in a rig file, and those inside it: every key with its type, bounds, default and meaning.
 
-Those of the sensors, of friction and of the host are in `config_sensors`, `config_friction` and `config_host`.
+Those of the sensors and of friction are in `sensor_tables` and `friction_tables`, those of the whole rig in `rig_tables`.
 
 Every number has both bounds here, where it is read; unknown keys, NaN, infinities and strings in place of
 numbers are refused.
@@ -21,42 +21,6 @@ from rtctl.rig_file.admittance_table import REQUIRED, AdmittanceTable
 from rtctl.rig_file.fields import Name, Table, Vector, number
 from rtctl.rig_file.friction_tables import ForceFeedbackTable, FrictionTable
 from rtctl.rig_file.sensor_tables import ForceTable, TemperatureTable, VelocityTable
-
-
-class RigTable(Table):
-    """[rig]"""
-
-    name: Name = Field(
-        description="rig name: lock file, telemetry, model files and service instance carry it"
-    )
-    description: str = Field("", max_length=200, description="what the rig is, in words")
-    absent: tuple[Literal["current", "force"], ...] = Field(
-        (),
-        strict=False,
-        description="sensors this rig does not have; their channels read 0 and what needs them does nothing",
-    )
-
-
-class LoopTable(Table):
-    """[loop]"""
-
-    rate_hz: float = number(100, 20_000, "control rate", default=1000.0)
-    clock: Literal["wall", "virtual"] = Field(
-        "wall", description="virtual: as fast as it can, simulated rigs only"
-    )
-    realtime: Literal["require", "prefer", "waive", "off"] = Field(
-        "prefer",
-        description="require: refuse to start without real-time rights; prefer: start, but a real rig does not "
-        "arm without them; waive: a real rig arms with a quarter of its torque; off: do not even ask, else as waive",
-    )
-    priority: int = number(1, 98, "SCHED_FIFO priority", default=80)
-    cpu: int = number(-1, 1023, "core of the loop; -1: the last core of the machine", default=-1)
-    early_us: Literal["auto"] | Annotated[float, Field(ge=0, le=4000)] = Field(
-        "auto",
-        description="time before each deadline that the loop is awake and looks at the clock: a sleeper is woken some tens of us late. "
-        "auto: as long as wake-ups take, at most 80; at most 40 % of the period; 0: never",
-    )
-    ring_s: float = number(8, 120, "seconds of ticks kept in shared memory", default=8.0)
 
 
 class CouplingTable(Table):
@@ -304,42 +268,3 @@ class AxisTable(Table):
             )
             raise ValueError(msg)
         return self
-
-
-class PassivityTable(Table):
-    """[passivity]"""
-
-    budget_j: float = number(1e-6, 100, "deficit of a port before damping is injected", default=0.02)
-    bank_j: float = number(0, 100, "most energy a port may save up", default=0.02)
-    renderer_store_j: float = number(
-        0, 10, "most energy a renderer or a change of environment may put in at once", default=0.1
-    )
-    renderer_power_w: float = number(
-        0, 20, "most power a renderer or changes of environment may put in", default=1.0
-    )
-
-
-class DeviceTable(Table):
-    """[[device]]: together the devices provide every channel once and take the command of every axis once."""
-
-    kind: Name = Field(description="backend: mock, playback, or an installed one")
-    name: Name | None = Field(None, description="names the device in errors; default: its kind")
-    axes: tuple[Name, ...] = Field(
-        (), strict=False, description="axes it serves, in its own order; empty: all"
-    )
-    channels: tuple[str, ...] = Field(
-        (), strict=False, description="channels the rig uses of those it has; empty: all"
-    )
-    rate_hz: float | None = Field(
-        None, ge=1, le=100_000, description="rate of a free-running sensor; default: a sample in every cycle"
-    )
-    max_age_ticks: int | None = Field(
-        None,
-        ge=0,
-        le=10_000,
-        description="oldest sample that counts as fresh; default: 0, or loop rate over rate_hz, rounded up",
-    )
-    budget_us: float | None = Field(
-        None, ge=5, le=5000, description="time its reading may take; default: its share of 40 % of the period"
-    )
-    options: dict[str, Any] = Field(default_factory=dict, description="the backend's own options")

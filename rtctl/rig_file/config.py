@@ -7,7 +7,7 @@ The tables and their bounds stand in `rtctl.rig_file.axis_tables` and the module
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -23,16 +23,17 @@ from pydantic import (
 
 from hw import registry
 from hw.interface import BackendError, Rig
+from hw.member import Member
 from hw.outside import real, whole
-from hw.plain_words import Key
-from hw.rig import Member
 from rtctl.errors import ConfigError
-from rtctl.rig_file.axis_tables import AxisTable, DeviceTable, LoopTable, PassivityTable, RigTable
+from rtctl.rig_file.axis_tables import AxisTable
+from rtctl.rig_file.device_options import device_options
 from rtctl.rig_file.devices import Composition
 from rtctl.rig_file.fields import Table
 from rtctl.rig_file.host_tables import GatewayTable, RecordTable, TelemetryTable, ViewTable
 from rtctl.rig_file.linear_keys import LinearKeys
-from rtctl.rig_file.mistakes import fault_lines, no_files, tiny_lines
+from rtctl.rig_file.mistakes import fault_lines, tiny_lines
+from rtctl.rig_file.rig_tables import DeviceTable, LoopTable, PassivityTable, RigTable
 from rtctl.rig_file.sensor_tables import ForceSensorTable
 from rtctl.rig_file.toml_lines import read_toml
 from rtctl.wire.protocol import MOST_AXES
@@ -255,7 +256,7 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
         faults += fault_lines(where, (), error, Config, data)
     if script is not None and config is not None:
         faults += _put_script(path, config, data, real(script))
-    options, more = _device_options(path, data, where)
+    options, more = device_options(path, data, where)
     faults += more
     if config is not None and not faults:
         faults += [f"{path}: {line}" for line in config.composition(options).faults()]
@@ -268,50 +269,6 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
     return LoadedConfig(
         path=path, sha256=digest, config=config, options=options[0], more_options=tuple(options[1:])
     )
-
-
-def _device_options(
-    path: Path, data: dict[str, Any], where: Callable[[Key], str]
-) -> tuple[list[dict[str, Any]], list[str]]:
-    """Validate every device's options against its backend's own model."""
-    devices = data.get("device")
-    valid: list[dict[str, Any]] = []
-    faults: list[str] = []
-    for i, device in enumerate(devices if isinstance(devices, list) else []):
-        kind = device.get("kind") if isinstance(device, dict) else None
-        if not isinstance(kind, str):
-            continue  # the table's own fault
-        faults += no_files(where, ("device", i, "options"), path.parent, device)
-        try:
-            model = registry.options_model(kind)
-            context = {"folder": path.parent, **_facts(data, device)}
-            options = model.model_validate(device.get("options", {}), context=context)
-        except ValidationError as error:
-            key = ("device", i, "options")
-            faults += fault_lines(where, key, error, model, device.get("options", {}))
-        except BackendError as error:
-            faults.append(f"{where(('device', i, 'kind'))}: device[{i}].kind: {error}")
-        else:
-            valid.append(options.model_dump(mode="json"))
-    return valid, faults
-
-
-def _facts(data: dict[str, Any], device: dict[str, Any]) -> dict[str, Any]:
-    """What a device's options may be checked against, as far as the rig file has it."""
-    facts: dict[str, Any] = {}
-    axes = device.get("axes") or data.get("axis")
-    if isinstance(axes, list):
-        facts["n_axes"] = len(axes)
-    own_hz = device.get("rate_hz")
-    if isinstance(own_hz, int | float) and own_hz > 0:
-        facts["device_rate_hz"] = float(own_hz)
-    loop = data.get("loop", {})
-    if isinstance(loop, dict):
-        facts["clock"] = loop.get("clock")
-        rate_hz = loop.get("rate_hz", LoopTable().rate_hz)
-        if isinstance(rate_hz, int | float) and rate_hz > 0:
-            facts["rate_hz"] = float(rate_hz)
-    return facts
 
 
 def _put_script(path: Path, config: Config, data: dict[str, Any], script: Path) -> list[str]:

@@ -15,9 +15,9 @@ from typing import Any
 from hw import registry
 from hw.channels import READINGS
 from hw.interface import WHOLE_RIG_CHANNELS, BackendError, Channels, Rig
-from hw.rig import Member
+from hw.member import Member
 from hw.rig_words import subset
-from rtctl.rig_file.axis_tables import DeviceTable
+from rtctl.rig_file.rig_tables import DeviceTable
 from rtctl.rig_file.shared_wires import Wire, claimed, shared
 
 MAX_AGE_S: dict[str, float] = {reading.name: reading.oldest_s for reading in READINGS}

@@ -27,7 +27,8 @@ import numpy as np
 from hw import code_cache
 from hw.claims import Claims
 from hw.interface import Backend, BackendError, Rig
-from hw.rig import Member, compose
+from hw.member import Member
+from hw.rig import compose
 from rtctl.rt import early, realtime
 from rtctl.rt.clock import Clock, VirtualClock, WallClock
 from rtctl.rt.loop import Stop, prepare, run_loop, warm_up

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from hw.interface import Backend
-from hw.rig import Member, Said, said
+from hw.member import Member
+from hw.rig import Said, said
 from rtctl.control.vocabulary import Fault
 
 EVERY_TICKS = 50

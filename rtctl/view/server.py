@@ -15,7 +15,6 @@ import time
 from collections.abc import Callable, Mapping
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
@@ -24,34 +23,11 @@ from rtctl.errors import RefusedError, RtctlError
 from rtctl.view import record
 from rtctl.view.feed import Feed, Follower, Signal, columns
 from rtctl.view.guests import Guests, Request
+from rtctl.view.pages import FILES, PAGES, STATIC
 from rtctl.view.panel import ACTIONS, shown_table, signals_of, status
 from rtctl.view.world import World, offered
 from rtctl.wire.event_words import line_of
 
-STATIC = Path(__file__).parent / "static"
-SCRIPTS = (
-    "link.js",
-    "head.js",
-    "display.js",
-    "drawings.js",
-    "scene.js",
-    "scope.js",
-    "plot.js",
-    "phase.js",
-    "loop.js",
-    "record.js",
-    "view.js",
-    "world.js",
-)
-PAGES = ("/", "/world")
-FILES = {
-    "/": ("index.html", "text/html; charset=utf-8"),
-    "/world": ("world.html", "text/html; charset=utf-8"),
-    "/view.css": ("view.css", "text/css"),
-    **{f"/{name}": (name, "text/javascript") for name in SCRIPTS},
-    "/uPlot.iife.min.js": ("uPlot.iife.min.js", "text/javascript"),
-    "/uPlot.min.css": ("uPlot.min.css", "text/css"),
-}
 MOST_STREAMS = 8
 MOST_RECORDINGS = 4
 MOST_SIGNALS = 16

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rtctl.campaign import in_hands
+from rtctl.campaign import certified_pairs, in_hands
 from rtctl.control.environments.table import Environment
 from rtctl.experiments.admittance_runs import Shown, displayed, hold
 from rtctl.rig_file.config import load
@@ -15,13 +15,15 @@ from rtctl.simulation.demo import shipped_config
 
 @pytest.fixture(scope="module")
 def rigs():
-    return [in_hands.drawn(7, index) for index in range(3)]
+    return [certified_pairs.drawn(7, index) for index in range(3)]
 
 
 def test_certified_rigs_come_to_rest_in_the_hands_of_their_box(rigs):
     findings = in_hands.Findings()
     for rig in rigs:
-        findings.add(rig, [in_hands.run_pair(rig, in_hands.pair(rig, 7, number), 7) for number in range(4)])
+        findings.add(
+            rig, [in_hands.run_pair(rig, certified_pairs.pair(rig, 7, number), 7) for number in range(4)]
+        )
     assert findings.rigs == 3
     assert findings.pairs == 12
     assert not findings.shaking, findings.text(7)
@@ -31,7 +33,7 @@ def test_a_rig_that_bears_no_such_hand_is_seen_to_shake(rigs):
     """The judge: the same rig in a hand forty times as stiff as the stiffest that it bears, and without damping."""
     rig = rigs[0]
     light = replace(rig, friction=0.01, loaded=displayed(rig.loaded, Shown(0.003, 0.02, 2.0, 5.0)))
-    held = in_hands.Pair(600.0, 0.0, 0.0, Environment.FREE, 0.0, 0.0)
+    held = certified_pairs.Pair(600.0, 0.0, 0.0, Environment.FREE, 0.0, 0.0)
     found = in_hands.run_pair(light, held, 7)
     assert not found.rests
     findings = in_hands.Findings()
@@ -40,9 +42,9 @@ def test_a_rig_that_bears_no_such_hand_is_seen_to_shake(rigs):
 
 
 def test_a_case_follows_from_seed_and_number_alone(rigs):
-    again = in_hands.drawn(7, 0)
+    again = certified_pairs.drawn(7, 0)
     assert again.loop == rigs[0].loop
-    assert in_hands.pair(again, 7, 5) == in_hands.pair(rigs[0], 7, 5)
+    assert certified_pairs.pair(again, 7, 5) == certified_pairs.pair(rigs[0], 7, 5)
 
 
 def test_a_mass_is_helped_with_the_share_that_its_rig_file_says():

@@ -73,24 +73,7 @@ def rows(config: Path, seconds: float, rounds: int) -> list[Row]:
             crowded_ms = _connect_ms(port, key, seconds)
     out = []
     for kind, sample in floods.items():
-        offered = f"{RATE_HZ:g} messages/s offered, {taken[kind]:.0f}/s taken"
-        for name, label in (("wakeup_ns", "wake-up"), ("cycle_ns", "cycle")):
-            flooded, calm = sample.p99_us(name), quiet.p99_us(name)
-            text = f"flooded {flooded:.1f} us, quiet {calm:.1f} us; {offered}"
-            out.append(
-                Row(
-                    f"{label} p99 under {kind}, above quiet",
-                    100 * (flooded - calm) / period_us,
-                    "% of T",
-                    text,
-                    10.0,
-                )
-            )
-        stops, calm_ms = 1e3 * np.array(sample.stop_s), 1e3 * float(np.median(quiet.stop_s))
-        text = f"quiet {calm_ms:.2f} ms; slowest {stops.max():.1f} ms of {len(stops)}"
-        out.append(
-            Row(f"stop under {kind}: sent to obeyed, median", float(np.median(stops)), "ms", text, 20.0)
-        )
+        out += _under(kind, sample, quiet, taken[kind], period_us)
     out.append(Row("memory of the host under flood", flooded_mb, "MB", f"before {idle_mb:.0f} MB", 200.0))
     text = f"p99 {np.percentile(latency_us, 99):.0f} us of {len(latency_us)}; period {period_us:.0f} us"
     p50_us = float(np.median(latency_us))
@@ -106,6 +89,28 @@ def rows(config: Path, seconds: float, rounds: int) -> list[Row]:
         )
     )
     return out  # fmt: skip
+
+
+def _under(kind: str, sample: Sample, quiet: Sample, taken_per_s: float, period_us: float) -> list[Row]:
+    """What a flood of this kind does to the loop and to a stop, beside the quiet daemon."""
+    out = []
+    offered = f"{RATE_HZ:g} messages/s offered, {taken_per_s:.0f}/s taken"
+    for name, label in (("wakeup_ns", "wake-up"), ("cycle_ns", "cycle")):
+        flooded, calm = sample.p99_us(name), quiet.p99_us(name)
+        text = f"flooded {flooded:.1f} us, quiet {calm:.1f} us; {offered}"
+        out.append(
+            Row(
+                f"{label} p99 under {kind}, above quiet",
+                100 * (flooded - calm) / period_us,
+                "% of T",
+                text,
+                10.0,
+            )
+        )
+    stops, calm_ms = 1e3 * np.array(sample.stop_s), 1e3 * float(np.median(quiet.stop_s))
+    text = f"quiet {calm_ms:.2f} ms; slowest {stops.max():.1f} ms of {len(stops)}"
+    out.append(Row(f"stop under {kind}: sent to obeyed, median", float(np.median(stops)), "ms", text, 20.0))
+    return out
 
 
 def _rig(config: Path) -> str:

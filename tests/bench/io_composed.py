@@ -14,13 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from hw.can import slcan
-from hw.can.odrive import GET_ENCODER, PAIR, can_id
+from hw.can.odrive_codec import GET_ENCODER, PAIR, can_id
 from hw.can.options import OdriveOptions
 from hw.force import rokubi
 from hw.force.frames import Frames
 from hw.force.options import RokubiOptions
 from hw.interface import Backend, BackendError, CompiledBackend, Rig
-from hw.rig import Member, compose
+from hw.member import Member
+from hw.rig import compose
 from hw.serial.port import CHUNK, Port
 from rtctl.errors import RtctlError
 from rtctl.tick import new_ticks

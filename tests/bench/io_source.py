@@ -14,7 +14,7 @@ import threading
 import time
 import tty
 
-from hw.can.odrive import GET_ENCODER, GET_IQ, HEARTBEAT, HEARTBEAT_STRUCT, PAIR, can_id
+from hw.can.odrive_codec import GET_ENCODER, GET_IQ, HEARTBEAT, HEARTBEAT_STRUCT, PAIR, can_id
 from hw.force import rokubi
 
 NODE = 0

@@ -8,7 +8,7 @@ from makers.random_frames import OPTOFORCE
 from makers.readings import NOTHING, doubles
 
 from hw import registry
-from hw.can import odrive
+from hw.can import odrive, odrive_codec
 from hw.can.moteus import MoteusAxis
 from hw.can.sample import Sample
 from hw.force import serial_backend as serial_sensor
@@ -47,8 +47,8 @@ def moteus():
 
 def odrive_of(version):
     commands = {
-        "Get_Encoder_Estimates": odrive.GET_ENCODER, "Get_Iq": odrive.GET_IQ,
-        "Get_Temperature": odrive.GET_TEMPERATURE, "Heartbeat": odrive.HEARTBEAT,
+        "Get_Encoder_Estimates": odrive_codec.GET_ENCODER, "Get_Iq": odrive_codec.GET_IQ,
+        "Get_Temperature": odrive_codec.GET_TEMPERATURE, "Heartbeat": odrive_codec.HEARTBEAT,
     }  # fmt: skip
     sample = Sample(1)
     axis = odrive.OdriveAxis(_AXIS, _OPTIONS, RIG, 0, sample)
@@ -60,7 +60,7 @@ def odrive_of(version):
             return NOTHING  # that firmware has another value there; with it the backend refuses to open
         sample.fresh, axis._beats = 0, 0
         sample.temperature_c[0] = 1e9
-        _hand(handlers[odrive.can_id(5, commands[name])], data)
+        _hand(handlers[odrive_codec.can_id(5, commands[name])], data)
         assert math.isfinite(sum(sample.values))
         if name == "Heartbeat":
             return doubles(axis.error, axis.state) if axis._beats else NOTHING

@@ -13,7 +13,8 @@ import pytest
 import serial_boards
 
 from hw import registry
-from hw.rig import Member, compose
+from hw.member import Member
+from hw.rig import compose
 from rtctl.backend_contract import Case, Contract, Device, Received
 
 pytest_plugins = ("rtctl.backend_contract.plugin",)

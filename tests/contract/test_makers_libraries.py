@@ -19,7 +19,7 @@ from canopen.objectdictionary.datatypes import INTEGER16, UNSIGNED16
 from canopen.pdo.base import PdoMap
 from canopen.profiles.p402 import State402
 
-from hw.can import cia402, moteus, odrive
+from hw.can import cia402, moteus, moteus_codec, odrive, odrive_codec, odrive_firmware
 from hw.can.odrive_firmware import ERRORS_05, decode_version
 from hw.can.sample import Sample
 from hw.force import optoforce, rdt
@@ -93,18 +93,18 @@ def split(data, command):
     "vector", VECTORS["moteus"]["commands"], ids=lambda v: f"{v['node']} {v['torque_nm']} N m"
 )
 def test_a_moteus_command_is_the_librarys_and_asks_for_the_same_registers(vector):
-    frame = bytearray(moteus.command_frame())
-    moteus.encode_command(frame, 0, vector["torque_nm"], 2.0, 0.01)
-    command = moteus.COMMAND + bytes(moteus.COMMAND_FLOATS.size)
+    frame = bytearray(moteus_codec.command_frame())
+    moteus_codec.encode_command(frame, 0, vector["torque_nm"], 2.0, 0.01)
+    command = moteus_codec.COMMAND + bytes(moteus_codec.COMMAND_FLOATS.size)
     theirs, ours = split(vector["data"], command), split(frame, command)
     assert ours == theirs, "the query's subframes are cut otherwise: 3 and 1 floats where theirs are 4"
-    assert moteus.command_id(vector["node"], vector["source"]) & 0x1FFF_FFFF == vector["id"]
+    assert moteus_codec.command_id(vector["node"], vector["source"]) & 0x1FFF_FFFF == vector["id"]
 
 
 @pytest.mark.parametrize("vector", VECTORS["moteus"]["stops"], ids=lambda v: f"{v['node']}")
 def test_a_moteus_stop_is_the_librarys(vector):
-    assert split(moteus.stop_frame(), moteus.STOP) == split(vector["data"], moteus.STOP)
-    assert moteus.command_id(vector["node"], vector["source"]) & 0x1FFF_FFFF == vector["id"]
+    assert split(moteus_codec.stop_frame(), moteus_codec.STOP) == split(vector["data"], moteus_codec.STOP)
+    assert moteus_codec.command_id(vector["node"], vector["source"]) & 0x1FFF_FFFF == vector["id"]
 
 
 @pytest.mark.parametrize("vector", VECTORS["moteus"]["identities"], ids=lambda v: f"{v['node']}")
@@ -122,7 +122,7 @@ def test_a_moteus_is_asked_who_it_is_as_by_the_library(vector, monkeypatch):
 @pytest.mark.parametrize("vector", VECTORS["moteus"]["replies"], ids=lambda v: f"mode {v['read'][0]}")
 def test_a_moteus_reply_is_read_as_the_library_reads_it(vector):
     data = bytes.fromhex(vector["data"])
-    assert moteus.decode_reply(data, 0, len(data)) == tuple(vector["read"])
+    assert moteus_codec.decode_reply(data, 0, len(data)) == tuple(vector["read"])
 
 
 # -- ODrive ------------------------------------------------------------------------------------------------
@@ -133,7 +133,9 @@ def test_an_odrives_commands_are_those_of_its_dbc_without_the_bytes_that_say_not
     bus = Bus()
     axis._make_frames(bus)
     axis.write(bus, 0.0, True)
-    axis.handlers()[odrive.can_id(5, odrive.HEARTBEAT)](struct.pack("<IBBBB", 0, 8, 0, 0, 0), 0, 8)
+    axis.handlers()[odrive_codec.can_id(5, odrive_codec.HEARTBEAT)](
+        struct.pack("<IBBBB", 0, 8, 0, 0, 0), 0, 8
+    )
     for torque in known["torques"]:
         axis.write(bus, torque["torque_nm"], True)
     axis.stop(bus)
@@ -151,9 +153,9 @@ def test_an_odrives_commands_are_those_of_its_dbc_without_the_bytes_that_say_not
 
 def test_command_6_is_what_makes_the_firmwares_differ():
     old, new = (VECTORS["odrive"][version]["commands"] for version in ("0.5.6", "0.6.10"))
-    assert old["Set_Axis_Node_ID"] == new["Address"] == odrive.ADDRESS
-    assert new["Get_Version"] == odrive.GET_VERSION
-    assert odrive.GET_VERSION not in old.values()
+    assert old["Set_Axis_Node_ID"] == new["Address"] == odrive_codec.ADDRESS
+    assert new["Get_Version"] == odrive_codec.GET_VERSION
+    assert odrive_codec.GET_VERSION not in old.values()
     shared = (
         "Heartbeat",
         "Set_Axis_State",
@@ -173,7 +175,7 @@ def test_an_odrives_frames_are_read_as_its_dbc_says(version):
 
     def hear(name):
         data = bytes.fromhex(known[name]["data"])
-        axis.handlers()[odrive.can_id(5, known[name]["command"])](data, 0, len(data))
+        axis.handlers()[odrive_codec.can_id(5, known[name]["command"])](data, 0, len(data))
 
     for name in ("estimates", "iq", "heartbeat"):
         hear(name)
@@ -190,7 +192,7 @@ def test_an_odrives_frames_are_read_as_its_dbc_says(version):
 
 
 def test_an_odrives_errors_have_the_makers_names():
-    assert {str(bit): name for bit, name in odrive.ERRORS.items()} == VECTORS["odrive"]["errors"]
+    assert {str(bit): name for bit, name in odrive_firmware.ERRORS.items()} == VECTORS["odrive"]["errors"]
     assert {str(bit): name for bit, name in ERRORS_05.items()} == VECTORS["odrive"]["0.5.6"]["errors"]
     assert VECTORS["odrive"]["0.6.10"]["errors"].items() <= VECTORS["odrive"]["errors"].items()
 

@@ -10,76 +10,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 import serial_boards
-from hardware import rig
+from serial_bench import Bench, backend_of, replug
 
-from hw import registry
 from hw.interface import BackendError, LinkFault, LinkLost
 from hw.serial import port
 from hw.serial.frame import Status
-from rtctl.control.jit import records
-from rtctl.tick import new_ticks
-
-STATE_BYTES = 45
-
-RIG = rig()
 
 
 @pytest.fixture(scope="module")
 def shared(tmp_path_factory):
     yield lambda which: serial_boards.board(1, tmp_path_factory.mktemp, which)
     serial_boards.close_all()
-
-
-def backend_of(port, **options):
-    model = registry.options_model("serial")
-    valid = model.model_validate({"port": port, "open_timeout_s": 30.0, "reopen_timeout_s": 10.0, **options})
-    return registry.create("serial", valid.model_dump(mode="json"), RIG)
-
-
-class Bench:
-    """A board, the backend at its port, and a tick."""
-
-    def __init__(self, board):
-        self.board, self.backend = board, backend_of(board.port)
-        self.in_step = serial_boards.InLockstep(self.backend, STATE_BYTES)
-        self.tick = records(new_ticks(1, 1))
-
-    def cycle(self, enabled=1, current_a=0.5):
-        self.in_step.read(self.tick)
-        self.tick["enabled"], self.tick["current_command_a"] = enabled, current_a
-        self.in_step.write(self.tick)
-
-    def drive(self):
-        """Open, and have the motor driven."""
-        self.in_step.open()
-        self.cycle(enabled=0)
-        self.cycle()
-        self.in_step.wait()
-        assert self.motor["current_a"] == 0.5
-
-    def cycles(self, n, **more):
-        for _ in range(n):
-            self.cycle(**more)
-
-    def exchange(self, n):
-        """`n` cycles that wait for nothing."""
-        for _ in range(n):
-            self.backend.read(self.tick)
-            self.backend.write(self.tick)
-
-    def flood(self):
-        """Send into a line that is always full."""
-        self.backend._port.discard_output = lambda: None
-        for _ in range(1000):
-            with contextlib.suppress(BlockingIOError):
-                while True:
-                    os.write(self.backend.fileno(), b"\x01" * 4096)
-            self.backend.write(self.tick)
-
-    @property
-    def motor(self):
-        """What the motor got last."""
-        return self.board.observation.rows()[-1]
 
 
 @pytest.fixture
@@ -207,11 +148,6 @@ def test_a_closed_backend_is_lost_not_a_crash(bench):
             call(bench.tick)
 
 
-def replug(board):
-    board.order("unplug")
-    board.order("plug")
-
-
 def test_after_a_re_plug_the_same_board_goes_on_with_count_and_angle(bench):
     bench.drive()
     bench.cycles(5)
@@ -319,124 +255,3 @@ def test_the_simulated_board_ends_cleanly_on_sigterm_and_leaves_no_link(tmp_path
         assert board.process.wait(60) == 0
     assert not Path(board.port).is_symlink()
     assert not board.observation.rows()["current_a"].any()
-
-
-class DescribedBench(Bench):
-    """The same with a described frame."""
-
-    def __init__(self, board):
-        self.board = board
-        model = registry.options_model("serial-described")
-        valid = model.model_validate(
-            {
-                "port": board.port,
-                "open_timeout_s": 30.0,
-                "reopen_timeout_s": 10.0,
-                **serial_boards.described(1),
-            }
-        )
-        self.backend = registry.create("serial-described", valid.model_dump(mode="json"), RIG)
-        self.in_step = serial_boards.InLockstep(self.backend, serial_boards.described_bytes(1), board)
-        self.tick = records(new_ticks(1, 1))
-
-
-@pytest.fixture
-def described(tmp_path_factory):
-    made = DescribedBench(serial_boards.described_board(1, tmp_path_factory.mktemp))
-    yield made
-    made.backend.close()
-
-
-def test_a_described_board_is_driven_and_stopped(described):
-    described.drive()
-    before = described.board.observation.count
-    described.backend.stop()
-    described.board.wait_for(before + 1)
-    assert described.motor["current_a"] == 0
-    described.backend.close()
-    described.in_step.open()
-    described.cycles(2)
-    described.in_step.wait()
-    before = described.board.observation.count
-    described.backend.close()
-    described.backend.stop()
-    described.board.wait_for(before + 1)
-    assert described.motor["current_a"] == 0
-
-
-def test_an_unplugged_described_board_is_lost_and_only_the_same_one_comes_back(described):
-    described.drive()
-    described.board.order("unplug")
-    with pytest.raises(LinkLost, match="unplugged"):
-        described.exchange(2)
-    described.backend.close()
-    described.board.order("plug")
-    described.in_step.open()
-    described.cycles(2)
-    described.backend.close()
-    described.board.order("identity 2")
-    with pytest.raises(BackendError, match="another board than before"):
-        described.in_step.open()
-    assert described.backend.fileno() == -1
-
-
-def test_damage_to_a_described_frame_is_never_fresh(described):
-    described.in_step.open()
-    described.cycles(3, enabled=0)
-    described.in_step.wait()
-    described.backend.read(described.tick)
-    count = int(described.tick["sample_count"][0])
-    described.board.order("flip 1")
-    described.backend.write(described.tick)
-    described.in_step.wait()
-    described.backend.read(described.tick)
-    assert described.tick["sample_count"][0] == count
-    described.in_step.write(described.tick)
-    described.cycles(2, enabled=0)
-    assert described.tick["sample_count"][0] >= count + 1
-
-
-def test_re_plugs_of_a_described_board_leak_nothing(described):
-    def held():
-        return len(list(Path("/proc/self/fd").iterdir())), threading.active_count()
-
-    described.in_step.open()
-    described.backend.close()
-    before = held()
-    for _ in range(1000):
-        described.in_step.open()
-        replug(described.board)
-        with pytest.raises(LinkLost):
-            described.exchange(2)
-        described.backend.close()
-    assert held() == before
-
-
-def test_a_described_port_that_talks_otherwise_is_refused_with_what_to_compare(described):
-    master, slave = os.openpty()
-    try:
-        model = registry.options_model("serial-described")
-        valid = model.model_validate(
-            {"port": os.ttyname(slave), "open_timeout_s": 0.2, **serial_boards.described(1)}
-        )
-        backend = registry.create("serial-described", valid.model_dump(mode="json"), RIG)
-        with pytest.raises(BackendError, match="not a byte came"):
-            backend.open()
-        backend = with_chatter(backend, master)
-        with pytest.raises(BackendError, match=r"bytes came, none of them a frame"):
-            backend.open()
-    finally:
-        os.close(master)
-        os.close(slave)
-
-
-def with_chatter(backend, master):
-    """The other side says something else, once the port is open and emptied."""
-    greet = backend._greet
-
-    def _greet(port):
-        os.write(master, b"hello, I am a shell\r\n")
-        greet(port)
-
-    backend._greet = _greet
-    return backend

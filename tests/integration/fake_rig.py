@@ -20,7 +20,8 @@ from rtctl.control.jit import records
 from rtctl.control.records import command_dtype
 from rtctl.control.vocabulary import Environment, Fault, State
 from rtctl.host.access.endpoints import RuntimeDirectory
-from rtctl.host.access.entrances import Access, Openings
+from rtctl.host.access.entrances import Access
+from rtctl.host.access.openings import Openings
 from rtctl.host.commands.gateway import PAUSE_S, Gateway
 from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
 from rtctl.host.telemetry.streams import Telemetry

@@ -13,6 +13,7 @@ import signal
 import subprocess
 import sys
 import traceback
+from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -22,12 +23,22 @@ from rtctl.errors import FaultError, RtctlError
 from rtctl.host.loop import waiting
 from rtctl.host.loop.safe_stop import SafeStop
 from rtctl.host.supervisor import Host
+from rtctl.recording.law_arrays import LawArrays
+from rtctl.recording.law_runner import LawRunner
 from rtctl.rig_file.config import load
 from rtctl.rt import __main__ as rt
 from rtctl.rt import process  # noqa: F401 - imported before the fork
 from rtctl.rt.clock import WallClock
 from rtctl.rt.loop import warm_up
 from rtctl.rt.shared_memory import Memory
+
+FOLLOWING = (
+    "rtctl.host.commands.gateway", "rtctl.host.preparation", "rtctl.host.record.run_record", "rtctl.host.reload",
+    "rtctl.host.telemetry.device_words", "rtctl.host.telemetry.friction_watch", "rtctl.host.telemetry.late_counters",
+    "rtctl.host.telemetry.late_tasks", "rtctl.host.telemetry.late_watch", "rtctl.host.telemetry.rig_description",
+    "rtctl.host.telemetry.streams", "rtctl.host.view_process", "rtctl.recording.setup", "rtctl.recording.state_folder",
+)  # fmt: skip
+"""What a host imports only once its loop has begun; here it is there before the fork."""
 
 QUICK = {
     "READY_S": 0.1,
@@ -144,6 +155,9 @@ def nursery(config):
     warm_up(memory, backend)
     SafeStop(loaded)
     WallClock()
+    for name in FOLLOWING:
+        import_module(name)
+    LawRunner(LawArrays(made.params, made.model, made.command), made.n_axes)  # the record's own
     memory.close()
     say("ready")
     for line in sys.stdin:

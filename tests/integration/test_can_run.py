@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_run import finish, start
+from rtctl_process import finish, start
 
 from hw.interface import LinkFault
 from rtctl.client import RigClient

@@ -1,7 +1,6 @@
 """`rtctl run` as a process: it starts, runs, ends and fails as promised."""
 
 import itertools
-import json
 import os
 import signal
 import subprocess
@@ -10,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from patience import PATIENCE_S, until
+from rtctl_process import CONFIGS, children, finish, start
 
 from rtctl.client import RigClient
 from rtctl.control.vocabulary import State
@@ -17,32 +17,6 @@ from rtctl.errors import LoopDiedError
 from rtctl.host.auto_arm import AutoArm
 from rtctl.host.supervisor import MOST_TICKS, Host
 from rtctl.rig_file.config import load
-
-CONFIGS = Path(__file__).parents[2] / "configs"
-
-
-def start(config, folder, *more):
-    command = [
-        sys.executable,
-        "-m",
-        "rtctl",
-        "run",
-        str(config),
-        "--runtime-dir",
-        str(folder),
-        "--json",
-        *more,
-    ]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-
-def finish(process, timeout=150):
-    out, err = process.communicate(timeout=timeout)
-    return process.returncode, (json.loads(out.splitlines()[-1]) if out.strip() else None), err
-
-
-def children(pid):
-    return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
 
 
 @pytest.fixture
@@ -244,38 +218,6 @@ def test_the_loop_process_has_no_network_learner_or_config_library(folder):
         assert library not in seen[0]
     assert not modules & {"zmq", "sklearn", "asyncio", "pydantic", "msgpack", "matplotlib", "click"}
     assert {"numpy", "numba", "rtctl", "hw"} <= modules
-
-
-def test_a_config_that_cannot_be_proved_stable_is_refused_before_anything_starts(folder, tmp_path):
-    text = (CONFIGS / "mock.toml").read_text().replace('"friction/', f'"{CONFIGS}/friction/')
-    lines = [
-        "stiffness_nm_rad = 5000.0" if "stiffness_nm_rad = 60" in line else line for line in text.splitlines()
-    ]
-    config = tmp_path / "stiff.toml"
-    config.write_text("\n".join(lines))
-    code, body, _ = finish(start(config, folder))
-    assert code == 5
-    assert "5000" in body["message"]
-    assert str(config) in body["message"]
-
-
-def test_a_missing_model_is_refused_by_name(folder, tmp_path):
-    text = (CONFIGS / "mock.toml").read_text()
-    config = tmp_path / "rig.toml"
-    config.write_text(text)
-    code, body, _ = finish(start(config, folder))
-    assert code == 4
-    assert "friction/mock.json" in body["message"]
-
-
-def test_all_config_faults_come_in_one_json_object(folder, tmp_path):
-    config = tmp_path / "rig.toml"
-    config.write_text(
-        (CONFIGS / "mock.toml").read_text().replace("rate_hz = ", "rate_hertz = 1\nrate_hz = -")
-    )
-    code, body, _ = finish(start(config, folder))
-    assert code == 3
-    assert len(body["faults"]) == 2
 
 
 def test_without_real_time_rights_a_simulated_rig_warns_and_runs(folder):

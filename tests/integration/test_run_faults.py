@@ -6,7 +6,7 @@ import sys
 
 import pytest
 from patience import PATIENCE_S, until
-from test_run import CONFIGS, finish, start
+from rtctl_process import CONFIGS, finish, start
 
 from rtctl.client import RigClient
 from rtctl.errors import FaultError, RecordingError, RefusedError

@@ -7,7 +7,7 @@ import signal
 
 import pytest
 from patience import until
-from test_run import CONFIGS, finish, start
+from rtctl_process import CONFIGS, finish, start
 
 from rtctl.client import RigClient
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from patience import PATIENCE_S, until
-from test_run import CONFIGS, children, finish, start
+from rtctl_process import CONFIGS, children, finish, start
 
 from rtctl.client import RigClient
 from rtctl.errors import BusyError, DeviceError, LoopDiedError, ModelError, StabilityError

@@ -29,7 +29,8 @@ MODULES = ("gate", "states", "faults", "detectors", "arming", "window")
 LEAST = 0.95
 
 LAW = (
-    "tests/unit/control/test_safety_functions.py", "tests/unit/control/test_gate.py", "tests/properties/test_control_gate.py",
+    "tests/unit/control/test_state_functions.py", "tests/unit/control/test_detector_functions.py", "tests/unit/control/test_pulse_functions.py",
+    "tests/unit/control/test_gate.py", "tests/properties/test_control_gate.py",
     "tests/unit/control/test_states.py", "tests/unit/control/test_detectors.py", "tests/unit/control/test_arming.py",
 )  # fmt: skip
 """Run on every change of a function."""
@@ -38,11 +39,11 @@ TOO_LONG = "tests/unit/control/test_states.py::test_exhaustive_every_state_under
 
 TABLES = {
     "faults": ("tests/unit/test_documents.py", "tests/unit/control/test_states.py"),
-    "arming": ("tests/unit/control/test_safety_functions.py", "tests/unit/control/test_arming.py"),
-    "detectors": ("tests/unit/control/test_safety_functions.py",),
+    "arming": ("tests/unit/control/test_pulse_functions.py", "tests/unit/control/test_arming.py"),
+    "detectors": ("tests/unit/control/test_detector_functions.py",),
     "window": ("tests/unit/control/test_detectors.py::test_a_mark_counts_for_a_thousand_ticks_to_the_tick",),
     "states": (
-        "tests/unit/control/test_safety_functions.py",
+        "tests/unit/control/test_state_functions.py",
         "tests/unit/control/test_states.py::test_requests_become_events_only_where_they_are_allowed",
     ),
     "gate": ("tests/unit/control/test_gate.py",),

@@ -1,4 +1,4 @@
-"""Seeded bugs of what stands between wire and tick: serial frames, encoders, CAN, force sensors, the loop."""
+"""Seeded bugs of what stands between wire and tick: serial frames, encoders, force sensors, the loop."""
 
 from __future__ import annotations
 
@@ -14,28 +14,21 @@ LINK = (f"{HW}/test_serial_link.py::test_a_sample_must_be_newer_by_number_and_by
         f"{HW}/test_serial_link.py::test_a_sample_is_fresh_once",
         f"{HW}/test_serial_link.py::test_damage_is_a_checksum_fault_unless_a_good_sample_follows_at_once",
         f"{HW}/test_serial_link.py::test_nothing_out_of_a_backlog_is_fresh_and_what_comes_after_it_is",
-        f"{HW}/test_serial_link.py::test_a_value_that_is_not_finite_disables_every_axis",
-        f"{HW}/test_serial_link.py::test_a_disabled_tick_sends_zeros",
+        f"{HW}/test_serial_commands.py::test_a_value_that_is_not_finite_disables_every_axis",
+        f"{HW}/test_serial_commands.py::test_a_disabled_tick_sends_zeros",
         f"{HW}/test_serial_link.py::test_a_velocity_has_the_unit_and_sign_of_the_position",
         f"{HW}/test_serial_link.py::test_a_velocity_that_is_used_and_missing_is_a_fault_of_the_device",
-        f"{HW}/test_serial_link.py::test_a_board_that_reports_a_failure_of_what_is_used_is_as_good_as_lost",
-        f"{HW}/test_serial_link.py::test_a_board_that_went_torque_free_by_itself_while_enabled_is_as_good_as_lost")  # fmt: skip
+        f"{HW}/test_serial_commands.py::test_a_board_that_reports_a_failure_of_what_is_used_is_as_good_as_lost",
+        f"{HW}/test_serial_commands.py::test_a_board_that_went_torque_free_by_itself_while_enabled_is_as_good_as_lost")  # fmt: skip
 BOARD = (f"{HW}/test_serial_firmware.py",)
 ENCODER = (
     "tests/properties/test_encoder.py::test_the_count_follows_every_walk_of_less_than_half_a_range_a_step",
 )
-FIELDS = (f"{HW}/test_can_fields.py",)
 MOMENTS = (f"{HW}/test_moments_of_boards.py",)
-CODECS = (f"{HW}/test_can_codecs.py",)
-AXES = (f"{HW}/test_can_axes.py",)
-FIRMWARE = (f"{HW}/test_can_odrive_firmware.py",)
-ARMED = (f"{HW}/test_can_armed.py",)
-STRICT = ("tests/contract/test_cia402_strict.py",)
 FORCE = (f"{HW}/test_force_codecs.py",)
 LOOP = ("tests/unit/rt/test_loop.py",)
 WHOLE = ("tests/unit/rt/test_whole_cycle.py",)
 SERIAL_CYCLE = ("tests/unit/hw/test_serial_compiled_cycle.py",)
-CAN_CYCLE = ("tests/unit/hw/test_can_steady.py",)
 REPLUG = ("tests/unit/rt/test_replug.py",)
 
 SEEDS = (
@@ -122,20 +115,8 @@ SEEDS = (
         "(0 if s.has_moment else _NO_MOMENT)", "0", MOMENTS,
     ),
     Seed(
-        "what stands behind a moteus reply is not looked at", "hw/can/moteus.py",
-        "buffer[offset + _REPLY.size : offset + length] == _PADDING[:rest]", "rest >= 0", CODECS,
-    ),
-    Seed(
         "moments do not turn with mirrored axes", "hw/force/axes.py",
         "sign = 1.0 if determinant(matrix) > 0 else -1.0", "sign = 1.0", MOMENTS,
-    ),
-    Seed(
-        "an infinite speed of an ODrive is fresh", "hw/can/odrive.py",
-        "or speed - speed != 0.0:", "or speed != speed:", AXES,
-    ),
-    Seed(
-        "a CiA 402 sample is complete without its velocity", "hw/can/cia402.py",
-        "self._velocity_bit = sample.need() if units else 0", "self._velocity_bit = 1 << 40 if units else 0", AXES,
     ),
     Seed(
         "an encoder that wraps jumps", "hw/encoder.py",
@@ -146,70 +127,9 @@ SEEDS = (
         "return ((count + half) & (2 * half - 1)) - half", "return count & (2 * half - 1)", ENCODER,
     ),
     Seed(
-        "a CAN counter wraps in one direction only", "hw/can/fields.py",
-        "((raw - self._last + self._half) & self._mask) - self._half", "(raw - self._last) & self._mask", FIELDS,
-    ),
-    Seed(
-        "a CAN frame may come twice", "hw/can/fields.py",
-        "if 0 < ahead <= self._half:", "if 0 <= ahead <= self._half:", FIELDS,
-    ),
-    Seed(
-        "a large CAN value wraps instead of saturating", "hw/can/fields.py",
-        "    if x >= high:\n        return high\n", "", FIELDS,
-    ),
-    Seed(
-        "NaN goes onto the CAN bus", "hw/can/fields.py",
-        "(0.0 if value != value else value)", "value", FIELDS,
-    ),
-    Seed(
-        "an ODrive current of NaN is fresh", "hw/can/odrive.py",
-        "        if current - current != 0.0:\n            self._sample.not_finite()\n            return\n", "", CODECS,
-    ),
-    Seed(
-        "a moteus reply is read beyond its end", "hw/can/moteus.py",
-        "if at + size * count > end:", "if at > end:", CODECS,
-    ),
-    Seed(
-        "a CiA 402 drive is enabled though nobody asked", "hw/can/cia402.py",
-        "return DISABLE_VOLTAGE if state in (FAULT, QUICK_STOP) else SHUT_DOWN",
-        "return DISABLE_VOLTAGE if state in (FAULT, QUICK_STOP) else _NEXT.get(state, SHUT_DOWN)", CODECS,
-    ),
-    Seed(
-        "a CiA 402 fault is reset into motion", "hw/can/cia402.py",
-        "    return _NEXT.get(state, DISABLE_VOLTAGE)", "    return _NEXT.get(state, FAULT_RESET)", CODECS,
-    ),
-    Seed(
-        "an ODrive is asked for its serial number whatever its firmware", "hw/can/odrive.py",
-        "if self.version >= ADDRESS_SINCE:", "if True:", FIRMWARE,
-    ),
-    Seed(
-        "a drive that has let go may come back by itself", "hw/can/armed.py",
-        "return wanted and not self.dropped", "return wanted", ARMED,
-    ),
-    Seed(
-        "a drive that has let go is forgiven when it says so", "hw/can/armed.py",
-        "            self.reached = True\n", "            self.reached, self.dropped = True, False\n", ARMED,
-    ),
-    Seed(
-        "bit 30 of a PDO's identifier is lost", "hw/can/cia402_setup.py",
-        "wanted = before & _NO_REMOTE | cob_id", "wanted = cob_id", STRICT,
-    ),
-    Seed(
-        "a late answer of a drive is taken for one to the next request", "hw/can/cia402_setup.py",
-        "mine = of == self._asked and kind in (self._answer, _ABORT)", "mine = True", STRICT,
-    ),
-    Seed(
-        "the mode that a CiA 402 drive shows is not looked at", "hw/can/cia402_setup.py",
-        "if shown == CYCLIC_SYNCHRONOUS_TORQUE:", "if shown >= 0:", STRICT,
-    ),
-    Seed(
         "a board that has let go is sent torque", "hw/serial/link.py",
         "enable = t.enabled != 0 and ln.dropped == 0", "enable = t.enabled != 0",
-        (f"{HW}/test_serial_link.py::test_a_board_whose_power_stage_lets_go_stays_torque_free_until_it_is_disabled",),
-    ),
-    Seed(
-        "a drive gets a current of NaN", "hw/can/sample.py",
-        "        if current_a - current_a != 0.0:\n            return 0.0\n", "", CODECS,
+        (f"{HW}/test_serial_commands.py::test_a_board_whose_power_stage_lets_go_stays_torque_free_until_it_is_disabled",),
     ),
     Seed(
         "half of a force frame's checksum is compared", "hw/force/rokubi.py",
@@ -277,22 +197,6 @@ SEEDS = (
     Seed(
         "a command that found no room is sent once more", "hw/serial/backend.py",
         '        if wire["full"][0]:  # the compiled half has tried\n', "        if False:\n", SERIAL_CYCLE,
-    ),
-    Seed(
-        "frames kept for Python are dropped", "hw/can/raw.py",
-        "return kept if kept[0] < kept[1] else (0, self._batch.take())", "return (0, self._batch.take())", CAN_CYCLE,
-    ),
-    Seed(
-        "a compiled CAN cycle outlives what is due", "hw/can/steady_cycle.py",
-        "b.on != ON or b.passed >= b.budget or", "b.on != ON or", CAN_CYCLE,
-    ),
-    Seed(
-        "a compiled CAN cycle goes on when the rig is disarmed", "hw/can/steady_cycle.py",
-        " or words[b.enabled_at] != b.enabled:", ":", CAN_CYCLE,
-    ),
-    Seed(
-        "a drive's new state is not told to Python", "hw/can/steady_codec.py",
-        "    return _guarded(data, at, r, numbers, LEAVES)\n", "    return False\n", CAN_CYCLE,
     ),
     Seed(
         "a compiled half shows a backlog as fresh", "hw/serial/compiled_core.py",

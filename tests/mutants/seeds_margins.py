@@ -5,7 +5,7 @@ from __future__ import annotations
 from seed import Seed
 
 LOOP = ("tests/unit/control/test_sampled_loop.py",)
-CHECK = ("tests/unit/cli/test_check.py",)
+CHECK = ("tests/unit/cli/test_check.py", "tests/unit/cli/test_check_plausibility.py")
 OBSERVER = ("tests/unit/control/test_observer_margin.py",)
 FRICTION = ("tests/unit/cli/test_check_friction.py",)
 ADMITTANCE = ("tests/unit/control/test_admittance_margin.py", "tests/unit/control/test_admittance_proof.py")

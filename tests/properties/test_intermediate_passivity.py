@@ -26,6 +26,7 @@ import math
 
 import numpy as np
 from amounts import asked_often, some_of
+from energy_account import Account, T
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -35,7 +36,6 @@ from rtctl.control.jit import compiled, records
 from rtctl.control.records import new_records
 from rtctl.control.vocabulary import Environment
 
-T = 1e-3
 RATE_NM = 0.05
 LOCAL = [kind for kind in Environment if kind is not Environment.REMOTE]
 
@@ -79,37 +79,6 @@ def start(params, state, command, rng):
     """Another environment in force at once, as at an arm."""
     jump(command, rng, LOCAL)
     coupling_torque(state, params, command, 0, 1, 0.0, True)
-
-
-class Account:
-    """Energy that the joint took from a hand and its own damping less what the motor gave, since the last start."""
-
-    def __init__(self, params, limit):
-        self.k_c, self.b_c = params["coupling_stiffness_nm_rad"][0], params["coupling_damping_nms_rad"][0]
-        self.store_j, self.power_w, self.limit = params["renderer_store_j"], params["renderer_power_w"], limit
-        self.begin(0.0, 0.0)
-
-    def begin(self, at_start, damper):
-        """What is stored, and b_c d_0^2/(2 T) of the damper whose torque `damper`, N m, is held first."""
-        # below 1e-15 N m s/rad it is less than 1e-12 J, and the slip is lost in rounding
-        lag = 0.5 * T / self.b_c * damper**2 if self.b_c > 1e-15 else 0.0
-        self.at_start = at_start + lag
-        self.absorbed, self.granted, self.scale, self.ticks = 0.0, 0.0, 1e-12, 0
-
-    def holding(self, step):
-        return (0.5 * self.k_c + self.b_c / T) * step**2
-
-    def held(self, torque, step):
-        """The joint went `step` while the gate let this much of `torque` through."""
-        sent = min(max(torque, -self.limit), self.limit)
-        self.absorbed += self.holding(step) - sent * step
-        self.scale += abs(torque * step)
-
-    def check(self, granted):
-        self.ticks += 1
-        self.granted += granted
-        assert self.granted <= self.store_j + self.power_w * T * self.ticks + 1e-12
-        assert self.absorbed >= -self.at_start - self.granted - 1e-9 * (1.0 + self.scale)
 
 
 @asked_often

@@ -10,8 +10,9 @@ import pytest
 from hw import registry
 from hw.fault_kinds import markdown_table
 from hw.interface import LinkLost
+from hw.member import Member
 from hw.mock.backend import MockBackend
-from hw.rig import Member, compose
+from hw.rig import compose
 from rtctl.check.law_plan import build
 from rtctl.control import law
 from rtctl.control.jit import records

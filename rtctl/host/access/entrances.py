@@ -9,18 +9,15 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
-from pathlib import Path
 
 import zmq
 
 from rtctl.errors import RtctlError
 from rtctl.host.access.authenticator import Authenticator, Caller, Notice
 from rtctl.host.access.intruders import SPARED, Intruders
+from rtctl.host.access.openings import NOTHING_OPENED, Openings
 from rtctl.host.access.sockets import Binding, Door, Options, allow_descriptors, tcp_binding, user_id
 from rtctl.host.access.spare_descriptors import Reserve
-from rtctl.host.access.unix_group import group_id
-from rtctl.rig_file.config import LoadedConfig
 from rtctl.wire.keys import KeyStore
 from rtctl.wire.protocol import Endpoints, tcp_endpoints
 
@@ -49,24 +46,6 @@ LOCAL_LISTENERS = 64
 
 LINGER_MS = 50
 """What subscribers by ipc have not taken at the end is given this long."""
-
-
-@dataclass(frozen=True)
-class Openings:
-    """What a rig file opens besides ipc for the own user: TCP for clients with keys, a port for viewers, ipc for a group."""
-
-    bind: str = ""
-    port: int = 0
-    keys: Path | None = None
-    viewer_port: int | None = None
-    group: int | None = None
-
-    @classmethod
-    def of(cls, loaded: LoadedConfig) -> Openings:
-        """As the rig file says. Raises ConfigError for a group that is none."""
-        gateway, telemetry = loaded.config.gateway, loaded.config.telemetry
-        viewer_port = telemetry.plotjuggler_port if telemetry.plotjuggler else None
-        return cls(gateway.bind, gateway.port, loaded.keys_folder(), viewer_port, group_id(gateway.group))
 
 
 class Access:
@@ -106,7 +85,7 @@ class Access:
         self,
         context: zmq.Context[zmq.Socket[bytes]],
         endpoints: Endpoints,
-        openings: Openings = Openings(),
+        openings: Openings = NOTHING_OPENED,
         notice: Notice = lambda _kind, _text: None,
         clock_s: Callable[[], float] = time.monotonic,
         resident: Callable[[], int] | None = None,

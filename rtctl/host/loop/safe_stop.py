@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 
 from hw import registry
 from hw.interface import Backend, BackendError
-from hw.rig import Member
+from hw.member import Member
 from hw.rig_words import subset
 from rtctl.rig_file.config import LoadedConfig
 

@@ -21,6 +21,32 @@ def frame(arbitration_id, data):
     return {"id": arbitration_id, "data": bytes(data).hex()}
 
 
+def moteus_replies():
+    import moteus
+
+    found = []
+    for values in (
+        (10, 0.25, 0.75, 0.1, 1.5, 40.0, 0),
+        (1, -123.5, 0.0, 0.0, -0.25, 21.5, 33),
+        (11, 0.0, -2.0, 0.0, 0.0, 30.0, 0),
+    ):
+        mode, position, velocity, torque, current, temperature, fault = values
+        floats = (
+            struct.pack("<fff", position, velocity, torque),
+            struct.pack("<f", current),
+            struct.pack("<f", temperature),
+        )
+        data = (
+            bytes([0x21, 0x00, mode]) + b"\x2f\x01" + floats[0] + b"\x2d\x04" + floats[1] + b"\x2d\x0e" + floats[2]
+            + bytes([0x21, 0x0F, fault])
+        )  # fmt: skip
+        read = moteus.parse_registers(data).response
+        names = ("MODE", "POSITION", "VELOCITY", "Q_CURRENT", "TEMPERATURE", "FAULT")
+        registers = [read[int(getattr(moteus.Register, name))] for name in names]
+        found.append({"data": data.hex(), "read": [getattr(value, "value", value) for value in registers]})
+    return found
+
+
 def moteus_vectors():
     import moteus
 
@@ -35,7 +61,7 @@ def moteus_vectors():
         moteus.F32
     )
     fields.maximum_torque = fields.stop_position = fields.watchdog_timeout = moteus.F32
-    found = {"commands": [], "stops": [], "identities": [], "replies": []}
+    found = {"commands": [], "stops": [], "identities": [], "replies": moteus_replies()}
     for node, source in ((1, 0), (5, 0), (127, 126)):
         one = moteus.Controller(
             id=node,
@@ -62,27 +88,6 @@ def moteus_vectors():
         found["stops"].append({"node": node, "source": source, **sent})
         made = one.make_custom_query(dict.fromkeys((0x120, 0x121, 0x122), moteus.INT32))
         found["identities"].append({"node": node, "data": bytes(made.data).hex()})
-    for values in (
-        (10, 0.25, 0.75, 0.1, 1.5, 40.0, 0),
-        (1, -123.5, 0.0, 0.0, -0.25, 21.5, 33),
-        (11, 0.0, -2.0, 0.0, 0.0, 30.0, 0),
-    ):
-        mode, position, velocity, torque, current, temperature, fault = values
-        floats = (
-            struct.pack("<fff", position, velocity, torque),
-            struct.pack("<f", current),
-            struct.pack("<f", temperature),
-        )
-        data = (
-            bytes([0x21, 0x00, mode]) + b"\x2f\x01" + floats[0] + b"\x2d\x04" + floats[1] + b"\x2d\x0e" + floats[2]
-            + bytes([0x21, 0x0F, fault])
-        )  # fmt: skip
-        read = moteus.parse_registers(data).response
-        names = ("MODE", "POSITION", "VELOCITY", "Q_CURRENT", "TEMPERATURE", "FAULT")
-        registers = [read[int(getattr(moteus.Register, name))] for name in names]
-        found["replies"].append(
-            {"data": data.hex(), "read": [getattr(value, "value", value) for value in registers]}
-        )
     return found
 
 

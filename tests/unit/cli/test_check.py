@@ -3,95 +3,25 @@
 import dataclasses
 import json
 import re
-import sys
-from types import SimpleNamespace
 
-import numpy as np
 import pytest
+from checked_rig import learned, writer
+from in_process import run
 
-from hw import registry
-from hw.interface import BackendError, Timing
-from rtctl.__main__ import main
-from rtctl.check import verdicts_of_units
 from rtctl.check.stability_report import examine
-from rtctl.check.verdict import Outcome, Verdict, ranked
 from rtctl.errors import ModelError, StabilityError
 from rtctl.friction import artefact
-from rtctl.friction.learn.fit import fit_points
-from rtctl.friction.points.measured import FrictionPoints
 from rtctl.rig_file.config import load
-
-RIG = """
-schema = 1
-[rig]
-name = "bench"
-[[axis]]
-name = "joint"
-inertia_kgm2 = 0.012
-viscous_nms_rad = 0.05
-encoder_counts_per_rev = 160000
-torque_constant_nm_a = 0.0134
-gear_ratio = 80.0
-lever_m = [0.0, 0.1, 0.0]
-torque_limit_nm = 2.0
-torque_rate_nm_s = 200.0
-velocity_limit_rad_s = {limit}
-[axis.coupling]
-stiffness_nm_rad = {k_c}
-damping_nms_rad = {b_c}
-delay_ticks = {d}
-[axis.environment]
-kind = "spring"
-stiffness_nm_rad = 40.0
-[axis.friction]
-model = "{model}"
-gain = {gain}
-policy = "{policy}"
-drift_nm = {drift}
-[[device]]
-kind = "mock"
-"""
-DEFAULTS = {
-    "k_c": 60.0,
-    "b_c": 0.01,
-    "d": 0,
-    "model": "",
-    "gain": 0.9,
-    "policy": "hybrid",
-    "drift": 0.0,
-    "limit": 2.0,
-}
 
 
 @pytest.fixture(scope="module")
 def model():
-    v = np.concatenate([[0.0], np.geomspace(0.01, 2, 60)])
-    rows = [(s * x, 0.25 + 0.1 * np.exp(-((x / 0.1) ** 2)) + 0.05 * x, s, 0, 1) for s in (1, -1) for x in v]
-    points = FrictionPoints.from_rows(rows, "p.csv", "0" * 64)
-    return fit_points(points, rig="bench", epsilon_nm=1e-4, c=1e4)
+    return learned()
 
 
 @pytest.fixture
 def rig(tmp_path, model):
-    artefact.save(model, tmp_path / "model.json")
-
-    def write(**changes):
-        path = tmp_path / "rig.toml"
-        path.write_text(RIG.format(**(DEFAULTS | changes)))
-        return path
-
-    return write
-
-
-def _run(monkeypatch, capsys, *arguments):
-    monkeypatch.setattr(sys, "argv", ["rtctl", *map(str, arguments)])
-    code = 0
-    try:
-        main()
-    except SystemExit as stop:
-        code = stop.code or 0
-    streams = capsys.readouterr()
-    return code, streams.out, streams.err
+    return writer(tmp_path, model)
 
 
 def test_without_a_model_the_rig_files_damping_gates(rig):
@@ -193,7 +123,7 @@ def test_a_model_of_another_rig_or_a_damaged_one_is_refused(rig, model, tmp_path
 
 def test_a_passing_file_prints_ok_and_exits_0(rig, monkeypatch, capsys, tmp_path):
     picture = tmp_path / "region.png"
-    code, out, err = _run(monkeypatch, capsys, "check", rig(model="model.json"), "--plot", picture)
+    code, out, err = run(monkeypatch, capsys, "check", rig(model="model.json"), "--plot", picture)
     assert (code, err) == (0, "")
     last = out.split("what the tests say, the weakest last")[1].splitlines()
     assert "NOT PROVED" in [line for line in last if line.startswith("  ")][-1]
@@ -213,19 +143,19 @@ def _advice(text):
 def test_a_gain_and_cap_that_fail_the_two_line_test_are_warned_of_with_those_that_pass(
     rig, monkeypatch, capsys
 ):
-    _, out, _ = _run(monkeypatch, capsys, "check", rig(model="model.json"))
+    _, out, _ = run(monkeypatch, capsys, "check", rig(model="model.json"))
     assert "WARNING: axis joint: gain = 0.9 with cap_share = 0.3 fails the two-line test" in out
     assert "force gate" in out
     gain, cap_share = _advice(out)
     path = rig(model="model.json", gain=gain)
     path.write_text(path.read_text().replace("[[device]]", f"cap_share = {cap_share}\n[[device]]"))
     # the table before [[device]] is [axis.friction]
-    code, out, _ = _run(monkeypatch, capsys, "check", path)
+    code, out, _ = run(monkeypatch, capsys, "check", path)
     assert code == 0
     assert "two-line" in out
     assert "WARNING" not in out
     assert "recommends" not in out
-    _, out, _ = _run(monkeypatch, capsys, "check", path, "--json")
+    _, out, _ = run(monkeypatch, capsys, "check", path, "--json")
     body = json.loads(out)
     assert body["warnings"] == []
     assert body["recommended"][0]["gain"] == body["recommended"][0]["gain_recommended"] == gain
@@ -233,24 +163,24 @@ def test_a_gain_and_cap_that_fail_the_two_line_test_are_warned_of_with_those_tha
 
 
 def test_less_than_recommended_is_a_note_and_no_feed_forward_is_nothing(rig, monkeypatch, capsys):
-    _, out, _ = _run(monkeypatch, capsys, "check", rig(model="model.json", gain=0.2))
+    _, out, _ = run(monkeypatch, capsys, "check", rig(model="model.json", gain=0.2))
     assert "WARNING" not in out
     assert "note: axis joint: gain = 0.2 with cap_share = 0.3 passes" in out
     assert _advice(out)
-    _, out, _ = _run(monkeypatch, capsys, "check", rig(model="model.json", policy="off"))
+    _, out, _ = run(monkeypatch, capsys, "check", rig(model="model.json", policy="off"))
     assert "recommends" not in out
 
 
 def test_a_coupling_that_leaves_no_gain_is_said(rig, monkeypatch, capsys):
     path = rig(model="model.json", k_c=10.0, b_c=0.0)
     path.write_text(path.read_text().replace("160000", "20"))
-    _, out, _ = _run(monkeypatch, capsys, "check", path)
+    _, out, _ = run(monkeypatch, capsys, "check", path)
     assert "no gain passes it with this coupling and encoder" in out
 
 
 def test_a_failing_file_exits_5_naming_file_axis_key_value_and_bound(rig, monkeypatch, capsys):
     path = rig(k_c=100.0)
-    code, out, err = _run(monkeypatch, capsys, "check", path)
+    code, out, err = run(monkeypatch, capsys, "check", path)
     assert code == 5
     table = out.split("the weakest last\n")[1].splitlines()
     assert table[-1].startswith("  FAIL        coupling, sampled and late")
@@ -261,10 +191,10 @@ def test_a_failing_file_exits_5_naming_file_axis_key_value_and_bound(rig, monkey
 
 
 def test_json_is_one_object_with_and_without_success(rig, monkeypatch, capsys):
-    code, out, _ = _run(monkeypatch, capsys, "check", rig(), "--json")
+    code, out, _ = run(monkeypatch, capsys, "check", rig(), "--json")
     assert code == 0
     assert json.loads(out)["ok"] is True
-    code, out, err = _run(monkeypatch, capsys, "check", rig(k_c=100.0), "--json")
+    code, out, err = run(monkeypatch, capsys, "check", rig(k_c=100.0), "--json")
     body = json.loads(out)
     assert (code, err) == (5, "")
     assert (body["ok"], body["error"], body["exit_code"]) == (False, "StabilityError", 5)
@@ -272,167 +202,17 @@ def test_json_is_one_object_with_and_without_success(rig, monkeypatch, capsys):
 
 
 def test_json_holds_no_infinity(rig, monkeypatch, capsys):
-    _, out, _ = _run(monkeypatch, capsys, "check", rig(k_c=0.0, b_c=0.0), "--json")
+    _, out, _ = run(monkeypatch, capsys, "check", rig(k_c=0.0, b_c=0.0), "--json")
     assert json.loads(out, parse_constant=pytest.fail)["axes"][0]["ring_damping_ratio"] is None
 
 
 def test_a_plot_that_cannot_be_written_is_a_named_error(rig, monkeypatch, capsys, tmp_path):
-    code, _, err = _run(monkeypatch, capsys, "check", rig(), "--plot", tmp_path / "no" / "where.png")
+    code, _, err = run(monkeypatch, capsys, "check", rig(), "--plot", tmp_path / "no" / "where.png")
     assert code == 2
     assert "cannot write" in err
 
 
 def test_a_missing_rig_file_exits_3(monkeypatch, capsys, tmp_path):
-    code, _, err = _run(monkeypatch, capsys, "check", tmp_path / "absent.toml")
+    code, _, err = run(monkeypatch, capsys, "check", tmp_path / "absent.toml")
     assert code == 3
     assert "absent.toml" in err
-
-
-def _rows(path):
-    return {row.name: row for row in examine(load(path)).axes[0].verdicts}
-
-
-def _with(path, *changes):
-    text = path.read_text()
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new, 1)
-    path.write_text(text)
-    return path
-
-
-@pytest.mark.parametrize(
-    ("change", "name", "key"),
-    [
-        (("inertia_kgm2 = 0.012", "inertia_kgm2 = 120"), "acceleration at the torque limit", "inertia_kgm2"),
-        (("0.0134", "13.4"), "current at the torque limit", "torque_constant_nm_a"),
-        (("0.0134", "1.34e-5"), "current at the torque limit", "torque_constant_nm_a"),
-        (("160000", "2000"), "steps of the encoder", "encoder_counts_per_rev"),
-        (("torque_rate_nm_s = 200.0", "torque_rate_nm_s = 0.02"), "ticks to full torque", "torque_rate_nm_s"),
-        (("viscous_nms_rad = 0.05", "viscous_nms_rad = 50.0"), "mechanical time constant", "viscous_nms_rad"),
-    ],
-)
-def test_a_wrong_unit_is_refused_by_name_with_its_key(rig, monkeypatch, capsys, change, name, key):
-    path = _with(rig(), change)
-    row = _rows(path)[name]
-    assert row.outcome is Outcome.FAIL
-    code, _, err = _run(monkeypatch, capsys, "check", path)
-    assert code == 5
-    assert f"axis[0].{key}: axis joint:" in err
-
-
-def test_a_figure_that_few_rigs_have_is_told_and_passes(rig, monkeypatch, capsys):
-    path = _with(rig(), ("viscous_nms_rad = 0.05", "viscous_nms_rad = 0.2"))
-    assert _rows(path)["mechanical time constant"].outcome is Outcome.WARN
-    code, out, _ = _run(monkeypatch, capsys, "check", path)
-    assert code == 0
-    assert "look again at: joint: mechanical time constant" in out
-
-
-def test_more_viscous_friction_than_the_model_was_ever_taught_is_refused(rig):
-    path = _with(rig(model="model.json", policy="off"), ("viscous_nms_rad = 0.05", "viscous_nms_rad = 0.3"))
-    row = _rows(path)["viscous_nms_rad against the model"]
-    assert row.outcome is Outcome.FAIL
-    assert "axis[0].viscous_nms_rad" in row.refusal
-
-
-def test_what_no_test_can_say_of_a_figure_that_is_no_number_fails():
-    band = verdicts_of_units.ACCELERATION
-    assert band.outcome(float("nan")) is Outcome.FAIL
-    assert band.outcome(1e4) is Outcome.PASS
-    assert band.outcome(1.0) is Outcome.WARN
-    rows = [
-        Verdict("a", "fine", "", "", Outcome.PASS, "", 0.9),
-        Verdict("a", "no number", "", "", Outcome.FAIL, "", float("nan")),
-        Verdict("a", "bad", "", "", Outcome.FAIL, "", 3.0),
-        Verdict("a", "open", "", "", Outcome.NOT_PROVED, "", 9.0),
-        Verdict("a", "odd", "", "", Outcome.WARN, "", 99.0),
-    ]
-    assert [row.name for row in ranked(rows)] == ["fine", "odd", "open", "bad", "no number"]
-
-
-@pytest.mark.parametrize(
-    ("extra", "k_max"),
-    [
-        ("[device.options.axis]\ntorque_delay_ticks = 1", 37.48),  # declared by the device
-        ("", 80.0),
-    ],
-)
-def test_a_delay_that_a_device_declares_counts_though_the_rig_file_forgot_it(rig, extra, k_max):
-    path = rig()
-    path.write_text(
-        path.read_text() + extra.replace("[device.options.axis]", "[[device.options.axis]]") + "\n"
-    )
-    (axis,) = examine(load(path)).axes
-    assert axis.sampled_data_k_max_nm_rad == pytest.approx(k_max, abs=0.01)
-    assert axis.ok == (k_max > 60)
-    assert axis.delay_from == ("device[0] 'mock'" if extra else "rig file")
-
-
-def test_the_worst_of_declared_configured_and_measured_counts(rig):
-    more = "[axis.measured]\ndelay_ticks = {}\ncurrent_loop_hz = 400.0\nsample_ticks = 2\n[axis.environment]"
-    for measured, delay, who in ((0.25, 0.5, "rig file"), (0.75, 0.75, "measured")):
-        path = _with(rig(d=0.5, k_c=5.0), ("[axis.environment]", more.format(measured)))
-        (axis,) = examine(load(path)).axes
-        assert (axis.delay_ticks, axis.delay_from) == (delay, who)
-        assert (axis.current_loop_hz, axis.lag_from) == (400.0, "measured")
-        assert (axis.sample_ticks, axis.sample_from) == (2, "measured")
-        assert "worlds that are not linear, behind the lag" in {row.name for row in axis.verdicts}
-
-
-def test_only_the_damping_that_no_hand_can_cancel_counts_of_an_elastic_joint(rig):
-    joint = "[axis.drive]\nmotor_share = 0.4\njoint_damping_nms_rad = 0.02\n[axis.environment]"
-    (axis,) = examine(load(_with(rig(k_c=20.0), ("[axis.environment]", joint)))).axes
-    link = 0.6 * 0.05
-    assert axis.device_damping_nms_rad == pytest.approx(0.4 * 0.05 + link * 0.02 / (link + 0.02))
-    assert axis.total_damping_nms_rad == 0.05
-    stiff = _with(
-        rig(k_c=60.0), ("[axis.environment]", "[axis.drive]\nmotor_share = 0.4\n[axis.environment]")
-    )
-    assert examine(load(stiff)).axes[0].sampled_data_k_max_nm_rad == pytest.approx(20.0)
-    assert not examine(load(stiff)).ok
-
-
-def test_an_encoder_behind_the_spring_is_named_as_not_proved(rig):
-    path = _with(rig(), ("[axis.environment]", '[axis.drive]\nencoder = "link"\n[axis.environment]'))
-    row = _rows(path)["elastic joint, encoder at the link"]
-    assert row.outcome is Outcome.NOT_PROVED
-    assert examine(load(path)).ok
-
-
-def test_steps_of_the_encoder_want_dry_friction_or_a_slow_shake(rig):
-    name = "steps of the encoder"
-    assert _rows(rig(k_c=10.0))[name].outcome is Outcome.PASS
-    assert _rows(rig())[name].outcome is Outcome.NOT_PROVED
-    held = _with(rig(), ("torque_limit_nm", "dry_friction_nm = 0.0016\ntorque_limit_nm"))
-    assert _rows(held)[name].outcome is Outcome.PASS
-    coarse = _with(held, ("160000", "2000"))
-    assert _rows(coarse)[name].outcome is Outcome.FAIL
-    assert _rows(rig(k_c=0.0, b_c=0.0)).get(name) is None
-
-
-def test_json_carries_the_rows_of_the_table(rig, monkeypatch, capsys):
-    _, out, _ = _run(monkeypatch, capsys, "check", rig(k_c=100.0), "--json")
-    body = json.loads(out, parse_constant=pytest.fail)
-    assert body["verdicts"][-1]["verdict"] == "FAIL"
-    assert body["axes"][0]["verdicts"][-1] == body["verdicts"][-1]
-    assert {"name", "figure", "bound", "verdict", "meaning"} <= set(body["verdicts"][0])
-
-
-@pytest.mark.parametrize("given", [[Timing(float("nan"))], [Timing(-1.0)], [], ["soon"]])
-def test_a_declaration_that_is_none_is_refused(monkeypatch, given):
-    monkeypatch.setattr("hw.mock.declared.timing", lambda options, rig: given)
-    with pytest.raises(BackendError, match="finite numbers"):
-        registry.timing("mock", {}, SimpleNamespace(n_axes=1, period_s=1e-3))
-
-
-def test_a_device_that_declares_nothing_is_named(rig, monkeypatch):
-    info = registry.lookup("mock")
-    monkeypatch.setitem(registry.BUILT_IN, "mock", dataclasses.replace(info, timing=None))
-    registry.lookup.cache_clear()
-    row = _rows(rig())["delay of the devices"]
-    stated = _rows(rig(d=1, k_c=20.0)).get("delay of the devices")
-    registry.lookup.cache_clear()
-    assert row.outcome is Outcome.NOT_PROVED
-    assert "device[0] 'mock'" in row.meaning
-    assert stated is None

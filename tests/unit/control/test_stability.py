@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from rtctl.control.admittance_mass import admittance_mass_min
 from rtctl.control.stability import (
     Between,
-    admittance_mass_min,
     coupling_ring,
     damping_needed_adams_hannaford,
     damping_needed_sampled_data,

@@ -5,7 +5,7 @@ import socket
 from pathlib import Path
 
 import pytest
-from test_doctor_wiring import process, put
+from made_up_tree import process, put
 
 from rtctl.machine import network
 

@@ -3,7 +3,6 @@
 import base64
 import html
 import json
-import os
 import re
 import tomllib
 from dataclasses import replace
@@ -12,7 +11,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rtctl.cli import main
 from rtctl.errors import DataError
 from rtctl.friction import gain as report_gain
 from rtctl.friction.kinds.table import FORMULAS
@@ -273,57 +271,3 @@ def test_a_failure_leaves_the_old_report_and_nothing_else(evidence, tmp_path, mo
         report.write(tmp_path / "r", evidence, {"run": 2})
     assert [path.name for path in tmp_path.iterdir()] == ["r"]
     assert (tmp_path / "r/report.json").read_bytes() == before
-
-
-def _run(monkeypatch, capsys, *args):
-    monkeypatch.setattr("sys.argv", ["rtctl", "fit", str(POINTS), *map(str, args)])
-    code = 0
-    try:
-        main()
-    except SystemExit as stop:
-        code = stop.code or 0
-    out, err = capsys.readouterr()
-    return code, out, err
-
-
-def test_the_command_writes_model_and_report(monkeypatch, capsys, tmp_path):
-    out, folder, rig = tmp_path / "m.json", tmp_path / "r", ROOT / "configs/mock.toml"
-    others = tmp_path / "others.csv"
-    others.write_text("\n".join(POINTS.read_text().splitlines()[:-1]))
-    code, said, _ = _run(
-        monkeypatch, capsys,
-        "--out", out, "--report", folder, "--search", "none", "--C", 1000, "--test", others, "--config", rig,
-    )  # fmt: skip
-    assert code == 0
-    assert f"report: {folder / 'report.html'}" in said
-    document = json.loads((folder / "report.json").read_text())
-    assert document["prediction_on"] == "test points"
-    assert document["provenance"]["options"]["search"] == "none"
-    assert document["folds"] == "speed"
-    assert "Held out in 5 folds by speed" in (folder / "report.html").read_text()
-    pasted = tomllib.loads(said[said.index("[axis.friction]") : said.index("learned curve")])["axis"][
-        "friction"
-    ]
-    assert pasted["model"] == Path(os.path.relpath(out, rig.parent)).as_posix()
-    assert "gain = " in (folder / "report.html").read_text()
-    assert len(document["gain"]["axes"]) == 1
-
-
-def test_a_mistake_is_told_before_anything_is_fitted(monkeypatch, capsys, tmp_path):
-    out, rig = tmp_path / "m.json", ROOT / "configs/mock.toml"
-    code, _, err = _run(monkeypatch, capsys, "--out", out, "--test", POINTS)
-    assert code == 2
-    assert "--report" in err
-    code, _, err = _run(monkeypatch, capsys, "--out", out, "--folds", "time")
-    assert code == 10
-    assert "column time_s" in err
-    code, _, err = _run(
-        monkeypatch, capsys, "--out", out, "--report", tmp_path / "r", "--config", rig, "--rig", "x"
-    )
-    assert code == 10
-    assert "correct --rig or --config" in err
-    (tmp_path / "thesis.txt").write_text("")
-    code, _, err = _run(monkeypatch, capsys, "--out", out, "--report", tmp_path)
-    assert code == 10
-    assert "thesis.txt" in err
-    assert not out.exists()

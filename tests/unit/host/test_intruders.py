@@ -16,7 +16,8 @@ from rtctl.host.access import connections, traffic
 from rtctl.host.access import entrances as access_module
 from rtctl.host.access import intruders as module
 from rtctl.host.access.authenticator import PAUSE_S
-from rtctl.host.access.entrances import Access, Openings
+from rtctl.host.access.entrances import Access
+from rtctl.host.access.openings import Openings
 from rtctl.host.access.sockets import Door
 from rtctl.host.access.spare_descriptors import RESERVE, Reserve
 from rtctl.host.telemetry.publisher import Publisher

@@ -6,7 +6,8 @@ import numpy as np
 
 from hw import registry
 from hw.interface import BackendInfo, Rig
-from hw.rig import Member, compose
+from hw.member import Member
+from hw.rig import compose
 from rtctl.tick import new_ticks
 
 MADE = {}

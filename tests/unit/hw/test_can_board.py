@@ -2,95 +2,15 @@
 
 import math
 import struct
-from types import SimpleNamespace
 
-import numpy as np
 import pytest
+from board_frames import FORCE, RIG, SENSED, SENT, opened, sensed
 
 from hw.can import board_backend as board
 from hw.can.board_backend import BoardBackend
 from hw.can.board_options import BoardOptions
 from hw.can.bus import EXTENDED
-from hw.can.fields import CHECKSUMS
-from hw.can.health import BusHealth
-from hw.interface import BackendError, LinkFault, Rig
-from rtctl.tick import new_ticks
-
-RIG = Rig(1, 1e-3, np.full(1, 10.0), np.full(1, 0.8), np.full(1, 0.05), np.full(1, 4096.0), np.eye(3)[:1])
-SENSED = {
-    "id": 0x101,
-    "counter": {"byte": 6, "bits": 8},
-    "checksum": {"kind": "xor8", "byte": 7},
-    "field": [
-        {"channel": "position", "byte": 0, "bits": 16, "wrap": True, "unit": "count"},
-        {"channel": "current", "byte": 2, "bits": 16, "type": "int", "unit": "mA"},
-        {"channel": "estop", "byte": 4, "bits": 8},
-        {"channel": "fault", "byte": 5, "bits": 8},
-    ],
-}
-FORCE = {
-    "id": 0x1FFF0,
-    "extended": True,
-    "required": False,
-    "length": 4,
-    "field": [{"channel": "force", "axis": 2, "byte": 0, "bits": 32, "type": "float", "unit": "N"}],
-}
-SENT = {
-    "id": 0x200,
-    "length": 8,
-    "checksum": {"kind": "sum8", "byte": 7},
-    "field": [
-        {"channel": "current_command", "byte": 0, "bits": 16, "type": "int", "unit": "mA", "limit": 5.0},
-        {"channel": "torque", "byte": 2, "bits": 16, "type": "int", "unit": "mNm", "limit": 2.0},
-        {"channel": "enable", "byte": 4, "bits": 8},
-        {"channel": "counter", "byte": 5, "bits": 2},
-        {"channel": "constant", "byte": 6, "bits": 8, "value": 0x5A},
-    ],
-}
-
-
-class Bus:
-    """Remembers what was sent; `answer(how many were sent)` gives the frames of the next `receive`."""
-
-    def __init__(self, answer):
-        self.sent, self.answer, self.handlers, self.health = [], answer, {}, BusHealth()
-
-    def outgoing(self, can_id, length):
-        return SimpleNamespace(id=can_id, buffer=bytearray(length), offset=0, length=length)
-
-    def send(self, frame):
-        self.sent.append(bytes(frame.buffer))
-        return True
-
-    def receive(self):
-        for can_id, data in self.answer(len(self.sent)):
-            self.handlers[can_id](data, 0, len(data))
-        return True
-
-    def subscribe(self, handlers):
-        self.handlers = dict(handlers)
-
-    def discard(self):
-        pass
-
-    def close(self):
-        pass
-
-
-def sensed(count, *, counts=0, milliamps=0, estop=0, fault=0):
-    body = struct.pack("<HhBBB", counts, milliamps, estop, fault, count & 0xFF)
-    return 0x101, body + bytes([CHECKSUMS["xor8"](body)])
-
-
-def opened(monkeypatch, answer=None, **more):
-    options = {"bus": {"channel": "can0"}, "receive": [SENSED, FORCE], "send": [SENT], **more}
-    backend = BoardBackend(BoardOptions.model_validate(options).model_dump(mode="json"), RIG)
-    bus = Bus(answer or (lambda n: [sensed(n)]))
-    monkeypatch.setattr("hw.can.backend.open_bus", lambda _options: bus)
-    backend.open()
-    tick = new_ticks(1, 1)
-    backend.warm_up(tick)
-    return backend, bus, tick
+from hw.interface import BackendError, LinkFault
 
 
 def test_a_frame_becomes_a_sample_with_units_and_the_counter_unwrapped(monkeypatch):
@@ -236,75 +156,6 @@ def test_an_axis_that_is_not_there_is_refused():
     )
     with pytest.raises(BackendError, match="names axis 1"):
         BoardBackend(options.model_dump(mode="json"), RIG)
-
-
-def test_a_counter_and_an_angle_are_followed_on_over_a_re_plug(monkeypatch):
-    turn = {"channel": "position", "byte": 0, "bits": 16, "unit": "deg", "wrap_at": 360.0}
-    frame = {"id": 1, "length": 2, "field": [turn]}
-    for receive, told, step in [
-        ([SENSED], [sensed(9, counts=65_000), sensed(10, counts=500)], 1036 * 2 * math.pi / 4096),
-        ([frame], [(1, struct.pack("<H", 350)), (1, struct.pack("<H", 10))], math.radians(20)),
-    ]:
-        backend, bus, tick = opened(monkeypatch, lambda n, first=told[0]: [first], receive=receive)
-        bus.answer = lambda n, first=told[0]: [first if first[0] == 1 else sensed(20, counts=65_000)]
-        backend.read(tick)
-        before = float(tick["position_rad"][0, 0])
-        backend.close()
-        bus.answer = lambda n, last=told[1]: [last]
-        backend.open()
-        backend.warm_up(tick)
-        bus.answer = lambda n, last=told[1]: [last if last[0] == 1 else sensed(11, counts=500)]
-        backend.read(tick)
-        assert tick["position_rad"][0, 0] - before == pytest.approx(step)
-
-
-def test_a_board_that_tells_that_it_drives_stays_down_once_it_has_let_go(monkeypatch):
-    sensed_too = {**SENSED, "field": [*SENSED["field"][:3], {"channel": "enabled", "byte": 5, "bits": 8}]}
-    backend, bus, tick = opened(monkeypatch, receive=[sensed_too])
-    held = []
-
-    def exchange(enabled, times=1):
-        for _ in range(times):
-            tick["enabled"], tick["current_command_a"] = enabled, 1.0
-            backend.write(tick)
-            drives = bus.sent[-1][4] and not held
-            bus.answer = lambda n, on=drives: [sensed(n, fault=int(on))]
-            backend.read(tick)
-            tick["tick"] += 1
-        return LinkFault(int(tick["link_faults"][0]))
-
-    assert "enabled" not in backend.provides
-    assert exchange(0, 3) == 0
-    assert exchange(1, 3) == 0
-    held.append("it lets go")
-    assert exchange(1) == LinkFault.DEVICE
-    held.clear()
-    assert exchange(1, 600) == LinkFault.DEVICE
-    assert (bus.sent[-1][4], bus.sent[-1][:2]) == (0, b"\0\0"), "disabled, no current"
-    assert exchange(0) == 0
-    assert exchange(1, 600) == 0
-    assert bus.sent[-1][4] == 1
-    assert exchange(0) == 0
-    held.append("it never comes up")
-    assert exchange(1, 400) == 0
-    assert exchange(1, 150) == LinkFault.DEVICE
-
-
-def test_a_board_that_had_let_go_is_as_new_after_a_re_plug(monkeypatch):
-    told = {**SENSED, "field": [*SENSED["field"][:3], {"channel": "enabled", "byte": 5, "bits": 8}]}
-    backend, bus, tick = opened(monkeypatch, receive=[told])
-    for on in (1, 1, 0):  # it comes up, and lets go
-        tick["enabled"] = 1
-        backend.write(tick)
-        bus.answer = lambda n, on=on: [sensed(n, fault=on)]
-        backend.read(tick)
-    assert LinkFault(int(tick["link_faults"][0])) == LinkFault.DEVICE
-    backend.close()
-    tick["enabled"] = 0
-    backend.open()
-    backend.warm_up(tick)
-    backend.read(tick)
-    assert int(tick["link_faults"][0]) == 0
 
 
 def test_frames_that_do_not_come_are_named_also_where_select_tells_them_apart(monkeypatch):

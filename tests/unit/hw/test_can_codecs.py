@@ -6,7 +6,7 @@ import struct
 import numpy as np
 import pytest
 
-from hw.can import cia402, moteus, odrive
+from hw.can import cia402, moteus_codec, odrive, odrive_codec
 from hw.can.load import fd_length
 from hw.can.sample import Sample, Shaft
 from hw.interface import Rig
@@ -23,8 +23,8 @@ AXIS = {"node": 5, "direction": 1, "shaft": "motor", "offset_rad": 0.0, "current
 
 
 def test_odrive_identifiers_are_node_then_command():
-    assert odrive.can_id(1, 0x0C) == 0x2C
-    assert odrive.can_id(0x3F, 0x1F) == 0x7FF
+    assert odrive_codec.can_id(1, 0x0C) == 0x2C
+    assert odrive_codec.can_id(0x3F, 0x1F) == 0x7FF
 
 
 def test_odrive_feedback_turns_into_joint_angle_and_current():
@@ -37,9 +37,9 @@ def test_odrive_feedback_turns_into_joint_angle_and_current():
         sample,
     )
     handlers = axis.handlers()
-    handlers[odrive.can_id(5, odrive.GET_ENCODER)](struct.pack("<ff", 2.5, 1.0), 0, 8)
+    handlers[odrive_codec.can_id(5, odrive_codec.GET_ENCODER)](struct.pack("<ff", 2.5, 1.0), 0, 8)
     assert sample.fresh != sample.needed
-    handlers[odrive.can_id(5, odrive.GET_IQ)](struct.pack("<ff", 9.0, 3.0), 0, 8)
+    handlers[odrive_codec.can_id(5, odrive_codec.GET_IQ)](struct.pack("<ff", 9.0, 3.0), 0, 8)
     assert sample.fresh == sample.needed
     assert sample.position_rad[0] == pytest.approx(-2.5 * 2 * math.pi / 10 + 0.25)
     assert sample.current_a[0] == -3.0
@@ -49,31 +49,31 @@ def test_odrive_feedback_turns_into_joint_angle_and_current():
 def test_odrive_numbers_that_are_not_finite_have_not_arrived(value):
     sample = Sample(1)
     axis = odrive.OdriveAxis(AXIS, {"feedback": "cyclic", "heartbeat_ms": 10.0}, rig(), 0, sample)
-    for command in (odrive.GET_ENCODER, odrive.GET_IQ):
-        axis.handlers()[odrive.can_id(5, command)](struct.pack("<ff", value, value), 0, 8)
+    for command in (odrive_codec.GET_ENCODER, odrive_codec.GET_IQ):
+        axis.handlers()[odrive_codec.can_id(5, command)](struct.pack("<ff", value, value), 0, 8)
     assert sample.fresh == 0
     assert sample.counts["not_finite"] == 2
     assert sample.position_rad[0] == sample.current_a[0] == 0.0
 
 
 def test_odrive_errors_have_their_names():
-    assert odrive.error_names(0x1000000 | 0x20) == "DRV_FAULT, WATCHDOG_TIMER_EXPIRED"
+    assert odrive_codec.error_names(0x1000000 | 0x20) == "DRV_FAULT, WATCHDOG_TIMER_EXPIRED"
 
 
 def test_moteus_command_is_the_documented_bytes():
-    frame = bytearray(moteus.command_frame())
+    frame = bytearray(moteus_codec.command_frame())
     assert len(frame) == 48
     assert frame[:6].hex() == "01000a0c0820"
-    moteus.encode_command(frame, 0, 0.5, 2.0, 0.01)
+    moteus_codec.encode_command(frame, 0, 0.5, 2.0, 0.01)
     position, velocity, torque, kp, kd, most, stop, ttl = struct.unpack_from("<8f", frame, 6)
     assert math.isnan(position)
     assert math.isnan(stop)
     assert (velocity, torque, kp, kd, most) == (0.0, 0.5, 0.0, 0.0, 2.0)
     assert ttl == pytest.approx(0.01)
-    assert moteus.stop_frame()[:3].hex() == "010000"
-    assert len(moteus.stop_frame()) == fd_length(3 + len(moteus.QUERY))
-    assert moteus.command_id(1, 0) & 0x1FFFFFFF == 0x8001
-    assert moteus.reply_ids(1, 0)[0] == 0x100
+    assert moteus_codec.stop_frame()[:3].hex() == "010000"
+    assert len(moteus_codec.stop_frame()) == fd_length(3 + len(moteus_codec.QUERY))
+    assert moteus_codec.command_id(1, 0) & 0x1FFFFFFF == 0x8001
+    assert moteus_codec.reply_ids(1, 0)[0] == 0x100
 
 
 def _reply(mode=10, position=0.25, velocity=0.75, current=1.5, temperature=40.0, fault=0):
@@ -85,18 +85,18 @@ def _reply(mode=10, position=0.25, velocity=0.75, current=1.5, temperature=40.0,
 
 
 def test_moteus_reply_is_read_in_any_order_of_subframes():
-    usual = moteus.decode_reply(_reply(), 0, 32)
+    usual = moteus_codec.decode_reply(_reply(), 0, 32)
     assert usual == (10, 0.25, 0.75, 1.5, 40.0, 0)
     shuffled = (
         b"\x24\x01\x0f\x00\x00" + b"\x2c\x04\x01" + struct.pack("<4f", 0.25, 0.75, 0.1, 1.5)
         + b"\x2d\x0e" + struct.pack("<f", 40.0) + b"\x21\x00\x0a" + b"\x50\x50"
     )  # fmt: skip
-    assert moteus.decode_reply(shuffled, 0, len(shuffled)) == usual
+    assert moteus_codec.decode_reply(shuffled, 0, len(shuffled)) == usual
 
 
 @pytest.mark.parametrize("cut", range(32))
 def test_a_moteus_reply_cut_short_is_none(cut):
-    assert moteus.decode_reply(_reply()[:cut], 0, cut) is None
+    assert moteus_codec.decode_reply(_reply()[:cut], 0, cut) is None
 
 
 def test_every_statusword_has_a_state_and_a_safe_controlword():
@@ -158,5 +158,5 @@ _WHOLE = bytes.fromhex("21000a2f010000803e00000000cdcccc3d2d040000c03f2d0e000020
     ],
 )
 def test_behind_a_moteus_reply_stands_padding_or_more_of_the_reply_or_it_is_damaged(behind, position):
-    found = moteus.decode_reply(_WHOLE + behind, 0, len(_WHOLE) + len(behind))
+    found = moteus_codec.decode_reply(_WHOLE + behind, 0, len(_WHOLE) + len(behind))
     assert (found and found[1]) == position

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from hw import registry
-from hw.can import odrive
+from hw.can import odrive, odrive_codec
 from hw.can.odrive_firmware import decode_version
 from hw.can.options import OdriveOptions
 from hw.can.sample import Sample
@@ -147,9 +147,9 @@ def test_firmware_0_5_has_no_temperature():
 
 
 def test_every_error_bit_has_its_word_or_its_number():
-    assert odrive.error_names(0x20000) == "REQUESTED_CURRENT_TOO_HIGH"
-    assert odrive.error_names(0x20000, (0, 5, 6)) == "HOMING_WITHOUT_ENDSTOP"
-    assert odrive.error_names(0x20 | 0x80) == "DRV_FAULT, 0x80", "no bit is left out"
+    assert odrive_codec.error_names(0x20000) == "REQUESTED_CURRENT_TOO_HIGH"
+    assert odrive_codec.error_names(0x20000, (0, 5, 6)) == "HOMING_WITHOUT_ENDSTOP"
+    assert odrive_codec.error_names(0x20 | 0x80) == "DRV_FAULT, 0x80", "no bit is left out"
 
 
 def test_a_drive_whose_heartbeat_is_slower_than_the_rig_file_says_is_refused_with_the_setting():

@@ -6,7 +6,7 @@ import struct
 import can
 import numpy as np
 import pytest
-from test_can_board import RIG, SENT, Bus, opened
+from board_frames import RIG, SENT, Bus, opened
 from test_can_configs import rig
 
 from hw import registry
@@ -230,7 +230,7 @@ def test_start_poll_and_stop_frames_are_sent_when_they_should(monkeypatch):
 
     bus = []
     made = {"receive": [angle], "send": [], "start": [START], "poll": [POLL], "stop": [STOP]}
-    monkeypatch.setattr("test_can_board.Bus", lambda given: bus.append(Bus(given)) or bus[-1])
+    monkeypatch.setattr("board_frames.Bus", lambda given: bus.append(Bus(given)) or bus[-1])
     backend, _, tick = opened(monkeypatch, answer, **made)
     assert bus[0].sent[:2] == [b"\0", b"\1"]
     before = len(bus[0].sent)

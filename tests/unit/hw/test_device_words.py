@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rig_fakes import drive_and_finger, known, read, rig
 
-from hw.can import cia402, names, odrive
+from hw.can import cia402, names, odrive_codec
 from hw.can.drive_backend import Cia402Backend, OdriveBackend
 from hw.can.options import Cia402Options, OdriveOptions
 from hw.force import optoforce, rokubi
@@ -32,7 +32,7 @@ def test_an_odrive_names_state_and_errors_and_the_axis_they_are_of():
     backend = drives(OdriveBackend, OdriveOptions)
     assert isinstance(backend, SpeakingBackend)
     beat = struct.pack("<IBBBB", 0x200 | 0x1000000, 1, 0, 0, 0)
-    handlers(backend)[odrive.can_id(2, odrive.HEARTBEAT)](beat, 0, 8)
+    handlers(backend)[odrive_codec.can_id(2, odrive_codec.HEARTBEAT)](beat, 0, 8)
     first, second = backend.words()
     assert (first.faults, second.faults) == (0, DEVICE)
     assert "IDLE" in second.text

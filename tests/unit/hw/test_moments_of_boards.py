@@ -4,15 +4,15 @@ import math
 import struct
 from functools import partial
 
+import described_wire
+import lines_wire
 import numpy as np
 import pytest
-import test_serial_described
-import test_serial_lines
-import test_serial_link
+import serial_wire
+from board_frames import RIG
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
-from test_can_board import RIG
 
 from hw.can.board_backend import BoardBackend, ReceivedFrame
 from hw.can.board_options import BoardOptions
@@ -125,7 +125,7 @@ def described(kind="f32", unit="N m", scale=1.0):
 
 
 def test_a_described_sensor_gives_six_components_and_its_simulated_board_sends_them():
-    wire = test_serial_described.Wire(described())
+    wire = described_wire.Wire(described())
     assert wire.backend.provides == {"force", "moment"}
     wire.measured["force_n"], wire.measured["moment_nm"] = SIX[:3], SIX[3:]
     tick = wire.feed(wire.frame())
@@ -133,7 +133,7 @@ def test_a_described_sensor_gives_six_components_and_its_simulated_board_sends_t
 
 
 def test_a_described_moment_has_its_unit_scale_and_sign():
-    wire = test_serial_described.Wire(described("i16", "mN m", -0.5))
+    wire = described_wire.Wire(described("i16", "mN m", -0.5))
     wire.measured["moment_nm"] = -0.5, 1.0, 0.002
     frame = wire.frame()
     assert struct.unpack_from("<3h", frame, 8) == (1000, -2000, -4)
@@ -142,7 +142,7 @@ def test_a_described_moment_has_its_unit_scale_and_sign():
 
 @pytest.mark.parametrize("k", range(3))
 def test_a_described_moment_that_is_no_number_is_a_fault_of_the_device(k):
-    wire = test_serial_described.Wire(described())
+    wire = described_wire.Wire(described())
     wire.feed(wire.frame())
     wire.measured["moment_nm"][0, k] = math.nan
     tick = wire.feed(wire.frame())
@@ -153,7 +153,7 @@ def test_a_described_moment_that_is_no_number_is_a_fault_of_the_device(k):
 def test_a_described_board_without_moments_leaves_them_alone():
     table = described()
     table["sample"]["field"] = table["sample"]["field"][:3]
-    wire = test_serial_described.Wire(table)
+    wire = described_wire.Wire(table)
     wire.tick["moment_nm"] = 7
     wire.feed(wire.frame())
     assert wire.count == 1
@@ -174,7 +174,7 @@ def line_options():
 
 
 def test_a_line_of_six_numbers_is_force_and_moment():
-    wire = test_serial_lines.Wire(line_options())
+    wire = lines_wire.Wire(line_options())
     wire.feed(b"1.5,-2.0,0.25,500,-125,750\n")
     assert wire.count == 1
     assert [*wire.tick["force_n"][0], *wire.tick["moment_nm"][0]] == list(SIX)
@@ -183,7 +183,7 @@ def test_a_line_of_six_numbers_is_force_and_moment():
 
 
 # -- rtctl-frame -------------------------------------------------------------------------------------------
-class MomentWire(test_serial_link.Wire):
+class MomentWire(serial_wire.Wire):
     def __init__(self, *, moments=True, n_axes=1, velocity=False, **options):
         super().__init__(n_axes, velocity=velocity, **options)
         speed = self.board._counts_per_rad

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_serial_described import Wire, options, rig
+from described_wire import Wire, options
+from hardware import rig
 
 from hw import registry
 from hw.interface import AskedBackend, BackendError, LinkFault, LinkLost

@@ -7,32 +7,15 @@ import zlib
 
 import numpy as np
 import pytest
+from frame_packets import CODECS, body_of, numbers, packet_of, unpacked
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hw.jit import compiled, records
+from hw.jit import records
 from hw.serial import frame
 from hw.serial.deframer import deframer_dtype, next_packet
-from hw.serial.framing import BODY_MAX, crc32, seal, unseal
-from hw.simulators.serial_firmware import Board, request_packet
-
-
-def body_of(size=BODY_MAX + 8):
-    return np.zeros(size, np.uint8)
-
-
-def packet_of(payload):
-    body, packet = body_of(), np.zeros(300, np.uint8)
-    body[: len(payload)] = np.frombuffer(payload, np.uint8)
-    return packet[: seal(body, len(payload), packet)].tobytes()
-
-
-def unpacked(packet):
-    """Body of a packet as it stands between its delimiters, or None."""
-    assert packet[0] == packet[-1] == 0
-    data, body = np.frombuffer(packet[1:-1], np.uint8), body_of()
-    n = unseal(data, len(data), body)
-    return None if n < 0 else body[:n].tobytes()
+from hw.serial.framing import BODY_MAX, crc32, unseal
+from hw.simulators.serial_firmware import request_packet
 
 
 @settings(deadline=None)  # the first call compiles
@@ -109,37 +92,6 @@ def test_more_bytes_than_a_packet_has_are_dropped_and_the_next_packet_is_found()
     _, length = next_packet(stream, data, at, len(data))
     body = body_of()
     assert body[: unseal(stream[0]["pending"], length, body)].tobytes() == b"here I am"
-
-
-def numbers(dtype, n_axes, seed):
-    rng = np.random.default_rng(seed)
-    record = records(np.zeros(1, dtype))
-    for name in dtype.names:
-        wide = {"position_counts": 31, "current_ua": 31, "force_un": 31, "value": 31, "temperature_cdeg": 15}
-        wide |= {"velocity_dcounts_s": 31, "moment_unm": 31}
-        bits = wide.get(name)
-        shape = record[name].shape
-        if bits:
-            record[name] = rng.integers(-(2**bits), 2**bits, shape)
-        elif name == "serial_number":
-            record[name] = rng.integers(33, 127, shape)
-        else:
-            highest = {"time_us": 2**32, "cycle_us": 2**32, "command_age": 256, "time_to_live": 256}
-            highest |= {"enable": 2, "torque_mode": 2, "n_axes": 9}
-            record[name] = rng.integers(1 if name == "time_to_live" else 0, highest.get(name, 2**16), shape)
-    if "has_velocity" in (dtype.names or ()):
-        record["has_velocity"] = seed % 2
-        record["velocity_dcounts_s"] *= seed % 2
-        record["has_moment"] = seed // 2 % 2
-        record["moment_unm"] *= seed // 2 % 2
-    return record
-
-
-CODECS = {
-    "state": (frame.state_dtype, frame.encode_state, frame.decode_state),
-    "command": (frame.command_dtype, frame.encode_command, frame.decode_command),
-    "identity": (lambda n: frame.identity_dtype(), frame.encode_identity, frame.decode_identity),
-}
 
 
 @pytest.mark.parametrize("name", CODECS)
@@ -221,88 +173,3 @@ def test_fixed_point_saturates_and_truncates_toward_zero(value):
 @given(st.integers(-(2**31) + 1, 2**31 - 1))
 def test_what_was_read_goes_back_as_the_same_number(number):
     assert frame.micro(number * 1e-6) == number
-
-
-@compiled
-def _accepted_with_flips(packet, wire, body, stream, original, n_original):
-    """Flip every bit and every two bits of a packet between two others; how often was a wrong body accepted."""
-    bits = 8 * len(packet)
-    wrong = 0
-    for first in range(bits):
-        for second in range(first, bits):
-            for k in range(len(packet)):
-                wire[len(packet) + k] = packet[k]
-            wire[len(packet) + first // 8] ^= np.uint8(1 << (first % 8))
-            if second != first:
-                wire[len(packet) + second // 8] ^= np.uint8(1 << (second % 8))
-            stream[0].synced = 0
-            stream[0].n = 0
-            at = 0
-            while True:
-                at, length = next_packet(stream, wire, at, len(wire))
-                if length == 0:
-                    break
-                n = unseal(stream[0].pending, length, body)
-                if n < 0:
-                    continue
-                same = n == n_original
-                for k in range(min(n, n_original)):
-                    if body[k] != original[k]:
-                        same = False
-                if not same:
-                    wrong += 1
-    return wrong
-
-
-def _packets():
-    yield "stop", request_packet(frame.TYPE_STOP)
-    yield "identify", request_packet(frame.TYPE_IDENTIFY, 7)
-    yield "identity", Board(1, "SIM-0001", 1000).identity_packet()
-    for name, n_axes, seed in (
-        ("command", 1, 1),
-        ("command", 8, 2),
-        ("state", 1, 3),
-        ("state", 1, 4),
-        ("state", 2, 5),
-        ("state", 8, 6),
-        ("state", 8, 7),
-    ):
-        dtype, encode, _ = CODECS[name]
-        record, body, packet = numbers(dtype(n_axes), n_axes, seed), body_of(), np.zeros(300, np.uint8)
-        if seed == 4:  # many zeros: short COBS runs
-            record["position_counts"], record["current_ua"], record["force_un"] = 0, 256, 0
-        yield f"{name} {n_axes} {seed}", packet[: seal(body, encode(record, body), packet)].tobytes()
-
-
-@pytest.mark.compiled
-@pytest.mark.parametrize(
-    ("name", "packet"), list(_packets()), ids=lambda value: value if isinstance(value, str) else ""
-)
-def test_every_one_and_two_bit_flip_of_every_packet_is_refused(name, packet):
-    original = unpacked(packet)
-    wire = np.frombuffer(3 * packet, np.uint8).copy()
-    stream = records(np.zeros(1, deframer_dtype()))
-    flat = np.frombuffer(packet, np.uint8).copy()
-    body = np.frombuffer(original, np.uint8).copy()
-    assert _accepted_with_flips(flat, wire, body_of(), stream, body, len(original)) == 0
-
-
-@settings(max_examples=300, deadline=None)
-@given(st.lists(st.one_of(st.binary(max_size=400), st.just("packet")), max_size=12), st.integers(1, 64))
-def test_a_packet_is_found_whatever_stands_before_it_and_however_the_bytes_arrive(pieces, step):
-    good = packet_of(b"here I am")
-    data = b"".join(good if piece == "packet" else piece for piece in pieces) + good
-    stream, found = records(np.zeros(1, deframer_dtype())), []
-    for start in range(0, len(data), step):
-        chunk, at = np.frombuffer(data[start : start + step], np.uint8), 0
-        while True:
-            at, length = next_packet(stream, chunk, at, len(chunk))
-            if length == 0:
-                break
-            body = body_of()
-            n = unseal(stream[0]["pending"], length, body)
-            if n >= 0:
-                found.append(body[:n].tobytes())
-    assert found
-    assert found[-1] == b"here I am"
-    assert len(found) >= pieces.count("packet")

@@ -1,67 +1,15 @@
 """Lines of text: what is taken as numbers and what is not, freshness, commands that can always say zero, and the bounds of it all."""
 
 import math
-import os
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_serial_described import rig
+from lines_wire import DRIVE, POSITION, Wire, options
 
-from hw import registry
-from hw.interface import BackendError, LinkFault, SpeakingBackend
+from hw.interface import LinkFault
 from hw.serial import link
-from hw.serial.lines_backend import LinesBackend
 from hw.serial.lines_codec import LINE_MAX, LINES_MAX, Lines, nmea
-from hw.serial.lines_options import LinesOptions
-from hw.simulators.serial_lines_board import LineBoard
-from rtctl.control.jit import records
-from rtctl.tick import new_ticks
-
-POSITION = {"channel": "position", "column": 0, "unit": "rad"}
-TORQUE = {"channel": "torque", "prefix": "T", "unit": "N m"}
-DRIVE = {"time_to_live_ms": 10.0, "field": [TORQUE]}
-
-
-def options(command=None, sample=(), **more):
-    table = {"columns": 2, "field": [POSITION], **dict(sample)}
-    return {"port": "/dev/x", "sample": table, **({"command": command} if command else {}), **more}
-
-
-class Wire:
-    """A backend that gets its bytes from the test."""
-
-    def __init__(self, table=None, n_axes=1):
-        valid = LinesOptions.model_validate(table or options(DRIVE), context={"rate_hz": 1000.0})
-        self.valid = valid.model_dump(mode="json")
-        self.backend = LinesBackend(self.valid, rig(n_axes))
-        self.tick = records(new_ticks(1, n_axes))
-        self.backend.warm_up(self.tick)
-        self.feed(b"\n")
-
-    def feed(self, data, end=link.DRAINED):
-        self.backend.chunk[: len(data)] = np.frombuffer(data, np.uint8)
-        self.backend.meta[:] = len(data), end
-        self.backend._receive()
-        return self.tick
-
-    def sent(self, *, enabled=1, torque=0.0, current=0.0):
-        self.tick["enabled"], self.tick["torque_applied_nm"] = enabled, torque
-        self.tick["current_command_a"] = current
-        return self.backend.packet[: self.backend._send()].tobytes()
-
-    @property
-    def position(self):
-        return float(self.tick["position_rad"][0, 0])
-
-    @property
-    def count(self):
-        return int(self.tick["sample_count"][0])
-
-    @property
-    def faults(self):
-        return LinkFault(int(self.tick["link_faults"][0]))
 
 
 @pytest.mark.parametrize("end", [b"\n", b"\r\n", b"\r"])
@@ -216,146 +164,6 @@ def test_switches_forces_and_an_angle_that_starts_over():
     assert (wire.count, wire.faults) == (2, LinkFault.DEVICE), "beyond a turn: not of this device"
     wire.feed(b"10,110,2.0\n")
     assert wire.backend.counts()["damaged"] == 1, "a switch is a whole number"
-
-
-@pytest.mark.parametrize(
-    ("torque", "text"),
-    [
-        (0.5, b"T0.5000\n"),
-        (-0.12349, b"T-0.1234\n"),
-        (1e-6, b"T0.0000\n"),
-        (-1e-6, b"T0.0000\n"),
-        (1e30, b"T1000000.0000\n"),
-        (math.nan, b"T0.0000\n"),
-        (math.inf, b"T0.0000\n"),
-    ],
-)
-def test_commands_are_cut_off_toward_zero_and_limited_and_never_anything_but_a_number(torque, text):
-    assert Wire().sent(torque=torque) == text.replace(b"T-0.0000", b"T0.0000")
-
-
-def test_a_disabled_rig_sends_zero_and_so_does_the_stop():
-    wire = Wire()
-    assert wire.sent(enabled=0, torque=0.5) == b"T0.0000\n"
-    assert wire.backend._stop_packet() == b"\n" + 3 * b"T0.0000\n"
-
-
-def test_a_number_that_is_none_on_one_axis_lets_all_go():
-    fields = [TORQUE, {**TORQUE, "axis": 1, "prefix": " "}, {"channel": "enable", "prefix": " E"}]
-    sample = {"field": [POSITION, {**POSITION, "axis": 1, "column": 1}]}
-    wire = Wire(options({"time_to_live_ms": 10, "field": fields}, sample), n_axes=2)
-    assert wire.sent(torque=[[0.5, 0.25]]) == b"T0.5000 0.2500 E1\n"
-    assert wire.sent(torque=[[0.5, math.nan]]) == b"T0.0000 0.0000 E0\n"
-
-
-def test_the_time_to_live_and_a_checksum_are_sent_where_the_board_reads_them():
-    fields = [TORQUE, {"channel": "time_to_live", "prefix": " L"}]
-    wire = Wire(options({"time_to_live_ms": 8.0, "checksum": "nmea", "field": fields}))
-    assert wire.sent(torque=0.5) == b"T0.5000 L8*%02X\n" % nmea(b"T0.5000 L8")
-
-
-def test_a_drive_is_switched_on_once_and_off_while_not_armed():
-    wire = Wire(options({**DRIVE, "enter": "ME1", "idle": "ME0"}, poll="?", stop=["bye"]))
-    sent = [wire.sent(enabled=enabled, torque=0.5) for enabled in (0, 1, 1, 0)]
-    assert sent == [b"ME0\n?\n", b"ME1\n?\n", b"T0.5000\n?\n", b"ME0\n?\n"]
-    assert wire.backend._stop_packet() == b"\n" + 3 * b"T0.0000\nME0\n" + b"bye\n"
-
-
-def test_a_line_cut_by_a_full_port_cannot_join_the_next():
-    wire = Wire()
-    wire.backend._wire["unsent_in_row"] = 1
-    assert wire.sent(torque=0.5) == b"\nT0.5000\n"
-
-
-@pytest.mark.parametrize(
-    ("table", "said"),
-    [
-        (options({"field": [TORQUE]}), "time_to_live_ms"),
-        (options({"time_to_live_ms": 50.0, "field": [TORQUE]}), "at most 10: 10 periods"),
-        (options({**DRIVE, "enter": "ME1"}), "enter needs idle"),
-        (options({**DRIVE, "field": [{"channel": "enable"}]}), "either torque or current_command"),
-        (options({**DRIVE, "field": [{**TORQUE, "prefix": "T\n"}]}), "prefix"),
-        (options({**DRIVE, "field": [TORQUE] * 16}), "more than 250 characters"),
-        (options(sample={"field": [{**POSITION, "column": 2}]}), "the line has columns 0 to 1"),
-        (options(sample={"field": [POSITION, {**POSITION, "column": 1}]}), "given twice"),
-        (options(sample={"field": [{"channel": "sequence", "column": 0}]}), "nothing is measured"),
-        (options(sample={"field": [{**POSITION, "unit": "A"}]}), "unit 'A'"),
-        (options(sample={"field": [{"channel": "estop", "column": 0}]}), "need bits"),
-    ],
-)
-def test_descriptions_that_make_no_sense_are_refused_by_key(table, said):
-    with pytest.raises(ValueError, match=said):
-        LinesOptions.model_validate(table, context={"rate_hz": 1000.0})
-
-
-@pytest.mark.parametrize(
-    ("table", "n_axes", "said"),
-    [
-        (options(), 2, "each of axes 0 to 1 needs it once"),
-        (options({**DRIVE, "field": [{**TORQUE, "axis": 1}]}), 1, "torque is given for axes"),
-        (options(baud=9600), 1, "baud 9600 is too slow"),
-    ],
-)
-def test_descriptions_that_do_not_fit_the_rig_are_refused(table, n_axes, said):
-    valid = LinesOptions.model_validate(table).model_dump(mode="json")
-    with pytest.raises(BackendError, match=said):
-        registry.create("serial-lines", valid, rig(n_axes))
-    assert registry.timing("serial-lines", valid, rig(1))[0].delay_s > 2e-3
-
-
-def test_a_board_that_prints_otherwise_is_refused_with_what_came():
-    master, slave = os.openpty()
-    os.write(master, b"hello\nworld\n")
-    valid = LinesOptions.model_validate({**options(), "port": os.ttyname(slave), "open_timeout_s": 0.3})
-    backend = LinesBackend(valid.model_dump(mode="json"), rig())
-    with pytest.raises(BackendError, match=r"no line of numbers within 0\.3 s: (not a byte|\d+ bytes) came"):
-        backend.open()
-    backend.close()
-    os.close(master)
-    os.close(slave)
-
-
-@pytest.mark.parametrize("words", [{}, {"enter": "ME1", "idle": "ME0"}])
-def test_a_board_that_tells_that_it_drives_stays_down_once_it_has_let_go(words):
-    told = {"channel": "enabled", "column": 1, "mask": 1}
-    wire = Wire(options({**DRIVE, **words}, {"field": [POSITION, told]}))
-    board = LineBoard(wire.valid, rig(), "1")
-
-    def exchange(enabled):
-        board.take(wire.sent(enabled=enabled, torque=0.1 * enabled))
-        wire.feed(board.state_packet(wire.tick, np.zeros(1), 0))
-        return wire.faults
-
-    assert [exchange(on) for on in (0, 1, 1, 1, 0, 0)] == [0] * 6
-    assert [exchange(1) for _ in range(3)] == [0] * 3
-    assert board.output[0] == pytest.approx(0.1)
-    board.hold()
-    wire.feed(board.state_packet(wire.tick, np.zeros(1), 0))
-    assert wire.faults == LinkFault.DEVICE
-    assert [exchange(1) for _ in range(5)] == [LinkFault.DEVICE] * 5
-    assert board.output[0] == 0.0
-    assert [exchange(on) for on in (0, 0, 1, 1)] == [0] * 4
-    assert board.output[0] == pytest.approx(0.1)
-
-
-def test_a_board_says_in_words_what_its_device_fault_is():
-    wire = Wire()
-    assert isinstance(wire.backend, SpeakingBackend)
-    wire.feed(b"1,0\n")
-    assert wire.backend.words()[0].text == ""
-    wire.feed(b"nan,0\n")
-    assert "a number in its line is none" in wire.backend.words()[0].text
-
-
-def test_the_simulated_board_lets_go_after_its_time_to_live():
-    wire = Wire()
-    board = LineBoard(wire.valid, rig(), "1")
-    assert board.take(wire.sent(torque=0.5)).commands == 1
-    assert board.output[0] == 0.5
-    board.begin_cycle(9)
-    assert board.output[0] == 0.5
-    board.begin_cycle()
-    assert board.output[0] == 0.0
 
 
 @settings(max_examples=100, deadline=None)

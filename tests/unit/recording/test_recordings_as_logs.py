@@ -9,9 +9,9 @@ from dirty_changes import clean
 from run_maker import setup, write
 
 from hw.interface import BackendError
+from hw.member import Member
 from hw.playback.columns import read_table
 from hw.playback.reader import load
-from hw.rig import Member
 from rtctl.control.records import command_dtype
 from rtctl.friction.logs.log_input import Gearing, options_of, read_log
 from rtctl.friction.logs.regression import joint_fit

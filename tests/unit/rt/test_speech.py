@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hw.interface import LinkFault, Words
-from hw.rig import Member
+from hw.member import Member
 from rtctl.control.vocabulary import Fault
 from rtctl.rt import speech
 from rtctl.rt.replug import Replug

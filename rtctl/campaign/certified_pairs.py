@@ -1,0 +1,137 @@
+"""What `rtctl campaign --admittance` runs, as it is drawn: rigs that `rtctl check` certifies, hands and worlds of their box."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from hw.mock.family import FAMILY
+from rtctl.campaign.draws import log_uniform
+from rtctl.check import stability_report
+from rtctl.control import admittance_margin
+from rtctl.control.admittance_loop import AdmittanceLoop
+from rtctl.control.environments.table import Environment
+from rtctl.rig_file import config
+from rtctl.rig_file.config import Config, LoadedConfig
+from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.family import with_plant
+
+PAIRS = 20
+"""Hands in worlds, of each rig."""
+
+
+TRIES = 60
+"""Rigs drawn until one is certified; then the index is left out."""
+_WORLDS = (Environment.FREE, Environment.SPRING, Environment.WALL, Environment.DAMPER, Environment.DETENTS)
+
+
+@dataclass(frozen=True)
+class Rig:
+    """A certified rig. Units as in a rig file."""
+
+    index: int
+    plant: str
+    friction: float
+    """Share of the plant's dry friction. All of it is helped with; less is what no model is told of."""
+    loaded: LoadedConfig = field(repr=False)
+    loop: AdmittanceLoop = field(repr=False)
+    refused: int = 0
+    """Rigs drawn before that the certificate refused or did not prove."""
+    proved: bool = True
+    """Also where the joint sticks; else `rtctl check` says that it is not."""
+
+    @property
+    def compensation(self) -> float:
+        """Help with friction that the hand asks for, 0 or 1."""
+        return float(self.friction == 1.0)
+
+
+@dataclass(frozen=True)
+class Pair:
+    """One hand in one world."""
+
+    stiffness_nm_rad: float
+    damping_nms_rad: float
+    inertia_kgm2: float
+    world: Environment
+    world_stiffness_nm_rad: float
+    world_damping_nms_rad: float
+
+
+@cache
+def _shipped() -> LoadedConfig:
+    return config.load(shipped_config("mock.toml"))
+
+
+@cache
+def _with(plant: str) -> LoadedConfig:
+    return with_plant(_shipped(), plant)
+
+
+def _loaded(plant: str, draw: np.random.Generator) -> LoadedConfig:
+    """The shipped rig with this plant, at random numbers."""
+    base = _with(plant)
+    table = base.config.model_dump(mode="json", by_alias=True)
+    axis: dict[str, Any] = table["axis"][0]
+    inertia = float(axis["inertia_kgm2"])
+    axis["display"], axis["force_feedback"]["gain"] = "admittance", 0.0
+    axis["admittance"] |= {
+        "mass_kgm2": inertia * log_uniform(draw, 0.4, 6.0),
+        "mass_max_kgm2": 0.0,
+        "damping_nms_rad": log_uniform(draw, 0.03, 1.5),
+        "damping_max_nms_rad": 0.0,
+        "velocity_gain_nms_rad": log_uniform(draw, 0.5, 6.0),
+        "position_gain_nm_rad": float(draw.choice([0.0, log_uniform(draw, 1.0, 40.0)])),
+        "force_lowpass_hz": log_uniform(draw, 60.0, 300.0),
+        "velocity_lowpass_hz": log_uniform(draw, 60.0, 200.0),
+        "force_deadband_nm": 0.0,
+        "feedforward": float(draw.choice([0.0, 1.0, draw.random()])),
+        "feedforward_lowpass_hz": log_uniform(draw, 10.0, 60.0),
+        "hand_stiffness_nm_rad": log_uniform(draw, 3.0, 1000.0),
+        "hand_damping_nms_rad": log_uniform(draw, 0.05, 1.0),
+        "hand_inertia_kgm2": log_uniform(draw, 0.001, 0.02),
+    }
+    return base.model_copy(update={"config": Config.model_validate(table)})
+
+
+def drawn(seed: int, index: int) -> Rig | None:
+    """Rig `index` of campaign `seed`; None if none of `TRIES` was certified."""
+    draw = np.random.default_rng((seed, index))
+    plant = str(draw.choice(list(FAMILY)))
+    friction = float(draw.choice([1.0, log_uniform(draw, 0.01, 1.0)]))
+    for tried in range(TRIES):
+        loaded = _loaded(plant, draw)
+        loop = stability_report.admittance_loop(loaded, 0)
+        if admittance_margin.judge_stiffest(loop).ok and _certified(loop):
+            proved = loop.bristle_nm_rad == 0 or admittance_margin.judge_stuck(loop).ok
+            return Rig(index, plant, friction, loaded, loop, tried, proved)
+    return None
+
+
+def _certified(loop: AdmittanceLoop) -> bool:
+    """As `rtctl check` passes it: stable at the grid's points, also with dry friction; where samples come every tick, proved
+    between them, too.
+    """
+    if not (admittance_margin.judge(loop).ok and admittance_margin.judge_rubbing(loop)[0].ok):
+        return False
+    if not all(admittance_margin.judge_stiffest(one).ok for one in admittance_margin.at_helps(loop)):
+        return False
+    return loop.sample_ticks > 1 or admittance_margin.proof(loop).proved
+
+
+def pair(rig: Rig, seed: int, number: int) -> Pair:
+    """Hand and world `number` of a rig: the corners of its box first."""
+    draw = np.random.default_rng((seed, rig.index, number))
+    box = rig.loop.box
+    corner = number < PAIRS // 2
+    return Pair(
+        stiffness_nm_rad=box.stiffness_nm_rad * (1.0 if corner else draw.random() ** 2),
+        damping_nms_rad=box.damping_nms_rad * (0.0 if draw.random() < 0.8 else draw.random() ** 3),
+        inertia_kgm2=box.inertia_kgm2 * float(draw.choice([0.0, 1.0, draw.random()])),
+        world=_WORLDS[int(draw.integers(len(_WORLDS)))],
+        world_stiffness_nm_rad=log_uniform(draw, 1.0, 1e4),
+        world_damping_nms_rad=float(draw.choice([0.0, log_uniform(draw, 0.01, 10.0)])),
+    )

@@ -1,0 +1,46 @@
+"""`rtctl run` of a rig file that it refuses: nothing is started, and the reason is said."""
+
+import pytest
+from rtctl_process import CONFIGS, finish, start
+
+PATIENCE_S = 600
+"""Nothing meets a clock here: beside others it gets the time that they leave."""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    path = tmp_path / "run"
+    path.mkdir(mode=0o700)
+    return path
+
+
+def test_a_config_that_cannot_be_proved_stable_is_refused_before_anything_starts(folder, tmp_path):
+    text = (CONFIGS / "mock.toml").read_text().replace('"friction/', f'"{CONFIGS}/friction/')
+    lines = [
+        "stiffness_nm_rad = 5000.0" if "stiffness_nm_rad = 60" in line else line for line in text.splitlines()
+    ]
+    config = tmp_path / "stiff.toml"
+    config.write_text("\n".join(lines))
+    code, body, _ = finish(start(config, folder), PATIENCE_S)
+    assert code == 5
+    assert "5000" in body["message"]
+    assert str(config) in body["message"]
+
+
+def test_a_missing_model_is_refused_by_name(folder, tmp_path):
+    text = (CONFIGS / "mock.toml").read_text()
+    config = tmp_path / "rig.toml"
+    config.write_text(text)
+    code, body, _ = finish(start(config, folder), PATIENCE_S)
+    assert code == 4
+    assert "friction/mock.json" in body["message"]
+
+
+def test_all_config_faults_come_in_one_json_object(folder, tmp_path):
+    config = tmp_path / "rig.toml"
+    config.write_text(
+        (CONFIGS / "mock.toml").read_text().replace("rate_hz = ", "rate_hertz = 1\nrate_hz = -")
+    )
+    code, body, _ = finish(start(config, folder), PATIENCE_S)
+    assert code == 3
+    assert len(body["faults"]) == 2

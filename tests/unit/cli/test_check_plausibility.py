@@ -1,0 +1,163 @@
+"""Rows of `rtctl check` on the figures of a rig file: wrong units, declared delays, elastic joints, encoders."""
+
+import dataclasses
+import json
+from types import SimpleNamespace
+
+import pytest
+from checked_rig import edited, learned, rows_of, writer
+from in_process import run
+
+from hw import registry
+from hw.interface import BackendError, Timing
+from rtctl.check import verdicts_of_units
+from rtctl.check.stability_report import examine
+from rtctl.check.verdict import Outcome, Verdict, ranked
+from rtctl.rig_file.config import load
+
+
+@pytest.fixture(scope="module")
+def model():
+    return learned()
+
+
+@pytest.fixture
+def rig(tmp_path, model):
+    return writer(tmp_path, model)
+
+
+@pytest.mark.parametrize(
+    ("change", "name", "key"),
+    [
+        (("inertia_kgm2 = 0.012", "inertia_kgm2 = 120"), "acceleration at the torque limit", "inertia_kgm2"),
+        (("0.0134", "13.4"), "current at the torque limit", "torque_constant_nm_a"),
+        (("0.0134", "1.34e-5"), "current at the torque limit", "torque_constant_nm_a"),
+        (("160000", "2000"), "steps of the encoder", "encoder_counts_per_rev"),
+        (("torque_rate_nm_s = 200.0", "torque_rate_nm_s = 0.02"), "ticks to full torque", "torque_rate_nm_s"),
+        (("viscous_nms_rad = 0.05", "viscous_nms_rad = 50.0"), "mechanical time constant", "viscous_nms_rad"),
+    ],
+)
+def test_a_wrong_unit_is_refused_by_name_with_its_key(rig, monkeypatch, capsys, change, name, key):
+    path = edited(rig(), change)
+    row = rows_of(path)[name]
+    assert row.outcome is Outcome.FAIL
+    code, _, err = run(monkeypatch, capsys, "check", path)
+    assert code == 5
+    assert f"axis[0].{key}: axis joint:" in err
+
+
+def test_a_figure_that_few_rigs_have_is_told_and_passes(rig, monkeypatch, capsys):
+    path = edited(rig(), ("viscous_nms_rad = 0.05", "viscous_nms_rad = 0.2"))
+    assert rows_of(path)["mechanical time constant"].outcome is Outcome.WARN
+    code, out, _ = run(monkeypatch, capsys, "check", path)
+    assert code == 0
+    assert "look again at: joint: mechanical time constant" in out
+
+
+def test_more_viscous_friction_than_the_model_was_ever_taught_is_refused(rig):
+    path = edited(rig(model="model.json", policy="off"), ("viscous_nms_rad = 0.05", "viscous_nms_rad = 0.3"))
+    row = rows_of(path)["viscous_nms_rad against the model"]
+    assert row.outcome is Outcome.FAIL
+    assert "axis[0].viscous_nms_rad" in row.refusal
+
+
+def test_what_no_test_can_say_of_a_figure_that_is_no_number_fails():
+    band = verdicts_of_units.ACCELERATION
+    assert band.outcome(float("nan")) is Outcome.FAIL
+    assert band.outcome(1e4) is Outcome.PASS
+    assert band.outcome(1.0) is Outcome.WARN
+    rows = [
+        Verdict("a", "fine", "", "", Outcome.PASS, "", 0.9),
+        Verdict("a", "no number", "", "", Outcome.FAIL, "", float("nan")),
+        Verdict("a", "bad", "", "", Outcome.FAIL, "", 3.0),
+        Verdict("a", "open", "", "", Outcome.NOT_PROVED, "", 9.0),
+        Verdict("a", "odd", "", "", Outcome.WARN, "", 99.0),
+    ]
+    assert [row.name for row in ranked(rows)] == ["fine", "odd", "open", "bad", "no number"]
+
+
+@pytest.mark.parametrize(
+    ("extra", "k_max"),
+    [
+        ("[device.options.axis]\ntorque_delay_ticks = 1", 37.48),  # declared by the device
+        ("", 80.0),
+    ],
+)
+def test_a_delay_that_a_device_declares_counts_though_the_rig_file_forgot_it(rig, extra, k_max):
+    path = rig()
+    path.write_text(
+        path.read_text() + extra.replace("[device.options.axis]", "[[device.options.axis]]") + "\n"
+    )
+    (axis,) = examine(load(path)).axes
+    assert axis.sampled_data_k_max_nm_rad == pytest.approx(k_max, abs=0.01)
+    assert axis.ok == (k_max > 60)
+    assert axis.delay_from == ("device[0] 'mock'" if extra else "rig file")
+
+
+def test_the_worst_of_declared_configured_and_measured_counts(rig):
+    more = "[axis.measured]\ndelay_ticks = {}\ncurrent_loop_hz = 400.0\nsample_ticks = 2\n[axis.environment]"
+    for measured, delay, who in ((0.25, 0.5, "rig file"), (0.75, 0.75, "measured")):
+        path = edited(rig(d=0.5, k_c=5.0), ("[axis.environment]", more.format(measured)))
+        (axis,) = examine(load(path)).axes
+        assert (axis.delay_ticks, axis.delay_from) == (delay, who)
+        assert (axis.current_loop_hz, axis.lag_from) == (400.0, "measured")
+        assert (axis.sample_ticks, axis.sample_from) == (2, "measured")
+        assert "worlds that are not linear, behind the lag" in {row.name for row in axis.verdicts}
+
+
+def test_only_the_damping_that_no_hand_can_cancel_counts_of_an_elastic_joint(rig):
+    joint = "[axis.drive]\nmotor_share = 0.4\njoint_damping_nms_rad = 0.02\n[axis.environment]"
+    (axis,) = examine(load(edited(rig(k_c=20.0), ("[axis.environment]", joint)))).axes
+    link = 0.6 * 0.05
+    assert axis.device_damping_nms_rad == pytest.approx(0.4 * 0.05 + link * 0.02 / (link + 0.02))
+    assert axis.total_damping_nms_rad == 0.05
+    stiff = edited(
+        rig(k_c=60.0), ("[axis.environment]", "[axis.drive]\nmotor_share = 0.4\n[axis.environment]")
+    )
+    assert examine(load(stiff)).axes[0].sampled_data_k_max_nm_rad == pytest.approx(20.0)
+    assert not examine(load(stiff)).ok
+
+
+def test_an_encoder_behind_the_spring_is_named_as_not_proved(rig):
+    path = edited(rig(), ("[axis.environment]", '[axis.drive]\nencoder = "link"\n[axis.environment]'))
+    row = rows_of(path)["elastic joint, encoder at the link"]
+    assert row.outcome is Outcome.NOT_PROVED
+    assert examine(load(path)).ok
+
+
+def test_steps_of_the_encoder_want_dry_friction_or_a_slow_shake(rig):
+    name = "steps of the encoder"
+    assert rows_of(rig(k_c=10.0))[name].outcome is Outcome.PASS
+    assert rows_of(rig())[name].outcome is Outcome.NOT_PROVED
+    held = edited(rig(), ("torque_limit_nm", "dry_friction_nm = 0.0016\ntorque_limit_nm"))
+    assert rows_of(held)[name].outcome is Outcome.PASS
+    coarse = edited(held, ("160000", "2000"))
+    assert rows_of(coarse)[name].outcome is Outcome.FAIL
+    assert rows_of(rig(k_c=0.0, b_c=0.0)).get(name) is None
+
+
+def test_json_carries_the_rows_of_the_table(rig, monkeypatch, capsys):
+    _, out, _ = run(monkeypatch, capsys, "check", rig(k_c=100.0), "--json")
+    body = json.loads(out, parse_constant=pytest.fail)
+    assert body["verdicts"][-1]["verdict"] == "FAIL"
+    assert body["axes"][0]["verdicts"][-1] == body["verdicts"][-1]
+    assert {"name", "figure", "bound", "verdict", "meaning"} <= set(body["verdicts"][0])
+
+
+@pytest.mark.parametrize("given", [[Timing(float("nan"))], [Timing(-1.0)], [], ["soon"]])
+def test_a_declaration_that_is_none_is_refused(monkeypatch, given):
+    monkeypatch.setattr("hw.mock.declared.timing", lambda options, rig: given)
+    with pytest.raises(BackendError, match="finite numbers"):
+        registry.timing("mock", {}, SimpleNamespace(n_axes=1, period_s=1e-3))
+
+
+def test_a_device_that_declares_nothing_is_named(rig, monkeypatch):
+    info = registry.lookup("mock")
+    monkeypatch.setitem(registry.BUILT_IN, "mock", dataclasses.replace(info, timing=None))
+    registry.lookup.cache_clear()
+    row = rows_of(rig())["delay of the devices"]
+    stated = rows_of(rig(d=1, k_c=20.0)).get("delay of the devices")
+    registry.lookup.cache_clear()
+    assert row.outcome is Outcome.NOT_PROVED
+    assert "device[0] 'mock'" in row.meaning
+    assert stated is None
