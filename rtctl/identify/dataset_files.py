@@ -10,7 +10,8 @@ from typing import Any
 from hw.motion import rotary_named
 from hw.outside import json_of, read_bounded
 from rtctl.errors import DataError
-from rtctl.identify.session import Bias, Point
+from rtctl.identify.bias import Bias
+from rtctl.identify.session import Point
 from rtctl.identify.settings import Settings
 
 SCHEMA = 1
