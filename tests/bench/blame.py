@@ -24,7 +24,7 @@ from typing import Any
 from rtctl.client import RigClient
 from rtctl.errors import RtctlError
 from rtctl.rig_file.config import load
-from tests.bench.child import START_S, daemon
+from tests.bench.child import SAID, START_S, daemon
 from tests.bench.disturbed_device import BLOCK, FAULT, KIND, install
 from tests.bench.disturber import NAME, SPELL_S, disturber
 from tests.bench.row import Row
@@ -152,7 +152,11 @@ def _rig(config: Path, folder: Path, realtime: str) -> Iterator[tuple[RigClient,
         rig.timeout_s = START_S
         rig.hello()
         loop = _child(process.pid)
-        yield rig, loop, _core_of(loop)
+        try:
+            yield rig, loop, _core_of(loop)
+        except (FileNotFoundError, ProcessLookupError) as error:
+            said = (folder / SAID).read_text(errors="replace").strip()
+            raise RtctlError(f"the loop has ended: {error}: {said}") from error
 
 
 def _child(pid: int) -> int:

@@ -14,6 +14,9 @@ END_S = 10.0
 START_S = 300.0
 """Patience with a daemon's first answer: its first start compiles."""
 
+SAID = "said"
+"""File with the standard error of a daemon."""
+
 
 def end(process: subprocess.Popen[bytes]) -> None:
     """Ask a child to end, insist after `END_S`, and wait for it."""
@@ -34,7 +37,7 @@ def daemon(
     environment: Mapping[str, str] | None = None,
     seconds: float = 3000.0,
 ) -> Iterator[subprocess.Popen[bytes]]:
-    """Run the daemon of rig file `config` with `more` of TOML at its end; it is silent and ends with the block.
+    """Run the daemon of rig file `config` with `more` of TOML at its end; it ends with the block, and what it says of errors is in `folder`/`SAID`.
 
     Parameters
     ----------
@@ -47,12 +50,13 @@ def daemon(
     path = folder / "rig.toml"
     path.write_text(f"{text}\n{more}")
     command = ["run", str(path), "--runtime-dir", str(folder), "--for", f"{seconds:.0f}", *options]
-    process = subprocess.Popen(
-        [sys.executable, "-m", "rtctl", *command],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        env=environment,
-    )
+    with (folder / SAID).open("wb") as said:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "rtctl", *command],
+            stdout=subprocess.DEVNULL,
+            stderr=said,
+            env=environment,
+        )
     try:
         yield process
     finally:

@@ -13,10 +13,10 @@ from typing import NamedTuple
 NAN = float("nan")
 
 _PERF_EVENT_OPEN = {"x86_64": 298}
-"""Number of the system call, where processors count SMIs."""
+"""Number of the system call by processor, where processors count SMIs."""
 
 _ATTRIBUTES = struct.Struct("<IIQ112x")
-"""Of struct perf_event_attr: type, size and event; zeros are what the rest is for a counter that is only read."""
+"""Begin of struct perf_event_attr: type, size and event; zeros are what the rest is for a counter that is only read."""
 
 _CLOEXEC = 8
 

@@ -25,7 +25,7 @@ _OF_TASK, _STATS = 4, 3
 """Attributes of an answer: TASKSTATS_TYPE_AGGR_PID, and TASKSTATS_TYPE_STATS in it."""
 
 _RUN = struct.Struct("<64xQQ32sB15xI")
-"""Of struct taskstats: run time without stolen time, run time as the scheduler counts it (ns), name, policy, number."""
+"""What is read of struct taskstats: run time without stolen time, run time as the scheduler counts it (ns), name, policy, number."""
 
 _REAL_TIME = (os.SCHED_FIFO, os.SCHED_RR, 6)
 """Policies that run before ordinary tasks; 6: SCHED_DEADLINE."""
@@ -71,7 +71,7 @@ class Exits:
         self._core = core
 
     def read(self) -> list[Ended]:
-        """Those that have ended since this was last asked, `MOST` at once. Some are lost where more ended than the kernel keeps."""
+        """Tasks that have ended since this was last asked, `MOST` at once. Some are lost where more ended than the kernel keeps."""
         found: list[Ended] = []
         for _ in range(MOST):
             try:

@@ -59,11 +59,11 @@ class _Task:
     priority: int
     samples: list[_Sample]
     active_ns: int
-    """When it was last seen to have run."""
+    """When the task was last seen to have run."""
     gone_ns: int = 0
-    """When it was known to have ended; 0: it lives. /proc may show it until its parent has heard."""
+    """When the task was known to have ended; 0: it lives. /proc may show it until its parent has heard."""
     told: bool = False
-    """Its end was told, with its run time."""
+    """The task's end was told, with its run time."""
 
     def add(self, sample: _Sample) -> None:
         """Keep a reading. Of several in which it had not run, the first and the last say all."""
@@ -212,7 +212,7 @@ class Tasks:
         return self._tasks[task]
 
     def _forget(self, task: str) -> None:
-        """It has ended. Where that is not told with its run time, remember for a while that there was one."""
+        """A task has ended. Where that is not told with its run time, remember for a while that there was one."""
         one, now_ns = self._tasks[task], self._clock()
         if not one.gone_ns and self._exits is None:
             one.gone_ns = now_ns

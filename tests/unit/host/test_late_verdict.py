@@ -22,7 +22,7 @@ HOG, BEFORE_IT = (
 PERHAPS = Ran("fan 9", 4e5, may_preempt=True, likely_ns=3e4)  # ran as long in a time ten times as long
 ORDINARY = Ran("shell 8", 9e5, may_preempt=False)
 GONE, GONE_TOO = Ran("make 5", NAN, may_preempt=True), Ran("cc 6", NAN, may_preempt=True)
-KERNELS = Ran("ksoftirqd/1 20", 4e5, may_preempt=True)
+KERNELS = Ran("ksoftirqd/1 20", 4e5, may_preempt=True, likely_ns=4e5)
 NET = {"NET_RX": 80.0, "RCU": 3.0}
 
 
