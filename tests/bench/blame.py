@@ -15,7 +15,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -234,7 +234,8 @@ def _group(pid: int) -> Iterator[Callable[[], bool]]:
         (group / "cgroup.procs").write_text(str(pid))
         yield hold
     finally:
-        (QUOTAS / "cgroup.procs").write_text(str(pid))
+        with suppress(ProcessLookupError):  # a loop that has ended is in no group
+            (QUOTAS / "cgroup.procs").write_text(str(pid))
         group.rmdir()
 
 
