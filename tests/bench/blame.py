@@ -15,7 +15,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -42,6 +42,10 @@ QUOTAS = Path("/sys/fs/cgroup/cpu")
 
 PRIORITY = 95
 """Of tasks that take the core from a loop with real-time rights."""
+
+
+class _EndedError(RtctlError):
+    """The loop has ended, and the daemon with it: a loop without real-time rights that stands for long is killed."""
 
 
 @dataclass
@@ -90,9 +94,11 @@ def rows(config: Path, bursts: int) -> list[Row]:
     rounds = 2 if bursts < 20 else 4
     block = -(-bursts // rounds)
     found: dict[str, Told] = {}
+    ended: list[str] = []
     for _ in range(rounds):
         for kinds_of, realtime in ((_on_real_time, "require"), (_without_rights, "off")):
             with (
+                _noted(ended),
                 tempfile.TemporaryDirectory(prefix="rt") as name,
                 _rig(config, Path(name), realtime) as (rig, loop, core),
                 ExitStack() as stack,
@@ -100,7 +106,17 @@ def rows(config: Path, bursts: int) -> list[Row]:
                 for kind in kinds_of(stack, Path(name), loop, core, block):
                     _judge(rig, kind, block, period_s, found.setdefault(kind.text, Told()))
     each = [told.row(f"late ticks by {kind}: named right") for kind, told in found.items()]
-    return [*each, _sum(list(found.values())).row("late ticks of all kinds: named right")]
+    cut = Row("rigs that ended in the middle", float(len(ended)), "", "; ".join(ended))
+    return [*each, cut, _sum(list(found.values())).row("late ticks of all kinds: named right")]
+
+
+@contextmanager
+def _noted(ended: list[str]) -> Iterator[None]:
+    """Go on with the next rig where a loop has ended, and note what its daemon said last."""
+    try:
+        yield
+    except _EndedError as error:
+        ended.append(str(error).rpartition("\n")[2])
 
 
 def _sum(told: list[Told]) -> Told:
@@ -156,7 +172,7 @@ def _rig(config: Path, folder: Path, realtime: str) -> Iterator[tuple[RigClient,
             yield rig, loop, _core_of(loop)
         except (FileNotFoundError, ProcessLookupError) as error:
             said = (folder / SAID).read_text(errors="replace").strip()
-            raise RtctlError(f"the loop has ended: {error}: {said}") from error
+            raise _EndedError(said) from error
 
 
 def _child(pid: int) -> int:
@@ -218,7 +234,8 @@ def _group(pid: int) -> Iterator[Callable[[], bool]]:
         (group / "cgroup.procs").write_text(str(pid))
         yield hold
     finally:
-        (QUOTAS / "cgroup.procs").write_text(str(pid))
+        with suppress(ProcessLookupError):  # a loop that has ended is in no group
+            (QUOTAS / "cgroup.procs").write_text(str(pid))
         group.rmdir()
 
 
