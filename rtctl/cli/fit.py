@@ -217,7 +217,6 @@ def command(
         fit_checks.require_of_linear(families, kernel, strategy if search else None)
         strategy = "halving" if strategy == "none" else strategy
     folds = hold_out.way_for(measured, held_out)
-    equal = grids.RESOLUTION_SHARE if tolerance is None else tolerance / 100
     options: dict[str, Any] = {
         "search": strategy,
         "kernel": kernel,
@@ -225,7 +224,7 @@ def command(
         "folds": held_out,
     }
     options |= {
-        "tolerance_share": equal,
+        "tolerance_share": grids.RESOLUTION_SHARE if tolerance is None else tolerance / 100,
         "max_support_vectors": max_support_vectors,
         "C": c,
         "epsilon_nm": epsilon_nm,
@@ -233,8 +232,8 @@ def command(
     searched = {"families": families, "backend": backend, "n_jobs": jobs or -1, "folds": folds}
     with errors_in_units_of(measured.motion):
         ladder, model = fit_learning.curves(measured, rig, fade_rad_s, options, searched)
-        turn = turn or fit_places.turn_of(measured.motion, lead_m, plan.loaded)
-        model, over_turn, turn_body = fit_places.learn(model, places, sweep, turn, ripple_turn)
+        lead = turn or fit_places.turn_of(measured.motion, lead_m, plan.loaded)
+        model, over_turn, turn_body = fit_places.learn(model, places, sweep, lead, ripple_turn)
     model = fit_learning.with_what_is_known(model, measured, temperature, presliding_rad, plan.test)
     artefact.save(model, out)
     beside = beside_speed.judge(model, measured, folds)

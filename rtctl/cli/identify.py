@@ -31,7 +31,9 @@ WARNING = (
 )
 
 
-def _options(command: Callable[..., None]) -> Callable[..., None]:
+def _options(  # longer than 50 lines: the table of options, an option a row
+    command: Callable[..., None],
+) -> Callable[..., None]:
     """Options that fill `Settings`; their names are its fields. Of a linear axis what is said in rad and N m is in m and N."""
     positive = click.FloatRange(min=0, max=1e6, min_open=True)
     none_or_more = click.FloatRange(min=0, max=1e6)

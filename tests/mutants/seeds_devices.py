@@ -167,7 +167,8 @@ SEEDS = (
     ),
     Seed(
         "a rehearsal of the law is none: it decides on what is in force", "rtctl/rt/whole_cycle.py",
-        "            (tick, state, cycle.params, command, cycle.model),\n", "            (cycle.tick, cycle.state, cycle.params, cycle.command, cycle.model),\n", WHOLE,
+        "            (tick, state, cycle.params, command, cycle.model),\n", "            (cycle.tick, cycle.state, cycle.params, cycle.command, cycle.model),\n",
+        ("tests/unit/rt/test_rehearsal.py",),
     ),
     Seed(
         "a compiled cycle decides before it reads", "rtctl/rt/whole_cycle.py",
