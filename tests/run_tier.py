@@ -39,6 +39,9 @@ LEAST_WEIGHT = 19
 PATIENT = "--timeout=1800"
 """Of one test: beside busy others it may stand still for long."""
 
+FIRST = "unit/hw"
+"""Compiles what the daemons of CAN and serial rigs run: no test that meets a clock need wait for that."""
+
 VOLUME = re.compile(r"mark\.volume|asked_often")
 """In a file of tests of which some are volume (`tests/amounts.py`)."""
 
@@ -142,7 +145,8 @@ def test() -> list[Part]:
     files = tiers.every_file()
     clock = [path for path in files if tiers.meets_a_clock(path)]
     others = [path for path in files if not tiers.meets_a_clock(path)]
-    return [pytest_part("clock", clock, clock=True), *by_folder(others, PATIENT)]
+    beside = sorted(by_folder(others, PATIENT), key=lambda part: FIRST not in part.name.split())
+    return [pytest_part("clock", clock, clock=True), *beside]
 
 
 def volume() -> list[Part]:

@@ -48,6 +48,11 @@ def test_what_meets_a_clock_is_in_the_first_part_and_in_no_other():
     assert set(files_of(others)) >= {f"tests/{name}" for name in tiers.ONLY_COMPUTES}
 
 
+def test_what_daemons_of_devices_run_is_compiled_before_all_else_that_runs_beside_the_clock():
+    _, first, *_ = run_tier.test()
+    assert "tests/unit/hw/test_can_steady.py" in files_of([first])
+
+
 def test_the_inner_loop_is_part_of_what_a_user_runs():
     assert set(files_of(run_tier.check())) < set(files_of(run_tier.test()))
     assert "tests/unit/control/test_gate.py" in files_of(run_tier.check())
