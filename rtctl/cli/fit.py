@@ -145,7 +145,7 @@ _POSITIVE = click.FloatRange(min=0, min_open=True, max=1e9)
 )
 @click.option("--config", type=_File, help="rig file, for plausible units and the recommended gain and cap")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object with every figure, for scripts")
-def command(
+def command(  # longer than 50 lines: the steps from points to report, in their order
     points: tuple[Path, ...],
     *,
     columns: tuple[str, ...],
