@@ -77,6 +77,26 @@ def test_escape_stops_from_anywhere_and_a_stop_that_does_not_arrive_is_said_abov
     page.becomes("document.getElementById('alert').hidden")
 
 
+def test_an_answer_to_an_earlier_press_does_not_hide_that_the_last_stop_failed(desk):
+    page, rig, _server = desk
+    rig.be(State.ACTIVE)
+    page.state("ACTIVE")
+    page(
+        "window.held = []; window.real = fetch; window.fetch = (path, more) =>"
+        " path === '/do/stop' ? new Promise((answer) => held.push((said) => answer(new Response(JSON.stringify(said))))) : real(path, more)"
+    )
+    page.key("Escape")
+    page.becomes("held.length === 1")
+    page.key("Escape")
+    page.becomes("held.length === 2")
+    page("held[1]({ error: 'no reply' })")
+    page.becomes("document.querySelector('#alert strong').textContent === 'STOP NOT CONFIRMED'")
+    page("held[0]({ ok: true }); window.later = false; setTimeout(() => { later = true; }, 500)")
+    page.becomes("later")
+    assert page("document.querySelector('#alert strong').textContent") == "STOP NOT CONFIRMED"
+    assert page("seen(document.getElementById('alert'))")
+
+
 def test_more_windows_than_a_browser_has_connections_for_do_not_keep_stop_waiting(chromium, rig):
     made, server = rig
     made.be(State.ACTIVE)

@@ -8,7 +8,7 @@ const ARMED_WITHIN_MS = 2000;
 
 /** The last status. */
 export let newest = {};
-let cameAt = 0, why = "", rig = "rtctl", noticeEnds = 0, stopFailed = "", armPressedAt = 0;
+let cameAt = 0, why = "", rig = "rtctl", noticeEnds = 0, stopFailed = "", stops = 0, armPressedAt = 0;
 
 /** A line that vanishes: what was refused, or done. It goes at the next change of state, too. */
 export function notice(text, bad = true) {
@@ -28,7 +28,9 @@ export async function ordered(name, body) {
 const LABELS = { arm: "Not armed", reset: "Not reset", tare: "Not tared", compensation: "Not changed", display: "Not changed", world: "Not changed" };
 
 export async function stop() {
+  const mine = ++stops;
   const said = await press("stop");
+  if (mine !== stops) return;  // an answer to an earlier press may come later: it must not hide that the last one failed
   stopFailed = said.error || "";
   if (!stopFailed) notice("STOP was sent.", false);
   show();
