@@ -90,6 +90,10 @@ def rig_file(folder, name, port):
         ("stiffness_nm_rad = 20.0", "stiffness_nm_rad = 1.5"),
         ("time_to_live_ms = 10", "time_to_live_ms = 100"),
         ("heartbeat_ms = 5 ", "heartbeat_ms = 40 "),
+        (
+            "source = 126 ",
+            "sdo_timeout_s = 10.0\nsource = 126 ",
+        ),  # of the CiA 402 drive, which has no time while others compile
     ):
         text = text.replace(before, after)
     path = folder.parent / "rig.toml"
