@@ -117,7 +117,7 @@ def figures_of(loop: AdmittanceLoop) -> AdmittanceFigures:
     from rtctl.control import admittance_margin as margin
 
     found = margin.judge(loop)
-    others = (*faster(loop), *fading(loop), *heavier(loop), *less_help(loop)) if found.ok else ()
+    others = (*faster(loop), *fading(loop), *heavier(loop), *margin.less_help(loop)) if found.ok else ()
     found = next((one for one in map(margin.judge_stiffest, others) if not one.ok), found)
     proof = margin.proof(loop) if found.ok else None
     masses = (loop, *heavier(loop))
@@ -178,12 +178,6 @@ def fading(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
         for share in FADING
         for helps in ({share, 1.0} if loop.observer_gain > 0 else {share})
     ]
-
-
-def less_help(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
-    """The loop with shares of its observer: a hand may turn the help down while it runs."""
-    gain = loop.observer_gain
-    return [replace(loop, observer_gain=share * gain) for share in (0.0, 0.5)] if gain > 0 else []
 
 
 def heavier(loop: AdmittanceLoop) -> list[AdmittanceLoop]:

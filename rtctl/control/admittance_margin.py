@@ -71,11 +71,17 @@ def edge(loop: AdmittanceLoop) -> float:
     return 1 + max(GROWS_1_S * loop.period_s, _ROUNDING)
 
 
+def less_help(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
+    """The loop with none and with half of its observer: a hand may turn the help down while it runs."""
+    gain = loop.observer_gain
+    return [replace(loop, observer_gain=share * gain) for share in (0.0, 0.5)] if gain > 0 else []
+
+
 def at_helps(loop: AdmittanceLoop) -> tuple[AdmittanceLoop, ...]:
-    """The loop with its observer whole and with none of it: a hand may turn the help off while it runs, and on a joint that rests,
-    or at a friction beyond its cap, an observer does little.
+    """The loop with its observer whole and with none of it: on a joint that rests, or at a friction beyond its cap, an observer
+    does little, whatever the hand has asked for.
     """
-    return (loop, replace(loop, observer_gain=0.0)) if loop.observer_gain > 0 else (loop,)
+    return (loop, *less_help(loop)[:1])
 
 
 def judge(loop: AdmittanceLoop, *, stuck: bool = False) -> Finding:

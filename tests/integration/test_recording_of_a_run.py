@@ -6,11 +6,11 @@ import os
 import signal
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 from patience import PATIENCE_S, until
+from rtctl_process import CONFIGS, start
 
 from rtctl.cli import cli
 from rtctl.client import RigClient
@@ -21,8 +21,6 @@ from rtctl.recording.overview import overview
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.replay import Replay
 from rtctl.rig_file.config import load
-
-CONFIGS = Path(__file__).parents[2] / "configs"
 
 
 @pytest.fixture
@@ -38,21 +36,6 @@ def config(tmp_path):
     path = tmp_path / "rig.toml"
     path.write_text("record = true\n" + text)
     return path
-
-
-def start(config, folder, *more):
-    command = [
-        sys.executable,
-        "-m",
-        "rtctl",
-        "run",
-        str(config),
-        "--runtime-dir",
-        str(folder),
-        "--json",
-        *more,
-    ]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
 def in_force(client, request):

@@ -17,7 +17,7 @@ MARGIN = "tests/unit/control/test_admittance_margin.py"
 SEEDS = (
     Seed(
         "an admittance is certified with its help in force only", "rtctl/control/admittance_margin.py",
-        "(loop, replace(loop, observer_gain=0.0)) if loop.observer_gain > 0 else (loop,)", "(loop,)",
+        "return (loop, *less_help(loop)[:1])", "return (loop,)",
         (
             f"{MARGIN}::test_a_hand_may_turn_the_help_off_and_the_certificate_holds_then_too",
             f"{MARGIN}::test_a_joint_that_sticks_is_judged_without_an_observer_that_is_slow_there",

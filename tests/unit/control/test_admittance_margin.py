@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from rtctl.check.admittance_figures import less_help
 from rtctl.control import admittance_margin, virtual_mass
 from rtctl.control.admittance_loop import AdmittanceLoop, Box, points, spectral_radii
 from rtctl.control.drive_in_hand import resonance
@@ -281,5 +280,5 @@ def test_a_joint_that_sticks_is_judged_without_an_observer_that_is_slow_there():
 
 
 def test_the_campaign_and_the_check_know_half_of_the_help_too():
-    assert [one.observer_gain for one in less_help(HELPED)] == [0.0, 0.315]
-    assert less_help(replace(HELPED, observer_gain=0.0)) == []
+    assert [one.observer_gain for one in admittance_margin.less_help(HELPED)] == [0.0, 0.315]
+    assert admittance_margin.less_help(replace(HELPED, observer_gain=0.0)) == []
