@@ -25,6 +25,7 @@ from rtctl.recording.mcap_file import LEVEL, McapFile
 from rtctl.recording.setup import Setup
 from rtctl.recording.tick_cdr import MESSAGE_HEAD, SCHEMA_NAME, encode, own_layout, schema_text
 from rtctl.recording.topics import COMMAND, EVENT, LOG, TICK, TOPICS
+from rtctl.tick import joined
 
 CHUNK_BYTES = 1 << 22
 CHUNK_S = 0.5
@@ -178,7 +179,7 @@ class Parts:
     def _encode_ticks(self) -> None:
         """All ticks that are pending become messages in one step."""
         numbers = np.concatenate([np.arange(first, first + len(rows)) for first, rows in self._ticks])
-        rows = np.concatenate([rows for _, rows in self._ticks])
+        rows = joined([rows for _, rows in self._ticks])
         times = rows["time_ns"] + self._start_wall_ns
         messages = encode(rows, TICK, numbers, times)
         self._append(TICK, messages.data, times, np.arange(len(rows)) * messages.shape[1])
