@@ -94,7 +94,7 @@ _ROUNDING = 1e-12
 
 @compiled
 def _worst_deviation(history: np.ndarray, n: int, intercept: float, slope: float) -> float:
-    """Largest deviation of samples 0..n (relative to the newest) from the line; not finite where the line is not."""
+    """Largest deviation of samples 0..n (relative to the newest) from the line, which is finite."""
     a = b = c = d = 0.0
     newest, back = history[0], 0
     while back + 3 <= n:  # four at a time: none of them waits for another
@@ -153,11 +153,13 @@ def foaw_velocity(history: np.ndarray, count: int, window: int, band: float, per
             turned = max(abs(intercept - before), abs(intercept - before - (candidate - slope) * (n - 1)))
             worst += turned + _ROUNDING * (abs(intercept) + abs(candidate) * n + band)
             newly = abs(y - (intercept - candidate * n))
-            if newly <= band and worst <= band:
+            if not newly <= band:  # nor is what is no number within any band
+                break
+            if worst <= band:
                 worst = max(worst, newly)
             else:
                 worst = _worst_deviation(history, n, intercept, candidate)
-                if not worst <= band:
+                if worst > band:
                     break
         slope, before = candidate, intercept
     return slope / period

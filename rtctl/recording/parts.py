@@ -21,15 +21,22 @@ from rtctl.control.records import command_dtype
 from rtctl.recording import log_lines
 from rtctl.recording import mcap_format as fmt
 from rtctl.recording.log_lines import log_line
-from rtctl.recording.mcap_file import LEVEL, McapFile
+from rtctl.recording.mcap_file import McapFile
 from rtctl.recording.setup import Setup
-from rtctl.recording.tick_cdr import MESSAGE_HEAD, SCHEMA_NAME, encode, own_layout, schema_text
-from rtctl.recording.topics import COMMAND, EVENT, LOG, TICK, TOPICS
-from rtctl.tick import joined
+from rtctl.recording import tick_blocks, tick_cdr
+from rtctl.recording.topics import COLUMNS, COMMAND, EVENT, LOG, TICK, TOPICS
+from rtctl.tick import joined, new_ticks
 
 CHUNK_BYTES = 1 << 22
 CHUNK_S = 0.5
 """A crash costs at most this much of a recording."""
+
+ROWS_HZ = 1000.0
+"""A quicker loop is recorded as columns, which have two thirds of the bytes; its rows are a choice of at most `CHOSEN_HZ` then."""
+CHOSEN_HZ = 100.0
+
+ROWS_LEVEL, COLUMNS_LEVEL = 1, 3
+"""zstd levels of a running recording: 1.1 us a tick either way; rows become no smaller at higher ones."""
 
 
 @dataclass(frozen=True)
@@ -67,9 +74,15 @@ class Parts:
         All files so far.
     """
 
-    def __init__(self, folder: Path, setup: Setup, limits: Limits, level: int = LEVEL) -> None:
-        self._folder, self._setup, self._limits, self._level = folder, setup, limits, level
-        self._tick_bytes = MESSAGE_HEAD + own_layout(setup.n_axes).itemsize
+    def __init__(self, folder: Path, setup: Setup, limits: Limits, level: int | None = None) -> None:
+        self._folder, self._setup, self._limits = folder, setup, limits
+        rate_hz = float(setup.about["rate_hz"])
+        self._columns = rate_hz > ROWS_HZ
+        self._chosen = round(rate_hz / CHOSEN_HZ) if self._columns else 1  # of so many ticks one is a row, too
+        if self._columns:  # compiled, or loaded, before the first chunk
+            tick_blocks.encode(new_ticks(1, setup.n_axes), COLUMNS, 0, 0)
+        self._level = (COLUMNS_LEVEL if self._columns else ROWS_LEVEL) if level is None else level
+        self._tick_bytes = tick_cdr.MESSAGE_HEAD + tick_cdr.own_layout(setup.n_axes).itemsize
         self._start_wall_ns = int(setup.about["start_wall_ns"])
         self._file: McapFile | None = None
         self._final = folder  # the name of the file being written, once it has a chunk
@@ -177,11 +190,19 @@ class Parts:
             self._file = None
 
     def _encode_ticks(self) -> None:
-        """All ticks that are pending become messages in one step."""
+        """All ticks that are pending become messages in one step: rows, or columns and a choice of rows."""
         numbers = np.concatenate([np.arange(first, first + len(rows)) for first, rows in self._ticks])
         rows = joined([rows for _, rows in self._ticks])
         times = rows["time_ns"] + self._start_wall_ns
-        messages = encode(rows, TICK, numbers, times)
+        if self._columns:
+            ends = [*(np.flatnonzero(np.diff(numbers) != 1) + 1).tolist(), len(rows)]
+            for begin, end in zip([0, *ends], ends, strict=False):
+                block = tick_blocks.encode(rows[begin:end], COLUMNS, int(numbers[begin]), int(times[begin]))
+                self._append(COLUMNS, block, times[begin : begin + 1], np.zeros(1, np.int64))
+            chosen = rows["tick"] % self._chosen == 0
+            chosen[0] = True
+            rows, numbers, times = rows[chosen], numbers[chosen], times[chosen]
+        messages = tick_cdr.encode(rows, TICK, numbers, times)
         self._append(TICK, messages.data, times, np.arange(len(rows)) * messages.shape[1])
 
     def _clear(self) -> None:
@@ -216,13 +237,16 @@ class Parts:
         draft.unlink(missing_ok=True)
         file: McapFile | None = None
         try:
-            file = McapFile(draft, *_declarations(self._setup.n_axes), self._level)
+            file = McapFile(draft, *_declarations(self._setup.n_axes, columns=self._columns), self._level)
             facts = {
                 "part": str(len(self.files)),
                 "first_row": str(first_row),
                 "first_tick": str(rows["tick"][0]),
             }
-            facts["tick_schema_crc32"] = str(zlib.crc32(schema_text(self._setup.n_axes).encode()))
+            facts["tick_schema_crc32"] = str(zlib.crc32(tick_cdr.schema_text(self._setup.n_axes).encode()))
+            if self._columns:
+                schema = tick_blocks.schema_text(self._setup.n_axes).encode()
+                facts["columns_schema_crc32"] = str(zlib.crc32(schema))
             facts["waiver"] = str(bool(rows["waiver"][0])).lower()
             file.add_metadata(
                 "rtctl", {"recorded_wall_ns": str(time.time_ns()), **self._setup.about, **facts}
@@ -261,11 +285,16 @@ def command_fields(command: np.void) -> dict[str, Any]:
     return fields
 
 
-def _declarations(n_axes: int) -> tuple[list[bytes], list[bytes]]:
+def _declarations(n_axes: int, *, columns: bool) -> tuple[list[bytes], list[bytes]]:
     """Schema and channel records of a recording."""
+    topics = {k: topic for k, topic in TOPICS.items() if columns or k != COLUMNS}
     loose = orjson.dumps({"type": "object", "properties": {}})
-    kinds = {k: (topic.replace("/", "."), "jsonschema", loose) for k, topic in TOPICS.items()}
-    kinds[TICK] = SCHEMA_NAME, "ros2msg", schema_text(n_axes).encode()
+    kinds = {k: (topic.replace("/", "."), "jsonschema", loose) for k, topic in topics.items()}
+    kinds[TICK] = tick_cdr.SCHEMA_NAME, "ros2msg", tick_cdr.schema_text(n_axes).encode()
+    if columns:
+        kinds[COLUMNS] = tick_blocks.SCHEMA_NAME, "ros2msg", tick_blocks.schema_text(n_axes).encode()
     kinds[LOG] = log_lines.SCHEMA_NAME, "jsonschema", orjson.dumps(log_lines.SCHEMA)
-    channels = [fmt.channel(k, k, topic, "cdr" if k == TICK else "json") for k, topic in TOPICS.items()]
+    channels = [
+        fmt.channel(k, k, topic, "cdr" if k in (TICK, COLUMNS) else "json") for k, topic in topics.items()
+    ]
     return [fmt.schema(k, *kind) for k, kind in kinds.items()], channels

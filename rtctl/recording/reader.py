@@ -20,7 +20,7 @@ from rtctl.recording.law_arrays import LAW_NAME, LawArrays, unpack_law
 from rtctl.recording.mcap_scan import Chunk, Contents, channel_of, chunks
 from rtctl.recording.read_ahead import ahead
 from rtctl.recording.tick_layout import axes_in, layout_in
-from rtctl.recording.topics import COMMAND, EVENT, TICK, TOPICS
+from rtctl.recording.topics import COMMAND, EVENT
 from rtctl.tick import tick_dtype
 
 _PART = re.compile(r"(.*)-(\d{3,})\.mcap")
@@ -205,12 +205,11 @@ class RecordingReader:
             )
 
     def _batch(self, chunk: Chunk, contents: Contents, first_row: int) -> Batch | None:
-        of = {kind: channel_of(kind, chunk, contents) for kind in TOPICS}
+        of = {kind: channel_of(kind, chunk, contents) for kind in (EVENT, COMMAND)}
         if len(chunk.table) == 0:
             return None
-        rows = self._layout.decode(chunk, contents, self.n_axes)
-        ticks = chunk.of(of[TICK])
-        numbers = first_row + (ticks[:, 1] - first_row) % (1 << 32)
+        rows, sequence = self._layout.decode(chunk, contents, self.n_axes)
+        numbers = first_row + (sequence - first_row) % (1 << 32)
         events = [event for data in chunk.texts(of[EVENT]) if (event := _event(data)) is not None]
         commands = [orjson.loads(data) for data in chunk.texts(of[COMMAND])]
         return Batch(rows, numbers, events, _commands(commands, self.n_axes))
