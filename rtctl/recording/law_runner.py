@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from rtctl.control import law
@@ -73,6 +75,14 @@ LAW_FIELDS = [f.name for f in FIELDS if f.writer == "law"]
 """Fields the law writes: what a replay compares."""
 
 
+@dataclass(frozen=True)
+class Place:
+    """Where a law stands between two ticks: its state, shape (1,), and the tick before as words, shape (1, words per tick), since what the law does not write stays in it."""
+
+    state: np.ndarray
+    tick_words: np.ndarray
+
+
 class LawRunner:
     """The law with its arrays, from one state on.
 
@@ -99,6 +109,15 @@ class LawRunner:
         self._out = np.zeros(0, tick.dtype)
         none = np.zeros(1, command_dtype(n_axes))
         self.run(tick[:0], none, np.zeros(0, np.int64))  # compiles, or loads
+
+    def place(self) -> Place:
+        """Where the law stands now."""
+        return Place(np.array(self.state), self._tick_words.copy())
+
+    def go_to(self, place: Place) -> None:
+        """Continue from there."""
+        self.state[:] = place.state
+        self._tick_words[:] = place.tick_words
 
     def run(self, rows: np.ndarray, commands: np.ndarray, which: np.ndarray) -> np.ndarray:
         """The ticks as the law leaves them, until the next call; `which` is each row's index in `commands`."""

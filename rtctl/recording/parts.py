@@ -18,13 +18,12 @@ import numpy as np
 import orjson
 
 from rtctl.control.records import command_dtype
-from rtctl.recording import log_lines
+from rtctl.recording import law_state, log_lines, tick_blocks, tick_cdr
 from rtctl.recording import mcap_format as fmt
 from rtctl.recording.log_lines import log_line
 from rtctl.recording.mcap_file import McapFile
 from rtctl.recording.setup import Setup
-from rtctl.recording import tick_blocks, tick_cdr
-from rtctl.recording.topics import COLUMNS, COMMAND, EVENT, LOG, TICK, TOPICS
+from rtctl.recording.topics import COLUMNS, COMMAND, EVENT, LOG, STATE, TICK, TOPICS
 from rtctl.tick import joined, new_ticks
 
 CHUNK_BYTES = 1 << 22
@@ -118,7 +117,8 @@ class Parts:
         """Take ticks with the events among them and the commands that came into force.
 
         `first_row` numbers the first tick among all the loop recorded; a gap in these numbers is a loss. `state` is
-        the law's before the first of them, where it is known: a file that begins here can then be replayed.
+        the law's before the first of them, where it is known: a file that begins here can then be replayed, and a chunk
+        of columns beside others.
 
         Raises
         ------
@@ -129,11 +129,14 @@ class Parts:
             return
         times = rows["time_ns"] + self._start_wall_ns
         before, self._in_force = self._in_force, commands[-1:] if len(commands) else self._in_force
-        if not self._rows:
+        begins = not self._rows
+        if begins:
             self._chunk_ns = int(times[0])
         if self._file is None:
             self._open(first_row, rows, state)
             commands = np.concatenate((before, commands))  # each part says what was in force before it
+        if begins and self._columns and state is not None:
+            self._single(STATE, int(times[0]), law_state.encode(state))
         for command in commands:
             self._single(COMMAND, int(times[0]), orjson.dumps(command_fields(command)))
         for event in events:
@@ -247,6 +250,7 @@ class Parts:
             if self._columns:
                 schema = tick_blocks.schema_text(self._setup.n_axes).encode()
                 facts["columns_schema_crc32"] = str(zlib.crc32(schema))
+                facts["state_layout_crc32"] = law_state.layout_crc32(self._setup.n_axes)
             facts["waiver"] = str(bool(rows["waiver"][0])).lower()
             file.add_metadata(
                 "rtctl", {"recorded_wall_ns": str(time.time_ns()), **self._setup.about, **facts}
@@ -287,14 +291,14 @@ def command_fields(command: np.void) -> dict[str, Any]:
 
 def _declarations(n_axes: int, *, columns: bool) -> tuple[list[bytes], list[bytes]]:
     """Schema and channel records of a recording."""
-    topics = {k: topic for k, topic in TOPICS.items() if columns or k != COLUMNS}
+    topics = {k: topic for k, topic in TOPICS.items() if columns or k not in (COLUMNS, STATE)}
     loose = orjson.dumps({"type": "object", "properties": {}})
     kinds = {k: (topic.replace("/", "."), "jsonschema", loose) for k, topic in topics.items()}
     kinds[TICK] = tick_cdr.SCHEMA_NAME, "ros2msg", tick_cdr.schema_text(n_axes).encode()
     if columns:
         kinds[COLUMNS] = tick_blocks.SCHEMA_NAME, "ros2msg", tick_blocks.schema_text(n_axes).encode()
+        kinds[STATE] = law_state.SCHEMA_NAME, "ros2msg", law_state.SCHEMA
     kinds[LOG] = log_lines.SCHEMA_NAME, "jsonschema", orjson.dumps(log_lines.SCHEMA)
-    channels = [
-        fmt.channel(k, k, topic, "cdr" if k in (TICK, COLUMNS) else "json") for k, topic in topics.items()
-    ]
+    encodings = {"ros2msg": "cdr", "jsonschema": "json"}
+    channels = [fmt.channel(k, k, topic, encodings[kinds[k][1]]) for k, topic in topics.items()]
     return [fmt.schema(k, *kind) for k, kind in kinds.items()], channels

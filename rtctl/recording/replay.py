@@ -7,17 +7,22 @@ has changed. With those of another rig file it is what that one would have asked
 
 from __future__ import annotations
 
+import os
+import queue
 import time
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from rtctl.errors import DataError
 from rtctl.recording.law_arrays import LawArrays
-from rtctl.recording.law_runner import LAW_FIELDS, CommandBook, LawRunner, as_words, field_words
+from rtctl.recording.law_runner import LAW_FIELDS, CommandBook, LawRunner, Place, as_words, field_words
 from rtctl.recording.read_ahead import ahead
 from rtctl.recording.reader import Batch, RecordingReader
+from rtctl.tick import new_ticks
 
 
 @dataclass
@@ -45,7 +50,7 @@ class Verdict:
     ticks, span_s
         Ticks replayed and the loop time they cover, s.
     law_s, took_s
-        Time the law took for them, and reading and comparing with it, s.
+        Time the law took for them, summed over the cores, and the time until all was read and compared, s.
     differing
         Field -> ticks in which it differs.
     stopped
@@ -59,6 +64,26 @@ class Verdict:
     first: Difference | None = None
     differing: dict[str, int] = field(default_factory=dict)
     stopped: str = ""
+
+
+@dataclass
+class _Piece:
+    """Ticks of a chunk, the commands among which theirs are and which each one's is, and where the law stands before them if the recording tells."""
+
+    rows: np.ndarray
+    commands: np.ndarray
+    which: np.ndarray
+    begin: Place | None
+
+
+@dataclass
+class _Found:
+    """What the law gave for a piece: where it came to, its time, and what differs as in `Verdict`."""
+
+    end: Place
+    law_s: float
+    first: Difference | None
+    differing: dict[str, int]
 
 
 class Replay:
@@ -94,7 +119,10 @@ class Replay:
             )
         used = arrays or own
         self._reader, self._n = reader, reader.n_axes
-        self._law = LawRunner(LawArrays(used.params, used.model, used.command, own.state), self._n)
+        self._arrays = LawArrays(used.params, used.model, used.command, own.state)
+        self._law = LawRunner(self._arrays, self._n)
+        self._others: queue.SimpleQueue[LawRunner] = queue.SimpleQueue()
+        self._states_hold = arrays is None and commands_from is None
         missing = reader.missing_fields()
         self._compared = [name for name in LAW_FIELDS if name not in missing]
         self._law_words = field_words(self._n, self._compared)
@@ -108,20 +136,73 @@ class Replay:
 
         The replayed ones are good until the next chunk.
         """
+        for piece in self._pieces():
+            began = time.perf_counter()
+            replayed = self._law.run(piece.rows, piece.commands, piece.which)
+            self._count(piece, time.perf_counter() - began)
+            yield piece.rows, replayed
+
+    def check(self) -> Verdict:
+        """Replay everything and compare every field of the law bit for bit.
+
+        Chunks whose state before them is recorded are replayed beside each other. That counts only where the law came to this
+        very state in the chunk before; from where it did not, they are replayed one after another.
+        """
+        began = time.perf_counter()
+        cores = len(os.sched_getaffinity(0))
+        for _ in range(cores):
+            self._others.put(LawRunner(self._arrays, self._n))
+        with ThreadPoolExecutor(cores) as pool:
+            for piece, early in _some_ahead(self._pieces(), lambda piece: self._begun(pool, piece), cores + 1):
+                if early is not None and self._is_reached(piece):
+                    found = early.result()
+                    self._law.go_to(found.end)
+                else:
+                    found = self._replayed(self._law, piece)
+                self._count(piece, found.law_s)
+                self._take(found)
+        self.verdict.took_s = time.perf_counter() - began
+        return self.verdict
+
+    def _begun(self, pool: ThreadPoolExecutor, piece: _Piece) -> Future[_Found] | None:
+        """Begin with a piece before it is known whether its state holds, if it has one and all did so far."""
+        if piece.begin is None or not self._states_hold:
+            return None
+        return pool.submit(self._replayed_by_another, piece.begin, piece)
+
+    def _is_reached(self, piece: _Piece) -> bool:
+        """Whether the law came to the state that is recorded before this piece; if not, none is believed any more."""
+        assert piece.begin is not None
+        reached = self._law.place().state.tobytes() == piece.begin.state.tobytes()
+        self._states_hold = self._states_hold and reached
+        return self._states_hold
+
+    def _replayed_by_another(self, begin: Place, piece: _Piece) -> _Found:
+        """Replay a piece from where the recording says that the law stands. For any thread."""
+        law = self._others.get()
+        try:
+            law.go_to(begin)
+            return self._replayed(law, piece)
+        finally:
+            self._others.put(law)
+
+    def _replayed(self, law: LawRunner, piece: _Piece) -> _Found:
+        began = time.perf_counter()
+        replayed = law.run(piece.rows, piece.commands, piece.which)
+        law_s = time.perf_counter() - began
+        return _Found(law.place(), law_s, *self._compared_with(piece.rows, replayed))
+
+    def _pieces(self) -> Iterator[_Piece]:
+        """What can be replayed, chunk by chunk."""
+        before = as_words(new_ticks(1, self._n))
         for batch in ahead(self._reader.batches()):
             rows, which = self._playable(batch)
             if len(rows):
-                yield rows, self._run(rows, which)
+                begin = None if batch.state is None else Place(batch.state, before)
+                yield _Piece(rows, self._book.commands, which, begin)
+                before = as_words(rows[-1:])
             if self.verdict.stopped:
                 return
-
-    def check(self) -> Verdict:
-        """Replay everything and compare every field of the law bit for bit."""
-        began = time.perf_counter()
-        for rows, replayed in self.run():
-            self._compare(rows, replayed)
-        self.verdict.took_s = time.perf_counter() - began
-        return self.verdict
 
     def _playable(self, batch: Batch) -> tuple[np.ndarray, np.ndarray]:
         """Rows up to the first loss, and the index of each one's command."""
@@ -153,32 +234,50 @@ class Replay:
                 changed[name] = np.where(untouched, self._other[name], commands[name])
         return changed
 
-    def _run(self, rows: np.ndarray, which: np.ndarray) -> np.ndarray:
-        began = time.perf_counter()
-        replayed = self._law.run(rows, self._book.commands, which)
+    def _count(self, piece: _Piece, law_s: float) -> None:
         verdict = self.verdict
-        verdict.law_s += time.perf_counter() - began
-        verdict.ticks += len(rows)
-        verdict.span_s += len(rows) * float(self._reader.about["period_ns"]) * 1e-9
-        return replayed
+        verdict.law_s += law_s
+        verdict.ticks += len(piece.rows)
+        verdict.span_s += len(piece.rows) * float(self._reader.about["period_ns"]) * 1e-9
 
-    def _compare(self, rows: np.ndarray, replayed: np.ndarray) -> None:
+    def _take(self, found: _Found) -> None:
+        """Add what differs in the next piece to the verdict."""
+        verdict = self.verdict
+        verdict.first = verdict.first or found.first
+        for name, count in found.differing.items():
+            verdict.differing[name] = verdict.differing.get(name, 0) + count
+
+    def _compared_with(
+        self, rows: np.ndarray, replayed: np.ndarray
+    ) -> tuple[Difference | None, dict[str, int]]:
+        """The first difference between recorded and replayed ticks, and in how many ticks each field differs."""
         words, out = as_words(rows), as_words(replayed)
         if (
             not (words != out).any(axis=0)[self._law_words].any()
         ):  # three times as quick as to pick the words first
-            return
-        verdict = self.verdict
+            return None, {}
+        differing: dict[str, int] = {}
         firsts: list[tuple[int, str]] = []
         for name in self._compared:
             index = field_words(self._n, [name])
             bad = (words[:, index] != out[:, index]).any(axis=1)
             if bad.any():
-                verdict.differing[name] = verdict.differing.get(name, 0) + int(bad.sum())
+                differing[name] = int(bad.sum())
                 firsts.append((int(np.argmax(bad)), name))
-        if verdict.first is None:
-            row, name = min(firsts, key=lambda found: found[0])
-            verdict.first = _difference(rows[row], replayed[row], name)
+        row, name = min(firsts, key=lambda found: found[0])
+        return _difference(rows[row], replayed[row], name), differing
+
+
+def _some_ahead(
+    pieces: Iterator[_Piece], begin: Callable[[_Piece], Future[_Found] | None], most: int
+) -> Iterator[tuple[_Piece, Future[_Found] | None]]:
+    """Each piece with what was begun for it, `most` pieces after it was begun."""
+    begun: deque[tuple[_Piece, Future[_Found] | None]] = deque()
+    for piece in pieces:
+        begun.append((piece, begin(piece)))
+        if len(begun) > most:
+            yield begun.popleft()
+    yield from begun
 
 
 def _difference(recorded: np.void, replayed: np.void, name: str) -> Difference:
