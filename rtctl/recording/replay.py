@@ -98,6 +98,13 @@ class Replay:
     commands_from
         The command at start whose settings replace those a client never changed (another rig file).
 
+    Attributes
+    ----------
+    verdict : Verdict
+        What was found so far.
+    by_states : int
+        Chunks that were replayed from their recorded state, beside others.
+
     Raises
     ------
     DataError
@@ -130,6 +137,7 @@ class Replay:
         self._book = CommandBook(self._n)
         self._next: int | None = None
         self.verdict = Verdict()
+        self.by_states = 0
 
     def run(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Recorded and replayed ticks, chunk by chunk, until the end or what stops the replay (`verdict`).
@@ -156,6 +164,7 @@ class Replay:
             for piece, early in _some_ahead(self._pieces(), lambda piece: self._begun(pool, piece), cores + 1):
                 if early is not None and self._is_reached(piece):
                     found = early.result()
+                    self.by_states += 1
                     self._law.go_to(found.end)
                 else:
                     found = self._replayed(self._law, piece)
