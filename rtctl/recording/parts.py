@@ -62,6 +62,13 @@ def part_name(setup: Setup, number: int) -> str:
 class Parts:
     """Writes ticks, events and commands into a row of files. Not for several threads.
 
+    Parameters
+    ----------
+    level
+        Of zstd, where it is to be another than for a running recording.
+    rows
+        Every tick as a message of its own, however quick the loop is.
+
     Attributes
     ----------
     path
@@ -73,11 +80,15 @@ class Parts:
         All files so far.
     """
 
-    def __init__(self, folder: Path, setup: Setup, limits: Limits, level: int | None = None) -> None:
+    def __init__(
+        self, folder: Path, setup: Setup, limits: Limits, level: int | None = None, *, rows: bool = False
+    ) -> None:
         self._folder, self._setup, self._limits = folder, setup, limits
         rate_hz = float(setup.about["rate_hz"])
-        self._columns = rate_hz > ROWS_HZ
-        self._chosen = round(rate_hz / CHOSEN_HZ) if self._columns else 1  # of so many ticks one is a row, too
+        self._columns = rate_hz > ROWS_HZ and not rows
+        self._chosen = (
+            round(rate_hz / CHOSEN_HZ) if self._columns else 1
+        )  # of so many ticks one is a row, too
         if self._columns:  # compiled, or loaded, before the first chunk
             tick_blocks.encode(new_ticks(1, setup.n_axes), COLUMNS, 0, 0)
         self._level = (COLUMNS_LEVEL if self._columns else ROWS_LEVEL) if level is None else level

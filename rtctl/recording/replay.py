@@ -161,7 +161,9 @@ class Replay:
         for _ in range(cores):
             self._others.put(LawRunner(self._arrays, self._n))
         with ThreadPoolExecutor(cores) as pool:
-            for piece, early in _some_ahead(self._pieces(), lambda piece: self._begun(pool, piece), cores + 1):
+            for piece, early in _some_ahead(
+                self._pieces(), lambda piece: self._begun(pool, piece), cores + 1
+            ):
                 if early is not None and self._is_reached(piece):
                     found = early.result()
                     self.by_states += 1

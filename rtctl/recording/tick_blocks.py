@@ -50,8 +50,14 @@ def schema_text(n_axes: int) -> str:
     """The `ros2msg` definition of a block of ticks of a rig with `n_axes` axes."""
     lines = []
     for field in _order():
-        of = {"scalar": "", "axis": f"; {n_axes} axes, one after another", "xyz": "; x, y, z, one after another"}
-        meaning = f"{field.meaning} [{field.unit}]{of[field.shape] if n_axes > 1 or field.shape == 'xyz' else ''}"
+        of = {
+            "scalar": "",
+            "axis": f"; {n_axes} axes, one after another",
+            "xyz": "; x, y, z, one after another",
+        }
+        meaning = (
+            f"{field.meaning} [{field.unit}]{of[field.shape] if n_axes > 1 or field.shape == 'xyz' else ''}"
+        )
         summed = "; steps, the first from 0: add them up" if field.name in _STEPPED else ""
         lines.append(f"{_TYPE_OF[field.kind]}[] {_written(field)} # {meaning}{summed}\n")
     return "# Each: one number per tick, or a single one where all are the same.\n" + "".join(lines)

@@ -58,7 +58,9 @@ class TickLayout:
         if not len(blocks):
             starts, ends = np.ascontiguousarray(ticks[:, 3]), np.ascontiguousarray(ticks[:, 4])
             return tick_cdr.decode(chunk.records, starts, ends, self.words, n_axes), ticks[:, 1]
-        rows = [self._block(chunk.records[start:end], contents, n_axes) for start, end in blocks[:, 3:].tolist()]
+        rows = [
+            self._block(chunk.records[start:end], contents, n_axes) for start, end in blocks[:, 3:].tolist()
+        ]
         numbers = [first + np.arange(len(some)) for first, some in zip(blocks[:, 1], rows, strict=True)]
         return joined(rows), np.concatenate(numbers)
 

@@ -29,19 +29,37 @@ def ticks(first, n, *, columns=False):
     if columns:
         block = tick_blocks.encode(rows, COLUMNS, first, int(times[0]))
         row = tick_cdr.encode(rows[:1], TICK, numbers[:1], times[:1]).tobytes()
-        return block + row, {COLUMNS: (times[:1], np.zeros(1, int)), TICK: (times[:1], np.array([len(block)]))}
+        return block + row, {
+            COLUMNS: (times[:1], np.zeros(1, int)),
+            TICK: (times[:1], np.array([len(block)])),
+        }
     messages = tick_cdr.encode(rows, TICK, numbers, times)
     return messages.tobytes(), {TICK: (times, np.arange(n) * messages.shape[1])}
 
 
-def write(path, about=None, schema=SCHEMA, chunks=4, n=25, attachments=None, raw=(), first=0, end=True, columns=False):
+def write(
+    path,
+    about=None,
+    schema=SCHEMA,
+    chunks=4,
+    n=25,
+    attachments=None,
+    raw=(),
+    first=0,
+    end=True,
+    columns=False,
+):
     """A file of `chunks` chunks of `n` ticks; `raw` records come before them."""
     topics = {k: topic for k, topic in TOPICS.items() if columns or k not in (COLUMNS, STATE)}
-    schemas = [fmt.schema(k, topic, "jsonschema", b"{}") for k, topic in topics.items() if k not in (TICK, COLUMNS)]
+    schemas = [
+        fmt.schema(k, topic, "jsonschema", b"{}") for k, topic in topics.items() if k not in (TICK, COLUMNS)
+    ]
     schemas.append(fmt.schema(TICK, tick_cdr.SCHEMA_NAME, "ros2msg", schema))
     if columns:
         schemas.append(fmt.schema(COLUMNS, tick_blocks.SCHEMA_NAME, "ros2msg", COLUMNS_SCHEMA))
-    channels = [fmt.channel(k, k, topic, "cdr" if k in (TICK, COLUMNS) else "json") for k, topic in topics.items()]
+    channels = [
+        fmt.channel(k, k, topic, "cdr" if k in (TICK, COLUMNS) else "json") for k, topic in topics.items()
+    ]
     file = McapFile(path, schemas, channels)
     if about is not False:
         crc = {"tick_schema_crc32": str(zlib.crc32(SCHEMA))}

@@ -121,7 +121,9 @@ def with_states(folder, rows, commands, config="mock.toml", spoil=None, lived=No
     book.learn(commands)
     for k in range(0, len(rows), 50):
         some, state = rows[k : k + 50], law.place().state
-        parts.add(k, some, [], commands if k == 0 else commands[:0], state if spoil is None else spoil(k, state))
+        parts.add(
+            k, some, [], commands if k == 0 else commands[:0], state if spoil is None else spoil(k, state)
+        )
         some = some if lived is None else lived[k : k + 50]
         law.run(some, book.commands, book.find(some["command_seq"])[0])
     parts.close({})
@@ -161,7 +163,10 @@ def test_what_differs_is_the_same_with_states_and_without(tmp_path):
         rows["force_n"][at, 1] += 0.25  # the law goes on from another force than the loop did
     rows["torque_applied_nm"][2600] += 1e-12
     files = with_states(tmp_path, rows, commands, lived=lived)
-    told = [Replay(RecordingReader(paths)).check() for paths in (files, write(tmp_path / "rows", rows, commands).files)]
+    told = [
+        Replay(RecordingReader(paths)).check()
+        for paths in (files, write(tmp_path / "rows", rows, commands).files)
+    ]
     assert told[0].first is not None
     assert str(told[0].first) == str(told[1].first)
     assert told[0].differing == told[1].differing
