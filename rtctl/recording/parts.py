@@ -7,7 +7,6 @@ import errno
 import os
 import re
 import time
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -18,8 +17,9 @@ import numpy as np
 import orjson
 
 from rtctl.control.records import command_dtype
-from rtctl.recording import law_state, log_lines, tick_blocks, tick_cdr
+from rtctl.recording import law_state, tick_blocks, tick_cdr
 from rtctl.recording import mcap_format as fmt
+from rtctl.recording.declarations import checksums, declarations
 from rtctl.recording.log_lines import log_line
 from rtctl.recording.mcap_file import McapFile
 from rtctl.recording.setup import Setup
@@ -251,17 +251,13 @@ class Parts:
         draft.unlink(missing_ok=True)
         file: McapFile | None = None
         try:
-            file = McapFile(draft, *_declarations(self._setup.n_axes, columns=self._columns), self._level)
+            file = McapFile(draft, *declarations(self._setup.n_axes, columns=self._columns), self._level)
             facts = {
                 "part": str(len(self.files)),
                 "first_row": str(first_row),
                 "first_tick": str(rows["tick"][0]),
             }
-            facts["tick_schema_crc32"] = str(zlib.crc32(tick_cdr.schema_text(self._setup.n_axes).encode()))
-            if self._columns:
-                schema = tick_blocks.schema_text(self._setup.n_axes).encode()
-                facts["columns_schema_crc32"] = str(zlib.crc32(schema))
-                facts["state_layout_crc32"] = law_state.layout_crc32(self._setup.n_axes)
+            facts |= checksums(self._setup.n_axes, columns=self._columns)
             facts["waiver"] = str(bool(rows["waiver"][0])).lower()
             file.add_metadata(
                 "rtctl", {"recorded_wall_ns": str(time.time_ns()), **self._setup.about, **facts}
@@ -298,18 +294,3 @@ def command_fields(command: np.void) -> dict[str, Any]:
     if not all(np.isfinite(value).all() for value in floats):
         fields["words"] = base64.b64encode(command.tobytes()).decode()
     return fields
-
-
-def _declarations(n_axes: int, *, columns: bool) -> tuple[list[bytes], list[bytes]]:
-    """Schema and channel records of a recording."""
-    topics = {k: topic for k, topic in TOPICS.items() if columns or k not in (COLUMNS, STATE)}
-    loose = orjson.dumps({"type": "object", "properties": {}})
-    kinds = {k: (topic.replace("/", "."), "jsonschema", loose) for k, topic in topics.items()}
-    kinds[TICK] = tick_cdr.SCHEMA_NAME, "ros2msg", tick_cdr.schema_text(n_axes).encode()
-    if columns:
-        kinds[COLUMNS] = tick_blocks.SCHEMA_NAME, "ros2msg", tick_blocks.schema_text(n_axes).encode()
-        kinds[STATE] = law_state.SCHEMA_NAME, "ros2msg", law_state.SCHEMA
-    kinds[LOG] = log_lines.SCHEMA_NAME, "jsonschema", orjson.dumps(log_lines.SCHEMA)
-    encodings = {"ros2msg": "cdr", "jsonschema": "json"}
-    channels = [fmt.channel(k, k, topic, encodings[kinds[k][1]]) for k, topic in topics.items()]
-    return [fmt.schema(k, *kind) for k, kind in kinds.items()], channels
