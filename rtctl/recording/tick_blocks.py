@@ -120,13 +120,13 @@ def encode(rows: np.ndarray, channel: int, sequence: int, time_ns: int) -> bytes
     return fmt.message(channel, sequence, time_ns, ENCAPSULATION + out.tobytes())
 
 
-def count_of(data: bytes) -> int:
-    """How many ticks a message says that it has."""
-    return int.from_bytes(data[4:12], "little")
+def count_of(records: bytes, start: int) -> int:
+    """How many ticks the message that begins at `start` says that it has."""
+    return int.from_bytes(records[start + 4 : start + 12], "little")
 
 
-def decode(data: bytes, columns: tuple[Column, ...], n_axes: int) -> np.ndarray:
-    """The ticks of a message, shape (n,).
+def decode(records: bytes, start: int, end: int, columns: tuple[Column, ...], n_axes: int) -> np.ndarray:
+    """The ticks of the message that lies in `records` from `start` to `end`, shape (n,).
 
     Fields that the block lacks are 0 (optional sensors: NaN), those that are unknown are left out.
 
@@ -135,9 +135,10 @@ def decode(data: bytes, columns: tuple[Column, ...], n_axes: int) -> np.ndarray:
     DataError
         What is no block with these columns, or is of a rig of another size.
     """
-    if data[:4] != ENCAPSULATION or len(data) % 8 != 4:
+    if records[start : start + 4] != ENCAPSULATION or (end - start) % 8 != 4:
         raise DataError("a block of ticks is not little-endian CDR")
-    words, n = np.frombuffer(data[4:], np.uint64), count_of(data)
+    words = np.frombuffer(records, np.uint8)[start + 4 : end].copy().view(np.uint64)  # copied once: aligned
+    n = count_of(records, start)
     if not 0 < n < len(words):
         raise DataError("a block of ticks has no ticks")
     row = tick_dtype(n_axes)

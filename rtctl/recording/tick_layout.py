@@ -58,15 +58,13 @@ class TickLayout:
         if not len(blocks):
             starts, ends = np.ascontiguousarray(ticks[:, 3]), np.ascontiguousarray(ticks[:, 4])
             return tick_cdr.decode(chunk.records, starts, ends, self.words, n_axes), ticks[:, 1]
-        rows = [
-            self._block(chunk.records[start:end], contents, n_axes) for start, end in blocks[:, 3:].tolist()
-        ]
+        rows = [self._block(chunk.records, *at, contents, n_axes) for at in blocks[:, 3:].tolist()]
         numbers = [first + np.arange(len(some)) for first, some in zip(blocks[:, 1], rows, strict=True)]
         return joined(rows), np.concatenate(numbers)
 
-    def _block(self, data: bytes, contents: Contents, n_axes: int) -> np.ndarray:
-        contents.may_unpack(tick_blocks.count_of(data) * tick_dtype(n_axes).itemsize)
-        return tick_blocks.decode(data, self.columns, n_axes)
+    def _block(self, records: bytes, start: int, end: int, contents: Contents, n_axes: int) -> np.ndarray:
+        contents.may_unpack(tick_blocks.count_of(records, start) * tick_dtype(n_axes).itemsize)
+        return tick_blocks.decode(records, start, end, self.columns, n_axes)
 
 
 def axes_in(contents: Contents, chunk: Chunk | None) -> int:

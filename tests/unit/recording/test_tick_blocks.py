@@ -6,13 +6,18 @@ from test_tick_cdr import noise
 
 from rtctl.errors import DataError
 from rtctl.recording import tick_blocks
-from rtctl.recording.tick_blocks import Column, columns_of, decode, encode, own_columns, schema_text
+from rtctl.recording.tick_blocks import Column, columns_of, encode, own_columns, schema_text
 from rtctl.recording.tick_cdr import MESSAGE_HEAD, RECORDED
 from rtctl.tick import new_ticks
 
 
 def data_of(rows):
     return encode(rows, 6, 0, 0)[MESSAGE_HEAD:]
+
+
+def decode(data, columns, axes):
+    """Somewhere among other bytes."""
+    return tick_blocks.decode(b"abc" + data + b"de", 3, 3 + len(data), columns, axes)
 
 
 @pytest.mark.parametrize("axes", [1, 2, 8])
