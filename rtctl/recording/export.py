@@ -16,9 +16,7 @@ import numpy as np
 from hw.motion import name as own_name
 from hw.motion import unit
 from rtctl.errors import ConfigError, RtctlError
-from rtctl.recording.parts import Limits, Parts
 from rtctl.recording.reader import RecordingReader
-from rtctl.recording.setup import Setup
 from rtctl.recording.tick_cdr import RECORDED
 
 Kind = Literal["npz", "parquet", "csv", "mcap"]
@@ -193,6 +191,9 @@ def _parquet(reader: RecordingReader, path: Path, names: list[str], progress: Pr
 
 def _mcap(reader: RecordingReader, path: Path, names: list[str], progress: Progress) -> int:
     """The whole recording again, every tick a row: what plotting tools show at the full rate."""
+    from rtctl.recording.parts import Limits, Parts
+    from rtctl.recording.setup import Setup
+
     if names != _names(()):
         raise ConfigError("an MCAP file has whole ticks: leave out --fields")
     attachments = {name: ("application/octet-stream", data) for name, data in reader.attachments.items()}

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from rtctl.control import law
@@ -75,14 +73,6 @@ LAW_FIELDS = [f.name for f in FIELDS if f.writer == "law"]
 """Fields the law writes: what a replay compares."""
 
 
-@dataclass(frozen=True)
-class Place:
-    """Where a law stands between two ticks: its state, shape (1,), and the tick before as words, shape (1, words per tick), since what the law does not write stays in it."""
-
-    state: np.ndarray
-    tick_words: np.ndarray
-
-
 class LawRunner:
     """The law with its arrays, from one state on.
 
@@ -106,18 +96,15 @@ class LawRunner:
         loop = [f.name for f in FIELDS if f.writer != "law" and f.name not in (*_AFTER_LAW, "seal")]
         self._before = field_words(n_axes, loop)
         self._after = field_words(n_axes, list(_AFTER_LAW))
-        self._out = np.zeros(0, tick.dtype)
+        self._out = self._room = np.zeros(0, tick.dtype)
         none = np.zeros(1, command_dtype(n_axes))
         self.run(tick[:0], none, np.zeros(0, np.int64))  # compiles, or loads
 
-    def place(self) -> Place:
-        """Where the law stands now."""
-        return Place(np.array(self.state), self._tick_words.copy())
-
-    def go_to(self, place: Place) -> None:
-        """Continue from there."""
-        self.state[:] = place.state
-        self._tick_words[:] = place.tick_words
+    def room(self, n: int) -> np.ndarray:
+        """Room for `n` recorded ticks, the same for every call."""
+        if n > len(self._room):
+            self._room = np.zeros(n, self._out.dtype)
+        return self._room[:n]
 
     def run(self, rows: np.ndarray, commands: np.ndarray, which: np.ndarray) -> np.ndarray:
         """The ticks as the law leaves them, until the next call; `which` is each row's index in `commands`."""

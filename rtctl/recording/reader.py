@@ -5,8 +5,9 @@ from __future__ import annotations
 import base64
 import json
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from rtctl.recording.facts import MOST_DIGITS, axis_names, sound
 from rtctl.recording.law_arrays import LAW_NAME, LawArrays, unpack_law
 from rtctl.recording.mcap_scan import Chunk, Contents, channel_of, chunks
 from rtctl.recording.read_ahead import ahead
+from rtctl.recording.tick_blocks import Block
 from rtctl.recording.tick_layout import axes_in, layout_in
 from rtctl.recording.topics import COMMAND, EVENT, STATE
 from rtctl.tick import tick_dtype
@@ -35,11 +37,24 @@ class OtherRunError(DataError):
 class Batch:
     """One chunk: ticks with their numbers among all the loop recorded, events, commands, and the law's state before the first tick where it is told."""
 
-    rows: np.ndarray
+    ticks: np.ndarray | Block
     numbers: np.ndarray
     events: list[dict[str, Any]]
     commands: np.ndarray
     state: np.ndarray | None = None
+
+    @cached_property
+    def rows(self) -> np.ndarray:
+        """The ticks, shape (n,)."""
+        return self.ticks.rows() if isinstance(self.ticks, Block) else self.ticks
+
+    def rows_in(self, room: Callable[[int], np.ndarray]) -> np.ndarray:
+        """The ticks, shape (n,), in the room for n ticks that is given, if they must be put anywhere."""
+        return self.ticks.rows(room(self.ticks.n)) if isinstance(self.ticks, Block) else self.ticks
+
+    def column(self, name: str) -> np.ndarray:
+        """A field of one number per tick, shape (n,), by itself."""
+        return self.ticks.column(name) if isinstance(self.ticks, Block) else self.ticks[name]
 
 
 @dataclass
@@ -211,13 +226,13 @@ class RecordingReader:
         of = {kind: channel_of(kind, chunk, contents) for kind in (EVENT, COMMAND, STATE)}
         if len(chunk.table) == 0:
             return None
-        rows, sequence = self._layout.decode(chunk, contents, self.n_axes)
+        ticks, sequence = self._layout.decode(chunk, contents, self.n_axes)
         numbers = first_row + (sequence - first_row) % (1 << 32)
         events = [event for data in chunk.texts(of[EVENT]) if (event := _event(data)) is not None]
         commands = [orjson.loads(data) for data in chunk.texts(of[COMMAND])]
         states = chunk.texts(of[STATE])[:1] if self._states_fit else []
         state = law_state.decode(states[0], self.n_axes) if states else None
-        return Batch(rows, numbers, events, _commands(commands, self.n_axes), state)
+        return Batch(ticks, numbers, events, _commands(commands, self.n_axes), state)
 
 
 def _first_row(contents: Contents) -> int:

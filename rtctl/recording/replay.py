@@ -19,10 +19,9 @@ import numpy as np
 
 from rtctl.errors import DataError
 from rtctl.recording.law_arrays import LawArrays
-from rtctl.recording.law_runner import LAW_FIELDS, CommandBook, LawRunner, Place, as_words, field_words
+from rtctl.recording.law_runner import LAW_FIELDS, CommandBook, LawRunner, as_words, field_words
 from rtctl.recording.read_ahead import ahead
 from rtctl.recording.reader import Batch, RecordingReader
-from rtctl.tick import new_ticks
 
 
 @dataclass
@@ -68,19 +67,22 @@ class Verdict:
 
 @dataclass
 class _Piece:
-    """Ticks of a chunk, the commands among which theirs are and which each one's is, and where the law stands before them if the recording tells."""
+    """The first ticks of a chunk that can be replayed, the commands among which theirs are, and which each one's is."""
 
-    rows: np.ndarray
+    batch: Batch
     commands: np.ndarray
     which: np.ndarray
-    begin: Place | None
+
+    def rows(self, room: Callable[[int], np.ndarray]) -> np.ndarray:
+        """The recorded ticks, in the room that is given."""
+        return self.batch.rows_in(room)[: len(self.which)]
 
 
 @dataclass
 class _Found:
-    """What the law gave for a piece: where it came to, its time, and what differs as in `Verdict`."""
+    """What the law gave for a piece: its state at the end, its time, and what differs as in `Verdict`."""
 
-    end: Place
+    state: np.ndarray
     law_s: float
     first: Difference | None
     differing: dict[str, int]
@@ -142,13 +144,13 @@ class Replay:
     def run(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Recorded and replayed ticks, chunk by chunk, until the end or what stops the replay (`verdict`).
 
-        The replayed ones are good until the next chunk.
+        They are good until the next chunk.
         """
         for piece in self._pieces():
-            began = time.perf_counter()
-            replayed = self._law.run(piece.rows, piece.commands, piece.which)
+            rows, began = piece.rows(self._law.room), time.perf_counter()
+            replayed = self._law.run(rows, piece.commands, piece.which)
             self._count(piece, time.perf_counter() - began)
-            yield piece.rows, replayed
+            yield rows, replayed
 
     def check(self) -> Verdict:
         """Replay everything and compare every field of the law bit for bit.
@@ -167,7 +169,7 @@ class Replay:
                 if early is not None and self._is_reached(piece):
                     found = early.result()
                     self.by_states += 1
-                    self._law.go_to(found.end)
+                    self._law.state[:] = found.state
                 else:
                     found = self._replayed(self._law, piece)
                 self._count(piece, found.law_s)
@@ -177,63 +179,60 @@ class Replay:
 
     def _begun(self, pool: ThreadPoolExecutor, piece: _Piece) -> Future[_Found] | None:
         """Begin with a piece before it is known whether its state holds, if it has one and all did so far."""
-        if piece.begin is None or not self._states_hold:
+        if piece.batch.state is None or not self._states_hold:
             return None
-        return pool.submit(self._replayed_by_another, piece.begin, piece)
+        return pool.submit(self._replayed_by_another, piece.batch.state, piece)
 
     def _is_reached(self, piece: _Piece) -> bool:
         """Whether the law came to the state that is recorded before this piece; if not, none is believed any more."""
-        assert piece.begin is not None
-        reached = self._law.place().state.tobytes() == piece.begin.state.tobytes()
+        assert piece.batch.state is not None
+        reached = np.array(self._law.state).tobytes() == piece.batch.state.tobytes()
         self._states_hold = self._states_hold and reached
         return self._states_hold
 
-    def _replayed_by_another(self, begin: Place, piece: _Piece) -> _Found:
-        """Replay a piece from where the recording says that the law stands. For any thread."""
+    def _replayed_by_another(self, state: np.ndarray, piece: _Piece) -> _Found:
+        """Replay a piece from a recorded state. For any thread."""
         law = self._others.get()
         try:
-            law.go_to(begin)
+            law.state[:] = state
             return self._replayed(law, piece)
         finally:
             self._others.put(law)
 
     def _replayed(self, law: LawRunner, piece: _Piece) -> _Found:
-        began = time.perf_counter()
-        replayed = law.run(piece.rows, piece.commands, piece.which)
+        rows, began = piece.rows(law.room), time.perf_counter()
+        replayed = law.run(rows, piece.commands, piece.which)
         law_s = time.perf_counter() - began
-        return _Found(law.place(), law_s, *self._compared_with(piece.rows, replayed))
+        return _Found(np.array(law.state).copy(), law_s, *self._compared_with(rows, replayed))
 
     def _pieces(self) -> Iterator[_Piece]:
         """What can be replayed, chunk by chunk."""
-        before = as_words(new_ticks(1, self._n))
         for batch in ahead(self._reader.batches()):
-            rows, which = self._playable(batch)
-            if len(rows):
-                begin = None if batch.state is None else Place(batch.state, before)
-                yield _Piece(rows, self._book.commands, which, begin)
-                before = as_words(rows[-1:])
+            which = self._playable(batch)
+            if len(which):
+                yield _Piece(batch, self._book.commands, which)
             if self.verdict.stopped:
                 return
 
-    def _playable(self, batch: Batch) -> tuple[np.ndarray, np.ndarray]:
-        """Rows up to the first loss, and the index of each one's command."""
-        rows, numbers = batch.rows, batch.numbers
-        if len(rows) == 0:
-            return rows, numbers
+    def _playable(self, batch: Batch) -> np.ndarray:
+        """The index of each tick's command, up to the first loss."""
+        numbers = batch.numbers
+        if len(numbers) == 0:
+            return numbers
         expected = int(numbers[0]) if self._next is None else self._next
         whole = numbers == np.arange(expected, expected + len(numbers))
-        count = len(rows) if whole.all() else int(np.argmin(whole))
+        count = len(numbers) if whole.all() else int(np.argmin(whole))
         self._next = expected + len(numbers)
-        if count < len(rows):
-            self.verdict.stopped = f"ticks are missing from the recording before tick {rows['tick'][count]}"
+        if count < len(numbers):
+            tick = batch.column("tick")[count]
+            self.verdict.stopped = f"ticks are missing from the recording before tick {tick}"
         self._book.learn(batch.commands if self._other is None else self._translated(batch.commands))
-        which, known = self._book.find(rows["command_seq"][:count])
+        commands = batch.column("command_seq")[:count]
+        which, known = self._book.find(commands)
         if known < count:
-            count, missing = known, int(rows["command_seq"][known])
-            self.verdict.stopped = (
-                f"command {missing}, in force at tick {rows['tick'][count]}, was not recorded"
-            )
-        return rows[:count], which[:count]
+            tick = batch.column("tick")[known]
+            self.verdict.stopped = f"command {commands[known]}, in force at tick {tick}, was not recorded"
+        return which[:known]
 
     def _translated(self, commands: np.ndarray) -> np.ndarray:
         """Settings that no client changed become those of the other rig file."""
@@ -248,8 +247,8 @@ class Replay:
     def _count(self, piece: _Piece, law_s: float) -> None:
         verdict = self.verdict
         verdict.law_s += law_s
-        verdict.ticks += len(piece.rows)
-        verdict.span_s += len(piece.rows) * float(self._reader.about["period_ns"]) * 1e-9
+        verdict.ticks += len(piece.which)
+        verdict.span_s += len(piece.which) * float(self._reader.about["period_ns"]) * 1e-9
 
     def _take(self, found: _Found) -> None:
         """Add what differs in the next piece to the verdict."""

@@ -125,10 +125,48 @@ def count_of(records: bytes, start: int) -> int:
     return int.from_bytes(records[start + 4 : start + 12], "little")
 
 
-def decode(records: bytes, start: int, end: int, columns: tuple[Column, ...], n_axes: int) -> np.ndarray:
-    """The ticks of the message that lies in `records` from `start` to `end`, shape (n,).
+@dataclass(frozen=True)
+class Block:
+    """The columns of a message, found to be sound, that become ticks when they are asked for.
 
-    Fields that the block lacks are 0 (optional sensors: NaN), those that are unknown are left out.
+    Attributes
+    ----------
+    words, table
+        Its words, and where in them the columns are (`to_columns`).
+    n : int
+        How many ticks.
+    row
+        Dtype of a tick.
+    missing
+        Fields that the block lacks.
+    """
+
+    words: np.ndarray
+    table: np.ndarray
+    n: int
+    row: np.dtype[np.void]
+    missing: tuple[str, ...]
+
+    def column(self, name: str) -> np.ndarray:
+        """A field of one number per tick, shape (n,), by itself."""
+        kind, offset = self.row.fields[name][:2]  # type: ignore[index]
+        for word, at, how in self.table.tolist():
+            if word == offset // 8:
+                found = self.words[at : at + (1 if how == _ONE else self.n)].view(kind)
+                return np.cumsum(found) if how == _STEPS else np.broadcast_to(found, self.n)
+        return np.zeros(self.n, kind)
+
+    def rows(self, out: np.ndarray | None = None) -> np.ndarray:
+        """The ticks, shape (n,), in `out` where one is given. Fields that the block lacks are 0 (optional sensors: NaN)."""
+        rows = np.empty(self.n, self.row) if out is None else out
+        for name in self.missing:
+            rows[name] = np.nan if name in OPTIONAL_FIELDS else 0
+        to_rows(self.words, self.table, rows.view(np.uint64).reshape(self.n, -1))
+        return rows
+
+
+def decode(records: bytes, start: int, end: int, columns: tuple[Column, ...], n_axes: int) -> Block:
+    """The columns of the message that lies in `records` from `start` to `end`; those that are unknown are left out.
 
     Raises
     ------
@@ -159,14 +197,8 @@ def decode(records: bytes, start: int, end: int, columns: tuple[Column, ...], n_
     if at != len(words):
         raise DataError("a block of ticks is longer than it says")
     known = {column.name for column in columns}
-    whole = known.issuperset(field.name for field in _order())
-    rows = np.empty(n, row) if whole else np.zeros(n, row)
-    for name in OPTIONAL_FIELDS:
-        if name not in known:
-            rows[name] = np.nan
-    rows["seal"] = 0
-    to_rows(words, np.array(table), rows.view(np.uint64).reshape(n, -1))
-    return rows
+    missing = tuple(name for name in row.names or () if name not in known)
+    return Block(words, np.array(table), n, row, missing)
 
 
 @compiled

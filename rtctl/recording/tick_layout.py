@@ -11,7 +11,7 @@ import numpy as np
 from rtctl.errors import DataError
 from rtctl.recording import json_ticks, tick_blocks, tick_cdr
 from rtctl.recording.mcap_scan import Chunk, Contents, channel_of
-from rtctl.recording.tick_blocks import Column
+from rtctl.recording.tick_blocks import Block, Column
 from rtctl.recording.topics import COLUMNS, TICK
 from rtctl.tick import joined, tick_dtype
 from rtctl.wire.protocol import MOST_AXES
@@ -42,8 +42,8 @@ class TickLayout:
         """Tick fields of this version that the file lacks."""
         return [field.name for field in tick_cdr.RECORDED if field.name not in self.fields]
 
-    def decode(self, chunk: Chunk, contents: Contents, n_axes: int) -> tuple[np.ndarray, np.ndarray]:
-        """The ticks of a chunk and the sequence number of each. Raises DataError or ValueError for what is no tick of this layout."""
+    def decode(self, chunk: Chunk, contents: Contents, n_axes: int) -> tuple[np.ndarray | Block, np.ndarray]:
+        """The ticks of a chunk, as they lie there, and the sequence number of each. Raises DataError or ValueError for what is no tick of this layout."""
         ticks = chunk.of(channel_of(TICK, chunk, contents))
         if self.words is None:
             raws = [
@@ -58,11 +58,15 @@ class TickLayout:
         if not len(blocks):
             starts, ends = np.ascontiguousarray(ticks[:, 3]), np.ascontiguousarray(ticks[:, 4])
             return tick_cdr.decode(chunk.records, starts, ends, self.words, n_axes), ticks[:, 1]
-        rows = [self._block(chunk.records, *at, contents, n_axes) for at in blocks[:, 3:].tolist()]
-        numbers = [first + np.arange(len(some)) for first, some in zip(blocks[:, 1], rows, strict=True)]
-        return joined(rows), np.concatenate(numbers)
+        found = [
+            self._block(chunk.records, start, end, contents, n_axes) for start, end in blocks[:, 3:].tolist()
+        ]
+        numbers = [first + np.arange(block.n) for first, block in zip(blocks[:, 1], found, strict=True)]
+        if len(found) == 1:
+            return found[0], numbers[0]
+        return joined([block.rows() for block in found]), np.concatenate(numbers)
 
-    def _block(self, records: bytes, start: int, end: int, contents: Contents, n_axes: int) -> np.ndarray:
+    def _block(self, records: bytes, start: int, end: int, contents: Contents, n_axes: int) -> Block:
         contents.may_unpack(tick_blocks.count_of(records, start) * tick_dtype(n_axes).itemsize)
         return tick_blocks.decode(records, start, end, self.columns, n_axes)
 

@@ -120,7 +120,7 @@ def with_states(folder, rows, commands, config="mock.toml", spoil=None, lived=No
     book = CommandBook(made.n_axes)
     book.learn(commands)
     for k in range(0, len(rows), 50):
-        some, state = rows[k : k + 50], law.place().state
+        some, state = rows[k : k + 50], law.state.copy()
         parts.add(
             k, some, [], commands if k == 0 else commands[:0], state if spoil is None else spoil(k, state)
         )

@@ -17,7 +17,19 @@ def data_of(rows):
 
 def decode(data, columns, axes):
     """Somewhere among other bytes."""
-    return tick_blocks.decode(b"abc" + data + b"de", 3, 3 + len(data), columns, axes)
+    return tick_blocks.decode(b"abc" + data + b"de", 3, 3 + len(data), columns, axes).rows()
+
+
+def test_a_column_is_had_by_itself_and_ticks_in_the_room_that_is_given():
+    rows = noise(70, 2)
+    rows["state"] = 3
+    block = tick_blocks.decode(data := data_of(rows), 0, len(data), own_columns(), 2)
+    for name in ("tick", "time_ns", "command_seq", "state", "authority"):
+        assert block.column(name).tobytes() == np.ascontiguousarray(rows[name]).tobytes(), name
+    assert (block.column("seal") == 0).all()
+    room = noise(70, 2, seed=2)
+    assert block.rows(room) is room
+    assert room.tobytes() == rows.tobytes()
 
 
 @pytest.mark.parametrize("axes", [1, 2, 8])
