@@ -134,7 +134,6 @@ class Replay:
         self._states_hold = arrays is None and commands_from is None
         missing = reader.missing_fields()
         self._compared = [name for name in LAW_FIELDS if name not in missing]
-        self._law_words = field_words(self._n, self._compared)
         self._initial, self._other = own.command, commands_from
         self._book = CommandBook(self._n)
         self._next: int | None = None
@@ -148,7 +147,7 @@ class Replay:
         """
         for piece in self._pieces():
             rows, began = piece.rows(self._law.room), time.perf_counter()
-            replayed = self._law.run(rows, piece.commands, piece.which)
+            replayed, _ = self._law.run(rows, piece.commands, piece.which)
             self._count(piece, time.perf_counter() - began)
             yield rows, replayed
 
@@ -201,9 +200,10 @@ class Replay:
 
     def _replayed(self, law: LawRunner, piece: _Piece) -> _Found:
         rows, began = piece.rows(law.room), time.perf_counter()
-        replayed = law.run(rows, piece.commands, piece.which)
+        replayed, differs = law.run(rows, piece.commands, piece.which)
         law_s = time.perf_counter() - began
-        return _Found(np.array(law.state).copy(), law_s, *self._compared_with(rows, replayed))
+        found = self._compared_with(rows, replayed) if differs.any() else (None, {})
+        return _Found(np.array(law.state).copy(), law_s, *found)
 
     def _pieces(self) -> Iterator[_Piece]:
         """What can be replayed, chunk by chunk."""
@@ -262,10 +262,6 @@ class Replay:
     ) -> tuple[Difference | None, dict[str, int]]:
         """The first difference between recorded and replayed ticks, and in how many ticks each field differs."""
         words, out = as_words(rows), as_words(replayed)
-        if (
-            not (words != out).any(axis=0)[self._law_words].any()
-        ):  # three times as quick as to pick the words first
-            return None, {}
         differing: dict[str, int] = {}
         firsts: list[tuple[int, str]] = []
         for name in self._compared:
@@ -274,6 +270,8 @@ class Replay:
             if bad.any():
                 differing[name] = int(bad.sum())
                 firsts.append((int(np.argmax(bad)), name))
+        if not firsts:  # but in what the recording lacks
+            return None, {}
         row, name = min(firsts, key=lambda found: found[0])
         return _difference(rows[row], replayed[row], name), differing
 
