@@ -95,6 +95,8 @@ class LawRunner:
     ----------
     state : array, shape (1,)
         The law's state after the last row.
+    tick_words : array of uint64, shape (1, words per tick)
+        The tick that the law works on.
     """
 
     def __init__(self, arrays: LawArrays, n_axes: int) -> None:
@@ -102,7 +104,7 @@ class LawRunner:
         start = np.zeros(1, state_dtype(n_axes)) if arrays.state is None else arrays.state.copy()
         self.state = records(start)
         tick = new_ticks(1, n_axes)
-        self._tick, self._tick_words = records(tick), tick.view(np.uint64).reshape(1, -1)
+        self._tick, self.tick_words = records(tick), tick.view(np.uint64).reshape(1, -1)
         loop = [f.name for f in FIELDS if f.writer != "law" and f.name not in (*_AFTER_LAW, "seal")]
         self._before = field_words(n_axes, loop)
         self._after = field_words(n_axes, list(_AFTER_LAW))
@@ -129,7 +131,7 @@ class LawRunner:
         replayed, differs = self._out[: len(rows)], np.empty(len(rows), np.bool_)
         run_law(
             as_words(rows), self._before, self._after, records(commands), which.astype(np.int64),
-            self._tick, self._tick_words, self.state, self._params, self._model, as_words(replayed),
+            self._tick, self.tick_words, self.state, self._params, self._model, as_words(replayed),
             self._first, differs,
         )  # fmt: skip
         return replayed, differs

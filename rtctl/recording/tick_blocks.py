@@ -24,7 +24,6 @@ SCHEMA_NAME = "rtctl_msgs/msg/TickColumns"
 _STEPPED = ("tick", "time_ns", "sample_count", "target_age_ticks")
 """What counts up: its steps repeat, the numbers themselves never do."""
 _STEP = "_step"
-_ONE, _EACH, _STEPS = 0, 1, 2
 
 _TYPE_OF = {"int": "int64", "bits": "uint64", "float": "float64"}
 _LINE = re.compile(r"(int64|uint64|float64)\[\] ([a-z][a-z0-9_]{0,63})")
@@ -108,15 +107,18 @@ def encode(rows: np.ndarray, channel: int, sequence: int, time_ns: int) -> bytes
     for column in own_columns():
         kind, offset = rows.dtype.fields[column.name][:2]  # type: ignore[index]
         first, count = offset // 8, kind.itemsize // 8
-        how = _STEPS if column.stepped else _ONE if same[first : first + count].all() else _EACH
-        each = 1 if how == _ONE else n
-        lengths.append((at, count * each))
-        table += [(first + k, at + 1 + k * each, how) for k in range(count)]
-        at += 1 + count * each
+        one = not column.stepped and same[first : first + count].all()
+        length = 1 if one else n
+        lengths.append((at, count * length))
+        table += [(first + k, at + 1 + k * length, int(not one)) for k in range(count)]
+        at += 1 + count * length
     out = np.empty(at, np.uint64)
     places, counts = np.array(lengths).T
     out[places] = counts
     to_columns(words, np.array(table), out)
+    for column, (at, _) in zip(own_columns(), lengths, strict=True):
+        if column.stepped:
+            out[at + 2 : at + 1 + n] = np.diff(out[at + 1 : at + 1 + n])
     return fmt.message(channel, sequence, time_ns, ENCAPSULATION + out.tobytes())
 
 
@@ -133,6 +135,8 @@ class Block:
     ----------
     words, table
         Its words, and where in them the columns are (`to_columns`).
+    steps
+        Name of each field that is told by its steps -> where its column is.
     n : int
         How many ticks.
     row
@@ -143,6 +147,7 @@ class Block:
 
     words: np.ndarray
     table: np.ndarray
+    steps: dict[str, int]
     n: int
     row: np.dtype[np.void]
     missing: tuple[str, ...]
@@ -150,10 +155,10 @@ class Block:
     def column(self, name: str) -> np.ndarray:
         """A field of one number per tick, shape (n,), by itself."""
         kind, offset = self.row.fields[name][:2]  # type: ignore[index]
-        for word, at, how in self.table.tolist():
+        for word, at, each in self.table.tolist():
             if word == offset // 8:
-                found = self.words[at : at + (1 if how == _ONE else self.n)].view(kind)
-                return np.cumsum(found) if how == _STEPS else np.broadcast_to(found, self.n)
+                found = self.words[at : at + (self.n if each else 1)].view(kind)
+                return np.cumsum(found) if name in self.steps else np.broadcast_to(found, self.n)
         return np.zeros(self.n, kind)
 
     def rows(self, out: np.ndarray | None = None) -> np.ndarray:
@@ -162,6 +167,8 @@ class Block:
         for name in self.missing:
             rows[name] = np.nan if name in OPTIONAL_FIELDS else 0
         to_rows(self.words, self.table, rows.view(np.uint64).reshape(self.n, -1))
+        for name, at in self.steps.items():
+            rows[name] = np.cumsum(self.words[at : at + self.n].view(np.int64))
         return rows
 
 
@@ -180,7 +187,7 @@ def decode(records: bytes, start: int, end: int, columns: tuple[Column, ...], n_
     if not 0 < n < len(words):
         raise DataError("a block of ticks has no ticks")
     row = tick_dtype(n_axes)
-    table, at = [], 0
+    table, steps, at = [], [], 0
     for column in columns:
         length = int(words[at]) if at < len(words) else len(words)
         if length > len(words) - at - 1:
@@ -191,46 +198,34 @@ def decode(records: bytes, start: int, end: int, columns: tuple[Column, ...], n_
             if length not in (count * n, 0 if column.stepped else count):
                 raise DataError(f"a block of ticks has {length} numbers of {column.name}")
             each = length // count
-            how = _STEPS if column.stepped else _EACH if each == n else _ONE
-            table += [(offset // 8 + k, at + 1 + k * each, how) for k in range(count)]
+            table += [(offset // 8 + k, at + 1 + k * each, int(each == n)) for k in range(count)]
+            steps += [(column.name, at + 1)] if column.stepped else []
         at += 1 + length
     if at != len(words):
         raise DataError("a block of ticks is longer than it says")
     known = {column.name for column in columns}
     missing = tuple(name for name in row.names or () if name not in known)
-    return Block(words, np.array(table), n, row, missing)
+    return Block(words, np.array(table), dict(steps), n, row, missing)
 
 
 @compiled
 def to_columns(rows: np.ndarray, table: np.ndarray, out: np.ndarray) -> None:
-    """Turn ticks as words, shape (n, words of a tick), into the columns of `table`: word of the tick, place in `out`, how."""
+    """Turn ticks as words, shape (n, words of a tick), into columns.
+
+    Each row of `table`: word of the tick; place in `out`; 1 where the column has a number for every tick, 0 where it has one for all.
+    """
     for begin in range(0, len(rows), _BLOCK):
-        end = min(begin + _BLOCK, len(rows))
         for c in range(len(table)):
-            word, at, how = table[c, 0], table[c, 1], table[c, 2]
-            if how == _EACH:
-                for i in range(begin, end):
-                    out[at + i] = rows[i, word]
-            elif how == _STEPS:
-                for i in range(begin, end):
-                    out[at + i] = rows[i, word] - (rows[i - 1, word] if i else np.uint64(0))
-            elif begin == 0:
-                out[at] = rows[0, word]
+            word, at, each = table[c, 0], table[c, 1], table[c, 2]
+            for i in range(begin, min(begin + _BLOCK, len(rows)) if each else begin + 1):
+                out[at + each * i] = rows[i, word]
 
 
 @compiled
 def to_rows(columns: np.ndarray, table: np.ndarray, out: np.ndarray) -> None:
     """Turn columns back into ticks: the inverse of `to_columns`."""
     for begin in range(0, len(out), _BLOCK):
-        end = min(begin + _BLOCK, len(out))
         for c in range(len(table)):
-            word, at, how = table[c, 0], table[c, 1], table[c, 2]
-            if how == _EACH:
-                for i in range(begin, end):
-                    out[i, word] = columns[at + i]
-            elif how == _STEPS:
-                for i in range(begin, end):
-                    out[i, word] = columns[at + i] + (out[i - 1, word] if i else np.uint64(0))
-            else:
-                for i in range(begin, end):
-                    out[i, word] = columns[at]
+            word, at, each = table[c, 0], table[c, 1], table[c, 2]
+            for i in range(begin, min(begin + _BLOCK, len(out))):
+                out[i, word] = columns[at + each * i]
