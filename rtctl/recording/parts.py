@@ -138,18 +138,18 @@ class Parts:
         """
         if len(rows) == 0:
             return
-        times = rows["time_ns"] + self._start_wall_ns
+        first_ns, last_ns = (int(t) + self._start_wall_ns for t in rows["time_ns"][[0, -1]])
         before, self._in_force = self._in_force, commands[-1:] if len(commands) else self._in_force
         begins = not self._rows
         if begins:
-            self._chunk_ns = int(times[0])
+            self._chunk_ns = first_ns
         if self._file is None:
             self._open(first_row, rows, state)
             commands = np.concatenate((before, commands))  # each part says what was in force before it
         if begins and self._columns and state is not None:
-            self._single(STATE, int(times[0]), law_state.encode(state))
+            self._single(STATE, first_ns, law_state.encode(state))
         for command in commands:
-            self._single(COMMAND, int(times[0]), orjson.dumps(command_fields(command)))
+            self._single(COMMAND, first_ns, orjson.dumps(command_fields(command)))
         for event in events:
             event_ns = int(event["timestamp"] * 1e9)
             self._single(EVENT, event_ns, orjson.dumps(event))
@@ -157,9 +157,9 @@ class Parts:
         self._ticks.append((first_row, rows))
         self._rows += len(rows)
         size = self._size + self._rows * self._tick_bytes
-        if size >= CHUNK_BYTES or times[-1] - self._chunk_ns >= CHUNK_S * 1e9:
+        if size >= CHUNK_BYTES or last_ns - self._chunk_ns >= CHUNK_S * 1e9:
             self.flush()
-            self._rotate(int(times[-1]))
+            self._rotate(last_ns)
 
     def flush(self) -> None:
         """Write what is pending as a chunk. Raises OSError as `add`."""
