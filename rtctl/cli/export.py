@@ -1,4 +1,4 @@
-"""`rtctl export`: a recording as npz, Parquet or CSV."""
+"""`rtctl export`: a recording as npz, Parquet or CSV, or as MCAP with a message per tick."""
 
 from __future__ import annotations
 
@@ -14,13 +14,15 @@ from rtctl.cli.outputs import OutputFile
 
 @click.command("export")
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--to", "kind", type=click.Choice(["npz", "parquet", "csv"]), required=True, help="format")
+@click.option(
+    "--to", "kind", type=click.Choice(["npz", "parquet", "csv", "mcap"]), required=True, help="format"
+)
 @click.option("--out", type=OutputFile(), help="file to write; default: beside FILE")
 @click.option("--fields", help="tick fields, separated by commas; default: all")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object")
 def command(
     file: Path,
-    kind: Literal["npz", "parquet", "csv"],
+    kind: Literal["npz", "parquet", "csv", "mcap"],
     out: Path | None,
     fields: str | None,
     *,
@@ -29,12 +31,15 @@ def command(
     """Write every tick of the recording in FILE, over all its parts, in another format.
 
     npz keeps the shape of per-axis fields, and of a rig with a linear axis their `units`; Parquet and CSV have a column `field.axis` for each. Parquet needs
-    pyarrow: pip install 'rtctl[parquet]'.
+    pyarrow: pip install 'rtctl[parquet]'. MCAP is a recording again, with a message for every tick, as Foxglove and PlotJuggler show them.
     """
     from rtctl.recording.export import export
     from rtctl.recording.reader import RecordingReader, all_parts
 
-    target = out or file.with_suffix(f".{kind}")
+    target = out or file.with_name(f"{file.stem}-ticks.mcap" if kind == "mcap" else f"{file.stem}.{kind}")
+    parts = all_parts(file)
+    if any(target.exists() and target.samefile(part) for part in parts):
+        raise click.UsageError(f"{target} is what is read: give another name with --out")
     chosen = tuple(name.strip() for name in fields.split(",")) if fields else ()
     tty = sys.stderr.isatty()
 
@@ -42,7 +47,7 @@ def command(
         if tty:
             click.echo(f"\r{ticks} ticks", err=True, nl=False)
 
-    ticks = export(RecordingReader(all_parts(file)), kind, target, chosen, progress)
+    ticks = export(RecordingReader(parts), kind, target, chosen, progress)
     if tty:
         click.echo("", err=True)
     click.echo(json_text({"file": target, "ticks": ticks}) if as_json else f"{target}: {ticks} ticks")

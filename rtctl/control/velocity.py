@@ -88,13 +88,29 @@ def push_history(history: np.ndarray, position: float, elapsed: int, window: int
         history[i] = position + (before - position) * i / elapsed
 
 
+_ROUNDING = 1e-12
+"""Above what rounding can make of a deviation, as a share of what it is the difference of."""
+
+
 @compiled
-def _line_fits(history: np.ndarray, n: int, intercept: float, slope: float, band: float) -> bool:
-    """True when samples 0..n (relative to the newest) lie within `band` of the line."""
-    newest, beyond = history[0], 0
-    for back in range(n + 1):  # counted to the end: without a way out it is done four samples at a time
-        beyond += not abs(history[back] - newest - (intercept - slope * back)) <= band
-    return beyond == 0
+def _worst_deviation(history: np.ndarray, n: int, intercept: float, slope: float) -> float:
+    """Largest deviation of samples 0..n (relative to the newest) from the line, which is finite."""
+    a = b = c = d = 0.0
+    newest, back = history[0], 0
+    while back + 3 <= n:  # four at a time: none of them waits for another
+        e = abs(history[back] - newest - (intercept - slope * back))
+        f = abs(history[back + 1] - newest - (intercept - slope * (back + 1)))
+        g = abs(history[back + 2] - newest - (intercept - slope * (back + 2)))
+        h = abs(history[back + 3] - newest - (intercept - slope * (back + 3)))
+        a, b = a if e <= a else e, b if f <= b else f
+        c, d = c if g <= c else g, d if h <= d else h
+        back += 4
+    while back <= n:
+        e = abs(history[back] - newest - (intercept - slope * back))
+        a = a if e <= a else e
+        back += 1
+    a, c = a if b <= a else b, c if d <= c else d
+    return a if c <= a else c
 
 
 @compiled
@@ -119,20 +135,33 @@ def foaw_velocity(history: np.ndarray, count: int, window: int, band: float, per
     b_n = 6 sum_{l=0..n} (n - 2l) x_{k-l} / (n (n+1) (n+2)) per tick, a_n = mean(x_k..x_{k-n}) + b_n n/2.
     Windows grow while |x_{k-l} - (a_n - b_n l)| <= d for all l; n = 1 is always accepted; the last
     accepted slope is the result. Sums are kept relative to x_k, so large angles lose no digits.
+    The samples are looked at again only where the line has turned so far, since they were, that one of them could lie beside
+    it: no sample is farther from the new line than from the old one and the lines from each other, at the window's ends.
     """
     newest = history[0]
     total = 0.0
     weighted = 0.0
-    slope = 0.0
+    slope = before = 0.0
+    worst = math.inf
     for n in range(1, min(window, count)):
         y = history[n] - newest
         total += y
         weighted += n * y
         candidate = 6.0 * (n * total - 2.0 * weighted) / (n * (n + 1.0) * (n + 2.0))
         intercept = total / (n + 1.0) + 0.5 * candidate * n
-        if n > 1 and not _line_fits(history, n, intercept, candidate, band):
-            break
-        slope = candidate
+        if n > 1:
+            turned = max(abs(intercept - before), abs(intercept - before - (candidate - slope) * (n - 1)))
+            worst += turned + _ROUNDING * (abs(intercept) + abs(candidate) * n + band)
+            newly = abs(y - (intercept - candidate * n))
+            if not newly <= band:  # nor is what is no number within any band
+                break
+            if worst <= band:
+                worst = max(worst, newly)
+            else:
+                worst = _worst_deviation(history, n, intercept, candidate)
+                if worst > band:
+                    break
+        slope, before = candidate, intercept
     return slope / period
 
 

@@ -1,12 +1,14 @@
-"""Recordings as npz, Parquet or CSV: every field, every tick, written whole or not at all."""
+"""Recordings as npz, Parquet, CSV, or MCAP with a message per tick: every field, every tick, written whole or not at all."""
 
 from __future__ import annotations
 
 import csv
 import json
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
 import numpy as np
@@ -17,7 +19,7 @@ from rtctl.errors import ConfigError, RtctlError
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.tick_cdr import RECORDED
 
-Kind = Literal["npz", "parquet", "csv"]
+Kind = Literal["npz", "parquet", "csv", "mcap"]
 Progress = Callable[[int], None]
 
 TIMES = ("wall_ns", "time_s")
@@ -45,12 +47,12 @@ def export(
     Raises
     ------
     ConfigError
-        A field that does not exist.
+        A field that does not exist, or some fields only for MCAP, which has whole ticks.
     RtctlError
         Parquet without pyarrow.
     """
     names = _names(fields)
-    write = {"npz": _npz, "parquet": _parquet, "csv": _csv}[kind]
+    write = {"npz": _npz, "parquet": _parquet, "csv": _csv, "mcap": _mcap}[kind]
     with _whole(path) as part:
         return write(reader, part, names, progress or (lambda _ticks: None))
 
@@ -185,3 +187,28 @@ def _parquet(reader: RecordingReader, path: Path, names: list[str], progress: Pr
     if writer is None:
         path.touch()
     return ticks
+
+
+def _mcap(reader: RecordingReader, path: Path, names: list[str], progress: Progress) -> int:
+    """The whole recording again, every tick a row: what plotting tools show at the full rate."""
+    from rtctl.recording.parts import Limits, Parts
+    from rtctl.recording.setup import Setup
+
+    if names != _names(()):
+        raise ConfigError("an MCAP file has whole ticks: leave out --fields")
+    attachments = {name: ("application/octet-stream", data) for name, data in reader.attachments.items()}
+    with TemporaryDirectory(prefix=".export", dir=path.parent) as folder:
+        limits = Limits(file_bytes=1 << 62, file_s=math.inf, free_bytes=0)
+        parts = Parts(Path(folder), Setup(reader.about, attachments), limits, rows=True)
+        for batch in reader.batches():
+            events, commands = batch.events, batch.commands
+            for some in np.split(np.arange(len(batch.rows)), np.flatnonzero(np.diff(batch.numbers) != 1) + 1):
+                if len(some):
+                    parts.add(int(batch.numbers[some[0]]), batch.rows[some], events, commands)
+                    events, commands = [], commands[:0]
+            progress(parts.written + parts.pending)
+        parts.close({"reason": "exported"})
+        if not parts.files:
+            raise RtctlError(f"{reader.parts[0]}: has no ticks")
+        parts.files[0].rename(path)
+    return parts.written

@@ -28,6 +28,8 @@ def run_law(
     params: np.ndarray,
     model: np.ndarray,
     out: np.ndarray,
+    first: int,
+    differs: np.ndarray,
 ) -> None:
     """Run the law for every row, in place in `state`.
 
@@ -43,13 +45,21 @@ def run_law(
         The tick the law works on, and the same memory as words, shape (1, words per tick).
     out : array of uint64, shape (n, words per tick)
         The ticks as the law leaves them.
+    first
+        The first word that the law writes; the last word of a tick is its seal.
+    differs : array of bool, shape (n,)
+        Whether the law has written anything else than was recorded.
     """
     for i in range(len(words)):
         for k in before:
             tick_words[0, k] = words[i, k]
         law.step(tick, state, params, commands[which[i] : which[i] + 1], model)
+        changed = np.uint64(0)
         for k in range(words.shape[1]):
             out[i, k] = tick_words[0, k]
+        for k in range(first, words.shape[1] - 1):
+            changed |= words[i, k] ^ tick_words[0, k]
+        differs[i] = changed != 0
         for k in after:
             tick_words[0, k] = words[i, k]
 
@@ -85,6 +95,8 @@ class LawRunner:
     ----------
     state : array, shape (1,)
         The law's state after the last row.
+    tick_words : array of uint64, shape (1, words per tick)
+        The tick that the law works on.
     """
 
     def __init__(self, arrays: LawArrays, n_axes: int) -> None:
@@ -92,24 +104,37 @@ class LawRunner:
         start = np.zeros(1, state_dtype(n_axes)) if arrays.state is None else arrays.state.copy()
         self.state = records(start)
         tick = new_ticks(1, n_axes)
-        self._tick, self._tick_words = records(tick), tick.view(np.uint64).reshape(1, -1)
+        self._tick, self.tick_words = records(tick), tick.view(np.uint64).reshape(1, -1)
         loop = [f.name for f in FIELDS if f.writer != "law" and f.name not in (*_AFTER_LAW, "seal")]
         self._before = field_words(n_axes, loop)
         self._after = field_words(n_axes, list(_AFTER_LAW))
-        self._out = np.zeros(0, tick.dtype)
+        written = field_words(n_axes, LAW_FIELDS)
+        self._first = int(written[0])
+        assert written.tolist() == list(range(self._first, tick.dtype.itemsize // 8 - 1))
+        self._out = self._room = np.zeros(0, tick.dtype)
         none = np.zeros(1, command_dtype(n_axes))
         self.run(tick[:0], none, np.zeros(0, np.int64))  # compiles, or loads
 
-    def run(self, rows: np.ndarray, commands: np.ndarray, which: np.ndarray) -> np.ndarray:
-        """The ticks as the law leaves them, until the next call; `which` is each row's index in `commands`."""
+    def room(self, n: int) -> np.ndarray:
+        """Room for `n` recorded ticks, the same for every call."""
+        if n > len(self._room):
+            self._room = np.zeros(n, self._out.dtype)
+        return self._room[:n]
+
+    def run(self, rows: np.ndarray, commands: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The ticks as the law leaves them, until the next call, and whether each differs from its row in what the law writes.
+
+        `which` is each row's index in `commands`.
+        """
         if len(rows) > len(self._out):
             self._out = np.zeros(len(rows), rows.dtype)
-        replayed = self._out[: len(rows)]
+        replayed, differs = self._out[: len(rows)], np.empty(len(rows), np.bool_)
         run_law(
             as_words(rows), self._before, self._after, records(commands), which.astype(np.int64),
-            self._tick, self._tick_words, self.state, self._params, self._model, as_words(replayed),
+            self._tick, self.tick_words, self.state, self._params, self._model, as_words(replayed),
+            self._first, differs,
         )  # fmt: skip
-        return replayed
+        return replayed, differs
 
 
 class CommandBook:

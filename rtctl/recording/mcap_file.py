@@ -19,9 +19,6 @@ import zstandard
 from rtctl.recording import mcap_format as fmt
 from rtctl.recording.mcap_format import Op
 
-LEVEL = 1
-"""zstd level of a running recording: 1.5 us a tick."""
-
 
 class McapFile:
     """One open file.
@@ -32,6 +29,8 @@ class McapFile:
         Must not exist yet.
     schemas, channels
         Schema and channel records, ready made.
+    level
+        Of zstd.
 
     Attributes
     ----------
@@ -44,7 +43,7 @@ class McapFile:
         From every method that writes; `size` is then the length of the file's good part.
     """
 
-    def __init__(self, path: Path, schemas: list[bytes], channels: list[bytes], level: int = LEVEL) -> None:
+    def __init__(self, path: Path, schemas: list[bytes], channels: list[bytes], level: int = 1) -> None:
         self.path = path
         self.size = 0
         self._schemas, self._channels = schemas, channels

@@ -74,8 +74,8 @@ class Contents:
         True once the end of the file has been seen.
     bad_chunks
         Chunks whose checksum or compression is damaged, and damaged lengths between them.
-    unpacked
-        Bytes that the chunks so far have unpacked to.
+    unpacked, packed
+        Bytes that the chunks so far have unpacked to, with the ticks made of them, and of the file so far.
     """
 
     topics: dict[int, str] = field(default_factory=dict)
@@ -86,10 +86,11 @@ class Contents:
     whole_chunks: int = 0
     bad_chunks: int = 0
     unpacked: int = 0
+    packed: int = 0
 
-    def may_unpack(self, size: int, packed: int) -> None:
-        """Count what a chunk unpacks to. Raises ValueError for more than a recording of this size can hold."""
-        if size > MOST_RECORD_BYTES or self.unpacked + size > LEAST_UNPACKED + MOST_RATIO * packed:
+    def may_unpack(self, size: int) -> None:
+        """Count what a chunk or a block of ticks unpacks to. Raises ValueError for more than a recording of this size can hold."""
+        if size > MOST_RECORD_BYTES or self.unpacked + size > LEAST_UNPACKED + MOST_RATIO * self.packed:
             msg = f"unpacks to {size} bytes"
             raise ValueError(msg)
         self.unpacked += size
@@ -196,7 +197,8 @@ def _chunk(content: bytes, contents: Contents, read: int) -> Chunk | None:
         _, _, size, crc = cursor.numbers("QQQI")
         compression = cursor.string()
         data = cursor.take(cursor.number("Q"))
-        contents.may_unpack(size, read)
+        contents.packed = read
+        contents.may_unpack(size)
         records = _decompressed(data, compression, size)
         if crc and zlib.crc32(records) != crc:
             msg = "checksum"

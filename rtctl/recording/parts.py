@@ -7,7 +7,6 @@ import errno
 import os
 import re
 import time
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -18,17 +17,25 @@ import numpy as np
 import orjson
 
 from rtctl.control.records import command_dtype
-from rtctl.recording import log_lines
+from rtctl.recording import law_state, tick_blocks, tick_cdr
 from rtctl.recording import mcap_format as fmt
+from rtctl.recording.declarations import checksums, declarations
 from rtctl.recording.log_lines import log_line
-from rtctl.recording.mcap_file import LEVEL, McapFile
+from rtctl.recording.mcap_file import McapFile
 from rtctl.recording.setup import Setup
-from rtctl.recording.tick_cdr import MESSAGE_HEAD, SCHEMA_NAME, encode, own_layout, schema_text
-from rtctl.recording.topics import COMMAND, EVENT, LOG, TICK, TOPICS
+from rtctl.recording.topics import COLUMNS, COMMAND, EVENT, LOG, STATE, TICK, TOPICS
+from rtctl.tick import joined, new_ticks
 
 CHUNK_BYTES = 1 << 22
 CHUNK_S = 0.5
 """A crash costs at most this much of a recording."""
+
+ROWS_HZ = 1000.0
+"""A quicker loop is recorded as columns, which have two thirds of the bytes; its rows are a choice of at most `CHOSEN_HZ` then."""
+CHOSEN_HZ = 100.0
+
+ROWS_LEVEL, COLUMNS_LEVEL = 1, 3
+"""zstd levels of a running recording: 1.1 us a tick either way; rows become no smaller at higher ones."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +62,13 @@ def part_name(setup: Setup, number: int) -> str:
 class Parts:
     """Writes ticks, events and commands into a row of files. Not for several threads.
 
+    Parameters
+    ----------
+    level
+        Of zstd, where it is to be another than for a running recording.
+    rows
+        Every tick as a message of its own, however quick the loop is.
+
     Attributes
     ----------
     path
@@ -66,9 +80,19 @@ class Parts:
         All files so far.
     """
 
-    def __init__(self, folder: Path, setup: Setup, limits: Limits, level: int = LEVEL) -> None:
-        self._folder, self._setup, self._limits, self._level = folder, setup, limits, level
-        self._tick_bytes = MESSAGE_HEAD + own_layout(setup.n_axes).itemsize
+    def __init__(
+        self, folder: Path, setup: Setup, limits: Limits, level: int | None = None, *, rows: bool = False
+    ) -> None:
+        self._folder, self._setup, self._limits = folder, setup, limits
+        rate_hz = float(setup.about["rate_hz"])
+        self._columns = rate_hz > ROWS_HZ and not rows
+        self._chosen = (
+            round(rate_hz / CHOSEN_HZ) if self._columns else 1
+        )  # of so many ticks one is a row, too
+        if self._columns:  # compiled, or loaded, before the first chunk
+            tick_blocks.encode(new_ticks(1, setup.n_axes), COLUMNS, 0, 0)
+        self._level = (COLUMNS_LEVEL if self._columns else ROWS_LEVEL) if level is None else level
+        self._tick_bytes = tick_cdr.MESSAGE_HEAD + tick_cdr.own_layout(setup.n_axes).itemsize
         self._start_wall_ns = int(setup.about["start_wall_ns"])
         self._file: McapFile | None = None
         self._final = folder  # the name of the file being written, once it has a chunk
@@ -104,7 +128,8 @@ class Parts:
         """Take ticks with the events among them and the commands that came into force.
 
         `first_row` numbers the first tick among all the loop recorded; a gap in these numbers is a loss. `state` is
-        the law's before the first of them, where it is known: a file that begins here can then be replayed.
+        the law's before the first of them, where it is known: a file that begins here can then be replayed, and a chunk
+        of columns beside others.
 
         Raises
         ------
@@ -113,15 +138,18 @@ class Parts:
         """
         if len(rows) == 0:
             return
-        times = rows["time_ns"] + self._start_wall_ns
+        first_ns, last_ns = (int(t) + self._start_wall_ns for t in rows["time_ns"][[0, -1]])
         before, self._in_force = self._in_force, commands[-1:] if len(commands) else self._in_force
-        if not self._rows:
-            self._chunk_ns = int(times[0])
+        begins = not self._rows
+        if begins:
+            self._chunk_ns = first_ns
         if self._file is None:
             self._open(first_row, rows, state)
             commands = np.concatenate((before, commands))  # each part says what was in force before it
+        if begins and self._columns and state is not None:
+            self._single(STATE, first_ns, law_state.encode(state))
         for command in commands:
-            self._single(COMMAND, int(times[0]), orjson.dumps(command_fields(command)))
+            self._single(COMMAND, first_ns, orjson.dumps(command_fields(command)))
         for event in events:
             event_ns = int(event["timestamp"] * 1e9)
             self._single(EVENT, event_ns, orjson.dumps(event))
@@ -129,9 +157,9 @@ class Parts:
         self._ticks.append((first_row, rows))
         self._rows += len(rows)
         size = self._size + self._rows * self._tick_bytes
-        if size >= CHUNK_BYTES or times[-1] - self._chunk_ns >= CHUNK_S * 1e9:
+        if size >= CHUNK_BYTES or last_ns - self._chunk_ns >= CHUNK_S * 1e9:
             self.flush()
-            self._rotate(int(times[-1]))
+            self._rotate(last_ns)
 
     def flush(self) -> None:
         """Write what is pending as a chunk. Raises OSError as `add`."""
@@ -176,11 +204,19 @@ class Parts:
             self._file = None
 
     def _encode_ticks(self) -> None:
-        """All ticks that are pending become messages in one step."""
+        """All ticks that are pending become messages in one step: rows, or columns and a choice of rows."""
         numbers = np.concatenate([np.arange(first, first + len(rows)) for first, rows in self._ticks])
-        rows = np.concatenate([rows for _, rows in self._ticks])
+        rows = joined([rows for _, rows in self._ticks])
         times = rows["time_ns"] + self._start_wall_ns
-        messages = encode(rows, TICK, numbers, times)
+        if self._columns:
+            ends = [*(np.flatnonzero(np.diff(numbers) != 1) + 1).tolist(), len(rows)]
+            for begin, end in zip([0, *ends], ends, strict=False):
+                block = tick_blocks.encode(rows[begin:end], COLUMNS, int(numbers[begin]), int(times[begin]))
+                self._append(COLUMNS, block, times[begin : begin + 1], np.zeros(1, np.int64))
+            chosen = rows["tick"] % self._chosen == 0
+            chosen[0] = True
+            rows, numbers, times = rows[chosen], numbers[chosen], times[chosen]
+        messages = tick_cdr.encode(rows, TICK, numbers, times)
         self._append(TICK, messages.data, times, np.arange(len(rows)) * messages.shape[1])
 
     def _clear(self) -> None:
@@ -215,13 +251,13 @@ class Parts:
         draft.unlink(missing_ok=True)
         file: McapFile | None = None
         try:
-            file = McapFile(draft, *_declarations(self._setup.n_axes), self._level)
+            file = McapFile(draft, *declarations(self._setup.n_axes, columns=self._columns), self._level)
             facts = {
                 "part": str(len(self.files)),
                 "first_row": str(first_row),
                 "first_tick": str(rows["tick"][0]),
             }
-            facts["tick_schema_crc32"] = str(zlib.crc32(schema_text(self._setup.n_axes).encode()))
+            facts |= checksums(self._setup.n_axes, columns=self._columns)
             facts["waiver"] = str(bool(rows["waiver"][0])).lower()
             file.add_metadata(
                 "rtctl", {"recorded_wall_ns": str(time.time_ns()), **self._setup.about, **facts}
@@ -258,13 +294,3 @@ def command_fields(command: np.void) -> dict[str, Any]:
     if not all(np.isfinite(value).all() for value in floats):
         fields["words"] = base64.b64encode(command.tobytes()).decode()
     return fields
-
-
-def _declarations(n_axes: int) -> tuple[list[bytes], list[bytes]]:
-    """Schema and channel records of a recording."""
-    loose = orjson.dumps({"type": "object", "properties": {}})
-    kinds = {k: (topic.replace("/", "."), "jsonschema", loose) for k, topic in TOPICS.items()}
-    kinds[TICK] = SCHEMA_NAME, "ros2msg", schema_text(n_axes).encode()
-    kinds[LOG] = log_lines.SCHEMA_NAME, "jsonschema", orjson.dumps(log_lines.SCHEMA)
-    channels = [fmt.channel(k, k, topic, "cdr" if k == TICK else "json") for k, topic in TOPICS.items()]
-    return [fmt.schema(k, *kind) for k, kind in kinds.items()], channels

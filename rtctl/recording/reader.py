@@ -5,8 +5,9 @@ from __future__ import annotations
 import base64
 import json
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +16,14 @@ import orjson
 
 from rtctl.control.records import command_dtype
 from rtctl.errors import DataError
+from rtctl.recording import law_state
 from rtctl.recording.facts import MOST_DIGITS, axis_names, sound
 from rtctl.recording.law_arrays import LAW_NAME, LawArrays, unpack_law
 from rtctl.recording.mcap_scan import Chunk, Contents, channel_of, chunks
 from rtctl.recording.read_ahead import ahead
+from rtctl.recording.tick_blocks import Block
 from rtctl.recording.tick_layout import axes_in, layout_in
-from rtctl.recording.topics import COMMAND, EVENT, TICK, TOPICS
+from rtctl.recording.topics import COMMAND, EVENT, STATE
 from rtctl.tick import tick_dtype
 
 _PART = re.compile(r"(.*)-(\d{3,})\.mcap")
@@ -32,12 +35,26 @@ class OtherRunError(DataError):
 
 @dataclass
 class Batch:
-    """One chunk: ticks with their numbers among all the loop recorded, events, commands."""
+    """One chunk: ticks with their numbers among all the loop recorded, events, commands, and the law's state before the first tick where it is told."""
 
-    rows: np.ndarray
+    ticks: np.ndarray | Block
     numbers: np.ndarray
     events: list[dict[str, Any]]
     commands: np.ndarray
+    state: np.ndarray | None = None
+
+    @cached_property
+    def rows(self) -> np.ndarray:
+        """The ticks, shape (n,)."""
+        return self.ticks.rows() if isinstance(self.ticks, Block) else self.ticks
+
+    def rows_in(self, room: Callable[[int], np.ndarray]) -> np.ndarray:
+        """The ticks, shape (n,), in the room for n ticks that is given, if they must be put anywhere."""
+        return self.ticks.rows(room(self.ticks.n)) if isinstance(self.ticks, Block) else self.ticks
+
+    def column(self, name: str) -> np.ndarray:
+        """A field of one number per tick, shape (n,), by itself."""
+        return self.ticks.column(name) if isinstance(self.ticks, Block) else self.ticks[name]
 
 
 @dataclass
@@ -189,6 +206,7 @@ class RecordingReader:
             raise DataError(f"{path}: not a recording of rtctl, or cut off before its first facts")
         self.attachments = contents.attachments
         self.notes = [f"{path}: {note}" for note in notes]
+        self._states_fit = told.get("state_layout_crc32") == law_state.layout_crc32(self.n_axes)
         self._layout, note = layout_in(contents, told, chunk, self.n_axes)
         self.notes += [f"{path}: {note}"] if note else []
 
@@ -205,15 +223,16 @@ class RecordingReader:
             )
 
     def _batch(self, chunk: Chunk, contents: Contents, first_row: int) -> Batch | None:
-        of = {kind: channel_of(kind, chunk, contents) for kind in TOPICS}
+        of = {kind: channel_of(kind, chunk, contents) for kind in (EVENT, COMMAND, STATE)}
         if len(chunk.table) == 0:
             return None
-        rows = self._layout.decode(chunk, contents, self.n_axes)
-        ticks = chunk.of(of[TICK])
-        numbers = first_row + (ticks[:, 1] - first_row) % (1 << 32)
+        ticks, sequence = self._layout.decode(chunk, contents, self.n_axes)
+        numbers = first_row + (sequence - first_row) % (1 << 32)
         events = [event for data in chunk.texts(of[EVENT]) if (event := _event(data)) is not None]
         commands = [orjson.loads(data) for data in chunk.texts(of[COMMAND])]
-        return Batch(rows, numbers, events, _commands(commands, self.n_axes))
+        states = chunk.texts(of[STATE])[:1] if self._states_fit else []
+        state = law_state.decode(states[0], self.n_axes) if states else None
+        return Batch(ticks, numbers, events, _commands(commands, self.n_axes), state)
 
 
 def _first_row(contents: Contents) -> int:

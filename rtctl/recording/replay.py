@@ -7,8 +7,12 @@ has changed. With those of another rig file it is what that one would have asked
 
 from __future__ import annotations
 
+import os
+import queue
 import time
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -45,7 +49,7 @@ class Verdict:
     ticks, span_s
         Ticks replayed and the loop time they cover, s.
     law_s, took_s
-        Time the law took for them, and reading and comparing with it, s.
+        Time the law took for them, summed over the cores, and the time until all was read and compared, s.
     differing
         Field -> ticks in which it differs.
     stopped
@@ -61,6 +65,29 @@ class Verdict:
     stopped: str = ""
 
 
+@dataclass
+class _Piece:
+    """The first ticks of a chunk that can be replayed, the commands among which theirs are, and which each one's is."""
+
+    batch: Batch
+    commands: np.ndarray
+    which: np.ndarray
+
+    def rows(self, room: Callable[[int], np.ndarray]) -> np.ndarray:
+        """The recorded ticks, in the room that is given."""
+        return self.batch.rows_in(room)[: len(self.which)]
+
+
+@dataclass
+class _Found:
+    """What the law gave for a piece: its state at the end, its time, and what differs as in `Verdict`."""
+
+    state: np.ndarray
+    law_s: float
+    first: Difference | None
+    differing: dict[str, int]
+
+
 class Replay:
     """Runs the law over a recording, chunk by chunk.
 
@@ -72,6 +99,13 @@ class Replay:
         The law's arrays; default those of the recording.
     commands_from
         The command at start whose settings replace those a client never changed (another rig file).
+
+    Attributes
+    ----------
+    verdict : Verdict
+        What was found so far.
+    by_states : int
+        Chunks that were replayed from their recorded state, beside others.
 
     Raises
     ------
@@ -94,54 +128,111 @@ class Replay:
             )
         used = arrays or own
         self._reader, self._n = reader, reader.n_axes
-        self._law = LawRunner(LawArrays(used.params, used.model, used.command, own.state), self._n)
+        self._arrays = LawArrays(used.params, used.model, used.command, own.state)
+        self._law = LawRunner(self._arrays, self._n)
+        self._others: queue.SimpleQueue[LawRunner] = queue.SimpleQueue()
+        self._states_hold = arrays is None and commands_from is None
         missing = reader.missing_fields()
         self._compared = [name for name in LAW_FIELDS if name not in missing]
-        self._law_words = field_words(self._n, self._compared)
         self._initial, self._other = own.command, commands_from
         self._book = CommandBook(self._n)
         self._next: int | None = None
         self.verdict = Verdict()
+        self.by_states = 0
 
     def run(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Recorded and replayed ticks, chunk by chunk, until the end or what stops the replay (`verdict`).
 
-        The replayed ones are good until the next chunk.
+        They are good until the next chunk.
         """
-        for batch in ahead(self._reader.batches()):
-            rows, which = self._playable(batch)
-            if len(rows):
-                yield rows, self._run(rows, which)
-            if self.verdict.stopped:
-                return
+        for piece in self._pieces():
+            rows, began = piece.rows(self._law.room), time.perf_counter()
+            replayed, _ = self._law.run(rows, piece.commands, piece.which)
+            self._count(piece, time.perf_counter() - began)
+            yield rows, replayed
 
     def check(self) -> Verdict:
-        """Replay everything and compare every field of the law bit for bit."""
+        """Replay everything and compare every field of the law bit for bit.
+
+        Chunks whose state before them is recorded are replayed beside each other. That counts only where the law came to this
+        very state in the chunk before; from where it did not, they are replayed one after another.
+        """
         began = time.perf_counter()
-        for rows, replayed in self.run():
-            self._compare(rows, replayed)
+        cores = len(os.sched_getaffinity(0))
+        for _ in range(cores):
+            self._others.put(LawRunner(self._arrays, self._n))
+        with ThreadPoolExecutor(cores) as pool:
+            for piece, early in _some_ahead(
+                self._pieces(), lambda piece: self._begun(pool, piece), cores + 1
+            ):
+                if early is not None and self._is_reached(piece):
+                    found = early.result()
+                    self.by_states += 1
+                    self._law.state[:] = found.state
+                else:
+                    found = self._replayed(self._law, piece)
+                self._count(piece, found.law_s)
+                self._take(found)
         self.verdict.took_s = time.perf_counter() - began
         return self.verdict
 
-    def _playable(self, batch: Batch) -> tuple[np.ndarray, np.ndarray]:
-        """Rows up to the first loss, and the index of each one's command."""
-        rows, numbers = batch.rows, batch.numbers
-        if len(rows) == 0:
-            return rows, numbers
+    def _begun(self, pool: ThreadPoolExecutor, piece: _Piece) -> Future[_Found] | None:
+        """Begin with a piece before it is known whether its state holds, if it has one and all did so far."""
+        if piece.batch.state is None or not self._states_hold:
+            return None
+        return pool.submit(self._replayed_by_another, piece.batch.state, piece)
+
+    def _is_reached(self, piece: _Piece) -> bool:
+        """Whether the law came to the state that is recorded before this piece; if not, none is believed any more."""
+        assert piece.batch.state is not None
+        reached = np.array(self._law.state).tobytes() == piece.batch.state.tobytes()
+        self._states_hold = self._states_hold and reached
+        return self._states_hold
+
+    def _replayed_by_another(self, state: np.ndarray, piece: _Piece) -> _Found:
+        """Replay a piece from a recorded state. For any thread."""
+        law = self._others.get()
+        try:
+            law.state[:] = state
+            return self._replayed(law, piece)
+        finally:
+            self._others.put(law)
+
+    def _replayed(self, law: LawRunner, piece: _Piece) -> _Found:
+        rows, began = piece.rows(law.room), time.perf_counter()
+        replayed, differs = law.run(rows, piece.commands, piece.which)
+        law_s = time.perf_counter() - began
+        found = self._compared_with(rows, replayed) if differs.any() else (None, {})
+        return _Found(np.array(law.state).copy(), law_s, *found)
+
+    def _pieces(self) -> Iterator[_Piece]:
+        """What can be replayed, chunk by chunk."""
+        for batch in ahead(self._reader.batches()):
+            which = self._playable(batch)
+            if len(which):
+                yield _Piece(batch, self._book.commands, which)
+            if self.verdict.stopped:
+                return
+
+    def _playable(self, batch: Batch) -> np.ndarray:
+        """The index of each tick's command, up to the first loss."""
+        numbers = batch.numbers
+        if len(numbers) == 0:
+            return numbers
         expected = int(numbers[0]) if self._next is None else self._next
         whole = numbers == np.arange(expected, expected + len(numbers))
-        count = len(rows) if whole.all() else int(np.argmin(whole))
+        count = len(numbers) if whole.all() else int(np.argmin(whole))
         self._next = expected + len(numbers)
-        if count < len(rows):
-            self.verdict.stopped = f"ticks are missing from the recording before tick {rows['tick'][count]}"
+        if count < len(numbers):
+            tick = batch.column("tick")[count]
+            self.verdict.stopped = f"ticks are missing from the recording before tick {tick}"
         self._book.learn(batch.commands if self._other is None else self._translated(batch.commands))
-        which, known = self._book.find(rows["command_seq"][:count])
+        commands = batch.column("command_seq")[:count]
+        which, known = self._book.find(commands)
         if known < count:
-            count, missing = known, int(rows["command_seq"][known])
-            self.verdict.stopped = (
-                f"command {missing}, in force at tick {rows['tick'][count]}, was not recorded"
-            )
-        return rows[:count], which[:count]
+            tick = batch.column("tick")[known]
+            self.verdict.stopped = f"command {commands[known]}, in force at tick {tick}, was not recorded"
+        return which[:known]
 
     def _translated(self, commands: np.ndarray) -> np.ndarray:
         """Settings that no client changed become those of the other rig file."""
@@ -153,32 +244,48 @@ class Replay:
                 changed[name] = np.where(untouched, self._other[name], commands[name])
         return changed
 
-    def _run(self, rows: np.ndarray, which: np.ndarray) -> np.ndarray:
-        began = time.perf_counter()
-        replayed = self._law.run(rows, self._book.commands, which)
+    def _count(self, piece: _Piece, law_s: float) -> None:
         verdict = self.verdict
-        verdict.law_s += time.perf_counter() - began
-        verdict.ticks += len(rows)
-        verdict.span_s += len(rows) * float(self._reader.about["period_ns"]) * 1e-9
-        return replayed
+        verdict.law_s += law_s
+        verdict.ticks += len(piece.which)
+        verdict.span_s += len(piece.which) * float(self._reader.about["period_ns"]) * 1e-9
 
-    def _compare(self, rows: np.ndarray, replayed: np.ndarray) -> None:
-        words, out = as_words(rows), as_words(replayed)
-        if (
-            not (words != out).any(axis=0)[self._law_words].any()
-        ):  # three times as quick as to pick the words first
-            return
+    def _take(self, found: _Found) -> None:
+        """Add what differs in the next piece to the verdict."""
         verdict = self.verdict
+        verdict.first = verdict.first or found.first
+        for name, count in found.differing.items():
+            verdict.differing[name] = verdict.differing.get(name, 0) + count
+
+    def _compared_with(
+        self, rows: np.ndarray, replayed: np.ndarray
+    ) -> tuple[Difference | None, dict[str, int]]:
+        """The first difference between recorded and replayed ticks, and in how many ticks each field differs."""
+        words, out = as_words(rows), as_words(replayed)
+        differing: dict[str, int] = {}
         firsts: list[tuple[int, str]] = []
         for name in self._compared:
             index = field_words(self._n, [name])
             bad = (words[:, index] != out[:, index]).any(axis=1)
             if bad.any():
-                verdict.differing[name] = verdict.differing.get(name, 0) + int(bad.sum())
+                differing[name] = int(bad.sum())
                 firsts.append((int(np.argmax(bad)), name))
-        if verdict.first is None:
-            row, name = min(firsts, key=lambda found: found[0])
-            verdict.first = _difference(rows[row], replayed[row], name)
+        if not firsts:  # but in what the recording lacks
+            return None, {}
+        row, name = min(firsts, key=lambda found: found[0])
+        return _difference(rows[row], replayed[row], name), differing
+
+
+def _some_ahead(
+    pieces: Iterator[_Piece], begin: Callable[[_Piece], Future[_Found] | None], most: int
+) -> Iterator[tuple[_Piece, Future[_Found] | None]]:
+    """Each piece with what was begun for it, `most` pieces after it was begun."""
+    begun: deque[tuple[_Piece, Future[_Found] | None]] = deque()
+    for piece in pieces:
+        begun.append((piece, begin(piece)))
+        if len(begun) > most:
+            yield begun.popleft()
+    yield from begun
 
 
 def _difference(recorded: np.void, replayed: np.void, name: str) -> Difference:

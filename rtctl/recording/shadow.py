@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from rtctl.recording.law_arrays import LawArrays
-from rtctl.recording.law_runner import LAW_FIELDS, CommandBook, LawRunner, as_words, field_words
+from rtctl.recording.law_runner import CommandBook, LawRunner
 
 
 class ShadowLaw:
@@ -30,7 +30,6 @@ class ShadowLaw:
     def __init__(self, arrays: LawArrays, n_axes: int) -> None:
         self._law = LawRunner(arrays, n_axes)
         self._book = CommandBook(n_axes)
-        self._law_words = field_words(n_axes, LAW_FIELDS)
         self.next_row = 0
         self.why = ""
 
@@ -46,11 +45,10 @@ class ShadowLaw:
         if known < len(rows):
             self.why = f"a command in force at tick {rows['tick'][known]} is not known"
             return
-        again = as_words(self._law.run(rows, self._book.commands, which))[:, self._law_words]
-        same = (again == as_words(rows)[:, self._law_words]).all(axis=1)
-        if not same.all():
+        _, differs = self._law.run(rows, self._book.commands, which)
+        if differs.any():
             self.why = (
-                f"the law gave something else than the loop at tick {rows['tick'][int(np.argmin(same))]}"
+                f"the law gave something else than the loop at tick {rows['tick'][int(np.argmax(differs))]}"
             )
         self.next_row = first_row + len(rows)
 

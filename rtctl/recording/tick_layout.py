@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtctl.errors import DataError
-from rtctl.recording import json_ticks, tick_cdr
+from rtctl.recording import json_ticks, tick_blocks, tick_cdr
 from rtctl.recording.mcap_scan import Chunk, Contents, channel_of
-from rtctl.recording.topics import TICK
-from rtctl.tick import tick_dtype
+from rtctl.recording.tick_blocks import Block, Column
+from rtctl.recording.topics import COLUMNS, TICK
+from rtctl.tick import joined, tick_dtype
 from rtctl.wire.protocol import MOST_AXES
 
 _OLD_SCHEMA = "rtctl.tick"
@@ -28,18 +29,22 @@ class TickLayout:
         Dtype of a message; None where ticks are JSON, as before version 0.2.
     fields
         Names of the fields.
+    columns
+        The columns of blocks of ticks; none where every tick is a row.
     """
 
     words: np.dtype[np.void] | None
     fields: tuple[str, ...]
+    columns: tuple[Column, ...] = ()
 
     @property
     def missing(self) -> list[str]:
         """Tick fields of this version that the file lacks."""
         return [field.name for field in tick_cdr.RECORDED if field.name not in self.fields]
 
-    def decode(self, chunk: Chunk, contents: Contents, n_axes: int) -> np.ndarray:
-        """The ticks of a chunk. Raises DataError for what is no tick of this layout."""
+    def decode(self, chunk: Chunk, contents: Contents, n_axes: int) -> tuple[np.ndarray | Block, np.ndarray]:
+        """The ticks of a chunk, as they lie there, and the sequence number of each. Raises DataError or ValueError for what is no tick of this layout."""
+        ticks = chunk.of(channel_of(TICK, chunk, contents))
         if self.words is None:
             raws = [
                 data
@@ -47,10 +52,23 @@ class TickLayout:
                 if topic == json_ticks.RAW_TOPIC
                 for data in chunk.texts(k)
             ]
-            return json_ticks.decode(chunk.texts(channel_of(TICK, chunk, contents)), raws, n_axes)
-        ticks = chunk.of(channel_of(TICK, chunk, contents))
-        starts, ends = np.ascontiguousarray(ticks[:, 3]), np.ascontiguousarray(ticks[:, 4])
-        return tick_cdr.decode(chunk.records, starts, ends, self.words, n_axes)
+            texts = chunk.texts(channel_of(TICK, chunk, contents))
+            return json_ticks.decode(texts, raws, n_axes), ticks[:, 1]
+        blocks = chunk.of(channel_of(COLUMNS, chunk, contents)) if self.columns else ticks[:0]
+        if not len(blocks):
+            starts, ends = np.ascontiguousarray(ticks[:, 3]), np.ascontiguousarray(ticks[:, 4])
+            return tick_cdr.decode(chunk.records, starts, ends, self.words, n_axes), ticks[:, 1]
+        found = [
+            self._block(chunk.records, start, end, contents, n_axes) for start, end in blocks[:, 3:].tolist()
+        ]
+        numbers = [first + np.arange(block.n) for first, block in zip(blocks[:, 1], found, strict=True)]
+        if len(found) == 1:
+            return found[0], numbers[0]
+        return joined([block.rows() for block in found]), np.concatenate(numbers)
+
+    def _block(self, records: bytes, start: int, end: int, contents: Contents, n_axes: int) -> Block:
+        contents.may_unpack(tick_blocks.count_of(records, start) * tick_dtype(n_axes).itemsize)
+        return tick_blocks.decode(records, start, end, self.columns, n_axes)
 
 
 def axes_in(contents: Contents, chunk: Chunk | None) -> int:
@@ -91,7 +109,20 @@ def layout_in(
     except DataError:
         found = own
         note = "the schema of the ticks is damaged; it is taken for that of this version"
-    return TickLayout(found, (found.names or ())[1:]), note
+    columns, columns_note = _columns_in(contents, told)
+    fields = tuple(column.name for column in columns) or (found.names or ())[1:]
+    return TickLayout(found, fields, columns), note or columns_note
+
+
+def _columns_in(contents: Contents, told: Mapping[str, str]) -> tuple[tuple[Column, ...], str]:
+    """The columns of a file's blocks, none where it has none, and a note where their schema is damaged."""
+    if tick_blocks.SCHEMA_NAME not in contents.schemas and "columns_schema_crc32" not in told:
+        return (), ""
+    schema = contents.schemas.get(tick_blocks.SCHEMA_NAME, ("", b""))[1]
+    if told.get("columns_schema_crc32") == str(zlib.crc32(schema)):
+        return tick_blocks.columns_of(schema), ""
+    note = "the schema of the blocks of ticks is damaged; it is taken for that of this version"
+    return tick_blocks.own_columns(), note
 
 
 def _is_old(contents: Contents, tick: bytes) -> bool:

@@ -17,10 +17,14 @@ from click.testing import CliRunner
 from rtctl.cli import cli
 from rtctl.errors import DataError, RtctlError
 from rtctl.recording import mcap_format as fmt
+from rtctl.recording import tick_blocks
 from rtctl.recording.law_arrays import unpack_law
 from rtctl.recording.mcap_format import MAGIC, Op
 from rtctl.recording.overview import overview
 from rtctl.recording.reader import RecordingReader
+from rtctl.recording.tick_cdr import MESSAGE_HEAD
+from rtctl.recording.topics import COLUMNS
+from rtctl.tick import new_ticks
 
 MEMORY_BYTES = (
     3 << 30
@@ -89,8 +93,9 @@ def test_a_flipped_bit_in_the_name_of_a_field_takes_no_field_away(tmp_path):
         assert not reader.missing_fields()
 
 
-def test_one_flipped_bit_costs_at_most_the_chunk_it_is_in(tmp_path):
-    whole = forged.write(tmp_path / "a.mcap", chunks=4).read_bytes()
+@pytest.mark.parametrize("columns", [False, True])
+def test_one_flipped_bit_costs_at_most_the_chunk_it_is_in(tmp_path, columns):
+    whole = forged.write(tmp_path / "a.mcap", chunks=4, columns=columns).read_bytes()
     path, summary = tmp_path / "b.mcap", whole.rindex(bytes([Op.DATA_END]) + struct.pack("<Q", 4))
     rng = np.random.default_rng(1)
     heads = [
@@ -108,8 +113,9 @@ def test_one_flipped_bit_costs_at_most_the_chunk_it_is_in(tmp_path):
         assert seen(path)["ticks"] >= 75, f"bit {bit % 8} of byte {bit // 8}"
 
 
-def test_bytes_that_are_cut_off_anywhere_or_made_up_are_a_named_error_or_less(tmp_path):
-    whole = forged.write(tmp_path / "a.mcap", chunks=2).read_bytes()
+@pytest.mark.parametrize("columns", [False, True])
+def test_bytes_that_are_cut_off_anywhere_or_made_up_are_a_named_error_or_less(tmp_path, columns):
+    whole = forged.write(tmp_path / "a.mcap", chunks=2, columns=columns).read_bytes()
     rng, path = np.random.default_rng(2), tmp_path / "b.mcap"
     for _ in range(150):
         damaged = bytearray(whole[: rng.integers(0, len(whole))])
@@ -177,6 +183,29 @@ def test_a_small_file_that_unpacks_to_gigabytes_is_read_in_little_memory(tmp_pat
         assert json.loads(done.stdout)["ticks"] == 100
         assert json.loads(done.stdout)["bad_chunks"] == len(raw)
     assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss < 1 << 21  # KiB
+
+
+def test_a_block_whose_columns_make_gigabytes_of_ticks_is_left_out(tmp_path):
+    many = new_ticks(1 << 20, 1)  # 8 MB as columns, 700 MB as ticks
+    block = tick_blocks.encode(many, COLUMNS, 0, 0)
+    raw = [forged.lying_chunk(k * len(block), block * k) for k in (1, 8)]
+    path = forged.write(tmp_path / "a.mcap", raw=raw, columns=True)
+    assert path.stat().st_size < 1 << 18
+    done = in_little_memory("info", path, "--json")
+    assert done.returncode == 0, done.stderr
+    assert (json.loads(done.stdout)["ticks"], json.loads(done.stdout)["bad_chunks"]) == (100, 2)
+
+
+def test_words_of_a_block_that_are_made_up_are_a_damaged_chunk_or_other_numbers(tmp_path):
+    records, _ = forged.ticks(0, 25, columns=True)
+    rng, path = np.random.default_rng(4), tmp_path / "a.mcap"
+    for _ in range(150):
+        made = bytearray(records)
+        for at in rng.integers(MESSAGE_HEAD, len(made), 3):
+            made[at] = rng.integers(256)
+        found = seen(forged.write(path, raw=[forged.lying_chunk(len(made), bytes(made))], columns=True))
+        assert found["ticks"] - 100 in (0, 25)
+        path.unlink()
 
 
 def npz(head, data=b"", name="params.x.npy"):

@@ -32,7 +32,18 @@ AUTHORITY = (f"{UNIT}/test_authority.py",)
 ASSISTANCE = (f"{UNIT}/test_assistance.py",)
 MONITOR = (f"{UNIT}/test_campaign_monitor.py",)
 
+FOAW = (f"{UNIT}/test_velocity.py::test_foaw_gives_what_its_definition_gives_to_the_last_bit",)
+
 SEEDS = (
+    Seed(
+        "a sample that the turned line has left stays in the window", "rtctl/control/velocity.py",
+        "if worst <= band:", "if n > 2:", FOAW,
+    ),
+    Seed(
+        "the far end of a window is taken to turn no farther than the near one", "rtctl/control/velocity.py",
+        "turned = max(abs(intercept - before), abs(intercept - before - (candidate - slope) * (n - 1)))",
+        "turned = abs(intercept - before)", FOAW,
+    ),
     Seed(
         "a renderer's step need not be paid", "rtctl/control/environments/changes.py",
         "    s.renderer_store_j[axis] -= paid\n", "", FOLLOWS,

@@ -10,7 +10,7 @@ import pytest
 from make_recordings import FOLDER, MOST_BYTES, digest
 from scenarios import SCENARIOS
 
-from rtctl.recording.law_runner import LAW_FIELDS
+from rtctl.recording.law_runner import LAW_FIELDS, CommandBook, LawRunner, as_words, field_words
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.replay import Replay
 
@@ -48,6 +48,25 @@ def test_the_law_gives_again_what_was_recorded(path):
         for name in LAW_FIELDS:
             close = np.isclose(again[name], rows[name], rtol=1e-6, atol=1e-9, equal_nan=True)
             assert close.all(), f"{path.name}: {name} differs by more than rounding. {REMEDY}"
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_the_law_asks_nothing_of_what_the_tick_before_has_left_in_its_row(path):
+    """So its state alone says how it goes on: half seconds of a recording are replayed beside each other."""
+    reader = RecordingReader([path])
+    recorded = reader.read()
+    law, book = LawRunner(reader.law(), reader.n_axes), CommandBook(reader.n_axes)
+    book.learn(recorded.commands)
+    which, known = book.find(recorded.rows["command_seq"])
+    rng, rows = np.random.default_rng(0), recorded.rows[: min(known, 300)]
+    left = rng.integers(0, 1 << 64, (len(rows), *law.tick_words.shape), np.uint64)
+    for k in range(len(rows)):
+        plain = law.state.copy()
+        expected = as_words(law.run(rows[k : k + 1], book.commands, which[k : k + 1])[0]).copy()
+        law.state[:], law.tick_words[:] = plain, left[k]
+        found = as_words(law.run(rows[k : k + 1], book.commands, which[k : k + 1])[0])
+        written = field_words(reader.n_axes, LAW_FIELDS)
+        assert (found[:, written] == expected[:, written]).all(), rows["tick"][k]
 
 
 def test_the_changelog_acknowledges_what_the_law_gives():

@@ -133,3 +133,46 @@ def test_a_missed_sample_holds_the_estimate_but_not_the_difference():
     rig.tick(math.nan)
     assert rig["velocity_rad_s"] == pytest.approx(0.8, rel=1e-6)
     assert rig["velocity_difference_rad_s"] == 0.0
+
+
+def foaw_by_its_definition(history, window, band):
+    """Every sample of every window is looked at, one by one."""
+    newest, total, weighted, slope = history[0], 0.0, 0.0, 0.0
+    for n in range(1, window):
+        y = history[n] - newest
+        total, weighted = total + y, weighted + n * y
+        b = 6.0 * (n * total - 2.0 * weighted) / (n * (n + 1.0) * (n + 2.0))
+        a = total / (n + 1.0) + 0.5 * b * n
+        off = [abs(history[back] - newest - (a - b * back)) for back in range(n + 1)]
+        if n > 1 and not all(e <= band for e in off):
+            break
+        slope = b
+    return slope / T
+
+
+def strange_histories(rng):
+    """Encoder counts of motions slow and quick, noise about as wide as the band, counts that lie on its very edge, what is no number."""
+    count = 2.0 ** -rng.integers(4, 16)
+    where = rng.choice([0.0, 1e3, -7e5]) + rng.normal()
+    back = np.arange(64)
+    smooth = where + rng.normal() * count * back + rng.normal() * 0.02 * count * back**2
+    yield np.round(smooth / count) * count, count
+    yield smooth + rng.uniform(-1, 1, 64) * count, count
+    yield where + np.cumsum(rng.integers(0, 2, 64)) * count, count
+    yield rng.choice([0.0, 1.0, 2.0], 64) * 0.5 * count, count
+    broken = smooth.copy()
+    broken[rng.integers(1, 64)] = rng.choice([np.nan, np.inf, -np.inf, 1e300])
+    yield broken, count
+    yield np.full(64, where), 0.0
+
+
+def test_foaw_gives_what_its_definition_gives_to_the_last_bit():
+    rng, lengths = np.random.default_rng(5), set()
+    for _ in range(400):
+        for history, count in strange_histories(rng):
+            for window, share in ((32, 1.0), (int(rng.integers(2, 65)), rng.choice([0.5, 1.0, 1.5]))):
+                found = foaw_velocity(history, 64, window, share * count, T)
+                expected = foaw_by_its_definition(history.tolist(), window, share * count)
+                assert np.float64(found).tobytes() == np.float64(expected).tobytes()
+                lengths.add(found)
+    assert len(lengths) > 500

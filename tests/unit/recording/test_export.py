@@ -8,6 +8,7 @@ from run_maker import run, setup, write
 
 from rtctl.errors import ConfigError, RtctlError
 from rtctl.recording.export import export
+from rtctl.recording.parts import Limits, Parts
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.tick_cdr import RECORDED
 
@@ -84,3 +85,44 @@ def test_without_pyarrow_parquet_says_what_to_install_and_leaves_nothing(recorde
 def test_a_field_that_does_not_exist_is_named(recorded, tmp_path):
     with pytest.raises(ConfigError, match="speed"):
         export(recorded[0], "csv", tmp_path / "r.csv", ("tick", "speed"))
+
+
+def test_mcap_has_every_tick_as_a_message_and_is_a_recording_again(tmp_path):
+    from mcap.reader import make_reader
+
+    from rtctl.recording.replay import Replay
+
+    rows, commands = run()
+    made = setup(rate_hz="10000.0")
+    events = [{"event": "state", "tick": 5, "timestamp": 1e9}]
+    parts = write(tmp_path, rows[:700], commands, made, events=events)
+    path = tmp_path / "all.mcap"
+    assert export(RecordingReader(parts.files), "mcap", path) == 700
+    with path.open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        numbers = [message.sequence for _, _, message in reader.iter_messages(topics=["rtctl/tick"])]
+        assert {channel.topic for channel in reader.get_summary().channels.values()} == {
+            "rtctl/tick", "rtctl/event", "rtctl/command", "rtctl/log",
+        }  # fmt: skip
+    assert numbers == list(range(700))
+    again, first = RecordingReader([path]).read(), RecordingReader(parts.files).read()
+    for name in ("rows", "numbers", "commands"):
+        assert getattr(again, name).tobytes() == getattr(first, name).tobytes()
+    assert again.events == first.events == events
+    assert again.attachments == first.attachments
+    verdict = Replay(RecordingReader([path])).check()
+    assert (verdict.ticks, verdict.first, verdict.stopped) == (700, None, "")
+    with pytest.raises(ConfigError, match="whole ticks"):
+        export(RecordingReader(parts.files), "mcap", path, ("tick",))
+
+
+def test_mcap_keeps_the_numbers_of_ticks_that_were_lost(tmp_path):
+    rows, commands = run()
+    parts = Parts(tmp_path, setup(rate_hz="10000.0"), Limits(free_bytes=0))
+    parts.add(0, rows[:20], [], commands)
+    parts.add(23, rows[23:60], [], commands[:0])
+    parts.close({})
+    assert export(RecordingReader(parts.files), "mcap", tmp_path / "all.mcap") == 57
+    found = RecordingReader([tmp_path / "all.mcap"]).read()
+    assert found.numbers.tolist() == [*range(20), *range(23, 60)]
+    assert found.rows["tick"].tolist() == np.delete(rows["tick"][:60], [20, 21, 22]).tolist()

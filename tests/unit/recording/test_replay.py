@@ -4,7 +4,8 @@ from run_maker import CONFIGS, run, setup, write
 
 from rtctl.errors import ConfigError, DataError
 from rtctl.recording.compare import compare, numbers, plot_comparison
-from rtctl.recording.parts import Limits
+from rtctl.recording.law_runner import CommandBook, LawRunner
+from rtctl.recording.parts import Limits, Parts
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.replay import Replay
 from rtctl.rig_file.config import load
@@ -57,8 +58,6 @@ def test_parts_are_replayed_as_one_and_a_later_one_alone_is_refused(tmp_path):
 
 
 def test_it_stops_where_ticks_are_missing(tmp_path):
-    from rtctl.recording.parts import Parts
-
     rows, commands = run()
     parts = Parts(tmp_path, setup(), Limits(free_bytes=0))
     parts.add(0, rows[:1000], [], commands)
@@ -111,3 +110,64 @@ def test_a_rig_of_another_size_or_rate_is_refused(tmp_path):
     for name in ("mock-2axis.toml", "mock-10khz.toml"):
         with pytest.raises(ConfigError, match=r"axes at .* Hz"):
             compare(reader, load(CONFIGS / name))
+
+
+def with_states(folder, rows, commands, config="mock.toml", spoil=None, lived=None):
+    """A recording as columns with the law's state before each batch, of the ticks it `lived` (these); `spoil` makes something of the state before row k."""
+    made = setup(config, rate_hz="10000.0")
+    parts = Parts(folder, made, Limits(free_bytes=0))
+    law = LawRunner(RecordingReader(write(folder / "own", rows[:5], commands, made).files).law(), made.n_axes)
+    book = CommandBook(made.n_axes)
+    book.learn(commands)
+    for k in range(0, len(rows), 50):
+        some, state = rows[k : k + 50], law.state.copy()
+        parts.add(
+            k, some, [], commands if k == 0 else commands[:0], state if spoil is None else spoil(k, state)
+        )
+        some = some if lived is None else lived[k : k + 50]
+        law.run(some, book.commands, book.find(some["command_seq"])[0])
+    parts.close({})
+    return parts.files
+
+
+@pytest.mark.parametrize("config", ["mock.toml", "mock-2axis.toml"])
+def test_chunks_beside_each_other_give_what_they_give_one_after_another(tmp_path, config):
+    rows, commands = run(config)
+    files = with_states(tmp_path, rows, commands, config)
+    assert sum(batch.state is not None for batch in RecordingReader(files).batches()) >= 5
+    replay = Replay(RecordingReader(files))
+    verdict = replay.check()
+    assert (verdict.ticks, verdict.first, verdict.differing) == (len(rows), None, {})
+    assert replay.by_states >= 5
+    assert verdict.law_s > 0
+
+
+def test_a_state_that_the_law_did_not_come_to_is_not_believed(tmp_path):
+    rows, commands = run()
+
+    def spoil(k, state):
+        if k >= 1500:
+            state["energy_hand_j"] += 1.0
+        return state
+
+    replay = Replay(RecordingReader(with_states(tmp_path, rows, commands, spoil=spoil)))
+    verdict = replay.check()
+    assert (verdict.ticks, verdict.first, verdict.differing) == (len(rows), None, {})
+    assert 0 < replay.by_states <= 3
+
+
+def test_what_differs_is_the_same_with_states_and_without(tmp_path):
+    rows, commands = run()
+    lived, rows = rows, rows.copy()
+    for at in (700, 2500, 2501):
+        rows["force_n"][at, 1] += 0.25  # the law goes on from another force than the loop did
+    rows["torque_applied_nm"][2600] += 1e-12
+    files = with_states(tmp_path, rows, commands, lived=lived)
+    told = [
+        Replay(RecordingReader(paths)).check()
+        for paths in (files, write(tmp_path / "rows", rows, commands).files)
+    ]
+    assert told[0].first is not None
+    assert str(told[0].first) == str(told[1].first)
+    assert told[0].differing == told[1].differing
+    assert told[0].ticks == told[1].ticks == len(rows)

@@ -1,0 +1,30 @@
+"""Seeded bugs of recordings and their replay."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+UNIT = "tests/unit/recording"
+
+SEEDS = (
+    Seed(
+        "a clock that is told by its steps is taken for its steps", "rtctl/recording/tick_blocks.py",
+        "np.cumsum(found) if name in self.steps else", "np.cumsum(found) if name == 'tick' else",
+        (f"{UNIT}/test_tick_blocks.py::test_a_column_is_had_by_itself_and_ticks_in_the_room_that_is_given",),
+    ),
+    Seed(
+        "a field is told once where its first component stays the same", "rtctl/recording/tick_blocks.py",
+        "same[first : first + count].all()", "same[first]",
+        (f"{UNIT}/test_tick_blocks.py::test_what_stays_the_same_is_told_once_and_what_counts_up_by_its_steps",),
+    ),
+    Seed(
+        "a block goes on over ticks that were lost", "rtctl/recording/parts.py",
+        "ends = [*(np.flatnonzero(np.diff(numbers) != 1) + 1).tolist(), len(rows)]", "ends = [len(rows)]",
+        (f"{UNIT}/test_export.py::test_mcap_keeps_the_numbers_of_ticks_that_were_lost",),
+    ),
+    Seed(
+        "a recorded state is believed wherever the law came to", "rtctl/recording/replay.py",
+        "self._states_hold = self._states_hold and reached", "self._states_hold = self._states_hold or reached",
+        (f"{UNIT}/test_replay.py::test_a_state_that_the_law_did_not_come_to_is_not_believed",),
+    ),
+)  # fmt: skip
