@@ -202,6 +202,26 @@ def test_the_nested_error_is_that_of_another_session_and_the_ladders_own_is_not(
     assert found.rmse_nm > 1.15 * by_speed
 
 
+def test_a_session_held_out_trains_nothing_even_where_it_has_the_fastest_point(monkeypatch):
+    seen = []
+    ascend = ladder.ascend
+    monkeypatch.setattr(
+        ladder, "ascend", lambda points, options: seen.append(points) or ascend(points, options)
+    )
+    v = np.geomspace(0.01, 2, 12)
+    speeds = np.concatenate(
+        [np.r_[v, -v] * scale for scale in (1.2, 1.0, 0.9, 1.1)]
+    )  # each session has its own
+    f = friction(np.abs(speeds))
+    rows = [(x, y, np.sign(x), np.nan, np.nan) for x, y in zip(speeds, f, strict=True)]
+    log = np.repeat(np.arange(4.0), 24)
+    points = FrictionPoints.from_rows(rows, "four", "0" * 64, {"log": log})
+    nested.generalisation(points, replace(QUICK, folds="log"))
+    assert [sorted(set(log[~one.left_out])) for one in seen] == [
+        [k for k in range(4) if k != out] for out in range(4)
+    ]
+
+
 # ---- one bad point
 
 
