@@ -125,7 +125,7 @@ def test_units_that_a_scope_writes_above_the_names_are_kept(tmp_path, line):
     path = tmp_path / "scope.csv"
     path.write_text(text_of(above=("Record Length,50", *line.split("\n"), "Unit 3 of the bench,left,right")))
     found = check(path)
-    assert (found.units["x"], found.units["tau"]) == ("V" if ",V,V" in line else "", "V")
+    assert (found.units["x"], found.units["tau"]) == ("V" if ",V,V" in line else "left", "V")
 
 
 @pytest.mark.parametrize(
