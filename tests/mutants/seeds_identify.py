@@ -174,6 +174,13 @@ SEEDS = (
         ("tests/unit/friction/test_nested.py",),
     ),
     Seed(
+        "a zero that is off goes into friction points unseen",
+        "rtctl/friction/logs/points_check.py",
+        "if share > UNEQUAL:",
+        "if False:",
+        ("tests/unit/friction/test_points_check.py",),
+    ),
+    Seed(
         "a scope's volts are taken for radians",
         "hw/playback/text_table.py",
         "if _SAYS_UNITS.match(line)",
