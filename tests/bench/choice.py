@@ -1,7 +1,8 @@
 """The rung chosen against the best one, over made joints of other laws than the ladder's: `python -m tests.bench.choice`.
 
 A dozen laws, three of which are the ladder's own formulas; 12 to 45 speeds each way, evenly or by ratio, noise of .2 to 2.5 %. The ladder chooses and learns by
-them; every rung that could be learned, refused or not, is judged by 60 other speeds, with the noise of a point beside its error. No recording is used.
+them; every rung that could be learned, refused or not, is judged by 60 other speeds, with the noise of a point beside its error. Errors below what the ladder
+takes for equal (decision 0012) count as that. No recording is used.
 """
 
 from __future__ import annotations
@@ -88,7 +89,8 @@ def judge(seed: int, families: Sequence[str]) -> Judged:
                 model.branches, (test.branch(1), test.branch(-1)), strict=True
             )
         ]
-        return float(np.hypot(np.sqrt(np.mean(np.concatenate(off) ** 2)), noise_nm))
+        error = float(np.hypot(np.sqrt(np.mean(np.concatenate(off) ** 2)), noise_nm))
+        return max(error, found.tolerance_nm)
 
     errors = {}
     for rung in found.choice.rungs:
