@@ -28,6 +28,9 @@ UNIT_ROWS = 3
 ROWS_IN_A_ROW = 5
 """As many lines of numbers are rows, not settings above a table."""
 
+_SAYS_UNITS = re.compile(r"\W*(vertical[ _])?(units?|einheit(en)?|y_unit_label)\W", re.IGNORECASE)
+"""A line above the header that gives a unit for each column, as oscilloscopes (`Vertical Units,V,V`) and LabVIEW (`Y_Unit_Label`) write it."""
+
 COMMENTS = ("#", "%", "//")
 
 PLACE = re.compile(r"#(\d{1,4})")
@@ -84,6 +87,9 @@ def read_text(
         if line.strip() and not line.lstrip().startswith(COMMENTS)
     ]
     units, body = _unit_rows(body, layout)
+    units += [
+        cells_of(line, layout.delimiter) for line in lines[: max(0, layout.header)] if _SAYS_UNITS.match(line)
+    ]
     if not body:
         raise BackendError(f"{path}: no rows below the header")
     if decimal is None:

@@ -15,26 +15,40 @@ SPELT = {
     "sec": "s", "seconds": "s", "msec": "ms", "usec": "us", "µs": "us", "μs": "us",
     "nm": "N m", "n.m": "N m", "n*m": "N m", "n·m": "N m", "n-m": "N m", "mnm": "mN m", "mn.m": "mN m", "mn*m": "mN m",
     "amp": "A", "amps": "A", "ampere": "A", "1/min": "rpm", "min-1": "rpm", "rad/sec": "rad/s", "deg/sec": "deg/s", "°/s": "deg/s",
+    "umdr": "rev", "umdr.": "rev", "umdrehungen": "rev", "u/min": "rpm", "r/min": "rpm", "tr/min": "rpm", "grad/s": "deg/s", "sek": "s", "sekunden": "s",
+    "mikrosekunden": "us", "millisekunden": "ms", "volt": "V", "volts": "V", "percent": "%", "prozent": "%", "lsb": "counts", "kgf": "kg",
 }  # fmt: skip
 """Other spellings, in small letters -> ours."""
 
-_KNOWN = {unit.lower(): unit for unit in ("s", "ms", "us", "ns", "rad", "deg", "rev", "counts", "rad/s", "deg/s", "rev/s", "rpm", "A", "mA", "N m", "mN m", "N", "mN", "kN", "m", "mm", "um", "m/s", "mm/s")}  # fmt: skip
+OTHERS = ("V", "mV", "%", "kg", "lbf")
+"""Units that no column is read in without a scale: a scope's volts, a share of a nominal torque, a balance's kilograms."""
+
+_KNOWN = {unit.lower(): unit for unit in ("s", "ms", "us", "ns", "rad", "deg", "rev", "counts", "rad/s", "deg/s", "rev/s", "rpm", "A", "mA", "N m", "mN m", "N", "mN", "kN", "m", "mm", "um", "m/s", "mm/s", *OTHERS)}  # fmt: skip
 
 _BRACKETS = re.compile(r"[\[(]([^\])]{1,20})[\])]\s*$")
 _SUFFIX = re.compile(
     r"_(rad_s|deg_s|rev_s|mm_s|mm|ms|us|ns|rad|deg|rev|counts|rpm|nm|mnm|ma)$", re.IGNORECASE
 )
 
+_BEHIND = re.compile(r"(?:\b(?:in|en)\s+|\s/\s*|,\s+)(\S{1,20})$|/(\S{2,6})$")
+"""What stands behind a name without brackets: `angle in deg`, `M / Nm`, `M/Nm`, `angle, deg`; a single letter only behind a blank."""
+
 _SAME = {"Nm": "N m", "mNm": "mN m"}
 
 
 def said_unit(name: str, row: str) -> str:
-    """Unit that a unit row or a name in brackets or with an ending says, in our spelling; "" without any, the text where it is none of ours."""
+    """Unit that a unit row or a name in brackets, with an ending or with words behind it says, in our spelling; "" without any, the text where it is none of ours."""
     inside = _BRACKETS.search(name)
     ending = _SUFFIX.search(name)
     text = row.strip(" []()") or (inside[1] if inside else "") or (ending[1] if ending else "")
+    if not text and (behind := _BEHIND.search(name)):
+        return _ours((behind[1] or behind[2]).strip("()")) or ""
+    return _ours(text) or text.strip()
+
+
+def _ours(text: str) -> str | None:
     plain = text.strip().lower().replace("_", "/")
-    return SPELT.get(plain) or _KNOWN.get(plain) or text.strip()
+    return SPELT.get(plain) or _KNOWN.get(plain)
 
 
 def require_unit(path: Path, name: str, row: str, column: Mapping[str, Any], units: tuple[str, ...]) -> None:

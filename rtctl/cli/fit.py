@@ -211,6 +211,8 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
     plan = fit_report.prepare(report_dir, test_points, config, rig)
     measured = read()
     fit_report.require_plausible(plan, measured)
+    if columns or map_file or average != "none":
+        fit_points.tell_doubts(measured, known=plan.loaded is not None)
     measured = fit_points.without_outliers(measured, keep=keep_outliers)
     families = grids.families_of(kernel, measured.motion)
     if measured.motion == "linear":

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from hw.motion import words
 from rtctl.cli.columns import tables, text_options
 from rtctl.errors import ConfigError
 
@@ -77,6 +78,14 @@ def read(
     for note in notes:
         click.echo(f"warning: {note}", err=True)
     return points
+
+
+def tell_doubts(points: FrictionPoints, *, known: bool) -> None:
+    """Say on stderr what looks like something else than friction (`rtctl.friction.logs.points_check.doubtful_points`)."""
+    from rtctl.friction.logs.points_check import doubtful_points
+
+    for doubt in doubtful_points(points, known=known):
+        click.echo(words(f"warning: {doubt}", points.motion), err=True)
 
 
 def without_outliers(points: FrictionPoints, *, keep: bool) -> FrictionPoints:

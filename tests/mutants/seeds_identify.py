@@ -15,6 +15,7 @@ SCALES = (f"{SCORING}::test_no_held_out_point_sets_the_scales_of_its_own_fold",)
 BLOCKS = (
     f"{SCORING}::test_the_standard_error_by_blocks_is_that_of_repeated_draws_and_that_of_single_errors_is_not",
 )
+CHOICE = ("tests/unit/friction/test_selection.py",)
 HARD = "tests/unit/identify/test_difficult_joints.py"
 
 SEEDS = (
@@ -147,9 +148,44 @@ SEEDS = (
     Seed(
         "errors of one lap count one by one",
         "rtctl/friction/learn/certainty.py",
-        "np.arange(len(errors)) if blocks is None else blocks",
-        "np.arange(len(errors))",
+        "np.arange(len(values)) if blocks is None else blocks",
+        "np.arange(len(values))",
         BLOCKS,
+    ),
+    Seed(
+        "the luckiest of many machines is believed",
+        "rtctl/friction/learn/selection.py",
+        "lucks.append(luck(near[0], here, data))",
+        "lucks.append(0.0)",
+        CHOICE,
+    ),
+    Seed(
+        "rungs are compared by either error alone",
+        "rtctl/friction/learn/selection.py",
+        "if len(rung.errors) != len(best.errors):",
+        "if True:",
+        CHOICE,
+    ),
+    Seed(
+        "the fastest point of a session held out trains",
+        "rtctl/friction/learn/nested.py",
+        "np.isin(unit, unit[fold == k])",
+        "fold == k",
+        ("tests/unit/friction/test_nested.py",),
+    ),
+    Seed(
+        "a zero that is off goes into friction points unseen",
+        "rtctl/friction/logs/points_check.py",
+        "if share > UNEQUAL:",
+        "if False:",
+        ("tests/unit/friction/test_points_check.py",),
+    ),
+    Seed(
+        "a scope's volts are taken for radians",
+        "hw/playback/text_table.py",
+        "if _SAYS_UNITS.match(line)",
+        "if False",
+        ("tests/unit/hw/test_log_formats.py",),
     ),
     Seed(
         "the bound of a model forgets its test points",

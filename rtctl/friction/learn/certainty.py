@@ -19,17 +19,19 @@ def standard_error(errors: np.ndarray, blocks: np.ndarray | None = None) -> floa
     """
     squares = errors**2
     rmse = np.sqrt(squares.mean()) if len(squares) else 0.0
-    if not rmse > 0:
-        return 0.0
-    names, block = np.unique(np.arange(len(errors)) if blocks is None else blocks, return_inverse=True)
+    return float(of_mean(squares, blocks) / (2 * rmse)) if rmse > 0 else 0.0
+
+
+def of_mean(values: np.ndarray, blocks: np.ndarray | None = None) -> float:
+    """Standard error of the mean of `values`, shape (n,), in their unit; `blocks` and one block as in `standard_error`."""
+    names, block = np.unique(np.arange(len(values)) if blocks is None else blocks, return_inverse=True)
     n = len(names)
-    if n == len(errors):
-        return float(squares.std(ddof=1) / np.sqrt(n) / (2 * rmse))
     if n < 2:
         return float("inf")
-    off = np.bincount(block, squares - squares.mean())
-    variance = float(off @ off) * n / (n - 1) / len(errors) ** 2
-    return float(np.sqrt(variance) / (2 * rmse))
+    if n == len(values):
+        return float(values.std(ddof=1) / np.sqrt(n))
+    off = np.bincount(block, values - values.mean())
+    return float(np.sqrt(float(off @ off) * n / (n - 1)) / len(values))
 
 
 BLOCKS_MIN = 5
@@ -42,5 +44,18 @@ def doubt(errors: np.ndarray, blocks: np.ndarray | None) -> float:
     The spread of two or three sessions is a matter of luck: as often as not it would let the plainest model through. What sessions differ
     by is common to all models, and says little of which one is better.
     """
-    few = blocks is not None and len(np.unique(blocks)) < BLOCKS_MIN
-    return standard_error(errors, None if few else blocks)
+    return standard_error(errors, _known(blocks))
+
+
+def excess(errors: np.ndarray, others: np.ndarray, blocks: np.ndarray | None) -> tuple[float, float]:
+    """Mean square of `errors` less that of `others`, made on the same points, and its standard error, unit squared; blocks as in `doubt`.
+
+    Point by point, for what is hard to say for one model is hard for the other: their difference is known better than either.
+    """
+    difference = errors**2 - others**2
+    return float(difference.mean()), of_mean(difference, _known(blocks))
+
+
+def _known(blocks: np.ndarray | None) -> np.ndarray | None:
+    """The blocks, or None where they are too few to know their own spread."""
+    return None if blocks is not None and len(np.unique(blocks)) < BLOCKS_MIN else blocks

@@ -52,7 +52,8 @@ def generalisation(
 ) -> Generalisation:
     """Climb the ladder once for each fold of the points, without it, and judge the choice (and every rung) by it.
 
-    Both directions of a fold are held out at once. What is faster than anything a fit saw is not judged.
+    Both directions of a fold are held out at once, and all of each unit: the slowest and the fastest point of a session held out train nothing.
+    These two, and what is faster than anything a fit saw, are not judged.
 
     Raises
     ------
@@ -68,7 +69,7 @@ def generalisation(
     if len(folds) < 3:  # one log is left, which has no other to be held out with
         options = replace(options, folds="speed")
     for k in folds:
-        held = fold == k
+        held = np.isin(unit, unit[fold == k])  # the ends of the speeds, too, which a ladder always trains on
         hidden = held if points.left_out is None else held | points.left_out
         training = replace(points, left_out=hidden)
         found = ladder.ascend(training, options)
@@ -77,7 +78,7 @@ def generalisation(
             models |= _of_rungs(training, found)
         chosen.append(found.choice.chosen.family)
         promised.append(found.choice.chosen.rmse_nm)
-        rows = np.flatnonzero(held)
+        rows = np.flatnonzero(fold == k)
         speed = np.abs(points.velocity_rad_s[rows])
         side = (points.direction[rows] < 0).astype(int)
         fastest = np.array([branch.speed_max_rad_s for branch in models[CHOSEN].branches])

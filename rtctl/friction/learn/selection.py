@@ -1,8 +1,8 @@
 """Choose from the scores: the smallest error within one standard error, then the fewest numbers.
 
-A rung is one family of the ladder; a score is one candidate's held-out errors. The same rule is used twice:
-among the candidates of a rung, side by side, and among the rungs. Held-out errors below the tolerance are not
-told apart either, however small their standard errors (decision 0012).
+A rung is one family of the ladder; a score is one candidate's held-out errors. Among the candidates of a rung, side by side, errors are
+compared as they are; among the rungs by what each is expected to err: a rung of a hundred candidates shows the luckiest, one of a formula
+has nothing to choose (decision 0037). Errors below the tolerance are not told apart either, however small their standard errors (decision 0012).
 """
 
 from __future__ import annotations
@@ -15,8 +15,9 @@ import numpy as np
 
 from rtctl.errors import DataError, UnidentifiableError
 from rtctl.friction.kinds.table import FORMULAS
-from rtctl.friction.learn.certainty import doubt, standard_error
-from rtctl.friction.learn.formulas import fit_formula, require_identifiable
+from rtctl.friction.learn.certainty import doubt, excess, standard_error
+from rtctl.friction.learn.formulas import fit_formula, is_bend, require_told
+from rtctl.friction.learn.hold_out import TRAINS
 from rtctl.friction.learn.search import Score, Side
 
 
@@ -24,7 +25,8 @@ from rtctl.friction.learn.search import Score, Side
 class Rung:
     """One family: its chosen candidate per side, or why there is none.
 
-    `failures` counts the candidates lost, by reason, all sides together.
+    `failures` counts the candidates lost, by reason, all sides together. `luck_nm2` is how much the mean square of the held-out errors is too
+    small for being the least of many (`luck`), N^2 m^2. `bends`: a formula whose v_s is beyond the range on some side, no Stribeck peak.
     """
 
     family: str
@@ -32,6 +34,8 @@ class Rung:
     refused: str | None = None
     failures: dict[str, int] = field(default_factory=dict)
     tried: int = 0
+    luck_nm2: float = 0.0
+    bends: bool = False
 
     @property
     def errors(self) -> np.ndarray:
@@ -48,6 +52,11 @@ class Rung:
     def rmse_nm(self) -> float:
         """Held-out RMSE over all sides, N m; infinite for a refused rung."""
         return float("inf") if self.refused else float(np.sqrt(np.mean(self.errors**2)))
+
+    @property
+    def expected_nm(self) -> float:
+        """What the rung is expected to err, RMS: its held-out error without the luck of the choice, N m; infinite for a refused rung."""
+        return float("inf") if self.refused else float(np.sqrt(self.rmse_nm**2 + self.luck_nm2))
 
     @property
     def se_nm(self) -> float:
@@ -109,20 +118,51 @@ def climb(family: str, scores: Sequence[Score], sides: Sequence[Side], tolerance
     mine = [score for score in scores if score.candidate.family == family]
     failures = dict(Counter(score.failed for score in mine if score.failed))
     chosen: list[Score] = []
+    lucks = []
     for data in sides:
         here = [score for score in mine if score.direction == data.direction]
         near = as_good(here, tolerance_nm(data, tolerance_share))
         if not near:
             return Rung(family, (), _lost(here), failures, len(mine))
         chosen.append(near[0])
+        lucks.append(luck(near[0], here, data))
+    counts = [len(score.errors) for score in chosen]
+    luck_nm2 = float(np.average(lucks, weights=counts)) if sum(counts) else 0.0
+    bends = False
     try:
         if family in FORMULAS:
             for data in sides:
                 fit = fit_formula(family, data.speed, data.friction_nm, data.weight)
-                require_identifiable(fit, data.speed)
+                require_told(fit, data.speed)
+                bends |= is_bend(fit, data.speed)
     except UnidentifiableError as error:
         return Rung(family, tuple(chosen), f"{error.reason}: {error}", failures, len(mine))
-    return Rung(family, tuple(chosen), None, failures, len(mine))
+    return Rung(family, tuple(chosen), None, failures, len(mine), luck_nm2, bends)
+
+
+def luck(chosen: Score, scores: Iterable[Score], data: Side) -> float:
+    """By how much the mean square of the chosen candidate's held-out errors is too small, N^2 m^2, >= 0.
+
+    Notes
+    -----
+    The bias of the least error of a cross-validation [TT09]: over the folds, the mean square of the chosen one less that of the candidate
+    which is best there. Where folds agree on the best it is little; a candidate alone has none.
+    """
+    fold = data.fold[data.fold != TRAINS]
+    same = [score for score in scores if not score.failed and len(score.errors) == len(fold)]
+    if len(same) < 2 or len(chosen.errors) != len(fold):
+        return 0.0
+    squares = np.array([score.errors for score in same]) ** 2
+    least = sum(float(squares[:, fold == k].sum(axis=1).min()) for k in np.unique(fold))
+    return max(0.0, (float(np.sum(chosen.errors**2)) - least) / len(fold))
+
+
+def _told_apart(rung: Rung, best: Rung) -> bool:
+    """Whether a rung is expected to err more than the best by more than one standard error of the difference, point by point."""
+    if len(rung.errors) != len(best.errors):
+        return rung.expected_nm > best.expected_nm + best.doubt_nm
+    more, se = excess(rung.errors, best.errors, best.blocks)
+    return more + rung.luck_nm2 - best.luck_nm2 > se
 
 
 def _lost(scores: Sequence[Score]) -> str:
@@ -146,19 +186,22 @@ def choose(rungs: Sequence[Rung], tolerance_nm: float = 0.0) -> Choice:
         bounded = any("support vectors" in (rung.refused or "") for rung in rungs)
         remedy = "raise --max-support-vectors, or add points" if bounded else "add points"
         raise DataError(f"no model of the ladder could be learned: {said}; {remedy}")
-    best = min(usable, key=lambda rung: rung.rmse_nm)
-    limit = max(best.rmse_nm + best.doubt_nm, tolerance_nm)
+    best = min(usable, key=lambda rung: rung.expected_nm)
     near = sorted(
-        (rung for rung in usable if rung.rmse_nm <= limit), key=lambda rung: (rung.n_terms, rung.rmse_nm)
+        (rung for rung in usable if rung.expected_nm <= tolerance_nm or not _told_apart(rung, best)),
+        key=lambda rung: (rung.n_terms, rung.expected_nm),
     )
     chosen = near[0]
-    others = sorted((rung for rung in usable if rung is not chosen), key=lambda rung: rung.rmse_nm)
+    others = sorted((rung for rung in usable if rung is not chosen), key=lambda rung: rung.expected_nm)
     runner_up = others[0] if others else None
-    among = f"below {1e3 * limit:.3g} mN m" if limit == tolerance_nm else ""
+    equal = all(rung.expected_nm <= tolerance_nm for rung in near)
+    among = f"below {1e3 * tolerance_nm:.3g} mN m" if equal else ""
     words = [_why(chosen, best, len(near), among)]
+    if chosen.bends:
+        words.append("It bends over all speeds: its numbers are no Stribeck peak.")
     if runner_up:
         words.append(f"Runner-up: {_figures(runner_up)}.")
-    words.append(_formulas(usable, limit, among))
+    words.append(_formulas(usable, near, among))
     return Choice(tuple(rungs), chosen, runner_up, " ".join(word for word in words if word))
 
 
@@ -169,40 +212,37 @@ def _why(chosen: Rung, best: Rung, near: int, among: str) -> str:
         return said + (f"the only one {among}." if among else f"{_SMALLEST} by more than one standard error.")
     if chosen is best:
         return said + f"{_SMALLEST} and the fewest numbers."
-    others = f"{_SMALLEST} has {best.family}, {1e3 * best.rmse_nm:.3g} mN m"
+    others = f"{_SMALLEST} has {best.family}, {1e3 * best.expected_nm:.3g} mN m"
     if among:
         return said + f"the fewest numbers of {near} {among} ({others})."
     return said + f"the fewest numbers of {near} within one standard error of the best ({others})."
 
 
-_SMALLEST = "the smallest held-out error"
+_SMALLEST = "the smallest expected error"
 
 
 def _figures(rung: Rung) -> str:
     what = "parameters" if rung.is_formula else "support vectors"
     count = " + ".join(f"{score.n_terms:.0f}" for score in rung.scores)
-    return f"{rung.family} ({1e3 * rung.rmse_nm:.3g} +- {1e3 * rung.se_nm:.2g} mN m held out, {count} {what})"
+    held_out = f"{1e3 * rung.rmse_nm:.3g} +- {1e3 * rung.se_nm:.2g} mN m held out"
+    if rung.luck_nm2 > 0:
+        held_out += f", {1e3 * rung.expected_nm:.3g} expected"
+    return f"{rung.family} ({held_out}, {count} {what})"
 
 
-def _formulas(usable: Sequence[Rung], limit: float, among: str) -> str:
-    """Say whether a formula is as good as the best learned curve. `limit` (N m) and `among` as in `choose`."""
+def _formulas(usable: Sequence[Rung], near: Sequence[Rung], among: str) -> str:
+    """Say whether a formula is as good as the best learned curve. `near` are the rungs to choose from, `among` as in `_why`."""
     formulas = [rung for rung in usable if rung.is_formula]
     learned = [rung for rung in usable if not rung.is_formula]
     if not formulas or not learned:
         return ""
-    formula = min(formulas, key=lambda rung: rung.rmse_nm)
-    machine = min(learned, key=lambda rung: rung.rmse_nm)
-    same = machine.rmse_nm + machine.doubt_nm
-    if formula.rmse_nm <= (same if among else max(limit, same)):
-        more = (
-            "does not err more than"
-            if formula.rmse_nm <= machine.rmse_nm
-            else "errs more by less than one standard error of"
-        )
-        return f"A parametric model is as good: {formula.family} {more} {machine.family}."
-    if formula.rmse_nm <= limit:
-        return (
-            f"A parametric model is as good: {formula.family}, {1e3 * formula.rmse_nm:.3g} mN m, is {among}."
-        )
-    times = formula.rmse_nm / machine.rmse_nm
+    formula = min(formulas, key=lambda rung: rung.expected_nm)
+    machine = min(learned, key=lambda rung: rung.expected_nm)
+    if formula.expected_nm <= machine.expected_nm:
+        return f"A parametric model is as good: {formula.family} does not err more than {machine.family}."
+    if not _told_apart(formula, machine):
+        return f"A parametric model is as good: {formula.family} errs more by less than one standard error of {machine.family}."
+    if formula in near and among:
+        return f"A parametric model is as good: {formula.family}, {1e3 * formula.expected_nm:.3g} mN m, is {among}."
+    times = formula.expected_nm / machine.expected_nm
     return f"No parametric model is as good: the best, {formula.family}, errs {times:.2g} times as much."

@@ -172,7 +172,8 @@ def level_points(samples: FrictionSamples, levels: int = LEVELS_MAX) -> Friction
             if not value > 0:
                 raise DataError(
                     f"{samples.source}: friction at {direction * speed[level].mean():.3g} rad/s is "
-                    f"{value:.4g} N m: it does not oppose the motion; correct the bias or the inertia"
+                    f"{value:.4g} N m: it does not oppose the motion; correct the bias or the inertia, and leave out what turns round or stands still "
+                    "(rtctl identify --log does all of it)"
                 )
             rows.append(
                 (

@@ -143,8 +143,8 @@ def _doubtful_motion(log: AxisLog, limits: Limits) -> list[str]:
     speed = largest_speed(log.position_rad, log.rate_hz)
     if speed > limits.doubtful_rad_s:
         told.append(
-            f"{log.source}: column position: {speed:.3g} rad/s is quick for a joint that a hand moves: is it in deg? Correct its unit, or "
-            "give --config RIG, whose limits count then"
+            f"{log.source}: column position: {speed:.3g} rad/s is quick for a joint that a hand moves: is it in deg, or of the motor before the gear "
+            "(scale 1/ratio)? Correct it, or give --config RIG, whose limits count then"
         )
     if len(x) > 100 and np.ptp(x) > 2 * COUNTS_LEAST and np.all(x == np.round(x)):
         raise DataError(

@@ -5,9 +5,59 @@ from __future__ import annotations
 import numpy as np
 
 from rtctl.errors import DataError
-from rtctl.friction.logs.plausibility import Limits
+from rtctl.friction.logs.plausibility import ANY_LINEAR, Limits
 from rtctl.friction.points.measured import FrictionPoints
 from rtctl.rig_file.config import LoadedConfig
+
+UNEQUAL = 0.3
+"""Share of the friction by which the directions differ, on the median over speed, that is worth a word."""
+
+SCATTER = 0.25
+"""Share of the friction by which rows of one speed scatter, on the median over speed, that is worth a word."""
+
+
+def doubtful_points(points: FrictionPoints, *, known: bool) -> list[str]:
+    """What makes points of other programs' columns look like something else than friction, in sentences that name the cause.
+
+    A constant in the torque, gravity, a load or acceleration go into friction points unseen: nothing opposes them there, as the balance of
+    `rtctl identify --log` does. `known`: a rig file says what speeds and torques there may be.
+    """
+    told = [] if known else _doubtful_units(points)
+    (v, f), (w, g) = points.branch(1), points.branch(-1)
+    shared = v[(v >= w[0]) & (v <= w[-1])]
+    if len(shared):
+        apart = float(np.median(np.interp(shared, v, f) - np.interp(shared, w, g)))
+        share = abs(apart) / float(np.mean(np.concatenate([f, g])))
+        if share > UNEQUAL:
+            told.append(
+                f"{points.source}: friction differs by {apart:.3g} N m between the directions, {share:.0%} of it: a torque whose zero is off by "
+                f"{apart / 2:.3g} N m, a payload or a slope of the axis looks the same; take the zero away (the torque at rest), or take it for the joint's"
+            )
+    rows = np.concatenate([points.rows_of(direction) for direction in (1, -1)])
+    spread = points.std_nm[rows] / points.friction_nm[rows]
+    if np.isfinite(spread).any() and (scatter := float(np.nanmedian(spread))) > SCATTER:
+        told.append(
+            f"{points.source}: rows of one speed scatter by {scatter:.0%} of the friction: noise averages out, but acceleration, gravity, a load or a "
+            "drifting zero do not; use steady speeds, or rtctl identify --log, which parts friction from them or says what it cannot"
+        )
+    return told
+
+
+def _doubtful_units(points: FrictionPoints) -> list[str]:
+    usual = ANY_LINEAR if points.motion == "linear" else Limits()
+    speed, torque = float(np.abs(points.velocity_rad_s).max()), float(points.friction_nm.max())
+    told = []
+    if speed > usual.doubtful_rad_s:
+        told.append(
+            f"{points.source}: {speed:.3g} rad/s is quick for a joint that a hand moves: is the velocity in rpm or deg/s, or of the motor before the "
+            "gear? Correct its unit or scale, or give --config RIG, whose limits count then"
+        )
+    if torque > usual.doubtful_nm:
+        told.append(
+            f"{points.source}: {torque:.3g} N m of friction is much for a joint that a hand moves: is the torque in mN m, or a current? Correct its unit "
+            "or scale, or give --config RIG, whose limits count then"
+        )
+    return told
 
 
 def require_plausible_points(points: FrictionPoints, loaded: LoadedConfig) -> None:

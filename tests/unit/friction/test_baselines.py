@@ -6,7 +6,7 @@ import pytest
 from rtctl.errors import DataError, UnidentifiableError
 from rtctl.friction.kinds.curve import Curve
 from rtctl.friction.kinds.table import FORMULAS
-from rtctl.friction.learn.formulas import fit_formula, require_identifiable
+from rtctl.friction.learn.formulas import fit_formula, is_bend, require_identifiable, require_told
 
 TRUE = {"coulomb_nm": 0.25, "viscous_nms_rad": 0.05, "breakaway_nm": 0.35, "stribeck_rad_s": 0.1}
 V = np.concatenate([[0.0], np.geomspace(0.005, 2, 54)])
@@ -86,6 +86,30 @@ def test_a_peak_that_does_not_exist_is_not_reported(kind, seed):
     f = noisy(Curve.formula("coulomb_viscous", TRUE), v, seed)
     with pytest.raises(UnidentifiableError, match=kind):
         require_identifiable(fit_formula(kind, v, f), v)
+
+
+@pytest.mark.parametrize("kind", ["tustin", "gaussian", "lorentzian"])
+def test_a_bend_over_all_speeds_is_a_curve_but_no_peak(kind):
+    v = np.linspace(0.02, 2, 40)
+    bend = noisy(Curve.formula(kind, {**TRUE, "breakaway_nm": 0.8, "stribeck_rad_s": 1.6}), v, 3)
+    fit = fit_formula(kind, v, bend)
+    assert is_bend(fit, v)
+    with pytest.raises(UnidentifiableError, match="not well below the fastest"):
+        require_identifiable(fit, v)
+    require_told(fit, v)
+    straight = noisy(Curve.formula("coulomb_viscous", TRUE), v, 3)
+    with pytest.raises(UnidentifiableError):
+        require_told(fit_formula(kind, v, straight), v)
+
+
+def test_a_peak_below_the_slowest_speeds_is_no_curve_either():
+    v = np.linspace(0.3, 2, 40)
+    fit = fit_formula(
+        "gaussian", v, noisy(Curve.formula("gaussian", {**TRUE, "stribeck_rad_s": 0.2}), v, 1, 1e-4)
+    )
+    with pytest.raises(UnidentifiableError) as refused:
+        require_told(fit, v)
+    assert refused.value.reason == "no_points_below_stribeck_speed"
 
 
 def test_the_refusal_names_a_missing_slow_speed():

@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 from rtctl.cli.fit import command
 from rtctl.errors import DataError
-from rtctl.friction.learn import certainty, fit, grids, ladder, nested, search
+from rtctl.friction.learn import certainty, fit, grids, ladder, search
 from rtctl.friction.learn.hold_out import TRAINS, describe, folds_of, units_of, way_for
 from rtctl.friction.learn.laps import laps_of
 from rtctl.friction.learn.machines import Candidate
@@ -181,25 +181,6 @@ def test_no_held_out_point_sets_the_scales_of_its_own_fold(monkeypatch):
     search.cross_validate(Candidate("epsilon", "spline", 10 * top, 2 * unit), data)
     assert len(asked) == 3
     np.testing.assert_allclose(asked, [(10, 2)] * 3)
-
-
-def test_the_nested_error_is_that_of_another_session_and_the_ladders_own_is_not():
-    """Sessions that differ: what was chosen by the sessions it saw errs more on the next."""
-    sessions = [0.03, -0.02, 0.01, -0.03, 0.02]
-    v = np.geomspace(0.01, 2, 20)
-    both = np.concatenate([v, -v])
-    parts = [friction(v)[None, :] + offset for offset in sessions]
-    f = np.concatenate([np.tile(part[0], 2) for part in parts])
-    rows = [(x, y, np.sign(x), np.nan, np.nan) for x, y in zip(np.tile(both, 5), f, strict=True)]
-    points = FrictionPoints.from_rows(rows, "five", "0" * 64, {"log": np.repeat(np.arange(5.0), 40)})
-    found = nested.generalisation(points, replace(QUICK, folds="log"))
-    expected = np.sqrt(np.mean([(1.25 * offset) ** 2 for offset in sessions]))
-    assert found.rmse_nm == pytest.approx(expected, rel=0.05)
-    assert found.se_nm > 0
-    assert len(found.chosen) == 5
-    assert "Generalisation error (nested" in str(found)
-    by_speed = ladder.ascend(points, QUICK).choice.chosen.rmse_nm
-    assert found.rmse_nm > 1.15 * by_speed
 
 
 # ---- one bad point

@@ -1,12 +1,15 @@
 """Points in wrong units are refused against the rig file; copies are refused by themselves."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from rtctl.errors import DataError
-from rtctl.friction.logs.points_check import require_held_out, require_plausible_points
+from rtctl.friction.logs.logs import FrictionSamples, level_points
+from rtctl.friction.logs.points_check import doubtful_points, require_held_out, require_plausible_points
 from rtctl.friction.points.reader import read_points
 from rtctl.rig_file.config import load
 
@@ -72,3 +75,38 @@ def test_a_fit_is_not_judged_by_the_points_it_was_made_of(points):
     require_held_out(replace(points, sha256="another"), points)
     with pytest.raises(DataError, match="points not trained on"):
         require_held_out(points, points)
+
+
+def log(**wrong):
+    """Points of the rows of a log above .3 rad/s, whose friction is .18 + .03 v, with something else in the torque."""
+    given = {"zero_nm": 0.0, "gravity_nm": 0.0, "inertia_kgm2": 0.0, "noise_nm": 0.01, **wrong}
+    t = np.arange(0, 60, 0.01)
+    x, v, a = 0.8 * np.sin(2 * t), 1.6 * np.cos(2 * t), -3.2 * np.sin(2 * t)
+    torque = np.sign(v) * (0.18 + 0.03 * np.abs(v)) + given["zero_nm"] + given["gravity_nm"] * np.sin(x)
+    torque += given["inertia_kgm2"] * a + np.random.default_rng(1).normal(0, given["noise_nm"], len(t))
+    kept = np.abs(v) > 0.3
+    return level_points(FrictionSamples(t[kept], v[kept], torque[kept], "log.csv", "0" * 64, {}))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"zero_nm": 0.06}, r"differs by 0\.12 N m between the directions, 5\d% of it: a torque whose zero is off by 0\.0(6|59)"),
+        ({"gravity_nm": 0.15}, "rows of one speed scatter by .*gravity"),
+        ({"inertia_kgm2": 0.045}, "rows of one speed scatter by .*acceleration"),
+    ],
+)  # fmt: skip
+def test_what_is_no_friction_in_points_of_a_log_is_named(wrong, said):
+    assert not doubtful_points(log(), known=False)
+    told = doubtful_points(log(**wrong), known=True)
+    assert len(told) == 1
+    assert re.search(said, told[0])
+
+
+def test_units_that_no_hand_held_joint_has_are_named_unless_a_rig_file_knows_better():
+    clean = log()
+    rpm = replace(clean, velocity_rad_s=clean.velocity_rad_s * 30)
+    milli = replace(clean, friction_nm=clean.friction_nm * 1e3)
+    assert "in rpm or deg/s, or of the motor before the gear" in doubtful_points(rpm, known=False)[0]
+    assert "in mN m, or a current" in doubtful_points(milli, known=False)[0]
+    assert not doubtful_points(rpm, known=True) + doubtful_points(milli, known=True)

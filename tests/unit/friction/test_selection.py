@@ -1,4 +1,6 @@
-"""The choice: smallest error within one standard error, then fewest numbers, and the reason in words."""
+"""The choice: smallest expected error within one standard error, then fewest numbers, and the reason in words."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +13,9 @@ from rtctl.friction.learn.search import Score
 
 def score(family, rmse, terms, direction=1, se_share=0.1):
     machine, _, kind = family.rpartition("-")
-    sign = np.where(np.arange(50) % 2, 1 + se_share, 1 - se_share)
+    sign = np.where(
+        np.arange(50) % 2 == bool(machine), 1 + se_share, 1 - se_share
+    )  # hard places of their own
     return Score(Candidate(machine or "formula", kind), direction, rmse * sign, terms)
 
 
@@ -58,6 +62,61 @@ def test_a_bound_no_machine_keeps_names_the_sparsest_and_the_remedy():
     assert rung.refused == "more than 3 support vectors, the sparsest has 6"
     with pytest.raises(DataError, match="sparsest has 6; raise --max-support-vectors"):
         selection.choose([rung])
+
+
+def test_rungs_are_compared_point_by_point():
+    """What is hard for both does not hide which one is better."""
+    hard = np.geomspace(0.1, 3, 50)
+
+    def rung(family, error, terms):
+        machine, _, kind = family.rpartition("-")
+        return selection.Rung(family, (Score(Candidate(machine or "formula", kind), 1, 1e-3 * error, terms),))
+
+    better, worse = rung("nu-spline", hard, 12), rung("gaussian", 1.1 * hard, 4)
+    assert worse.rmse_nm < better.rmse_nm + better.se_nm, "either error alone is known badly"
+    assert selection.choose([better, worse]).chosen is better
+    alike = rung("gaussian", 1.02 * np.random.default_rng(1).permutation(hard), 4)
+    assert alike.rmse_nm < worse.rmse_nm
+    assert selection.choose([better, alike]).chosen is alike
+
+
+def lucky(candidates: int, seed: int, n=30, folds=5):
+    """Candidates of one true error, none better than another; the rung takes the least."""
+    rng = np.random.default_rng(seed)
+    fold = np.r_[-1, np.arange(n) % folds, -1]
+    data = search.Side(1, np.arange(n + 2.0), np.ones(n + 2), np.ones(n + 2), fold)
+    common = rng.normal(size=n)
+    scores = [
+        Score(Candidate("nu", "rbf", c=k), 1, 0.6 * common + 0.8 * rng.normal(size=n), 9)
+        for k in range(candidates)
+    ]
+    return min(scores, key=lambda one: one.rmse_nm), scores, data
+
+
+def test_the_luck_of_the_least_of_many_is_given_back():
+    seen, expected, alone = [], [], []
+    for seed in range(100):
+        best, scores, data = lucky(20, seed)
+        seen.append(best.rmse_nm**2)
+        expected.append(best.rmse_nm**2 + selection.luck(best, scores, data))
+        alone.append(selection.luck(best, [best], data))
+    assert np.mean(seen) < 0.75, "the least of twenty looks better than any is (mean square 1)"
+    assert 0.9 < np.mean(expected) < 1.25
+    assert not np.any(alone)
+
+
+def test_a_formula_is_taken_before_the_luckiest_of_many_machines():
+    taken = []
+    for seed in range(60):
+        _, scores, data = lucky(20, seed)
+        errors = np.random.default_rng(1000 + seed).normal(size=30)
+        formula = selection.Rung("gaussian", (Score(Candidate("formula", "gaussian"), 1, errors, 4),))
+        machine = selection.climb("nu-rbf", scores, [data])
+        bare = replace(machine, luck_nm2=0.0)
+        taken.append([selection.choose([formula, one]).chosen is formula for one in (machine, bare)])
+    judged, as_seen = np.mean(taken, axis=0)
+    assert judged > 0.75
+    assert as_seen < judged - 0.2
 
 
 def test_the_standard_error_is_that_of_repeated_draws():

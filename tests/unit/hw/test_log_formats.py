@@ -112,6 +112,23 @@ def test_a_column_without_a_name_is_named_by_its_place(tmp_path):
 
 
 @pytest.mark.parametrize(
+    "line",
+    [
+        "Vertical Units,V,V",
+        "Units,,V",
+        "Einheit,V,V",
+        "Y_Unit_Label,V,V",
+        "Horizontal Units,s,\nVertical Units,V,V",
+    ],
+)
+def test_units_that_a_scope_writes_above_the_names_are_kept(tmp_path, line):
+    path = tmp_path / "scope.csv"
+    path.write_text(text_of(above=("Record Length,50", *line.split("\n"), "Unit 3 of the bench,left,right")))
+    found = check(path)
+    assert (found.units["x"], found.units["tau"]) == ("V" if ",V,V" in line else "left", "V")
+
+
+@pytest.mark.parametrize(
     ("change", "said"),
     [
         (lambda text: text.replace("0.002000", "", 1), "column 't' row 2: an empty cell"),

@@ -22,6 +22,17 @@ from hw.playback.units import require_unit, said_unit
         ("plain", "", ""),
         ("velocity_rad_s", "", "rad/s"),
         ("pos_a", "", ""),
+        ("Gelenkwinkel in Grad", "", "deg"),
+        ("Drehmoment in mNm", "", "mN m"),
+        ("Strom in A", "", "A"),
+        ("M/Nm", "", "N m"),
+        ("phi / \u00b0", "", "deg"),
+        ("n / (U/min)", "", "rpm"),
+        ("angle, deg", "", "deg"),
+        ("CH1", "V", "V"),
+        ("/joint/position", "", ""),
+        ("counts/s", "", ""),
+        ("built in Rome", "", ""),
     ],
 )
 def test_units_are_understood_however_they_are_spelt(name, row, unit):
@@ -36,6 +47,8 @@ def test_units_are_understood_however_they_are_spelt(name, row, unit):
         ({"column": "t"}, "ms", ("s", "ms"), "read in s, the file says ms"),
         ({"column": "m", "unit": "mN m", "scale": -1.0}, "Nm", ("N m", "mN m", "Nm"), "read in mN m, the file says N m"),
         ({"column": "i"}, "A", ("N m", "mN m"), "read in N m, the file says A, which is another quantity; .*torque constant"),
+        ({"column": "CH2"}, "V", ("N m", "mN m"), "read in N m, the file says V, which is another quantity; .*give the scale"),
+        ({"column": "Last in kg"}, "", ("N m", "N"), "the file says kg"),
         ({"column": "velocity_rad_s"}, "", ("rad", "deg"), "the file says rad/s, which is another quantity; map another"),
     ],
 )  # fmt: skip

@@ -1,0 +1,130 @@
+"""The rung chosen against the best one, over made joints of other laws than the ladder's: `python -m tests.bench.choice`.
+
+A dozen laws, three of which are the ladder's own formulas; 12 to 45 speeds each way, evenly or by ratio, noise of .2 to 2.5 %. The ladder chooses and learns by
+them; every rung that could be learned, refused or not, is judged by 60 other speeds, with the noise of a point beside its error. Errors below what the ladder
+takes for equal (decision 0012) count as that. No recording is used.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import click
+import numpy as np
+
+from rtctl.errors import RtctlError
+from rtctl.friction.learn import grids, ladder
+from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points.outliers import without_outliers
+
+SPEEDS = (12, 14, 16, 20, 28, 45)
+
+Law = Callable[[np.ndarray], np.ndarray]
+
+
+def laws(a: float, b: float, at: float) -> dict[str, Law]:
+    """Friction over speed, both as shares: peak or rise `a`, viscous `b`, at the speed `at`."""
+    return {
+        "gaussian": lambda v: 1 + a * np.exp(-((v / at) ** 2)) + b * v,
+        "tustin": lambda v: 1 + a * np.exp(-v / at) + b * v,
+        "lorentzian": lambda v: 1 + a / (1 + (v / at) ** 2) + b * v,
+        "asinh": lambda v: 1 + a * np.arcsinh(v / at) / 3,
+        "root viscous": lambda v: 1 + a * np.exp(-v / at) + b * np.sqrt(v),
+        "stretched": lambda v: 1 + a * np.exp(-((v / at) ** 0.6)) + b * v,
+        "two peaks": lambda v: 1 + 0.6 * a * np.exp(-((v / at) ** 2)) + 0.4 * a / (1 + (v / (4 * at)) ** 2) + b * v,
+        "power": lambda v: 1 + b * v**0.6,
+        "logarithm": lambda v: 1 + 0.3 * a * np.log1p(v / at),
+        "bump": lambda v: 1 + a * np.exp(-v / at) + b * v + 0.05 * np.exp(-(((v - 0.6) / 0.15) ** 2)),
+        "cubic": lambda v: 1 + b * v + 0.3 * v**3,
+        "peak turned over": lambda v: 1 + a * np.tanh(v / at) + b * v,
+    }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One joint: what the choice errs over what the best rung errs, both with the noise of a point."""
+
+    law: str
+    speeds: int
+    chosen: str
+    best: str
+    times: float
+
+
+def joint(seed: int) -> tuple[str, FrictionPoints, FrictionPoints, float]:
+    """Law, points to learn from, points without noise to judge by, and the noise of the first, N m."""
+    rng = np.random.default_rng(seed)
+    at, a, b = 10 ** rng.uniform(-1.6, -0.4), rng.uniform(0.1, 0.7), rng.uniform(0, 0.6)
+    name, law = list(laws(a, b, float(at)).items())[rng.integers(12)]
+    n, slowest, evenly = int(rng.choice(SPEEDS)), rng.uniform(0.01, 0.06), bool(rng.integers(2))
+    top, size, noise = 10 ** rng.uniform(-0.5, 1.5), 10 ** rng.uniform(-2, 1), 10 ** rng.uniform(-2.7, -1.6)
+    other = 1 + 0.15 * rng.normal()
+
+    def points(speed: np.ndarray, off: float) -> FrictionPoints:
+        rows = [
+            (sign * top * v, size * share * (f + off * rng.normal()), sign, np.nan, np.nan)
+            for sign, share in ((1, 1.0), (-1, other))
+            for v, f in zip(speed, law(speed), strict=True)
+        ]
+        return FrictionPoints.from_rows(rows, f"joint {seed}", "0" * 64)
+
+    speed = np.linspace(slowest, 1, n) if evenly else np.geomspace(slowest, 1, n)
+    learned = points(speed, noise)
+    return name, learned, points(rng.uniform(slowest, 1, 60), 0.0), float(size * noise)
+
+
+def judge(seed: int, families: Sequence[str]) -> Judged:
+    """Climb the ladder on one joint, and judge every rung."""
+    law, points, test, noise_nm = joint(seed)
+    points, _ = without_outliers(points)
+    found = ladder.ascend(points, ladder.Options(families=tuple(families), backend="sequential"))
+
+    def error_nm(rung: ladder.Rung | None) -> float:
+        model = ladder.learn(points, found, rig="made", rung=rung)
+        off = [
+            branch.magnitude(speed) - friction
+            for branch, (speed, friction) in zip(
+                model.branches, (test.branch(1), test.branch(-1)), strict=True
+            )
+        ]
+        error = float(np.hypot(np.sqrt(np.mean(np.concatenate(off) ** 2)), noise_nm))
+        return max(error, found.tolerance_nm)
+
+    errors = {}
+    for rung in found.choice.rungs:
+        with contextlib.suppress(RtctlError, StopIteration):  # a rung that cannot be learned is no rival
+            errors[rung.family] = error_nm(rung)
+    best = min(errors, key=errors.__getitem__)
+    return Judged(
+        law, len(points.branch(1)[0]), found.choice.chosen.family, best, error_nm(None) / errors[best]
+    )
+
+
+@click.command()
+@click.option("--joints", default=150, type=click.IntRange(1))
+@click.option("--first", default=0, type=click.IntRange(0))
+@click.option("--kernels", default="all", help="rungs to climb besides the formulas, as of rtctl fit")
+def main(joints: int, first: int, kernels: str) -> None:
+    """Print each joint, and how often the choice is how good."""
+    families = dict.fromkeys((*grids.families("formula"), *grids.families(kernels)))
+    rungs = [
+        name for name in families if not name.endswith("polynomial")
+    ]  # they seldom converge, and take the most time
+    times = []
+    for seed in range(first, first + joints):
+        one = judge(seed, rungs)
+        times.append(one.times)
+        click.echo(
+            f"{seed:4d} {one.law:<16} {one.speeds:2d} speeds: {one.chosen}, best {one.best}, {one.times:.2f} times"
+        )
+    all_ = np.array(times)
+    click.echo(
+        f"{joints} joints: chosen over best {all_.mean():.3f} (mean), {np.sqrt(np.mean(all_**2)):.3f} (RMS), {all_.max():.2f} at most; "
+        f"above 1.1 in {np.mean(all_ > 1.1):.0%}, above 1.3 in {np.mean(all_ > 1.3):.0%}"
+    )
+
+
+if __name__ == "__main__":
+    main()
