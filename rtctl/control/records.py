@@ -173,6 +173,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             "friction_policy": (),
             "friction_gain": (),  # kappa, Coulomb and Stribeck part
             "friction_viscous_gain": (),  # kappa_v
+            "friction_load_gain": (),  # share of what the load adds; 0: the law does not go by load
             "friction_cap_nm": (),  # hard cap of |feed-forward|
             "friction_raise": (),  # gain and caps are greater by this share, for a friction that is: control.friction_factor
             "friction_sliding_doubt_nm": (),  # how far sliding may be off the model, for the drift watch; 0: as the floor says
@@ -511,6 +512,16 @@ MODEL = np.dtype(
         # conservative part: a cubic over each cell of a period, by the share of the cell
         ("conservative_per_rad", "<f8"),  # periods per rad of the joint; 0: none
         ("conservative", "<f8", (CONSERVATIVE_CELLS, 4)),
+        # what the torque through the gear adds (control.load_friction); the fields of `friction.load.Load`
+        ("load_outside", "<f8"),
+        ("load_motor", "<f8"),
+        ("load_outside_peak", "<f8"),
+        ("load_motor_peak", "<f8"),
+        ("load_outside_square_per_nm", "<f8"),
+        ("load_motor_square_per_nm", "<f8"),
+        ("load_stribeck_rad_s", "<f8"),
+        ("load_stribeck_power", "<f8"),
+        ("load_most_nm", "<f8"),  # largest torque that was measured; 0: load adds nothing
     ]
 )
 """Compiled friction model of one axis: piecewise cubics with a uniform look-up of the segment."""
