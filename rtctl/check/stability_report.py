@@ -218,7 +218,9 @@ def _figures(  # longer than 50 lines: one figure a line
     count = 2 * math.pi / axis.counts_of_turn
     b = _uncancelled(guaranteed[0], joint)
     spring, more = (figures.place_stiffness_nm_rad, 1 + figures.load_loop) if figures else (0.0, 1.0)
-    stiffer = more * k_c + spring  # with what compensation by place and by load add (docs/theory.md 8.9, 8.10)
+    stiffer = (
+        more * k_c + spring
+    )  # with what compensation by place and by load add (docs/theory.md 8.9, 8.10)
     needed = stability.damping_needed_between(stiffer, more * b_c, T, between)
     any_world = stability.damping_needed_between(stiffer, more * b_c, T, between, any_world=True)
     recommended = stability.recommended_coupling(b, T, between)

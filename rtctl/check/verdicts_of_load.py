@@ -18,7 +18,9 @@ def load(s: Subject) -> list[Verdict]:
     passed, most = share <= LOOP_MOST, LOOP_MOST
     bound = math.floor(1e3 * gain * most / share) / 1e3 if share > 0 else gain
     if not by_load:
-        meaning = "goes by no load: that takes a feed-forward, and a model that knows load (`rtctl fit --by-load`)"
+        meaning = (
+            "goes by no load: that takes a feed-forward, and a model that knows load (`rtctl fit --by-load`)"
+        )
     elif passed:
         meaning = (
             "N m that the compensation adds for each N m through the gear; the coupling is judged as so much stiffer as the motor's part "

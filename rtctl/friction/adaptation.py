@@ -111,7 +111,9 @@ def largest_feedforward(axis: AxisTable, model: FrictionModel | None, T: float) 
 def at_factor(axis: AxisTable, factor: float) -> AxisTable:
     """The axis with a feed-forward that is greater by this factor."""
     table = axis.friction
-    update = {name: factor * getattr(table, name) for name in ("gain", "viscous_gain", "load_gain", "cap_share")}
+    update = {
+        name: factor * getattr(table, name) for name in ("gain", "viscous_gain", "load_gain", "cap_share")
+    }
     return axis.model_copy(update={"friction": table.model_copy(update=update)})
 
 
