@@ -14,7 +14,7 @@ from rtctl.control.display import is_admittance
 from rtctl.control.friction_curve import BACKWARD, FORWARD, branch_magnitude
 from rtctl.control.friction_factor import followed_share
 from rtctl.control.jit import compiled
-from rtctl.control.load_friction import load_friction
+from rtctl.control.load_friction import load_friction, load_gain
 from rtctl.control.place_friction import place_magnitude
 from rtctl.control.place_trust import place_of, place_trust
 from rtctl.control.records import Record
@@ -199,7 +199,7 @@ def compensated_magnitude(
 
     Notes
     -----
-    kappa (F - b_v |v|) + kappa_v b_v |v| + kappa_l L, faded out of the trained range, at least 0, at most
+    kappa (F - b_v |v|) + kappa_v b_v |v| + kappa_l L (1 - e^-(v/v_b)^2), faded out of the trained range, at least 0, at most
     `friction_cap_nm`, and `friction_ungated_cap_nm` for policies without a force gate. NaN stays NaN.
     """
     friction = branch_magnitude(model, branch, speed)
@@ -212,7 +212,7 @@ def compensated_magnitude(
     cap = _cap_in_force(gated, p.friction_cap_nm[axis], p.friction_ungated_cap_nm[axis])
     gain, viscous_gain = p.friction_gain[axis], p.friction_viscous_gain[axis]
     fade = range_fade(model, branch, speed)
-    load = p.friction_load_gain[axis] * load_nm
+    load = load_gain(p, axis, speed) * load_nm
     return _feedforward_limit(friction, viscous, gain, viscous_gain, fade, cap, load), friction + load_nm
 
 
@@ -250,6 +250,7 @@ def friction_feedforward(
         allowed, _ = compensated_magnitude(p, model, axis, branch, abs(encoder), place, trust, load)
         if not allowed >= magnitude:  # or NaN
             magnitude = allowed
+    s.friction_load_nm[axis] = load if math.isfinite(load) else 0.0
     faults = 0
     if not math.isfinite(magnitude) or not math.isfinite(friction):
         magnitude, friction, faults = 0.0, 0.0, _F_LAW

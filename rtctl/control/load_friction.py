@@ -52,6 +52,19 @@ def motor_through_gear(t: Record, s: Record, p: Record, axis: int) -> float:
 
 
 @compiled
+def load_gain(p: Record, axis: int, speed: float) -> float:
+    """Share of what the load adds that is compensated at a speed (|v|, rad/s): none at rest, all beyond the blend of `hybrid`.
+
+    A joint that sticks under load needs no help to stay, and stiction that is larger by the load is larger by what the load does:
+    with the load's help at rest a joint that a hand leans on crept, or trembled by 2 mrad/s.
+    """
+    gain = p.friction_load_gain[axis]
+    if not gain > 0.0:
+        return 0.0
+    return float(gain * (1.0 - math.exp(-((speed / p.friction_blend_rad_s[axis]) ** 2))))
+
+
+@compiled
 def load_friction(t: Record, s: Record, p: Record, model: Record, axis: int, speed: float) -> float:
     """What the present load adds to the friction, N m, >= 0; 0 where the law does not go by load, or a virtual mass is shown.
 

@@ -316,6 +316,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "remote_position_rad": (),  # the renderer's end of the spring to the mass
             "friction_gate": (),
             "friction_stop": (),  # stop operator state, -1..1
+            "friction_load_nm": (),  # what the load adds to the friction
             "friction_intent_nm": (),  # hand torque, low-passed for the intent
             "rest_position_rad": (),  # where the joint was when it last moved on
             "rest_ticks": (),  # ticks since then

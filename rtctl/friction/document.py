@@ -112,6 +112,7 @@ class LoadDocument(Table):
     stribeck_rad_s: float = Field(gt=0, le=1e5)
     stribeck_power: float = Field(ge=0.1, le=20)
     most_nm: float = Field(gt=0, le=1e6)
+    doubt_share: Share
 
 
 class BranchesDocument(Table):

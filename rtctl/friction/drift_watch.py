@@ -145,8 +145,9 @@ class RigWatch:
         faulty = bool((rows["faults"] != 0).any()) or not moving[-1]
         for a, axis in enumerate(self.axes):
             if axis is not None:
+                before = axis.sliding.moved
                 found = axis.sliding(bins, a)
-                axis.strokes.add(found, axis.by)
+                axis.strokes.add(found, axis.by, axis.sliding.moved - before)
                 axis.judge(self._share(rows[-1], a))
                 axis.adapt(len(found.velocity) / axis.rate_hz, faulty=faulty)
         return True

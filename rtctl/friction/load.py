@@ -28,6 +28,8 @@ class Load:
     stribeck_power: float
     most_nm: float
     """Largest torque that was measured, N m: greater ones add no more."""
+    doubt_share: float
+    """Most that what the load adds may be off by, share of it, beside what the curve without load may be."""
 
     def added_nm(self, speed: np.ndarray, outside_nm: np.ndarray, motor_nm: np.ndarray) -> np.ndarray:
         """What the load adds, N m, at each speed (rad/s, >= 0) and pair of torques of one sign: `control.load_friction` for arrays."""
@@ -55,6 +57,11 @@ class Load:
     def most_added_nm(self, torque_nm: float) -> float:
         """Bound of what torques up to `torque_nm` add at any speed, N m."""
         return self.share(torque_nm) * min(torque_nm, self.most_nm)
+
+    @property
+    def sure_share(self) -> float:
+        """Share of what the load adds that is surely there."""
+        return max(0.0, 1.0 - self.doubt_share)
 
     def body(self) -> dict[str, float]:
         """As the model file has it."""

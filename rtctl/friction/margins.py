@@ -109,14 +109,15 @@ def _curves(
 ) -> _Curves:
     """The curves where friction is `F_hat` by the model, and less by `doubt_nm` at most; by default as the curve of speed has it.
 
-    `load_nm` is what load adds to both.
+    `load_nm` is what load adds, by the model; to the lower bound as far as it surely does.
     """
     part, table = model.branches[branch], axis.friction
     end = part.speed_max_rad_s
     F_hat = part.magnitude(v) if F_hat is None else F_hat
     doubt_nm = guarantee(axis, model).doubt_nm if doubt_nm is None else doubt_nm
     past = np.maximum(v - end, 0.0)
-    F_lo = np.maximum(F_hat + load_nm - doubt_nm, 0.0) + axis.viscous_nms_rad * past
+    sure = 0.0 if model.load is None else model.load.sure_share
+    F_lo = np.maximum(F_hat + sure * load_nm - doubt_nm, 0.0) + axis.viscous_nms_rad * past
     fade = np.clip(1 - past / model.speed_fade_rad_s, 0.0, 1.0)
     within = np.minimum(v, end)
     cap = 0.0 if table.policy == "off" else table.cap_share * axis.torque_limit_nm

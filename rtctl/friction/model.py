@@ -280,7 +280,8 @@ class FrictionModel:
             row["conservative"] = self.conservative.table()
         if self.load is not None:
             for name, value in self.load.body().items():
-                row[f"load_{name}"] = value
+                if name != "doubt_share":  # of the proofs, not of the law
+                    row[f"load_{name}"] = value
         row["speed_fade_rad_s"] = self.speed_fade_rad_s
         return out
 
