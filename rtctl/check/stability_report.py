@@ -119,9 +119,8 @@ class Report:
 
 
 def bearing(loaded: LoadedConfig, index: int) -> tuple[float, stability.Between, float, float]:
-    """Damping of an axis that no hand can cancel, N m s/rad, what is declared to lie between law and joint, the stiffness
-    beside the coupling's that compensation by place makes, N m/rad, and the share of the coupling's torque that compensation by load
-    adds to it.
+    """Damping of an axis that no hand can cancel, N m s/rad, what is declared to lie between law and joint, the stiffness beside the
+    coupling's that compensation by place makes, N m/rad, and the share of the coupling that compensation by load adds to it.
     """
     late, joint = lateness.of_axis(loaded, index), lateness.joint_of_axis(loaded, index)
     found, b, _, _ = _friction(loaded, loaded.config.axis[index], late)
@@ -247,9 +246,8 @@ def _figures(  # longer than 50 lines: one figure a line
         damping_needed_nms_rad=needed,
         damping_needed_any_world_nms_rad=any_world,
         sampled_data_margin_nms_rad=b - needed,
-        sampled_data_k_max_nm_rad=max(
-            0.0, (stability.k_max_between(b, more * b_c, T, between) - spring) / more
-        ),
+        sampled_data_k_max_nm_rad=max(0.0, stability.k_max_between(b, more * b_c, T, between) - spring)
+        / more,
         adams_hannaford_margin_nms_rad=stability.margin_adams_hannaford(b, k_c, b_c, T),
         adams_hannaford_k_max_nm_rad=stability.k_max_adams_hannaford(b, b_c, T),
         recommended_stiffness_nm_rad=recommended[0],

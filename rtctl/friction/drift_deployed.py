@@ -13,6 +13,7 @@ import numpy as np
 from rtctl.control import compensation_limit as limits
 from rtctl.control.records import MAX_SEGMENTS
 from rtctl.friction.guarantee import LENGTH_FACTOR
+from rtctl.friction.load import Load
 
 SPEED_MIN_SHARE = 0.015
 """Slowest motion that counts, share of the trained range: below it the bristles' own motion is not small."""
@@ -58,6 +59,13 @@ class Deployed:
         speed, forward = np.abs(velocity), velocity >= 0
         dry = np.where(forward, _curve(self.model, 0, speed), _curve(self.model, 1, speed))
         return np.asarray(dry - self.viscous_nms_rad(velocity) * speed)
+
+    def unloaded_nm(self, velocity: np.ndarray, hand_nm: np.ndarray, motor_nm: np.ndarray) -> np.ndarray:
+        """Hand's and motor's torque together, less what the load of both adds to the friction at these velocities, N m."""
+        torque, load = hand_nm + motor_nm, Load.of(self.model[0])
+        if load is None:
+            return torque
+        return np.asarray(torque - np.sign(velocity) * load.added_nm(np.abs(velocity), hand_nm, motor_nm))
 
     def viscous_nms_rad(self, velocity: np.ndarray) -> np.ndarray:
         """Viscous slope of the model in the direction of each velocity."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 
 import numpy as np
 
@@ -58,10 +58,23 @@ class Load:
         """Bound of what torques up to `torque_nm` add at any speed, N m."""
         return self.share(torque_nm) * min(torque_nm, self.most_nm)
 
+    @classmethod
+    def of(cls, row: np.void) -> Load | None:
+        """The load of a `MODEL` record, which knows no doubt; None where it has none."""
+        names = [one.name for one in fields(cls) if one.name != "doubt_share"]
+        values = {name: float(row[f"load_{name}"]) for name in names}
+        return cls(**values, doubt_share=0.0) if values["most_nm"] > 0 else None
+
     @property
     def sure_share(self) -> float:
         """Share of what the load adds that is surely there."""
         return max(0.0, 1.0 - self.doubt_share)
+
+    def fill(self, row: np.void) -> None:
+        """Fill the fields `load_` of a `MODEL` record; the doubt is of the proofs, not of the law."""
+        for name, value in self.body().items():
+            if name != "doubt_share":
+                row[f"load_{name}"] = value
 
     def body(self) -> dict[str, float]:
         """As the model file has it."""

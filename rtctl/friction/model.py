@@ -279,9 +279,7 @@ class FrictionModel:
             row["conservative_per_rad"] = 1.0 / self.conservative.period_rad
             row["conservative"] = self.conservative.table()
         if self.load is not None:
-            for name, value in self.load.body().items():
-                if name != "doubt_share":  # of the proofs, not of the law
-                    row[f"load_{name}"] = value
+            self.load.fill(row)
         row["speed_fade_rad_s"] = self.speed_fade_rad_s
         return out
 
