@@ -40,6 +40,9 @@ CONSERVATIVE_CELLS = 512
 """Cells over one period of the conservative part: 10 for the shortest of its waves."""
 
 
+LOAD_CELLS = 512
+"""Cells of the fall with speed of what a load adds to the peak."""
+
 MARK_WORDS = 16
 """Words of 63 marks each that hold the marks of the last 1000 ticks (`control.window`)."""
 
@@ -520,8 +523,8 @@ MODEL = np.dtype(
         ("load_motor_peak", "<f8"),
         ("load_outside_square_per_nm", "<f8"),
         ("load_motor_square_per_nm", "<f8"),
-        ("load_stribeck_rad_s", "<f8"),
-        ("load_stribeck_power", "<f8"),
+        ("load_fall", "<f8", (LOAD_CELLS + 1,)),  # of the peak, even over the fourth root of the speed
+        ("load_cells_s_rad", "<f8"),  # cells^4 for each rad/s
         ("load_most_nm", "<f8"),  # largest torque that was measured; 0: load adds nothing
     ]
 )

@@ -2,12 +2,40 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from rtctl.control.records import LOAD_CELLS
+
 LOOP_MOST = 0.5
 """Most torque that the compensation of load may add for each N m that goes through the gear: `rtctl check` refuses more."""
+
+
+IN_LAW = (
+    "outside",
+    "motor",
+    "outside_peak",
+    "motor_peak",
+    "outside_square_per_nm",
+    "motor_square_per_nm",
+    "most_nm",
+)
+"""Coefficients that the law's record has by name; beside them stands the fall with speed, as a table."""
+
+
+def added_nm(
+    of: Mapping[str, float], fall: np.ndarray, outside_nm: np.ndarray, motor_nm: np.ndarray
+) -> np.ndarray:
+    """What the load adds, N m: `control.load_friction.load_magnitude` for arrays; `of` has the coefficients `IN_LAW` by name."""
+    most = of["most_nm"]
+    e, m = (np.clip(torque, -most, most) for torque in (outside_nm, motor_nm))
+    against = e * m < 0
+    square = np.where(against & (np.abs(e) < np.abs(m)), of["outside_square_per_nm"] * e**2, 0.0)
+    square += np.where(against & (np.abs(e) > np.abs(m)), of["motor_square_per_nm"] * m**2, 0.0)
+    peak = np.abs(of["outside_peak"] * e - of["motor_peak"] * m) + square
+    return np.asarray(np.abs(of["outside"] * e - of["motor"] * m) + fall * peak)
 
 
 @dataclass(frozen=True)
@@ -33,13 +61,11 @@ class Load:
 
     def added_nm(self, speed: np.ndarray, outside_nm: np.ndarray, motor_nm: np.ndarray) -> np.ndarray:
         """What the load adds, N m, at each speed (rad/s, >= 0) and pair of torques of one sign: `control.load_friction` for arrays."""
-        e, m = (np.clip(torque, -self.most_nm, self.most_nm) for torque in (outside_nm, motor_nm))
-        against = e * m < 0
-        square = np.where(against & (np.abs(e) < np.abs(m)), self.outside_square_per_nm * e**2, 0.0)
-        square += np.where(against & (np.abs(e) > np.abs(m)), self.motor_square_per_nm * m**2, 0.0)
-        peak = np.abs(self.outside_peak * e - self.motor_peak * m) + square
-        fall = np.exp(-((np.asarray(speed) / self.stribeck_rad_s) ** self.stribeck_power))
-        return np.asarray(np.abs(self.outside * e - self.motor * m) + fall * peak)
+        return added_nm(self.body(), self.fall(speed), outside_nm, motor_nm)
+
+    def fall(self, speed: np.ndarray) -> np.ndarray:
+        """Share of the peak that is left at each speed, rad/s, >= 0."""
+        return np.asarray(np.exp(-((np.asarray(speed) / self.stribeck_rad_s) ** self.stribeck_power)))
 
     def share(self, torque_nm: float) -> float:
         """Most friction that one more N m of both torques adds at torques up to `torque_nm`, N m per N m."""
@@ -58,23 +84,18 @@ class Load:
         """Bound of what torques up to `torque_nm` add at any speed, N m."""
         return self.share(torque_nm) * min(torque_nm, self.most_nm)
 
-    @classmethod
-    def of(cls, row: np.void) -> Load | None:
-        """The load of a `MODEL` record, which knows no doubt; None where it has none."""
-        names = [one.name for one in fields(cls) if one.name != "doubt_share"]
-        values = {name: float(row[f"load_{name}"]) for name in names}
-        return cls(**values, doubt_share=0.0) if values["most_nm"] > 0 else None
-
     @property
     def sure_share(self) -> float:
         """Share of what the load adds that is surely there."""
         return max(0.0, 1.0 - self.doubt_share)
 
     def fill(self, row: np.void) -> None:
-        """Fill the fields `load_` of a `MODEL` record; the doubt is of the proofs, not of the law."""
-        for name, value in self.body().items():
-            if name != "doubt_share":
-                row[f"load_{name}"] = value
+        """Fill the fields `load_` of a `MODEL` record whose trained range is known; the doubt is of the proofs, not of the law."""
+        for name in IN_LAW:
+            row[f"load_{name}"] = getattr(self, name)
+        fastest = float(row["speed_max_rad_s"].max())
+        row["load_cells_s_rad"] = LOAD_CELLS**4 / fastest
+        row["load_fall"] = self.fall(np.linspace(0.0, 1.0, LOAD_CELLS + 1) ** 4 * fastest)
 
     def body(self) -> dict[str, float]:
         """As the model file has it."""

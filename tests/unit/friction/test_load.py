@@ -137,6 +137,7 @@ def test_a_model_by_load_has_the_curve_without_load_and_the_coefficients(tmp_pat
     row = found.record()[0]
     assert row["load_motor"] == found.load.motor
     assert row["load_most_nm"] >= 3.0
+    assert row["load_fall"][0] == 1.0
     judged = CliRunner().invoke(command, [str(tmp_path / "points.csv"), "--judge", str(out)])
     assert judged.exit_code == 0, judged.output
 
