@@ -64,7 +64,7 @@ class Deployed:
         """Hand's and motor's torque together, less what the load of both adds to the friction at these velocities, N m."""
         torque, row = hand_nm + motor_nm, self.model[0]
         if not row["load_most_nm"] > 0:
-            return torque
+            return np.asarray(torque)
         cells = np.linspace(0.0, 1.0, LOAD_CELLS + 1) ** 4 * LOAD_CELLS**4 / row["load_cells_s_rad"]
 
         def fall(speed: np.ndarray) -> np.ndarray:
