@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -29,7 +30,8 @@ _OF_MOCK = {
 def friction_nm(values: Mapping[str, float], speed: float, outside_nm: float, motor_nm: float) -> float:
     """Friction at a speed, with the load terms as the simulated joint computes them; `values` by the names of `load_terms.NAMES`."""
     p = SimpleNamespace(**{mock: [values[name]] for mock, name in _OF_MOCK.items()})
-    base, peak = getattr(load_levels, "py_func", load_levels)(motor_nm, outside_nm, p, 0)
+    levels: Any = getattr(load_levels, "py_func", load_levels)
+    base, peak = levels(motor_nm, outside_nm, p, 0)
     fall = np.exp(-((speed / values["stribeck_rad_s"]) ** values["stribeck_power"]))
     dry = values["coulomb_nm"] + base + fall * (values["stribeck_nm"] + peak)
     return float(dry + values["viscous_nms_rad"] * speed)

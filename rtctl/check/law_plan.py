@@ -23,6 +23,7 @@ from rtctl.control.vocabulary import Display, PlaceUse, Policy
 from rtctl.friction import artefact
 from rtctl.friction.adaptation import follows, largest_feedforward
 from rtctl.friction.guarantee import guarantee
+from rtctl.friction.margins import most_load_nm
 from rtctl.friction.model import FrictionModel
 from rtctl.rig_file.axis_tables import AxisTable
 from rtctl.rig_file.config import Config, LoadedConfig
@@ -183,13 +184,17 @@ def _fill_proof(p: np.void, loaded: LoadedConfig) -> None:
     """Delay up to which each coupling is proven."""
     period_s = loaded.config.period_s
     for a, axis in enumerate(loaded.config.axis):
-        b, between, spring = stability_report.bearing(loaded, a)
+        b, between, spring, load_loop = stability_report.bearing(loaded, a)
         coupling, age_ticks = axis.coupling, between.sample_ticks - 1
         declared = between.delay + stability.lag_ticks(between.lag_hz, period_s)
         covered = declared  # an admittance display is certified for what is declared, and no more
         if not axis.may_show("admittance"):
             covered = delay_covered_ticks(
-                b, coupling.stiffness_nm_rad + spring, coupling.damping_nms_rad, period_s, declared
+                b,
+                (1 + load_loop) * coupling.stiffness_nm_rad + spring,
+                (1 + load_loop) * coupling.damping_nms_rad,
+                period_s,
+                declared,
             )
         p["proof_age_ticks"][a] = age_ticks
         p["declared_delay_s"][a] = declared * period_s
@@ -231,7 +236,10 @@ def _fill_compensation(
     fill_observer(p, a, period_s, friction.observer.gain, friction.observer.bandwidth_at(1 / period_s))
     p["observer_deadband_nm"][a] = friction.observer.deadband_nm
     p["friction_seen_alpha"][a] = lowpass_alpha(SEEN_HZ, period_s)
-    p["friction_seen_max_nm"][a] = min(SEEN_FACTOR * sure.peak_nm, float(p["friction_cap_nm"][a]))
+    loaded_nm = 0.0 if model is None else most_load_nm(model, axis)
+    p["friction_seen_max_nm"][a] = min(
+        SEEN_FACTOR * (sure.peak_nm + loaded_nm), float(p["friction_cap_nm"][a])
+    )
 
 
 def fill_observer(p: np.void, a: int, period_s: float, gain: float, bandwidth_hz: float) -> None:
@@ -264,6 +272,7 @@ def _fill_friction(p: np.void, a: int, axis: AxisTable, config: Config, model: F
     friction = axis.friction
     p["friction_gain"][a] = friction.gain
     p["friction_viscous_gain"][a] = friction.viscous_gain
+    p["friction_load_gain"][a] = friction.load_gain if model.load is not None else 0.0
     p["friction_ungated_cap_nm"][a] = ungated_cap(
         friction.gain, float(model.friction_min_nm.min()) - model.place_trough_nm
     )

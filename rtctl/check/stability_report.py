@@ -118,13 +118,14 @@ class Report:
         return {name: as_data(value) for name, value in body.items()}
 
 
-def bearing(loaded: LoadedConfig, index: int) -> tuple[float, stability.Between, float]:
-    """Damping of an axis that no hand can cancel, N m s/rad, what is declared to lie between law and joint, and the stiffness
-    beside the coupling's that compensation by place makes, N m/rad.
+def bearing(loaded: LoadedConfig, index: int) -> tuple[float, stability.Between, float, float]:
+    """Damping of an axis that no hand can cancel, N m s/rad, what is declared to lie between law and joint, the stiffness beside the
+    coupling's that compensation by place makes, N m/rad, and the share of the coupling that compensation by load adds to it.
     """
     late, joint = lateness.of_axis(loaded, index), lateness.joint_of_axis(loaded, index)
     found, b, _, _ = _friction(loaded, loaded.config.axis[index], late)
-    return _uncancelled(b, joint), late.between, found.place_stiffness_nm_rad if found else 0.0
+    spring, loop = (found.place_stiffness_nm_rad, found.load_loop) if found else (0.0, 0.0)
+    return _uncancelled(b, joint), late.between, spring, loop
 
 
 def examine(loaded: LoadedConfig, pulse: Mapping[str, AxisTiming] | None = None) -> Report:
@@ -215,11 +216,12 @@ def _figures(  # longer than 50 lines: one figure a line
     k_c, b_c = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad
     count = 2 * math.pi / axis.counts_of_turn
     b = _uncancelled(guaranteed[0], joint)
-    spring = (
-        figures.place_stiffness_nm_rad if figures else 0.0
-    )  # what compensation by place adds (docs/theory.md 8.9)
-    needed = stability.damping_needed_between(k_c + spring, b_c, T, between)
-    any_world = stability.damping_needed_between(k_c + spring, b_c, T, between, any_world=True)
+    spring, more = (figures.place_stiffness_nm_rad, 1 + figures.load_loop) if figures else (0.0, 1.0)
+    stiffer = (
+        more * k_c + spring
+    )  # with what compensation by place and by load add (docs/theory.md 8.9, 8.10)
+    needed = stability.damping_needed_between(stiffer, more * b_c, T, between)
+    any_world = stability.damping_needed_between(stiffer, more * b_c, T, between, any_world=True)
     recommended = stability.recommended_coupling(b, T, between)
     k_e = _environment_stiffness(axis)
     held, rate_needed = _empty_account(loaded, axis)
@@ -244,7 +246,8 @@ def _figures(  # longer than 50 lines: one figure a line
         damping_needed_nms_rad=needed,
         damping_needed_any_world_nms_rad=any_world,
         sampled_data_margin_nms_rad=b - needed,
-        sampled_data_k_max_nm_rad=max(0.0, stability.k_max_between(b, b_c, T, between) - spring),
+        sampled_data_k_max_nm_rad=max(0.0, stability.k_max_between(b, more * b_c, T, between) - spring)
+        / more,
         adams_hannaford_margin_nms_rad=stability.margin_adams_hannaford(b, k_c, b_c, T),
         adams_hannaford_k_max_nm_rad=stability.k_max_adams_hannaford(b, b_c, T),
         recommended_stiffness_nm_rad=recommended[0],

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from rtctl.check import (
     verdicts_of_admittance,
     verdicts_of_friction,
+    verdicts_of_load,
     verdicts_of_loop,
     verdicts_of_observer,
     verdicts_of_units,
@@ -51,6 +52,7 @@ EITHER: tuple[Test, ...] = (
     verdicts_of_observer.steps_of_the_encoder,
     verdicts_of_observer.bias,
     verdicts_of_friction.conservative_part,
+    verdicts_of_load.load,
     verdicts_of_friction.damping_and_model,
     verdicts_of_units.acceleration,
     verdicts_of_units.current,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -108,6 +109,11 @@ _POSITIVE = click.FloatRange(min=0, min_open=True, max=1e9)
     "--keep-outliers", is_flag=True, help="use points that are far from their neighbours in speed, too"
 )
 @click.option(
+    "--by-load",
+    is_flag=True,
+    help="the model carries what the torque through the gear adds (columns load_nm, motor_nm), and its curve is that without load",
+)
+@click.option(
     "--backend",
     type=click.Choice(["loky", "dask", "threading", "sequential"]),
     default="loky",
@@ -172,6 +178,7 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
     max_support_vectors: int | None,
     held_out: str,
     keep_outliers: bool,
+    by_load: bool,
     backend: str,
     jobs: int | None,
     temperature: tuple[float, float] | None,
@@ -194,7 +201,7 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
     """
     from rtctl.cli import fit_judge, fit_report
     from rtctl.friction import artefact
-    from rtctl.friction.learn import beside_speed, grids, hold_out
+    from rtctl.friction.learn import grids, hold_out
 
     read = partial(fit_points.read, points, columns, map_file, average, text_of(delimiter, decimal), lead_m)
     if judged is not None:
@@ -213,6 +220,7 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
     fit_report.require_plausible(plan, measured)
     if columns or map_file or average != "none":
         fit_points.tell_doubts(measured, known=plan.loaded is not None)
+    measured, plan, under = fit_learning.apart_from_load(measured, plan, held_out, by_load=by_load)
     measured = fit_points.without_outliers(measured, keep=keep_outliers)
     families = grids.families_of(kernel, measured.motion)
     if measured.motion == "linear":
@@ -237,10 +245,11 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
         lead = turn or fit_places.turn_of(measured.motion, lead_m, plan.loaded)
         model, over_turn, turn_body = fit_places.learn(model, places, sweep, lead, ripple_turn)
     model = fit_learning.with_what_is_known(model, measured, temperature, presliding_rad, plan.test)
+    model = replace(model, load=under[1] if under else None)
     artefact.save(model, out)
-    beside = beside_speed.judge(model, measured, folds)
+    beside = fit_learning.beside(model, measured, folds, under)
     _draw(plot, model, measured)
-    page = fit_report.write(plan, measured, model, ladder, options, folds)
+    page = fit_report.write(plan, measured, model, ladder, options, folds, beside)
     learned = fit_told.Learned(
         model, measured, ladder, folds, over_turn, turn_body, beside, plan.loaded, out, plot, page
     )

@@ -59,6 +59,10 @@ def run(path: Path, points: FrictionPoints, *, as_json: bool) -> None:
 
     model = artefact.load(path)
     artefact.require_rig(model, model.rig, path, points.motion)
+    if model.load is not None and "load_nm" in points.columns:
+        from rtctl.friction.learn.unloaded import without_load
+
+        points = without_load(points, model.load)
     found = judge(model, points)
     said = faults(found)
     rows = [asdict(one) for one in found]

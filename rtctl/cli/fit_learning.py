@@ -6,7 +6,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from rtctl.cli.fit_report import Plan
+    from rtctl.friction.learn.beside_speed import LoadVerdict, Warmth
     from rtctl.friction.learn.ladder import Ladder
+    from rtctl.friction.load import Load
     from rtctl.friction.model import FrictionModel
     from rtctl.friction.points.measured import FrictionPoints
 
@@ -30,6 +33,36 @@ def curves(
     taken = {name: options[name] for name in ("symmetric", "tolerance_share", "max_support_vectors")}
     wanted = Options(strategy=options["search"], **taken, **searched)
     return ladder_report.climb(measured, wanted, rig, fade_rad_s)
+
+
+Under = tuple["LoadVerdict", "Load"]
+"""What was found of load, and what of it the model carries."""
+
+
+def apart_from_load(
+    measured: FrictionPoints, plan: Plan, held_out: str, *, by_load: bool
+) -> tuple[FrictionPoints, Plan, Under | None]:
+    """Points and test points of a gear without load, and what load adds; all as it is where that is not asked for."""
+    if not by_load:
+        return measured, plan, None
+    from rtctl.friction.learn import beside_speed, hold_out, unloaded
+
+    verdict = beside_speed.judge_load(measured, hold_out.way_for(measured, held_out))
+    load = unloaded.load_of(measured, verdict)
+    if plan.test is not None:
+        plan = replace(plan, test=unloaded.without_load(plan.test, load))
+    return unloaded.without_load(measured, load), plan, (verdict, load)
+
+
+def beside(
+    model: FrictionModel, measured: FrictionPoints, folds: str, under: Under | None
+) -> tuple[LoadVerdict, Warmth]:
+    """What friction depends on beside the speed; of load what was found before it was taken off."""
+    from rtctl.friction.learn import beside_speed
+
+    if under is None:
+        return beside_speed.judge(model, measured, folds)
+    return under[0], beside_speed.judge_temperature(model, measured)
 
 
 def with_what_is_known(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
+    from rtctl.friction.learn.beside_speed import LoadVerdict, Warmth
     from rtctl.friction.learn.ladder import Ladder
     from rtctl.friction.model import FrictionModel
     from rtctl.friction.points.measured import FrictionPoints
@@ -69,6 +70,7 @@ def write(
     ladder: Ladder | None,
     options: dict[str, Any],
     folds: str,
+    beside: tuple[LoadVerdict, Warmth],
 ) -> Path | None:
     """Write the report; returns its page, None when none is wanted."""
     if plan.folder is None:
@@ -76,6 +78,6 @@ def write(
     from rtctl.friction.report import evidence as report_evidence
     from rtctl.friction.report import write as report
 
-    evidence = report_evidence.gather(measured, model, ladder, plan.test, folds)
+    evidence = report_evidence.gather(measured, model, ladder, plan.test, folds, beside)
     report.write(plan.folder, evidence, options, plan.loaded)
     return plan.folder / report.PAGE

@@ -56,6 +56,7 @@ def tell_json(learned: Learned) -> None:
     body |= {"report": str(learned.page)} if learned.page else {}
     body |= learned.turn_body | {"motion": measured.motion}
     body |= report_beside.body(*learned.beside)
+    body |= {} if model.load is None else {"deployed_load": model.load.body()}
     if learned.ladder is not None:
         body |= ladder_report.body(learned.ladder)
     click.echo(json_text(named(body, measured.motion), indent=2))
@@ -76,7 +77,8 @@ def tell(learned: Learned) -> None:
         click.echo(fit_table.band_text(model))
         click.echo(f"\n{hold_out.describe(learned.measured, learned.folds)}")
         click.echo("\n".join(["", *learned.over_turn])) if learned.over_turn else None
-        click.echo("\n".join(["", *report_beside.sentences(*learned.beside)]))
+        told = report_beside.sentences(*learned.beside, deployed=model.load is not None)
+        click.echo("\n".join(["", *told]))
         fit_advice.show(model, learned.loaded, learned.out)
         click.echo(
             f"\nmodel: {learned.out}"

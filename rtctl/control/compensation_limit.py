@@ -38,15 +38,17 @@ def feedforward_limit(
     viscous_gain: float,
     fade: Value | float,
     cap_nm: float,
+    load_nm: Value | float = 0.0,
 ) -> Value:
     """Most torque the feed-forward can give where the model says `friction_nm`, N m, >= 0; NaN stays NaN.
 
     Notes
     -----
-    ``min((kappa (Fhat - b_v v) + kappa_v b_v v) fade, cap)``, not below 0: kappa acts on the Coulomb and Stribeck
-    part, kappa_v on the viscous part `viscous_nm`; `fade` is 1 within the trained range.
+    ``min((kappa (Fhat - b_v v) + kappa_v b_v v + load) fade, cap)``, not below 0: kappa acts on the Coulomb and Stribeck
+    part, kappa_v on the viscous part `viscous_nm`; `load_nm` is the share wanted of what the load adds; `fade` is 1 within
+    the trained range.
     """
-    wanted = (gain * (friction_nm - viscous_nm) + viscous_gain * viscous_nm) * fade
+    wanted = (gain * (friction_nm - viscous_nm) + viscous_gain * viscous_nm + load_nm) * fade
     most: Value = np.maximum(np.minimum(wanted, cap_nm), 0.0)
     return most
 

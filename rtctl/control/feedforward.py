@@ -14,6 +14,7 @@ from rtctl.control.display import is_admittance
 from rtctl.control.friction_curve import BACKWARD, FORWARD, branch_magnitude
 from rtctl.control.friction_factor import followed_share
 from rtctl.control.jit import compiled
+from rtctl.control.load_friction import load_friction, load_gain
 from rtctl.control.place_friction import place_magnitude
 from rtctl.control.place_trust import place_of, place_trust
 from rtctl.control.records import Record
@@ -183,13 +184,22 @@ def range_fade(model: Record, branch: int, speed: float) -> float:
 
 @compiled
 def compensated_magnitude(
-    p: Record, model: Record, axis: int, branch: int, speed: float, place: float = 0.0, trust: float = 0.0
+    p: Record,
+    model: Record,
+    axis: int,
+    branch: int,
+    speed: float,
+    place: float = 0.0,
+    trust: float = 0.0,
+    load_nm: float = 0.0,
 ) -> tuple[float, float]:
-    """What the feed-forward may add at this speed and place (rad), and what the model says, both N m; `trust` in place, 0 to 1.
+    """What the feed-forward may add at this speed and place (rad), and what the model says, both N m.
+
+    `trust` in place, 0 to 1; `load_nm` is what the torque through the gear adds to the friction.
 
     Notes
     -----
-    kappa (F - b_v |v|) + kappa_v b_v |v|, faded out of the trained range, at least 0, at most
+    kappa (F - b_v |v|) + kappa_v b_v |v| + kappa_l L (1 - e^-(v/v_b)^2), faded out of the trained range, at least 0, at most
     `friction_cap_nm`, and `friction_ungated_cap_nm` for policies without a force gate. NaN stays NaN.
     """
     friction = branch_magnitude(model, branch, speed)
@@ -202,7 +212,8 @@ def compensated_magnitude(
     cap = _cap_in_force(gated, p.friction_cap_nm[axis], p.friction_ungated_cap_nm[axis])
     gain, viscous_gain = p.friction_gain[axis], p.friction_viscous_gain[axis]
     fade = range_fade(model, branch, speed)
-    return _feedforward_limit(friction, viscous, gain, viscous_gain, fade, cap), friction
+    load = load_gain(p, axis, speed) * load_nm
+    return _feedforward_limit(friction, viscous, gain, viscous_gain, fade, cap, load), friction + load_nm
 
 
 @compiled
@@ -231,12 +242,15 @@ def friction_feedforward(
     side = direction if direction != 0.0 else v
     branch = FORWARD if side >= 0.0 else BACKWARD
     place, trust = place_of(s, p, axis), place_trust(s, p, axis)
-    magnitude, friction = compensated_magnitude(p, model, axis, branch, abs(v), place, trust)
+    load = load_friction(t, s, p, model, axis, abs(v))
+    magnitude, friction = compensated_magnitude(p, model, axis, branch, abs(v), place, trust, load)
     encoder = t.velocity_rad_s[axis]
     if v != encoder:
-        allowed, _ = compensated_magnitude(p, model, axis, branch, abs(encoder), place, trust)
+        load = load_friction(t, s, p, model, axis, abs(encoder))
+        allowed, _ = compensated_magnitude(p, model, axis, branch, abs(encoder), place, trust, load)
         if not allowed >= magnitude:  # or NaN
             magnitude = allowed
+    s.friction_load_nm[axis] = load if math.isfinite(load) else 0.0
     faults = 0
     if not math.isfinite(magnitude) or not math.isfinite(friction):
         magnitude, friction, faults = 0.0, 0.0, _F_LAW

@@ -180,10 +180,13 @@ def off_axis_fault(s: Record, p: Record, elapsed: int) -> int:
 
 @compiled
 def _average(s: Record, p: Record, axis: int, side: int, elapsed: int) -> None:
-    """Take the friction seen of this direction in: a plain mean at first, one over `AVERAGED_S` of sliding later."""
+    """Take the friction seen of this direction in: a plain mean at first, one over `AVERAGED_S` of sliding later.
+
+    Less what the load adds: a gear that is loaded one way has more friction against the load than with it, whatever the force sensor.
+    """
     s.slid_ticks[axis, side] += elapsed
     share = elapsed / min(max(s.slid_ticks[axis, side], 1.0), AVERAGED_S / p.period_s)
-    seen, mean = s.friction_seen_nm[axis, side], s.slid_friction_nm[axis, side]
+    seen, mean = s.friction_seen_nm[axis, side] - s.friction_load_nm[axis], s.slid_friction_nm[axis, side]
     s.slid_friction_nm[axis, side] = mean + share * (seen - mean)
 
 

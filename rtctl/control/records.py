@@ -40,6 +40,9 @@ CONSERVATIVE_CELLS = 512
 """Cells over one period of the conservative part: 10 for the shortest of its waves."""
 
 
+LOAD_CELLS = 512
+"""Cells of the fall with speed of what a load adds to the peak."""
+
 MARK_WORDS = 16
 """Words of 63 marks each that hold the marks of the last 1000 ticks (`control.window`)."""
 
@@ -173,6 +176,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             "friction_policy": (),
             "friction_gain": (),  # kappa, Coulomb and Stribeck part
             "friction_viscous_gain": (),  # kappa_v
+            "friction_load_gain": (),  # share of what the load adds; 0: the law does not go by load
             "friction_cap_nm": (),  # hard cap of |feed-forward|
             "friction_raise": (),  # gain and caps are greater by this share, for a friction that is: control.friction_factor
             "friction_sliding_doubt_nm": (),  # how far sliding may be off the model, for the drift watch; 0: as the floor says
@@ -315,6 +319,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "remote_position_rad": (),  # the renderer's end of the spring to the mass
             "friction_gate": (),
             "friction_stop": (),  # stop operator state, -1..1
+            "friction_load_nm": (),  # what the load adds to the friction
             "friction_intent_nm": (),  # hand torque, low-passed for the intent
             "rest_position_rad": (),  # where the joint was when it last moved on
             "rest_ticks": (),  # ticks since then
@@ -511,6 +516,16 @@ MODEL = np.dtype(
         # conservative part: a cubic over each cell of a period, by the share of the cell
         ("conservative_per_rad", "<f8"),  # periods per rad of the joint; 0: none
         ("conservative", "<f8", (CONSERVATIVE_CELLS, 4)),
+        # what the torque through the gear adds (control.load_friction); the fields of `friction.load.Load`
+        ("load_outside", "<f8"),
+        ("load_motor", "<f8"),
+        ("load_outside_peak", "<f8"),
+        ("load_motor_peak", "<f8"),
+        ("load_outside_square_per_nm", "<f8"),
+        ("load_motor_square_per_nm", "<f8"),
+        ("load_fall", "<f8", (LOAD_CELLS + 1,)),  # of the peak, even over the fourth root of the speed
+        ("load_cells_s_rad", "<f8"),  # cells^4 for each rad/s
+        ("load_most_nm", "<f8"),  # largest torque that was measured; 0: load adds nothing
     ]
 )
 """Compiled friction model of one axis: piecewise cubics with a uniform look-up of the segment."""

@@ -89,6 +89,8 @@ def largest_feedforward(axis: AxisTable, model: FrictionModel | None, T: float) 
         return axis, 1.0
     assert model is not None
     most = min(FACTOR_MOST, CAP_SHARE_MAX / max(axis.friction.cap_share, 1e-9))
+    if model.load is not None and axis.friction.load_gain > 0:  # never more of the load than there is
+        most = min(most, 1 / axis.friction.load_gain)
     count = 2 * math.pi / axis.counts_of_turn
     least_nms_rad = min(_secant(_figures(axis, model, T, count, 1.0)), axis.viscous_nms_rad)
 
@@ -109,7 +111,9 @@ def largest_feedforward(axis: AxisTable, model: FrictionModel | None, T: float) 
 def at_factor(axis: AxisTable, factor: float) -> AxisTable:
     """The axis with a feed-forward that is greater by this factor."""
     table = axis.friction
-    update = {name: factor * getattr(table, name) for name in ("gain", "viscous_gain", "cap_share")}
+    update = {
+        name: factor * getattr(table, name) for name in ("gain", "viscous_gain", "load_gain", "cap_share")
+    }
     return axis.model_copy(update={"friction": table.model_copy(update=update)})
 
 

@@ -37,6 +37,7 @@ from rtctl.friction.document import (
     render,
 )
 from rtctl.friction.kinds.cubic import PiecewiseCubic
+from rtctl.friction.load import Load
 from rtctl.friction.model import Branch, FrictionModel
 from rtctl.rig_file.generated_document import ENDINGS
 from rtctl.rig_file.tiny_numbers import LEAST_COMPUTED, too_small
@@ -212,6 +213,7 @@ def _document(model: FrictionModel) -> dict[str, Any]:
         "data_sha256": model.data_sha256,
         **{name: getattr(model, name) for name in _WHOLE},
         **place_document.body(model),
+        **({} if model.load is None else {"load": model.load.body()}),
         "friction_max_nm": model.friction_max_nm,
         "speed_fade_rad_s": model.speed_fade_rad_s,
         "branches": {"forward": branch(model.branches[0]), "backward": branch(model.branches[1])},
@@ -242,5 +244,6 @@ def _model(document: ModelDocument) -> FrictionModel:
         versions=document.versions,
         **{name: getattr(document, name) for name in _WHOLE},
         **place_document.parts(document),
+        load=None if document.load is None else Load(**document.load.model_dump()),
         self_test=np.array(document.self_test, dtype=float),
     )

@@ -34,6 +34,7 @@ Temperature = Annotated[float, Field(ge=-100, le=300)]
 Text = Annotated[str, Field(max_length=80)]
 Position = Annotated[float, Field(ge=-1e4, le=1e4)]
 Period = Annotated[float, Field(ge=1e-3, le=1e4)]
+Share = Annotated[float, Field(ge=0, le=10)]
 Presliding = Annotated[float, Field(gt=0, le=LENGTH_MAX_RAD)]
 
 
@@ -99,6 +100,21 @@ class ConservativeDocument(Table):
     sin: list[Annotated[float, Field(ge=-1e6, le=1e6)]] = Field(min_length=1, max_length=ORDERS_MOST)
 
 
+class LoadDocument(Table):
+    """What the torque through the gear adds: the fields of `rtctl.friction.load.Load`."""
+
+    outside: Share
+    motor: Share
+    outside_peak: Share
+    motor_peak: Share
+    outside_square_per_nm: Annotated[float, Field(ge=0, le=1e6)]
+    motor_square_per_nm: Annotated[float, Field(ge=0, le=1e6)]
+    stribeck_rad_s: float = Field(gt=0, le=1e5)
+    stribeck_power: float = Field(ge=0.1, le=20)
+    most_nm: float = Field(gt=0, le=1e6)
+    doubt_share: Share
+
+
 class BranchesDocument(Table):
     """Both directions."""
 
@@ -132,6 +148,7 @@ class ModelDocument(Table):
     presliding_ramps: int = Field(default=0, ge=0, le=10**9)
     place: PlaceDocument | None = None
     conservative: ConservativeDocument | None = None
+    load: LoadDocument | None = None
     friction_max_nm: Torque
     speed_fade_rad_s: float = Field(gt=0, le=1e4)
     branches: BranchesDocument

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtctl.control import compensation_limit as limits
-from rtctl.control.records import MAX_SEGMENTS
+from rtctl.control.records import LOAD_CELLS, MAX_SEGMENTS
 from rtctl.friction.guarantee import LENGTH_FACTOR
+from rtctl.friction.load import IN_LAW, added_nm
 
 SPEED_MIN_SHARE = 0.015
 """Slowest motion that counts, share of the trained range: below it the bristles' own motion is not small."""
@@ -58,6 +59,20 @@ class Deployed:
         speed, forward = np.abs(velocity), velocity >= 0
         dry = np.where(forward, _curve(self.model, 0, speed), _curve(self.model, 1, speed))
         return np.asarray(dry - self.viscous_nms_rad(velocity) * speed)
+
+    def unloaded_nm(self, velocity: np.ndarray, hand_nm: np.ndarray, motor_nm: np.ndarray) -> np.ndarray:
+        """Hand's and motor's torque together, less what the load of both adds to the friction at these velocities, N m."""
+        torque, row = hand_nm + motor_nm, self.model[0]
+        if not row["load_most_nm"] > 0:
+            return np.asarray(torque)
+        cells = np.linspace(0.0, 1.0, LOAD_CELLS + 1) ** 4 * LOAD_CELLS**4 / row["load_cells_s_rad"]
+
+        def fall(speed: np.ndarray) -> np.ndarray:
+            return np.asarray(np.interp(speed, cells, row["load_fall"]))
+
+        coefficients = {name: float(row[f"load_{name}"]) for name in IN_LAW}
+        added = added_nm(coefficients, fall(np.abs(velocity)), hand_nm, motor_nm)
+        return np.asarray(torque - np.sign(velocity) * added)
 
     def viscous_nms_rad(self, velocity: np.ndarray) -> np.ndarray:
         """Viscous slope of the model in the direction of each velocity."""

@@ -52,6 +52,11 @@ class Sliding:
         Travel after a reversal from which rows count.
     slowest_rad_s, fastest_rad_s
         Speeds that are watched.
+
+    Attributes
+    ----------
+    moved : int
+        Rows of such speeds so far, whether they slide or not.
     """
 
     def __init__(self, rate_hz: float, settle_rad: float, slowest_rad_s: float, fastest_rad_s: float) -> None:
@@ -59,6 +64,7 @@ class Sliding:
         self._half = len(self._kernel) // 2
         self._settle, self._slowest, self._fastest = settle_rad, slowest_rad_s, fastest_rad_s
         self._stroke = 0
+        self.moved = 0
         self._restart()
 
     def _restart(self) -> None:
@@ -95,6 +101,8 @@ class Sliding:
             position, velocity, acceleration = (windows @ self._kernel).T
             torque = np.lib.stride_tricks.sliding_window_view(self._tau, width) @ self._kernel[:, 0]
             fresh = self._strokes(np.column_stack([position + self._x[0], velocity, acceleration, torque]))
+            speed = np.abs(fresh[:, 0])
+            self.moved += int(((speed >= self._slowest) & (speed <= self._fastest)).sum())
             self._filtered = np.concatenate([self._filtered, fresh])
             self._x, self._tau = self._x[1 - width :], self._tau[1 - width :]
         return self._decided(width)

@@ -25,6 +25,13 @@ STROKES = 256
 PIECE_ROWS = 200
 """A longer stroke counts as several: a joint that turns for minutes shows more than one place."""
 
+MOTION_FACTOR = 2.0
+"""Strokes that ended so many windows of motion ago are forgotten, too: a joint that sticks and slips, or hardly leaves the presliding, shows
+little sliding, and a window of sliding alone would reach minutes back, to before a change."""
+
+KEPT_STROKES = 16
+"""So many of the newest are never forgotten for that: fewer tell nothing."""
+
 ROWS_MIN = 4
 """A shorter stroke says nothing."""
 
@@ -35,7 +42,7 @@ class Strokes:
     Parameters
     ----------
     most_rows
-        Rows remembered at most: older strokes go.
+        Rows remembered at most: older strokes go. Rows of motion, sliding or not, `MOTION_FACTOR` times that.
 
     Attributes
     ----------
@@ -47,6 +54,8 @@ class Strokes:
         self._most_rows = most_rows
         self.table = np.zeros((0, SUMS))
         self.session = self.taken = 0
+        self._moved = 0
+        self._ended = np.zeros(0)
         self._open = np.zeros(SUMS)
         self._stroke = -1
 
@@ -58,18 +67,20 @@ class Strokes:
     def take_up(self, table: np.ndarray) -> None:
         """Go on from the strokes of an earlier run; what comes is of a later session."""
         self.table, self.session = table[-STROKES:], int(table[-1, 0]) + 1
+        self._ended = np.full(len(self.table), float(self._moved))
 
     def forget(self) -> None:
         """Remember nothing."""
-        self.table = np.zeros((0, SUMS))
+        self.table, self._ended = np.zeros((0, SUMS)), np.zeros(0)
 
     def begin_session(self) -> None:
         """Sensors were zeroed, or may have been: an offset of its own from here on."""
         self._close()
         self.session += 1
 
-    def add(self, rows: Rows, by: Deployed) -> None:
-        """Take the next rows, in order of time."""
+    def add(self, rows: Rows, by: Deployed, moved: int = 0) -> None:
+        """Take the next rows, in order of time; `moved` rows of motion went by meanwhile, these among them."""
+        self._moved += moved
         if len(rows.velocity) == 0:
             return
         z, y = regression(rows, by)
@@ -87,8 +98,12 @@ class Strokes:
             self.taken += 1
             self._open[0] = self.session
             self.table = np.vstack([self.table, self._open])[-STROKES:]
+            self._ended = np.append(self._ended, float(self._moved))[-STROKES:]
             newest_first = np.cumsum(self.table[::-1, 1])[::-1]
-            self.table = self.table[newest_first - self.table[:, 1] < self._most_rows]
+            kept = self._moved - self._ended < MOTION_FACTOR * self._most_rows
+            kept[-KEPT_STROKES:] = True
+            kept &= newest_first - self.table[:, 1] < self._most_rows
+            self.table, self._ended = self.table[kept], self._ended[kept]
         self._open = np.zeros(SUMS)
 
 

@@ -140,16 +140,26 @@ class RigWatch:
             return False
         self._sessions(moving)
         usable = moving & (rows["faults"] == 0) & (rows["sample_age_ticks"] < FRESH_TICKS)
-        torque = rows["motor_torque_nm"] + rows["hand_torque_nm"]
+        torque = self._torque(rows)
         bins = self._binning(rows["tick"], usable, np.stack([rows["position_rad"], torque]))
         faulty = bool((rows["faults"] != 0).any()) or not moving[-1]
         for a, axis in enumerate(self.axes):
             if axis is not None:
+                before = axis.sliding.moved
                 found = axis.sliding(bins, a)
-                axis.strokes.add(found, axis.by)
+                axis.strokes.add(found, axis.by, axis.sliding.moved - before)
                 axis.judge(self._share(rows[-1], a))
                 axis.adapt(len(found.velocity) / axis.rate_hz, faulty=faulty)
         return True
+
+    def _torque(self, rows: np.ndarray) -> np.ndarray:
+        """Torque on each joint, less what its load adds to the friction, as far as the model knows that, N m, shape (n, axes)."""
+        hand, motor, velocity = rows["hand_torque_nm"], rows["motor_torque_nm"], rows["velocity_rad_s"]
+        torque: np.ndarray = motor + hand
+        for a, axis in enumerate(self.axes):
+            if axis is not None:
+                torque[:, a] = axis.by.unloaded_nm(velocity[:, a], hand[:, a], motor[:, a])
+        return torque
 
     def _share(self, row: np.void, a: int) -> float:
         """Share of the feed-forward of `deployed` that is in force, 0 to 1."""

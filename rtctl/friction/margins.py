@@ -52,6 +52,12 @@ class FrictionFigures:
     """Most of the conservative part that is compensated, N m."""
     conservative_swing_j: float = 0.0
     """Most energy that it gives from one place to another and takes back, J."""
+    load_share: float = 0.0
+    """Torque that the compensation of load adds for each N m through the gear; 0 where it does not go by load."""
+    load_loop: float = 0.0
+    """The motor's part of it: of the coupling's own torque."""
+    load_most_nm: float = 0.0
+    """Most that load adds to the friction at torques up to the limit, N m, where the law goes by it."""
     factor_max: float = 1.0
     """Largest factor of the learned friction that the feed-forward may go by: all of these are of that one."""
 
@@ -73,17 +79,22 @@ class _Curves:
 def _at_places(model: FrictionModel, branch: int, axis: AxisTable, v: np.ndarray) -> list[_Curves]:
     """Sample the curves of one direction, with the feed-forward as the compiled law limits it.
 
-    Of a model that the law goes by place with: at the weakest and at the strongest place, both its friction and its feed-forward.
+    Of a model that the law goes by place with: at the weakest and at the strongest place, both its friction and its feed-forward;
+    of one that it goes by load with: without load and with most, likewise.
     """
     part = model.branches[branch]
     tables = part.place_tables(model.place) if _by_place(model, axis) else None
     if tables is None:
-        return [_curves(model, branch, axis, v)]
+        curves = [_curves(model, branch, axis, v)]
+        if most_load_nm(model, axis) > 0:
+            curves.append(_curves(model, branch, axis, v, load_nm=most_load_nm(model, axis)))
+        return curves
     doubt_nm = float(model.error_max_nm.max()) + axis.friction.drift_nm
     turn = tables.over_turn(np.minimum(v, part.speed_max_rad_s))
     return [
-        _curves(model, branch, axis, v, part.magnitude(v) + place, doubt_nm)
+        _curves(model, branch, axis, v, part.magnitude(v) + place, doubt_nm, load_nm)
         for place in (turn.min(axis=1), turn.max(axis=1))
+        for load_nm in sorted({0.0, most_load_nm(model, axis)})
     ]
 
 
@@ -94,14 +105,19 @@ def _curves(
     v: np.ndarray,
     F_hat: np.ndarray | None = None,
     doubt_nm: float | None = None,
+    load_nm: float = 0.0,
 ) -> _Curves:
-    """The curves where friction is `F_hat` by the model, and less by `doubt_nm` at most; by default as the curve of speed has it."""
+    """The curves where friction is `F_hat` by the model, and less by `doubt_nm` at most; by default as the curve of speed has it.
+
+    `load_nm` is what load adds, by the model; to the lower bound as far as it surely does.
+    """
     part, table = model.branches[branch], axis.friction
     end = part.speed_max_rad_s
     F_hat = part.magnitude(v) if F_hat is None else F_hat
     doubt_nm = guarantee(axis, model).doubt_nm if doubt_nm is None else doubt_nm
     past = np.maximum(v - end, 0.0)
-    F_lo = np.maximum(F_hat - doubt_nm, 0.0) + axis.viscous_nms_rad * past
+    sure = 0.0 if model.load is None else model.load.sure_share
+    F_lo = np.maximum(F_hat + sure * load_nm - doubt_nm, 0.0) + axis.viscous_nms_rad * past
     fade = np.clip(1 - past / model.speed_fade_rad_s, 0.0, 1.0)
     within = np.minimum(v, end)
     cap = 0.0 if table.policy == "off" else table.cap_share * axis.torque_limit_nm
@@ -111,11 +127,17 @@ def _curves(
     viscous = part.viscous_nms_rad * within
     ff, capped = (
         limits.feedforward_limit(
-            F_hat, viscous, table.gain, table.viscous_gain, fade, limits.cap_in_force(free, cap, ungated)
+            F_hat,
+            viscous,
+            table.gain,
+            table.viscous_gain,
+            fade,
+            limits.cap_in_force(free, cap, ungated),
+            table.load_gain * load_nm,
         )
         for free in (gated, False)
     )
-    return _Curves(v, F_hat, F_lo, ff, capped)
+    return _Curves(v, F_hat + load_nm, F_lo, ff, capped)
 
 
 def _grid(model: FrictionModel, branch: int, start: float, end: float) -> np.ndarray:
@@ -143,7 +165,8 @@ def friction_figures(
     k_c, b_c = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad
     between = stability.Between(axis.coupling.delay_ticks) if between is None else between
     spring = place_stiffness_nm_rad(model, axis)
-    k_c += spring
+    loop = _load_loop(model, axis)
+    k_c, b_c = (1 + loop) * k_c + spring, (1 + loop) * b_c
     need = stability.damping_needed_between(k_c, b_c, T, between)
     trained, beyond, lines, capped, drags = [], [], [], [], []
     coupling = {"k_c": k_c, "b_c": b_c, "T": T, "Delta": count}
@@ -181,7 +204,36 @@ def friction_figures(
         place_stiffness_nm_rad=spring,
         conservative_most_nm=conservative_most_nm(model, axis),
         conservative_swing_j=conservative_swing_j(model, axis),
+        load_share=_load_share(model, axis),
+        load_loop=loop,
+        load_most_nm=most_load_nm(model, axis),
     )
+
+
+def _by_load(model: FrictionModel, axis: AxisTable) -> bool:
+    policy = axis.friction.policy
+    return model.load is not None and axis.friction.load_gain > 0 and policy not in ("off", "observer")
+
+
+def most_load_nm(model: FrictionModel, axis: AxisTable) -> float:
+    """Most that load adds to the friction at torques up to the axis' limit, N m; 0 where the law does not go by load."""
+    if model.load is None or not _by_load(model, axis):
+        return 0.0
+    return model.load.most_added_nm(axis.torque_limit_nm)
+
+
+def _load_share(model: FrictionModel, axis: AxisTable) -> float:
+    """Torque that the compensation adds for each N m that goes through the gear."""
+    if model.load is None or not _by_load(model, axis):
+        return 0.0
+    return axis.friction.load_gain * model.load.share(axis.torque_limit_nm)
+
+
+def _load_loop(model: FrictionModel, axis: AxisTable) -> float:
+    """The motor's part of it: by so much more the coupling acts, in samples as late (docs/theory.md 8.10)."""
+    if model.load is None or not _by_load(model, axis):
+        return 0.0
+    return axis.friction.load_gain * model.load.motor_share(axis.torque_limit_nm)
 
 
 def _by_place(model: FrictionModel, axis: AxisTable) -> bool:

@@ -16,6 +16,7 @@ from rtctl.friction.kinds.cubic import PiecewiseCubic
 from rtctl.friction.kinds.curve import Curve
 from rtctl.friction.kinds.harmonics import Harmonics
 from rtctl.friction.kinds.place import PlaceKernel, PlaceTables, compile_place
+from rtctl.friction.load import Load
 
 SELF_TEST_VECTORS = 64
 """Self-test vectors of a model file, half of them per branch."""
@@ -142,6 +143,8 @@ class FrictionModel:
     """Kernel of place that both branches were learned with: their curves are then the mean over a turn. None: of speed alone."""
     conservative: Harmonics | None = None
     """Torque of the joint's place alone (cogging, ripple); None: not measured, or none found."""
+    load: Load | None = None
+    """What the torque through the gear adds: the curves are then those of a gear without load. None: curves over all loads."""
 
     def magnitude(self, velocity: np.ndarray | float) -> np.ndarray:
         """Friction magnitude at each signed velocity (rad/s), N m; NaN for NaN.
@@ -275,6 +278,8 @@ class FrictionModel:
         if self.conservative is not None:
             row["conservative_per_rad"] = 1.0 / self.conservative.period_rad
             row["conservative"] = self.conservative.table()
+        if self.load is not None:
+            self.load.fill(row)
         row["speed_fade_rad_s"] = self.speed_fade_rad_s
         return out
 

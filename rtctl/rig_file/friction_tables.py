@@ -82,6 +82,13 @@ class FrictionTable(Table):
     )
     gain: float = number(0, 1, "kappa: share of Coulomb and Stribeck friction compensated", default=0.9)
     viscous_gain: float = number(0, 1, "kappa_v: share of the viscous part compensated", default=0.0)
+    load_gain: float = number(
+        0,
+        1,
+        "kappa_l: share compensated of the friction that the torque through the gear adds, of a model that knows it "
+        "(`rtctl fit --by-load`); 0: the law does not go by load",
+        default=0.0,
+    )
     cap_share: float = number(
         0, CAP_SHARE_MAX, "cap of the feed-forward, share of the torque limit", default=CAP_SHARE_MAX
     )

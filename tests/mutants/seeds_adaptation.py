@@ -56,7 +56,7 @@ SEEDS = (
     ),
     Seed(
         "the cap stays as learned", "rtctl/friction/adaptation.py",
-        '("gain", "viscous_gain", "cap_share")', '("gain", "viscous_gain")', PURE,
+        '("gain", "viscous_gain", "load_gain", "cap_share")', '("gain", "viscous_gain", "load_gain")', PURE,
     ),
     Seed(
         "standing still pays for motion", "rtctl/friction/drift_watch.py",

@@ -1,4 +1,4 @@
-"""What fit and report say of load and temperature: judged by what was held out, not deployed."""
+"""What fit and report say of load and temperature: judged by what was held out; load is deployed where that was asked for."""
 
 from __future__ import annotations
 
@@ -8,17 +8,22 @@ from typing import Any
 from rtctl.friction.learn.beside_speed import LoadRung, LoadVerdict, Warmth
 
 NOT_DEPLOYED = "judged, not deployed: the law goes by speed and place"
+DEPLOYED = (
+    "the model carries it, its curve is that without load, and the law goes by it as friction.load_gain says"
+)
 
 
-def sentences(load: LoadVerdict, warmth: Warmth) -> list[str]:
-    """One of load, one of temperature; each says why where nothing can be said."""
+def sentences(load: LoadVerdict, warmth: Warmth, *, deployed: bool = False) -> list[str]:
+    """One of load, one of temperature; each says why where nothing can be said. `deployed`: the model carries the load."""
     return [
-        f"Load: {load.reason}." if load.chosen is None else _of_load(load, load.chosen),
+        f"Load: {load.reason}."
+        if load.chosen is None
+        else _of_load(load, load.chosen, DEPLOYED if deployed else NOT_DEPLOYED),
         f"Temperature: {warmth.reason}." if warmth.reason else _of_warmth(warmth),
     ]
 
 
-def _of_load(load: LoadVerdict, chosen: LoadRung) -> str:
+def _of_load(load: LoadVerdict, chosen: LoadRung, use: str) -> str:
     terms = chosen.terms
     plain = load.of("coulomb_viscous").rmse_nm
     if not terms.told:
@@ -26,7 +31,7 @@ def _of_load(load: LoadVerdict, chosen: LoadRung) -> str:
     told = ", ".join(f"{name} {value:.3g} +- {_error(error)}" for name, (value, error) in terms.told.items())
     return (
         f"Load: friction grows with it by the form {terms.rung} ({told}), which errs {1e3 * chosen.rmse_nm:.3g} mN m held out, "
-        f"Coulomb + viscous {1e3 * plain:.3g} mN m ({100 * load.less_share:.0f} % less); {NOT_DEPLOYED}."
+        f"Coulomb + viscous {1e3 * plain:.3g} mN m ({100 * load.less_share:.0f} % less); {use}."
     )
 
 

@@ -129,6 +129,7 @@ def gather(
     ladder: Ladder | None,
     test: FrictionPoints | None = None,
     folds: str = "speed",
+    beside: tuple[LoadVerdict, Warmth] | None = None,
 ) -> Evidence:
     """Learn every rung again on all points, and gather its errors.
 
@@ -164,7 +165,7 @@ def gather(
         lost=lost,
         extra={name: points.columns[name] for name in EXTRA_COLUMNS if name in points.columns},
         folds=folds,
-        beside=judge(model, points, folds),
+        beside=beside or judge(model, points, folds),
     )
 
 

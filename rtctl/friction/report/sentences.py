@@ -31,7 +31,7 @@ def headline(evidence: Evidence) -> list[str]:
         of_left_out(0 if left_out is None else int(left_out.sum()), len(evidence.points.direction)),
     ]
     if evidence.beside is not None:
-        said += beside_speed.sentences(*evidence.beside)
+        said += beside_speed.sentences(*evidence.beside, deployed=evidence.model.load is not None)
     return [sentence for sentence in said if sentence]
 
 

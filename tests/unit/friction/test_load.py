@@ -1,20 +1,31 @@
 """Friction that grows with load, and with temperature: found again from points, told where the points do not say."""
 
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from rtctl.check import verdicts_of_load
+from rtctl.check.verdict import Outcome, Verdict
 from rtctl.cli.fit import command
-from rtctl.friction.learn import beside_speed
+from rtctl.errors import DataError
+from rtctl.friction import artefact
+from rtctl.friction.learn import beside_speed, unloaded
 from rtctl.friction.learn.fit import fit_points
 from rtctl.friction.learn.load_terms import Rows, fit_terms
+from rtctl.friction.load import LOOP_MOST
+from rtctl.friction.margins import friction_figures
 from rtctl.friction.points.measured import FrictionPoints
 from rtctl.friction.report.beside_speed import body, sentences
 from rtctl.friction.report.evidence import gather
 from rtctl.friction.report.sentences import headline
+from rtctl.rig_file.config import load as load_config
 from tests import loaded_gear
+
+SHIPPED = Path(__file__).parents[3] / "configs" / "mock.toml"
 
 _SERVO = {"coulomb_nm": 0.06, "viscous_nms_rad": 0.04, "stribeck_rad_s": 1.5, "stribeck_power": 1.2}
 _SMALL = {"coulomb_nm": 0.004, "viscous_nms_rad": 0.005, "stribeck_rad_s": 2.5, "stribeck_power": 2.0}
@@ -95,6 +106,99 @@ def test_the_motor_that_is_known_goes_before_the_one_computed():
     np.testing.assert_allclose(rows.motor_nm, rows.friction_nm - rows.outside_nm)
     known = replace(made, columns={**made.columns, "motor_nm": np.full(len(made.direction), 0.3)})
     np.testing.assert_allclose(beside_speed.rows_of(known)[0].motor_nm, 0.3 * made.direction[kept])
+
+
+def learned_by_load(folder, name="servo", model="m4"):
+    """The command's exit, and the model that `--by-load` writes; points of a plant under weights."""
+    values, load_nm, fastest = plant(name, model)
+    made, _ = loaded_gear.points(values, load_nm, fastest, 1e-3 * load_nm, seed=7, speeds=8)
+    rows = zip(made.velocity_rad_s, made.direction * made.friction_nm, made.columns["load_nm"], strict=True)
+    path, out = folder / "points.csv", folder / "model.json"
+    lines = [f"{v:.6f},{f:.6f},{load:.6f}" for v, f, load in rows]
+    path.write_text("\n".join(["velocity_rad_s,friction_torque_nm,load_nm", *lines]))
+    told = CliRunner().invoke(
+        command, [str(path), "--out", str(out), "--C", "10", "--by-load"], catch_exceptions=False
+    )
+    return values, told, out
+
+
+def test_a_model_by_load_has_the_curve_without_load_and_the_coefficients(tmp_path):
+    values, told, out = learned_by_load(tmp_path)
+    assert told.exit_code == 0, told.output
+    assert "the law goes by it as friction.load_gain says" in told.output
+    found = artefact.load(out)
+    for name in ("outside", "motor", "outside_peak", "motor_peak"):
+        assert getattr(found.load, name) == pytest.approx(values[name], rel=0.15)
+    speed = np.array([0.2, 1.0, 3.0])
+    fall = np.exp(-((speed / values["stribeck_rad_s"]) ** values["stribeck_power"]))
+    true = values["coulomb_nm"] + fall * values["stribeck_nm"] + values["viscous_nms_rad"] * speed
+    np.testing.assert_allclose(found.magnitude(speed), true, atol=0.02)
+    assert 0 <= found.load.doubt_share < 0.2
+    row = found.record()[0]
+    assert row["load_motor"] == found.load.motor
+    assert row["load_most_nm"] >= 3.0
+    assert row["load_fall"][0] == 1.0
+    judged = CliRunner().invoke(command, [str(tmp_path / "points.csv"), "--judge", str(out)])
+    assert judged.exit_code == 0, judged.output
+
+
+def test_points_that_show_no_load_make_no_model_by_load(tmp_path):
+    base = loaded_gear.as_told(_SERVO)
+    made, _ = loaded_gear.points(base, 3.0, 5.0, 1e-3, seed=3, speeds=4)
+    verdict = beside_speed.judge_load(made, "speed")
+    with pytest.raises(DataError, match="does not depend on load; leave --by-load out"):
+        unloaded.load_of(made, verdict)
+    without = replace(made, columns={})
+    with pytest.raises(DataError, match="no column load_nm"):
+        unloaded.load_of(without, beside_speed.judge_load(without, "speed"))
+    _, _, out = learned_by_load(tmp_path)
+    with pytest.raises(DataError, match="the load of some points is unknown"):
+        unloaded.without_load(without, artefact.load(out).load)
+
+
+def judged_with(out, **friction):
+    """Figures and rows of the shipped axis with this model."""
+    axis = load_config(SHIPPED).config.axis[0]
+    axis = axis.model_copy(update={"friction": axis.friction.model_copy(update=friction)})
+    figures = friction_figures(artefact.load(out), out, axis, 1e-3, 1e-4)
+    subject = SimpleNamespace(
+        axis=SimpleNamespace(friction=figures, name="joint"), table=axis, where="f: axis[0]"
+    )
+    subject.row = lambda *row: Verdict("joint", *row)
+    return figures, verdicts_of_load.load(subject)
+
+
+def test_check_bounds_what_the_compensation_of_load_feeds_back(tmp_path):
+    _, told, out = learned_by_load(tmp_path, model="m5")
+    assert told.exit_code == 0, told.output
+    part = artefact.load(out).load
+    off, none = judged_with(out, load_gain=0.0, gain=0.5)
+    assert none == []
+    assert (off.load_share, off.load_loop, off.load_most_nm) == (0.0, 0.0, 0.0)
+    some, (row,) = judged_with(out, load_gain=0.4, gain=0.5)
+    assert row.outcome == Outcome.PASS
+    assert some.load_share == pytest.approx(0.4 * part.share(2.0))
+    assert some.feedforward_max_nm > off.feedforward_max_nm
+    assert some.gain_max < off.gain_max  # the coupling acts by so much more
+    assert some.secant_damping_nms_rad == pytest.approx(
+        off.secant_damping_nms_rad
+    )  # friction is credited as without load
+    much, (row,) = judged_with(out, load_gain=1.0, gain=0.5)
+    assert much.load_share > LOOP_MOST
+    assert row.outcome == Outcome.FAIL
+    bound = float(row.refusal.rsplit("up to ", 1)[1])
+    assert judged_with(out, load_gain=bound, gain=0.5)[0].load_share == pytest.approx(LOOP_MOST, abs=2e-3)
+    assert judged_with(out, load_gain=bound, gain=0.5)[1][0].outcome == Outcome.PASS
+
+
+def test_load_that_is_not_surely_there_takes_damping(tmp_path):
+    _, _, out = learned_by_load(tmp_path)
+    known = artefact.load(out)
+    doubtful = replace(known, load=replace(known.load, doubt_share=0.8))
+    artefact.save(doubtful, out)
+    sure, _ = judged_with(tmp_path / "model.json", load_gain=0.1, gain=0.5)
+    wrong, _ = judged_with(tmp_path / "model.json", load_gain=0.4, gain=0.5)
+    assert wrong.secant_damping_nms_rad < sure.secant_damping_nms_rad
 
 
 def warm(per_k: float, span_k: float, *, by_speed: bool = False) -> FrictionPoints:

@@ -1,0 +1,64 @@
+"""Seeded bugs of friction by load in the law, in `rtctl check` and in the drift watch, and of the window that the watch forgets by."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+LOADED = ("tests/unit/friction/test_load.py",)
+LOAD_LAW = ("tests/unit/control/test_load_friction.py",)
+DRIFT = ("tests/unit/friction/test_drift_window.py",)
+
+SEEDS = (
+    Seed(
+        "the help by load does not see what it does to the load itself", "rtctl/control/load_friction.py",
+        "asked + s.compensation_nm[axis, (s.ticks - 1) % HELD]", "asked", LOAD_LAW,
+    ),
+    Seed(
+        "load is helped with at rest", "rtctl/control/load_friction.py",
+        "gain * (1.0 - math.exp(-((speed / p.friction_blend_rad_s[axis]) ** 2)))", "gain", LOAD_LAW,
+    ),
+    Seed(
+        "load is extrapolated", "rtctl/control/load_friction.py",
+        "e, m = min(max(outside, -most), most), min(max(motor, -most), most)", "e, m = outside, motor", LOAD_LAW,
+    ),
+    Seed(
+        "hand and motor add up in the gear", "rtctl/control/load_friction.py",
+        "abs(model.load_outside * e - model.load_motor * m)", "abs(model.load_outside * e + model.load_motor * m)", LOAD_LAW,
+    ),
+    Seed(
+        "a virtual mass goes by load", "rtctl/control/load_friction.py",
+        " or is_admittance(s, axis)", "", LOAD_LAW,
+    ),
+    Seed(
+        "the load passes the cap", "rtctl/control/compensation_limit.py",
+        "np.maximum(np.minimum(wanted, cap_nm), 0.0)", "np.maximum(np.minimum(wanted, cap_nm) + load_nm, 0.0)", LOAD_LAW,
+    ),
+    Seed(
+        "an uneven load is an offset of the force sensor", "rtctl/control/force_doubt.py",
+        "s.friction_seen_nm[axis, side] - s.friction_load_nm[axis], s.slid", "s.friction_seen_nm[axis, side], s.slid", LOAD_LAW,
+    ),
+    Seed(
+        "any share of load may come back", "rtctl/check/verdicts_of_load.py",
+        "share <= LOOP_MOST, LOOP_MOST", "True, LOOP_MOST", LOADED,
+    ),
+    Seed(
+        "the coupling is judged as without load", "rtctl/friction/margins.py",
+        "k_c, b_c = (1 + loop) * k_c + spring, (1 + loop) * b_c", "k_c, b_c = k_c + spring, b_c", LOADED,
+    ),
+    Seed(
+        "a doubtful load counts as friction", "rtctl/friction/margins.py",
+        "F_hat + sure * load_nm - doubt_nm", "F_hat + load_nm - doubt_nm", LOADED,
+    ),
+    Seed(
+        "the curve keeps the load", "rtctl/friction/learn/unloaded.py",
+        "(points.friction_nm - off)[chosen]", "points.friction_nm[chosen]", LOADED,
+    ),
+    Seed(
+        "a window of sliding reaches back as far as it likes", "rtctl/friction/drift_strokes.py",
+        "self._moved - self._ended < MOTION_FACTOR * self._most_rows", "self._moved - self._ended < 1e9", DRIFT,
+    ),
+    Seed(
+        "a load that the model knows is a drift", "rtctl/friction/drift_watch.py",
+        "axis.by.unloaded_nm(velocity[:, a], hand[:, a], motor[:, a])", "hand[:, a] + motor[:, a]", DRIFT,
+    ),
+)  # fmt: skip

@@ -1,0 +1,81 @@
+"""What the watch over the friction forgets, and the load that it takes off: joints that hardly slide, gears that are loaded."""
+
+import math
+
+import numpy as np
+from test_drift import RATE_HZ, arrays, watch
+
+from rtctl.friction.drift_deployed import deployed
+from rtctl.friction.drift_sliding import Rows
+from rtctl.friction.drift_strokes import KEPT_STROKES, Strokes
+from rtctl.friction.drift_watch import RigWatch
+from rtctl.friction.load import Load
+from rtctl.rig_file.friction_tables import DriftTable
+from tests.drifting_joint import Joint, ticks_of
+
+RARE = ((0.009, 1.3),)
+"""Strokes that are mostly presliding."""
+
+
+def test_sliding_that_is_rare_in_the_motion_is_forgotten_with_the_motion():
+    by, strokes = deployed(*arrays(), 0), {}
+    for moved in (5, 60, 500):
+        kept = strokes[moved] = Strokes(200)
+        for k in range(120):
+            v = np.full(5, 0.3 if k % 2 else -0.3)
+            kept.add(Rows(v, 0 * v, np.sign(v) * by.dry_nm(v), np.full(5, k)), by, moved)
+    assert strokes[5].rows == 200
+    assert strokes[60].rows < 200  # two windows of motion: 400 rows of it, and never fewer than these
+    assert len(strokes[60].table) == len(strokes[500].table) == KEPT_STROKES
+    again = Strokes(200)
+    again.take_up(strokes[5].table)
+    v = np.full(5, 0.3)
+    for k in range(3):
+        again.add(Rows(v, 0 * v, np.sign(v) * by.dry_nm(v), np.full(5, k)), by, 500)
+    assert len(again.table) == KEPT_STROKES
+
+
+def test_a_joint_that_hardly_slides_is_told_of_a_tenth_within_a_minute_of_motion():
+    (rows,) = ticks_of([Joint(sines=RARE, later=1.1, later_s=150.0)], 240.0)
+    rig, moved_s, told_s = watch(), 0.0, math.inf
+    for k in range(0, len(rows), 400):
+        rig.follow(rows[k : k + 400])
+        if k >= 150.0 * RATE_HZ:
+            moved_s += float((np.abs(rows["velocity_rad_s"][k : k + 400]) > 0.03).mean())
+            told_s = min(told_s, moved_s) if rig.axes[0].warning else told_s
+        else:
+            assert rig.axes[0].warning == ""
+        if moved_s >= 60.0:
+            break
+    axis = rig.axes[0]
+    assert axis.strokes.rows < 20 * axis.rate_hz  # of 60 s of motion
+    assert told_s < 50.0
+    assert abs(axis.found.factor - 1.1) < 0.02
+
+
+def loaded(rows, load):
+    """The rows as they are in a gear whose friction grows by what the model says; the hand takes it, against a motor of .4 N m."""
+    motor, hand, v = rows["motor_torque_nm"], rows["hand_torque_nm"], rows["velocity_rad_s"]
+    motor += 0.4
+    hand -= 0.4
+    outside = hand.copy()
+    for _ in range(40):
+        outside = hand + np.sign(v) * load.added_nm(np.abs(v), outside, motor)
+    hand[:] = outside
+    return rows
+
+
+def test_a_load_that_the_model_knows_is_no_drift():
+    (rows,) = ticks_of([Joint(factor=1.0)], 40.0)
+    params, model = arrays()
+    model = model.copy()
+    load = Load(0.05, 0.2, 0.05, 0.1, 0.0, 0.0, 0.3, 1.3, 2.5, 0.0)
+    load.fill(model[0])
+    rows = loaded(rows, load)
+    known, unknown = RigWatch(params, model, [DriftTable()]), watch()
+    for rig in (known, unknown):
+        rig.follow(rows)
+        rig.look()
+    assert abs(known.axes[0].found.factor - 1.0) < 0.02
+    assert known.axes[0].warning == ""
+    assert unknown.axes[0].found.factor > 1.2
