@@ -89,12 +89,13 @@ def _until_deadline(
     early: np.ndarray,
     rehearsal: tuple[tuple[np.ndarray, ...], ...],
 ) -> int:
-    """Sleep, rehearse if there is time, look; the time then, ns, or minus the C error number."""
+    """Sleep, rehearse as long as there is time, look; the time then, ns, or minus the C error number."""
     woke = doze(timespec, deadline_ns, early)
     if woke < 0:
         return woke
-    if deadline_ns - woke > order.rehearsal_ns:
+    while deadline_ns - woke > order.rehearsal_ns:
         _rehearse(order, rehearsal)
+        woke = now_ns(timespec)
     return look(timespec, deadline_ns)
 
 

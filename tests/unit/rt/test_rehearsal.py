@@ -29,9 +29,14 @@ def rig():
     return memory, backend
 
 
-@pytest.mark.parametrize("early_ms", [60, 0])
-def test_awake_before_its_deadline_it_rehearses_on_copies_and_changes_nothing(early_ms):
+@pytest.mark.parametrize(("early_ms", "simulated"), [(60, True), (60, False), (0, True)])
+def test_awake_before_its_deadline_it_rehearses_on_copies_and_changes_nothing(
+    early_ms, simulated, monkeypatch
+):
     memory, backend = rig()
+    if not simulated:
+        parts = backend.compiled_cycle
+        monkeypatch.setattr(backend, "compiled_cycle", lambda tick: parts(tick)._replace(simulated=()))
     stop, seen = Stop(), []
 
     def listen(tick):
@@ -63,4 +68,6 @@ def test_awake_before_its_deadline_it_rehearses_on_copies_and_changes_nothing(ea
     rehearsed = rehearsal.law[1]["ticks"][0] == ticks + 1
     assert rehearsed == (early_ms > 0)
     assert (rehearsal.law[0]["tick"][0] == cycle.tick["tick"][0] + 1) == rehearsed
+    if rehearsed:
+        assert rehearsal.read[1]["tick"][0] - backend.state["tick"][0] == simulated
     memory.close()
