@@ -184,7 +184,7 @@ class Rehearsal(NamedTuple):
         copies = tuple(records(one.copy()) for one in changed)
 
         def practised(arguments: tuple[np.ndarray, ...]) -> tuple[np.ndarray, ...]:
-            """The same with copies in place of what is changed."""
+            """Arguments with copies in place of what is changed."""
             pairs = [(one, copy) for one, copy in zip(changed, copies, strict=True)]
             return tuple(next((copy for one, copy in pairs if one is given), given) for given in arguments)
 
