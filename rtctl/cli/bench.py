@@ -41,7 +41,7 @@ LOADS = ("cpu", "disk", "network", "memory")
 @click.option(
     "--minutes",
     type=click.FloatRange(0.3, 1440),
-    help="length of a soak (60), of wakeup (about 2), or simulated of drift (600)",
+    help="length of a soak (60), of wakeup (about 2), of streams (1, and as much of cyclictest), or simulated of drift (600)",
 )
 @click.option(
     "--load",
@@ -246,5 +246,7 @@ def _with_clock(quick: bool, minutes: float | None, rig_seconds: float) -> dict[
         "recording": lambda: recording.rows(
             shipped_config("mock-10khz.toml"), 2 if quick else 6, 60 * short / 2
         ),
-        "streams": lambda: streams.rows(shipped_config("mock-10khz.toml"), 60 * short),
+        "streams": lambda: streams.rows(
+            shipped_config("mock-10khz.toml"), 60 * short, max(1, round(minutes or 1))
+        ),
     }
