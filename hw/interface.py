@@ -110,6 +110,9 @@ class CompiledCycle(NamedTuple):
     read_arguments: tuple[Any, ...]
     write: Callable[..., int]
     write_arguments: tuple[Any, ...]
+    simulated: tuple[np.ndarray, ...] = ()
+    """Where both change these records (of words of 64 bits) and the tick, and reach nothing else: the records, each among the arguments.
+    The loop then calls both on copies too, for practice. Empty where there is a device."""
 
 
 @runtime_checkable

@@ -12,7 +12,7 @@ import os
 from collections.abc import Callable
 from functools import cache, partial
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, TypeAlias, TypeVar, cast
 
 import numba
 import numpy as np
@@ -89,8 +89,11 @@ compiled = compiler()
 """Compiles a function that may hold the lock of the interpreter."""
 
 
-def bound(function: Callable[..., Any], *arguments: np.ndarray | tuple[np.ndarray, ...]) -> Callable[[], Any]:
-    """A compiled function tied to the arrays (or tuples of arrays) it will always be called with: compiled now, called without looking.
+Argument: TypeAlias = "np.ndarray | tuple[Argument, ...]"
+
+
+def bound(function: Callable[..., Any], *arguments: Argument) -> Callable[[], Any]:
+    """A compiled function tied to the arrays (or tuples of arrays, or of tuples) it will always be called with: compiled now, called without looking.
 
     Numba finds out the types of all arguments at each call, which costs more than the control law itself
     (0.86 us against 0.27 us for five records). Here that is done once; the call then goes straight to the
@@ -102,8 +105,8 @@ def bound(function: Callable[..., Any], *arguments: np.ndarray | tuple[np.ndarra
     return partial(dispatcher.compile(tuple(type_of(array) for array in arguments)), *arguments)
 
 
-def type_of(value: np.ndarray | tuple[np.ndarray, ...]) -> numba.types.Type:
-    """Numba's type of an array or a tuple of arrays: `numba.typeof`, which spells out every field of a record each time."""
+def type_of(value: Argument) -> numba.types.Type:
+    """Numba's type of an array or a tuple: `numba.typeof`, which spells out every field of a record each time."""
     if isinstance(value, tuple):
         of = tuple(type_of(one) for one in value)
         together: numba.types.Type = numba.types.BaseTuple.from_types(of)  # type: ignore[no-untyped-call]

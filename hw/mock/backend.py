@@ -50,7 +50,7 @@ class MockBackend:
         if self._scripted:
             return None
         arguments = (records(tick), self.state, self.params)
-        return CompiledCycle(plant_read, arguments, plant_write, arguments)
+        return CompiledCycle(plant_read, arguments, plant_write, arguments, (self.state,))
 
     def read(self, tick: np.ndarray) -> None:
         """Show the sensors at slot `tick["tick"]`. Raises LinkLost, and blocks, only where a fault is scripted."""

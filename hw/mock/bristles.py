@@ -26,6 +26,9 @@ from hw.mock.jit import compiled
 _FAR = 40.0
 """Multiple of the Stribeck speed beyond which the Stribeck peak is nil (and powers would overflow)."""
 
+_SERIES_BELOW = 0.125
+"""Share of its length that a bristle turns over in one step, below which `bristle_gains` takes a series: right to 3e-14."""
+
 
 @compiled
 def direction_scale(v: float, p: np.record, axis: int) -> float:
@@ -56,15 +59,15 @@ def modulation(x: float, p: np.record, axis: int) -> float:
 @compiled
 def peak_share(v: float, p: np.record, axis: int) -> float:
     """Share of the Stribeck peak that is left at velocity `v`: of two speeds where there is a second one."""
-    r = min(abs(v) / p.stribeck_rad_s[axis], _FAR)
+    r = min(abs(v) * (1.0 / p.stribeck_rad_s[axis]), _FAR)
     exponent = p.stribeck_exponent[axis]
     power = r * r if exponent == 2.0 else r**exponent
     left = math.exp(-power)
     share = p.second_share[axis]
     if share == 0.0:
         return left
-    r = min(abs(v) / p.second_rad_s[axis], _FAR)
-    return float(left + share * (math.exp(-(r * r if exponent == 2.0 else r**exponent)) - left))
+    r = min(abs(v) * (1.0 / p.second_rad_s[axis]), _FAR)
+    return float((1.0 - share) * left + share * math.exp(-(r * r if exponent == 2.0 else r**exponent)))
 
 
 @compiled
@@ -94,7 +97,7 @@ def dry_friction(v: float, x: float, p: np.record, axis: int) -> float:
     speed the peak is (1 - m) exp(-(|v|/v_s)^delta) + m exp(-(|v|/v_2)^delta), m its share.
     """
     peak = (p.breakaway_nm[axis] - p.coulomb_nm[axis]) * peak_share(v, p, axis)
-    return float((p.coulomb_nm[axis] + peak) * direction_scale(v, p, axis) * modulation(x, p, axis))
+    return float((p.coulomb_nm[axis] + peak) * (direction_scale(v, p, axis) * modulation(x, p, axis)))
 
 
 @compiled
@@ -129,18 +132,21 @@ def bristle_gains(slope: float, v: float, h: float, rate: float) -> tuple[float,
     Notes
     -----
     a = slope |v|,  E = exp(-a h),  gain = (1 - E) / a,  m = gain / h,  n = (1 - m) / a (1, h, 1 and h / 2
-    where a vanishes); docs/theory.md 12.3. gain and n in s.
+    where a vanishes); docs/theory.md 12.3. gain and n in s. With q = a h, n / h is the sum of (-q)^k / (k + 2)!
+    over k = 0, 1, ...; where q is small, that loses no digits and takes half as long as the exponential.
     """
-    q = slope * abs(v) * h
-    if q < 1e-5:
-        mean = 1.0 - 0.5 * q
-        return 1.0 - q, h * mean, mean, h * (0.5 - q / 6.0)
-    keep = math.exp(-q)  # quicker than expm1, and 1 - keep is still good to 1e-11 here
+    q = slope * (abs(v) * h)
+    if q < _SERIES_BELOW:
+        q_2 = q * q
+        low = (1 / 2 - q * (1 / 6)) + q_2 * (1 / 24 - q * (1 / 120))
+        high = (1 / 720 - q * (1 / 5040)) + q_2 * (1 / 40320 - q * (1 / 362880))
+        rest = low + (q_2 * q_2) * high
+        mean = 1.0 - q * rest
+        return 1.0 - q * mean, h * mean, mean, h * rest
+    keep = math.exp(-q)
     length = h / q
     gain = (1.0 - keep) * length
     mean = gain * rate
-    if q < 1e-3:  # 1 - mean loses digits
-        return keep, gain, mean, h * (0.5 - q * (1.0 / 6.0 - q / 24.0))
     return keep, gain, mean, (1.0 - mean) * length
 
 
@@ -186,7 +192,10 @@ def coupled_step(
     J (v' - v) / h = torque - drag w - s0 [(1 - mu) average + mu z'] - s1 (z' - z) / h - b w.
     The bristle cannot stretch beyond break-away; where a step would, it is held there and w solved anew.
     """
-    rate = 1.0 / h
+    rate, per_share = (
+        1.0 / h,
+        1.0 / share,
+    )  # one step waits for the other: nothing in between is divided that need not be
     ahead = (1.0 - share) * h
     v_mid = v + ahead * acceleration
     g = dry_friction(v_mid, x + ahead * v, p, axis)
@@ -197,7 +206,7 @@ def coupled_step(
     end = 2.0 * share - 1.0
     s_keep = s0 * ((1.0 - end) * mean_keep + end * keep)
     s_gain = s0 * ((1.0 - end) * mean_gain + end * gain)
-    push = inertia * rate / share
+    push = inertia * rate * per_share
     load = push + b + drag
     w = (push * v + torque + (s1 * rate * (1.0 - keep) - s_keep) * z) / (load + s_gain + s1 * rate * gain)
     z_new = keep * z + gain * w
@@ -205,9 +214,9 @@ def coupled_step(
         z_new = math.copysign(p.bristle_max_nm[axis] / s0, z_new)
         spring = s0 * (0.5 * (1.0 - end) * (z + z_new) + end * z_new)
         w = (push * v + torque - spring - s1 * rate * (z_new - z)) / load
-        v_new = v + (w - v) / share
+        v_new = v + (w - v) * per_share
         return v_new, z_new, w, s0 * z_new + s1 * rate * (z_new - z) + b * v_new
-    v_new = v + (w - v) / share
+    v_new = v + (w - v) * per_share
     # at the end of the step: dz/dt under constant w, and the change to v' as far as the bristle still stretches
     slip = slope * abs(v_mid) * z
     stretch = 1.0 - math.copysign(slope, v_mid) * z

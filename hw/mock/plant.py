@@ -34,6 +34,7 @@ def _advance_axis(
 ) -> None:
     """Advance one axis by `duration_s` in equal `steps` under its present motor current."""
     h = duration_s / steps
+    rate = 1.0 / h
     x, v, z = s.position_rad[axis], s.velocity_rad_s[axis], s.bristle_rad[axis]
     k_h, b_h, m_h = hand.hold(time_s, p, axis)
     # the hand's wish, linear over the duration: 4e-7 rad off at 1 kHz on the fast sine
@@ -53,7 +54,7 @@ def _advance_axis(
             torque += ripple * math.sin(p.ripple_per_rad[axis] * (x + (1.0 - share) * h * v))
         v_before = v
         v, z, v_step, friction = coupled_step(v, z, x, a, torque, drag, inertia, h, share, p, axis)
-        a = (v - v_before) / h
+        a = (v - v_before) * rate
         x += h * v_step
         x_d += dx
         v_d += dv

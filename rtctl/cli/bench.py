@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
@@ -41,7 +41,7 @@ LOADS = ("cpu", "disk", "network", "memory")
 @click.option(
     "--minutes",
     type=click.FloatRange(0.3, 1440),
-    help="length of a soak (60), of wakeup (about 2), or simulated of drift (600)",
+    help="length of a soak (60), of wakeup (about 2), of streams (1, and as much of cyclictest), or simulated of drift (600)",
 )
 @click.option(
     "--load",
@@ -49,6 +49,17 @@ LOADS = ("cpu", "disk", "network", "memory")
     multiple=True,
     type=click.Choice(LOADS),
     help="wakeup: measure under this load too; repeatable",
+)
+@click.option(
+    "--apart",
+    is_flag=True,
+    help="wakeup: each load also with the core of the loop left alone, as isolation would",
+)
+@click.option(
+    "--cpu",
+    type=click.IntRange(min=-1),
+    default=-1,
+    help="wakeup: core of the loop and of cyclictest, an isolated one too; -1: the last that may be used",
 )
 @click.option(
     "--picture",
@@ -69,6 +80,8 @@ def command(
     quick: bool,
     minutes: float | None,
     loads: tuple[str, ...],
+    apart: bool,
+    cpu: int,
     picture: Path | None,
     rig_seconds: float,
     as_json: bool,
@@ -95,7 +108,7 @@ def command(
 
     report = _Json() if as_json else _Text()
     measured = measurements(
-        quick=quick, minutes=minutes, rig_seconds=rig_seconds, loads=loads, picture=picture
+        quick=quick, minutes=minutes, rig_seconds=rig_seconds, asked=Wakeups(loads, apart, cpu, picture)
     )
     try:
         for name in groups or GROUPS:
@@ -142,23 +155,33 @@ class _Json(_Text):
         )
 
 
-def _wakeup(*, quick: bool, minutes: float | None, loads: tuple[str, ...], picture: Path | None) -> list[Row]:
+class Wakeups(NamedTuple):
+    """What is asked of `wakeup`: the options of its own."""
+
+    loads: tuple[str, ...] = ()
+    apart: bool = False
+    cpu: int = -1
+    picture: Path | None = None
+
+
+def _wakeup(*, quick: bool, minutes: float | None, asked: Wakeups) -> list[Row]:
     from rtctl.simulation.demo import shipped_config
     from tests.bench import wakeup
 
     seconds = 2.0 if quick else 5.0
-    rounds = wakeup.rounds_in(minutes, seconds, loads) if minutes else (1 if quick else 4)
-    pairs = wakeup.measure(shipped_config("mock.toml"), rounds, seconds, loads)
-    if picture is not None:
-        wakeup.picture(pairs, picture)
+    conditions = wakeup.Conditions(asked.loads, asked.apart, asked.cpu)
+    rounds = wakeup.rounds_in(minutes, seconds, conditions) if minutes else (1 if quick else 4)
+    pairs = wakeup.measure(shipped_config("mock.toml"), rounds, seconds, conditions)
+    if asked.picture is not None:
+        wakeup.picture(pairs, asked.picture)
     return [row for pair in pairs for row in pair.rows()]
 
 
 def measurements(
-    *, quick: bool, minutes: float | None, rig_seconds: float, loads: tuple[str, ...], picture: Path | None
+    *, quick: bool, minutes: float | None, rig_seconds: float, asked: Wakeups
 ) -> dict[str, Callable[[], list[Row]]]:
     """What measures each group; nothing is measured yet."""
-    wakeups = {"wakeup": lambda: _wakeup(quick=quick, minutes=minutes, loads=loads, picture=picture)}
+    wakeups = {"wakeup": lambda: _wakeup(quick=quick, minutes=minutes, asked=asked)}
     return _without_clock(quick, minutes) | _with_clock(quick, minutes, rig_seconds) | wakeups
 
 
@@ -223,5 +246,7 @@ def _with_clock(quick: bool, minutes: float | None, rig_seconds: float) -> dict[
         "recording": lambda: recording.rows(
             shipped_config("mock-10khz.toml"), 2 if quick else 6, 60 * short / 2
         ),
-        "streams": lambda: streams.rows(shipped_config("mock-10khz.toml"), 60 * short),
+        "streams": lambda: streams.rows(
+            shipped_config("mock-10khz.toml"), 60 * short, max(1, round(minutes or 1))
+        ),
     }

@@ -5,7 +5,8 @@ that is lost, its words, a signal. `run` says at which step. A person's hand fee
 
 Wherever the clock is a wall, Python is back after `PYTHON_EVERY_S` at the latest, to see signals. While such a loop waits for its
 deadline awake, it rehearses: the law decides on copies of everything, and what it decides is thrown away. After a sleep the
-processor has forgotten the law's code and numbers; fetched before the deadline, they cost nothing after it.
+processor has forgotten the law's code and numbers; fetched before the deadline, they cost nothing after it. So does a device that
+is only simulated; one that is there is reached once in a cycle.
 """
 
 from __future__ import annotations
@@ -38,9 +39,22 @@ WAIT, READ, WRITE, RECORD, NEXT, ENDED = range(6)
 _SHUTDOWN = int(State.SHUTDOWN)
 
 ORDER = np.dtype(
-    [(name, "<i8") for name in ("read_at", "write_at", "law_at", "virtual", "most", "faults", "rehearsal_ns")]
+    [
+        (name, "<i8")
+        for name in (
+            "read_at",
+            "write_at",
+            "law_at",
+            "virtual",
+            "most",
+            "faults",
+            "simulated",
+            "rehearsal_ns",
+        )
+    ]
 )
-"""Addresses of what is called; whether time is virtual; cycles to make; faults at which Python last looked; time that a rehearsal needs."""
+"""Addresses of what is called; whether time is virtual; cycles to make; faults at which Python last looked; whether the device rehearses
+too; time that a rehearsal needs."""
 
 
 @compiled
@@ -50,21 +64,21 @@ def _clock(order: Record, grid: Record, timespec: np.ndarray) -> int:
 
 
 @compiled
-def _rehearse(
-    order: Record,
-    rehearsal: tuple[np.ndarray, ...],
-    originals: tuple[np.ndarray, ...],
-    copies: tuple[np.ndarray, ...],
-) -> None:
+def _rehearse(order: Record, rehearsal: tuple[tuple[np.ndarray, ...], ...]) -> None:
     """Let the law decide on copies, as if the next sample had come. Nothing of it stays but what the processor remembers."""
+    law_arguments, read_arguments, write_arguments, originals, copies = rehearsal
     for k in range(len(originals)):
         for row in range(len(originals[k])):
             for word in range(originals[k].shape[1]):
                 copies[k][row, word] = originals[k][row, word]
-    t = rehearsal[0][0]
+    t = law_arguments[0][0]
     t.tick += 1
     t.sample_count += 1
-    call(order.law_at, rehearsal)
+    if order.simulated:
+        call_for_int(order.read_at, read_arguments)
+    call(order.law_at, law_arguments)
+    if order.simulated:
+        call_for_int(order.write_at, write_arguments)
 
 
 @compiled
@@ -73,16 +87,15 @@ def _until_deadline(
     deadline_ns: int,
     timespec: np.ndarray,
     early: np.ndarray,
-    rehearsal: tuple[np.ndarray, ...],
-    originals: tuple[np.ndarray, ...],
-    copies: tuple[np.ndarray, ...],
+    rehearsal: tuple[tuple[np.ndarray, ...], ...],
 ) -> int:
-    """Sleep, rehearse if there is time, look; the time then, ns, or minus the C error number."""
+    """Sleep, rehearse as long as there is time, look; the time then, ns, or minus the C error number."""
     woke = doze(timespec, deadline_ns, early)
     if woke < 0:
         return woke
-    if deadline_ns - woke > order.rehearsal_ns:
-        _rehearse(order, rehearsal, originals, copies)
+    while deadline_ns - woke > order.rehearsal_ns:
+        _rehearse(order, rehearsal)
+        woke = now_ns(timespec)
     return look(timespec, deadline_ns)
 
 
@@ -111,9 +124,7 @@ def _run(
     grid: np.ndarray,
     timespec: np.ndarray,
     early: np.ndarray,
-    rehearsal: tuple[np.ndarray, ...],
-    originals: tuple[np.ndarray, ...],
-    copies: tuple[np.ndarray, ...],
+    rehearsal: tuple[tuple[np.ndarray, ...], ...],
     header: np.ndarray,
     slot_words: np.ndarray,
     command_words: np.ndarray,
@@ -129,7 +140,7 @@ def _run(
         if o.virtual:  # 1 wait for the slot; skip those that have passed
             woke = max(g.woke_ns, g.deadline_ns)
         else:
-            woke = _until_deadline(o, g.deadline_ns, timespec, early, rehearsal, originals, copies)
+            woke = _until_deadline(o, g.deadline_ns, timespec, early, rehearsal)
         if not _start(g, t, woke):
             return WAIT
         if call_for_int(o.read_at, read_arguments) != 0:  # 2 read the devices
@@ -158,20 +169,31 @@ def _run(
 
 
 class Rehearsal(NamedTuple):
-    """What the law rehearses on; words of `originals` are copied to `copies`, which are what it changes of `arguments`."""
+    """Arguments of a rehearsal; words of `originals` are copied to `copies`, which are all that it changes."""
 
-    arguments: tuple[np.ndarray, ...]
+    law: tuple[np.ndarray, ...]
+    read: tuple[np.ndarray, ...]
+    write: tuple[np.ndarray, ...]
     originals: tuple[np.ndarray, ...]
     copies: tuple[np.ndarray, ...]
 
     @classmethod
-    def of(cls, cycle: Cycle) -> Rehearsal:
-        """That of one loop; parameters and model are its own, which the law only reads."""
-        tick, state, command = (records(one.copy()) for one in (cycle.tick, cycle.state, cycle.command))
+    def of(cls, law_arguments: tuple[np.ndarray, ...], cycle: Cycle, parts: CompiledCycle) -> Rehearsal:
+        """That of one loop. What is only read, parameters among them, is the loop's own."""
+        changed = (cycle.tick, cycle.state, cycle.command, *parts.simulated)
+        copies = tuple(records(one.copy()) for one in changed)
+
+        def practised(arguments: tuple[np.ndarray, ...]) -> tuple[np.ndarray, ...]:
+            """Arguments with copies in place of what is changed."""
+            pairs = [(one, copy) for one, copy in zip(changed, copies, strict=True)]
+            return tuple(next((copy for one, copy in pairs if one is given), given) for given in arguments)
+
         return cls(
-            (tick, state, cycle.params, command, cycle.model),
-            (cycle.tick_words, words(cycle.state), cycle.command_words),
-            (words(tick), words(state), words(command)),
+            practised(law_arguments),
+            practised(parts.read_arguments),
+            practised(parts.write_arguments),
+            tuple(map(words, changed)),
+            tuple(map(words, copies)),
         )
 
 
@@ -190,13 +212,13 @@ class WholeCycles:
         order["law_at"] = entry_point(law.step, *law_arguments)
         order["most"] = max(1, round(PYTHON_EVERY_S * 1e9 / memory.header[0]["period_ns"]))
         order["rehearsal_ns"] = REHEARSAL_NS * memory.n_axes
-        order["virtual"] = isinstance(clock, VirtualClock)
+        order["virtual"], order["simulated"] = isinstance(clock, VirtualClock), bool(parts.simulated)
         scratch = np.zeros(3, np.int64)
         timespec, early = (
             (clock.timespec, clock.early) if isinstance(clock, WallClock) else (scratch[:2], scratch)
         )
-        self.rehearsal = again = Rehearsal.of(cycle)
-        own = (order, cycle.grid, timespec, early, again.arguments, again.originals, again.copies)
+        self.rehearsal = Rehearsal.of(law_arguments, cycle, parts)
+        own = (order, cycle.grid, timespec, early, tuple(self.rehearsal))
         shared = (memory.header, memory.slot_words, cycle.command_words, memory.ring_words, cycle.tick_words)
         self._run = bound(_run, *own, *shared, law_arguments, parts.read_arguments, parts.write_arguments)
 

@@ -1,7 +1,7 @@
 """Named loads of a machine, each a few processes that end by themselves: `python -m tests.bench.loads KIND SECONDS`.
 
-They run at ordinary priority on every core that is allowed, the loop's included, talk to loopback only, and write to a
-temporary folder of their own.
+They run at ordinary priority on every core that is allowed, the loop's included unless they are told to keep off it, talk to
+loopback only, and write to a temporary folder of their own.
 """
 
 from __future__ import annotations
@@ -16,6 +16,8 @@ import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
+
+from rtctl.errors import RtctlError
 
 MOST_S = 3600.0
 """A load that nobody ends, ends itself."""
@@ -74,15 +76,26 @@ LOADS: dict[str, Callable[[float], None]] = {
 
 
 @contextlib.contextmanager
-def running(name: str) -> Iterator[None]:
-    """Have the load `name` run meanwhile, one process for each core; "idle" is none."""
+def running(name: str, off: int = -1) -> Iterator[None]:
+    """Have the load `name` run meanwhile, one process for each core but core `off`; "idle" is none.
+
+    Raises
+    ------
+    RtctlError
+        There is no other core.
+    """
     if name == "idle":
         yield
         return
+    cores = os.sched_getaffinity(0) - {off}
+    if not cores:
+        raise RtctlError(f"no load can keep off core {off}: it is the only one")
     command = [sys.executable, "-m", "tests.bench.loads", name, str(MOST_S)]
-    started = [subprocess.Popen(command) for _ in os.sched_getaffinity(0)]
-    time.sleep(1.0)  # they import
+    started = [subprocess.Popen(command) for _ in cores]
     try:
+        for one in started:
+            os.sched_setaffinity(one.pid, cores)
+        time.sleep(1.0)  # they import
         yield
     finally:
         for one in started:

@@ -19,7 +19,7 @@ from tests.bench.cyclictest import Latencies
 from tests.bench.row import Row
 
 
-def probe(kind: str, config: Path, seconds: float, rate_hz: float = 0.0) -> np.ndarray:
+def probe(kind: str, config: Path, seconds: float, rate_hz: float = 0.0, cpu: int = -1) -> np.ndarray:
     """Run `tests.bench.loop_wakeups` in a process of its own; see there for the rows."""
     command = [
         sys.executable,
@@ -29,6 +29,7 @@ def probe(kind: str, config: Path, seconds: float, rate_hz: float = 0.0) -> np.n
         str(config),
         str(seconds),
         str(rate_hz),
+        str(cpu),
     ]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:

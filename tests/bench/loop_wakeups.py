@@ -1,4 +1,4 @@
-"""A measuring process: `python -m tests.bench.loop_wakeups KIND CONFIG SECONDS [RATE_HZ]` runs one loop under real-time rights.
+"""A measuring process: `python -m tests.bench.loop_wakeups KIND CONFIG SECONDS [RATE_HZ [CPU]]` runs one loop under real-time rights.
 
 KIND `loop` is the real loop on the rig of CONFIG (mock); KIND `six` the same law with six axes like the first of CONFIG, each with its
 friction model, on a device that costs next to nothing; KIND `empty` has the shape of the loop in Python (wait, three readings of the clock, the
@@ -163,17 +163,20 @@ def _empty(loaded: LoadedConfig, seconds: float) -> np.ndarray:
     return out
 
 
-def at_rate(loaded: LoadedConfig, rate_hz: float) -> LoadedConfig:
-    """The rig at another rate of its loop. Nothing is proved of it: for measuring time only."""
+def at_rate(loaded: LoadedConfig, rate_hz: float, cpu: int = -1) -> LoadedConfig:
+    """The rig at another rate of its loop, on another core. Nothing is proved of it: for measuring time only."""
     table = loaded.config.model_dump(mode="json", by_alias=True)
-    table["loop"]["rate_hz"] = rate_hz
+    table["loop"] |= {
+        "rate_hz": rate_hz or table["loop"]["rate_hz"],
+        "cpu": cpu if cpu >= 0 else table["loop"]["cpu"],
+    }
     return loaded.model_copy(update={"config": Config.model_validate(table)})
 
 
-def measure(kind: str, config: str, seconds: float, rate_hz: float = 0.0) -> np.ndarray:
-    """Rows: wake-up latency, cycle, missed so far, state; one column per tick. `rate_hz` 0: the rig file's."""
+def measure(kind: str, config: str, seconds: float, rate_hz: float = 0.0, cpu: float = -1) -> np.ndarray:
+    """Rows: wake-up latency, cycle, missed so far, state; one column per tick. `rate_hz` 0, `cpu` -1: the rig file's."""
     loaded = load(config)
-    loaded = at_rate(loaded, rate_hz) if rate_hz else loaded
+    loaded = at_rate(loaded, rate_hz, int(cpu)) if rate_hz or cpu >= 0 else loaded
     if kind == "six":
         return _full(loaded, seconds, _Nothing())
     return (_full if kind == "loop" else _empty)(loaded, seconds)

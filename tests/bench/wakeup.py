@@ -26,6 +26,9 @@ RATES_HZ = (1000.0, 4000.0, 10_000.0)
 TARGETS = ((50.0, 0.05), (99.0, 0.5), (99.9, 1.0))
 """Percentile, and most that it may be of cyclictest's."""
 
+BESIDES_S = 8.0
+"""A turn takes that much longer than both measurements: starting, and what looking costs."""
+
 MOST_COST = 0.08
 """Share of the loop's core that looking early may take at 1 kHz."""
 
@@ -36,6 +39,8 @@ class Beside:
 
     rate_hz: float
     load: str
+    core: int = field(default_factory=last_core)
+    apart: bool = False
     ours: Latencies = field(default_factory=lambda: Latencies.of(np.zeros(0)))
     theirs: Latencies = field(default_factory=lambda: Latencies.of(np.zeros(0)))
     cost: list[float] = field(default_factory=list)
@@ -45,15 +50,15 @@ class Beside:
     @property
     def name(self) -> str:
         """For a row."""
-        return f"{self.rate_hz / 1000:g} kHz, {self.load}"
+        return f"{self.rate_hz / 1000:g} kHz, {self.load}{' on other cores' if self.apart else ''}"
 
     def round(self, config: Path, seconds: float) -> None:
         """One turn of each."""
         loop = load(config).config.loop
-        with loads.running(self.load):
-            self.theirs += cyclictest.run(seconds, round(1e6 / self.rate_hz), loop.priority, _core(loop.cpu))
-            ours = probe("loop", config, seconds, self.rate_hz)
-            cost = _cost(self.rate_hz, loop.priority, loop.cpu)
+        with loads.running(self.load, self.core if self.apart else -1):
+            self.theirs += cyclictest.run(seconds, round(1e6 / self.rate_hz), loop.priority, self.core)
+            ours = probe("loop", config, seconds, self.rate_hz, self.core)
+            cost = _cost(self.rate_hz, loop.priority, self.core)
         passed = np.diff(
             ours[2], prepend=ours[2][:1]
         )  # slots missed meanwhile: `wakeup_ns` counts from the last of them
@@ -85,18 +90,36 @@ class Beside:
         yield Row(f"looking at the clock, {self.name}", float(np.mean(self.cost)), "of a core", text, target)
 
 
-def measure(config: Path, rounds: int, seconds: float, named: tuple[str, ...]) -> list[Beside]:
-    """Measure at every rate, idle and under the loads `named`, `rounds` turns of `seconds` each."""
-    pairs = [Beside(rate, one) for one in ("idle", *named) for rate in RATES_HZ]
+@dataclass(frozen=True)
+class Conditions:
+    """What is measured under: idle and these loads; apart: each of them a second time, with the core of the loop left to the loop."""
+
+    loads: tuple[str, ...] = ()
+    apart: bool = False
+    cpu: int = -1
+
+    def pairs(self) -> list[Beside]:
+        """One for each condition and rate; nothing is measured yet."""
+        core = last_core() if self.cpu < 0 else self.cpu
+        every = [
+            ("idle", False),
+            *((one, away) for one in self.loads for away in ((False, True) if self.apart else (False,))),
+        ]
+        return [Beside(rate, load, core, away) for load, away in every for rate in RATES_HZ]
+
+
+def measure(config: Path, rounds: int, seconds: float, conditions: Conditions) -> list[Beside]:
+    """Measure at every rate and under all `conditions`, `rounds` turns of `seconds` each."""
+    pairs = conditions.pairs()
     for _ in range(rounds):
         for pair in pairs:
             pair.round(config, seconds)
     return pairs
 
 
-def rounds_in(minutes: float, seconds: float, named: tuple[str, ...]) -> int:
+def rounds_in(minutes: float, seconds: float, conditions: Conditions) -> int:
     """Rounds of `seconds` for each of both that fit into these minutes, at least one."""
-    return max(1, round(60 * minutes / (2 * seconds * len(RATES_HZ) * (1 + len(named)))))
+    return max(1, round(60 * minutes / ((2 * seconds + BESIDES_S) * len(conditions.pairs()))))
 
 
 def picture(pairs: list[Beside], path: Path) -> None:
@@ -117,10 +140,6 @@ def picture(pairs: list[Beside], path: Path) -> None:
         axes.grid(visible=True, which="major", alpha=0.3)
     figure.axes[0].legend()
     figure.savefig(path, dpi=120)
-
-
-def _core(cpu: int) -> int:
-    return last_core() if cpu < 0 else cpu
 
 
 def _cost(rate_hz: float, priority: int, cpu: int) -> dict[str, float]:

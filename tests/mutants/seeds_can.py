@@ -15,6 +15,10 @@ CAN_CYCLE = ("tests/unit/hw/test_can_steady.py", "tests/unit/hw/test_can_left_to
 
 SEEDS = (
     Seed(
+        "a frame is taken without a word to who waits for room", "hw/can/adapter.py", "if queue.maxsize <= 0:", "if True:",
+        ("tests/unit/hw/test_can_batch.py::test_who_waits_for_room_in_a_bounded_in_process_bus_goes_on_when_a_frame_was_taken",),
+    ),
+    Seed(
         "what stands behind a moteus reply is not looked at", "hw/can/moteus_codec.py",
         "buffer[offset + REPLY.size : offset + length] == _PADDING[:rest]", "rest >= 0", CODECS,
     ),

@@ -28,6 +28,7 @@ MOMENTS = (f"{HW}/test_moments_of_boards.py",)
 FORCE = (f"{HW}/test_force_codecs.py",)
 LOOP = ("tests/unit/rt/test_loop.py",)
 WHOLE = ("tests/unit/rt/test_whole_cycle.py",)
+REHEARSAL = ("tests/unit/rt/test_rehearsal.py",)
 SERIAL_CYCLE = ("tests/unit/hw/test_serial_compiled_cycle.py",)
 REPLUG = ("tests/unit/rt/test_replug.py",)
 
@@ -167,8 +168,14 @@ SEEDS = (
     ),
     Seed(
         "a rehearsal of the law is none: it decides on what is in force", "rtctl/rt/whole_cycle.py",
-        "            (tick, state, cycle.params, command, cycle.model),\n", "            (cycle.tick, cycle.state, cycle.params, cycle.command, cycle.model),\n",
-        ("tests/unit/rt/test_rehearsal.py",),
+        "            practised(law_arguments),\n", "            law_arguments,\n", REHEARSAL,
+    ),
+    Seed(
+        "a simulated device rehearses on itself", "rtctl/rt/whole_cycle.py",
+        "            practised(parts.write_arguments),\n", "            parts.write_arguments,\n", REHEARSAL,
+    ),
+    Seed(
+        "a rehearsal reaches the device", "rtctl/rt/whole_cycle.py", "bool(parts.simulated)", "True", REHEARSAL,
     ),
     Seed(
         "a compiled cycle decides before it reads", "rtctl/rt/whole_cycle.py",

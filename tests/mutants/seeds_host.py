@@ -27,6 +27,11 @@ EXITS = ("tests/unit/host/test_late_exits.py",)
 
 SEEDS = (
     Seed(
+        "the ring that the loop fills is laid at the clients' door", "rtctl/host/access/intruders.py",
+        "return (resident - shared) * self._page", "return resident * self._page",
+        (f"{HOST}/test_intruders.py::test_memory_that_others_fill_too_is_not_counted_and_what_the_process_has_alone_is",),
+    ),
+    Seed(
         "a number of NaN is within its bounds", "rtctl/host/commands/messages.py",
         "if not math.isfinite(value) or not low <= value <= high:", "if value < low or value > high:", MESSAGES,
     ),

@@ -19,6 +19,10 @@ PLANTS = (
 
 SEEDS = (
     Seed(
+        "the series of a bristle's step ends too early", "hw/mock/bristles.py", "rest = low + (q_2 * q_2) * high", "rest = low",
+        (f"{HW}/test_mock_friction.py::test_the_bristle_step_loses_no_digits_however_little_turns_over",),
+    ),
+    Seed(
         "an element that slides is damped as if it stuck", "hw/mock/elements.py",
         "reach * share + damping * w * share", "reach * share + damping * w", ELEMENTS,
     ),

@@ -1,9 +1,13 @@
 """`rtctl bench wakeup`: its rows, its rounds, its picture; nothing is measured here."""
 
+import os
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from tests.bench import wakeup
+from rtctl.errors import RtctlError
+from tests.bench import loads, wakeup
 from tests.bench.cyclictest import Latencies
 
 
@@ -33,9 +37,42 @@ def test_the_cost_has_a_bound_at_one_kilohertz_only():
 
 
 def test_minutes_become_rounds():
-    assert wakeup.rounds_in(10.0, 5.0, ()) == 20
-    assert wakeup.rounds_in(10.0, 5.0, ("cpu",)) == 10
-    assert wakeup.rounds_in(0.3, 5.0, ("cpu", "disk")) == 1
+    turn_s = 2 * 5.0 + wakeup.BESIDES_S
+    for named, apart, count in (((), True, 1), (("cpu",), False, 2), (("cpu", "disk"), True, 5)):
+        round_s = len(wakeup.RATES_HZ) * count * turn_s
+        rounds = wakeup.rounds_in(10.0, 5.0, wakeup.Conditions(named, apart))
+        assert rounds * round_s == pytest.approx(600.0, abs=0.5 * round_s)
+    assert wakeup.rounds_in(0.3, 5.0, wakeup.Conditions(("cpu", "disk"))) == 1
+
+
+def test_apart_each_load_is_measured_on_all_cores_and_on_all_but_the_loops():
+    pairs = wakeup.Conditions(("cpu",), apart=True, cpu=1).pairs()
+    assert [pair.name for pair in pairs if pair.rate_hz == 1000.0] == [
+        "1 kHz, idle",
+        "1 kHz, cpu",
+        "1 kHz, cpu on other cores",
+    ]
+    assert {pair.core for pair in pairs} == {1}
+
+
+def test_a_load_that_keeps_off_a_core_does_and_there_must_be_another():
+    own = os.sched_getaffinity(0)
+    for off in own:
+        if own == {off}:
+            with pytest.raises(RtctlError, match="only one"), loads.running("cpu", off):
+                pass
+            continue
+        with loads.running("cpu", off):
+            children = [
+                int(pid) for pid in Path(f"/proc/self/task/{os.getpid()}/children").read_text().split()
+            ]
+            found = [
+                os.sched_getaffinity(pid)
+                for pid in children
+                if "tests.bench.loads" in Path(f"/proc/{pid}/cmdline").read_text()
+            ]
+        assert found == [own - {off}] * (len(own) - 1)
+        break
 
 
 def test_the_picture_is_drawn(tmp_path):

@@ -62,7 +62,7 @@ class Access:
     notice
         Told, in a line each, of what concerns the keeper of the rig.
     resident
-        Resident memory of this process, bytes, by which floods are known that nothing else shows; None: not looked at.
+        Resident memory of this process alone, bytes, by which floods are known that nothing else shows; None: not looked at.
 
     Attributes
     ----------

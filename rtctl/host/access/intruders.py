@@ -44,7 +44,11 @@ class _Stage(IntEnum):
 
 
 class Resident:
-    """Resident memory of this process, read without opening anything."""
+    """Resident memory that this process has alone, read without opening anything.
+
+    What is shared is not counted: the ring of ticks, which becomes resident as the loop fills it (6.5 MB a second at 10 kHz),
+    and code. No client makes any of it.
+    """
 
     def __init__(self) -> None:
         self._fd = os.open("/proc/self/statm", os.O_RDONLY | os.O_CLOEXEC)
@@ -52,7 +56,8 @@ class Resident:
 
     def __call__(self) -> int:
         """Bytes."""
-        return int(os.pread(self._fd, 128, 0).split()[1]) * self._page
+        _, resident, shared, *_ = map(int, os.pread(self._fd, 128, 0).split())
+        return (resident - shared) * self._page
 
     def close(self) -> None:
         """Release the file."""
@@ -73,7 +78,7 @@ class Intruders:
     descriptors
         As many may be open in this process.
     resident
-        Resident memory, bytes; None: memory is not looked at.
+        Resident memory of this process alone, bytes; None: memory is not looked at.
     """
 
     def __init__(
@@ -163,10 +168,9 @@ class Intruders:
         self._level = resident
         if self._stage is _Stage.CALM:
             for door, descriptor in self._local():
+                who = local_peer(descriptor) or "a client"
                 hang_up(descriptor)
-                self._notice(
-                    "memory", f"memory grew: {local_peer(descriptor)} was cut off from {door.address}"
-                )
+                self._notice("memory", f"memory grew: {who} was cut off from {door.address}")
             self._stage = _Stage.HUNG_UP
         elif self._stage is _Stage.HUNG_UP:
             for door in self._doors:

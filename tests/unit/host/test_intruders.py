@@ -1,5 +1,6 @@
 import contextlib
 import errno
+import mmap
 import os
 import resource
 import socket
@@ -281,3 +282,15 @@ def test_the_reserve_is_there_for_whom_it_is_lent_when_nothing_else_is():
     for one in (*taken, lowest):
         os.close(one)
     reserve.close()
+
+
+def test_memory_that_others_fill_too_is_not_counted_and_what_the_process_has_alone_is():
+    resident, size = module.Resident(), 64 << 20
+    before = resident()
+    with mmap.mmap(-1, size) as ring:  # shared, as the ring of ticks is
+        ring.write(b"\1" * size)
+        assert resident() - before < size // 4
+        own = b"\1" * size
+        assert resident() - before > size // 2
+        assert len(own) == size
+    resident.close()

@@ -4,6 +4,8 @@ import copy
 import errno
 import gc
 import socket
+import threading
+import time
 
 import can
 import pytest
@@ -112,4 +114,24 @@ def test_a_backlog_is_taken_in_bounded_cycles_and_told(monkeypatch, interface):
     assert (bus.receive(), len(seen)) == (True, DRAIN_LIMIT + 3)
     assert seen == [k % 256 for k in range(DRAIN_LIMIT + 3)]
     assert (bus.receive(), len(seen)) == (True, DRAIN_LIMIT + 3)
+    bus.close()
+
+
+def test_who_waits_for_room_in_a_bounded_in_process_bus_goes_on_when_a_frame_was_taken():
+    options = {"interface": "virtual", "channel": "bounded", "bitrate": 1_000_000, "fd": False}
+    bus = AdapterBus({**options, "arguments": {"rx_queue_size": 1}})
+    queue, seen = bus.fresh_python_can().queue, []
+    bus.subscribe({7: lambda data, _offset, length: seen.append(data[0])})
+    with can.Bus(interface="virtual", channel="bounded", ignore_config=True) as peer:
+        first, second = (can.Message(arbitration_id=7, data=[k], is_extended_id=False) for k in range(2))
+        peer.send(first)
+        sender = threading.Thread(target=peer.send, args=(second, 60.0))
+        sender.start()
+        while not queue.not_full._waiters and sender.is_alive():
+            time.sleep(1e-3)
+        assert bus.receive()
+        sender.join(20.0)
+        assert not sender.is_alive()
+        assert bus.receive()
+    assert seen == [0, 1]
     bus.close()

@@ -1,6 +1,7 @@
 """Friction of the simulated joint against docs/theory.md 12 and independent oracles."""
 
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -141,21 +142,18 @@ def test_the_bristle_step_is_the_exact_solution_for_a_constant_speed():
         assert mean_keep * z + mean_gain * v == pytest.approx(average, rel=1e-7)
 
 
-def test_the_bristle_step_agrees_on_both_sides_of_its_series():
-    p = friction()
-    g = dry_friction(1e-3, 0.0, p, 0)
-    h = 1e-5 * g / (250.0 * 1e-3)
-    below, above = (
-        bristle_gains(250.0 / g, 1e-3, 0.999999 * h, 1 / (0.999999 * h)),
-        bristle_gains(250.0 / g, 1e-3, 1.000001 * h, 1 / (1.000001 * h)),
-    )
-    assert above[1] / below[1] == pytest.approx(1.000002, rel=1e-9)
-    assert above[0] == pytest.approx(below[0], abs=1e-10)
-    assert above[3] / below[3] == pytest.approx(1.000002, rel=1e-9)
-    series, closed = (
-        bristle_gains(250.0 / g, 1e-3, q * 100 * h, 0.01 / (q * h))[3] / q for q in (0.999999, 1.000001)
-    )
-    assert closed == pytest.approx(series, rel=1e-6)
+@pytest.mark.parametrize("q", [0.0, 1e-12, 1e-6, 1e-3, 0.05, 0.1249999, 0.1250001, 0.3, 2.0, 30.0, 800.0])
+def test_the_bristle_step_loses_no_digits_however_little_turns_over(q):
+    slope, h = 700.0, 1e-4
+    keep, gain, mean_keep, mean_gain = bristle_gains(slope, q / (slope * h), h, 1 / h)
+    if q < 10.0:  # exactly: the series of each, with as many terms as it takes
+        x = Fraction(-slope * (q / (slope * h) * h))
+        wanted = [float(sum(x**k / math.factorial(k + n) for k in range(60))) for n in range(3)]
+    else:
+        wanted = [math.exp(-q), 1 / q, (1 - 1 / q) / q]
+    assert keep == pytest.approx(wanted[0], rel=1e-13)
+    assert (gain / h, mean_keep) == pytest.approx((wanted[1], wanted[1]), rel=1e-13)
+    assert mean_gain / h == pytest.approx(wanted[2], rel=1e-13)
 
 
 @pytest.fixture(scope="module")

@@ -29,9 +29,14 @@ def rig():
     return memory, backend
 
 
-@pytest.mark.parametrize("early_ms", [60, 0])
-def test_awake_before_its_deadline_it_rehearses_on_copies_and_changes_nothing(early_ms):
+@pytest.mark.parametrize(("early_ms", "simulated"), [(60, True), (60, False), (0, True)])
+def test_awake_before_its_deadline_it_rehearses_on_copies_and_changes_nothing(
+    early_ms, simulated, monkeypatch
+):
     memory, backend = rig()
+    if not simulated:
+        parts = backend.compiled_cycle
+        monkeypatch.setattr(backend, "compiled_cycle", lambda tick: parts(tick)._replace(simulated=()))
     stop, seen = Stop(), []
 
     def listen(tick):
@@ -49,18 +54,20 @@ def test_awake_before_its_deadline_it_rehearses_on_copies_and_changes_nothing(ea
         run_loop(Replug(backend, listen=listen), memory, VirtualClock(), stop)
     one = made[0]
     cycle, rehearsal = one._cycle, one.rehearsal
-    kept = (cycle.tick, cycle.state, cycle.params, cycle.command, cycle.model)
+    kept = (cycle.tick, cycle.state, cycle.params, cycle.command, cycle.model, backend.state, backend.params)
     before = [array.tobytes() for array in kept]
     ticks = int(cycle.state["ticks"][0])
     timespec, early = np.zeros(2, np.int64), np.array([early_ms * 1_000_000, 0, 0], np.int64)
     for _ in range(50):  # a machine that stands still has no time for it
         deadline = now_ns(timespec) + 20_000_000
-        given = (one._order[0], deadline, timespec, early, rehearsal.arguments, rehearsal.originals)
-        assert whole_cycle._until_deadline(*given, rehearsal.copies) >= deadline
+        given = (one._order[0], deadline, timespec, early, tuple(rehearsal))
+        assert whole_cycle._until_deadline(*given) >= deadline
         assert [array.tobytes() for array in kept] == before
-        if early_ms == 0 or rehearsal.arguments[1]["ticks"][0] == ticks + 1:
+        if early_ms == 0 or rehearsal.law[1]["ticks"][0] == ticks + 1:
             break
-    rehearsed = rehearsal.arguments[1]["ticks"][0] == ticks + 1
+    rehearsed = rehearsal.law[1]["ticks"][0] == ticks + 1
     assert rehearsed == (early_ms > 0)
-    assert (rehearsal.arguments[0]["tick"][0] == cycle.tick["tick"][0] + 1) == rehearsed
+    assert (rehearsal.law[0]["tick"][0] == cycle.tick["tick"][0] + 1) == rehearsed
+    if rehearsed:
+        assert rehearsal.read[1]["tick"][0] - backend.state["tick"][0] == simulated
     memory.close()
