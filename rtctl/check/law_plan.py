@@ -226,6 +226,12 @@ def _fill_compensation(
     p["presliding_rad"][a] = sure.credited_rad
     p["assistance_bank_j"][a] = sure.bank_j
     p["friction_stop_rad"][a] = friction.stop_rad or sure.length_rad
+    p["rest_alpha"][a] = lowpass_alpha(REST_HZ, period_s)
+    p["friction_gate_deadband_nm"][a] = friction.gate_deadband_nm
+    p["friction_gate_nm"][a] = friction.gate_nm
+    p["friction_gate_alpha"][a] = (
+        -math.expm1(-period_s / friction.gate_lowpass_s) if friction.gate_lowpass_s else 1.0
+    )
     if "force" in config.rig.absent:
         return
     fill_observer(p, a, period_s, friction.observer.gain, friction.observer.bandwidth_at(1 / period_s))
@@ -274,12 +280,6 @@ def _fill_friction(p: np.void, a: int, axis: AxisTable, config: Config, model: F
     p["friction_intent_nm"][a] = friction.intent_nm
     p["friction_intent_alpha"][a] = lowpass_alpha(
         friction.intent_lowpass_at(config.loop.rate_hz), config.period_s
-    )
-    p["rest_alpha"][a] = lowpass_alpha(REST_HZ, config.period_s)
-    p["friction_gate_deadband_nm"][a] = friction.gate_deadband_nm
-    p["friction_gate_nm"][a] = friction.gate_nm
-    p["friction_gate_alpha"][a] = (
-        -math.expm1(-config.period_s / friction.gate_lowpass_s) if friction.gate_lowpass_s else 1.0
     )
     record: np.ndarray = model.record()[0]
     return record

@@ -314,6 +314,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "watch_share": (),
             "remote_position_rad": (),  # the renderer's end of the spring to the mass
             "friction_gate": (),
+            "friction_brake": (),  # share of the help that a hand which brakes the joint takes back, 0..1
             "friction_stop": (),  # stop operator state, -1..1
             "friction_intent_nm": (),  # hand torque, low-passed for the intent
             "rest_position_rad": (),  # where the joint was when it last moved on
