@@ -15,6 +15,7 @@ from rtctl.control.compensation_limit import ungated_cap
 from rtctl.control.delay_cover import delay_covered_ticks
 from rtctl.control.disturbance_observer import SMOOTHING
 from rtctl.control.environments.table import PARAMETERS, Environment
+from rtctl.control.feedforward import SLIDING_GATE
 from rtctl.control.gate import WINDOW_S
 from rtctl.control.records import HELD, new_records
 from rtctl.control.resting import REST_HZ
@@ -229,6 +230,7 @@ def _fill_compensation(
     p["rest_alpha"][a] = lowpass_alpha(REST_HZ, period_s)
     p["friction_gate_deadband_nm"][a] = friction.gate_deadband_nm
     p["friction_gate_nm"][a] = friction.gate_nm
+    p["friction_brake_nm"][a] = SLIDING_GATE * friction.gate_nm
     p["friction_gate_alpha"][a] = (
         -math.expm1(-period_s / friction.gate_lowpass_s) if friction.gate_lowpass_s else 1.0
     )

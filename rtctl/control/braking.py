@@ -1,6 +1,6 @@
 """A hand that brakes the joint it moves is not helped with friction: friction brakes with it.
 
-    brake <- LP clip((-tau_h sgn(h) - deadband)/w, 0, 1),    w = gate_nm/2,    h the bristles of `dry_friction` at their end
+    brake <- LP clip((-tau_h sgn(h) - deadband)/brake_nm, 0, 1),    brake_nm half of gate_nm,    h the bristles of `dry_friction` at their end
     share = 1 - brake                                        of feed-forward and observer that is sent
 
 Why. A heavy hand that hangs on a spring and is hardly damped swings out on a joint whose friction is compensated, for seconds. Its torque is
@@ -16,7 +16,6 @@ from __future__ import annotations
 
 from rtctl.control.display import is_admittance
 from rtctl.control.dry_friction import slides
-from rtctl.control.feedforward import SLIDING_GATE
 from rtctl.control.jit import compiled
 from rtctl.control.records import Record
 
@@ -28,8 +27,8 @@ def unbraked_share(t: Record, s: Record, p: Record, axis: int) -> float:
     if slides(s, axis) and not is_admittance(s, axis):
         hand = t.hand_torque_nm[axis]
         against = -hand if s.bristle_share[axis] > 0.0 else hand
-        width = SLIDING_GATE * p.friction_gate_nm[axis]
-        if against > p.friction_gate_deadband_nm[axis] and width > 0.0:
-            wanted = min((against - p.friction_gate_deadband_nm[axis]) / width, 1.0)
+        beyond = against - p.friction_gate_deadband_nm[axis]
+        if beyond > 0.0 and p.friction_brake_nm[axis] > 0.0:
+            wanted = min(beyond / p.friction_brake_nm[axis], 1.0)
     s.friction_brake[axis] += p.friction_gate_alpha[axis] * (wanted - s.friction_brake[axis])
     return 1.0 - s.friction_brake[axis]

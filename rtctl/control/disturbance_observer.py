@@ -49,7 +49,7 @@ SMOOTHING = 4.0
 """The second low-pass is this many times as fast as the first."""
 
 TURNING_SHARE = 0.5
-"""Of the observer's torque while the bristles turn under a `hybrid` feed-forward."""
+"""Share of the observer's torque that is sent while the bristles turn under a `hybrid` feed-forward."""
 
 TARGET_SHARE = 0.99
 """Share of the friction that feed-forward and observer may reach together: what is left pays for the account."""

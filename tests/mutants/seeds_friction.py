@@ -174,7 +174,7 @@ SEEDS = (
     ),
     Seed(
         "friction is seen in presliding", "rtctl/control/disturbance_observer.py",
-        "elif abs(s.bristle_share[axis]) >= 1.0:", "else:", SEEN,
+        "elif slides(s, axis):", "else:", SEEN,
     ),
     Seed(
         "hybrid goes by the sign of the velocity in presliding", "rtctl/control/feedforward.py",

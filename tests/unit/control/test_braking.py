@@ -6,10 +6,9 @@ import pytest
 from law_rig import LEVER, LawRig, T
 
 from rtctl.control.braking import unbraked_share
-from rtctl.control.feedforward import SLIDING_GATE
 from rtctl.control.vocabulary import Display, Policy
 
-DEADBAND_NM, WIDTH_NM = 0.002, SLIDING_GATE * 0.03
+DEADBAND_NM, WIDTH_NM = 0.002, 0.015
 
 
 def left(hand_nm, bristle_share=1.0, ticks=300, **state):

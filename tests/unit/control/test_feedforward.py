@@ -68,7 +68,12 @@ def test_the_direction_at_rest_is_the_hands_and_in_motion_the_joints():
 def work_over_a_cycle(policy, amplitude_rad, hz=40.0):
     """Share of F times the way that the feed-forward puts into a vibration of a joint in a hand that pushes, after three cycles."""
     rig = (
-        LawRig(friction_policy=int(policy), friction_blend_rad_s=1e-3, friction_ungated_cap_nm=1.0)
+        LawRig(
+            friction_policy=int(policy),
+            friction_blend_rad_s=1e-3,
+            friction_ungated_cap_nm=1.0,
+            presliding_rad=1e-3,
+        )
         .friction()
         .arm()
     )
