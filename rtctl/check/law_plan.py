@@ -15,6 +15,7 @@ from rtctl.control.compensation_limit import ungated_cap
 from rtctl.control.delay_cover import delay_covered_ticks
 from rtctl.control.disturbance_observer import SMOOTHING
 from rtctl.control.environments.table import PARAMETERS, Environment
+from rtctl.control.feedforward import SLIDING_GATE
 from rtctl.control.gate import WINDOW_S
 from rtctl.control.records import HELD, new_records
 from rtctl.control.resting import REST_HZ
@@ -231,6 +232,13 @@ def _fill_compensation(
     p["presliding_rad"][a] = sure.credited_rad
     p["assistance_bank_j"][a] = sure.bank_j
     p["friction_stop_rad"][a] = friction.stop_rad or sure.length_rad
+    p["rest_alpha"][a] = lowpass_alpha(REST_HZ, period_s)
+    p["friction_gate_deadband_nm"][a] = friction.gate_deadband_nm
+    p["friction_gate_nm"][a] = friction.gate_nm
+    p["friction_brake_nm"][a] = SLIDING_GATE * friction.gate_nm
+    p["friction_gate_alpha"][a] = (
+        -math.expm1(-period_s / friction.gate_lowpass_s) if friction.gate_lowpass_s else 1.0
+    )
     if "force" in config.rig.absent:
         return
     fill_observer(p, a, period_s, friction.observer.gain, friction.observer.bandwidth_at(1 / period_s))
@@ -283,12 +291,6 @@ def _fill_friction(p: np.void, a: int, axis: AxisTable, config: Config, model: F
     p["friction_intent_nm"][a] = friction.intent_nm
     p["friction_intent_alpha"][a] = lowpass_alpha(
         friction.intent_lowpass_at(config.loop.rate_hz), config.period_s
-    )
-    p["rest_alpha"][a] = lowpass_alpha(REST_HZ, config.period_s)
-    p["friction_gate_deadband_nm"][a] = friction.gate_deadband_nm
-    p["friction_gate_nm"][a] = friction.gate_nm
-    p["friction_gate_alpha"][a] = (
-        -math.expm1(-config.period_s / friction.gate_lowpass_s) if friction.gate_lowpass_s else 1.0
     )
     record: np.ndarray = model.record()[0]
     return record

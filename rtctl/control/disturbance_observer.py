@@ -34,6 +34,7 @@ from __future__ import annotations
 
 import math
 
+from rtctl.control.dry_friction import slides
 from rtctl.control.feedforward import range_fade
 from rtctl.control.friction_curve import BACKWARD, FORWARD
 from rtctl.control.jit import compiled
@@ -42,9 +43,13 @@ from rtctl.control.resting import is_resting, while_resting
 from rtctl.control.vocabulary import Policy
 
 _OFF = int(Policy.OFF)
+_HYBRID = int(Policy.HYBRID)
 
 SMOOTHING = 4.0
 """The second low-pass is this many times as fast as the first."""
+
+TURNING_SHARE = 0.5
+"""Share of the observer's torque that is sent while the bristles turn under a `hybrid` feed-forward."""
 
 TARGET_SHARE = 0.99
 """Share of the friction that feed-forward and observer may reach together: what is left pays for the account."""
@@ -98,7 +103,7 @@ def observe_friction(t: Record, s: Record, p: Record, axis: int, elapsed: int) -
     if not math.isfinite(friction + t.hand_torque_nm[axis]):  # or what the next tick will go by
         _forget(s, axis)
         friction = math.nan
-    elif abs(s.bristle_share[axis]) >= 1.0:
+    elif slides(s, axis):
         forward = s.bristle_share[axis] > 0.0
         seen = friction if forward else -friction
         side = FORWARD if forward else BACKWARD
@@ -106,6 +111,17 @@ def observe_friction(t: Record, s: Record, p: Record, axis: int, elapsed: int) -
         s.friction_seen_nm[axis, side] += share * (seen - s.friction_seen_nm[axis, side])
     s.friction_observed_nm[axis] = friction if friction == friction else 0.0
     t.friction_observed_nm[axis] = friction
+
+
+@compiled
+def _turning(s: Record, axis: int) -> float:
+    """Share of the observer's torque while the bristles turn, for a policy whose direction turns by itself.
+
+    On a joint that sticks the friction observed is the torque that acts, so that the observer holds on to its own: it follows within
+    its lag over 1 - gain, a tenth of a second, and held the joint back for as long at every turn.
+    """
+    end = min(max(2.0 * abs(s.bristle_share[axis]) - 1.0, 0.0), 1.0)
+    return TURNING_SHARE + (1.0 - TURNING_SHARE) * end
 
 
 @compiled
@@ -126,6 +142,8 @@ def observer_torque(t: Record, s: Record, p: Record, model: Record, axis: int, e
         return math.nan
     beyond = max(abs(rest) - p.observer_deadband_nm[axis], 0.0)
     torque = t.compensation[axis] * p.observer_gain[axis] * math.copysign(beyond, rest)
+    if p.friction_policy[axis] == _HYBRID:
+        torque *= _turning(s, axis)
     v = t.velocity_rad_s[axis]
     branch = FORWARD if v >= 0.0 else BACKWARD
     if model.n_segments[branch] > 0:

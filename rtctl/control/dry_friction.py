@@ -34,6 +34,12 @@ SEEN_SHARE = 0.995
 
 
 @compiled
+def slides(s: Record, axis: int) -> bool:
+    """True when the bristles are at their end, so that the direction of the motion is sure."""
+    return abs(s.bristle_share[axis]) >= 1.0
+
+
+@compiled
 def guaranteed_friction(p: Record, model: Record, axis: int, velocity: float) -> float:
     """Dry friction the device surely has at this velocity, N m, >= 0.
 

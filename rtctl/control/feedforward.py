@@ -11,6 +11,7 @@ import math
 
 from rtctl.control import compensation_limit as limits
 from rtctl.control.display import is_admittance
+from rtctl.control.dry_friction import slides
 from rtctl.control.friction_curve import BACKWARD, FORWARD, branch_magnitude
 from rtctl.control.friction_factor import followed_share
 from rtctl.control.jit import compiled
@@ -37,6 +38,10 @@ _F_LAW = int(Fault.LAW_NOT_FINITE)
 _is_force_gated = compiled(limits.is_force_gated)
 _cap_in_force = compiled(limits.cap_in_force)
 _feedforward_limit = compiled(limits.feedforward_limit)
+
+
+SLIDING_GATE = 0.5
+"""On a joint that slides this share of `gate_nm` opens the gate: help that leaves the hand little would shut it otherwise."""
 
 
 @compiled
@@ -158,11 +163,16 @@ def advance_intent(s: Record, p: Record, axis: int, push: float) -> None:
 
 @compiled
 def advance_gate(s: Record, p: Record, axis: int, hand: float) -> float:
-    """Force gate g <- LPF clip((|tau_h| - deadband)/tau_g, 0, 1): without a hand there is no feed-forward."""
-    wanted = saturate(max(abs(hand) - p.friction_gate_deadband_nm[axis], 0.0) / p.friction_gate_nm[axis])
-    s.friction_gate[axis] += while_bent(s, p, axis, p.friction_gate_alpha[axis], 1.0) * (
-        wanted - s.friction_gate[axis]
-    )
+    """Force gate g <- LPF clip((|tau_h| - deadband)/tau_g, 0, 1): without a hand there is no feed-forward.
+
+    It closes no faster than `resting.REST_HZ`: a hand's torque passes zero in every stroke, while the joint is slowed down.
+    """
+    width = p.friction_gate_nm[axis] * (SLIDING_GATE if slides(s, axis) else 1.0)
+    wanted = saturate(max(abs(hand) - p.friction_gate_deadband_nm[axis], 0.0) / width)
+    alpha = while_bent(s, p, axis, p.friction_gate_alpha[axis], 1.0)
+    if wanted < s.friction_gate[axis]:
+        alpha = min(alpha, p.rest_alpha[axis])
+    s.friction_gate[axis] += alpha * (wanted - s.friction_gate[axis])
     return s.friction_gate[axis]
 
 

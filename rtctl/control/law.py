@@ -13,6 +13,7 @@ import numpy as np
 
 from rtctl.control import arming, detectors, force_doubt, gate, intake, running_delay
 from rtctl.control.assistance import assistance_share, keep_assistance, remember_compensation
+from rtctl.control.braking import unbraked_share
 from rtctl.control.current_answer import report as report_actuator
 from rtctl.control.device_velocity import device_velocity
 from rtctl.control.display import begin_display, fade_display, helped_share, is_admittance
@@ -192,7 +193,7 @@ def _compensate(t: Record, s: Record, p: Record, model: Record, axis: int, elaps
     t.observer_torque_nm[axis] = observer_torque(t, s, p, model, axis, elapsed)
     share = assistance_share(s, p, axis)
     t.assistance_share[axis] = share
-    share *= helped_share(s, p, axis)
+    share *= helped_share(s, p, axis) * unbraked_share(t, s, p, axis)
     t.feedforward_torque_nm[axis] = friction
     t.feedforward_torque_nm[axis] *= share
     if spring != 0.0:

@@ -192,6 +192,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             "friction_gate_deadband_nm": (),
             "friction_gate_nm": (),  # tau_g of the force gate
             "friction_gate_alpha": (),
+            "friction_brake_nm": (),  # against the motion, beyond the dead band: takes all help back; 0: nothing does
             "friction_stop_rad": (),  # x_d of the stop operator
             # dry friction surely there (control.dry_friction), account of the help with it (control.assistance)
             "presliding_rad": (),  # x_b: bristles surely slide after this much motion; 0: at once
@@ -318,6 +319,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "watch_share": (),
             "remote_position_rad": (),  # the renderer's end of the spring to the mass
             "friction_gate": (),
+            "friction_brake": (),  # share of the help that a hand which brakes the joint takes back, 0..1
             "friction_stop": (),  # stop operator state, -1..1
             "friction_load_nm": (),  # what the load adds to the friction
             "friction_intent_nm": (),  # hand torque, low-passed for the intent

@@ -15,7 +15,7 @@ CAP_SHARE_MAX = 0.3
 class ObserverTable(Table):
     """[axis.friction.observer]: disturbance observer from the force sensor; off while gain is 0, or without a sensor"""
 
-    gain: float = number(0, 0.98, "share of what the feed-forward leaves that it compensates", default=0.9)
+    gain: float = number(0, 0.98, "share of what the feed-forward leaves that it compensates", default=0.95)
     bandwidth_hz: float = number(
         0, 200, "of its low-pass; too much rings on a stiff hand; 0: rate_hz/20, at most 20", default=0.0
     )
@@ -94,7 +94,7 @@ class FrictionTable(Table):
     )
     tanh_rad_s: float = number(1e-4, 10, "speed scale of tanh", default=0.02)
     blend_rad_s: float = number(
-        1e-4, 10, "hybrid: speed above which motion decides, not intent", default=0.05
+        1e-4, 10, "hybrid: speed above which motion decides, not intent", default=0.08
     )
     deadband_rad_s: float = number(0, 10, "deadband policy: slower motion has no direction", default=0.01)
     dither_hz: float = number(1, 1000, "dither policy: frequency", default=80.0)

@@ -69,8 +69,9 @@ def no_observer(simulation):
 
 
 def no_account(simulation):
-    """Give the account of the compensation more than it can ever spend."""
+    """Give the account of the compensation more than it can ever spend, and help to a hand that brakes."""
     simulation.params["assistance_bank_j"] = 1e9
+    simulation.params["friction_brake_nm"] = 0.0
 
 
 def sign_too_high(simulation):

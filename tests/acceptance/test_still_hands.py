@@ -63,8 +63,9 @@ AS_IN_THE_FIRST_RELEASES = {
     "friction_intent_alpha": 1.0,
     "rest_alpha": 1.0,
     "friction_stop_rad": 1e-6,
+    "friction_brake_nm": 0.0,
 }
-"""No observer, an account that never bites, the hand's torque unfiltered, the direction of the motion at once."""
+"""No observer, an account that never bites, the hand's torque unfiltered, the direction of the motion at once, and help for a hand that brakes."""
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -35,7 +35,7 @@ SEEDS = (
     ),
     Seed(
         "a virtual mass is helped with all of the friction", "rtctl/control/law.py",
-        "share *= helped_share(s, p, axis)", "pass",
+        "helped_share(s, p, axis) * unbraked", "unbraked",
         (f"{IN_HANDS}::test_a_mass_is_helped_with_the_share_that_its_rig_file_says",),
     ),
     Seed(

@@ -174,7 +174,7 @@ SEEDS = (
     ),
     Seed(
         "friction is seen in presliding", "rtctl/control/disturbance_observer.py",
-        "elif abs(s.bristle_share[axis]) >= 1.0:", "else:", SEEN,
+        "elif slides(s, axis):", "else:", SEEN,
     ),
     Seed(
         "hybrid goes by the sign of the velocity in presliding", "rtctl/control/feedforward.py",
@@ -207,6 +207,25 @@ SEEDS = (
     Seed(
         "the gate of a resting joint follows the hand", "rtctl/control/feedforward.py",
         "while_bent(s, p, axis, p.friction_gate_alpha[axis], 1.0)", "p.friction_gate_alpha[axis]", RESTING,
+    ),
+    Seed(
+        "a hand that brakes is helped", "rtctl/control/law.py",
+        "helped_share(s, p, axis) * unbraked_share(t, s, p, axis)", "helped_share(s, p, axis)",
+        (f"{UNIT}/test_braking.py::test_the_law_sends_no_help_to_a_hand_that_brakes",),
+    ),
+    Seed(
+        "a hand that pushes backward is taken for one that brakes", "rtctl/control/braking.py",
+        "against = -hand if s.bristle_share[axis] > 0.0 else hand", "against = -hand", (f"{UNIT}/test_braking.py",),
+    ),
+    Seed(
+        "the gate closes as fast as it opens", "rtctl/control/feedforward.py",
+        "alpha = min(alpha, p.rest_alpha[axis])", "alpha = alpha",
+        (f"{UNIT}/test_feedforward.py::test_the_gate_closes_as_slowly_as_a_joint_at_rest_is_followed",),
+    ),
+    Seed(
+        "the observer holds a joint back that turns", "rtctl/control/disturbance_observer.py",
+        "        torque *= _turning(s, axis)", "        pass",
+        (f"{UNIT}/test_disturbance_observer.py::test_while_the_bristles_turn_half_of_it_comes_on_top_of_a_hybrid_direction",),
     ),
     Seed(
         "flicker at rest is a velocity", "rtctl/control/disturbance_observer.py",

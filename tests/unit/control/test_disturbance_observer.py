@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from law_rig import LEVER, B, J, LawRig, T
 
-from rtctl.control.disturbance_observer import SMOOTHING, TARGET_SHARE
+from rtctl.control.disturbance_observer import SMOOTHING, TARGET_SHARE, observer_torque
 from rtctl.control.velocity import lowpass_alpha
 from rtctl.control.vocabulary import Fault, Policy, State
 
@@ -115,6 +115,19 @@ def test_a_bias_below_the_dead_band_makes_no_torque_at_rest_and_one_above_only_t
     assert rig["torque_applied_nm"] == 0.0
     rig = settled(deadband=0.003, friction_nm=0.2)
     assert rig["observer_torque_nm"] == pytest.approx(0.9 * (TARGET_SHARE * 0.2 - 0.003), rel=1e-3)
+
+
+def test_while_the_bristles_turn_half_of_it_comes_on_top_of_a_hybrid_direction():
+    for policy, half in ((Policy.HYBRID, 0.5), (Policy.OBSERVER, 1.0), (Policy.STOP_GATED, 1.0)):
+        for share, left in ((0.0, half), (0.5, half), (-0.75, 0.5 + 0.5 * half), (1.0, 1.0)):
+            rig = made(policy, observer_gain=0.9, observer_deadband_nm=0.0)
+            rig.state["bristle_share"], rig.now["friction_observed_nm"], rig.now["compensation"] = (
+                share,
+                0.1,
+                1.0,
+            )
+            torque = observer_torque(rig.now[0], rig.state[0], rig.params[0], rig.model[0], 0, 1)
+            assert torque == pytest.approx(left * 0.9 * TARGET_SHARE * 0.1), (policy, share)
 
 
 @pytest.mark.parametrize("speed", [0.5, -0.5])

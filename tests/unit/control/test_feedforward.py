@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from law_rig import LEVER, B, LawRig, Plant, T
 
+from rtctl.control.feedforward import advance_gate
 from rtctl.control.vocabulary import Fault, Policy, State
 
 
@@ -67,7 +68,12 @@ def test_the_direction_at_rest_is_the_hands_and_in_motion_the_joints():
 def work_over_a_cycle(policy, amplitude_rad, hz=40.0):
     """Share of F times the way that the feed-forward puts into a vibration of a joint in a hand that pushes, after three cycles."""
     rig = (
-        LawRig(friction_policy=int(policy), friction_blend_rad_s=1e-3, friction_ungated_cap_nm=1.0)
+        LawRig(
+            friction_policy=int(policy),
+            friction_blend_rad_s=1e-3,
+            friction_ungated_cap_nm=1.0,
+            presliding_rad=1e-3,
+        )
         .friction()
         .arm()
     )
@@ -145,6 +151,22 @@ def test_the_gate_follows_the_hand_with_its_low_pass_and_dead_band():
     assert rig.run(200)["friction_gate"] == pytest.approx(1.0)
     rig.force_n[1] = 0.017 / LEVER
     assert rig.run(200)["friction_gate"] == pytest.approx(0.5)
+
+
+def test_on_a_joint_that_slides_half_the_torque_opens_the_gate():
+    for share, opened in ((0.99, 0.5), (1.0, 1.0), (-1.0, 1.0)):
+        sliding = LawRig(friction_gate_alpha=1.0)
+        sliding.state["bristle_share"] = share
+        one = (sliding.state[0], sliding.params[0], 0, 0.002 + 0.5 * 0.03)
+        assert advance_gate(*one) == pytest.approx(opened)
+
+
+def test_the_gate_closes_as_slowly_as_a_joint_at_rest_is_followed():
+    rig = LawRig(rest_alpha=0.01)
+    rig.state["friction_gate"] = 1.0
+    assert advance_gate(rig.state[0], rig.params[0], 0, 0.0) == pytest.approx(0.99)
+    rig.state["friction_gate"] = 0.0
+    assert advance_gate(rig.state[0], rig.params[0], 0, 1.0) == pytest.approx(0.1)
 
 
 def test_compensation_scales_and_is_limited_to_its_range():
