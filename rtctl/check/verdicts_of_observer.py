@@ -177,12 +177,12 @@ def bias(s: Subject) -> list[Verdict]:
     """Offset of the force sensor from which on a joint at rest would creep."""
     if not _observes(s):
         return []
-    from rtctl.control.disturbance_observer import TARGET_SHARE
+    from rtctl.control.disturbance_observer import TARGET_AT_REST
 
     observer = s.table.friction.observer
     floor = s.axis.guarantee.floor_nm or s.table.dry_friction_nm
-    left = (1 - TARGET_SHARE * observer.gain) / observer.gain
-    creeps_at = (observer.deadband_nm + left * floor) / TARGET_SHARE
+    left = (1 - TARGET_AT_REST * observer.gain) / observer.gain
+    creeps_at = (observer.deadband_nm + left * floor) / TARGET_AT_REST
     return [
         s.row(
             "observer, bias of the force sensor",

@@ -51,8 +51,13 @@ SMOOTHING = 4.0
 TURNING_SHARE = 0.5
 """Share of the observer's torque that is sent while the bristles turn under a `hybrid` feed-forward."""
 
+SLOW_SHARE, SLOW_RAD_S = 0.03, 0.3
+"""Share of the friction that is left to a joint slower than about this: a hand that swings out shall come to rest."""
+
 TARGET_SHARE = 0.99
 """Share of the friction that feed-forward and observer may reach together: what is left pays for the account."""
+
+TARGET_AT_REST = TARGET_SHARE - SLOW_SHARE
 
 
 @compiled
@@ -137,7 +142,8 @@ def observer_torque(t: Record, s: Record, p: Record, model: Record, axis: int, e
     if elapsed > 0:
         follow = _over(while_resting(s, p, axis, p.observer_alpha[axis]), elapsed)
         s.observer_forward_nm[axis] += follow * (forward - s.observer_forward_nm[axis])
-    rest = TARGET_SHARE * t.friction_observed_nm[axis] - s.observer_forward_nm[axis]
+    left = SLOW_SHARE * math.exp(-((t.velocity_rad_s[axis] / SLOW_RAD_S) ** 2))
+    rest = (TARGET_SHARE - left) * t.friction_observed_nm[axis] - s.observer_forward_nm[axis]
     if not math.isfinite(rest):
         return math.nan
     beyond = max(abs(rest) - p.observer_deadband_nm[axis], 0.0)

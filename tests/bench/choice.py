@@ -16,6 +16,7 @@ import numpy as np
 
 from rtctl.errors import RtctlError
 from rtctl.friction.learn import grids, ladder
+from rtctl.friction.learn.selection import Rung
 from rtctl.friction.points.measured import FrictionPoints
 from rtctl.friction.points.outliers import without_outliers
 
@@ -81,7 +82,7 @@ def judge(seed: int, families: Sequence[str]) -> Judged:
     points, _ = without_outliers(points)
     found = ladder.ascend(points, ladder.Options(families=tuple(families), backend="sequential"))
 
-    def error_nm(rung: ladder.Rung | None) -> float:
+    def error_nm(rung: Rung | None) -> float:
         model = ladder.learn(points, found, rig="made", rung=rung)
         off = [
             branch.magnitude(speed) - friction

@@ -247,13 +247,14 @@ def test_a_coarse_encoder_is_refused_with_a_bandwidth_that_passes(rig):
 
 
 def test_the_torque_of_a_count_is_what_the_law_sends(rig):
-    """One count in one tick, from rest: the largest torque of the observer after it."""
+    """One count in one tick, on a joint that slides quickly, where the observer does most: its largest torque after it."""
     loaded = rig()
     plan, subject = build(loaded), _subject(loaded)
     p, state, t, model = (
         records(array)[0] for array in (plan.params, new_records(1)[1], new_ticks(1, 1), plan.model)
     )
     p["observer_deadband_nm"], t["compensation"] = 0.0, 1.0
+    state["bristle_share"], t["velocity_rad_s"] = 1.0, 1.0
     torques = []
     for k in range(50):
         t["velocity_difference_rad_s"] = p["count_rad"] / p["period_s"] if k == 1 else 0.0
@@ -267,4 +268,4 @@ def test_the_bias_at_which_a_joint_creeps_is_that_of_the_theory(rig):
     loaded = rig(("[[device]]", "[axis.friction.observer]\ngain = 0.95\ndeadband_nm = 0.0\n[[device]]"))
     row = _rows(loaded)[BIAS]
     sure = examine(loaded).axes[0].guarantee
-    assert float(row.figure.split()[0]) == pytest.approx((1 / 0.95 / 0.99 - 1) * sure.floor_nm, rel=0.01)
+    assert float(row.figure.split()[0]) == pytest.approx((1 / 0.95 / 0.96 - 1) * sure.floor_nm, rel=0.01)

@@ -109,18 +109,18 @@ def test_no_row_of_a_check_has_the_name_of_a_rotary_key(tmp_path):
 
 def test_what_is_left_out_is_as_at_a_handle_of_ten_centimetres(tmp_path):
     slide, joint = load(SLIDE).config.axis[0], load(CONFIGS / "mock.toml").config.axis[0]
-    assert slide.friction.blend_rad_s == pytest.approx(0.005)  # .05 rad/s
+    assert slide.friction.blend_rad_s == pytest.approx(0.008)  # .08 rad/s
     assert slide.friction.intent_nm == pytest.approx(0.5)  # .05 N m
     assert slide.admittance.hand_stiffness_nm_rad == pytest.approx(6e4)  # 600 N m/rad
     assert slide.admittance.hand_damping_nms_rad == pytest.approx(100.0)
     assert slide.admittance.hand_inertia_kgm2 == pytest.approx(2.0)  # .02 kg m^2
     assert slide.environment.pitch_rad == pytest.approx(0.02)
-    assert joint.friction.blend_rad_s == 0.05
+    assert joint.friction.blend_rad_s == 0.08
     said = changed(
         tmp_path, "[axis.environment]\n", "[axis.friction]\nintent_n = 0.7\n\n[axis.environment]\n"
     )
     assert load(said).config.axis[0].friction.intent_nm == 0.7
-    assert load(said).config.axis[0].friction.blend_rad_s == pytest.approx(0.005)
+    assert load(said).config.axis[0].friction.blend_rad_s == pytest.approx(0.008)
     assert load(changed(tmp_path, "position_min_m = -0.2 ", "")).config.axis[0].position_min_rad == -1e3
 
 

@@ -6,13 +6,25 @@ import numpy as np
 import pytest
 from law_rig import LEVER, B, J, LawRig, T
 
-from rtctl.control.disturbance_observer import SMOOTHING, TARGET_SHARE, observer_torque
+from rtctl.control.disturbance_observer import (
+    SLOW_RAD_S,
+    SLOW_SHARE,
+    SMOOTHING,
+    TARGET_AT_REST,
+    TARGET_SHARE,
+    observer_torque,
+)
 from rtctl.control.velocity import lowpass_alpha
 from rtctl.control.vocabulary import Fault, Policy, State
 
 HZ = 20.0
 LATE = 3
 """With it the derivative by a low-pass is that of the samples; 2 pi HZ is some percent more, as if J were."""
+
+
+def target(speed):
+    """Share of the friction that is aimed at, at this speed in rad/s."""
+    return TARGET_SHARE - SLOW_SHARE * math.exp(-((speed / SLOW_RAD_S) ** 2))
 
 
 def made(policy=Policy.OBSERVER, hz=HZ, model=False, **params):
@@ -57,7 +69,7 @@ def test_it_finds_a_constant_friction_without_the_viscous_damping_that_the_joint
     rig = settled(speed)
     assert rig["friction_observed_nm"] == pytest.approx(math.copysign(0.2, speed), rel=1e-3)
     assert rig["observer_torque_nm"] == pytest.approx(
-        math.copysign(0.9 * TARGET_SHARE * 0.2, speed), rel=1e-3
+        math.copysign(0.9 * target(speed) * 0.2, speed), rel=1e-3
     )
     assert rig["feedforward_torque_nm"] == 0.0
     side = 0 if speed > 0 else 1
@@ -114,7 +126,7 @@ def test_a_bias_below_the_dead_band_makes_no_torque_at_rest_and_one_above_only_t
     assert rig["observer_torque_nm"] == 0.0
     assert rig["torque_applied_nm"] == 0.0
     rig = settled(deadband=0.003, friction_nm=0.2)
-    assert rig["observer_torque_nm"] == pytest.approx(0.9 * (TARGET_SHARE * 0.2 - 0.003), rel=1e-3)
+    assert rig["observer_torque_nm"] == pytest.approx(0.9 * (target(0.5) * 0.2 - 0.003), rel=1e-3)
 
 
 def test_while_the_bristles_turn_half_of_it_comes_on_top_of_a_hybrid_direction():
@@ -127,7 +139,7 @@ def test_while_the_bristles_turn_half_of_it_comes_on_top_of_a_hybrid_direction()
                 1.0,
             )
             torque = observer_torque(rig.now[0], rig.state[0], rig.params[0], rig.model[0], 0, 1)
-            assert torque == pytest.approx(left * 0.9 * TARGET_SHARE * 0.1), (policy, share)
+            assert torque == pytest.approx(left * 0.9 * TARGET_AT_REST * 0.1), (policy, share)
 
 
 @pytest.mark.parametrize("speed", [0.5, -0.5])
@@ -136,7 +148,7 @@ def test_it_fills_only_what_the_feed_forward_leaves(speed):
     rig = stroke(rig, speed, math.copysign(0.05, speed))
     observed, forward = rig["friction_observed_nm"], rig["feedforward_torque_nm"]
     assert abs(forward) == pytest.approx(0.15, rel=1e-3)
-    assert rig["observer_torque_nm"] == pytest.approx(0.9 * (TARGET_SHARE * observed - forward), rel=1e-2)
+    assert rig["observer_torque_nm"] == pytest.approx(0.9 * (target(speed) * observed - forward), rel=1e-2)
 
 
 def test_with_the_feed_forward_it_keeps_under_the_cap():
