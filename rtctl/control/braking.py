@@ -1,6 +1,6 @@
 """A hand that brakes the joint it moves is not helped with friction: friction brakes with it.
 
-    brake <- LP clip((-tau_h sgn(h) - deadband)/brake_nm, 0, 1),    brake_nm half of gate_nm,    h the bristles of `dry_friction` at their end
+    brake <- LP clip((-(tau_h + tau_c) sgn(h) - deadband)/brake_nm, 0, 1),    brake_nm half of gate_nm,    h the bristles of `dry_friction` at their end
     share = 1 - brake                                        of feed-forward and observer that is sent
 
 Why. A heavy hand that hangs on a spring and is hardly damped swings out on a joint whose friction is compensated, for seconds. Its torque is
@@ -8,7 +8,8 @@ that of a person who moves the joint: J dv/dt, and both do the work that frictio
 each swing, and a person who brakes wants the joint slower. So friction is left to the joint then, and takes the joint's energy twice in a swing. A person's
 motion needs less torque by it, since friction does what the hand would have to.
 
-On bent bristles the direction of the motion is not known, and nothing is changed. A virtual mass is braked by its hand through the law
+tau_c is the torque of the coupling: a hand that lets a spring of the virtual world push the joint back brakes nothing, and what both ask of the joint
+is its inertia and what is left of its friction. On bent bristles the direction of the motion is not known, and nothing is changed. A virtual mass is braked by its hand through the law
 itself, and its joint must follow: it is helped as ever. Less help never breaks a proof: the account, the two lines and the observer's eigenvalues bound it from above.
 """
 
@@ -25,8 +26,8 @@ def unbraked_share(t: Record, s: Record, p: Record, axis: int) -> float:
     """Advance `friction_brake` of the state; return the share of the help that is left, 0 to 1. A torque that is no number brakes nothing."""
     wanted = 0.0
     if slides(s, axis) and not is_admittance(s, axis):
-        hand = t.hand_torque_nm[axis]
-        against = -hand if s.bristle_share[axis] > 0.0 else hand
+        push = t.hand_torque_nm[axis] + t.coupling_torque_nm[axis]
+        against = -push if s.bristle_share[axis] > 0.0 else push
         beyond = against - p.friction_gate_deadband_nm[axis]
         if beyond > 0.0 and p.friction_brake_nm[axis] > 0.0:
             wanted = min(beyond / p.friction_brake_nm[axis], 1.0)

@@ -64,8 +64,9 @@ AS_IN_THE_FIRST_RELEASES = {
     "rest_alpha": 1.0,
     "friction_stop_rad": 1e-6,
     "friction_brake_nm": 0.0,
+    "friction_blend_rad_s": 0.05,
 }
-"""No observer, an account that never bites, the hand's torque unfiltered, the direction of the motion at once, and help for a hand that brakes."""
+"""No observer, an account that never bites, the hand's torque unfiltered, the direction of the motion at once, the blend of then, and help for a hand that brakes."""
 
 
 @pytest.mark.parametrize("case", CASES)

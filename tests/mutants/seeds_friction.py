@@ -215,7 +215,7 @@ SEEDS = (
     ),
     Seed(
         "a hand that pushes backward is taken for one that brakes", "rtctl/control/braking.py",
-        "against = -hand if s.bristle_share[axis] > 0.0 else hand", "against = -hand", (f"{UNIT}/test_braking.py",),
+        "against = -push if s.bristle_share[axis] > 0.0 else push", "against = -push", (f"{UNIT}/test_braking.py",),
     ),
     Seed(
         "the gate closes as fast as it opens", "rtctl/control/feedforward.py",

@@ -102,8 +102,8 @@ def test_invariant_15_torque_times_velocity_is_not_positive_above_the_speed_limi
         0,
     )
     rig.world(Environment.SPRING, 1e6, direction * 50.0)
-    for _ in range(600):
-        speed = min(speed + v_max / 300, 1.1 * v_max)
+    for _ in range(700):
+        speed = min(speed + v_max / 400, 1.1 * v_max)
         x += direction * speed * 1e-3
         rig.run(position_rad=x)
         power = rig["torque_applied_nm"] * rig["velocity_rad_s"]

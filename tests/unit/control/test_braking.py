@@ -11,13 +11,13 @@ from rtctl.control.vocabulary import Display, Policy
 DEADBAND_NM, WIDTH_NM = 0.002, 0.015
 
 
-def left(hand_nm, bristle_share=1.0, ticks=300, **state):
+def left(hand_nm, bristle_share=1.0, ticks=300, coupling_torque_nm=0.0, **state):
     """Share of the help that is left after `ticks` of this torque of the hand."""
     rig = LawRig()
+    rig.now["hand_torque_nm"], rig.now["coupling_torque_nm"] = hand_nm, coupling_torque_nm
     rig.state["bristle_share"] = bristle_share
     for name, value in state.items():
         rig.state[name] = value
-    rig.now["hand_torque_nm"] = hand_nm
     for _ in range(ticks):
         share = unbraked_share(rig.now[0], rig.state[0], rig.params[0], 0)
     return share
@@ -37,6 +37,13 @@ def test_a_hand_that_moves_the_joint_or_is_not_there_is_helped_whole(way, hand_n
 
 def test_a_bias_within_the_dead_band_of_the_gate_brakes_nothing():
     assert left(-DEADBAND_NM) == 1.0
+
+
+def test_a_hand_that_gives_way_to_a_virtual_spring_brakes_nothing():
+    assert left(-0.1, coupling_torque_nm=0.12) == 1.0
+    assert left(0.1, coupling_torque_nm=-0.2) == pytest.approx(0.0, abs=1e-9), (
+        "nor does one that a spring overcomes push"
+    )
 
 
 def test_on_bent_bristles_nobody_knows_the_direction():
