@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from hw.mock.load import load_levels
-from rtctl.friction.learn.load_terms import COEFFICIENTS, NAMES
+from rtctl.friction.learn.load_terms import NAMES
+from rtctl.friction.load import COEFFICIENTS
 from rtctl.friction.points.measured import FrictionPoints
 
 MATTERS = 0.02

@@ -192,10 +192,7 @@ def coupled_step(
     J (v' - v) / h = torque - drag w - s0 [(1 - mu) average + mu z'] - s1 (z' - z) / h - b w.
     The bristle cannot stretch beyond break-away; where a step would, it is held there and w solved anew.
     """
-    rate, per_share = (
-        1.0 / h,
-        1.0 / share,
-    )  # one step waits for the other: nothing in between is divided that need not be
+    rate, per_share = 1.0 / h, 1.0 / share  # a division less for the next step to wait for
     ahead = (1.0 - share) * h
     v_mid = v + ahead * acceleration
     g = dry_friction(v_mid, x + ahead * v, p, axis)

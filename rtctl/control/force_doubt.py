@@ -24,6 +24,7 @@ from __future__ import annotations
 
 import math
 
+from rtctl.control.dry_friction import slides
 from rtctl.control.friction_curve import BACKWARD, FORWARD
 from rtctl.control.jit import compiled
 from rtctl.control.program import in_program
@@ -198,8 +199,8 @@ def offset_fault(t: Record, s: Record, p: Record, axis: int, elapsed: int, power
         s.slid_ticks[axis, FORWARD] = s.slid_ticks[axis, BACKWARD] = s.offset_ticks[axis] = 0
         s.slid_friction_nm[axis, FORWARD] = s.slid_friction_nm[axis, BACKWARD] = 0.0
         return 0
-    slides = abs(s.bristle_share[axis]) >= 1.0 and t.velocity_difference_rad_s[axis] != 0.0
-    if slides:
+    sliding = slides(s, axis) and t.velocity_difference_rad_s[axis] != 0.0
+    if sliding:
         _average(s, p, axis, FORWARD if s.bristle_share[axis] > 0.0 else BACKWARD, elapsed)
     staying = s.same_ticks * p.period_s >= FROZEN_S
     slid_s = min(s.slid_ticks[axis, FORWARD], s.slid_ticks[axis, BACKWARD]) * p.period_s
@@ -211,7 +212,7 @@ def offset_fault(t: Record, s: Record, p: Record, axis: int, elapsed: int, power
         offset = 0.5 * (s.friction_seen_nm[axis, FORWARD] - s.friction_seen_nm[axis, BACKWARD])
     if abs(offset) <= p.force_offset_limit_nm[axis]:
         s.offset_ticks[axis] = 0
-    elif slides or staying or offset != offset:
+    elif sliding or staying or offset != offset:
         s.offset_ticks[axis] += max(elapsed, 1)
     if s.offset_ticks[axis] * p.period_s < (STAYING_OFFSET_S if staying else OFFSET_S):
         return 0

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 
+from rtctl.control.dry_friction import slides
 from rtctl.control.friction_curve import BACKWARD, FORWARD, branch_magnitude
 from rtctl.control.jit import compiled
 from rtctl.control.place_friction import conservative_torque, place_magnitude
@@ -63,7 +64,7 @@ def judge_place(t: Record, s: Record, p: Record, model: Record, axis: int, dx: f
     if p.place_kind[axis] == 0 or not length > 0.0 or dx == 0.0 or not p.observer_alpha[axis] > 0.0:
         return
     speed, side = abs(v), FORWARD if v >= 0.0 else BACKWARD
-    sliding = abs(s.bristle_share[axis]) >= 1.0 and s.bristle_share[axis] * v > 0.0
+    sliding = slides(s, axis) and s.bristle_share[axis] * v > 0.0
     if (
         not sliding
         or not SLOW_RAD_S < speed < p.place_speed_rad_s[axis]

@@ -13,16 +13,18 @@ LOOP_MOST = 0.5
 """Most torque that the compensation of load may add for each N m that goes through the gear: `rtctl check` refuses more."""
 
 
-IN_LAW = (
+COEFFICIENTS = (
     "outside",
     "motor",
     "outside_peak",
     "motor_peak",
     "outside_square_per_nm",
     "motor_square_per_nm",
-    "most_nm",
 )
-"""Coefficients that the law's record has by name; beside them stands the fall with speed, as a table."""
+"""Those of the load, in N m per N m; the squares per N m more."""
+
+IN_LAW = (*COEFFICIENTS, "most_nm")
+"""What the law's record has by name; beside them stands the fall with speed, as a table."""
 
 
 def added_nm(

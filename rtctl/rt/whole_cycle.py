@@ -185,7 +185,7 @@ class Rehearsal(NamedTuple):
 
         def practised(arguments: tuple[np.ndarray, ...]) -> tuple[np.ndarray, ...]:
             """Arguments with copies in place of what is changed."""
-            pairs = [(one, copy) for one, copy in zip(changed, copies, strict=True)]
+            pairs = list(zip(changed, copies, strict=True))
             return tuple(next((copy for one, copy in pairs if one is given), given) for given in arguments)
 
         return cls(

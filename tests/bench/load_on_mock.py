@@ -15,7 +15,8 @@ import numpy as np
 
 from hw.mock.family import FAMILY
 from rtctl.friction.learn.beside_speed import rows_of
-from rtctl.friction.learn.load_terms import COEFFICIENTS, Rows, fit_terms
+from rtctl.friction.learn.load_terms import Rows, fit_terms
+from rtctl.friction.load import COEFFICIENTS
 from rtctl.friction.points import mock
 from rtctl.friction.points.measured import FrictionPoints
 from rtctl.rig_file.config import LoadedConfig, load

@@ -17,22 +17,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rtctl.friction.load import COEFFICIENTS
+
 LINEAR = ("coulomb_nm", "viscous_nms_rad", "stribeck_nm")
 NAMES = (
     *LINEAR,
-    "outside",
-    "motor",
-    "outside_peak",
-    "motor_peak",
-    "outside_square_per_nm",
-    "motor_square_per_nm",
+    *COEFFICIENTS,
     "stribeck_rad_s",
     "stribeck_power",
 )
 """Parameters, in the order of `Terms.values`; torques in N m at the joint, shares in N m per N m."""
-
-COEFFICIENTS = NAMES[3:9]
-"""Those of the load."""
 
 _ONE = ("coulomb_nm", "viscous_nms_rad")
 _PEAK = ("stribeck_nm", "stribeck_rad_s", "stribeck_power")

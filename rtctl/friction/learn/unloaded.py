@@ -8,8 +8,7 @@ import numpy as np
 
 from rtctl.errors import DataError
 from rtctl.friction.learn.beside_speed import LoadVerdict, rows_of
-from rtctl.friction.learn.load_terms import COEFFICIENTS
-from rtctl.friction.load import Load
+from rtctl.friction.load import COEFFICIENTS, Load
 from rtctl.friction.points.measured import FrictionPoints
 
 LIGHT = 0.5
