@@ -134,6 +134,16 @@ def ramped(log):
     return simulate(replace(CLEAN["hand"], friction_over_time=0.6, seconds=40.0))
 
 
+def also_held(kind, stiffness):
+    """A motor that moves the joint, and a hand on it that nobody recorded."""
+
+    def change(log):
+        joint = replace(CLEAN["motor"], hand=(stiffness, 0.03 * stiffness), kind=kind, seconds=40.0)
+        return replace(simulate(joint), hand=None)
+
+    return change
+
+
 def turned(log):
     """A crank turned by more than a turn, whose encoder starts over at 2 pi."""
     log = simulate(Joint(sines=((4.0, 0.25), (1.0, 0.7), (0.05, 2.3)), seed=21))

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 from dirty_changes import (
+    also_held,
     at,
     cells,
     clean,
@@ -222,6 +223,8 @@ CASES = {
     "gravity that is not mapped": Case(
         "motor", column("motor", lambda s, log: s + 0.5 * np.sin(2 * log.position + 0.5)), r"position|gravity"
     ),
+    "a hand beside the motor, not recorded": Case("motor", also_held("sines", 10.0), r"left over and is no noise.*hand"),
+    "a hand beside the motor in even strokes, not recorded": Case("motor", also_held("strokes", 5.0), r"left over and is no noise.*hand"),
     "the hand's sensor dead for a third": Case(
         "hand", column("hand", lambda s, log: np.where((log.time > 8) & (log.time < 16), s[4000], s)), r"external torque.*(constant|frozen|stands)"
     ),

@@ -1,4 +1,4 @@
-"""Columns of a log file by name, whatever wrote it: text (plain or gzipped), npz, npy, MATLAB, Parquet.
+"""Columns of a log file by name, whatever wrote it: text (plain or gzipped), npz, npy, MATLAB, Parquet, JSON.
 
 Arrays of a binary file are named as in it: `pos`; column k of a matrix is `data#k`, a field of a structure `log.pos`.
 """
@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import gzip
 import io
-import math
 import zipfile
 import zlib
 from collections.abc import Callable, Mapping
@@ -20,6 +19,9 @@ import numpy as np
 
 from hw.interface import BackendError
 from hw.outside import read_bounded
+from hw.playback.foreign import what_it_is
+from hw.playback.json_rows import read_json
+from hw.playback.matlab import read_matlab
 from hw.playback.text_table import PLACE, Table, read_text
 
 if TYPE_CHECKING:
@@ -32,8 +34,6 @@ MOST_RATIO, LEAST_UNPACKED = 100, 1 << 20
 """How many times its size a file may unpack to, and what it always may: logs reach 5 to 20, a bomb 1,000."""
 
 MIN_SAMPLES = 2
-
-MATLAB_HDF = b"MATLAB 7.3"
 
 Reader = Callable[[Path, tuple[str, ...]], Mapping[str, np.ndarray]]
 
@@ -92,6 +92,8 @@ def _require_sound(path: Path, columns: Mapping[str, np.ndarray]) -> None:
 
 def _text(path: Path) -> str:
     raw = _bytes(path)
+    if told := what_it_is(raw):
+        raise BackendError(f"{path}: not a text file; {told}")
     try:
         return _decoded(raw).replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:
@@ -185,28 +187,7 @@ def _npy(_path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, Any]:
 
 
 def _mat(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, Any]:
-    from scipy.io import loadmat, whosmat
-
-    if raw.startswith(MATLAB_HDF) or raw[:8] == b"\x89HDF\r\n\x1a\n":
-        raise BackendError(f"{path}: a MATLAB file of version 7.3 is not read; save it with save(..., '-v7')")
-    size = 8 * sum(math.prod(shape) for _, shape, _ in whosmat(io.BytesIO(raw)))
-    if size > _most(len(raw)):
-        raise BackendError(f"{path}: unpacks to {size} bytes, which no log does; cut it into parts")
-    found: dict[str, Any] = {}
-    for name, value in loadmat(io.BytesIO(raw), squeeze_me=True).items():
-        if not name.startswith("__"):
-            _fields(name, value, found)
-    return found
-
-
-def _fields(name: str, value: object, found: dict[str, Any], depth: int = 4) -> None:
-    """Arrays of a MATLAB structure, by their path."""
-    array = np.asarray(value)
-    if array.dtype.names and array.size == 1 and depth:
-        for field in array.dtype.names:
-            _fields(f"{name}.{field}", array.reshape(-1)[0][field], found, depth - 1)
-    elif array.dtype != object:
-        found[name] = array
+    return read_matlab(path, raw, _most(len(raw)))
 
 
 def _parquet(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, Any]:
@@ -232,6 +213,9 @@ BINARY: dict[str, Callable[[Path, bytes, tuple[str, ...]], Mapping[str, Any]]] =
     ".npy": _npy,
     ".mat": _mat,
     ".parquet": _parquet,
+    ".json": read_json,
+    ".jsonl": read_json,
+    ".ndjson": read_json,
 }
 """How the content of a file is read, by its ending."""
 
@@ -261,6 +245,7 @@ def _column(path: Path, arrays: Mapping[str, Any], name: str) -> np.ndarray:
     array = np.asarray(array, float)
     if matrix and array.ndim == 2:
         k = int(place) - 1
+        array = _upright(array)
         if not 0 <= k < array.shape[1]:
             raise BackendError(f"{path}: {stem or 'the array'} has {array.shape[1]} columns, not {place}")
         return np.ascontiguousarray(array[:, k])
@@ -273,7 +258,12 @@ def _column(path: Path, arrays: Mapping[str, Any], name: str) -> np.ndarray:
     return array
 
 
+def _upright(array: np.ndarray) -> np.ndarray:
+    """A matrix with a column for each signal: Simulink's To File writes a row for each."""
+    return array.T if array.shape[0] < array.shape[1] else array
+
+
 def _shown(item: tuple[str, Any]) -> str:
     name, value = item
     shape = np.shape(value)
-    return f"{name}#1..{shape[1]}" if len(shape) == 2 and 1 not in shape else name
+    return f"{name}#1..{min(shape)}" if len(shape) == 2 and 1 not in shape else name

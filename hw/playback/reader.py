@@ -17,7 +17,7 @@ import numpy as np
 from hw.interface import BackendError, Options, Rig
 from hw.motion import LENGTH_UNITS, SPEED_UNITS, coordinate_units, effort_units
 from hw.playback.columns import MIN_SAMPLES, read_table
-from hw.playback.stamps import Grid, Stretch, grid_of, resolution
+from hw.playback.stamps import Grid, Stretch, grid_of, resolution, unwrapped
 from hw.playback.units import require_unit
 
 # Factors to SI of the units that hw.playback.options admits (pydantic stays out of the loop process).
@@ -82,13 +82,17 @@ def require_rising(path: Path, time_s: np.ndarray) -> None:
     """
     steps = np.diff(time_s)
     if not time_s[-1] > time_s[0]:
-        raise BackendError(f"{path}: time does not increase ({time_s[0]} s to {time_s[-1]} s)")
+        row = int(np.argmax(steps <= 0)) + 2
+        raise BackendError(
+            f"{path}: time does not increase ({time_s[0]} s to {time_s[-1]} s), the first time in row {row}; cut the rows that are not of the log, or map "
+            "the column of the time"
+        )
     same, back = np.flatnonzero(steps == 0), np.flatnonzero(steps < 0)
     if len(same):
         raise BackendError(
             f"{path}: {len(same)} duplicated timestamps, the first {time_s[same[0]]:.6g} s in rows {same[0] + 1} "
             f"and {same[0] + 2}; remove the repeated rows, or give the rate instead of the time column where "
-            "only the clock is coarse"
+            f"only the clock is coarse (--rate-hz {len(steps) / (time_s[-1] - time_s[0]):.6g} is the mean)"
         )
     if len(back):
         k = back[0]
@@ -135,7 +139,15 @@ class _Table:
         names = tuple(column["column"] for column in columns)
         found = read_table(self.path, names, options.get("delimiter"), options.get("decimal"))
         self.raw, self.said = found.columns, found.units
-        self.time_s = self.si(options["time"], TIME_UNITS) if options.get("time") else None
+        self.notes: tuple[str, ...] = ()
+        self.time_s = self._stamps(options["time"]) if options.get("time") else None
+
+    def _stamps(self, column: Mapping[str, Any]) -> np.ndarray:
+        name = column["column"]
+        self.raw[name], bits = unwrapped(self.raw[name])
+        if bits:
+            self.notes = (f"{self.path}: column {name!r}: a counter of {bits} bits starts over: continued",)
+        return self.si(column, TIME_UNITS)
 
     def grid(self, options: Options, *, steady: bool) -> Grid:
         """Even grid of the rows; `steady` refuses what a loop must not be fed with."""
@@ -249,7 +261,7 @@ def _read(options: Options, rig: Rig, *, steady: bool, mend: Mend | None = None)
             path=table.path,
             rate_hz=grid.rate_hz,
             start_s=float(stretch.stamps_s[:1].sum()) - begin_s,
-            notes=(*grid.notes, *notes),
+            notes=(*table.notes, *grid.notes, *notes),
             position_rad=stretch.signal(position),
             current_a=_of(stretch, current),
             hand_torque_nm=_of(stretch, hand),

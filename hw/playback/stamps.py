@@ -127,6 +127,29 @@ def resolution(raw: np.ndarray) -> float:
     return 0.0
 
 
+COUNTERS = (16, 32)
+"""Bits of the counters that stamps come from and that start over at 0."""
+
+
+def unwrapped(stamps: np.ndarray) -> tuple[np.ndarray, int]:
+    """Stamps of a counter that started over, as if it had not, and its bits; as they are and 0 where no counter explains a step back."""
+    steps = np.diff(stamps)
+    back = np.flatnonzero(steps < 0)
+    if not len(back) or stamps.min() < 0 or (stamps != np.round(stamps)).any():
+        return stamps, 0
+    usual = float(np.median(steps))
+    for bits in COUNTERS:
+        over = steps[back] + 2.0**bits
+        if (
+            usual > 0
+            and stamps.max() < 2.0**bits
+            and (over > 0).all()
+            and (over < GAP_STEPS * max(usual, 1.0)).all()
+        ):
+            return stamps + 2.0**bits * np.cumsum(np.concatenate([[0], steps < 0])), bits
+    return stamps, 0
+
+
 def interpolated(time_s: np.ndarray, values: np.ndarray, at_s: np.ndarray) -> np.ndarray:
     """Values at other instants within those of `time_s`, by the cubic through the two rows before and after each.
 

@@ -6,7 +6,6 @@ second column by its place, for a column without a name and for a table without 
 
 from __future__ import annotations
 
-import csv
 import io
 import re
 from dataclasses import dataclass, field
@@ -15,15 +14,14 @@ from pathlib import Path
 import numpy as np
 
 from hw.interface import BackendError
+from hw.playback.cells import number, read_words
+from hw.playback.text_rows import cells_of, is_number, of_these_columns, unit_rows, unstamped
 
 DELIMITERS = (",", ";", "\t", "|", None)
 """Tried in this order; None is any white space."""
 
 HEADER_LINES = 200
 """The header is among so many lines."""
-
-UNIT_ROWS = 3
-"""Most rows without numbers between the header and the first numbers: units, descriptions."""
 
 ROWS_IN_A_ROW = 5
 """As many lines of numbers are rows, not settings above a table."""
@@ -78,7 +76,7 @@ def read_text(
     BackendError
         No header with these names, no rows, a cell that is no number (with column and row, from 1 below the header).
     """
-    lines = text.split("\n")
+    lines = unstamped(text.split("\n"))
     layout = _layout(path, lines, names, delimiter)
     head = _uncommented(layout.line(lines[layout.header])) if layout.header >= 0 else None
     body = [
@@ -86,7 +84,8 @@ def read_text(
         for line in lines[layout.header + 1 :]
         if line.strip() and not line.lstrip().startswith(COMMENTS)
     ]
-    units, body = _unit_rows(body, layout)
+    units, body = unit_rows(body, layout.index, layout.delimiter, headed=layout.header >= 0)
+    body = of_these_columns(body, layout.index, layout.delimiter)
     units += [
         cells_of(line, layout.delimiter) for line in lines[: max(0, layout.header)] if _SAYS_UNITS.match(line)
     ]
@@ -94,21 +93,13 @@ def read_text(
         raise BackendError(f"{path}: no rows below the header")
     if decimal is None:
         decimal = "," if _has_decimal_commas(body, layout) else "."
+    said = {name: _unit_text(units, at) for name, at in zip(names, layout.index, strict=True)}
     try:
         numbers = _fast(body, layout, decimal)
     except ValueError:
-        numbers = _cell_by_cell(path, body, layout, names, decimal, head)
-    said = {name: _unit_text(units, at) for name, at in zip(names, layout.index, strict=True)}
+        numbers, spelt = _cell_by_cell(path, body, layout, names, decimal, head)
+        said |= spelt
     return Table({name: numbers[:, k] for k, name in enumerate(names)}, said)
-
-
-def cells_of(line: str, delimiter: str | None) -> list[str]:
-    """Cells of a line without quotes and blanks around them."""
-    if delimiter is None:
-        return line.split()
-    if '"' in line:
-        return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
-    return [cell.strip() for cell in line.split(delimiter)]
 
 
 def _uncommented(line: str) -> str:
@@ -127,7 +118,7 @@ def _layout(path: Path, lines: list[str], names: tuple[str, ...], given: str | N
                 if named and all(name in cells for name in named):
                     index = tuple(_index(path, cells, name) for name in names)
                     return _Layout(row, delimiter, index, len(line) - len(bare))
-                if delimiter and len(cells) > len(found) and not any(map(_is_number, cells)):
+                if delimiter and len(cells) > len(found) and not any(map(is_number, cells)):
                     found = cells
     if not named:
         return _by_place(lines, names, tried)
@@ -146,7 +137,7 @@ def _by_place(lines: list[str], names: tuple[str, ...], tried: tuple[str | None,
         for row, line in enumerate(lines[:HEADER_LINES]):
             bare = line if delimiter == "," else line.rstrip(",")
             cells = cells_of(bare, delimiter)
-            run = run + 1 if max(index) < len(cells) and all(_is_number(cells[k]) for k in index) else 0
+            run = run + 1 if max(index) < len(cells) and all(is_number(cells[k]) for k in index) else 0
             if run == ROWS_IN_A_ROW or (run and not any(rest.strip() for rest in lines[row + 1 : row + 2])):
                 return _Layout(row - run, delimiter, index, len(line) - len(bare))
     return _Layout(-1, tried[0], index)
@@ -160,28 +151,11 @@ def _index(path: Path, cells: list[str], name: str) -> int:
             raise BackendError(f"{path}: no column {name}; the header has {len(cells)} columns")
         return index
     if cells.count(name) != 1:
-        raise BackendError(f"{path}: more than one column {name!r}; the header has: {', '.join(cells)[:500]}")
+        places = [f"#{k + 1}" for k, cell in enumerate(cells) if cell == name]
+        raise BackendError(
+            f"{path}: more than one column {name!r}: name it by its place, {' or '.join(places[:4])}; the header has: {', '.join(cells)[:500]}"
+        )
     return cells.index(name)
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell.replace(",", "."))
-    except ValueError:
-        return False
-    return True
-
-
-def _unit_rows(body: list[str], layout: _Layout) -> tuple[list[list[str]], list[str]]:
-    """Rows above the first numbers, and the rest. Without a header of its own a line of words is a fault of the rows."""
-    rows = []
-    for line in body[:UNIT_ROWS]:
-        cells = cells_of(line, layout.delimiter)
-        wanted = [cells[k] for k in layout.index if k < len(cells)]
-        if any(_is_number(cell) for cell in wanted) or not any(wanted):
-            break
-        rows.append(cells)
-    return (rows, body[len(rows) :]) if len(body) > len(rows) else ([], body)
 
 
 def _unit_text(rows: list[list[str]], at: int) -> str:
@@ -215,19 +189,40 @@ def _fast(body: list[str], layout: _Layout, decimal: str) -> np.ndarray:
 
 def _cell_by_cell(
     path: Path, body: list[str], layout: _Layout, names: tuple[str, ...], decimal: str, head: str | None
-) -> np.ndarray:
-    """Numbers of all rows, slowly: quoted cells, and the first that is no number by its column and row."""
-    numbers = np.empty((len(body), len(names)))
+) -> tuple[np.ndarray, dict[str, str]]:
+    """Numbers of all rows, slowly: quoted cells, times of day and units behind numbers (which columns say which), and the first cell that is no number by its column and row."""
+    table = [cells_of(line, layout.delimiter) for line in body]
     header = cells_of(head, layout.delimiter) if head is not None else []
-    for row, line in enumerate(body):
-        cells = cells_of(line, layout.delimiter)
-        for k, at in enumerate(layout.index):
-            cell = cells[at] if at < len(cells) else None
-            try:
-                numbers[row, k] = float((cell or "").replace(",", ".") if decimal == "," else cell or "")
-            except ValueError:
-                raise BackendError(_no_number(path, body, layout, names[k], at, row, header)) from None
-    return numbers
+    columns, said = [], {}
+    first = None
+    for name, at in zip(names, layout.index, strict=True):
+        cells = [row[at] if at < len(row) else "" for row in table]
+        found = [number(cell, decimal) for cell in cells]
+        if None not in found:
+            columns.append(np.array(found, float))
+        elif found[0] is None and (words := read_words(cells, decimal)) is not None:
+            columns.append(words.numbers)
+            said[name] = words.unit
+        else:
+            wrong = (
+                found.index(None)
+                if found[0] is not None or read_words(cells[:1], decimal) is None
+                else _first_wrong(cells, decimal)
+            )
+            first = min(first or (wrong, name, at), (wrong, name, at))
+    if first:
+        wrong, name, at = first
+        raise BackendError(_no_number(path, body, layout, name, at, wrong, header))
+    return np.column_stack(columns), said
+
+
+def _first_wrong(cells: list[str], decimal: str) -> int:
+    """Row of the first cell that does not read as those above it."""
+    low, high = 1, len(cells)
+    while low < high:
+        middle = (low + high) // 2
+        low, high = (low, middle) if read_words(cells[: middle + 1], decimal) is None else (middle + 1, high)
+    return low
 
 
 def _no_number(
@@ -246,7 +241,7 @@ def _no_number(
         whole = (
             "the column is empty in every row"
             if empty == len(body)
-            else f"an empty cell ({empty} of {len(body)} rows)"
+            else f"an empty cell ({empty} of {len(body)} rows; columns that are filled in different rows are of two topics or rates: export one of them)"
         )
         return f"{where}: {whole}; map another column, or drop the rows (a gap in the stamps is fine): every cell must be a number"
     return f"{where}: {cells[at][:40]!r} is not a number; every cell of a mapped column must be a number"

@@ -16,7 +16,7 @@ SPELT = {
     "nm": "N m", "n.m": "N m", "n*m": "N m", "n·m": "N m", "n-m": "N m", "mnm": "mN m", "mn.m": "mN m", "mn*m": "mN m",
     "amp": "A", "amps": "A", "ampere": "A", "1/min": "rpm", "min-1": "rpm", "rad/sec": "rad/s", "deg/sec": "deg/s", "°/s": "deg/s",
     "umdr": "rev", "umdr.": "rev", "umdrehungen": "rev", "u/min": "rpm", "r/min": "rpm", "tr/min": "rpm", "grad/s": "deg/s", "sek": "s", "sekunden": "s",
-    "mikrosekunden": "us", "millisekunden": "ms", "volt": "V", "volts": "V", "percent": "%", "prozent": "%", "lsb": "counts", "kgf": "kg",
+    "mikrosekunden": "us", "millisekunden": "ms", "volt": "V", "volts": "V", "percent": "%", "prozent": "%", "0.1%": "%", "0.1 %": "%", "‰": "%", "permille": "%", "promille": "%", "lsb": "counts", "kgf": "kg",
 }  # fmt: skip
 """Other spellings, in small letters -> ours."""
 

@@ -38,9 +38,6 @@ ROLES = {
 
 _POSITIVE = click.FloatRange(min=0, max=1e9, min_open=True)
 
-SPEED_MIN_RAD_S = 0.03
-"""Slower rows are left out, times what stands for a radian of the axis."""
-
 
 @click.command("identify")
 @click.option(
@@ -71,7 +68,9 @@ SPEED_MIN_RAD_S = 0.03
     help="of a screw, m a turn: a log of its angle and torque is told in m and N; default: of --config",
 )
 @click.option(
-    "--torque-delay", type=click.FloatRange(-1, 1), help="motor torque late by, s; default: half a period"
+    "--torque-delay",
+    type=click.FloatRange(-1, 1),
+    help="motor torque late by, s; default: half a period, or none where that is seen",
 )
 @click.option(
     "--cutoff-hz", type=click.FloatRange(0.1, 1e4), help="low-pass; default: 20, or a fifth of a lower rate"
@@ -111,12 +110,18 @@ def command(  # longer than 50 lines: the steps are in order of the work
     are of a linear axis.
     """
     from rtctl.friction.logs.log_checks import diagnose
-    from rtctl.friction.logs.log_input import of_one_radian, options_of, read_log, require_different, samples
+    from rtctl.friction.logs.log_input import options_of, samples
+    from rtctl.friction.logs.log_points import read_in_time
     from rtctl.friction.logs.logs import level_points
-    from rtctl.friction.logs.plausibility import ANY_LINEAR, Limits, against_rig, doubtful_parameters
+    from rtctl.friction.logs.plausibility import (
+        ANY_LINEAR,
+        Limits,
+        against_rig,
+        doubtful_offsets,
+        doubtful_parameters,
+    )
     from rtctl.friction.logs.presliding_in_logs import presliding_of_logs
     from rtctl.friction.logs.regression import joint_fit
-    from rtctl.friction.logs.regressors import cutoff_for, of_stretches, pooled
     from rtctl.friction.logs.reversal_memory import reversals_of_logs
     from rtctl.recording.as_columns import register
 
@@ -129,17 +134,15 @@ def command(  # longer than 50 lines: the steps are in order of the work
     limits = Limits.of_axis(rig_axis, str(config)) if rig_axis else any_axis
     text = text_of(delimiter, decimal)
     with errors_in_units_of(motion):
-        read = of_one_radian(
-            [read_log(options_of(log, mapped, rate_hz, text), geared, torque_delay, limits) for log in logs]
-        )
-        parts = [stretches[0] for stretches in read]
-        require_different(parts)
-        cutoff_hz = cutoff_hz or cutoff_for(parts)
-        slowest = SPEED_MIN_RAD_S * parts[0].radian if speed_min is None else speed_min
-        signals = pooled([of_stretches(stretches, cutoff_hz, slowest) for stretches in read])
+        options = [options_of(log, mapped, rate_hz, text) for log in logs]
+        found = read_in_time(options, geared, torque_delay, limits, cutoff_hz, speed_min)
+        read, signals, cutoff_hz, slowest = found.logs, found.signals, found.cutoff_hz, found.speed_min_rad_s
+        torque_delay, parts = found.torque_delay_s, [stretches[0] for stretches in read]
         told = diagnose(read, signals, slowest)
         fit = joint_fit(signals)
-        fit = replace(fit, warnings=(*fit.warnings, *told, *doubtful_parameters(fit, limits)))
+        fit = replace(fit, warnings=(*fit.warnings, *found.notes, *told, *doubtful_parameters(fit, limits)))
+        if not keep_offset and "hand_torque" not in mapped:
+            fit = replace(fit, warnings=(*fit.warnings, *doubtful_offsets(fit)))
         if rig_axis:
             fit = replace(fit, warnings=(*fit.warnings, *against_rig(fit, rig_axis, str(config))))
         fit = replace(fit, warnings=tuple(words(each, motion) for each in fit.warnings))

@@ -10,8 +10,9 @@ import numpy as np
 from hw.interface import BackendError
 from hw.member import Member
 from hw.playback.columns import READERS
-from rtctl.errors import RtctlError
+from rtctl.errors import DataError, RtctlError
 from rtctl.recording.export import columns, times
+from rtctl.recording.joint_states import read_joint_states
 from rtctl.recording.reader import RecordingReader, all_parts
 from rtctl.recording.tick_cdr import RECORDED
 
@@ -38,15 +39,23 @@ def read(path: Path, _names: tuple[str, ...] = ()) -> Mapping[str, np.ndarray]:
     Raises
     ------
     BackendError
-        Not a recording.
+        Not a recording, and no bag of ROS 2 with joint states.
     """
     try:
         reader = RecordingReader(all_parts(path))
         rows = reader.read().rows
     except RtctlError as error:
-        raise BackendError(str(error)) from error
+        return _of_others(path, str(error))
     found = columns(rows, [field.name for field in RECORDED], reader.axes, reader.motions)
     if reader.n_axes == 1:
         alone = f".{reader.axes[0]}"
         found |= {name.removesuffix(alone): column for name, column in found.items() if name.endswith(alone)}
     return found | times(rows, int(reader.about["start_wall_ns"]), int(rows["time_ns"][:1].sum()))
+
+
+def _of_others(path: Path, why: str) -> Mapping[str, np.ndarray]:
+    """Columns of a bag; `why` it is no recording of rtctl."""
+    try:
+        return read_joint_states(path)
+    except DataError as error:
+        raise BackendError(f"{why}; {str(error).removeprefix(f'{path}: ')}") from error

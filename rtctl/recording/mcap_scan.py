@@ -70,6 +70,8 @@ class Contents:
         Channel id -> topic.
     schemas
         Name of a schema -> its encoding and text.
+    kinds, numbered
+        Channel id -> number of its schema, and that number -> the schema's name.
     complete
         True once the end of the file has been seen.
     bad_chunks
@@ -80,6 +82,8 @@ class Contents:
 
     topics: dict[int, str] = field(default_factory=dict)
     schemas: dict[str, tuple[str, bytes]] = field(default_factory=dict)
+    kinds: dict[int, int] = field(default_factory=dict)
+    numbered: dict[int, str] = field(default_factory=dict)
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     attachments: dict[str, bytes] = field(default_factory=dict)
     complete: bool = False
@@ -171,12 +175,13 @@ def _note(op: int, content: bytes, contents: Contents) -> None:
     cursor = Cursor(content)
     try:
         if op == Op.SCHEMA:
-            cursor.number("H")
+            number = cursor.number("H")
             name, encoding = cursor.string(), cursor.string()
+            contents.numbered[number] = name
             contents.schemas[name] = encoding, cursor.take(cursor.number("I"))
         elif op == Op.CHANNEL:
-            channel_id, _ = cursor.numbers("HH")
-            contents.topics[channel_id] = cursor.string()
+            channel_id, schema_id = cursor.numbers("HH")
+            contents.topics[channel_id], contents.kinds[channel_id] = cursor.string(), schema_id
         elif op == Op.METADATA:
             name = cursor.string()
             contents.metadata[name] = cursor.texts()

@@ -10,6 +10,7 @@ import numpy as np
 from rtctl.errors import DataError
 from rtctl.friction.kinds.table import FAMILIES
 from rtctl.friction.learn import bands, fit, grids, pool, search
+from rtctl.friction.learn.hold_out import TRAINS
 from rtctl.friction.learn.machines import Candidate, FailedFitError, train
 from rtctl.friction.learn.search import Score, Side
 from rtctl.friction.learn.selection import Choice, Rung, as_good, choose, climb, tolerance_nm
@@ -104,9 +105,7 @@ def ascend(
             crew, _pooled_tasks(choice.chosen, scores, sides, share), [pooled], max_terms=most
         )
     rung = _usable(climb(choice.chosen.family, tried, [pooled], share), points, [pooled])
-    shared = not rung.refused and rung.rmse_nm <= max(
-        choice.chosen.rmse_nm + choice.chosen.doubt_nm, equal_nm
-    )
+    shared = _as_good_together(rung, pooled, choice.chosen, sides, equal_nm)
     note = bound + _symmetry(rung, shared=shared)
     explanation = choice.explanation + note
     return Ladder(choice, (pooled,) if shared else sides, shared, rung, explanation, folds, equal_nm, most)
@@ -142,6 +141,30 @@ def _terms_of_choice(equal_nm: float, share: float, most: int | None) -> str:
     if equal_nm > 0:
         said += f" Held-out errors below {1e3 * equal_nm:.3g} mN m, {100 * share:g} % of the largest friction, count as equal."
     return said
+
+
+def _as_good_together(
+    together: Rung, pooled: Side, apart: Rung, sides: Sequence[Side], equal_nm: float
+) -> bool:
+    """Whether one curve for both directions is expected to err no more than one for each, on the points that are held out of both (decision 0043)."""
+    if together.refused:
+        return False
+    if together.rmse_nm <= equal_nm:
+        return True
+    ours, theirs = _on_all_points(together, [pooled]), _on_all_points(apart, sides)
+    both = np.isfinite(ours) & np.isfinite(theirs)
+    more = float(np.mean(ours[both] ** 2 - theirs[both] ** 2))
+    return more + together.luck_nm2 - apart.luck_nm2 <= 0
+
+
+def _on_all_points(rung: Rung, sides: Sequence[Side]) -> np.ndarray:
+    """Held-out errors of a rung on every point of its sides, in their order; NaN where a point always trains."""
+    found = []
+    for score, data in zip(rung.scores, sides, strict=True):
+        errors = np.full(len(data.speed), np.nan)
+        errors[data.fold != TRAINS] = score.errors
+        found.append(errors)
+    return np.concatenate(found)
 
 
 def _symmetry(rung: Rung, *, shared: bool) -> str:

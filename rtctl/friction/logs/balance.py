@@ -67,6 +67,15 @@ class Balance:
         centred = self.torque - self.nuisance @ np.linalg.lstsq(self.nuisance, self.torque, rcond=None)[0]
         return float(np.sqrt(np.mean(centred**2)))
 
+    def residual(self) -> np.ndarray:
+        """What the plain fit leaves over on each row, N m."""
+        matrix = np.hstack([self.motion, self.nuisance])
+        scale = np.sqrt((matrix**2).mean(axis=0))
+        scale[scale == 0] = 1.0
+        return np.asarray(
+            self.torque - matrix / scale @ np.linalg.lstsq(matrix / scale, self.torque, rcond=1e-9)[0]
+        )
+
     def inertia(self) -> tuple[float, float]:
         """Inertia and its standard error, kg m^2, of rows of which one in `ROWS_ALIKE` is independent of the others."""
         others = np.column_stack([self.velocity, self.direction, self.nuisance])

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from rtctl.errors import DataError
+from rtctl.friction.logs import left_over
 from rtctl.friction.logs.balance import Balance
 from rtctl.friction.logs.balance_faults import diagnosed
 from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog, smooth
@@ -46,7 +47,8 @@ def diagnose(
     noted = tuple(
         dict.fromkeys(note for stretches in logs for stretch in stretches for note in stretch.notes)
     )
-    return (*diagnosed(balance, noted), *_coarse_position(logs, balance, speed_min_rad_s))
+    causes = (*diagnosed(balance, noted), *_coarse_position(logs, balance, speed_min_rad_s))
+    return causes or left_over.told(balance)
 
 
 def _external(

@@ -11,13 +11,86 @@ from typing import Any
 from hw.interface import Rig
 from rtctl.friction.logs.dynamics import AxisLog
 from rtctl.friction.logs.log_checks import diagnose
-from rtctl.friction.logs.log_input import Gearing, options_of, read_log, require_different, samples
+from rtctl.friction.logs.log_input import (
+    Gearing,
+    of_one_radian,
+    options_of,
+    read_log,
+    require_different,
+    samples,
+)
 from rtctl.friction.logs.logs import level_points
-from rtctl.friction.logs.regression import JointFit, joint_fit
+from rtctl.friction.logs.plausibility import Limits
+from rtctl.friction.logs.regression import JointFit, joint_fit, of_the_position
 from rtctl.friction.logs.regressors import Regressors, cutoff_for, of_stretches, pooled
 from rtctl.friction.points.measured import FrictionPoints
 
 SPEED_MIN_RAD_S = 0.03
+"""Slower rows are left out, times what stands for a radian of the axis."""
+
+MEASURED_TOGETHER = (
+    "the motor torque was measured at the instants of the position, and is taken so: put back by half a period, as a command that is held would "
+    "be, it looks that much early (--torque-delay says otherwise)"
+)
+
+
+@dataclass(frozen=True)
+class InTime:
+    """Logs whose torques are of the instants of the position: stretches of each, all together, and how that was come by.
+
+    `torque_delay_s` None: half a period of each.
+    """
+
+    logs: tuple[tuple[AxisLog, ...], ...]
+    signals: Regressors
+    cutoff_hz: float
+    speed_min_rad_s: float
+    torque_delay_s: float | None
+    notes: tuple[str, ...] = ()
+
+
+def read_in_time(
+    options: Sequence[Mapping[str, Any]],
+    gearing: Gearing | Rig,
+    torque_delay_s: float | None = None,
+    limits: Limits | None = None,
+    cutoff_hz: float | None = None,
+    speed_min_rad_s: float | None = None,
+) -> InTime:
+    """Read logs (validated options of the reader, one axis each).
+
+    Parameters
+    ----------
+    torque_delay_s
+        See `read_log`. None: half a period, or nothing where the motor torque was plainly measured with the position.
+    cutoff_hz
+        None: what suits their rates.
+    speed_min_rad_s
+        None: `SPEED_MIN_RAD_S` times what stands for a radian of the axis.
+
+    Raises
+    ------
+    DataError
+        What cannot be read, a log given twice.
+    """
+
+    def read(delay_s: float | None) -> tuple[tuple[AxisLog, ...], ...]:
+        return tuple(of_one_radian([read_log(each, gearing, delay_s, limits) for each in options]))
+
+    def signals_of(logs: Sequence[Sequence[AxisLog]]) -> Regressors:
+        return pooled([of_stretches(stretches, cutoff, slowest) for stretches in logs])
+
+    logs = read(torque_delay_s)
+    parts = [stretches[0] for stretches in logs]
+    require_different(parts)
+    cutoff = cutoff_hz or cutoff_for(parts)
+    slowest = SPEED_MIN_RAD_S * parts[0].radian if speed_min_rad_s is None else speed_min_rad_s
+    signals = signals_of(logs)
+    driven = any(options[0]["axis"][0].get(name) for name in ("current", "motor_torque"))
+    if torque_delay_s is None and driven and of_the_position(signals, 0.5 / parts[0].rate_hz):
+        logs = read(0.0)
+        return InTime(logs, signals_of(logs), cutoff, slowest, 0.0, (MEASURED_TOGETHER,))
+    return InTime(logs, signals, cutoff, slowest, torque_delay_s)
 
 
 @dataclass(frozen=True)
@@ -45,14 +118,10 @@ def checked(
     DataError
         What `rtctl identify --log` refuses (docs/logs.md), a log given twice.
     """
-    read = tuple(read_log(each, gearing) for each in options)
-    parts = [stretches[0] for stretches in read]
-    require_different(parts)
-    cutoff_hz = cutoff_hz or cutoff_for(parts)
-    signals = pooled([of_stretches(stretches, cutoff_hz, speed_min_rad_s) for stretches in read])
-    told = diagnose(read, signals, speed_min_rad_s)
-    fit = joint_fit(signals)
-    return Checked(read, signals, fit, (*fit.warnings, *told))
+    found = read_in_time(options, gearing, cutoff_hz=cutoff_hz, speed_min_rad_s=speed_min_rad_s)
+    told = diagnose(found.logs, found.signals, speed_min_rad_s)
+    fit = joint_fit(found.signals)
+    return Checked(found.logs, found.signals, fit, (*fit.warnings, *found.notes, *told))
 
 
 def points_of_logs(

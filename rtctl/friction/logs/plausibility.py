@@ -39,6 +39,10 @@ INERTIA_FACTOR = 2.0
 """An inertia further from that of the rig file is worth a word."""
 
 
+OFFSET_SHARE = 0.1
+"""An offset of a motor torque above this share of the Coulomb friction is worth a word."""
+
+
 @dataclass(frozen=True)
 class Limits:
     """What a log must stay within: speed (rad/s), torques (N m), travel (rad). `source` says who set them."""
@@ -202,3 +206,17 @@ def doubtful_parameters(fit: JointFit, limits: Limits) -> tuple[str, ...]:
         f"the inertia, {inertia:.3g} kg m^2, is much for a joint that a hand moves: correct the unit of the torque (mN m?), of the position "
         "(deg, rev, counts) or of the time, or give --config RIG, which counts then",
     )
+
+
+def doubtful_offsets(fit: JointFit) -> tuple[str, ...]:
+    """Offsets of a motor torque that are taken out as its zero, and may be a difference between the directions as well: nothing in a log tells."""
+    found, told = fit.symmetric.parameters, []
+    coulomb = found["coulomb_nm"].value
+    for each in fit.offsets:
+        offset = found[each.parameter]
+        if not offset.holds(0.0) and abs(offset.value) > OFFSET_SHARE * coulomb:
+            told.append(
+                f"{each.source}: an offset of {offset.value:.3g} N m, {100 * abs(offset.value) / coulomb:.0f} % of the Coulomb friction, is taken out of the points as the zero of the "
+                "motor torque: where that zero is right, friction differs by so much between the directions (or a weight pulls): --keep-offset leaves it in"
+            )
+    return tuple(told)

@@ -158,6 +158,18 @@ def _remaining_delay(
     )
 
 
+def of_the_position(signals: Regressors, half_period_s: float) -> bool:
+    """Whether a torque that was put back by half a period, as a command that was held, was measured at the instants of the position instead.
+
+    It then looks early by that half period, and is surely nearer to none than to it.
+    """
+    offset = offset_columns(signals)
+    levels = dict(zip(offset.names, offset.logs.T, strict=True))
+    columns = {"inertia_kgm2": signals.acceleration_rad_s2, "viscous_nms_rad": signals.velocity_rad_s}
+    late = _remaining_delay(signals, {**columns, "coulomb_nm": signals.direction, **levels}, offset)
+    return late is not None and -1.5 * half_period_s < late.low and late.high < -0.5 * half_period_s
+
+
 def _misaligned(signals: Regressors, late: Estimate | None) -> tuple[str, ...]:
     if late is None or late.holds(0.0) or abs(late.value) < DELAY_SAID_S:
         return ()

@@ -44,6 +44,9 @@ MOST_JUMPS = 10
 REPEATS_MIN, REPEATS_MOST = 5, 0.1
 """Fewest repeated rows worth a word, and the largest share that is mended."""
 
+OVERSHOOT = 0.25
+"""Share of a change of velocity by which a servo may go beyond it."""
+
 TURN_TOLERANCE = 0.02
 """How far from a turn, or from the whole range, a jump is that starts over."""
 
@@ -181,7 +184,7 @@ def _mend_position(rows: Rows) -> None:
         height = float(np.abs(partial).max())
         if begin < reach or end >= len(beyond) - reach:
             continue  # the running median knows one side only
-        if height < HEIGHT_LEAST * range_rad:
+        if height < HEIGHT_LEAST * range_rad or _is_turn(velocity, begin, end, reach, bound):
             continue
         if abs(partial[-1]) <= RETURNS * height:
             bad[begin + 1 : end + 1] = True
@@ -200,6 +203,16 @@ def _mend_position(rows: Rows) -> None:
     _bridge(rows, jumps)
     if bad.any():
         _interpolate(rows, bad, torques=False)
+
+
+def _is_turn(velocity: np.ndarray, begin: int, end: int, reach: int, bound: float) -> bool:
+    """Whether the velocity changes for good there and stays between what it is before and after: a turn too quick for the running median."""
+    before, after = velocity[max(0, begin - 2 * reach) : begin], velocity[end + 1 : end + 1 + 2 * reach]
+    sides = float(np.median(before)), float(np.median(after))
+    low, high = min(sides), max(sides)
+    over = max(bound, OVERSHOOT * (high - low))
+    between = (velocity[begin : end + 1] > low - over) & (velocity[begin : end + 1] < high + over)
+    return high - low > bound and bool(between.all())
 
 
 def _bridge(rows: Rows, jumps: list[_Jump]) -> None:

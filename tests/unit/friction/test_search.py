@@ -12,6 +12,7 @@ from rtctl.friction.kinds.table import FAMILIES, KERNELS
 from rtctl.friction.learn import grids, ladder, search
 from rtctl.friction.learn.hold_out import TRAINS, folds_by_speed, folds_by_time
 from rtctl.friction.learn.machines import Candidate, train
+from tests.bench.choice import joint
 
 # ---- folds
 
@@ -144,6 +145,21 @@ def test_directions_alike_share_one_curve_and_directions_that_differ_do_not():
     assert "The directions differ" in differ.explanation
     model = ladder.learn(points(), differ, rig="mock")
     assert model.magnitude(-0.7) == pytest.approx(1.1 * model.magnitude(0.7), rel=0.02)
+
+
+def test_directions_that_differ_by_little_share_no_curve_that_is_expected_to_err_more():
+    """Three percent apart: within one standard error of its own a shared curve was as good, and it errs 1.7 times as much."""
+    _, made, truth, _ = joint(4)
+    found = ladder.ascend(made, options(families=("lorentzian",)))
+    assert not found.symmetric
+    apart = ladder.learn(made, found, rig="made")
+    shared = ladder.learn(made, found, rig="made", rung=found.symmetric_rung)
+    speed, friction = truth.branch(-1)
+    off = [
+        float(np.sqrt(np.mean((model.branches[1].magnitude(speed) - friction) ** 2)))
+        for model in (apart, shared)
+    ]
+    assert off[0] < 0.7 * off[1]
 
 
 def test_symmetric_by_order_is_one_curve_however_wrong():

@@ -1,0 +1,65 @@
+"""What a cell of a text table says: a number, a number with its unit, a time of day."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+_WITH_UNIT = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d][\w/·*°%]{0,9}|[°%µ]\w{0,3})")
+"""`0.001 sec`, `12.5ms`, `3 °`."""
+
+_TIME_OF_DAY = re.compile(
+    r"(?:\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}[T ,]\s*)?(\d{1,2}):(\d{2}):(\d{2})(?:[.,:;](\d{1,9}))?\s*([AaPp][Mm])?(?:Z|[-+]\d{2}:?\d{2})?"
+)
+"""`14:02:11.250`, with a date before it or without, with a zone behind it or without; `14:02:11;250` as some controllers write it."""
+
+DAY_S = 86400.0
+
+
+@dataclass
+class Words:
+    """A column of cells that are no bare numbers: what they are in one unit, (n,), and that unit."""
+
+    numbers: np.ndarray
+    unit: str
+
+
+def number(cell: str, decimal: str) -> float | None:
+    """The number of a cell, None if it is none."""
+    try:
+        return float(cell.replace(",", ".") if decimal == "," else cell)
+    except ValueError:
+        return None
+
+
+def read_words(cells: Sequence[str], decimal: str) -> Words | None:
+    """A column of times of day, as s since the first midnight, or of numbers that all have the same unit behind them; None if it is neither."""
+    return _times_of_day(cells) or _with_unit(cells, decimal)
+
+
+def _times_of_day(cells: Sequence[str]) -> Words | None:
+    found = np.empty(len(cells))
+    for row, cell in enumerate(cells):
+        match = _TIME_OF_DAY.fullmatch(cell.strip())
+        if match is None:
+            return None
+        hour, minute, second, fraction, half = match.groups()
+        hours = int(hour) % 12 + 12 * (half in {"PM", "pm", "Pm", "pM"}) if half else int(hour)
+        part = int(fraction) / 10 ** len(fraction) if fraction else 0.0
+        found[row] = 3600 * hours + 60 * int(minute) + int(second) + part
+    past_midnight = np.diff(found, prepend=found[:1]) < -DAY_S / 2
+    return Words(found + DAY_S * np.cumsum(past_midnight), "s")
+
+
+def _with_unit(cells: Sequence[str], decimal: str) -> Words | None:
+    found, units = np.empty(len(cells)), set()
+    for row, cell in enumerate(cells):
+        match = _WITH_UNIT.fullmatch(cell.strip().replace(",", ".") if decimal == "," else cell.strip())
+        if match is None:
+            return None
+        found[row] = float(match[1])
+        units.add(match[2])
+    return Words(found, units.pop()) if len(units) == 1 else None

@@ -1,0 +1,84 @@
+"""Lines of a text table: cells, what a serial monitor put before them, rows of units above the numbers, rows of other topics between them."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Sequence
+
+from hw.playback.cells import read_words
+
+UNIT_ROWS = 30
+"""Most rows between the header and the first numbers: units, descriptions, settings of each channel."""
+
+MONITORED = 200
+"""Lines that are looked at for what a serial monitor put before them."""
+
+_MONITOR = re.compile(r"\s*\d{2}:\d{2}:\d{2}[.,]\d{3}\s*->\s*")
+"""`14:02:11.120 -> `: when a serial monitor got the line."""
+
+ENDS = ("EOF", "END")
+"""Words of a last line."""
+
+
+def cells_of(line: str, delimiter: str | None) -> list[str]:
+    """Cells of a line without quotes and blanks around them."""
+    if delimiter is None:
+        return line.split()
+    if '"' in line:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
+    return [cell.strip() for cell in line.split(delimiter)]
+
+
+def unstamped(lines: list[str]) -> list[str]:
+    """Lines without the time of day that a serial monitor put before each."""
+    first = [line for line in lines[:MONITORED] if line.strip()]
+    if not first or not all(_MONITOR.match(line) for line in first):
+        return lines
+    return [_MONITOR.sub("", line) for line in lines]
+
+
+def is_number(cell: str) -> bool:
+    """Whether a cell is a number, with a decimal point or comma."""
+    try:
+        float(cell.replace(",", "."))
+    except ValueError:
+        return False
+    return True
+
+
+def unit_rows(
+    body: list[str], index: Sequence[int], delimiter: str | None, *, headed: bool
+) -> tuple[list[list[str]], list[str]]:
+    """Rows above the first numbers, and the rest. Without a header of its own a line of words is a fault of the rows.
+
+    The first of them has no number; those below it may have some (`Port  501  Port  501`), but a word in a wanted cell.
+    """
+    rows: list[list[str]] = []
+    for line in body[:UNIT_ROWS]:
+        cells = cells_of(line, delimiter)
+        wanted = [cells[k] for k in index if k < len(cells)]
+        numbers = [is_number(cell) or read_words([cell], ".") is not None for cell in wanted]
+        words = [bool(cell) and not number for cell, number in zip(wanted, numbers, strict=True)]
+        if not any(words) or (any(numbers) and not (rows and headed)):
+            break
+        rows.append(cells)
+    return (rows, body[len(rows) :]) if len(body) > len(rows) else ([], body)
+
+
+def of_these_columns(body: list[str], index: Sequence[int], delimiter: str | None) -> list[str]:
+    """Rows without those that have a stamp and nothing else that is wanted (another topic in the same table), and without the word at the end."""
+    if body and body[-1].strip().strip('"') in ENDS:
+        body = body[:-1]
+    if len(index) < 3 or delimiter is None:
+        return body
+    several = delimiter * 2
+    if not any(several in line or line.endswith(delimiter) for line in body):
+        return body
+    kept = []
+    for line in body:
+        cells = cells_of(line, delimiter)
+        given = sum(at < len(cells) and bool(cells[at]) for at in index)
+        if given != 1:
+            kept.append(line)
+    return kept if len(kept) > 1 else body

@@ -1,0 +1,138 @@
+"""A bag of ROS 2 as a log: the joint states in an MCAP file, a column for each joint and quantity, `/joint_states/elbow/position`.
+
+Only `sensor_msgs/msg/JointState` in CDR, little-endian, as rosbag2 writes it. A stamp is that of the message's header; of messages without one, when they were recorded.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from rtctl.errors import DataError
+from rtctl.recording.mcap_scan import Contents, chunks
+
+SCHEMA = "sensor_msgs/msg/JointState"
+
+QUANTITIES = ("position", "velocity", "effort")
+
+MOST_JOINTS = 1000
+
+
+@dataclass(frozen=True)
+class JointState:
+    """One message: stamp in ns (0 without one), joints, and position, velocity and effort of each (empty where they were not told)."""
+
+    stamp_ns: int
+    names: tuple[str, ...]
+    values: tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+class _Cdr:
+    """Reads little-endian CDR; places are aligned to what stands there, counted behind the four bytes of encapsulation."""
+
+    def __init__(self, data: bytes) -> None:
+        if data[:2] != b"\x00\x01":
+            msg = "not little-endian CDR"
+            raise ValueError(msg)
+        self.data, self.at = data[4:], 0
+
+    def _aligned(self, size: int) -> int:
+        self.at += -self.at % size
+        return self.at
+
+    def number(self, kind: str) -> int:
+        size = struct.calcsize(kind)
+        (value,) = struct.unpack_from("<" + kind, self.data, self._aligned(size))
+        self.at += size
+        return int(value)
+
+    def string(self) -> str:
+        size = self.number("I")
+        text = self.data[self.at : self.at + size]
+        if len(text) < size:
+            msg = "cut off"
+            raise ValueError(msg)
+        self.at += size
+        return text.rstrip(b"\x00").decode()
+
+    def doubles(self) -> np.ndarray:
+        count = self.number("I")
+        if not count:
+            return np.zeros(0)
+        start = self._aligned(8)
+        self.at += 8 * count
+        return np.frombuffer(self.data, "<f8", count, start)
+
+
+def decoded(data: bytes) -> JointState:
+    """Decode one message. Raises ValueError for one that is damaged."""
+    cdr = _Cdr(data)
+    try:
+        seconds, nanoseconds = cdr.number("i"), cdr.number("I")
+        cdr.string()
+        count = cdr.number("I")
+        if count > MOST_JOINTS:
+            msg = f"{count} joints"
+            raise ValueError(msg)
+        names = tuple(cdr.string() for _ in range(count))
+        values = cdr.doubles(), cdr.doubles(), cdr.doubles()
+    except struct.error as error:
+        raise ValueError(str(error)) from error
+    return JointState(seconds * 10**9 + nanoseconds, names, values)
+
+
+def read_joint_states(path: Path) -> Mapping[str, np.ndarray]:
+    """Columns of every joint of every topic of joint states, (n,) each, and `time_s` of the first topic (`TOPIC/time_s` of each).
+
+    Raises
+    ------
+    DataError
+        No MCAP file, or none with joint states.
+    """
+    contents = Contents()
+    found: dict[int, list[tuple[int, bytes]]] = {}
+    for chunk in chunks(path, contents):
+        for channel, _, time_ns, start, end in chunk.table.tolist():
+            found.setdefault(channel, []).append((time_ns, chunk.records[start:end]))
+    topics = {
+        contents.topics[channel]: messages
+        for channel, messages in found.items()
+        if contents.numbered.get(contents.kinds.get(channel, -1)) == SCHEMA
+    }
+    columns: dict[str, np.ndarray] = {}
+    for topic, messages in sorted(topics.items()):
+        columns |= _columns(topic, messages)
+    if not columns:
+        seen = ", ".join(sorted(contents.topics.values())) or "none"
+        raise DataError(
+            f"{path}: neither a recording of rtctl nor a bag with {SCHEMA} (topics: {seen[:300]}); export the topic as CSV"
+        )
+    first = next(name for name in columns if name.endswith("/time_s"))
+    return {"time_s": columns[first], **columns}
+
+
+def _columns(topic: str, messages: list[tuple[int, bytes]]) -> dict[str, np.ndarray]:
+    states = []
+    for recorded_ns, data in messages:
+        try:
+            state = decoded(data)
+        except (ValueError, UnicodeDecodeError):
+            continue
+        states.append((state.stamp_ns or recorded_ns, state))
+    if not states:
+        return {}
+    names = states[0][1].names
+    states = [(ns, state) for ns, state in states if set(names) <= set(state.names)]
+    stamps = np.array([ns for ns, _ in states], np.int64)
+    columns = {f"{topic}/time_s": (stamps - stamps[0]) * 1e-9}
+    for name in names:
+        at = [state.names.index(name) for _, state in states]
+        for k, quantity in enumerate(QUANTITIES):
+            if all(len(state.values[k]) > place for (_, state), place in zip(states, at, strict=True)):
+                values = [state.values[k][place] for (_, state), place in zip(states, at, strict=True)]
+                columns[f"{topic}/{name}/{quantity}"] = np.array(values)
+    return columns

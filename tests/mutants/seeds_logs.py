@@ -1,0 +1,111 @@
+"""Seeded bugs in reading logs of other makes, and in what is said of a balance."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+CELLS = ("tests/unit/hw/test_cells.py",)
+STRUCTURED = ("tests/unit/hw/test_structured_logs.py",)
+BAGS = ("tests/unit/recording/test_joint_states.py",)
+LEFT = ("tests/unit/friction/test_left_over.py",)
+
+SEEDS = (
+    Seed(
+        "a log over midnight goes back by a day",
+        "hw/playback/cells.py",
+        'return Words(found + DAY_S * np.cumsum(past_midnight), "s")',
+        'return Words(found, "s")',
+        CELLS,
+    ),
+    Seed(
+        "numbers in two units are one column",
+        "hw/playback/cells.py",
+        "if len(units) == 1 else None",
+        "if units else None",
+        CELLS,
+    ),
+    Seed(
+        "a counter that starts over is continued whatever the step back",
+        "hw/playback/stamps.py",
+        "and (over < GAP_STEPS * max(usual, 1.0)).all()",
+        "and bits == 32",
+        CELLS,
+    ),
+    Seed(
+        "a row with a hole is passed over as if it were another topic's",
+        "hw/playback/text_rows.py",
+        "if given != 1:",
+        "if given == len(index):",
+        CELLS,
+    ),
+    Seed(
+        "a fault below the first numbers is taken for units",
+        "hw/playback/text_rows.py",
+        "if not any(words) or (any(numbers) and not (rows and headed)):",
+        "if not any(words):",
+        CELLS,
+    ),
+    Seed(
+        "signals in rows are read as rows of signals",
+        "hw/playback/columns.py",
+        "return array.T if array.shape[0] < array.shape[1] else array",
+        "return array",
+        STRUCTURED,
+    ),
+    Seed(
+        "of structures of one name the first is every one",
+        "hw/playback/matlab.py",
+        '_fields(f"{own}.{field}", entry[field], found, depth - 1)',
+        '_fields(f"{own}.{field}", entries[0][field], found, depth - 1)',
+        STRUCTURED,
+    ),
+    Seed(
+        "a joint is where it was in the first message of a bag",
+        "rtctl/recording/joint_states.py",
+        "at = [state.names.index(name) for _, state in states]",
+        "at = [names.index(name) for _, state in states]",
+        BAGS,
+    ),
+    Seed(
+        "doubles of a bag are not aligned",
+        "rtctl/recording/joint_states.py",
+        "start = self._aligned(8)",
+        "start = self.at",
+        BAGS,
+    ),
+    Seed(
+        "noise is taken for a hidden torque",
+        "rtctl/friction/logs/left_over.py",
+        "if power > NOISE_SHARE * float(np.mean(rest**2)) else 0.0",
+        "if power > 0.0 else 0.0",
+        LEFT,
+    ),
+    Seed(
+        "what is left over says nothing of the parameters",
+        "rtctl/friction/logs/left_over.py",
+        "found[name] = rest / max(float(own.std()) * abs(value), 1e-300)",
+        "found[name] = 0.0",
+        LEFT,
+    ),
+    Seed(
+        "every motor torque is one that was held",
+        "rtctl/friction/logs/regression.py",
+        "return late is not None and -1.5 * half_period_s < late.low and late.high < -0.5 * half_period_s",
+        "return False",
+        LEFT,
+    ),
+    Seed(
+        "every torque that looks early was measured with the position",
+        "rtctl/friction/logs/regression.py",
+        "return late is not None and -1.5 * half_period_s < late.low and late.high < -0.5 * half_period_s",
+        "return late is not None",
+        LEFT,
+    ),
+    Seed(
+        "both directions share a curve whatever it errs",
+        "rtctl/friction/learn/ladder.py",
+        "return more + together.luck_nm2 - apart.luck_nm2 <= 0",
+        "return True",
+        ("tests/unit/friction/test_search.py",),
+    ),
+)

@@ -1,0 +1,165 @@
+"""Layouts that are no text: MATLAB, JSON, bags, and what nothing reads (`other_layouts`)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+from other_layouts import called, layout, write
+from other_loggers import Log
+
+
+def structures(fields: Iterable[dict[str, object]]) -> np.ndarray:
+    """MATLAB structures of one name."""
+    entries = list(fields)
+    found = np.empty((1, len(entries)), [(name, object) for name in entries[0]])
+    for k, entry in enumerate(entries):
+        found[0, k] = tuple(entry.values())
+    return found
+
+
+@layout("dSPACE ControlDesk, MATLAB")
+def dspace(log: Log, folder: Path) -> list[str]:
+    from scipy.io import savemat
+
+    signals = (
+        ("Model Root/Enc/phi", log.position),
+        ("Model Root/Drive/iq", log.current),
+        ("Model Root/Torque", log.torque),
+    )
+    y = structures(
+        {"Name": name, "Type": "MEASUREMENT", "Data": data[None, :], "XIndex": 1} for name, data in signals
+    )
+    x = structures([{"Name": "Time", "Data": (log.time - log.time[0])[None, :], "Unit": "s"}])
+    savemat(
+        folder / "meas_001.mat",
+        {"meas_001": {"X": x, "Y": y, "Description": {"General": {"DateTime": "07-Mar-2024"}}}},
+    )
+    return called(
+        folder / "meas_001.mat",
+        "time=meas_001.X.Data",
+        "position=meas_001.Y(1).Data",
+        "torque=meas_001.Y(3).Data",
+    )
+
+
+@layout("Simulink To File, signals in rows")
+def to_file(log: Log, folder: Path) -> list[str]:
+    from scipy.io import savemat
+
+    savemat(folder / "quarc.mat", {"ans": np.stack([log.time, log.position, log.velocity, log.torque])})
+    return called(folder / "quarc.mat", "time=ans#1", "position=ans#2", "torque=ans#4")
+
+
+@layout("Simulink structure with time")
+def with_time(log: Log, folder: Path) -> list[str]:
+    from scipy.io import savemat
+
+    signals = structures(
+        {"values": v[:, None], "dimensions": 1, "label": name}
+        for name, v in (("theta", log.position), ("tau", log.torque))
+    )
+    savemat(
+        folder / "scope.mat",
+        {"ScopeData": {"time": log.time[:, None], "signals": signals, "blockName": "model/Scope"}},
+    )
+    return called(
+        folder / "scope.mat",
+        "time=ScopeData.time",
+        "position=ScopeData.signals(1).values",
+        "torque=ScopeData.signals(2).values",
+    )
+
+
+@layout("MATLAB System Identification, no time")
+def iddata(log: Log, folder: Path) -> list[str]:
+    from scipy.io import savemat
+
+    savemat(folder / "z.mat", {"u": log.torque[:, None], "y": log.position[:, None], "Ts": 1e-3})
+    return called(folder / "z.mat", "position=y", "torque=u", more=("--rate-hz", "1000"))
+
+
+@layout("JSON, a line a row")
+def json_lines(log: Log, folder: Path) -> list[str]:
+    rows = "\n".join(
+        f'{{"t": {t:.6f}, "q": {x:.8g}, "tau": {tau:.6g}}}'
+        for t, x, tau in zip(log.time, log.position, log.torque, strict=True)
+    )
+    path = write(folder / "log.jsonl", rows)
+    return called(path, "time=t", "position=q", "torque=tau")
+
+
+@layout("an .xlsx given as it is")
+def xlsx(log: Log, folder: Path) -> list[str]:
+    import zipfile
+
+    path = folder / "log.xlsx"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("[Content_Types].xml", "<Types/>")
+        archive.writestr("xl/worksheets/sheet1.xml", "<worksheet/>")
+    return called(path, "time=t", "position=q", "torque=tau")
+
+
+@layout("HDF5")
+def hdf5(log: Log, folder: Path) -> list[str]:
+    path = folder / "log.h5"
+    path.write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(range(256)) * 20)
+    return called(path, "time=t", "position=q", "torque=tau")
+
+
+@layout("TDMS")
+def tdms(log: Log, folder: Path) -> list[str]:
+    path = folder / "log.tdms"
+    path.write_bytes(b"TDSm\x0e\x00\x00\x00" + bytes(range(256)) * 20)
+    return called(path, "time=t", "position=q", "torque=tau")
+
+
+@layout("a bag of ROS 2 with joint states")
+def bag(log: Log, folder: Path) -> list[str]:
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    kinds = store.types
+    with Writer(folder / "bag", version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        topic = writer.add_connection("/joint_states", "sensor_msgs/msg/JointState", typestore=store)
+        for t, x, v, tau in zip(log.time, log.position, log.velocity, log.torque, strict=True):
+            stamp = kinds["builtin_interfaces/msg/Time"](
+                sec=1709820131 + int(t), nanosec=round(t % 1 * 1e9) % 10**9
+            )
+            header = kinds["std_msgs/msg/Header"](stamp=stamp, frame_id="base_link")
+            places, speeds, efforts = (np.array(pair) for pair in ((0.1, x), (0.0, v), (0.0, tau)))
+            message = kinds["sensor_msgs/msg/JointState"](
+                header=header, name=["shoulder", "elbow"], position=places, velocity=speeds, effort=efforts
+            )
+            writer.write(
+                topic,
+                round((1709820131 + t) * 1e9),
+                store.serialize_cdr(message, "sensor_msgs/msg/JointState"),
+            )
+    (path,) = (folder / "bag").glob("*.mcap")
+    return called(path, "position=/joint_states/elbow/position", "torque=/joint_states/elbow/effort")
+
+
+@layout("a bag of ROS 2 without joint states")
+def other_bag(log: Log, folder: Path) -> list[str]:
+    from mcap.writer import Writer
+
+    path = folder / "bag_0.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start(profile="ros2", library="libmcap 1.0")
+        schema = writer.register_schema("std_msgs/msg/String", "ros2msg", b"string data")
+        channel = writer.register_channel("/chatter", "cdr", schema)
+        for k in range(50):
+            writer.add_message(channel, k * 10**6, bytes(64), k * 10**6)
+        writer.finish()
+    return called(path, "position=/joint_states/elbow/position", "torque=effort")
+
+
+@layout("SQLite bag")
+def sqlite(log: Log, folder: Path) -> list[str]:
+    path = folder / "bag_0.db3"
+    path.write_bytes(b"SQLite format 3\x00" + bytes(500))
+    return called(path, "time=t", "position=q", "torque=tau")

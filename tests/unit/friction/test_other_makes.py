@@ -1,0 +1,92 @@
+"""Logs of rigs of another make (`other_rigs`): right parameters, or a warning that names the cause."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from dirty_logs import OFF, said_by
+from other_loggers import Logger, log_of
+from other_rigs import BLIMAN_SORINE, DAHL, GMS, Rig
+
+from rtctl.friction.logs.log_input import Gearing, options_of, read_log
+
+pytestmark = pytest.mark.compiled
+
+RIGHT = {
+    "Maxwell slip of Leuven, many sines": (Rig(law=GMS), Logger()),
+    "Bliman and Sorine, moves": (Rig(law=BLIMAN_SORINE, program="moves"), Logger()),
+    "a peak that lags, chirp": (Rig(law=DAHL, lag=0.05, stribeck=0.1, program="chirp"), Logger()),
+    "measured together at 50 Hz": (Rig(program="moves"), Logger(rate_hz=50.0)),
+    "heavy, hardly any friction": (Rig(coulomb=0.02, breakaway=0.025, viscous=0.01), Logger()),
+    "a small motor": (
+        Rig(inertia=2e-4, coulomb=0.02, breakaway=0.026, viscous=2e-3, servo=(2.0, 0.03), kt=0.05),
+        Logger(counts=16384.0, current_step=2e-3),
+    ),
+}
+
+NAMED = {
+    "an elastic shaft": (Rig(inertia=0.004, link=0.008, shaft=15.0), Logger(), r"no noise.*elastic shaft"),
+    "play behind the motor": (
+        Rig(inertia=0.004, link=0.008, play=0.03),
+        Logger(on_link=True),
+        r"no noise.*play",
+    ),
+    "friction that differs by direction": (
+        Rig(law=BLIMAN_SORINE, asymmetry=0.2, program="moves"),
+        Logger(),
+        r"an offset of .* --keep-offset",
+    ),
+    "cogging": (Rig(ripple=0.15, program="moves"), Logger(), r"depends on the position"),
+    "a current that was filtered": (
+        Rig(program="moves"),
+        Logger(current_filter_hz=20.0),
+        r"torque looks .* late",
+    ),
+}
+
+LEVEL = r"hardly any sliding below"
+
+
+def identified(log, folder):
+    path = folder / "log.csv"
+    columns = np.column_stack([log.time, log.position, log.torque])
+    np.savetxt(path, columns, delimiter=",", header="time_s,x,motor", comments="", fmt="%.9g")
+    code, out, err = said_by(
+        "--log", str(path), "--column", "position=x", "--column", "torque=motor", "--json"
+    )
+    assert code == 0, err
+    found = json.loads(out)
+    values = found["symmetric"]["parameters"]
+    off = {name: values[name]["value"] / truth - 1 for name, truth in log.truth.items()}
+    return off, [text for text in found["warnings"] if not re.search(LEVEL, text)]
+
+
+@pytest.mark.parametrize("name", RIGHT)
+def test_a_sound_log_of_another_make_gives_its_parameters_and_no_alarm(name, tmp_path):
+    off, warnings = identified(log_of(*RIGHT[name]), tmp_path)
+    assert all(abs(off[parameter]) <= 0.5 * most for parameter, most in OFF.items()), off
+    assert not [text for text in warnings if not re.search(r"instants of the position|looks 0\.\d+ ms", text)]
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_what_the_model_does_not_know_is_named(name, tmp_path):
+    rig, logger, cause = NAMED[name]
+    _, warnings = identified(log_of(rig, logger), tmp_path)
+    assert any(re.search(cause, text) for text in warnings), warnings
+
+
+def test_turns_that_are_quicker_than_the_rows_are_no_jumps(tmp_path):
+    log = log_of(Rig(law=DAHL, program="ramps", seconds=60.0), Logger(rate_hz=50.0))
+    path = tmp_path / "log.csv"
+    np.savetxt(
+        path,
+        np.column_stack([log.time, log.position, log.torque]),
+        delimiter=",",
+        header="time_s,x,m",
+        comments="",
+    )
+    mapped = {"position": {"column": "x"}, "motor_torque": {"column": "m"}}
+    (found,) = read_log(options_of(path, mapped, None), Gearing(), 0.0)
+    assert np.abs(found.position_rad - log.position).max() < 1e-6
+    assert not [note for note in found.notes if "position" in note]

@@ -1,0 +1,83 @@
+"""Logs as programs of other makes write them are read as they are, or refused with what they are and the remedy."""
+
+import re
+from functools import cache
+
+import numpy as np
+import pytest
+from other_layouts import every_layout
+from other_loggers import Logger, log_of
+from other_rigs import BLIMAN_SORINE, Rig
+
+from rtctl.cli.columns import tables
+from rtctl.cli.identify_log import ROLES
+from rtctl.errors import DataError
+from rtctl.friction.logs.log_input import Gearing, options_of, read_log
+from rtctl.recording.as_columns import register
+
+pytestmark = pytest.mark.compiled
+
+LAYOUTS = every_layout()
+
+REFUSED = {
+    "ODrive, turns taken for radians": None,  # nothing in the file says turns
+    "CiA 402, per mille taken for newton-metres": r"torque actual.*the file says %",
+    "Simulation Data Inspector, one time for each rate": r"more than one column 'time'.*#1 or #3",
+    "stamps of whole milliseconds at 1 kHz, some twice": r"duplicated timestamps.*--rate-hz 1000",
+    "last row cut off": r"the file may be cut off",
+    "zeros above and below, as a buffer not yet full": r"time does not increase.*in row \d+",
+    "the wrong case in the name": r"no column 'position'; the header has: Time, Position, Torque",
+    "an .xlsx given as it is": r"a spreadsheet.*CSV",
+    "HDF5": r"HDF5.*npz",
+    "TDMS": r"TDMS.*CSV",
+    "a bag of ROS 2 without joint states": r"topics: /chatter",
+    "SQLite bag": r"SQLite.*CSV",
+}
+"""Layouts that are not read, and what must be said; None: read, and judged by what comes of it."""
+
+
+@cache
+def log():
+    return log_of(Rig(law=BLIMAN_SORINE, program="moves", seconds=6.0), Logger())
+
+
+def read(name, folder):
+    """What the reader of `rtctl identify --log` makes of a layout, by its command line."""
+    register()
+    words = iter(LAYOUTS[name](log(), folder))
+    columns, path, gear, rate = [], None, {}, None
+    for option in words:
+        value = next(words)
+        if option == "--column":
+            columns.append(value)
+        elif option == "--log":
+            path = value
+        elif option == "--rate-hz":
+            rate = float(value)
+        else:
+            key = {"--torque-constant": "torque_constant_nm_a", "--counts-per-rev": "counts_per_rev"}[option]
+            gear[key] = float(value)
+    mapped = {ROLES[role]: table for role, table in tables(tuple(columns), None, tuple(ROLES)).items()}
+    return read_log(options_of(path, mapped, rate), Gearing(**gear), 0.0)
+
+
+@pytest.mark.parametrize("name", [name for name in LAYOUTS if name not in REFUSED])
+def test_a_layout_is_read_as_it_is(name, tmp_path):
+    (found,) = read(name, tmp_path)
+    n = len(found.position_rad)
+    assert abs(n - len(log().time)) <= 2
+    assert found.rate_hz == pytest.approx(1000, rel=1e-4)
+    assert np.abs(found.position_rad - log().position[:n]).max() < 2e-4
+    assert np.abs(found.torque_nm - log().torque[:n]).max() < 2.5e-3
+
+
+@pytest.mark.parametrize("name", [name for name, said in REFUSED.items() if said])
+def test_what_is_not_read_is_named_with_its_remedy(name, tmp_path):
+    with pytest.raises(DataError) as refused:
+        read(name, tmp_path)
+    assert re.search(REFUSED[name], str(refused.value)), str(refused.value)
+
+
+def test_a_counter_that_starts_over_is_continued_and_that_is_said(tmp_path):
+    (found,) = read("microseconds of a counter of 32 bits that overflows", tmp_path)
+    assert any("a counter of 32 bits starts over" in note for note in found.notes)
