@@ -15,7 +15,7 @@ import numpy as np
 from hw import scripted_faults as faults
 from hw.mock import hand
 from hw.mock.bristles import coupled_step, implicit_share
-from hw.mock.jit import compiled, inlined, inlined
+from hw.mock.jit import compiled, inlined
 from hw.mock.joint import advance_detailed, is_detailed
 from hw.mock.records import DELAY_LINE
 from hw.mock.sensors import hold_sample, sense_axes, sense_force

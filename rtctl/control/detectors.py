@@ -7,7 +7,7 @@ comparison that would excuse it.
 from __future__ import annotations
 
 from rtctl.control import window
-from rtctl.control.jit import compiled, inlined, inlined
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import HELD, Record
 from rtctl.control.vocabulary import Fault
 

@@ -37,7 +37,7 @@ import math
 from rtctl.control.dry_friction import slides
 from rtctl.control.feedforward import range_fade
 from rtctl.control.friction_curve import BACKWARD, FORWARD
-from rtctl.control.jit import compiled, inlined, inlined
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import HELD, Record
 from rtctl.control.resting import is_resting, while_resting
 from rtctl.control.vocabulary import Policy

@@ -26,7 +26,7 @@ from __future__ import annotations
 import math
 
 from rtctl.control.friction_curve import BACKWARD, FORWARD, branch_magnitude
-from rtctl.control.jit import compiled, inlined, inlined
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import Record
 
 SEEN_SHARE = 0.995

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rtctl.control.jit import compiled, inlined, inlined
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import Record
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from rtctl.control.jit import compiled, inlined, inlined
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import LOOKUP_CELLS, MAX_SEGMENTS, Record
 
 FORWARD = 0

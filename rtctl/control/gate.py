@@ -7,7 +7,7 @@ memory, its limits, the value to be encoded) is a VIOLATION: the caller locks th
 
 from __future__ import annotations
 
-from rtctl.control.jit import compiled, inlined, inlined
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.vocabulary import GateFlag
 
 _NOT_FINITE = int(GateFlag.NOT_FINITE)

@@ -30,7 +30,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtctl.control.jit import compiled, inlined, inlined
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.place_trust import place_trust
 from rtctl.control.records import Record
 from rtctl.control.take_back import cost_to_take_back

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from rtctl.control.jit import compiled, inlined, inlined
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import HISTORY, Record
 from rtctl.control.vocabulary import VelocityMethod
 
