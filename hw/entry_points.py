@@ -8,7 +8,7 @@ device, within a second or two, and the law in it is the machine code that every
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numba.core import cgutils as _cgutils
@@ -19,8 +19,11 @@ from hw.jit import JIT_DISABLED, type_of
 
 _build: Any = _cgutils  # it has no types
 
+Address: TypeAlias = "int | Callable[..., Any]"
+"""Where a compiled function is; the function itself where nothing is compiled."""
 
-def entry_point(function: Callable[..., Any], *arguments: np.ndarray | tuple[np.ndarray, ...]) -> Any:  # noqa: ANN401
+
+def entry_point(function: Callable[..., Any], *arguments: np.ndarray | tuple[np.ndarray, ...]) -> Address:
     """Address of a compiled function for arguments of these types, arrays or tuples of arrays; compiled (or loaded) now.
 
     Where nothing is compiled it is the function, which `call` calls.
@@ -63,7 +66,7 @@ def _caller(returned: Any) -> Any:  # noqa: ANN401
     return typed
 
 
-def _called(function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:  # noqa: ANN401
+def _called(function: Callable[..., Any], arguments: tuple[Any, ...]) -> object:
     return function(*arguments)
 
 

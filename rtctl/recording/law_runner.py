@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hw.entry_points import call, entry_point
+from hw.entry_points import Address, call, entry_point
 from rtctl.control import law
 from rtctl.control.jit import records
 from rtctl.control.records import command_dtype, state_dtype
@@ -23,7 +23,7 @@ def run_law(
     after: np.ndarray,
     commands: np.ndarray,
     which: np.ndarray,
-    law_at: int,
+    law_at: Address,
     arguments: tuple[np.ndarray, ...],
     tick_words: np.ndarray,
     out: np.ndarray,

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from hw.entry_points import call, call_for_int, entry_point
+from hw.entry_points import Address, call, call_for_int, entry_point
 from hw.fault_options import read_faults
 from hw.fault_script import fill_schedule
 from hw.mock.plant import next_slot, plant_read, plant_write
@@ -32,9 +32,9 @@ ARM_PATIENCE_S = 30.0
 
 @compiled
 def simulate(
-    read_at: int,
-    law_at: int,
-    write_at: int,
+    read_at: Address,
+    law_at: Address,
+    write_at: Address,
     law_arguments: tuple[np.ndarray, ...],
     plant_arguments: tuple[np.ndarray, ...],
     trace: np.ndarray,
