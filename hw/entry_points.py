@@ -8,7 +8,7 @@ device, within a second or two, and the law in it is the machine code that every
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numba.core import cgutils as _cgutils
@@ -19,15 +19,22 @@ from hw.jit import JIT_DISABLED, type_of
 
 _build: Any = _cgutils  # it has no types
 
+Address: TypeAlias = "int | Callable[..., Any]"
+"""Where a compiled function is; the function itself where nothing is compiled."""
 
-def entry_point(function: Callable[..., Any], *arguments: np.ndarray | tuple[np.ndarray, ...]) -> int:
+
+def entry_point(function: Callable[..., Any], *arguments: np.ndarray | tuple[np.ndarray, ...]) -> Address:
     """Address of a compiled function for arguments of these types, arrays or tuples of arrays; compiled (or loaded) now.
+
+    Where nothing is compiled it is the function, which `call` calls.
 
     Raises
     ------
     TypeError
         It returns anything but nothing or an integer of 64 bits: those are what `call` and `call_for_int` can take.
     """
+    if JIT_DISABLED:
+        return function
     dispatcher: Any = function
     of = tuple(type_of(array) for array in arguments)
     dispatcher.compile(of)
@@ -59,9 +66,13 @@ def _caller(returned: Any) -> Any:  # noqa: ANN401
     return typed
 
 
+def _called(function: Callable[..., Any], arguments: tuple[Any, ...]) -> object:
+    return function(*arguments)
+
+
 if JIT_DISABLED:
-    call: Any = None
-    call_for_int: Any = None
+    call: Any = _called
+    call_for_int: Any = _called
 else:
     call = intrinsic(_caller(types.none))
     """In compiled code: `call(address, arguments)` with a tuple of arguments, those of `entry_point`."""

@@ -67,19 +67,20 @@ def source_key(*roots: Path) -> str:
     return digest.hexdigest()[:20]
 
 
-def compiler(*, nogil: bool = False) -> Callable[[F], F]:
+def compiler(*, nogil: bool = False, inline: bool = False) -> Callable[[F], F]:
     """Make the decorator that compiles functions, kept under the key of their module (`hw.compile_key`).
 
-    With `nogil` other threads run meanwhile; the functions must then share nothing with them.
+    With `nogil` other threads run meanwhile; the functions must then share nothing with them. With `inline` a compiled caller
+    has the function's code within its own.
 
     No fast-math: results are the same bit for bit inside the loop, in a simulation and in a replay.
     Division by zero follows IEEE 754 (inf, nan); the law checks its results itself.
     """
 
     def compiled(function: F) -> F:
-        made = numba.njit(error_model="numpy", nogil=nogil)(function)
+        made = numba.njit(error_model="numpy", nogil=nogil, forceinline=inline)(function)
         if not JIT_DISABLED:
-            keep(made, compiled_folder(), f"nogil={nogil}")
+            keep(made, compiled_folder(), f"nogil={nogil} inline={inline}")
         return cast("F", made)
 
     return compiled
@@ -87,6 +88,14 @@ def compiler(*, nogil: bool = False) -> Callable[[F], F]:
 
 compiled = compiler()
 """Compiles a function that may hold the lock of the interpreter."""
+
+inlined = compiler(inline=True)
+"""Compiles a function that is called in one place and in every tick, or in every step of a simulated rig.
+
+A call costs more than its jump: what it returns goes through memory, and what is known on one side of it is not on the other. LLVM by
+itself inlines small functions alone. What is called in several places, or seldom, is better `compiled`: code of its own for each
+place has to be compiled, and fetched.
+"""
 
 
 Argument: TypeAlias = "np.ndarray | tuple[Argument, ...]"

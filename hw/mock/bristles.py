@@ -21,7 +21,7 @@ import math
 
 import numpy as np
 
-from hw.mock.jit import compiled
+from hw.mock.jit import compiled, inlined
 
 _FAR = 40.0
 """Multiple of the Stribeck speed beyond which the Stribeck peak is nil (and powers would overflow)."""
@@ -87,7 +87,7 @@ def sliding_level(v: float, x: float, more_nm: float, more_peak_nm: float, p: np
     return float(level * modulation(x, p, axis))
 
 
-@compiled
+@inlined
 def dry_friction(v: float, x: float, p: np.record, axis: int) -> float:
     """Dry friction g(v, x) > 0 in steady sliding, N m.
 
@@ -164,7 +164,7 @@ def implicit_share(inertia: float, damping: float, stiffness: float, h: float) -
     return (3.0 + r) / (6.0 + r)
 
 
-@compiled
+@inlined
 def coupled_step(
     v: float,
     z: float,

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from hw.jit import compiled, records
+from hw.jit import compiled, inlined, records
 
-__all__ = ["compiled", "records"]
+__all__ = ["compiled", "inlined", "records"]

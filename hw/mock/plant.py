@@ -15,7 +15,7 @@ import numpy as np
 from hw import scripted_faults as faults
 from hw.mock import hand
 from hw.mock.bristles import coupled_step, implicit_share
-from hw.mock.jit import compiled
+from hw.mock.jit import compiled, inlined
 from hw.mock.joint import advance_detailed, is_detailed
 from hw.mock.records import DELAY_LINE
 from hw.mock.sensors import hold_sample, sense_axes, sense_force
@@ -28,7 +28,7 @@ _AT_ONCE = 1e-6
 """A fraction of the transport delay below this share of a period counts as zero: a step of that length would do nothing."""
 
 
-@compiled
+@inlined
 def _advance_axis(
     s: np.record, p: np.record, axis: int, time_s: float, duration_s: float, steps: int
 ) -> None:
@@ -69,7 +69,7 @@ def _advance_axis(
     s.hand_position_rad[axis], s.hand_velocity_rad_s[axis] = x_end, v_end
 
 
-@compiled
+@inlined
 def _drive_axis(
     s: np.record, p: np.record, axis: int, time_s: float, duration_s: float, steps: int, wanted_a: float
 ) -> None:

@@ -30,7 +30,7 @@ kept and the emptier one counts.
 from __future__ import annotations
 
 from rtctl.control.force_feedback import spare_damping
-from rtctl.control.jit import compiled
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import HELD, Record
 
 VISCOUS_SHARE = 0.95
@@ -43,7 +43,7 @@ TINY_J = 1e-12
 """Keeps a bank of nothing from dividing by it."""
 
 
-@compiled
+@inlined
 def keep_assistance(
     s: Record, p: Record, axis: int, dx: float, elapsed: int, velocity: float, powered: bool
 ) -> None:

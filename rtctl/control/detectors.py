@@ -7,7 +7,7 @@ comparison that would excuse it.
 from __future__ import annotations
 
 from rtctl.control import window
-from rtctl.control.jit import compiled
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import HELD, Record
 from rtctl.control.vocabulary import Fault
 
@@ -76,7 +76,7 @@ def _outside(s: Record, p: Record) -> bool:
     return False
 
 
-@compiled
+@inlined
 def age_fault(s: Record, p: Record) -> int:
     """SAMPLE_AGE while samples come too late too often.
 
@@ -107,7 +107,7 @@ def held_torque(s: Record, axis: int, ticks_ago: int) -> float:
     return float(s.held_nm[axis, (s.ticks - ticks_ago) % HELD])
 
 
-@compiled
+@inlined
 def follow_fault(t: Record, s: Record, p: Record, axis: int, elapsed: int, skipped: int) -> int:
     """ACTUATOR_LAG or ACTUATOR_WRONG: does the measured torque lie among those sent lately?
 

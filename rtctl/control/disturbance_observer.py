@@ -37,7 +37,7 @@ import math
 from rtctl.control.dry_friction import slides
 from rtctl.control.feedforward import range_fade
 from rtctl.control.friction_curve import BACKWARD, FORWARD
-from rtctl.control.jit import compiled
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import HELD, Record
 from rtctl.control.resting import is_resting, while_resting
 from rtctl.control.vocabulary import Policy
@@ -82,7 +82,7 @@ def _over(alpha: float, ticks: int) -> float:
     return alpha if ticks == 1 else 1.0 - (1.0 - alpha) ** ticks
 
 
-@compiled
+@inlined
 def observe_friction(t: Record, s: Record, p: Record, axis: int, elapsed: int) -> None:
     """Write `friction_observed_nm` of the tick, N m along +v; NaN for a measurement that is not finite.
 
@@ -129,7 +129,7 @@ def _turning(s: Record, axis: int) -> float:
     return TURNING_SHARE + (1.0 - TURNING_SHARE) * end
 
 
-@compiled
+@inlined
 def observer_torque(t: Record, s: Record, p: Record, model: Record, axis: int, elapsed: int) -> float:
     """Torque that compensates what the feed-forward leaves of the friction observed, N m; NaN stays NaN.
 

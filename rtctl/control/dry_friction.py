@@ -26,7 +26,7 @@ from __future__ import annotations
 import math
 
 from rtctl.control.friction_curve import BACKWARD, FORWARD, branch_magnitude
-from rtctl.control.jit import compiled
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import Record
 
 SEEN_SHARE = 0.995
@@ -39,7 +39,7 @@ def slides(s: Record, axis: int) -> bool:
     return abs(s.bristle_share[axis]) >= 1.0
 
 
-@compiled
+@inlined
 def guaranteed_friction(p: Record, model: Record, axis: int, velocity: float) -> float:
     """Dry friction the device surely has at this velocity, N m, >= 0.
 
@@ -77,7 +77,7 @@ def _finite(energy: float) -> float:
     return energy if math.isfinite(energy) else 0.0
 
 
-@compiled
+@inlined
 def credit_friction(
     s: Record, p: Record, model: Record, axis: int, dx: float, elapsed: int, velocity: float
 ) -> None:

@@ -14,7 +14,7 @@ from rtctl.control.display import is_admittance
 from rtctl.control.dry_friction import slides
 from rtctl.control.friction_curve import BACKWARD, FORWARD, branch_magnitude
 from rtctl.control.friction_factor import followed_share
-from rtctl.control.jit import compiled
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.load_friction import load_friction, load_gain
 from rtctl.control.place_friction import place_magnitude
 from rtctl.control.place_trust import place_of, place_trust
@@ -73,7 +73,7 @@ def _intent(s: Record, p: Record, axis: int) -> float:
     return saturate(s.friction_intent_nm[axis] / p.friction_intent_nm[axis])
 
 
-@compiled
+@inlined
 def friction_direction(s: Record, p: Record, axis: int, v: float, tick: int) -> float:
     """Direction s of the feed-forward by the configured policy, -1..1.
 
@@ -192,7 +192,7 @@ def range_fade(model: Record, branch: int, speed: float) -> float:
     return 1.0 - beyond / fade if beyond < fade else 0.0
 
 
-@compiled
+@inlined
 def compensated_magnitude(
     p: Record,
     model: Record,
@@ -226,7 +226,7 @@ def compensated_magnitude(
     return _feedforward_limit(friction, viscous, gain, viscous_gain, fade, cap, load), friction + load_nm
 
 
-@compiled
+@inlined
 def friction_feedforward(
     t: Record, s: Record, p: Record, model: Record, axis: int, dx: float, v: float
 ) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rtctl.control.jit import compiled
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import Record
 
 
@@ -35,7 +35,7 @@ def _average(s: Record, p: Record, axis: int) -> bool:
     return bool(done)
 
 
-@compiled
+@inlined
 def _tared(s: Record, p: Record, axis: int) -> float:
     """Torque on one joint of what is left of force and moment without weight and tare, N m."""
     longest = True
@@ -50,7 +50,7 @@ def _tared(s: Record, p: Record, axis: int) -> float:
     return torque
 
 
-@compiled
+@inlined
 def hand_torque(s: Record, p: Record, axis: int, fresh: bool, disabled: bool) -> float:
     """Hand torque on the joint, tared and low-passed, N m (positive accelerates the joint).
 

@@ -26,7 +26,7 @@ import math
 
 from rtctl.control.dry_friction import slides
 from rtctl.control.friction_curve import BACKWARD, FORWARD
-from rtctl.control.jit import compiled
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.program import in_program
 from rtctl.control.records import Record
 from rtctl.control.vocabulary import Fault
@@ -65,7 +65,7 @@ OFFSET_S = 0.25
 """An offset that stays for so much sliding is a fault."""
 
 
-@compiled
+@inlined
 def _changed(s: Record) -> bool:
     """True when any component differs from the sample before; keeps it, and the smallest change seen of forces and moments."""
     changed = False
@@ -127,7 +127,7 @@ def _unseen(t: Record, s: Record, p: Record, axis: int) -> bool:
     return bool(s.unseen_j[axis] + gained > hidden)
 
 
-@compiled
+@inlined
 def frozen_fault(t: Record, s: Record, p: Record, elapsed: int, powered: bool) -> int:
     """FORCE_FROZEN while a value that stays hides who moves the joint. After friction and hand torque of every axis."""
     if elapsed == 0:
@@ -191,7 +191,7 @@ def _average(s: Record, p: Record, axis: int, side: int, elapsed: int) -> None:
     s.slid_friction_nm[axis, side] = mean + share * (seen - mean)
 
 
-@compiled
+@inlined
 def offset_fault(t: Record, s: Record, p: Record, axis: int, elapsed: int, powered: bool) -> int:
     """FORCE_OFFSET while the friction seen in both directions differs by too much; `force_offset_nm` of the tick."""
     t.force_offset_nm[axis] = math.nan

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from rtctl.control.jit import compiled
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import LOOKUP_CELLS, MAX_SEGMENTS, Record
 
 FORWARD = 0
@@ -17,7 +17,7 @@ BACKWARD = 1
 """Branch of the model for v < 0."""
 
 
-@compiled
+@inlined
 def segment(model: Record, branch: int, speed: float) -> tuple[int, float]:
     """Segment of one direction's curve at a speed >= 0, and the way into it, rad/s; the model has one at least."""
     n = min(model.n_segments[branch], MAX_SEGMENTS)
@@ -33,7 +33,7 @@ def segment(model: Record, branch: int, speed: float) -> tuple[int, float]:
     return j, h
 
 
-@compiled
+@inlined
 def branch_magnitude(model: Record, branch: int, speed: float) -> float:
     """Friction magnitude of one direction at a speed.
 

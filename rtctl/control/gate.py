@@ -7,7 +7,7 @@ memory, its limits, the value to be encoded) is a VIOLATION: the caller locks th
 
 from __future__ import annotations
 
-from rtctl.control.jit import compiled
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.vocabulary import GateFlag
 
 _NOT_FINITE = int(GateFlag.NOT_FINITE)
@@ -88,7 +88,7 @@ def push_window(mean: float, torque: float, share: float) -> float:
     return mean + share * (abs(torque) - mean)
 
 
-@compiled
+@inlined
 def gate_torque(
     wanted: float,
     previous: float,

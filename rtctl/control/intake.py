@@ -11,7 +11,7 @@ import math
 from rtctl.control import states
 from rtctl.control.force import restart_tare
 from rtctl.control.friction_factor import follow_factor
-from rtctl.control.jit import compiled
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import Record
 from rtctl.control.vocabulary import Environment, Fault, State
 
@@ -101,7 +101,7 @@ def _is_remote(c: Record) -> bool:
     return False
 
 
-@compiled
+@inlined
 def take_command(t: Record, s: Record, p: Record, c: Record) -> tuple[int, bool]:
     """Read the newest command into tick and state.
 

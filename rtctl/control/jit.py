@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from hw.jit import bound, compiled, plain, records
+from hw.jit import bound, compiled, inlined, plain, records
 
-__all__ = ["bound", "compiled", "plain", "records"]
+__all__ = ["bound", "compiled", "inlined", "plain", "records"]

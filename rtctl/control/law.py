@@ -24,7 +24,7 @@ from rtctl.control.feedforward import friction_feedforward, range_fade
 from rtctl.control.force import hand_torque, tare_done
 from rtctl.control.force_feedback import force_feedback, keep_account, remember
 from rtctl.control.friction_curve import BACKWARD, FORWARD
-from rtctl.control.jit import compiled
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.passivity import granted, injected_damping, observe_port, passivity_fault
 from rtctl.control.place_trust import conservative_feedforward, judge_place
 from rtctl.control.program import in_program, program_torque
@@ -121,7 +121,7 @@ def step(
     _report(t, s, faults)
 
 
-@compiled
+@inlined
 def _estimate(t: Record, s: Record, p: Record, axis: int, elapsed: int, powered: bool) -> int:
     """Velocity, motor torque and hand torque of one axis."""
     velocity, difference = estimate_velocity(s, p, axis, elapsed)
@@ -133,7 +133,7 @@ def _estimate(t: Record, s: Record, p: Record, axis: int, elapsed: int, powered:
     return _F_OVERSPEED if abs(velocity) > OVERSPEED_FACTOR * p.velocity_limit_rad_s[axis] else 0
 
 
-@compiled
+@inlined
 def _display(t: Record, s: Record, p: Record, c: Record, axis: int, elapsed: int, powered: bool) -> float:
     """Torque of coupling and world on the joint, or of the servo that has it follow a virtual mass."""
     difference = t.velocity_difference_rad_s[axis]
@@ -148,7 +148,7 @@ def _display(t: Record, s: Record, p: Record, c: Record, axis: int, elapsed: int
     return torque * fade_display(s, p, c, axis)
 
 
-@compiled
+@inlined
 def _detect(t: Record, s: Record, p: Record, axis: int, elapsed: int, skipped: int) -> int:
     """Faults of one axis that show over time; the share of the limit that heat and a waiver leave."""
     share = detectors.temperature_share(t, s, p, axis)
@@ -166,7 +166,7 @@ def _detect(t: Record, s: Record, p: Record, axis: int, elapsed: int, skipped: i
     return faults
 
 
-@compiled
+@inlined
 def _doubt_force(t: Record, s: Record, p: Record, elapsed: int, powered: bool) -> int:
     """Tared force and moment into the tick; faults of a force sensor that lies."""
     report_wrench(t, s)
@@ -180,7 +180,7 @@ def _torque_per_ampere(p: Record, axis: int) -> float:
     return p.gear_ratio[axis] * p.gear_efficiency[axis] * p.torque_constant_nm_a[axis]
 
 
-@compiled
+@inlined
 def _compensate(t: Record, s: Record, p: Record, model: Record, axis: int, elapsed: int) -> None:
     """Add conservative part and observer to the feed-forward, and hold what helps with friction to what its account and a hand that brakes leave."""
     speed = t.velocity_rad_s[axis]
@@ -201,7 +201,7 @@ def _compensate(t: Record, s: Record, p: Record, model: Record, axis: int, elaps
     t.observer_torque_nm[axis] *= share
 
 
-@compiled
+@inlined
 def _observe(t: Record, s: Record, p: Record, axis: int, dx: float, elapsed: int, powered: bool) -> int:
     """Passivity observer, controller, and the energies the hand and the feed-forward have put in."""
     work = 0.5 * (s.hand_torque_before_nm[axis] + t.hand_torque_nm[axis]) * dx
@@ -224,7 +224,7 @@ def _observe(t: Record, s: Record, p: Record, axis: int, dx: float, elapsed: int
     return passivity_fault(s, p, axis)
 
 
-@compiled
+@inlined
 def _sum_torques(t: Record, s: Record, p: Record, axis: int, feedback: float, program: float) -> int:
     """Wanted torque of ACTIVE; its damping share is written beside it."""
     if in_program(s, axis):
@@ -290,7 +290,7 @@ def _state_share(state: int) -> float:
     return HOLD_SHARE if state == _HOLD else 1.0
 
 
-@compiled
+@inlined
 def _gate(t: Record, s: Record, p: Record, axis: int) -> int:
     """Put one axis through the gate, encode its current, check what was encoded; `GateFlag` bits."""
     limit = p.torque_limit_nm[axis]
@@ -346,7 +346,7 @@ def _send(t: Record, s: Record, p: Record) -> int:
     return fault
 
 
-@compiled
+@inlined
 def _account(t: Record, s: Record, p: Record, axis: int) -> None:
     """Keep the torque sent; what of it was feed-forward; energies into the tick."""
     torque = t.torque_applied_nm[axis]

@@ -30,7 +30,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtctl.control.jit import compiled
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.place_trust import place_trust
 from rtctl.control.records import Record
 from rtctl.control.take_back import cost_to_take_back
@@ -57,7 +57,7 @@ def granted(s: Record, axis: int) -> float:
     return given
 
 
-@compiled
+@inlined
 def observe_port(s: Record, p: Record, axis: int, dx: float, elapsed: int) -> float:
     """Advance the port's energy by the last period, J.
 

@@ -18,7 +18,7 @@ import math
 
 from rtctl.control.current_answer import leaves_proof
 from rtctl.control.detectors import held_torque
-from rtctl.control.jit import compiled
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import Record
 from rtctl.control.running_current import judge_current
 from rtctl.control.running_window import moments, of_mean, regression
@@ -54,7 +54,7 @@ def _estimate(s: Record, axis: int, share: float, floor: float) -> tuple[float, 
     return slope / gain, math.sqrt(variance * uu / area) / gain
 
 
-@compiled
+@inlined
 def running_fault(t: Record, s: Record, p: Record, axis: int, skipped: int) -> int:
     """Follow the torque of one axis; DELAY while its delay has left the proof of the coupling, CURRENT while it is another."""
     if p.follow_kind[axis] == 0 or s.state != _ACTIVE or s.ticks_in_state == 0:

@@ -11,7 +11,7 @@ import numpy as np
 
 from hw.interface import LinkFault
 from rtctl.control import window
-from rtctl.control.jit import compiled
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import Record
 from rtctl.control.vocabulary import Fault
 from rtctl.control.wrench import take_wrench
@@ -119,7 +119,7 @@ def _forget(s: Record) -> None:
         s.history_count[axis] = 0
 
 
-@compiled
+@inlined
 def accept_sample(t: Record, s: Record, p: Record, skipped: int) -> tuple[int, int]:
     """Validate the measured fields of tick `t` and take them over, or hold the last valid ones.
 

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from rtctl.control.jit import compiled
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import HISTORY, Record
 from rtctl.control.vocabulary import VelocityMethod
 
@@ -77,7 +77,7 @@ def kalman_gains(count_rad: float, bandwidth_hz: float, period_s: float) -> tupl
     return position_gain(high), high / period_s
 
 
-@compiled
+@inlined
 def push_history(history: np.ndarray, position: float, elapsed: int, window: int) -> None:
     """Put the newest position in front of `history` (newest first), filling skipped ticks linearly."""
     before = history[0]
@@ -92,7 +92,7 @@ _ROUNDING = 1e-12
 """Above what rounding can make of a deviation, as a share of what it is the difference of."""
 
 
-@compiled
+@inlined
 def _worst_deviation(history: np.ndarray, n: int, intercept: float, slope: float) -> float:
     """Largest deviation of samples 0..n (relative to the newest) from the line, which is finite."""
     a = b = c = d = 0.0
@@ -113,7 +113,7 @@ def _worst_deviation(history: np.ndarray, n: int, intercept: float, slope: float
     return a if c <= a else c
 
 
-@compiled
+@inlined
 def foaw_velocity(history: np.ndarray, count: int, window: int, band: float, period: float) -> float:
     """First-order adaptive windowing, best-fit slope (Janabi-Sharifi et al. 2000).
 
@@ -185,7 +185,7 @@ def _start(s: Record, axis: int) -> None:
     s.kalman_velocity_rad_s[axis] = 0.0
 
 
-@compiled
+@inlined
 def estimate_velocity(s: Record, p: Record, axis: int, elapsed: int) -> tuple[float, float]:
     """Velocity by the configured method, and the plain backward difference.
 

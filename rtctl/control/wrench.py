@@ -22,7 +22,7 @@ import math
 
 import numpy as np
 
-from rtctl.control.jit import compiled
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import Record
 
 TINY = 1e-9
@@ -60,7 +60,7 @@ def _carry(screw: np.ndarray, direction: np.ndarray, lever: np.ndarray, angle: f
     screw[2] += p_x * screw[4] - p_y * screw[3]
 
 
-@compiled
+@inlined
 def _pose(s: Record, p: Record) -> None:
     """Write `screw` (lever, then direction of each joint) and `weight` (force, then moment) at the present positions."""
     for axis in range(len(s.position_rad)):
@@ -91,7 +91,7 @@ def torque_on(s: Record, axis: int, wrench: np.ndarray) -> float:
     return torque
 
 
-@compiled
+@inlined
 def take_wrench(t: Record, s: Record, p: Record) -> None:
     """Take over force and moment of a fresh, valid sample whose positions are taken over already."""
     for i in range(3):

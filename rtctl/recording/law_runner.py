@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from hw.entry_points import Address, call, entry_point
 from rtctl.control import law
 from rtctl.control.jit import records
 from rtctl.control.records import command_dtype, state_dtype
@@ -22,11 +23,9 @@ def run_law(
     after: np.ndarray,
     commands: np.ndarray,
     which: np.ndarray,
-    tick: np.ndarray,
+    law_at: Address,
+    arguments: tuple[np.ndarray, ...],
     tick_words: np.ndarray,
-    state: np.ndarray,
-    params: np.ndarray,
-    model: np.ndarray,
     out: np.ndarray,
     first: int,
     differs: np.ndarray,
@@ -50,10 +49,14 @@ def run_law(
     differs : array of bool, shape (n,)
         Whether the law has written anything else than was recorded.
     """
+    command, in_force = arguments[3], -1
     for i in range(len(words)):
         for k in before:
             tick_words[0, k] = words[i, k]
-        law.step(tick, state, params, commands[which[i] : which[i] + 1], model)
+        if which[i] != in_force:
+            in_force = which[i]
+            command[0] = commands[in_force]
+        call(law_at, arguments)
         changed = np.uint64(0)
         for k in range(words.shape[1]):
             out[i, k] = tick_words[0, k]
@@ -100,11 +103,13 @@ class LawRunner:
     """
 
     def __init__(self, arrays: LawArrays, n_axes: int) -> None:
-        self._params, self._model = records(arrays.params), records(arrays.model)
         start = np.zeros(1, state_dtype(n_axes)) if arrays.state is None else arrays.state.copy()
         self.state = records(start)
-        tick = new_ticks(1, n_axes)
-        self._tick, self.tick_words = records(tick), tick.view(np.uint64).reshape(1, -1)
+        tick, command = new_ticks(1, n_axes), np.zeros(1, command_dtype(n_axes))
+        self.tick_words = tick.view(np.uint64).reshape(1, -1)
+        params, model = records(arrays.params), records(arrays.model)
+        self._arguments = (records(tick), self.state, params, records(command), model)
+        self._law_at = entry_point(law.step, *self._arguments)
         loop = [f.name for f in FIELDS if f.writer != "law" and f.name not in (*_AFTER_LAW, "seal")]
         self._before = field_words(n_axes, loop)
         self._after = field_words(n_axes, list(_AFTER_LAW))
@@ -112,8 +117,7 @@ class LawRunner:
         self._first = int(written[0])
         assert written.tolist() == list(range(self._first, tick.dtype.itemsize // 8 - 1))
         self._out = self._room = np.zeros(0, tick.dtype)
-        none = np.zeros(1, command_dtype(n_axes))
-        self.run(tick[:0], none, np.zeros(0, np.int64))  # compiles, or loads
+        self.run(tick[:0], command, np.zeros(0, np.int64))  # compiles, or loads
 
     def room(self, n: int) -> np.ndarray:
         """Room for `n` recorded ticks, the same for every call."""
@@ -131,8 +135,7 @@ class LawRunner:
         replayed, differs = self._out[: len(rows)], np.empty(len(rows), np.bool_)
         run_law(
             as_words(rows), self._before, self._after, records(commands), which.astype(np.int64),
-            self._tick, self.tick_words, self.state, self._params, self._model, as_words(replayed),
-            self._first, differs,
+            self._law_at, self._arguments, self.tick_words, as_words(replayed), self._first, differs,
         )  # fmt: skip
         return replayed, differs
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from hw.entry_points import Address, call, call_for_int, entry_point
 from hw.fault_options import read_faults
 from hw.fault_script import fill_schedule
 from hw.mock.plant import next_slot, plant_read, plant_write
@@ -31,13 +32,11 @@ ARM_PATIENCE_S = 30.0
 
 @compiled
 def simulate(
-    params: np.ndarray,
-    command: np.ndarray,
-    model: np.ndarray,
-    state: np.ndarray,
-    plant_params: np.ndarray,
-    plant_state: np.ndarray,
-    tick: np.ndarray,
+    read_at: Address,
+    law_at: Address,
+    write_at: Address,
+    law_arguments: tuple[np.ndarray, ...],
+    plant_arguments: tuple[np.ndarray, ...],
     trace: np.ndarray,
     truth: np.ndarray,
     period_ns: int,
@@ -47,21 +46,23 @@ def simulate(
 
     Parameters
     ----------
-    params, command, model, state : array
-        Records of the law (`rtctl.control.records`).
-    plant_params, plant_state : array, shape (1,)
-        Records of the rig (`hw.mock.records`).
-    tick : array, shape (1,)
-        Carries the slot to run next, so that a run can be continued.
+    read_at, law_at, write_at
+        Where `plant_read`, the law and `plant_write` are: the machine code that the loop runs, compiled once for all.
+    law_arguments
+        Records of the law (`rtctl.control.records`): tick, state, parameters, command, model. The tick carries the slot to run next, so
+        that a run can be continued.
+    plant_arguments
+        Tick, and state and parameters of the rig (`hw.mock.records`).
     trace, truth : array, shape (n,)
         Ticks, and states of the rig at the end of each one's period.
     """
+    tick, plant_state, _ = plant_arguments
     for row in range(len(trace)):
         for k in range(every):
             tick[0].time_ns = tick[0].tick * period_ns
-            plant_read(tick, plant_state, plant_params)
-            law.step(tick, state, params, command, model)
-            plant_write(tick, plant_state, plant_params)
+            call_for_int(read_at, plant_arguments)
+            call(law_at, law_arguments)
+            call_for_int(write_at, plant_arguments)
             if k == every - 1:
                 trace[row] = tick[0]
                 truth[row] = plant_state[0]
@@ -148,19 +149,14 @@ class Simulation:
         rows = max(1, round(seconds / self.plan.period_s / every))
         trace = records(new_ticks(rows, self.plan.n_axes))
         self.truth = records(np.zeros(rows, self.plant_state.dtype))
-        simulate(
-            self.params,
-            self.command,
-            self.model,
-            self.state,
-            self.plant_params,
-            self.plant_state,
-            self.tick,
-            trace,
-            self.truth,
-            self.plan.period_ns,
-            every,
+        law_arguments = (self.tick, self.state, self.params, self.command, self.model)
+        plant_arguments = (self.tick, self.plant_state, self.plant_params)
+        at = (
+            entry_point(plant_read, *plant_arguments),
+            entry_point(law.step, *law_arguments),
+            entry_point(plant_write, *plant_arguments),
         )
+        simulate(*at, law_arguments, plant_arguments, trace, self.truth, self.plan.period_ns, every)
         return trace
 
     def arm(self, **fields: object) -> np.ndarray:

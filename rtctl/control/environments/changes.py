@@ -49,7 +49,7 @@ from rtctl.control.environments.laws import (
     stretch,
     take_own,
 )
-from rtctl.control.jit import compiled
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import Record
 
 _ADMITTANCE = 1
@@ -203,7 +203,7 @@ def _step_damping(s: Record, p: Record, axis: int, wanted: float, speed: float) 
     s.world_damping_nms_rad[axis] = towards(s.world_damping_nms_rad[axis], wanted, step)
 
 
-@compiled
+@inlined
 def follow_world(s: Record, p: Record, c: Record, axis: int, speed: float, disabled: bool) -> None:
     """Bring the environment in force one tick nearer to the one commanded; writes the grant of this tick.
 

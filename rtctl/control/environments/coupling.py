@@ -20,7 +20,7 @@ from rtctl.control.environments.changes import follow_world
 from rtctl.control.environments.laws import environment_energy, finite_command, solve_proxy
 from rtctl.control.environments.table import Environment
 from rtctl.control.environments.targets import follow_target
-from rtctl.control.jit import compiled
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import Record
 
 _REMOTE = int(Environment.REMOTE)
@@ -44,7 +44,7 @@ def _store(s: Record, p: Record, axis: int) -> None:
     s.stored_energy_j[axis] = stored if math.isfinite(stored) else 0.0
 
 
-@compiled
+@inlined
 def coupling_torque(
     s: Record, p: Record, c: Record, axis: int, elapsed: int, difference: float, disabled: bool
 ) -> float:
