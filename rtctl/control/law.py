@@ -33,6 +33,7 @@ from rtctl.control.resting import advance_rest
 from rtctl.control.sample import accept_sample
 from rtctl.control.states import advance, is_powered
 from rtctl.control.take_back import OVERSPEED_FACTOR, torque_to_take_back
+from rtctl.control.trembling import calm_share
 from rtctl.control.velocity import estimate_velocity
 from rtctl.control.virtual_mass import observe_hand, raise_damping, servo_torque
 from rtctl.control.vocabulary import Fault, GateFlag, State
@@ -193,7 +194,7 @@ def _compensate(t: Record, s: Record, p: Record, model: Record, axis: int, elaps
     t.observer_torque_nm[axis] = observer_torque(t, s, p, model, axis, elapsed)
     share = assistance_share(s, p, axis)
     t.assistance_share[axis] = share
-    share *= helped_share(s, p, axis) * unbraked_share(t, s, p, axis)
+    share *= helped_share(s, p, axis) * unbraked_share(t, s, p, axis) * calm_share(s, p, axis)
     t.feedforward_torque_nm[axis] = friction
     t.feedforward_torque_nm[axis] *= share
     if spring != 0.0:

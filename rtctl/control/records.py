@@ -320,6 +320,11 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "remote_position_rad": (),  # the renderer's end of the spring to the mass
             "friction_gate": (),
             "friction_brake": (),  # share of the help that a hand which brakes the joint takes back, 0..1
+            "turn_rad": (),  # as far as the joint has gone since it last turned (control.trembling)
+            "turn_from_rad": (),  # where that was
+            "turn_s": (),  # time since then
+            "turned": (),  # 1: it moves backward
+            "trembled_s": (),  # for which it turned more often than a hand can
             "friction_stop": (),  # stop operator state, -1..1
             "friction_load_nm": (),  # what the load adds to the friction
             "friction_intent_nm": (),  # hand torque, low-passed for the intent

@@ -1,0 +1,42 @@
+"""Seeded bugs of the watch on a joint that trembles (`rtctl.control.trembling`)."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+UNIT = "tests/unit/control"
+
+SEEDS = (
+    Seed(
+        "a joint that trembles is helped",
+        "rtctl/control/law.py",
+        " * calm_share(s, p, axis)",
+        "",
+        (
+            f"{UNIT}/test_trembling.py::test_the_law_sends_no_help_to_a_joint_that_trembled_until_it_is_moved_on",
+        ),
+    ),
+    Seed(
+        "help comes back to a joint that has come to rest, and shakes it again",
+        "rtctl/control/trembling.py",
+        "if on > 0.0 and s.turn_s[axis] > ON_S and abs(s.turn_rad[axis] - s.turn_from_rad[axis]) > ON_RAD:",
+        "if s.turn_s[axis] > ON_S:",
+        (
+            f"{UNIT}/test_trembling.py::test_help_does_not_come_back_at_rest_or_in_a_creep_but_when_a_hand_moves_the_joint_on",
+        ),
+    ),
+    Seed(
+        "a hand that turns back slowly trembles",
+        "rtctl/control/trembling.py",
+        "if s.turn_s[axis] <= _LONGEST_S:",
+        "if s.turn_s[axis] <= 20.0 * _LONGEST_S:",
+        (f"{UNIT}/test_trembling.py::test_a_hand_that_moves_to_and_fro_is_helped_whole",),
+    ),
+    Seed(
+        "the flicker of an encoder trembles",
+        "rtctl/control/trembling.py",
+        "elif on < -max(TURN_COUNTS * p.count_rad[axis], REST_SHARE * p.presliding_rad[axis]):",
+        "elif on < 0.0:",
+        (f"{UNIT}/test_trembling.py::test_an_encoder_that_flickers_between_counts_turns_nothing",),
+    ),
+)
