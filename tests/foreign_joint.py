@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hw.entry_points import call
 from hw.mock.sensors import sense_axes, sense_force
-from rtctl.control import law
 from rtctl.control.jit import compiled
 from rtctl.control.vocabulary import State
 from rtctl.simulation.closed_loop import Simulation
@@ -124,6 +124,7 @@ def _step(y, elements, shares, stiffnesses, joint, hand, motor_nm, time_s, dt):
 
 @compiled
 def _loop(
+    law_at,
     params,
     command,
     model,
@@ -155,7 +156,7 @@ def _loop(
         sense_force(t, s, p)
         s.sample_count += 1
         t.sample_count = s.sample_count
-        law.step(tick, state, params, command, model)
+        call(law_at, (tick, state, params, command, model))
         for j in range(len(line) - 1, 0, -1):
             line[j] = line[j - 1]
         line[0] = t.current_command_a[0] if t.enabled != 0 else 0.0
@@ -200,7 +201,7 @@ def run(loaded, joint, hand, elements=(), seconds=16.0):
             simulation.change(arm_count=asked, epoch=int(simulation.state["epoch"][0]))
         parts.append(np.zeros((round(arming / period_s), 2)))
         _loop(
-            simulation.params, simulation.command, simulation.model, simulation.state, simulation.plant_params, simulation.plant_state,
+            simulation.addresses()[1], simulation.params, simulation.command, simulation.model, simulation.state, simulation.plant_params, simulation.plant_state,
             simulation.tick, y, bent, shares, stiffnesses, joint, hand, line, max(10, round(period_s / 2e-5)), parts[-1],
         )  # fmt: skip
     out = np.concatenate(parts)

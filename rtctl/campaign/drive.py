@@ -6,15 +6,14 @@ import math
 
 import numpy as np
 
+from hw.entry_points import Address, call, call_for_int
 from hw.fault_kinds import Channel, Effect
-from hw.mock.plant import plant_read, plant_write
 from hw.scripted_faults import due_ticks
 from rtctl.campaign.events import change_display, change_world, operate, render, slots_missed, stream_world
 from rtctl.campaign.jit import compiled
 from rtctl.campaign.monitor import watch, watch_hand
 from rtctl.campaign.programs import ask_for_programs
 from rtctl.campaign.pursuit import pursue
-from rtctl.control import law
 from rtctl.control.records import Record
 from rtctl.control.vocabulary import State
 
@@ -58,6 +57,7 @@ def _restart(c: Record) -> None:
 
 @compiled
 def drive(
+    at: tuple[Address, Address, Address],
     params: np.ndarray,
     state: np.ndarray,
     command: np.ndarray,
@@ -81,6 +81,8 @@ def drive(
 
     Parameters
     ----------
+    at
+        Addresses of the plant's reading, the law and the plant's writing (`Simulation.addresses`).
     fresh_state, fresh_memory : array, shape (1,)
         Law and monitor as after a restart of the daemon.
     foe : array, shape (1,), `pursuit.FOE`
@@ -123,9 +125,9 @@ def drive(
         t.tick += 1 + skipped
         t.missed_ticks += skipped
         stuck = _stuck(plant_state[0], plant_params[0], t.tick - 1 - plant_state[0].first_tick)
-        plant_read(tick, plant_state, plant_params)
+        call_for_int(at[0], (tick, plant_state, plant_params))
         bad = 0 if stuck else _heard_nothing(plant_state[0], plant_params[0], skipped)
-        law.step(tick, state, params, command, model)
+        call(at[1], (tick, state, params, command, model))
         bad |= watch(t, s, p, c, model, m, passive)
         visits[t.state] += 1
         for axis in range(len(t.program_kind)):
@@ -134,7 +136,7 @@ def drive(
         for bit in range(32):
             seen[bit] += (faults & ~faults_before) >> bit & 1
         faults_before = faults
-        plant_write(tick, plant_state, plant_params)
+        call_for_int(at[2], (tick, plant_state, plant_params))
         if passive:
             bad |= watch_hand(t, plant_state[0], plant_params[0], p, m)
         if len(trace) > 0:

@@ -110,6 +110,7 @@ def run_traced(order: Order, index: int, keep: int = TRACE_TICKS) -> tuple[Resul
     simulation, result = rig.simulation, Result(rigs=1, faults_scheduled=len(rig.faults))
     trace = records(np.zeros(keep, simulation.tick.dtype))
     bits, result.ticks = drive(
+        simulation.addresses(),
         simulation.params,
         simulation.state,
         simulation.command,

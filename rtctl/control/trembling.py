@@ -20,7 +20,7 @@ turns: a turn is `TURN_COUNTS` or `REST_SHARE` of the credited presliding length
 from __future__ import annotations
 
 from rtctl.control.display import is_admittance
-from rtctl.control.jit import compiled
+from rtctl.control.jit import inlined
 from rtctl.control.records import Record
 from rtctl.control.resting import REST_SHARE
 
@@ -39,7 +39,7 @@ ON_S, ON_RAD, FORGETTING = 0.25, 0.03, 4.0
 _LONGEST_S = 0.5 / SLOWEST_HZ
 
 
-@compiled
+@inlined
 def calm_share(s: Record, p: Record, axis: int) -> float:
     """Advance what is remembered of trembling; return the share of the help that it leaves, 0 to 1. A position that is no number turns nothing."""
     s.turn_s[axis] += p.period_s

@@ -151,13 +151,18 @@ class Simulation:
         self.truth = records(np.zeros(rows, self.plant_state.dtype))
         law_arguments = (self.tick, self.state, self.params, self.command, self.model)
         plant_arguments = (self.tick, self.plant_state, self.plant_params)
-        at = (
-            entry_point(plant_read, *plant_arguments),
-            entry_point(law.step, *law_arguments),
-            entry_point(plant_write, *plant_arguments),
-        )
+        at = self.addresses()
         simulate(*at, law_arguments, plant_arguments, trace, self.truth, self.plan.period_ns, every)
         return trace
+
+    def addresses(self) -> tuple[Address, Address, Address]:
+        """Where reading, law and writing of this rig are: the machine code that the loop runs, too, compiled once for all."""
+        plant = (self.tick, self.plant_state, self.plant_params)
+        return (
+            entry_point(plant_read, *plant),
+            entry_point(law.step, self.tick, self.state, self.params, self.command, self.model),
+            entry_point(plant_write, *plant),
+        )
 
     def arm(self, **fields: object) -> np.ndarray:
         """Bring the rig to ACTIVE with full authority, as an operator would; returns the ticks until then.
