@@ -3,6 +3,7 @@
 import os
 import signal
 import tempfile
+from collections import Counter
 
 import pytest
 import tiers
@@ -30,3 +31,21 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if item.get_closest_marker("compiled"):
             item.add_marker(pytest.mark.skip(reason="marked `compiled`, and NUMBA_DISABLE_JIT is set"))
+
+
+_used_s = Counter()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item):
+    """Processor time of each file: its own, and that of the programs that it started and that have ended."""
+    before_s = sum(os.times()[:4])
+    result = yield
+    _used_s[tiers.name_of(item.path)] += sum(os.times()[:4]) - before_s
+    return result
+
+
+def pytest_terminal_summary(terminalreporter):
+    for name, used_s in _used_s.most_common():
+        if used_s > tiers.QUICK_S:
+            terminalreporter.write_line(tiers.said_of(name, used_s))
