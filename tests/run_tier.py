@@ -193,7 +193,7 @@ class Run:
 
     def _start(self, part: Part) -> None:
         say(f"begins                          {part.name}")
-        part.start(idle=part.idle or any(one.clock for one in self._running))
+        part.start(idle=part.idle or (not part.clock and any(one.clock for one in self._running)))
         self._running.append(part)
 
     def _make_way_no_more(self) -> None:

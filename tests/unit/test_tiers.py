@@ -137,15 +137,15 @@ def test_what_starts_beside_a_clock_takes_idle_time_only_and_what_starts_later_d
     done = tmp_path / "done"
     parts = [
         shell("clock", f"while [ ! -e {done} ]; do sleep .02; done; {policy}", clock=True),
+        shell("another clock", policy, clock=True),
         shell("beside", f"{policy}; touch {done}"),
     ]
     assert Run(parts, at_a_time=2).whole() == 0
     assert Run([shell("later", policy), shell("volume", policy, idle=True)], at_a_time=2).whole() == 0
-    told = {
-        part: int((tmp_path / f"{part}.log").read_text()) for part in ("clock", "beside", "later", "volume")
-    }
-    ordinary = os.sched_getscheduler(0)
-    assert told == {"clock": ordinary, "beside": os.SCHED_IDLE, "later": ordinary, "volume": os.SCHED_IDLE}
+    names = ("clock", "another clock", "beside", "later", "volume")
+    told = {name: int(shell(name, "").log.read_text()) for name in names}
+    ordinary, idle = os.sched_getscheduler(0), os.SCHED_IDLE
+    assert told == dict(zip(names, (ordinary, ordinary, idle, ordinary, idle), strict=True))
 
 
 def test_beside_each_clock_runs_one_part_more_and_only_then(tmp_path):
