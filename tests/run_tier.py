@@ -248,7 +248,11 @@ def tell_of_slow_files(parts: list[Part]) -> None:
     """What of the inner loop takes too long to be in it."""
     lines = [line for part in parts for line in tiers.not_quick(part.log.read_text(errors="replace"))]
     if lines:
-        say("\n".join(["not quick: for LONG of tests/tiers.py, unless something was compiled just now", *lines]))
+        say(
+            "\n".join(
+                ["not quick: for LONG of tests/tiers.py, unless something was compiled just now", *lines]
+            )
+        )
 
 
 def say(text: str) -> None:

@@ -56,6 +56,7 @@ PATIENT = (
     "integration/test_gateway_security.py",
     "integration/test_operate_by_command_line.py",
     "integration/test_protocol_document.py",
+    "integration/test_serial_rig.py",  # as test_can_run.py
     "integration/test_slow_end.py",
     "integration/test_view.py",
     "integration/test_view_of_the_daemon.py",
