@@ -79,6 +79,7 @@ LONG = (
     "unit/cli/test_check.py",
     "unit/cli/test_check_admittance.py",
     "unit/cli/test_check_friction.py",
+    "unit/cli/test_check_plausibility.py",
     "unit/cli/test_fit.py",
     "unit/cli/test_identify_log.py",
     "unit/cli/test_linear_axis.py",
