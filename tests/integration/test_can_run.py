@@ -73,13 +73,6 @@ def drive(kind, port):
         process.communicate()
 
 
-@pytest.fixture
-def folder(tmp_path):
-    path = tmp_path / "run"
-    path.mkdir(mode=0o700)
-    return path
-
-
 def rig_file(folder, name, port):
     text = Path(shipped_config(f"can-{name}.toml")).read_text()
     for before, after in (

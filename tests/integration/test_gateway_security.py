@@ -6,8 +6,7 @@ import msgpack
 import pytest
 import zmq
 from patience import until
-from ports import free_ports
-from tcp_rig import answers, clients, listening, short_folder, stocked
+from tcp_rig import answers
 
 from rtctl.client import RigClient
 from rtctl.client.connection import Connection, remote_endpoints
@@ -15,34 +14,6 @@ from rtctl.errors import NoReplyError, RefusedError
 from rtctl.host.access.entrances import Access
 from rtctl.wire.keys import ClientKey
 from rtctl.wire.protocol import Endpoints
-
-
-@pytest.fixture
-def root():
-    with short_folder() as folder:
-        yield folder
-
-
-@pytest.fixture
-def store(root):
-    return stocked(root)
-
-
-@pytest.fixture
-def port():
-    return free_ports(4)
-
-
-@pytest.fixture
-def rig(root, store, port):
-    with listening(root, store, port) as running:
-        yield running
-
-
-@pytest.fixture
-def client(rig, root, port):
-    with clients(root, port) as connect:
-        yield connect
 
 
 def ask_if_let_in(asking):

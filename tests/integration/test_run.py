@@ -20,13 +20,6 @@ from rtctl.rig_file.config import load
 
 
 @pytest.fixture
-def folder(tmp_path):
-    path = tmp_path / "run"
-    path.mkdir(mode=0o700)
-    return path
-
-
-@pytest.fixture
 def running(folder, tmp_path):
     """The mock rig with a hand that rests: a client of a loaded machine arms late, and a joint that swings moves too far."""
     text = (CONFIGS / "mock.toml").read_text().replace('"friction/', f'"{CONFIGS}/friction/')

@@ -25,13 +25,6 @@ TIME_TO_LIVE = 20
 
 
 @pytest.fixture
-def folder(tmp_path):
-    path = tmp_path / "run"
-    path.mkdir(mode=0o700)
-    return path
-
-
-@pytest.fixture
 def board(tmp_path):
     with SimulatedBoard(
         tmp_path, "--rig", str(CONFIGS / "mock.toml"), "--rate-hz", "200", "--realtime"
