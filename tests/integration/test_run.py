@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from patience import PATIENCE_S, until
-from rtctl_process import CONFIGS, children, finish, start
+from rtctl_process import CONFIGS, children, finish, greet, start
 
 from rtctl.client import RigClient
 from rtctl.control.vocabulary import State
@@ -26,8 +26,8 @@ def running(folder, tmp_path):
     config = tmp_path / "rests.toml"
     config.write_text(text.replace("amplitude_rad = 0.3", "amplitude_rad = 0.0"))
     process = start(config, folder, "--for", "150")
-    client = RigClient("mock", runtime_dir=str(folder), timeout_s=PATIENCE_S)
-    client.hello()
+    client = RigClient("mock", runtime_dir=str(folder))
+    greet(client, process)
     yield process, client
     client.close()
     process.kill()
