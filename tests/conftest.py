@@ -7,9 +7,14 @@ from collections import Counter
 
 import pytest
 import tiers
+from hypothesis import HealthCheck, settings
 
 _FOLDER = tempfile.TemporaryDirectory(prefix="rtctl-state-")
 os.environ["RTCTL_STATE_DIR"] = _FOLDER.name
+
+# No test judges by time: a core that others use makes 200 ms of a moment's work, and data slow to draw.
+settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("untimed")
 
 
 def pytest_configure():
