@@ -3,12 +3,18 @@
 import os
 import signal
 import tempfile
+from collections import Counter
 
 import pytest
 import tiers
+from hypothesis import HealthCheck, settings
 
 _FOLDER = tempfile.TemporaryDirectory(prefix="rtctl-state-")
 os.environ["RTCTL_STATE_DIR"] = _FOLDER.name
+
+# No test judges by time: a core that others use makes 200 ms of a moment's work, and data slow to draw.
+settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("untimed")
 
 
 def pytest_configure():
@@ -30,3 +36,21 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if item.get_closest_marker("compiled"):
             item.add_marker(pytest.mark.skip(reason="marked `compiled`, and NUMBA_DISABLE_JIT is set"))
+
+
+_used_s = Counter()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item):
+    """Processor time of each file: its own, and that of the programs that it started and that have ended."""
+    before_s = sum(os.times()[:4])
+    result = yield
+    _used_s[tiers.name_of(item.path)] += sum(os.times()[:4]) - before_s
+    return result
+
+
+def pytest_terminal_summary(terminalreporter):
+    for name, used_s in _used_s.most_common():
+        if used_s > tiers.QUICK_S:
+            terminalreporter.write_line(tiers.said_of(name, used_s))

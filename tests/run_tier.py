@@ -1,8 +1,8 @@
 """Runs one tier of the tests, as many parts at a time as there are cores: `python tests/run_tier.py check|test|volume`.
 
-Tests that meet a clock run as one part, alone at their priority; parts that start beside them get only what nobody
+Tests that meet a clock run as two parts, alone at their priority; parts that start beside them get only what nobody
 else wants (SCHED_IDLE), so that no real-time loop waits for them. As tests that meet a clock leave their core idle for
-most of the time, one part more than there are cores runs then. Each part's output goes to a file and is shown when the
+most of the time, as many parts as there are cores run besides. Each part's output goes to a file and is shown when the
 part fails. Ctrl-C ends all parts.
 """
 
@@ -36,7 +36,7 @@ ENOUGH_FILES = 25
 LEAST_WEIGHT = 19
 """Nice value of a session that takes only what no other one wants."""
 
-PATIENT = "--timeout=1800"
+UNHURRIED = "--timeout=1800"
 """Of one test: beside busy others it may stand still for long."""
 
 FIRST = "unit/hw"
@@ -145,14 +145,18 @@ def test() -> list[Part]:
     files = tiers.every_file()
     clock = [path for path in files if tiers.meets_a_clock(path)]
     others = [path for path in files if not tiers.meets_a_clock(path)]
-    beside = sorted(by_folder(others, PATIENT), key=lambda part: FIRST not in part.name.split())
-    return [pytest_part("clock", clock, clock=True), *beside]
+    beside = sorted(by_folder(others, UNHURRIED), key=lambda part: FIRST not in part.name.split())
+    return [
+        pytest_part("clock", [path for path in clock if not tiers.is_patient(path)], clock=True),
+        pytest_part("patient clock", [path for path in clock if tiers.is_patient(path)], clock=True),
+        *beside,
+    ]
 
 
 def volume() -> list[Part]:
     """The same questions asked many more times; it may run beside anything."""
     files = [path for path in tiers.every_file() if VOLUME.search(path.read_text())]
-    return by_folder(files, "-m", "volume", PATIENT, idle=True)
+    return by_folder(files, "-m", "volume", UNHURRIED, idle=True)
 
 
 TIERS = {"check": check, "test": test, "volume": volume}
@@ -184,12 +188,12 @@ class Run:
         return self._sum_up()
 
     def _places(self) -> int:
-        """One more beside a clock: it waits for most of its time, and what runs beside it takes only what that leaves."""
-        return self._at_a_time + any(part.clock for part in self._running)
+        """One more for each that meets a clock: it waits for most of its time, and others take only what that leaves."""
+        return self._at_a_time + sum(part.clock for part in self._running)
 
     def _start(self, part: Part) -> None:
         say(f"begins                          {part.name}")
-        part.start(idle=part.idle or any(one.clock for one in self._running))
+        part.start(idle=part.idle or (not part.clock and any(one.clock for one in self._running)))
         self._running.append(part)
 
     def _make_way_no_more(self) -> None:
@@ -240,6 +244,17 @@ def _used_s() -> float:
     return used.ru_utime + used.ru_stime
 
 
+def tell_of_slow_files(parts: list[Part]) -> None:
+    """What of the inner loop takes too long to be in it."""
+    lines = [line for part in parts for line in tiers.not_quick(part.log.read_text(errors="replace"))]
+    if lines:
+        say(
+            "\n".join(
+                ["not quick: for LONG of tests/tiers.py, unless something was compiled just now", *lines]
+            )
+        )
+
+
 def say(text: str) -> None:
     """Show it at once."""
     sys.stdout.write(f"{text}\n")
@@ -254,9 +269,13 @@ def main() -> int:
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job has it ignored
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     LOGS.mkdir(parents=True, exist_ok=True)
-    run = Run(TIERS[sys.argv[1]](), at_a_time=max(2, len(os.sched_getaffinity(0))))
+    parts = TIERS[sys.argv[1]]()
+    run = Run(parts, at_a_time=max(2, len(os.sched_getaffinity(0))))
     try:
-        return run.whole()
+        code = run.whole()
+        if sys.argv[1] == "check":
+            tell_of_slow_files(parts)
+        return code
     except KeyboardInterrupt:
         run.end()
         say("interrupted")

@@ -1,12 +1,13 @@
 """Which tests run when: the one table of it. `tests/conftest.py` marks by it, `tests/run_tier.py` runs by it.
 
 A file of tests either only computes, or meets a clock: it starts real-time loops, opens ptys, or talks through
-sockets to what answers in its own time. Only-computing files run side by side; those that meet a clock run one
-after the other, with nothing beside them but what takes processor time that nobody else wants.
+sockets to what answers in its own time. Only-computing files run side by side; those that meet a clock run in two
+streams, one file of each at a time, with nothing else beside them but what takes processor time that nobody else wants.
 """
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 TESTS = Path(__file__).resolve().parent
@@ -42,6 +43,32 @@ ONLY_COMPUTES = (
 )
 """Files in such folders that meet none: whatever they wait for may take minutes."""
 
+PATIENT = (
+    "contract",
+    "integration/test_bench_of_a_composed_rig.py",
+    "integration/test_bench_of_a_serial_cycle.py",
+    "integration/test_can_run.py",  # at 100 Hz, armed again after a late cycle
+    "integration/test_client_and_rig.py",
+    "integration/test_event_log_of_a_run.py",
+    "integration/test_first_steps.py",
+    "integration/test_gateway_doors.py",
+    "integration/test_gateway_roles.py",
+    "integration/test_gateway_security.py",
+    "integration/test_operate_by_command_line.py",
+    "integration/test_protocol_document.py",
+    "integration/test_serial_rig.py",  # as test_can_run.py
+    "integration/test_slow_end.py",
+    "integration/test_view.py",
+    "integration/test_view_of_the_daemon.py",
+    "integration/test_view_streams.py",
+    "integration/test_virtual_world_page.py",
+    "integration/test_waiting_loop.py",
+    "unit/cli/test_commissioning.py",
+    "unit/hw/test_can_odrive_firmware.py",
+)
+"""Of what meets a clock, what only waits until something is so: it asks no loop to be punctual, and uses little of a core.
+It is the second stream. The first has rigs that are attacked, killed, measured and held to every tick."""
+
 LONG = (
     "properties/test_control_environment.py",
     "properties/test_intermediate_passivity.py",
@@ -50,18 +77,23 @@ LONG = (
     "properties/test_safety_invariants_12_to_20.py",
     "properties/test_safety_machine.py",
     "unit/cli/test_check.py",
-    "unit/cli/test_check_followed_friction.py",
-    "unit/cli/test_check_plausibility.py",
+    "unit/cli/test_check_admittance.py",
     "unit/cli/test_check_friction.py",
+    "unit/cli/test_check_plausibility.py",
     "unit/cli/test_fit.py",
-    "unit/cli/test_plot_and_compare.py",
+    "unit/cli/test_identify_log.py",
+    "unit/cli/test_linear_axis.py",
+    "unit/control/test_admittance_margin.py",
+    "unit/control/test_admittance_proof.py",
     "unit/control/test_assistance.py",
     "unit/control/test_dry_friction.py",
+    "unit/control/test_law.py",
     "unit/control/test_observer_margin.py",
+    "unit/control/test_running_current.py",
     "unit/control/test_running_delay.py",
     "unit/control/test_sampled_loop.py",
+    "unit/control/test_virtual_mass.py",
     "unit/doctor/test_doctor_report.py",
-    "unit/experiments/test_experiment_parts.py",
     "unit/experiments/test_identification_experiment.py",
     "unit/experiments/test_positioning.py",
     "unit/friction/test_artefact.py",
@@ -74,48 +106,72 @@ LONG = (
     "unit/friction/test_followed_drift.py",
     "unit/friction/test_honest_scoring.py",
     "unit/friction/test_left_over.py",
+    "unit/friction/test_load.py",
     "unit/friction/test_other_makes.py",
+    "unit/friction/test_presliding_in_logs.py",
     "unit/friction/test_report.py",
-    "unit/friction/test_report_command.py",
+    "unit/friction/test_reversal_memory.py",
     "unit/friction/test_search.py",
-    "unit/friction/test_sentences.py",
-    "unit/friction/test_tables.py",
     "unit/host/test_flight_recorder.py",
     "unit/host/test_probe.py",
+    "unit/hw/test_can_steady.py",
+    "unit/hw/test_compile_key.py",
     "unit/hw/test_mock_hand.py",
     "unit/hw/test_mock_joint.py",
     "unit/hw/test_mock_points.py",
     "unit/hw/test_mock_sensors.py",
     "unit/hw/test_other_layouts.py",
-    "unit/hw/test_serial_asked.py",
     "unit/hw/test_serial_described.py",
-    "unit/hw/test_serial_frame.py",
     "unit/hw/test_serial_frame_damage.py",
-    "unit/hw/test_serial_rig_files.py",
+    "unit/hw/test_undefined_symbols.py",
     "unit/identify/test_bristles.py",
     "unit/identify/test_dataset.py",
     "unit/identify/test_difficult_joints.py",
+    "unit/identify/test_identify_a_linear_axis.py",
     "unit/identify/test_session.py",
-    "unit/recording/test_export.py",
     "unit/recording/test_incident.py",
-    "unit/recording/test_other_readers.py",
-    "unit/recording/test_recorder.py",
     "unit/recording/test_replay.py",
-    "unit/test_delay_on_the_mock.py",
     "unit/test_playback_report.py",
 )
-"""Unit tests and properties that `make check` leaves to `make test`: each file takes two seconds of a core or more."""
+"""Unit tests and properties that `make check` leaves to `make test`: files that take more than two seconds of a core, once
+all is compiled. `make check` names those of its own that do; what takes less than one again, leaves the table."""
+
+QUICK_S = 2.0
+"""Processor time of a file of tests that `make check` runs, at most."""
+
+_SAID = re.compile(r"^ *([\d.]+) s of a core: (\S+\.py)$", re.MULTILINE)
+
+
+def said_of(name: str, used_s: float) -> str:
+    """The line of a session of pytest about a file that was not quick."""
+    return f"{used_s:6.1f} s of a core: {name}"
+
+
+def not_quick(text: str) -> list[str]:
+    """Files that a session of pytest said such a line of, and that no table says it of."""
+    named = ((float(used_s), name) for used_s, name in _SAID.findall(text))
+    return [said_of(name, used_s) for used_s, name in named if is_quick(TESTS / name)]
+
+
+def name_of(path: Path) -> str:
+    """As the tables name it: from here on; empty if it is elsewhere."""
+    path = path.resolve()
+    return path.relative_to(TESTS).as_posix() if path.is_relative_to(TESTS) else ""
 
 
 def _is_below(path: Path, names: tuple[str, ...]) -> bool:
-    path = path.resolve()
-    inside = path.relative_to(TESTS).as_posix() if path.is_relative_to(TESTS) else ""
+    inside = name_of(path)
     return any(inside == name or inside.startswith(f"{name}/") for name in names)
 
 
 def meets_a_clock(path: Path) -> bool:
     """Whether this file of tests must not run beside busy others."""
     return _is_below(path, MEETS_A_CLOCK) and not _is_below(path, ONLY_COMPUTES)
+
+
+def is_patient(path: Path) -> bool:
+    """Whether this file, which meets a clock, may meet it beside another one that does."""
+    return meets_a_clock(path) and _is_below(path, PATIENT)
 
 
 def every_file() -> list[Path]:

@@ -25,7 +25,6 @@ QUERY = bytes([0x11, 0x00, 0x1F, 0x01, 0x1D, 0x04, 0x1D, 0x0E, 0x11, 0x0F])
 COMMAND = bytes([0x01, 0x00, POSITION, 0x0C, 0x08, 0x20])
 """Mode, then eight floats from register 0x20."""
 COMMAND_FLOATS = struct.Struct("<8f")
-COMMAND_BYTES = len(COMMAND) + COMMAND_FLOATS.size + len(QUERY)
 
 TORQUE_AT = len(COMMAND) + 8
 """Where the feed-forward torque stands among them."""

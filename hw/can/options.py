@@ -6,7 +6,7 @@ on the bus, or that has not one table per axis, is refused here.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
@@ -102,8 +102,6 @@ class AxisOptions(Table):
 
 class DriveOptions(BusUser):
     """Common part of the drives."""
-
-    NODE: ClassVar[str] = "node"
 
     @model_validator(mode="after")
     def _axes(self, info: ValidationInfo) -> Self:

@@ -17,7 +17,7 @@ from hw.interface import LinkFault
 from hw.jit import compiled
 from hw.serial.described_plan import Target
 from hw.serial.layout import next_frame, read_raw, seal_frame, wire_value, write_bytes, write_raw
-from hw.serial.link import MORE, judge
+from hw.serial.link import MORE, judge, show_measured
 
 _DEVICE = int(LinkFault.DEVICE)
 
@@ -190,17 +190,7 @@ def show(tick: np.ndarray, link: np.ndarray, end: int) -> None:
     for axis in range(len(d.position_rad)):
         if d.show_position:
             t.position_rad[axis] = d.position_rad[axis]
-        if d.show_current:
-            t.current_a[axis] = d.current_a[axis]
-        if d.show_temperature:
-            t.temperature_c[axis] = d.temperature_c[axis]
-        if d.show_velocity:
-            t.device_velocity_rad_s[axis] = d.velocity_rad_s[axis]
-    for k in range(3):
-        if d.show_force:
-            t.force_n[k] = d.force_n[k]
-        if d.show_moment:
-            t.moment_nm[k] = d.moment_nm[k]
+    show_measured(t, d)
     if d.show_estop:
         t.estop = d.estop
 

@@ -25,7 +25,6 @@ TYPE_STATE = 0x01
 TYPE_IDENTITY = 0x02
 WITH_VELOCITY, WITH_MOMENT = 0x02, 0x04
 """Bits of the type of a state packet: the velocity of each axis is in it; the moment of the hand is at its end."""
-TYPE_STATE_VELOCITY = TYPE_STATE | WITH_VELOCITY
 TYPE_COMMAND = 0x81
 TYPE_STOP = 0x82
 TYPE_IDENTIFY = 0x83

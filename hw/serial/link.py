@@ -176,6 +176,23 @@ def judge(link: np.record, end: int) -> int:
 
 
 @compiled
+def show_measured(t: np.record, link: np.record) -> None:
+    """Write into the tick what the newest sample measured besides the position, as far as the device has it."""
+    for axis in range(len(link.current_a)):
+        if link.show_current:
+            t.current_a[axis] = link.current_a[axis]
+        if link.show_temperature:
+            t.temperature_c[axis] = link.temperature_c[axis]
+        if link.show_velocity:
+            t.device_velocity_rad_s[axis] = link.velocity_rad_s[axis]
+    for k in range(3):
+        if link.show_force:
+            t.force_n[k] = link.force_n[k]
+        if link.show_moment:
+            t.moment_nm[k] = link.moment_nm[k]
+
+
+@compiled
 def show(tick: np.ndarray, link: np.ndarray, end: int) -> None:
     """Write the newest sample into the tick; fresh only if it is and nothing newer may be waiting."""
     t, ln = tick[0], link[0]
@@ -186,17 +203,7 @@ def show(tick: np.ndarray, link: np.ndarray, end: int) -> None:
     t.link_faults = faults
     for axis in range(len(ln.position_counts)):
         t.position_rad[axis] = ln.position_counts[axis] * ln.rad_per_count[axis] + ln.offset_rad[axis]
-        if ln.show_current:
-            t.current_a[axis] = ln.current_a[axis]
-        if ln.show_temperature:
-            t.temperature_c[axis] = ln.temperature_c[axis]
-        if ln.show_velocity:
-            t.device_velocity_rad_s[axis] = ln.velocity_rad_s[axis]
-    for k in range(3):
-        if ln.show_force:
-            t.force_n[k] = ln.force_n[k]
-        if ln.show_moment:
-            t.moment_nm[k] = ln.moment_nm[k]
+    show_measured(t, ln)
     if ln.show_estop:
         t.estop = 1 if ln.status & _ESTOP else 0
 

@@ -39,15 +39,6 @@ _TCGETS2, _TCSETS2, _CBAUD, _BOTHER = 0x802C542A, 0x402C542B, 0o10017, 0o10000
 _GONE = {errno.EIO, errno.ENODEV, errno.ENXIO, errno.EBADF, errno.EPIPE, errno.ENOENT}
 
 
-def latency_timer_ms(path: str) -> int | None:
-    """How long an FTDI adapter collects bytes before it passes them on, ms; None for other ports."""
-    timer = Path("/sys/bus/usb-serial/devices", Path(os.path.realpath(path)).name, "latency_timer")
-    try:
-        return int(timer.read_text())
-    except (OSError, ValueError):
-        return None
-
-
 def usb_identity(path: str, sys_tty: Path = Path("/sys/class/tty")) -> str | None:
     """Vendor, product and serial number of the USB device behind a port; None for anything else."""
     here = (sys_tty / Path(os.path.realpath(path)).name / "device").resolve()

@@ -111,12 +111,12 @@ def drive(
             if k % 50 == 0:
                 c.arm_count += 1
                 c.epoch = s.epoch
-            stream_world(p, c, k, rng)
+            stream_world(c, k, rng)
             if foe[0].kind != 0:
                 pursue(s, p, c, plant_state[0], foe[0], k, rng)
         else:
             operate(s, c, rng)
-            change_world(p, c, rng)
+            change_world(c, rng)
             change_display(p, c, rng)
             ask_for_programs(s, p, c, rng)
             silence = render(s, c, rng, silence)

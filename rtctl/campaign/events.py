@@ -79,7 +79,7 @@ def set_world(c: Record, axis: int, kind: int, rng: np.ndarray, own: bool) -> No
 
 
 @compiled
-def change_world(p: Record, c: Record, rng: np.ndarray) -> None:
+def change_world(c: Record, rng: np.ndarray) -> None:
     """Now and then another environment or another share of compensation and factor of the friction, broken numbers among them."""
     for axis in range(len(c.environment_kind)):
         if chance(rng, 4000.0):
@@ -107,7 +107,7 @@ def change_display(p: Record, c: Record, rng: np.ndarray) -> None:
 
 
 @compiled
-def stream_world(p: Record, c: Record, k: int, rng: np.ndarray) -> None:
+def stream_world(c: Record, k: int, rng: np.ndarray) -> None:
     """What a graphics program at 60 Hz sets in tick `k`: every other stretch a stream of jumping numbers.
 
     Never a remote proxy: that one is an active hand, of which passivity is not claimed.

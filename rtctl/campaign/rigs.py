@@ -91,7 +91,7 @@ def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: 
         _plant(loaded, name, p, plant, axis)
         _presliding(p, plant, axis)
         _coupling(p, axis, draw)
-        _world(p, command, axis, draw, passive=passive)
+        _world(command, axis, draw, passive=passive)
         _hand(plant, axis, draw)
     feedback = np.random.default_rng((seed, index, _FEEDBACK_STREAM))
     for axis in range(made.plan.n_axes):
@@ -266,7 +266,7 @@ def _device_velocity(p: np.void, plant: np.void, draw: np.random.Generator) -> N
     plant["velocity_resolution_rad_s"] = draw.choice([0.0, 0.1 * tolerance])
 
 
-def _world(p: np.void, command: np.void, axis: int, draw: np.random.Generator, *, passive: bool) -> None:
+def _world(command: np.void, axis: int, draw: np.random.Generator, *, passive: bool) -> None:
     kinds = [kind for kind in Environment if not (passive and kind.about.active)]
     command["environment_kind"][axis] = int(draw.choice([int(kind) for kind in kinds]))
     command["environment_stiffness_nm_rad"][axis] = log_uniform(draw, *STIFFNESS.tried)

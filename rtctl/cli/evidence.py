@@ -6,9 +6,9 @@ from pathlib import Path
 
 import click
 
+from rtctl.cli import fit_checks
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFile
-from rtctl.friction.kinds.table import KERNELS
 
 
 @click.command("evidence")
@@ -26,13 +26,7 @@ from rtctl.friction.kinds.table import KERNELS
     show_default=True,
     help="as of rtctl fit",
 )
-@click.option(
-    "--kernel",
-    type=click.Choice(["all", *KERNELS, "formula"]),
-    default="all",
-    show_default=True,
-    help="rungs of the ladder to climb",
-)
+@fit_checks.KERNEL
 @click.option("--jobs", type=click.IntRange(1, 4096), help="workers of the search; default all cores")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout, besides the page")
 def command(

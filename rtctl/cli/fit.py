@@ -12,7 +12,6 @@ import click
 from rtctl.cli import fit_checks, fit_learning, fit_places, fit_points, fit_told
 from rtctl.cli.columns import text_of
 from rtctl.cli.outputs import OutputFile, OutputFolder, errors_in_units_of
-from rtctl.friction.kinds.table import KERNELS
 
 if TYPE_CHECKING:
     from rtctl.friction.logs.other_programs import Average
@@ -68,13 +67,7 @@ _POSITIVE = click.FloatRange(min=0, min_open=True, max=1e9)
     type=click.Choice(["none", "halving", "full"]),
     help="hyper-parameters: successive halving, or every combination of the papers' grids; default none",
 )
-@click.option(
-    "--kernel",
-    type=click.Choice(["all", *KERNELS, "formula"]),
-    default="all",
-    show_default=True,
-    help="rungs of the ladder to climb",
-)
+@fit_checks.KERNEL
 @click.option(
     "--symmetric",
     type=click.Choice(["auto", "yes", "no"]),

@@ -8,6 +8,16 @@ import re
 import click
 
 from rtctl.errors import ConfigError
+from rtctl.friction.kinds.table import KERNELS
+
+KERNEL = click.option(
+    "--kernel",
+    type=click.Choice(["all", *KERNELS, "formula"]),
+    default="all",
+    show_default=True,
+    help="rungs of the ladder to climb",
+)
+"""As of every command that climbs the ladder."""
 
 
 def number(_: click.Context, option: click.Parameter, value: float | None) -> float | None:

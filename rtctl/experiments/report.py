@@ -7,7 +7,6 @@ report.json    the same numbers, SI units
 
 from __future__ import annotations
 
-import base64
 import json
 import platform
 from collections.abc import Callable, Mapping, Sequence
@@ -20,7 +19,7 @@ from typing import Any
 from rtctl import __version__
 from rtctl.experiments.statistics import Estimate
 from rtctl.friction.logs.whole_files import write_together
-from rtctl.friction.report.page import Picture
+from rtctl.friction.report.page import Picture, figure, rows_of, table_of
 from rtctl.friction.report.tables import Table
 from rtctl.plain_data import as_data
 
@@ -158,7 +157,7 @@ def _page(outcomes: Sequence[Outcome], title: str, facts: Mapping[str, str]) -> 
         for part in one.parts:
             parts.append(f"<h2>{escape(part.heading)}</h2>")
             parts += [f"<p>{escape(text)}</p>" for text in part.paragraphs]
-            parts += [_figure(x) if isinstance(x, Picture) else _table(x) for x in part.shown]
+            parts += [figure(x) if isinstance(x, Picture) else _table(x) for x in part.shown]
     rows = tuple((name, value) for name, value in facts.items())
     parts += ["<h2>Provenance</h2>", _table(Table("Where this comes from.", ("what", "value"), rows))]
     head = f'<meta charset="utf-8">{_NO_NETWORK}<title>{escape(title)}</title><style>{_STYLE}</style>'
@@ -178,22 +177,8 @@ def _targets(targets: Sequence[Target]) -> str:
     return html.replace("<td>NOT reached", '<td class="no">NOT reached')
 
 
-def _figure(picture: Picture) -> str:
-    data, caption = base64.b64encode(picture.png).decode(), escape(picture.caption)
-    image = f'<img src="data:image/png;base64,{data}" alt="{caption}">'
-    return f"<figure>{image}<figcaption>{caption}</figcaption></figure>"
-
-
 def _table(table: Table) -> str:
-    def row(cells: Sequence[str], tag: str) -> str:
-        return "<tr>" + "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in cells) + "</tr>"
-
-    body = "\n".join(row(cells, "td") for cells in table.rows)
     if len(table.rows) <= LONG_TABLE:
-        return (
-            f"<table><caption>{escape(table.caption)}</caption>\n{row(table.header, 'th')}\n{body}\n</table>"
-        )
-    whole = f"<table>\n{row(table.header, 'th')}\n{body}\n</table>"
-    return (
-        f"<details><summary>{escape(table.caption)} ({len(table.rows)} rows)</summary>\n{whole}\n</details>"
-    )
+        return table_of(table)
+    summary = f"{escape(table.caption)} ({len(table.rows)} rows)"
+    return f"<details><summary>{summary}</summary>\n<table>\n{rows_of(table)}\n</table>\n</details>"

@@ -5,12 +5,12 @@ import pty
 import random
 import select
 import threading
-import time
 import tty
 
 import can
 import pytest
 from hardware import rig
+from patience import until
 from slcan_wire import SlcanWire
 
 from hw import registry
@@ -138,6 +138,17 @@ def test_a_bit_rate_the_protocol_has_not_is_named(wire):
         open_bus(options(wire, bitrate=800_000))
 
 
+def answers(backend):
+    """Whether it opens; on a busy machine a drive may be silent for longer than a real one is."""
+    try:
+        backend.open()
+    except BackendError as error:
+        if "within" not in str(error):
+            raise
+        return False
+    return True
+
+
 @pytest.mark.parametrize("kind", ["odrive", "cia402", "can"])
 @pytest.mark.parametrize("raw", [True, False], ids=["ours", "python-can's"])
 def test_drives_work_over_slcan(wire, kind, raw):
@@ -152,15 +163,16 @@ def test_drives_work_over_slcan(wire, kind, raw):
         sim = DriveSim(bus, make_drives(sim_kind, [1]), Inertia(1, TORQUE_CONSTANT_NM_A))
         sim.start()
         try:
-            backend.open()
+            until(lambda: answers(backend))
             tick = records(new_ticks(1, 1))
-            deadline = time.monotonic() + 20.0
-            while tick["sample_count"][0] < 30 and time.monotonic() < deadline:
+
+            def cycle():
                 backend.read(tick)
                 backend.write(tick)
                 tick["tick"] += 1
-                select.select([], [], [], 2e-3)
-            assert tick["sample_count"][0] >= 30
+                return tick["sample_count"][0] >= 30
+
+            until(cycle, "thirty samples")
             backend.close()
         finally:
             sim.stop()

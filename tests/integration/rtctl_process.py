@@ -3,7 +3,12 @@
 import json
 import subprocess
 import sys
+import time
 from pathlib import Path
+
+from patience import PATIENCE_S
+
+from rtctl.errors import NoReplyError
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -26,6 +31,20 @@ def start(config, folder, *more):
 def finish(process, timeout=150):
     out, err = process.communicate(timeout=timeout)
     return process.returncode, (json.loads(out.splitlines()[-1]) if out.strip() else None), err
+
+
+def greet(client, process, patience_s=PATIENCE_S):
+    """Wait for the first answer of the daemon that `process` is; one that has ended instead fails the test at once."""
+    end, client.timeout_s = time.monotonic() + patience_s, 2.0
+    while True:
+        try:
+            client.hello()
+        except NoReplyError:
+            assert process.poll() is None, f"the daemon ended: {process.communicate()}"
+            assert time.monotonic() < end, "the daemon said nothing"
+        else:
+            break
+    client.timeout_s = patience_s
 
 
 def children(pid):

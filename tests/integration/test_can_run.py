@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rtctl_process import finish, start
+from rtctl_process import finish, greet, start
 
 from hw.interface import LinkFault
 from rtctl.client import RigClient
@@ -73,13 +73,6 @@ def drive(kind, port):
         process.communicate()
 
 
-@pytest.fixture
-def folder(tmp_path):
-    path = tmp_path / "run"
-    path.mkdir(mode=0o700)
-    return path
-
-
 def rig_file(folder, name, port):
     text = Path(shipped_config(f"can-{name}.toml")).read_text()
     for before, after in (
@@ -112,9 +105,9 @@ def daemon(folder, name, port):
 
 
 @contextlib.contextmanager
-def client(rig, folder):
-    with RigClient(rig, runtime_dir=str(folder), timeout_s=250.0) as made:
-        made.hello()
+def client(rig, folder, process):
+    with RigClient(rig, runtime_dir=str(folder)) as made:
+        greet(made, process, 250.0)
         yield made
 
 
@@ -150,7 +143,7 @@ def test_a_rig_arms_is_active_shows_its_samples_and_ends_in_order(folder, wire, 
     with (
         drive(kind, wire.ports[1]),
         daemon(folder, name, wire.ports[0]) as process,
-        client(rig, folder) as made,
+        client(rig, folder, process) as made,
     ):
         with made.ticks() as ticks:
             next(ticks)
@@ -185,7 +178,7 @@ def test_an_adapter_that_is_back_without_its_drive_is_waited_for_and_not_taken_f
         contextlib.closing(second),
         drive("odrive", wire.ports[1]),
         daemon(folder, "odrive", adapter) as process,
-        client("odrive", folder) as made,
+        client("odrive", folder, process) as made,
     ):
         (tmp_path / "new").symlink_to(second.ports[0])
         (tmp_path / "new").replace(adapter)
@@ -210,7 +203,7 @@ def test_a_request_to_end_while_a_device_is_being_opened_is_an_orderly_end(folde
         contextlib.closing(second),
         drive("odrive", wire.ports[1]),
         daemon(folder, "odrive", adapter) as process,
-        client("odrive", folder),
+        client("odrive", folder, process),
     ):
         (tmp_path / "new").symlink_to(second.ports[0])
         (tmp_path / "new").replace(adapter)
@@ -229,8 +222,8 @@ def test_an_error_of_the_drive_reaches_events_and_status_in_its_own_words_with_a
     port = os.open(wire.ports[1], os.O_WRONLY | os.O_NOCTTY)
     with (
         drive("odrive", wire.ports[1]),
-        daemon(folder, "odrive", wire.ports[0]),
-        client("odrive", folder) as made,
+        daemon(folder, "odrive", wire.ports[0]) as process,
+        client("odrive", folder, process) as made,
         made.events() as events,
     ):
         axis, heard = made.hello()["axes"][0]["name"], {}

@@ -7,42 +7,13 @@ import pytest
 import zmq
 from fake_rig import FakeRig
 from patience import PATIENCE_S, until
-from ports import free_ports
-from tcp_rig import answers, clients, listening, short_folder, stocked
+from tcp_rig import answers
 
 from rtctl.errors import BusyError, ConfigError, NoReplyError
 from rtctl.host.access.entrances import Access
 from rtctl.host.access.openings import Openings
 from rtctl.wire.keys import KeyStore
 from rtctl.wire.protocol import Endpoints
-
-
-@pytest.fixture
-def root():
-    with short_folder() as folder:
-        yield folder
-
-
-@pytest.fixture
-def store(root):
-    return stocked(root)
-
-
-@pytest.fixture
-def port():
-    return free_ports(4)
-
-
-@pytest.fixture
-def rig(root, store, port):
-    with listening(root, store, port) as running:
-        yield running
-
-
-@pytest.fixture
-def client(rig, root, port):
-    with clients(root, port) as connect:
-        yield connect
 
 
 def test_viewers_see_states_only_and_can_ask_nothing(rig, port):

@@ -2,40 +2,10 @@
 
 import pytest
 from patience import until
-from ports import free_ports
-from tcp_rig import clients, listening, short_folder, stocked
 
 from rtctl.errors import RefusedError
 from rtctl.host.commands.operations import OPERATIONS
 from rtctl.wire.protocol import ROLES
-
-
-@pytest.fixture
-def root():
-    with short_folder() as folder:
-        yield folder
-
-
-@pytest.fixture
-def store(root):
-    return stocked(root)
-
-
-@pytest.fixture
-def port():
-    return free_ports(4)
-
-
-@pytest.fixture
-def rig(root, store, port):
-    with listening(root, store, port) as running:
-        yield running
-
-
-@pytest.fixture
-def client(rig, root, port):
-    with clients(root, port) as connect:
-        yield connect
 
 
 def request_for(operation):

@@ -24,13 +24,6 @@ from rtctl.rig_file.config import load
 
 
 @pytest.fixture
-def folder(tmp_path):
-    path = tmp_path / "run"
-    path.mkdir(mode=0o700)
-    return path
-
-
-@pytest.fixture
 def config(tmp_path):
     text = (CONFIGS / "mock.toml").read_text().replace('"friction/', f'"{CONFIGS}/friction/')
     path = tmp_path / "rig.toml"

@@ -20,13 +20,6 @@ CONFIGS = Path(__file__).parents[2] / "configs"
 
 
 @pytest.fixture
-def folder(tmp_path):
-    path = tmp_path / "run"
-    path.mkdir(mode=0o700)
-    return path
-
-
-@pytest.fixture
 def config(tmp_path):
     """The mock rig with a hand that rests, five times slower: a renderer may be silent five times longer."""
     text = (CONFIGS / "mock.toml").read_text()

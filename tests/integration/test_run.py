@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from patience import PATIENCE_S, until
-from rtctl_process import CONFIGS, children, finish, start
+from rtctl_process import CONFIGS, children, finish, greet, start
 
 from rtctl.client import RigClient
 from rtctl.control.vocabulary import State
@@ -20,21 +20,14 @@ from rtctl.rig_file.config import load
 
 
 @pytest.fixture
-def folder(tmp_path):
-    path = tmp_path / "run"
-    path.mkdir(mode=0o700)
-    return path
-
-
-@pytest.fixture
 def running(folder, tmp_path):
     """The mock rig with a hand that rests: a client of a loaded machine arms late, and a joint that swings moves too far."""
     text = (CONFIGS / "mock.toml").read_text().replace('"friction/', f'"{CONFIGS}/friction/')
     config = tmp_path / "rests.toml"
     config.write_text(text.replace("amplitude_rad = 0.3", "amplitude_rad = 0.0"))
     process = start(config, folder, "--for", "150")
-    client = RigClient("mock", runtime_dir=str(folder), timeout_s=PATIENCE_S)
-    client.hello()
+    client = RigClient("mock", runtime_dir=str(folder))
+    greet(client, process)
     yield process, client
     client.close()
     process.kill()

@@ -16,13 +16,6 @@ PRESSED = "[[fault]]\nchannel = 'estop'\nkind = 'pressed'\nat_s = 0.6\nfor_s = 0
 UNPLUGGED = "[[fault]]\nchannel = 'link'\nkind = 'raise_read'\nat_s = 0.3\nfor_ticks = 1\n"
 
 
-@pytest.fixture
-def folder(tmp_path):
-    path = tmp_path / "run"
-    path.mkdir(mode=0o700)
-    return path
-
-
 def run(folder, schedule, *more):
     path = folder.parent / "faults.toml"
     path.write_text(schedule)

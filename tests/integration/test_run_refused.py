@@ -1,17 +1,9 @@
 """`rtctl run` of a rig file that it refuses: nothing is started, and the reason is said."""
 
-import pytest
 from rtctl_process import CONFIGS, finish, start
 
 PATIENCE_S = 600
 """Nothing meets a clock here: beside others it gets the time that they leave."""
-
-
-@pytest.fixture
-def folder(tmp_path):
-    path = tmp_path / "run"
-    path.mkdir(mode=0o700)
-    return path
 
 
 def test_a_config_that_cannot_be_proved_stable_is_refused_before_anything_starts(folder, tmp_path):

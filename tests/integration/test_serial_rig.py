@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from patience import PATIENCE_S
+from rtctl_process import greet
 
 from hw.interface import LinkFault
 from hw.serial.frame import Status
@@ -22,13 +23,6 @@ from rtctl.errors import ClientError
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 TIME_TO_LIVE = 20
-
-
-@pytest.fixture
-def folder(tmp_path):
-    path = tmp_path / "run"
-    path.mkdir(mode=0o700)
-    return path
 
 
 @pytest.fixture
@@ -62,8 +56,8 @@ def daemon(board, folder, tmp_path):
 
 @pytest.fixture
 def client(daemon, folder):
-    made = RigClient("serial", runtime_dir=str(folder), timeout_s=250.0)
-    made.hello()
+    made = RigClient("serial", runtime_dir=str(folder))
+    greet(made, daemon, 250.0)
     yield made
     made.close()
 

@@ -18,13 +18,6 @@ if "rtctl.rt" in sys.orig_argv:
 """
 
 
-@pytest.fixture
-def folder(tmp_path):
-    path = tmp_path / "run"
-    path.mkdir(mode=0o700)
-    return path
-
-
 @pytest.mark.parametrize("seconds", [1.0, 60.0], ids=["slow", "longer than the host waits"])
 def test_a_process_that_lingers_after_an_orderly_end_is_no_failure(folder, tmp_path, monkeypatch, seconds):
     (tmp_path / "sitecustomize.py").write_text(LINGER.format(seconds=seconds))

@@ -14,7 +14,7 @@ from patience import until
 from run_tier import Part, Run
 
 ROOT = Path(__file__).parents[2]
-TABLES = (tiers.MEETS_A_CLOCK, tiers.ONLY_COMPUTES, tiers.LONG)
+TABLES = (tiers.MEETS_A_CLOCK, tiers.ONLY_COMPUTES, tiers.PATIENT, tiers.LONG)
 
 
 @pytest.fixture(autouse=True)
@@ -38,18 +38,26 @@ def test_every_file_of_tests_is_in_one_part_of_make_test():
     assert len(every) > 200
 
 
-def test_what_meets_a_clock_is_in_the_first_part_and_in_no_other():
-    clock, *others = run_tier.test()
+def test_what_meets_a_clock_is_in_the_first_two_parts_and_in_no_other():
+    clock, patient, *others = run_tier.test()
     assert clock.clock
+    assert patient.clock
     assert not any(part.clock for part in others)
-    meeting = files_of([clock])
+    meeting, waiting = files_of([clock]), files_of([patient])
     assert {"tests/integration/test_run.py", "tests/attacks/test_strangers.py"} < set(meeting)
-    assert not [name for name in meeting if name.endswith(tiers.ONLY_COMPUTES)]
+    assert {"tests/integration/test_can_run.py", "tests/contract/test_can_slcan.py"} < set(waiting)
+    assert not set(meeting) & set(waiting)
+    assert not [name for name in meeting + waiting if name.endswith(tiers.ONLY_COMPUTES)]
     assert set(files_of(others)) >= {f"tests/{name}" for name in tiers.ONLY_COMPUTES}
 
 
+def test_of_attacks_and_of_what_measures_a_loop_nothing_is_patient():
+    _, patient, *_ = run_tier.test()
+    assert not [name for name in files_of([patient]) if "/attacks/" in name or "/test_run" in name]
+
+
 def test_what_daemons_of_devices_run_is_compiled_before_all_else_that_runs_beside_the_clock():
-    _, first, *_ = run_tier.test()
+    _, _, first, *_ = run_tier.test()
     assert "tests/unit/hw/test_can_steady.py" in files_of([first])
 
 
@@ -129,27 +137,63 @@ def test_what_starts_beside_a_clock_takes_idle_time_only_and_what_starts_later_d
     done = tmp_path / "done"
     parts = [
         shell("clock", f"while [ ! -e {done} ]; do sleep .02; done; {policy}", clock=True),
+        shell("another clock", policy, clock=True),
         shell("beside", f"{policy}; touch {done}"),
     ]
     assert Run(parts, at_a_time=2).whole() == 0
     assert Run([shell("later", policy), shell("volume", policy, idle=True)], at_a_time=2).whole() == 0
-    told = {
-        part: int((tmp_path / f"{part}.log").read_text()) for part in ("clock", "beside", "later", "volume")
-    }
-    ordinary = os.sched_getscheduler(0)
-    assert told == {"clock": ordinary, "beside": os.SCHED_IDLE, "later": ordinary, "volume": os.SCHED_IDLE}
+    names = ("clock", "another clock", "beside", "later", "volume")
+    told = {name: int(shell(name, "").log.read_text()) for name in names}
+    ordinary, idle = os.sched_getscheduler(0), os.SCHED_IDLE
+    assert told == dict(zip(names, (ordinary, ordinary, idle, ordinary, idle), strict=True))
 
 
-def test_one_part_more_than_there_are_cores_runs_beside_a_clock_and_only_then(tmp_path):
-    def meets(mine, other):
-        return (
-            f"touch {tmp_path / mine}; timeout 30 sh -c 'until [ -e {tmp_path / other} ]; do sleep .02; done'"
-        )
+def test_beside_each_clock_runs_one_part_more_and_only_then(tmp_path):
+    def meets(mine, *others):
+        there = " && ".join(f"[ -e {tmp_path / other} ]" for other in others)
+        return f"touch {tmp_path / mine}; timeout 30 sh -c 'until {there}; do sleep .02; done'"
 
-    together = [shell("a clock", meets("one", "two"), clock=True), shell("beside", meets("two", "one"))]
+    names = ["one", "two", "three"]
+    one, two, three = (meets(mine, *(other for other in names if other != mine)) for mine in names)
+    together = [
+        shell("a clock", one, clock=True),
+        shell("another", two, clock=True),
+        shell("beside", three),
+    ]
     assert Run(together, at_a_time=1).whole() == 0
     alone = f"mkdir {tmp_path / 'busy'} && sleep .2 && rmdir {tmp_path / 'busy'}"
     assert Run([shell("first", alone), shell("second", alone)], at_a_time=1).whole() == 0
+
+
+BUSY = """
+import time
+def test_busy():
+    end = time.process_time() + {seconds}
+    while time.process_time() < end: pass
+"""
+
+
+def test_a_session_says_which_files_were_not_quick(tmp_path, monkeypatch):
+    shutil.copy(tiers.TESTS / "conftest.py", tmp_path)
+    table = (tiers.TESTS / "tiers.py").read_text().replace("QUICK_S = 2.0", "QUICK_S = 0.2")
+    (tmp_path / "tiers.py").write_text(table)
+    for name, seconds in (("slow", 0.4), ("quick", 0.0)):
+        (tmp_path / f"test_{name}.py").write_text(BUSY.format(seconds=seconds))
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(tmp_path)]
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120, env=environment)
+    assert "s of a core: test_slow.py" in done.stdout
+    assert "test_quick.py" not in done.stdout
+    assert done.stdout.rstrip().rpartition("\n")[2].startswith("2 passed")
+
+
+def test_the_inner_loop_names_what_of_it_is_not_quick_and_no_table_says_so(capsys):
+    long, quick = tiers.LONG[0], "unit/control/test_gate.py"
+    said = "".join(f"{tiers.said_of(name, 3.25)}\n" for name in (long, quick, "integration/test_run.py"))
+    part = shell("some", "true")
+    part.log.write_text(f".....\n{said}3 passed in 9.00s\n")
+    run_tier.tell_of_slow_files([part])
+    assert capsys.readouterr().out.splitlines()[1:] == [f"   3.2 s of a core: {quick}"]
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root takes a program out of idle time again")

@@ -18,7 +18,6 @@ from rtctl.friction.model import Branch, FrictionModel
 from rtctl.friction.points.measured import FrictionPoints
 
 SEARCHES = ("full", "halving")
-SYMMETRIC = ("auto", "yes", "no")
 
 _POOLED_MAX = 12
 """Most candidates of the chosen rung that are tried on both directions as one curve."""

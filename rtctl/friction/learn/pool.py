@@ -8,8 +8,6 @@ from typing import Any
 
 from rtctl.errors import DataError
 
-BACKENDS = ("loky", "dask", "threading", "sequential")
-
 
 @contextlib.contextmanager
 def workers(backend: str, n_jobs: int) -> Iterator[Any]:

@@ -43,12 +43,12 @@ class Picture:
 def page(evidence: Evidence, gains: Gains, document: Mapping[str, Any], pictures: Sequence[Picture]) -> str:
     """HTML of the whole report: one page, figures inline, everything escaped."""
     title = f"Friction of rig {evidence.model.rig}"
-    by_name = {picture.name: _figure(picture) for picture in pictures}
+    by_name = {picture.name: figure(picture) for picture in pictures}
     curves = [html for name, html in by_name.items() if name.startswith("curve_")]
     residuals = [html for name, html in by_name.items() if name.startswith("residuals_")]
     shown = [picture.name.removeprefix("curve_") for picture in pictures if picture.name.startswith("curve_")]
     vectors = [
-        _table(report_tables.support_vectors(name, evidence.of(name), evidence.points.motion))
+        table_of(report_tables.support_vectors(name, evidence.of(name), evidence.points.motion))
         for name in shown
         if any(len(one.limit) for one in evidence.of(name))
     ]
@@ -60,21 +60,21 @@ def page(evidence: Evidence, gains: Gains, document: Mapping[str, Any], pictures
         "<h2>Learned curves</h2>",
         *curves,
         "<h2>Errors</h2>",
-        _table(report_tables.overall(evidence)),
-        _table(report_tables.errors(evidence)),
+        table_of(report_tables.overall(evidence)),
+        table_of(report_tables.errors(evidence)),
         "<h2>Ladder of models</h2>",
         by_name["ladder"],
         _paragraph(hold_out.describe(evidence.points, evidence.folds)),
-        _table(report_tables.ladder(evidence)),
+        table_of(report_tables.ladder(evidence)),
         "<h2>Residuals</h2>",
         *residuals,
         _absent(evidence),
         "<h2>The model as the loop evaluates it</h2>",
-        _table(report_tables.model(evidence)),
+        table_of(report_tables.model(evidence)),
         "<h2>Support vectors</h2>",
         *vectors,
         "<h2>Provenance</h2>",
-        _table(Table("Where this comes from.", ("what", "value"), _flat(document["provenance"]))),
+        table_of(Table("Where this comes from.", ("what", "value"), _flat(document["provenance"]))),
     ]
     head = f'<meta charset="utf-8">{_NO_NETWORK}<title>{escape(title)}</title><style>{_STYLE}</style>'
     body = "\n".join(part for part in parts if part)
@@ -110,7 +110,7 @@ def _gain(gains: Gains) -> str:
             )
     passing = [axis for axis in gains.axes if axis.margin_at_zero_nm >= 0]
     paste = "".join(f"<pre>{escape(axis.snippet('MODEL.json'))}</pre>" for axis in passing)
-    table = _table(report_tables.gains(gains))
+    table = table_of(report_tables.gains(gains))
     return _paragraph(" ".join(words)) + paste + table + f"<p>{escape(model)}</p>"
 
 
@@ -136,17 +136,22 @@ def _paragraph(text: str) -> str:
     return f'<p class="key">{escape(text)}</p>'
 
 
-def _figure(picture: Picture) -> str:
-    data = base64.b64encode(picture.png).decode()
-    caption = escape(picture.caption)
+def figure(picture: Picture) -> str:
+    """A picture with its caption, whole in the page."""
+    data, caption = base64.b64encode(picture.png).decode(), escape(picture.caption)
     image = f'<img src="data:image/png;base64,{data}" alt="{caption}">'
     return f"<figure>{image}<figcaption>{caption}</figcaption></figure>"
 
 
-def _table(table: Table) -> str:
+def table_of(table: Table) -> str:
+    """A table with its caption."""
+    return f"<table><caption>{escape(table.caption)}</caption>\n{rows_of(table)}\n</table>"
+
+
+def rows_of(table: Table) -> str:
+    """Header and rows of a table."""
+
     def row(cells: Sequence[str], tag: str) -> str:
         return "<tr>" + "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in cells) + "</tr>"
 
-    body = "\n".join(row(cells, "td") for cells in table.rows)
-    head = row(table.header, "th")
-    return f"<table><caption>{escape(table.caption)}</caption>\n{head}\n{body}\n</table>"
+    return "\n".join([row(table.header, "th"), *(row(cells, "td") for cells in table.rows)])

@@ -99,6 +99,7 @@ def test_a_disk_that_fills_up_for_real(tmp_path):
 
     code = (
         "import resource, signal, sys; sys.path[:0] = sys.argv[2:];"
+        "sys.dont_write_bytecode = True;"  # it would be cut off, too, and found so by the next run
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (3000, 3000));"
         "from pathlib import Path; from test_flight_recorder import *;"

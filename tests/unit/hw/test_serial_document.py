@@ -18,5 +18,5 @@ def test_every_status_bit_and_packet_type_is_in_the_document():
         assert f"({int(bit)})" in TEXT, bit
     for kind in (frame.TYPE_STATE, frame.TYPE_COMMAND):
         assert f"type 0x{kind:02x}" in TEXT
-    more = frame.TYPE_STATE | frame.WITH_MOMENT, frame.TYPE_STATE_VELOCITY | frame.WITH_MOMENT
+    more = frame.TYPE_STATE | frame.WITH_MOMENT, frame.TYPE_STATE | frame.WITH_VELOCITY | frame.WITH_MOMENT
     assert f"types {more[0]:02x} and {more[1]:02x}" in TEXT
