@@ -12,7 +12,7 @@ fast as they were, and who comes to rest anyway is braked.
 
 - A slower peak is believed once the joint is slower again by a tenth and by what an encoder cannot tell; a faster one at once.
 - The reference forgets by strokes, for soft springs swing once in a second or two, and by REFERENCE_S where strokes are quick: the viscous damping alone
-  must look like shrinking. A stroke longer than LONG_S is slow motion after fast, and the reference goes to its peak.
+  must look like shrinking. In a stroke longer than LONG_S, of slow motion after fast, the reference goes to its peak.
 - On a joint that creeps or stands it forgets nothing: a hand that holds a spring under tension would be helped to slip seconds later.
 
 Less help never breaks a proof: the account, the two lines and the observer's eigenvalues bound it from above. A virtual mass is
@@ -33,10 +33,10 @@ from rtctl.control.states import is_powered
 LEFT_MOST = 0.3
 """Largest share of the help that is taken back."""
 
-STEADY, SHRUNK = 0.95, 0.55
+STEADY, SHRUNK = 0.75, 0.45
 """A stroke whose peak is this share of the reference is as fast as those before; and one of which LEFT_MOST is taken back."""
 
-REFERENCE_S, KEPT, LONG_S = 0.5, 0.5, 1.0
+REFERENCE_S, KEPT, LONG_S = 0.5, 0.3, 0.5
 """The reference follows slower strokes so fast, but keeps this share of the difference at each; a stroke is long after this time."""
 
 FALLEN, COUNT_S = 0.9, 0.01
