@@ -231,7 +231,7 @@ def _fill_compensation(
     p["friction_sliding_doubt_nm"][a] = sure.sliding_doubt_nm
     p["presliding_rad"][a] = sure.credited_rad
     p["assistance_bank_j"][a] = sure.bank_j
-    p["friction_stop_rad"][a] = friction.stop_rad or sure.length_rad
+    p["friction_stop_rad"][a] = friction.stop_rad or sure.turn_rad(policy)
     p["rest_alpha"][a] = lowpass_alpha(REST_HZ, period_s)
     p["friction_gate_deadband_nm"][a] = friction.gate_deadband_nm
     p["friction_gate_nm"][a] = friction.gate_nm

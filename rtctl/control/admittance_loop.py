@@ -24,7 +24,7 @@ from itertools import product
 
 import numpy as np
 
-from rtctl.control.disturbance_observer import SMOOTHING, TARGET_SHARE
+from rtctl.control.disturbance_observer import SMOOTHING
 from rtctl.control.drive_in_hand import RIGID, ElasticJoint, exponential, frequency_hz, plant, position
 from rtctl.control.velocity import lowpass_alpha
 
@@ -200,7 +200,7 @@ def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
         q2, w2 = q2 + slow * (q1 - q2), w2 + slow * behind
         w_q = 2 * math.pi * loop.observer_hz
         seen = q2 - loop.inertia_kgm2 * w_q * behind - loop.viscous_nms_rad * w2
-        helps = loop.observer_gain * TARGET_SHARE * seen
+        helps = loop.observer_gain * seen
     else:
         q1 = w1 = q2 = w2 = helps
     k_e, b_e = at.k_e[:, None], at.b_e[:, None]

@@ -21,7 +21,7 @@ import numpy as np
 
 from rtctl.control.admittance_loop import AdmittanceLoop
 from rtctl.control.discs import Disc, exponential, one_less_exponential, point
-from rtctl.control.disturbance_observer import SMOOTHING, TARGET_SHARE
+from rtctl.control.disturbance_observer import SMOOTHING
 from rtctl.control.drive_in_hand import BRISTLE_DAMPING_SHARE, ElasticJoint
 from rtctl.control.velocity import lowpass_alpha
 
@@ -211,10 +211,10 @@ def _observer(loop: AdmittanceLoop, last: Disc, back: Disc, sensor: Disc) -> tup
     """What the observer sends of the torque, the position and the force."""
     T, w_q = loop.period_s, 2 * math.pi * loop.observer_hz
     quick, slow = _lowpass(SMOOTHING * loop.observer_hz, T, last), _lowpass(loop.observer_hz, T, last)
-    both = slow * quick * (loop.observer_gain * TARGET_SHARE)
+    both = slow * quick * loop.observer_gain
     ago = last
     for _ in range(loop.acting_ticks):
         ago = ago * last
-    fast = quick * (loop.observer_gain * TARGET_SHARE)
+    fast = quick * loop.observer_gain
     behind = (fast - both * last) * (-loop.inertia_kgm2 * w_q) - both * loop.viscous_nms_rad
     return both * ago, behind * back * (1 / T), both * last * sensor

@@ -10,7 +10,7 @@ be alpha/T (v - LP v), 6 % less at 20 Hz and 1 kHz: the inertia is taken that mu
 an elastic joint of 30 Hz keeps less than a quarter of its damping, `observer_margin`.)
 
     Fhat = LP[u + tau_h] - J w_q (v - LP v) - b LP v      b: the viscous damping, which is left to the joint
-    tau  = gain d(.99 Fhat - LP[tau_ff])                  d: dead band against the bias of the force sensor
+    tau  = gain d(c Fhat - LP[tau_ff])                    c: 1, or a little less at rest; d: dead band against the bias of the force sensor
 
 (docs/theory.md 6.1). With a learned
 feed-forward tau_ff the observer adds what the feed-forward leaves; alone (policy `observer`) it does all.
@@ -51,13 +51,10 @@ SMOOTHING = 4.0
 TURNING_SHARE = 0.5
 """Share of the observer's torque that is sent while the bristles turn under a `hybrid` feed-forward."""
 
-SLOW_SHARE, SLOW_RAD_S = 0.03, 0.3
-"""Share of the friction that is left to a joint slower than about this: a hand that swings out shall come to rest."""
+SLOW_SHARE, SLOW_RAD_S = 0.03, 0.03
+"""Share of the friction that is left to a joint that hardly moves: what a bias of the force sensor must overcome to make it creep."""
 
-TARGET_SHARE = 0.99
-"""Share of the friction that feed-forward and observer may reach together: what is left pays for the account."""
-
-TARGET_AT_REST = TARGET_SHARE - SLOW_SHARE
+TARGET_AT_REST = 1.0 - SLOW_SHARE
 
 
 @compiled
@@ -142,8 +139,8 @@ def observer_torque(t: Record, s: Record, p: Record, model: Record, axis: int, e
     if elapsed > 0:
         follow = _over(while_resting(s, p, axis, p.observer_alpha[axis]), elapsed)
         s.observer_forward_nm[axis] += follow * (forward - s.observer_forward_nm[axis])
-    left = SLOW_SHARE * math.exp(-((t.velocity_rad_s[axis] / SLOW_RAD_S) ** 2))
-    rest = (TARGET_SHARE - left) * t.friction_observed_nm[axis] - s.observer_forward_nm[axis]
+    target = 1.0 - SLOW_SHARE * math.exp(-((t.velocity_rad_s[axis] / SLOW_RAD_S) ** 2))
+    rest = target * t.friction_observed_nm[axis] - s.observer_forward_nm[axis]
     if not math.isfinite(rest):
         return math.nan
     beyond = max(abs(rest) - p.observer_deadband_nm[axis], 0.0)

@@ -31,6 +31,7 @@ from rtctl.control.program import in_program, program_torque
 from rtctl.control.records import Record
 from rtctl.control.resting import advance_rest
 from rtctl.control.sample import accept_sample
+from rtctl.control.shrinking import steady_share
 from rtctl.control.states import advance, is_powered
 from rtctl.control.take_back import OVERSPEED_FACTOR, torque_to_take_back
 from rtctl.control.trembling import calm_share
@@ -183,7 +184,7 @@ def _torque_per_ampere(p: Record, axis: int) -> float:
 
 @inlined
 def _compensate(t: Record, s: Record, p: Record, model: Record, axis: int, elapsed: int) -> None:
-    """Add conservative part and observer to the feed-forward, and hold what helps with friction to what its account and a hand that brakes leave."""
+    """Add conservative part and observer to the feed-forward, and hold what helps with friction to what its account, a hand that brakes, strokes that shrink and trembling leave."""
     speed = t.velocity_rad_s[axis]
     branch = FORWARD if speed >= 0.0 else BACKWARD
     spring = conservative_feedforward(t, s, p, model, axis, range_fade(model, branch, abs(speed)))
@@ -194,7 +195,8 @@ def _compensate(t: Record, s: Record, p: Record, model: Record, axis: int, elaps
     t.observer_torque_nm[axis] = observer_torque(t, s, p, model, axis, elapsed)
     share = assistance_share(s, p, axis)
     t.assistance_share[axis] = share
-    share *= helped_share(s, p, axis) * unbraked_share(t, s, p, axis) * calm_share(s, p, axis)
+    share *= helped_share(s, p, axis) * unbraked_share(t, s, p, axis) * steady_share(t, s, p, axis)
+    share *= calm_share(s, p, axis)
     t.feedforward_torque_nm[axis] = friction
     t.feedforward_torque_nm[axis] *= share
     if spring != 0.0:

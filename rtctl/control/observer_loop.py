@@ -23,7 +23,7 @@ from itertools import product
 
 import numpy as np
 
-from rtctl.control.disturbance_observer import SMOOTHING, TARGET_SHARE
+from rtctl.control.disturbance_observer import SMOOTHING
 from rtctl.control.drive_in_hand import RIGID, ElasticJoint, exponential, plant, position
 from rtctl.control.velocity import lowpass_alpha
 
@@ -129,7 +129,7 @@ def matrices(loop: Loop, points: Points) -> np.ndarray:
     w_q = 2 * math.pi * loop.bandwidth_hz
     seen = q2 - loop.inertia_kgm2 * w_q * behind - loop.viscous_nms_rad * w2
     coupled = points.coupled[:, None]
-    sent = loop.gain * TARGET_SHARE * seen
+    sent = loop.gain * seen
     sent = sent - coupled * (loop.stiffness_nm_rad * x + loop.damping_nms_rad * v)
     commands = np.concatenate([sent[:, None], u], axis=1)  # newest first
     for step, older in ((early, whole + 1), (late, whole)):

@@ -320,6 +320,13 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "remote_position_rad": (),  # the renderer's end of the spring to the mass
             "friction_gate": (),
             "friction_brake": (),  # share of the help that a hand which brakes the joint takes back, 0..1
+            # strokes that shrink (control.shrinking)
+            "stroke_peak_rad_s": (),  # largest speed of the present stroke
+            "stroke_reference_rad_s": (),  # of those before
+            "stroke_side": (),  # its direction, -1 or 1; 0: none yet
+            "stroke_s": (),  # for which it has moved
+            "stroke_wanted": (),  # share of the help that is to be taken back, and what is
+            "stroke_left": (),
             "turn_rad": (),  # as far as the joint has gone since it last turned (control.trembling)
             "turn_from_rad": (),  # where that was
             "turn_s": (),  # time since then

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from rtctl.control.vocabulary import Policy
 from rtctl.friction.model import FrictionModel
 from rtctl.rig_file.axis_tables import AxisTable
 
@@ -24,6 +25,10 @@ BANK_MOST_J = 2e-3
 """Most that the account of the compensation may hold: with a deficit as large and a bent bristle, a hand that holds
 still is given less than 1.5 mJ once, and nothing after."""
 
+
+TURN_SHARE = 0.8
+"""Share of the presliding length over which a stop operator turns: bristles bent to one end turn up to twice as steeply as the straight line
+of the length, LuGre's, or just as steeply, elasto-plastic ones."""
 
 ASSUMED = "assumed"
 """Source of a presliding length that nobody measured or gave."""
@@ -59,6 +64,10 @@ class Guarantee:
     def bristle_nm_rad(self) -> float:
         """Stiffness of a joint that sticks, N m/rad."""
         return self.peak_nm / self.length_rad
+
+    def turn_rad(self, policy: Policy) -> float:
+        """Length over which the direction of the help turns where the rig file names none, rad."""
+        return self.length_rad * (1.0 if policy == Policy.LUGRE else TURN_SHARE)
 
     @property
     def given_most_j(self) -> float:

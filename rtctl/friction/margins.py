@@ -200,7 +200,8 @@ def friction_figures(
         dry_left_nm=max(0.0, min(float((c.F_lo - c.ff).min()) for c in trained)),
         drag_nms_rad=min(drags)[0],
         drag_speed_rad_s=min(drags)[1],
-        presliding_rad=axis.friction.stop_rad or guarantee(axis, model).length_rad,
+        presliding_rad=axis.friction.stop_rad
+        or guarantee(axis, model).turn_rad(Policy[axis.friction.policy.upper()]),
         place_stiffness_nm_rad=spring,
         conservative_most_nm=conservative_most_nm(model, axis),
         conservative_swing_j=conservative_swing_j(model, axis),

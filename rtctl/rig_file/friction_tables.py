@@ -118,7 +118,7 @@ class FrictionTable(Table):
     stop_rad: float = number(
         0,
         1,
-        "hybrid, stop and lugre policies: length over which their direction turns; 0: the presliding length",
+        "hybrid, stop and lugre policies: length over which their direction turns; 0: .8 of the presliding length (lugre: all of it)",
         default=0.0,
     )
     drift_nm: float = number(0, 1e3, "how far friction may have drifted below the model", default=0.0)

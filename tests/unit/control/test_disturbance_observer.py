@@ -11,7 +11,6 @@ from rtctl.control.disturbance_observer import (
     SLOW_SHARE,
     SMOOTHING,
     TARGET_AT_REST,
-    TARGET_SHARE,
     observer_torque,
 )
 from rtctl.control.velocity import lowpass_alpha
@@ -24,7 +23,7 @@ LATE = 3
 
 def target(speed):
     """Share of the friction that is aimed at, at this speed in rad/s."""
-    return TARGET_SHARE - SLOW_SHARE * math.exp(-((speed / SLOW_RAD_S) ** 2))
+    return 1.0 - SLOW_SHARE * math.exp(-((speed / SLOW_RAD_S) ** 2))
 
 
 def made(policy=Policy.OBSERVER, hz=HZ, model=False, **params):

@@ -83,7 +83,7 @@ def _growth_1_s(path, T):
 def test_the_largest_eigenvalue_is_the_growth_of_the_law_in_time(loop, hand, bandwidth_hz):
     loop = replace(loop, bandwidth_hz=bandwidth_hz)
     points = Points(*(np.array([value]) for value in (*hand, 0.0, 1.0)))
-    slow = replace(loop, gain=loop.gain * law.TARGET_AT_REST / law.TARGET_SHARE)  # of so small a motion
+    slow = replace(loop, gain=loop.gain * law.TARGET_AT_REST)  # of so small a motion
     radius = float(modes(slow, points)[0][0])
     assert _growth_1_s(_path_in_time(loop, hand), loop.period_s) == pytest.approx(
         math.log(radius) / loop.period_s, abs=0.15, rel=0.02
