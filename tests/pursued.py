@@ -41,6 +41,7 @@ class Pursued:
         memory = records(np.zeros(1, memory_dtype(1)))
         memory["stop_age"] = -1
         bits, _ = drive(
+            made.addresses(),
             made.params, made.state, command, made.model, plant, made.plant_state, made.tick,
             memory, records(np.zeros_like(made.state)), memory.copy(), np.arange(1, 5, dtype=np.uint64) * seed,
             records(pursuer), ticks, True, np.zeros(len(State), np.int64), np.zeros(64, np.int64),

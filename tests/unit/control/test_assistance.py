@@ -184,7 +184,7 @@ def active(policy=Policy.SIGN, **params):
 def test_the_law_sends_the_share_of_feed_forward_and_observer_alike_and_charges_what_it_sent():
     rig = active(observer_gain=0.5, observer_alpha=1.0, observer_smooth_alpha=1.0, friction_gain=0.5)
     rig.params["assistance_bank_j"] = BANK
-    rig.force_n[1] = 0.6 / LEVER
+    rig.force_n[1] = 0.58 / LEVER
     for _ in range(100):
         rig.state["assistance_energy_j"] = BANK
         rig.tick(rig.position[0] + 0.5 * T)

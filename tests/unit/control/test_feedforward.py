@@ -232,8 +232,8 @@ class BristlePlant(Plant):
         return self.x
 
 
-def kick(policy, model_gain=1.0, **params):
-    """Hands off after a kick: RMS speed of the last 0.5 s of 1.5 s, and the energies."""
+def kick(policy, model_gain=1.0, watched=True, **params):
+    """Hands off after a kick: RMS speed of the last 0.5 s of 1.5 s, and the energies. `watched`: a joint that trembles loses its help."""
     rig = LawRig(friction_policy=int(policy), friction_ungated_cap_nm=0.9, energy_budget_j=1e3, **params)
     rig.friction(gain=model_gain).arm()
     rig.params["friction_floor_nm"] = 0.25  # what the joint really has
@@ -242,6 +242,8 @@ def kick(policy, model_gain=1.0, **params):
     speeds = []
     count = float(rig.params["count_rad"][0, 0])
     for k in range(1500):
+        if not watched:
+            rig.state["trembled_s"] = 0.0
         rig.tick(math.floor(plant.x / count) * count)
         plant.advance(rig["torque_applied_nm"])
         if k >= 1000:
@@ -259,9 +261,11 @@ def test_hands_off_after_a_kick_the_force_gated_policies_come_to_rest(policy, mo
 
 
 def test_hands_off_after_a_kick_sign_and_steep_tanh_hunt_as_the_theory_says():
-    assert kick(Policy.SIGN)[0] > 0.03
-    assert kick(Policy.TANH)[0] > 0.03
-    assert kick(Policy.TANH, friction_tanh_rad_s=0.25)[0] < 1e-3
+    for policy in (Policy.SIGN, Policy.TANH):
+        assert kick(policy, watched=False)[0] > 0.03
+        assert kick(policy)[0] < 1e-3, "until the watch on trembling takes the help"
+    # where it comes to rest on the edge of a count, it flickers there by a sixth of one
+    assert kick(Policy.TANH, friction_tanh_rad_s=0.25)[0] < 2e-3
 
 
 def test_a_model_a_quarter_too_high_runs_away_ungated():
