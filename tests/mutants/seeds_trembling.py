@@ -10,7 +10,7 @@ SEEDS = (
     Seed(
         "a joint that trembles is helped",
         "rtctl/control/law.py",
-        " * calm_share(s, p, axis)",
+        "    share *= calm_share(s, p, axis)\n",
         "",
         (
             f"{UNIT}/test_trembling.py::test_the_law_sends_no_help_to_a_joint_that_trembled_until_it_is_moved_on",
