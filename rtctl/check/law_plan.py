@@ -19,6 +19,7 @@ from rtctl.control.feedforward import SLIDING_GATE
 from rtctl.control.gate import WINDOW_S
 from rtctl.control.records import HELD, new_records
 from rtctl.control.resting import REST_HZ
+from rtctl.control.trembling import LONGEST_S
 from rtctl.control.velocity import lowpass_alpha
 from rtctl.control.vocabulary import Display, PlaceUse, Policy
 from rtctl.friction import artefact
@@ -235,6 +236,7 @@ def _fill_compensation(
     p["rest_alpha"][a] = lowpass_alpha(REST_HZ, period_s)
     p["friction_gate_deadband_nm"][a] = friction.gate_deadband_nm
     p["friction_gate_nm"][a] = friction.gate_nm
+    p["tremble_turn_s"][a] = LONGEST_S
     p["friction_brake_nm"][a] = SLIDING_GATE * friction.gate_nm
     p["friction_gate_alpha"][a] = (
         -math.expm1(-period_s / friction.gate_lowpass_s) if friction.gate_lowpass_s else 1.0

@@ -193,6 +193,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             "friction_gate_nm": (),  # tau_g of the force gate
             "friction_gate_alpha": (),
             "friction_brake_nm": (),  # against the motion, beyond the dead band: takes all help back; 0: nothing does
+            "tremble_turn_s": (),  # longest time between two turns of a joint that trembles; 0: none does
             "friction_stop_rad": (),  # x_d of the stop operator
             # dry friction surely there (control.dry_friction), account of the help with it (control.assistance)
             "presliding_rad": (),  # x_b: bristles surely slide after this much motion; 0: at once

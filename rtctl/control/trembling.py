@@ -36,7 +36,8 @@ WHOLE_S, GONE_S, MOST_S = 0.3, 0.5, 0.6
 ON_S, ON_RAD, FORGETTING = 0.25, 0.03, 4.0
 """A joint that has gone on for so long and so far is moved by a hand: a second of that forgets so many of trembling."""
 
-_LONGEST_S = 0.5 / SLOWEST_HZ
+LONGEST_S = 0.5 / SLOWEST_HZ
+"""Between two turns of a joint that trembles."""
 
 
 @inlined
@@ -48,7 +49,7 @@ def calm_share(s: Record, p: Record, axis: int) -> float:
     if on > 0.0:
         s.turn_rad[axis] = s.position_rad[axis]
     elif on < -max(TURN_COUNTS * p.count_rad[axis], REST_SHARE * p.presliding_rad[axis]):
-        if s.turn_s[axis] <= _LONGEST_S:
+        if s.turn_s[axis] <= p.tremble_turn_s[axis]:
             s.trembled_s[axis] = min(s.trembled_s[axis] + s.turn_s[axis], MOST_S)
         s.turn_rad[axis], s.turned[axis], s.turn_s[axis] = s.position_rad[axis], 1.0 - s.turned[axis], 0.0
         s.turn_from_rad[axis] = s.position_rad[axis]

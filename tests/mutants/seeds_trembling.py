@@ -28,8 +28,8 @@ SEEDS = (
     Seed(
         "a hand that turns back slowly trembles",
         "rtctl/control/trembling.py",
-        "if s.turn_s[axis] <= _LONGEST_S:",
-        "if s.turn_s[axis] <= 20.0 * _LONGEST_S:",
+        "if s.turn_s[axis] <= p.tremble_turn_s[axis]:",
+        "if s.turn_s[axis] <= 20.0 * p.tremble_turn_s[axis]:",
         (f"{UNIT}/test_trembling.py::test_a_hand_that_moves_to_and_fro_is_helped_whole",),
     ),
     Seed(

@@ -55,6 +55,7 @@ NOMINAL = {
     "friction_gate_deadband_nm": 0.002,
     "friction_gate_nm": 0.03,
     "friction_brake_nm": 0.015,
+    "tremble_turn_s": 1 / 16,
     "friction_gate_alpha": 0.1,
     "friction_stop_rad": 1e-3,
     "injected_damping_max_nms_rad": B,

@@ -238,12 +238,12 @@ def kick(policy, model_gain=1.0, watched=True, **params):
     rig.friction(gain=model_gain).arm()
     rig.params["friction_floor_nm"] = 0.25  # what the joint really has
     rig.params["injected_damping_max_nms_rad"] = 0.0
+    if not watched:
+        rig.params["tremble_turn_s"] = 0.0
     plant = BristlePlant(velocity=0.5)
     speeds = []
     count = float(rig.params["count_rad"][0, 0])
     for k in range(1500):
-        if not watched:
-            rig.state["trembled_s"] = 0.0
         rig.tick(math.floor(plant.x / count) * count)
         plant.advance(rig["torque_applied_nm"])
         if k >= 1000:
