@@ -121,11 +121,13 @@ def climb(family: str, scores: Sequence[Score], sides: Sequence[Side], tolerance
     lucks = []
     for data in sides:
         here = [score for score in mine if score.direction == data.direction]
-        near = as_good(here, tolerance_nm(data, tolerance_share))
+        equal_nm = tolerance_nm(data, tolerance_share)
+        near = as_good(here, equal_nm)
         if not near:
             return Rung(family, (), _lost(here), failures, len(mine))
         chosen.append(near[0])
-        lucks.append(luck(here, data))
+        among_equals = near[0].rmse_nm <= equal_nm
+        lucks.append(luck(min(near, key=lambda one: one.rmse_nm) if among_equals else near[0], here, data))
     counts = [len(score.errors) for score in chosen]
     luck_nm2 = float(np.average(lucks, weights=counts)) if sum(counts) else 0.0
     bends = False
@@ -140,22 +142,24 @@ def climb(family: str, scores: Sequence[Score], sides: Sequence[Side], tolerance
     return Rung(family, tuple(chosen), None, failures, len(mine), luck_nm2, bends)
 
 
-def luck(scores: Iterable[Score], data: Side) -> float:
-    """By how much the least mean square of the candidates' held-out errors is too small, N^2 m^2, >= 0.
+def luck(chosen: Score, scores: Iterable[Score], data: Side) -> float:
+    """By how much the mean square of the chosen candidate's held-out errors is too small, N^2 m^2, >= 0.
 
     Notes
     -----
-    The bias of the least error of a cross-validation [TT09]: over the folds, the mean square of the candidate that errs least less that of
-    the one which is best there. Where folds agree on the best it is little; a candidate alone has none. A candidate that is chosen for its
-    few numbers was not chosen for its luck: what it errs more than the least is in its own error, and not counted again (decision 0046).
+    The bias of the least error of a cross-validation [TT09]: over the folds, the mean square of the chosen one less that of the candidate
+    which is best there. Where folds agree on the best it is little; a candidate alone has none.
+
+    One that was chosen for its few numbers among errors that count as equal (decision 0012) has the luck of the least of them: what it errs
+    more is in its held-out error, and not counted again (decision 0046).
     """
     fold = data.fold[data.fold != TRAINS]
     same = [score for score in scores if not score.failed and len(score.errors) == len(fold)]
-    if len(same) < 2:
+    if len(same) < 2 or len(chosen.errors) != len(fold):
         return 0.0
     squares = np.array([score.errors for score in same]) ** 2
     least = sum(float(squares[:, fold == k].sum(axis=1).min()) for k in np.unique(fold))
-    return max(0.0, (float(squares.sum(axis=1).min()) - least) / len(fold))
+    return max(0.0, (float(np.sum(chosen.errors**2)) - least) / len(fold))
 
 
 def _told_apart(rung: Rung, best: Rung) -> bool:
