@@ -155,8 +155,15 @@ SEEDS = (
     Seed(
         "the luckiest of many machines is believed",
         "rtctl/friction/learn/selection.py",
-        "lucks.append(luck(near[0], here, data))",
-        "lucks.append(0.0)",
+        "return max(0.0, (float(np.sum(chosen.errors**2)) - least) / len(fold))",
+        "return 0.0",
+        CHOICE,
+    ),
+    Seed(
+        "what a sparse curve errs more is taken for luck",
+        "rtctl/friction/learn/selection.py",
+        "among_equals = near[0].rmse_nm <= equal_nm",
+        "among_equals = False",
         CHOICE,
     ),
     Seed(

@@ -121,11 +121,13 @@ def climb(family: str, scores: Sequence[Score], sides: Sequence[Side], tolerance
     lucks = []
     for data in sides:
         here = [score for score in mine if score.direction == data.direction]
-        near = as_good(here, tolerance_nm(data, tolerance_share))
+        equal_nm = tolerance_nm(data, tolerance_share)
+        near = as_good(here, equal_nm)
         if not near:
             return Rung(family, (), _lost(here), failures, len(mine))
         chosen.append(near[0])
-        lucks.append(luck(near[0], here, data))
+        among_equals = near[0].rmse_nm <= equal_nm
+        lucks.append(luck(min(near, key=lambda one: one.rmse_nm) if among_equals else near[0], here, data))
     counts = [len(score.errors) for score in chosen]
     luck_nm2 = float(np.average(lucks, weights=counts)) if sum(counts) else 0.0
     bends = False
@@ -147,6 +149,9 @@ def luck(chosen: Score, scores: Iterable[Score], data: Side) -> float:
     -----
     The bias of the least error of a cross-validation [TT09]: over the folds, the mean square of the chosen one less that of the candidate
     which is best there. Where folds agree on the best it is little; a candidate alone has none.
+
+    One that was chosen for its few numbers among errors that count as equal (decision 0012) has the luck of the least of them: what it errs
+    more is in its held-out error, and not counted again (decision 0046).
     """
     fold = data.fold[data.fold != TRAINS]
     same = [score for score in scores if not score.failed and len(score.errors) == len(fold)]

@@ -105,6 +105,37 @@ def test_the_luck_of_the_least_of_many_is_given_back():
     assert not np.any(alone)
 
 
+def test_what_a_curve_of_few_numbers_errs_more_is_not_taken_for_luck():
+    """Chosen for its numbers among errors that count as equal: it is no luckier than the best."""
+    fold = np.r_[-1, np.arange(30) % 5, -1]
+    data = search.Side(1, np.arange(32.0), np.ones(32), np.ones(32), fold)
+    exact, sparse = (
+        Score(Candidate("nu", "rbf", c=c), 1, np.full(30, 1e-3 * error), n)
+        for c, error, n in ((1, 1.0, 20), (2, 1.7, 9))
+    )
+    rung = selection.climb("nu-rbf", [exact, sparse], [data], tolerance_share=0.002)
+    assert rung.scores == (sparse,)
+    assert rung.luck_nm2 < 1e-12
+    assert rung.expected_nm == pytest.approx(1.7e-3)
+    assert selection.luck(sparse, [exact, sparse], data) == pytest.approx(1.7e-3**2 - 1e-3**2)
+
+
+def test_two_rungs_that_count_as_equal_are_told_by_their_numbers_whatever_their_best_candidates_err():
+    fold = np.r_[-1, np.arange(30) % 5, -1]
+    data = search.Side(1, np.arange(32.0), np.ones(32), np.ones(32), fold)
+
+    def rung(family, *candidates):
+        machine, _, kind = family.partition("-")
+        scores = [
+            Score(Candidate(machine, kind, c=k), 1, np.full(30, 1e-3 * error), n)
+            for k, (error, n) in enumerate(candidates)
+        ]
+        return selection.climb(family, scores, [data], tolerance_share=0.002)
+
+    few, many = rung("epsilon-spline", (1.0, 20), (1.7, 9)), rung("nu-spline", (1.6, 25))
+    assert selection.choose([few, many], 0.002).chosen is few
+
+
 def test_a_formula_is_taken_before_the_luckiest_of_many_machines():
     taken = []
     for seed in range(60):
