@@ -281,6 +281,6 @@ def test_a_forged_table_with_a_right_checksum_is_refused_by_key(rbf_path, change
 
 def test_the_coarser_bound_of_an_older_proof_is_still_true(rbf_path):
     path = _forge(
-        rbf_path, lambda d: _branch(d).update(compile_bound_nm=_branch(d)["compile_bound_nm"] * 1.0001)
+        rbf_path, lambda d: _branch(d).update(compile_bound_nm=_branch(d)["compile_bound_nm"] * 1.004)
     )
     assert artefact.load(path).kind == "rbf"
