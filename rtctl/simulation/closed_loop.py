@@ -149,19 +149,24 @@ class Simulation:
         rows = max(1, round(seconds / self.plan.period_s / every))
         trace = records(new_ticks(rows, self.plan.n_axes))
         self.truth = records(np.zeros(rows, self.plant_state.dtype))
-        law_arguments = (self.tick, self.state, self.params, self.command, self.model)
-        plant_arguments = (self.tick, self.plant_state, self.plant_params)
-        at = self.addresses()
-        simulate(*at, law_arguments, plant_arguments, trace, self.truth, self.plan.period_ns, every)
+        at, of_law, of_plant = self.addresses(), self._of_law, self._of_plant
+        simulate(*at, of_law, of_plant, trace, self.truth, self.plan.period_ns, every)
         return trace
+
+    @property
+    def _of_law(self) -> tuple[np.ndarray, ...]:
+        return self.tick, self.state, self.params, self.command, self.model
+
+    @property
+    def _of_plant(self) -> tuple[np.ndarray, ...]:
+        return self.tick, self.plant_state, self.plant_params
 
     def addresses(self) -> tuple[Address, Address, Address]:
         """Where reading, law and writing of this rig are: the machine code that the loop runs, too, compiled once for all."""
-        plant = (self.tick, self.plant_state, self.plant_params)
         return (
-            entry_point(plant_read, *plant),
-            entry_point(law.step, self.tick, self.state, self.params, self.command, self.model),
-            entry_point(plant_write, *plant),
+            entry_point(plant_read, *self._of_plant),
+            entry_point(law.step, *self._of_law),
+            entry_point(plant_write, *self._of_plant),
         )
 
     def arm(self, **fields: object) -> np.ndarray:
