@@ -14,7 +14,8 @@ went each time and came back would kick such a hand. Why it does not come back a
 has it back within half a second.
 
 Only takes help away, so no proof is touched. Neither an encoder that flickers between two counts nor a joint that bends its bristles a little
-turns: a turn is `TURN_COUNTS` or `REST_SHARE` of the credited presliding length long. A virtual mass has a watch of its own (docs/theory.md 14.5).
+turns: a turn is `TURN_COUNTS` or `REST_SHARE` of the credited presliding length long. Without power nothing is remembered.
+A virtual mass has a watch of its own (docs/theory.md 14.5).
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from rtctl.control.display import is_admittance
 from rtctl.control.jit import inlined
 from rtctl.control.records import Record
 from rtctl.control.resting import REST_SHARE
+from rtctl.control.states import is_powered
 
 TURN_COUNTS = 3.0
 """Encoder counts back that are a turn."""
@@ -55,6 +57,8 @@ def calm_share(s: Record, p: Record, axis: int) -> float:
         s.turn_from_rad[axis] = s.position_rad[axis]
     if on > 0.0 and s.turn_s[axis] > ON_S and abs(s.turn_rad[axis] - s.turn_from_rad[axis]) > ON_RAD:
         s.trembled_s[axis] = max(s.trembled_s[axis] - FORGETTING * p.period_s, 0.0)
+    if not is_powered(s.state):
+        s.trembled_s[axis] = 0.0
     if s.trembled_s[axis] <= WHOLE_S or is_admittance(s, axis):
         return 1.0
     return max((GONE_S - s.trembled_s[axis]) / (GONE_S - WHOLE_S), 0.0)

@@ -39,4 +39,11 @@ SEEDS = (
         "elif on < 0.0:",
         (f"{UNIT}/test_trembling.py::test_an_encoder_that_flickers_between_counts_turns_nothing",),
     ),
+    Seed(
+        "a joint that was shaken without power is not helped",
+        "rtctl/control/trembling.py",
+        "if not is_powered(s.state):",
+        "if False:",
+        (f"{UNIT}/test_trembling.py::test_what_shook_a_joint_without_power_is_forgotten",),
+    ),
 )

@@ -7,7 +7,7 @@ import pytest
 from law_rig import COUNT, LEVER, LawRig, T
 
 from rtctl.control.trembling import GONE_S, MOST_S, ON_RAD, ON_S, TURN_COUNTS, calm_share
-from rtctl.control.vocabulary import Display, Policy
+from rtctl.control.vocabulary import Display, Policy, State
 
 
 class Joint:
@@ -15,6 +15,7 @@ class Joint:
 
     def __init__(self, **state):
         self.rig = LawRig()
+        self.rig.state["state"] = int(State.ACTIVE)
         for name, value in state.items():
             self.rig.state[name] = value
 
@@ -79,6 +80,12 @@ def test_a_position_that_is_no_number_turns_nothing():
     joint = Joint()
     assert np.all(joint.at([math.nan] * 10) == 1.0)
     assert np.all(np.isfinite(joint.shaken(60.0, 0.5)))
+
+
+def test_what_shook_a_joint_without_power_is_forgotten():
+    joint = Joint(state=int(State.INIT))
+    assert np.all(joint.shaken(60.0, 1.0) == 1.0)
+    assert joint.rig.state["trembled_s"][0, 0] == 0.0
 
 
 def test_the_law_sends_no_help_to_a_joint_that_trembled_until_it_is_moved_on():
