@@ -24,7 +24,7 @@ from rtctl.control.velocity import lowpass_alpha
 from rtctl.control.vocabulary import Display, PlaceUse, Policy
 from rtctl.friction import artefact
 from rtctl.friction.adaptation import follows, largest_feedforward
-from rtctl.friction.guarantee import guarantee
+from rtctl.friction.guarantee import guarantee, holds_flicker
 from rtctl.friction.margins import most_load_nm
 from rtctl.friction.model import FrictionModel
 from rtctl.rig_file.axis_tables import AxisTable
@@ -98,6 +98,8 @@ def build(loaded: LoadedConfig) -> Plan:
         fill_force_feedback(params[0], a, axis, config.period_s, between)
         _fill_command(command[0], a, axis)
         learned = _load_model(loaded, axis)
+        dry_share = lateness.joint_of_axis(loaded, a).dry_share
+        params[0]["flicker_held"][a] = holds_flicker(axis, guarantee(axis, learned), dry_share)
         most, factor = largest_feedforward(axis, learned, config.period_s)
         _fill_compensation(params[0], a, most, config, learned)
         if learned is not None:

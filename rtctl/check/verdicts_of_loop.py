@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from rtctl.check.verdict import Outcome, Subject, Verdict
 from rtctl.control.environments.table import Environment
+from rtctl.friction.guarantee import holds_flicker
 
 if TYPE_CHECKING:
     from rtctl.check.axis_report import AxisFigures
@@ -23,6 +24,9 @@ MOST_COUNTS = 5.0
 TIP_STIFFNESS_N_M = 1e4
 """Stiffest hand at the tip, N/m, in which the encoder's steps may not shake the joint. A tensed finger or arm has some
 1e3; what is stiffer than ten of them is a vice."""
+
+FLICKER_COUNTS = 1.5
+"""A shake up to so many counts is a flicker, which is not answered (`control.flicker.WIDE`)."""
 
 _ROUNDING = 1e-12
 
@@ -115,44 +119,47 @@ def elastic_joint(s: Subject) -> list[Verdict]:
 
 
 def encoder_steps(s: Subject) -> list[Verdict]:
-    """Steps of the encoder shake a joint without dry friction: the friction that holds it, or how slow the shake is."""
+    """Steps of the encoder shake a joint that nothing holds still: what holds it, or how slow the shake is."""
     axis = s.axis
     needed, held = axis.quantisation_torque_nm, axis.dry_friction_nm
     if needed == 0:
         return []
-    shake = shake_rad_s(s)
-    if held >= needed:
-        figure, bound, use = f"{needed:.3g} N m", f"<= {held:.3g} N m of dry friction", needed / held
-    else:
-        figure, bound, use = f"{shake:.3g} rad/s RMS", f"<= {SHAKE_RAD_S:g} rad/s", shake / SHAKE_RAD_S
-    beyond = Outcome.NOT_PROVED if shake <= FELT_RAD_S else Outcome.FAIL
-    outcome = Outcome.PASS if use <= 1 else beyond
-    return [
-        s.row(
-            "steps of the encoder",
-            figure,
-            bound,
-            outcome,
-            "dry friction holds the joint against the coupling's steps"
-            if held >= needed
-            else f"most they can keep a joint without dry friction shaking, in a hand of up to {TIP_STIFFNESS_N_M:.0e} N/m; "
-            f"{needed:.3g} N m of dry friction hold it still (dry_friction_nm)",
-            use,
-            _steps_refusal(s, shake) if outcome == Outcome.FAIL else "",
+    sticks, bent = held >= needed, axis.guarantee.length_rad / axis.count_rad
+    counts = min(shake_counts(s), bent) if sticks else shake_counts(s)
+    if counts <= FLICKER_COUNTS and holds_flicker(s.table, axis.guarantee, s.joint.dry_share):
+        figure, bound = f"{counts:.2g} counts", f"<= {FLICKER_COUNTS:g} counts"
+        meaning = "most they can shake a joint at rest: a flicker, which the law does not answer; dry friction holds the joint meanwhile"
+        return [_steps_row(s, figure, bound, Outcome.PASS, meaning, counts / FLICKER_COUNTS)]
+    shake = shake_rad_s(s, min(counts, MOST_COUNTS), axis.guarantee.bristle_nm_rad if sticks else 0.0)
+    outcome = Outcome.PASS if shake <= SHAKE_RAD_S else Outcome.NOT_PROVED
+    meaning = f"most they can shake a joint at rest, {counts:.2g} counts, in a hand of up to {TIP_STIFFNESS_N_M:.0e} N/m"
+    if sticks:
+        meaning += (
+            f": friction holds it, but its bristles bend over {bent:.3g} counts, and are a spring so far"
         )
-    ]
+    else:
+        meaning += f"; {needed:.3g} N m of dry friction hold it still (dry_friction_nm)"
+        outcome = Outcome.FAIL if shake > FELT_RAD_S else outcome
+    refusal = _steps_refusal(s, shake) if outcome == Outcome.FAIL else ""
+    figure, bound = f"{shake:.3g} rad/s RMS", f"<= {SHAKE_RAD_S:g} rad/s"
+    return [_steps_row(s, figure, bound, outcome, meaning, shake / SHAKE_RAD_S, refusal)]
 
 
-def shake_rad_s(s: Subject) -> float:
-    """RMS speed of the shake that the steps of the encoder keep up in a joint without dry friction, rad/s.
+def _steps_row(
+    s: Subject, figure: str, bound: str, outcome: Outcome, meaning: str, use: float, refusal: str = ""
+) -> Verdict:
+    return s.row("steps of the encoder", figure, bound, outcome, meaning, use, refusal)
+
+
+def shake_counts(s: Subject) -> float:
+    """Amplitude of the shake that the steps of the encoder keep up in a joint that nothing holds, in counts; infinite without damping.
 
     Notes
     -----
     The coupling answers a step of one count, k_c Delta, at worst L = (n + d) T + tau after the joint passed it, on the
     average half a sample earlier. The average takes k_c (L - n T/2) of the damping b + b_c; what is left, b_s, has to
     spend in a cycle of amplitude A, pi b_s A^2 w, what two steps a cycle at the middle of the motion can give, each
-    k_c Delta times the way A w L: A = (2/pi) k_c L Delta/b_s, at the frequency of the joint on its coupling and on the
-    stiffest hand. Over many counts the steps cannot all come at their worst: no more than `MOST_COUNTS` are taken.
+    k_c Delta times the way A w L: A = (2/pi) k_c L Delta/b_s, whatever the frequency.
     An estimate, not a proof: the tests run random rigs in time against it.
     """
     axis = s.axis
@@ -160,10 +167,15 @@ def shake_rad_s(s: Subject) -> float:
     lag_s = 1 / (2 * math.pi * axis.current_loop_hz) if axis.current_loop_hz > 0 else 0.0
     late = (n + axis.delay_ticks) * T + lag_s
     spare = axis.device_damping_nms_rad + axis.damping_nms_rad - k_c * (late - n * T / 2)
+    return 2 / math.pi * k_c * late / spare if spare > 0 else math.inf
+
+
+def shake_rad_s(s: Subject, counts: float, bristle_nm_rad: float = 0.0) -> float:
+    """RMS speed of a shake of so many counts to either side, rad/s, on the coupling and the stiffest hand, and on the bristles of a joint that sticks."""
+    axis = s.axis
     hand = TIP_STIFFNESS_N_M * sum(x * x for x in s.table.lever_m)
-    counts = min(2 / math.pi * k_c * late / spare, MOST_COUNTS) if spare > 0 else MOST_COUNTS
-    amplitude = counts * axis.count_rad
-    return amplitude * math.sqrt((k_c + hand) / (2 * s.table.inertia_kgm2))
+    stiffness = axis.stiffness_nm_rad + hand + bristle_nm_rad
+    return counts * axis.count_rad * math.sqrt(stiffness / (2 * s.table.inertia_kgm2))
 
 
 def _steps_refusal(s: Subject, shake: float) -> str:

@@ -113,6 +113,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             "gear_efficiency": (),
             "torque_constant_nm_a": (),
             "count_rad": (),  # one encoder count at the link
+            "flicker_held": (),  # 1: friction surely holds the joint while a flicker of the encoder is not answered
             "lever_m": (3,),  # joint torque = lever . tip force + direction . moment, at position 0
             "axis_direction": (3,),  # unit vector of the joint's axis in the sensor's axes; 0: not given
             # sample validation
@@ -278,6 +279,16 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
         {
             "position_rad": (),
             "position_before_rad": (),
+            "reading_rad": (),  # the encoder's newest count, and which way it went there (control.flicker)
+            "reading_way": (),
+            "reading_from_rad": (),  # where the readings began among which it stays,
+            "reading_lowest_rad": (),
+            "reading_highest_rad": (),
+            "reading_turns": (),  # how often it turned there,
+            "reading_sum_rad": (),  # and the sum and the number of readings since the first turn
+            "reading_ticks": (),
+            "reading_held_rad": (),  # what is taken for the position meanwhile
+            "reading_gap_rad": (),  # and what is left of the difference since
             "current_a": (),
             "force_raw_nm": (),
             "position_history_rad": (HISTORY,),

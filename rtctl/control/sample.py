@@ -11,6 +11,7 @@ import numpy as np
 
 from hw.interface import LinkFault
 from rtctl.control import window
+from rtctl.control.flicker import steady_reading
 from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import Record
 from rtctl.control.vocabulary import Fault
@@ -81,7 +82,7 @@ def _jumped(t: Record, s: Record, p: Record, elapsed: int) -> bool:
 def _take(t: Record, s: Record, p: Record, restart: bool) -> None:
     """Make this sample the current one; `restart` also forgets where the axis was before."""
     for axis in range(len(t.position_rad)):
-        s.position_rad[axis] = t.position_rad[axis]
+        s.position_rad[axis] = steady_reading(s, p, axis, t.position_rad[axis], restart)
         s.current_a[axis] = t.current_a[axis]
         s.jump_count[axis] = 0
         if restart:

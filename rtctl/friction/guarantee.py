@@ -5,6 +5,7 @@ One place for the rules, used by the plan of the law and by `rtctl check`.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from rtctl.control.vocabulary import Policy
@@ -73,6 +74,25 @@ class Guarantee:
     def given_most_j(self) -> float:
         """Most energy that the compensation gives a hand over any stretch of time, J (`control.assistance`)."""
         return 2 * self.bank_j + 0.5 * self.peak_nm * self.credited_rad
+
+
+RELEASE_COUNTS = 3.5
+"""Counts by which the torque of a coupling that is answered late may be off where a flicker of the encoder ends (`control.flicker`)."""
+
+
+def holds_flicker(axis: AxisTable, sure: Guarantee, dry_share: float) -> bool:
+    """True where dry friction surely holds the joint while a flicker of its encoder is not answered, and when that ends.
+
+    Where it may not, a joint would glide from one edge of two counts to the other, on and on. `dry_share`: of the friction, on the encoder's
+    side of an elastic joint.
+    """
+    stiffness_nm_rad = axis.coupling.stiffness_nm_rad
+    if axis.may_show("admittance"):
+        stiffness_nm_rad = max(stiffness_nm_rad, axis.admittance.position_gain_nm_rad)
+    count_rad = 2 * math.pi / axis.counts_of_turn
+    return (
+        dry_share * max(sure.floor_nm, axis.dry_friction_nm) >= RELEASE_COUNTS * stiffness_nm_rad * count_rad
+    )
 
 
 def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:

@@ -98,6 +98,19 @@ def test_what_shook_for_ever_comes_to_rest(name):
     assert found.swung_rad_s > 0.02, "the hand moved it"
 
 
+HUMMED = [(717, 1e4), (266, 4e4), (706, 4e4), (220, 4e4)]
+"""Draws, and counts of a coarse encoder, with which a joint that stuck hummed at 2 to 15 mrad/s: its bristles bend over 10 to 40 counts."""
+
+
+@pytest.mark.parametrize(("seed", "counts"), HUMMED)
+def test_a_joint_that_sticks_does_not_hum_on_the_steps_of_its_encoder(seed, counts):
+    told, joint, hand, bent = drawn(seed)
+    joint = joint._replace(play_rad=0.0)
+    found = run(rig(joint=joint, **{**told, "counts": counts}), lagging(joint, told["lag_hz"]), hand, bent)
+    assert found.fault == -1
+    assert found.speed_rad_s < 1e-4, found
+
+
 def drawn(seed):
     """A joint, a hand, what the rig file says of them, and the joint's elements, none for Dahl's bristle."""
     draw = np.random.default_rng((20261124, seed))

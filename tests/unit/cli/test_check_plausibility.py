@@ -126,14 +126,44 @@ def test_an_encoder_behind_the_spring_is_named_as_not_proved(rig):
 
 
 def test_steps_of_the_encoder_want_dry_friction_or_a_slow_shake(rig):
-    name = "steps of the encoder"
-    assert rows_of(rig(k_c=10.0))[name].outcome is Outcome.PASS
-    assert rows_of(rig())[name].outcome is Outcome.NOT_PROVED
-    held = edited(rig(), ("torque_limit_nm", "dry_friction_nm = 0.0016\ntorque_limit_nm"))
-    assert rows_of(held)[name].outcome is Outcome.PASS
-    coarse = edited(held, ("160000", "2000"))
-    assert rows_of(coarse)[name].outcome is Outcome.FAIL
-    assert rows_of(rig(k_c=0.0, b_c=0.0)).get(name) is None
+    def row(path):
+        return rows_of(path)["steps of the encoder"]
+
+    def held(friction_nm, *edits):
+        return edited(rig(), ("torque_limit_nm", f"dry_friction_nm = {friction_nm}\ntorque_limit_nm"), *edits)
+
+    assert row(rig(k_c=10.0)).outcome is Outcome.PASS
+    assert row(rig()).outcome is Outcome.NOT_PROVED
+    quiet = row(held(0.009))
+    assert quiet.outcome is Outcome.PASS
+    assert quiet.bound == "<= 1.5 counts"
+    spring = row(held(0.0016))
+    assert spring.outcome is Outcome.NOT_PROVED
+    assert "bristles bend over 127 counts" in spring.meaning
+    assert row(held(0.009, ("160000", "2000"))).outcome is Outcome.FAIL
+    assert "steps of the encoder" not in rows_of(rig(k_c=0.0, b_c=0.0))
+
+
+def test_a_joint_that_friction_holds_shakes_no_further_than_its_bristles_bend(rig):
+    held = ("torque_limit_nm", "dry_friction_nm = 0.0016\ntorque_limit_nm")
+    short = ("[axis.friction]", "[axis.friction]\npresliding_rad = 1e-5")
+    rows = rows_of(edited(rig(), held)), rows_of(edited(rig(), held, short))
+    shaken = [row["steps of the encoder"] for row in rows]
+    assert all(row.outcome is Outcome.NOT_PROVED for row in shaken), "a quarter of a count at 200 Hz is fast"
+    assert "at rest, 1.3 counts" in shaken[0].meaning
+    assert "at rest, 0.25 counts" in shaken[1].meaning
+
+
+def test_a_stiffer_display_needs_more_friction_to_hold_a_flicker(rig):
+    from rtctl.friction.guarantee import guarantee, holds_flicker
+
+    axis = load(edited(rig(), ("torque_limit_nm", "dry_friction_nm = 0.009\ntorque_limit_nm"))).config.axis[0]
+    sure = guarantee(axis, None)
+    assert holds_flicker(axis, sure, 1.0)
+    assert not holds_flicker(axis, sure, 0.5)
+    stiff = axis.admittance.model_copy(update={"position_gain_nm_rad": 100.0})
+    both = axis.model_copy(update={"admittance": stiff, "display_change": True})
+    assert not holds_flicker(both, sure, 1.0)
 
 
 def test_json_carries_the_rows_of_the_table(rig, monkeypatch, capsys):
