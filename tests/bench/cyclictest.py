@@ -14,32 +14,49 @@ _HISTOGRAM_US = 200_000
 """Longer than any standstill seen on a shared machine: what is later counts as this."""
 
 
+_FINE_US, _FINE_CELL_NS = 20, 10
+"""Up to here our own latencies are kept in finer cells: cyclictest's of 1 us would make every start earlier than that half a microsecond late."""
+
+
+def _percentile(counts: np.ndarray, wanted: float) -> float:
+    """Cell, with the part of it, below which `wanted` of these lie."""
+    cumulative = np.cumsum(counts)
+    cell = int(np.searchsorted(cumulative, wanted))
+    below = cumulative[cell - 1] if cell else 0
+    return float(cell + (wanted - below) / max(1, counts[cell]))
+
+
 @dataclass(frozen=True)
 class Latencies:
     """Wake-up latencies of one run as a histogram: `counts[i]` wake-ups were `i` us late (floored)."""
 
     counts: np.ndarray
     overflow: int
+    fine: np.ndarray
+    """Those of less than `_FINE_US`, in cells of `_FINE_CELL_NS`; none where only whole microseconds are known."""
 
     @classmethod
     def of(cls, late_ns: np.ndarray) -> Latencies:
-        """Histogram of our own latencies, in the same cells as cyclictest's."""
-        late_us = np.maximum(late_ns, 0) // 1000
+        """Histogram of our own latencies, in the same cells as cyclictest's, and in finer ones."""
+        late_ns = np.maximum(late_ns, 0)
+        late_us = late_ns // 1000
         inside = late_us[late_us < _HISTOGRAM_US].astype(np.int64)
-        return cls(np.bincount(inside, minlength=_HISTOGRAM_US), int((late_us >= _HISTOGRAM_US).sum()))
+        counts = np.bincount(inside, minlength=_HISTOGRAM_US)
+        cells = (late_ns[late_us < _FINE_US] // _FINE_CELL_NS).astype(np.int64)
+        fine = np.bincount(cells, minlength=1000 * _FINE_US // _FINE_CELL_NS)
+        return cls(counts, int((late_us >= _HISTOGRAM_US).sum()), fine)
 
     def __add__(self, other: Latencies) -> Latencies:
-        return Latencies(self.counts + other.counts, self.overflow + other.overflow)
+        return Latencies(self.counts + other.counts, self.overflow + other.overflow, self.fine + other.fine)
 
     def percentile_us(self, percent: float) -> float:
-        """Percentile, us, interpolated inside the 1 us cell (cyclictest's own resolution)."""
-        cumulative = np.cumsum(self.counts)
-        wanted = percent / 100 * (cumulative[-1] + self.overflow)
-        cell = int(np.searchsorted(cumulative, wanted))
-        if cell >= len(self.counts):
+        """Percentile, us, interpolated inside its cell: of 1 us, cyclictest's own resolution, or of 10 ns where the latencies are known so well."""
+        wanted = percent / 100 * (int(self.counts.sum()) + self.overflow)
+        if wanted <= self.fine.sum():
+            return _percentile(self.fine, wanted) * _FINE_CELL_NS / 1000
+        if wanted > self.counts.sum():
             return float(_HISTOGRAM_US)
-        below = cumulative[cell - 1] if cell else 0
-        return float(cell + (wanted - below) / max(1, self.counts[cell]))
+        return _percentile(self.counts, wanted)
 
     def largest_us(self) -> int:
         """The latest wake-up, us, floored; 0 of none."""
@@ -81,4 +98,4 @@ def run(seconds: float, interval_us: int, priority: int, cpu: int) -> Latencies:
             counts[int(cell)] = int(count)
         elif line.startswith("# Histogram Overflows"):
             overflow = int(line.split(":")[1])
-    return Latencies(counts, overflow)
+    return Latencies(counts, overflow, np.zeros(1000 * _FINE_US // _FINE_CELL_NS, np.int64))

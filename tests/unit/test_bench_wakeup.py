@@ -19,15 +19,25 @@ def measured(ours_us, theirs_us, rate_hz=1000.0):
 
 
 def test_every_percentile_is_judged_against_cyclictest():
-    rows = list(measured([0] * 990 + [30] * 10, [20] * 990 + [50] * 10).rows())
+    rows = list(measured([0.2] * 990 + [30] * 10, [20] * 990 + [50] * 10).rows())
     by_name = {row.name.split(",")[1].strip(): row for row in rows if row.name.startswith("start")}
-    assert by_name["p50"].value == pytest.approx(0.5 / 20.5, rel=0.1)
+    assert by_name["p50"].value == pytest.approx(0.2 / 20.5, rel=0.05)
     assert by_name["p50"].ok
     assert by_name["p99.9"].ok
     assert by_name["latest"].value == pytest.approx(30 / 50)
     late = {row.name.split(",")[1].strip(): row for row in measured([40] * 100, [20] * 100).rows()}
     assert late["p50"].ok is False
     assert late["p99.9"].ok is False
+
+
+def test_starts_are_known_to_ten_nanoseconds_and_late_ones_to_a_microsecond():
+    early = Latencies.of(np.array([130, 170, 210, 250])) + Latencies.of(np.array([150]))
+    assert early.percentile_us(50.0) == pytest.approx(0.17, abs=0.011)
+    assert early.percentile_us(99.9) == pytest.approx(0.25, abs=0.011)
+    late = Latencies.of(np.array([100, 45_300]))
+    assert late.percentile_us(50.0) == pytest.approx(0.1, abs=0.011)
+    assert 45.0 <= late.percentile_us(99.0) <= 46.0
+    assert Latencies.of(np.array([3e9])).percentile_us(50.0) == 200_000.0
 
 
 def test_the_cost_has_a_bound_at_one_kilohertz_only():
