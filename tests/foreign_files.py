@@ -1,0 +1,65 @@
+"""Rig files for `tests/foreign_rig.py`: what somebody would write of such joints and devices, with friction models that may be wrong."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from hw.mock.family import merged
+from rtctl.check import stability_report
+from rtctl.friction import artefact
+from rtctl.friction.kinds.curve import Curve
+from rtctl.friction.learn.fit import assemble, describe_branch
+from rtctl.friction.points.measured import FrictionPoints
+from rtctl.rig_file.config import Config, load
+
+CONFIGS = Path(__file__).parents[1] / "configs"
+DIRECTIONS = ([0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0])
+"""In which a sensor of three forces feels the first, second and third axis. `foreign_rig` shows the force of axis i as component `SEEN[i]`."""
+SEEN = (1, 0, 2)
+
+
+def model(joint, rig="mock", motion="rotary", factor=1.0, **more):
+    """The joint's own Stribeck curve, or one that is `factor` times too large; `more` are fields of the model."""
+    top = 40.0 * joint["stribeck"]
+    branches, rows = [], []
+    for way, scale in ((1, factor), (-1, factor * joint["backward"])):
+        curve = Curve.formula(
+            "tustin",
+            {"coulomb_nm": scale * joint["coulomb"], "breakaway_nm": scale * joint["breakaway"], "stribeck_rad_s": joint["stribeck"], "viscous_nms_rad": joint["viscous"]},
+        )  # fmt: skip
+        speed = np.concatenate([[0.0], np.geomspace(top / 400, top, 24)])
+        friction = curve(speed)
+        rows += [(way * v, f, way, np.nan, np.nan) for v, f in zip(speed, friction, strict=True)]
+        errors = np.full(len(speed), 0.005 * joint["coulomb"])
+        branches.append(describe_branch(curve, speed, friction, errors, {}))
+    points = replace(FrictionPoints.from_rows(rows, "made", "0" * 64), motion=motion)
+    made = assemble(points, tuple(branches), rig=rig)
+    length = joint["breakaway"] / joint["bristle"]
+    return replace(made, presliding_rad=length, presliding_spread_rad=0.05 * length, presliding_ramps=10, **more)
+
+
+def rig_file(base, axes, folder, *, models=None, rate_hz=1000.0, device=None, **rig):
+    """The shipped file `base` with these axes (changes of its first one), and a model for each, if there are any."""
+    loaded = load(CONFIGS / base)
+    table = loaded.config.model_dump(mode="json", by_alias=True)
+    table["loop"]["rate_hz"] = rate_hz
+    for key, value in rig.items():
+        table[key] |= value
+    first, table["axis"] = table["axis"][0], []
+    for i, told in enumerate(axes):
+        one = merged(first, {"name": f"axis{i}", **told})
+        if models is not None:
+            path = Path(folder) / f"model{i}.json"
+            artefact.save(models[i], path)
+            one["friction"]["model"] = str(path)
+        table["axis"].append(one)
+    options = merged(loaded.options, device or {})
+    options = {**options, "axis": options["axis"][:1], "hand": options["hand"][:1]}
+    return loaded.model_copy(update={"config": Config.model_validate(table), "options": options})
+
+
+def certified(loaded):
+    """True when `rtctl check` ends with OK."""
+    return stability_report.examine(loaded).ok
