@@ -16,8 +16,7 @@ from rtctl.rig_file.config import Config, load
 
 CONFIGS = Path(__file__).parents[1] / "configs"
 DIRECTIONS = ([0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0])
-"""In which a sensor of three forces feels the first, second and third axis. `foreign_rig` shows the force of axis i as component `SEEN[i]`."""
-SEEN = (1, 0, 2)
+"""In which a sensor of three forces feels the first, second and third axis."""
 
 
 def model(joint, rig="mock", motion="rotary", factor=1.0, **more):
@@ -37,7 +36,9 @@ def model(joint, rig="mock", motion="rotary", factor=1.0, **more):
     points = replace(FrictionPoints.from_rows(rows, "made", "0" * 64), motion=motion)
     made = assemble(points, tuple(branches), rig=rig)
     length = joint["breakaway"] / joint["bristle"]
-    return replace(made, presliding_rad=length, presliding_spread_rad=0.05 * length, presliding_ramps=10, **more)
+    return replace(
+        made, presliding_rad=length, presliding_spread_rad=0.05 * length, presliding_ramps=10, **more
+    )
 
 
 def rig_file(base, axes, folder, *, models=None, rate_hz=1000.0, device=None, **rig):
@@ -58,6 +59,31 @@ def rig_file(base, axes, folder, *, models=None, rate_hz=1000.0, device=None, **
     options = merged(loaded.options, device or {})
     options = {**options, "axis": options["axis"][:1], "hand": options["hand"][:1]}
     return loaded.model_copy(update={"config": Config.model_validate(table), "options": options})
+
+
+def fitted(base, axes, folder, share, **more):
+    """The same with `share` of the stiffest coupling on each axis, softer and more gently helped as long as `check` refuses it; None where that is no use."""
+    report = stability_report.examine(rig_file(base, axes, folder, **more))
+    axes = [dict(one) for one in axes]
+    for one, figures in zip(axes, report.axes, strict=True):
+        most = figures.sampled_data_k_max_nm_rad
+        one["coupling"] = one["coupling"] | {"stiffness_nm_rad": min(share * max(most, 0.0), 1e6)}
+    for _ in range(3):
+        loaded = rig_file(base, axes, folder, **more)
+        if certified(loaded):
+            return loaded
+        for one in axes:
+            k_c, friction = one["coupling"]["stiffness_nm_rad"], one["friction"]
+            softer = {
+                "gain": 0.9 * friction["gain"],
+                "intent_lowpass_hz": 15.0,
+                "observer": {"gain": 0.7, "bandwidth_hz": 10.0},
+            }
+            one["coupling"], one["friction"] = (
+                one["coupling"] | {"stiffness_nm_rad": 0.7 * k_c},
+                friction | softer,
+            )
+    return None
 
 
 def certified(loaded):

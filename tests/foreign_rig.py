@@ -36,10 +36,12 @@ HAND = {
     "spring": 5.0, "damper": 0.1, "mass": 0.0, "grip": 0.0, "grip_damping": 0.0, "stiffening": 0.0, "amplitude": 0.3, "hz": 0.5,
     "from_s": 1.5, "to_s": 5.5, "relaxed": 1.0, "grips_s": 0.0, "taps": 0.0,
 }  # fmt: skip
-"""Spring and damper to what it wishes (a sine from `from_s` to `to_s`, then held), to a mass on a grip or straight to the joint; `relaxed` is the
-share of the spring until `grips_s`, .1 s later it is all there; a hand that taps pushes one way only."""
+"""Spring and damper to what it wishes (a sine from `from_s` to `to_s`, then held), to a mass on a grip, to one that is one with the joint (no grip), or
+straight to it; `relaxed` is the share of the spring until `grips_s`, .1 s later it is all there; a hand that taps pushes one way only."""
 
-AXIS = np.dtype([(name, "<f8") for name in (*JOINT, *DEVICE, *HAND)] + [(name, kind) for name, kind, _ in FOE])
+AXIS = np.dtype(
+    [(name, "<f8") for name in (*JOINT, *DEVICE, *HAND)] + [(name, kind) for name, kind, _ in FOE]
+)
 LINE = 64
 """Commands, and samples of force, that are remembered."""
 
@@ -49,7 +51,13 @@ X, V, LINK_X, LINK_V, BRISTLE, HAND_X, HAND_V, HELD, CURRENT, FELT, GIVEN, MOTOR
 def axis(**changed):
     """One axis of the rig; what is not told is that of `JOINT`, `DEVICE` and `HAND`, and no foe."""
     row = np.zeros(1, AXIS)
-    for name, value in {**JOINT, **DEVICE, **HAND, **{name: value for name, _, value in FOE}, **changed}.items():
+    for name, value in {
+        **JOINT,
+        **DEVICE,
+        **HAND,
+        **{name: value for name, _, value in FOE},
+        **changed,
+    }.items():
         row[name] = value
     return row
 
@@ -83,10 +91,11 @@ def _pull(y, a, x, v, time_s, dt):
     moved_s = min(max(time_s - a.from_s, 0.0), a.to_s - a.from_s)
     wish = a.amplitude * math.sin(2.0 * math.pi * a.hz * moved_s)
     spring = a.spring * (a.relaxed + (1.0 - a.relaxed) * min(max((time_s - a.grips_s) / 0.1, 0.0), 1.0))
-    own, own_v = (y[HAND_X], y[HAND_V]) if a.mass > 0.0 else (x, v)
+    on_grip = a.mass > 0.0 and a.grip > 0.0
+    own, own_v = (y[HAND_X], y[HAND_V]) if on_grip else (x, v)
     stretch = wish - own
     pull = spring * stretch * (1.0 + a.stiffening * stretch * stretch) - a.damper * own_v
-    if a.mass == 0.0:
+    if not on_grip:
         return pull
     held = a.grip * (y[HAND_X] - x) + a.grip_damping * (y[HAND_V] - v)
     if a.taps > 0.0:
@@ -104,12 +113,16 @@ def _step(y, a, time_s, dt):
     friction = _friction(y, a, -gear if elastic else y[HELD], time_s, dt)
     outer_x, outer_v = (y[LINK_X], y[LINK_V]) if elastic else (y[X], y[V])
     held = _pull(y, a, outer_x, outer_v, time_s, dt)
+    borne = a.mass if a.grip == 0.0 else 0.0
     if elastic:
         y[V] += dt * (y[MOTOR] - friction - gear) / a.motor
-        y[LINK_V] += dt * (held + gear) / a.link
+        rate = (held + gear) / (a.link + borne)
+        y[LINK_V] += dt * rate
         y[LINK_X] += dt * y[LINK_V]
     else:
-        y[V] += dt * (y[MOTOR] + held - friction) / a.motor
+        rate = (y[MOTOR] + held - friction) / (a.motor + borne)
+        y[V] += dt * rate
+    held -= borne * rate
     y[X] += dt * y[V]
     y[GIVEN] -= held * ((y[LINK_X] if elastic else y[X]) - outer_x)
     y[HELD] = held
@@ -124,8 +137,12 @@ def _sense(t, axes, ys, felt, noise, time_s):
         a, y = axes[i], ys[i]
         t.position_rad[i] = math.floor(y[X] / a.count) * a.count
         t.current_a[i] = y[CURRENT] + a.current_noise * noise[i, 0]
-        force = felt[i, 0] / a.lever + a.force_bias + a.force_drift_per_s * time_s + a.force_noise * noise[i, 1]
-        t.force_n[int(a.felt_as)] = round(force / a.force_step) * a.force_step if a.force_step > 0.0 else force
+        force = (
+            felt[i, 0] / a.lever + a.force_bias + a.force_drift_per_s * time_s + a.force_noise * noise[i, 1]
+        )
+        t.force_n[int(a.felt_as)] = (
+            round(force / a.force_step) * a.force_step if a.force_step > 0.0 else force
+        )
         t.temperature_c[i] = 25.0
 
 
@@ -176,10 +193,15 @@ class Rig:
         )  # fmt: skip
         self.axes = np.concatenate(axes)
         self.axes["count"] = self.plan.params["count_rad"][0]
-        per_ampere = [self.plan.params[name][0] for name in ("gear_ratio", "gear_efficiency", "torque_constant_nm_a")]
+        per_ampere = [
+            self.plan.params[name][0] for name in ("gear_ratio", "gear_efficiency", "torque_constant_nm_a")
+        ]
         self.axes["per_ampere"] = np.prod(per_ampere, axis=0)
         levers = self.plan.params["lever_m"][0]
-        self.axes["felt_as"], self.axes["lever"] = np.argmax(np.abs(levers), axis=1), np.max(np.abs(levers), axis=1)
+        self.axes["felt_as"], self.axes["lever"] = (
+            np.argmax(np.abs(levers), axis=1),
+            np.max(np.abs(levers), axis=1),
+        )
         self.ys, self.lines, self.felt = np.zeros((n, SIZE)), np.zeros((n, LINE)), np.zeros((n, LINE))
         self.draw = np.random.default_rng(seed)
         self.sample_ticks, self.steps = sample_ticks, max(10, round(self.plan.period_s / step_s))
@@ -196,7 +218,7 @@ class Rig:
         parts, piece, n = [], round(0.05 / self.period_s), len(self.axes)
         while sum(map(len, parts)) < seconds / self.period_s:
             resting = state["state"][0] in (State.INIT, State.IDLE)
-            if resting and (self.rearms or tick["tick"][0] * self.period_s < 1.4):
+            if resting and (self.rearms or tick["tick"][0] * self.period_s < self.axes["from_s"].min() - 0.1):
                 command["arm_count"] += 1
                 command["epoch"], command["seq"] = state["epoch"], command["seq"] + 1
             parts.append(np.zeros((piece, 2 * n + 1)))

@@ -161,7 +161,13 @@ def _latest_shift(s: Record, axis: int, n: int) -> int:
 
 @compiled
 def _at_lag(
-    s: Record, axis: int, n: int, lag: float, latest: int, most: float, found: tuple[float, float, float, float]
+    s: Record,
+    axis: int,
+    n: int,
+    lag: float,
+    latest: int,
+    most: float,
+    found: tuple[float, float, float, float],
 ) -> tuple[float, float, float, float]:
     """(squares left, gain, delay, lag) of this lag's best whole delay around `latest`, if it is better than what was found, else that."""
     _lagged(s, axis, n, lag)
@@ -175,8 +181,27 @@ def _at_lag(
 
 
 @compiled
-def _least_delay(s: Record, axis: int, n: int, most: float) -> tuple[float, float, float, float]:
-    """(squares left, gain, delay, lag) of the least total delay among the fits that leave at most `most`.
+def _around(
+    s: Record,
+    axis: int,
+    n: int,
+    latest: int,
+    most: float,
+    found: tuple[float, float, float, float],
+    lag: float,
+) -> tuple[float, float, float, float]:
+    """The better of what was found and of the lags between this one and its neighbours in the row; nothing lies around no lag."""
+    if lag > 0.0:
+        for i in range(1, 2 * FINE):
+            found = _at_lag(s, axis, n, lag * LAG_RATIO ** (i / FINE - 1.0), latest, most, found)
+    return found
+
+
+@compiled
+def _least_delay(
+    s: Record, axis: int, n: int, most: float, best_lag: float
+) -> tuple[float, float, float, float]:
+    """(squares left, gain, delay, lag) of the least total delay among the fits that leave at most `most`; `best_lag` is the best one's.
 
     With `most` infinite: of the best fit.
     """
@@ -184,11 +209,8 @@ def _least_delay(s: Record, axis: int, n: int, most: float) -> tuple[float, floa
     found = (math.inf, 0.0, math.inf, 0.0)
     for i in range(LAGS):
         found = _at_lag(s, axis, n, _lag_of(i), latest, most, found)
-    row = found[3]
-    if row > 0.0:
-        for i in range(1, 2 * FINE):
-            found = _at_lag(s, axis, n, row * LAG_RATIO ** (i / FINE - 1.0), latest, most, found)
-    return found
+    found = _around(s, axis, n, latest, most, found, best_lag)
+    return _around(s, axis, n, latest, most, found, found[3])
 
 
 @compiled
@@ -199,7 +221,7 @@ def conclude(s: Record, p: Record, axis: int) -> int:
     height = s.answer_sent_nm[axis, n - 1] - s.answer_before_nm[axis]
     if ticks < SHORTEST or s.answer_late_count[axis] > 0 or not height > 0.0:
         return 0
-    best, gain, delay, lag = _least_delay(s, axis, n, math.inf)
+    best, gain, delay, lag = _least_delay(s, axis, n, math.inf, 0.0)
     variance = best / (n - 3)
     step = gain * height
     offset = s.answer_gap_nm[axis] / (4 * ticks)
@@ -208,7 +230,7 @@ def conclude(s: Record, p: Record, axis: int) -> int:
     if not (settled and variance <= (NOISE_SHARE * step) ** 2):
         return fault
     floor = (FLOOR_SHARE * step) ** 2
-    _, _, delay, lag = _least_delay(s, axis, n, best + ALLOWANCE * variance + floor)
+    _, _, delay, lag = _least_delay(s, axis, n, best + ALLOWANCE * variance + floor, lag)
     s.answer_count[axis] = 1
     s.answer_delay[axis], s.answer_lag[axis] = delay, lag
     s.answer_gain[axis], s.answer_offset_nm[axis] = gain, offset

@@ -130,7 +130,15 @@ SEEDS = (
     ),
     Seed(
         "the best fit counts, and not the least delay that noise allows", "rtctl/control/current_answer.py",
-        "better = total < delay if most < math.inf else left < best", "better = left < best", ANSWER,
+        "better = total < found[2] if most < math.inf else left < found[0]", "better = left < found[0]", ANSWER,
+    ),
+    Seed(
+        "a lag is one of the row", "rtctl/control/current_answer.py",
+        "    return _around(s, axis, n, latest, most, found, found[3])\n", "    return found\n", ANSWER,
+    ),
+    Seed(
+        "a lag around the best one is not tried again", "rtctl/control/current_answer.py",
+        "    found = _around(s, axis, n, latest, most, found, best_lag)\n", "", ANSWER,
     ),
     Seed(
         "the three steps are laid over one another with one sign", "rtctl/control/current_answer.py",
