@@ -1,6 +1,5 @@
 """Rig files for `tests/foreign_rig.py`: what somebody would write of such joints and devices, with friction models that may be wrong."""
 
-import math
 from dataclasses import replace
 from pathlib import Path
 
