@@ -181,23 +181,6 @@ def _at_lag(
 
 
 @compiled
-def _around(
-    s: Record,
-    axis: int,
-    n: int,
-    latest: int,
-    most: float,
-    found: tuple[float, float, float, float],
-    lag: float,
-) -> tuple[float, float, float, float]:
-    """The better of what was found and of the lags between this one and its neighbours in the row; nothing lies around no lag."""
-    if lag > 0.0:
-        for i in range(1, 2 * FINE):
-            found = _at_lag(s, axis, n, lag * LAG_RATIO ** (i / FINE - 1.0), latest, most, found)
-    return found
-
-
-@compiled
 def _least_delay(
     s: Record, axis: int, n: int, most: float, best_lag: float
 ) -> tuple[float, float, float, float]:
@@ -209,8 +192,10 @@ def _least_delay(
     found = (math.inf, 0.0, math.inf, 0.0)
     for i in range(LAGS):
         found = _at_lag(s, axis, n, _lag_of(i), latest, most, found)
-    found = _around(s, axis, n, latest, most, found, best_lag)
-    return _around(s, axis, n, latest, most, found, found[3])
+    if best_lag > 0.0:
+        for i in range(1, 2 * FINE):
+            found = _at_lag(s, axis, n, best_lag * LAG_RATIO ** (i / FINE - 1.0), latest, most, found)
+    return found
 
 
 @compiled

@@ -145,7 +145,7 @@ def rms(speeds):
 @asked_often
 def test_certified_rigs_of_another_make_rest_in_every_hand(tmp_path):
     certified_rigs = 0
-    for seed in range(some_of(120)):
+    for seed in range(some_of(80)):
         made = drawn(seed, tmp_path)
         if made is None:
             continue
@@ -161,7 +161,7 @@ def test_certified_rigs_of_another_make_rest_in_every_hand(tmp_path):
         fed = given[-1] - given[round(9.2 / rig.period_s)]
         assert ((fed <= FED_J) | (last < CALMER * before)).all(), (seed, fed)
         assert (states == State.ACTIVE).any(), seed
-    assert certified_rigs > some_of(120) // 2
+    assert certified_rigs > some_of(80) // 2
 
 
 def foes(luck, length):
@@ -207,14 +207,14 @@ def pursued(seed, folder, store_j, power_w, **foe):
 @asked_often
 def test_no_renderer_gives_a_hand_more_than_is_promised(tmp_path):
     asked = 0
-    for seed in range(some_of(60)):
+    for seed in range(some_of(40)):
         found = pursued(seed, tmp_path, 0.02, 0.05)
         if found is None:
             continue
         asked += 1
         rig, given, states = found
         assert beyond_promise(rig, states, given)[0] <= 1.5 * rig.law[2]["energy_budget_j"][0], seed
-    assert asked > some_of(60) // 2
+    assert asked > some_of(40) // 2
 
 
 def test_the_meter_sees_what_a_renderer_with_a_full_purse_gives(tmp_path):
@@ -271,7 +271,7 @@ def test_an_admittance_of_another_make_rests_in_the_hands_of_its_box(tmp_path):
     heavy = {"mass_kgm2": 0.03, "damping_nms_rad": 0.6, "mass_max_kgm2": 0.0, "damping_max_nms_rad": 0.0}
     loaded = rig_file("admittance.toml", [{"admittance": heavy}], tmp_path)
     box = loaded.config.axis[0].admittance
-    for seed in range(some_of(60)):
+    for seed in range(some_of(40)):
         luck = Luck(2000, seed)
         dry, spring = (
             luck.spread(0.1, 0.4),

@@ -133,12 +133,7 @@ SEEDS = (
         "better = total < found[2] if most < math.inf else left < found[0]", "better = left < found[0]", ANSWER,
     ),
     Seed(
-        "a lag is one of the row", "rtctl/control/current_answer.py",
-        "    return _around(s, axis, n, latest, most, found, found[3])\n", "    return found\n", ANSWER,
-    ),
-    Seed(
-        "a lag around the best one is not tried again", "rtctl/control/current_answer.py",
-        "    found = _around(s, axis, n, latest, most, found, best_lag)\n", "", ANSWER,
+        "a lag is one of the row", "rtctl/control/current_answer.py", "    if best_lag > 0.0:\n", "    if False:\n", ANSWER,
     ),
     Seed(
         "the three steps are laid over one another with one sign", "rtctl/control/current_answer.py",
