@@ -155,6 +155,19 @@ def dry_friction(s: Subject) -> list[Verdict]:
     ]
 
 
+def other_worlds(s: Subject) -> list[Verdict]:
+    """The certificate knows springs and dampers. What lets go or snaps is no such world, and was seen to be none."""
+    return [
+        s.row(
+            "admittance, worlds that are not linear",
+            "none certified",
+            "walls, detents",
+            Outcome.NOT_PROVED,
+            "hands of the box came to rest in walls, but may swing on about the crest of a detent, where the mass runs ahead of a joint that sticks",
+        )
+    ]
+
+
 def any_hand(s: Subject) -> list[Verdict]:
     """The continuous bound, told: no sampled display with lags is passive with every hand, and the box is what is certified."""
     one, table = found(s), s.table.admittance

@@ -15,7 +15,7 @@ them something while the other one moves.) A step is the smallest change of the 
 
 **Off.** The friction that `disturbance_observer` sees in sliding is as large forward as backward, give and take the joint. Half of
 the difference is what the force shows too much (or a weight that nobody compensates, which the hand feels just the same). Where
-not a bit of it has changed meanwhile, it is frozen.
+not a bit of it has changed meanwhile, it is frozen: what was seen before, under another load, is not held against it, nor is a joint that rests.
 
 **Across.** The tared force or moment beside those that turn a joint.
 """
@@ -29,6 +29,7 @@ from rtctl.control.friction_curve import BACKWARD, FORWARD
 from rtctl.control.jit import compiled, inlined
 from rtctl.control.program import in_program
 from rtctl.control.records import Record
+from rtctl.control.resting import is_resting
 from rtctl.control.vocabulary import Fault
 from rtctl.control.wrench import beside
 
@@ -59,7 +60,7 @@ AVERAGED_S = 1.0
 """The friction of each direction is averaged over so much sliding: an elastic or uneven joint shows more of it and less by turns."""
 
 STAYING_SLID_S, STAYING_OFFSET_S = 0.2, 0.1
-"""A value that stays has no noise: it is judged after so much sliding each way, for so long, and without an average."""
+"""A value that stays has no noise: it is judged after so much sliding each way since it began to, for so long, and without an average."""
 
 OFFSET_S = 0.25
 """An offset that stays for so much sliding is a fault."""
@@ -101,6 +102,7 @@ def _begin(t: Record, s: Record, p: Record) -> None:
     """Forget what was taken: from here on the value stays."""
     s.same_ticks = 0
     for axis in range(len(s.position_rad)):
+        s.stayed_ticks[axis, FORWARD] = s.stayed_ticks[axis, BACKWARD] = 0.0
         v = t.velocity_rad_s[axis]
         s.unseen_start_rad[axis] = s.position_rad[axis]
         s.unseen_j[axis] = -0.5 * KINETIC_SHARE * p.inertia_kgm2[axis] * v * v
@@ -186,6 +188,7 @@ def _average(s: Record, p: Record, axis: int, side: int, elapsed: int) -> None:
     Less what the load adds: a gear that is loaded one way has more friction against the load than with it, whatever the force sensor.
     """
     s.slid_ticks[axis, side] += elapsed
+    s.stayed_ticks[axis, side] += elapsed
     share = elapsed / min(max(s.slid_ticks[axis, side], 1.0), AVERAGED_S / p.period_s)
     seen, mean = s.friction_seen_nm[axis, side] - s.friction_load_nm[axis], s.slid_friction_nm[axis, side]
     s.slid_friction_nm[axis, side] = mean + share * (seen - mean)
@@ -199,12 +202,12 @@ def offset_fault(t: Record, s: Record, p: Record, axis: int, elapsed: int, power
         s.slid_ticks[axis, FORWARD] = s.slid_ticks[axis, BACKWARD] = s.offset_ticks[axis] = 0
         s.slid_friction_nm[axis, FORWARD] = s.slid_friction_nm[axis, BACKWARD] = 0.0
         return 0
-    sliding = slides(s, axis) and t.velocity_difference_rad_s[axis] != 0.0
+    sliding = slides(s, axis) and t.velocity_difference_rad_s[axis] != 0.0 and not is_resting(s, p, axis)
     if sliding:
         _average(s, p, axis, FORWARD if s.bristle_share[axis] > 0.0 else BACKWARD, elapsed)
     staying = s.same_ticks * p.period_s >= FROZEN_S
-    slid_s = min(s.slid_ticks[axis, FORWARD], s.slid_ticks[axis, BACKWARD]) * p.period_s
-    if slid_s < (STAYING_SLID_S if staying else SLID_S):
+    ticks = s.stayed_ticks[axis] if staying else s.slid_ticks[axis]
+    if min(ticks[FORWARD], ticks[BACKWARD]) * p.period_s < (STAYING_SLID_S if staying else SLID_S):
         return 0
     offset = 0.5 * (s.slid_friction_nm[axis, FORWARD] - s.slid_friction_nm[axis, BACKWARD])
     t.force_offset_nm[axis] = offset
@@ -212,7 +215,7 @@ def offset_fault(t: Record, s: Record, p: Record, axis: int, elapsed: int, power
         offset = 0.5 * (s.friction_seen_nm[axis, FORWARD] - s.friction_seen_nm[axis, BACKWARD])
     if abs(offset) <= p.force_offset_limit_nm[axis]:
         s.offset_ticks[axis] = 0
-    elif sliding or staying or offset != offset:
+    elif sliding or offset != offset:
         s.offset_ticks[axis] += max(elapsed, 1)
     if s.offset_ticks[axis] * p.period_s < (STAYING_OFFSET_S if staying else OFFSET_S):
         return 0

@@ -309,6 +309,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "unseen_j": (),  # energy that nobody shown has given since then
             "unseen_path_rad": (),
             "slid_ticks": (2,),  # since powered, forward and backward
+            "stayed_ticks": (2,),  # of them since the force began to stay
             "slid_friction_nm": (2,),  # mean friction of a second of sliding, forward and backward
             "offset_ticks": (),  # for which the force has been off
             "proxy_position_rad": (),

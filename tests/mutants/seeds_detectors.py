@@ -130,7 +130,10 @@ SEEDS = (
     ),
     Seed(
         "the best fit counts, and not the least delay that noise allows", "rtctl/control/current_answer.py",
-        "better = total < delay if most < math.inf else left < best", "better = left < best", ANSWER,
+        "better = total < found[2] if most < math.inf else left < found[0]", "better = left < found[0]", ANSWER,
+    ),
+    Seed(
+        "a lag is one of the row", "rtctl/control/current_answer.py", "    if best_lag > 0.0:\n", "    if False:\n", ANSWER,
     ),
     Seed(
         "the three steps are laid over one another with one sign", "rtctl/control/current_answer.py",

@@ -33,6 +33,13 @@ SEEDS = [
     Seed("the third component has no limit", DOUBT, "    for i in range(6):\n        limit = p", "    for i in (0, 1, 3, 4, 5):\n        limit = p", LIES),
     Seed("one sample at the limit is enough", DOUBT, "s.clipped_ticks >= IN_A_ROW", "s.clipped_ticks >= 1", LIES),
     Seed(
+        "a joint that rests slides", DOUBT, " and not is_resting(s, p, axis)\n", "\n", LIES,
+    ),
+    Seed(
+        "friction seen under another load is held against a force that stays", DOUBT,
+        "ticks = s.stayed_ticks[axis] if staying else s.slid_ticks[axis]", "ticks = s.slid_ticks[axis]", LIES,
+    ),
+    Seed(
         "friction that differs both ways is an offset of any size", DOUBT,
         "    if abs(offset) <= p.force_offset_limit_nm[axis]:", "    if abs(offset) <= 0.0:", LIES,
     ),

@@ -14,9 +14,10 @@ from rtctl.control import admittance_margin
 from rtctl.errors import StabilityError
 from rtctl.rig_file.config import load
 
-LOOP, STUCK, ANY, KEPT, LATE, COUNT, FORCE = (
+LOOP, STUCK, SNAPS, ANY, KEPT, LATE, COUNT, FORCE = (
     "admittance in a hand",
     "admittance, joint that sticks",
+    "admittance, worlds that are not linear",
     "admittance without lag, any hand",
     "admittance, damping of vibrations",
     "admittance, delay and lag",
@@ -92,6 +93,7 @@ def test_a_display_that_is_proved_passes_and_says_what_more_would(rig):
     assert "proved between the points" in rows[LOOP].meaning
     assert rows[ANY].meaning.startswith("without lags it would be passive")
     assert rows[STUCK].outcome == Outcome.PASS
+    assert rows[SNAPS].outcome == Outcome.NOT_PROVED
 
 
 def test_the_certificate_is_asked_of_the_loop_that_the_file_describes(rig):

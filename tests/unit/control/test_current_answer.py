@@ -193,3 +193,13 @@ def test_no_answer_or_one_of_the_wrong_sign_is_not_taken_for_a_short_delay():
     sent = pulse()
     for gain in (0.0, -1.0):
         assert not Measured(sent, answer(sent, gain=gain)).known
+
+
+@pytest.mark.parametrize("lag", [0.9, 1.7, 2.13, 2.52, 2.7, 3.3, 4.4])
+@pytest.mark.parametrize("noise", [0.0, 1e-4])
+def test_a_current_without_noise_is_no_slower_than_it_is_between_two_lags_of_the_row(lag, noise):
+    sent = pulse(part=32)
+    found = Measured(sent, answer(sent, lag=lag, noise=noise), proof_ticks=lag)
+    assert found.known
+    assert found.fault == 0
+    assert lag - 0.4 <= found.delay <= lag + 0.02

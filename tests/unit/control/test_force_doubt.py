@@ -116,3 +116,16 @@ def test_an_uneven_joint_whose_friction_swings_by_turns_is_no_offset():
         rig.state["friction_seen_nm"][0, 0] = (FRICTION_NM + swing, FRICTION_NM - swing)
         rig.state["bristle_share"] = 1.0 if (k // 2000) % 2 == 0 else -1.0
         assert not offset_fault(rig.now[0], rig.state[0], rig.params[0], 0, 1, True)
+
+
+@pytest.mark.parametrize("resting", [True, False])
+def test_friction_seen_under_another_load_is_not_held_against_a_value_that_stays(resting):
+    """Forward under load and backward without, then a hand that leans on a wall: the joint flickers between counts, or slides one way."""
+    rig = made(friction_seen_alpha=0.03, force_offset_limit_nm=0.1, count_rad=1e-4)
+    rig.state["friction_seen_nm"][0, 0] = (0.6, 0.3)
+    rig.state["slid_ticks"], rig.state["same_ticks"] = 5000, 2 * FROZEN_S / T
+    rig.state["rest_ticks"] = 1000 if resting else 0
+    for k in range(round(2 / T)):
+        rig.state["bristle_share"] = -1.0 if resting and k % 2 else 1.0
+        rig.now["velocity_difference_rad_s"] = 0.1
+        assert not offset_fault(rig.now[0], rig.state[0], rig.params[0], 0, 1, True)
