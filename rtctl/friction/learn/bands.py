@@ -17,7 +17,7 @@ from rtctl.friction.band import LEVEL, Band
 from rtctl.friction.learn import certainty, search
 from rtctl.friction.learn.hold_out import TRAINS, several_logs
 from rtctl.friction.learn.machines import Candidate
-from rtctl.friction.learn.search import Score
+from rtctl.friction.learn.search import Score, Side
 from rtctl.friction.model import Branch
 from rtctl.friction.points.measured import FrictionPoints
 
@@ -59,6 +59,10 @@ def band_of(
     way = way_of(points, folds)
     sides = [search.side(points, direction, break_away_weight, way) for _, direction in candidates]
     scores = [search.cross_validate(one, data) for (one, _), data in zip(candidates, sides, strict=True)]
+    return _of_sides(sides, scores, way)
+
+
+def _of_sides(sides: Sequence[Side], scores: Sequence[Score], way: str) -> Band | None:
     if any(score.failed for score in scores):
         return None
     speed = np.concatenate([data.speed[data.fold != TRAINS] for data in sides])
@@ -69,7 +73,10 @@ def band_of(
 def of_scores(
     points: FrictionPoints, scores: Sequence[Score], folds: str, break_away_weight: float
 ) -> Band | None:
-    """The band of the candidates that a ladder chose."""
+    """The band of the candidates that a ladder chose, from the errors it held out itself where it held out the same."""
+    if way_of(points, folds) == folds:
+        sides = [search.side(points, one.direction, break_away_weight, folds) for one in scores]
+        return _of_sides(sides, scores, folds)
     return band_of(points, [(one.candidate, one.direction) for one in scores], folds, break_away_weight)
 
 

@@ -78,6 +78,9 @@ def in_scale_of(
     """
     if one.machine == "formula":
         return one
+    if one.parts:
+        parts = ((share, in_scale_of(part, speed, friction_nm, training)) for share, part in one.parts)
+        return replace(one, parts=tuple(parts))
     v, f = speed[training], friction_nm[training]
     c = one.c * float(f.max()) / float(friction_nm.max())
     tube = one.tube

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rtctl.errors import DataError
-from rtctl.friction.kinds.table import FAMILIES
-from rtctl.friction.learn import bands, fit, grids, pool, search
+from rtctl.friction.kinds.table import FAMILIES, MACHINES
+from rtctl.friction.learn import bands, fit, grids, mean, pool, search
 from rtctl.friction.learn.hold_out import TRAINS
 from rtctl.friction.learn.machines import Candidate, FailedFitError, train
 from rtctl.friction.learn.search import Score, Side
@@ -20,7 +20,7 @@ from rtctl.friction.points.measured import FrictionPoints
 SEARCHES = ("full", "halving")
 
 _POOLED_MAX = 12
-"""Most candidates of the chosen rung that are tried on both directions as one curve."""
+"""Most candidates of the chosen rung that are tried on both directions as one curve; of a mean of many rungs two of each."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,8 @@ class Options:
     """How to climb: `families` of `FAMILIES`, `strategy` of `SEARCHES`, symmetry, workers, `hold_out.WAYS`.
 
     Held-out errors up to `tolerance_share` (0 to 1) of the largest friction are as good as smaller ones.
-    `max_support_vectors`: most that a curve may have when trained on all points; None: any number.
+    `max_support_vectors`: most that a curve may have when trained on all points; None: any number. `mean`: the mean of the rungs
+    may be taken (`learn.mean`), which has the numbers of all of them; not where their number is bounded.
     """
 
     families: tuple[str, ...] = FAMILIES
@@ -40,6 +41,7 @@ class Options:
     folds: str = "speed"
     tolerance_share: float = grids.RESOLUTION_SHARE
     max_support_vectors: int | None = None
+    mean: bool = True
 
 
 @dataclass(frozen=True)
@@ -86,6 +88,8 @@ def ascend(
         scores = look(crew, _tasks(options.families, sides, unit), sides, progress, max_terms=most)
         climbed = [climb(family, scores, sides, share) for family in options.families]
         choice = choose([_usable(rung, points, sides) for rung in climbed], equal_nm)
+        if options.mean and most is None:
+            choice = _with_mean(choice, points, sides, equal_nm)
         bound = _terms_of_choice(equal_nm, share, most)
         if options.symmetric != "auto":
             note = bound + (" One symmetric curve, as asked." if options.symmetric == "yes" else "")
@@ -103,11 +107,42 @@ def ascend(
         tried = search.score_all(
             crew, _pooled_tasks(choice.chosen, scores, sides, share), [pooled], max_terms=most
         )
-    rung = _usable(climb(choice.chosen.family, tried, [pooled], share), points, [pooled])
+    rung = _usable(_together(choice.chosen, tried, pooled, share), points, [pooled])
     shared = _as_good_together(rung, pooled, choice.chosen, sides, equal_nm)
     note = bound + _symmetry(rung, shared=shared)
     explanation = choice.explanation + note
     return Ladder(choice, (pooled,) if shared else sides, shared, rung, explanation, folds, equal_nm, most)
+
+
+def _with_mean(choice: Choice, points: FrictionPoints, sides: Sequence[Side], equal_nm: float) -> Choice:
+    """The choice with the mean of its rungs beside them, taken where it is expected to err less than the plainest as good as the best.
+
+    Where errors are so small that they count as equal (decision 0012), the fewest numbers stand.
+    """
+    usable = [rung for rung in choice.rungs if not rung.refused]
+    one = choice.chosen
+    if one.expected_nm <= equal_nm:
+        return choice
+    made = mean.mean_of(usable, mean.shares(usable))
+    if made is None:
+        return choice
+    made = _usable(made, points, sides)
+    rungs = (*choice.rungs, made)
+    if made.expected_nm >= one.expected_nm:
+        return replace(choice, rungs=rungs)
+    said = " ".join(part for part in (mean.explained(made, one), choice.of_formulas) if part)
+    return replace(choice, rungs=rungs, chosen=made, runner_up=one, explanation=said)
+
+
+def _together(chosen: Rung, tried: Sequence[Score], pooled: Side, share: float) -> Rung:
+    """The chosen rung as one curve for both directions: of a mean the mean of its rungs', each by its share."""
+    parts = chosen.scores[0].candidate.parts
+    if not parts:
+        return climb(chosen.family, tried, [pooled], share)
+    rungs = [climb(candidate.family, tried, [pooled], share) for _, candidate in parts]
+    wanted = {candidate.family: one for one, candidate in parts}
+    lost = "; ".join(f"{rung.family}: {rung.refused}" for rung in rungs if rung.refused)
+    return mean.mean_of(rungs, wanted) or Rung(chosen.family, (), lost)
 
 
 def _usable(rung: Rung, points: FrictionPoints, sides: Sequence[Side]) -> Rung:
@@ -191,16 +226,20 @@ def _tasks(families: Sequence[str], sides: Sequence[Side], unit: float) -> list[
 def _pooled_tasks(
     chosen: Rung, scores: Sequence[Score], sides: Sequence[Side], share: float
 ) -> list[tuple[Candidate, int]]:
-    """Candidates good for either direction, each once, the chosen ones first."""
+    """Candidates good for either direction, each once, the chosen ones first; of a mean those of its rungs, fewer of each."""
+    parts = chosen.scores[0].candidate.parts
+    families = [candidate.family for _, candidate in parts] or [chosen.family]
+    most = max(1, _POOLED_MAX // (2 * len(families)))
     candidates = []
-    for data in sides:
-        mine = (
-            score
-            for score in scores
-            if score.candidate.family == chosen.family and score.direction == data.direction
-        )
-        near = as_good(mine, tolerance_nm(data, share))
-        candidates += [score.candidate for score in near[: _POOLED_MAX // 2]]
+    for family in families:
+        for data in sides:
+            mine = (
+                score
+                for score in scores
+                if score.candidate.family == family and score.direction == data.direction
+            )
+            near = as_good(mine, tolerance_nm(data, share))
+            candidates += [score.candidate for score in near[:most]]
     return [(one, 0) for i, one in enumerate(candidates) if one not in candidates[:i]]
 
 
@@ -249,7 +288,8 @@ def _branch(score: Score, data: Side, speed: np.ndarray, friction_nm: np.ndarray
     one = score.candidate
     trained = train(one, data.speed, data.friction_nm, data.weight)
     hyper = {"symmetric": 1.0} if score.direction == 0 else {}
-    if one.machine != "formula":
+    hyper |= {f"share of {part.family}": share for share, part in one.parts}
+    if one.machine in MACHINES:
         hyper |= {"C": one.c, "epsilon_nm": trained.epsilon_nm, **one.parameters}
     if one.machine == "nu":
         hyper["nu"] = one.tube

@@ -6,14 +6,14 @@ Few points are trained by scikit-learn (imported when a fit runs), many by an in
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rtctl.friction.kinds.curve import Curve
-from rtctl.friction.kinds.table import FORMULAS
+from rtctl.friction.kinds.table import FORMULAS, MEAN
 from rtctl.friction.learn import interior
 from rtctl.friction.learn.formulas import fit_formula
 from rtctl.friction.learn.gram import FINE, Gram, pivoted
@@ -32,8 +32,8 @@ _TOLERANCE_SHARE = 3e-5
 class Candidate:
     """One rung and its hyper-parameters.
 
-    `machine` is "formula", "epsilon" or "nu"; `tube` the half width epsilon (N m) or nu; `parameters` the
-    kernel's (`sigma_rad_s`, `degree`).
+    `machine` is "formula", "epsilon", "nu" or "mean"; `tube` the half width epsilon (N m) or nu; `parameters` the
+    kernel's (`sigma_rad_s`, `degree`); `parts` the candidates of a mean, each with its share.
     """
 
     machine: str
@@ -41,11 +41,17 @@ class Candidate:
     c: float = 0.0
     tube: float = 0.0
     parameters: Mapping[str, float] = field(default_factory=dict)
+    parts: tuple[tuple[float, Candidate], ...] = ()
+
+    @classmethod
+    def mean(cls, parts: Sequence[tuple[float, Candidate]]) -> Candidate:
+        """Make the mean of several, each with its share; the shares are 1 together."""
+        return cls(MEAN.name, MEAN.name, parts=tuple(parts))
 
     @property
     def family(self) -> str:
         """Rung of the ladder: `coulomb`, `epsilon-rbf`, `nu-spline`..."""
-        return self.kind if self.machine == "formula" else f"{self.machine}-{self.kind}"
+        return self.kind if self.machine in ("formula", MEAN.name) else f"{self.machine}-{self.kind}"
 
 
 class FailedFitError(Exception):
@@ -96,6 +102,13 @@ def train(
     UnidentifiableError
         A formula with as many parameters as points.
     """
+    if candidate.parts:
+        found = [
+            (share, train(part, speed, friction_nm, weight, max_iterations=max_iterations))
+            for share, part in candidate.parts
+        ]
+        curve = Curve.mean([(share, one.curve) for share, one in found])
+        return Trained(curve, 0.0, all(one.converged for _, one in found))
     if candidate.kind in FORMULAS:
         return _formula(candidate.kind, speed, friction_nm, weight)
     if gram is None:
