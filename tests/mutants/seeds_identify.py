@@ -141,7 +141,7 @@ SEEDS = (
     Seed(
         "what is held out sets the scale of C",
         "rtctl/friction/learn/search.py",
-        "        in_scale_of(candidate, data.speed, data.friction_nm, kept),",
+        "        in_scale_of(candidate, data.speed, data.friction_nm, kept, data.session),",
         "        candidate,",
         SCALES,
     ),

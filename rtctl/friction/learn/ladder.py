@@ -115,9 +115,9 @@ def ascend(
 
 
 def _with_mean(choice: Choice, points: FrictionPoints, sides: Sequence[Side], equal_nm: float) -> Choice:
-    """The choice with the mean of its rungs beside them, taken where it is expected to err less than the plainest as good as the best.
+    """The choice with the mean of its rungs in the place of the plainest (decision 0049), which it is said beside.
 
-    Where errors are so small that they count as equal (decision 0012), the fewest numbers stand.
+    Where errors are so small that they count as equal (decision 0012), the fewest numbers stand; so they do where no loop could run the mean.
     """
     usable = [rung for rung in choice.rungs if not rung.refused]
     one = choice.chosen
@@ -128,7 +128,7 @@ def _with_mean(choice: Choice, points: FrictionPoints, sides: Sequence[Side], eq
         return choice
     made = _usable(made, points, sides)
     rungs = (*choice.rungs, made)
-    if made.expected_nm >= one.expected_nm:
+    if made.refused:
         return replace(choice, rungs=rungs)
     said = " ".join(part for part in (mean.explained(made, one), choice.of_formulas) if part)
     return replace(choice, rungs=rungs, chosen=made, runner_up=one, explanation=said)
@@ -217,7 +217,7 @@ def _tasks(families: Sequence[str], sides: Sequence[Side], unit: float) -> list[
             (one, at)
             for family in families
             for at, data in enumerate(sides)
-            for one in grids.candidates(family, data.speed, data.friction_nm, unit)
+            for one in grids.candidates(family, data.speed, data.friction_nm, unit, data.session)
         ]
     except ValueError as error:
         raise DataError(str(error)) from error

@@ -1,6 +1,6 @@
 """Train one candidate of the ladder: a support-vector machine with a given kernel matrix, or a formula.
 
-Few points are trained by scikit-learn (imported when a fit runs), many by an interior-point method (`interior`).
+Few points are trained by scikit-learn (imported when a fit runs), many, and what it gives up, by an interior-point method (`interior`).
 """
 
 from __future__ import annotations
@@ -103,30 +103,49 @@ def train(
         A formula with as many parameters as points.
     """
     if candidate.parts:
-        found = [
+        parts = [
             (share, train(part, speed, friction_nm, weight, max_iterations=max_iterations))
             for share, part in candidate.parts
         ]
-        curve = Curve.mean([(share, one.curve) for share, one in found])
-        return Trained(curve, 0.0, all(one.converged for _, one in found))
+        curve = Curve.mean([(share, one.curve) for share, one in parts])
+        return Trained(curve, 0.0, all(one.converged for _, one in parts))
     if candidate.kind in FORMULAS:
         return _formula(candidate.kind, speed, friction_nm, weight)
     if gram is None:
         gram = Gram.of(candidate.kind, candidate.parameters, speed)
     if tolerance_nm is None:
         tolerance_nm = _TOLERANCE_SHARE * float(friction_nm.max())
-    if gram.factor is not None:
-        return _by_factor(candidate, speed, friction_nm, weight, gram, tolerance_nm)
+    if gram.factor is None:
+        found = _by_libsvm(candidate, speed, friction_nm, weight, gram, tolerance_nm, max_iterations)
+        if found is not None and (found.converged or max_iterations < MAX_ITERATIONS):
+            return found
+        assert gram.matrix is not None
+        gram = Gram(
+            gram.matrix, pivoted(gram.matrix, FINE)
+        )  # what LIBSVM gives up has an optimum all the same
+    return _by_factor(candidate, speed, friction_nm, weight, gram, tolerance_nm)
+
+
+def _by_libsvm(
+    candidate: Candidate,
+    speed: np.ndarray,
+    friction_nm: np.ndarray,
+    weight: np.ndarray,
+    gram: Gram,
+    tolerance_nm: float,
+    max_iterations: int,
+) -> Trained | None:
+    """Train by scikit-learn; None where that has no finite solution."""
     machine = _machine(candidate, tolerance_nm, max_iterations)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the iteration limit: reported as `converged`
         try:
             machine.fit(gram.matrix, friction_nm, sample_weight=weight)
-        except ValueError as error:  # scikit-learn: "the dual coefficients or intercepts are not finite"
-            raise FailedFitError("not finite") from error
+        except ValueError:  # scikit-learn: "the dual coefficients or intercepts are not finite"
+            return None
     beta, intercept = machine.dual_coef_[0], float(machine.intercept_[0])
     if not (np.isfinite(beta).all() and np.isfinite(intercept)):
-        raise FailedFitError("not finite")
+        return None
     curve = Curve(candidate.kind, candidate.parameters, speed[machine.support_], beta, intercept)
     if candidate.machine == "epsilon":
         epsilon_nm = candidate.tube
