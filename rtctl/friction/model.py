@@ -60,7 +60,7 @@ class Branch:
     support_places: np.ndarray = field(default_factory=lambda: np.zeros(0))
     """Position of each support vector, rad, of a model with a kernel of place (`FrictionModel.place`); else empty."""
     parts: tuple[tuple[float, Curve], ...] = ()
-    """Of a mean: the curves it is of, each with its share (`kinds.mean`)."""
+    """Curves that a mean is of, each with its share (`kinds.mean`); else empty."""
     band: Band | None = None
     """Within it lie 95 % of what a session measures that was not learned from; None: not known."""
 
