@@ -17,10 +17,25 @@ BLOCKS = (
 )
 CHOICE = ("tests/unit/friction/test_selection.py",)
 MEAN = ("tests/unit/friction/test_mean.py",)
+FORETOLD = ("tests/unit/friction/test_foretold.py",)
 GIVEN_UP = ("tests/unit/friction/test_given_up.py",)
 HARD = "tests/unit/identify/test_difficult_joints.py"
 
 SEEDS = (
+    Seed(
+        "a session is foretold by itself and those before it",
+        "rtctl/friction/learn/foretold.py",
+        "kept = data.session < at",
+        "kept = data.session <= at",
+        FORETOLD,
+    ),
+    Seed(
+        "the band does not know that friction wears on",
+        "rtctl/friction/learn/bands.py",
+        "if ahead is not None and ahead.rmse_nm > ",
+        "if ahead is not None and ahead.rmse_nm > 1e9 + ",
+        FORETOLD,
+    ),
     Seed(
         "what sessions differ by is noise",
         "rtctl/friction/learn/search.py",

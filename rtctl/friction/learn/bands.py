@@ -15,6 +15,7 @@ import numpy as np
 
 from rtctl.friction.band import LEVEL, Band
 from rtctl.friction.learn import certainty, search
+from rtctl.friction.learn.foretold import foretold
 from rtctl.friction.learn.hold_out import TRAINS, several_logs
 from rtctl.friction.learn.machines import Candidate
 from rtctl.friction.learn.search import Score, Side
@@ -67,7 +68,11 @@ def _of_sides(sides: Sequence[Side], scores: Sequence[Score], way: str) -> Band 
         return None
     speed = np.concatenate([data.speed[data.fold != TRAINS] for data in sides])
     block = np.concatenate([score.blocks for score in scores if score.blocks is not None])
-    return of_errors(speed, np.concatenate([score.errors for score in scores]), block, way)
+    error_nm = np.concatenate([score.errors for score in scores])
+    ahead = foretold([(score.candidate, data) for score, data in zip(scores, sides, strict=True)])
+    if ahead is not None and ahead.rmse_nm > np.sqrt(np.mean(error_nm**2)):
+        speed, error_nm, block = ahead.speed, ahead.error_nm, ahead.block
+    return of_errors(speed, error_nm, block, way)
 
 
 def of_scores(

@@ -9,8 +9,7 @@ import numpy as np
 
 from rtctl.errors import DataError
 from rtctl.friction.kinds.table import FAMILIES, MACHINES
-from rtctl.friction.learn import bands, fit, grids, mean, pool, search
-from rtctl.friction.learn.hold_out import TRAINS
+from rtctl.friction.learn import bands, fit, foretold, grids, mean, pool, search, sharing
 from rtctl.friction.learn.machines import Candidate, FailedFitError, train
 from rtctl.friction.learn.search import Score, Side
 from rtctl.friction.learn.selection import Choice, Rung, as_good, choose, climb, tolerance_nm
@@ -49,7 +48,8 @@ class Ladder:
     """What was found. `symmetric`: one curve serves both directions; `symmetric_rung` what was tried of it.
 
     `folds` is how it was held out, of `hold_out.WAYS`; `tolerance_nm` the held-out error below which models were
-    equal, N m; `max_support_vectors` what was asked for.
+    equal, N m; `max_support_vectors` what was asked for. `expected_next_nm` is what the next session may be expected to err, N m: what was held out,
+    or what each session errs that those before it foretell, whichever is more.
     """
 
     choice: Choice
@@ -60,6 +60,7 @@ class Ladder:
     folds: str = "speed"
     tolerance_nm: float = 0.0
     max_support_vectors: int | None = None
+    expected_next_nm: float = 0.0
 
 
 def ascend(
@@ -76,7 +77,16 @@ def ascend(
     DataError
         Nothing could be learned, or an unknown family, or dask asked for and not installed.
     """
-    options = options or Options()
+    found = _climbed(points, options or Options(), progress)
+    rung = found.symmetric_rung if found.symmetric and found.symmetric_rung else found.choice.chosen
+    tasks = [(score.candidate, data) for score, data in zip(rung.scores, found.sides, strict=True)]
+    ahead = foretold.foretold(tasks)
+    next_nm = max(rung.rmse_nm, 0.0 if ahead is None else ahead.rmse_nm)
+    said = found.explanation + foretold.said(ahead, rung.rmse_nm)
+    return replace(found, explanation=said, expected_next_nm=next_nm)
+
+
+def _climbed(points: FrictionPoints, options: Options, progress: search.Progress | None) -> Ladder:
     directions = (0,) if options.symmetric == "yes" else (1, -1)
     weight, folds, most = options.break_away_weight, options.folds, options.max_support_vectors
     sides = tuple(search.side(points, d, weight, folds) for d in directions)
@@ -108,8 +118,8 @@ def ascend(
             crew, _pooled_tasks(choice.chosen, scores, sides, share), [pooled], max_terms=most
         )
     rung = _usable(_together(choice.chosen, tried, pooled, share), points, [pooled])
-    shared = _as_good_together(rung, pooled, choice.chosen, sides, equal_nm)
-    note = bound + _symmetry(rung, shared=shared)
+    shared = sharing.as_good_together(rung, pooled, choice.chosen, sides, equal_nm)
+    note = bound + sharing.said(rung, shared=shared)
     explanation = choice.explanation + note
     return Ladder(choice, (pooled,) if shared else sides, shared, rung, explanation, folds, equal_nm, most)
 
@@ -175,40 +185,6 @@ def _terms_of_choice(equal_nm: float, share: float, most: int | None) -> str:
     if equal_nm > 0:
         said += f" Held-out errors below {1e3 * equal_nm:.3g} mN m, {100 * share:g} % of the largest friction, count as equal."
     return said
-
-
-def _as_good_together(
-    together: Rung, pooled: Side, apart: Rung, sides: Sequence[Side], equal_nm: float
-) -> bool:
-    """Whether one curve for both directions is expected to err no more than one for each, on the points that are held out of both (decision 0043)."""
-    if together.refused:
-        return False
-    if together.rmse_nm <= equal_nm:
-        return True
-    ours, theirs = _on_all_points(together, [pooled]), _on_all_points(apart, sides)
-    both = np.isfinite(ours) & np.isfinite(theirs)
-    more = float(np.mean(ours[both] ** 2 - theirs[both] ** 2))
-    return more + together.luck_nm2 - apart.luck_nm2 <= 0
-
-
-def _on_all_points(rung: Rung, sides: Sequence[Side]) -> np.ndarray:
-    """Held-out errors of a rung on every point of its sides, in their order; NaN where a point always trains."""
-    found = []
-    for score, data in zip(rung.scores, sides, strict=True):
-        errors = np.full(len(data.speed), np.nan)
-        errors[data.fold != TRAINS] = score.errors
-        found.append(errors)
-    return np.concatenate(found)
-
-
-def _symmetry(rung: Rung, *, shared: bool) -> str:
-    """Say what one symmetric curve is worth."""
-    if shared:
-        return (
-            f" One symmetric curve is as good ({1e3 * rung.rmse_nm:.3g} mN m), so both directions share it."
-        )
-    said = f"could not be learned ({rung.refused})" if rung.refused else f"errs {1e3 * rung.rmse_nm:.3g} mN m"
-    return f" The directions differ: one symmetric curve {said}."
 
 
 def _tasks(families: Sequence[str], sides: Sequence[Side], unit: float) -> list[tuple[Candidate, int]]:
