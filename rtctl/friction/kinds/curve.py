@@ -54,6 +54,11 @@ class Curve:
         return len(self.parameters) if self.of.is_formula else len(self.support_vectors)
 
     @property
+    def n_support_vectors(self) -> int:
+        """Support vectors, of a mean those of all its parts; none of a formula."""
+        return len(self.support_vectors) + sum(part.n_support_vectors for _, part in self.parts)
+
+    @property
     def exact(self) -> PiecewiseCubic | None:
         """The piecewise cubic that is this very curve; None where only a table comes near."""
         return self.of.exact(self)

@@ -72,7 +72,7 @@ def test_it_is_the_mean_of_its_parts_in_every_derivative() -> None:
         np.testing.assert_allclose(whole.derivative(V, order), wanted, rtol=1e-12)
     seen = np.abs(whole.derivative(V, 6))
     assert (seen <= whole.derivative_bound(6, V)).all()
-    assert whole.n_terms == 3 + 2 + 4
+    assert (whole.n_terms, whole.n_support_vectors) == (3 + 2 + 4, 3 + 2)
 
 
 def test_its_table_is_proved_and_has_the_knots_of_a_spline_among_its_own() -> None:
