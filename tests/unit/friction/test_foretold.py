@@ -48,9 +48,8 @@ def test_three_sessions_foretell_nothing_and_speeds_are_no_sessions() -> None:
 def test_wear_is_told_and_widens_the_band_and_days_are_not() -> None:
     worn, days = sessions([1.0, 0.95, 0.9, 0.85, 0.8, 0.75]), sessions([1.0, 0.8, 1.0, 0.8, 1.0, 0.8])
     wearing, coming = ladder.ascend(worn, QUICK), ladder.ascend(days, QUICK)
-    lags = np.sqrt(
-        np.mean(np.square([2.0, 2.5, 3.0]))
-    )  # sessions, from the mean of those before to the one foretold
+    # sessions, from the mean of those before to the one foretold
+    lags = np.sqrt(np.mean(np.square([2.0, 2.5, 3.0])))
     size = np.sqrt(np.mean((0.3 + 0.1 * np.linspace(0.1, 2, 10)) ** 2))
     assert wearing.expected_next_nm == pytest.approx(0.05 * lags * size, rel=0.05)
     assert wearing.expected_next_nm > 1.25 * wearing.choice.chosen.rmse_nm
@@ -58,6 +57,7 @@ def test_wear_is_told_and_widens_the_band_and_days_are_not() -> None:
     assert coming.expected_next_nm == pytest.approx(coming.choice.chosen.rmse_nm, rel=0.15)
     band = ladder.learn(worn, wearing, rig="made").branches[0].band
     assert band is not None
+    assert band.units == 3  # of the sessions that were foretold, since the errors there are the larger ones
     assert (
         band.widest_nm > 0.95 * 0.05 * 3 * 0.5
-    )  # the last one foretold: three steps of a friction of up to .5 N m
+    )  # of the last one: three steps of a friction of up to .5 N m
