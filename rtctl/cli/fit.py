@@ -90,6 +90,12 @@ _POSITIVE = click.FloatRange(min=0, min_open=True, max=1e9)
     help="most support vectors of one curve; machines that need more are left out",
 )
 @click.option(
+    "--no-mean",
+    "one_rung",
+    is_flag=True,
+    help="write the chosen rung alone, never the mean of the rungs",
+)
+@click.option(
     "--folds",
     "held_out",
     type=click.Choice(["auto", "speed", "time", "log", "lap", "turn"]),
@@ -169,6 +175,7 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
     symmetric: str,
     tolerance: float | None,
     max_support_vectors: int | None,
+    one_rung: bool,
     held_out: str,
     keep_outliers: bool,
     by_load: bool,
@@ -186,7 +193,8 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
 
     With --ladder, every formula (Coulomb, Coulomb + viscous, Tustin, Gaussian, Lorentzian) and
     support-vector machine (epsilon, nu; each kernel of --kernel) is compared by cross-validation in
-    blocks of speed or time, and the simplest within one standard error of the best is written.
+    blocks of speed or time. Written is the simplest within one standard error of the best, or, where errors
+    are larger than --tolerance, the mean of the rungs by what each errs.
 
     POINTS is a CSV file with the columns velocity_rad_s and friction_torque_nm (both signed), and for
     break-away points at zero velocity optionally direction (+1 or -1). At least 8 points per direction.
@@ -206,7 +214,7 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
     if out is None:
         raise click.UsageError("Missing option '--out'.")
     fixed = c is not None or epsilon_nm is not None
-    asked = climb or kernel != "all" or tolerance is not None or max_support_vectors is not None
+    asked = climb or one_rung or kernel != "all" or tolerance is not None or max_support_vectors is not None
     strategy = _strategy(search, asked=asked, fixed=fixed, reported=report_dir is not None)
     plan = fit_report.prepare(report_dir, test_points, config, rig)
     measured = read()
@@ -229,6 +237,7 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
     options |= {
         "tolerance_share": grids.RESOLUTION_SHARE if tolerance is None else tolerance / 100,
         "max_support_vectors": max_support_vectors,
+        "mean": not one_rung,
         "C": c,
         "epsilon_nm": epsilon_nm,
     }
@@ -269,6 +278,6 @@ def _strategy(search: str | None, *, asked: bool, fixed: bool, reported: bool) -
         raise click.UsageError("--C and --epsilon fix what a search chooses; drop them, or use --search none")
     if strategy == "none" and asked:
         raise click.UsageError(
-            "--search none compares nothing; drop it, or --ladder, --kernel, --tolerance and --max-support-vectors"
+            "--search none compares nothing; drop it, or --ladder, --kernel, --tolerance, --max-support-vectors and --no-mean"
         )
     return strategy

@@ -45,7 +45,7 @@ def rows(model: FrictionModel) -> list[dict[str, Any]]:
         {
             "direction": direction,
             "points": branch.n_points,
-            "support_vectors": len(branch.support_vectors),
+            "support_vectors": branch.source.n_support_vectors,
             **branch.hyper_parameters,
             "train_mean_error_nm": branch.train_mean_error_nm,
             "train_rmse_nm": branch.train_rmse_nm,

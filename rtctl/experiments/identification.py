@@ -158,7 +158,7 @@ def repeat(
         family = row["family"]
         one = ladder.learn(train, climbed, rig=name, rung=rungs[family])
         off = truth.of_model(loaded, 0, one)
-        vectors = [len(branch.support_vectors) for branch in one.branches]
+        vectors = [branch.source.n_support_vectors for branch in one.branches]
         more = {"support_vectors": vectors, "off_share": max(deviation.rms_share for deviation in off)}
         rows.append({**row, **more, "seed": seed})
     chosen = next(row for row in rows if row["family"] == evidence.chosen)

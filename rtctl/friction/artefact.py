@@ -20,7 +20,7 @@ from pydantic import ValidationError
 from hw.motion import unit
 from hw.outside import read_bounded, require_sane
 from hw.plain_words import explain, written
-from rtctl.friction import band_document, place_document
+from rtctl.friction import band_document, mean_document, place_document
 from rtctl.friction.artefact_checks import (
     DERIVED,
     check_branch,
@@ -196,6 +196,7 @@ def _document(model: FrictionModel) -> dict[str, Any]:
         out |= band_document.body(b.band)
         out["support_vectors"] = b.support_vectors.tolist()
         out["dual_coef"] = b.dual_coef.tolist()
+        out |= mean_document.body(b.parts)
         if model.place is not None:
             out["support_places"] = b.support_places.tolist()
         out["knots"] = b.curve.knots.tolist()
@@ -229,6 +230,7 @@ def _model(document: ModelDocument) -> FrictionModel:
             support_places=np.array(d.support_places, dtype=float),
             curve=PiecewiseCubic(np.array(d.knots, dtype=float), np.array(d.coefficients, dtype=float)),
             kind=document.kind,
+            parts=mean_document.parts(d.parts),
             band=band_document.part(d.band),
             **{name: getattr(d, name) for name in _SCALARS},
         )

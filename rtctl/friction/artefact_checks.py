@@ -9,11 +9,12 @@ import numpy as np
 
 from hw.outside import shown
 from rtctl.errors import ModelError
-from rtctl.friction import band_document
+from rtctl.friction import band_document, mean_document
 from rtctl.friction.document import (
     BranchDocument,
 )
 from rtctl.friction.kinds.compile import TOLERANCE_SHARE, sampled_error
+from rtctl.friction.kinds.curve import Curve
 from rtctl.friction.kinds.table import KINDS
 from rtctl.friction.model import Branch, FrictionModel
 
@@ -33,16 +34,23 @@ def refuse(path: Path, key: str, what: str, remedy: str = _REMEDY) -> NoReturn:
     raise ModelError(f"{path}: {shown(key)}: {shown(what, 500)}; {remedy}")
 
 
-def _check_parameters(path: Path, key: str, branch: Branch) -> None:
-    kind, p = KINDS[branch.kind], branch.parameters
+def _check_curve(path: Path, key: str, curve: Curve) -> None:
+    kind, p = KINDS[curve.kind], curve.parameters
     if not kind.has_parameters(p):
-        refuse(path, f"{key}.parameters", f"are not those of a {branch.kind} curve")
-    if kind.is_formula and len(branch.support_vectors):
-        refuse(path, f"{key}.support_vectors", f"a {branch.kind} curve has none")
+        refuse(path, f"{key}.parameters", f"are not those of a {curve.kind} curve")
+    if kind.is_formula and len(curve.support_vectors):
+        refuse(path, f"{key}.support_vectors", f"a {curve.kind} curve has none")
+    if len(curve.support_vectors) != len(curve.dual_coef):
+        refuse(path, key, "support vectors and dual coefficients differ in number")
     for parameter in (one for one in kind.parameters if one.name in p):
         refusal = parameter.refusal(p[parameter.name])
         if refusal:
             refuse(path, f"{key}.parameters", refusal)
+    refusal = mean_document.refusal(curve)
+    if refusal:
+        refuse(path, f"{key}.parts", refusal)
+    for at, (_, part) in enumerate(curve.parts):
+        _check_curve(path, f"{key}.parts.{at}", part)
 
 
 def check_compiled(path: Path, key: str, branch: Branch, document: BranchDocument) -> None:
@@ -69,12 +77,10 @@ def _most_table_error_nm(branch: Branch) -> float:
 
 def check_branch(path: Path, key: str, branch: Branch) -> None:
     """Raise ModelError unless a branch is of its kind, rises from knot to knot, and is positive friction over its whole range."""
-    _check_parameters(path, key, branch)
+    _check_curve(path, key, branch.source)
     knots, coefficients = branch.curve.knots, branch.curve.coefficients
-    if len(knots) != len(coefficients) or len(branch.support_vectors) != len(branch.dual_coef):
-        refuse(
-            path, key, "knots and coefficients, or support vectors and dual coefficients, differ in number"
-        )
+    if len(knots) != len(coefficients):
+        refuse(path, key, "knots and coefficients differ in number")
     if knots[0] != 0 or not (np.diff(knots) > 0).all() or knots[-1] > branch.speed_max_rad_s:
         refuse(path, f"{key}.knots", "must begin at 0 and rise strictly within the trained range")
     wrong = band_document.refusal(branch.band)

@@ -48,6 +48,17 @@ class BandDocument(Table):
     errors: int = Field(ge=1, le=10**9)
 
 
+class PartDocument(Table):
+    """One curve of a mean: its share, and the fields of `rtctl.friction.kinds.curve.Curve`."""
+
+    share: float = Field(gt=0, le=1)
+    kind: Kind
+    parameters: dict[Text, Number] = Field(max_length=16)
+    intercept: Number
+    support_vectors: list[Speed] = Field(max_length=MAX_SEGMENTS)
+    dual_coef: list[Number] = Field(max_length=MAX_SEGMENTS)
+
+
 class BranchDocument(Table):
     """One direction; the fields are those of `rtctl.friction.model.Branch`."""
 
@@ -76,6 +87,7 @@ class BranchDocument(Table):
     intercept: Number
     support_vectors: list[Speed] = Field(max_length=MAX_SEGMENTS)
     dual_coef: list[Number] = Field(max_length=MAX_SEGMENTS)
+    parts: list[PartDocument] = Field(default=[], max_length=32)
     knots: list[Speed] = Field(min_length=1, max_length=MAX_SEGMENTS)
     coefficients: list[Annotated[list[Number], Field(min_length=4, max_length=4)]] = Field(
         min_length=1, max_length=MAX_SEGMENTS
@@ -173,7 +185,7 @@ def _value(value: object, depth: int) -> str:
     rows: list[str] = []
     if isinstance(value, dict) and value:
         rows = [f"{json.dumps(key)}: {_value(item, depth + 1)}" for key, item in value.items()]
-    elif isinstance(value, list) and value and isinstance(value[0], list):
+    elif isinstance(value, list) and value and isinstance(value[0], list | dict):
         rows = [_value(item, depth + 1) for item in value]
     if not rows:
         return json.dumps(value, allow_nan=False)

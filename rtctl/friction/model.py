@@ -59,6 +59,8 @@ class Branch:
     """Most that friction was off the curve at any place, at speeds that surely slide (`drift_deployed.SPEED_MIN_SHARE`); None: not known."""
     support_places: np.ndarray = field(default_factory=lambda: np.zeros(0))
     """Position of each support vector, rad, of a model with a kernel of place (`FrictionModel.place`); else empty."""
+    parts: tuple[tuple[float, Curve], ...] = ()
+    """Curves that a mean is of, each with its share (`kinds.mean`); else empty."""
     band: Band | None = None
     """Within it lie 95 % of what a session measures that was not learned from; None: not known."""
 
@@ -71,7 +73,8 @@ class Branch:
     @property
     def source(self) -> Curve:
         """The learned curve, uncompiled."""
-        return Curve(self.kind, self.parameters, self.support_vectors, self.dual_coef, self.intercept)
+        sums = (self.support_vectors, self.dual_coef, self.intercept)
+        return Curve(self.kind, self.parameters, *sums, self.parts)
 
     def magnitude(self, speed: np.ndarray) -> np.ndarray:
         """Friction at each speed >= 0, N m; held at the end of the trained range beyond it."""
@@ -249,8 +252,6 @@ class FrictionModel:
     def record(self) -> np.ndarray:
         """Compiled record for the loop: shape (1,), dtype `MODEL`, look-up filled.
 
-        Notes
-        -----
         Cell c of the look-up holds the segment in force at its left edge, taken a hair early, because the
         evaluation may round a speed just below the edge into the cell; it then walks forward.
         """
@@ -285,10 +286,9 @@ class FrictionModel:
 
 
 def self_test_vectors(branches: tuple[Branch, Branch]) -> np.ndarray:
-    """Vectors (velocity, kernel sum) over the trained range of both branches, shape (64, 2).
+    """Vectors (velocity, kernel sum) over the trained range of both branches, v = 0 and both ends included, shape (64, 2).
 
-    Half way between regular speeds, so that a shifted knot or a swapped branch shows; v = 0 and both ends
-    included. The last row of each branch is its end.
+    Half way between regular speeds, so that a shifted knot or a swapped branch shows.
     """
     rows = []
     half = SELF_TEST_VECTORS // 2

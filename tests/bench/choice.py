@@ -2,7 +2,8 @@
 
 A dozen laws, three of which are the ladder's own formulas; 12 to 45 speeds each way, evenly or by ratio, noise of .2 to 2.5 %. The ladder chooses and learns by
 them; every rung that could be learned, refused or not, is judged by 60 other speeds, with the noise of a point beside its error. Errors below what the ladder
-takes for equal (decision 0012) count as that. No recording is used.
+takes for equal (decision 0012) count as that. No recording is used. `--sessions` measures each joint in two to five sessions, which differ in friction,
+offset and shape, holds whole sessions out, and judges by eight others. The best rung is one of those that are searched, so that their mean may err less.
 """
 
 from __future__ import annotations
@@ -15,12 +16,14 @@ import click
 import numpy as np
 
 from rtctl.errors import RtctlError
+from rtctl.friction.kinds.table import MEAN
 from rtctl.friction.learn import grids, ladder
 from rtctl.friction.learn.selection import Rung
 from rtctl.friction.points.measured import FrictionPoints
 from rtctl.friction.points.outliers import without_outliers
 
 SPEEDS = (12, 14, 16, 20, 28, 45)
+SPEEDS_OF_A_SESSION = (8, 12, 16, 20)
 
 Law = Callable[[np.ndarray], np.ndarray]
 
@@ -76,25 +79,68 @@ def joint(seed: int) -> tuple[str, FrictionPoints, FrictionPoints, float]:
     return name, learned, points(rng.uniform(slowest, 1, 60), 0.0), float(size * noise)
 
 
-def judge(seed: int, families: Sequence[str]) -> Judged:
+def joint_in_sessions(seed: int) -> tuple[str, FrictionPoints, FrictionPoints, float]:
+    """Law, points of some sessions to learn from, points of eight others to judge by, and 0: their noise is in them."""
+    rng = np.random.default_rng(1000 + seed)
+    at, a, b = 10 ** rng.uniform(-1.6, -0.4), rng.uniform(0.1, 0.7), rng.uniform(0, 0.6)
+    name = list(laws(a, b, float(at)))[rng.integers(12)]
+    sessions, n, slowest = (
+        int(rng.integers(2, 6)),
+        int(rng.choice(SPEEDS_OF_A_SESSION)),
+        rng.uniform(0.01, 0.06),
+    )
+    top, size, noise = 10 ** rng.uniform(-0.5, 1.5), 10 ** rng.uniform(-2, 1), 10 ** rng.uniform(-2.7, -1.6)
+    other = 1 + 0.15 * rng.normal() * bool(rng.integers(2))
+    spread, shape, offset = rng.uniform(0, 0.04), rng.uniform(0, 0.2), rng.uniform(0, 0.02)
+
+    def session() -> list[tuple[float, ...]]:
+        factor, off = 1 + spread * rng.normal(), offset * rng.normal()
+        bent = [float(x * np.exp(shape * rng.normal())) for x in (a, b, at)]
+        drawn = rng.uniform(np.log(slowest) if seed % 2 else slowest, 0 if seed % 2 else 1, n)
+        speed = np.sort(np.exp(drawn) if seed % 2 else drawn)
+        return [
+            (
+                sign * top * v,
+                size * (share * factor * f + sign * off + noise * rng.normal()),
+                sign,
+                np.nan,
+                np.nan,
+            )
+            for sign, share in ((1, 1.0), (-1, other))
+            for v, f in zip(speed, laws(*bent)[name](speed), strict=True)
+        ]
+
+    def points(count: int) -> FrictionPoints:
+        rows = [session() for _ in range(count)]
+        log = np.repeat(np.arange(count), 2 * n).astype(float)
+        return FrictionPoints.from_rows(
+            [row for one in rows for row in one], f"joint {seed}", "0" * 64, {"log": log}
+        )
+
+    return name, points(sessions), points(8), 0.0
+
+
+def judge(seed: int, families: Sequence[str], *, sessions: bool = False) -> Judged:
     """Climb the ladder on one joint, and judge every rung."""
-    law, points, test, noise_nm = joint(seed)
+    law, points, test, noise_nm = joint_in_sessions(seed) if sessions else joint(seed)
     points, _ = without_outliers(points)
-    found = ladder.ascend(points, ladder.Options(families=tuple(families), backend="sequential"))
+    options = ladder.Options(
+        families=tuple(families), backend="sequential", folds="log" if sessions else "speed"
+    )
+    found = ladder.ascend(points, options)
 
     def error_nm(rung: Rung | None) -> float:
         model = ladder.learn(points, found, rig="made", rung=rung)
-        off = [
-            branch.magnitude(speed) - friction
-            for branch, (speed, friction) in zip(
-                model.branches, (test.branch(1), test.branch(-1)), strict=True
-            )
-        ]
+        off = []
+        for branch, direction in zip(model.branches, (1, -1), strict=True):
+            speed, friction = test.branch(direction)
+            known = speed <= branch.speed_max_rad_s
+            off.append((branch.magnitude(speed) - friction)[known])
         error = float(np.hypot(np.sqrt(np.mean(np.concatenate(off) ** 2)), noise_nm))
         return max(error, found.tolerance_nm)
 
     errors = {}
-    for rung in found.choice.rungs:
+    for rung in (one for one in found.choice.rungs if one.family != MEAN.name):
         with contextlib.suppress(RtctlError, StopIteration):  # a rung that cannot be learned is no rival
             errors[rung.family] = error_nm(rung)
     best = min(errors, key=errors.__getitem__)
@@ -107,7 +153,8 @@ def judge(seed: int, families: Sequence[str]) -> Judged:
 @click.option("--joints", default=150, type=click.IntRange(1))
 @click.option("--first", default=0, type=click.IntRange(0))
 @click.option("--kernels", default="all", help="rungs to climb besides the formulas, as of rtctl fit")
-def main(joints: int, first: int, kernels: str) -> None:
+@click.option("--sessions", is_flag=True, help="joints that are measured in several sessions")
+def main(joints: int, first: int, kernels: str, *, sessions: bool) -> None:
     """Print each joint, and how often the choice is how good."""
     families = dict.fromkeys((*grids.families("formula"), *grids.families(kernels)))
     rungs = [
@@ -115,7 +162,7 @@ def main(joints: int, first: int, kernels: str) -> None:
     ]  # they seldom converge, and take the most time
     times = []
     for seed in range(first, first + joints):
-        one = judge(seed, rungs)
+        one = judge(seed, rungs, sessions=sessions)
         times.append(one.times)
         click.echo(
             f"{seed:4d} {one.law:<16} {one.speeds:2d} speeds: {one.chosen}, best {one.best}, {one.times:.2f} times"

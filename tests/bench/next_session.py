@@ -41,7 +41,10 @@ QUIET = {"temperature": (), "dry_per_c": 0.0, "viscous_per_c": 0.0, "reference_c
 
 @dataclass(frozen=True)
 class Foretold:
-    """One session after others, N m; `covered` is the share of it within the band."""
+    """One session after others, N m; `covered` is the share of it within the band.
+
+    `held_out_nm` is what the ladder says of the next session: what it held out, or what sessions err that those before them foretell.
+    """
 
     held_out_nm: float
     next_nm: float
@@ -89,7 +92,7 @@ def foretold(sessions: Sequence[list[tuple[float, ...]]], families: tuple[str, .
             assert branch.band is not None
             inside.append(branch.band.holds(speed[kept], error))
         rmse = math.sqrt(float(np.mean(np.concatenate(errors) ** 2)))
-        found.append(Foretold(climbed.choice.chosen.rmse_nm, rmse, float(np.mean(np.concatenate(inside)))))
+        found.append(Foretold(climbed.expected_next_nm, rmse, float(np.mean(np.concatenate(inside)))))
     return found
 
 

@@ -16,9 +16,68 @@ BLOCKS = (
     f"{SCORING}::test_the_standard_error_by_blocks_is_that_of_repeated_draws_and_that_of_single_errors_is_not",
 )
 CHOICE = ("tests/unit/friction/test_selection.py",)
+MEAN = ("tests/unit/friction/test_mean.py",)
+FORETOLD = ("tests/unit/friction/test_foretold.py",)
+GIVEN_UP = ("tests/unit/friction/test_given_up.py",)
 HARD = "tests/unit/identify/test_difficult_joints.py"
 
 SEEDS = (
+    Seed(
+        "a session is foretold by itself and those before it",
+        "rtctl/friction/learn/foretold.py",
+        "kept = data.session < at",
+        "kept = data.session <= at",
+        FORETOLD,
+    ),
+    Seed(
+        "the band does not know that friction wears on",
+        "rtctl/friction/learn/bands.py",
+        "if ahead is not None and ahead.rmse_nm > ",
+        "if ahead is not None and ahead.rmse_nm > 1e9 + ",
+        FORETOLD,
+    ),
+    Seed(
+        "what sessions differ by is noise",
+        "rtctl/friction/learn/search.py",
+        'block if folds == "log" else None)',
+        "None)",
+        MEAN,
+    ),
+    Seed(
+        "a rung weighs by what it was lucky to err",
+        "rtctl/friction/learn/mean.py",
+        "expected = np.array([rung.expected_nm for rung in rungs])",
+        "expected = np.array([rung.rmse_nm for rung in rungs])",
+        MEAN,
+    ),
+    Seed(
+        "the mean is taken where errors count as equal, too",
+        "rtctl/friction/learn/ladder.py",
+        "if one.expected_nm <= equal_nm:",
+        "if one.expected_nm < 0:",
+        MEAN,
+    ),
+    Seed(
+        "the table of a mean has no knot where a spline in it bends",
+        "rtctl/friction/kinds/mean.py",
+        "found.append(part.of.breaks(part) if exact is None else exact.knots)",
+        "found.append(part.of.breaks(part))",
+        MEAN,
+    ),
+    Seed(
+        "the shares of a mean in a file are not held to 1",
+        "rtctl/friction/mean_document.py",
+        "SHARES_OFF = 1e-9",
+        "SHARES_OFF = 1.0",
+        MEAN,
+    ),
+    Seed(
+        "a candidate is lost when LIBSVM gives one fold up",
+        "rtctl/friction/learn/machines.py",
+        "if found is not None and (found.converged or max_iterations < MAX_ITERATIONS):",
+        "if found is not None:",
+        GIVEN_UP,
+    ),
     Seed(
         "bristles that soften make the presliding length longer",
         "rtctl/friction/points/presliding.py",
@@ -141,7 +200,7 @@ SEEDS = (
     Seed(
         "what is held out sets the scale of C",
         "rtctl/friction/learn/search.py",
-        "        in_scale_of(candidate, data.speed, data.friction_nm, kept),",
+        "        in_scale_of(candidate, data.speed, data.friction_nm, kept, data.session),",
         "        candidate,",
         SCALES,
     ),

@@ -103,7 +103,7 @@ SEEDS = (
     ),
     Seed(
         "both directions share a curve whatever it errs",
-        "rtctl/friction/learn/ladder.py",
+        "rtctl/friction/learn/sharing.py",
         "return more + together.luck_nm2 - apart.luck_nm2 <= 0",
         "return True",
         ("tests/unit/friction/test_search.py",),

@@ -5,14 +5,14 @@ A curve is a function of v = |velocity|, rad/s, v >= 0, in N m. What its numbers
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from rtctl.friction.kinds.cubic import PiecewiseCubic
 from rtctl.friction.kinds.kind import Kind
-from rtctl.friction.kinds.table import KINDS
+from rtctl.friction.kinds.table import KINDS, MEAN
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,8 @@ class Curve:
     """One learned curve.
 
     `parameters` are the numbers of a formula (`coulomb_nm`, `breakaway_nm`, `stribeck_rad_s`,
-    `viscous_nms_rad`) or of a kernel (`sigma_rad_s`, `degree`); the other fields are empty for a formula.
+    `viscous_nms_rad`) or of a kernel (`sigma_rad_s`, `degree`); the other fields are empty for a formula. `parts` are those of a
+    mean, each with its share, 0 to 1, all together 1; a mean has nothing else.
     """
 
     kind: str
@@ -28,11 +29,17 @@ class Curve:
     support_vectors: np.ndarray
     dual_coef: np.ndarray
     intercept: float
+    parts: tuple[tuple[float, Curve], ...] = ()
 
     @classmethod
     def formula(cls, kind: str, parameters: Mapping[str, float]) -> Curve:
         """Make a curve of a closed formula."""
         return cls(kind, parameters, np.zeros(0), np.zeros(0), 0.0)
+
+    @classmethod
+    def mean(cls, parts: Sequence[tuple[float, Curve]]) -> Curve:
+        """Make the mean of curves, each with its share."""
+        return cls(MEAN.name, {}, np.zeros(0), np.zeros(0), 0.0, tuple(parts))
 
     @property
     def of(self) -> Kind:
@@ -41,8 +48,15 @@ class Curve:
 
     @property
     def n_terms(self) -> int:
-        """Support vectors of a kernel sum, parameters of a formula: what a choice counts."""
+        """Support vectors of a kernel sum, parameters of a formula, of a mean those of its parts: what a choice counts."""
+        if self.parts:
+            return sum(part.n_terms for _, part in self.parts)
         return len(self.parameters) if self.of.is_formula else len(self.support_vectors)
+
+    @property
+    def n_support_vectors(self) -> int:
+        """Support vectors, of a mean those of all its parts; none of a formula."""
+        return len(self.support_vectors) + sum(part.n_support_vectors for _, part in self.parts)
 
     @property
     def exact(self) -> PiecewiseCubic | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from rtctl.friction.kinds.kind import Formula, Kernel, Kind
+from rtctl.friction.kinds.mean import Mean
 from rtctl.friction.kinds.polynomial import Polynomial
 from rtctl.friction.kinds.rbf import Rbf
 from rtctl.friction.kinds.spline import Spline
@@ -17,13 +18,21 @@ FORMULAS: dict[str, Formula] = {
 KERNELS: dict[str, Kernel] = {kind.name: kind for kind in (Spline(), Rbf(), Polynomial())}
 """Sums of kernels, by name."""
 
-KINDS: dict[str, Kind] = {**FORMULAS, **KERNELS}
+MEAN = Mean()
+"""The mean of several of them."""
+
+KINDS: dict[str, Kind] = {**FORMULAS, **KERNELS, MEAN.name: MEAN}
 
 MACHINES = ("epsilon", "nu")
 """Support-vector machines that learn a sum of kernels."""
 
 FAMILIES = (*FORMULAS, *(f"{machine}-{kernel}" for kernel in KERNELS for machine in MACHINES))
-"""Rungs of the ladder."""
+"""Rungs of the ladder that are searched; the mean is made of them."""
+
+
+def is_machine(family: str) -> bool:
+    """Whether a rung is a support-vector machine: neither a formula nor the mean."""
+    return family in FAMILIES and family not in FORMULAS
 
 
 def markdown_table() -> str:
@@ -32,4 +41,5 @@ def markdown_table() -> str:
     for name, kind in KERNELS.items():
         rungs = ", ".join(f"`{machine}-{name}`" for machine in MACHINES)
         rows.append(f"| {rungs} | support-vector regression, {kind.what} |")
+    rows.append(f"| `{MEAN.name}` | {MEAN.what} |")
     return "\n".join(["| rung | what it is |", "|---|---|", *rows]) + "\n"

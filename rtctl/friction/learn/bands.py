@@ -15,9 +15,10 @@ import numpy as np
 
 from rtctl.friction.band import LEVEL, Band
 from rtctl.friction.learn import certainty, search
+from rtctl.friction.learn.foretold import foretold
 from rtctl.friction.learn.hold_out import TRAINS, several_logs
 from rtctl.friction.learn.machines import Candidate
-from rtctl.friction.learn.search import Score
+from rtctl.friction.learn.search import Score, Side
 from rtctl.friction.model import Branch
 from rtctl.friction.points.measured import FrictionPoints
 
@@ -59,17 +60,28 @@ def band_of(
     way = way_of(points, folds)
     sides = [search.side(points, direction, break_away_weight, way) for _, direction in candidates]
     scores = [search.cross_validate(one, data) for (one, _), data in zip(candidates, sides, strict=True)]
+    return _of_sides(sides, scores, way)
+
+
+def _of_sides(sides: Sequence[Side], scores: Sequence[Score], way: str) -> Band | None:
     if any(score.failed for score in scores):
         return None
     speed = np.concatenate([data.speed[data.fold != TRAINS] for data in sides])
     block = np.concatenate([score.blocks for score in scores if score.blocks is not None])
-    return of_errors(speed, np.concatenate([score.errors for score in scores]), block, way)
+    error_nm = np.concatenate([score.errors for score in scores])
+    ahead = foretold([(score.candidate, data) for score, data in zip(scores, sides, strict=True)])
+    if ahead is not None and ahead.rmse_nm > np.sqrt(np.mean(error_nm**2)):
+        speed, error_nm, block = ahead.speed, ahead.error_nm, ahead.block
+    return of_errors(speed, error_nm, block, way)
 
 
 def of_scores(
     points: FrictionPoints, scores: Sequence[Score], folds: str, break_away_weight: float
 ) -> Band | None:
-    """The band of the candidates that a ladder chose."""
+    """The band of the candidates that a ladder chose, from the errors it held out itself where it held out the same."""
+    if way_of(points, folds) == folds:
+        sides = [search.side(points, one.direction, break_away_weight, folds) for one in scores]
+        return _of_sides(sides, scores, folds)
     return band_of(points, [(one.candidate, one.direction) for one in scores], folds, break_away_weight)
 
 

@@ -189,6 +189,7 @@ def describe_branch(
         hyper_parameters=hyper_parameters,
         kind=source.kind,
         parameters=dict(source.parameters),
+        parts=source.parts,
     )
 
 

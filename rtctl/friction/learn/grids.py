@@ -47,30 +47,49 @@ def families(kernel: str) -> tuple[str, ...]:
     return tuple(family for family in FAMILIES if family.endswith(f"-{kernel}"))
 
 
-def noise_nm(speed: np.ndarray, friction_nm: np.ndarray) -> float:
+def noise_nm(speed: np.ndarray, friction_nm: np.ndarray, session: np.ndarray | None = None) -> float:
     """Noise (standard deviation) of the points around a smooth curve, N m, > 0.
+
+    Parameters
+    ----------
+    session : ndarray, shape (n,), optional
+        Session of each point: the curve is one of each session. What sessions differ by is no noise, and two of them held
+        together would have more of it than each alone (decision 0049).
 
     Notes
     -----
     Second differences of neighbours in speed, weighted so that any straight line cancels; their median size
     over .6745 and the root of their squared weights. Not below a thousandth of the largest friction.
     """
+    names = () if session is None else tuple(np.unique(session))
+    sizes = [_second_differences(speed[session == one], friction_nm[session == one]) for one in names]
+    size = np.concatenate([*sizes, np.zeros(0)])
+    if not len(size):
+        size = _second_differences(speed, friction_nm)
+    return max(float(np.median(size)) / 0.6745, 1e-3 * float(friction_nm.max()))
+
+
+def _second_differences(speed: np.ndarray, friction_nm: np.ndarray) -> np.ndarray:
+    """Size of the weighted second differences, each as large as the noise on average, N m."""
     order = np.argsort(speed, kind="stable")
     v, f = speed[order], friction_nm[order]
     span = v[2:] - v[:-2]
     share = np.divide(v[2:] - v[1:-1], span, out=np.full(len(span), 0.5), where=span > 0)
     difference = f[1:-1] - share * f[:-2] - (1 - share) * f[2:]
-    size = np.abs(difference) / np.sqrt(1 + share**2 + (1 - share) ** 2)
-    return max(float(np.median(size)) / 0.6745, 1e-3 * float(f.max()))
+    return np.asarray(np.abs(difference) / np.sqrt(1 + share**2 + (1 - share) ** 2))
 
 
-def unit_nm(speed: np.ndarray, friction_nm: np.ndarray) -> float:
+def unit_nm(speed: np.ndarray, friction_nm: np.ndarray, session: np.ndarray | None = None) -> float:
     """Unit of the tube of an epsilon machine, N m: noise of the points, or what no hand could tell apart."""
-    return max(noise_nm(speed, friction_nm), RESOLUTION_SHARE * float(friction_nm.max()))
+    return max(noise_nm(speed, friction_nm, session), RESOLUTION_SHARE * float(friction_nm.max()))
 
 
 def in_scale_of(
-    one: Candidate, speed: np.ndarray, friction_nm: np.ndarray, training: np.ndarray
+    one: Candidate,
+    speed: np.ndarray,
+    friction_nm: np.ndarray,
+    training: np.ndarray,
+    session: np.ndarray | None = None,
 ) -> Candidate:
     """The candidate with C and epsilon in the scale of its training points alone: those held out may not set them.
 
@@ -78,11 +97,17 @@ def in_scale_of(
     """
     if one.machine == "formula":
         return one
+    if one.parts:
+        parts = (
+            (share, in_scale_of(part, speed, friction_nm, training, session)) for share, part in one.parts
+        )
+        return replace(one, parts=tuple(parts))
     v, f = speed[training], friction_nm[training]
     c = one.c * float(f.max()) / float(friction_nm.max())
     tube = one.tube
     if one.machine == "epsilon":
-        tube *= unit_nm(v, f) / unit_nm(speed, friction_nm)
+        kept = None if session is None else session[training]
+        tube *= unit_nm(v, f, kept) / unit_nm(speed, friction_nm, session)
     return one if (c, tube) == (one.c, one.tube) else replace(one, c=c, tube=tube)
 
 
@@ -96,9 +121,13 @@ def unit_of(motion: str, speed_max: float) -> float:
 
 
 def candidates(
-    family: str, speed: np.ndarray, friction_nm: np.ndarray, unit_rad_s: float = 1.0
+    family: str,
+    speed: np.ndarray,
+    friction_nm: np.ndarray,
+    unit_rad_s: float = 1.0,
+    session: np.ndarray | None = None,
 ) -> list[Candidate]:
-    """Every candidate of one rung, in the scale of the points; `unit_rad_s` is that of `unit_of`.
+    """Every candidate of one rung, in the scale of the points; `unit_rad_s` is that of `unit_of`, `session` as of `noise_nm`.
 
     Raises
     ------
@@ -112,7 +141,7 @@ def candidates(
         raise ValueError(msg)
     machine, kind = family.split("-")
     top = float(friction_nm.max())
-    unit = unit_nm(speed, friction_nm)
+    unit = unit_nm(speed, friction_nm, session)
     tubes = NU if machine == "nu" else tuple(unit * factor for factor in EPSILON)
     kernel = KERNELS[kind]
     scaled = {UNIT: unit_rad_s} if UNIT in kernel.names and unit_rad_s != 1.0 else {}

@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rtctl.errors import DataError
-from rtctl.friction.kinds.table import FAMILIES
-from rtctl.friction.learn import bands, fit, grids, pool, search
-from rtctl.friction.learn.hold_out import TRAINS
+from rtctl.friction.kinds.table import FAMILIES, MACHINES
+from rtctl.friction.learn import bands, fit, foretold, grids, mean, pool, search, sharing
 from rtctl.friction.learn.machines import Candidate, FailedFitError, train
 from rtctl.friction.learn.search import Score, Side
 from rtctl.friction.learn.selection import Choice, Rung, as_good, choose, climb, tolerance_nm
@@ -20,7 +19,7 @@ from rtctl.friction.points.measured import FrictionPoints
 SEARCHES = ("full", "halving")
 
 _POOLED_MAX = 12
-"""Most candidates of the chosen rung that are tried on both directions as one curve."""
+"""Most candidates of the chosen rung that are tried on both directions as one curve; of a mean of many rungs two of each."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +27,8 @@ class Options:
     """How to climb: `families` of `FAMILIES`, `strategy` of `SEARCHES`, symmetry, workers, `hold_out.WAYS`.
 
     Held-out errors up to `tolerance_share` (0 to 1) of the largest friction are as good as smaller ones.
-    `max_support_vectors`: most that a curve may have when trained on all points; None: any number.
+    `max_support_vectors`: most that a curve may have when trained on all points; None: any number. `mean`: the mean of the rungs
+    may be taken (`learn.mean`), which has the numbers of all of them; not where their number is bounded.
     """
 
     families: tuple[str, ...] = FAMILIES
@@ -40,6 +40,7 @@ class Options:
     folds: str = "speed"
     tolerance_share: float = grids.RESOLUTION_SHARE
     max_support_vectors: int | None = None
+    mean: bool = True
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,8 @@ class Ladder:
     """What was found. `symmetric`: one curve serves both directions; `symmetric_rung` what was tried of it.
 
     `folds` is how it was held out, of `hold_out.WAYS`; `tolerance_nm` the held-out error below which models were
-    equal, N m; `max_support_vectors` what was asked for.
+    equal, N m; `max_support_vectors` what was asked for. `expected_next_nm` is what the next session may be expected to err, N m: what was held out,
+    or what each session errs that those before it foretell, whichever is more.
     """
 
     choice: Choice
@@ -58,6 +60,7 @@ class Ladder:
     folds: str = "speed"
     tolerance_nm: float = 0.0
     max_support_vectors: int | None = None
+    expected_next_nm: float = 0.0
 
 
 def ascend(
@@ -74,7 +77,16 @@ def ascend(
     DataError
         Nothing could be learned, or an unknown family, or dask asked for and not installed.
     """
-    options = options or Options()
+    found = _climbed(points, options or Options(), progress)
+    rung = found.symmetric_rung if found.symmetric and found.symmetric_rung else found.choice.chosen
+    tasks = [(score.candidate, data) for score, data in zip(rung.scores, found.sides, strict=True)]
+    ahead = foretold.foretold(tasks)
+    next_nm = max(rung.rmse_nm, 0.0 if ahead is None else ahead.rmse_nm)
+    said = found.explanation + foretold.said(ahead, rung.rmse_nm)
+    return replace(found, explanation=said, expected_next_nm=next_nm)
+
+
+def _climbed(points: FrictionPoints, options: Options, progress: search.Progress | None) -> Ladder:
     directions = (0,) if options.symmetric == "yes" else (1, -1)
     weight, folds, most = options.break_away_weight, options.folds, options.max_support_vectors
     sides = tuple(search.side(points, d, weight, folds) for d in directions)
@@ -86,6 +98,8 @@ def ascend(
         scores = look(crew, _tasks(options.families, sides, unit), sides, progress, max_terms=most)
         climbed = [climb(family, scores, sides, share) for family in options.families]
         choice = choose([_usable(rung, points, sides) for rung in climbed], equal_nm)
+        if options.mean and most is None:
+            choice = _with_mean(choice, points, sides, equal_nm)
         bound = _terms_of_choice(equal_nm, share, most)
         if options.symmetric != "auto":
             note = bound + (" One symmetric curve, as asked." if options.symmetric == "yes" else "")
@@ -103,11 +117,42 @@ def ascend(
         tried = search.score_all(
             crew, _pooled_tasks(choice.chosen, scores, sides, share), [pooled], max_terms=most
         )
-    rung = _usable(climb(choice.chosen.family, tried, [pooled], share), points, [pooled])
-    shared = _as_good_together(rung, pooled, choice.chosen, sides, equal_nm)
-    note = bound + _symmetry(rung, shared=shared)
+    rung = _usable(_together(choice.chosen, tried, pooled, share), points, [pooled])
+    shared = sharing.as_good_together(rung, pooled, choice.chosen, sides, equal_nm)
+    note = bound + sharing.said(rung, shared=shared)
     explanation = choice.explanation + note
     return Ladder(choice, (pooled,) if shared else sides, shared, rung, explanation, folds, equal_nm, most)
+
+
+def _with_mean(choice: Choice, points: FrictionPoints, sides: Sequence[Side], equal_nm: float) -> Choice:
+    """The choice with the mean of its rungs in the place of the plainest (decision 0049), which it is said beside.
+
+    Where errors are so small that they count as equal (decision 0012), the fewest numbers stand; so they do where no loop could run the mean.
+    """
+    usable = [rung for rung in choice.rungs if not rung.refused]
+    one = choice.chosen
+    if one.expected_nm <= equal_nm:
+        return choice
+    made = mean.mean_of(usable, mean.shares(usable))
+    if made is None:
+        return choice
+    made = _usable(made, points, sides)
+    rungs = (*choice.rungs, made)
+    if made.refused:
+        return replace(choice, rungs=rungs)
+    said = " ".join(part for part in (mean.explained(made, one), choice.of_formulas) if part)
+    return replace(choice, rungs=rungs, chosen=made, runner_up=one, explanation=said)
+
+
+def _together(chosen: Rung, tried: Sequence[Score], pooled: Side, share: float) -> Rung:
+    """The chosen rung as one curve for both directions: of a mean the mean of its rungs', each by its share."""
+    parts = chosen.scores[0].candidate.parts
+    if not parts:
+        return climb(chosen.family, tried, [pooled], share)
+    rungs = [climb(candidate.family, tried, [pooled], share) for _, candidate in parts]
+    wanted = {candidate.family: one for one, candidate in parts}
+    lost = "; ".join(f"{rung.family}: {rung.refused}" for rung in rungs if rung.refused)
+    return mean.mean_of(rungs, wanted) or Rung(chosen.family, (), lost)
 
 
 def _usable(rung: Rung, points: FrictionPoints, sides: Sequence[Side]) -> Rung:
@@ -142,47 +187,13 @@ def _terms_of_choice(equal_nm: float, share: float, most: int | None) -> str:
     return said
 
 
-def _as_good_together(
-    together: Rung, pooled: Side, apart: Rung, sides: Sequence[Side], equal_nm: float
-) -> bool:
-    """Whether one curve for both directions is expected to err no more than one for each, on the points that are held out of both (decision 0043)."""
-    if together.refused:
-        return False
-    if together.rmse_nm <= equal_nm:
-        return True
-    ours, theirs = _on_all_points(together, [pooled]), _on_all_points(apart, sides)
-    both = np.isfinite(ours) & np.isfinite(theirs)
-    more = float(np.mean(ours[both] ** 2 - theirs[both] ** 2))
-    return more + together.luck_nm2 - apart.luck_nm2 <= 0
-
-
-def _on_all_points(rung: Rung, sides: Sequence[Side]) -> np.ndarray:
-    """Held-out errors of a rung on every point of its sides, in their order; NaN where a point always trains."""
-    found = []
-    for score, data in zip(rung.scores, sides, strict=True):
-        errors = np.full(len(data.speed), np.nan)
-        errors[data.fold != TRAINS] = score.errors
-        found.append(errors)
-    return np.concatenate(found)
-
-
-def _symmetry(rung: Rung, *, shared: bool) -> str:
-    """Say what one symmetric curve is worth."""
-    if shared:
-        return (
-            f" One symmetric curve is as good ({1e3 * rung.rmse_nm:.3g} mN m), so both directions share it."
-        )
-    said = f"could not be learned ({rung.refused})" if rung.refused else f"errs {1e3 * rung.rmse_nm:.3g} mN m"
-    return f" The directions differ: one symmetric curve {said}."
-
-
 def _tasks(families: Sequence[str], sides: Sequence[Side], unit: float) -> list[tuple[Candidate, int]]:
     try:
         return [
             (one, at)
             for family in families
             for at, data in enumerate(sides)
-            for one in grids.candidates(family, data.speed, data.friction_nm, unit)
+            for one in grids.candidates(family, data.speed, data.friction_nm, unit, data.session)
         ]
     except ValueError as error:
         raise DataError(str(error)) from error
@@ -191,16 +202,20 @@ def _tasks(families: Sequence[str], sides: Sequence[Side], unit: float) -> list[
 def _pooled_tasks(
     chosen: Rung, scores: Sequence[Score], sides: Sequence[Side], share: float
 ) -> list[tuple[Candidate, int]]:
-    """Candidates good for either direction, each once, the chosen ones first."""
+    """Candidates good for either direction, each once, the chosen ones first; of a mean those of its rungs, fewer of each."""
+    parts = chosen.scores[0].candidate.parts
+    families = [candidate.family for _, candidate in parts] or [chosen.family]
+    most = max(1, _POOLED_MAX // (2 * len(families)))
     candidates = []
-    for data in sides:
-        mine = (
-            score
-            for score in scores
-            if score.candidate.family == chosen.family and score.direction == data.direction
-        )
-        near = as_good(mine, tolerance_nm(data, share))
-        candidates += [score.candidate for score in near[: _POOLED_MAX // 2]]
+    for family in families:
+        for data in sides:
+            mine = (
+                score
+                for score in scores
+                if score.candidate.family == family and score.direction == data.direction
+            )
+            near = as_good(mine, tolerance_nm(data, share))
+            candidates += [score.candidate for score in near[:most]]
     return [(one, 0) for i, one in enumerate(candidates) if one not in candidates[:i]]
 
 
@@ -249,7 +264,8 @@ def _branch(score: Score, data: Side, speed: np.ndarray, friction_nm: np.ndarray
     one = score.candidate
     trained = train(one, data.speed, data.friction_nm, data.weight)
     hyper = {"symmetric": 1.0} if score.direction == 0 else {}
-    if one.machine != "formula":
+    hyper |= {f"share of {part.family}": share for share, part in one.parts}
+    if one.machine in MACHINES:
         hyper |= {"C": one.c, "epsilon_nm": trained.epsilon_nm, **one.parameters}
     if one.machine == "nu":
         hyper["nu"] = one.tube

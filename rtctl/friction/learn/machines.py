@@ -1,19 +1,19 @@
 """Train one candidate of the ladder: a support-vector machine with a given kernel matrix, or a formula.
 
-Few points are trained by scikit-learn (imported when a fit runs), many by an interior-point method (`interior`).
+Few points are trained by scikit-learn (imported when a fit runs), many, and what it gives up, by an interior-point method (`interior`).
 """
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rtctl.friction.kinds.curve import Curve
-from rtctl.friction.kinds.table import FORMULAS
+from rtctl.friction.kinds.table import FORMULAS, MEAN
 from rtctl.friction.learn import interior
 from rtctl.friction.learn.formulas import fit_formula
 from rtctl.friction.learn.gram import FINE, Gram, pivoted
@@ -32,8 +32,8 @@ _TOLERANCE_SHARE = 3e-5
 class Candidate:
     """One rung and its hyper-parameters.
 
-    `machine` is "formula", "epsilon" or "nu"; `tube` the half width epsilon (N m) or nu; `parameters` the
-    kernel's (`sigma_rad_s`, `degree`).
+    `machine` is "formula", "epsilon", "nu" or "mean"; `tube` the half width epsilon (N m) or nu; `parameters` the
+    kernel's (`sigma_rad_s`, `degree`); `parts` the candidates of a mean, each with its share.
     """
 
     machine: str
@@ -41,11 +41,17 @@ class Candidate:
     c: float = 0.0
     tube: float = 0.0
     parameters: Mapping[str, float] = field(default_factory=dict)
+    parts: tuple[tuple[float, Candidate], ...] = ()
+
+    @classmethod
+    def mean(cls, parts: Sequence[tuple[float, Candidate]]) -> Candidate:
+        """Make the mean of several, each with its share; the shares are 1 together."""
+        return cls(MEAN.name, MEAN.name, parts=tuple(parts))
 
     @property
     def family(self) -> str:
         """Rung of the ladder: `coulomb`, `epsilon-rbf`, `nu-spline`..."""
-        return self.kind if self.machine == "formula" else f"{self.machine}-{self.kind}"
+        return self.kind if self.machine in ("formula", MEAN.name) else f"{self.machine}-{self.kind}"
 
 
 class FailedFitError(Exception):
@@ -96,24 +102,50 @@ def train(
     UnidentifiableError
         A formula with as many parameters as points.
     """
+    if candidate.parts:
+        parts = [
+            (share, train(part, speed, friction_nm, weight, max_iterations=max_iterations))
+            for share, part in candidate.parts
+        ]
+        curve = Curve.mean([(share, one.curve) for share, one in parts])
+        return Trained(curve, 0.0, all(one.converged for _, one in parts))
     if candidate.kind in FORMULAS:
         return _formula(candidate.kind, speed, friction_nm, weight)
     if gram is None:
         gram = Gram.of(candidate.kind, candidate.parameters, speed)
     if tolerance_nm is None:
         tolerance_nm = _TOLERANCE_SHARE * float(friction_nm.max())
-    if gram.factor is not None:
-        return _by_factor(candidate, speed, friction_nm, weight, gram, tolerance_nm)
+    if gram.factor is None:
+        found = _by_libsvm(candidate, speed, friction_nm, weight, gram, tolerance_nm, max_iterations)
+        if found is not None and (found.converged or max_iterations < MAX_ITERATIONS):
+            return found
+        assert gram.matrix is not None
+        gram = Gram(
+            gram.matrix, pivoted(gram.matrix, FINE)
+        )  # what LIBSVM gives up has an optimum all the same
+    return _by_factor(candidate, speed, friction_nm, weight, gram, tolerance_nm)
+
+
+def _by_libsvm(
+    candidate: Candidate,
+    speed: np.ndarray,
+    friction_nm: np.ndarray,
+    weight: np.ndarray,
+    gram: Gram,
+    tolerance_nm: float,
+    max_iterations: int,
+) -> Trained | None:
+    """Train by scikit-learn; None where that has no finite solution."""
     machine = _machine(candidate, tolerance_nm, max_iterations)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the iteration limit: reported as `converged`
         try:
             machine.fit(gram.matrix, friction_nm, sample_weight=weight)
-        except ValueError as error:  # scikit-learn: "the dual coefficients or intercepts are not finite"
-            raise FailedFitError("not finite") from error
+        except ValueError:  # scikit-learn: "the dual coefficients or intercepts are not finite"
+            return None
     beta, intercept = machine.dual_coef_[0], float(machine.intercept_[0])
     if not (np.isfinite(beta).all() and np.isfinite(intercept)):
-        raise FailedFitError("not finite")
+        return None
     curve = Curve(candidate.kind, candidate.parameters, speed[machine.support_], beta, intercept)
     if candidate.machine == "epsilon":
         epsilon_nm = candidate.tube

@@ -62,6 +62,8 @@ class Side:
     fold: np.ndarray
     block: np.ndarray | None = None
     """What each point was measured with (`hold_out.units_of`): errors within are alike. None: nobody says."""
+    session: np.ndarray | None = None
+    """Session of each point, where whole sessions are held out; else None."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +112,8 @@ def side(
     weight = np.where(speed == 0, break_away_weight, 1.0)
     rows = np.concatenate([points.rows_of(one) for one in directions])
     block = units_of(points, folds)[rows]
-    return Side(direction, speed, friction_nm, weight, folds_of(points, directions, folds), block)
+    fold = folds_of(points, directions, folds)
+    return Side(direction, speed, friction_nm, weight, fold, block, block if folds == "log" else None)
 
 
 def cross_validate(
@@ -165,7 +168,7 @@ def _held_out(
         kept = _thinned(kept, data.speed, effort.points)
         weight = weight * n / effort.points  # fewer points pull as much at the curve together
     trained = train(
-        in_scale_of(candidate, data.speed, data.friction_nm, kept),
+        in_scale_of(candidate, data.speed, data.friction_nm, kept, data.session),
         data.speed[kept],
         data.friction_nm[kept],
         weight[kept],

@@ -87,6 +87,8 @@ class Choice:
     chosen: Rung
     runner_up: Rung | None
     explanation: str
+    of_formulas: str = ""
+    """The sentence of the explanation that says whether a formula is as good as a machine; "" where one of them is missing."""
 
 
 def as_good(scores: Iterable[Score], tolerance_nm: float = 0.0) -> list[Score]:
@@ -206,8 +208,9 @@ def choose(rungs: Sequence[Rung], tolerance_nm: float = 0.0) -> Choice:
         words.append("It bends over all speeds: its numbers are no Stribeck peak.")
     if runner_up:
         words.append(f"Runner-up: {_figures(runner_up)}.")
-    words.append(_formulas(usable, near, among))
-    return Choice(tuple(rungs), chosen, runner_up, " ".join(word for word in words if word))
+    of_formulas = _formulas(usable, near, among)
+    words.append(of_formulas)
+    return Choice(tuple(rungs), chosen, runner_up, " ".join(word for word in words if word), of_formulas)
 
 
 def _why(chosen: Rung, best: Rung, near: int, among: str) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtctl.friction.kinds.table import FORMULAS
+from rtctl.friction.kinds.table import FORMULAS, is_machine
 from rtctl.friction.learn import hold_out, ladder, nested
 from rtctl.friction.learn.grids import noise_nm
 from rtctl.friction.learn.selection import Rung
@@ -224,10 +224,16 @@ def _verdict(line: Line, one: Found) -> str:
         return chosen + "cannot be told without some fold"
     times = line.nested_nm / one.least_nm
     chosen += "at the floor; " if line.nested_nm <= NEAR * one.floor_nm else ""
-    kind = "formula" if line.family in FORMULAS else "machine"
     if line.nested_nm == one.least_nm:
-        return f"{chosen}the least error, by a {kind}"
+        return f"{chosen}the least error{_by(line.family)}"
     return chosen + ("as good as the best" if times <= NEAR else f"{times:.2g} times the best")
+
+
+def _by(family: str) -> str:
+    """Who has the least error; of the mean its own name says it."""
+    if family in FORMULAS:
+        return ", by a formula"
+    return ", by a machine" if is_machine(family) else ""
 
 
 def _mnm(value: float) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rtctl.friction.kinds.table import FORMULAS
+from rtctl.friction.kinds.table import FORMULAS, is_machine
 from rtctl.friction.report import beside_speed, tables
 from rtctl.friction.report.evidence import Evidence
 
@@ -72,7 +72,7 @@ def of_test_formulas(rows: Sequence[Row]) -> str:
 def formula_or_machine(rows: Sequence[Row]) -> tuple[str, str]:
     """Who errs less, "formula" (also where it is as good), "machine", or "" where one of them is missing; and that in words."""
     formulas = [row for row in rows if row["family"] in FORMULAS]
-    machines = [row for row in rows if row["family"] not in FORMULAS]
+    machines = [row for row in rows if is_machine(row["family"])]
     if not formulas or not machines:
         return "", ""
     formula, machine = min(formulas, key=_test_nm), min(machines, key=_test_nm)

@@ -189,7 +189,7 @@ def model_rows(evidence: Evidence) -> dict[str, list[float | None]]:
     branches = evidence.model.branches
     names = list(dict.fromkeys(name for branch in branches for name in branch.hyper_parameters))
     found: dict[str, list[float | None]] = {
-        "support_vectors": [float(len(branch.support_vectors)) for branch in branches],
+        "support_vectors": [float(branch.source.n_support_vectors) for branch in branches],
         **{name: [branch.hyper_parameters.get(name) for branch in branches] for name in names},
     }
     for name in _BRANCH:

@@ -26,7 +26,7 @@ from hw.outside import MOST_TABLE_BYTES, json_of, read_bounded
 from rtctl.errors import DataError
 from rtctl.friction import gain as report_gain
 from rtctl.friction.gain import Gains
-from rtctl.friction.kinds.table import FORMULAS
+from rtctl.friction.kinds.table import is_machine
 from rtctl.friction.learn.hold_out import HELD_OUT
 from rtctl.friction.report import figures as report_figures
 from rtctl.friction.report import measured_range
@@ -129,7 +129,7 @@ def _pictures(evidence: Evidence) -> list[Picture]:
         Picture(
             f"curve_{name}",
             f"{name}{' (the reported model)' if name == evidence.chosen else ''}: friction in N m against speed in "
-            f"{unit}, points, learned curve{'' if name in FORMULAS else ', epsilon tube and support vectors'}. Left: "
+            f"{unit}, points, learned curve{', epsilon tube and support vectors' if is_machine(name) else ''}. Left: "
             f"every speed; right: below {evidence.boundary_rad_s:.3g} rad/s.{measured_range.said(evidence.points)}",
             report_figures.curves(evidence, name),
         )
@@ -146,7 +146,7 @@ def _pictures(evidence: Evidence) -> list[Picture]:
         Picture(
             "residuals_speed",
             f"{against} speed in {unit} (linear below the slowest run, then logarithmic)."
-            f"{'' if evidence.chosen in FORMULAS else ' Shaded: the tube.'}",
+            f"{' Shaded: the tube.' if is_machine(evidence.chosen) else ''}",
             report_figures.residuals(evidence),
         ),
     ]

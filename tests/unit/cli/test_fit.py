@@ -102,9 +102,10 @@ def test_the_ladder_is_shown_with_its_reason_and_the_winner_written(csv, monkeyp
     for family in ("coulomb", "coulomb_viscous", "tustin", "gaussian", "lorentzian"):
         assert f"\n{family} " in "\n" + text
     assert "<- chosen" in text
-    assert "Chosen: gaussian" in text
+    assert "Chosen: the mean of" in text
+    assert "One rung alone would be gaussian" in text
     model = artefact.load(out)
-    assert model.kind == "gaussian"
+    assert model.kind == "mean"
     assert model.selection in text
     assert plot.read_bytes().startswith(b"\x89PNG")
 
@@ -123,7 +124,7 @@ def test_a_rung_that_cannot_be_compiled_has_its_row_and_the_ladder_a_model(
     out, report = tmp_path / "m.json", tmp_path / "report"
     code, text, _ = _run(
         monkeypatch, capsys, "fit", csv, "--out", out, "--ladder", "--kernel", "formula", "--backend", "sequential",
-        "--report", report,
+        "--report", report, "--no-mean",
     )  # fmt: skip
     assert code == 0
     why = "refused: direction +1: too many cells: stribeck_rad_s = 0.1"
@@ -144,11 +145,11 @@ def test_a_search_of_one_kernel_reports_every_rung_as_json(csv, monkeypatch, cap
     )  # fmt: skip
     assert code == 0
     found = json.loads(text[text.index("{") :])
-    assert [row["family"] for row in found["ladder"]] == ["epsilon-spline", "nu-spline"]
-    assert found["chosen"] in ("epsilon-spline", "nu-spline")
+    assert [row["family"] for row in found["ladder"]] == ["epsilon-spline", "nu-spline", "mean"]
+    assert found["chosen"] == "mean"
     assert found["runner_up"] != found["chosen"]
     assert found["symmetric"] is True
-    assert found["kind"] == "spline"
+    assert found["kind"] == "mean"
     assert found["evaluation_ns"] > 0
     assert all(row["held_out_rmse_nm"] > 0 and row["held_out_se_nm"] > 0 for row in found["ladder"])
     assert artefact.load(tmp_path / "m.json").temperature_max_c == 30

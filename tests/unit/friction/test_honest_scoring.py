@@ -173,11 +173,13 @@ def test_no_held_out_point_sets_the_scales_of_its_own_fold(monkeypatch):
     asked, right = [], search.train
 
     def spy(one, speed, friction_nm, *more, **options):
-        asked.append((one.c / friction_nm.max(), one.tube / grids.unit_nm(speed, friction_nm)))
+        session = np.searchsorted(data.speed, speed)  # of one log all points, or of both
+        session = data.session[session]
+        asked.append((one.c / friction_nm.max(), one.tube / grids.unit_nm(speed, friction_nm, session)))
         return right(one, speed, friction_nm, *more, **options)
 
     monkeypatch.setattr(search, "train", spy)
-    top, unit = float(data.friction_nm.max()), grids.unit_nm(data.speed, data.friction_nm)
+    top, unit = float(data.friction_nm.max()), grids.unit_nm(data.speed, data.friction_nm, data.session)
     search.cross_validate(Candidate("epsilon", "spline", 10 * top, 2 * unit), data)
     assert len(asked) == 3
     np.testing.assert_allclose(asked, [(10, 2)] * 3)

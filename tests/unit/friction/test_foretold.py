@@ -1,0 +1,63 @@
+"""Sessions foretold by those before them: friction that wears on is told, friction that comes and goes is not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rtctl.friction.learn import foretold, ladder, search
+from rtctl.friction.learn.machines import Candidate
+from rtctl.friction.points.measured import FrictionPoints
+
+QUICK = ladder.Options(families=("coulomb_viscous",), backend="sequential", folds="log")
+
+
+def sessions(factors: list[float]) -> FrictionPoints:
+    """Ten speeds each way in each session, whose friction is a factor of 0.3 + 0.1 v."""
+    rng = np.random.default_rng(2)
+    v = np.linspace(0.1, 2, 10)
+    rows, log = [], []
+    for at, factor in enumerate(factors):
+        for sign in (1, -1):
+            for x in v:
+                f = factor * (0.3 + 0.1 * x) + 1e-4 * rng.normal()
+                rows.append((sign * x, f, sign, np.nan, np.nan))
+                log.append(float(at))
+    return FrictionPoints.from_rows(rows, "made", "0" * 64, {"log": np.array(log)})
+
+
+def of(points: FrictionPoints) -> foretold.Foretold | None:
+    return foretold.foretold([(Candidate("formula", "coulomb"), search.side(points, 1, folds="log"))])
+
+
+def test_each_is_learned_from_those_before_it_alone() -> None:
+    found = of(sessions([1.0, 1.0, 2.0, 1.0]))
+    assert found is not None
+    assert set(found.block) == {2, 3}
+    third, fourth = (found.error_nm[found.block == at].mean() for at in (2, 3))
+    assert third == pytest.approx(-0.405, rel=0.01)  # .405 N m on average, twice that came
+    assert fourth == pytest.approx(0.135, rel=0.01)  # a third of the way to the one that was twice as much
+
+
+def test_three_sessions_foretell_nothing_and_speeds_are_no_sessions() -> None:
+    assert of(sessions([1.0, 1.1, 1.2])) is None
+    data = search.side(sessions([1.0, 1.1, 1.2, 1.3]), 1, folds="speed")
+    assert foretold.foretold([(Candidate("formula", "coulomb"), data)]) is None
+
+
+def test_wear_is_told_and_widens_the_band_and_days_are_not() -> None:
+    worn, days = sessions([1.0, 0.95, 0.9, 0.85, 0.8, 0.75]), sessions([1.0, 0.8, 1.0, 0.8, 1.0, 0.8])
+    wearing, coming = ladder.ascend(worn, QUICK), ladder.ascend(days, QUICK)
+    # sessions, from the mean of those before to the one foretold
+    lags = np.sqrt(np.mean(np.square([2.0, 2.5, 3.0])))
+    size = np.sqrt(np.mean((0.3 + 0.1 * np.linspace(0.1, 2, 10)) ** 2))
+    assert wearing.expected_next_nm == pytest.approx(0.05 * lags * size, rel=0.05)
+    assert wearing.expected_next_nm > 1.25 * wearing.choice.chosen.rmse_nm
+    assert "expect that of the next" in wearing.explanation
+    assert coming.expected_next_nm == pytest.approx(coming.choice.chosen.rmse_nm, rel=0.15)
+    band = ladder.learn(worn, wearing, rig="made").branches[0].band
+    assert band is not None
+    assert band.units == 3  # of the sessions that were foretold, since the errors there are the larger ones
+    assert (
+        band.widest_nm > 0.95 * 0.05 * 3 * 0.5
+    )  # of the last one: three steps of a friction of up to .5 N m
