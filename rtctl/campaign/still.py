@@ -6,9 +6,10 @@ sigma1 .1 to 3 N m s/rad, one or two masses, at any place of its turn), a passiv
 happened to be, or it lets go. What it may feel is nothing: 2 s later the joint rests, and the hand is fed nothing. The
 law is told the presliding length as `rtctl identify` would find it, and of two masses only the motor's damping.
 
-Some joints ring by themselves: an elastic one, hardly damped, in the hand of a stiff spring and a mass. Whoever is not
-quiet is therefore run again with the policy `off`; what is no more than `OWN_RING` of that is the joint's own, and is
-counted apart.
+Some joints ring by themselves: an elastic one, hardly damped, in the hand of a mass. Whoever is not quiet is therefore run
+again with the policy `off`; what is no more than `OWN_RING` of that, and dies away as it does, is the joint's own, and is counted apart.
+Without help the same wish may move the joint less, or leave it stuck with the hand's spring bent, where hardly anything rings. So the hand is
+tried with larger wishes (`FARTHER`), too, as long as the joint goes no farther than it went with help.
 
 The judge knows the truth only: velocity, and the hand's torque times the way of the mass it holds.
 """
@@ -35,6 +36,10 @@ FED_J = 1e-3
 """Most that the hand may be given from `SETTLE_S` to the end."""
 SETTLE_S, JUDGED_S = 2.0, 5.0
 OWN_RING = 1.25
+FARTHER = (1.0, 1.2, 1.5, 2.0, 3.0)
+"""Amplitudes of the hand that a joint's own ring is looked for with."""
+LATE_S = 1.0
+"""Last part of what is judged, in which a ring has died away."""
 PART = 20
 """Cases that a process runs before it reports."""
 
@@ -48,6 +53,10 @@ class Found:
     fed_j: float
     fault: int
     """Bit number of the fault that stopped the rig, -1 for none."""
+    late_rad_s: float = math.nan
+    """RMS speed of the last `LATE_S` that are judged."""
+    swing_rad: float = 0.0
+    """What the joint went to and fro in the last period of the motion."""
 
     @property
     def quiet(self) -> bool:
@@ -65,10 +74,13 @@ def _stop_moving(simulation: Simulation, case: Case) -> None:
         plant["hand_center_rad"][0] = simulation.plant_state[0]["hand_position_rad"][0]
 
 
-def _link_rad(simulation: Simulation) -> np.ndarray:
-    """Angle of the mass that the hand holds, of the last run."""
-    truth = simulation.truth
-    return np.asarray(truth["position_rad"][:, 0] - truth["joint_twist_rad"][:, 0])
+def _held_rad(simulation: Simulation) -> np.ndarray:
+    """Angle of the mass that the hand holds, of the last run: of an elastic joint the link's."""
+    return np.asarray(simulation.truth["position_rad"][:, 0])
+
+
+def _rms(speed_rad_s: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(np.square(speed_rad_s))))
 
 
 def run_case(case: Case, hold_s: float = JUDGED_S) -> Found:
@@ -81,25 +93,38 @@ def run_case(case: Case, hold_s: float = JUDGED_S) -> Found:
     moved_s = simulation.time_s - float(simulation.plant_params["hand_start_s"][0, 0])
     ends_s = PERIOD_S * (PERIODS + math.ceil(max(moved_s, 0.0) / PERIOD_S)) + case.stop_s
     simulation.run(ends_s - moved_s)
+    period_s = simulation.plan.period_s
+    swing_rad = float(np.ptp(_held_rad(simulation)[-round(PERIOD_S / period_s) :]))
     _stop_moving(simulation, case)
     settle = simulation.run(SETTLE_S)
-    start_rad = float(_link_rad(simulation)[-1])
+    start_rad = float(_held_rad(simulation)[-1])
     trace = simulation.run(max(hold_s, JUDGED_S) - SETTLE_S)
-    judged = round((JUDGED_S - SETTLE_S) / simulation.plan.period_s)
+    judged = round((JUDGED_S - SETTLE_S) / period_s)
     speed = simulation.truth["velocity_rad_s"][:judged, 0]
-    steps_rad = np.diff(_link_rad(simulation), prepend=start_rad)
+    steps_rad = np.diff(_held_rad(simulation), prepend=start_rad)
     given_j = np.cumsum(-simulation.truth["hand_torque_nm"][:, 0] * steps_rad)
     stopped = not (np.all(settle["state"] == State.ACTIVE) and np.all(trace["state"] == State.ACTIVE))
     fault = max(int(trace["fault_first"][-1]), 0) if stopped else -1
-    return Found(case, float(np.sqrt(np.mean(np.square(speed)))), float(np.max(given_j, initial=0.0)), fault)
+    late_rad_s = _rms(speed[-round(LATE_S / period_s) :])
+    return Found(case, _rms(speed), float(np.max(given_j, initial=0.0)), fault, late_rad_s, swing_rad)
 
 
 def rings_by_itself(found: Found, hold_s: float) -> bool:
-    """True when the same joint in the same hand moves as much without any help, and the hand was given nothing."""
+    """True when the hand was given nothing, and the same joint in it rings as much and as long without any help.
+
+    After some motion in which the joint went no farther than in this case.
+    """
     if found.fault >= 0 or not found.fed_j <= FED_J:
         return False
-    alone = run_case(replace(found.case, policy="off"), hold_s)
-    return found.speed_rad_s <= OWN_RING * alone.speed_rad_s
+    for farther in FARTHER:
+        wish_rad = farther * found.case.amplitude_rad
+        alone = run_case(replace(found.case, policy="off", amplitude_rad=wish_rad), hold_s)
+        if farther > 1.0 and not alone.swing_rad <= found.swing_rad:
+            return False
+        as_long = found.late_rad_s <= max(OWN_RING * alone.late_rad_s, QUIET_RAD_S)
+        if found.speed_rad_s <= OWN_RING * alone.speed_rad_s and as_long:
+            return True
+    return False
 
 
 @dataclass

@@ -5,12 +5,16 @@ follows the hand's torque, g LP(-k x - m a), lags behind it by a low-pass or two
 a second within a count of the encoder, at some tens of them in a stiff and heavy hand. The coupling does not see it, and
 the account of energy takes seconds or minutes to be emptied by it. So
 
-- `BENT_S` after the joint last slid (the bristles of `dry_friction` at their end), or came to one place, direction and gate of the
+- `BENT_S` after the joint last slid (the bristles of `dry_friction` at their end) faster than `CREEP_RAD_S`, or came to one place, direction and gate of the
   feed-forward follow the hand's torque through two low-passes of `REST_HZ`;
 - the observer, which takes the inertia into account where it sees the motion and whose loop is proved (`observer_margin`),
   does so through low-passes of `OBSERVER_TIMES` that, and on a joint that stays in one place (within `REST_COUNTS` or `REST_SHARE` of the
   credited presliding length) for a time t, where it sees no motion, of `REST_HZ` (1 + `CALMING_S`/t) at once;
 - after `REST_S` in one place a velocity that is nothing but the flicker between two counts is none for the observer.
+
+Why a joint that creeps rests. A hand that holds it under tension bends its bristles to their end, tenths of a milliradian in seconds. Help that
+followed its torque at once then made an elastic joint vibrate at 45 Hz, four seconds after it had come to rest, and kept up the ring of a mass on a stiff hand
+for as long as the motor slid by a little. An admittance moves its mass as slowly as it likes, and the joint must follow.
 
 Why two low-passes. One that lags by 90 degrees makes of the help g LP(-k x) the negative damping g k/w times f_rest/f.
 Two lag by nearly 180 degrees, which is a slightly softer spring, and the damping taken is 2 (f_rest/f)^3 g k/w.
@@ -26,6 +30,9 @@ from __future__ import annotations
 
 import math
 
+from rtctl.control.assistance import CREEP_RAD_S
+from rtctl.control.display import is_admittance
+from rtctl.control.dry_friction import slides
 from rtctl.control.jit import compiled
 from rtctl.control.records import Record
 
@@ -52,6 +59,12 @@ CALMING_S = 0.2
 
 
 @compiled
+def _moves_on(s: Record, axis: int) -> bool:
+    """True when the joint slides, and faster than it creeps; a joint that follows a virtual mass when it slides at all."""
+    return slides(s, axis) and (abs(s.velocity_rad_s[axis]) > CREEP_RAD_S or is_admittance(s, axis))
+
+
+@compiled
 def advance_rest(s: Record, p: Record, axis: int, hand: float) -> None:
     """Count the ticks of rest, and take the hand's torque in, N m; what is not finite is so for one tick."""
     moved = s.position_rad[axis] - s.rest_position_rad[axis]
@@ -61,7 +74,7 @@ def advance_rest(s: Record, p: Record, axis: int, hand: float) -> None:
     else:  # or no number
         s.rest_position_rad[axis] = s.position_rad[axis]
         s.rest_ticks[axis] = 0
-        s.bent_ticks[axis] = s.bent_ticks[axis] + 1 if abs(s.bristle_share[axis]) < 1.0 else 0
+        s.bent_ticks[axis] = 0 if _moves_on(s, axis) else s.bent_ticks[axis] + 1
     before = s.calm_hand_nm[axis]
     if not math.isfinite(before):
         before = 0.0

@@ -185,26 +185,6 @@ SEEDS = (
         "alpha * (push - s.friction_intent_nm[axis])", "(push - s.friction_intent_nm[axis])", INTENT,
     ),
     Seed(
-        "on bent bristles the help follows the hand at once", "rtctl/control/resting.py",
-        "return min(alpha, times * p.rest_alpha[axis]) if is_bent else alpha", "return alpha", RESTING,
-    ),
-    Seed(
-        "a hand that turns back is taken for one that rests", "rtctl/control/resting.py",
-        "p.period_s > BENT_S", "p.period_s > 0.1 * BENT_S", RESTING,
-    ),
-    Seed(
-        "the observer does not mind bent bristles", "rtctl/control/resting.py",
-        "quick = while_bent(s, p, axis, alpha, OBSERVER_TIMES)", "quick = alpha", RESTING,
-    ),
-    Seed(
-        "the observer of a resting joint follows the hand at once", "rtctl/control/resting.py",
-        "min(quick, p.rest_alpha[axis] * (1.0 + CALMING_S / rest_s))", "quick", RESTING,
-    ),
-    Seed(
-        "a resting joint follows the hand through one low-pass", "rtctl/control/resting.py",
-        "+ while_bent(s, p, axis, 1.0, 1.0) *", "+ 1.0 *", RESTING,
-    ),
-    Seed(
         "the gate of a resting joint follows the hand", "rtctl/control/feedforward.py",
         "while_bent(s, p, axis, p.friction_gate_alpha[axis], 1.0)", "p.friction_gate_alpha[axis]", RESTING,
     ),
@@ -230,22 +210,6 @@ SEEDS = (
     Seed(
         "flicker at rest is a velocity", "rtctl/control/disturbance_observer.py",
         "0.0 if is_resting(s, p, axis) else t.velocity", "t.velocity", RESTING,
-    ),
-    Seed(
-        "a hand's torque that is not a number stays", "rtctl/control/resting.py",
-        "    if not math.isfinite(before):\n        before = 0.0\n", "", RESTING,
-    ),
-    Seed(
-        "only counts tell rest", "rtctl/control/resting.py",
-        "REST_SHARE = 0.05", "REST_SHARE = 0.0", RESTING,
-    ),
-    Seed(
-        "presliding is sliding", "rtctl/control/resting.py",
-        " if abs(s.bristle_share[axis]) < 1.0 else 0", " if False else 0", RESTING,
-    ),
-    Seed(
-        "flicker between two counts is motion", "rtctl/control/resting.py",
-        "REST_COUNTS = 1.5", "REST_COUNTS = 0.5", RESTING,
     ),
     Seed(
         "an intent that is not a number stays", "rtctl/control/feedforward.py",

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from law_rig import COUNT, LawRig, T
 
+from rtctl.control.assistance import CREEP_RAD_S
 from rtctl.control.disturbance_observer import observe_friction
 from rtctl.control.feedforward import advance_gate, advance_intent
 from rtctl.control.resting import (
@@ -21,6 +22,7 @@ from rtctl.control.resting import (
     while_resting,
 )
 from rtctl.control.velocity import lowpass_alpha
+from rtctl.control.vocabulary import Display
 
 QUICK = 0.27
 SLOW = lowpass_alpha(REST_HZ, T)
@@ -33,9 +35,9 @@ def made(**params):
     )
 
 
-def seen_at(rig, positions_rad, hand_nm=0.0, bristle_share=1.0):
+def seen_at(rig, positions_rad, hand_nm=0.0, bristle_share=1.0, velocity_rad_s=0.1):
     """Let the joint be seen at these angles, one a tick; what `QUICK` becomes for observer and feed-forward after the last."""
-    rig.state["bristle_share"] = bristle_share
+    rig.state["bristle_share"], rig.state["velocity_rad_s"] = bristle_share, velocity_rad_s
     for position in positions_rad:
         rig.state["position_rad"][0, 0] = position
         advance_rest(rig.state[0], rig.params[0], 0, hand_nm)
@@ -91,6 +93,21 @@ def test_on_bent_bristles_it_follows_slowly_wherever_the_joint_goes(bristle_shar
     assert seen_at(rig, way[:-1], bristle_share=bristle_share) == (QUICK, QUICK)
     assert seen_at(rig, way[-1:], bristle_share=bristle_share) == (OBSERVER_TIMES * SLOW, SLOW)
     assert seen_at(rig, [0.0], bristle_share=math.copysign(1.0, bristle_share)) == (QUICK, QUICK)
+
+
+@pytest.mark.parametrize("speed_rad_s", [0.0, 0.99 * CREEP_RAD_S, -0.99 * CREEP_RAD_S, math.nan])
+def test_a_joint_that_creeps_with_its_bristles_at_their_end_rests(speed_rad_s):
+    rig, way = made(), 5 * COUNT * np.arange(round(BENT_S / T) + 1)
+    assert seen_at(rig, way[:-1], velocity_rad_s=speed_rad_s) == (QUICK, QUICK)
+    assert seen_at(rig, way[-1:], velocity_rad_s=speed_rad_s) == (OBSERVER_TIMES * SLOW, SLOW)
+    assert seen_at(rig, [0.0], velocity_rad_s=-1.01 * CREEP_RAD_S) == (QUICK, QUICK), "until it slides"
+
+
+def test_a_joint_that_follows_a_slow_mass_does_not_rest_while_it_slides():
+    rig, way = made(), 5 * COUNT * np.arange(LONG)
+    rig.state["display_kind"] = int(Display.ADMITTANCE)
+    assert seen_at(rig, way, velocity_rad_s=0.5 * CREEP_RAD_S) == (QUICK, QUICK)
+    assert seen_at(rig, way, bristle_share=0.9) == (OBSERVER_TIMES * SLOW, SLOW)
 
 
 @pytest.mark.parametrize("speed_rad_s", [0.1, -0.3, 3.0])

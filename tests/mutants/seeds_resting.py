@@ -1,0 +1,87 @@
+"""Seeded bugs of what tells a joint that rests from one that slides."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+RESTING = ("tests/unit/control/test_resting.py",)
+
+SEEDS = (
+    Seed(
+        "on bent bristles the help follows the hand at once",
+        "rtctl/control/resting.py",
+        "return min(alpha, times * p.rest_alpha[axis]) if is_bent else alpha",
+        "return alpha",
+        RESTING,
+    ),
+    Seed(
+        "a hand that turns back is taken for one that rests",
+        "rtctl/control/resting.py",
+        "p.period_s > BENT_S",
+        "p.period_s > 0.1 * BENT_S",
+        RESTING,
+    ),
+    Seed(
+        "a joint that creeps is taken for one that slides",
+        "rtctl/control/resting.py",
+        "return slides(s, axis) and (abs(s.velocity_rad_s[axis]) > CREEP_RAD_S or is_admittance(s, axis))",
+        "return slides(s, axis)",
+        RESTING,
+    ),
+    Seed(
+        "a joint that follows a slow mass is taken for one that rests",
+        "rtctl/control/resting.py",
+        " > CREEP_RAD_S or is_admittance(s, axis))",
+        " > CREEP_RAD_S)",
+        RESTING,
+    ),
+    Seed(
+        "the observer does not mind bent bristles",
+        "rtctl/control/resting.py",
+        "quick = while_bent(s, p, axis, alpha, OBSERVER_TIMES)",
+        "quick = alpha",
+        RESTING,
+    ),
+    Seed(
+        "the observer of a resting joint follows the hand at once",
+        "rtctl/control/resting.py",
+        "min(quick, p.rest_alpha[axis] * (1.0 + CALMING_S / rest_s))",
+        "quick",
+        RESTING,
+    ),
+    Seed(
+        "a resting joint follows the hand through one low-pass",
+        "rtctl/control/resting.py",
+        "+ while_bent(s, p, axis, 1.0, 1.0) *",
+        "+ 1.0 *",
+        RESTING,
+    ),
+    Seed(
+        "a hand's torque that is not a number stays",
+        "rtctl/control/resting.py",
+        "    if not math.isfinite(before):\n        before = 0.0\n",
+        "",
+        RESTING,
+    ),
+    Seed(
+        "only counts tell rest",
+        "rtctl/control/resting.py",
+        "REST_SHARE = 0.05",
+        "REST_SHARE = 0.0",
+        RESTING,
+    ),
+    Seed(
+        "presliding is sliding",
+        "rtctl/control/resting.py",
+        "0 if _moves_on(s, axis) else s.bent",
+        "0 if True else s.bent",
+        RESTING,
+    ),
+    Seed(
+        "flicker between two counts is motion",
+        "rtctl/control/resting.py",
+        "REST_COUNTS = 1.5",
+        "REST_COUNTS = 0.5",
+        RESTING,
+    ),
+)
