@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from law_rig import B, LawRig, T
+from law_rig import B, LawRig, T, of_rows
 
 from rtctl.control.force_doubt import (
     FROZEN_S,
@@ -20,6 +20,7 @@ from rtctl.control.force_doubt import (
 )
 from rtctl.control.vocabulary import Fault
 
+FROZEN, OFFSET = of_rows(frozen_fault), of_rows(offset_fault)
 FRICTION_NM = 0.3
 LIMIT_N = 50.0
 
@@ -42,7 +43,7 @@ def moved(rig, path, motor_share=0.0, lively=False):
         motor_nm = motor_share * math.copysign(FRICTION_NM + B * abs(dx) / T, dx)
         rig.now["motor_torque_nm"] = motor_nm
         rig.state["torque_applied_nm"] = motor_nm
-        if frozen_fault(rig.now[0], rig.state[0], rig.params[0], 1, True):
+        if FROZEN(rig.now, rig.state, rig.params, 1, True):
             return k
     return None
 
@@ -84,7 +85,7 @@ def slid(offset_nm, limit_nm, staying=False):
     rig.state["same_ticks"] = 10_000 if staying else 0
     for k in range(6000):
         rig.state["bristle_share"] = 1.0 if (k // 250) % 2 == 0 else -1.0
-        if fault := offset_fault(rig.now[0], rig.state[0], rig.params[0], 0, 1, True):
+        if fault := OFFSET(rig.now, rig.state, rig.params, 0, 1, True):
             return (k + 1) * T, Fault(fault)
     return None
 
@@ -115,4 +116,4 @@ def test_an_uneven_joint_whose_friction_swings_by_turns_is_no_offset():
         swing = 0.2 * math.copysign(1.0, math.sin(2 * math.pi * k * T))  # half a second each
         rig.state["friction_seen_nm"][0, 0] = (FRICTION_NM + swing, FRICTION_NM - swing)
         rig.state["bristle_share"] = 1.0 if (k // 2000) % 2 == 0 else -1.0
-        assert not offset_fault(rig.now[0], rig.state[0], rig.params[0], 0, 1, True)
+        assert not OFFSET(rig.now, rig.state, rig.params, 0, 1, True)
