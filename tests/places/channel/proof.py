@@ -23,7 +23,7 @@ FAULT = '[[device.options.faults]]\nchannel = "supply"\nkind = "offset"\nat_tick
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     """A second of a rig whose hand is held by a spring: ticks, the recording of them, and the truth of the last."""
-    path = Path("configs/mock-supply.toml")
+    path = Path("configs") / "mock-supply.toml"
     text = Path("configs/mock-spring.toml").read_text()
     path.write_text(text.replace("[device.options]\n", "[device.options]\nsupply_v = 24.0\n") + FAULT)
     loaded = load(path)
