@@ -1,4 +1,4 @@
-"""Formulas of docs/theory.md (2.12, 2.13, 4, 5.1, 5.4) that no program computes: what tests hold the law and its proofs to."""
+"""Formulas that no program computes, of docs/theory.md 2.12, 2.13, 4, 5.1 and 5.4: what tests hold the law and its proofs to."""
 
 from __future__ import annotations
 
