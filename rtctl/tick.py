@@ -23,6 +23,9 @@ from hw.motion import unit
 
 Kind = Literal["int", "float", "bits"]
 
+MOST_AXES = 8
+"""Axes of a rig, and of what claims to be recorded from one."""
+
 _NUMPY = {"int": "<i8", "float": "<f8", "bits": "<u8"}
 
 

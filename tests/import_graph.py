@@ -23,6 +23,8 @@ def modules(tops=("rtctl", "hw"), root=ROOT):
 
 def _nodes(tree):
     for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.expr):  # imports nothing
+            continue
         if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
             continue
         yield node

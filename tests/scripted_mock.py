@@ -9,7 +9,8 @@ from hw.fault_kinds import KINDS, Effect
 from hw.interface import Rig
 from hw.mock.backend import MockBackend
 from hw.mock.jit import records
-from hw.mock.options import SENSORS, MockOptions
+from hw.mock.options import MockOptions
+from hw.mock.sensors import SENSORS
 from hw.scripted_faults import FAULTS
 from rtctl.tick import new_ticks
 
@@ -23,7 +24,7 @@ SHOWN = (
     "link_faults",
     "sample_count",
 )
-BEYOND = {reading.name for reading in QUANTITIES} - SENSORS
+BEYOND = {reading.name for reading in QUANTITIES} - SENSORS.keys()
 """Channels that the mock rig does not measure."""
 
 MOVING = {

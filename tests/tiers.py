@@ -82,6 +82,7 @@ LONG = (
     "unit/cli/test_check_plausibility.py",
     "unit/cli/test_fit.py",
     "unit/cli/test_identify_log.py",
+    "unit/cli/test_identify_log_of_a_linear_axis.py",
     "unit/cli/test_linear_axis.py",
     "unit/control/test_admittance_margin.py",
     "unit/control/test_admittance_proof.py",
@@ -107,6 +108,7 @@ LONG = (
     "unit/friction/test_honest_scoring.py",
     "unit/friction/test_left_over.py",
     "unit/friction/test_load.py",
+    "unit/friction/test_models_of_a_linear_axis.py",
     "unit/friction/test_other_makes.py",
     "unit/friction/test_presliding_in_logs.py",
     "unit/friction/test_report.py",
@@ -114,6 +116,7 @@ LONG = (
     "unit/friction/test_search.py",
     "unit/host/test_flight_recorder.py",
     "unit/host/test_probe.py",
+    "unit/host/test_why_waiting.py",
     "unit/hw/test_can_steady.py",
     "unit/hw/test_compile_key.py",
     "unit/hw/test_mock_hand.py",
@@ -128,15 +131,17 @@ LONG = (
     "unit/identify/test_dataset.py",
     "unit/identify/test_difficult_joints.py",
     "unit/identify/test_identify_a_linear_axis.py",
+    "unit/identify/test_place_rows.py",
     "unit/identify/test_session.py",
     "unit/recording/test_incident.py",
     "unit/recording/test_replay.py",
     "unit/test_playback_report.py",
+    "unit/test_tiers.py",
 )
-"""Unit tests and properties that `make check` leaves to `make test`: files that take more than two seconds of a core, once
-all is compiled. `make check` names those of its own that do; what takes less than one again, leaves the table."""
+"""Unit tests and properties that `make check` leaves to `make test`: files that take more than a second and a half of a
+core, once all is compiled. `make check` names those of its own that do; what takes less than one again, leaves the table."""
 
-QUICK_S = 2.0
+QUICK_S = 1.5
 """Processor time of a file of tests that `make check` runs, at most."""
 
 _SAID = re.compile(r"^ *([\d.]+) s of a core: (\S+\.py)$", re.MULTILINE)

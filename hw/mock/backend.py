@@ -10,6 +10,7 @@ from hw.jit import bound
 from hw.mock.jit import records
 from hw.mock.plant import plant_read, plant_write
 from hw.mock.records import plant_records
+from hw.mock.sensors import measured
 
 
 class MockBackend:
@@ -24,9 +25,7 @@ class MockBackend:
     consumes = frozenset({"current_command"})
 
     def __init__(self, options: Options, rig: Rig) -> None:
-        more = {"velocity"} if options["velocity"] is not None else set()
-        more |= {"moment"} if options["force"]["moment"] is not None else set()
-        self.provides = frozenset({"position", "current", "force", "temperature", "estop"} | more)
+        self.provides = measured(options)
         params, state = plant_records(options, rig)
         self.params, self.state = records(params), records(state)
         self._tick: np.ndarray | None = None

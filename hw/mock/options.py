@@ -23,15 +23,13 @@ from hw.mock.effect_options import (
 )
 from hw.mock.effects import ELEMENTS
 from hw.mock.records import DELAY_LINE, GRIPS, SINES
+from hw.mock.sensors import SENSORS, measured
 from hw.option_tables import Table, number
 
 T = TypeVar("T")
 
 MODULATION_MAX = 0.9
 """Most that all waves of the dry friction over position may add up to: some friction is left everywhere."""
-
-SENSORS = frozenset({"position", "current", "force", "moment", "temperature", "velocity", "estop"})
-"""Channels that the mock rig can measure."""
 
 Force = Annotated[float, Field(ge=-1e3, le=1e3)]
 Share = Annotated[float, Field(ge=-2, le=2)]
@@ -250,16 +248,14 @@ class MockOptions(Table):
 
     @model_validator(mode="after")
     def _sensor_for_faults(self) -> MockOptions:
+        here = measured(self.model_dump())
         for k, fault in enumerate(self.faults):
-            if fault.channel in READING and fault.channel not in SENSORS:
+            if fault.channel not in READING or fault.channel in here:
+                continue
+            keys = SENSORS.get(fault.channel, ())
+            if not keys:
                 msg = f"faults[{k}].channel: the mock rig has no sensor of {fault.channel!r}"
                 raise ValueError(msg)
-            if fault.channel == "velocity" and self.velocity is None:
-                msg = (
-                    f"faults[{k}].channel: 'velocity' needs a velocity sensor: add [device.options.velocity]"
-                )
-                raise ValueError(msg)
-            if fault.channel == "moment" and self.force.moment is None:
-                msg = f"faults[{k}].channel: 'moment' needs a sensor with moments: add [device.options.force.moment]"
-                raise ValueError(msg)
+            msg = f"faults[{k}].channel: {fault.channel!r} needs a sensor: add [device.options.{'.'.join(keys)}]"
+            raise ValueError(msg)
         return self

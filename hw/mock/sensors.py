@@ -1,17 +1,42 @@
-"""What the simulated rig's sensors make of the truth: quantised, biased, drifting, noisy."""
+"""What the simulated rig's sensors make of the truth: quantised, biased, drifting, noisy; and which sensors it has."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
 from hw.encoder import unwrap, wrap
+from hw.interface import Options
 from hw.kept_readings import keep, show
 from hw.mock.drift import temperature
 from hw.mock.jit import compiled
 from hw.mock.noise import normal
 from hw.mock.tip import weigh
+
+SENSORS: dict[str, tuple[str, ...]] = {
+    "position": (),
+    "current": (),
+    "force": (),
+    "temperature": (),
+    "estop": (),
+    "moment": ("force", "moment"),
+    "velocity": ("velocity",),
+}
+"""Channels that the mock rig can measure -> keys of the option that gives it the sensor; none: it always has it."""
+
+
+def measured(options: Options) -> frozenset[str]:
+    """Channels that the rig of these options (dumped `MockOptions`) measures."""
+    return frozenset(name for name, keys in SENSORS.items() if _has(options, keys))
+
+
+def _has(options: Options, keys: tuple[str, ...]) -> bool:
+    value: object = options
+    for key in keys:
+        value = value[key] if isinstance(value, Mapping) else None
+    return value is not None
 
 
 @compiled

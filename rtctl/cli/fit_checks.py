@@ -54,8 +54,9 @@ def require_of_linear(families: tuple[str, ...], kernel: str, search: str | None
         Names the option and what to give in its place.
     """
     if not families:
+        others = ", ".join(name for name, kind in KERNELS.items() if kind.any_unit)
         raise ConfigError(
-            f"--kernel {kernel}: its curve depends on the unit of speed; of a linear axis give --kernel spline, rbf or formula"
+            f"--kernel {kernel}: its curve depends on the unit of speed; of a linear axis give --kernel {others} or formula"
         )
     if search == "none":
         raise ConfigError(

@@ -262,20 +262,3 @@ def mass_min_continuous(J: float, b: float, K_v: float) -> float:
     J K_v/(b + K_v) (docs/theory.md 2.13). The inertia before the sensor bounds it: no gain renders less.
     """
     return J * K_v / (b + K_v)
-
-
-def hand_max_continuous(m: float, b_v: float, J: float, b: float, K_v: float) -> float:
-    """Stiffness of a hand (a spring alone) at which a display without lag and K_p begins to grow, N m/rad; infinite from
-    `mass_min_continuous` on.
-    """
-    D = b + K_v
-    lacks = J * K_v - m * D
-    return math.inf if lacks <= 0 else b_v * D * (m * D + b_v * J) / (m * lacks)
-
-
-def impedance_continuous(loop: AdmittanceLoop, s: np.ndarray) -> np.ndarray:
-    """What a hand feels of a display without lags, N m s/rad: (Js + b + K)(ms + b_v)/(ms + b_v + K), K = K_v + K_p/s."""
-    K = loop.velocity_gain_nms_rad + loop.position_gain_nm_rad / s
-    mass = loop.mass_kgm2 * s + loop.virtual_damping_nms_rad
-    joint = loop.inertia_kgm2 * s + loop.viscous_nms_rad
-    return np.asarray((joint + K) * mass / (mass + K))

@@ -46,22 +46,6 @@ def gain_max(v: np.ndarray, F_lo: np.ndarray, F_hat: np.ndarray, b_need: float) 
     return float(np.clip(np.min((F_lo - b_need * v) / F_hat), 0.0, 1.0))
 
 
-def runaway_speed(F_c: float, b_v: float, gain: float, overestimate: float = 1.0) -> float:
-    """Speed a free device runs away to under Coulomb over-compensation, rad/s; 0 if it does not (docs/theory.md 5.1).
-
-    `overestimate` is the model's Coulomb friction over the true one.
-    """
-    return max(0.0, (gain * overestimate - 1) * F_c / b_v)
-
-
-def tanh_speed_min(gain: float, friction_at_rest_nm: float, damping_nms_rad: float) -> float:
-    """Least speed scale of a tanh feed-forward that does not hunt at rest, rad/s (docs/theory.md 5.4).
-
-    `damping_nms_rad` is bristle damping, viscous damping and the hand's: sigma1 + sigma2 + b_hand.
-    """
-    return gain * friction_at_rest_nm / damping_nms_rad
-
-
 @dataclass(frozen=True)
 class TwoLine:
     """Result of the two-line test: margin (N m), slope c_1 (N m s/rad), and the two intercepts (N m)."""

@@ -28,8 +28,6 @@ stiction peak would run into a false alarm within seconds.
 
 from __future__ import annotations
 
-import numpy as np
-
 from rtctl.control.jit import compiled, inlined
 from rtctl.control.place_trust import place_trust
 from rtctl.control.records import Record
@@ -109,41 +107,3 @@ def passivity_fault(s: Record, p: Record, axis: int) -> int:
     if deficit <= FAULT_FACTOR * p.energy_budget_j:
         return 0
     return _F_PASSIVITY if deficit <= GROSS_FACTOR * p.energy_budget_j else _F_GROSS
-
-
-@compiled
-def series_po_pc(
-    force: np.ndarray, velocity: np.ndarray, w: np.ndarray, alpha: np.ndarray, f1: np.ndarray
-) -> None:
-    """Hannaford-Ryu series observer and controller over a whole recording (impedance causality).
-
-    Parameters
-    ----------
-    force, velocity : array, shape (n,)
-        f2 (opposing) of the environment and v2 of the port.
-    w, alpha, f1 : array, shape (n,)
-        Written: observed power sum W, damping, and force after the controller.
-
-    Notes
-    -----
-    W(n) = W(n-1) + f2 v2 + alpha(n-1) v2(n-1)^2; alpha(n) = -W/v2^2 if W < 0 and v2 != 0 else 0;
-    f1 = f2 + alpha v2 (Hannaford and Ryu 2002).
-    """
-    total = 0.0
-    injected = 0.0
-    for n in range(len(force)):
-        v = velocity[n]
-        total += force[n] * v + injected
-        damping = -total / (v * v) if total < 0.0 and v != 0.0 else 0.0
-        injected = damping * v * v
-        w[n] = total
-        alpha[n] = damping
-        f1[n] = force[n] + damping * v
-
-
-@compiled
-def parallel_po_pc(
-    force: np.ndarray, velocity: np.ndarray, w: np.ndarray, beta: np.ndarray, v1: np.ndarray
-) -> None:
-    """Parallel form (admittance causality): the dual of `series_po_pc`, with beta = 1/alpha acting on f2."""
-    series_po_pc(velocity, force, w, beta, v1)

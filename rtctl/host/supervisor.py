@@ -239,7 +239,7 @@ class Host:
         self.loop.leave_it_its_core()
         self._watch_late()
         self.telemetry.set_realtime(self.loop.grants)
-        self.telemetry.set_early(self.memory.early_ns)
+        self.telemetry.set_early(self.memory.early_ns[MARGIN:])
         self.record.begin(setup_of(self.loaded, self.plan, rig.session, rig.start_wall_ns, self.loop.grants))
         self.view = ViewProcess.of(self.loaded, self.runtime)
         self.notifier.ready()

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rtctl.host.supervisor import Host
 from rtctl.identify.motion import Order, Steps
+
+if TYPE_CHECKING:
+    from rtctl.host.supervisor import Host
 
 ARM_EVERY_S = 0.2
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 
 from hw.outside import json_of, shown
-from rtctl.wire.protocol import MOST_AXES
+from rtctl.tick import MOST_AXES
 
 MOST_DIGITS = 18
 """Most digits of a whole number: it is then below 2^63."""

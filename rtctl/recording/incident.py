@@ -19,8 +19,7 @@ from hw.outside import json_of, opened, shown
 from rtctl.bounded_npz import read_arrays
 from rtctl.errors import DataError
 from rtctl.recording.event_log import Event
-from rtctl.tick import tick_dtype
-from rtctl.wire.protocol import MOST_AXES
+from rtctl.tick import MOST_AXES, tick_dtype
 
 BEFORE_TICKS = 200
 AFTER_TICKS = 50

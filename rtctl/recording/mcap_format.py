@@ -9,7 +9,6 @@ from enum import IntEnum
 
 MAGIC = b"\x89MCAP0\r\n"
 RECORD_HEAD = 9
-FOOTER_BYTES = RECORD_HEAD + 20
 
 
 class Op(IntEnum):

@@ -13,8 +13,7 @@ from rtctl.recording import json_ticks, tick_blocks, tick_cdr
 from rtctl.recording.mcap_scan import Chunk, Contents, channel_of
 from rtctl.recording.tick_blocks import Block, Column
 from rtctl.recording.topics import COLUMNS, TICK
-from rtctl.tick import joined, tick_dtype
-from rtctl.wire.protocol import MOST_AXES
+from rtctl.tick import MOST_AXES, joined, tick_dtype
 
 _OLD_SCHEMA = "rtctl.tick"
 

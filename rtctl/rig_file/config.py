@@ -36,7 +36,7 @@ from rtctl.rig_file.mistakes import fault_lines, tiny_lines
 from rtctl.rig_file.rig_tables import DeviceTable, LoopTable, PassivityTable, RigTable
 from rtctl.rig_file.sensor_tables import ForceSensorTable
 from rtctl.rig_file.toml_lines import read_toml
-from rtctl.wire.protocol import MOST_AXES
+from rtctl.tick import MOST_AXES
 
 
 def _or_switch(schema: dict[str, Any]) -> None:

@@ -30,9 +30,6 @@ TOPIC_SETUP = b"rtctl/setup"
 TOPICS = (TOPIC_STATE, TOPIC_TICKS, TOPIC_EVENT, TOPIC_HEALTH, TOPIC_COMMAND, TOPIC_SETUP)
 """All of them: a subscriber that asks for others is expelled in the end."""
 
-MOST_AXES = 8
-"""Axes of a rig, and of what claims to be recorded from one."""
-
 MAX_REQUEST_BYTES = 4096
 MAX_OUTSTANDING_REQUESTS = 8
 """Requests one client may have unanswered; the gateway's receive queue holds as many."""

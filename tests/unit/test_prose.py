@@ -4,13 +4,15 @@ import ast
 import re
 from pathlib import Path
 
+from statements import statements
+
 ROOT = Path(__file__).parents[2]
 NOUNLESS = re.compile(r"^(Of|Its?|They|Their|Them|The same (of|on|in|for|with)) |^The same[.,]")
 
 
 def docstrings(tree):
     """Line and text of every string that stands as a statement by itself."""
-    for node in ast.walk(tree):
+    for node in statements(tree):
         if (
             isinstance(node, ast.Expr)
             and isinstance(node.value, ast.Constant)

@@ -10,6 +10,7 @@ import textwrap
 from pathlib import Path
 
 import pytest
+from statements import statements
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = ("rtctl", "hw", "tests", "docs/example-backend")
@@ -39,7 +40,7 @@ def too_long(text):
     head = lines[: code[0].lineno] if code else lines
     if len(lines) > FILE_LINES and not reasoned(head, FILE_LINES):
         found.append(("", len(lines)))
-    for node in ast.walk(tree):
+    for node in statements(tree):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and (body := body_of(node)):
             length = node.end_lineno - body[0].lineno + 1
             signature = lines[node.lineno - 1 : node.body[0].lineno - 1]

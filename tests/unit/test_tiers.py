@@ -175,7 +175,7 @@ def test_busy():
 
 def test_a_session_says_which_files_were_not_quick(tmp_path, monkeypatch):
     shutil.copy(tiers.TESTS / "conftest.py", tmp_path)
-    table = (tiers.TESTS / "tiers.py").read_text().replace("QUICK_S = 2.0", "QUICK_S = 0.2")
+    table = (tiers.TESTS / "tiers.py").read_text().replace(f"QUICK_S = {tiers.QUICK_S}", "QUICK_S = 0.2")
     (tmp_path / "tiers.py").write_text(table)
     for name, seconds in (("slow", 0.4), ("quick", 0.0)):
         (tmp_path / f"test_{name}.py").write_text(BUSY.format(seconds=seconds))

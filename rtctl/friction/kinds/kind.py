@@ -107,6 +107,8 @@ class Kernel(Kind):
 
     c_shares: ClassVar[tuple[float, ...]]
     tubes: ClassVar[slice] = slice(None)
+    any_unit: ClassVar[bool] = True
+    """Whether it says the same of a motion in whatever unit its speed is given: only such a kernel serves a linear axis."""
 
     @abstractmethod
     def matrix(self, parameters: Mapping[str, float], u: np.ndarray, v: np.ndarray) -> np.ndarray:

@@ -36,6 +36,7 @@ class Polynomial(Kernel):
     parameters = (Parameter("degree", whole_to=DEGREE_MAX),)
     c_shares = (1.0, 10.0, 100.0)
     tubes = slice(1, None, 2)
+    any_unit = False
 
     def matrix(self, parameters: Mapping[str, float], u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """See `Kernel`."""

@@ -27,15 +27,10 @@ NU = (0.05, 0.1, 0.2, 0.3, 0.5)
 """Least shares of support vectors. Above one half the tube is narrower than the noise of the points."""
 
 
-OF_LINEAR = (*FORMULAS, "epsilon-spline", "nu-spline", "epsilon-rbf", "nu-rbf")
-"""Rungs that say the same of a motion in whatever unit its speed is given, the spline by a unit of its own (`spline.UNIT`): a polynomial's
-kernel knows what a rad/s is."""
-
-
 def families_of(kernel: str, motion: str) -> tuple[str, ...]:
     """Rungs to climb for an axis: of a linear one, whose speeds have no usual size in m/s, those that do not know it."""
-    found = families(kernel)
-    return tuple(one for one in found if one in OF_LINEAR) if motion == "linear" else found
+    known = [f"-{name}" for name, kind in KERNELS.items() if motion == "linear" and not kind.any_unit]
+    return tuple(one for one in families(kernel) if not one.endswith(tuple(known)))
 
 
 def families(kernel: str) -> tuple[str, ...]:

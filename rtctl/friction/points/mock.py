@@ -18,9 +18,9 @@ from pathlib import Path
 
 import numpy as np
 
+from hw.jit import compiled, records
 from hw.mock.plant import plant_read, plant_write
 from hw.mock.records import plant_records
-from rtctl.control.jit import compiled, records
 from rtctl.friction.points.presliding import Presliding, Ramp, presliding, ramp_of
 from rtctl.rig_file.config import LoadedConfig, load
 from rtctl.tick import new_ticks

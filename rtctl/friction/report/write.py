@@ -17,7 +17,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -35,7 +35,9 @@ from rtctl.friction.report import sentences as report_sentences
 from rtctl.friction.report import tables as report_tables
 from rtctl.friction.report.evidence import EXTRA_COLUMNS, Evidence
 from rtctl.friction.report.page import Picture
-from rtctl.rig_file.config import LoadedConfig
+
+if TYPE_CHECKING:
+    from rtctl.rig_file.config import LoadedConfig
 
 KIND = "rtctl friction report"
 HEADER = "report.json"

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rtctl.host.access.unix_group import group_id
-from rtctl.rig_file.config import LoadedConfig
+
+if TYPE_CHECKING:
+    from rtctl.rig_file.config import LoadedConfig
 
 
 @dataclass(frozen=True)

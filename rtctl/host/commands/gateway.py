@@ -6,7 +6,7 @@ import errno
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import zmq
@@ -25,10 +25,12 @@ from rtctl.host.commands.targets import TargetInbox
 from rtctl.host.telemetry.fault_book import FaultBook
 from rtctl.host.telemetry.friction_watch import FrictionWatch
 from rtctl.host.telemetry.rig_description import RigDescription, describe
-from rtctl.rig_file.config import LoadedConfig
 from rtctl.rt.shared_memory import CommandWriter
 from rtctl.wire.encoding import encode
 from rtctl.wire.protocol import CONNECTIONS, MAX_OUTSTANDING_REQUESTS, Endpoints
+
+if TYPE_CHECKING:
+    from rtctl.rig_file.config import LoadedConfig
 
 REQUESTS_PER_CALL = 32
 """Most requests handled in one turn of the host, before it looks after the ticks again."""

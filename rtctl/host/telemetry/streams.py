@@ -29,7 +29,6 @@ from rtctl.host.telemetry.rig_description import RigDescription, describe
 from rtctl.host.telemetry.samples import Decimator, state_samples, tick_columns
 from rtctl.host.telemetry.veiled_leases import veil_leases
 from rtctl.rig_file.config import LoadedConfig
-from rtctl.rt.early import MARGIN
 from rtctl.wire.encoding import encode
 from rtctl.wire.protocol import (
     PROTOCOL_VERSION,
@@ -113,7 +112,7 @@ class Telemetry:
         self._commands = commands
         self._clock_ns = clock_ns
         self._realtime: list[dict[str, Any]] = []
-        self._early_ns = np.zeros(3, np.int64)
+        self._early_ns = np.zeros(1, np.int64)
         self._log: Callable[[], Mapping[str, Any]] = dict
         self._recording: Callable[[], Mapping[str, Any] | None] = lambda: None
         self._setup: Callable[[], Mapping[str, Any]] | None = None
@@ -154,7 +153,7 @@ class Telemetry:
         self._realtime = [dict(grant) for grant in grants]
 
     def set_early(self, early_ns: np.ndarray) -> None:
-        """Tell in `health` how long before each deadline the loop is awake now (`Memory.early_ns`)."""
+        """Tell in `health` how long before each deadline the loop is awake: the first of these, as they are then."""
         self._early_ns = early_ns
 
     def set_late(self, watch: LateWatch) -> None:
@@ -259,7 +258,7 @@ class Telemetry:
             "telemetry": self.counts(),
             "commands": dict(self._commands()),
             "realtime": self._realtime,
-            "early_us": round(int(self._early_ns[MARGIN]) / 1e3, 1),
+            "early_us": round(int(self._early_ns[0]) / 1e3, 1),
             "late": None if self._events.late.watch is None else self._events.late.watch.health(),
             "log": dict(self._log()),
             "recording": self._recording(),

@@ -1,6 +1,7 @@
 """One tick's records of one axis, for the functions of the safety machine one by one."""
 
 import numpy as np
+from law_rig import of_rows
 
 from rtctl.control import detectors, states
 from rtctl.control.jit import records
@@ -10,6 +11,7 @@ from rtctl.tick import new_ticks
 
 STALE, LINK_LOST, OVERRUN = int(Fault.STALE), int(Fault.LINK_LOST), int(Fault.OVERRUN)
 PER_S = 1000
+REMEMBER = of_rows(detectors.remember_torque)
 
 
 class Rows:
@@ -51,5 +53,5 @@ def sent(rig, *torques):
     """Have these torques been sent, the last one in the tick before the present one."""
     for torque in torques:
         rig["torque_applied_nm"] = torque
-        detectors.remember_torque(rig.state[0], 0)
+        REMEMBER(rig.state, 0)
         rig["ticks"] = rig["ticks"] + 1

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from oracles import hand_max_continuous, impedance_continuous
 from scipy.linalg import expm
 
 from rtctl.control import admittance_margin, virtual_mass
@@ -77,7 +78,7 @@ def test_at_the_continuous_bound_the_felt_impedance_turns(K_v):
     least = admittance_margin.mass_min_continuous(0.012, 0.05, K_v)
     for share, passive in ((1.001, True), (0.999, False)):
         loop = AdmittanceLoop(0.012, 0.05, T, share * least, 0.0, K_v)
-        assert (admittance_margin.impedance_continuous(loop, s).real.min() >= 0) == passive
+        assert (impedance_continuous(loop, s).real.min() >= 0) == passive
 
 
 @pytest.mark.parametrize(("K_p", "K_i", "passive"), [(1.25, 0.0, True), (100.0, 2000.0, False)])
@@ -85,7 +86,7 @@ def test_the_linear_display_of_keemink(K_p, K_i, passive):
     """Feedback alone: mass 2 displayed by a mass of 10, damped by 5, before the sensor; 2 behind it, which adds no real part."""
     s = 1j * np.geomspace(1e-3, 1e4, 4000)
     loop = AdmittanceLoop(10.0, 5.0, T, 2.0, 0.0, K_p, K_i)
-    real = admittance_margin.impedance_continuous(loop, s).real
+    real = impedance_continuous(loop, s).real
     assert (real.min() >= -1e-9) == passive
 
 
@@ -94,7 +95,7 @@ def test_the_linear_display_of_keemink(K_p, K_i, passive):
     [(0.006, 0.02, 2.0, 7.324, 7.374), (0.009, 0.05, 2.0, 39.09, 39.67), (0.004, 0.1, 0.5, 12.303, 12.316)],
 )
 def test_the_stiffest_hand_without_lag(m, b_v, K_v, formula, sampled):
-    assert admittance_margin.hand_max_continuous(m, b_v, 0.012, 0.05, K_v) == pytest.approx(formula, rel=5e-4)
+    assert hand_max_continuous(m, b_v, 0.012, 0.05, K_v) == pytest.approx(formula, rel=5e-4)
     loop = AdmittanceLoop(0.012, 0.05, 2e-5, m, b_v, K_v, box=Box(600.0, 0.0, 0.0))
     assert admittance_margin.largest_hand(loop, world=False) == pytest.approx(sampled, rel=2e-3)
 

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from law_rig import of_rows
 
 from rtctl.control.environments.changes import follow_world
 from rtctl.control.jit import records
@@ -12,6 +13,7 @@ from rtctl.control.records import new_records
 from rtctl.control.virtual_mass import CALM_S, observe_hand, raise_damping, servo_torque
 from rtctl.control.vocabulary import Display, Environment, Fault, State
 
+TORQUE = of_rows(servo_torque)
 T = 1e-3
 M, B_V, K_V, K_P, LIMIT = 0.02, 0.1, 2.0, 5.0, 2.0
 PARAMS = {
@@ -60,7 +62,7 @@ class Mass:
         s = self.state[0]
         s["position_rad"] = s["proxy_position_rad"] if joint is None else joint
         speed = s["mass_velocity_rad_s"][0] if difference is None else difference
-        return servo_torque(s, self.params[0], self.command[0], 0, elapsed, speed, hand_nm, disabled)
+        return TORQUE(self.state, self.params, self.command, 0, elapsed, speed, hand_nm, disabled)
 
     def __getattr__(self, name):
         return float(self.state[name][0, 0])

@@ -4,12 +4,14 @@ import math
 
 import numpy as np
 import pytest
+from law_rig import of_rows
 
 from rtctl.control import current_answer, detectors
 from rtctl.control.jit import records
 from rtctl.control.records import new_records
 from rtctl.control.vocabulary import Fault
 
+KEEP, REMEMBER = of_rows(current_answer.keep), of_rows(detectors.remember_torque)
 TORQUE = 0.1
 LIMIT = 2.0
 PART = 20
@@ -57,9 +59,9 @@ class Measured:
         assert (state["answer_count"][0, 0], state["running_count"][0, 0]) == (0, 0)
         for k, torque in enumerate(sent):
             state["torque_applied_nm"] = torque
-            detectors.remember_torque(s, 0)
+            REMEMBER(state, 0)
             state["ticks"] += 1
-            current_answer.keep(s, p, 0, shown[k], k + 1, 1 if k == late_at else 0)
+            KEEP(state, params, 0, shown[k], k + 1, 1 if k == late_at else 0)
         self.fault = Fault(int(current_answer.conclude(s, p, 0)))
         self.known = int(state["answer_count"][0, 0]) == 1
         self.delay, self.lag, self.gain, self.offset = (

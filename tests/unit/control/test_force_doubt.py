@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from law_rig import B, LawRig, T
+from law_rig import B, LawRig, T, of_rows
 
 from rtctl.control.force_doubt import (
     FROZEN_S,
@@ -20,6 +20,7 @@ from rtctl.control.force_doubt import (
 )
 from rtctl.control.vocabulary import Fault
 
+FROZEN, OFFSET = of_rows(frozen_fault), of_rows(offset_fault)
 FRICTION_NM = 0.3
 LIMIT_N = 50.0
 
@@ -42,7 +43,7 @@ def moved(rig, path, motor_share=0.0, lively=False):
         motor_nm = motor_share * math.copysign(FRICTION_NM + B * abs(dx) / T, dx)
         rig.now["motor_torque_nm"] = motor_nm
         rig.state["torque_applied_nm"] = motor_nm
-        if frozen_fault(rig.now[0], rig.state[0], rig.params[0], 1, True):
+        if FROZEN(rig.now, rig.state, rig.params, 1, True):
             return k
     return None
 
@@ -84,7 +85,7 @@ def slid(offset_nm, limit_nm, staying=False):
     rig.state["same_ticks"] = 10_000 if staying else 0
     for k in range(6000):
         rig.state["bristle_share"] = 1.0 if (k // 250) % 2 == 0 else -1.0
-        if fault := offset_fault(rig.now[0], rig.state[0], rig.params[0], 0, 1, True):
+        if fault := OFFSET(rig.now, rig.state, rig.params, 0, 1, True):
             return (k + 1) * T, Fault(fault)
     return None
 
@@ -129,3 +130,4 @@ def test_friction_seen_under_another_load_is_not_held_against_a_value_that_stays
         rig.state["bristle_share"] = -1.0 if resting and k % 2 else 1.0
         rig.now["velocity_difference_rad_s"] = 0.1
         assert not offset_fault(rig.now[0], rig.state[0], rig.params[0], 0, 1, True)
+        assert not OFFSET(rig.now, rig.state, rig.params, 0, 1, True)

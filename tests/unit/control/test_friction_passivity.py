@@ -4,14 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from oracles import runaway_speed, tanh_speed_min
 
 from rtctl.control.compensation_limit import feedforward_limit
 from rtctl.control.friction_passivity import (
     gain_max,
-    runaway_speed,
     secant_damping,
     slope_damping,
-    tanh_speed_min,
     two_line_margin,
 )
 

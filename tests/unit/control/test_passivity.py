@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 from law_rig import COUNT, B, LawRig, Plant, T
+from oracles import parallel_po_pc, series_po_pc
 
-from rtctl.control.passivity import parallel_po_pc, series_po_pc
 from rtctl.control.vocabulary import Fault, Policy, State
 
 F2 = np.array([1.0, -2.0, 1.5, 0.5, -1.0])

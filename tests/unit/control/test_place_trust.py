@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from law_rig import LawRig, T
+from law_rig import LawRig, T, of_rows
 
 from rtctl.control.feedforward import compensated_magnitude
 from rtctl.control.jit import records
@@ -14,6 +14,7 @@ from rtctl.control.vocabulary import PlaceUse, Policy
 from rtctl.friction.kinds.harmonics import Harmonics
 from rtctl.tick import new_ticks
 
+JUDGE = of_rows(judge_place)
 COGGING = Harmonics(0.5, np.array([1.0, 3.0]), np.array([0.02, 0.0]), np.array([0.0, 0.01]))
 SWING = 0.05
 
@@ -28,7 +29,7 @@ def model_of(wave_nm=SWING, part=None):
     row["place_coefficient"][:, 0, 0, 0] = wave_nm
     if part is not None:
         row["conservative_per_rad"], row["conservative"] = 1 / part.period_rad, part.table()
-    return records(made)[0]
+    return records(made)
 
 
 class Judged:
@@ -36,14 +37,15 @@ class Judged:
 
     def __init__(self, use, shift=0.0, noise=0.002, drift=0.0):
         params, state, _, _ = new_records(1)
-        self.p, self.s, self.t = records(params)[0], records(state)[0], records(new_ticks(1, 1))[0]
+        self.rows = records(new_ticks(1, 1)), records(state), records(params), model_of(part=COGGING)
+        self.t, self.s, self.p, self.model = (array[0] for array in self.rows)
         self.p["place_kind"][0], self.p["place_length_rad"][0], self.p["place_speed_rad_s"][0] = (
             int(use),
             math.pi,
             1.0,
         )
         self.p["observer_alpha"][0] = 0.1
-        self.model, self.shift, self.noise, self.drift = model_of(part=COGGING), shift, noise, drift
+        self.shift, self.noise, self.drift = shift, noise, drift
         self.random = np.random.default_rng(5)
 
     def slide(self, strokes, rows=400, reach=3.0):
@@ -57,7 +59,7 @@ class Judged:
                 seen = d * friction - float(COGGING(np.array(at))) + self.noise * self.random.normal()
                 self.s["position_rad"][0], self.t["velocity_rad_s"][0] = x, 0.3 * d
                 self.s["bristle_share"][0], self.s["friction_observed_nm"][0] = d, seen
-                judge_place(self.t, self.s, self.p, self.model, 0, d * reach / rows)
+                JUDGE(*self.rows, 0, d * reach / rows)
         return place_trust(self.s, self.p, 0)
 
 
@@ -97,7 +99,7 @@ def test_until_its_place_is_known_the_feedforward_goes_by_the_weakest():
     p = records(params)[0]
     p["friction_policy"][0], p["friction_gain"][0], p["friction_cap_nm"][0] = int(Policy.HYBRID), 1.0, 1.0
     p["place_trough_nm"][0] = SWING
-    model = model_of()
+    model = model_of()[0]
     places = np.linspace(0, 2 * math.pi, 9)
     for trust in (0.0, 0.4, 1.0):
         found = [compensated_magnitude(p, model, 0, 0, 0.5, x, trust)[0] for x in places]

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from law_rig import COUNT, LawRig, T
+from law_rig import COUNT, LawRig, T, of_rows
 
 from rtctl.control.assistance import CREEP_RAD_S
 from rtctl.control.disturbance_observer import observe_friction
@@ -24,6 +24,7 @@ from rtctl.control.resting import (
 from rtctl.control.velocity import lowpass_alpha
 from rtctl.control.vocabulary import Display
 
+REST = of_rows(advance_rest)
 QUICK = 0.27
 SLOW = lowpass_alpha(REST_HZ, T)
 OBSERVER = {"observer_alpha": lowpass_alpha(20.0, T), "observer_smooth_alpha": lowpass_alpha(80.0, T)}
@@ -40,7 +41,7 @@ def seen_at(rig, positions_rad, hand_nm=0.0, bristle_share=1.0, velocity_rad_s=0
     rig.state["bristle_share"], rig.state["velocity_rad_s"] = bristle_share, velocity_rad_s
     for position in positions_rad:
         rig.state["position_rad"][0, 0] = position
-        advance_rest(rig.state[0], rig.params[0], 0, hand_nm)
+        REST(rig.state, rig.params, 0, hand_nm)
     return followed(rig, QUICK)
 
 
@@ -144,7 +145,7 @@ def ripple_of(rig, read, hz):
     values = []
     for tick in range(LONG):
         hand = 0.005 * (1 + math.sin(2 * math.pi * hz * tick * T))
-        advance_rest(rig.state[0], rig.params[0], 0, hand)
+        REST(rig.state, rig.params, 0, hand)
         values.append(read(rig, hand))
     return float(np.ptp(values[-round(1 / (hz * T)) :])) / 2
 

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from law_rig import LEVER, LawRig, T
+from law_rig import LEVER, LawRig, T, of_rows
 
 from rtctl.control.shrinking import (
     EASE_S,
@@ -15,6 +15,7 @@ from rtctl.control.shrinking import (
 )
 from rtctl.control.vocabulary import Display, Policy, State
 
+SHARE = of_rows(steady_share)
 EASED = 10 * round(EASE_S / T)
 STROKE_S = 0.5
 
@@ -31,7 +32,7 @@ class Strokes:
         """One tick; bristles at the end of the motion unless told."""
         self.rig.now["velocity_rad_s"] = speed_rad_s
         self.rig.state["bristle_share"] = math.copysign(1.0, speed_rad_s) if bent is None else bent
-        self.share = steady_share(self.rig.now[0], self.rig.state[0], self.rig.params[0], 0)
+        self.share = SHARE(self.rig.now, self.rig.state, self.rig.params, 0)
         return self.share
 
     def stroke(self, peak_rad_s, seconds=STROKE_S):

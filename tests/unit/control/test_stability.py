@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from oracles import admittance_mass_min
 from scipy.linalg import expm
 
-from rtctl.control.admittance_mass import admittance_mass_min
 from rtctl.control.stability import (
     Between,
     coupling_ring,

@@ -4,10 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from law_rig import COUNT, LEVER, LawRig, T
+from law_rig import COUNT, LEVER, LawRig, T, of_rows
 
 from rtctl.control.trembling import GONE_S, MOST_S, ON_RAD, ON_S, TURN_COUNTS, calm_share
 from rtctl.control.vocabulary import Display, Policy, State
+
+CALM = of_rows(calm_share)
 
 
 class Joint:
@@ -24,7 +26,7 @@ class Joint:
         shares = []
         for position in positions:
             self.rig.state["position_rad"] = position
-            shares.append(calm_share(self.rig.state[0], self.rig.params[0], 0))
+            shares.append(CALM(self.rig.state, self.rig.params, 0))
         return np.array(shares)
 
     def shaken(self, hz, seconds, amplitude=20 * COUNT):

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from law_rig import of_rows
 from scipy.linalg import expm
 
 from rtctl.control.jit import records
@@ -12,6 +13,7 @@ from rtctl.control.velocity import lowpass_alpha
 from rtctl.control.virtual_mass import servo_torque
 from rtctl.control.vocabulary import Display, Environment, State
 
+TORQUE = of_rows(servo_torque)
 T = 1e-3
 J, B = 0.012, 0.05
 
@@ -48,9 +50,7 @@ class Servo:
 
     def step(self, position_rad=0.0, difference_rad_s=0.0, hand_nm=0.0, elapsed=1, *, disabled=False):
         self.state["position_rad"][0] = position_rad
-        return servo_torque(
-            self.state[0], self.params[0], self.command[0], 0, elapsed, difference_rad_s, hand_nm, disabled
-        )
+        return TORQUE(self.state, self.params, self.command, 0, elapsed, difference_rad_s, hand_nm, disabled)
 
     def world(self, kind, **numbers):
         self.command["environment_kind"][0] = kind

@@ -56,7 +56,7 @@ def test_a_bad_value_is_refused_under_its_key(table, key):
         ({"hand": [{"grips_s": [[2.0, 1.0]]}]}, "ends before it begins"),
         (
             {"faults": [{"channel": "velocity", "kind": "nan", "at_s": 1.0, "for_s": 0.0}]},
-            "needs a velocity sensor",
+            "needs a sensor",
         ),
     ],
 )
