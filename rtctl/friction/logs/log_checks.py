@@ -19,8 +19,11 @@ from rtctl.friction.logs.torque_faults import require_not_flat
 LOWER_CUTOFF = 0.4
 """Share of the cut-off at which noise of the acceleration is a tenth of what it was."""
 
-BIAS_TOLD, BIAS_REFUSED = 0.08, 0.3
-"""Share by which the coarseness of a position makes the inertia too small: told, refused."""
+BIAS_TOLD, BIAS_REFUSED = 0.15, 0.5
+"""Share by which the coarseness of a position makes the inertia too small: told, refused. White noise is up to twice what the steps of slow motion make."""
+
+COARSE_STEP = 2e-3
+"""Share of the range of the position from which on its steps are those of lost digits, not of an encoder."""
 
 LOOKED_INTO = 0.02
 """Share from which on the inertia is compared with that of a lower cut-off."""
@@ -47,8 +50,8 @@ def diagnose(
     noted = tuple(
         dict.fromkeys(note for stretches in logs for stretch in stretches for note in stretch.notes)
     )
-    causes = (*diagnosed(balance, noted), *_coarse_position(logs, signals))
-    return causes or left_over.told(balance)
+    coarse = _coarse_position(logs, signals)
+    return (*(diagnosed(balance, noted) or left_over.told(balance)), *coarse)
 
 
 def _external(
@@ -72,8 +75,8 @@ def coarseness(logs: Sequence[Sequence[AxisLog]], signals: Regressors, speed_min
 
     Notes
     -----
-    Noise in a regressor makes its coefficient too small by the ratio of the variances: J/(1 + n), and J/(1 + 2 n) once the smoothed
-    position was rounded again, for that doubles the noise. Of a recorded velocity the steps of the position make no acceleration.
+    Noise in a regressor makes its coefficient too small by the noise's share of the regressor's power (of what of it the others do not have). As much noise
+    as the steps make is made once more, and its power measured. Of a recorded velocity the steps of the position make no acceleration.
     """
     v = signals.velocity_rad_s[signals.sliding]
     recorded = any(stretch.velocity_rad_s is not None for stretches in logs for stretch in stretches)
@@ -81,20 +84,12 @@ def coarseness(logs: Sequence[Sequence[AxisLog]], signals: Regressors, speed_min
         return 0.0
     coarse = [[_rounded_again(stretch, signals.cutoff_hz) for stretch in stretches] for stretches in logs]
     again = pooled([of_stretches(stretches, signals.cutoff_hz, speed_min_rad_s) for stretches in coarse])
+    noise = (again.acceleration_rad_s2 - signals.acceleration_rad_s2)[signals.sliding]
     balance = Balance.of(signals, None)
-    once = balance.fit().inertia
-    motion = np.column_stack([again.acceleration_rad_s2, again.velocity_rad_s, again.direction])
-    if len(motion) != len(signals.sliding) or once <= 0:
-        return 0.0
-    twice = balance.fit(motion=motion[signals.sliding]).inertia / once
-    if not twice > 0.5:
-        return 1.0
-    short = (1 - twice) / twice
-    return (
-        min(1.0, max(short, _gained_by_lower_cutoff(logs, balance, once, speed_min_rad_s)))
-        if short > LOOKED_INTO
-        else max(short, 0.0)
-    )
+    short = min(1.0, float(noise.var()) / max(float(balance.own_acceleration().var()), 1e-300))
+    if short <= LOOKED_INTO:
+        return short
+    return max(short, _gained_by_lower_cutoff(logs, balance, balance.fit().inertia, speed_min_rad_s))
 
 
 def _coarse_position(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> list[str]:
@@ -129,11 +124,15 @@ def _gained_by_lower_cutoff(
 
 
 def _rounded_again(log: AxisLog, cutoff_hz: float) -> AxisLog:
+    """The log with as much noise of rounding again: rounded where the joint lingers on a step, else white noise, since even motion may pass its steps in time with the rows."""
     step = _step(log)
     if step == 0:
         return log
-    fine = smooth(log.position_rad, log.rate_hz, cutoff_hz)
-    return replace(log, position_rad=step * (np.floor(fine / step) + 0.5), velocity_rad_s=None)
+    if step > COARSE_STEP * np.ptp(log.position_rad):
+        position = step * (np.floor(smooth(log.position_rad, log.rate_hz, cutoff_hz) / step) + 0.5)
+    else:
+        position = log.position_rad + step * (np.random.default_rng(0).random(len(log.position_rad)) - 0.5)
+    return replace(log, position_rad=position, velocity_rad_s=None)
 
 
 def _step(log: AxisLog) -> float:

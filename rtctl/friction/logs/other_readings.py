@@ -26,6 +26,9 @@ MEMORY_RAD = 0.03
 ROWS_LEAST = 60
 """Fewest rows of another reading."""
 
+SHORT_MOST = 0.98
+"""Largest share of an inertia that is taken to be lost in the steps of the position: beyond it nothing is known of it."""
+
 TIMES = 1.5
 """What is not known of a model is taken for so many times what was seen of it: with it nine in ten intervals of foreign logs hold the truth."""
 
@@ -47,7 +50,8 @@ def doubts(signals: Regressors) -> np.ndarray:
         chance = ((other[1] - plain[1]) ** 2).sum(axis=0) * len(plain[1]) / free
         largest = np.maximum(largest, np.sqrt(np.maximum((other[0] - plain[0]) ** 2 - chance, 0.0)))
     found: np.ndarray = TIMES * largest
-    found[0] += signals.inertia_short * abs(plain[0][0])
+    short = min(signals.inertia_short, SHORT_MOST)
+    found[0] += short / (1 - short) * abs(plain[0][0])
     return found
 
 
