@@ -26,6 +26,9 @@ MEMORY_RAD = 0.03
 ROWS_LEAST = 60
 """Fewest rows of another reading."""
 
+KNOWS_LESS = 3.0
+"""A reading whose standard error is so many times larger knows too little of a parameter to cast doubt on it."""
+
 SHORT_MOST = 0.98
 """Largest share of an inertia that is taken to be lost in the steps of the position: beyond it nothing is known of it."""
 
@@ -48,7 +51,9 @@ def doubts(signals: Regressors) -> np.ndarray:
             continue
         other = _solved(signals, more, nuisance, kept, block)
         chance = ((other[1] - plain[1]) ** 2).sum(axis=0) * len(plain[1]) / free
-        largest = np.maximum(largest, np.sqrt(np.maximum((other[0] - plain[0]) ** 2 - chance, 0.0)))
+        beyond = np.sqrt(np.maximum((other[0] - plain[0]) ** 2 - chance, 0.0))
+        knows = (other[1] ** 2).sum(axis=0) <= KNOWS_LESS**2 * (plain[1] ** 2).sum(axis=0)
+        largest = np.maximum(largest, np.where(knows, beyond, 0.0))
     found: np.ndarray = TIMES * largest
     short = min(signals.inertia_short, SHORT_MOST)
     found[0] += short / (1 - short) * abs(plain[0][0])

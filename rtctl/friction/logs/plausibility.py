@@ -39,7 +39,7 @@ INERTIA_FACTOR = 2.0
 """An inertia further from that of the rig file is worth a word."""
 
 
-HARDLY_KNOWN = 0.4
+HARDLY_KNOWN = 0.5
 """Half width of the inertia's interval, share of it, from which on the motion is said not to tell it."""
 
 OFFSET_SHARE = 0.1
