@@ -102,9 +102,10 @@ def _coarse_position(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> 
         f"{signals.source}: column position: too coarse: steps of {step:.3g} rad make the inertia {100 * short:.0f} % too small, or "
         "more; record more digits, a velocity too, move more briskly, or lower --cutoff-hz"
     )
-    if short > BIAS_REFUSED:
+    lost = any(_step(one) > COARSE_STEP * np.ptp(one.position_rad) for stretches in logs for one in stretches)
+    if lost and short > BIAS_REFUSED:
         raise DataError(text)
-    return [text]
+    return [text]  # of an encoder's steps friction is right, and the interval of the inertia is as wide
 
 
 def _gained_by_lower_cutoff(
