@@ -17,6 +17,7 @@ import numpy as np
 from hw.interface import BackendError, Options, Rig
 from hw.motion import LENGTH_UNITS, SPEED_UNITS, coordinate_units, effort_units
 from hw.playback.columns import MIN_SAMPLES, read_table
+from hw.playback.quantum import quantum
 from hw.playback.stamps import Grid, Stretch, grid_of, resolution, unwrapped
 from hw.playback.units import require_unit
 
@@ -40,7 +41,7 @@ class Recording:
     """A log in SI units on an even time grid, or a stretch of it between gaps. Arrays have `n` rows; absent signals are None.
 
     `position_rad`, `velocity_rad_s`, `current_a` (motor side), `hand_torque_nm` (link side) have one column per
-    axis, `force_n` three.
+    axis, `force_n` three. `notes` is what was done to the log to get here, for people; `steps_rad` the step of each axis' position as it was recorded.
     """
 
     path: Path
@@ -53,7 +54,7 @@ class Recording:
     start_s: float = 0.0
     """When it begins, s after the log's first row; above 0 for what comes after a gap."""
     notes: tuple[str, ...] = ()
-    """What was done to the log to get here, for people."""
+    steps_rad: tuple[float, ...] = ()
 
     def __len__(self) -> int:
         return len(self.position_rad)
@@ -254,19 +255,20 @@ def _read(options: Options, rig: Rig, *, steady: bool, mend: Mend | None = None)
     tip = np.stack([table.si(c, FORCE_UNITS) for c in force], axis=1) if force else None
     torques = {"motor torque": current, "external torque": hand}
     given = {name: column for name, column in torques.items() if column is not None}
+    steps = tuple(quantum(each) for each in position.T)
     notes = mend(table.path, table.time_s, position, given) if mend else ()
-    begin_s = float(grid.stretches[0].stamps_s[:1].sum())
     return [
         Recording(
             path=table.path,
             rate_hz=grid.rate_hz,
-            start_s=float(stretch.stamps_s[:1].sum()) - begin_s,
+            start_s=float(stretch.stamps_s[:1].sum() - grid.stretches[0].stamps_s[:1].sum()),
             notes=(*table.notes, *grid.notes, *notes),
             position_rad=stretch.signal(position),
             current_a=_of(stretch, current),
             hand_torque_nm=_of(stretch, hand),
             force_n=_of(stretch, tip),
             velocity_rad_s=_of(stretch, velocity),
+            steps_rad=steps,
         )
         for stretch in grid.stretches
     ]

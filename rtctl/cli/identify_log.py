@@ -83,6 +83,11 @@ _POSITIVE = click.FloatRange(min=0, max=1e9, min_open=True)
     help="slower rows are left out; default 0.03 rad/s, of a linear axis 1.5 % of the largest",
 )
 @click.option("--keep-offset", is_flag=True, help="leave the offset in the friction samples")
+@click.option(
+    "--offset-is-zero",
+    is_flag=True,
+    help="the offset is surely the sensor's zero: no direction rubs less than the other",
+)
 @click.option("--out", type=OutputFolder(), help="folder for points.csv and regression.json")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout")
 def command(  # longer than 50 lines: the steps are in order of the work
@@ -99,6 +104,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
     cutoff_hz: float | None,
     speed_min: float | None,
     keep_offset: bool,
+    offset_is_zero: bool,
     out: Path | None,
     as_json: bool,
     **gearing: float | None,
@@ -125,6 +131,8 @@ def command(  # longer than 50 lines: the steps are in order of the work
     from rtctl.friction.logs.reversal_memory import reversals_of_logs
     from rtctl.recording.as_columns import register
 
+    if keep_offset and offset_is_zero:
+        raise click.UsageError("--keep-offset leaves in the points what --offset-is-zero takes out; drop one")
     rig_axis = _axis(config, axis) if config else None
     register()
     mapped = _tables(columns, map_file)
@@ -141,7 +149,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
         told = diagnose(read, signals, slowest)
         fit = joint_fit(signals)
         fit = replace(fit, warnings=(*fit.warnings, *found.notes, *told, *doubtful_parameters(fit, limits)))
-        if not keep_offset and "hand_torque" not in mapped:
+        if not (keep_offset or offset_is_zero or "hand_torque" in mapped):
             fit = replace(fit, warnings=(*fit.warnings, *doubtful_offsets(fit)))
         if rig_axis:
             fit = replace(fit, warnings=(*fit.warnings, *against_rig(fit, rig_axis, str(config))))
@@ -158,7 +166,9 @@ def command(  # longer than 50 lines: the steps are in order of the work
         document["reversals"] = asdict(turned) if turned else None
         if out:
             sha256 = hashlib.sha256("".join(part.sha256 for part in parts).encode()).hexdigest()
-            points = level_points(samples(signals, fit, sha256, remove_offset=not keep_offset))
+            points = level_points(
+                samples(signals, fit, sha256, remove_offset=not keep_offset, zero_known=offset_is_zero)
+            )
             _write(out, points, bent, document, motion)
     lines = [*fit_lines(fit, bent, signals.radian, motion), *reversal_lines(turned)]
     lines = [words(line, motion) for line in lines] + [f"warning: {text}" for text in fit.warnings]

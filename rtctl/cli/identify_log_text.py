@@ -65,6 +65,9 @@ def fit_lines(fit: JointFit, bent: Presliding | None, radian: float, motion: str
             else "taken as constant"
         )
         lines.append(f"{name(each.parameter, motion)}: {each.source}, {drift}")
+    lines.append(
+        "an offset may be the zero of the torque or a difference between the directions: a fit counts with both (--offset-is-zero, --keep-offset)"
+    )
     unknown = "not told by these turns (rtctl identify CONFIG measures it; rtctl fit --presliding gives it)"
     return [*lines, f"presliding length: {bent or unknown}"]
 

@@ -7,6 +7,7 @@ from seed import Seed
 CELLS = ("tests/unit/hw/test_cells.py",)
 STRUCTURED = ("tests/unit/hw/test_structured_logs.py",)
 BAGS = ("tests/unit/recording/test_joint_states.py",)
+TRUTH = ("tests/unit/friction/test_truth_of_intervals.py",)
 LEFT = ("tests/unit/friction/test_left_over.py",)
 
 SEEDS = (
@@ -90,15 +91,15 @@ SEEDS = (
     Seed(
         "every motor torque is one that was held",
         "rtctl/friction/logs/regression.py",
-        "return late is not None and -1.5 * half_period_s < late.low and late.high < -0.5 * half_period_s",
+        "return nearer or (late.high < 0 and late.holds(-half_period_s))",
         "return False",
         LEFT,
     ),
     Seed(
         "every torque that looks early was measured with the position",
         "rtctl/friction/logs/regression.py",
-        "return late is not None and -1.5 * half_period_s < late.low and late.high < -0.5 * half_period_s",
-        "return late is not None",
+        "return nearer or (late.high < 0 and late.holds(-half_period_s))",
+        "return True",
         LEFT,
     ),
     Seed(
@@ -107,5 +108,33 @@ SEEDS = (
         "return more + together.luck_nm2 - apart.luck_nm2 <= 0",
         "return True",
         ("tests/unit/friction/test_search.py",),
+    ),
+    Seed(
+        "an interval is of chance alone",
+        "rtctl/friction/logs/other_readings.py",
+        "found: np.ndarray = TIMES * largest",
+        "found: np.ndarray = 0.0 * largest",
+        TRUTH,
+    ),
+    Seed(
+        "the steps of a position that was resampled are not seen",
+        "rtctl/friction/logs/log_checks.py",
+        "return log.step_rad or quantum(log.position_rad)",
+        "return quantum(log.position_rad)",
+        TRUTH,
+    ),
+    Seed(
+        "an offset that was taken out leaves the guaranteed friction as it is",
+        "rtctl/friction/learn/point_evidence.py",
+        "single_max_error_nm=branch.error_max_nm + doubt_nm",
+        "single_max_error_nm=branch.error_max_nm",
+        TRUTH,
+    ),
+    Seed(
+        "a line that has seen the points is as blind as the model",
+        "rtctl/friction/report/judge.py",
+        "return float(np.hypot(np.sqrt(fitted), session))",
+        "return float(np.sqrt(np.mean(floor**2)))",
+        TRUTH,
     ),
 )

@@ -38,7 +38,22 @@ def with_evidence(
         )
         for branch, spread, direction in zip(model.branches, spreads, (1, -1), strict=True)
     )
-    return replace(with_presliding(model, found), branches=(forward, backward))
+    doubt_nm = max((zero_doubt_nm(one) for one in (points, test) if one), default=0.0)
+    branches = (_with_zero_in_doubt(forward, doubt_nm), _with_zero_in_doubt(backward, doubt_nm))
+    return replace(with_presliding(model, found), branches=branches)
+
+
+def zero_doubt_nm(points: FrictionPoints) -> float:
+    """By how much the zero of the torque of these points may be off, N m: by the largest of the offsets that were taken out of their logs."""
+    doubt = points.columns.get("zero_doubt_nm")
+    return 0.0 if doubt is None else float(np.nanmax(doubt, initial=0.0))
+
+
+def _with_zero_in_doubt(branch: Branch, doubt_nm: float) -> Branch:
+    """The branch of measurements that may all be off by so much besides: friction in this direction may be less by it."""
+    if not doubt_nm:
+        return branch
+    return replace(branch, single_max_error_nm=branch.error_max_nm + doubt_nm)
 
 
 def _largest(values: Iterable[float | None]) -> float | None:

@@ -76,10 +76,16 @@ class Balance:
             self.torque - matrix / scale @ np.linalg.lstsq(matrix / scale, self.torque, rcond=1e-9)[0]
         )
 
+    def own_acceleration(self) -> np.ndarray:
+        """What of the acceleration the other columns do not have."""
+        others = np.column_stack([self.velocity, self.direction, self.nuisance])
+        return np.asarray(
+            self.acceleration - others @ np.linalg.lstsq(others, self.acceleration, rcond=1e-9)[0]
+        )
+
     def inertia(self) -> tuple[float, float]:
         """Inertia and its standard error, kg m^2, of rows of which one in `ROWS_ALIKE` is independent of the others."""
-        others = np.column_stack([self.velocity, self.direction, self.nuisance])
-        own = self.acceleration - others @ np.linalg.lstsq(others, self.acceleration, rcond=1e-9)[0]
+        own = self.own_acceleration()
         found = self.fit()
         free = max(len(own) / ROWS_ALIKE, 1.0)
         return found.inertia, found.rest / max(float(own.std()) * np.sqrt(free), 1e-300)

@@ -42,7 +42,7 @@ class AxisLog:
     `external_nm` is the hand's part of it, None where only one of the two is mapped.
     `velocity_rad_s` is a recorded velocity, None where there is none. `start_s` is when it begins after the first row of
     its file, above 0 for a stretch behind a gap; `notes` say what was done to the file. `radian` is what stands for a radian in
-    every threshold of the logs: 1 of a rotary axis, so many m of a linear one (`rtctl.friction.logs.log_input`).
+    every threshold of the logs: 1 of a rotary axis, so many m of a linear one (`rtctl.friction.logs.log_input`); `step_rad` is the step of the recorded position, 0 where not known.
     """
 
     rate_hz: float
@@ -55,6 +55,7 @@ class AxisLog:
     start_s: float = 0.0
     notes: tuple[str, ...] = ()
     radian: float = 1.0
+    step_rad: float = 0.0
 
 
 @dataclass(frozen=True)

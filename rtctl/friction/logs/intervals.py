@@ -25,12 +25,17 @@ BLOCKS_MIN, BLOCKS_MAX = 6, 20
 
 @dataclass(frozen=True)
 class Estimate:
-    """One parameter: value, standard error and 95 % interval, in the parameter's unit."""
+    """One parameter: value, standard error and 95 % interval, in the parameter's unit; `doubt` is the part of the interval's half width that is not random."""
 
     value: float
     standard_error: float
     low: float
     high: float
+    doubt: float = 0.0
+
+    def doubted(self, by: float) -> Estimate:
+        """This estimate with `by` added to both sides of the interval (`rtctl.friction.logs.other_readings`)."""
+        return Estimate(self.value, self.standard_error, self.low - by, self.high + by, self.doubt + by)
 
     def holds(self, truth: float) -> bool:
         """Whether the 95 % interval contains `truth`."""

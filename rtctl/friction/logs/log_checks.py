@@ -7,23 +7,26 @@ from dataclasses import replace
 
 import numpy as np
 
+from hw.playback.quantum import quantum
 from rtctl.errors import DataError
 from rtctl.friction.logs import left_over
 from rtctl.friction.logs.balance import Balance
 from rtctl.friction.logs.balance_faults import diagnosed
 from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog, smooth
 from rtctl.friction.logs.regressors import Regressors, of_stretches, pooled
-from rtctl.friction.logs.row_faults import quantum
 from rtctl.friction.logs.torque_faults import require_not_flat
 
 LOWER_CUTOFF = 0.4
 """Share of the cut-off at which noise of the acceleration is a tenth of what it was."""
 
-BIAS_TOLD, BIAS_REFUSED = 0.08, 0.3
-"""Share by which the coarseness of a position makes the inertia too small: told, refused."""
+BIAS_TOLD, BIAS_REFUSED = 0.15, 0.5
+"""Share by which the coarseness of a position makes the inertia too small: told, refused. White noise is up to twice what the steps of slow motion make."""
 
 COARSE_STEP = 2e-3
-"""Share of the range of the position below which its steps are looked at no further: those of an encoder, not of a lost digit."""
+"""Share of the range of the position from which on its steps are those of lost digits, not of an encoder."""
+
+LOOKED_INTO = 0.02
+"""Share from which on the inertia is compared with that of a lower cut-off."""
 
 SURE = 0.05
 """Largest standard error of an inertia that another is compared with, share of it."""
@@ -47,8 +50,8 @@ def diagnose(
     noted = tuple(
         dict.fromkeys(note for stretches in logs for stretch in stretches for note in stretch.notes)
     )
-    causes = (*diagnosed(balance, noted), *_coarse_position(logs, balance, speed_min_rad_s))
-    return causes or left_over.told(balance)
+    coarse = _coarse_position(logs, signals)
+    return (*(diagnosed(balance, noted) or left_over.told(balance)), *coarse)
 
 
 def _external(
@@ -67,40 +70,42 @@ def _external(
     return pooled([of_stretches(stretches, cutoff_hz, speed_min_rad_s) for stretches in alone])
 
 
-def _coarse_position(
-    logs: Sequence[Sequence[AxisLog]], balance: Balance, speed_min_rad_s: float
-) -> list[str]:
-    """Positions whose steps are so coarse that the acceleration drowns in them.
+def coarseness(logs: Sequence[Sequence[AxisLog]], signals: Regressors, speed_min_rad_s: float) -> float:
+    """Share by which the steps of the position make the inertia too small, for the acceleration drowns in them; 0 to 1.
 
     Notes
     -----
-    Noise in a regressor makes its coefficient too small by the ratio of the variances. Rounding the smoothed position
-    once more doubles that noise, so the inertia falls by as much again as it had fallen before.
+    Noise in a regressor makes its coefficient too small by the noise's share of the regressor's power (of what of it the others do not have). As much noise
+    as the steps make is made once more, and its power measured. Of a recorded velocity the steps of the position make no acceleration.
     """
-    cutoff_hz = balance.signals.cutoff_hz
-    steps = [max(quantum(stretch.position_rad) for stretch in stretches) for stretches in logs]
-    ranges = [max(float(np.ptp(stretch.position_rad)) for stretch in stretches) for stretches in logs]
-    if max(steps) <= COARSE_STEP * max(ranges):
+    v = signals.velocity_rad_s[signals.sliding]
+    recorded = any(stretch.velocity_rad_s is not None for stretches in logs for stretch in stretches)
+    if recorded or min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
+        return 0.0
+    coarse = [[_rounded_again(stretch, signals.cutoff_hz) for stretch in stretches] for stretches in logs]
+    again = pooled([of_stretches(stretches, signals.cutoff_hz, speed_min_rad_s) for stretches in coarse])
+    noise = (again.acceleration_rad_s2 - signals.acceleration_rad_s2)[signals.sliding]
+    balance = Balance.of(signals, None)
+    short = min(1.0, float(noise.var()) / max(float(balance.own_acceleration().var()), 1e-300))
+    if short <= LOOKED_INTO:
+        return short
+    return max(short, _gained_by_lower_cutoff(logs, balance, balance.fit().inertia, speed_min_rad_s))
+
+
+def _coarse_position(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> list[str]:
+    """What is to be said of positions whose steps make the inertia too small."""
+    short = signals.inertia_short
+    if short <= BIAS_TOLD:
         return []
-    coarse = [
-        [_rounded_again(stretch, cutoff_hz, step) for stretch in stretches]
-        for stretches, step in zip(logs, steps, strict=True)
-    ]
-    again = pooled([of_stretches(stretches, cutoff_hz, speed_min_rad_s) for stretches in coarse])
-    once = balance.fit().inertia
-    motion = np.column_stack([again.acceleration_rad_s2, again.velocity_rad_s, again.direction])
-    twice = balance.fit(motion=motion[balance.signals.sliding]).inertia
-    bias = 1 - twice / once
-    bias = max(bias, _gained_by_lower_cutoff(logs, balance, once, speed_min_rad_s))
-    if bias <= BIAS_TOLD:
-        return []
+    step = max(_step(stretch) for stretches in logs for stretch in stretches)
     text = (
-        f"{balance.signals.source}: column position: too coarse: steps of {max(steps):.3g} rad make the inertia {100 * bias:.0f} % too small, or "
-        "more; record more digits, move more briskly, or lower --cutoff-hz"
+        f"{signals.source}: column position: too coarse: steps of {step:.3g} rad make the inertia {100 * short:.0f} % too small, or "
+        "more; record more digits, a velocity too, move more briskly, or lower --cutoff-hz"
     )
-    if bias > BIAS_REFUSED:
+    lost = any(_step(one) > COARSE_STEP * np.ptp(one.position_rad) for stretches in logs for one in stretches)
+    if lost and short > BIAS_REFUSED:
         raise DataError(text)
-    return [text]
+    return [text]  # of an encoder's steps friction is right, and the interval of the inertia is as wide
 
 
 def _gained_by_lower_cutoff(
@@ -119,8 +124,18 @@ def _gained_by_lower_cutoff(
     return 1 - inertia / found if error < SURE * found else 0.0
 
 
-def _rounded_again(log: AxisLog, cutoff_hz: float, step: float) -> AxisLog:
+def _rounded_again(log: AxisLog, cutoff_hz: float) -> AxisLog:
+    """The log with as much noise of rounding again: rounded where the joint lingers on a step, else white noise, since even motion may pass its steps in time with the rows."""
+    step = _step(log)
     if step == 0:
         return log
-    fine = smooth(log.position_rad, log.rate_hz, cutoff_hz)
-    return replace(log, position_rad=step * (np.floor(fine / step) + 0.5), velocity_rad_s=None)
+    if step > COARSE_STEP * np.ptp(log.position_rad):
+        position = step * (np.floor(smooth(log.position_rad, log.rate_hz, cutoff_hz) / step) + 0.5)
+    else:
+        position = log.position_rad + step * (np.random.default_rng(0).random(len(log.position_rad)) - 0.5)
+    return replace(log, position_rad=position, velocity_rad_s=None)
+
+
+def _step(log: AxisLog) -> float:
+    """Step of the position as it was recorded: resampling on uneven stamps leaves none."""
+    return log.step_rad or quantum(log.position_rad)

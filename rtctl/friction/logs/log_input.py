@@ -176,14 +176,22 @@ def _without_ends(log: AxisLog, samples: int) -> AxisLog:
     )
 
 
-def samples(signals: Regressors, fit: JointFit, sha256: str, *, remove_offset: bool) -> FrictionSamples:
-    """Friction of the sliding rows: torque - inertia * acceleration (- offset and its drift)."""
+def samples(
+    signals: Regressors, fit: JointFit, sha256: str, *, remove_offset: bool, zero_known: bool = False
+) -> FrictionSamples:
+    """Friction of the sliding rows: torque - inertia * acceleration (- offset and its drift).
+
+    An offset that was removed may be a difference between the directions: unless `zero_known`, the samples carry it as `zero_doubt_nm`.
+    """
     found = fit.symmetric.parameters
     rows = signals.sliding
     friction = signals.torque_nm - found["inertia_kgm2"].value * signals.acceleration_rad_s2
     if remove_offset:
         friction = friction - offset_rows(signals, fit)
     beside = {"position_rad": signals.position_rad[rows], "log": signals.log[rows].astype(float)}
+    if remove_offset and not zero_known:
+        doubt = np.array([abs(found[each.parameter].value) for each in fit.offsets])
+        beside["zero_doubt_nm"] = doubt[signals.log[rows]]
     return FrictionSamples(
         signals.time_s[rows], signals.velocity_rad_s[rows], friction[rows], signals.source, sha256, beside
     )

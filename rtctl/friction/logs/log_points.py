@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from hw.interface import Rig
 from rtctl.friction.logs.dynamics import AxisLog
-from rtctl.friction.logs.log_checks import diagnose
+from rtctl.friction.logs.log_checks import coarseness, diagnose
 from rtctl.friction.logs.log_input import (
     Gearing,
     of_one_radian,
@@ -78,7 +78,8 @@ def read_in_time(
         return tuple(of_one_radian([read_log(each, gearing, delay_s, limits) for each in options]))
 
     def signals_of(logs: Sequence[Sequence[AxisLog]]) -> Regressors:
-        return pooled([of_stretches(stretches, cutoff, slowest) for stretches in logs])
+        pool = pooled([of_stretches(stretches, cutoff, slowest) for stretches in logs])
+        return replace(pool, inertia_short=coarseness(logs, pool, slowest))
 
     logs = read(torque_delay_s)
     parts = [stretches[0] for stretches in logs]

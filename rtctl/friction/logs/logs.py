@@ -102,6 +102,7 @@ def axis_log(
         velocity_rad_s=None if recording.velocity_rad_s is None else recording.velocity_rad_s[:, axis],
         start_s=recording.start_s,
         notes=recording.notes,
+        step_rad=recording.steps_rad[axis] if recording.steps_rad else 0.0,
     )
 
 

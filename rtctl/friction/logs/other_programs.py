@@ -23,11 +23,11 @@ from hw.playback.options import (
     TorqueColumn,
     VelocityColumn,
 )
+from hw.playback.quantum import quantum
 from hw.playback.reader import ANGLE_UNITS, CURRENT_UNITS, TIME_UNITS, TORQUE_UNITS, VELOCITY_UNITS
 from hw.playback.units import require_unit
 from rtctl.errors import ConfigError, DataError
 from rtctl.friction.logs.logs import FrictionSamples, file_sha256, level_points
-from rtctl.friction.logs.row_faults import quantum
 from rtctl.friction.points.columns import COLUMNS
 from rtctl.friction.points.measured import FrictionPoints, require_enough
 

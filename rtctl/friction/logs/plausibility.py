@@ -39,6 +39,9 @@ INERTIA_FACTOR = 2.0
 """An inertia further from that of the rig file is worth a word."""
 
 
+HARDLY_KNOWN = 0.5
+"""Half width of the inertia's interval, share of it, from which on the motion is said not to tell it."""
+
 OFFSET_SHARE = 0.1
 """An offset of a motor torque above this share of the Coulomb friction is worth a word."""
 
@@ -198,11 +201,19 @@ def against_rig(fit: JointFit, axis: AxisTable, path: Path | str) -> tuple[str, 
 
 
 def doubtful_parameters(fit: JointFit, limits: Limits) -> tuple[str, ...]:
-    """An inertia that no hand would want to move: a unit of the log is wrong."""
-    inertia = fit.symmetric.parameters["inertia_kgm2"].value
+    """An inertia that no hand would want to move: a unit of the log is wrong; and one that the motion does not tell."""
+    found = fit.symmetric.parameters["inertia_kgm2"]
+    inertia = found.value
+    told: tuple[str, ...] = ()
+    if found.high - inertia > HARDLY_KNOWN * inertia:
+        told = (
+            f"this motion hardly tells the inertia ({found.low:.3g} to {found.high:.3g} kg m^2): it is even where the joint slides; the friction points need the inertia little, "
+            "everything else does: record brisk motion of changing speed besides",
+        )
     if inertia <= limits.doubtful_kgm2:
-        return ()
+        return told
     return (
+        *told,
         f"the inertia, {inertia:.3g} kg m^2, is much for a joint that a hand moves: correct the unit of the torque (mN m?), of the position "
         "(deg, rev, counts) or of the time, or give --config RIG, which counts then",
     )
@@ -217,6 +228,6 @@ def doubtful_offsets(fit: JointFit) -> tuple[str, ...]:
         if not offset.holds(0.0) and abs(offset.value) > OFFSET_SHARE * coulomb:
             told.append(
                 f"{each.source}: an offset of {offset.value:.3g} N m, {100 * abs(offset.value) / coulomb:.0f} % of the Coulomb friction, is taken out of the points as the zero of the "
-                "motor torque: where that zero is right, friction differs by so much between the directions (or a weight pulls): --keep-offset leaves it in"
+                "motor torque: where that zero is right, friction differs by so much between the directions (or a weight pulls): --keep-offset leaves it in; until --offset-is-zero says that it is the sensor's, the points tell a fit that friction may be less by it"
             )
     return tuple(told)

@@ -12,15 +12,14 @@ Symmetric ``tau = J a + b v + F_c s + o``; per direction ``tau = J a + b+ v+ + b
 where offset and a difference of Coulomb friction cannot be told apart: both are in f+ and f-. In both the
 offset of each log drifts slowly (`rtctl.friction.logs.offsets`); o, f+ and f- are those of its mean.
 
-The intervals cover what is random in a log. A torque recorded early or late against the position, or
-bristles that still bend, shift the parameters besides: d seconds of delay add J d w^2 to the viscous friction
-seen at the angular frequency w, and a tenth of a millisecond may be more than its interval. Correct a known
-delay before (`rtctl.friction.logs.signal_shift.advanced`).
+The intervals cover what is random in a log, and what other readings of it say (`rtctl.friction.logs.other_readings`). A torque recorded early
+or late against the position, or bristles that still bend, shift the parameters: d seconds of delay add J d w^2 to the viscous friction
+seen at the angular frequency w. Correct a known delay before (`rtctl.friction.logs.signal_shift.advanced`).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,6 +27,7 @@ from rtctl.errors import DataError
 from rtctl.friction.logs.dynamics import RANK_TOLERANCE, SAMPLES_MIN, require_both_directions
 from rtctl.friction.logs.intervals import Estimate, covariance, estimates, time_blocks
 from rtctl.friction.logs.offsets import Offset, OffsetColumns, offset_columns
+from rtctl.friction.logs.other_readings import doubted, doubts
 from rtctl.friction.logs.regressors import Regressors
 
 STRIBECK_RAD_S = 0.1
@@ -123,6 +123,10 @@ def joint_fit(signals: Regressors) -> JointFit:
     )
     _require_signs(symmetric, signals.source)
     _require_explained(symmetric, signals.source)
+    by = doubts(signals)
+    symmetric, per_direction = (
+        replace(fit, parameters=doubted(fit.parameters, by)) for fit in (symmetric, per_direction)
+    )
     offsets = tuple(offset.describe(drift, signals.sources, signals.sliding))
     coefficients = tuple(float(each) for each in drift)
     both = speeds(signals)
@@ -161,13 +165,16 @@ def _remaining_delay(
 def of_the_position(signals: Regressors, half_period_s: float) -> bool:
     """Whether a torque that was put back by half a period, as a command that was held, was measured at the instants of the position instead.
 
-    It then looks early by that half period, and is surely nearer to none than to it.
+    It then looks early by that half period: surely nearer to it than to none, or near it and surely not held.
     """
     offset = offset_columns(signals)
     levels = dict(zip(offset.names, offset.logs.T, strict=True))
     columns = {"inertia_kgm2": signals.acceleration_rad_s2, "viscous_nms_rad": signals.velocity_rad_s}
     late = _remaining_delay(signals, {**columns, "coulomb_nm": signals.direction, **levels}, offset)
-    return late is not None and -1.5 * half_period_s < late.low and late.high < -0.5 * half_period_s
+    if late is None:
+        return False
+    nearer = -1.5 * half_period_s < late.low and late.high < -0.5 * half_period_s
+    return nearer or (late.high < 0 and late.holds(-half_period_s))
 
 
 def _misaligned(signals: Regressors, late: Estimate | None) -> tuple[str, ...]:

@@ -56,7 +56,8 @@ FALLBACK_PERIODS = 0.5
 class Regressors:
     """Filtered, thinned-out signals of one log or several. Arrays of one length.
 
-    `sliding` marks the rows to regress on, `log` is each row's index into `sources`, `radian` that of `AxisLog`.
+    `sliding` marks the rows to regress on, `log` is each row's index into `sources`, `radian` that of `AxisLog`, `inertia_short` the share
+    by which the steps of the position make the inertia too small (`rtctl.friction.logs.log_checks.coarseness`).
     """
 
     time_s: np.ndarray
@@ -72,6 +73,7 @@ class Regressors:
     sources: tuple[str, ...]
     warnings: tuple[str, ...] = ()
     radian: float = 1.0
+    inertia_short: float = 0.0
 
     @property
     def source(self) -> str:
@@ -276,6 +278,7 @@ def pooled(parts: list[Regressors]) -> Regressors:
         sources=tuple(part.source for part in parts),
         warnings=tuple(warning for part in parts for warning in part.warnings),
         radian=parts[0].radian,
+        inertia_short=0.0,
     )
 
 

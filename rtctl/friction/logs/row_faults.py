@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from hw.playback.quantum import quantum
 from rtctl.errors import DataError
 
 WINDOW_S, WINDOW_MIN, WINDOW_MAX = 0.04, 5, 21
@@ -94,14 +95,6 @@ def _interpolate(rows: Rows, bad: np.ndarray, *, torques: bool) -> None:
 def _window(rows: Rows) -> int:
     seconds = rows.usual if rows.time_s is not None else WINDOW_S / WINDOW_MAX
     return min(max(round(WINDOW_S / seconds), WINDOW_MIN), WINDOW_MAX) // 2 * 2 + 1
-
-
-def quantum(signal: np.ndarray) -> float:
-    """Least step between two values of a signal; tiny where it is not coarse."""
-    levels = np.unique(signal)
-    if len(levels) < 2:
-        return 0.0
-    return float(np.quantile(np.diff(levels), 0.02))
 
 
 def _deviation(rows: Rows) -> tuple[np.ndarray, np.ndarray, float]:

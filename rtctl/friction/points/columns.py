@@ -53,6 +53,13 @@ BESIDE = (
     Column("temperature_c", "degC", -100, 300, "of the motor; 0 throughout: no sensor", of_levels=True),
     Column("log", "", 0, 1e9, "number of the log, lap or session it is from"),
     Column("weakest_place_nm", "N m", -1e6, 1e6, "friction at the weakest place, signed as the motion"),
+    Column(
+        "zero_doubt_nm",
+        "N m",
+        0.0,
+        1e6,
+        "offset that was taken for the torque's zero: friction may be less by it in one direction",
+    ),
     Column("presliding_rad", "rad", 1e-12, LENGTH_MAX_RAD, "break-away points: presliding length"),
     Column("presliding_spread_rad", "rad", 0.0, LENGTH_MAX_RAD, "its standard deviation over ramps"),
     Column("presliding_ramps", "", 1.0, 1e9, "ramps behind it"),

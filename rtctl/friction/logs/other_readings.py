@@ -1,0 +1,106 @@
+"""How far the parameters of a log depend on how its friction and its rows are read: the part of an interval that is not random.
+
+What is random in a log moves a parameter by its standard error. A model that is not quite that of the joint moves it the same way in every block, and
+no scatter tells. But another model, or other rows, are moved otherwise. So the balance is solved again with what joints do besides (`_readings`): a torque
+that is late, friction that bends over speed, that remembers a turn, that grows with the torque, and with rows further from the turns. A parameter that changes by more than chance has
+changed by d; what is beyond chance of the largest d is its doubt (docs/theory.md 9.6).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from rtctl.friction.logs.dynamics import SAMPLES_MIN, SAMPLES_PER_CUTOFF
+from rtctl.friction.logs.intervals import Estimate, time_blocks
+from rtctl.friction.logs.offsets import offset_columns
+from rtctl.friction.logs.regressors import Regressors
+
+PEAK_SHARE = 0.25
+"""Speed at which the peak of another reading has fallen to 1/e, share of the log's speed."""
+
+MEMORY_RAD = 0.03
+"""Travel after a turn over which another reading lets friction build up."""
+
+ROWS_LEAST = 60
+"""Fewest rows of another reading."""
+
+KNOWS_LESS = 3.0
+"""A reading whose standard error is so many times larger knows too little of a parameter to cast doubt on it."""
+
+SHORT_MOST = 0.98
+"""Largest share of an inertia that is taken to be lost in the steps of the position: beyond it nothing is known of it."""
+
+TIMES = 1.5
+"""What is not known of a model is taken for so many times what was seen of it: with it nine in ten intervals of foreign logs hold the truth."""
+
+
+def doubts(signals: Regressors) -> np.ndarray:
+    """Doubt of inertia, viscous and Coulomb friction, (3,), added to both sides of their intervals."""
+    rows, offset = signals.sliding, offset_columns(signals)
+    nuisance = np.hstack([offset.logs, offset.drift])
+    block = np.full(len(rows), -1)
+    block[rows] = time_blocks(signals)
+    free = max(1, block.max() - len(offset.owner))
+    plain = _solved(signals, np.zeros((len(rows), 0)), nuisance, rows, block)
+    largest = np.zeros(3)
+    for more, kept in _readings(signals):
+        v = signals.velocity_rad_s[kept]
+        if len(v) < ROWS_LEAST or min((v > 0).sum(), (v < 0).sum()) < SAMPLES_MIN // 2:
+            continue
+        other = _solved(signals, more, nuisance, kept, block)
+        chance = ((other[1] - plain[1]) ** 2).sum(axis=0) * len(plain[1]) / free
+        beyond = np.sqrt(np.maximum((other[0] - plain[0]) ** 2 - chance, 0.0))
+        knows = (other[1] ** 2).sum(axis=0) <= KNOWS_LESS**2 * (plain[1] ** 2).sum(axis=0)
+        largest = np.maximum(largest, np.where(knows, beyond, 0.0))
+    found: np.ndarray = TIMES * largest
+    short = min(signals.inertia_short, SHORT_MOST)
+    found[0] += short / (1 - short) * abs(plain[0][0])
+    return found
+
+
+def doubted(parameters: Mapping[str, Estimate], by: np.ndarray) -> dict[str, Estimate]:
+    """The parameters with those doubts in their intervals; that of an offset is random alone."""
+    of = dict(zip(("inertia", "viscous", "coulomb"), by.tolist(), strict=True))
+    of["level"] = of["coulomb"]
+    return {name: each.doubted(of.get(name.split("_")[0], 0.0)) for name, each in parameters.items()}
+
+
+def _readings(signals: Regressors) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Columns that are added, the first of them no friction, and the rows."""
+    v, s, rows = signals.velocity_rad_s, signals.direction, signals.sliding
+    turns = np.flatnonzero(np.diff(np.sign(v), prepend=np.sign(v[0]) + 1))
+    x = signals.position_rad
+    since = np.abs(x - x[turns[np.searchsorted(turns, np.arange(len(v)), side="right") - 1]])
+    usual = PEAK_SHARE * float(np.quantile(np.abs(v[rows]), 0.95))
+    none = np.zeros(len(v))
+    yield np.column_stack([signals.jerk_rad_s3]), rows
+    yield np.column_stack([none, v * np.abs(v), s * np.exp(-np.abs(v) / usual)]), rows
+    yield np.column_stack([none, s * np.exp(-since / (MEMORY_RAD * signals.radian))]), rows
+    yield np.column_stack([none, s * np.abs(signals.acceleration_rad_s2)]), rows
+    reach = np.ones(SAMPLES_PER_CUTOFF + 1)
+    yield none[:, None], rows & (np.convolve(~rows, reach, mode="same") < 0.5)
+    yield none[:, None], rows & (since > np.median(since[rows]))
+
+
+def _solved(
+    signals: Regressors, more: np.ndarray, nuisance: np.ndarray, rows: np.ndarray, block: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Inertia, viscous and Coulomb friction with the columns `more`, of which what is friction is told as viscous and Coulomb, and what each block moved them by."""
+    motion = np.column_stack([signals.acceleration_rad_s2, signals.velocity_rad_s, signals.direction])
+    matrix, torque = np.hstack([motion, more, nuisance])[rows], signals.torque_nm[rows]
+    scale = np.sqrt((matrix**2).mean(axis=0))
+    scale[scale == 0] = 1.0
+    scaled = matrix / scale
+    inverse = np.linalg.pinv(scaled.T @ scaled, rcond=1e-12, hermitian=True)
+    found = inverse @ (scaled.T @ torque) / scale
+    moved = scaled @ inverse[:, :3] * (torque - matrix @ found)[:, None] / scale[:3]
+    scores = np.zeros((int(block.max()) + 1, 3))
+    np.add.at(scores, block[rows], moved)
+    values = found[:3].copy()
+    if more.shape[1] > 1:
+        friction = [1, 2, *range(4, 3 + more.shape[1])]
+        plain = np.column_stack([motion[rows][:, 1:], nuisance[rows]])
+        values[1:] = np.linalg.lstsq(plain, matrix[:, friction] @ found[friction], rcond=1e-9)[0][:2]
+    return values, scores
