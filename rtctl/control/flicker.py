@@ -28,8 +28,9 @@ _ACTIVE = int(State.ACTIVE)
 HELD_AFTER = 5.0
 """Turns that are a flicker: two whole swings after the first."""
 
-HELD_S = 0.15
-"""And so much time: an encoder that is noisy turns all the time, and a joint that moves on is not to go by steps of `WIDE` counts."""
+HELD_S = 0.5
+"""And so much time: an encoder that is noisy turns all the time, and a joint that moves on is not to go by steps of `WIDE` counts. A hand that turns
+back rests for some tenths of a second: taken for a flicker, it was answered otherwise at each turn, and some elastic joints rang louder after it."""
 
 WIDE = 3.0
 """Counts between the outermost readings: a swing of up to a count and a half to either side reads no further."""

@@ -34,7 +34,7 @@ class Estimate:
     doubt: float = 0.0
 
     def doubted(self, by: float) -> Estimate:
-        """This estimate with `by` added to both sides of the interval (`rtctl.friction.logs.other_readings`)."""
+        """The estimate with `by` added to both sides of the interval (`rtctl.friction.logs.other_readings`)."""
         return Estimate(self.value, self.standard_error, self.low - by, self.high + by, self.doubt + by)
 
     def holds(self, truth: float) -> bool:
