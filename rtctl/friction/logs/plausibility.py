@@ -207,7 +207,7 @@ def doubtful_parameters(fit: JointFit, limits: Limits) -> tuple[str, ...]:
     told: tuple[str, ...] = ()
     if found.high - inertia > HARDLY_KNOWN * inertia:
         told = (
-            f"this motion hardly tells the inertia ({found.low:.3g} to {found.high:.3g} kg m^2): it is even where the joint slides; the friction points need the inertia little, "
+            f"this motion hardly tells the inertia ({found.low:.3g} to {found.high:.3g} kg m^2), as where a joint slides evenly; the friction points need the inertia little, "
             "everything else does: record brisk motion of changing speed besides",
         )
     if inertia <= limits.doubtful_kgm2:
