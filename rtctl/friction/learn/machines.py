@@ -120,9 +120,8 @@ def train(
         if found is not None and (found.converged or max_iterations < MAX_ITERATIONS):
             return found
         assert gram.matrix is not None
-        gram = Gram(
-            gram.matrix, pivoted(gram.matrix, FINE)
-        )  # what LIBSVM gives up has an optimum all the same
+        # what LIBSVM gives up has an optimum all the same
+        gram = Gram(gram.matrix, pivoted(gram.matrix, FINE))
     return _by_factor(candidate, speed, friction_nm, weight, gram, tolerance_nm)
 
 

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from law_rig import COUNT, LawRig, T
 
+from rtctl.check.verdicts_of_loop import FLICKER_COUNTS
 from rtctl.control.flicker import EASE_S, HELD_AFTER, WIDE, steady_reading
 from rtctl.control.vocabulary import State
+from rtctl.friction.guarantee import RELEASE_COUNTS
 
 PLACE = 1234
 
@@ -114,6 +116,12 @@ def test_a_noisy_encoder_at_rest_stands_still():
     taken = Encoder().at(noise)
     assert np.ptp(taken[700:]) == 0.0
     assert abs(taken[-1]) < 0.3
+
+
+def test_what_check_counts_on_is_what_the_law_does():
+    """`rtctl check` has these as numbers of its own: reading a report must not load the compiler."""
+    assert FLICKER_COUNTS == WIDE / 2
+    assert RELEASE_COUNTS == WIDE + 0.5
 
 
 def test_a_sample_that_is_no_number_ends_no_flicker_and_nothing_of_it_stays():
