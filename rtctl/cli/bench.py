@@ -247,6 +247,6 @@ def _with_clock(quick: bool, minutes: float | None, rig_seconds: float) -> dict[
             shipped_config("mock-10khz.toml"), 2 if quick else 6, 60 * short / 2
         ),
         "streams": lambda: streams.rows(
-            shipped_config("mock-10khz.toml"), 60 * short, max(1, round(minutes or 1))
+            shipped_config("mock-10khz.toml"), 20 * short, 3 * max(1, round(minutes or 1))
         ),
     }

@@ -23,17 +23,24 @@ SUBSCRIBERS = 10
 
 
 def rows(config: Path, seconds: float, rounds: int = 1) -> list[Row]:
-    """`rounds` times: the daemon with recording and subscribers for `seconds`, half before and half after it as much of cyclictest."""
+    """`rounds` times: the daemon with recording and subscribers for `seconds`, half before and half after it as much of cyclictest.
+
+    cyclictest has the machine to itself. The sum of what was missed is mostly a few standstills of a shared machine, which fall
+    where they like: the median of the rounds says what is missed besides.
+    """
     loaded = load(config)
     loop = loaded.config.loop
     interval_us = round(1e6 / loop.rate_hz)
-    theirs = Latencies.of(np.zeros(0))
+    theirs: list[Latencies] = []
     runs = []
     for _ in range(rounds):
-        theirs += cyclictest.run(seconds / 2, interval_us, loop.priority, last_core())
+        before = cyclictest.run(seconds / 2, interval_us, loop.priority, last_core())
         runs.append(_daemon_with_subscribers(config, loaded.config.rig.name, seconds))
-        theirs += cyclictest.run(seconds / 2, interval_us, loop.priority, last_core())
-    reference = theirs.missed(interval_us)
+        theirs.append(before + cyclictest.run(seconds / 2, interval_us, loop.priority, last_core()))
+    references = [one.missed(interval_us) for one in theirs]
+    reference = sum(references)
+    ours = [int(summary["missed_ticks"]) for summary, _ in runs]
+    usual, usual_reference = (float(np.median(values)) for values in (ours, references))
     seen = [one for _, those in runs for one in those]
     arrived = min(one["received"] / (one["last"] - one["first"] + 1 - one["missed"]) for one in seen)
     lost = sum(max(one["lost"], one["gaps"] - one["missed"]) for one in seen)  # each loss shows in both
@@ -53,6 +60,8 @@ def rows(config: Path, seconds: float, rounds: int = 1) -> list[Row]:
         Row("ticks that the recording dropped meanwhile", unwritten, "ticks", f"of {ticks}", 0.0),
         Row(f"missed ticks against cyclictest, {rate}, recording, {SUBSCRIBERS} subscribers", missed / max(1, reference), "x",
             f"ours {missed}, cyclictest {reference} at {interval_us} us, {rounds} x {seconds:g} s each, in turn{told}", 0.8),
+        Row("the same, median of the rounds", usual / max(1, usual_reference), "x",
+            f"ours {usual:g}, {max(ours)} in the worst; cyclictest {usual_reference:g}, {max(references)} in the worst"),
     ]  # fmt: skip
 
 
