@@ -10,13 +10,13 @@ from click.shell_completion import get_completion_class
 @click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
 @click.pass_context
 def command(ctx: click.Context, shell: str) -> None:
-    r"""Print the completion of rtctl for SHELL.
+    """Print the completion of rtctl for SHELL.
 
     \b
     bash, in ~/.bashrc:                     eval "$(rtctl completion bash)"
     zsh, in ~/.zshrc:                       eval "$(rtctl completion zsh)"
     fish, in ~/.config/fish/config.fish:    rtctl completion fish | source
-    """
+    """  # noqa: D301  # the backspace itself tells click to leave the lines as they are
     made = get_completion_class(shell)
     assert made is not None
     click.echo(made(ctx.find_root().command, {}, "rtctl", "_RTCTL_COMPLETE").source())

@@ -22,7 +22,7 @@ def _complete(_ctx: click.Context, _param: click.Parameter, incomplete: str) -> 
 @click.option("--name", help="name of the new rig; default: the name of TARGET without .toml")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout")
 def command(shipped: str | None, target: Path | None, name: str | None, *, as_json: bool) -> None:
-    r"""Copy the rig file SHIPPED to TARGET, a rig of your own; without arguments, list what there is.
+    """Copy the rig file SHIPPED to TARGET, a rig of your own; without arguments, list what there is.
 
     TARGET gets the name of the new rig, and the files that the rig file names (friction models, schedules) go along
     beside it. Nothing that exists is overwritten.
@@ -30,7 +30,7 @@ def command(shipped: str | None, target: Path | None, name: str | None, *, as_js
     \b
         rtctl init mock.toml my-rig.toml
         rtctl run my-rig.toml --arm
-    """
+    """  # noqa: D301  # the backspace itself tells click to leave the lines as they are
     from rtctl.errors import ConfigError
     from rtctl.simulation.shipped_files import about, rig_files, write_copy
 

@@ -62,6 +62,8 @@ class Motion:
         Newest tick seen.
     hand_zero_nm
         Hand torque that counts as none: follows the slow drift of the force sensor.
+    hand_seen_nm
+        Most that the force sensor had beyond that when it last ended a motion.
     low_rad, high_rad
         Travel to use; set by `choose_travel`.
     ripple, presliding_rad
@@ -76,7 +78,7 @@ class Motion:
         self, rig: Rig, settings: Settings, notice: Callable[[str], None] = lambda _text: None
     ) -> None:
         self.rig, self.settings, self.notice = rig, settings, notice
-        self.hand_zero_nm = 0.0
+        self.hand_zero_nm = self.hand_seen_nm = 0.0
         self.low_rad, self.high_rad = rig.position_min_rad, rig.position_max_rad
         self.ripple, self.presliding_rad, self.stiffening = Ripple(), 0.0, 1.0
         self.last: Any = None
@@ -160,8 +162,14 @@ class Motion:
                 "again (what was measured is kept: --resume)"
             )
         if int(self.last["program_flags"][self.rig.axis]) & ProgramFlag.HAND:
+            self.hand_seen_nm = float(self._hand_nm(rows).max())
             raise HandSeen
         return rows
+
+    def _hand_nm(self, rows: np.ndarray) -> np.ndarray:
+        """Torque of these ticks that the force sensor has not at rest, N m, without its sign."""
+        torque: np.ndarray = np.abs(rows["hand_torque_nm"][:, self.rig.axis] - self.hand_zero_nm)
+        return torque
 
     def see_any(self, order: Order) -> Steps[np.ndarray]:
         """As `see`, in any state and whatever the flags."""
@@ -218,19 +226,20 @@ class Motion:
             The force sensor is not quiet within `HAND_PATIENCE_S`, or after `PAUSES` pauses.
         """
         self.notice("hand on the rig: take it off")
-        quiet_s = waited_s = most_nm = 0.0
+        quiet_s = waited_s = 0.0
+        most_nm = self.hand_seen_nm
         order = Order(self.order(Program.BRAKE, 3600.0))
         while quiet_s < 1.0:
             rows = yield from self.see(order)
             order = Order()
             seconds = len(rows) * self.rig.period_s
-            torque = np.abs(rows["hand_torque_nm"][:, self.rig.axis] - self.hand_zero_nm)
+            torque = self._hand_nm(rows)
             most_nm = max(most_nm, float(torque.max()))
             quiet_s = quiet_s + seconds if np.all(torque <= self.rig.hand_limit_nm) else 0.0
             waited_s += seconds
             if (waited_s > HAND_PATIENCE_S and quiet_s == 0.0) or pauses >= PAUSES:
                 raise HandOnRigError(
-                    f"torque on the force sensor (up to {most_nm:.3f} N m, limit {self.rig.hand_limit_nm:g}) after "
+                    f"torque on the force sensor (up to {most_nm:.3g} N m, limit {self.rig.hand_limit_nm:g}) after "
                     f"{waited_s:.0f} s and {pauses} pauses: nobody may touch the rig while its friction is "
                     "identified. Take the hand off (or raise --hand-limit) and continue with --resume"
                 )

@@ -30,6 +30,13 @@ def outputs():
                 yield path, option
 
 
+def test_no_help_shows_the_mark_that_keeps_its_lines_apart():
+    helps = [command.get_help(click.Context(command, info_name=path[-1])) for path, command in ALL.items()]
+    assert len(helps) > 30
+    assert not [text for text in helps if "\\b" in text]
+    assert sum("\n      rtctl init mock.toml my-rig.toml\n" in text for text in helps) == 1
+
+
 def test_every_option_that_names_an_output_is_one():
     found = list(outputs())
     assert len(found) > 15

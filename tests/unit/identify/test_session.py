@@ -1,5 +1,6 @@
 """The procedure on the simulated rig: right points, limits kept, hands seen, errors named."""
 
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -153,8 +154,10 @@ def test_a_hand_that_stays_is_a_named_error(tmp_path):
 def test_a_hand_that_only_drags_is_a_named_error_too(tmp_path):
     drag = GRIP.replace("stiffness_nm_rad = 1.0", "stiffness_nm_rad = 0.0") + "start_s = 20.0\n"
     drag += "grips_s = [[30.0, 1e6]]\n"
-    with pytest.raises(HandOnRigError, match="pauses"):
+    with pytest.raises(HandOnRigError, match="pauses") as told:
         run(variant(tmp_path, LIMITED, (HAND, drag)), SLOWER)
+    most, limit = map(float, re.search(r"up to (\S+) N m, limit (\S+)\)", str(told.value)).groups())
+    assert most > limit, "it drags while the joint turns, and is quiet while it rests"
 
 
 def test_a_hand_that_moves_before_arming_is_a_named_error(tmp_path):
