@@ -28,8 +28,8 @@ class Collected:
     discarded: int = 0
     in_vain: int = 0
     """Tries since the last one that gave something."""
-    stiff: bool = False
-    """Whether the servo was made stiffer."""
+    servo: int = 0
+    """How many other servos were tried."""
     ramps: list[Ramp] = field(default_factory=list)
     """Beginnings of the slow break-away ramps, for the presliding length."""
     slip_rad: float = SLIP_RAD

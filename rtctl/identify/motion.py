@@ -68,8 +68,6 @@ class Motion:
         Travel to use; set by `choose_travel`.
     ripple, presliding_rad
         The gear's ripple and the presliding length, as far as they were measured already.
-    stiffening
-        Factor on the servo's stiffness.
     notice
         Receives what a person must know now; an empty text when it is over.
     """
@@ -80,7 +78,7 @@ class Motion:
         self.rig, self.settings, self.notice = rig, settings, notice
         self.hand_zero_nm = self.hand_seen_nm = 0.0
         self.low_rad, self.high_rad = rig.position_min_rad, rig.position_max_rad
-        self.ripple, self.presliding_rad, self.stiffening = Ripple(), 0.0, 1.0
+        self.ripple, self.presliding_rad = Ripple(), 0.0
         self.last: Any = None
         self._count = 0
 
@@ -90,11 +88,6 @@ class Motion:
     def position_rad(self) -> float:
         """Newest position."""
         return float(self.last["position_rad"][self.rig.axis])
-
-    @property
-    def stiffness_nm_rad(self) -> float:
-        """Stiffness of the servo."""
-        return self.stiffening * self.rig.stiffness_nm_rad
 
     def choose_travel(self) -> None:
         """Use the travel around the present position: all of it, or one and a half turns either way."""
@@ -128,7 +121,7 @@ class Motion:
             "limit_ticks": round(limit_s / rig.period_s),
             "velocity_rad_s": 0.0,
             "acceleration_rad_s2": self.acceleration_rad_s2,
-            "stiffness_nm_rad": self.stiffness_nm_rad,
+            "stiffness_nm_rad": rig.stiffness_nm_rad,
             "damping_nms_rad": rig.damping_nms_rad,
             "alpha": rig.period_s / (rig.period_s + rig.filter_s),
             "torque_max_nm": rig.servo_max_nm,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,16 +13,17 @@ from rtctl.identify.motion import LOOK_S, SLIP_RAD, SPARE_S, HandSeen, Motion, O
 from rtctl.identify.places import HERE, Spot, go_on, spots
 from rtctl.identify.ripple import Ripple, measured
 from rtctl.identify.slip import slip
-from rtctl.identify.tick_readings import is_even, is_steady, measure, stood_still
+from rtctl.identify.tick_readings import is_even, is_steady, measure, stood_still, stops_and_starts
 from rtctl.identify.windows import Allowance, per_place, run_up_rad, window_s
 
 SETTLE_S, SETTLE_RAD = 2.0, 0.03
 """Patience of the steady-state test: this time plus the time for this travel."""
-STIFFER = 4.0
-"""Where no try becomes steady the servo's stiffness is raised by this, once.
+SERVOS = ((1.0, 1.0), (4.0, 1.0), (4.0, 3.0))
+"""What is tried in turn where no try becomes steady: the servo's stiffness, and its filter's time, each so many times.
 
 Where friction falls with speed by g' (below 0), a bristle of stiffness s0 acts on a servo like a spring s0 v g'/g, which its
 own must exceed or the joint stick-slips: 48 N m/rad at .01 rad/s on the mock with the Stribeck speed .01, against 43.
+But one count of a coarse encoder may be worth half the friction of a light joint, which then jumps from count to count.
 """
 RIPPLE_PERIODS = 6.0
 RIPPLES_PER_TURN_MIN = 4.0
@@ -99,8 +101,9 @@ def _run(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
         if stood_still(rows):
             continue
         measurement = measure(rows, rig.axis, rig.period_s, rig.inertia_kgm2, bias_nm)
-        if not is_even(
-            rows["position_rad"][:, rig.axis], rig.period_s, direction * speed, rig.count_rad, share
+        position, sent = rows["position_rad"][:, rig.axis], rows["torque_applied_nm"][:, rig.axis]
+        if not is_even(position, rig.period_s, direction * speed, rig.count_rad, share) or stops_and_starts(
+            sent, rig.period_s, speed, rig.inertia_kgm2
         ):
             del got.measurements[before:]  # it had become unsteady already: what grew into this was in them
             break
@@ -117,14 +120,14 @@ def collect(motion: Motion, task: Task, bias_nm: float) -> Steps[Collected]:
     Raises
     ------
     UnsteadyError
-        The joint never moves steadily at this speed, with a stiffer servo neither; it is at rest.
+        The joint never moves steadily at this speed, with no servo; it is at rest.
     DataError
         The joint does not move.
     HandOnRigError
         A hand stays on the rig.
     """
-    settings = motion.settings
-    got, pauses, before = Collected(slip_rad=SLIP_RAD * motion.rig.radian), 0, -1
+    settings, rig = motion.settings, motion.rig
+    got, pauses, before = Collected(slip_rad=SLIP_RAD * rig.radian), 0, -1
     places = spots(motion, task)
     part = slip if task.speed_rad_s == 0 else _run
     try:
@@ -136,22 +139,24 @@ def collect(motion: Motion, task: Task, bias_nm: float) -> Steps[Collected]:
             try:
                 yield from part(motion, task, got, spot, bias_nm)
                 if got.hopeless(settings.measurements):
-                    yield from _stiffen(motion, task, got)
+                    yield from _other_servo(motion, task, got)
             except HandSeen:
                 pauses = 0 if len(got.measurements) > before else pauses + 1
                 yield from motion.wait_for_free_rig(pauses)
     finally:
-        motion.stiffening = 1.0
+        motion.rig = rig
     return got
 
 
-def _stiffen(motion: Motion, task: Task, got: Collected) -> Steps[None]:
-    """Give a speed that does not become steady one more chance, with a stiffer servo; then give it up. Raises UnsteadyError."""
-    if got.stiff or task.speed_rad_s == 0:
+def _other_servo(motion: Motion, task: Task, got: Collected) -> Steps[None]:
+    """Give a speed that does not become steady another chance with the next of `SERVOS`; then give it up. Raises UnsteadyError."""
+    if got.servo + 1 == len(SERVOS) or task.speed_rad_s == 0:
         yield from motion.rest()
         raise UnsteadyError(
             f"{task.name}: {got.discarded} tries gave only {len(got.measurements)} of {motion.settings.measurements} measurements; "
-            "the motion never becomes steady there: stick-slip where friction falls with speed, backlash or a hard spot"
+            "the motion never becomes steady there: stick-slip where friction falls with speed, an encoder too coarse for so slow a "
+            "motion, backlash or a hard spot"
         )
-    got.stiff, got.in_vain, got.discarded = True, 0, min(got.discarded, motion.settings.measurements)
-    motion.stiffening = STIFFER
+    got.servo, got.in_vain, got.discarded = got.servo + 1, 0, min(got.discarded, motion.settings.measurements)
+    stiffer, calmer = SERVOS[got.servo]
+    motion.rig = replace(motion.rig, stiffer=stiffer, calmer=calmer)

@@ -88,6 +88,10 @@ class Rig:
     radian: float = 1.0
     """What stands for a radian in every length, speed and acceleration that is chosen in rad; of a rotary axis 1."""
     motion: str = "rotary"
+    stiffer: float = 1.0
+    """The servo's stiffness is so many times what its damping asks for."""
+    calmer: float = 1.0
+    """The servo's filter is so many times as slow, its damping as small."""
 
     @property
     def turn_rad(self) -> float:
@@ -104,7 +108,7 @@ class Rig:
         to stay below CHATTER_SHARE of the limit.
         """
         quiet = math.sqrt(self.inertia_kgm2 * self.count_rad / (4 * CHATTER_SHARE * self.torque_limit_nm))
-        return max(2 * self.period_s, quiet)
+        return self.calmer * max(2 * self.period_s, quiet)
 
     @property
     def damping_nms_rad(self) -> float:
@@ -113,8 +117,8 @@ class Rig:
 
     @property
     def stiffness_nm_rad(self) -> float:
-        """Gain k of the servo: damping ratio sqrt(3)/2 with d."""
-        return self.damping_nms_rad**2 / (3 * self.inertia_kgm2)
+        """Gain k of the servo: damping ratio sqrt(3)/2 with d, where it is not made stiffer."""
+        return self.stiffer * self.damping_nms_rad**2 / (3 * self.inertia_kgm2)
 
     @property
     def servo_max_nm(self) -> float:

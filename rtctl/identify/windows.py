@@ -36,7 +36,7 @@ class Allowance:
         if pairs or ripple.amplitude_nm <= 0.0:
             return cls(length_s, pairs)
         # too slow for whole periods: the window sees a slope that it cannot tell from a drift
-        share = ripple.slope_nm_rad / motion.stiffness_nm_rad
+        share = ripple.slope_nm_rad / motion.rig.stiffness_nm_rad
         change = ripple.change_nm(speed_rad_s * length_s)
         return cls(length_s, pairs, 3.0 * settle_rad(motion), change, share)
 

@@ -20,6 +20,7 @@ MEAN = ("tests/unit/friction/test_mean.py",)
 FORETOLD = ("tests/unit/friction/test_foretold.py",)
 GIVEN_UP = ("tests/unit/friction/test_given_up.py",)
 HARD = "tests/unit/identify/test_difficult_joints.py"
+LIGHT = "tests/unit/identify/test_light_joint.py"
 
 SEEDS = (
     Seed(
@@ -147,6 +148,13 @@ SEEDS = (
         "np.all(off <= (UNEVEN_SHARE",
         "np.any(off <= (UNEVEN_SHARE",
         (f"{HARD}::test_stick_slip_is_not_steady_whatever_the_mean",),
+    ),
+    Seed(
+        "a joint that jumps from count to count moves steadily",
+        "rtctl/identify/tick_readings.py",
+        "< REST_RMS * abs(speed_rad_s)",
+        "< 100.0 * abs(speed_rad_s)",
+        (f"{LIGHT}::test_a_torque_that_brings_the_joint_to_rest_between_is_told",),
     ),
     Seed(
         "a drift over whole periods of a ripple is not seen",

@@ -1,0 +1,86 @@
+"""A light joint on a coarse encoder, one count worth half its friction: it may jump from count to count while its mean speed is right."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from identified import SMALL, run
+
+from rtctl.friction.truth import true_friction_nm
+from rtctl.identify.points import SERVOS
+from rtctl.identify.tick_readings import REST_RMS, stops_and_starts
+from rtctl.rig_file.config import load
+
+GIMBAL = """schema = 1
+[rig]
+name = "gimbal"
+[loop]
+rate_hz = 2000.0
+clock = "virtual"
+[[axis]]
+name = "joint"
+inertia_kgm2 = 0.00012
+viscous_nms_rad = 0.0008
+dry_friction_nm = 0.006
+encoder_counts_per_rev = 16384
+gear_ratio = 1.0
+gear_efficiency = 1.0
+torque_constant_nm_a = 0.12
+lever_m = [0.0, 0.05, 0.0]
+torque_limit_nm = 0.4
+torque_rate_nm_s = 400.0
+velocity_limit_rad_s = 30.0
+current_limit_a = 5.0
+[axis.coupling]
+stiffness_nm_rad = 2.0
+damping_nms_rad = 0.0002
+[[device]]
+kind = "mock"
+[[device.options.axis]]
+inertia_kgm2 = 0.00012
+[device.options.axis.friction]
+coulomb_nm = 0.008
+breakaway_nm = 0.01
+stribeck_rad_s = 0.1
+viscous_nms_rad = 0.0008
+bristle_stiffness_nm_rad = 3.0
+bristle_damping_nms_rad = 0.003
+[[device.options.hand]]
+kind = "none"
+"""
+
+
+def test_what_is_measured_is_right_and_what_jumps_is_left_out(tmp_path):
+    path = tmp_path / "gimbal.toml"
+    path.write_text(GIMBAL)
+    settings = replace(SMALL, train_levels=6, test_levels=0, speed_min_rad_s=0.006, speed_max_rad_s=0.05)
+    kept = run(path, settings)
+    moving = [point for point in kept.points if point.target_rad_s]
+    true_nm = true_friction_nm(load(path), 0, np.array([point.velocity_rad_s for point in moving]))
+    errors = np.abs([point.friction_torque_nm for point in moving]) / true_nm - 1.0
+    assert np.abs(errors).max() < 0.02
+    slowest = min(abs(point.target_rad_s) for point in moving)
+    assert slowest == pytest.approx(0.014, abs=0.001), "needs the calmer servo"
+    skipped = {abs(task.speed_rad_s) for task, _ in kept.skipped}
+    assert len(moving) + len(kept.skipped) == 12
+    assert 0 < max(skipped) < slowest
+    assert all("an encoder too coarse" in why for _, why in kept.skipped)
+
+
+@pytest.mark.parametrize("share", [0.9, 1.1])
+@pytest.mark.parametrize("hz", [20.0, 60.0, 200.0])
+def test_a_torque_that_brings_the_joint_to_rest_between_is_told(share, hz):
+    inertia, speed, period_s = 0.01, 0.5, 1e-4
+    t = np.arange(4000) * period_s
+    swing_nm = share * speed * inertia * 2 * math.pi * hz
+    torque = 0.3 + 0.1 * t + swing_nm * np.sin(2 * math.pi * hz * t)
+    assert stops_and_starts(torque, period_s, -speed, inertia) == (share > 1)
+    assert stops_and_starts(np.where(t == t[7], np.nan, torque), period_s, speed, inertia)
+
+
+def test_the_bound_is_a_sine_that_just_comes_to_rest():
+    assert (
+        pytest.approx(np.sqrt(np.mean(np.sin(np.linspace(0, 2 * math.pi, 1000)) ** 2)), abs=1e-3) == REST_RMS
+    )
+    assert SERVOS[0] == (1.0, 1.0)
