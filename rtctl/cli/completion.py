@@ -16,7 +16,7 @@ def command(ctx: click.Context, shell: str) -> None:
     bash, in ~/.bashrc:                     eval "$(rtctl completion bash)"
     zsh, in ~/.zshrc:                       eval "$(rtctl completion zsh)"
     fish, in ~/.config/fish/config.fish:    rtctl completion fish | source
-    """  # noqa: D301  # the backspace itself tells click to leave the lines as they are
+    """
     made = get_completion_class(shell)
     assert made is not None
     click.echo(made(ctx.find_root().command, {}, "rtctl", "_RTCTL_COMPLETE").source())

@@ -88,7 +88,10 @@ def test_a_speed_that_never_becomes_steady_is_left_out_and_the_rest_goes_on(tmp_
     assert document["complete"]
     assert [f"{middle:.5f}" in one["name"] for one in document["skipped"]] == [True, True]
     assert all("never becomes steady" in one["why"] for one in document["skipped"])
-    assert [f"{len(module.SERVOS) * IN_VAIN} tries" in one["why"] for one in document["skipped"]] == [True, True]
+    assert [f"{len(module.SERVOS) * IN_VAIN} tries" in one["why"] for one in document["skipped"]] == [
+        True,
+        True,
+    ]
     assert len(document["points"]) == len(tasks(SMALL)) - 2
     assert sum(text.startswith("left out: ") for text in notices) == 2
     monkeypatch.undo()
