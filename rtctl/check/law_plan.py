@@ -237,9 +237,10 @@ def _fill_compensation(
     p["friction_stop_rad"][a] = friction.stop_rad or sure.turn_rad(policy)
     p["rest_alpha"][a] = lowpass_alpha(REST_HZ, period_s)
     p["friction_gate_deadband_nm"][a] = friction.gate_deadband_nm
-    p["friction_gate_nm"][a] = friction.gate_nm
+    p["friction_intent_nm"][a] = sure.intent_nm
+    p["friction_gate_nm"][a] = sure.gate_nm
     p["tremble_turn_s"][a] = LONGEST_S
-    p["friction_brake_nm"][a] = SLIDING_GATE * friction.gate_nm
+    p["friction_brake_nm"][a] = SLIDING_GATE * sure.gate_nm
     p["friction_gate_alpha"][a] = (
         -math.expm1(-period_s / friction.gate_lowpass_s) if friction.gate_lowpass_s else 1.0
     )
@@ -292,7 +293,6 @@ def _fill_friction(p: np.void, a: int, axis: AxisTable, config: Config, model: F
     p["friction_blend_rad_s"][a] = friction.blend_rad_s
     p["friction_deadband_rad_s"][a] = friction.deadband_rad_s
     p["friction_dither_ticks"][a] = max(2, round(config.loop.rate_hz / friction.dither_hz))
-    p["friction_intent_nm"][a] = friction.intent_nm
     p["friction_intent_alpha"][a] = lowpass_alpha(
         friction.intent_lowpass_at(config.loop.rate_hz), config.period_s
     )

@@ -109,7 +109,7 @@ def wish(s: Subject) -> list[Verdict]:
         or table.policy not in _GATED_BY_WISH
     ):
         return []
-    lead = found.feedforward_max_nm / table.intent_nm
+    lead = found.feedforward_max_nm / s.axis.guarantee.intent_nm
     heaviest = HEAVIEST_HAND_KGM2 * s.hand
     lead *= heaviest / (s.table.inertia_kgm2 + heaviest)
     lowpass_hz = table.intent_lowpass_at(1 / s.period_s)

@@ -133,6 +133,11 @@ def _account_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
             f"{sure.bank_j * 1e3:.3g} mJ",
             f"a hand is given at most {sure.given_most_j * 1e3:.3g} mJ",
         ),
+        (
+            "push that is helped at rest",
+            f"{sure.intent_nm:.3g} N m",
+            f"by a hand, with all of it (intent_nm); {sure.gate_nm:.3g} N m opens the gate (gate_nm)",
+        ),
     ]
 
 

@@ -20,9 +20,6 @@ from rtctl.rig_file.friction_tables import CAP_SHARE_MAX
 _HALVINGS = 10
 _GRID = 4000
 
-INTENT_SHARE = 0.2
-"""Hand torque at which intent saturates, of the dry friction; the gate is open at half of it. The defaults are that of .25 N m."""
-
 START_SHARE = 0.9
 """Share of the largest gain that passes with which a rig file should begin. The rest is for what no test knows."""
 
@@ -49,8 +46,6 @@ class AxisGain:
     margin_at_zero_nm: float
     viscous_gain: float
     drift_nm: float
-    intent_nm: float = 0.0
-    """Hand torque at which intent saturates, by this friction; 0: the default is one for joints of this size."""
 
     @property
     def start_gain(self) -> float:
@@ -73,11 +68,6 @@ class AxisGain:
             f"cap_share = {self.start_cap_share:g}".ljust(36) + "# gain times the least dry friction",
             f"drift_nm = {self.drift_nm:g}",
         ]
-        if self.intent_nm > 0:
-            lines += [
-                f"intent_nm = {self.intent_nm:g}".ljust(36) + f"# {INTENT_SHARE:g} of the least dry friction",
-                f"gate_nm = {0.5 * self.intent_nm:g}".ljust(36) + "# half of it",
-            ]
         return "\n".join(lines)
 
 
@@ -148,12 +138,4 @@ def of_axis(model: FrictionModel, axis: AxisTable, T: float) -> AxisGain:
         margin_at_zero_nm=at_zero[0],
         viscous_gain=axis.friction.viscous_gain,
         drift_nm=axis.friction.drift_nm,
-        intent_nm=_intent_nm(model, axis),
     )
-
-
-def _intent_nm(model: FrictionModel, axis: AxisTable) -> float:
-    """Intent by the friction of a linear axis, which may be of any size, to two digits; 0 for a rotary one."""
-    if axis.motion != "linear":
-        return 0.0
-    return float(f"{INTENT_SHARE * float(model.friction_min_nm.min()):.2g}")

@@ -31,6 +31,12 @@ TURN_SHARE = 0.8
 """Share of the presliding length over which a stop operator turns: bristles bent to one end turn up to twice as steeply as the straight line
 of the length, LuGre's, or just as steeply, elasto-plastic ones."""
 
+INTENT_SHARE, GATE_SHARE = 0.2, 0.1
+"""Hand torques at which intent saturates and the gate is open, of the least dry friction: which hands are left at rest was measured with these."""
+
+DRY_UNKNOWN_NM = 0.25
+"""Dry friction that intent and gate go by where no model and no rig file tells any."""
+
 ASSUMED = "assumed"
 """Source of a presliding length that nobody measured or gave."""
 
@@ -55,6 +61,10 @@ class Guarantee:
     """Length x_b of the credited bristles (`control.dry_friction`)."""
     bank_j: float
     """Bank of the compensation's account (`control.assistance`)."""
+    intent_nm: float
+    """Torque of the hand at which intent saturates: as the rig file says, or a share of the least dry friction."""
+    gate_nm: float
+    """Torque of the hand that opens the force gate, likewise."""
 
     @property
     def measured(self) -> bool:
@@ -109,6 +119,8 @@ def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
     sliding_nm = doubt_nm
     if model is not None and model.sliding_doubt_nm is not None:
         sliding_nm = min(doubt_nm, friction.drift_nm + model.sliding_doubt_nm)
+    dry_nm = axis.dry_friction_nm if model is None else float(model.friction_min_nm.min())
+    dry_nm = dry_nm if dry_nm > 0 else DRY_UNKNOWN_NM
     length_rad, spread_rad, source = LENGTH_UNKNOWN_RAD, 0.0, ASSUMED
     if friction.presliding_rad > 0:
         length_rad, source = friction.presliding_rad, "rig file"
@@ -125,4 +137,6 @@ def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
         length_source=source,
         credited_rad=credited_rad,
         bank_j=min(peak_nm * credited_rad, BANK_MOST_J),
+        intent_nm=friction.intent_nm or INTENT_SHARE * dry_nm,
+        gate_nm=friction.gate_nm or GATE_SHARE * dry_nm,
     )

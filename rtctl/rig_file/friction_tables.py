@@ -99,7 +99,7 @@ class FrictionTable(Table):
     deadband_rad_s: float = number(0, 10, "deadband policy: slower motion has no direction", default=0.01)
     dither_hz: float = number(1, 1000, "dither policy: frequency", default=80.0)
     intent_nm: float = number(
-        1e-5, 1e3, "hand torque at which intent saturates; 0.2 F_c is usual", default=0.05
+        0, 1e3, "hand torque at which intent saturates; 0: .2 of the least dry friction", default=0.0
     )
     intent_lowpass_hz: float = number(
         0,
@@ -109,7 +109,7 @@ class FrictionTable(Table):
     )
     gate_deadband_nm: float = number(0, 1e3, "hand torque below which the gate stays shut", default=0.002)
     gate_nm: float = number(
-        1e-5, 1e3, "hand torque that opens the gate fully; 0.1 F_c is usual", default=0.03
+        0, 1e3, "hand torque that opens the gate fully; 0: .1 of the least dry friction", default=0.0
     )
     gate_lowpass_s: float = number(0, 1, "time constant of the gate", default=0.01)
     presliding_rad: float = number(

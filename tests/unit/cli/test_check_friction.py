@@ -181,7 +181,7 @@ def test_an_intent_that_buzzes_on_the_mass_of_a_hand_is_refused_with_a_low_pass_
     row = _rows(open_loop)[INTENT]
     assert row.outcome is Outcome.FAIL
     found = examine(open_loop).axes[0].friction.feedforward_max_nm
-    lead = found / open_loop.config.axis[0].friction.intent_nm * 0.02 / 0.032
+    lead = found / examine(open_loop).axes[0].guarantee.intent_nm * 0.02 / 0.032
     assert float(row.figure) == pytest.approx(lead, rel=0.01)  # alpha is 1
     bound_hz = float(row.refusal.split("the bound is ")[1].split()[0])
     assert _rows(rig((policy, f"{policy}\nintent_lowpass_hz = {bound_hz}")))[INTENT].outcome is Outcome.PASS

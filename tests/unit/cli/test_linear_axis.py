@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 from pathlib import Path
 
 import numpy as np
@@ -110,7 +111,7 @@ def test_no_row_of_a_check_has_the_name_of_a_rotary_key(tmp_path):
 def test_what_is_left_out_is_as_at_a_handle_of_ten_centimetres(tmp_path):
     slide, joint = load(SLIDE).config.axis[0], load(CONFIGS / "mock.toml").config.axis[0]
     assert slide.friction.blend_rad_s == pytest.approx(0.008)  # .08 rad/s
-    assert slide.friction.intent_nm == pytest.approx(0.5)  # .05 N m
+    assert slide.friction.gate_deadband_nm == pytest.approx(0.02)  # .002 N m
     assert slide.admittance.hand_stiffness_nm_rad == pytest.approx(6e4)  # 600 N m/rad
     assert slide.admittance.hand_damping_nms_rad == pytest.approx(100.0)
     assert slide.admittance.hand_inertia_kgm2 == pytest.approx(2.0)  # .02 kg m^2
@@ -142,14 +143,16 @@ def test_hands_that_hold_a_carriage_are_those_that_hold_a_joint(monkeypatch, cap
     )
     code, text, err = run(monkeypatch, capsys, *arguments, "--config", SLIDE, "--presliding", 0.00013)
     assert code == 0, err
-    block = text[text.index("[axis.friction]") : text.index("gate_n = ")]
-    assert "intent_n = 1.2" in block
-    lines = [line for line in block.splitlines() if not line.startswith("model")]
+    block = text[text.index("[axis.friction]") :].partition("\n\n")[0]
+    assert "drift_n = " in block
+    lines = [line for line in block.splitlines() if "=" in line and not line.startswith("model")]
+    lines.insert(0, "[axis.friction]")
     own = "\n".join([*lines, 'model = "slide.json"', "", "[axis.environment]\n"])
     code, text, _ = run(monkeypatch, capsys, "check", changed(tmp_path, "[axis.environment]\n", own))
     assert code == 0
     assert "hands to 60000 N/m, 100 N s/m, 2 kg" in text
-    joints = own.replace("intent_n = 1.2", "intent_n = 0.05")
+    assert re.search(r"push that is helped at rest +1\.2\d* N .*\(intent_n\); ", text)
+    joints = own.replace('model = "slide.json"', 'model = "slide.json"\nintent_n = 0.05')
     code, _, err = run(monkeypatch, capsys, "check", changed(tmp_path, "[axis.environment]\n", joints))
     assert code == 5
     assert "a hand of 2 kg buzz" in err

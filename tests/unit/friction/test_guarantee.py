@@ -99,3 +99,16 @@ def test_the_bank_is_two_bent_bristles_but_never_more_than_a_hand_may_be_given(a
     assert long.bank_j == BANK_MOST_J
     capped = guarantee(with_friction(axis, cap_share=0.01), learned)
     assert capped.peak_nm == pytest.approx(0.01 * axis.torque_limit_nm)
+
+
+def test_what_opens_gate_and_intent_goes_by_the_joints_friction_unless_the_rig_file_names_it(axis, learned):
+    unnamed = with_friction(axis, intent_nm=0.0, gate_nm=0.0)
+    least = float(learned.friction_min_nm.min())
+    by_model = guarantee(unnamed, learned)
+    assert (by_model.intent_nm, by_model.gate_nm) == pytest.approx((0.2 * least, 0.1 * least))
+    by_file = guarantee(unnamed.model_copy(update={"dry_friction_nm": 0.01}), None)
+    assert (by_file.intent_nm, by_file.gate_nm) == pytest.approx((0.002, 0.001))
+    unknown = guarantee(unnamed.model_copy(update={"dry_friction_nm": 0.0}), None)
+    assert (unknown.intent_nm, unknown.gate_nm) == pytest.approx((0.05, 0.025))
+    named = guarantee(with_friction(axis, intent_nm=0.07, gate_nm=0.04), learned)
+    assert (named.intent_nm, named.gate_nm) == (0.07, 0.04)
