@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hw.mock.bristles import modulation, static_friction, waves
+from hw.mock.load import load_levels
 from hw.mock.records import plant_records
 from rtctl.friction.model import FrictionModel
 from rtctl.rig_file.config import LoadedConfig
@@ -19,6 +20,7 @@ _GRID = 2000
 _PLACES = 2001
 SPEED_MIN_RAD_S = 0.005
 """Slowest speed at which a learned curve is judged: below it no run measures."""
+_LOAD_STEPS, _LOAD_PRECISION = 100, 1e-10
 SPEED_RANGE = 400.0
 """Largest over slowest speed of the curve of a linear axis, for the same reason."""
 
@@ -27,12 +29,13 @@ SPEED_RANGE = 400.0
 class Deviation:
     """Measured or learned minus true friction of one direction, magnitudes.
 
-    `rms_share` and `worst_share` are shares of the rig's Coulomb friction `coulomb_nm` over `speeds` moving
-    points, or over the learned range; `break_away_share` is that of the break-away point, None without one.
+    `rms_share` and `worst_share` are shares of `dry_nm` over `speeds` moving points, or over the learned range; `break_away_share` is that
+    of the break-away point, None without one. `dry_nm` is the rig's Coulomb friction F_c, or where that is no half of it its break-away F_s.
     """
 
     direction: int
-    coulomb_nm: float
+    dry_nm: float
+    dry_name: str
     speeds: int
     rms_nm: float
     rms_share: float
@@ -42,7 +45,7 @@ class Deviation:
     def __str__(self) -> str:
         away = "" if self.break_away_share is None else f", break-away {100 * self.break_away_share:+.2f} %"
         return (
-            f"direction {self.direction:+d}: RMS {100 * self.rms_share:.2f} % of F_c = {self.coulomb_nm:g} N m, "
+            f"direction {self.direction:+d}: RMS {100 * self.rms_share:.2f} % of {self.dry_name} = {self.dry_nm:g} N m, "
             f"largest {100 * self.worst_share:.2f} %{away}"
         )
 
@@ -53,9 +56,10 @@ def is_known(loaded: LoadedConfig) -> bool:
 
 
 def true_friction_nm(loaded: LoadedConfig, axis: int, velocity_rad_s: np.ndarray) -> np.ndarray:
-    """True static friction of an axis of the mock at signed velocities, magnitude, without load and drift, N m.
+    """True static friction of an axis of the mock at signed velocities, magnitude, nobody's hand on it and without drift, N m.
 
-    The mean over a turn, or over the travel of a joint that cannot make one: what is measured at even places.
+    The mean over a turn, or over the travel of a joint that cannot make one: what is measured at even places. Friction that grows with
+    the motor's torque is that of the torque which moves the joint, friction itself.
     """
     params = plant_records(loaded.options, loaded.config.hardware())[0]
     dry, ripple_nm = _means_over_travel(loaded, axis, params[0])
@@ -63,11 +67,22 @@ def true_friction_nm(loaded: LoadedConfig, axis: int, velocity_rad_s: np.ndarray
     for name in ("coulomb_nm", "breakaway_nm"):
         params[name][0, axis] *= dry
     return np.array(
-        [
-            abs(static_friction(float(v), 0.0, params[0], axis)) - np.copysign(ripple_nm, v)
-            for v in velocity_rad_s
-        ]
+        [_moved_by_motor_nm(float(v), params, axis) - np.copysign(ripple_nm, v) for v in velocity_rad_s]
     )
+
+
+def _moved_by_motor_nm(velocity_rad_s: float, params: np.ndarray, axis: int) -> float:
+    """Friction F = F(v, motor torque F) of steady sliding, N m, by iteration: load adds a small part of what loads."""
+    loaded = params.copy()
+    friction = -1.0
+    for _ in range(_LOAD_STEPS):
+        before, friction = friction, abs(static_friction(velocity_rad_s, 0.0, loaded[0], axis))
+        if abs(friction - before) <= _LOAD_PRECISION * friction:
+            break
+        more, more_peak = load_levels(friction, 0.0, params[0], axis)
+        loaded["coulomb_nm"][0, axis] = params["coulomb_nm"][0, axis] + more
+        loaded["breakaway_nm"][0, axis] = params["breakaway_nm"][0, axis] + more + more_peak
+    return friction
 
 
 def _means_over_travel(loaded: LoadedConfig, axis: int, params: np.record) -> tuple[float, float]:
@@ -121,14 +136,17 @@ def of_model(loaded: LoadedConfig, axis: int, model: FrictionModel) -> tuple[Dev
 def _deviation(
     loaded: LoadedConfig, axis: int, direction: int, moving_nm: np.ndarray, still_nm: np.ndarray
 ) -> Deviation:
-    coulomb = float(plant_records(loaded.options, loaded.config.hardware())[0]["coulomb_nm"][0, axis])
+    params = plant_records(loaded.options, loaded.config.hardware())[0]
+    coulomb, breakaway = (float(params[name][0, axis]) for name in ("coulomb_nm", "breakaway_nm"))
+    dry, name = (coulomb, "F_c") if 2 * coulomb >= breakaway else (breakaway, "F_s")
     rms = float(np.sqrt(np.mean(moving_nm**2)))
     return Deviation(
         direction=direction,
-        coulomb_nm=coulomb,
+        dry_nm=dry,
+        dry_name=name,
         speeds=len(moving_nm),
         rms_nm=rms,
-        rms_share=rms / coulomb,
-        worst_share=float(np.abs(moving_nm).max()) / coulomb,
-        break_away_share=float(still_nm.mean()) / coulomb if len(still_nm) else None,
+        rms_share=rms / dry,
+        worst_share=float(np.abs(moving_nm).max()) / dry,
+        break_away_share=float(still_nm.mean()) / dry if len(still_nm) else None,
     )

@@ -29,13 +29,13 @@ TRAVEL_S = 2.0
 """Time in which the highest speed of a linear axis crosses its travel, unless told otherwise: a rotary one of 4 rad at 2 rad/s."""
 
 RAMP_S = 40.0
-"""Time in which the break-away ramp of a linear axis comes to its force limit, unless told otherwise."""
+"""Time in which the break-away ramp comes to the torque limit, unless told otherwise: .05 N m/s where that is 2 N m."""
 
 MARGIN = 0.05
 """Kept free at both ends of the travel unless told otherwise, in what stands for a radian."""
 
 TOP_RAD_S = 2.0
-"""Highest speed of a rotary axis, unless told otherwise; of a linear axis its highest speed stands for this one."""
+"""Highest speed of a rotary axis, unless told otherwise or its velocity limit is lower; of a linear axis its highest speed stands for this one."""
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,8 @@ def settings_of(loaded: LoadedConfig, given: Mapping[str, Any]) -> Settings:
     Notes
     -----
     A linear axis has no usual speed: a carriage of a metre and a stage of 10 mm differ by a hundred. Its highest speed crosses the
-    travel in `TRAVEL_S`, within the velocity limit, and the other defaults keep the proportions that they have to 2 rad/s.
+    travel in `TRAVEL_S`, within the velocity limit, and the other defaults keep the proportions that they have to 2 rad/s. A rotary
+    one turns at 2 rad/s as far as its velocity limit lets it. The ramp goes by the torque limit: friction of .01 and of 10 N m is met in seconds.
 
     Raises
     ------
@@ -149,16 +150,15 @@ def settings_of(loaded: LoadedConfig, given: Mapping[str, Any]) -> Settings:
     """
     options = {name: value for name, value in given.items() if value is not None}
     axis = _axis(loaded, options.get("axis", 0))
-    if axis.motion != "linear":
-        return Settings(**options)
-    travel = axis.position_max_rad - axis.position_min_rad
-    top = options.get("speed_max_rad_s") or min(VELOCITY_SHARE * axis.velocity_limit_rad_s, travel / TRAVEL_S)
-    scaled = {
-        "speed_max_rad_s": top,
-        "speed_min_rad_s": top / SPEED_RANGE,
-        "ramp_nm_s": axis.torque_limit_nm / RAMP_S,
-        "margin_rad": (MARGIN / TOP_RAD_S) * top,
-    }
+    most = VELOCITY_SHARE * axis.velocity_limit_rad_s
+    scaled = {"ramp_nm_s": axis.torque_limit_nm / RAMP_S}
+    if axis.motion == "linear":
+        travel = axis.position_max_rad - axis.position_min_rad
+        top = options.get("speed_max_rad_s") or min(most, travel / TRAVEL_S)
+        scaled |= {"margin_rad": (MARGIN / TOP_RAD_S) * top}
+    else:
+        top = min(TOP_RAD_S, most)
+    scaled |= {"speed_max_rad_s": top, "speed_min_rad_s": top / SPEED_RANGE}
     return Settings(**{**scaled, **options})
 
 

@@ -172,3 +172,18 @@ def test_an_experiment_whose_references_are_angles_refuses_a_carriage():
 
     with pytest.raises(ConfigError, match="is linear"):
         positioning_on_rig.require(Order(load(FREE), simulate=False), [])
+
+
+def test_a_rotary_axis_of_another_size_keeps_within_its_velocity_limit_and_its_ramp_takes_as_long(tmp_path):
+    path = tmp_path / "slow.toml"
+    text = (CONFIGS / "mock-identify.toml").read_text()
+    for name, old, new in (("velocity_limit_rad_s", "6.0", "1.0"), ("torque_limit_nm", "2.0", "60.0")):
+        assert text.count(f"\n{name} = {old}") == 1
+        text = text.replace(f"\n{name} = {old}", f"\n{name} = {new}")
+    path.write_text(text)
+    found = settings_of(load(path), {})
+    assert found.speed_max_rad_s == pytest.approx(0.8)
+    assert found.speed_min_rad_s == pytest.approx(0.002)
+    assert found.ramp_nm_s == pytest.approx(1.5)
+    assert rig_of(load(path), found).torque_limit_nm == 60.0
+    assert settings_of(load(path), {"ramp_nm_s": 0.3}).ramp_nm_s == 0.3
