@@ -153,12 +153,13 @@ class RigWatch:
         return True
 
     def _torque(self, rows: np.ndarray) -> np.ndarray:
-        """Torque on each joint, less what its load adds to the friction, as far as the model knows that, N m, shape (n, axes)."""
+        """Torque on each joint with that of its place, less what its load adds to the friction, as far as the model knows these, N m, shape (n, axes)."""
         hand, motor, velocity = rows["hand_torque_nm"], rows["motor_torque_nm"], rows["velocity_rad_s"]
         torque: np.ndarray = motor + hand
         for a, axis in enumerate(self.axes):
             if axis is not None:
                 torque[:, a] = axis.by.unloaded_nm(velocity[:, a], hand[:, a], motor[:, a])
+                torque[:, a] += axis.by.pushed_nm(rows["position_rad"][:, a])
         return torque
 
     def _share(self, row: np.void, a: int) -> float:

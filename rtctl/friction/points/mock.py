@@ -39,6 +39,7 @@ MOVING_COUNTS = 8
 """Counts within 10 ms that mean the joint moves: .031 rad/s. At speed v the bristle, and the torque seen, is
 still short of break-away by ramp / (sigma0 v): .6 % here; a quicker ramp or a lower speed reads low."""
 PAUSE_S = 0.2
+BIAS_S = 5.0
 RAMP_MAX_S = 60.0
 STIFFNESS_NM_RAD, DAMPING_NMS_RAD = 150.0, 3.0
 """Speed servo. Its damping must exceed the worst Stribeck slope (.81 N m s/rad), or it stick-slips."""
@@ -213,6 +214,12 @@ def turn_through(rig: Rig, phases: list[tuple[float, float]]) -> np.ndarray:
     return means_a
 
 
+def rested_a(rig: Rig) -> float:
+    """What the current sensor reads with the motor off, A."""
+    params, state = rig.plant
+    return float(_rest(rig.tick, state, params, rig.ticks(BIAS_S)))
+
+
 def constant_velocity_point(rig: Rig, velocity_rad_s: float, measurements: int) -> Point:
     """Measure at one speed; slow runs jog on between measurements, so that all see the whole turn."""
     jog = math.copysign(max(JOG_RAD_S, abs(velocity_rad_s)), velocity_rad_s)
@@ -230,8 +237,7 @@ def measure(loaded: LoadedConfig, levels: int = LEVELS, measurements: int = MEAS
     Returns `2 (levels + 1)` points: per direction break-away at zero speed, then rising speed.
     """
     rig = Rig(loaded)
-    params, state = rig.plant
-    rig.bias_a = float(_rest(rig.tick, state, params, rig.ticks(5.0)))
+    rig.bias_a = rested_a(rig)
     points = []
     for direction in (1, -1):
         constant_velocity_point(rig, 0.5 * direction, 10)  # warm-up
