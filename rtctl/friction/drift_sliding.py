@@ -88,7 +88,8 @@ class Sliding:
             self._next = int(bins.number[part[-1]]) + 1
             found.append(self._stretch(bins.position_rad[part, axis], bins.torque_nm[part, axis]))
         if not found:
-            return Rows(*np.zeros((4, 0)), np.zeros(0, int))
+            none = np.zeros(0)
+            return Rows(none, none, none, none, np.zeros(0, int))
         return Rows(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
 
     def _stretch(self, x: np.ndarray, tau: np.ndarray) -> tuple[np.ndarray, ...]:

@@ -44,6 +44,8 @@ class AxisWatch:
     """Bounds of the factor that the feed-forward goes by; None where it follows nothing."""
     factor: float = 1.0
     """The factor that the law is to be asked for."""
+    following: bool = True
+    """Whether it follows what is found, within its bounds; else it stays where it is."""
     _judged: int = field(default=0, repr=False)
 
     def begin_session(self) -> None:
@@ -81,7 +83,7 @@ class AxisWatch:
     def adapt(self, moved_s: float, *, faulty: bool) -> None:
         """Have the feed-forward follow what was found, by `moved_s` more seconds of motion; not after a STOP or beside a fault."""
         if self.bounds is not None:
-            frozen = faulty or bool(self.stopped)
+            frozen = faulty or bool(self.stopped) or not self.following
             self.factor = adaptation.followed(self.factor, self.found, self.bounds, moved_s, frozen=frozen)
 
 

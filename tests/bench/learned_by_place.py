@@ -34,9 +34,9 @@ def learned_by_place(free: LoadedConfig, plant: LoadedConfig, folder: Path) -> L
     )
     measured = read_points(folder / "set" / "points_train.csv")
     model = fit_points(measured, rig=plant.config.rig.name)
-    files = (folder / "set" / name for name in ("points_places.csv", "points_sweep.csv"))
+    places, sweep = (folder / "set" / name for name in ("points_places.csv", "points_sweep.csv"))
     gear_ratio = float(plant.config.hardware().gear_ratio[0])
-    model, _, _ = learn(model, *files, turn=None, ripple_turn=2 * math.pi / gear_ratio)
+    model, _, _ = learn(model, places, sweep, None, 2 * math.pi / gear_ratio)
     path = folder / "by-place.json"
     artefact.save(with_evidence(model, measured), path)
     axis = plant.config.axis[0]

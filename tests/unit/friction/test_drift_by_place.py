@@ -33,7 +33,7 @@ def placed():
     row["place_coefficient"][:, :, :2] = (
         0.2 * row["coefficient"][:, : row["place_coefficient"].shape[1], None]
     )
-    per_rad = 3.0
+    per_rad = 0.3
     row["conservative_per_rad"] = per_rad
     cells = len(row["conservative"])
     edge = 0.03 * np.sin(2 * np.pi * np.arange(cells + 1) / cells)
@@ -60,8 +60,9 @@ def test_arrays_say_what_the_law_says(placed):
 def at_their_place(rows, placed, factor):
     """The rows as a joint gives them whose dry friction at every place is `factor` of the model's by place, with its ripple."""
     by, v, x = deployed(*placed, 0), rows["velocity_rad_s"][:, 0], rows["position_rad"][:, 0]
-    more = by.dry_nm(v, x) - by.dry_nm(v)
-    rows["hand_torque_nm"][:, 0] += np.sign(v) * factor * more - by.pushed_nm(x)
+    there = x - SHIFT_RAD
+    more = 0.2 * (np.cos(there) + np.sin(there)) * (by.dry_nm(v) + by.viscous_nms_rad(v) * np.abs(v))
+    rows["hand_torque_nm"][:, 0] += np.sign(v) * factor * more - 0.03 * np.sin(0.6 * np.pi * there)
     return rows
 
 
@@ -78,6 +79,7 @@ def test_a_hand_at_one_place_is_told_the_factor_of_the_model_by_place(placed, fa
     (rows,) = ticks_of([joint], 40.0)
     axis = seen(at_their_place(rows, placed, factor), *placed)
     assert abs(axis.found.factor - factor) < 0.012
+    assert abs(axis.found.offset_nm - joint.offset) < 0.01  # what the place pushes with is no offset of the sensor
     assert bool(axis.warning) == (factor != 1.0)
     params = placed[0].copy()
     params["place_kind"] = PlaceUse.SEEN  # whose index the host does not know: by speed alone, as before
