@@ -17,7 +17,7 @@ SEEDS = (
     ),
     Seed(
         "an axis that was judged as learned is told to follow", "rtctl/host/commands/requests.py",
-        "if why and on:", "if False:", ("tests/unit/host/test_requests.py",),
+        "if why and on:", "if False:", ("tests/unit/host/test_adapt_request.py",),
     ),
     Seed(
         "friction is followed at once", "rtctl/friction/adaptation.py",

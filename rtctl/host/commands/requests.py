@@ -247,8 +247,8 @@ class Requests:
         axis, on = request.values.get("axis"), request.values["follow"] == "on"
         why = CANNOT_FOLLOW if self._friction is None else self._friction.adapt(axis, on=on)
         if why and on:
-            which = "no axis" if axis is None else f"axis {names[axis]}"
-            return Refusal("out_of_bounds", f"follow: {which} {why}")
+            which = "no axis may" if axis is None else f"axis {names[axis]}"
+            return Refusal("out_of_bounds", f"follow: {which}: it {why}")
         now = [None if self._friction is None else self._friction.adapting(a) for a in range(len(names))]
         return {"adapting": dict(zip(names, now, strict=True))}
 

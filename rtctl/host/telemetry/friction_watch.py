@@ -23,7 +23,7 @@ KEEP_NS = 60_000_000_000
 
 
 CANNOT_FOLLOW = (
-    "may follow: adapt_per_min of [axis.friction.drift] is 0 in the rig file, or the axis has no model, no force sensor or a policy without "
+    "follows nothing: adapt_per_min of [axis.friction.drift] is 0 in the rig file, or the axis has no model, no force sensor or a policy without "
     "one, so that rtctl check judged the friction as learned and no other; set it, check, and start the daemon anew"
 )
 """Why an axis holds the friction that was learned, after its name."""

@@ -79,7 +79,9 @@ def test_a_hand_at_one_place_is_told_the_factor_of_the_model_by_place(placed, fa
     (rows,) = ticks_of([joint], 40.0)
     axis = seen(at_their_place(rows, placed, factor), *placed)
     assert abs(axis.found.factor - factor) < 0.012
-    assert abs(axis.found.offset_nm - joint.offset) < 0.01  # what the place pushes with is no offset of the sensor
+    assert (
+        abs(axis.found.offset_nm - joint.offset) < 0.01
+    )  # what the place pushes with is no offset of the sensor
     assert bool(axis.warning) == (factor != 1.0)
     params = placed[0].copy()
     params["place_kind"] = PlaceUse.SEEN  # whose index the host does not know: by speed alone, as before
