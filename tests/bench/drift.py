@@ -227,16 +227,17 @@ def _drifting(plant: LoadedConfig, hand: Hand, name: str, factor: float, into: S
             f"cannot tell: {name}: {axis.strokes.rows / axis.rate_hz:.0f} s of sliding in {WARM_UP_S:g} s"
         )
         return
-    before, moved_s = axis.found.factor, 0.0
+    before, moved_s, velocities = axis.found.factor, 0.0, list[np.ndarray]()
     told: float | None = None
     for _ in range(round(5 * MOTION_S / CHUNK_S)):
         ticks = simulation.run(CHUNK_S)
         watch.follow(ticks)
-        moved_s += CHUNK_S * float((np.abs(ticks["velocity_rad_s"][:, 0]) > MOVING_RAD_S).mean())
+        velocities.append(ticks["velocity_rad_s"][:, 0].copy())
+        moved_s += CHUNK_S * float((np.abs(velocities[-1]) > MOVING_RAD_S).mean())
         told = moved_s if told is None and axis.warning else told
         if moved_s >= MOTION_S:
             break
-    wanted = before * (1.0 + (factor - 1.0) * _dry_share(plant, axis.by, ticks["velocity_rad_s"][:, 0]))
+    wanted = before * (1.0 + (factor - 1.0) * _dry_share(plant, axis.by, np.concatenate(velocities)))
     into.errors.append(abs(axis.found.factor - wanted))
     if told is None:
         into.missed.append(

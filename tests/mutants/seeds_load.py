@@ -65,6 +65,16 @@ SEEDS = (
         "axis.by.unloaded_nm(velocity[:, a], hand[:, a], motor[:, a])", "hand[:, a] + motor[:, a]", DRIFT,
     ),
     Seed(
+        "soft bristles are measured while they bend", "rtctl/friction/points/mock.py",
+        "rig.settle_rad = max(rig.settle_rad, SETTLE_LENGTHS * (points[-1].presliding_rad or 0.0))", "pass",
+        ("tests/unit/hw/test_mock_points.py::test_soft_bristles_have_slid_before_they_are_measured",),
+    ),
+    Seed(
+        "a swing that dies away is a break-away", "rtctl/friction/points/mock.py",
+        "if max(seen) - min(seen) <= REST_COUNTS * rig.count_rad:", "if True:",
+        ("tests/unit/hw/test_mock_points.py::test_soft_bristles_have_slid_before_they_are_measured",),
+    ),
+    Seed(
         "the watch by place takes the encoder's 0 for the model's", "rtctl/friction/drift_deployed.py",
         "x = position - self.place_shift_rad", "x = position", BY_PLACE,
     ),

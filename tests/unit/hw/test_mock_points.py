@@ -14,6 +14,7 @@ from rtctl.friction import artefact
 from rtctl.friction.points import mock as mock_points
 from rtctl.friction.points.reader import read_points
 from rtctl.rig_file.config import load
+from rtctl.simulation.family import with_plant
 
 COLUMNS = ("weakest_place_nm", "presliding_rad", "presliding_spread_rad", "presliding_ramps")
 CONFIGS = Path(__file__).parents[3] / "configs"
@@ -45,6 +46,15 @@ def test_points_measured_now_lie_on_the_true_curve(loaded, curve):
         )
         assert 0 < p.std_nm < 0.02
         assert p.count == 20
+
+
+def test_soft_bristles_have_slid_before_they_are_measured(loaded, curve):
+    """They bend over 7 mrad: after 8 mrad at a speed a third of the friction was still missing; and they swung on where their break-away began."""
+    points = mock_points.measure(with_plant(loaded, "lugre-soft"), levels=4, measurements=10)
+    assert points[0].friction_torque_nm == pytest.approx(curve(0.0, 1), rel=0.05)
+    assert points[0].presliding_rad == pytest.approx(0.007, rel=0.1)
+    for p in points[1:5]:
+        assert p.friction_torque_nm == pytest.approx(curve(p.velocity_rad_s, p.direction), rel=0.01)
 
 
 def test_the_points_come_from_the_sensors_and_not_from_the_truth(loaded, curve):
