@@ -42,6 +42,9 @@ _SECTORS = 20
 _PLACES_LEAST = 8
 """Fewest places per turn from which waves can be told."""
 
+_SPEEDS_LEAST = 4
+"""Fewest speeds of which some can be held out."""
+
 _ROWS_OF_SEARCH = 400
 """Rows of one direction that the search looks at."""
 
@@ -260,15 +263,11 @@ def _with_bands(
         about = [_band_about(*pair) for pair in zip(before, after, strict=True)]
         return replace(after[0], band=about[0]), replace(after[1], band=about[1])
     few = [_thinned(side, _ROWS_OF_SEARCH) for side in sides]
-    found = [
-        _errors(rung, few, fold) for fold in ([one.fold for one in few], [_by_speed(one) for one in few])
-    ]
-    speed, error_nm, block = max(found, key=lambda one: float(np.mean(one[1] ** 2)))
-    return with_band(after, of_errors(speed, error_nm, block, "speed"))
-
-
-def _by_speed(side: _Side) -> np.ndarray:
-    return folds_by_speed(side.v, FOLDS)
+    found = {"place": _errors(rung, few, [one.fold for one in few])}
+    if all(len(np.unique(one.v)) >= _SPEEDS_LEAST for one in few):
+        found["speed"] = _errors(rung, few, [folds_by_speed(one.v, FOLDS) for one in few])
+    way = max(found, key=lambda way: float(np.mean(found[way][1] ** 2)))
+    return with_band(after, of_errors(*found[way], way))
 
 
 def _errors(

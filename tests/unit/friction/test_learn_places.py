@@ -130,6 +130,24 @@ def test_the_band_is_of_what_the_curve_by_place_errs_itself(learned):
     assert band.holds(np.abs(v), error).mean() >= 0.9
 
 
+def test_places_at_two_speeds_have_a_band_by_place():
+    points = measured(speeds=14)
+    v = np.abs(points.velocity_rad_s)
+    few = np.isin(v, np.unique(v)[[3, 10]])
+    two = replace(
+        points,
+        velocity_rad_s=points.velocity_rad_s[few],
+        friction_nm=points.friction_nm[few],
+        direction=points.direction[few],
+        std_nm=points.std_nm[few],
+        count=points.count[few],
+        columns={name: column[few] for name, column in points.columns.items()},
+    )
+    found = fit_places(fit_points(points, rig="mock", c=100.0), two, TURN, RIPPLE)
+    assert found.chosen.kernel.orders >= 1
+    assert found.model.branches[0].band.way == "place"
+
+
 def means(learned, factor=1.0, places=7):
     """Points that are means over a few places, which are not even, with the scatter of their measurements."""
     rows = []
