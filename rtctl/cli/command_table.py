@@ -11,6 +11,7 @@ COMMANDS: dict[str, str] = {
     "stop": "rtctl.cli.operate:stop",
     "reset": "rtctl.cli.operate:reset",
     "tare": "rtctl.cli.operate:tare",
+    "adapt": "rtctl.cli.operate:adapt",
     "check": "rtctl.cli.check",
     "identify": "rtctl.cli.identify",
     "fit": "rtctl.cli.fit",

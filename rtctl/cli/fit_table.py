@@ -76,10 +76,11 @@ def band_text(model: FrictionModel) -> str:
     band = model.branches[0].band
     if band is None:
         return "band: none, as nothing could be learned without each part of the points"
-    said = f"band: 95 % of what was held out ({band.units} {HELD_OUT.get(band.way, band.way)}, {band.errors} errors) lies within it"
+    words = {**HELD_OUT, "place": "parts of a turn"}
+    said = f"band: 95 % of what was held out ({band.units} {words.get(band.way, band.way)}, {band.errors} errors) lies within it"
     if band.way == "log" and band.units < FEW_SESSIONS:
         return f"{said}; {band.units} sessions say little of the next one: record more"
-    if band.way in ("speed", "time"):
+    if band.way in ("speed", "time", "place"):
         return f"{said}; one session says nothing of another one: fit several, each a log of its own"
     return said
 

@@ -142,9 +142,13 @@ def _friction(health: dict[str, Any] | None) -> list[str]:
         f"friction {one['axis']}: {one['factor']['value']:.3f} of what was learned "
         f"({one['factor']['low']:.3f} to {one['factor']['high']:.3f}; forward {one['forward']['value']:.2f}, "
         f"backward {one['backward']['value']:.2f}), offset {1e3 * one['offset_nm']['value']:+.1f} mN m, by {one['seconds']:.0f} s"
-        + ("" if one.get("followed") is None else f"; compensation follows it: {one['followed']:.3f}")
+        + ("" if one.get("followed") is None else f"; compensation {_follows(one)}: {one['followed']:.3f}")
         for one in told
     ]
+
+
+def _follows(one: dict[str, Any]) -> str:
+    return "is held" if one.get("adapting") is False else "follows it"
 
 
 def _latency(health: dict[str, Any] | None) -> list[str]:

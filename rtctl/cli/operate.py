@@ -1,4 +1,4 @@
-"""`rtctl status | arm | stop | reset | tare`: a running rig by the command line, as an operator's client."""
+"""`rtctl status | arm | stop | reset | tare | adapt`: a running rig by the command line, as an operator's client."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from rtctl.cli.rig_argument import connect, reach_options
 if TYPE_CHECKING:
     from rtctl.client import RigClient
 
+SWITCH = ("on", "off")
 STOP_S = 2.0
 POLL_S = 0.01
 
@@ -96,6 +97,19 @@ def tare(client: RigClient) -> None:
     client.tare()
 
 
+def _adapt(client: RigClient, follow: str, axis: str | None) -> None:
+    """Have the compensation follow the friction that is seen (on), or hold it where it is (off).
+
+    Only where the rig file has adapt_per_min > 0 in [axis.friction.drift], since rtctl check judged no other friction than the learned one else.
+    """
+    client.set_adaptation(follow == "on", axis)
+
+
+_adapt = click.option("--axis", help="the axis, by name; default: all that may follow")(_adapt)
+adapt = _operation("adapt")(_adapt)
+adapt.params.insert(0, click.Argument(["follow"], type=click.Choice(SWITCH)))
+
+
 def lines(told: dict[str, Any]) -> list[str]:
     """The state for a person."""
     first = told["fault_first"]
@@ -113,7 +127,8 @@ def lines(told: dict[str, Any]) -> list[str]:
     ):
         of_axis = [
             f"  {axis['axis']}: {position:.4f} rad, {velocity:.4f} rad/s, environment {axis['environment']['kind']}, "
-            f"compensation {axis['compensation']:.0%}" + _followed(axis.get("friction_factor", 1.0)),
+            f"compensation {axis['compensation']:.0%}"
+            + _followed(axis.get("friction_factor", 1.0), adapting=axis.get("adapting")),
             *_display(axis["display"]),
             *_pulse(axis.get("measured", {})),
         ]
@@ -122,9 +137,10 @@ def lines(told: dict[str, Any]) -> list[str]:
     return out
 
 
-def _followed(factor: float) -> str:
-    """The friction that the compensation goes by, where it is not the one that was learned."""
-    return "" if factor == 1.0 else f" of {factor:.3f} times the learned friction"
+def _followed(factor: float, *, adapting: bool | None) -> str:
+    """The friction that the compensation goes by, where it is not the one that was learned, and whether it goes on following it."""
+    now = "" if factor == 1.0 else f" of {factor:.3f} times the learned friction"
+    return now + {None: "", True: ", follows it", False: ", held there"}[adapting]
 
 
 def _display(asked: dict[str, Any]) -> list[str]:

@@ -258,6 +258,25 @@ class RigClient(Worlds, Listener):
             values["axis"] = axis
         self._call("compensation", **values)
 
+    def set_adaptation(self, on: bool, axis: str | int | None = None) -> dict[str, bool | None]:
+        """Have the compensation follow the friction that is seen, or hold it where it is, on one axis or on all that may.
+
+        Returns
+        -------
+        dict
+            Of each axis, by name, whether it follows; None where it may not.
+
+        Raises
+        ------
+        RefusedError
+            `out_of_bounds`: the rig file has adapt_per_min = 0, or that axis has nothing to follow.
+        """
+        values: dict[str, Any] = {"follow": "on" if on else "off"}
+        if axis is not None:
+            values["axis"] = axis
+        adapting: dict[str, bool | None] = self._result("adapt", **values)["adapting"]
+        return adapting
+
     # -- inside
 
     def _edge(self, op: str) -> None:

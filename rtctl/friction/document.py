@@ -125,6 +125,8 @@ class LoadDocument(Table):
     stribeck_power: float = Field(ge=0.1, le=20)
     most_nm: float = Field(gt=0, le=1e6)
     doubt_share: Share
+    second_share: Share = 0.0
+    second_rad_s: float = Field(default=1.0, gt=0, le=1e5)
 
 
 class BranchesDocument(Table):

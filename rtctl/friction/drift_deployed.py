@@ -12,6 +12,8 @@ import numpy as np
 
 from rtctl.control import compensation_limit as limits
 from rtctl.control.records import LOAD_CELLS, MAX_SEGMENTS
+from rtctl.control.vocabulary import PlaceUse
+from rtctl.friction.drift_place import of_conservative, of_place
 from rtctl.friction.guarantee import LENGTH_FACTOR
 from rtctl.friction.load import IN_LAW, added_nm
 
@@ -37,11 +39,15 @@ class Deployed:
     gain: float
     viscous_gain: float
     cap_nm: float
+    place_shift_rad: float | None = None
+    """Position where the model has its 0, where the encoder is said to know places; None: friction is watched by speed alone."""
 
     @property
     def identity(self) -> str:
         """Checksum of all that the watched factor is relative to: another model or inertia, another checksum."""
         facts = f"{self.inertia_kgm2!r} {self.presliding_rad!r}".encode()
+        if self.place_shift_rad is not None:
+            facts += f" {self.place_shift_rad!r}".encode()
         return hashlib.sha256(self.model.tobytes() + facts).hexdigest()
 
     @property
@@ -54,11 +60,20 @@ class Deployed:
         """Slowest speed that is watched."""
         return SPEED_MIN_SHARE * self.speed_max_rad_s
 
-    def dry_nm(self, velocity: np.ndarray) -> np.ndarray:
-        """Dry friction of the model at signed velocities, a magnitude."""
+    def dry_nm(self, velocity: np.ndarray, position: np.ndarray | None = None) -> np.ndarray:
+        """Dry friction of the model at signed velocities, and at positions (rad) where it is known by place; a magnitude."""
         speed, forward = np.abs(velocity), velocity >= 0
         dry = np.where(forward, _curve(self.model, 0, speed), _curve(self.model, 1, speed))
+        if position is not None and self.place_shift_rad is not None:
+            x = position - self.place_shift_rad
+            dry = dry + np.where(forward, *(of_place(self.model[0], way, speed, x) for way in (0, 1)))
         return np.asarray(dry - self.viscous_nms_rad(velocity) * speed)
+
+    def pushed_nm(self, position: np.ndarray) -> np.ndarray:
+        """Torque that the joint's place alone exerts on it at positions (rad), as far as that is known, N m."""
+        if self.place_shift_rad is None:
+            return np.zeros_like(position)
+        return of_conservative(self.model[0], position - self.place_shift_rad)
 
     def unloaded_nm(self, velocity: np.ndarray, hand_nm: np.ndarray, motor_nm: np.ndarray) -> np.ndarray:
         """Hand's and motor's torque together, less what the load of both adds to the friction at these velocities, N m."""
@@ -110,6 +125,7 @@ def deployed(params: np.ndarray, model: np.ndarray, axis: int) -> Deployed | Non
     policy = int(p["friction_policy"][axis])
     gated = limits.is_force_gated(policy)
     doubt_nm = max(0.0, least - float(p["friction_floor_nm"][axis]))
+    given = int(p["place_kind"][axis]) == PlaceUse.GIVEN
     return Deployed(
         model=one,
         inertia_kgm2=float(p["inertia_kgm2"][axis]),
@@ -121,6 +137,7 @@ def deployed(params: np.ndarray, model: np.ndarray, axis: int) -> Deployed | Non
         cap_nm=limits.cap_in_force(
             gated, float(p["friction_cap_nm"][axis]), float(p["friction_ungated_cap_nm"][axis])
         ),
+        place_shift_rad=float(p["place_shift_rad"][axis]) if given else None,
     )
 
 

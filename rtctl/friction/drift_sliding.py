@@ -22,8 +22,9 @@ BELL_SIGMAS = 4.0
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of one axis, in order of time, shape (n,) each: rad/s, rad/s^2, N m, and the number of the stroke they belong to."""
+    """Rows of one axis, in order of time, shape (n,) each: rad, rad/s, rad/s^2, N m, and the number of the stroke they belong to."""
 
+    position: np.ndarray
     velocity: np.ndarray
     acceleration: np.ndarray
     torque: np.ndarray
@@ -70,7 +71,7 @@ class Sliding:
     def _restart(self) -> None:
         self._next = -1
         self._x, self._tau = np.zeros(0), np.zeros(0)
-        self._filtered = np.zeros((0, 5))
+        self._filtered = np.zeros((0, 6))
         self._from = math.nan
         self._sign = 0.0
         self._stroke += 1
@@ -87,12 +88,11 @@ class Sliding:
             self._next = int(bins.number[part[-1]]) + 1
             found.append(self._stretch(bins.position_rad[part, axis], bins.torque_nm[part, axis]))
         if not found:
-            return Rows(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0, int))
+            none = np.zeros(0)
+            return Rows(none, none, none, none, np.zeros(0, int))
         return Rows(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
 
-    def _stretch(
-        self, x: np.ndarray, tau: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    def _stretch(self, x: np.ndarray, tau: np.ndarray) -> tuple[np.ndarray, ...]:
         """Rows of bins that follow those before without a gap."""
         self._x, self._tau = np.concatenate([self._x, x]), np.concatenate([self._tau, tau])
         width = 2 * self._half + 1
@@ -101,14 +101,14 @@ class Sliding:
             position, velocity, acceleration = (windows @ self._kernel).T
             torque = np.lib.stride_tricks.sliding_window_view(self._tau, width) @ self._kernel[:, 0]
             fresh = self._strokes(np.column_stack([position + self._x[0], velocity, acceleration, torque]))
-            speed = np.abs(fresh[:, 0])
+            speed = np.abs(fresh[:, 1])
             self.moved += int(((speed >= self._slowest) & (speed <= self._fastest)).sum())
             self._filtered = np.concatenate([self._filtered, fresh])
             self._x, self._tau = self._x[1 - width :], self._tau[1 - width :]
         return self._decided(width)
 
     def _strokes(self, signals: np.ndarray) -> np.ndarray:
-        """Velocity, acceleration, torque, travel since the reversal, stroke, (n, 5); a reversal is a velocity that changes sign."""
+        """Position, velocity, acceleration, torque, travel since the reversal, stroke, (n, 6); a reversal is a velocity that changes sign."""
         x, v = signals[:, 0], signals[:, 1]
         sign = np.sign(v)
         turns = sign != np.concatenate([[self._sign], sign[:-1]])
@@ -116,20 +116,20 @@ class Sliding:
         starts = np.concatenate([[self._from], x[turns]])
         travel = np.abs(x - starts[numbers - self._stroke])
         self._sign, self._stroke, self._from = float(sign[-1]), int(numbers[-1]), float(starts[-1])
-        return np.column_stack([signals[:, 1:], travel, numbers])
+        return np.column_stack([signals, travel, numbers])
 
-    def _decided(self, width: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    def _decided(self, width: int) -> tuple[np.ndarray, ...]:
         """Rows whose whole bell is known; the others stay."""
         signals = self._filtered
         if len(signals) < width:
-            return np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0, int)
-        speed = np.abs(signals[:, 0])
+            return *np.zeros((4, 0)), np.zeros(0, int)
+        speed = np.abs(signals[:, 1])
         good = (speed >= self._slowest) & (speed <= self._fastest)
         # a run of one direction, fast enough, as long as the bell
         same = np.lib.stride_tricks.sliding_window_view(
-            np.where(good, np.sign(signals[:, 0]), 0.0), width
+            np.where(good, np.sign(signals[:, 1]), 0.0), width
         ).sum(axis=1)
         middle = signals[self._half : len(signals) - self._half]
-        kept = middle[(np.abs(same) == width) & (middle[:, 3] >= self._settle)]
+        kept = middle[(np.abs(same) == width) & (middle[:, 4] >= self._settle)]
         self._filtered = signals[1 - width :]
-        return kept[:, 0], kept[:, 1], kept[:, 2], kept[:, 4].astype(int)
+        return *kept[:, :4].T, kept[:, 5].astype(int)

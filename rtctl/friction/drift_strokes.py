@@ -1,6 +1,6 @@
 """What is remembered of the motion: sums over each of the last strokes, in fixed memory.
 
-A row says  tau - J a - b v = m s F + d F + e J a + o + noise,  s = sgn v, F the model's dry friction: m is the factor of the
+A row says  tau - J a - b v = m s F + d F + e J a + o + noise,  s = sgn v, F the model's dry friction, at its place where that is known: m is the factor of the
 dry friction, d half of what the factors of the two directions differ by, e the share the inertia is off by, o the offset of the
 session (of the force sensor's tare and the current's zero). A stroke is kept as its sums, which is all that least squares and
 standard errors clustered by stroke ask for.
@@ -110,7 +110,7 @@ class Strokes:
 def regression(rows: Rows, by: Deployed) -> tuple[np.ndarray, np.ndarray]:
     """Columns (n, `COLUMNS`) and left side (n,) of the balance, N m."""
     v, inertia_nm = rows.velocity, by.inertia_kgm2 * rows.acceleration
-    dry = by.dry_nm(v)
+    dry = by.dry_nm(v, rows.position)
     z = np.column_stack([np.sign(v) * dry, dry, inertia_nm, np.ones_like(v)])
     return z, rows.torque - inertia_nm - by.viscous_nms_rad(v) * v
 

@@ -44,6 +44,8 @@ class AxisWatch:
     """Bounds of the factor that the feed-forward goes by; None where it follows nothing."""
     factor: float = 1.0
     """The factor that the law is to be asked for."""
+    following: bool = True
+    """Whether it follows what is found, within its bounds; else it stays where it is."""
     _judged: int = field(default=0, repr=False)
 
     def begin_session(self) -> None:
@@ -81,7 +83,7 @@ class AxisWatch:
     def adapt(self, moved_s: float, *, faulty: bool) -> None:
         """Have the feed-forward follow what was found, by `moved_s` more seconds of motion; not after a STOP or beside a fault."""
         if self.bounds is not None:
-            frozen = faulty or bool(self.stopped)
+            frozen = faulty or bool(self.stopped) or not self.following
             self.factor = adaptation.followed(self.factor, self.found, self.bounds, moved_s, frozen=frozen)
 
 
@@ -153,12 +155,13 @@ class RigWatch:
         return True
 
     def _torque(self, rows: np.ndarray) -> np.ndarray:
-        """Torque on each joint, less what its load adds to the friction, as far as the model knows that, N m, shape (n, axes)."""
+        """Torque on each joint with that of its place, less what its load adds to the friction, as far as the model knows these, N m, shape (n, axes)."""
         hand, motor, velocity = rows["hand_torque_nm"], rows["motor_torque_nm"], rows["velocity_rad_s"]
         torque: np.ndarray = motor + hand
         for a, axis in enumerate(self.axes):
             if axis is not None:
                 torque[:, a] = axis.by.unloaded_nm(velocity[:, a], hand[:, a], motor[:, a])
+                torque[:, a] += axis.by.pushed_nm(rows["position_rad"][:, a])
         return torque
 
     def _share(self, row: np.void, a: int) -> float:

@@ -50,7 +50,8 @@ class Guarantee:
     doubt_nm: float
     """How far below the learned curve friction may be, with what was measured of its error and its places, and the drift."""
     sliding_doubt_nm: float
-    """Doubt of sliding alone, without what is known to be off where the joint may stick: for the drift watch, no proof rests on it."""
+    """Doubt of sliding alone, without what is known to be off where the joint may stick, and of its places where the watch goes by them:
+    for the drift watch, no proof rests on it."""
     peak_nm: float
     """Largest dry friction that is ever compensated or credited."""
     length_rad: float
@@ -105,6 +106,12 @@ def holds_flicker(axis: AxisTable, sure: Guarantee, dry_share: float) -> bool:
     )
 
 
+def _dry_nm(axis: AxisTable, model: FrictionModel | None) -> float:
+    """Least dry friction by model or rig file, N m, that a hand's push is measured by."""
+    known_nm = axis.dry_friction_nm if model is None else float(model.friction_min_nm.min())
+    return known_nm if known_nm > 0 else DRY_UNKNOWN_NM
+
+
 def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
     """Gather the facts of `axis`, whose friction model is `model`, if it has one."""
     friction = axis.friction
@@ -119,8 +126,8 @@ def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
     sliding_nm = doubt_nm
     if model is not None and model.sliding_doubt_nm is not None:
         sliding_nm = min(doubt_nm, friction.drift_nm + model.sliding_doubt_nm)
-    dry_nm = axis.dry_friction_nm if model is None else float(model.friction_min_nm.min())
-    dry_nm = dry_nm if dry_nm > 0 else DRY_UNKNOWN_NM
+    if model is not None and model.place is not None and friction.place == "given":
+        sliding_nm = min(sliding_nm, friction.drift_nm + float(model.error_max_nm.max()))
     length_rad, spread_rad, source = LENGTH_UNKNOWN_RAD, 0.0, ASSUMED
     if friction.presliding_rad > 0:
         length_rad, source = friction.presliding_rad, "rig file"
@@ -128,6 +135,7 @@ def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
         length_rad, source = model.presliding_rad, "model"
         spread_rad = model.presliding_spread_rad or 0.0
     credited_rad = LENGTH_FACTOR * (length_rad + SPREADS * spread_rad)
+    dry_nm = _dry_nm(axis, model)
     return Guarantee(
         floor_nm=floor_nm,
         doubt_nm=doubt_nm,

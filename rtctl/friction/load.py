@@ -40,12 +40,20 @@ def added_nm(
     return np.asarray(np.abs(of["outside"] * e - of["motor"] * m) + fall * peak)
 
 
+def peak_left(speed: np.ndarray, first: float, power: float, share: float, second: float) -> np.ndarray:
+    """Share of the peak that is left at each speed: (1 - share) exp(-(v / first)^power) + share exp(-(v / second)^power)."""
+    v = np.asarray(speed)
+    return np.asarray(
+        (1 - share) * np.exp(-((v / first) ** power)) + share * np.exp(-((v / second) ** power))
+    )
+
+
 @dataclass(frozen=True)
 class Load:
     """Coefficients of `learn.load_terms`, all >= 0: N m of friction per N m of the hand's and of the motor's torque.
 
     `outside` and `motor` hold at every speed; what ends in `_peak`, and the squares, which belong to one direction of the power
-    each, fall with speed as exp(-(v / stribeck_rad_s)^stribeck_power).
+    each, fall with speed as `peak_left` says.
     """
 
     outside: float
@@ -60,6 +68,9 @@ class Load:
     """Largest torque that was measured, N m: greater ones add no more."""
     doubt_share: float
     """Most that what the load adds may be off by, share of it, beside what the curve without load may be."""
+    second_share: float = 0.0
+    """Share of the peak that falls at the second speed; 0: there is one speed."""
+    second_rad_s: float = 1.0
 
     def added_nm(self, speed: np.ndarray, outside_nm: np.ndarray, motor_nm: np.ndarray) -> np.ndarray:
         """What the load adds, N m, at each speed (rad/s, >= 0) and pair of torques of one sign: `control.load_friction` for arrays."""
@@ -67,7 +78,9 @@ class Load:
 
     def fall(self, speed: np.ndarray) -> np.ndarray:
         """Share of the peak that is left at each speed, rad/s, >= 0."""
-        return np.asarray(np.exp(-((np.asarray(speed) / self.stribeck_rad_s) ** self.stribeck_power)))
+        return peak_left(
+            speed, self.stribeck_rad_s, self.stribeck_power, self.second_share, self.second_rad_s
+        )
 
     def share(self, torque_nm: float) -> float:
         """Most friction that one more N m of both torques adds at torques up to `torque_nm`, N m per N m."""

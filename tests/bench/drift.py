@@ -27,6 +27,7 @@ from rtctl.friction.points.reader import read_points
 from rtctl.rig_file.config import LoadedConfig, load
 from rtctl.simulation.closed_loop import Simulation
 from rtctl.simulation.family import with_plant
+from tests.bench.learned_by_place import learned_by_place
 from tests.bench.row import Row
 
 Hand = Mapping[str, Any]
@@ -52,7 +53,10 @@ LOADED = "load-dependent"
 """Its friction grows with the hand's own torque: what is told of it is no false alarm, and is counted by itself."""
 
 LOCAL = "harmonic-drive"
-"""Its friction differs by 18 % over the turn, and a hand works at one place: the factor is that of the place."""
+"""Its friction differs by 18 % over the turn, and a hand works at one place: watched by speed alone the factor is that of the place."""
+
+BY_PLACE = f"{LOCAL}, by place"
+"""The same with a model by place, and an encoder that knows it."""
 
 DRIFTED = "drifted"
 CHUNK_S = 2.0
@@ -77,16 +81,12 @@ class Sum:
 
 def rows(config: Path, minutes: float, say: Callable[[str], None] = lambda _text: None) -> list[Row]:
     """Watch `minutes` of motion without drift in all, then a tenth more and less on each plant and motion."""
-    names = [name for name in FAMILY if name != DRIFTED]
+    names = [name for name in FAMILY if name != DRIFTED] + [BY_PLACE]
     seconds = 60.0 * minutes / (len(names) * len(MOTIONS))
     quiet, load_sum, local = Sum(), Sum(), Sum()
     with tempfile.TemporaryDirectory() as folder:
         for name in names:
-            plant = with_plant(load(config), name)
-            if not FAMILY[
-                name
-            ].device:  # a servo at a slow device rings; the shipped model is of this very friction
-                plant = _learned(plant, Path(folder))
+            plant = _plant(load(config), name, Path(folder))
             into = {LOADED: load_sum, LOCAL: local}.get(name, quiet)
             for motion, hand in MOTIONS.items():
                 undrifted(moved(plant, hand), f"{name}, {motion}", seconds, into)
@@ -113,7 +113,7 @@ def _figures(quiet: Sum, load_sum: Sum, local: Sum) -> list[Row]:
         row("false STOPs", float(len(quiet.stops) + len(local.stops)), "1", beside, 0.0),
         row("largest error of the factor, undrifted", _most_off(quiet.factors), "1", beside, 0.02),
         row(
-            "the same where friction is a place's",
+            "the same where friction is a place's, and the model knows speed alone",
             _most_off(local.factors),
             "1",
             f"{LOCAL}, 18 % over a turn",
@@ -130,7 +130,7 @@ def _figures(quiet: Sum, load_sum: Sum, local: Sum) -> list[Row]:
         row("error of the factor after 60 s of motion, 95 %", _at(quiet.errors, 95), "1", drifts, 0.02),
         row("error of the factor after 60 s of motion, largest", _at(quiet.errors, 100), "1", drifts),
         row(
-            "drifts not told where friction is a place's",
+            "drifts not told where friction is a place's, and the model knows speed alone",
             float(len(local.missed)),
             "1",
             f"of {len(local.told) + len(local.missed)} on {LOCAL}",
@@ -154,6 +154,15 @@ def _most_off(factors: list[float]) -> float:
 
 def _range(factors: list[float]) -> str:
     return f"{min(factors):.3f} to {max(factors):.3f}" if factors else "none"
+
+
+def _plant(loaded: LoadedConfig, name: str, folder: Path) -> LoadedConfig:
+    """The plant with a model of its own; a servo at a slow device rings, and the shipped model is of this very friction."""
+    if name == BY_PLACE:
+        plant = with_plant(loaded, LOCAL)
+        return learned_by_place(moved(plant, {"kind": "none"}), plant, folder)
+    plant = with_plant(loaded, name)
+    return plant if FAMILY[name].device else _learned(plant, folder)
 
 
 def _learned(loaded: LoadedConfig, folder: Path) -> LoadedConfig:
@@ -218,16 +227,17 @@ def _drifting(plant: LoadedConfig, hand: Hand, name: str, factor: float, into: S
             f"cannot tell: {name}: {axis.strokes.rows / axis.rate_hz:.0f} s of sliding in {WARM_UP_S:g} s"
         )
         return
-    before, moved_s = axis.found.factor, 0.0
+    before, moved_s, velocities = axis.found.factor, 0.0, list[np.ndarray]()
     told: float | None = None
     for _ in range(round(5 * MOTION_S / CHUNK_S)):
         ticks = simulation.run(CHUNK_S)
         watch.follow(ticks)
-        moved_s += CHUNK_S * float((np.abs(ticks["velocity_rad_s"][:, 0]) > MOVING_RAD_S).mean())
+        velocities.append(ticks["velocity_rad_s"][:, 0].copy())
+        moved_s += CHUNK_S * float((np.abs(velocities[-1]) > MOVING_RAD_S).mean())
         told = moved_s if told is None and axis.warning else told
         if moved_s >= MOTION_S:
             break
-    wanted = before * (1.0 + (factor - 1.0) * _dry_share(plant, axis.by, ticks["velocity_rad_s"][:, 0]))
+    wanted = before * (1.0 + (factor - 1.0) * _dry_share(plant, axis.by, np.concatenate(velocities)))
     into.errors.append(abs(axis.found.factor - wanted))
     if told is None:
         into.missed.append(

@@ -55,7 +55,7 @@ def judged(
     made, truth = loaded_gear.points(values, load_nm, fastest, NOISE_SHARE * load_nm, seed=0)
     rows, kept = rows_of(made)
     true = truth[kept]
-    clean = Rows(rows.speed, true, rows.outside_nm, true - rows.outside_nm)
+    clean = Rows(rows.speed, true, rows.outside_nm, true - rows.outside_nm, rows.backward)
     error = {
         rung: float(np.sqrt(np.mean((fit_terms(rung, rows)(clean) - true) ** 2)))
         for rung in ("coulomb_viscous", loaded_gear.RUNG_OF[model])

@@ -14,7 +14,7 @@ import click
 import numpy as np
 
 from hw.mock.family import FAMILY
-from rtctl.friction.learn.beside_speed import rows_of
+from rtctl.friction.learn.beside_speed import judge_load, rows_of
 from rtctl.friction.learn.load_terms import Rows, fit_terms
 from rtctl.friction.load import COEFFICIENTS
 from rtctl.friction.points import mock
@@ -35,12 +35,16 @@ SPEEDS = (0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.5, 3.0, 5.0)
 
 PLACES = 10
 
+SETTLE_RAD = 0.03
+"""Way at a speed before friction is measured: under load bristles bend as much further as friction is greater, 5 mrad, and six times that has to pass."""
+
 
 class WeightedRig(mock.Rig):
-    """The simulated rig with a weight of `outside_nm` on axis 0."""
+    """The simulated rig with a weight of `outside_nm` on axis 0, which is hung there once the current's zero is read."""
 
     def __init__(self, loaded: LoadedConfig, outside_nm: float) -> None:
         super().__init__(loaded)
+        self.bias_a = mock.rested_a(self)
         plant = self.plant[0][0]
         plant["hand_kind"][0] = 1  # rests where it is
         plant["hand_stiffness_nm_rad"][0], plant["hand_damping_nms_rad"][0] = SPRING_NM_RAD, 0.0
@@ -52,7 +56,7 @@ class WeightedRig(mock.Rig):
         """(motor's torque, torque from outside), N m, averaged over `PLACES` places of a turn."""
         jog = math.copysign(max(mock.JOG_RAD_S, abs(velocity)), velocity)
         jog_s = 2 * math.pi / PLACES / abs(jog)
-        settle_s = mock.SETTLE_S + mock.SETTLE_RAD / abs(velocity)
+        settle_s = mock.SETTLE_S + SETTLE_RAD / abs(velocity)
         cycle = [(jog, jog_s), (velocity, settle_s), (velocity, mock.WINDOW_S)]
         start = float(self.tick["position_rad"][0, 0])
         means_a = mock.turn_through(self, [(velocity, mock.SETTLE_S), *(cycle * PLACES)])[3::3]
@@ -86,12 +90,19 @@ def main() -> None:
     measured = points(with_plant(load(SHIPPED), "load-dependent"))
     rows, _ = rows_of(measured)
     told = FAMILY["load-dependent"].axis["load"]
-    found = fit_terms("load_squared", rows)
+    verdict = judge_load(measured, "speed")
+    assert verdict.chosen is not None, verdict.reason
+    found = verdict.chosen.terms
+    click.echo(f"chosen by what was held out: {found.rung}")
     for name in COEFFICIENTS:
         true = told[name.replace("square_per_nm", "square_nm")]
-        click.echo(f"{name}: {found.value(name):.4g}, in truth {true:.4g}")
-    for rung in ("coulomb_viscous", "load", "load_stribeck", "load_by_flow", "load_squared"):
-        click.echo(f"{rung}: {1e3 * rmse_nm(rung, rows):.3g} mN m")
+        click.echo(
+            f"{name}: {found.value(name):.4g}, in truth {true:.4g}, {100 * (found.value(name) / true - 1):+.1f} %"
+        )
+    for rung in verdict.rungs:
+        click.echo(
+            f"{rung.terms.rung}: {1e3 * rmse_nm(rung.terms.rung, rows):.3g} mN m, held out {1e3 * rung.rmse_nm:.3g}"
+        )
 
 
 def rmse_nm(rung: str, rows: Rows) -> float:

@@ -1,12 +1,14 @@
 """A joint whose friction is less than its model says, on the real loop: told, stopped, and known again after a restart."""
 
 from pathlib import Path
+from threading import Thread
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from rtctl.cli import cli
+from rtctl.client import RigClient
 from rtctl.control.vocabulary import State
 from rtctl.host.auto_arm import AutoArm
 from rtctl.host.supervisor import Host
@@ -81,6 +83,7 @@ def test_the_compensation_follows_on_request_and_goes_on_from_there_after_a_rest
             host.finish()
 
     _, at_start, known, _ = run(rig, [AutoArm(), until_it_has_followed])
+    assert known[0]["adapting"] is True
     assert at_start[0]["followed"] == factors[0] == 1.0
     assert np.diff(factors).min() >= -0.01 / 60 * 1e-3 * (1 + 1e-6)
     assert 0.95 < known[0]["followed"] <= factors[-1] < 0.998, "the law comes after"
@@ -95,3 +98,36 @@ def test_the_compensation_follows_on_request_and_goes_on_from_there_after_a_rest
     assert again[1] == known
     assert set(factors) <= {1.0, factors[-1]}, "at once, as the motor is off"
     assert factors[-1] == pytest.approx(known[0]["followed"], abs=1e-12)
+
+
+def test_a_client_has_the_compensation_of_a_running_rig_held(rig):
+    """Asked over the socket, while the rig runs: what is followed stays where it is."""
+    follows = "[axis.friction.drift]\nadapt_per_min = 0.01\n\n# ---- the simulated rig"
+    rig.write_text(
+        rig.read_text()
+        .replace("[[0.0, 0.85, 1.0]]", "[[0.0, 0.95, 1.0]]")
+        .replace("# ---- the simulated rig", follows)
+    )
+    asked, said, after = [], [], []
+
+    def ask():
+        with RigClient("mock", runtime_dir=rig.parent / "run", timeout_s=20.0) as client:
+            said.append(client.set_adaptation(False))
+            said.append(client.status()["axes"][0]["adapting"])
+
+    def until_it_is_held(host, rows):
+        if not len(rows):
+            return
+        if rows["friction_factor"][-1, 0] < 0.999 and not asked:
+            asked.append(Thread(target=ask))
+            asked[0].start()
+        if len(said) == 2:
+            after.append((int(rows["tick"][-1]), host.friction.status()[0]["followed"]))
+            if after[-1][0] - after[0][0] > 5000:
+                host.finish()
+
+    run(rig, [AutoArm(), until_it_is_held])
+    asked[0].join()
+    assert said == [{"joint": False}, False]
+    assert after[-1][0] - after[0][0] > 5000
+    assert len({factor for _, factor in after}) == 1

@@ -35,12 +35,12 @@ def test_every_operation_is_open_to_its_roles_and_closed_to_all_others(rig, clie
         assert rig.writer.command.tobytes() == before
         assert rig.gateway.counters.forbidden == 1
     else:
-        assert code in ("ok", "not_ready", "lease_lost", "missing_key")
+        assert code in ("ok", "not_ready", "lease_lost", "missing_key", "out_of_bounds")
 
 
 def test_the_table_of_roles_is_the_one_of_the_safety_document():
     assert OPERATIONS["stop"].role == "observer", "anybody may stop"
-    for op in ("arm", "reset", "tare", "compensation"):
+    for op in ("arm", "reset", "tare", "compensation", "adapt"):
         assert OPERATIONS[op].role == "operator", op
     for op in ("lease", "release", "target", "environment"):
         assert OPERATIONS[op].role == "renderer", op

@@ -14,7 +14,7 @@ from rtctl.cli import cli
 from rtctl.cli.command_table import COMMANDS
 from rtctl.errors import ClientError, RefusedError
 
-NAMING = ("status", "arm", "stop", "reset", "tare", "monitor", "record", "events", "view", "world")
+NAMING = ("status", "arm", "stop", "reset", "tare", "adapt", "monitor", "record", "events", "view", "world")
 
 
 @pytest.fixture
@@ -58,6 +58,14 @@ def test_a_person_arms_stops_and_resets_a_rig_by_the_command_line(rig, root):
     assert call(root, "tare").exit_code == 0
 
 
+def test_the_compensation_of_a_rig_that_asks_for_nothing_is_held_and_refused_to_follow(rig, root):
+    until(lambda: call(root, "status").exit_code == 0)
+    assert call(root, "adapt", "off", "mock").exit_code == 0
+    refused = call(root, "adapt", "on", "--axis", "tip")
+    assert isinstance(refused.exception, RefusedError)
+    assert "axis tip: it follows nothing: adapt_per_min" in str(refused.exception)
+
+
 def test_the_rig_is_named_by_its_name_its_file_or_not_at_all(rig, root, tmp_path):
     file = tmp_path / "my.toml"
     file.write_text('[rig]\nname = "mock"\n')
@@ -79,7 +87,8 @@ def test_without_a_daemon_every_command_says_how_to_start_one(root):
 @pytest.mark.parametrize("name", NAMING)
 def test_every_command_takes_the_rig_as_its_first_argument(name):
     command = cli.get_command(click.Context(cli), name)
-    (argument,) = (one for one in command.params if isinstance(one, click.Argument))
+    *before, argument = (one for one in command.params if isinstance(one, click.Argument))
+    assert [one.name for one in before] == (["follow"] if name == "adapt" else [])
     assert (argument.name, argument.metavar, argument.required) == ("rig", "[CONFIG|RIG]", False)
 
 

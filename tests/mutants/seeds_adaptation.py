@@ -12,6 +12,14 @@ HOST = ("tests/unit/host/test_friction_watch.py",)
 
 SEEDS = (
     Seed(
+        "a factor that is to be held goes on", "rtctl/friction/drift_watch.py",
+        " or not self.following", "", ("tests/unit/host/test_friction_watch.py",),
+    ),
+    Seed(
+        "an axis that was judged as learned is told to follow", "rtctl/host/commands/requests.py",
+        "if why and on:", "if False:", ("tests/unit/host/test_adapt_request.py",),
+    ),
+    Seed(
         "friction is followed at once", "rtctl/friction/adaptation.py",
         "min(max(wanted, factor - step), factor + step)", "wanted", PURE,
     ),

@@ -237,7 +237,7 @@ SEEDS = (
     ),
     Seed(
         "friction is watched from the reversal on", "rtctl/friction/drift_sliding.py",
-        "(middle[:, 3] >= self._settle)", "(middle[:, 3] >= 0.0)", DRIFT,
+        "(middle[:, 4] >= self._settle)", "(middle[:, 4] >= 0.0)", DRIFT,
     ),
     Seed(
         "all sessions share one offset", "rtctl/friction/drift_watch.py",

@@ -7,6 +7,9 @@ from seed import Seed
 LOADED = ("tests/unit/friction/test_load.py",)
 LOAD_LAW = ("tests/unit/control/test_load_friction.py",)
 DRIFT = ("tests/unit/friction/test_drift_window.py",)
+BY_PLACE = ("tests/unit/friction/test_drift_by_place.py",)
+PLACES = ("tests/unit/friction/test_learn_places.py",)
+TWO_SPEEDS = ("tests/unit/friction/test_load_two_speeds.py",)
 
 SEEDS = (
     Seed(
@@ -60,5 +63,55 @@ SEEDS = (
     Seed(
         "a load that the model knows is a drift", "rtctl/friction/drift_watch.py",
         "axis.by.unloaded_nm(velocity[:, a], hand[:, a], motor[:, a])", "hand[:, a] + motor[:, a]", DRIFT,
+    ),
+    Seed(
+        "soft bristles are measured while they bend", "rtctl/friction/points/mock.py",
+        "rig.settle_rad = max(rig.settle_rad, SETTLE_LENGTHS * (points[-1].presliding_rad or 0.0))", "pass",
+        ("tests/unit/hw/test_mock_points.py::test_so_many_presliding_lengths_pass_before_a_measurement",),
+    ),
+    Seed(
+        "a swing that dies away is a break-away", "rtctl/friction/points/mock.py",
+        "if max(seen) - min(seen) <= REST_COUNTS * rig.count_rad:", "if True:",
+        ("tests/unit/hw/test_mock_points.py::test_a_joint_that_swings_on_is_waited_for",),
+    ),
+    Seed(
+        "the watch by place takes the encoder's 0 for the model's", "rtctl/friction/drift_deployed.py",
+        "x = position - self.place_shift_rad", "x = position", BY_PLACE,
+    ),
+    Seed(
+        "a place that no encoder is said to know is watched by", "rtctl/friction/drift_deployed.py",
+        "== PlaceUse.GIVEN", "!= PlaceUse.OFF", BY_PLACE,
+    ),
+    Seed(
+        "the ripple pushes the other way", "rtctl/friction/drift_watch.py",
+        "torque[:, a] += axis.by.pushed_nm", "torque[:, a] -= axis.by.pushed_nm", BY_PLACE,
+    ),
+    Seed(
+        "strokes of another index are gone on from", "rtctl/friction/drift_deployed.py",
+        "if self.place_shift_rad is not None:\n            facts", "if False:\n            facts", BY_PLACE,
+    ),
+    Seed(
+        "what places differ by hides a drift at each of them", "rtctl/friction/guarantee.py",
+        'and friction.place == "given"', "and False", BY_PLACE,
+    ),
+    Seed(
+        "a curve by place is trusted by the curve of speed's errors", "rtctl/friction/learn/places.py",
+        'if before[0].band is not None and before[0].band.way == "log":', "if True:", PLACES,
+    ),
+    Seed(
+        "means over uneven places speak against a model by place", "rtctl/friction/report/judge.py",
+        "if model.place is not None:", "if False:", PLACES,
+    ),
+    Seed(
+        "a peak that falls at two speeds is taken for one of one", "rtctl/friction/load.py",
+        "(1 - share) * np.exp(-((v / first) ** power)) + share", "np.exp(-((v / first) ** power)) + 0 * share", TWO_SPEEDS,
+    ),
+    Seed(
+        "the law's load is that of the direction that rubs more", "rtctl/friction/learn/unloaded.py",
+        "weaker = min(1.0,", "weaker = max(1.0,", TWO_SPEEDS,
+    ),
+    Seed(
+        "both directions of a loaded gear are one", "rtctl/friction/learn/load_terms.py",
+        "np.where(rows.backward, backward, 1.0)", "1.0", TWO_SPEEDS,
     ),
 )  # fmt: skip

@@ -28,7 +28,9 @@ PLANTS = {
 }
 """Rig files that show one plant of the family each."""
 
-MOVED_RAD = {"mock-identify.toml": -1.0, "mock-linear-identify.toml": -1.0}
+MOVED_RAD = dict.fromkeys(
+    ("mock-identify.toml", "mock-linear-identify.toml", "mock-places-identify.toml"), -1.0
+)
 """How far the joint must get in two seconds, where it is not .05 rad: nobody holds the rig that identifies itself."""
 
 

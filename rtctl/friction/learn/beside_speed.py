@@ -18,7 +18,7 @@ LOAD_SPAN = 0.5
 """Least span of the load, share of the friction's RMS: less changes friction by less than its noise."""
 
 ROWS_MIN = 30
-"""Fewest points by which load is judged: the largest form has eleven numbers."""
+"""Fewest points by which load is judged: the largest form has fourteen numbers."""
 
 TEMPERATURE_SPAN_K = 5.0
 """Least span of temperature: as far as a running rig may go from it without a warning."""
@@ -70,7 +70,7 @@ def rows_of(points: FrictionPoints) -> tuple[Rows, np.ndarray]:
     motor = points.columns.get("motor_nm", np.full(len(load), np.nan))
     motor = np.where(np.isfinite(motor), motor, sign * points.friction_nm - load)
     kept = kept[np.isfinite(load[kept])]
-    columns = (np.abs(points.velocity_rad_s), points.friction_nm, sign * load, sign * motor)
+    columns = (np.abs(points.velocity_rad_s), points.friction_nm, sign * load, sign * motor, sign < 0)
     return Rows(*(column[kept] for column in columns)), kept
 
 

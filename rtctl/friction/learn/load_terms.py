@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtctl.friction.load import COEFFICIENTS
+from rtctl.friction.load import COEFFICIENTS, peak_left
 
 LINEAR = ("coulomb_nm", "viscous_nms_rad", "stribeck_nm")
 NAMES = (
@@ -25,11 +25,15 @@ NAMES = (
     *COEFFICIENTS,
     "stribeck_rad_s",
     "stribeck_power",
+    "second_share",
+    "second_rad_s",
+    "backward",
 )
 """Parameters, in the order of `Terms.values`; torques in N m at the joint, shares in N m per N m."""
 
-_ONE = ("coulomb_nm", "viscous_nms_rad")
+_ONE = ("coulomb_nm", "viscous_nms_rad", "backward")
 _PEAK = ("stribeck_nm", "stribeck_rad_s", "stribeck_power")
+_TWO = ("second_share", "second_rad_s")
 _BOTH = ("outside", "motor")
 _BOTH_PEAK = ("outside_peak", "motor_peak")
 
@@ -39,7 +43,8 @@ RUNGS: Mapping[str, tuple[str, ...]] = {
     "load": (*_ONE, *_BOTH),
     "load_stribeck": (*_ONE, *_PEAK, *_BOTH, *_BOTH_PEAK),
     "load_by_flow": (*_ONE, *_PEAK, *_BOTH, *_BOTH_PEAK),
-    "load_squared": NAMES,
+    "load_squared": tuple(name for name in NAMES if name not in _TWO),
+    "load_two_speeds": NAMES,
 }
 """Parameters that each rung has, the plainest first; in `load` and `load_stribeck` outside and motor share theirs."""
 
@@ -48,17 +53,24 @@ SHARED = ("load", "load_stribeck")
 POWERS = (0.7, 1.0, 1.5, 2.5, 4.0)
 """Powers of the peak's fall that a fit begins with."""
 
+SHARES = (0.3, 0.6)
+"""Shares of the second speed that a fit begins with, where there is one."""
+
 _SPEEDS = 5
+
+_FALL = NAMES.index("stribeck_rad_s")
+"""Where in `NAMES` the numbers begin that are not linear."""
 
 
 @dataclass(frozen=True)
 class Rows:
-    """Measurements along their motion, shape (n,): speed (rad/s, >= 0), friction (N m), outside and motor's torque (N m)."""
+    """Measurements along their motion, shape (n,): speed (rad/s, >= 0), friction (N m), outside and motor's torque (N m), and which were backward."""
 
     speed: np.ndarray
     friction_nm: np.ndarray
     outside_nm: np.ndarray
     motor_nm: np.ndarray
+    backward: np.ndarray
 
     def of(self, chosen: np.ndarray) -> Rows:
         """Some of the rows."""
@@ -66,8 +78,8 @@ class Rows:
 
     @property
     def columns(self) -> tuple[np.ndarray, ...]:
-        """All four."""
-        return self.speed, self.friction_nm, self.outside_nm, self.motor_nm
+        """All five."""
+        return self.speed, self.friction_nm, self.outside_nm, self.motor_nm, self.backward
 
 
 @dataclass(frozen=True)
@@ -99,7 +111,7 @@ class Terms:
 
 def friction(values: np.ndarray, rows: Rows) -> np.ndarray:
     """The closed form."""
-    base, viscous, peak, k_e, k_m, p_e, p_m, q_e, q_m, v_s, power = values
+    base, viscous, peak, k_e, k_m, p_e, p_m, q_e, q_m, v_s, power, second, v_2, backward = values
     e, m = rows.outside_nm, rows.motor_nm
     against = e * m < 0
     square = np.where(
@@ -107,9 +119,9 @@ def friction(values: np.ndarray, rows: Rows) -> np.ndarray:
         q_e * e**2,
         np.where(against & (np.abs(e) > np.abs(m)), q_m * m**2, 0.0),
     )
-    fall = np.exp(-((rows.speed / v_s) ** power)) if v_s > 0 else np.zeros_like(e)
+    fall = peak_left(rows.speed, v_s, power, second, v_2) if v_s > 0 else np.zeros_like(e)
     dry = base + np.abs(k_e * e - k_m * m) + fall * (peak + np.abs(p_e * e - p_m * m) + square)
-    found: np.ndarray = dry + viscous * rows.speed
+    found: np.ndarray = (dry + viscous * rows.speed) * np.where(rows.backward, backward, 1.0)
     return found
 
 
@@ -128,12 +140,13 @@ def fit_terms(rung: str, rows: Rows) -> Terms:
         free = [at for at in free if not NAMES[at].startswith("motor")]
     high = np.full(len(NAMES), np.inf)
     fastest = float(rows.speed.max())
-    high[-2:] = 10 * fastest, 12.0
+    high[_FALL:] = 10 * fastest, 12.0, 1.0, 10 * fastest, 3.0
     low = np.zeros(len(NAMES))
-    low[-2:] = 0.02 * fastest, 0.3
+    low[_FALL:] = 0.02 * fastest / (10 if "second_share" in RUNGS[rung] else 1), 0.3, 0.0, 0.02 * fastest, 0.3
 
     def whole(part: np.ndarray) -> np.ndarray:
         values = np.zeros(len(NAMES))
+        values[-2] = 1.0  # the second speed, where its share is nil
         values[free] = part
         return _shared(values) if rung in SHARED else values
 
@@ -168,35 +181,45 @@ def _starts(rung: str, rows: Rows) -> list[np.ndarray]:
     """Parameters to begin with: the best of the grid first."""
     from scipy.optimize import nnls
 
-    has = [name in RUNGS[rung] for name in NAMES[:9]]
+    has = [name in RUNGS[rung] for name in NAMES[:_FALL]]
     e, m = np.abs(rows.outside_nm), np.abs(rows.motor_nm)
     against = rows.outside_nm * rows.motor_nm < 0
     drives, driven = against & (e < m), against & (e > m)
     shared = rung in SHARED
     both = np.abs(rows.outside_nm - rows.motor_nm)
     found = []
-    peaked = "stribeck_nm" in RUNGS[rung]
-    moving = rows.speed[rows.speed > 0]
-    for v_s in np.quantile(moving, np.linspace(0.2, 0.8, _SPEEDS)) if peaked else (1.0,):
-        for power in POWERS if peaked else (1.0,):
-            s = np.exp(-((rows.speed / v_s) ** power))
-            columns = np.column_stack(
-                [
-                    np.ones_like(s),
-                    rows.speed,
-                    s,
-                    both if shared else e,
-                    np.zeros_like(s) if shared else m,
-                    s * (both if shared else e),
-                    np.zeros_like(s) if shared else s * m,
-                    s * drives * e**2,
-                    s * driven * m**2,
-                ]
-            )
-            values, miss = nnls(columns * has, rows.friction_nm)
-            found.append((miss, np.array([*values, v_s, power])))
+    for fall in _falls(rung, rows):
+        s = peak_left(rows.speed, *fall)
+        columns = np.column_stack(
+            [
+                np.ones_like(s),
+                rows.speed,
+                s,
+                both if shared else e,
+                np.zeros_like(s) if shared else m,
+                s * (both if shared else e),
+                np.zeros_like(s) if shared else s * m,
+                s * drives * e**2,
+                s * driven * m**2,
+            ]
+        )
+        values, miss = nnls(columns * has, rows.friction_nm)
+        found.append((miss, np.array([*values, *fall, 1.0])))
     found.sort(key=lambda one: one[0])
     return [values for _, values in found[:STARTS]]
+
+
+def _falls(rung: str, rows: Rows) -> list[tuple[float, float, float, float]]:
+    """Falls of the peak that are tried first: v_s, a, c, v_2."""
+    if "stribeck_nm" not in RUNGS[rung]:
+        return [(1.0, 1.0, 0.0, 1.0)]
+    speeds = [float(v) for v in np.quantile(rows.speed[rows.speed > 0], np.linspace(0.2, 0.8, _SPEEDS))]
+    if "second_share" not in RUNGS[rung]:
+        return [(v_s, power, 0.0, 1.0) for v_s in speeds for power in POWERS]
+    pairs = [(first, second) for k, first in enumerate(speeds) for second in speeds[k + 1 :]]
+    return [
+        (first, power, share, second) for first, second in pairs for power in POWERS[1:4] for share in SHARES
+    ]
 
 
 def _standard_errors(jacobian: np.ndarray, miss: np.ndarray) -> np.ndarray:

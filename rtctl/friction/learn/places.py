@@ -19,8 +19,10 @@ from rtctl.friction.kinds.curve import Curve
 from rtctl.friction.kinds.harmonics import Harmonics
 from rtctl.friction.kinds.place import SPEEDS_MOST, WAVES_MOST, PlaceKernel, compile_place
 from rtctl.friction.kinds.spline import UNIT
+from rtctl.friction.learn.bands import of_errors, with_band
 from rtctl.friction.learn.fit import describe_branch
 from rtctl.friction.learn.grids import unit_of
+from rtctl.friction.learn.hold_out import TRAINS, folds_by_speed
 from rtctl.friction.model import Branch, FrictionModel, self_test_vectors
 from rtctl.friction.points.measured import POINTS_MAX, FrictionPoints
 
@@ -39,6 +41,9 @@ _SECTORS = 20
 
 _PLACES_LEAST = 8
 """Fewest places per turn from which waves can be told."""
+
+_SPEEDS_LEAST = 4
+"""Fewest speeds of which some can be held out."""
 
 _ROWS_OF_SEARCH = 400
 """Rows of one direction that the search looks at."""
@@ -121,7 +126,7 @@ def fit_places(
     forward, backward = (
         _branch(before, side, chosen) for before, side in zip(model.branches, sides, strict=True)
     )
-    both = (forward, backward)
+    both = _with_bands(model.branches, (forward, backward), sides, chosen)
     made = replace(
         model,
         kind="spline",
@@ -188,15 +193,21 @@ def _thinned(side: _Side, most: int) -> _Side:
 
 def _held_out(kernel: PlaceKernel, ridge: float, side: _Side) -> list[np.ndarray]:
     """Errors at the held-out places of each fold, N m."""
-    few, errors = _thinned(side, _ROWS_OF_SEARCH), []
+    few = _thinned(side, _ROWS_OF_SEARCH)
+    errors = _errors_of(kernel, ridge, few, few.fold)
+    return [errors[few.fold == k] if (few.fold == k).any() else np.zeros(1) for k in range(FOLDS)]
+
+
+def _errors_of(kernel: PlaceKernel, ridge: float, side: _Side, fold: np.ndarray) -> np.ndarray:
+    """Error of each row by what was learned without its fold, N m; 0 where that trains always, or is all there is."""
+    errors = np.zeros(len(fold))
     for k in range(FOLDS):
-        held = few.fold == k
+        held = fold == k
         if not held.any() or held.all():
-            errors.append(np.zeros(1))
             continue
-        v, x = few.v[~held], few.x[~held]
-        beta, intercept = _solve(kernel, ridge, v, x, few.f[~held])
-        errors.append(kernel.product(few.v[held], few.x[held], v, x) @ beta + intercept - few.f[held])
+        v, x = side.v[~held], side.x[~held]
+        beta, intercept = _solve(kernel, ridge, v, x, side.f[~held])
+        errors[held] = kernel.product(side.v[held], side.x[held], v, x) @ beta + intercept - side.f[held]
     return errors
 
 
@@ -230,12 +241,46 @@ def _branch(before: Branch, side: _Side, rung: PlaceRung) -> Branch:
     return replace(
         branch,
         support_places=rows.x,
-        band=_band_about(before, branch),
         place_spread_nm=spread,
         train_mean_error_nm=float(residual.mean()),
         train_rmse_nm=float(np.sqrt(np.mean(residual**2))),
         train_max_error_nm=float(residual.max()),
     )
+
+
+def _with_bands(
+    before: tuple[Branch, Branch], after: tuple[Branch, Branch], sides: list[_Side], rung: PlaceRung
+) -> tuple[Branch, Branch]:
+    """Both directions with their bands about the curve of speed and place.
+
+    What sessions differ by is in the band of the curve of speed, which is then wider by as much as the two curves are apart. Else the band is
+    of what the curve of speed and place errs by itself, at places or at speeds that were held out, whichever is more: the curve of speed is
+    learned from means over places that are never quite even, and what it is off by is no error of this one.
+    """
+    if any(branch.band is None for branch in before):
+        return after
+    if before[0].band is not None and before[0].band.way == "log":
+        about = [_band_about(*pair) for pair in zip(before, after, strict=True)]
+        return replace(after[0], band=about[0]), replace(after[1], band=about[1])
+    few = [_thinned(side, _ROWS_OF_SEARCH) for side in sides]
+    found = {"place": _errors(rung, few, [one.fold for one in few])}
+    if all(len(np.unique(one.v)) >= _SPEEDS_LEAST for one in few):
+        found["speed"] = _errors(rung, few, [folds_by_speed(one.v, FOLDS) for one in few])
+    way = max(found, key=lambda way: float(np.mean(found[way][1] ** 2)))
+    return with_band(after, of_errors(*found[way], way))
+
+
+def _errors(
+    rung: PlaceRung, sides: list[_Side], folds: list[np.ndarray]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Speed, held-out error (N m) and block of every row that was held out, both directions one after the other."""
+    speed, errors, block = [], [], []
+    for at, (side, fold) in enumerate(zip(sides, folds, strict=True)):
+        held = fold != TRAINS
+        speed.append(side.v[held])
+        errors.append(_errors_of(rung.kernel, rung.ridge, side, fold)[held])
+        block.append(FOLDS * at + fold[held])
+    return np.concatenate(speed), np.concatenate(errors), np.concatenate(block)
 
 
 def _band_about(before: Branch, after: Branch) -> Band | None:

@@ -16,7 +16,7 @@ LIGHT = 0.5
 
 
 def load_of(points: FrictionPoints, verdict: LoadVerdict) -> Load:
-    """The coefficients of the form that was chosen by what was held out.
+    """The coefficients of the form that was chosen by what was held out; the law knows one of both directions, that of the one that rubs less.
 
     Raises
     ------
@@ -34,12 +34,15 @@ def load_of(points: FrictionPoints, verdict: LoadVerdict) -> Load:
     most_nm = float(max(np.abs(rows.outside_nm).max(), np.abs(rows.motor_nm).max()))
     miss = np.abs(terms(rows) - rows.friction_nm)
     peaked = terms.value("stribeck_rad_s") > 0
+    weaker = min(1.0, terms.value("backward"))
     load = Load(
-        **{name: terms.value(name) for name in COEFFICIENTS},
+        **{name: weaker * terms.value(name) for name in COEFFICIENTS},
         stribeck_rad_s=terms.value("stribeck_rad_s") if peaked else 1.0,
         stribeck_power=terms.value("stribeck_power") if peaked else 1.0,
         most_nm=most_nm,
         doubt_share=0.0,
+        second_share=terms.value("second_share"),
+        second_rad_s=terms.value("second_rad_s"),
     )
     added = load.added_nm(rows.speed, rows.outside_nm, rows.motor_nm)
     heavy = added > LIGHT * rows.friction_nm

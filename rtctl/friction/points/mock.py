@@ -32,6 +32,8 @@ WINDOW_S = 0.1
 """Time over which one measurement averages the current: 12 encoder counts at the lowest speed."""
 SETTLE_S, SETTLE_RAD = 0.3, 0.008
 """Both must pass before a measurement: dry friction settles over a distance, several bristle deflections."""
+SETTLE_LENGTHS = 5.0
+"""Presliding lengths that must pass, too, where they are known: e^-5 of the friction is left out."""
 JOG_RAD_S = 0.5
 ACCELERATION_RAD_S2 = 10.0
 RAMP_NM_S = 0.05
@@ -39,6 +41,9 @@ MOVING_COUNTS = 8
 """Counts within 10 ms that mean the joint moves: .031 rad/s. At speed v the bristle, and the torque seen, is
 still short of break-away by ramp / (sigma0 v): .6 % here; a quicker ramp or a lower speed reads low."""
 PAUSE_S = 0.2
+BIAS_S = 5.0
+REST_COUNTS, REST_MOST_S = 4, 5.0
+_LOOKS = 8
 RAMP_MAX_S = 60.0
 STIFFNESS_NM_RAD, DAMPING_NMS_RAD = 150.0, 3.0
 """Speed servo. Its damping must exceed the worst Stribeck slope (.81 N m s/rad), or it stick-slips."""
@@ -79,6 +84,7 @@ class Rig:
         )
         self.count_rad = 2 * math.pi / float(hardware.encoder_counts_per_rev[0])
         self.bias_a = 0.0
+        self.settle_rad = SETTLE_RAD
 
     def ticks(self, seconds: float) -> int:
         """Whole control periods in `seconds`, at least one."""
@@ -167,6 +173,18 @@ def _break_away(
     return -1
 
 
+def _come_to_rest(rig: Rig) -> None:
+    """Motor off until the joint has stayed within `REST_COUNTS` for `PAUSE_S`: soft bristles swing on for a while, which is no break-away."""
+    params, state = rig.plant
+    for _ in range(round(REST_MOST_S / PAUSE_S)):
+        seen = []
+        for _ in range(_LOOKS):
+            _rest(rig.tick, state, params, rig.ticks(PAUSE_S / _LOOKS))
+            seen.append(float(rig.tick["position_rad"][0, 0]))
+        if max(seen) - min(seen) <= REST_COUNTS * rig.count_rad:
+            return
+
+
 def _point(
     samples_nm: np.ndarray, velocity_rad_s: float, direction: int, bent: Presliding | None = None
 ) -> Point:
@@ -191,7 +209,7 @@ def _break_away_point(rig: Rig, direction: int, measurements: int) -> Point:
     look_back, ramps = rig.ticks(0.01), list[Ramp | None]()
     for k in range(measurements):
         turn_through(rig, [(direction * JOG_RAD_S, 2 * math.pi / measurements / JOG_RAD_S), (0.0, PAUSE_S)])
-        _rest(rig.tick, state, params, rig.ticks(PAUSE_S))
+        _come_to_rest(rig)
         moving_rad = MOVING_COUNTS * rig.count_rad
         began = _break_away(rig.tick, state, params, step_a, moving_rad, look_back, positions_rad, currents_a)
         torque = (currents_a[: began + 1] - rig.bias_a) * rig.torque_per_ampere
@@ -213,11 +231,17 @@ def turn_through(rig: Rig, phases: list[tuple[float, float]]) -> np.ndarray:
     return means_a
 
 
+def rested_a(rig: Rig) -> float:
+    """What the current sensor reads with the motor off, A."""
+    params, state = rig.plant
+    return float(_rest(rig.tick, state, params, rig.ticks(BIAS_S)))
+
+
 def constant_velocity_point(rig: Rig, velocity_rad_s: float, measurements: int) -> Point:
     """Measure at one speed; slow runs jog on between measurements, so that all see the whole turn."""
     jog = math.copysign(max(JOG_RAD_S, abs(velocity_rad_s)), velocity_rad_s)
     jog_s = 2 * math.pi / measurements / abs(jog)
-    settle_s = SETTLE_S + SETTLE_RAD / abs(velocity_rad_s)
+    settle_s = SETTLE_S + rig.settle_rad / abs(velocity_rad_s)
     cycle = [(jog, jog_s), (velocity_rad_s, settle_s), (velocity_rad_s, WINDOW_S)]
     means_a = turn_through(rig, [(velocity_rad_s, SETTLE_S), *(cycle * measurements)])[3::3]
     samples_nm = (means_a - rig.bias_a) * rig.torque_per_ampere
@@ -230,12 +254,12 @@ def measure(loaded: LoadedConfig, levels: int = LEVELS, measurements: int = MEAS
     Returns `2 (levels + 1)` points: per direction break-away at zero speed, then rising speed.
     """
     rig = Rig(loaded)
-    params, state = rig.plant
-    rig.bias_a = float(_rest(rig.tick, state, params, rig.ticks(5.0)))
+    rig.bias_a = rested_a(rig)
     points = []
     for direction in (1, -1):
         constant_velocity_point(rig, 0.5 * direction, 10)  # warm-up
         points.append(_break_away_point(rig, direction, measurements))
+        rig.settle_rad = max(rig.settle_rad, SETTLE_LENGTHS * (points[-1].presliding_rad or 0.0))
         speeds = np.geomspace(SPEED_MIN_RAD_S, SPEED_MAX_RAD_S, levels)
         points += [constant_velocity_point(rig, direction * float(speed), measurements) for speed in speeds]
     return points

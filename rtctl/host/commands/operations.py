@@ -12,6 +12,7 @@ from rtctl.control.environments.table import NAMES, PARAMETERS, meaning
 from rtctl.control.vocabulary import Display
 from rtctl.wire.protocol import ROLES
 
+SWITCH = ("on", "off")
 DISPLAYS = tuple(one.name.lower() for one in Display)
 
 Role = Literal["observer", "renderer", "operator"]
@@ -122,6 +123,20 @@ OPERATIONS: dict[str, Operation] = {
         (
             Key("axis", "axis", "the axis, by name or index; all when left out"),
             Key("share", "number", "0 is off, 1 as configured", required=True, low=0.0, high=1.0),
+        ),
+    ),
+    "adapt": Operation(
+        "have the compensation follow the friction that is seen, or hold it where it is",
+        "operator",
+        (
+            Key("axis", "axis", "the axis, by name or index; all that may follow when left out"),
+            Key(
+                "follow",
+                "choice",
+                "on only where the rig file has adapt_per_min > 0",
+                required=True,
+                choices=SWITCH,
+            ),
         ),
     ),
 }

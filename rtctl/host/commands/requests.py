@@ -22,7 +22,7 @@ from rtctl.host.commands.motion_requests import CLOSED, Steering
 from rtctl.host.commands.newest_command import CommandSlot
 from rtctl.host.commands.operations import OPERATIONS, allowed
 from rtctl.host.telemetry.fault_book import FaultBook
-from rtctl.host.telemetry.friction_watch import FrictionWatch
+from rtctl.host.telemetry.friction_watch import CANNOT_FOLLOW, FrictionWatch
 from rtctl.host.telemetry.motor_temperature import temperature_warnings
 from rtctl.host.telemetry.rig_description import RigDescription
 from rtctl.host.telemetry.timing_watch import measured_in
@@ -92,6 +92,7 @@ class Requests:
             "display": self._steering.display,
             "target": self._steering.target,
             "compensation": self._steering.compensation,
+            "adapt": self._adapt,
         }
 
     def newest(self) -> np.void:
@@ -175,7 +176,12 @@ class Requests:
             "lease_holder": None if lease is None else lease.holder,
             "lease_in_force": bool(row["lease_held"]),
             "axes": [
-                {**self._steering.axis_in_force(a), "motion": rig.axes[a].motion, "measured": one}
+                {
+                    **self._steering.axis_in_force(a),
+                    "motion": rig.axes[a].motion,
+                    "measured": one,
+                    "adapting": None if self._friction is None else self._friction.adapting(a),
+                }
                 for a, one in enumerate(measured_in(row, 1.0 / self._rig.rate_hz))
             ],
         }
@@ -234,6 +240,17 @@ class Requests:
                 "not_ready", f"state {state.name}, still present: {causes}; remove the cause, then reset"
             )
         return {"command_seq": self._slot.edge("reset_count")}
+
+    def _adapt(self, request: Request, _row: np.void, _caller: Caller) -> Result | Refusal:
+        """Have the feed-forward follow the friction that is seen, or hold it where it is."""
+        names = [axis.name for axis in self._rig.axes]
+        axis, on = request.values.get("axis"), request.values["follow"] == "on"
+        why = CANNOT_FOLLOW if self._friction is None else self._friction.adapt(axis, on=on)
+        if why and on:
+            which = "no axis may" if axis is None else f"axis {names[axis]}"
+            return Refusal("out_of_bounds", f"follow: {which}: it {why}")
+        now = [None if self._friction is None else self._friction.adapting(a) for a in range(len(names))]
+        return {"adapting": dict(zip(names, now, strict=True))}
 
     def _tare(self, _request: Request, row: np.void, _caller: Caller) -> Result | Refusal:
         state = State(int(row["state"]))

@@ -22,6 +22,13 @@ KEEP_NS = 60_000_000_000
 """From one writing of the state to the next: what is lost when the power fails."""
 
 
+CANNOT_FOLLOW = (
+    "follows nothing: adapt_per_min of [axis.friction.drift] is 0 in the rig file, or the axis has no model, no force sensor or a policy without "
+    "one, so that rtctl check judged the friction as learned and no other; set it, check, and start the daemon anew"
+)
+"""Why an axis holds the friction that was learned, after its name."""
+
+
 class FrictionWatch:
     """One rig's watch.
 
@@ -92,9 +99,30 @@ class FrictionWatch:
     def status(self) -> list[dict[str, Any]]:
         """For `health`: a map for each axis that is watched."""
         return [
-            {"axis": name, **told(axis), "followed": axis.factor if axis.bounds else None}
+            {
+                "axis": name,
+                **told(axis),
+                "followed": axis.factor if axis.bounds else None,
+                "adapting": axis.following if axis.bounds else None,
+            }
             for name, axis in self._axes.items()
         ]
+
+    def adapt(self, a: int | None, *, on: bool) -> str:
+        """Have axis `a`, or with None every axis that may, follow what is seen, or hold its factor where it is.
+
+        Returns why not, empty where it is done; nothing is changed then.
+        """
+        asked = self._watch.axes if a is None else self._watch.axes[a : a + 1]
+        may = [axis for axis in asked if axis is not None and axis.bounds is not None]
+        for axis in may:
+            axis.following = on
+        return "" if may else CANNOT_FOLLOW
+
+    def adapting(self, a: int) -> bool | None:
+        """Whether axis `a` follows what is seen; None where it may not."""
+        axis = self._watch.axes[a]
+        return None if axis is None or axis.bounds is None else axis.following
 
     def changes(self) -> np.ndarray | None:
         """What the law is to be asked for: change of the learned friction that each axis' feed-forward goes by; None: as before."""

@@ -13,7 +13,7 @@ $("help").hidden = !operatorKey;
 const percent = (share) => `${Math.round(share * 100)} %`;
 const frictionNow = (health) => ((health || {}).friction || []).filter((one) => one.factor).map((one) =>
   [`friction of ${one.axis}, 1 as learned`, `${one.factor.value.toFixed(2)} (${one.factor.low.toFixed(2)} to ${one.factor.high.toFixed(2)})` +
-    (one.followed == null ? "" : `, compensation at ${one.followed.toFixed(3)}`)]);
+    (one.followed == null ? "" : `, compensation ${one.adapting === false ? "held " : ""}at ${one.followed.toFixed(3)}`)]);
 let rig = null, axes = [], facts = [], dragged = false;
 
 const stream = new Stream(() => wanted(phaseSignals()), {

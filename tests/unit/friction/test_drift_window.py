@@ -23,7 +23,7 @@ def test_sliding_that_is_rare_in_the_motion_is_forgotten_with_the_motion():
         kept = strokes[moved] = Strokes(200)
         for k in range(120):
             v = np.full(5, 0.3 if k % 2 else -0.3)
-            kept.add(Rows(v, 0 * v, np.sign(v) * by.dry_nm(v), np.full(5, k)), by, moved)
+            kept.add(Rows(0 * v, v, 0 * v, np.sign(v) * by.dry_nm(v), np.full(5, k)), by, moved)
     assert strokes[5].rows == 200
     assert strokes[60].rows < 200  # two windows of motion: 400 rows of it, and never fewer than these
     assert len(strokes[60].table) == len(strokes[500].table) == KEPT_STROKES
@@ -31,7 +31,7 @@ def test_sliding_that_is_rare_in_the_motion_is_forgotten_with_the_motion():
     again.take_up(strokes[5].table)
     v = np.full(5, 0.3)
     for k in range(3):
-        again.add(Rows(v, 0 * v, np.sign(v) * by.dry_nm(v), np.full(5, k)), by, 500)
+        again.add(Rows(0 * v, v, 0 * v, np.sign(v) * by.dry_nm(v), np.full(5, k)), by, 500)
     assert len(again.table) == KEPT_STROKES
 
 

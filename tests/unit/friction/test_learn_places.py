@@ -17,6 +17,7 @@ from rtctl.friction.kinds.harmonics import Harmonics
 from rtctl.friction.learn.fit import fit_points
 from rtctl.friction.learn.places import fit_places
 from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.report.judge import faults, judge
 
 TURN = 2 * math.pi
 SHARE = 0.4
@@ -28,8 +29,8 @@ def friction(v, x, share=SHARE):
     return dry * (1 + share * np.sin(x + 0.5)) + 0.05 * v
 
 
-def measured(share=SHARE, places=12, noise=0.002, speeds=14):
-    rng = np.random.default_rng(7)
+def measured(share=SHARE, places=12, noise=0.002, speeds=14, seed=7):
+    rng = np.random.default_rng(seed)
     levels = np.concatenate([[0.005], np.geomspace(0.01, 2.0, speeds - 1)])
     rows, where = [], []
     for way in (1, -1):
@@ -114,3 +115,52 @@ def test_rows_without_places_or_at_too_few_are_refused(learned):
         fit_places(learned.model, points, TURN)
     with pytest.raises(DataError, match="position_rad"):
         fit_places(learned.model, FrictionPoints.from_rows([], "x", "0" * 64), TURN)
+
+
+def test_the_band_is_of_what_the_curve_by_place_errs_itself(learned):
+    points = measured()
+    by_speed = fit_points(points, rig="mock", c=100.0).branches[0].band
+    band = learned.model.branches[0].band
+    assert band == learned.model.branches[1].band
+    assert learned.chosen.rmse_nm < band.widest_nm < 0.1 * by_speed.widest_nm
+    fresh = measured(seed=11)
+    seen = fresh.friction_nm + fresh.direction * RIPPLE(fresh.columns["position_rad"])
+    v, x = fresh.velocity_rad_s, fresh.columns["position_rad"]
+    error = learned.model.magnitude(v) + learned.model.place_magnitude(v, x) - seen
+    assert band.holds(np.abs(v), error).mean() >= 0.9
+
+
+def test_places_at_two_speeds_have_a_band_by_place():
+    points = measured(speeds=14)
+    v = np.abs(points.velocity_rad_s)
+    few = np.isin(v, np.unique(v)[[3, 10]])
+    two = replace(
+        points,
+        velocity_rad_s=points.velocity_rad_s[few],
+        friction_nm=points.friction_nm[few],
+        direction=points.direction[few],
+        std_nm=points.std_nm[few],
+        count=points.count[few],
+        columns={name: column[few] for name, column in points.columns.items()},
+    )
+    found = fit_places(fit_points(points, rig="mock", c=100.0), two, TURN, RIPPLE)
+    assert found.chosen.kernel.orders >= 1
+    assert found.model.branches[0].band.way == "place"
+
+
+def means(learned, factor=1.0, places=7):
+    """Points that are means over a few places, which are not even, with the scatter of their measurements."""
+    rows = []
+    for way in (1, -1):
+        for v in np.geomspace(0.01, 1.9, 12):
+            x = np.random.default_rng(int(1e4 * v)).uniform(0, TURN, places)
+            f = factor * friction(v, x)
+            rows.append((way * v, f.mean(), way, f.std(ddof=1), places))
+    return FrictionPoints.from_rows(rows, "points.csv", "0" * 64)
+
+
+def test_means_over_uneven_places_do_not_speak_against_a_model_by_place(learned):
+    assert faults(judge(learned.model, means(learned, places=200))) == []
+    assert faults(judge(learned.model, means(learned, factor=1.3, places=200)))
+    alone = replace(learned.model, place=None)
+    assert faults(judge(alone, means(learned, places=200)))

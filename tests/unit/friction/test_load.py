@@ -56,7 +56,7 @@ def test_load_terms_are_found_again(name, model):
     made, truth = loaded_gear.points(values, load_nm, fastest, 1e-3 * load_nm, seed=1, speeds=10)
     rows, kept = beside_speed.rows_of(made)
     true = truth[kept]
-    clean = Rows(rows.speed, true, rows.outside_nm, true - rows.outside_nm)
+    clean = Rows(rows.speed, true, rows.outside_nm, true - rows.outside_nm, rows.backward)
     rung = loaded_gear.RUNG_OF[model]
     found = fit_terms(rung, rows)
     wanted = loaded_gear.that_matter(values, load_nm, float(true.max()))

@@ -39,7 +39,7 @@ def test_a_warning_comes_and_goes_as_one_event_each_and_stands_in_health_between
     (rows,) = ticks_of([Joint(factor=1.2, later=1.0, later_s=32.0)], 70.0)
     found = watch()
     assert found.status() == [
-        {"axis": "joint", "factor": None, "seconds": 0.0, "strokes": 0, "followed": None}
+        {"axis": "joint", "factor": None, "seconds": 0.0, "strokes": 0, "followed": None, "adapting": None}
     ]
     half = round(31.0 * RIG.rate_hz)
     detector = EventDetector(RIG, None, found)
@@ -62,6 +62,7 @@ def test_a_warning_comes_and_goes_as_one_event_each_and_stands_in_health_between
         "seconds",
         "strokes",
         "followed",
+        "adapting",
     }
     later, more = over(rows[half:], found, detector)
     assert [event["event"] for event in later] == ["warning_cleared"]
@@ -122,6 +123,29 @@ def test_the_law_is_asked_for_what_is_new_and_after_a_restart_for_what_was_follo
     again = following(folder=tmp_path)
     assert again.changes().tolist() == [health["followed"] - 1.0]
     assert watch(tmp_path).changes() is None, "nobody asked for it"
+
+
+def test_an_axis_that_follows_is_held_where_it_is_and_goes_on_from_there():
+    (rows,) = ticks_of([Joint(factor=0.95)], 60.0)
+    rows["friction_factor"] = 1.0
+    held, on = round(14 * RIG.rate_hz), round(35 * RIG.rate_hz)
+    found = following()
+    assert found.adapting(0) is True
+    over(rows[:held], found)
+    before = found.status()[0]["followed"]
+    assert 0.96 < before < 1.0
+    assert found.adapt(None, on=False) == ""
+    assert found.adapting(0) is found.status()[0]["adapting"] is False
+    over(rows[held:on], found)
+    assert found.status()[0]["followed"] == before
+    assert found.adapt(0, on=True) == ""
+    over(rows[on:], found)
+    assert found.status()[0]["adapting"] is True
+    assert found.status()[0]["followed"] < before
+    nobody = watch()
+    assert nobody.adapting(0) is nobody.status()[0]["adapting"] is None
+    for on in (True, False):
+        assert "adapt_per_min" in nobody.adapt(0, on=on)
 
 
 def test_a_friction_beyond_what_may_be_followed_is_told_as_long_as_it_is():

@@ -64,7 +64,7 @@ def test_every_operation_of_the_table_has_a_handler(desk):
 OPEN_TO = {
     "observer": {"hello", "status", "schema", "stop"},
     "renderer": {"lease", "release", "environment", "display", "target"},
-    "operator": {"arm", "reset", "tare", "compensation"},
+    "operator": {"arm", "reset", "tare", "compensation", "adapt"},
 }
 """What each role may do beyond the one before it: the contract, not read from the table under test."""
 

@@ -14,6 +14,7 @@ from rtctl.friction import artefact
 from rtctl.friction.points import mock as mock_points
 from rtctl.friction.points.reader import read_points
 from rtctl.rig_file.config import load
+from rtctl.simulation.family import with_plant
 
 COLUMNS = ("weakest_place_nm", "presliding_rad", "presliding_spread_rad", "presliding_ramps")
 CONFIGS = Path(__file__).parents[3] / "configs"
@@ -45,6 +46,51 @@ def test_points_measured_now_lie_on_the_true_curve(loaded, curve):
         )
         assert 0 < p.std_nm < 0.02
         assert p.count == 20
+
+
+def test_so_many_presliding_lengths_pass_before_a_measurement(loaded, monkeypatch):
+    seen = []
+
+    def point(velocity, direction, bent_rad=None):
+        return mock_points.Point(velocity, 0.3 * direction, 0.0, 1, direction, presliding_rad=bent_rad)
+
+    def at_speed(rig, velocity, _measurements):
+        seen.append(rig.settle_rad)
+        return point(velocity, 1)
+
+    monkeypatch.setattr(mock_points, "rested_a", lambda _rig: 0.0)
+    monkeypatch.setattr(mock_points, "_break_away_point", lambda _rig, way, _n: point(0.0, way, 0.007))
+    monkeypatch.setattr(mock_points, "constant_velocity_point", at_speed)
+    mock_points.measure(loaded, levels=2)
+    assert seen == [mock_points.SETTLE_RAD, *[pytest.approx(0.035)] * 5]  # a warm-up and two speeds each way
+
+
+def test_a_joint_that_swings_on_is_waited_for(loaded, monkeypatch):
+    rig = mock_points.Rig(loaded)
+    swing = iter([*(0.01 * (-1) ** k for k in range(20)), *[0.0] * 100])
+    moments = []
+
+    def rest(tick, _state, _params, ticks):
+        tick["position_rad"][0, 0] = next(swing)
+        moments.append(ticks)
+        return 0.0
+
+    monkeypatch.setattr(mock_points, "_rest", rest)
+    mock_points._come_to_rest(rig)
+    assert sum(moments) == rig.ticks(4 * mock_points.PAUSE_S)
+    moments.clear()
+    mock_points._come_to_rest(rig)
+    assert sum(moments) == rig.ticks(mock_points.PAUSE_S)  # as long as it takes where nothing swings
+
+
+@pytest.mark.compiled
+def test_soft_bristles_have_slid_before_they_are_measured(loaded, curve):
+    """They bend over 7 mrad: after 8 mrad at a speed a third of the friction was still missing; and they swung on where their break-away began."""
+    points = mock_points.measure(with_plant(loaded, "lugre-soft"), levels=4, measurements=10)
+    assert points[0].friction_torque_nm == pytest.approx(curve(0.0, 1), rel=0.05)
+    assert points[0].presliding_rad == pytest.approx(0.007, rel=0.1)
+    for p in points[1:5]:
+        assert p.friction_torque_nm == pytest.approx(curve(p.velocity_rad_s, p.direction), rel=0.01)
 
 
 def test_the_points_come_from_the_sensors_and_not_from_the_truth(loaded, curve):
