@@ -188,6 +188,16 @@ class Timing:
 
 
 @dataclass(frozen=True)
+class ForceSensor:
+    """What lies between a force and what a device shows of it, at its worst; `rtctl check` proves the loops that the force closes with it."""
+
+    lowpass_hz: float = 0.0
+    """Low-pass in its hardware or firmware, as one of first order, Hz; 0: none to speak of."""
+    delay_s: float = 0.0
+    """How old the force is besides when it is read: age of the sample, way to the host, half the window of a moving average."""
+
+
+@dataclass(frozen=True)
 class Joint:
     """What a device knows of the joint of one axis that a rig file may not."""
 
@@ -239,6 +249,9 @@ class BackendInfo:
     does not say, and `rtctl check` has only the rig file's word for it."""
     joint: str | None = None
     """Module and function that give a `Joint` per axis. None: rigid, as far as the device knows."""
+    force: str | None = None
+    """Module and function `(options, rig) -> ForceSensor | None` of a device that shows forces. None: it does not know, and
+    `rtctl check` has only the rig file's word."""
     network: bool = False
     """The device is reached by IP or by a CAN interface: the service's unit then leaves the network open to the daemon."""
     doctor: str | None = None

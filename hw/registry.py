@@ -14,7 +14,18 @@ from functools import cache
 from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any, cast
 
-from hw.interface import Backend, BackendError, BackendInfo, Channels, Finding, Joint, Options, Rig, Timing
+from hw.interface import (
+    Backend,
+    BackendError,
+    BackendInfo,
+    Channels,
+    Finding,
+    ForceSensor,
+    Joint,
+    Options,
+    Rig,
+    Timing,
+)
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -39,6 +50,7 @@ BUILT_IN = {
         summary="simulated rig: motor, gearbox, friction, sensors, a hand",
         timing="hw.mock.declared:timing",
         joint="hw.mock.declared:joint",
+        force="hw.mock.declared:force",
     ),
     "playback": BackendInfo(
         factory="hw.playback.backend:PlaybackBackend",
@@ -47,6 +59,7 @@ BUILT_IN = {
         summary="a recorded log (CSV) as the sensor stream",
         follows=False,
         timing="hw.playback.declared:timing",
+        force="hw.playback.declared:force",
     ),
     "serial": BackendInfo(
         factory="hw.serial.frame_backend:SerialBackend",
@@ -80,6 +93,7 @@ BUILT_IN = {
         options="hw.force.options:OptoForceOptions",
         simulated=False,
         summary="force sensor: OptoForce / OnRobot DAQ on a serial port",
+        force="hw.force.declared:optoforce",
     ),
     "rdt": BackendInfo(
         factory="hw.force.rdt_backend:RdtBackend",
@@ -194,6 +208,22 @@ def joint(kind: str, options: Options, rig: Rig) -> Sequence[Joint]:
     """What such a device knows of its joints, one per axis of `rig`."""
     target = lookup(kind).joint
     return [Joint()] * rig.n_axes if target is None else list(_resolve(target)(options, rig))
+
+
+def force_sensor(kind: str, options: Options, rig: Rig) -> ForceSensor | None:
+    """What such a device declares of the way of a force; None where it does not know.
+
+    Raises BackendError for a declaration that is no such thing: the proof rests on it.
+    """
+    target = lookup(kind).force
+    found = None if target is None else _resolve(target)(options, rig)
+    if found is None:
+        return None
+    if not isinstance(found, ForceSensor) or not all(
+        math.isfinite(value) and value >= 0 for value in astuple(found)
+    ):
+        raise BackendError(f"{target} must give a ForceSensor of finite numbers >= 0, not {found}")
+    return found
 
 
 def examine(kind: str, options: Options) -> Sequence[Finding]:

@@ -78,6 +78,7 @@ LONG = (
     "properties/test_safety_machine.py",
     "unit/cli/test_check.py",
     "unit/cli/test_check_admittance.py",
+    "unit/cli/test_check_force_sensor.py",
     "unit/cli/test_check_friction.py",
     "unit/cli/test_check_plausibility.py",
     "unit/cli/test_fit.py",

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from hw.interface import Joint, Options, Rig, Timing
+from hw.interface import ForceSensor, Joint, Options, Rig, Timing
 
 
 def _of_axis(options: Options, axis: int) -> Mapping[str, Any]:
@@ -36,6 +36,13 @@ def timing(options: Options, rig: Rig) -> list[Timing]:
         )
         for axis in range(rig.n_axes)
     ]
+
+
+def force(options: Options, rig: Rig) -> ForceSensor:
+    """Low-pass and delay of the simulated sensor."""
+    sensor = options.get("force") or {}
+    delay_s = int(sensor.get("delay_ticks") or 0) * rig.period_s
+    return ForceSensor(float(sensor.get("lowpass_hz") or 0.0), delay_s)
 
 
 def joint(options: Options, rig: Rig) -> list[Joint]:

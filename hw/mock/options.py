@@ -22,6 +22,7 @@ from hw.mock.effect_options import (
     WavesOptions,
 )
 from hw.mock.effects import ELEMENTS
+from hw.mock.force_filter import FORCE_LINE
 from hw.mock.records import DELAY_LINE, GRIPS, SINES
 from hw.mock.sensors import SENSORS, measured
 from hw.option_tables import Table, number
@@ -187,6 +188,10 @@ class ForceOptions(Table):
     crosstalk: Matrix = Field(
         default=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
         description="measured = crosstalk . true force",
+    )
+    lowpass_hz: float = number(0, 1e5, "its own low-pass, first order; 0: none", 0.0)
+    delay_ticks: int = Field(
+        default=0, ge=0, le=FORCE_LINE - 1, description="whole periods that its samples are old"
     )
     moment: MomentOptions | None = Field(default=None, description="none: a sensor of forces only")
     tip_kg: float = number(0, 100, "mass mounted on the sensor, which every joint turns", 0.0)

@@ -15,6 +15,7 @@ import numpy as np
 from hw import scripted_faults as faults
 from hw.mock import hand
 from hw.mock.bristles import coupled_step, implicit_share
+from hw.mock.force_filter import advance_force
 from hw.mock.jit import compiled, inlined
 from hw.mock.joint import advance_detailed, is_detailed
 from hw.mock.records import DELAY_LINE
@@ -120,6 +121,7 @@ def advance(s: np.record, p: np.record, periods: int, steps: int) -> None:
             _drive_axis(s, p, axis, time_s, duration_s, steps, line[whole])
         for k in range(DELAY_LINE - 1, 0, -1):
             line[k] = line[k - 1]
+    advance_force(s, p)
     s.tick += periods
 
 

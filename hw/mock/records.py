@@ -18,6 +18,7 @@ from hw.fault_script import FAULT_STREAM, fill_schedule
 from hw.generator import seed_words
 from hw.interface import BackendError, Options, Rig
 from hw.mock.effects import effect_fields, effect_state_fields, fill_effects, fill_timing
+from hw.mock.force_filter import fill_force_filter, force_filter_fields, force_filter_state_fields
 from hw.scripted_faults import memory_fields, schedule_fields
 
 SINES = 4
@@ -128,6 +129,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             ("grip_count", "<i8", axis),  # 0: always holds
             ("grip_from_s", "<f8", (n_axes, GRIPS)),
             ("grip_to_s", "<f8", (n_axes, GRIPS)),
+            *force_filter_fields(),
             *effect_fields(n_axes),
             *schedule_fields(),
         ]
@@ -162,6 +164,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:
             ("hand_position_rad", "<f8", axis),  # where the hand wants the joint
             ("hand_velocity_rad_s", "<f8", axis),
             ("encoder", "<i8", (n_axes, ENCODER_STATE)),  # of the counters of finite width
+            *force_filter_state_fields(n_axes),
             *effect_state_fields(n_axes),
             *memory_fields(n_axes),
         ]
@@ -217,6 +220,7 @@ def _fill_force(p: np.void, table: Options, rig: Rig) -> None:
     p["force_noise_n"] = table["noise_n"]
     p["force_drift_n"] = table["drift_n_sqrt_s"] * math.sqrt(rig.period_s)
     p["force_bias_n"] = table["bias_n"]
+    fill_force_filter(p, table, rig.period_s)
     p["force_crosstalk"] = table["crosstalk"]
     for name in ("tip_kg", "tip_center_m", "gravity_m_s2"):
         p[name] = table[name]

@@ -11,6 +11,7 @@ from hw.encoder import unwrap, wrap
 from hw.interface import Options
 from hw.kept_readings import keep, show
 from hw.mock.drift import temperature
+from hw.mock.force_filter import shown_torque
 from hw.mock.jit import compiled
 from hw.mock.noise import normal
 from hw.mock.tip import weigh
@@ -87,7 +88,7 @@ def sense_axes(t: np.record, s: np.record, p: np.record) -> None:
 def _tip_force(k: int, s: np.record, p: np.record) -> float:
     force = 0.0
     for axis in range(len(s.hand_torque_nm)):
-        force += p.tip_per_joint[k, axis] * s.hand_torque_nm[axis]
+        force += p.tip_per_joint[k, axis] * shown_torque(s, p, axis)
     return force
 
 

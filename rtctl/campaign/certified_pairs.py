@@ -11,6 +11,7 @@ import numpy as np
 from hw.mock.family import FAMILY
 from rtctl.campaign.draws import log_uniform
 from rtctl.check import stability_report
+from rtctl.check.admittance_figures import quicker_sensor
 from rtctl.control import admittance_margin
 from rtctl.control.admittance_loop import AdmittanceLoop
 from rtctl.control.environments.table import Environment
@@ -22,6 +23,9 @@ from rtctl.simulation.family import with_plant
 PAIRS = 20
 """Hands in worlds, of each rig."""
 
+
+_SENSOR_STREAM = 31
+"""Draws of the force sensor: the rigs are otherwise those of earlier campaigns."""
 
 TRIES = 60
 """Rigs drawn until one is certified; then the index is left out."""
@@ -71,8 +75,15 @@ def _with(plant: str) -> LoadedConfig:
     return with_plant(_shipped(), plant)
 
 
-def _loaded(plant: str, draw: np.random.Generator) -> LoadedConfig:
-    """The shipped rig with this plant, at random numbers."""
+def _sensor(seed: int, index: int) -> dict[str, Any]:
+    """The force sensor's own filter, of rig `index`: none of half of them."""
+    draw = np.random.default_rng((seed, index, _SENSOR_STREAM))
+    lowpass_hz = float(draw.choice([0.0, log_uniform(draw, 30.0, 1000.0)]))
+    return {"lowpass_hz": lowpass_hz, "delay_ticks": int(draw.choice([0, 0, 1, 2, 4]))}
+
+
+def _loaded(plant: str, sensor: dict[str, Any], draw: np.random.Generator) -> LoadedConfig:
+    """The shipped rig with this plant and force sensor, at random numbers."""
     base = _with(plant)
     table = base.config.model_dump(mode="json", by_alias=True)
     axis: dict[str, Any] = table["axis"][0]
@@ -94,7 +105,8 @@ def _loaded(plant: str, draw: np.random.Generator) -> LoadedConfig:
         "hand_damping_nms_rad": log_uniform(draw, 0.05, 1.0),
         "hand_inertia_kgm2": log_uniform(draw, 0.001, 0.02),
     }
-    return base.model_copy(update={"config": Config.model_validate(table)})
+    options = {**base.options, "force": {**base.options["force"], **sensor}}
+    return base.model_copy(update={"config": Config.model_validate(table), "options": options})
 
 
 def drawn(seed: int, index: int) -> Rig | None:
@@ -102,8 +114,9 @@ def drawn(seed: int, index: int) -> Rig | None:
     draw = np.random.default_rng((seed, index))
     plant = str(draw.choice(list(FAMILY)))
     friction = float(draw.choice([1.0, log_uniform(draw, 0.01, 1.0)]))
+    sensor = _sensor(seed, index)
     for tried in range(TRIES):
-        loaded = _loaded(plant, draw)
+        loaded = _loaded(plant, sensor, draw)
         loop = stability_report.admittance_loop(loaded, 0)
         if admittance_margin.judge_stiffest(loop).ok and _certified(loop):
             proved = loop.bristle_nm_rad == 0 or admittance_margin.judge_stuck(loop).ok
@@ -118,6 +131,8 @@ def _certified(loop: AdmittanceLoop) -> bool:
     if not (admittance_margin.judge(loop).ok and admittance_margin.judge_rubbing(loop)[0].ok):
         return False
     if not all(admittance_margin.judge_stiffest(one).ok for one in admittance_margin.less_help(loop)):
+        return False
+    if not all(admittance_margin.judge_stiffest(one).ok for one in quicker_sensor(loop)):
         return False
     return loop.sample_ticks > 1 or admittance_margin.proof(loop).proved
 

@@ -1,8 +1,8 @@
 """Is an admittance display that `rtctl check` certifies stable in the hands it is certified for? `rtctl campaign --admittance`.
 
 Every rig follows from `(seed, index)` alone: a plant of the mock's family, with all of its friction and the help with it of the
-rig file's learned model and observer, or with a hundredth and more of its friction and no help; random mass, damping, gains
-and a random box of hands. A rig that the certificate refuses, or does not prove, is drawn again,
+rig file's learned model and observer, or with a hundredth and more of its friction and no help; random mass, damping, gains,
+a force sensor with a low-pass and delay of its own or none, and a random box of hands. A rig that the certificate refuses, or does not prove, is drawn again,
 and counted. Each rig is held by `PAIRS` hands of its box, at its corners and inside, most of them with hardly any damping, in
 random worlds. The law runs as it is but for watch and account, which would calm what the certificate let through.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from rtctl.check.force_way import ForceWay
 from rtctl.control import stability
 from rtctl.friction.guarantee import Guarantee
 from rtctl.friction.margins import FrictionFigures
@@ -60,6 +61,8 @@ class AxisFigures:
     compensates: bool
     """True when feed-forward or observer help with the friction."""
     force_sensor: bool
+    force_way: ForceWay
+    """What the sensor's own filter makes of a force, and who said so."""
 
     @property
     def between(self) -> stability.Between:

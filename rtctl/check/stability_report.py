@@ -29,7 +29,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hw.interface import Joint
-from rtctl.check import lateness
+from rtctl.check import force_way, lateness
 from rtctl.check.admittance_figures import AdmittanceFigures, figures_of, loop_of
 from rtctl.check.axis_report import AxisFigures
 from rtctl.check.lateness import Lateness
@@ -73,12 +73,11 @@ class AxisReport(AxisFigures):
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""
         plain = {one.name: getattr(self, one.name) for one in fields(self)}
-        friction = None if self.friction is None else asdict(self.friction)
         sure = {**asdict(self.guarantee), "given_most_j": self.guarantee.given_most_j}
-        rows = [row.to_dict() for row in self.verdicts]
-        admittance = None if self.admittance is None else asdict(self.admittance)
-        plain |= {"admittance": admittance, "loop": None if self.loop is None else asdict(self.loop)}
-        return {**plain, "friction": friction, "guarantee": sure, "verdicts": rows, "ok": self.ok}
+        for name in ("friction", "admittance", "loop", "force_way"):
+            plain[name] = None if plain[name] is None else asdict(plain[name])
+        plain["verdicts"] = [row.to_dict() for row in self.verdicts]
+        return {**plain, "guarantee": sure, "ok": self.ok}
 
 
 @dataclass(frozen=True)
@@ -266,6 +265,7 @@ def _figures(  # longer than 50 lines: one figure a line
         guarantee=guaranteed[2],
         compensates=_compensates(loaded, axis, figures),
         force_sensor="force" not in loaded.config.rig.absent,
+        force_way=force_way.of_axis(loaded, index),
     )
 
 

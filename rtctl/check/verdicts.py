@@ -10,6 +10,8 @@ from collections.abc import Callable
 
 from rtctl.check import (
     verdicts_of_admittance,
+    verdicts_of_admittance_steps,
+    verdicts_of_force,
     verdicts_of_friction,
     verdicts_of_load,
     verdicts_of_loop,
@@ -28,6 +30,7 @@ IMPEDANCE: tuple[Test, ...] = (
     verdicts_of_loop.encoder_steps,
     verdicts_of_friction.two_lines,
     verdicts_of_observer.closed_loop,
+    verdicts_of_force.sensor_of_an_observer,
     verdicts_of_units.torque_of_a_count,
 )
 """Tests of a coupling, and of what only the device's damping is held against."""
@@ -40,7 +43,8 @@ ADMITTANCE: tuple[Test, ...] = (
     verdicts_of_admittance.any_hand,
     verdicts_of_admittance.vibrations,
     verdicts_of_admittance.lateness,
-    verdicts_of_admittance.steps,
+    verdicts_of_force.sensor_of_an_admittance,
+    verdicts_of_admittance_steps.steps,
 )
 """Tests of an axis that is displayed as an admittance, in their place; why, says `verdicts_of_admittance`."""
 

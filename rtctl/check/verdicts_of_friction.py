@@ -116,13 +116,14 @@ def wish(s: Subject) -> list[Verdict]:
     alpha = -math.expm1(-2 * math.pi * lowpass_hz * s.period_s)
     loop = lead * alpha / (2 - alpha)
     passes_hz = _intent_bound_hz(lead, s.period_s)
-    late = math.ceil(s.axis.delay_ticks) + s.axis.sample_ticks - 1
-    later_hz = _late_bound_hz(lead, late, s.period_s)
+    late = math.ceil(s.axis.delay_ticks) + s.axis.sample_ticks - 1 + s.axis.force_way.ticks
+    later_hz = _late_bound_hz(lead, late, s.period_s, s.axis.force_way.sensor_hz)
     quiet = lowpass_hz <= later_hz
     beyond = Outcome.FAIL if not loop < 1 else Outcome.NOT_PROVED
     meaning = f"loop gain at half the rate with a hand of {heaviest:g} kg m^2: intent_lowpass_hz up to {passes_hz:.4g}"
-    if late > 0:
-        meaning += f", and {later_hz:.4g} with what is {late} ticks late"
+    if late > 0 or s.axis.force_way.sensor_hz > 0:
+        own = f" and a sensor of {s.axis.force_way.sensor_hz:g} Hz" if s.axis.force_way.sensor_hz > 0 else ""
+        meaning += f", and {later_hz:.4g} with what is {late} ticks late{own}"
     return [
         s.row(
             "intent over the mass of a hand",
@@ -149,16 +150,17 @@ def _intent_bound_hz(lead: float, T: float) -> float:
     return math.floor(10 * hz * (1 - 1e-9)) / 10
 
 
-def _late_bound_hz(lead: float, late: int, T: float) -> float:
-    """Bandwidth up to which the same loop settles if the torque comes `late` ticks later, Hz, rounded down."""
-    low, high = 0.0, 1.0
+def _late_bound_hz(lead: float, late: int, T: float, sensor_hz: float = 0.0) -> float:
+    """Bandwidth up to which the same loop settles if the torque comes `late` ticks later, behind the sensor's own low-pass, Hz, rounded down.
+
+    With beta of that low-pass: z^late (z - (1 - alpha))(z - (1 - beta)) + alpha beta lead z = 0; without it the same with beta 1.
+    """
+    low, high, kept = 0.0, 1.0, math.exp(-2 * math.pi * sensor_hz * T) if sensor_hz > 0 else 0.0
     for _ in range(30):
         alpha = 0.5 * (low + high)
-        roots = np.roots(
-            [1.0, alpha - 1.0, *[0.0] * (late - 1), alpha * lead]
-            if late
-            else [1.0, alpha - 1.0 + alpha * lead]
-        )
+        own = [1.0, alpha - 1.0 - kept, (1.0 - alpha) * kept, *[0.0] * late]
+        own[-2] += alpha * (1.0 - kept) * lead
+        roots = np.roots(own)
         low, high = (alpha, high) if np.abs(roots).max() < 1 else (low, alpha)
     if low > 1 - 1e-6:
         return math.inf

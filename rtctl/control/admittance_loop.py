@@ -3,7 +3,7 @@
 Pure functions of numbers. One loop is
 
 - joint, dry friction (sliding, or stuck on its bristles), current loop and hand of `drive_in_hand`;
-- the force: the sensor's low-pass, then the law's own;
+- the force: the sensor's own low-pass and delay, then the axis's and the display's low-pass, both the law's;
 - the virtual mass m, damped by b_v, with a linear world of stiffness k_e and damping b_e on it:
   v_r+ = (m v_r + T (tau_f - k_e x_r+ - b_e v_r+))/(m + b_v T), x_r+ = x_r + T v_r+, solved for v_r+;
 - the torque K_v (v_r+ - v_hat) + K_p (x_r+ - x) + z <J (v_r+ - v_r)/T + b v_r+ - tau_f>, v_hat the low-passed difference of
@@ -25,7 +25,15 @@ from itertools import product
 import numpy as np
 
 from rtctl.control.disturbance_observer import SMOOTHING
-from rtctl.control.drive_in_hand import RIGID, ElasticJoint, exponential, frequency_hz, plant, position
+from rtctl.control.drive_in_hand import (
+    RIGID,
+    STATES,
+    ElasticJoint,
+    exponential,
+    frequency_hz,
+    plant,
+    position,
+)
 from rtctl.control.velocity import lowpass_alpha
 
 WORLD_STIFFNESS_NM_RAD = 1e6
@@ -69,8 +77,11 @@ class AdmittanceLoop:
     """The proof covers every virtual mass from `mass_kgm2` to this one; 0: that one alone. More damping is covered anyway, as
     a damper of the world is.
     """
+    sensor_hz: float = 0.0
+    """The force sensor's own low-pass; 0: none. The next field is what it is late besides, ticks, whole ones."""
+    sensor_ticks: int = 0
+    intake_lowpass_hz: float = 0.0
     force_lowpass_hz: float = 0.0
-    sensor_lowpass_hz: float = 0.0
     velocity_lowpass_hz: float = 0.0
     feedforward: float = 0.0
     """Share z of J a_r + b v_r - tau_f that is sent, behind a low-pass."""
@@ -170,24 +181,25 @@ def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
 
     Notes
     -----
-    States: p of `drive_in_hand.plant` (5), the commands of the last ticks (D), the last position, the sensor's low-pass, the law's
-    low-pass, v_hat, v_r, x_r, the torque sent ahead, and the observer's q1, w1, q2, w2. Columns are built by running one frame from every unit
-    state, all points at once.
+    States: p of `drive_in_hand.plant`, the commands of the last ticks (D), what the force sensor has not shown yet (L), the last position,
+    the force's two low-passes, v_hat, v_r, x_r, the torque sent ahead, and the observer's q1, w1, q2, w2. Columns are built by running
+    one frame from every unit state, all points at once.
     """
     T, n = loop.period_s, loop.sample_ticks
     A, hand, _ = plant(loop, at)
     whole = math.floor(loop.delay + 1e-9)
     rest = max(loop.delay - whole, 0.0)
-    D = max(whole + 2, 1 + loop.acting_ticks, 1)
-    size = 5 + D + 11
+    D, L = max(whole + 2, 1 + loop.acting_ticks, 1), math.ceil(loop.sensor_ticks / n)
+    size = STATES + D + L + 11
     early, late = exponential(A * (rest * T)), exponential(A * ((1 - rest) * T))
     s = np.broadcast_to(np.eye(size), (at.size, size, size)).copy()  # a state per column
-    p, u = s[:, :5], s[:, 5 : 5 + D]
-    before, sensed, felt, v_hat, v_r, x_r, ahead, q1, w1, q2, w2 = (s[:, 5 + D + i] for i in range(11))
+    p, u, late_force = np.split(s[:, : size - 11], (STATES, STATES + D), axis=1)
+    before, sensed, felt, v_hat, v_r, x_r, ahead, q1, w1, q2, w2 = (s[:, size - 11 + i] for i in range(11))
     x = position(loop, at, p)
-    tau_h = np.einsum("ki,kij->kj", hand[:, :5], p) + hand[:, 5:6] * u[:, whole]
+    shown = np.einsum("ki,kij->kj", hand[:, :STATES], p) + hand[:, STATES:] * u[:, whole]
+    forces = np.concatenate([shown[:, None], late_force], axis=1)  # newest first
     sensed_before = sensed
-    sensed = sensed + lowpass_alpha(loop.sensor_lowpass_hz, T) * (tau_h - sensed)
+    sensed = sensed + lowpass_alpha(loop.intake_lowpass_hz, T) * (forces[:, L] - sensed)
     felt = felt + lowpass_alpha(loop.force_lowpass_hz, T) * (sensed - felt)  # both once a sample
     v = (x - before) / (n * T)
     v_hat = v_hat + over(loop.velocity_lowpass_hz, loop) * (v - v_hat)
@@ -216,10 +228,10 @@ def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
         sent = sent + share * ahead + helps
         commands = np.concatenate([sent[:, None], u], axis=1)  # newest first
         for step, older in ((early, whole + 1), (late, whole)):
-            p = step[:, :5, :5] @ p + step[:, :5, 5:6] * commands[:, older][:, None]
+            p = step[:, :STATES, :STATES] @ p + step[:, :STATES, STATES:] * commands[:, older][:, None]
         u = commands[:, :D]
     ends = (x, sensed, felt, v_hat, v_r, x_r, ahead, q1, w1, q2, w2)
-    return np.concatenate((p, u, *(one[:, None] for one in ends)), axis=1)
+    return np.concatenate((p, u, forces[:, :L], *(one[:, None] for one in ends)), axis=1)
 
 
 def over(hz: float, loop: AdmittanceLoop) -> float:

@@ -191,6 +191,28 @@ def largest_hand(loop: AdmittanceLoop, *, world: bool = True, most: float = 1e5)
     return most
 
 
+SENSORS_HZ = (2000.0, 10.0)
+"""Own low-passes of a force sensor that are tried, from the quickest to the slowest."""
+
+
+def slowest_sensor(loop: AdmittanceLoop) -> float:
+    """Own low-pass of the force sensor down to which all that is tried passes, Hz; 0: the slowest tried passes, infinite: not even the quickest.
+
+    The quickest first: what passes is the stretch down to the first that does not. Confirmed by the grid, and with dry friction.
+    """
+
+    def passes(hz: float) -> bool:
+        return _passes(replace(loop, sensor_hz=hz))
+
+    quicker = 0.0
+    for hz in np.geomspace(*SENSORS_HZ, _STEPS):
+        if not passes(float(hz)):
+            found = _between(passes, quicker, float(hz)) if quicker > 0 else float(hz)
+            return _confirmed(loop, found, 1.03, _with_sensor) or math.inf
+        quicker = float(hz)
+    return 0.0
+
+
 def smallest_mass(loop: AdmittanceLoop) -> float:
     """Least virtual mass from which on, up to 64 times the joint's inertia, all that is tried passes, kg m^2; 0 if none does."""
     masses = np.geomspace(loop.inertia_kgm2 / 16, loop.inertia_kgm2 * _HEAVIEST, _STEPS)
@@ -225,6 +247,10 @@ def _with_mass(loop: AdmittanceLoop, mass: float) -> AdmittanceLoop:
     """With the share that is sent ahead of a mass below the joint's (`admittance_table.AdmittanceTable.sent_ahead`)."""
     now, then = (min(1.0, one / loop.inertia_kgm2) for one in (loop.mass_kgm2, mass))
     return replace(loop, mass_kgm2=mass, feedforward=loop.feedforward * then / now)
+
+
+def _with_sensor(loop: AdmittanceLoop, hz: float) -> AdmittanceLoop:
+    return replace(loop, sensor_hz=hz)
 
 
 def _with_damping(loop: AdmittanceLoop, damping: float) -> AdmittanceLoop:

@@ -9,7 +9,8 @@ and p, q come from drive, filters and the aliases s + 2 pi j n/T, in which the h
 kept that holds them for all hands of the cell. Apart from that disc F is affine in each of k_h, b_h, m_h, k_e, b_e and m.
 
 Symbols: a_n spectrum of the held, late torque (current loop included) at an alias, per sample; D = d0 + d1 Z_h the
-impedance that the torque meets; x0 + x1 Z_h over D the velocity that the encoder sees, -t1 Z_h over D the hand's torque.
+impedance that the torque meets; x0 + x1 Z_h over D the velocity that the encoder sees, -t1 Z_h over D the hand's torque, of which
+the sensor shows H(s) = w_s/(s + w_s) times z^-L.
 """
 
 from __future__ import annotations
@@ -27,6 +28,9 @@ from rtctl.control.velocity import lowpass_alpha
 
 _ALIASES = 6
 """On each side; what is farther is bounded."""
+
+_APART = 0.95
+"""A sensor whose cut-off is nearer to the current loop's is taken for one of this share of it: equal ones would be a double pole."""
 
 
 @dataclass(frozen=True)
@@ -116,8 +120,11 @@ def coefficients(drive: Joint, s: Disc, hands: HandCell) -> Coefficients:
     main = _held(loop, s, back)
     inverse = s.inverse()
     d0, d1, x0, x1, t1 = drive.at(s, inverse)
-    R_x, R_t = _aliases(drive, s, back, hands, _whole_sum(loop, last) - main)
-    sensor = _lowpass(loop.sensor_lowpass_hz, T, last)
+    shown = main * _sensor(loop, s)
+    R_x, R_t = _aliases(drive, s, back, hands, _whole_sum(loop, last) - shown)
+    sensor = _lowpass(loop.intake_lowpass_hz, T, last)
+    for _ in range(loop.sensor_ticks):
+        sensor = sensor * last
     C_x = (_lowpass(loop.velocity_lowpass_hz, T, last) * back) * (-loop.velocity_gain_nms_rad / T)
     C_x = C_x - loop.position_gain_nm_rad
     E, C_t = point(np.ones_like(s.center)), point(np.zeros_like(s.center))
@@ -136,9 +143,9 @@ def coefficients(drive: Joint, s: Disc, hands: HandCell) -> Coefficients:
     reach = reach * felt
     return Coefficients(
         p0=E * d0 - from_x * x0,
-        p1=E * d1 - from_x * x1 + main * C_f * t1,
+        p1=E * d1 - from_x * x1 + shown * C_f * t1,
         q0=reach * R_t * d0,
-        q1=reach * (R_t * d1 - main * t1),
+        q1=reach * (R_t * d1 - shown * t1),
         back=back,
     )
 
@@ -152,11 +159,35 @@ def _held(loop: AdmittanceLoop, s: Disc, back: Disc) -> Disc:
     return out
 
 
+def _sensor(loop: AdmittanceLoop, s: Disc) -> Disc:
+    """H at s."""
+    if loop.sensor_hz == 0:
+        return point(np.ones_like(s.center))
+    return (s * (1 / (2 * math.pi * _sensor_hz(loop))) + 1.0).inverse()
+
+
+def _sensor_hz(loop: AdmittanceLoop) -> float:
+    near = _APART * loop.lag_hz < loop.sensor_hz < loop.lag_hz / _APART
+    return _APART * loop.lag_hz if near else loop.sensor_hz
+
+
 def _whole_sum(loop: AdmittanceLoop, last: Disc) -> Disc:
-    """Sum of all a_n: the torque at the moment of a sample, by the commands before."""
+    """Sum of all a_n H(s_n): the torque at the moment of a sample, as the sensor's low-pass would show it, by the commands before.
+
+    Behind both current loop and sensor, of cut-offs l and s: 1/((1 + jf/l)(1 + jf/s)) = (s/(1 + jf/l) - l/(1 + jf/s))/(s - l).
+    """
+    lag_hz, sensor_hz = loop.lag_hz, _sensor_hz(loop)
+    if lag_hz == 0 or sensor_hz == 0:
+        return _held_sum(loop, lag_hz or sensor_hz, last)
+    by_lag, by_sensor = _held_sum(loop, lag_hz, last), _held_sum(loop, sensor_hz, last)
+    return by_lag * (sensor_hz / (sensor_hz - lag_hz)) - by_sensor * (lag_hz / (sensor_hz - lag_hz))
+
+
+def _held_sum(loop: AdmittanceLoop, hz: float, last: Disc) -> Disc:
+    """The held, late commands behind one low-pass (0: none), at the moment of a sample."""
     whole = math.floor(loop.delay + 1e-9)
     rest = max(loop.delay - whole, 0.0)
-    kept = math.exp(-2 * math.pi * loop.lag_hz * loop.period_s) if loop.lag_hz > 0 else 0.0
+    kept = math.exp(-2 * math.pi * hz * loop.period_s) if hz > 0 else 0.0
     newer = kept ** (1 - rest)
     out = last * (newer - kept) + (1 - newer)
     for _ in range(whole + 1):
@@ -165,7 +196,7 @@ def _whole_sum(loop: AdmittanceLoop, last: Disc) -> Disc:
 
 
 def _aliases(drive: Joint, s: Disc, back: Disc, hands: HandCell, rest: Disc) -> tuple[Disc, Disc]:
-    """What position and force of all aliases but the first add, for all hands of a cell; `rest`: sum of their a_n."""
+    """What position and force of all aliases but the first add, for all hands of a cell; `rest`: sum of their a_n H(s_n)."""
     loop, T = drive.loop, drive.loop.period_s
     (k, w_k), (b, w_b), (m, w_m) = (_middle(one) for one in (hands.k_h, hands.b_h, hands.m_h))
     mass, J = Disc(m + 0j, w_m), loop.inertia_kgm2
@@ -180,14 +211,15 @@ def _aliases(drive: Joint, s: Disc, back: Disc, hands: HandCell, rest: Disc) -> 
         d0, d1, x0, x1, t1 = drive.at(alias, inverse)
         D = (d0 + d1 * hand).inverse()
         a = _held(loop, alias, back)
+        shown = a * _sensor(loop, alias)
         if drive.rigid:
             R_x = R_x + a * inverse * D
             held = inverse * drive.bristle_nm_rad + own
-            R_t = R_t + a * (mass * held - soft * J) * (mass + J).inverse() * D
+            R_t = R_t + shown * (mass * held - soft * J) * (mass + J).inverse() * D
             continue
         top = d1.inverse()
         R_x = R_x + a * inverse * (x1 * top + (x0 - x1 * d0 * top) * D)
-        R_t = R_t + a * (t1 * d0 * top * D - t1 * top)
+        R_t = R_t + shown * (t1 * d0 * top * D - t1 * top)
     least = (2 * _ALIASES + 1) * math.pi / T - float(np.max(s.radius, initial=0.0))
     # of |a_n| <= |1 - 1/z| |e^(-s d T)|/(|s_n| T), and the sum of 1/|s_n|^2 beyond: 2 (T/2 pi)^2/(n - 1/4)
     rate = 2 * (T / (2 * math.pi)) ** 2 / (_ALIASES - 0.25)

@@ -116,14 +116,16 @@ def observe_friction(t: Record, s: Record, p: Record, axis: int, elapsed: int) -
 
 
 @compiled
-def _turning(s: Record, axis: int) -> float:
+def _turning(s: Record, p: Record, axis: int) -> float:
     """Share of the observer's torque while the bristles turn, for a policy whose direction turns by itself.
 
     On a joint that sticks the friction observed is the torque that acts, so that the observer holds on to its own: it follows within
-    its lag over 1 - gain, a tenth of a second, and held the joint back for as long at every turn.
+    its lag over 1 - gain, a tenth of a second, and held the joint back for as long at every turn. On a joint that rests the share
+    stays what it was: as a function of the bristles it is a late spring, gain x torque over their length, and shook a carriage at 42 Hz.
     """
-    end = min(max(2.0 * abs(s.bristle_share[axis]) - 1.0, 0.0), 1.0)
-    return TURNING_SHARE + (1.0 - TURNING_SHARE) * end
+    if not is_resting(s, p, axis):
+        s.observer_end[axis] = min(max(2.0 * abs(s.bristle_share[axis]) - 1.0, 0.0), 1.0)
+    return TURNING_SHARE + (1.0 - TURNING_SHARE) * s.observer_end[axis]
 
 
 @inlined
@@ -146,7 +148,7 @@ def observer_torque(t: Record, s: Record, p: Record, model: Record, axis: int, e
     beyond = max(abs(rest) - p.observer_deadband_nm[axis], 0.0)
     torque = t.compensation[axis] * p.observer_gain[axis] * math.copysign(beyond, rest)
     if p.friction_policy[axis] == _HYBRID:
-        torque *= _turning(s, axis)
+        torque *= _turning(s, p, axis)
     v = t.velocity_rad_s[axis]
     branch = FORWARD if v >= 0.0 else BACKWARD
     if model.n_segments[branch] > 0:

@@ -2,7 +2,7 @@
 
 Pure functions of numbers: the joint, rigid or of two masses, its damping, the bristles of a joint that sticks, a first-order
 current loop, and a hand (stiffness k_h to ground, damping b_h, mass m_h) behind the force sensor,
-tau_h = -(m_h dv/dt + b_h v + k_h x).
+tau_h = -(m_h dv/dt + b_h v + k_h x), and the sensor's own low-pass, through which the law sees tau_h (docs/theory.md 2.14).
 """
 
 from __future__ import annotations
@@ -26,6 +26,9 @@ _HALVINGS = 12
 _TERMS = 8
 _UNUSED_1_S = -1e3
 """States that a joint does not have die out."""
+
+STATES = 6
+"""Number of states of `plant`."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +69,10 @@ class Drive(Protocol):
     @property
     def lag_hz(self) -> float:
         """Bandwidth of the current loop; 0: ideal."""
+
+    @property
+    def sensor_hz(self) -> float:
+        """Cut-off of the force sensor's own low-pass; 0: none."""
 
     @property
     def motor_share(self) -> float:
@@ -117,7 +124,9 @@ def exponential(A: np.ndarray) -> np.ndarray:
 
 
 def plant(loop: Drive, points: Hands) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """dp/dt = A p + B u and tau_h = c p + d u of every point, u and p = (x_m, v_m, x_l, v_l, i) in one: (p, u)."""
+    """dp/dt = A p + B u of every point, u and p = (x_m, v_m, x_l, v_l, i, f) in one: (p, u), and what the sensor shows as (c, d) of it:
+    f, its low-pass, or without one tau_h itself.
+    """
     shares = np.array([(one.link_share, one.stiffness_nm_rad, one.damping_nms_rad) for one in loop.joints])
     share, k_j, b_j = shares[points.joint.astype(int)].T
     rigid = k_j == 0.0
@@ -127,9 +136,9 @@ def plant(loop: Drive, points: Hands) -> tuple[np.ndarray, np.ndarray, np.ndarra
     b_m = b_m + BRISTLE_DAMPING_SHARE * critical
     b_l = np.where(rigid, 0.0, (1 - loop.motor_share) * b) + points.b_h
     J_m, J_l = np.where(rigid, J, (1 - share) * J), np.where(rigid, 0.0, share * J) + points.m_h
-    A = np.zeros((n, 6, 6))
+    A = np.zeros((n, STATES + 1, STATES + 1))
     A[:, 0, 1], A[:, 2, 3] = 1.0, 1.0
-    motor, link = np.zeros((n, 6)), np.zeros((n, 6))
+    motor, link = np.zeros((n, STATES + 1)), np.zeros((n, STATES + 1))
     motor[:, 0], motor[:, 1], motor[:, 4] = -(points.bristle + k_j), -(b_m + b_j), 1.0
     motor[:, 2], motor[:, 3] = k_j, b_j
     link[:, 2], link[:, 3], link[:, 0], link[:, 1] = -(k_j + points.k_h), -(b_j + b_l), k_j, b_j
@@ -139,9 +148,9 @@ def plant(loop: Drive, points: Hands) -> tuple[np.ndarray, np.ndarray, np.ndarra
     A[:, 1] = np.where(rigid[:, None], whole / (J_m + J_l)[:, None], motor / J_m[:, None])
     A[:, 3] = np.where(rigid[:, None], A[:, 1], link / np.where(rigid, 1.0, J_l)[:, None])
     tau = 2 * math.pi * loop.lag_hz
-    A[:, 4, 4], A[:, 4, 5] = -tau, tau
+    A[:, 4, 4], A[:, 4, STATES] = -tau, tau
     if tau == 0:  # the torque is the command itself
-        A[:, :, 5] += A[:, :, 4]
+        A[:, :, STATES] += A[:, :, 4]
         A[:, :, 4] = 0.0
         A[:, 4, 4] = _UNUSED_1_S
     at, moving = np.where(rigid, 0, 2), np.where(rigid, 1, 3)
@@ -152,7 +161,20 @@ def plant(loop: Drive, points: Hands) -> tuple[np.ndarray, np.ndarray, np.ndarra
     A[rigid, 2:4] = 0.0
     A[rigid, 2, 2] = A[rigid, 3, 3] = _UNUSED_1_S
     hand[rigid, 2:4] = 0.0
-    return A, hand, rigid
+    return A, _sensed(loop, A, hand), rigid
+
+
+def _sensed(loop: Drive, A: np.ndarray, hand: np.ndarray) -> np.ndarray:
+    """What the sensor shows, as (c, d) of (p, u); its low-pass is put into the last row of A."""
+    cut = 2 * math.pi * loop.sensor_hz
+    if cut == 0:
+        A[:, 5, 5] = _UNUSED_1_S
+        return hand
+    A[:, 5] = cut * hand
+    A[:, 5, 5] -= cut
+    shown = np.zeros_like(hand)
+    shown[:, 5] = 1.0
+    return shown
 
 
 def position(loop: Drive, points: Hands, p: np.ndarray) -> np.ndarray:

@@ -19,7 +19,7 @@ from rtctl.control.load_friction import load_friction, load_gain
 from rtctl.control.place_friction import place_magnitude
 from rtctl.control.place_trust import place_of, place_trust
 from rtctl.control.records import Record
-from rtctl.control.resting import while_bent
+from rtctl.control.resting import calm_speed, while_bent
 from rtctl.control.vocabulary import Fault, Policy
 
 _OFF = int(Policy.OFF)
@@ -252,10 +252,11 @@ def friction_feedforward(
     side = direction if direction != 0.0 else v
     branch = FORWARD if side >= 0.0 else BACKWARD
     place, trust = place_of(s, p, axis), place_trust(s, p, axis)
-    load = load_friction(t, s, p, model, axis, abs(v))
-    magnitude, friction = compensated_magnitude(p, model, axis, branch, abs(v), place, trust, load)
+    speed = calm_speed(s, p, axis, abs(v))
+    load = load_friction(t, s, p, model, axis, speed)
+    magnitude, friction = compensated_magnitude(p, model, axis, branch, speed, place, trust, load)
     encoder = t.velocity_rad_s[axis]
-    if v != encoder:
+    if speed != abs(encoder):
         load = load_friction(t, s, p, model, axis, abs(encoder))
         allowed, _ = compensated_magnitude(p, model, axis, branch, abs(encoder), place, trust, load)
         if not allowed >= magnitude:  # or NaN
@@ -264,7 +265,7 @@ def friction_feedforward(
     faults = 0
     if not math.isfinite(magnitude) or not math.isfinite(friction):
         magnitude, friction, faults = 0.0, 0.0, _F_LAW
-    inside = max(abs(v), abs(encoder)) <= model.speed_max_rad_s[branch]
+    inside = max(speed, abs(encoder)) <= model.speed_max_rad_s[branch]
     t.friction_model_nm[axis] = friction if inside else 0.0
     t.friction_sign[axis] = direction
     t.friction_gate[axis] = gate

@@ -10,7 +10,8 @@ a sample or more late, and a square wave that comes late feeds that spring: the 
 coupling is there, with and without help with friction (docs/theory.md 2.10). A torque that stands still feeds nothing.
 
 Why the mean, and not the middle: the torque stays what it was on the average, so that the joint comes to rest where it hummed. Why the gap goes
-slowly: a torque that jumps by some counts at once kicks the joint into the next hum.
+slowly: a torque that jumps by some counts at once kicks the joint into the next hum. The servo of an admittance, which answers a count of
+velocity by K_v Delta/T, is not told of either as of a motion (`reading_slip_rad`): it kicked the joint out of the flicker it had just been held in.
 
 What swings wider is answered as it is read, and so is a hand that turns back a few times. The position is wrong by less than `WIDE` counts,
 and only where friction surely holds the joint against as much (`friction.guarantee.holds_flicker`): one that glides would go from edge to edge.
@@ -63,7 +64,8 @@ def _turn(s: Record, p: Record, axis: int) -> None:
 @inlined
 def steady_reading(s: Record, p: Record, axis: int, reading: float, restart: bool) -> float:
     """Position of a fresh sample, rad: the finite `reading`, or the mean of those among which it flickers."""
-    count = p.count_rad[axis]
+    count, before = p.count_rad[axis], s.position_rad[axis]
+    s.reading_slip_rad[axis] = 0.0
     if restart or p.flicker_held[axis] == 0.0 or s.state != _ACTIVE or in_program(s, axis):
         _begin(s, axis, reading)
         s.reading_way[axis] = s.reading_gap_rad[axis] = 0.0
@@ -80,11 +82,14 @@ def steady_reading(s: Record, p: Record, axis: int, reading: float, restart: boo
         way = 1.0 if moved > 0.0 else -1.0
         if way * s.reading_way[axis] < 0.0:
             _turn(s, p, axis)
+            if s.reading_turns[axis] >= HELD_AFTER:
+                s.reading_slip_rad[axis] = s.reading_held_rad[axis] - before
         s.reading_way[axis], s.reading_rad[axis] = way, reading
     if s.reading_turns[axis] >= HELD_AFTER:
         return s.reading_held_rad[axis]
     if s.reading_turns[axis] > 0.0:
         s.reading_sum_rad[axis] += reading - s.reading_from_rad[axis]
         s.reading_ticks[axis] += 1.0
-    s.reading_gap_rad[axis] -= min(p.period_s / EASE_S, 1.0) * s.reading_gap_rad[axis]
+    s.reading_slip_rad[axis] = -min(p.period_s / EASE_S, 1.0) * s.reading_gap_rad[axis]
+    s.reading_gap_rad[axis] += s.reading_slip_rad[axis]
     return reading + s.reading_gap_rad[axis]

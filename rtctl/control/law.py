@@ -142,6 +142,8 @@ def _display(t: Record, s: Record, p: Record, c: Record, axis: int, elapsed: int
     begin_display(s, p, c, axis)
     t.display_kind[axis] = int(s.display_kind[axis])
     if is_admittance(s, axis):
+        if s.reading_slip_rad[axis] != 0.0 and elapsed > 0:
+            difference -= s.reading_slip_rad[axis] / (elapsed * p.period_s)
         torque = servo_torque(s, p, c, axis, elapsed, difference, t.hand_torque_nm[axis], not powered)
         t.mass_kgm2[axis], t.mass_damping_nms_rad[axis] = s.mass_kgm2[axis], s.mass_damping_nms_rad[axis]
     else:

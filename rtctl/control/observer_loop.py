@@ -7,7 +7,8 @@ Pure functions of numbers. One loop is
 - its dry friction, absent (the joint slides) or a spring of break-away over presliding length (it sticks);
 - the motor: torques held over a period, any delay, whole or not, a first-order current loop;
 - the law: the observer of `disturbance_observer` with its two low-passes, plain difference velocity and the torque it
-  believes to act, the force sensor's low-pass, and the coupling to a proxy at rest, or none (free motion).
+  believes to act, the force behind the sensor's own low-pass and delay and the law's low-pass, and the coupling to a proxy at
+  rest, or none (free motion).
 
 The plant between two samples is exact (matrix exponential). Fresh samples every n-th tick: the law's output is held
 over n ticks, so the frame is n periods long and the delay 1/n of its ticks; the coupling's damping, which then acts in
@@ -24,7 +25,7 @@ from itertools import product
 import numpy as np
 
 from rtctl.control.disturbance_observer import SMOOTHING
-from rtctl.control.drive_in_hand import RIGID, ElasticJoint, exponential, plant, position
+from rtctl.control.drive_in_hand import RIGID, STATES, ElasticJoint, exponential, plant, position
 from rtctl.control.velocity import lowpass_alpha
 
 HAND_STIFFNESS_NM_RAD = (0.0, *np.geomspace(3.0, 600.0, 9).tolist())
@@ -48,6 +49,9 @@ class Loop:
     sample_ticks: int = 1
     acting_ticks: int = 0
     """Delay by which the law goes when it asks which torque acted, ticks."""
+    sensor_hz: float = 0.0
+    """The force sensor's own low-pass; 0: none. The next field is what it is late besides, ticks, whole ones."""
+    sensor_ticks: int = 0
     force_lowpass_hz: float = 0.0
     stiffness_nm_rad: float = 0.0
     """Stiffness of the coupling; the next field is its damping."""
@@ -101,25 +105,26 @@ def matrices(loop: Loop, points: Points) -> np.ndarray:
 
     Notes
     -----
-    States: p of `drive_in_hand.plant` (5), the commands of the last frames (D), the last position, the force sensor's low-pass, and the
-    observer's q1, w1 (fast) and q2, w2 (slow) of torque and velocity.  Columns are built by running one frame from every
-    unit state, all points at once.
+    States: p of `drive_in_hand.plant`, the commands of the last frames (D), what the force sensor has not shown yet (L), the last
+    position, the law's low-pass of the force, and the observer's q1, w1 (fast) and q2, w2 (slow) of torque and velocity.  Columns
+    are built by running one frame from every unit state, all points at once.
     """
     n, frame = loop.sample_ticks, loop.sample_ticks * loop.period_s
     A, hand, _ = plant(loop, points)
     whole = math.floor(loop.delay / n + 1e-9)
     rest = max(loop.delay / n - whole, 0.0)
     acting = math.ceil((1 + loop.acting_ticks) / n)
-    D = max(whole + 2, acting)
-    size = 5 + D + 6
+    D, L = max(whole + 2, acting), math.ceil(loop.sensor_ticks / n)
+    size = STATES + D + L + 6
     early, late = exponential(A * (rest * frame)), exponential(A * ((1 - rest) * frame))
     k, N = points.size, size
     s = np.broadcast_to(np.eye(N), (k, N, N)).copy()  # a state per column
-    p, u = s[:, :5], s[:, 5 : 5 + D]
-    before, force, q1, w1, q2, w2 = (s[:, 5 + D + i] for i in range(6))
+    p, u, late_force = np.split(s[:, : size - 6], (STATES, STATES + D), axis=1)
+    before, force, q1, w1, q2, w2 = (s[:, size - 6 + i] for i in range(6))
     x = position(loop, points, p)
-    tau_h = np.einsum("ki,kij->kj", hand[:, :5], p) + hand[:, 5:6] * u[:, whole]
-    felt = force + lowpass_alpha(loop.force_lowpass_hz, loop.period_s) * (tau_h - force)  # once a sample
+    shown = np.einsum("ki,kij->kj", hand[:, :STATES], p) + hand[:, STATES:] * u[:, whole]
+    forces = np.concatenate([shown[:, None], late_force], axis=1)  # newest first
+    felt = force + lowpass_alpha(loop.force_lowpass_hz, loop.period_s) * (forces[:, L] - force)
     v = (x - before) / frame
     quick, slow = _alpha(SMOOTHING * loop.bandwidth_hz, loop), _alpha(loop.bandwidth_hz, loop)
     q1 = q1 + quick * (u[:, acting - 1] + force - q1)
@@ -133,8 +138,8 @@ def matrices(loop: Loop, points: Points) -> np.ndarray:
     sent = sent - coupled * (loop.stiffness_nm_rad * x + loop.damping_nms_rad * v)
     commands = np.concatenate([sent[:, None], u], axis=1)  # newest first
     for step, older in ((early, whole + 1), (late, whole)):
-        p = step[:, :5, :5] @ p + step[:, :5, 5:6] * commands[:, older][:, None]
-    rows = (p, commands[:, :D], *(one[:, None] for one in (x, felt, q1, w1, q2, w2)))
+        p = step[:, :STATES, :STATES] @ p + step[:, :STATES, STATES:] * commands[:, older][:, None]
+    rows = (p, commands[:, :D], forces[:, :L], *(one[:, None] for one in (x, felt, q1, w1, q2, w2)))
     return np.concatenate(rows, axis=1)
 
 

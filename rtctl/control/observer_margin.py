@@ -32,6 +32,10 @@ BANDWIDTHS_HZ = (1, 2, 3, 5, 7, 10, 12, 15, 17, 20, 22, 25, 27, 30, 35, 40, 50, 
 """What is tried for a remedy: what passes is no single stretch, as a slower filter lags more."""
 
 
+SENSORS_HZ = tuple(round(float(hz), 1) for hz in np.geomspace(2000.0, 8.0, 26))
+"""Own low-passes of a force sensor that are tried, from the quickest to the slowest."""
+
+
 @dataclass(frozen=True)
 class Finding:
     """What the grid says of a loop."""
@@ -62,14 +66,20 @@ def modes(loop: Loop, points: Points) -> tuple[np.ndarray, np.ndarray]:
     return size.max(axis=1), np.where(rings, size, 0.0).max(axis=1)
 
 
-def _kept(loop: Loop, points: Points) -> tuple[np.ndarray, np.ndarray]:
-    """Largest |eigenvalue| and share of damping kept, at every point."""
+def _kept(loop: Loop, points: Points, alone: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Largest |eigenvalue| and share of damping kept, at every point; `alone`: the vibrations' |eigenvalue| without the observer."""
     radius, ring = modes(loop, points)
-    _, alone = modes(replace(loop, gain=0.0), points)
+    if alone is None:
+        alone = _alone(loop, points)
     with np.errstate(divide="ignore", invalid="ignore"):
         rate, before = -np.log(ring) / loop.period_s, -np.log(alone) / loop.period_s
         share = rate / np.clip(before, 1e-3, DAMPED_1_S)
     return radius, np.where(ring > 0, share, 1.0)
+
+
+def _alone(loop: Loop, points: Points) -> np.ndarray:
+    """Largest |eigenvalue| of vibrations without the observer: then nothing goes by the force."""
+    return modes(replace(loop, gain=0.0, sensor_hz=0.0, sensor_ticks=0), points)[1]
 
 
 def judge(loop: Loop, points: Points | None = None) -> Finding:
@@ -106,6 +116,41 @@ def first_passing(loop: Loop, tried: Iterable[tuple[float, float]]) -> tuple[flo
         if (weak.size == 0 or judge(other, weak).ok) and judge(other).ok:
             return gain, bandwidth_hz
     return None
+
+
+def slowest_sensor(loop: Loop) -> float:
+    """Own low-pass of the force sensor down to which the observer passes, Hz; 0: the slowest tried passes, infinite: not even the quickest.
+
+    Searched at the points that are weak with some sensor, and confirmed at all.
+    """
+    points = grid(loop)
+    alone = _alone(loop, points)
+    weak = np.zeros(points.size, dtype=bool)
+    for hz in SENSORS_HZ[4::7]:
+        radius, kept = _kept(replace(loop, sensor_hz=hz), points, alone)
+        weak |= (radius > 1 + TOLERANCE) | (kept < 2 * KEPT_LEAST)
+    chosen = np.flatnonzero(weak)
+    some, some_alone = points[chosen], alone[chosen]
+
+    def passes(hz: float) -> bool:
+        if chosen.size == 0:
+            return True
+        return _passes_everywhere(loop, hz, some, some_alone)
+
+    held = 0
+    while held < len(SENSORS_HZ) and passes(SENSORS_HZ[held]):
+        held += 1
+    whole = held == len(SENSORS_HZ)
+    while held > 0 and not _passes_everywhere(loop, SENSORS_HZ[held - 1], points, alone):
+        held, whole = held - 1, False
+    if held == 0:
+        return math.inf
+    return 0.0 if whole else SENSORS_HZ[held - 1]
+
+
+def _passes_everywhere(loop: Loop, sensor_hz: float, points: Points, alone: np.ndarray) -> bool:
+    radius, kept = _kept(replace(loop, sensor_hz=sensor_hz), points, alone)
+    return bool(radius.max() <= 1 + TOLERANCE and kept.min() >= KEPT_LEAST)
 
 
 def largest_gain(loop: Loop) -> float:

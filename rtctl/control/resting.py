@@ -54,6 +54,9 @@ REST_HZ = 2.0
 OBSERVER_TIMES = 3.0
 """The observer's is so many times that on bent bristles."""
 
+FORGOTTEN_S = 1.0
+"""Time in which the largest speed of a joint that rests is forgotten, by 1/e: long against a vibration."""
+
 CALMING_S = 0.2
 """After so long in one place the observer's is still twice that."""
 
@@ -85,6 +88,22 @@ def advance_rest(s: Record, p: Record, axis: int, hand: float) -> None:
 def is_resting(s: Record, p: Record, axis: int) -> bool:
     """True when the joint cannot be told from one that stands."""
     return s.rest_ticks[axis] * p.period_s > REST_S
+
+
+@compiled
+def calm_speed(s: Record, p: Record, axis: int, speed: float) -> float:
+    """Speed that the feed-forward's curve is read at, >= 0: on a joint that rests the largest of late.
+
+    Where friction falls with speed, help that is held up at rest would fall and rise with every bend of the bristles, by more than the
+    joint's damping (22 N s/m on a carriage with .3), while what holds the joint is no curve of speed there.
+    """
+    held = s.calm_speed_rad_s[axis]
+    if is_resting(s, p, axis) and held > speed:
+        held += min(p.period_s / FORGOTTEN_S, 1.0) * (speed - held)
+    else:  # or no number
+        held = speed
+    s.calm_speed_rad_s[axis] = held
+    return float(held)
 
 
 @compiled

@@ -32,7 +32,19 @@ class VelocityTable(Table):
 class ForceTable(Table):
     """[axis.force]"""
 
-    lowpass_hz: float = number(0, 5000, "low-pass of the hand torque; 0 is off", default=0.0)
+    lowpass_hz: float = number(0, 5000, "low-pass of the hand torque, by the law; 0 is off", default=0.0)
+    sensor_lowpass_hz: float = number(
+        0,
+        1e5,
+        "the sensor's own low-pass, in hardware or firmware, as one of first order; 0: not known",
+        default=0.0,
+    )
+    sensor_delay_s: float = number(
+        0,
+        0.1,
+        "how late its force is besides: age of a sample, half the window of a moving average",
+        default=0.0,
+    )
     tare_s: float = number(0, 10, "time at rest over which the bias is averaged before arming", default=0.3)
     limit_n: float = number(
         0.01, 1e4, "range of the sensor, as its data sheet has it: at this value it is clipped", default=50.0

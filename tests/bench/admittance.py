@@ -44,9 +44,9 @@ class _Joint:
         self.b_l = (1 - loop.motor_share) * loop.viscous_nms_rad
 
     def rates(self, y: Array, command: Array) -> tuple[Array, Array]:
-        """dy/dt of (x, v, link's x, link's v, torque), and the hand's torque."""
+        """dy/dt of (x, v, link's x, link's v, torque, what the sensor shows), and what it shows: the hand's torque, where it has no low-pass."""
         at, J = self.at, self.loop.inertia_kgm2
-        x, v, X, V, torque = y
+        x, v, X, V, torque, shown = y
         acting = torque if self.loop.lag_hz else command
         passive = acting - self.b_m * v - at.bristle * x
         if self.rigid:
@@ -57,7 +57,8 @@ class _Joint:
             a = (passive - twist) / ((1 - self.share) * J)
             A = (twist - self.b_l * V - at.b_h * V - at.k_h * X) / (self.share * J + at.m_h)
         lag = 2 * math.pi * self.loop.lag_hz * (command - torque)
-        return np.array([v, a, V, A, lag]), -(at.m_h * A + at.b_h * V + at.k_h * X)
+        hand, cut = -(at.m_h * A + at.b_h * V + at.k_h * X), 2 * math.pi * self.loop.sensor_hz
+        return np.array([v, a, V, A, lag, cut * (hand - shown)]), shown if cut else hand
 
     def advance(self, y: Array, command: Array, span: float, substeps: int) -> Array:
         """The state `span` seconds later, the torque's command held."""
@@ -79,18 +80,18 @@ def growth_in_time(loop: AdmittanceLoop, at: Points, ticks: int = 1200, substeps
     """Growth per tick of a random motion of every point, the first joint: its size late over its size before."""
     rng, n, T = np.random.default_rng(7), at.size, loop.period_s
     joint = _Joint(loop, at)
-    y = np.zeros((5, n))
+    y = np.zeros((6, n))
     y[0] = y[2] = rng.normal(size=n)
     sent = [np.zeros(n)] * 12  # newest last
     whole, rest = int(loop.delay), loop.delay - int(loop.delay)
     before, v_hat, v_r, x_r, sensed = y[0], np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
-    felt, sizes = rng.normal(size=n), []
+    felt, sizes, forces = rng.normal(size=n), [], [np.zeros(n)] * (1 + loop.sensor_ticks)
     m, b_v, ahead = loop.mass_kgm2, loop.virtual_damping_nms_rad, np.zeros(n)
     for tick in range(ticks):
         x = y[0] if loop.encoder == "motor" or joint.rigid else y[2]
         if tick % loop.sample_ticks == 0:
-            _, force = joint.rates(y, sent[-1 - whole])
-            sensed = _filtered(sensed, force, loop.sensor_lowpass_hz, T)
+            forces = [*forces[1:], joint.rates(y, sent[-1 - whole])[1]]
+            sensed = _filtered(sensed, forces[0], loop.intake_lowpass_hz, T)
             felt = _filtered(felt, sensed, loop.force_lowpass_hz, T)
             span = loop.sample_ticks * T
             v_hat = _filtered(v_hat, (x - before) / span, loop.velocity_lowpass_hz, span)
@@ -143,6 +144,8 @@ def random_rig(rng: np.random.Generator, elastic: float = 0.3) -> AdmittanceLoop
         velocity_lowpass_hz=float(rng.uniform(80, 300)),
         delay=float(rng.uniform(0, 2)),
         lag_hz=float(rng.choice([0.0, 400.0])),
+        sensor_hz=float(rng.choice([0.0, 10 ** rng.uniform(1.5, 3)])),
+        sensor_ticks=int(rng.integers(0, 4)),
         motor_share=0.6,
         joints=(joint,),
         box=Box(float(rng.uniform(50, 600)) * scale, scale, 1.5 * J),

@@ -54,7 +54,7 @@ GUARANTEE = ("tests/unit/friction/test_guarantee.py",)
 SEEDS = (
     Seed(
         "the feed-forward gives what the device's velocity alone allows", "rtctl/control/feedforward.py",
-        "    if v != encoder:\n", "    if v != v:\n", VELOCITY,
+        "    if speed != abs(encoder):\n", "    if v != v:\n", VELOCITY,
     ),
     Seed(
         "a model of NaN at the encoder's velocity is no fault", "rtctl/control/feedforward.py",
@@ -204,7 +204,7 @@ SEEDS = (
     ),
     Seed(
         "the observer holds a joint back that turns", "rtctl/control/disturbance_observer.py",
-        "        torque *= _turning(s, axis)", "        pass",
+        "        torque *= _turning(s, p, axis)", "        pass",
         (f"{UNIT}/test_disturbance_observer.py::test_while_the_bristles_turn_half_of_it_comes_on_top_of_a_hybrid_direction",),
     ),
     Seed(

@@ -24,7 +24,7 @@ RIG = AdmittanceLoop(
 """The rig of the oracles, with a mass and a damping that pass in every world."""
 
 ELASTIC = replace(RIG, joints=(resonance(0.012, 40.0),), motor_share=0.6)
-LATE = replace(RIG, delay=1.6, lag_hz=200.0, position_gain_nm_rad=8.0, sensor_lowpass_hz=300.0)
+LATE = replace(RIG, delay=1.6, lag_hz=200.0, position_gain_nm_rad=8.0, intake_lowpass_hz=300.0)
 RARE = replace(RIG, delay=2.0, sample_ticks=3, position_gain_nm_rad=8.0, mass_kgm2=0.06)
 AT_LINK = replace(ELASTIC, encoder="link", delay=0.3, position_gain_nm_rad=3.0)
 
@@ -47,7 +47,19 @@ def random_points(rng, count, bristle=0.0):
 
 
 @pytest.mark.parametrize(
-    "loop", [RIG, replace(RIG, mass_kgm2=0.006, position_gain_nm_rad=1.0), LATE, RARE, ELASTIC, AT_LINK]
+    "loop",
+    [
+        RIG,
+        replace(RIG, mass_kgm2=0.006, position_gain_nm_rad=1.0),
+        LATE,
+        RARE,
+        ELASTIC,
+        AT_LINK,
+        replace(RIG, sensor_hz=60.0),
+        replace(LATE, sensor_hz=200.0, sensor_ticks=2),
+        replace(RIG, sensor_ticks=5),
+        replace(ELASTIC, sensor_hz=90.0),
+    ],
 )
 def test_the_largest_eigenvalue_is_the_growth_of_a_fine_integration(loop):
     rng = np.random.default_rng(1)

@@ -16,7 +16,7 @@ RIG = AdmittanceLoop(
     0.012, 0.05, 1e-3, 0.03, 0.3, 2.0, force_lowpass_hz=150.0, velocity_lowpass_hz=100.0, delay=1.0
 )
 ELASTIC = replace(RIG, joints=(resonance(0.012, 40.0),), motor_share=0.6)
-LATE = replace(RIG, delay=1.6, lag_hz=200.0, position_gain_nm_rad=8.0, sensor_lowpass_hz=300.0)
+LATE = replace(RIG, delay=1.6, lag_hz=200.0, position_gain_nm_rad=8.0, intake_lowpass_hz=300.0)
 AT_LINK = replace(ELASTIC, encoder="link", delay=0.3, position_gain_nm_rad=3.0)
 
 
@@ -48,6 +48,10 @@ def _characteristic(loop, s, row):
         replace(LATE, observer_gain=0.5, observer_hz=20.0, acting_ticks=1),
         replace(LATE, feedforward=0.8, feedforward_lowpass_hz=30.0, told_viscous_nms_rad=0.05),
         replace(AT_LINK, feedforward=1.0, observer_gain=0.5, observer_hz=20.0, acting_ticks=1),
+        replace(RIG, sensor_hz=60.0),
+        replace(LATE, sensor_hz=900.0, sensor_ticks=3, feedforward=0.8, feedforward_lowpass_hz=30.0),
+        replace(LATE, sensor_hz=190.0, observer_gain=0.5, observer_hz=20.0, acting_ticks=1),
+        replace(AT_LINK, sensor_hz=90.0, sensor_ticks=1, observer_gain=0.5, observer_hz=20.0, acting_ticks=1),
     ],
 )
 def test_the_characteristic_function_is_zero_just_at_the_eigenvalues(loop):

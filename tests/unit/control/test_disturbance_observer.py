@@ -11,6 +11,7 @@ from rtctl.control.disturbance_observer import (
     SLOW_SHARE,
     SMOOTHING,
     TARGET_AT_REST,
+    _turning,
     observer_torque,
 )
 from rtctl.control.velocity import lowpass_alpha
@@ -241,3 +242,16 @@ def test_without_a_coefficient_it_is_off():
     rig = settled(observer_gain=0.0)
     assert rig["friction_observed_nm"] == pytest.approx(0.2, rel=1e-3), "it may watch without acting"
     assert rig["observer_torque_nm"] == 0.0
+
+
+def test_a_joint_that_rests_is_sent_the_share_that_it_was_sent_when_it_moved():
+    """As a function of the bristles it would be a spring that comes late."""
+    rig = LawRig()
+    rig.state["bristle_share"] = -0.8
+    assert _turning(rig.state[0], rig.params[0], 0) == pytest.approx(0.8)
+    rig.state["rest_ticks"] = 100
+    for share in (0.1, -0.5, 1.0):
+        rig.state["bristle_share"] = share
+        assert _turning(rig.state[0], rig.params[0], 0) == pytest.approx(0.8)
+    rig.state["rest_ticks"] = 0
+    assert _turning(rig.state[0], rig.params[0], 0) == 1.0

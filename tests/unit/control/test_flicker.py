@@ -23,7 +23,9 @@ class Encoder:
         self._read(PLACE, restart=True)
 
     def _read(self, counts, restart=False):
-        return steady_reading(self.rig.state[0], self.rig.params[0], 0, counts * COUNT, restart) / COUNT
+        taken = steady_reading(self.rig.state[0], self.rig.params[0], 0, counts * COUNT, restart)
+        self.rig.state["position_rad"] = taken
+        return taken / COUNT
 
     def at(self, counts):
         return np.array([self._read(PLACE + one) for one in counts]) - PLACE
@@ -116,6 +118,21 @@ def test_a_noisy_encoder_at_rest_stands_still():
     taken = Encoder().at(noise)
     assert np.ptp(taken[700:]) == 0.0
     assert abs(taken[-1]) < 0.3
+
+
+def test_neither_the_begin_nor_the_end_of_a_flicker_is_a_motion():
+    """What an admittance is told of the velocity is what the reading moved, and nothing while it is held."""
+    encoder = Encoder()
+    readings = [*between(0, 2, 10, 40), *range(2, 40)]
+    before, held = 0.0, False
+    for reading, last in zip(readings, [0, *readings], strict=False):
+        taken = float(encoder.at([reading])[0])
+        seen = taken - before - encoder.rig.state["reading_slip_rad"][0, 0] / COUNT
+        now = bool(encoder.rig.state["reading_turns"][0, 0] >= HELD_AFTER)
+        assert seen == pytest.approx(0.0 if now else reading - last, abs=1e-6)
+        before, held = taken, held or now
+    assert held
+    assert encoder.rig.state["reading_gap_rad"][0, 0] != 0.0
 
 
 def test_what_check_counts_on_is_what_the_law_does():

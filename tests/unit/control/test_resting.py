@@ -12,12 +12,14 @@ from rtctl.control.feedforward import advance_gate, advance_intent
 from rtctl.control.resting import (
     BENT_S,
     CALMING_S,
+    FORGOTTEN_S,
     OBSERVER_TIMES,
     REST_COUNTS,
     REST_HZ,
     REST_S,
     REST_SHARE,
     advance_rest,
+    calm_speed,
     while_bent,
     while_resting,
 )
@@ -180,3 +182,25 @@ def test_no_number_is_motion_and_lasts_for_one_tick():
     assert math.isnan(rig.state["calm_hand_nm"][0, 0])
     seen_at(rig, [1.0], hand_nm=0.1)
     assert rig.state["calm_hand_nm"][0, 0] == 0.1, "the next number counts at once"
+
+
+SPEED = of_rows(calm_speed)
+
+
+def test_a_joint_that_rests_is_read_at_its_largest_speed_of_late():
+    rig = made()
+    assert SPEED(rig.state, rig.params, 0, 0.3) == 0.3
+    assert SPEED(rig.state, rig.params, 0, 0.1) == 0.1  # while it moves the present one
+    rig.state["rest_ticks"] = round(2 * REST_S / T)
+    assert SPEED(rig.state, rig.params, 0, 0.004) == pytest.approx(0.1, rel=0.01)
+    for _ in range(round(FORGOTTEN_S / T)):
+        last = SPEED(rig.state, rig.params, 0, 0.0)
+    assert last == pytest.approx(0.1 / math.e, rel=0.01)
+    assert SPEED(rig.state, rig.params, 0, 0.2) == 0.2
+
+
+def test_of_a_speed_that_is_no_number_nothing_stays():
+    rig = made()
+    rig.state["rest_ticks"] = round(2 * REST_S / T)
+    assert math.isnan(SPEED(rig.state, rig.params, 0, math.nan))
+    assert SPEED(rig.state, rig.params, 0, 0.01) == 0.01

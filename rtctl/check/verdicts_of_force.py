@@ -1,0 +1,68 @@
+"""Tests of what a force sensor makes of a force before the law reads it: its own low-pass, and how late it is besides."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from rtctl.check.verdict import Outcome, Subject, Verdict
+from rtctl.check.verdicts_of_admittance import found
+from rtctl.check.verdicts_of_observer import loop_of, observes
+
+if TYPE_CHECKING:
+    from rtctl.control.observer_loop import Loop
+
+REMEDY = "force.sensor_lowpass_hz and sensor_delay_s, from its data sheet or measured (docs/force-sensors.md)"
+
+
+def sensor_of_an_admittance(s: Subject) -> list[Verdict]:
+    """What the certificate counted on, and how slow a sensor it bears."""
+    one = found(s)
+    return [_row(s, "admittance, the force sensor's own filter", one.sensor_min_hz)] if one.stable else []
+
+
+def sensor_of_an_observer(s: Subject) -> list[Verdict]:
+    """What the disturbance observer's eigenvalues counted on, likewise."""
+    return [_row(s, "observer, the force sensor's own filter", _slowest(loop_of(s)))] if observes(s) else []
+
+
+@lru_cache(maxsize=64)
+def _slowest(loop: Loop) -> float:
+    from rtctl.control import observer_margin
+
+    return observer_margin.slowest_sensor(loop)
+
+
+def _row(s: Subject, name: str, least_hz: float) -> Verdict:
+    way = s.axis.force_way
+    counted = f"low-pass of {way.sensor_hz:g} Hz" if way.sensor_hz > 0 else "no low-pass"
+    counted += f", {way.ticks} ticks late" if way.ticks else ""
+    down = (
+        f"holds down to a sensor low-pass of {_up(least_hz)} Hz"
+        if least_hz > 0
+        else "holds with any slower one, too"
+    )
+    if math.isinf(least_hz):
+        down = "holds with no low-pass that was tried"
+    if way.said_by:
+        meaning = f"counted on: {counted} ({way.said_by}); {down}"
+    else:
+        meaning = f"nobody says what the sensor's own filter is: {counted} was counted on; {down}: {REMEDY}"
+    cut = way.sensor_hz or math.inf
+    return s.row(
+        name,
+        (f"{way.sensor_hz:g} Hz" if way.sensor_hz > 0 else "none") if way.said_by else "not declared",
+        f">= {_up(least_hz)} Hz" if 0 < least_hz < math.inf else "any" if least_hz == 0 else "none",
+        Outcome.PASS if way.said_by else Outcome.NOT_PROVED,
+        meaning,
+        least_hz / cut if math.isfinite(least_hz) else 1.0,
+    )
+
+
+def _up(hz: float) -> str:
+    """Rounded up to three digits: a bound is no lower than what was found."""
+    if not 0 < hz < math.inf:
+        return f"{hz:g}"
+    step = 10.0 ** (math.floor(math.log10(hz)) - 2)
+    return f"{math.ceil(hz / step - 1e-9) * step:.3g}"

@@ -1,0 +1,105 @@
+"""Seeded bugs of the force sensor's own filter: what is declared of it, and the loops that must know it."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+CHECK = "tests/unit/cli/test_check_force_sensor.py"
+PROOF = "tests/unit/control/test_admittance_proof.py"
+FILTER = "tests/unit/hw/test_force_filter.py"
+
+SEEDS = (
+    Seed(
+        "the certificate does not know the force sensor's own low-pass",
+        "rtctl/check/admittance_figures.py",
+        "        sensor_hz=figures.force_way.sensor_hz,\n",
+        "",
+        (f"{CHECK}::test_a_loop_counts_on_the_force_sensors_own_filter_and_says_how_slow_it_may_be",),
+    ),
+    Seed(
+        "the observer's eigenvalues do not know the force sensor's own low-pass",
+        "rtctl/check/verdicts_of_observer.py",
+        "        sensor_hz=axis.force_way.sensor_hz,\n",
+        "",
+        (f"{CHECK}::test_a_loop_counts_on_the_force_sensors_own_filter_and_says_how_slow_it_may_be",),
+    ),
+    Seed(
+        "a force that is late is rounded down to whole ticks",
+        "rtctl/check/force_way.py",
+        "        math.ceil(late_s / loaded.config.period_s - _SLACK_TICKS),\n",
+        "        math.floor(late_s / loaded.config.period_s),\n",
+        (f"{CHECK}::test_a_force_that_is_late_is_counted_in_whole_ticks_and_what_is_earlier_is_tried",),
+    ),
+    Seed(
+        "a sensor of which nobody says anything counts as proved",
+        "rtctl/check/verdicts_of_force.py",
+        "Outcome.PASS if way.said_by else Outcome.NOT_PROVED",
+        "Outcome.PASS",
+        (f"{CHECK}::test_a_sensor_of_which_nobody_says_what_its_filter_is_is_not_proved",),
+    ),
+    Seed(
+        "the proof forgets the sensor at the aliases",
+        "rtctl/control/admittance_spectrum.py",
+        "        shown = a * _sensor(loop, alias)\n",
+        "        shown = a\n",
+        (f"{PROOF}::test_the_characteristic_function_is_zero_just_at_the_eigenvalues",),
+    ),
+    Seed(
+        "the proof forgets how late the force is",
+        "rtctl/control/admittance_spectrum.py",
+        "    for _ in range(loop.sensor_ticks):\n        sensor = sensor * last\n",
+        "",
+        (f"{PROOF}::test_the_characteristic_function_is_zero_just_at_the_eigenvalues",),
+    ),
+    Seed(
+        "the intent settles behind any sensor",
+        "rtctl/check/verdicts_of_friction.py",
+        "        own[-2] += alpha * (1.0 - kept) * lead\n",
+        "        own[-2] += alpha * lead\n",
+        (f"{CHECK}::test_a_slow_sensor_narrows_the_intent_that_settles",),
+    ),
+    Seed(
+        "the simulated sensor's low-pass is half a period early",
+        "hw/mock/force_filter.py",
+        "    ahead = (1.0 - kept) / -math.log(kept) if kept > 0.0 else 0.0\n",
+        "    ahead = kept\n",
+        (f"{FILTER}::test_the_low_pass_answers_a_ramp_as_one_in_continuous_time",),
+    ),
+    Seed(
+        "an OptoForce's sample is never old",
+        "hw/force/declared.py",
+        '1.0 / float(options["output_hz"]) + wire_s',
+        "wire_s",
+        (f"{FILTER}::test_the_optoforce_declares_the_filter_it_is_set_to_and_how_old_a_sample_is",),
+    ),
+    Seed(
+        "a count that only bristles hold passes where a flicker is answered",
+        "rtctl/check/verdicts_of_admittance_steps.py",
+        "    if holds_flicker(s.table, s.axis.guarantee, s.joint.dry_share):\n",
+        "    if True:\n",
+        (f"{CHECK}::test_a_count_that_only_bristles_hold_is_not_proved_where_a_flicker_is_answered",),
+    ),
+    Seed(
+        "an admittance is kicked where a flicker begins to be held",
+        "rtctl/control/flicker.py",
+        "                s.reading_slip_rad[axis] = s.reading_held_rad[axis] - before\n",
+        "                s.reading_slip_rad[axis] = 0.0\n",
+        ("tests/unit/control/test_flicker.py::test_neither_the_begin_nor_the_end_of_a_flicker_is_a_motion",),
+    ),
+    Seed(
+        "help at rest follows the speed of bending bristles",
+        "rtctl/control/resting.py",
+        "    if is_resting(s, p, axis) and held > speed:\n",
+        "    if False and held > speed:\n",
+        ("tests/unit/control/test_resting.py::test_a_joint_that_rests_is_read_at_its_largest_speed_of_late",),
+    ),
+    Seed(
+        "the observer at rest follows the bristles",
+        "rtctl/control/disturbance_observer.py",
+        "    if not is_resting(s, p, axis):\n        s.observer_end[axis] =",
+        "    if True:\n        s.observer_end[axis] =",
+        (
+            "tests/unit/control/test_disturbance_observer.py::test_a_joint_that_rests_is_sent_the_share_that_it_was_sent_when_it_moved",
+        ),
+    ),
+)
