@@ -47,10 +47,10 @@ class House:
         (self.viewer,) = self.access.viewers({zmq.RCVHWM: 64})
         self.open = []
 
-    def enter(self, address, **more):
+    def enter(self, address, patience_s=PATIENCE_S, **more):
         """A stranger that greets, with the host taking its turns meanwhile."""
         with ThreadPoolExecutor(1) as pool:
-            entering = pool.submit(connect, address, **more)
+            entering = pool.submit(connect, address, patience_s=patience_s, **more)
             while not entering.done():
                 self.turn()
                 time.sleep(0.005)
@@ -226,7 +226,7 @@ def test_one_process_gets_half_of_the_places_of_a_door(house, monkeypatch):
     for _ in range(CONNECTIONS // 2):
         house.enter(house.command.address)
     with pytest.raises(OSError):  # nobody answers, or hangs up
-        house.enter(house.command.address)
+        house.enter(house.command.address, patience_s=2.0)
     monkeypatch.setattr(connections, "local_peer", lambda _descriptor: "ipc:0:0:1")  # another one comes
     house.enter(house.command.address)
 
