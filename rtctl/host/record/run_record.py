@@ -63,15 +63,15 @@ class RunRecord:
         self._friction = friction
         self.flight = FlightRecorder(state_folder(rig.name), rig, words, friction)
         self.recorder: Recorder | None = None
-        telemetry.set_log(self.flight.status)
+        telemetry.log = self.flight.status
 
     def begin(self, setup: Setup) -> None:
         """Before the first batch: tell clients what they would record, and record if asked to."""
         self._setup = setup.packed()
-        self._telemetry.set_setup(self._message)
+        self._telemetry.setup = self._message
         if self._table is not None:
             self.recorder = Recorder(self._folder, setup, Limits.of(self._table), wait=self.rig.virtual)
-            self._telemetry.set_recording(self.recorder.status)
+            self._telemetry.recording = self.recorder.status
 
     def keep(self, first_row: int, rows: np.ndarray) -> list[Event]:
         """Log events, record ticks, tell clients of commands; before the ticks themselves are published.
