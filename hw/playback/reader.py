@@ -60,19 +60,6 @@ class Recording:
         return len(self.position_rad)
 
 
-def read_columns(
-    path: Path, names: tuple[str, ...], delimiter: str | None = None, decimal: str | None = None
-) -> dict[str, np.ndarray]:
-    """The named columns of a log (`hw.playback.columns.read_table`): name -> float array, all of equal length, all finite.
-
-    Raises
-    ------
-    BackendError
-        See `hw.playback.columns.read_table`.
-    """
-    return read_table(path, names, delimiter, decimal).columns
-
-
 def require_rising(path: Path, time_s: np.ndarray) -> None:
     """Refuse stamps that do not rise.
 
@@ -190,7 +177,7 @@ def load(options: Options, rig: Rig) -> Recording:
     Raises
     ------
     BackendError
-        See `read_columns` and `require_rising`; more than two ticks of a recording missed in a row, in other logs steps that differ by more than `MAX_STEP_ERROR` (smaller differences are
+        See `hw.playback.columns.read_table` and `require_rising`; more than two ticks of a recording missed in a row, in other logs steps that differ by more than `MAX_STEP_ERROR` (smaller differences are
         resampled on the stamps); also when the number of axes differs.
     """
     recorded = Path(options["file"]).suffix == ".mcap"  # its stamps are exact: a missed tick is a missing row

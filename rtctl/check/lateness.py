@@ -14,7 +14,7 @@ from hw.interface import Joint
 from hw.member import Member
 from hw.rig_words import subset
 from rtctl.check.measured_timing import AxisTiming
-from rtctl.control.stability import Between
+from rtctl.control.stability import Between, lag_ticks
 from rtctl.rig_file.config import LoadedConfig
 
 _COMMANDS = frozenset({"torque", "current_command"})
@@ -32,6 +32,10 @@ class Lateness:
     sample_from: str
     undeclared: tuple[str, ...]
     """Devices of the axis that declare nothing of their delay."""
+
+    def declared_s(self, T: float) -> float:
+        """Delay and time constant of the current loop together, s, at the control period `T`."""
+        return (self.between.delay + lag_ticks(self.between.lag_hz, T)) * T
 
 
 @dataclass(frozen=True)

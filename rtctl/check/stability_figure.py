@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rtctl import pictures
 from rtctl.check.admittance_figure import draw_axis
 from rtctl.check.stability_report import AxisReport, Report
 from rtctl.control import stability
-from rtctl.errors import DataError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,12 +26,8 @@ def draw(report: Report, path: str | Path) -> None:
     DataError
         When the file cannot be written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     n = len(report.axes)
-    figure = Figure(figsize=(6.4, 4.6 * n), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = pictures.blank(6.4, 4.6 * n)
     for axis, plot in zip(report.axes, np.atleast_1d(figure.subplots(n, 1)), strict=True):
         if axis.admittance is not None:
             draw_axis(plot, axis)
@@ -41,10 +37,7 @@ def draw(report: Report, path: str | Path) -> None:
     couplings = any(axis.admittance is None for axis in report.axes)
     what = "Passive couplings" if couplings else "Stable virtual masses"
     figure.suptitle(f"{what} of rig {report.rig}: {report.path.name} {verdict}")
-    try:
-        figure.savefig(path, dpi=120)
-    except (OSError, ValueError) as error:
-        raise DataError(f"{path}: cannot write the plot: {error}; choose another path, .png") from error
+    pictures.save(figure, path)
 
 
 def _draw_axis(plot: Axes, axis: AxisReport, T: float) -> None:

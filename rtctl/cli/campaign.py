@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -12,6 +15,10 @@ from rtctl.cli.json_text import json_text
 
 if TYPE_CHECKING:
     from rtctl.campaign.run import Order, Result
+
+Bar = Callable[[int, str], AbstractContextManager[Callable[[int], None]]]
+Told = tuple[str, dict[str, Any], Sequence[object]]
+"""What was found: for people, for JSON, and what is broken."""
 
 
 @click.command("campaign")
@@ -89,68 +96,59 @@ def command(
     shares no code with the law judges every tick. A violated invariant is printed with the command that
     shows it again; the exit status is then 1.
     """
-    from rtctl.campaign import run as campaign
-
+    bar = partial(_bar, quiet=as_json)
     if margins:
-        _margins(rigs, seed, jobs, as_json=as_json)
-        return
-    if still:
-        _still(rigs, seed, jobs, index, policies, hold_s, as_json=as_json)
-        return
-    if admittance:
-        _admittance(rigs, seed, jobs, index, as_json=as_json)
-        return
-    order = campaign.Order(seed, rigs, ticks, faults, passive)
-    if index is not None:
-        result = _one(order, index, trace)
+        text, result, broken = _margins(rigs, seed, jobs, bar)
+    elif still:
+        text, result, broken = _still(rigs, seed, jobs, index, policies, hold_s, bar)
+    elif admittance:
+        text, result, broken = _admittance(rigs, seed, jobs, index, bar)
     else:
-        with click.progressbar(
-            length=rigs, label="rigs", file=sys.stderr, hidden=as_json or not sys.stderr.isatty()
-        ) as bar:
-            result = campaign.run(order, jobs, bar.update)
-    click.echo(json_text(result.as_dict()) if as_json else _text(result))
-    if result.violations:
+        from rtctl.campaign import run as campaign
+
+        order = campaign.Order(seed, rigs, ticks, faults, passive)
+        if index is not None:
+            found = _one(order, index, trace)
+        else:
+            with bar(rigs, "rigs") as done:
+                found = campaign.run(order, jobs, done)
+        text, result, broken = _text(found), found.as_dict(), found.violations
+    click.echo(json_text(result) if as_json else text)
+    if broken:
         sys.exit(1)
 
 
-def _margins(rigs: int, seed: int, jobs: int, *, as_json: bool) -> None:
+@contextmanager
+def _bar(length: int, label: str, *, quiet: bool) -> Iterator[Callable[[int], None]]:
+    """A bar on a person's terminal; what it gives is told how many were done since."""
+    hidden = quiet or not sys.stderr.isatty()
+    with click.progressbar(length=length, label=label, file=sys.stderr, hidden=hidden) as bar:
+        yield bar.update
+
+
+def _margins(rigs: int, seed: int, jobs: int, bar: Bar) -> Told:
     from rtctl.campaign import margins
 
-    with click.progressbar(
-        length=rigs, label="rigs", file=sys.stderr, hidden=as_json or not sys.stderr.isatty()
-    ) as bar:
-        found = margins.run(rigs, seed, jobs, bar.update)
-    click.echo(json_text(found.as_dict()) if as_json else found.text())
-    if found.shaking:
-        sys.exit(1)
+    with bar(rigs, "rigs") as done:
+        found = margins.run(rigs, seed, jobs, done)
+    return found.text(), found.as_dict(), found.shaking
 
 
-def _admittance(rigs: int, seed: int, jobs: int, index: int | None, *, as_json: bool) -> None:
+def _admittance(rigs: int, seed: int, jobs: int, index: int | None, bar: Bar) -> Told:
     from rtctl.campaign import in_hands
 
     if index is not None:
         found = in_hands.Findings()
         found.add(*in_hands.run_rig(seed, index))
     else:
-        with click.progressbar(
-            length=rigs, label="rigs", file=sys.stderr, hidden=as_json or not sys.stderr.isatty()
-        ) as bar:
-            found = in_hands.run(rigs, seed, jobs, bar.update)
-    click.echo(json_text(found.as_dict()) if as_json else found.text(seed))
-    if found.shaking:
-        sys.exit(1)
+        with bar(rigs, "rigs") as done:
+            found = in_hands.run(rigs, seed, jobs, done)
+    return found.text(seed), found.as_dict(), found.shaking
 
 
 def _still(
-    cases: int,
-    seed: int,
-    jobs: int,
-    index: int | None,
-    policies: tuple[str, ...],
-    hold_s: float,
-    *,
-    as_json: bool,
-) -> None:
+    cases: int, seed: int, jobs: int, index: int | None, policies: tuple[str, ...], hold_s: float, bar: Bar
+) -> Told:
     from rtctl.campaign import still, still_cases
     from rtctl.control.vocabulary import Policy
 
@@ -163,13 +161,9 @@ def _still(
         found = still.Findings()
         found.add([still.run_case(still_cases.drawn(seed, index, order.policies), hold_s)], hold_s)
     else:
-        with click.progressbar(
-            length=cases, label="hands", file=sys.stderr, hidden=as_json or not sys.stderr.isatty()
-        ) as bar:
-            found = still.run(order, jobs, bar.update)
-    click.echo(json_text(found.as_dict()) if as_json else found.text(seed))
-    if found.loud:
-        sys.exit(1)
+        with bar(cases, "hands") as done:
+            found = still.run(order, jobs, done)
+    return found.text(seed), found.as_dict(), found.loud
 
 
 def _one(order: Order, index: int, trace: Path | None) -> Result:

@@ -227,7 +227,7 @@ def _tables(columns: tuple[str, ...], map_file: Path | None) -> dict[str, dict[s
 def _write(
     out: Path, points: FrictionPoints, bent: Presliding | None, document: dict[str, Any], motion: str
 ) -> None:
-    from rtctl.friction.logs.whole_files import write_together
+    from rtctl.whole_files import write_together
 
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")

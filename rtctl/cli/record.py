@@ -16,7 +16,7 @@ from rtctl.cli.rig_argument import only_rig, rig_argument, runtime_option
 
 if TYPE_CHECKING:
     from rtctl.client.capture import Capture, Run
-    from rtctl.recording.parts import Limits
+    from rtctl.recording.limits import Limits
     from rtctl.recording.recorder import Recorder
 
 START_S = 5.0
@@ -60,16 +60,20 @@ def command(
 
 def _target(rig: str, out: Path | None) -> tuple[str, Path, Limits | None]:
     """Name of the rig, folder, and limits of its file."""
-    from rtctl.recording.state_folder import state_folder
+    from rtctl.recording.state_folder import recording_folder, state_folder
 
     if not (rig.endswith(".toml") or Path(rig).is_file()):
         return rig, out or state_folder(rig) / "recordings", None
-    from rtctl.host.record.run_record import limits, recording_folder
+    from rtctl.recording.limits import Limits
     from rtctl.rig_file.config import load
 
     loaded = load(rig)
     table = loaded.config.record
-    return loaded.config.rig.name, out or recording_folder(loaded), None if table is None else limits(table)
+    return (
+        loaded.config.rig.name,
+        out or recording_folder(loaded),
+        None if table is None else Limits.of(table),
+    )
 
 
 def _await(capture: Capture, name: str) -> None:

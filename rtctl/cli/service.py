@@ -6,7 +6,6 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -151,10 +150,10 @@ def _compile(command: list[str]) -> None:
         )
 
 
-def _pass(command: list[str], call: Callable[[list[str]], int] = subprocess.call) -> int:
+def _pass(command: list[str]) -> int:
     if shutil.which(command[0]) is None:
         raise click.UsageError(f"{command[0]} is not there: this needs systemd")
-    return call(command)
+    return subprocess.call(command)
 
 
 def _remove(path: Path) -> None:

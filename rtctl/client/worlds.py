@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Literal
 
 from rtctl.client.lease import Lease
-from rtctl.control.environments.table import PARAMETERS, KindName
+from rtctl.control.vocabulary import PARAMETERS, KindName
 
 NUMBERS = tuple(one.name for one in PARAMETERS)
 

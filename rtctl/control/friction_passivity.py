@@ -48,12 +48,10 @@ def gain_max(v: np.ndarray, F_lo: np.ndarray, F_hat: np.ndarray, b_need: float) 
 
 @dataclass(frozen=True)
 class TwoLine:
-    """Result of the two-line test: margin (N m), slope c_1 (N m s/rad), and the two intercepts (N m)."""
+    """Result of the two-line test: margin (N m) and slope c_1 (N m s/rad)."""
 
     margin_nm: float
     slope_nms_rad: float
-    feedforward_line_nm: float
-    friction_line_nm: float
 
 
 def two_line_margin(
@@ -72,7 +70,7 @@ def two_line_margin(
     unsafe.
     """
     if np.isnan(F_lo).any() or np.isnan(ff).any():
-        return TwoLine(np.nan, np.nan, np.nan, np.nan)
+        return TwoLine(np.nan, np.nan)
     need = b_c + k_c * T / 2
 
     def at(c: float) -> tuple[TwoLine, float]:
@@ -81,7 +79,7 @@ def two_line_margin(
         j, i = int(np.argmax(above)), int(np.argmin(below))
         c_0, c_a = float(above[j]), float(below[i])
         margin = c_a - c_0 - k_c * Delta / 2 - (b_c + c) * Delta / T
-        return TwoLine(margin, c, c_0, c_a), float(v[j] - v[i] - Delta / T)
+        return TwoLine(margin, c), float(v[j] - v[i] - Delta / T)
 
     low = 0.0
     best, slope = at(low)

@@ -7,7 +7,14 @@ from __future__ import annotations
 
 from enum import IntEnum, IntFlag
 
+from rtctl.control.environments.kind import CENTER as CENTER
+from rtctl.control.environments.kind import STIFFNESS as STIFFNESS
+from rtctl.control.environments.kind import Parameter as Parameter
+from rtctl.control.environments.table import NAMES as NAMES
+from rtctl.control.environments.table import PARAMETERS as PARAMETERS
 from rtctl.control.environments.table import Environment as Environment
+from rtctl.control.environments.table import KindName as KindName
+from rtctl.control.environments.table import meaning as meaning
 
 
 class VelocityMethod(IntEnum):

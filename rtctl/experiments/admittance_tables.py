@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from rtctl import pictures
 from rtctl.experiments import figures
 from rtctl.experiments.admittance_findings import (
     CERTIFIED,
@@ -85,7 +86,7 @@ def _contact_cell(world: str, one: Contact) -> str:
 
 def impedance_picture(loaded: LoadedConfig, shown: Shown, heard: Mapping[str, list[complex]]) -> Picture:
     """|Z| felt over frequency, beside what was asked for and the bare joint."""
-    axis, figure = loaded.config.axis[0], figures.new(10, 4.4)
+    axis, figure = loaded.config.axis[0], pictures.blank(10, 4.4)
     plot = figure.subplots()
     turn = 2j * np.pi * np.array(HZ)
     for number, (name, values) in enumerate(heard.items()):
@@ -101,12 +102,12 @@ def impedance_picture(loaded: LoadedConfig, shown: Shown, heard: Mapping[str, li
     figures.label(plot, "frequency [Hz]", "|Z| [N m s/rad]")
     plot.legend(fontsize="x-small")
     caption = "Impedance that a hand feels in free motion on a joint that hardly rubs, 1 to 30 Hz: displays, what was asked for (dashed), bare joint (dotted). Above 14 Hz the watch takes it for a contact that rings, and damps."
-    return Picture("admittance_impedance", caption, figures.png(figure))
+    return Picture("admittance_impedance", caption, pictures.png(figure))
 
 
 def width_picture(loaded: LoadedConfig, widths: Mapping[str, Sequence[tuple[float, float]]]) -> Picture:
     """Stiffest calm wall over damping, and what is proven of the coupling."""
-    axis, figure = loaded.config.axis[0], figures.new(10, 4.0)
+    axis, figure = loaded.config.axis[0], pictures.blank(10, 4.0)
     plot = figure.subplots()
     for name, pairs in widths.items():
         damping, stiffness = zip(*pairs, strict=True)
@@ -136,7 +137,7 @@ def width_picture(loaded: LoadedConfig, widths: Mapping[str, Sequence[tuple[floa
         "damping of coupling or virtual mass. Dashed: up to where the matrices of the admittance bear every such hand in any linear world, and "
         "what is proven of the coupling with any hand."
     )
-    return Picture("admittance_z_width", caption, figures.png(figure))
+    return Picture("admittance_z_width", caption, pictures.png(figure))
 
 
 def targets(left: Left, felt: Sequence[Felt], *, rigid: bool) -> tuple[Target, ...]:

@@ -3,20 +3,58 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from rtctl.experiments import figures
+from rtctl.experiments import figures, positioning
 from rtctl.experiments.models import Compared
+from rtctl.experiments.order import Order
 from rtctl.experiments.positioning import Found, over_cases
-from rtctl.experiments.report import Part
+from rtctl.experiments.report import Outcome, Part, Target
 from rtctl.experiments.statistics import Estimate, estimate
 from rtctl.friction.report.page import Picture
 from rtctl.friction.report.tables import Table
 
 Figures = Mapping[str, tuple[str, float]]
 """Key of a figure -> its words with unit, and the scale to that unit."""
+
+
+@dataclass(frozen=True)
+class Words:
+    """What one experiment calls itself, the figure it is judged by (`key`, in mrad), and what its runs are."""
+
+    name: str
+    title: str
+    key: str
+    target: str
+    figure: str
+    runs: str
+
+
+def outcome(
+    words: Words, shown: Figures, order: Order, compared: list[Compared], found: Found, pictures: Part
+) -> Outcome:
+    """The page of an experiment: is the best support-vector model better than none, and than each formula."""
+    best = positioning.best_svr(found, "PD", words.key, compared)
+    target = Target(
+        f"{words.name}: {words.target} with the best SVR ({best}) less than with none (PD)",
+        positioning.less(found, "PD", words.key, best),
+        0.60,
+    )
+    verdicts = tuple(
+        positioning.verdict(found, controller, words.key, compared, words.figure)
+        for controller in positioning.CONTROLLERS
+    )
+    told = (
+        pictures,
+        Part("Where SVR wins and where it does not", verdicts, (learned(compared),)),
+        *parts(found, shown, order.repetitions),
+    )
+    winner = positioning.best_of_all(found, "PD", words.key, 1e3, "mrad")
+    said = f"PD with friction feed-forward: {target.measured.text(100, '.1f')} % less {words.figure} with {best} than without, over all {words.runs}. {winner}"
+    return Outcome(words.name, words.title, said, told, (target,), numbers(found))
 
 
 def learned(compared: Sequence[Compared]) -> Table:

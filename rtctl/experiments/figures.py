@@ -2,29 +2,18 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rtctl import pictures
 from rtctl.experiments.statistics import Estimate
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 WIDTH = 10.0
-
-
-def new(width: float = WIDTH, height: float = 4.0) -> Figure:
-    """Make an empty figure that needs no display."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
 
 
 def label(plot: Axes, x: str, y: str, title: str = "") -> None:
@@ -33,20 +22,13 @@ def label(plot: Axes, x: str, y: str, title: str = "") -> None:
     plot.grid(visible=True, alpha=0.3)
 
 
-def png(figure: Figure) -> bytes:
-    """Give the picture's bytes."""
-    out = io.BytesIO()
-    figure.savefig(out, dpi=100, format="png")
-    return out.getvalue()
-
-
 Lines = Mapping[str, tuple[np.ndarray, np.ndarray]]
 """Name of each line -> (x, y)."""
 
 
 def stacked(panels: Sequence[tuple[str, Lines]], x: str, height: float = 2.4) -> bytes:
     """Draw panels above each other over one x axis; each is (y label with unit, lines)."""
-    figure = new(WIDTH, height * len(panels) + 0.6)
+    figure = pictures.blank(WIDTH, height * len(panels) + 0.6)
     plots = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for plot, (y, lines) in zip(plots, panels, strict=True):
         for name, (at, value) in lines.items():
@@ -57,7 +39,7 @@ def stacked(panels: Sequence[tuple[str, Lines]], x: str, height: float = 2.4) ->
         name: handle for plot in plots for handle, name in zip(*plot.get_legend_handles_labels(), strict=True)
     }
     figure.legend(named.values(), named.keys(), loc="outside upper center", ncols=4, fontsize="small")
-    return png(figure)
+    return pictures.png(figure)
 
 
 def bars(
@@ -65,7 +47,7 @@ def bars(
 ) -> bytes:
     """Draw horizontal bars with confidence intervals, one panel per group: group -> bar -> estimate."""
     names = list(next(iter(groups.values())))
-    figure = new(WIDTH, 0.9 + 0.3 * len(names))
+    figure = pictures.blank(WIDTH, 0.9 + 0.3 * len(names))
     plots = figure.subplots(1, len(groups), sharey=True, squeeze=False)[0]
     colours = [f"C{k % 10}" for k in range(len(names))]
     for plot, (title, group) in zip(plots, groups.items(), strict=True):
@@ -79,4 +61,4 @@ def bars(
             plot.set_xscale("log")
         label(plot, x, "", title)
     plots[0].invert_yaxis()
-    return png(figure)
+    return pictures.png(figure)

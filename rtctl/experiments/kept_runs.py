@@ -23,7 +23,7 @@ from rtctl.control.records import MODEL
 from rtctl.errors import ConfigError, DataError
 from rtctl.experiments.models import Compared
 from rtctl.experiments.positioning import Followed
-from rtctl.friction.logs.whole_files import write_together
+from rtctl.whole_files import write_together
 
 NAME = "kept.npz"
 MOST_BYTES = 1 << 30

@@ -9,7 +9,7 @@ from rtctl.experiments import comparison, figures, positioning
 from rtctl.experiments.models import Compared
 from rtctl.experiments.order import Order
 from rtctl.experiments.positioning import Case, Followed, Found, Look
-from rtctl.experiments.report import Outcome, Part, Target
+from rtctl.experiments.report import Outcome, Part
 from rtctl.experiments.statistics import rms
 from rtctl.friction.report.page import Picture
 
@@ -22,6 +22,10 @@ REST_S = 0.2
 
 BAND = 0.05
 """Settled within this share of the step."""
+
+WORDS = comparison.Words(
+    "point-to-point", TITLE, "steady_error_rad", "steady-state error", "steady-state error", "steps"
+)
 
 FIGURES = {
     "rise_s": ("rise time 10 to 90 %, ms", 1e3),
@@ -38,27 +42,8 @@ def cases_of(order: Order) -> list[Case]:
 
 
 def _outcome(order: Order, cases: list[Case], compared: list[Compared], found: Found, look: Look) -> Outcome:
-    best = positioning.best_svr(found, "PD", "steady_error_rad", compared)
-    target = Target(
-        f"point-to-point: steady-state error with the best SVR ({best}) less than with none (PD)",
-        positioning.less(found, "PD", "steady_error_rad", best),
-        0.60,
-    )
-    words = tuple(
-        positioning.verdict(found, controller, "steady_error_rad", compared, "steady-state error")
-        for controller in positioning.CONTROLLERS
-    )
-    parts = (
-        Part(
-            "Step responses",
-            shown=tuple(_picture(order, case, compared, look) for case in positioning.to_draw(cases, DRAWN)),
-        ),
-        Part("Where SVR wins and where it does not", words, (comparison.learned(compared),)),
-        *comparison.parts(found, FIGURES, order.repetitions),
-    )
-    winner = positioning.best_of_all(found, "PD", "steady_error_rad", 1e3, "mrad")
-    key = f"PD with friction feed-forward: {target.measured.text(100, '.1f')} % less steady-state error with {best} than without, over all steps. {winner}"
-    return Outcome("point-to-point", TITLE, key, parts, (target,), comparison.numbers(found))
+    pictures = tuple(_picture(order, case, compared, look) for case in positioning.to_draw(cases, DRAWN))
+    return comparison.outcome(WORDS, FIGURES, order, compared, found, Part("Step responses", shown=pictures))
 
 
 def _case(order: Order, step_rad: float) -> Case:

@@ -18,10 +18,10 @@ from typing import Any
 
 from rtctl import __version__
 from rtctl.experiments.statistics import Estimate
-from rtctl.friction.logs.whole_files import write_together
 from rtctl.friction.report.page import Picture, figure, rows_of, table_of
 from rtctl.friction.report.tables import Table
 from rtctl.plain_data import as_data
+from rtctl.whole_files import write_together
 
 KIND = "rtctl experiment report"
 PAGE = "report.html"

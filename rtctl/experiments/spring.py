@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from rtctl import pictures
 from rtctl.control import stability
 from rtctl.control.vocabulary import Environment, Policy
 from rtctl.experiments import figures, virtual
@@ -123,7 +124,7 @@ def _pictures(order: Order) -> list[Picture]:
 
 
 def _loops(runs: dict[str, Run]) -> Picture:
-    figure = figures.new(8, 4.8)
+    figure = pictures.blank(8, 4.8)
     plot = figure.subplots()
     for name, one in runs.items():
         angle = one.truth["position_rad"][:, 0] - one.simulation.command["environment_center_rad"][0, 0]
@@ -136,7 +137,7 @@ def _loops(runs: dict[str, Run]) -> Picture:
     caption = (
         "The spring as the hand feels it: torque in N m over angle in rad. The width of a loop is friction."
     )
-    return Picture("spring_loop", caption, figures.png(figure))
+    return Picture("spring_loop", caption, pictures.png(figure))
 
 
 def _outcome(order: Order, found: Measured, pictures: list[Picture]) -> Outcome:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rtctl import pictures
 from rtctl.control import stability
 from rtctl.experiments import figures, worst_delay, worst_hand
 from rtctl.experiments.order import Order
@@ -225,7 +226,7 @@ def _outcome(
 
 
 def _picture(device: Device, found: dict[int, list[float]], viscous: dict[float, list[float]]) -> Picture:
-    figure = figures.new(10, 4.8)
+    figure = pictures.blank(10, 4.8)
     left, right = figure.subplots(1, 2)
     b_c = np.array(SHARES) * device.damping
     paper = [stability.k_max_adams_hannaford(device.damping, b, device.period_s) for b in b_c]
@@ -251,7 +252,7 @@ def _picture(device: Device, found: dict[int, list[float]], viscous: dict[float,
         "instability with worst-case hands. Left: without compensation of viscous friction, hands of 1 to 14 resonances. "
         "Right: what is left of the region when viscous friction is compensated, with the hand of 14."
     )
-    return Picture("stability_map", caption, figures.png(figure))
+    return Picture("stability_map", caption, pictures.png(figure))
 
 
 def _table(device: Device, found: dict[int, list[float]]) -> Table:

@@ -9,7 +9,7 @@ from rtctl.experiments import comparison, figures, positioning
 from rtctl.experiments.models import Compared
 from rtctl.experiments.order import Order
 from rtctl.experiments.positioning import Case, Followed, Found, Look
-from rtctl.experiments.report import Outcome, Part, Target
+from rtctl.experiments.report import Outcome, Part
 from rtctl.experiments.statistics import rms
 from rtctl.friction.report.page import Picture
 
@@ -17,6 +17,8 @@ TITLE = "Tracking"
 SINE_RAD, SINES_HZ = 0.3, (0.1, 0.25, 0.5, 1.0)
 TRIANGLE_RAD, TRIANGLES_RAD_S = 0.15, (0.02, 0.1, 0.5)
 DRAWN = ("sine 0.25 Hz", "triangle 0.1 rad/s")
+
+WORDS = comparison.Words("tracking", TITLE, "error_rms_rad", "RMS error", "RMS tracking error", "references")
 
 FIGURES = {
     "error_rms_rad": ("RMS error, mrad", 1e3),
@@ -26,25 +28,10 @@ FIGURES = {
 
 
 def _outcome(order: Order, cases: list[Case], compared: list[Compared], found: Found, look: Look) -> Outcome:
-    best = positioning.best_svr(found, "PD", "error_rms_rad", compared)
-    target = Target(
-        f"tracking: RMS error with the best SVR ({best}) less than with none (PD)",
-        positioning.less(found, "PD", "error_rms_rad", best),
-        0.60,
-    )
-    words = tuple(
-        positioning.verdict(found, controller, "error_rms_rad", compared, "RMS tracking error")
-        for controller in positioning.CONTROLLERS
-    )
     pictures = tuple(_picture(order, case, compared, look) for case in positioning.to_draw(cases, DRAWN))
-    parts = (
-        Part("Errors over time", shown=pictures),
-        Part("Where SVR wins and where it does not", words, (comparison.learned(compared),)),
-        *comparison.parts(found, FIGURES, order.repetitions),
+    return comparison.outcome(
+        WORDS, FIGURES, order, compared, found, Part("Errors over time", shown=pictures)
     )
-    winner = positioning.best_of_all(found, "PD", "error_rms_rad", 1e3, "mrad")
-    key = f"PD with friction feed-forward: {target.measured.text(100, '.1f')} % less RMS tracking error with {best} than without, over all references. {winner}"
-    return Outcome("tracking", TITLE, key, parts, (target,), comparison.numbers(found))
 
 
 def cases_of(order: Order) -> list[Case]:

@@ -41,6 +41,7 @@ from rtctl.friction.load import Load
 from rtctl.friction.model import Branch, FrictionModel
 from rtctl.rig_file.generated_document import ENDINGS
 from rtctl.rig_file.tiny_numbers import LEAST_COMPUTED, too_small
+from rtctl.whole_files import write_whole
 
 __all__ = ["Branch", "FrictionModel", "load", "require_rig", "save"]
 
@@ -97,20 +98,14 @@ def save(model: FrictionModel, path: str | Path) -> None:
     except ValueError as error:
         refuse(path, "(file)", "the model holds a number that is not finite", f"not written ({error})")
     _verified(path, text.encode())
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
-        with temporary.open("w", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
+        write_whole(path, text.encode())
         folder = os.open(path.parent, os.O_RDONLY)
         try:
             os.fsync(folder)
         finally:
             os.close(folder)
     except OSError as error:
-        temporary.unlink(missing_ok=True)
         refuse(path, "(file)", f"cannot write: {error.strerror}", "choose a folder you may write to")
 
 

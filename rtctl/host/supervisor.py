@@ -212,7 +212,7 @@ class Host:
             book=self.telemetry.book,
             friction=self.friction,
         )
-        self.telemetry.set_commands(self.gateway.counts)
+        self.telemetry.commands = self.gateway.counts
         self._wait_for(self.preparation.done)
         law = LawArrays(plan.params, plan.model, plan.command)
         self.record = RunRecord(
@@ -239,7 +239,7 @@ class Host:
         self.loop.leave_it_its_core()
         self._watch_late()
         self.telemetry.set_realtime(self.loop.grants)
-        self.telemetry.set_early(self.memory.early_ns[MARGIN:])
+        self.telemetry.early_ns = self.memory.early_ns[MARGIN:]
         self.record.begin(setup_of(self.loaded, self.plan, rig.session, rig.start_wall_ns, self.loop.grants))
         self.view = ViewProcess.of(self.loaded, self.runtime)
         self.notifier.ready()

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from hw.motion import rotary_named
 from hw.outside import json_of, read_bounded
+from rtctl import whole_files
 from rtctl.errors import DataError
 from rtctl.identify.bias import Bias
 from rtctl.identify.session import Point
@@ -21,19 +21,12 @@ MOST_HEADER_BYTES = 1 << 26
 
 def write_whole(path: Path, content: bytes) -> None:
     """Write a file so that at any moment either the old or the new content is there. Raises DataError."""
-    beside = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
-        with beside.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        beside.replace(path)
+        whole_files.write_whole(path, content)
     except OSError as error:
         raise DataError(
             f"{path}: cannot write: {error.strerror}; free space or choose another --out"
         ) from error
-    finally:
-        beside.unlink(missing_ok=True)  # gone already when the rename was done
 
 
 def read_document(folder: Path) -> dict[str, Any]:

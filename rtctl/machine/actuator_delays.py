@@ -8,7 +8,6 @@ from typing import Any
 
 from rtctl.check import lateness
 from rtctl.check import measured_timing as timing
-from rtctl.control.stability import lag_ticks
 from rtctl.rig_file.config import LoadedConfig
 
 
@@ -20,11 +19,10 @@ def actuators(loaded: LoadedConfig, folder: Path) -> list[dict[str, Any]]:
     known = timing.read(folder, timing.devices_sha256(loaded))
     found = []
     for a, axis in enumerate(loaded.config.axis):
-        late, period_s = lateness.of_axis(loaded, a), loaded.config.period_s
-        lag_s = lag_ticks(late.between.lag_hz, period_s) * period_s
+        late = lateness.of_axis(loaded, a)
         found.append({
             "axis": axis.name,
-            "declared_delay_ms": round((late.between.delay * period_s + lag_s) * 1e3, 4),
+            "declared_delay_ms": round(late.declared_s(loaded.config.period_s) * 1e3, 4),
             "declared_by": late.delay_from,
             "measured": asdict(known[axis.name]) if axis.name in known else None,
         })  # fmt: skip

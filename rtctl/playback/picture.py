@@ -6,16 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
+from rtctl import pictures
 from rtctl.playback.figures import Judged, Learned, Trace
 
 
 def save_plot(path: Path, learned: Learned, evaluated: Judged, signals: Trace | None) -> None:
     """Write a PNG. Without a hand torque there is no `signals`, and the friction alone is shown."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11, 4 if signals is None else 8), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = pictures.blank(11, 4 if signals is None else 8)
     axes = figure.subplots(1 if signals is None else 2, 1, squeeze=False)[:, 0]
     if signals is not None:
         top = axes[0]

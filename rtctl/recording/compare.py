@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from rtctl import pictures
 from rtctl.check.law_plan import build
 from rtctl.control.vocabulary import State
 from rtctl.errors import ConfigError
@@ -96,9 +97,6 @@ def _rms(values: np.ndarray) -> list[float]:
 
 def plot_comparison(comparison: Comparison, path: Path, names: tuple[str, str]) -> None:
     """Overlay of motion, hand and torques; PNG. Raises OSError."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     shown = (
         "position_rad",
         "hand_torque_nm",
@@ -107,8 +105,7 @@ def plot_comparison(comparison: Comparison, path: Path, names: tuple[str, str]) 
         "torque_applied_nm",
     )
     axes = range(len(comparison.axes))
-    figure = Figure(figsize=(11, 2.4 * len(shown) + 1), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = pictures.blank(11, 2.4 * len(shown) + 1)
     panels = figure.subplots(len(shown), 1, sharex=True)
     step = max(1, len(comparison.time_s) // 20_000)
     for panel, name in zip(panels, shown, strict=True):
@@ -124,6 +121,4 @@ def plot_comparison(comparison: Comparison, path: Path, names: tuple[str, str]) 
         panel.legend(loc="upper right", fontsize=7)
     panels[0].set_title(f"The same samples through two laws: {names[0]} and {names[1]}")
     panels[-1].set_xlabel("time, s")
-    part = path.with_name(path.name + ".part")
-    figure.savefig(part, format="png", dpi=110)
-    part.replace(path)
+    pictures.save_whole(figure, path)

@@ -191,7 +191,8 @@ def _parquet(reader: RecordingReader, path: Path, names: list[str], progress: Pr
 
 def _mcap(reader: RecordingReader, path: Path, names: list[str], progress: Progress) -> int:
     """The whole recording again, every tick a row: what plotting tools show at the full rate."""
-    from rtctl.recording.parts import Limits, Parts
+    from rtctl.recording.limits import Limits
+    from rtctl.recording.parts import Parts
     from rtctl.recording.setup import Setup
 
     if names != _names(()):

@@ -9,6 +9,7 @@ import numpy as np
 
 from hw.motion import name as own_name
 from hw.motion import words
+from rtctl import pictures
 from rtctl.control.vocabulary import State
 from rtctl.recording.incident import Incident
 from rtctl.recording.incident_report import motions_of, trigger_row
@@ -34,14 +35,10 @@ _PANELS = (
 
 def plot_incident(incident: Incident, path: Path) -> None:
     """Write a PNG. The transition is at 0; every axis of the rig in each panel. Raises OSError."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     ticks, motions = incident.ticks, motions_of(incident)
     zero = trigger_row(incident)
     time_ms = (ticks["time_ns"] - ticks["time_ns"][zero]) * 1e-6
-    figure = Figure(figsize=(10, 11), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = pictures.blank(10, 11)
     panels = figure.subplots(len(_PANELS) + 2, 1, sharex=True)
     for panel, (unit, names) in zip(panels, _PANELS, strict=False):
         for name in names:
@@ -64,9 +61,7 @@ def plot_incident(incident: Incident, path: Path) -> None:
         f"{incident.about.get('rig', '')}: {what}, {trigger.get('cause', '')}, tick {trigger['tick']}"
     )
     panels[-1].set_xlabel("time from the transition, ms")
-    part = path.with_suffix(".part")
-    figure.savefig(part, format="png", dpi=110)
-    part.replace(path)
+    pictures.save_whole(figure, path)
 
 
 def _state_panel(panel: Axes, time_ms: np.ndarray, ticks: np.ndarray) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rtctl import pictures
 from rtctl.control.vocabulary import State
 from rtctl.errors import DataError
 from rtctl.tick import FIELD, FIELDS
@@ -78,12 +79,8 @@ def chosen_panels(fields: Sequence[str]) -> tuple[tuple[str, ...], ...]:
 
 def plot_runs(runs: Sequence[Run], path: Path, fields: Sequence[str] = ()) -> None:
     """Write a PNG of one run, or of several on one time axis. Raises OSError, DataError."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     panels = chosen_panels(fields)
-    figure = Figure(figsize=(11, 1.9 * len(panels) + 1), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = pictures.blank(11, 1.9 * len(panels) + 1)
     places = np.atleast_1d(figure.subplots(len(panels), 1, sharex=True))
     for place, names in zip(places, panels, strict=True):
         for k, run in enumerate(runs):
@@ -95,9 +92,7 @@ def plot_runs(runs: Sequence[Run], path: Path, fields: Sequence[str] = ()) -> No
             place.set_yticks([int(state) for state in State], [state.name for state in State], fontsize=6)
     places[0].set_title(" and ".join(run.label for run in runs))
     places[-1].set_xlabel("time, s")
-    part = path.with_name(path.name + ".part")
-    figure.savefig(part, format="png", dpi=110)
-    part.replace(path)
+    pictures.save_whole(figure, path)
 
 
 def _unit(name: str) -> str:

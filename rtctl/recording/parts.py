@@ -8,7 +8,6 @@ import os
 import re
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from rtctl.control.records import command_dtype
 from rtctl.recording import law_state, tick_blocks, tick_cdr
 from rtctl.recording import mcap_format as fmt
 from rtctl.recording.declarations import checksums, declarations
+from rtctl.recording.limits import Limits
 from rtctl.recording.log_lines import log_line
 from rtctl.recording.mcap_file import McapFile
 from rtctl.recording.setup import Setup
@@ -36,15 +36,6 @@ CHOSEN_HZ = 100.0
 
 ROWS_LEVEL, COLUMNS_LEVEL = 1, 3
 """zstd levels of a running recording: 1.1 us a tick either way; rows become no smaller at higher ones."""
-
-
-@dataclass(frozen=True)
-class Limits:
-    """When a new file begins, and how much of the disk is left alone."""
-
-    file_bytes: int = 1 << 30
-    file_s: float = 3600.0
-    free_bytes: int = 200 << 20
 
 
 _NO_NAME = re.compile(r"[^A-Za-z0-9_-]")

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from rtctl.control.records import command_dtype
-from rtctl.recording.parts import Limits, Parts
+from rtctl.recording.limits import Limits
+from rtctl.recording.parts import Parts
 from rtctl.recording.setup import Setup
 
 QUEUE_S = 15.0

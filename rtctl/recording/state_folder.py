@@ -1,11 +1,16 @@
-"""Where a rig's event log and incidents are kept from one run to the next."""
+"""Where a rig's event log and incidents are kept from one run to the next, and its recordings."""
 
 from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from hw.outside import real
 from rtctl.wire.protocol import rig_directory
+
+if TYPE_CHECKING:
+    from rtctl.rig_file.config import LoadedConfig
 
 SYSTEM_STATE = Path("/var/lib/rtctl")
 """Where systemd puts `StateDirectory=rtctl` of the shipped unit."""
@@ -34,3 +39,11 @@ def written_folder(rig: str, root: Path | None = None) -> Path:
     own = state_folder(rig, root)
     system = SYSTEM_STATE / rig
     return system if root is None and not own.is_dir() and system.is_dir() else own
+
+
+def recording_folder(loaded: LoadedConfig) -> Path:
+    """Where the rig file wants recordings; without a word, the rig's state folder."""
+    table = loaded.config.record
+    if table is not None and table.folder:
+        return real(loaded.path.parent / table.folder)
+    return state_folder(loaded.config.rig.name) / "recordings"

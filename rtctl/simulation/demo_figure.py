@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rtctl.errors import DataError
+from rtctl import pictures
 
 AROUND_S = 4.0
 """Shown on either side of the switch."""
@@ -39,13 +39,10 @@ def draw(
     The paper is white and opaque, so that the picture is legible on a dark page, too; an SVG has no date in it.
     """
     from matplotlib import rc_context
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
     after = time_s - switch_s
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": "rtctl", "font.size": 9, "text.color": INK}):
-        figure = Figure(figsize=(6.4, 2.3), layout="constrained", facecolor="white")
-        FigureCanvasAgg(figure)
+        figure = pictures.blank(6.4, 2.3, facecolor="white")
         plot = figure.subplots()
         for name, colour, value, part in (
             ("off", OFF, rms_nm[0], (after >= -AROUND_S) & (after < 0)),
@@ -59,7 +56,4 @@ def draw(
         plot.set_ylabel("torque of the hand, N m")
         plot.spines[["top", "right"]].set_visible(False)
         plot.legend(loc="upper right", frameon=False)
-        try:
-            figure.savefig(path, dpi=120, metadata={"Date": None} if str(path).endswith(".svg") else None)
-        except (OSError, ValueError) as error:
-            raise DataError(f"{path}: cannot write the plot: {error}; choose another path, .png") from error
+        pictures.save(figure, path, metadata={"Date": None} if str(path).endswith(".svg") else None)

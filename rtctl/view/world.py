@@ -18,8 +18,7 @@ from typing import Any
 
 from hw.motion import unit
 from rtctl.client import Lease, RigClient
-from rtctl.control.environments.kind import CENTER, STIFFNESS, Parameter
-from rtctl.control.environments.table import PARAMETERS, Environment
+from rtctl.control.vocabulary import CENTER, PARAMETERS, STIFFNESS, Environment, Parameter
 from rtctl.errors import ClientError, RefusedError
 
 FRAME_S = 1 / 60

@@ -1,4 +1,4 @@
-"""The judge of `board.c` as a process: what `hw.simulators.serial_process.SimulatedBoard` is, in another language."""
+"""The judge of `board.c` as a process: what `tests/simulated_board.py` is, in another language."""
 
 import contextlib
 import json

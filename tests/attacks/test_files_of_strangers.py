@@ -14,7 +14,7 @@ from patience import PATIENCE_S
 
 from hw import outside
 from hw.interface import BackendError
-from hw.playback.reader import read_columns
+from hw.playback.columns import read_table
 from rtctl import terminal
 from rtctl.check import law_plan as plan
 from rtctl.check import stability_report
@@ -133,7 +133,7 @@ def test_what_is_no_file_is_not_read(tmp_path, endless):
             with pytest.raises(error, match="not a regular file"):
                 read(path)
         with pytest.raises(BackendError, match="not a regular file"):
-            read_columns(path, ("a",))
+            read_table(path, ("a",))
         text = MOCK.replace(f'model = "{demo.shipped_config("friction")}/mock.json"', f'model = "{path}"', 1)
         assert str(path) in text
         shown = CliRunner().invoke(cli, ["check", str(rig(tmp_path, text))])
@@ -211,10 +211,10 @@ def test_a_model_that_is_nested_or_has_numbers_nobody_means_is_refused(tmp_path)
 def test_a_packed_log_that_bursts_is_refused_and_a_packed_log_is_read(tmp_path):
     log = tmp_path / "log.csv.gz"
     log.write_bytes(gzip.compress(b"a,b\r\n" + b"0.0,1.0\r\n" * 100_000))
-    assert len(read_columns(log, ("a",))["a"]) == 100_000
+    assert len(read_table(log, ("a",)).columns["a"]) == 100_000
     log.write_bytes(gzip.compress(b"a\n") + gzip.compress(b"0\n" * (100 << 20)))
     with pytest.raises(BackendError, match="unpack to more than"):
-        read_columns(log, ("a",))
+        read_table(log, ("a",))
 
 
 def test_an_event_log_that_somebody_else_wrote_is_shown_on_one_line_each(tmp_path):

@@ -9,8 +9,9 @@ from rtctl.check.law_plan import build
 from rtctl.control.records import command_dtype
 from rtctl.host.record.run_record import RunRecord
 from rtctl.host.speaker import Speaker
+from rtctl.recording.limits import Limits
 from rtctl.recording.mcap_file import McapFile
-from rtctl.recording.parts import Limits, Parts
+from rtctl.recording.parts import Parts
 from rtctl.recording.reader import RecordingReader, all_parts
 from rtctl.recording.setup import Setup, setup_of
 from rtctl.rig_file.config import load

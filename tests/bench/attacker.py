@@ -37,11 +37,13 @@ TRICKLE_BYTES = 20_000
 _CHUNK = zmtp.MORE * 32_768
 
 
-def connect(address: str, socket_type: bytes = b"DEALER", identity: bytes = b"") -> socket.socket:
-    """A connection that has greeted and was let in. Raises OSError."""
+def connect(
+    address: str, socket_type: bytes = b"DEALER", identity: bytes = b"", patience_s: float = 2.0
+) -> socket.socket:
+    """A connection that has greeted and was let in. Raises OSError, also when nobody answers within `patience_s`."""
     made = plain(address)
     try:
-        made.settimeout(2.0)
+        made.settimeout(patience_s)
         made.sendall(zmtp.GREETING + zmtp.ready(socket_type, identity))
         heard = b""
         while b"READY" not in heard:  # who says more before that is cut off by libzmq itself

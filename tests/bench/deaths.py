@@ -21,11 +21,11 @@ from pathlib import Path
 
 import numpy as np
 
-from hw.simulators.serial_process import SimulatedBoard
 from rtctl.client import RigClient
 from rtctl.errors import ClientError, RtctlError
 from rtctl.rig_file.config import load
 from tests.bench.row import Row
+from tests.simulated_board import SimulatedBoard
 
 TARGET_MS = 15.0
 BOARD_HZ = 1000

@@ -7,9 +7,9 @@ import struct
 import termios
 
 import pytest
+from simulated_board import PATIENCE_S, SimulatedBoard
 
 from hw.serial import frame_backend as serial_backend
-from hw.simulators.serial_process import PATIENCE_S, SimulatedBoard
 
 _BOARDS = {}
 

@@ -155,7 +155,7 @@ class FakeRig:
             self.context, endpoints, self.writer, self.description, self.reader.latest, access=self.access
         )
         self.gateway._requests._desk.silence_s = 8.0  # a loaded machine is no silent renderer
-        self.telemetry.set_commands(self.gateway.counts)
+        self.telemetry.commands = self.gateway.counts
         for thread in self._threads:
             thread.start()
         return self

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from simulated_board import SimulatedBoard
 
-from hw.simulators.serial_process import SimulatedBoard
 from rtctl.client import RigClient
 from rtctl.errors import ClientError
 

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 from patience import PATIENCE_S
 from rtctl_process import greet
+from simulated_board import SimulatedBoard
 
 from hw.interface import LinkFault
 from hw.serial.frame import Status
-from hw.simulators.serial_process import SimulatedBoard
 from rtctl.client import RigClient
 from rtctl.control.vocabulary import State
 from rtctl.errors import ClientError

@@ -11,7 +11,8 @@ from scenarios import SCENARIOS, Run
 
 from rtctl.recording.law_arrays import LAW_NAME, LawArrays, pack_law
 from rtctl.recording.law_runner import LAW_FIELDS
-from rtctl.recording.parts import Limits, Parts
+from rtctl.recording.limits import Limits
+from rtctl.recording.parts import Parts
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.replay import Replay
 from rtctl.recording.setup import Setup, setup_of

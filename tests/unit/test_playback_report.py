@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from hw.interface import LinkFault
-from hw.playback.reader import read_columns
+from hw.playback.columns import read_table
 from rtctl.cli.playback import _presliding, command
 from rtctl.control.vocabulary import State
 from rtctl.errors import ConfigError, DataError, DeviceError
@@ -196,7 +196,7 @@ def test_removing_the_bias_shifts_the_raw_column_whatever_its_scale(logs, tmp_pa
     loaded = rig_with(tmp_path, logs[1], None)
     shifted = with_bias(loaded.options, loaded.config.hardware(), BIAS)
     rows = run_log(changed(loaded, shifted, {}))
-    raw = read_columns(logs[1], ("minus_h",))["minus_h"]
+    raw = read_table(logs[1], ("minus_h",)).columns["minus_h"]
     np.testing.assert_allclose(rows["hand_torque_nm"][: len(raw), 0], -raw - BIAS, atol=1e-12)
 
 

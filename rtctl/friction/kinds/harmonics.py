@@ -93,9 +93,3 @@ class Harmonics:
         f, s = self(edges), self.derivative(edges, 1) * h
         rise = np.diff(f)
         return np.column_stack([f[:-1], s[:-1], 3 * rise - 2 * s[:-1] - s[1:], s[:-1] + s[1:] - 2 * rise])
-
-    @property
-    def table_bound_nm(self) -> float:
-        """Proved error of `table`, N m."""
-        h = 2 * math.pi * self.orders / CONSERVATIVE_CELLS
-        return float((h**4 * np.hypot(self.cos, self.sin)).sum()) / 384 + 1e-12

@@ -29,8 +29,6 @@ FIT_SHARE = 0.5
 """A part that explains less than this share of what is seen does not fit, and nothing is compensated with it."""
 
 _SHIFTS = 4096
-_UNEVEN = 0.2
-"""Places that are even over a period are nowhere further from it than this share of their distance."""
 
 
 @dataclass(frozen=True)
@@ -226,23 +224,6 @@ def changed_since(
     rest = np.asarray(sweep.torque_nm, dtype=float) + moved(np.asarray(sweep.position_rad, dtype=float))
     told = Sweep(sweep.position_rad, rest, sweep.direction)
     return fit_cogging(told, part.period_rad, friction_period_rad=friction_period_rad)
-
-
-def scatter_nm(sweep: Sweep, period_rad: float) -> float:
-    """Scatter of a row of a sweep about any map, N m: the mean square of the waves above those that a part may have.
-
-    What varies from one place to the next is no cogging. 0 where the places are too few, or not even over the period, so that nothing is told.
-    """
-    places, where, count = np.unique(
-        np.round((sweep.position_rad / period_rad) % 1.0, 4), return_inverse=True, return_counts=True
-    )
-    cells = len(places)
-    if cells // 2 <= ORDER_MAX + 1 or np.abs(np.diff(places) * cells - 1.0).max() > _UNEVEN:
-        return 0.0
-    mean = np.bincount(where, sweep.torque_nm - float(np.mean(sweep.torque_nm))) / count
-    power = np.abs(np.fft.rfft(mean) / cells) ** 2
-    above = power[ORDER_MAX + 1 :]
-    return math.sqrt(2.0 * float(np.mean(above)) * (cells // 2) * float(np.mean(count)))
 
 
 def _peak(

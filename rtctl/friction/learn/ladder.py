@@ -16,15 +16,13 @@ from rtctl.friction.learn.selection import Choice, Rung, as_good, choose, climb,
 from rtctl.friction.model import Branch, FrictionModel
 from rtctl.friction.points.measured import FrictionPoints
 
-SEARCHES = ("full", "halving")
-
 _POOLED_MAX = 12
 """Most candidates of the chosen rung that are tried on both directions as one curve; of a mean of many rungs two of each."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """How to climb: `families` of `FAMILIES`, `strategy` of `SEARCHES`, symmetry, workers, `hold_out.WAYS`.
+    """How to climb: `families` of `FAMILIES`, `strategy` full or halving, symmetry, workers, `hold_out.WAYS`.
 
     Held-out errors up to `tolerance_share` (0 to 1) of the largest friction are as good as smaller ones.
     `max_support_vectors`: most that a curve may have when trained on all points; None: any number. `mean`: the mean of the rungs

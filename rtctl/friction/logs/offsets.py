@@ -33,13 +33,12 @@ class Offset:
     """Offset of one log: its row in the symmetric parameters, and the drift about it.
 
     `terms` is the number of cosines, 0 where the log is too short or turns too seldom: the offset is then
-    taken as constant. `drift_rms_nm` and `drift_range_nm` describe the drift found (and removed).
+    taken as constant. `drift_range_nm` is that of the drift found (and removed).
     """
 
     source: str
     parameter: str
     terms: int
-    drift_rms_nm: float
     drift_range_nm: float
 
 
@@ -73,7 +72,7 @@ class OffsetColumns:
         for k, name in enumerate(self.names):
             mine = self.owner == k
             drift = (self.drift[:, mine] @ drift_nm[mine])[sliding & (self.logs[:, k] > 0)]
-            found.append(Offset(sources[k], name, int(mine.sum()), float(drift.std()), float(np.ptp(drift))))
+            found.append(Offset(sources[k], name, int(mine.sum()), float(np.ptp(drift))))
         return found
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rtctl.errors import DataError
+from rtctl import pictures
 from rtctl.friction.model import Branch, FrictionModel
 from rtctl.friction.points.measured import FrictionPoints
 from rtctl.friction.report import measured_range
@@ -25,11 +25,7 @@ def draw(model: FrictionModel, points: FrictionPoints, path: str | Path) -> None
     DataError
         When the file cannot be written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(7.2, 4.6), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = pictures.blank(7.2, 4.6)
     plot = figure.subplots()
     for sign, branch in zip((1, -1), model.branches, strict=True):
         speed, friction_nm = points.branch(sign)
@@ -42,10 +38,7 @@ def draw(model: FrictionModel, points: FrictionPoints, path: str | Path) -> None
     plot.legend(fontsize="small")
     plot.grid(visible=True, alpha=0.3)
     speak(figure, model.motion)
-    try:
-        figure.savefig(path, dpi=120)
-    except (OSError, ValueError) as error:
-        raise DataError(f"{path}: cannot write the plot: {error}; choose another path, .png") from error
+    pictures.save(figure, path)
 
 
 def _draw_branch(

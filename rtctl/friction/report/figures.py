@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hw.motion import speed_scale, words
+from rtctl import pictures
 from rtctl.friction.band import Band
 from rtctl.friction.report import measured_range
 from rtctl.friction.report.evidence import EXTRA_COLUMNS, Errors, Evidence, Learned, interval_nm
@@ -24,7 +24,7 @@ _COLOURS = {1: "tab:blue", -1: "tab:orange"}
 
 def curves(evidence: Evidence, family: str) -> bytes:
     """Draw points, curve, tube and support vectors of one family: each direction, whole range and low speeds."""
-    figure = _figure(10, 7.2)
+    figure = pictures.blank(10, 7.2)
     plots = figure.subplots(2, 2, squeeze=False)
     bands = [branch.band if family == evidence.chosen else None for branch in evidence.model.branches]
     for row, one, band in zip(plots, evidence.of(family), bands, strict=True):
@@ -91,7 +91,7 @@ def ladder(evidence: Evidence) -> bytes:
     from matplotlib.ticker import LogLocator
 
     rungs = [rung for rung in evidence.rungs if not rung.refused]
-    figure = _figure(8, 1.2 + 0.36 * len(rungs))
+    figure = pictures.blank(8, 1.2 + 0.36 * len(rungs))
     plot = figure.subplots()
     for at, rung in enumerate(reversed(rungs)):
         low, high = (1e3 * end for end in interval_nm(rung))
@@ -113,7 +113,7 @@ def residuals(evidence: Evidence) -> bytes:
     chosen = evidence.of(evidence.chosen)
     least = float(np.min([one.trained.speed[one.trained.speed > 0].min() for one in chosen]))
     most = float(np.max([one.trained.speed.max() for one in chosen]))
-    figure = _figure(10, 6.4)
+    figure = pictures.blank(10, 6.4)
     plots = figure.subplots(2, 1, sharex=True)
     for plot, one in zip(plots, chosen, strict=True):
         if one.epsilon_nm > 0:
@@ -159,7 +159,7 @@ def _scatter(plot: Axes, errors: Errors, marker: str, colour: str, name: str) ->
 
 def residuals_against(evidence: Evidence, name: str) -> bytes:
     """Draw training residuals of the chosen model against one of the extra columns."""
-    points, figure = evidence.points, _figure(10, 3.6)
+    points, figure = evidence.points, pictures.blank(10, 3.6)
     plot = figure.subplots()
     for one in evidence.of(evidence.chosen):
         mine = points.rows_of(one.direction)
@@ -176,15 +176,6 @@ def residuals_against(evidence: Evidence, name: str) -> bytes:
     _label(plot, EXTRA_COLUMNS[name], "model - measured [mN m]", "")
     figure.legend(loc="outside lower center", ncols=2, fontsize="small")
     return _png(figure, evidence.points.motion)
-
-
-def _figure(width: float, height: float) -> Figure:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
 
 
 def _label(plot: Axes, x: str, y: str, title: str) -> None:
@@ -215,6 +206,4 @@ def _times(factor: float, value: float, _at: int) -> str:
 
 def _png(figure: Figure, motion: str) -> bytes:
     speak(figure, motion)
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=100, metadata={"Software": None})
-    return buffer.getvalue()
+    return pictures.png(figure, {"Software": None})

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.control.environments.table import PARAMETERS, Environment
-from rtctl.control.vocabulary import Display, State
+from rtctl.control.vocabulary import PARAMETERS, Display, Environment, State
 from rtctl.host.access.authenticator import Caller
 from rtctl.host.commands.lease import LeaseDesk
 from rtctl.host.commands.messages import Refusal, Request

@@ -8,8 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from rtctl.control.environments.table import NAMES, PARAMETERS, meaning
-from rtctl.control.vocabulary import Display
+from rtctl.control.vocabulary import NAMES, PARAMETERS, Display, meaning
 from rtctl.wire.protocol import ROLES
 
 SWITCH = ("on", "off")

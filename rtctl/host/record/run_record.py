@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from hw.outside import real
 from rtctl.host.record.command_trace import CommandTrace
 from rtctl.host.record.flight_recorder import FlightRecorder
 from rtctl.host.telemetry.device_words import DeviceWords
@@ -18,11 +17,11 @@ from rtctl.host.telemetry.streams import Telemetry
 from rtctl.host.telemetry.veiled_leases import veil_leases
 from rtctl.recording.event_log import Event
 from rtctl.recording.law_arrays import LawArrays
-from rtctl.recording.parts import Limits
+from rtctl.recording.limits import Limits
 from rtctl.recording.recorder import Recorder
 from rtctl.recording.setup import Setup
 from rtctl.recording.shadow import ShadowLaw
-from rtctl.recording.state_folder import state_folder
+from rtctl.recording.state_folder import recording_folder, state_folder
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rig_file.host_tables import RecordTable
 from rtctl.rt.shared_memory import CommandWriter
@@ -64,15 +63,15 @@ class RunRecord:
         self._friction = friction
         self.flight = FlightRecorder(state_folder(rig.name), rig, words, friction)
         self.recorder: Recorder | None = None
-        telemetry.set_log(self.flight.status)
+        telemetry.log = self.flight.status
 
     def begin(self, setup: Setup) -> None:
         """Before the first batch: tell clients what they would record, and record if asked to."""
         self._setup = setup.packed()
-        self._telemetry.set_setup(self._message)
+        self._telemetry.setup = self._message
         if self._table is not None:
-            self.recorder = Recorder(self._folder, setup, limits(self._table), wait=self.rig.virtual)
-            self._telemetry.set_recording(self.recorder.status)
+            self.recorder = Recorder(self._folder, setup, Limits.of(self._table), wait=self.rig.virtual)
+            self._telemetry.recording = self.recorder.status
 
     def keep(self, first_row: int, rows: np.ndarray) -> list[Event]:
         """Log events, record ticks, tell clients of commands; before the ticks themselves are published.
@@ -131,20 +130,3 @@ class RunRecord:
             self.recorder.close("" if error is None else f"{type(error).__name__}: {error}")
         self._keep_friction()
         self.flight.close(error)
-
-
-def recording_folder(loaded: LoadedConfig) -> Path:
-    """Where the rig file wants recordings; without a word, the rig's state folder."""
-    table = loaded.config.record
-    if table is not None and table.folder:
-        return real(loaded.path.parent / table.folder)
-    return state_folder(loaded.config.rig.name) / "recordings"
-
-
-def limits(table: RecordTable) -> Limits:
-    """The table in bytes and seconds."""
-    return Limits(
-        file_bytes=round(table.file_mb * 1e6),
-        file_s=table.file_minutes * 60.0,
-        free_bytes=round(table.free_mb * 1e6),
-    )

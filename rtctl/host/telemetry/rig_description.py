@@ -11,7 +11,7 @@ import numpy as np
 
 from rtctl import __version__
 from rtctl.check import measured_timing as timing
-from rtctl.control.environments.table import PARAMETERS
+from rtctl.control.vocabulary import PARAMETERS
 from rtctl.friction import artefact
 from rtctl.rig_file.axis_tables import AxisTable
 from rtctl.rig_file.config import LoadedConfig

@@ -109,13 +109,18 @@ class Telemetry:
     ) -> None:
         self._rig = describe(rig)
         self._friction = friction
-        self._commands = commands
+        self.commands = commands
+        """The gateway's counters, for `health`."""
         self._clock_ns = clock_ns
         self._realtime: list[dict[str, Any]] = []
-        self._early_ns = np.zeros(1, np.int64)
-        self._log: Callable[[], Mapping[str, Any]] = dict
-        self._recording: Callable[[], Mapping[str, Any] | None] = lambda: None
-        self._setup: Callable[[], Mapping[str, Any]] | None = None
+        self.early_ns = np.zeros(1, np.int64)
+        """How long before each deadline the loop is awake: `health` has the first of these, as it is then."""
+        self.log: Callable[[], Mapping[str, Any]] = dict
+        """How the event log is doing (`FlightRecorder.status`), for `health`."""
+        self.recording: Callable[[], Mapping[str, Any] | None] = lambda: None
+        """How the recording is doing (`Recorder.status`), for `health`."""
+        self.setup: Callable[[], Mapping[str, Any]] | None = None
+        """What is published on `rtctl/setup` with every health, for clients that record."""
         self._schema_sha256 = schema_sha256(self._rig.n_axes, self._rig.motions)
         self._decimator = Decimator(self._rig.rate_hz, self._rig.state_hz)
         self._events = EventDetector(self._rig, words, friction)
@@ -152,29 +157,9 @@ class Telemetry:
         """Tell in `health` which real-time rights were granted and which refused, and why."""
         self._realtime = [dict(grant) for grant in grants]
 
-    def set_early(self, early_ns: np.ndarray) -> None:
-        """Tell in `health` how long before each deadline the loop is awake: the first of these, as they are then."""
-        self._early_ns = early_ns
-
     def set_late(self, watch: LateWatch) -> None:
         """Tell in `health` and events which ticks came late, and why."""
         self._events.late.watch = watch
-
-    def set_commands(self, counts: Counts) -> None:
-        """Tell the gateway's counters in `health`."""
-        self._commands = counts
-
-    def set_log(self, status: Callable[[], Mapping[str, Any]]) -> None:
-        """Tell in `health` how the event log is doing (`FlightRecorder.status`)."""
-        self._log = status
-
-    def set_recording(self, status: Callable[[], Mapping[str, Any]]) -> None:
-        """Tell in `health` how the recording is doing (`Recorder.status`)."""
-        self._recording = status
-
-    def set_setup(self, setup: Callable[[], Mapping[str, Any]]) -> None:
-        """Publish what this gives on `rtctl/setup` with every health from now on, for clients that record."""
-        self._setup = setup
 
     def publish_commands(self, commands: np.ndarray) -> None:
         """Publish commands that came into force in the ticks published next."""
@@ -256,17 +241,17 @@ class Telemetry:
             "friction": [] if self._friction is None else self._friction.status(),
             "overwritten": self._overwritten,
             "telemetry": self.counts(),
-            "commands": dict(self._commands()),
+            "commands": dict(self.commands()),
             "realtime": self._realtime,
-            "early_us": round(int(self._early_ns[0]) / 1e3, 1),
+            "early_us": round(int(self.early_ns[0]) / 1e3, 1),
             "late": None if self._events.late.watch is None else self._events.late.watch.health(),
-            "log": dict(self._log()),
-            "recording": self._recording(),
+            "log": dict(self.log()),
+            "recording": self.recording(),
         }
         self._healths += 1
         self._send(TOPIC_HEALTH, health)
-        if self._setup is not None:
-            self._send(TOPIC_SETUP, {"session": rig.session, **self._setup()})
+        if self.setup is not None:
+            self._send(TOPIC_SETUP, {"session": rig.session, **self.setup()})
 
     def _warnings(self) -> list[dict[str, str]]:
         of_motors = [] if self._newest is None else temperature_warnings(self._rig, self._newest)

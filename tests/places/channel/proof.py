@@ -9,7 +9,8 @@ import pytest
 from hw.mock.options import MockOptions
 from rtctl.host.telemetry.samples import tick_columns
 from rtctl.recording.export import export
-from rtctl.recording.parts import Limits, Parts
+from rtctl.recording.limits import Limits
+from rtctl.recording.parts import Parts
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.setup import setup_of
 from rtctl.rig_file.config import load

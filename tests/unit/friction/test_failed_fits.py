@@ -56,7 +56,7 @@ def test_a_non_finite_solution_is_a_failed_fit(broken_nu, nobody_else):
             train(Candidate("nu", "spline", 10.0, nu), data.speed, data.friction_nm, data.weight)
 
 
-@pytest.mark.parametrize("strategy", ladder.SEARCHES)
+@pytest.mark.parametrize("strategy", ["full", "halving"])
 def test_a_non_finite_nusvr_inside_a_search_is_survived_and_counted(broken_nu, nobody_else, strategy):
     found = ladder.ascend(points(), options(families=("nu-spline",), strategy=strategy, symmetric="no"))
     rung = found.choice.chosen

@@ -81,9 +81,7 @@ def test_the_file_keeps_place_and_the_laws_record_evaluates_it(learned, tmp_path
         assert sum(in_law) == pytest.approx(
             float(model.magnitude(v) + model.place_magnitude(*here)[0]), abs=1e-10
         )
-        assert conservative_torque(record, x) == pytest.approx(
-            float(RIPPLE(here[1])[0]), abs=RIPPLE.table_bound_nm
-        )
+        assert conservative_torque(record, x) == pytest.approx(float(RIPPLE(here[1])[0]), abs=1e-9)
     assert model.place_steepest_nm_rad == pytest.approx(0.14, abs=0.03)
 
 

@@ -135,7 +135,7 @@ def test_health_comes_once_a_second_also_when_the_loop_is_silent(air):
     air.open()
     socket = air.subscribe(TOPIC_HEALTH)
     air.settle(socket)
-    air.telemetry.set_commands(lambda: {"malformed": 3})
+    air.telemetry.commands = lambda: {"malformed": 3}
     air.telemetry.set_realtime([{"right": "scheduling", "granted": False, "detail": "no"}])
     for _ in range(30):
         air.clock.ns += 100_000_000

@@ -8,8 +8,9 @@ import pytest
 from pydantic import ValidationError
 
 from hw.interface import BackendError, Rig
+from hw.playback.columns import read_table
 from hw.playback.options import PlaybackOptions
-from hw.playback.reader import load, read_columns
+from hw.playback.reader import load
 
 RIG = Rig(
     n_axes=1,
@@ -166,7 +167,7 @@ def test_a_window_outside_the_log_is_refused(tmp_path):
 
 def test_columns_that_are_not_mapped_may_hold_text(tmp_path):
     path = write(tmp_path, "t,note,x\n0,hello,1\n1,,2\n")
-    assert read_columns(path, ("x", "t", "x"))["x"].tolist() == [1, 2]
+    assert read_table(path, ("x", "t", "x")).columns["x"].tolist() == [1, 2]
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,15 @@
 """The compiled halves of a cycle do on a serial line what `read` and `write` do, and leave to them what is rare."""
 
+import fcntl
 import os
 import pty
+import struct
+import termios
 import tty
 
 import numpy as np
 import pytest
+from patience import until
 
 from hw.entry_points import call_for_int, entry_point
 from hw.interface import LinkLost, Rig
@@ -24,6 +28,10 @@ pytestmark = pytest.mark.compiled
 @compiled
 def _go(at, arguments):
     return call_for_int(at, arguments)
+
+
+def _waiting(fd):
+    return struct.unpack("i", fcntl.ioctl(fd, termios.FIONREAD, b"\0\0\0\0"))[0]
 
 
 class Line:
@@ -48,6 +56,11 @@ class Line:
         ticks, counts = new_ticks(1, 1), np.array([37 * k])
         ticks["current_a"], ticks["force_n"] = 0.25, (1.0, -2.0, 0.5)
         return self.board.state_packet(ticks, counts, 1000 * k)
+
+    def arrive(self, data):
+        """Sent, and there to be read: a loaded machine hands on what was written to a pty in parts, and only later."""
+        os.write(self.far, data)
+        until(lambda: _waiting(self.near) >= len(data), "the bytes")
 
     def read(self, compiled_half):
         if not compiled_half:
@@ -87,13 +100,13 @@ def test_both_ways_read_and_send_the_same_in_turn(line):
     for compiled_half in (False, True):
         other = Line()
         for k in range(1, 40):
-            os.write(other.far, other.sample(k) * (1 + (k % 5 == 0)))  # now and then one twice
-            if k % 7 == 0:
-                os.write(other.far, b"\x01\x02noise\x00")
+            noise = b"\x01\x02noise\x00" if k % 7 == 0 else b""
+            other.arrive(other.sample(k) * (1 + (k % 5 == 0)) + noise)  # now and then one twice
             other.tick["tick"], other.tick["enabled"], other.tick["current_command_a"] = k, k > 10, 0.01 * k
             assert other.read(compiled_half) == 0
             assert other.write(compiled_half) == 0
             ticks.append(other.tick.copy())
+            until(lambda far=other.far: _waiting(far), "a command")
             packets.append(other.sent())
         other.close()
     n = len(ticks) // 2

@@ -198,7 +198,7 @@ def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(tmp_path, monke
     def full(_descriptor):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(module.os, "fsync", full)
+    monkeypatch.setattr(module.whole_files.os, "fsync", full)
     with pytest.raises(DataError, match="No space left"):
         write_whole(path, b"new")
     assert path.read_bytes() == b"old"

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from rtctl.recording.parts import Limits, Parts
+from rtctl.recording.limits import Limits
+from rtctl.recording.parts import Parts
 from rtctl.recording.setup import Setup, setup_of
 from rtctl.rig_file.config import load
 from rtctl.simulation.closed_loop import Simulation

@@ -8,7 +8,8 @@ from run_maker import run, setup, write
 
 from rtctl.errors import ConfigError, RtctlError
 from rtctl.recording.export import export
-from rtctl.recording.parts import Limits, Parts
+from rtctl.recording.limits import Limits
+from rtctl.recording.parts import Parts
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.tick_cdr import RECORDED
 

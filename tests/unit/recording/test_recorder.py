@@ -8,8 +8,8 @@ import pytest
 from run_maker import run, setup
 
 from rtctl.recording import mcap_file, parts, recorder
+from rtctl.recording.limits import Limits
 from rtctl.recording.overview import overview
-from rtctl.recording.parts import Limits
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.recorder import Recorder
 
@@ -129,7 +129,7 @@ def test_a_disk_that_is_really_full(tmp_path):
     code = (
         "import resource, signal, sys; sys.path[:0] = sys.argv[2:]\n"
         "from pathlib import Path; from run_maker import run, setup\n"
-        "from rtctl.recording.recorder import Recorder; from rtctl.recording.parts import Limits\n"
+        "from rtctl.recording.recorder import Recorder; from rtctl.recording.limits import Limits\n"
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
         "rows, commands = run(); r = Recorder(Path(sys.argv[1]), setup(), Limits(free_bytes=0))\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (150_000, 150_000))\n"

@@ -8,8 +8,8 @@ from run_maker import run, setup, write
 
 from rtctl.errors import DataError
 from rtctl.recording import mcap_file
+from rtctl.recording.limits import Limits
 from rtctl.recording.overview import overview
-from rtctl.recording.parts import Limits
 from rtctl.recording.reader import RecordingReader, all_parts, with_earlier_parts
 
 

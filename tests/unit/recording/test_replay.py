@@ -5,7 +5,8 @@ from run_maker import CONFIGS, run, setup, write
 from rtctl.errors import ConfigError, DataError
 from rtctl.recording.compare import compare, numbers, plot_comparison
 from rtctl.recording.law_runner import CommandBook, LawRunner
-from rtctl.recording.parts import Limits, Parts
+from rtctl.recording.limits import Limits
+from rtctl.recording.parts import Parts
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.replay import Replay
 from rtctl.rig_file.config import load

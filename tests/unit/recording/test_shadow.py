@@ -3,7 +3,8 @@ import pytest
 from run_maker import run, setup
 
 from rtctl.recording.law_arrays import unpack_law
-from rtctl.recording.parts import Limits, Parts
+from rtctl.recording.limits import Limits
+from rtctl.recording.parts import Parts
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.replay import Replay
 from rtctl.recording.shadow import ShadowLaw

@@ -1,4 +1,4 @@
-"""Several files written together: all whole, or none of them changed."""
+"""Files written so that a reader finds the old content or the new, never half of it; several together all or none."""
 
 from __future__ import annotations
 
@@ -7,6 +7,28 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from rtctl.errors import DataError
+
+
+def beside(path: Path) -> Path:
+    """The hidden file in the same folder that becomes `path` once it is whole."""
+    return path.with_name(f".{path.name}.{os.getpid()}.tmp")
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write one file. Raises OSError, and then the old content is there, and nothing else."""
+    new = beside(path)
+    try:
+        _write(new, content)
+        new.replace(path)
+    finally:
+        new.unlink(missing_ok=True)  # gone already when the rename was done
+
+
+def _write(path: Path, content: bytes) -> None:
+    with path.open("wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
 
 
 def write_together(folder: Path, files: Mapping[str, bytes]) -> None:
@@ -20,7 +42,7 @@ def write_together(folder: Path, files: Mapping[str, bytes]) -> None:
         Names the file and what to do.
     """
     made = not folder.exists()
-    beside = {name: folder / f".{name}.{os.getpid()}.tmp" for name in files}
+    new = {name: beside(folder / name) for name in files}
     at = folder
     complete = False
     try:
@@ -29,13 +51,10 @@ def write_together(folder: Path, files: Mapping[str, bytes]) -> None:
             at = folder / name
             if at.is_dir():
                 raise DataError(f"{at}: is a folder; remove it, or choose another --out")
-            with beside[name].open("wb") as file:
-                file.write(content)
-                file.flush()
-                os.fsync(file.fileno())
+            _write(new[name], content)
         for name in files:
             at = folder / name
-            beside[name].replace(at)
+            new[name].replace(at)
         complete = True
     except OSError as error:
         raise DataError(
@@ -43,7 +62,7 @@ def write_together(folder: Path, files: Mapping[str, bytes]) -> None:
         ) from error
     finally:
         if not complete:
-            _clear(folder, beside.values(), made=made)
+            _clear(folder, new.values(), made=made)
 
 
 def _clear(folder: Path, leftovers: Iterable[Path], *, made: bool) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from rtctl.errors import DataError
-from rtctl.friction.logs.whole_files import write_together
+from rtctl.whole_files import write_together
 
 
 def test_all_files_are_there_and_nothing_else(tmp_path):
