@@ -123,14 +123,14 @@ def joint_fit(signals: Regressors) -> JointFit:
     )
     _require_signs(symmetric, signals.source)
     _require_explained(symmetric, signals.source)
-    by = doubts(signals)
+    late = _remaining_delay(signals, columns, offset)
+    by = doubts(signals, late)
     symmetric, per_direction = (
         replace(fit, parameters=doubted(fit.parameters, by)) for fit in (symmetric, per_direction)
     )
     offsets = tuple(offset.describe(drift, signals.sources, signals.sliding))
     coefficients = tuple(float(each) for each in drift)
     both = speeds(signals)
-    late = _remaining_delay(signals, columns, offset)
     warnings = (
         *signals.warnings,
         *_few_slow(signals),
