@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 
@@ -45,6 +47,20 @@ def doubt(errors: np.ndarray, blocks: np.ndarray | None) -> float:
     by is common to all models, and says little of which one is better.
     """
     return standard_error(errors, _known(blocks))
+
+
+def of_few(errors: np.ndarray, blocks: np.ndarray) -> float:
+    """Relative standard error of the root mean square of `errors` that few blocks make: of what the errors of one share, as of that many normal numbers.
+
+    0 of one block, which says nothing of what it shares. The share of a mean of n errors that is theirs alone is taken off it.
+    """
+    names, block, count = np.unique(blocks, return_inverse=True, return_counts=True)
+    if len(names) < 2:
+        return 0.0
+    mean = np.bincount(block, errors) / count
+    own = np.bincount(block, (errors - mean[block]) ** 2) / np.maximum(count - 1, 1) / count
+    shared = float(np.sum(count * np.maximum(mean**2 - own, 0.0)) / max(float(np.sum(errors**2)), 1e-300))
+    return math.sqrt(min(shared, 1.0) / (2 * len(names)))
 
 
 def excess(errors: np.ndarray, others: np.ndarray, blocks: np.ndarray | None) -> tuple[float, float]:

@@ -63,7 +63,8 @@ def doubts(signals: Regressors, late: Estimate | None = None) -> np.ndarray:
     lost = short / (1 - short) * abs(plain[0][0])
     others = np.column_stack([motion[:, 1:], nuisance])[rows]
     alike = np.linalg.lstsq(others, motion[rows, 0], rcond=1e-9)[0][:2]
-    return found + lost * np.array([1.0, *np.abs(alike)])
+    found += lost * np.array([1.0, *np.abs(alike)])
+    return found
 
 
 def doubted(parameters: Mapping[str, Estimate], by: np.ndarray) -> dict[str, Estimate]:
