@@ -18,6 +18,9 @@ COARSE_SHARE = 0.15
 FROZEN_S, FROZEN_SHARE = 0.15, 0.02
 """A torque that otherwise changes with every row and stands still for so long is told; for this share of the log, refused."""
 
+OFF_SHARE, OFF_S, OFF_TRAVEL = 0.03, 0.5, 0.1
+"""A motor is off whose torque stays below this share of its usual largest for so long; the joint is moved by another if it goes this share of its range to and fro meanwhile."""
+
 SPIKE_SCALES, SPIKE_SHARE, SPIKES_MOST = 15.0, 1.0, 0.05
 """Spikes are so many robust standard deviations off, and the usual largest torque; at most this share of rows, else they are the signal."""
 
@@ -38,9 +41,10 @@ def require_unclipped(signal: np.ndarray, where: str) -> None:
     """Refuse a torque (N m) that stays at its largest or smallest value: the sensor or the drive cut it off."""
     if len(np.unique(signal)) < LEVELS_MIN:
         return  # a coarse or resting signal repeats its extremes by nature
+    same = np.diff(signal) == 0  # a torque that is held for so long everywhere is of a slower bus
     for extreme in (signal.max(), signal.min()):
         begin, length = longest_run(signal == extreme)
-        if length >= CLIPPED_RUN:
+        if length >= CLIPPED_RUN and longest_run(same & (signal[1:] != extreme))[1] < length - 1:
             raise DataError(
                 f"{where}: clipped at {extreme:.4g} N m for {length} samples from row "
                 f"{begin + 1} on; raise the range of the sensor, or move less briskly"
@@ -102,6 +106,29 @@ def _frozen(signal: np.ndarray, rate_hz: float, where: str, *, may_rest: bool) -
     if length > FROZEN_SHARE * len(signal):
         raise DataError(text)
     return [text]
+
+
+def require_on(motor: np.ndarray, position: np.ndarray, rate_hz: float, where: str) -> None:
+    """Refuse a motor torque (N m), the only torque there is, that is 0 for a while in which the joint turns back: the motor was off, and something else moved it.
+
+    Raises
+    ------
+    DataError
+        Names row and time.
+    """
+    off = np.abs(motor) <= OFF_SHARE * float(np.quantile(np.abs(motor), 0.95))
+    begin, length = longest_run(off)
+    if length < max(OFF_S * rate_hz, FROZEN_SHARE * len(motor)):
+        return
+    there = position[begin : begin + length]
+    least = OFF_TRAVEL * float(np.ptp(position))
+    high, low = np.maximum.accumulate(there), np.minimum.accumulate(there)
+    forth, back = float((there - low).max()), float((high - there).max())
+    if min(forth, back) > least:
+        raise DataError(
+            f"{where}: about 0 for {length / rate_hz:.3g} s from row {begin + 1} on, and the joint turns back meanwhile: the motor was off and something else moved it; map that "
+            "torque, or cut that part out"
+        )
 
 
 def _spikes(signal: np.ndarray, where: str) -> list[str]:
