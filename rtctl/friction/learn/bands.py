@@ -98,7 +98,8 @@ def of_errors(speed: np.ndarray, error_nm: np.ndarray, block: np.ndarray, way: s
     -----
     Of n errors in their own scale the one of rank ceil((n + 1) LEVEL) bounds another one with probability LEVEL at least; where n is below
     19 there is no such rank, and the largest is stretched by 1 + 1/n. The RMS of the errors is known to some standard errors only, by blocks (few blocks: error
-    by error, and what the errors of a block share as that many normal numbers know their own), and is the least of many candidates': the band is stretched by `SURE` of them.
+    by error), and is the least of many candidates': the band is stretched by `SURE` of them. Where few blocks share most of their errors, the largest of them are not
+    the largest there are: the band is at least that of another session of normal numbers (`certainty.another_session`).
     """
     n = len(error_nm)
     if not n:
@@ -118,8 +119,7 @@ def of_errors(speed: np.ndarray, error_nm: np.ndarray, block: np.ndarray, way: s
     if rank > n:
         quantile *= 1 + 1 / n
     if whole > 0:
-        quantile *= 1 + SURE * max(
-            certainty.doubt(error_nm, block) / whole, certainty.of_few(error_nm, block)
-        )
+        quantile *= 1 + SURE * certainty.doubt(error_nm, block) / whole
+        quantile = max(quantile, certainty.another_session(error_nm, block, LEVEL) / whole)
     widths = tuple(float(width) for width in quantile * scale)
     return Band(tuple(float(edge) for edge in edges), widths, way, len(np.unique(block)), n)

@@ -49,18 +49,29 @@ def doubt(errors: np.ndarray, blocks: np.ndarray | None) -> float:
     return standard_error(errors, _known(blocks))
 
 
-def of_few(errors: np.ndarray, blocks: np.ndarray) -> float:
-    """Relative standard error of the root mean square of `errors` that few blocks make: of what the errors of one share, as of that many normal numbers.
+def another_session(errors: np.ndarray, blocks: np.ndarray, level: float) -> float:
+    """What an error of another block (session) exceeds in 1 - `level` of all cases, of normal numbers; in their unit. 0 of one block, which says nothing of another.
 
-    0 of one block, which says nothing of what it shares. The share of a mean of n errors that is theirs alone is taken off it.
+    Notes
+    -----
+    An error is what its block shares and what is its own. Of the own part there are many; the shared one is known by as few numbers as there are blocks, so that its
+    quantile is Student's with as many degrees of freedom: it is held out, so its mean is 0 already.
     """
+    from scipy.stats import norm, t
+
     names, block, count = np.unique(blocks, return_inverse=True, return_counts=True)
     if len(names) < 2:
         return 0.0
     mean = np.bincount(block, errors) / count
     own = np.bincount(block, (errors - mean[block]) ** 2) / np.maximum(count - 1, 1) / count
-    shared = float(np.sum(count * np.maximum(mean**2 - own, 0.0)) / max(float(np.sum(errors**2)), 1e-300))
-    return math.sqrt(min(shared, 1.0) / (2 * len(names)))
+    whole, shared = (
+        float(np.mean(errors**2)),
+        float(np.sum(count * np.maximum(mean**2 - own, 0.0))) / len(errors),
+    )
+    shared, side = min(shared, whole), 0.5 * (1 + level)
+    return math.sqrt(
+        float(t.ppf(side, len(names))) ** 2 * shared + float(norm.ppf(side)) ** 2 * (whole - shared)
+    )
 
 
 def excess(errors: np.ndarray, others: np.ndarray, blocks: np.ndarray | None) -> tuple[float, float]:

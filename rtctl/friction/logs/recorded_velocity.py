@@ -40,9 +40,6 @@ STEPS = 10.0
 TRIES = 4
 """Times that a delay is found anew of a velocity already put forward by it."""
 
-ALIKE = 0.95
-"""What a low-pass leaves unexplained is at most this share of what a delay does where it is called one."""
-
 
 @dataclass(frozen=True)
 class _Read:
@@ -86,7 +83,7 @@ def aligned_velocity(
         _shifted(recorded, velocity, rate_hz, inside),
         _filtered(recorded, velocity, rate_hz, inside),
     )
-    read = behind if behind.late_s > 0 and behind.rest.std() < ALIKE * shifted.rest.std() else shifted
+    read = behind if behind.late_s > 0 and behind.rest.std() < shifted.rest.std() else shifted
     share = _unexplained(read, velocity[inside], rate_hz, step_rad) if size else 1.0
     if not share <= RESIDUAL_MAX:
         raise DataError(

@@ -152,13 +152,13 @@ def _even(
             (symmetric, drift), per_direction = _both(signals, offset, kept, ways)
         except TooEvenError:
             continue
-        told = said(signals, symmetric.parameters)
-        symmetric = replace(symmetric, parameters=completed(symmetric.parameters, tuple(columns), signals))
-        per_direction = replace(
-            per_direction, parameters=completed(per_direction.parameters, tuple(by_direction), signals)
-        )
         _require_signs(symmetric, signals.source)
         _require_explained(symmetric, signals.source)
+        told = said(signals, symmetric.parameters)
+        symmetric, per_direction = (
+            replace(fit, parameters=completed(fit.parameters, tuple(names), signals))
+            for fit, names in ((symmetric, columns), (per_direction, by_direction))
+        )
         return _joint(signals, offset, symmetric, per_direction, drift, None, (told,))
     raise error
 
@@ -229,13 +229,13 @@ def _misaligned(signals: Regressors, late: Estimate | None) -> tuple[str, ...]:
 
 
 def _require_signs(fit: Regression, source: str) -> None:
-    inertia, coulomb = fit.parameters["inertia_kgm2"], fit.parameters["coulomb_nm"]
+    inertia, coulomb = fit.parameters.get("inertia_kgm2"), fit.parameters["coulomb_nm"]
     if coulomb.high < 0:
         raise DataError(
             f"{source}: the torque assists the motion (Coulomb friction {coulomb.value:.3g} N m): "
             "turn its sign (scale -1), or that of the position"
         )
-    if inertia.high < 0:
+    if inertia and inertia.high < 0:
         raise DataError(
             f"{source}: the inertia comes out negative ({inertia.value:.3g} kg m^2): torque and position are "
             "not aligned in time, or a torque is missing; map the external torque too, or correct the time"
