@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 from dirty_changes import cells, clean, column, lines, low_passed, quantised, rows_of
-from dirty_logs import CASES, RIG, Case, identified, show
+from dirty_logs import CASES, Case, identified, show
 from moved_joint import Joint, Log, simulate
 
 CASES_OF_BEFORE = len(CASES)
@@ -139,7 +139,7 @@ def with_cells(cell, share=0.002, index=2):
 def headers_between(head, rows):
     found = []
     for k in range(0, len(rows), 2000):
-        found += rows[k : k + 2000] + [head]
+        found += [*rows[k : k + 2000], head]
     return found
 
 

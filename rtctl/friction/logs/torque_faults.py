@@ -41,10 +41,13 @@ def require_unclipped(signal: np.ndarray, where: str) -> None:
     """Refuse a torque (N m) that stays at its largest or smallest value: the sensor or the drive cut it off."""
     if len(np.unique(signal)) < LEVELS_MIN:
         return  # a coarse or resting signal repeats its extremes by nature
-    same = np.diff(signal) == 0  # a torque that is held for so long everywhere is of a slower bus
+    between = (signal > signal.min()) & (signal < signal.max())
+    held = longest_run((np.diff(signal) == 0) & between[1:])[
+        1
+    ]  # as long everywhere: a torque of a slower bus
     for extreme in (signal.max(), signal.min()):
         begin, length = longest_run(signal == extreme)
-        if length >= CLIPPED_RUN and longest_run(same & (signal[1:] != extreme))[1] < length - 1:
+        if length >= CLIPPED_RUN and held < length - 1:
             raise DataError(
                 f"{where}: clipped at {extreme:.4g} N m for {length} samples from row "
                 f"{begin + 1} on; raise the range of the sensor, or move less briskly"
