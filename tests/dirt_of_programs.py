@@ -182,7 +182,7 @@ MORE = {
     "torque without its mean, AC-coupled": Case("hand", column("hand", ac_coupled), r"torque|left over|explains"),
     "torque without its sign": Case("hand", column("hand", lambda s, _: np.abs(s)), r"torque|sign"),
     "negative torques wrapped at 2^16": Case("motor", column("motor", lambda s, _: np.mod(np.round(s * 1e3), 65536)), r"torque|plausible", ("--column", "torque=motor:mNm")),
-    "dropouts written as 0": Case("hand", column("hand", dropouts), r"external torque.*spikes"),
+    "dropouts written as 0": Case("hand", column("hand", dropouts), r"external torque.*exactly 0"),
     "zero pressed in the middle": Case("hand", column("hand", tared), r"left over"),
     "range changed in the middle": Case("hand", column("hand", lambda s, log: s * np.where(log.time > 12, 10.0, 1.0)), r"torque|changes"),
     "range of the motor's current changed by 1.5": Case("motor", column("motor", lambda s, log: s * np.where(log.time > 12, 1.5, 1.0)), r"changes within"),

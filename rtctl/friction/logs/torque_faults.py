@@ -21,6 +21,9 @@ FROZEN_S, FROZEN_SHARE = 0.15, 0.02
 OFF_SHARE, OFF_S, OFF_TRAVEL = 0.03, 0.5, 0.1
 """A motor is off whose torque stays below this share of its usual largest for so long; the joint is moved by another if it goes this share of its range to and fro meanwhile."""
 
+DROPPED_SHARE, DROPPED_MOST, DROPPED_LEAST = 0.1, 50, 5
+"""Zeros between torques of one sign, both above this share of the usual largest, in so many rows at most, are no torque; fewest that are told."""
+
 SPIKE_SCALES, SPIKE_SHARE, SPIKES_MOST = 15.0, 1.0, 0.05
 """Spikes are so many robust standard deviations off, and the usual largest torque; at most this share of rows, else they are the signal."""
 
@@ -82,6 +85,7 @@ def faults(signal: np.ndarray, rate_hz: float, where: str, *, may_rest: bool) ->
             f"{where}: constant at {signal[0]:.4g} N m; map the column that was measured, or leave it out if nothing was"
         ]
     return [
+        *_dropouts(signal, where),
         *_frozen(signal, rate_hz, where, may_rest=may_rest),
         *_spikes(signal, where),
         *_coarse(signal, where),
@@ -132,6 +136,27 @@ def require_on(motor: np.ndarray, position: np.ndarray, rate_hz: float, where: s
             f"{where}: about 0 for {length / rate_hz:.3g} s from row {begin + 1} on, and the joint turns back meanwhile: the motor was off and something else moved it; map that "
             "torque, or cut that part out"
         )
+
+
+def _dropouts(signal: np.ndarray, where: str) -> list[str]:
+    """Rows of exactly 0 between rows that are not, by far, and of one sign: no sample was there."""
+    usual = float(np.quantile(np.abs(signal), 0.95))
+    given = np.flatnonzero(signal != 0)
+    if len(given) < 2:
+        return []
+    before, after = given[:-1], given[1:]
+    high = np.minimum(signal[before] * signal[after], 0.25 * usual**2) > (DROPPED_SHARE * usual) ** 2
+    holes = high & (after - before > 1) & (after - before <= DROPPED_MOST)
+    count = int((after - before - 1)[holes].sum())
+    if count < DROPPED_LEAST:
+        return []
+    text = (
+        f"{where}: {count} rows are exactly 0 between rows that are far from it, the first row {before[holes][0] + 2}: no sample was there (a slower bus, a message that was lost); "
+        "leave these rows out, or fill them"
+    )
+    if count > FROZEN_SHARE * len(signal):
+        raise DataError(text)
+    return [text]
 
 
 def _spikes(signal: np.ndarray, where: str) -> list[str]:
