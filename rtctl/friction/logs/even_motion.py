@@ -11,11 +11,33 @@ from dataclasses import replace
 
 import numpy as np
 
+from rtctl.errors import DataError
 from rtctl.friction.logs.intervals import Estimate
 from rtctl.friction.logs.regressors import Regressors
 
+DROWNED = 0.9
+"""Share of the acceleration, by power, that is noise of the position, from which on it tells no inertia."""
+
 SPEEDS_APART = 1.5
 """Ratio of the speeds, the ninth tenth over the first, from which on Coulomb and viscous friction are told apart."""
+
+
+class TooEvenError(DataError):
+    """A motion that does not tell its parameters apart."""
+
+
+def require_acceleration(signals: Regressors) -> None:
+    """Refuse a motion whose acceleration is that of the steps of its position.
+
+    Raises
+    ------
+    TooEvenError
+        Says how much of it.
+    """
+    if signals.inertia_short > DROWNED:
+        raise TooEvenError(
+            f"{signals.source}: {100 * min(1.0, signals.inertia_short):.0f} % of the acceleration, by power, is noise of the position; record brisker motion, or more digits"
+        )
 
 
 def told_apart(signals: Regressors, columns: Mapping[str, np.ndarray]) -> tuple[dict[str, np.ndarray], ...]:
@@ -27,23 +49,23 @@ def told_apart(signals: Regressors, columns: Mapping[str, np.ndarray]) -> tuple[
     return (steady, plain) if high > SPEEDS_APART * low else (plain,)
 
 
+def largest_inertia(signals: Regressors, friction: float) -> float:
+    """The most an inertia can be: the torque that there was, and `friction` (N m), moved it at its turns, (largest torque + friction)/largest acceleration."""
+    torque = np.abs(signals.torque_nm - np.median(signals.torque_nm))
+    acceleration = np.abs(signals.acceleration_rad_s2)
+    return (float(np.quantile(torque, 0.99)) + friction) / max(float(np.quantile(acceleration, 0.99)), 1e-12)
+
+
 def completed(
     found: Mapping[str, Estimate], names: tuple[str, ...], signals: Regressors
 ) -> dict[str, Estimate]:
     """The parameters `names` in their order; what was not `found` is 0 with an interval up to the most it can be.
 
-    Notes
-    -----
-    Torque moves the joint at its turns, and no inertia needs more than there was: J <= (largest torque + friction)/largest acceleration. All of the friction may be viscous.
+    All of the friction may be viscous.
     """
     levels = [abs(each.high) for name, each in found.items() if name.startswith(("coulomb", "level"))]
     friction, speed = max(levels), float(np.median(np.abs(signals.velocity_rad_s[signals.sliding])))
-    torque = signals.torque_nm - np.median(signals.torque_nm)
-    most = {
-        "inertia": (float(np.quantile(np.abs(torque), 0.99)) + friction)
-        / max(float(np.quantile(np.abs(signals.acceleration_rad_s2), 0.99)), 1e-12),
-        "viscous": friction / speed,
-    }
+    most = {"inertia": largest_inertia(signals, friction), "viscous": friction / speed}
     filled = {}
     for name in names:
         kind = name.split("_")[0]

@@ -1,9 +1,9 @@
 """Intervals of a least-squares fit to filtered logs, whose residuals repeat each other.
 
-The textbook formula is several times too narrow there. The scores X'e are summed over G long blocks of time,
-which are independent of each other, and ``(X'X)^-1 (sum_g s_g s_g') (X'X)^-1 G / (G - 1 - K)`` with a t
-distribution of G - 1 - K degrees of freedom gives the interval (Bester, Conley and Hansen, J. Econometrics 165,
-2011, where K = 0). K counts the columns slower than a block, such as drift: each takes the freedom of one block.
+The textbook formula is several times too narrow there. The log is cut into G long blocks of time, which are independent of each other, and each is left out in turn (docs/theory.md 9.7):
+the squares of the changes, times ``(G - 1)/G``, with a t distribution of G - 1 - K degrees of freedom give the interval (Bester, Conley and Hansen, J. Econometrics 165,
+2011, where K = 0 and all blocks are alike). K counts the columns slower than a block, such as drift: each takes the freedom of one block. A column that few blocks tell
+has their freedom only.
 """
 
 from __future__ import annotations
@@ -84,16 +84,32 @@ def time_blocks(signals: Regressors) -> np.ndarray:
     return np.asarray(block[signals.sliding])
 
 
-def covariance(X: np.ndarray, residual: np.ndarray, block: np.ndarray, slow_columns: int) -> np.ndarray:
-    """Covariance of the solution. X (n, p), residual and block (n,); `slow_columns` is K of the module."""
+def covariance(X: np.ndarray, residual: np.ndarray, block: np.ndarray) -> np.ndarray:
+    """Covariance of the solution. X (n, p), residual and block (n,).
+
+    Notes
+    -----
+    What leaving out a block changes is (X'X - X_g'X_g)^-1 s_g: where all blocks tell alike, G/(G - 1) times (X'X)^-1 s_g, and more where one tells most, or is followed by a column as slow as itself.
+    """
     blocks = int(block[-1]) + 1
-    scores = np.array([X[block == k].T @ residual[block == k] for k in range(blocks)])
-    bread = np.linalg.inv(X.T @ X)
-    return np.asarray(bread @ (scores.T @ scores) @ bread * blocks / max(1, blocks - 1 - slow_columns))
+    whole = X.T @ X
+    changes = np.empty((blocks, X.shape[1]))
+    for k in range(blocks):
+        mine = X[block == k]
+        without = np.linalg.pinv(whole - mine.T @ mine, rcond=1e-10, hermitian=True)
+        changes[k] = without @ (mine.T @ residual[block == k])
+    return np.asarray(changes.T @ changes * (blocks - 1) / blocks)
+
+
+def telling_blocks(X: np.ndarray, block: np.ndarray) -> np.ndarray:
+    """How many blocks tell each column of X (n, p): fewer where most of a column's own variation lies in some; (sum w_g)^2/sum w_g^2, w_g the share of a block in its variance."""
+    influence = np.linalg.pinv(X.T @ X, rcond=1e-10, hermitian=True) @ X.T
+    shares = np.array([(influence[:, block == k] ** 2).sum(axis=1) for k in range(int(block[-1]) + 1)])
+    return np.asarray(shares.sum(axis=0) ** 2 / np.maximum((shares**2).sum(axis=0), 1e-300))
 
 
 def estimates(
-    names: Sequence[str], value: np.ndarray, error: np.ndarray, freedom: Sequence[int]
+    names: Sequence[str], value: np.ndarray, error: np.ndarray, freedom: Sequence[float]
 ) -> dict[str, Estimate]:
     """Parameters with their 95 % intervals; `freedom` holds the degrees of freedom of each."""
     from scipy.stats import t

@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from rtctl.friction.logs.dynamics import SAMPLES_MIN, SAMPLES_PER_CUTOFF
+from rtctl.friction.logs.even_motion import largest_inertia
 from rtctl.friction.logs.intervals import Estimate, time_blocks
 from rtctl.friction.logs.offsets import offset_columns
 from rtctl.friction.logs.regressors import Regressors
@@ -28,6 +29,9 @@ ROWS_LEAST = 60
 
 KNOWS_LESS = 3.0
 """A reading whose standard error is so many times larger knows too little of a parameter to cast doubt on it."""
+
+NOISE_MOST = 0.5
+"""Share of an acceleration that is noise from which on all of it may be: steps of slow motion make up to twice what white noise does. The inertia is bounded by the torque alone."""
 
 SHORT_MOST = 0.98
 """Largest share of an inertia that is taken to be lost in the steps of the position: beyond it nothing is known of it."""
@@ -61,6 +65,8 @@ def doubts(signals: Regressors, late: Estimate | None = None) -> np.ndarray:
     found: np.ndarray = TIMES * largest
     short = min(signals.inertia_short, SHORT_MOST)
     lost = short / (1 - short) * abs(plain[0][0])
+    if short > NOISE_MOST:
+        lost = max(lost, largest_inertia(signals, abs(plain[0][2])))
     others = np.column_stack([motion[:, 1:], nuisance])[rows]
     alike = np.linalg.lstsq(others, motion[rows, 0], rcond=1e-9)[0][:2]
     found += lost * np.array([1.0, *np.abs(alike)])

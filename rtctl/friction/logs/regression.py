@@ -25,8 +25,8 @@ import numpy as np
 
 from rtctl.errors import DataError
 from rtctl.friction.logs.dynamics import RANK_TOLERANCE, require_both_directions
-from rtctl.friction.logs.even_motion import completed, said, told_apart
-from rtctl.friction.logs.intervals import Estimate, covariance, estimates, time_blocks
+from rtctl.friction.logs.even_motion import TooEvenError, completed, require_acceleration, said, told_apart
+from rtctl.friction.logs.intervals import Estimate, covariance, estimates, telling_blocks, time_blocks
 from rtctl.friction.logs.offsets import Offset, OffsetColumns, offset_columns
 from rtctl.friction.logs.other_readings import doubted, doubts
 from rtctl.friction.logs.regressors import Regressors
@@ -40,10 +40,6 @@ DELAY_SAID_S = 0.5e-3
 
 CONDITION_MAX = 200.0
 """Largest condition number of the scaled regression before its parameters are refused."""
-
-
-class TooEvenError(DataError):
-    """A motion that does not tell its parameters apart."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +92,7 @@ def joint_fit(signals: Regressors) -> JointFit:
     offset = offset_columns(signals)
     columns, by_direction = _columns(signals, offset)
     try:
+        require_acceleration(signals)
         (symmetric, drift), per_direction = _both(signals, offset, columns, by_direction)
     except TooEvenError as error:
         return _even(signals, offset, columns, by_direction, error)
@@ -263,9 +260,12 @@ def _solve(
     condition = _condition(signals, scaled, columns)
     solution = np.linalg.lstsq(scaled, torque, rcond=None)[0]
     residual = torque - scaled @ solution
-    slow = len(offset.owner)
-    error = np.sqrt(np.diag(covariance(scaled, residual, block, slow))) / scale
-    freedom = [offset.freedom(name, signals.log[rows], block) for name in columns]
+    error = np.sqrt(np.diag(covariance(scaled, residual, block))) / scale
+    telling = telling_blocks(scaled, block)
+    freedom = [
+        min(offset.freedom(name, signals.log[rows], block), blocks - 1)
+        for name, blocks in zip(columns, telling, strict=False)
+    ]
     found = Regression(
         parameters=estimates(list(columns), solution / scale, error, freedom),
         condition=condition,

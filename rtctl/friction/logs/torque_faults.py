@@ -142,7 +142,7 @@ def _dropouts(signal: np.ndarray, where: str) -> list[str]:
     """Rows of exactly 0 between rows that are not, by far, and of one sign: no sample was there."""
     usual = float(np.quantile(np.abs(signal), 0.95))
     given = np.flatnonzero(signal != 0)
-    if len(given) < 2:
+    if len(given) < 2 or len(np.unique(signal)) < LEVELS_MIN:
         return []
     before, after = given[:-1], given[1:]
     high = np.minimum(signal[before] * signal[after], 0.25 * usual**2) > (DROPPED_SHARE * usual) ** 2
