@@ -1,7 +1,7 @@
 """Intervals of a least-squares fit to filtered logs, whose residuals repeat each other.
 
 The textbook formula is several times too narrow there. The log is cut into G long blocks of time, which are independent of each other, and each is left out in turn (docs/theory.md 9.7):
-the squares of the changes, times ``(G - 1)/G``, with a t distribution of G - 1 - K degrees of freedom give the interval (Bester, Conley and Hansen, J. Econometrics 165,
+the squares of the changes, times ``(G - 1)^2/(G (G - 1 - K))``, with a t distribution of G - 1 - K degrees of freedom give the interval (Bester, Conley and Hansen, J. Econometrics 165,
 2011, where K = 0 and all blocks are alike). K counts the columns slower than a block, such as drift: each takes the freedom of one block. A column that few blocks tell
 has their freedom only.
 """
@@ -84,12 +84,12 @@ def time_blocks(signals: Regressors) -> np.ndarray:
     return np.asarray(block[signals.sliding])
 
 
-def covariance(X: np.ndarray, residual: np.ndarray, block: np.ndarray) -> np.ndarray:
-    """Covariance of the solution. X (n, p), residual and block (n,).
+def covariance(X: np.ndarray, residual: np.ndarray, block: np.ndarray, slow_columns: int) -> np.ndarray:
+    """Covariance of the solution. X (n, p) has what it shares with the `slow_columns`, K of the module, taken off; residual and block (n,).
 
     Notes
     -----
-    What leaving out a block changes is (X'X - X_g'X_g)^-1 s_g: where all blocks tell alike, G/(G - 1) times (X'X)^-1 s_g, and more where one tells most, or is followed by a column as slow as itself.
+    What leaving out a block changes is (X'X - X_g'X_g)^-1 s_g: where all blocks tell alike, G/(G - 1) times (X'X)^-1 s_g, and more where one tells most.
     """
     blocks = int(block[-1]) + 1
     whole = X.T @ X
@@ -98,7 +98,7 @@ def covariance(X: np.ndarray, residual: np.ndarray, block: np.ndarray) -> np.nda
         mine = X[block == k]
         without = np.linalg.pinv(whole - mine.T @ mine, rcond=1e-10, hermitian=True)
         changes[k] = without @ (mine.T @ residual[block == k])
-    return np.asarray(changes.T @ changes * (blocks - 1) / blocks)
+    return np.asarray(changes.T @ changes * (blocks - 1) ** 2 / blocks / max(1, blocks - 1 - slow_columns))
 
 
 def telling_blocks(X: np.ndarray, block: np.ndarray) -> np.ndarray:

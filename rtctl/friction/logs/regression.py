@@ -260,8 +260,10 @@ def _solve(
     condition = _condition(signals, scaled, columns)
     solution = np.linalg.lstsq(scaled, torque, rcond=None)[0]
     residual = torque - scaled @ solution
-    error = np.sqrt(np.diag(covariance(scaled, residual, block))) / scale
-    telling = telling_blocks(scaled, block)
+    own, drift = np.split(scaled, [len(columns)], axis=1)
+    own = own - drift @ np.linalg.lstsq(drift, own, rcond=None)[0]
+    error = np.sqrt(np.diag(covariance(own, residual, block, len(offset.owner)))) / scale[: len(columns)]
+    telling = telling_blocks(own, block)
     freedom = [
         min(offset.freedom(name, signals.log[rows], block), blocks - 1)
         for name, blocks in zip(columns, telling, strict=False)
