@@ -64,6 +64,7 @@ def another_session(errors: np.ndarray, blocks: np.ndarray, level: float) -> flo
         return 0.0
     mean = np.bincount(block, errors) / count
     own = np.bincount(block, (errors - mean[block]) ** 2) / np.maximum(count - 1, 1) / count
+    own[count == 1] = np.inf  # one error says nothing of what others share with it
     whole, shared = (
         float(np.mean(errors**2)),
         float(np.sum(count * np.maximum(mean**2 - own, 0.0))) / len(errors),
