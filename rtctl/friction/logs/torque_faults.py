@@ -21,8 +21,8 @@ FROZEN_S, FROZEN_SHARE = 0.15, 0.02
 OFF_SHARE, OFF_S, OFF_TRAVEL = 0.03, 0.5, 0.1
 """A motor is off whose torque stays below this share of its usual largest for so long; the joint is moved by another if it goes this share of its range to and fro meanwhile."""
 
-DROPPED_SHARE, DROPPED_MOST, DROPPED_LEAST = 0.1, 50, 5
-"""Zeros between torques of one sign, both above this share of the usual largest, in so many rows at most, are no torque; fewest that are told."""
+DROPPED_SHARE, DROPPED_NOISE, DROPPED_MOST, DROPPED_LEAST = 0.1, 8.0, 50, 5
+"""Zeros between torques of one sign, both above this share of the usual largest and so many times the usual change of a row, in so many rows at most, are no torque; fewest that are told."""
 
 SPIKE_SCALES, SPIKE_SHARE, SPIKES_MOST = 15.0, 1.0, 0.05
 """Spikes are so many robust standard deviations off, and the usual largest torque; at most this share of rows, else they are the signal."""
@@ -145,7 +145,10 @@ def _dropouts(signal: np.ndarray, where: str) -> list[str]:
     if len(given) < 2 or len(np.unique(signal)) < LEVELS_MIN:
         return []
     before, after = given[:-1], given[1:]
-    high = np.minimum(signal[before] * signal[after], 0.25 * usual**2) > (DROPPED_SHARE * usual) ** 2
+    far = max(DROPPED_SHARE * usual, DROPPED_NOISE * float(np.median(np.abs(np.diff(signal[given])))))
+    high = (signal[before] * signal[after] > 0) & (
+        np.minimum(np.abs(signal[before]), np.abs(signal[after])) > far
+    )
     holes = high & (after - before > 1) & (after - before <= DROPPED_MOST)
     count = int((after - before - 1)[holes].sum())
     if count < DROPPED_LEAST:
