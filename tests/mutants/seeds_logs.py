@@ -162,8 +162,8 @@ SEEDS = (
     Seed(
         "sessions that differ are so many independent errors",
         "rtctl/friction/learn/certainty.py",
-        "return math.sqrt(float(t.ppf(side, len(names))) ** 2 * shared",
-        "return math.sqrt(float(norm.ppf(side)) ** 2 * shared",
+        "others, own_ones = float(t.ppf(side, len(names))), float(norm.ppf(side))",
+        "others, own_ones = float(norm.ppf(side)), float(norm.ppf(side))",
         ("tests/unit/friction/test_bands.py",),
     ),
     Seed(

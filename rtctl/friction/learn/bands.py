@@ -15,7 +15,7 @@ import numpy as np
 
 from rtctl.friction.band import LEVEL, Band
 from rtctl.friction.learn import certainty, search
-from rtctl.friction.learn.foretold import foretold
+from rtctl.friction.learn.foretold import Foretold, foretold
 from rtctl.friction.learn.hold_out import TRAINS, several_logs
 from rtctl.friction.learn.machines import Candidate
 from rtctl.friction.learn.search import Score, Side
@@ -66,14 +66,25 @@ def band_of(
 def _of_sides(sides: Sequence[Side], scores: Sequence[Score], way: str) -> Band | None:
     if any(score.failed for score in scores):
         return None
-    speed = np.concatenate([data.speed[data.fold != TRAINS] for data in sides])
-    block = np.concatenate([score.blocks for score in scores if score.blocks is not None])
-    error_nm = np.concatenate([score.errors for score in scores])
-    least_nm = certainty.another_session(error_nm, block, LEVEL)
+    held_out = Foretold(
+        speed=np.concatenate([data.speed[data.fold != TRAINS] for data in sides]),
+        error_nm=np.concatenate([score.errors for score in scores]),
+        block=np.concatenate([score.blocks for score in scores if score.blocks is not None]),
+    )
     ahead = foretold([(score.candidate, data) for score, data in zip(scores, sides, strict=True)])
-    if ahead is not None and ahead.rmse_nm > np.sqrt(np.mean(error_nm**2)):
-        speed, error_nm, block = ahead.speed, ahead.error_nm, ahead.block
-    return of_errors(speed, error_nm, block, way, least_nm)
+    return of_both(held_out, ahead, way)
+
+
+def of_both(held_out: Foretold, ahead: Foretold | None, way: str) -> Band | None:
+    """The band of errors held out, or of sessions foretold by those before them where they are the larger ones.
+
+    What another session may err is known by all sessions, and is larger by as much as these errors are.
+    """
+    least_nm = certainty.another_session(held_out.error_nm, held_out.block, LEVEL)
+    if ahead is not None and ahead.rmse_nm > held_out.rmse_nm > 0:
+        least_nm *= ahead.rmse_nm / held_out.rmse_nm
+        return of_errors(ahead.speed, ahead.error_nm, ahead.block, way, least_nm)
+    return of_errors(held_out.speed, held_out.error_nm, held_out.block, way, least_nm)
 
 
 def of_scores(

@@ -70,9 +70,8 @@ def another_session(errors: np.ndarray, blocks: np.ndarray, level: float) -> flo
         float(np.sum(count * np.maximum(mean**2 - own, 0.0))) / len(errors),
     )
     shared, side = min(shared, whole), 0.5 * (1 + level)
-    return math.sqrt(
-        float(t.ppf(side, len(names))) ** 2 * shared + float(norm.ppf(side)) ** 2 * (whole - shared)
-    )
+    others, own_ones = float(t.ppf(side, len(names))), float(norm.ppf(side))
+    return math.sqrt(others**2 * shared + own_ones**2 * (whole - shared))
 
 
 def excess(errors: np.ndarray, others: np.ndarray, blocks: np.ndarray | None) -> tuple[float, float]:

@@ -13,6 +13,7 @@ from rtctl.friction.band import Band
 from rtctl.friction.document import checksum, render
 from rtctl.friction.guarantee import guarantee
 from rtctl.friction.learn import bands, certainty, fit, ladder
+from rtctl.friction.learn.foretold import Foretold
 from rtctl.friction.points.measured import FrictionPoints
 from rtctl.friction.report.judge import faults, judge
 from rtctl.rig_file.config import load
@@ -69,6 +70,27 @@ def test_few_sessions_that_differ_know_little_of_the_next(sessions_, least):
         band = bands.of_errors(np.tile(speed, sessions_), errors, block, "log", least_nm)
         shares.append(band.holds(speed, points[-1] - known.mean()).mean())
     assert least <= np.mean(shares) <= 0.99
+
+
+@pytest.mark.parametrize("wear", [0.0, 0.01])
+@pytest.mark.parametrize("known", [4, 6, 8])
+def test_it_holds_on_the_next_session_of_friction_that_wears(known, wear):
+    """Days that differ by 3 %, and wear of 1 % a day or none: as `tests.bench.next_session`, drawn 200 times."""
+    rng, shares = np.random.default_rng(11), []
+    speed = np.geomspace(0.02, 2.0, 20)
+    for _ in range(200):
+        level = rng.normal(0, 0.03, known + 1) - wear * np.arange(known + 1)
+        points = level[:, None] + rng.normal(0, 0.004, (known + 1, len(speed)))
+        every, late = np.arange(known), np.arange(known // 2, known)
+        held_out = [points[k] - np.delete(points[:known], k, axis=0).mean() for k in every]
+        ahead = [points[k] - points[:k].mean() for k in late]
+        errors = [
+            Foretold(np.tile(speed, len(at)), np.concatenate(off), np.repeat(at, len(speed)))
+            for at, off in ((every, held_out), (late, ahead))
+        ]
+        band = bands.of_both(*errors, "log")
+        shares.append(band.holds(speed, points[known] - points[:known].mean()).mean())
+    assert 0.9 <= np.mean(shares) <= 0.99
 
 
 def test_errors_of_one_point_each_share_nothing():
