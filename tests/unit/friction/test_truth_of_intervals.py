@@ -10,6 +10,7 @@ from dirty_logs import said_by
 
 from rtctl.cli.fit import command as fit_command
 from rtctl.friction.logs.dynamics import AxisLog
+from rtctl.friction.logs.intervals import covariance, telling_blocks
 from rtctl.friction.logs.log_checks import coarseness, diagnose
 from rtctl.friction.logs.other_readings import doubts
 from rtctl.friction.logs.regression import joint_fit, of_the_position
@@ -227,11 +228,24 @@ def test_an_inertia_that_two_bursts_tell_has_an_interval_that_holds_it():
 
 
 def test_blocks_that_tell_a_column_are_counted():
-    from rtctl.friction.logs.intervals import telling_blocks
-
     block = np.repeat(np.arange(10), 100)
     rng = np.random.default_rng(0)
     even, two = rng.normal(size=1000), rng.normal(size=1000) * (block < 2)
     found = telling_blocks(np.column_stack([even, two]), block)
     assert found[0] > 9
     assert 1.7 < found[1] < 2.1
+
+
+def test_a_variance_is_not_too_small_where_two_blocks_tell_a_column():
+    """What such blocks leave over is fitted away: scores summed say .5 of the variance, blocks left out never less than it is."""
+    block, rng = np.repeat(np.arange(10), 100), np.random.default_rng(4)
+    found, said = [], []
+    for _ in range(200):
+        column = rng.normal(size=10)[block] * (block < 2) + 0.01 * rng.normal(size=1000)
+        matrix = np.column_stack([np.ones(1000), column])
+        noise = rng.normal(size=10)[block]
+        solution = np.linalg.lstsq(matrix, noise, rcond=None)[0]
+        scale = np.abs(column).max()
+        found.append((solution[1] * scale) ** 2)
+        said.append(covariance(matrix, noise - matrix @ solution, block, 0)[1, 1] * scale**2)
+    assert np.median(said) > np.median(found)
