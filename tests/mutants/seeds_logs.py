@@ -106,8 +106,8 @@ SEEDS = (
     Seed(
         "blocks that tell most of a parameter count as all others",
         "rtctl/friction/logs/intervals.py",
-        "without = np.linalg.pinv(whole - mine.T @ mine, rcond=1e-10, hermitian=True)",
-        "without = np.linalg.pinv(whole, rcond=1e-10, hermitian=True)",
+        "grown = axes / np.sqrt(np.maximum(1 - share, LEAST_LEFT)) @ axes.T",
+        "grown = axes @ axes.T",
         TRUTH,
     ),
     Seed(

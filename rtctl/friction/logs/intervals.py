@@ -1,7 +1,7 @@
 """Intervals of a least-squares fit to filtered logs, whose residuals repeat each other.
 
-The textbook formula is several times too narrow there. The log is cut into G long blocks of time, which are independent of each other, and each is left out in turn (docs/theory.md 9.7):
-the squares of the changes, times ``(G - 1)^2/(G (G - 1 - K))``, with a t distribution of G - 1 - K degrees of freedom give the interval (Bester, Conley and Hansen, J. Econometrics 165,
+The textbook formula is several times too narrow there. The log is cut into G long blocks of time, which are independent of each other, and the scores of each, grown by what it fitted away of itself (docs/theory.md 9.7),
+are summed as squares, times ``(G - 1)/(G - 1 - K)``, with a t distribution of G - 1 - K degrees of freedom give the interval (Bester, Conley and Hansen, J. Econometrics 165,
 2011, where K = 0 and all blocks are alike). K counts the columns slower than a block, such as drift: each takes the freedom of one block. A column that few blocks tell
 has their freedom only.
 """
@@ -40,6 +40,10 @@ class Estimate:
     def holds(self, truth: float) -> bool:
         """Whether the 95 % interval contains `truth`."""
         return self.low <= truth <= self.high
+
+
+LEAST_LEFT = 1e-3
+"""Least share of a block's errors that is taken to be left over: one that alone tells a column leaves nothing."""
 
 
 def blocks_in(duration_s: float, cutoff_hz: float) -> int:
@@ -89,16 +93,17 @@ def covariance(X: np.ndarray, residual: np.ndarray, block: np.ndarray, slow_colu
 
     Notes
     -----
-    What leaving out a block changes is (X'X - X_g'X_g)^-1 s_g: where all blocks tell alike, G/(G - 1) times (X'X)^-1 s_g, and more where one tells most.
+    What a block leaves over is what it was, times (1 - h), h its leverage along each axis: so it is grown by (1 - h)^-1/2, which makes the variance right for errors that are alike.
     """
     blocks = int(block[-1]) + 1
-    whole = X.T @ X
+    half = np.linalg.cholesky(np.linalg.pinv(X.T @ X, rcond=1e-10, hermitian=True))
     changes = np.empty((blocks, X.shape[1]))
     for k in range(blocks):
-        mine = X[block == k]
-        without = np.linalg.pinv(whole - mine.T @ mine, rcond=1e-10, hermitian=True)
-        changes[k] = without @ (mine.T @ residual[block == k])
-    return np.asarray(changes.T @ changes * (blocks - 1) ** 2 / blocks / max(1, blocks - 1 - slow_columns))
+        mine = X[block == k] @ half
+        share, axes = np.linalg.eigh(mine.T @ mine)
+        grown = axes / np.sqrt(np.maximum(1 - share, LEAST_LEFT)) @ axes.T
+        changes[k] = half @ (grown @ (mine.T @ residual[block == k]))
+    return np.asarray(changes.T @ changes * (blocks - 1) / max(1, blocks - 1 - slow_columns))
 
 
 def telling_blocks(X: np.ndarray, block: np.ndarray) -> np.ndarray:
