@@ -67,11 +67,11 @@ class Outcome:
         return self.code == 0 and any(not abs(self.off[name]) <= most for name, most in OFF.items())
 
 
-def write(log: Log, path: Path, text=lambda text: text):
+def write(log: Log, path: Path, text=lambda text: text, encoding="utf-8"):
     columns = {"time_s": log.time, "x": log.position, "motor": log.motor, "hand": log.hand, **log.extra}
     columns = {name: each for name, each in columns.items() if each is not None}
     rows = "\n".join(",".join(f"{cell:.9g}" for cell in row) for row in zip(*columns.values(), strict=True))
-    path.write_text(text(f"{','.join(columns)}\n{rows}\n"))
+    path.write_text(text(f"{','.join(columns)}\n{rows}\n"), encoding=encoding)
     return path
 
 
@@ -91,8 +91,8 @@ def said_by(*arguments) -> tuple[int, str, str]:
     return code, out.getvalue(), err.getvalue()
 
 
-def identified(log: Log, folder: Path, options=(), text=lambda text: text) -> Outcome:
-    path = write(log, folder / "log.csv", text)
+def identified(log: Log, folder: Path, options=(), text=lambda text: text, encoding="utf-8") -> Outcome:
+    path = write(log, folder / "log.csv", text, encoding)
     arguments = ["--log", str(path), "--column", "position=x", "--json", *options]
     for role, name, signal in (("torque", "motor", log.motor), ("external", "hand", log.hand)):
         if signal is not None and not any(f"{role}=" in option for option in options):

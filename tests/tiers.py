@@ -99,6 +99,7 @@ LONG = (
     "unit/experiments/test_identification_experiment.py",
     "unit/experiments/test_positioning.py",
     "unit/friction/test_artefact.py",
+    "unit/friction/test_dirt_of_programs.py",
     "unit/friction/test_dirty_logs.py",
     "unit/friction/test_drift.py",
     "unit/friction/test_drift_on_the_family.py",

@@ -27,10 +27,26 @@ class Words:
     unit: str
 
 
-def number(cell: str, decimal: str) -> float | None:
-    """The number of a cell, None if it is none."""
+_THOUSANDS = re.compile(r"[-+]?\d{1,3}(?:(?P<mark>[.,' \u00a0\u202f])\d{3})+(?P<decimal>[.,])\d*")
+"""`1.234,567`, `1,234.5`, `1'234.5`: a mark between the thousands, another one before the decimals."""
+
+
+def thousands_and_decimal(cells: Sequence[str]) -> tuple[str, str] | None:
+    """The marks between thousands and before decimals, where some cells have both and all of these the same; None elsewhere."""
+    found = {
+        (match["mark"], match["decimal"])
+        for match in map(_THOUSANDS.fullmatch, (cell.strip() for cell in cells))
+        if match and match["mark"] != match["decimal"]
+    }
+    return found.pop() if len(found) == 1 else None
+
+
+def number(cell: str, marks: str) -> float | None:
+    """The number of a cell, None if it is none; `marks`: that before decimals, behind that between thousands if there is one."""
+    for mark in marks[:-1]:
+        cell = cell.replace(mark, "")
     try:
-        return float(cell.replace(",", ".") if decimal == "," else cell)
+        return float(cell.replace(",", ".") if marks[-1] == "," else cell)
     except ValueError:
         return None
 
@@ -57,7 +73,7 @@ def _times_of_day(cells: Sequence[str]) -> Words | None:
 def _with_unit(cells: Sequence[str], decimal: str) -> Words | None:
     found, units = np.empty(len(cells)), set()
     for row, cell in enumerate(cells):
-        match = _WITH_UNIT.fullmatch(cell.strip().replace(",", ".") if decimal == "," else cell.strip())
+        match = _WITH_UNIT.fullmatch(cell.strip().replace(",", ".") if decimal[-1] == "," else cell.strip())
         if match is None:
             return None
         found[row] = float(match[1])

@@ -132,9 +132,9 @@ class _Table:
 
     def _stamps(self, column: Mapping[str, Any]) -> np.ndarray:
         name = column["column"]
-        self.raw[name], bits = unwrapped(self.raw[name])
-        if bits:
-            self.notes = (f"{self.path}: column {name!r}: a counter of {bits} bits starts over: continued",)
+        self.raw[name], over = unwrapped(self.raw[name])
+        if over:
+            self.notes = (f"{self.path}: column {name!r}: {over} starts over: continued",)
         return self.si(column, TIME_UNITS)
 
     def grid(self, options: Options, *, steady: bool) -> Grid:

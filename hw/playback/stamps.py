@@ -127,27 +127,32 @@ def resolution(raw: np.ndarray) -> float:
     return 0.0
 
 
-COUNTERS = (16, 32)
-"""Bits of the counters that stamps come from and that start over at 0."""
+STARTS_OVER = {
+    "a counter of 16 bits": 2.0**16,
+    "a counter of 32 bits": 2.0**32,
+    **{
+        f"the time of the day (midnight is in the log), in {unit},": 86400.0 * 1e3**k
+        for k, unit in enumerate(("s", "ms", "us", "ns"))
+    },
+}
+"""What stamps may be that start over at 0, and after how many units."""
 
 
-def unwrapped(stamps: np.ndarray) -> tuple[np.ndarray, int]:
-    """Stamps of a counter that started over, as if it had not, and its bits; as they are and 0 where no counter explains a step back."""
+def unwrapped(stamps: np.ndarray) -> tuple[np.ndarray, str]:
+    """Stamps that started over, as if they had not, and what they are; as they are and nothing where none of `STARTS_OVER` explains a step back."""
     steps = np.diff(stamps)
     back = np.flatnonzero(steps < 0)
-    if not len(back) or stamps.min() < 0 or (stamps != np.round(stamps)).any():
-        return stamps, 0
-    usual = float(np.median(steps))
-    for bits in COUNTERS:
-        over = steps[back] + 2.0**bits
-        if (
-            usual > 0
-            and stamps.max() < 2.0**bits
-            and (over > 0).all()
-            and (over < GAP_STEPS * max(usual, 1.0)).all()
-        ):
-            return stamps + 2.0**bits * np.cumsum(np.concatenate([[0], steps < 0])), bits
-    return stamps, 0
+    usual = float(np.median(steps)) if len(back) else 0.0
+    if not usual > 0 or stamps.min() < 0:
+        return stamps, ""
+    whole = bool((stamps == np.round(stamps)).all())
+    for name, period in STARTS_OVER.items():
+        over = steps[back] + period
+        counts = name.startswith("a counter")
+        longest = GAP_STEPS * (max(usual, 1.0) if counts else usual)
+        if (whole or not counts) and stamps.max() < period and (over > 0).all() and (over < longest).all():
+            return stamps + period * np.cumsum(np.concatenate([[0], steps < 0])), name
+    return stamps, ""
 
 
 def interpolated(time_s: np.ndarray, values: np.ndarray, at_s: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from hw.interface import BackendError
-from hw.playback.cells import number, read_words
+from hw.playback.cells import number, read_words, thousands_and_decimal
 from hw.playback.text_rows import cells_of, is_number, of_these_columns, unit_rows, unstamped
 
 DELIMITERS = (",", ";", "\t", "|", None)
@@ -76,7 +76,7 @@ def read_text(
     BackendError
         No header with these names, no rows, a cell that is no number (with column and row, from 1 below the header).
     """
-    lines = unstamped(text.split("\n"))
+    lines = unstamped(text.rstrip("\0").split("\n"))
     layout = _layout(path, lines, names, delimiter)
     head = _uncommented(layout.line(lines[layout.header])) if layout.header >= 0 else None
     body = [
@@ -91,13 +91,18 @@ def read_text(
     ]
     if not body:
         raise BackendError(f"{path}: no rows below the header")
+    thousands = ""
+    if decimal is None and (marks := thousands_and_decimal(_sampled(body, layout))):
+        thousands, decimal = marks
     if decimal is None:
         decimal = "," if _has_decimal_commas(body, layout) else "."
     said = {name: _unit_text(units, at) for name, at in zip(names, layout.index, strict=True)}
     try:
+        if thousands:
+            raise ValueError
         numbers = _fast(body, layout, decimal)
     except ValueError:
-        numbers, spelt = _cell_by_cell(path, body, layout, names, decimal, head)
+        numbers, spelt = _cell_by_cell(path, body, layout, names, thousands + decimal, head)
         said |= spelt
     return Table({name: numbers[:, k] for k, name in enumerate(names)}, said)
 
@@ -164,14 +169,14 @@ def _unit_text(rows: list[list[str]], at: int) -> str:
 
 def _has_decimal_commas(body: list[str], layout: _Layout) -> bool:
     """Whether numbers have a comma in place of a point: some do, and none has a point."""
-    commas = False
-    for line in body[:: max(1, len(body) // 200)]:
-        cells = cells_of(line, layout.delimiter)
-        wanted = [cells[k] for k in layout.index if k < len(cells)]
-        if any("." in cell for cell in wanted):
-            return False
-        commas |= any(_COMMA.fullmatch(cell) is not None for cell in wanted)
-    return commas
+    cells = _sampled(body, layout)
+    return not any("." in cell for cell in cells) and any(_COMMA.fullmatch(cell) for cell in cells)
+
+
+def _sampled(body: list[str], layout: _Layout) -> list[str]:
+    """Wanted cells of some 200 lines all over the table."""
+    lines = (cells_of(line, layout.delimiter) for line in body[:: max(1, len(body) // 200)])
+    return [cells[k] for cells in lines for k in layout.index if k < len(cells)]
 
 
 def _fast(body: list[str], layout: _Layout, decimal: str) -> np.ndarray:

@@ -123,6 +123,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
         ANY_LINEAR,
         Limits,
         against_rig,
+        doubtful_friction,
         doubtful_offsets,
         doubtful_parameters,
     )
@@ -148,7 +149,8 @@ def command(  # longer than 50 lines: the steps are in order of the work
         torque_delay, parts = found.torque_delay_s, [stretches[0] for stretches in read]
         told = diagnose(read, signals, slowest)
         fit = joint_fit(signals)
-        fit = replace(fit, warnings=(*fit.warnings, *found.notes, *told, *doubtful_parameters(fit, limits)))
+        doubtful = (*doubtful_parameters(fit, limits), *doubtful_friction(fit))
+        fit = replace(fit, warnings=(*fit.warnings, *found.notes, *told, *doubtful))
         if not (keep_offset or offset_is_zero or "hand_torque" in mapped):
             fit = replace(fit, warnings=(*fit.warnings, *doubtful_offsets(fit)))
         if rig_axis:

@@ -42,7 +42,7 @@ def units_line(mapped: Mapping[str, Mapping[str, Any]], config: Path | None) -> 
 
 def fit_lines(fit: JointFit, bent: Presliding | None, radian: float, motion: str) -> list[str]:
     """Both tables, then what is said of delay, speeds, offsets and presliding; units of a rotary axis, but for the names of parameters."""
-    from rtctl.friction.logs.regression import STRIBECK_RAD_S
+    from rtctl.friction.logs.speeds_seen import STRIBECK_RAD_S
 
     lines = [
         *_table("symmetric", fit.symmetric, motion),

@@ -23,6 +23,8 @@ FORMAT = "rtctl friction model"
 SCHEMA = 2
 
 Number = Annotated[float, Field(ge=-1e15, le=1e15)]
+Coefficient = Annotated[float, Field(ge=-1e30, le=1e30)]
+"""Coefficients of a cubic: between two knots nm/s apart, as points of a carriage at even speeds are, the third is 1e17 N/(m/s)^3 and harmless."""
 Torque = Annotated[float, Field(ge=0, le=1e6)]
 Speed = Annotated[float, Field(ge=0, le=1e4)]
 Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
@@ -89,7 +91,7 @@ class BranchDocument(Table):
     dual_coef: list[Number] = Field(max_length=MAX_SEGMENTS)
     parts: list[PartDocument] = Field(default=[], max_length=32)
     knots: list[Speed] = Field(min_length=1, max_length=MAX_SEGMENTS)
-    coefficients: list[Annotated[list[Number], Field(min_length=4, max_length=4)]] = Field(
+    coefficients: list[Annotated[list[Coefficient], Field(min_length=4, max_length=4)]] = Field(
         min_length=1, max_length=MAX_SEGMENTS
     )
 

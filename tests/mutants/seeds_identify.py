@@ -33,8 +33,8 @@ SEEDS = (
     Seed(
         "the band does not know that friction wears on",
         "rtctl/friction/learn/bands.py",
-        "if ahead is not None and ahead.rmse_nm > ",
-        "if ahead is not None and ahead.rmse_nm > 1e9 + ",
+        "if ahead is not None and ahead.rmse_nm > held_out.rmse_nm > 0:",
+        "if ahead is not None and ahead.rmse_nm > 1e9 + held_out.rmse_nm:",
         FORETOLD,
     ),
     Seed(

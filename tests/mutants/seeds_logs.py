@@ -8,6 +8,7 @@ CELLS = ("tests/unit/hw/test_cells.py",)
 STRUCTURED = ("tests/unit/hw/test_structured_logs.py",)
 BAGS = ("tests/unit/recording/test_joint_states.py",)
 TRUTH = ("tests/unit/friction/test_truth_of_intervals.py",)
+DIRT = ("tests/unit/friction/test_dirt_of_programs.py",)
 LEFT = ("tests/unit/friction/test_left_over.py",)
 
 SEEDS = (
@@ -28,8 +29,8 @@ SEEDS = (
     Seed(
         "a counter that starts over is continued whatever the step back",
         "hw/playback/stamps.py",
-        "and (over < GAP_STEPS * max(usual, 1.0)).all()",
-        "and bits == 32",
+        "(over > 0).all() and (over < longest).all()",
+        "(over > 0).all()",
         CELLS,
     ),
     Seed(
@@ -101,6 +102,69 @@ SEEDS = (
         "return nearer or (late.high < 0 and late.holds(-half_period_s))",
         "return True",
         LEFT,
+    ),
+    Seed(
+        "blocks that tell most of a parameter count as all others",
+        "rtctl/friction/logs/intervals.py",
+        "grown = axes / np.sqrt(np.maximum(1 - share, LEAST_LEFT)) @ axes.T",
+        "grown = axes @ axes.T",
+        TRUTH,
+    ),
+    Seed(
+        "a parameter that two blocks tell has the freedom of twenty",
+        "rtctl/friction/logs/intervals.py",
+        "return np.asarray(shares.sum(axis=0) ** 2 / np.maximum((shares**2).sum(axis=0), 1e-300))",
+        "return np.full(X.shape[1], 1e9)",
+        TRUTH,
+    ),
+    Seed(
+        "a late torque leaves the inertia as it is",
+        "rtctl/friction/logs/other_readings.py",
+        "if late is not None and not late.holds(0.0):",
+        "if late is not None and late.value > 1e9:",
+        TRUTH,
+    ),
+    Seed(
+        "a low-passed velocity is only late",
+        "rtctl/friction/logs/recorded_velocity.py",
+        "behind.late_s > 0 and",
+        "behind.late_s > 1e9 and",
+        ("tests/unit/friction/test_recorded_velocity.py",),
+    ),
+    Seed(
+        "with one speed all friction is Coulomb's",
+        "rtctl/friction/logs/even_motion.py",
+        'return {"low": min(friction.low, 0.0), "high": max(friction.high, 0.0)}',
+        'return {"low": friction.low, "high": friction.high}',
+        ("tests/unit/friction/test_even_motion.py",),
+    ),
+    Seed(
+        "a coasting joint is one that something else moves",
+        "rtctl/friction/logs/torque_faults.py",
+        "if min(forth, back) > least:",
+        "if max(forth, back) > least:",
+        DIRT,
+    ),
+    Seed(
+        "a torque of a slow bus is clipped",
+        "rtctl/friction/logs/torque_faults.py",
+        "if length >= CLIPPED_RUN and held < length - 1:",
+        "if length >= CLIPPED_RUN:",
+        DIRT,
+    ),
+    Seed(
+        "a log at rest is one whose rows were held",
+        "rtctl/friction/logs/rows_in_turn.py",
+        "float(np.mean(lengths == times)) < ALIKE",
+        "float(np.mean(lengths == times)) < 0",
+        DIRT,
+    ),
+    Seed(
+        "sessions that differ are so many independent errors",
+        "rtctl/friction/learn/certainty.py",
+        "others, own_ones = float(t.ppf(side, len(names))), float(norm.ppf(side))",
+        "others, own_ones = float(norm.ppf(side)), float(norm.ppf(side))",
+        ("tests/unit/friction/test_bands.py",),
     ),
     Seed(
         "both directions share a curve whatever it errs",

@@ -39,7 +39,7 @@ def compile_curve(curve: Curve, speed_max: float) -> tuple[PiecewiseCubic, float
     ModelError
         When the tolerance needs more than `MAX_SEGMENTS` segments, or the dense check contradicts the proof.
     """
-    table = curve.exact or _hermite(curve, _cells(curve, speed_max))
+    table = _within(curve.exact, speed_max) if curve.exact else _hermite(curve, _cells(curve, speed_max))
     if len(table.knots) > MAX_SEGMENTS:
         raise ModelError(
             f"{len(table.knots)} segments, at most {MAX_SEGMENTS}: too many support vectors; choose a larger epsilon"
@@ -49,6 +49,19 @@ def compile_curve(curve: Curve, speed_max: float) -> tuple[PiecewiseCubic, float
     if not seen <= bound:
         raise ModelError(f"the compiled curve is off by {seen:.3g} N m, proved were {bound:.3g}")
     return table, bound
+
+
+def _within(table: PiecewiseCubic, speed_max: float) -> PiecewiseCubic:
+    """The table without the cells that begin beyond the range, straight on from its end: of a curve that both directions share, one of which is faster."""
+    kept = table.knots < speed_max
+    if kept.sum() == len(kept) or table.knots[-1] == speed_max:
+        return table
+    c0, c1, c2, c3 = table.coefficients[kept][-1]
+    h = speed_max - table.knots[kept][-1]
+    tail = [c0 + h * (c1 + h * (c2 + h * c3)), c1 + h * (2 * c2 + 3 * h * c3), 0.0, 0.0]
+    return PiecewiseCubic(
+        np.append(table.knots[kept], speed_max), np.vstack([table.coefficients[kept], tail])
+    )
 
 
 def error_bound(curve: Curve, table: PiecewiseCubic, speed_max: float) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 
 from rtctl.friction.band import LEVEL, Band
 from rtctl.friction.learn import certainty, search
-from rtctl.friction.learn.foretold import foretold
+from rtctl.friction.learn.foretold import Foretold, foretold
 from rtctl.friction.learn.hold_out import TRAINS, several_logs
 from rtctl.friction.learn.machines import Candidate
 from rtctl.friction.learn.search import Score, Side
@@ -66,13 +66,25 @@ def band_of(
 def _of_sides(sides: Sequence[Side], scores: Sequence[Score], way: str) -> Band | None:
     if any(score.failed for score in scores):
         return None
-    speed = np.concatenate([data.speed[data.fold != TRAINS] for data in sides])
-    block = np.concatenate([score.blocks for score in scores if score.blocks is not None])
-    error_nm = np.concatenate([score.errors for score in scores])
+    held_out = Foretold(
+        speed=np.concatenate([data.speed[data.fold != TRAINS] for data in sides]),
+        error_nm=np.concatenate([score.errors for score in scores]),
+        block=np.concatenate([score.blocks for score in scores if score.blocks is not None]),
+    )
     ahead = foretold([(score.candidate, data) for score, data in zip(scores, sides, strict=True)])
-    if ahead is not None and ahead.rmse_nm > np.sqrt(np.mean(error_nm**2)):
-        speed, error_nm, block = ahead.speed, ahead.error_nm, ahead.block
-    return of_errors(speed, error_nm, block, way)
+    return of_both(held_out, ahead, way)
+
+
+def of_both(held_out: Foretold, ahead: Foretold | None, way: str) -> Band | None:
+    """The band of errors held out, or of sessions foretold by those before them where they are the larger ones.
+
+    What another session may err is known by all sessions, and is larger by as much as these errors are.
+    """
+    least_nm = certainty.another_session(held_out.error_nm, held_out.block, LEVEL)
+    if ahead is not None and ahead.rmse_nm > held_out.rmse_nm > 0:
+        least_nm *= ahead.rmse_nm / held_out.rmse_nm
+        return of_errors(ahead.speed, ahead.error_nm, ahead.block, way, least_nm)
+    return of_errors(held_out.speed, held_out.error_nm, held_out.block, way, least_nm)
 
 
 def of_scores(
@@ -91,14 +103,17 @@ def with_band(branches: tuple[Branch, Branch], band: Band | None) -> tuple[Branc
     return forward, backward
 
 
-def of_errors(speed: np.ndarray, error_nm: np.ndarray, block: np.ndarray, way: str) -> Band | None:
-    """The band of held-out errors (N m) at their speeds (rad/s), each of its block (`hold_out.units_of`), shape (n,); None of no errors.
+def of_errors(
+    speed: np.ndarray, error_nm: np.ndarray, block: np.ndarray, way: str, least_nm: float = 0.0
+) -> Band | None:
+    """The band of held-out errors (N m) at their speeds (rad/s), each of its block (`hold_out.units_of`), shape (n,); None of no errors. No region is narrower than `least_nm`, in its scale.
 
     Notes
     -----
     Of n errors in their own scale the one of rank ceil((n + 1) LEVEL) bounds another one with probability LEVEL at least; where n is below
     19 there is no such rank, and the largest is stretched by 1 + 1/n. The RMS of the errors is known to some standard errors only, by blocks (few blocks: error
-    by error), and is the least of many candidates': the band is stretched by `SURE` of them. No rule makes it sure of two sessions what the third does.
+    by error), and is the least of many candidates': the band is stretched by `SURE` of them. Where few sessions share most of their errors, the largest of them are not
+    the largest there are: `least_nm` is what another one may err (`certainty.another_session`).
     """
     n = len(error_nm)
     if not n:
@@ -119,5 +134,6 @@ def of_errors(speed: np.ndarray, error_nm: np.ndarray, block: np.ndarray, way: s
         quantile *= 1 + 1 / n
     if whole > 0:
         quantile *= 1 + SURE * certainty.doubt(error_nm, block) / whole
+        quantile = max(quantile, least_nm / whole)
     widths = tuple(float(width) for width in quantile * scale)
     return Band(tuple(float(edge) for edge in edges), widths, way, len(np.unique(block)), n)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 
@@ -45,6 +47,31 @@ def doubt(errors: np.ndarray, blocks: np.ndarray | None) -> float:
     by is common to all models, and says little of which one is better.
     """
     return standard_error(errors, _known(blocks))
+
+
+def another_session(errors: np.ndarray, blocks: np.ndarray, level: float) -> float:
+    """What an error of another block (session) exceeds in 1 - `level` of all cases, of normal numbers; in their unit. 0 of one block, which says nothing of another.
+
+    Notes
+    -----
+    An error is what its block shares and what is its own. Of the own part there are many; the shared one is known by as few numbers as there are blocks, so that its
+    quantile is Student's with as many degrees of freedom: it is held out, so its mean is 0 already.
+    """
+    from scipy.stats import norm, t
+
+    names, block, count = np.unique(blocks, return_inverse=True, return_counts=True)
+    if len(names) < 2:
+        return 0.0
+    mean = np.bincount(block, errors) / count
+    own = np.bincount(block, (errors - mean[block]) ** 2) / np.maximum(count - 1, 1) / count
+    own[count == 1] = np.inf  # one error says nothing of what others share with it
+    whole, shared = (
+        float(np.mean(errors**2)),
+        float(np.sum(count * np.maximum(mean**2 - own, 0.0))) / len(errors),
+    )
+    shared, side = min(shared, whole), 0.5 * (1 + level)
+    others, own_ones = float(t.ppf(side, len(names))), float(norm.ppf(side))
+    return math.sqrt(others**2 * shared + own_ones**2 * (whole - shared))
 
 
 def excess(errors: np.ndarray, others: np.ndarray, blocks: np.ndarray | None) -> tuple[float, float]:

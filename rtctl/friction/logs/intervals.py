@@ -1,9 +1,9 @@
 """Intervals of a least-squares fit to filtered logs, whose residuals repeat each other.
 
-The textbook formula is several times too narrow there. The scores X'e are summed over G long blocks of time,
-which are independent of each other, and ``(X'X)^-1 (sum_g s_g s_g') (X'X)^-1 G / (G - 1 - K)`` with a t
-distribution of G - 1 - K degrees of freedom gives the interval (Bester, Conley and Hansen, J. Econometrics 165,
-2011, where K = 0). K counts the columns slower than a block, such as drift: each takes the freedom of one block.
+The textbook formula is several times too narrow there. The log is cut into G long blocks of time, which are independent of each other, and the scores of each, grown by what it fitted away of itself (docs/theory.md 9.7),
+are summed as squares, times ``(G - 1)/(G - 1 - K)``, with a t distribution of G - 1 - K degrees of freedom give the interval (Bester, Conley and Hansen, J. Econometrics 165,
+2011, where K = 0 and all blocks are alike). K counts the columns slower than a block, such as drift: each takes the freedom of one block. A column that few blocks tell
+has their freedom only.
 """
 
 from __future__ import annotations
@@ -40,6 +40,10 @@ class Estimate:
     def holds(self, truth: float) -> bool:
         """Whether the 95 % interval contains `truth`."""
         return self.low <= truth <= self.high
+
+
+LEAST_LEFT = 1e-3
+"""Least share of a block's errors that is taken to be left over: one that alone tells a column leaves nothing."""
 
 
 def blocks_in(duration_s: float, cutoff_hz: float) -> int:
@@ -85,15 +89,32 @@ def time_blocks(signals: Regressors) -> np.ndarray:
 
 
 def covariance(X: np.ndarray, residual: np.ndarray, block: np.ndarray, slow_columns: int) -> np.ndarray:
-    """Covariance of the solution. X (n, p), residual and block (n,); `slow_columns` is K of the module."""
+    """Covariance of the solution. X (n, p) has what it shares with the `slow_columns`, K of the module, taken off; residual and block (n,).
+
+    Notes
+    -----
+    What a block leaves over is what it was, times (1 - h), h its leverage along each axis: so it is grown by (1 - h)^-1/2, which makes the variance right for errors that are alike.
+    """
     blocks = int(block[-1]) + 1
-    scores = np.array([X[block == k].T @ residual[block == k] for k in range(blocks)])
-    bread = np.linalg.inv(X.T @ X)
-    return np.asarray(bread @ (scores.T @ scores) @ bread * blocks / max(1, blocks - 1 - slow_columns))
+    half = np.linalg.cholesky(np.linalg.pinv(X.T @ X, rcond=1e-10, hermitian=True))
+    changes = np.empty((blocks, X.shape[1]))
+    for k in range(blocks):
+        mine = X[block == k] @ half
+        share, axes = np.linalg.eigh(mine.T @ mine)
+        grown = axes / np.sqrt(np.maximum(1 - share, LEAST_LEFT)) @ axes.T
+        changes[k] = half @ (grown @ (mine.T @ residual[block == k]))
+    return np.asarray(changes.T @ changes * (blocks - 1) / max(1, blocks - 1 - slow_columns))
+
+
+def telling_blocks(X: np.ndarray, block: np.ndarray) -> np.ndarray:
+    """How many blocks tell each column of X (n, p): fewer where most of a column's own variation lies in some; (sum w_g)^2/sum w_g^2, w_g the share of a block in its variance."""
+    influence = np.linalg.pinv(X.T @ X, rcond=1e-10, hermitian=True) @ X.T
+    shares = np.array([(influence[:, block == k] ** 2).sum(axis=1) for k in range(int(block[-1]) + 1)])
+    return np.asarray(shares.sum(axis=0) ** 2 / np.maximum((shares**2).sum(axis=0), 1e-300))
 
 
 def estimates(
-    names: Sequence[str], value: np.ndarray, error: np.ndarray, freedom: Sequence[int]
+    names: Sequence[str], value: np.ndarray, error: np.ndarray, freedom: Sequence[float]
 ) -> dict[str, Estimate]:
     """Parameters with their 95 % intervals; `freedom` holds the degrees of freedom of each."""
     from scipy.stats import t

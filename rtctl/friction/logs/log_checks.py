@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -25,11 +26,11 @@ BIAS_TOLD, BIAS_REFUSED = 0.15, 0.5
 COARSE_STEP = 2e-3
 """Share of the range of the position from which on its steps are those of lost digits, not of an encoder."""
 
-LOOKED_INTO = 0.02
-"""Share from which on the inertia is compared with that of a lower cut-off."""
-
 SURE = 0.05
 """Largest standard error of an inertia that another is compared with, share of it."""
+
+SURELY = 3.0
+"""Standard errors from which on the two differ."""
 
 
 def diagnose(
@@ -79,17 +80,16 @@ def coarseness(logs: Sequence[Sequence[AxisLog]], signals: Regressors, speed_min
     as the steps make is made once more, and its power measured. Of a recorded velocity the steps of the position make no acceleration.
     """
     v = signals.velocity_rad_s[signals.sliding]
-    recorded = any(stretch.velocity_rad_s is not None for stretches in logs for stretch in stretches)
-    if recorded or min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
+    if min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
         return 0.0
+    balance = Balance.of(signals, None)
+    short = _gained_by_lower_cutoff(logs, balance, speed_min_rad_s)
+    if any(stretch.velocity_rad_s is not None for stretches in logs for stretch in stretches):
+        return short
     coarse = [[_rounded_again(stretch, signals.cutoff_hz) for stretch in stretches] for stretches in logs]
     again = pooled([of_stretches(stretches, signals.cutoff_hz, speed_min_rad_s) for stretches in coarse])
     noise = (again.acceleration_rad_s2 - signals.acceleration_rad_s2)[signals.sliding]
-    balance = Balance.of(signals, None)
-    short = min(1.0, float(noise.var()) / max(float(balance.own_acceleration().var()), 1e-300))
-    if short <= LOOKED_INTO:
-        return short
-    return max(short, _gained_by_lower_cutoff(logs, balance, balance.fit().inertia, speed_min_rad_s))
+    return max(short, min(1.0, float(noise.var()) / max(float(balance.own_acceleration().var()), 1e-300)))
 
 
 def _coarse_position(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> list[str]:
@@ -99,7 +99,7 @@ def _coarse_position(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> 
         return []
     step = max(_step(stretch) for stretches in logs for stretch in stretches)
     text = (
-        f"{signals.source}: column position: too coarse: steps of {step:.3g} rad make the inertia {100 * short:.0f} % too small, or "
+        f"{signals.source}: column position: too coarse: steps of {step:.3g} rad, or what else is uneven in it, make the inertia {100 * short:.0f} % too small, or "
         "more; record more digits, a velocity too, move more briskly, or lower --cutoff-hz"
     )
     lost = any(_step(one) > COARSE_STEP * np.ptp(one.position_rad) for stretches in logs for one in stretches)
@@ -109,9 +109,9 @@ def _coarse_position(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> 
 
 
 def _gained_by_lower_cutoff(
-    logs: Sequence[Sequence[AxisLog]], balance: Balance, inertia: float, speed_min_rad_s: float
+    logs: Sequence[Sequence[AxisLog]], balance: Balance, speed_min_rad_s: float
 ) -> float:
-    """Share that the inertia lacks against that of a lower cut-off, where the noise of an acceleration is far less."""
+    """Share that the inertia surely lacks against that of a lower cut-off, where the noise of an acceleration is far less, whatever makes it."""
     cutoff_hz = LOWER_CUTOFF * balance.signals.cutoff_hz
     try:
         lower = pooled([of_stretches(stretches, cutoff_hz, speed_min_rad_s) for stretches in logs])
@@ -120,8 +120,10 @@ def _gained_by_lower_cutoff(
     v = lower.velocity_rad_s[lower.sliding]
     if min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
         return 0.0
-    found, error = Balance.of(lower, None).inertia()
-    return 1 - inertia / found if error < SURE * found else 0.0
+    (inertia, own_error), (found, error) = balance.inertia(), Balance.of(lower, None).inertia()
+    if not (error < SURE * found and found - inertia > SURELY * math.hypot(own_error, error)):
+        return 0.0
+    return 1 - inertia / found
 
 
 def _rounded_again(log: AxisLog, cutoff_hz: float) -> AxisLog:

@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from rtctl.friction.logs.dynamics import SAMPLES_MIN, SAMPLES_PER_CUTOFF
+from rtctl.friction.logs.even_motion import largest_inertia
 from rtctl.friction.logs.intervals import Estimate, time_blocks
 from rtctl.friction.logs.offsets import offset_columns
 from rtctl.friction.logs.regressors import Regressors
@@ -29,34 +30,46 @@ ROWS_LEAST = 60
 KNOWS_LESS = 3.0
 """A reading whose standard error is so many times larger knows too little of a parameter to cast doubt on it."""
 
+NOISE_MOST = 0.5
+"""Share of an acceleration that is noise from which on all of it may be: steps of slow motion make up to twice what white noise does. The inertia is bounded by the torque alone."""
+
 SHORT_MOST = 0.98
 """Largest share of an inertia that is taken to be lost in the steps of the position: beyond it nothing is known of it."""
 
 TIMES = 1.5
-"""What is not known of a model is taken for so many times what was seen of it. Of blind logs of foreign joints the 95 % intervals then held the inertia in 85 %, Coulomb friction in 94 % (65 and 88 % without)."""
+"""What is not known of a model is taken for so many times what was seen of it. Of blind logs of foreign joints the 95 % intervals then held the inertia in 85 %, Coulomb friction in 94 % (65 and 88 % without); with what came after (docs/theory.md 9.7) 96 and 94 %."""
 
 
-def doubts(signals: Regressors) -> np.ndarray:
-    """Doubt of inertia, viscous and Coulomb friction, (3,), added to both sides of their intervals."""
+def doubts(signals: Regressors, late: Estimate | None = None) -> np.ndarray:
+    """Doubt of inertia, viscous and Coulomb friction, (3,), added to both sides of their intervals.
+
+    `late` is the delay that looks left in the torque, s; where it surely is not 0 the motion as it was so much earlier is another reading.
+    """
     rows, offset = signals.sliding, offset_columns(signals)
     nuisance = np.hstack([offset.logs, offset.drift])
     block = np.full(len(rows), -1)
     block[rows] = time_blocks(signals)
     free = max(1, block.max() - len(offset.owner))
-    plain = _solved(signals, np.zeros((len(rows), 0)), nuisance, rows, block)
+    motion = np.column_stack([signals.acceleration_rad_s2, signals.velocity_rad_s, signals.direction])
+    plain = _solved(signals, motion, np.zeros((len(rows), 0)), nuisance, rows, block)
     largest = np.zeros(3)
-    for more, kept in _readings(signals):
+    for read, more, kept in _readings(signals, motion, late):
         v = signals.velocity_rad_s[kept]
         if len(v) < ROWS_LEAST or min((v > 0).sum(), (v < 0).sum()) < SAMPLES_MIN // 2:
             continue
-        other = _solved(signals, more, nuisance, kept, block)
+        other = _solved(signals, read, more, nuisance, kept, block)
         chance = ((other[1] - plain[1]) ** 2).sum(axis=0) * len(plain[1]) / free
         beyond = np.sqrt(np.maximum((other[0] - plain[0]) ** 2 - chance, 0.0))
         knows = (other[1] ** 2).sum(axis=0) <= KNOWS_LESS**2 * (plain[1] ** 2).sum(axis=0)
         largest = np.maximum(largest, np.where(knows, beyond, 0.0))
     found: np.ndarray = TIMES * largest
     short = min(signals.inertia_short, SHORT_MOST)
-    found[0] += short / (1 - short) * abs(plain[0][0])
+    lost = short / (1 - short) * abs(plain[0][0])
+    if short > NOISE_MOST:
+        lost = max(lost, largest_inertia(signals, abs(plain[0][2])))
+    others = np.column_stack([motion[:, 1:], nuisance])[rows]
+    alike = np.linalg.lstsq(others, motion[rows, 0], rcond=1e-9)[0][:2]
+    found += lost * np.array([1.0, *np.abs(alike)])
     return found
 
 
@@ -67,28 +80,38 @@ def doubted(parameters: Mapping[str, Estimate], by: np.ndarray) -> dict[str, Est
     return {name: each.doubted(of.get(name.split("_")[0], 0.0)) for name, each in parameters.items()}
 
 
-def _readings(signals: Regressors) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Columns that are added, the first of them no friction, and the rows."""
+def _readings(
+    signals: Regressors, motion: np.ndarray, late: Estimate | None
+) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Columns of the motion, those that are added (the first of them no friction), and the rows."""
     v, s, rows = signals.velocity_rad_s, signals.direction, signals.sliding
     turns = np.flatnonzero(np.diff(np.sign(v), prepend=np.sign(v[0]) + 1))
     x = signals.position_rad
     since = np.abs(x - x[turns[np.searchsorted(turns, np.arange(len(v)), side="right") - 1]])
     usual = PEAK_SHARE * float(np.quantile(np.abs(v[rows]), 0.95))
     none = np.zeros(len(v))
-    yield np.column_stack([signals.jerk_rad_s3]), rows
-    yield np.column_stack([none, v * np.abs(v), s * np.exp(-np.abs(v) / usual)]), rows
-    yield np.column_stack([none, s * np.exp(-since / (MEMORY_RAD * signals.radian))]), rows
-    yield np.column_stack([none, s * np.abs(signals.acceleration_rad_s2)]), rows
+    jerk, a = signals.jerk_rad_s3, signals.acceleration_rad_s2
+    if late is not None and not late.holds(0.0):
+        earlier = np.column_stack([a - late.value * jerk, v - late.value * a, s])
+        yield earlier, none[:, None], rows
+    yield motion, np.column_stack([jerk]), rows
+    yield motion, np.column_stack([none, v * np.abs(v), s * np.exp(-np.abs(v) / usual)]), rows
+    yield motion, np.column_stack([none, s * np.exp(-since / (MEMORY_RAD * signals.radian))]), rows
+    yield motion, np.column_stack([none, s * np.abs(a)]), rows
     reach = np.ones(SAMPLES_PER_CUTOFF + 1)
-    yield none[:, None], rows & (np.convolve(~rows, reach, mode="same") < 0.5)
-    yield none[:, None], rows & (since > np.median(since[rows]))
+    yield motion, none[:, None], rows & (np.convolve(~rows, reach, mode="same") < 0.5)
+    yield motion, none[:, None], rows & (since > np.median(since[rows]))
 
 
 def _solved(
-    signals: Regressors, more: np.ndarray, nuisance: np.ndarray, rows: np.ndarray, block: np.ndarray
+    signals: Regressors,
+    motion: np.ndarray,
+    more: np.ndarray,
+    nuisance: np.ndarray,
+    rows: np.ndarray,
+    block: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Inertia, viscous and Coulomb friction with the columns `more`, of which what is friction is told as viscous and Coulomb, and what each block moved them by."""
-    motion = np.column_stack([signals.acceleration_rad_s2, signals.velocity_rad_s, signals.direction])
     matrix, torque = np.hstack([motion, more, nuisance])[rows], signals.torque_nm[rows]
     scale = np.sqrt((matrix**2).mean(axis=0))
     scale[scale == 0] = 1.0

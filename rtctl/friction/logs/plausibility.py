@@ -11,7 +11,7 @@ import numpy as np
 from hw.playback.reader import Recording
 from rtctl.errors import DataError
 from rtctl.friction.logs.dynamics import AxisLog
-from rtctl.friction.logs.torque_faults import faults, require_unclipped
+from rtctl.friction.logs.torque_faults import faults, require_on, require_unclipped
 
 if TYPE_CHECKING:
     from rtctl.friction.logs.regression import JointFit
@@ -44,6 +44,10 @@ HARDLY_KNOWN = 0.5
 
 OFFSET_SHARE = 0.1
 """An offset of a motor torque above this share of the Coulomb friction is worth a word."""
+
+
+FRICTION_SHARE = 0.25
+"""Friction at the largest speed below this share of the torque, RMS, is worth a word: that of geared joints is as large as it."""
 
 
 @dataclass(frozen=True)
@@ -127,6 +131,8 @@ def plausible(
                 f"{where}: {largest:.3g} N m is much for a joint that a hand moves: is it in mN m? Correct its unit, or give --config RIG, "
                 "whose limits count then"
             )
+    if external is None and motor_nm is not None:
+        require_on(motor_nm, log.position_rad, log.rate_hz, f"{log.source}: motor torque")
     largest = float(np.abs(log.torque_nm).max())
     if largest < limits.torque_least_nm:
         raise DataError(
@@ -216,6 +222,19 @@ def doubtful_parameters(fit: JointFit, limits: Limits) -> tuple[str, ...]:
         *told,
         f"the inertia, {inertia:.3g} kg m^2, is much for a joint that a hand moves: correct the unit of the torque (mN m?), of the position "
         "(deg, rev, counts) or of the time, or give --config RIG, which counts then",
+    )
+
+
+def doubtful_friction(fit: JointFit) -> tuple[str, ...]:
+    """Little friction: what is called torque may have it taken off already."""
+    found, rms = fit.symmetric.parameters, fit.symmetric.rms_nm / max(fit.symmetric.relative_error, 1e-12)
+    speed = max(each.highest_rad_s for each in fit.speeds)
+    friction = found["coulomb_nm"].value + max(0.0, found["viscous_nms_rad"].value) * speed
+    if friction > FRICTION_SHARE * rms:
+        return ()
+    return (
+        f"little of the torque is friction ({friction:.3g} N m at {speed:.3g} rad/s, the torque is {rms:.3g} N m RMS): a joint on air, or a column that has the friction taken off "
+        "already (a drive that compensates it, an observer's torque of the load); map the current or the torque that the motor made",
     )
 
 

@@ -24,23 +24,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rtctl.errors import DataError
-from rtctl.friction.logs.dynamics import RANK_TOLERANCE, SAMPLES_MIN, require_both_directions
-from rtctl.friction.logs.intervals import Estimate, covariance, estimates, time_blocks
+from rtctl.friction.logs.dynamics import RANK_TOLERANCE, require_both_directions
+from rtctl.friction.logs.even_motion import TooEvenError, completed, require_acceleration, said, told_apart
+from rtctl.friction.logs.intervals import Estimate, covariance, estimates, telling_blocks, time_blocks
 from rtctl.friction.logs.offsets import Offset, OffsetColumns, offset_columns
 from rtctl.friction.logs.other_readings import doubted, doubts
 from rtctl.friction.logs.regressors import Regressors
-
-STRIBECK_RAD_S = 0.1
-"""Friction rises towards rest below such speeds: Stribeck speeds of geared joints are .02 to .2 rad/s."""
+from rtctl.friction.logs.speeds_seen import Speeds, few_slow, no_low_speed, speeds
 
 UNEXPLAINED_MAX = 0.7
 """Largest relative error of a fit that says anything; real logs have .1 to .2."""
 
 DELAY_SAID_S = 0.5e-3
 """Delay left in the torque that is worth a word: 1 % of viscous friction at 2 Hz on the nominal rig."""
-
-LOW_SPEED_ROWS = 20
-"""Fewest rows of a direction below it that say something about it."""
 
 CONDITION_MAX = 200.0
 """Largest condition number of the scaled regression before its parameters are refused."""
@@ -60,16 +56,6 @@ class Regression:
     rms_nm: float
     n: int
     blocks: int
-
-
-@dataclass(frozen=True)
-class Speeds:
-    """Speeds of the rows of one direction: how many, range, and how many below `STRIBECK_RAD_S`."""
-
-    rows: int
-    lowest_rad_s: float
-    highest_rad_s: float
-    low_speed_rows: int
 
 
 @dataclass(frozen=True)
@@ -103,40 +89,91 @@ def joint_fit(signals: Regressors) -> JointFit:
     the standard errors then carry what the few rows leave open.
     """
     require_both_directions(signals.velocity_rad_s[signals.sliding], signals.source)
-    v, a, s = signals.velocity_rad_s, signals.acceleration_rad_s2, signals.direction
-    ahead, back = 0.5 * (1 + s), 0.5 * (1 - s)
     offset = offset_columns(signals)
+    columns, by_direction = _columns(signals, offset)
+    try:
+        require_acceleration(signals)
+        (symmetric, drift), per_direction = _both(signals, offset, columns, by_direction)
+    except TooEvenError as error:
+        return _even(signals, offset, columns, by_direction, error)
+    _require_signs(symmetric, signals.source)
+    _require_explained(symmetric, signals.source)
+    late = _remaining_delay(signals, columns, offset)
+    by = doubts(signals, late)
+    symmetric, per_direction = (
+        replace(fit, parameters=doubted(fit.parameters, by)) for fit in (symmetric, per_direction)
+    )
+    return _joint(signals, offset, symmetric, per_direction, drift, late, _misaligned(signals, late))
+
+
+Columns = dict[str, np.ndarray]
+
+
+def _columns(signals: Regressors, offset: OffsetColumns) -> tuple[Columns, Columns]:
+    """Columns of both forms, symmetric and per direction."""
+    v, a, s = signals.velocity_rad_s, signals.acceleration_rad_s2, signals.direction
     levels = dict(zip(offset.names, offset.logs.T, strict=True))
-    columns = {"inertia_kgm2": a, "viscous_nms_rad": v, "coulomb_nm": s, **levels}
-    symmetric, drift = _solve(signals, columns, offset, offset.drift)
-    per_direction, _ = _solve(
-        signals,
+    return (
+        {"inertia_kgm2": a, "viscous_nms_rad": v, "coulomb_nm": s, **levels},
         {
             "inertia_kgm2": a,
             "viscous_forward_nms_rad": np.where(v > 0, v, 0.0),
             "viscous_backward_nms_rad": np.where(v < 0, v, 0.0),
-            "level_forward_nm": ahead,
-            "level_backward_nm": back,
+            "level_forward_nm": 0.5 * (1 + s),
+            "level_backward_nm": 0.5 * (1 - s),
         },
-        offset,
-        np.hstack([offset.relative(signals.sliding), offset.drift]),
     )
-    _require_signs(symmetric, signals.source)
-    _require_explained(symmetric, signals.source)
-    by = doubts(signals)
-    symmetric, per_direction = (
-        replace(fit, parameters=doubted(fit.parameters, by)) for fit in (symmetric, per_direction)
+
+
+def _both(
+    signals: Regressors, offset: OffsetColumns, columns: Columns, by_direction: Columns
+) -> tuple[tuple[Regression, np.ndarray], Regression]:
+    """The symmetric fit and its drift, and that per direction."""
+    relative = np.hstack([offset.relative(signals.sliding), offset.drift])
+    return (
+        _solve(signals, columns, offset, offset.drift),
+        _solve(signals, by_direction, offset, relative)[0],
     )
-    offsets = tuple(offset.describe(drift, signals.sources, signals.sliding))
-    coefficients = tuple(float(each) for each in drift)
+
+
+def _even(
+    signals: Regressors,
+    offset: OffsetColumns,
+    columns: Columns,
+    by_direction: Columns,
+    error: TooEvenError,
+) -> JointFit:
+    """What a motion too even for all parameters tells; raises `error` where that is nothing either."""
+    for kept, ways in zip(told_apart(signals, columns), told_apart(signals, by_direction), strict=True):
+        try:
+            (symmetric, drift), per_direction = _both(signals, offset, kept, ways)
+        except TooEvenError:
+            continue
+        _require_signs(symmetric, signals.source)
+        _require_explained(symmetric, signals.source)
+        told = said(signals, symmetric.parameters)
+        symmetric, per_direction = (
+            replace(fit, parameters=completed(fit.parameters, tuple(names), signals))
+            for fit, names in ((symmetric, columns), (per_direction, by_direction))
+        )
+        return _joint(signals, offset, symmetric, per_direction, drift, None, (told,))
+    raise error
+
+
+def _joint(
+    signals: Regressors,
+    offset: OffsetColumns,
+    symmetric: Regression,
+    per_direction: Regression,
+    drift: np.ndarray,
+    late: Estimate | None,
+    told: tuple[str, ...],
+) -> JointFit:
     both = speeds(signals)
-    late = _remaining_delay(signals, columns, offset)
-    warnings = (
-        *signals.warnings,
-        *_few_slow(signals),
-        *_no_low_speed(signals, both),
-        *_misaligned(signals, late),
-    )
+    offsets = tuple(offset.describe(drift, signals.sources, signals.sliding))
+    slow = few_slow(signals) if late is not None else ()
+    warnings = (*signals.warnings, *slow, *no_low_speed(signals, both), *told)
+    coefficients = tuple(float(each) for each in drift)
     return JointFit(symmetric, per_direction, offsets, coefficients, both, late, warnings)
 
 
@@ -188,54 +225,14 @@ def _misaligned(signals: Regressors, late: Estimate | None) -> tuple[str, ...]:
     )
 
 
-def _few_slow(signals: Regressors) -> tuple[str, ...]:
-    slow, below = signals.slow()
-    if slow >= SAMPLES_MIN // 2:
-        return ()
-    return (
-        f"{signals.source}: {slow} samples of slow motion only (below {below:.3g} rad/s): Coulomb and viscous "
-        "friction are told apart by the faster motion; record slow motion too, or lower --speed-min-rad-s",
-    )
-
-
-def speeds(signals: Regressors) -> tuple[Speeds, Speeds]:
-    """Speeds of the sliding rows, forwards and backwards."""
-    v = signals.velocity_rad_s[signals.sliding]
-    found = []
-    for speed in (v[v > 0], -v[v < 0]):
-        below = int((speed < STRIBECK_RAD_S * signals.radian).sum())
-        found.append(Speeds(len(speed), float(speed.min()), float(speed.max()), below))
-    return found[0], found[1]
-
-
-def _no_low_speed(signals: Regressors, both: tuple[Speeds, Speeds]) -> tuple[str, ...]:
-    """What it means that a log has hardly any row in the range of the Stribeck peak."""
-    lacking = [
-        (name, each)
-        for name, each in zip(("forwards", "backwards"), both, strict=True)
-        if each.low_speed_rows < LOW_SPEED_ROWS
-    ]
-    if not lacking:
-        return ()
-    named = ", ".join(
-        f"{each.low_speed_rows} {name}, slowest {each.lowest_rad_s:.3g} rad/s" for name, each in lacking
-    )
-    return (
-        f"{signals.source}: hardly any sliding below {STRIBECK_RAD_S * signals.radian:.3g} rad/s ({named}): break-away and a "
-        "Stribeck peak are not in this log, the Coulomb friction is what faster motion extrapolates to, and a "
-        "model of these points says nothing about lower speeds; for those record slow, steady strokes, or run "
-        "`rtctl identify CONFIG`",
-    )
-
-
 def _require_signs(fit: Regression, source: str) -> None:
-    inertia, coulomb = fit.parameters["inertia_kgm2"], fit.parameters["coulomb_nm"]
+    inertia, coulomb = fit.parameters.get("inertia_kgm2"), fit.parameters["coulomb_nm"]
     if coulomb.high < 0:
         raise DataError(
             f"{source}: the torque assists the motion (Coulomb friction {coulomb.value:.3g} N m): "
             "turn its sign (scale -1), or that of the position"
         )
-    if inertia.high < 0:
+    if inertia and inertia.high < 0:
         raise DataError(
             f"{source}: the inertia comes out negative ({inertia.value:.3g} kg m^2): torque and position are "
             "not aligned in time, or a torque is missing; map the external torque too, or correct the time"
@@ -263,9 +260,14 @@ def _solve(
     condition = _condition(signals, scaled, columns)
     solution = np.linalg.lstsq(scaled, torque, rcond=None)[0]
     residual = torque - scaled @ solution
-    slow = len(offset.owner)
-    error = np.sqrt(np.diag(covariance(scaled, residual, block, slow))) / scale
-    freedom = [offset.freedom(name, signals.log[rows], block) for name in columns]
+    own, drift = np.split(scaled, [len(columns)], axis=1)
+    own = own - drift @ np.linalg.lstsq(drift, own, rcond=None)[0]
+    error = np.sqrt(np.diag(covariance(own, residual, block, len(offset.owner)))) / scale[: len(columns)]
+    telling = telling_blocks(own, block)
+    freedom = [
+        min(offset.freedom(name, signals.log[rows], block), blocks - 1)
+        for name, blocks in zip(columns, telling, strict=False)
+    ]
     found = Regression(
         parameters=estimates(list(columns), solution / scale, error, freedom),
         condition=condition,
@@ -282,10 +284,10 @@ def _condition(signals: Regressors, scaled: np.ndarray, columns: dict[str, np.nd
     condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
     if condition <= min(CONDITION_MAX, 1 / RANK_TOLERANCE):
         return condition
-    few = _few_slow(signals)
+    few = few_slow(signals)
     if few:
-        raise DataError(f"{few[0]}; and that is not enough here (condition number {condition:.3g})")
-    raise DataError(
+        raise TooEvenError(f"{few[0]}; and that is not enough here (condition number {condition:.3g})")
+    raise TooEvenError(
         f"{signals.source}: the motion is too even to tell {', '.join(columns)} apart (condition number "
         f"{condition:.3g}, at most {CONDITION_MAX:g}); record quick and slow motion with changing speed"
     )

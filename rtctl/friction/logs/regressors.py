@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hw.playback.quantum import quantum
 from rtctl.errors import DataError
 from rtctl.friction.logs.dynamics import (
     CUTOFF_HZ,
@@ -238,7 +239,8 @@ def _motion(
     if log.velocity_rad_s is None:
         return v, a, ()
     recorded = smooth(log.velocity_rad_s, log.rate_hz, cutoff_hz)
-    v, notes = aligned_velocity(recorded, v, a, log.rate_hz, cutoff_hz, log.source)
+    step_rad = log.step_rad or quantum(log.position_rad)
+    v, notes = aligned_velocity(recorded, v, log.rate_hz, cutoff_hz, log.source, step_rad)
     return v, derivatives(v, step)[0], notes
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from hw.playback.quantum import quantum
 from rtctl.errors import DataError
+from rtctl.friction.logs.rows_in_turn import held, require_one_axis
 
 WINDOW_S, WINDOW_MIN, WINDOW_MAX = 0.04, 5, 21
 """Length of the running median, s and rows."""
@@ -79,9 +80,23 @@ def mended(rows: Rows) -> Rows:
     """
     if len(rows.position_rad) < 4 * WINDOW_MIN:
         return rows
+    require_one_axis(rows.where, rows.position_rad)
+    _mend_held(rows)
     _mend_repeats(rows)
     _mend_position(rows)
     return rows
+
+
+def _mend_held(rows: Rows) -> None:
+    """A slower log whose rows were held: straight lines between them, of position and torque alike."""
+    repeats, times = held([rows.position_rad, *rows.torques.values()]) if rows.torques else (None, 1)
+    if repeats is None or times == 1:
+        return
+    _interpolate(rows, repeats, torques=True)
+    rows.notes.append(
+        f"{rows.where}: nearly every row stands {times} times, in every column: a slower log whose rows were held: straight lines between the first of each; give the log as "
+        "it was recorded, one row of each"
+    )
 
 
 def _interpolate(rows: Rows, bad: np.ndarray, *, torques: bool) -> None:

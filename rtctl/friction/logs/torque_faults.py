@@ -18,6 +18,12 @@ COARSE_SHARE = 0.15
 FROZEN_S, FROZEN_SHARE = 0.15, 0.02
 """A torque that otherwise changes with every row and stands still for so long is told; for this share of the log, refused."""
 
+OFF_SHARE, OFF_S, OFF_TRAVEL = 0.03, 0.5, 0.1
+"""A motor is off whose torque stays below this share of its usual largest for so long; the joint is moved by another if it goes this share of its range to and fro meanwhile."""
+
+DROPPED_SHARE, DROPPED_NOISE, DROPPED_MOST, DROPPED_LEAST = 0.1, 8.0, 50, 5
+"""Zeros between torques of one sign, both above this share of the usual largest and so many times the usual change of a row, in so many rows at most, are no torque; fewest that are told."""
+
 SPIKE_SCALES, SPIKE_SHARE, SPIKES_MOST = 15.0, 1.0, 0.05
 """Spikes are so many robust standard deviations off, and the usual largest torque; at most this share of rows, else they are the signal."""
 
@@ -38,9 +44,13 @@ def require_unclipped(signal: np.ndarray, where: str) -> None:
     """Refuse a torque (N m) that stays at its largest or smallest value: the sensor or the drive cut it off."""
     if len(np.unique(signal)) < LEVELS_MIN:
         return  # a coarse or resting signal repeats its extremes by nature
+    between = (signal > signal.min()) & (signal < signal.max())
+    held = longest_run((np.diff(signal) == 0) & between[1:])[
+        1
+    ]  # as long everywhere: a torque of a slower bus
     for extreme in (signal.max(), signal.min()):
         begin, length = longest_run(signal == extreme)
-        if length >= CLIPPED_RUN:
+        if length >= CLIPPED_RUN and held < length - 1:
             raise DataError(
                 f"{where}: clipped at {extreme:.4g} N m for {length} samples from row "
                 f"{begin + 1} on; raise the range of the sensor, or move less briskly"
@@ -75,6 +85,7 @@ def faults(signal: np.ndarray, rate_hz: float, where: str, *, may_rest: bool) ->
             f"{where}: constant at {signal[0]:.4g} N m; map the column that was measured, or leave it out if nothing was"
         ]
     return [
+        *_dropouts(signal, where),
         *_frozen(signal, rate_hz, where, may_rest=may_rest),
         *_spikes(signal, where),
         *_coarse(signal, where),
@@ -100,6 +111,53 @@ def _frozen(signal: np.ndarray, rate_hz: float, where: str, *, may_rest: bool) -
         "the sensor or its transfer was frozen; cut the log there"
     )
     if length > FROZEN_SHARE * len(signal):
+        raise DataError(text)
+    return [text]
+
+
+def require_on(motor: np.ndarray, position: np.ndarray, rate_hz: float, where: str) -> None:
+    """Refuse a motor torque (N m), the only torque there is, that is 0 for a while in which the joint turns back: the motor was off, and something else moved it.
+
+    Raises
+    ------
+    DataError
+        Names row and time.
+    """
+    off = np.abs(motor) <= OFF_SHARE * float(np.quantile(np.abs(motor), 0.95))
+    begin, length = longest_run(off)
+    if length < max(OFF_S * rate_hz, FROZEN_SHARE * len(motor)):
+        return
+    there = position[begin : begin + length]
+    least = OFF_TRAVEL * float(np.ptp(position))
+    high, low = np.maximum.accumulate(there), np.minimum.accumulate(there)
+    forth, back = float((there - low).max()), float((high - there).max())
+    if min(forth, back) > least:
+        raise DataError(
+            f"{where}: about 0 for {length / rate_hz:.3g} s from row {begin + 1} on, and the joint turns back meanwhile: the motor was off and something else moved it; map that "
+            "torque, or cut that part out"
+        )
+
+
+def _dropouts(signal: np.ndarray, where: str) -> list[str]:
+    """Rows of exactly 0 between rows that are not, by far, and of one sign: no sample was there."""
+    usual = float(np.quantile(np.abs(signal), 0.95))
+    given = np.flatnonzero(signal != 0)
+    if len(given) < 2 or len(np.unique(signal)) < LEVELS_MIN:
+        return []
+    before, after = given[:-1], given[1:]
+    far = max(DROPPED_SHARE * usual, DROPPED_NOISE * float(np.median(np.abs(np.diff(signal[given])))))
+    high = (signal[before] * signal[after] > 0) & (
+        np.minimum(np.abs(signal[before]), np.abs(signal[after])) > far
+    )
+    holes = high & (after - before > 1) & (after - before <= DROPPED_MOST)
+    count = int((after - before - 1)[holes].sum())
+    if count < DROPPED_LEAST:
+        return []
+    text = (
+        f"{where}: {count} rows are exactly 0 between rows that are far from it, the first row {before[holes][0] + 2}: no sample was there (a slower bus, a message that was lost); "
+        "leave these rows out, or fill them"
+    )
+    if count > FROZEN_SHARE * len(signal):
         raise DataError(text)
     return [text]
 

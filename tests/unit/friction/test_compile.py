@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from sklearn.svm import SVR, NuSVR
 
+from rtctl.friction.kinds.compile import compile_curve
 from rtctl.friction.kinds.curve import Curve
 from rtctl.friction.kinds.spline import compile_spline, spline
 
@@ -106,3 +107,20 @@ def test_inputs_that_are_no_regression_are_refused(vectors, beta, b):
 def test_nan_speed_gives_nan():
     curve = compile_spline(np.array([0.3]), np.array([1.0]), 0.2)
     assert np.isnan(curve(np.array([np.nan]))).all()
+
+
+def test_a_shared_curve_ends_with_the_range_of_the_slower_direction():
+    """Both directions share a curve, one is known to 4 and one to 2 rad/s: such a model was written, and refused when read."""
+    v, f = _data()
+    regression = SVR(kernel=spline, C=100, epsilon=0.005).fit(v[:, None], f)
+    vectors, beta = v[regression.support_], regression.dual_coef_[0]
+    curve = Curve("spline", {}, vectors, beta, float(regression.intercept_[0]))
+    whole, _ = compile_curve(curve, 4.0)
+    table, bound = compile_curve(curve, 2.0)
+    assert whole.knots[-1] > 2.0
+    assert table.knots[-1] == 2.0
+    speed = np.linspace(0, 2, 4001)
+    assert np.abs(table(speed) - whole(speed)).max() <= bound + 1e-12
+    assert table.coefficients[-1][2:].tolist() == [0, 0], "straight on beyond its range"
+    slope = float(np.diff(whole(np.array([2.0 - 1e-6, 2.0 + 1e-6])))[0]) / 2e-6
+    assert table.coefficients[-1][1] == pytest.approx(slope, abs=1e-4)

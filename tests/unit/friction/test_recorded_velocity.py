@@ -1,5 +1,6 @@
 """A velocity column is used in place of the derivative, and refused where it is not that of the position."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -89,3 +90,33 @@ def test_a_delay_too_long_to_put_right_is_refused():
     slow = AxisLog(RATE_HZ, np.sin(2.5 * t), np.cos(2.5 * t), "log.csv", "0", 2.5 * np.cos(2.5 * (t - 0.04)))
     with pytest.raises(DataError, match=r"40.1 ms late .* at most 25 ms"):
         regressors(slow)
+
+
+@pytest.mark.parametrize("cutoff_hz", [20.0, 60.0])
+@pytest.mark.parametrize("counts_per_rev", [None, 1024])
+def test_a_velocity_that_its_program_low_passed_is_undone_and_said(cutoff_hz, counts_per_rev):
+    recorded, _ = log(counts_per_rev)
+    share = 1 - np.exp(-2 * np.pi * cutoff_hz / RATE_HZ / 50)
+    fine = np.interp(np.arange(50 * 12_500) / 50, np.arange(12_500), recorded.velocity_rad_s)
+    from scipy.signal import lfilter
+
+    behind = lfilter([share], [1, share - 1], fine)[::50]
+    found = regressors(replace(recorded, velocity_rad_s=behind))
+    inside = slice(200, -200)
+    assert np.abs((found.velocity_rad_s - regressors(recorded).velocity_rad_s)[inside]).max() < 0.01
+    said = " ".join(found.warnings)
+    assert re.search(r"filtered, as by a low-pass of (\d+\.?\d*) Hz .*; put right", said), said
+    told_hz = float(re.search(r"low-pass of (\d+\.?\d*) Hz", said)[1])
+    assert told_hz == pytest.approx(cutoff_hz, rel=0.15)
+    assert joint_fit(found).symmetric.parameters["inertia_kgm2"].value == pytest.approx(0.012, rel=0.02)
+
+
+def test_a_coarse_position_is_no_reason_to_refuse_a_good_velocity():
+    """Rows of a slow joint see a step in turn with none: the derivative of such a position is noise as large as itself."""
+    t = np.arange(30_000) / 2000.0
+    v = 0.06 * np.cos(0.9 * t)
+    x = np.floor(0.06 / 0.9 * np.sin(0.9 * t) / 3e-3) * 3e-3
+    slow = AxisLog(2000.0, x, np.sign(v), "log.csv", "0", v)
+    assert np.abs(regressors(slow).velocity_rad_s).max() < 0.07
+    with pytest.raises(DataError, match="does not follow the position"):
+        regressors(replace(slow, velocity_rad_s=0.06 * np.cos(1.7 * t)))

@@ -10,6 +10,7 @@ from dirty_logs import said_by
 
 from rtctl.cli.fit import command as fit_command
 from rtctl.friction.logs.dynamics import AxisLog
+from rtctl.friction.logs.intervals import covariance, telling_blocks
 from rtctl.friction.logs.log_checks import coarseness, diagnose
 from rtctl.friction.logs.other_readings import doubts
 from rtctl.friction.logs.regression import joint_fit, of_the_position
@@ -186,3 +187,65 @@ def test_even_strokes_are_said_not_to_tell_the_inertia(tmp_path):
     code, out, err = said_by("--log", str(path), "--column", "position=x", "--column", "external=h", "--json")
     assert code == 0, err
     assert [text for text in json.loads(out)["warnings"] if "hardly tells the inertia" in text]
+
+
+@pytest.mark.parametrize("late_s", [0.003, -0.003])
+def test_an_interval_holds_the_inertia_of_a_damped_joint_whose_torque_is_late(late_s):
+    """The inertia is off by b d, jerk or not."""
+    t, x, v, a = motion()
+    viscous = 0.5
+    torque = np.interp(t - late_s, t, torque_of(v, a, F * np.sign(v) + viscous * v, noise=0.002))
+    inertia = joint_fit(regressors(log_of(x, torque))).symmetric.parameters["inertia_kgm2"]
+    assert abs(inertia.value / J - 1) > 0.1
+    assert inertia.holds(J)
+    assert inertia.doubt < 2 * abs(viscous * late_s), "not much wider than it need be"
+
+
+def bursts(seed, count=2, seconds=60.0, rate_hz=100.0):
+    """Slow strokes, and a few brisk ones: the only ones that tell an inertia."""
+    t = np.arange(round(seconds * rate_hz)) / rate_hz
+    brisk = sum(np.exp(-(((t - at) / 0.4) ** 2)) for at in np.linspace(0.2, 0.8, count) * seconds)
+    x = (
+        0.6 * np.sin(2 * np.pi * 0.11 * t)
+        + 0.25 * np.sin(2 * np.pi * 0.37 * t)
+        + 0.06 * brisk * np.sin(9 * t)
+    )
+    v, a = np.gradient(x, t), np.gradient(np.gradient(x, t), t)
+    noise = np.convolve(np.random.default_rng(seed).standard_normal(len(t) + 24), np.ones(25) / 5, "valid")
+    return log_of(x, torque_of(v, a, noise=0.0) + 0.02 * noise, rate_hz)
+
+
+def test_an_inertia_that_two_bursts_tell_has_an_interval_that_holds_it():
+    """Sums of scores over blocks held it in half of these: what the bursts leave over is fitted away."""
+    held, halves = [], []
+    for seed in range(40):
+        found = joint_fit(regressors(bursts(seed), 10.0)).symmetric.parameters["inertia_kgm2"]
+        by_chance = replace(found, low=found.low + found.doubt, high=found.high - found.doubt)
+        held.append(by_chance.holds(J))
+        halves.append(0.5 * (by_chance.high - by_chance.low))
+    assert np.mean(held) >= 0.85
+    assert np.median(halves) < 3 * J
+
+
+def test_blocks_that_tell_a_column_are_counted():
+    block = np.repeat(np.arange(10), 100)
+    rng = np.random.default_rng(0)
+    even, two = rng.normal(size=1000), rng.normal(size=1000) * (block < 2)
+    found = telling_blocks(np.column_stack([even, two]), block)
+    assert found[0] > 9
+    assert 1.7 < found[1] < 2.1
+
+
+def test_a_variance_is_not_too_small_where_two_blocks_tell_a_column():
+    """What such blocks leave over is fitted away: scores summed say a third of the variance."""
+    block, rng = np.repeat(np.arange(10), 100), np.random.default_rng(4)
+    found, said = [], []
+    for _ in range(200):
+        column = rng.normal(size=10)[block] * (block < 2) + 0.01 * rng.normal(size=1000)
+        matrix = np.column_stack([np.ones(1000), column])
+        noise = rng.normal(size=10)[block]
+        solution = np.linalg.lstsq(matrix, noise, rcond=None)[0]
+        scale = np.abs(column).max()
+        found.append((solution[1] * scale) ** 2)
+        said.append(covariance(matrix, noise - matrix @ solution, block, 0)[1, 1] * scale**2)
+    assert np.median(said) > 0.7 * np.median(found)

@@ -1,0 +1,89 @@
+"""Dirty logs of other people's programs: right values, or a refusal or a warning that names the cause; all of them as volume."""
+
+import re
+
+import numpy as np
+import pytest
+from amounts import WHOLE, asked_often
+from dirt_of_programs import MORE, of
+from dirty_changes import clean
+from dirty_logs import identified
+from moved_joint import CLEAN, Joint, simulate
+
+from rtctl.errors import DataError
+from rtctl.friction.logs.rows_in_turn import held, require_one_axis
+from rtctl.friction.logs.torque_faults import require_on, require_unclipped
+
+MENDED = (
+    "two axes in turn, apart in time",
+    "motor off for a part, exactly 0",
+    "a log of 50 Hz held to 500",
+    "torque of a bus of 20 Hz",
+    "friction is compensated already",
+    "semicolons, decimal commas, thousands",
+    "ms of the day past midnight",
+)
+
+
+@asked_often
+@pytest.mark.parametrize("name", list(MORE) if WHOLE else MENDED)
+def test_a_log_that_a_program_made_wrong_is_right_or_named(name, tmp_path):
+    found = of(name, tmp_path)
+    assert not found.wrong() or re.search(MORE[name].cause, found.said), (found.off, found.said)
+    if name in MENDED:
+        assert MORE[name].cause == "." or re.search(MORE[name].cause, found.said), found.said
+
+
+def test_rows_that_were_held_give_the_parameters_of_the_log_they_were_made_of(tmp_path):
+    for name in ("a log of 50 Hz held to 500", "a log of 250 Hz held to 500"):
+        found = of(name, tmp_path)
+        assert found.code == 0
+        assert all(abs(off) < 0.02 for off in found.off.values()), (name, found.off)
+
+
+def test_rows_of_one_axis_are_not_called_rows_of_two():
+    for name in CLEAN:
+        require_one_axis("log", clean(name).position)
+    t = np.arange(4000) / 1000
+    for count in (2, 3, 5):
+        axes = np.column_stack([0.3 * np.sin(2 * t + k) + k for k in range(count)]).ravel()
+        with pytest.raises(DataError, match=f"{count} axes"):
+            require_one_axis("log", axes)
+
+
+def test_rows_are_held_only_where_nearly_all_stand_equally_often():
+    signal = np.random.default_rng(1).normal(size=300)
+    assert held([np.repeat(signal, 4)])[1] == 4
+    assert held([signal])[1] == 1
+    rest = np.concatenate([signal, np.full(600, signal[-1])])
+    assert held([rest])[1] == 1, "a joint at rest"
+    uneven = np.repeat(signal, np.random.default_rng(2).integers(1, 6, 300))
+    assert held([uneven])[1] == 1
+    marks, times = held([np.repeat(signal, 4), np.repeat(signal, 2).repeat(2) * 2])
+    assert times == 4
+    assert marks.tolist()[:8] == [False, True, True, True] * 2
+
+
+def test_a_joint_that_coasts_is_not_called_moved_by_another():
+    """No torque, and the joint runs out: that is friction, and belongs into the log."""
+    t = np.arange(2000) / 500
+    motor = np.where(t % 2 < 1, 0.5, 0.0)
+    require_on(motor, np.cumsum(np.where(t % 2 < 1, 1.0, 2 - t % 2)) / 500, 500.0, "log")
+    t = np.arange(5000) / 500
+    with pytest.raises(DataError, match=r"about 0 for .* from row 2001 on"):
+        require_on(np.where((t < 4) | (t > 7), 0.5 * np.sin(9 * t) + 0.6, 0.0), np.sin(3 * t), 500.0, "log")
+
+
+def test_a_torque_that_is_held_everywhere_is_not_clipped():
+    signal = np.repeat(np.sin(np.arange(400) / 7.0), 25)
+    require_unclipped(signal, "log: torque")
+    with pytest.raises(DataError, match="clipped"):
+        require_unclipped(np.clip(np.sin(np.arange(4000) / 70.0), -0.8, 0.8), "log: torque")
+
+
+def test_a_brisk_joint_with_bearings_is_told_that_little_is_friction(tmp_path):
+    light = simulate(
+        Joint(coulomb=0.008, breakaway=0.0082, viscous=0.002, hand=None, motor=(60.0, 1.5), seed=51)
+    )
+    found = identified(light, tmp_path)
+    assert "little of the torque is friction" in found.said
