@@ -149,7 +149,7 @@ def test_a_data_set_is_continued_and_told_in_json(monkeypatch, capsys, tmp_path)
     told = json.loads(text)
     assert told["motion"] == "linear"
     assert told["complete"]
-    assert told["truth"][0]["coulomb_n"] == 6.0
+    assert told["truth"][0]["dry_n"] == 6.0
 
 
 def test_a_hand_on_the_carriage_is_told_in_newtons(monkeypatch, capsys, tmp_path):
