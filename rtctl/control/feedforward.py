@@ -160,7 +160,7 @@ def advance_intent(s: Record, p: Record, axis: int, push: float) -> None:
     of a slow hand it is as slow as at rest (`pace`).
     """
     alpha = while_bent(s, p, axis, p.friction_intent_alpha[axis], 1.0)
-    if p.friction_policy[axis] == _HYBRID and is_slow(s, axis) and not slides(s, axis):
+    if p.friction_policy[axis] == _HYBRID and is_slow(s, p, axis) and not slides(s, axis):
         alpha = min(alpha, p.rest_alpha[axis])
     s.friction_intent_nm[axis] += alpha * (push - s.friction_intent_nm[axis])
     if not math.isfinite(s.friction_intent_nm[axis]):

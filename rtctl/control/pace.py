@@ -1,6 +1,6 @@
 """How fast is the hand? One that moves the joint slowly is not answered by its torque at once, for that shakes it.
 
-    pace <- LP |v|, `PACE_S`                      slow: pace <= `SLOW_RAD_S`
+    pace <- LP |v|, `PACE_S`                      slow: pace <= `SLOW_BLENDS` v_b
 
 Help F in the direction and to the share that a hand's torque asks for is a gain from that torque to the motor's, F/tau_g and more: 7 and 20 on
 the joints that were measured. Through low-passes of 16 and 50 Hz that is a loop which rings with an elastic joint or a stiff hand at 30 to 60 Hz,
@@ -27,8 +27,8 @@ from rtctl.control.records import Record
 PACE_S = 0.3
 """Time constant of the mean speed."""
 
-SLOW_RAD_S = 0.2
-"""A hand is slow up to this mean speed of the joint."""
+SLOW_BLENDS = 2.5
+"""A hand is slow up to so many times the speed v_b below which the direction counts as one of rest: .2 rad/s."""
 
 SLOW_TIMES = 2.5
 """Brake and gate of a slow hand follow so many times as fast as the intent at rest: 5 Hz."""
@@ -43,12 +43,14 @@ def advance_pace(s: Record, p: Record, axis: int) -> None:
 
 
 @compiled
-def is_slow(s: Record, axis: int) -> bool:
+def is_slow(s: Record, p: Record, axis: int) -> bool:
     """True where a hand moves the joint slowly, or not at all; never of an admittance."""
-    return s.pace_rad_s[axis] <= SLOW_RAD_S and not is_admittance(s, axis)
+    return s.pace_rad_s[axis] <= SLOW_BLENDS * p.friction_blend_rad_s[axis] and not is_admittance(s, axis)
 
 
 @compiled
 def eased(s: Record, p: Record, axis: int, before: float, now: float) -> float:
     """What follows the hand's torque, `now`, through a low-pass where the hand is slow."""
-    return before + min(SLOW_TIMES * p.rest_alpha[axis], 1.0) * (now - before) if is_slow(s, axis) else now
+    if not is_slow(s, p, axis):
+        return now
+    return before + min(SLOW_TIMES * p.rest_alpha[axis], 1.0) * (now - before)

@@ -95,8 +95,8 @@ SEEDS = (
     Seed(
         "in the turn of a slow hand the intent follows it at once",
         "rtctl/control/feedforward.py",
-        "is_slow(s, axis) and not slides(s, axis):\n        alpha = min(alpha, p.rest_alpha[axis])",
-        "is_slow(s, axis) and not slides(s, axis):\n        pass",
+        "is_slow(s, p, axis) and not slides(s, axis):\n        alpha = min(alpha, p.rest_alpha[axis])",
+        "is_slow(s, p, axis) and not slides(s, axis):\n        pass",
         PACE,
     ),
     Seed(
@@ -116,7 +116,7 @@ SEEDS = (
     Seed(
         "every hand is slow",
         "rtctl/control/pace.py",
-        "s.pace_rad_s[axis] <= SLOW_RAD_S and",
+        "s.pace_rad_s[axis] <= SLOW_BLENDS * p.friction_blend_rad_s[axis] and",
         "True and",
         PACE,
     ),

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 import pytest
-from law_rig import LawRig, T, of_rows
+from law_rig import NOMINAL, LawRig, T, of_rows
 
 from rtctl.control.braking import unbraked_share
 from rtctl.control.feedforward import advance_gate, advance_intent, wished_push
-from rtctl.control.pace import PACE_S, SLOW_RAD_S, SLOW_TIMES, advance_pace, is_slow
+from rtctl.control.pace import PACE_S, SLOW_BLENDS, SLOW_TIMES, advance_pace, is_slow
 from rtctl.control.records import Record
 from rtctl.control.resting import BENT_S, REST_HZ
 from rtctl.control.velocity import lowpass_alpha
@@ -19,6 +19,7 @@ from rtctl.control.vocabulary import Display, Policy
 PACE, BRAKE, GATE = of_rows(advance_pace), of_rows(unbraked_share), of_rows(advance_gate)
 SLOW = lowpass_alpha(REST_HZ, T)
 GATE_ALPHA = -math.expm1(-T / 0.01)
+SLOW_PACE = SLOW_BLENDS * NOMINAL["friction_blend_rad_s"]
 SECOND = range(round(1.0 / T))
 
 
@@ -53,14 +54,12 @@ def test_a_speed_that_is_no_number_changes_no_pace():
     assert rig.state["pace_rad_s"][0, 0] == 0.5
 
 
-@pytest.mark.parametrize(
-    ("pace_rad_s", "slow"), [(0.0, True), (SLOW_RAD_S, True), (1.01 * SLOW_RAD_S, False)]
-)
+@pytest.mark.parametrize(("pace_rad_s", "slow"), [(0.0, True), (SLOW_PACE, True), (1.01 * SLOW_PACE, False)])
 def test_a_hand_is_slow_up_to_a_mean_speed_and_the_joint_of_a_virtual_mass_never(pace_rad_s, slow):
     rig = moved(pace_rad_s)
-    assert bool(is_slow(rig.state[0], 0)) is slow
+    assert bool(is_slow(rig.state[0], rig.params[0], 0)) is slow
     rig.state["display_kind"] = int(Display.ADMITTANCE)
-    assert not is_slow(rig.state[0], 0)
+    assert not is_slow(rig.state[0], rig.params[0], 0)
 
 
 def ring(tick, mean_nm=0.015, by_nm=0.04, hz=35.0):
