@@ -16,7 +16,7 @@ from rtctl.control.friction_curve import BACKWARD, FORWARD, branch_magnitude
 from rtctl.control.friction_factor import followed_share
 from rtctl.control.jit import compiled, inlined
 from rtctl.control.load_friction import load_friction, load_gain
-from rtctl.control.pace import eased, is_slow
+from rtctl.control.pace import GATE_TIMES, is_slow
 from rtctl.control.place_friction import place_magnitude
 from rtctl.control.place_trust import place_of, place_trust
 from rtctl.control.records import Record
@@ -171,17 +171,17 @@ def advance_intent(s: Record, p: Record, axis: int, push: float) -> None:
 def advance_gate(s: Record, p: Record, axis: int, hand: float) -> float:
     """Force gate g <- LPF clip((|tau_h| - deadband)/tau_g, 0, 1): without a hand there is no feed-forward.
 
-    It closes no faster than `resting.REST_HZ`: a hand's torque passes zero in every stroke, while the joint is slowed down. In the
-    grip of a slow hand it is `eased` by `pace`.
+    It closes no faster than `resting.REST_HZ`: a hand's torque passes zero in every stroke, while the joint is slowed down. While
+    a slow hand slides the joint on, `pace.GATE_TIMES` that.
     """
     width = p.friction_gate_nm[axis] * (SLIDING_GATE if slides(s, axis) else 1.0)
     wanted = saturate(max(abs(hand) - p.friction_gate_deadband_nm[axis], 0.0) / width)
     alpha = while_bent(s, p, axis, p.friction_gate_alpha[axis], 1.0)
     if wanted < s.friction_gate[axis]:
-        alpha = min(alpha, p.rest_alpha[axis])
+        moves_slowly = is_slow(s, p, axis) and slides(s, axis) and not rests(s, p, axis)
+        alpha = min(alpha, p.rest_alpha[axis] * (GATE_TIMES if moves_slowly else 1.0))
     s.friction_gate[axis] += alpha * (wanted - s.friction_gate[axis])
-    s.friction_gate_eased[axis] = eased(s, p, axis, s.friction_gate_eased[axis], s.friction_gate[axis])
-    return s.friction_gate_eased[axis]
+    return s.friction_gate[axis]
 
 
 @compiled

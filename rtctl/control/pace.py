@@ -8,9 +8,10 @@ and no eigenvalue covers it, since it has corners. So
 
 - on a joint that slides the direction is that of the motion, at any pace (`feedforward`): a hand that wants to turn back brakes first;
 - in the turn of a slow hand the intent goes from there to the hand's torque as slowly as at rest;
-- the brake (`braking`) goes by the mean push of a slow hand, through `SLOW_TIMES` the low-pass of rest: a ring about a push that moves the joint
+- the brake (`braking`) goes by the mean push of a slow hand, through `BRAKE_TIMES` the low-pass of rest: a ring about a push that moves the joint
   brakes nothing. Clipped first, each half period would take help away too late, which is negative damping;
-- the gate, which follows the peaks of the hand's torque, passes another such low-pass, so that what is left of the ring does not come through.
+- the gate, which opens at once and stands at the peaks of the hand's torque, closes at `GATE_TIMES` the rate of rest while a slow hand slides the joint on:
+  between two peaks of a ring it hardly sinks.
 
 A brisk hand is answered as quickly as before: its turns take some hundredths of a second, in which it would be held back, and the joint
 is slow there for as long only. An admittance follows its mass, whose hand is another loop (`admittance_margin`).
@@ -30,8 +31,11 @@ PACE_S = 0.3
 SLOW_BLENDS = 2.5
 """A hand is slow up to so many times the speed v_b below which the direction counts as one of rest: .2 rad/s."""
 
-SLOW_TIMES = 2.5
-"""Brake and gate of a slow hand follow so many times as fast as the intent at rest: 5 Hz."""
+BRAKE_TIMES = 2.5
+"""The push that the brake of a slow hand goes by follows so many times as fast as the intent at rest: 5 Hz."""
+
+GATE_TIMES = 0.25
+"""The gate of a slow hand that slides the joint on closes so many times as fast as else: .5 Hz."""
 
 
 @compiled
@@ -53,4 +57,4 @@ def eased(s: Record, p: Record, axis: int, before: float, now: float) -> float:
     """What follows the hand's torque, `now`, through a low-pass where the hand is slow."""
     if not is_slow(s, p, axis):
         return now
-    return before + min(SLOW_TIMES * p.rest_alpha[axis], 1.0) * (now - before)
+    return before + min(BRAKE_TIMES * p.rest_alpha[axis], 1.0) * (now - before)

@@ -107,10 +107,17 @@ SEEDS = (
         PACE,
     ),
     Seed(
-        "the gate lets the ring of a slow hand through",
+        "the gate sinks between the peaks of a slow hand's ring",
         "rtctl/control/feedforward.py",
-        "eased(s, p, axis, s.friction_gate_eased[axis], s.friction_gate[axis])",
-        "s.friction_gate[axis]",
+        "(GATE_TIMES if moves_slowly else 1.0)",
+        "1.0",
+        PACE,
+    ),
+    Seed(
+        "the gate of a slow hand stays open when the joint has come to rest",
+        "rtctl/control/feedforward.py",
+        "and slides(s, axis) and not rests(s, p, axis)\n        alpha",
+        "\n        alpha",
         PACE,
     ),
     Seed(

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import pytest
 from law_rig import NOMINAL, LawRig, T, of_rows
 
 from rtctl.control.braking import unbraked_share
 from rtctl.control.feedforward import advance_gate, advance_intent, wished_push
-from rtctl.control.pace import PACE_S, SLOW_BLENDS, SLOW_TIMES, advance_pace, is_slow
+from rtctl.control.jit import compiled
+from rtctl.control.pace import GATE_TIMES, PACE_S, SLOW_BLENDS, advance_pace, is_slow
 from rtctl.control.records import Record
 from rtctl.control.resting import BENT_S, REST_HZ
 from rtctl.control.velocity import lowpass_alpha
@@ -98,16 +98,30 @@ def test_a_push_that_is_no_number_is_forgotten():
     assert share == pytest.approx(0.0, abs=1e-9)
 
 
-def rippled(pace_rad_s):
+def closed(pace_rad_s, ticks=10, **state):
+    """What is left of an open gate after so many ticks without a push."""
     rig = moved(pace_rad_s)
-    gates = [GATE(rig.state, rig.params, 0, ring(tick, mean_nm=0.0)) for tick in SECOND]
-    return float(np.ptp(gates[len(gates) // 2 :]))
+    rig.state["friction_gate"] = 1.0
+    for name, value in state.items():
+        rig.state[name] = value
+    for _ in range(ticks):
+        gate = GATE(rig.state, rig.params, 0, 0.0)
+    return gate
 
 
-def test_the_gate_hardly_follows_the_ring_of_a_slow_hand():
-    at_once = rippled(1.0)
-    assert at_once > 0.02
-    assert rippled(0.0) < 1.5 * SLOW_TIMES * REST_HZ / 70.0 * at_once, "it opens twice in a period"
+def test_the_gate_of_a_slow_hand_hardly_sinks_between_the_peaks_of_its_ring():
+    assert closed(1.0) == pytest.approx((1 - SLOW) ** 10)
+    assert closed(0.0) == pytest.approx((1 - GATE_TIMES * SLOW) ** 10)
+
+
+@pytest.mark.parametrize("state", [{"bristle_share": 0.9}, {"bent_ticks": round(BENT_S / T) + 1}])
+def test_in_a_turn_and_at_rest_it_closes_as_ever(state):
+    assert closed(0.0, **state) == pytest.approx((1 - SLOW) ** 10)
+
+
+def test_it_opens_at_once_to_a_slow_hand():
+    rig = moved(0.0)
+    assert GATE(rig.state, rig.params, 0, 1.0) == pytest.approx(GATE_ALPHA)
 
 
 def direction(rig, ticks, hand_nm, bristle_share=None, stop=None):
@@ -122,6 +136,7 @@ def direction(rig, ticks, hand_nm, bristle_share=None, stop=None):
     return float(rig.state["friction_intent_nm"][0, 0]) / 0.05
 
 
+@compiled
 def _advance(s: Record, p: Record, axis: int) -> None:
     advance_intent(s, p, axis, wished_push(s, p, axis))
 
