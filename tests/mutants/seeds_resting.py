@@ -11,7 +11,7 @@ SEEDS = (
     Seed(
         "on bent bristles the help follows the hand at once",
         "rtctl/control/resting.py",
-        "return min(alpha, times * p.rest_alpha[axis]) if is_bent else alpha",
+        "return min(alpha, times * p.rest_alpha[axis]) if rests(s, p, axis) else alpha",
         "return alpha",
         RESTING,
     ),
