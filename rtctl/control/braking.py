@@ -15,18 +15,22 @@ itself, and its joint must follow: it is helped as ever. Less help never breaks 
 
 from __future__ import annotations
 
+import math
+
 from rtctl.control.display import is_admittance
 from rtctl.control.dry_friction import slides
 from rtctl.control.jit import compiled
+from rtctl.control.pace import eased
 from rtctl.control.records import Record
 
 
 @compiled
 def unbraked_share(t: Record, s: Record, p: Record, axis: int) -> float:
     """Advance `friction_brake` of the state; return the share of the help that is left, 0 to 1. A torque that is no number brakes nothing."""
+    push = eased(s, p, axis, s.friction_push_nm[axis], t.hand_torque_nm[axis] + t.coupling_torque_nm[axis])
+    s.friction_push_nm[axis] = push if math.isfinite(push) else 0.0
     wanted = 0.0
     if slides(s, axis) and not is_admittance(s, axis):
-        push = t.hand_torque_nm[axis] + t.coupling_torque_nm[axis]
         against = -push if s.bristle_share[axis] > 0.0 else push
         beyond = against - p.friction_gate_deadband_nm[axis]
         if beyond > 0.0 and p.friction_brake_nm[axis] > 0.0:

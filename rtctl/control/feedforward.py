@@ -16,10 +16,11 @@ from rtctl.control.friction_curve import BACKWARD, FORWARD, branch_magnitude
 from rtctl.control.friction_factor import followed_share
 from rtctl.control.jit import compiled, inlined
 from rtctl.control.load_friction import load_friction, load_gain
+from rtctl.control.pace import GATE_TIMES, is_slow
 from rtctl.control.place_friction import place_magnitude
 from rtctl.control.place_trust import place_of, place_trust
 from rtctl.control.records import Record
-from rtctl.control.resting import calm_speed, while_bent
+from rtctl.control.resting import calm_speed, is_bent, while_bent
 from rtctl.control.vocabulary import Fault, Policy
 
 _OFF = int(Policy.OFF)
@@ -124,14 +125,16 @@ def advance_stop(s: Record, p: Record, axis: int, dx: float) -> None:
 
 
 @compiled
-def _push(s: Record, p: Record, axis: int) -> float:
-    """What a joint at rest is to be helped with, N m: the hand's torque; of a virtual mass the way it goes, tau_g at v_b.
+def wished_push(s: Record, p: Record, axis: int) -> float:
+    """What the intent follows, N m: at rest and in a turn the hand's torque, under `hybrid` on a joint that slides its motion, tau_g at its end.
 
-    A mass that leans on a world stands: its hand has what it asked for already, and help would push the joint on into the world,
-    until the spring of the servo stops it.
+    Of a virtual mass the way it goes, tau_g at v_b. A mass that leans on a world stands: its hand has what it asked for already, and
+    help would push the joint on into the world, until the spring of the servo stops it.
     """
     if is_admittance(s, axis):
         return s.mass_velocity_rad_s[axis] / p.friction_blend_rad_s[axis] * p.friction_intent_nm[axis]
+    if p.friction_policy[axis] == _HYBRID and slides(s, axis) and not is_bent(s, p, axis):
+        return s.friction_stop[axis] * p.friction_intent_nm[axis]
     return s.calm_hand_nm[axis]
 
 
@@ -153,9 +156,12 @@ def advance_intent(s: Record, p: Record, axis: int, push: float) -> None:
     """Low-pass what a joint at rest is to be helped with, N m, for the intent; one that is not finite empties it.
 
     Unfiltered, the mass of a hand closes a loop within one tick: its torque falls by m/(J + m) of what the motor adds,
-    and kappa F/tau_g times that is above 1 for a few grams on a small joint, which then buzzes at half the rate.
+    and kappa F/tau_g times that is above 1 for a few grams on a small joint, which then buzzes at half the rate. In the turn
+    of a slow hand it is as slow as at rest (`pace`).
     """
     alpha = while_bent(s, p, axis, p.friction_intent_alpha[axis], 1.0)
+    if p.friction_policy[axis] == _HYBRID and is_slow(s, p, axis) and not slides(s, axis):
+        alpha = min(alpha, p.rest_alpha[axis])
     s.friction_intent_nm[axis] += alpha * (push - s.friction_intent_nm[axis])
     if not math.isfinite(s.friction_intent_nm[axis]):
         s.friction_intent_nm[axis] = 0.0
@@ -165,13 +171,15 @@ def advance_intent(s: Record, p: Record, axis: int, push: float) -> None:
 def advance_gate(s: Record, p: Record, axis: int, hand: float) -> float:
     """Force gate g <- LPF clip((|tau_h| - deadband)/tau_g, 0, 1): without a hand there is no feed-forward.
 
-    It closes no faster than `resting.REST_HZ`: a hand's torque passes zero in every stroke, while the joint is slowed down.
+    It closes no faster than `resting.REST_HZ`: a hand's torque passes zero in every stroke, while the joint is slowed down. While
+    a slow hand slides the joint on, `pace.GATE_TIMES` that.
     """
     width = p.friction_gate_nm[axis] * (SLIDING_GATE if slides(s, axis) else 1.0)
     wanted = saturate(max(abs(hand) - p.friction_gate_deadband_nm[axis], 0.0) / width)
     alpha = while_bent(s, p, axis, p.friction_gate_alpha[axis], 1.0)
     if wanted < s.friction_gate[axis]:
-        alpha = min(alpha, p.rest_alpha[axis])
+        moves_slowly = is_slow(s, p, axis) and slides(s, axis) and not is_bent(s, p, axis)
+        alpha = min(alpha, p.rest_alpha[axis] * (GATE_TIMES if moves_slowly else 1.0))
     s.friction_gate[axis] += alpha * (wanted - s.friction_gate[axis])
     return s.friction_gate[axis]
 
@@ -246,7 +254,7 @@ def friction_feedforward(
     policy = p.friction_policy[axis]
     way, led = _led_by(s, p, axis, dx, v)
     advance_stop(s, p, axis, way)
-    advance_intent(s, p, axis, _push(s, p, axis))
+    advance_intent(s, p, axis, wished_push(s, p, axis))
     gate = advance_gate(s, p, axis, hand) if has_gate(policy) else 1.0
     direction = saturate(friction_direction(s, p, axis, led, t.tick))
     side = direction if direction != 0.0 else v

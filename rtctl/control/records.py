@@ -332,6 +332,8 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "watch_share": (),
             "remote_position_rad": (),  # the renderer's end of the spring to the mass
             "friction_gate": (),
+            "friction_push_nm": (),  # torque of hand and coupling that the brake goes by (control.pace)
+            "pace_rad_s": (),  # mean speed of the last tenths of a second
             "friction_brake": (),  # share of the help that a hand which brakes the joint takes back, 0..1
             # strokes that shrink (control.shrinking)
             "stroke_peak_rad_s": (),  # largest speed of the present stroke

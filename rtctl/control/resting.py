@@ -34,6 +34,7 @@ from rtctl.control.assistance import CREEP_RAD_S
 from rtctl.control.display import is_admittance
 from rtctl.control.dry_friction import slides
 from rtctl.control.jit import compiled
+from rtctl.control.pace import advance_pace
 from rtctl.control.records import Record
 
 REST_COUNTS = 1.5
@@ -81,6 +82,7 @@ def advance_rest(s: Record, p: Record, axis: int, hand: float) -> None:
     before = s.calm_hand_nm[axis]
     if not math.isfinite(before):
         before = 0.0
+    advance_pace(s, p, axis)
     s.calm_hand_nm[axis] = before + while_bent(s, p, axis, 1.0, 1.0) * (hand - before)
 
 
@@ -107,10 +109,15 @@ def calm_speed(s: Record, p: Record, axis: int, speed: float) -> float:
 
 
 @compiled
+def is_bent(s: Record, p: Record, axis: int) -> bool:
+    """True when the joint has not moved on for `BENT_S`."""
+    return s.bent_ticks[axis] * p.period_s > BENT_S
+
+
+@compiled
 def while_bent(s: Record, p: Record, axis: int, alpha: float, times: float) -> float:
     """Low-pass coefficient per tick, `alpha` (0 to 1) on a joint that slides; `times` that of rest on bent bristles."""
-    is_bent = s.bent_ticks[axis] * p.period_s > BENT_S
-    return min(alpha, times * p.rest_alpha[axis]) if is_bent else alpha
+    return min(alpha, times * p.rest_alpha[axis]) if is_bent(s, p, axis) else alpha
 
 
 @compiled

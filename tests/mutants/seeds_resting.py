@@ -5,12 +5,13 @@ from __future__ import annotations
 from seed import Seed
 
 RESTING = ("tests/unit/control/test_resting.py",)
+PACE = ("tests/unit/control/test_pace.py",)
 
 SEEDS = (
     Seed(
         "on bent bristles the help follows the hand at once",
         "rtctl/control/resting.py",
-        "return min(alpha, times * p.rest_alpha[axis]) if is_bent else alpha",
+        "return min(alpha, times * p.rest_alpha[axis]) if is_bent(s, p, axis) else alpha",
         "return alpha",
         RESTING,
     ),
@@ -83,5 +84,61 @@ SEEDS = (
         "REST_COUNTS = 1.5",
         "REST_COUNTS = 0.5",
         RESTING,
+    ),
+    Seed(
+        "on a joint that slides the help turns with the hand's torque",
+        "rtctl/control/feedforward.py",
+        "    if p.friction_policy[axis] == _HYBRID and slides(s, axis) and not is_bent(s, p, axis):\n",
+        "    if False:\n",
+        PACE,
+    ),
+    Seed(
+        "in the turn of a slow hand the intent follows it at once",
+        "rtctl/control/feedforward.py",
+        "is_slow(s, p, axis) and not slides(s, axis):\n        alpha = min(alpha, p.rest_alpha[axis])",
+        "is_slow(s, p, axis) and not slides(s, axis):\n        pass",
+        PACE,
+    ),
+    Seed(
+        "the ring of a slow hand takes help away and gives it back",
+        "rtctl/control/braking.py",
+        "push = eased(",
+        "push = (lambda *given: given[-1])(",
+        PACE,
+    ),
+    Seed(
+        "the gate sinks between the peaks of a slow hand's ring",
+        "rtctl/control/feedforward.py",
+        "(GATE_TIMES if moves_slowly else 1.0)",
+        "1.0",
+        PACE,
+    ),
+    Seed(
+        "the gate of a slow hand stays open when the joint has come to rest",
+        "rtctl/control/feedforward.py",
+        "and slides(s, axis) and not is_bent(s, p, axis)\n        alpha",
+        "\n        alpha",
+        PACE,
+    ),
+    Seed(
+        "every hand is slow",
+        "rtctl/control/pace.py",
+        "s.pace_rad_s[axis] <= SLOW_BLENDS * p.friction_blend_rad_s[axis] and",
+        "True and",
+        PACE,
+    ),
+    Seed(
+        "the hand of a virtual mass is slow",
+        "rtctl/control/pace.py",
+        " and not is_admittance(s, axis)",
+        "",
+        PACE,
+    ),
+    Seed(
+        "the pace is the speed of this tick",
+        "rtctl/control/pace.py",
+        "min(p.period_s / PACE_S, 1.0) *",
+        "1.0 *",
+        PACE,
     ),
 )

@@ -1,0 +1,60 @@
+"""How fast is the hand? One that moves the joint slowly is not answered by its torque at once, for that shakes it.
+
+    pace <- LP |v|, `PACE_S`                      slow: pace <= `SLOW_BLENDS` v_b
+
+Help F in the direction and to the share that a hand's torque asks for is a gain from that torque to the motor's, F/tau_g and more: 7 and 20 on
+the joints that were measured. Through low-passes of 16 and 50 Hz that is a loop which rings with an elastic joint or a stiff hand at 30 to 60 Hz,
+and no eigenvalue covers it, since it has corners. So
+
+- on a joint that slides the direction is that of the motion, at any pace (`feedforward`): a hand that wants to turn back brakes first;
+- in the turn of a slow hand the intent goes from there to the hand's torque as slowly as at rest;
+- the brake (`braking`) goes by the mean push of a slow hand, through `BRAKE_TIMES` the low-pass of rest: a ring about a push that moves the joint
+  brakes nothing. Clipped first, each half period would take help away too late, which is negative damping;
+- the gate, which opens at once and stands at the peaks of the hand's torque, closes at `GATE_TIMES` the rate of rest while a slow hand slides the joint on:
+  between two peaks of a ring it hardly sinks.
+
+A brisk hand is answered as quickly as before: its turns take some hundredths of a second, in which it would be held back, and the joint
+is slow there for as long only. An admittance follows its mass, whose hand is another loop (`admittance_margin`).
+"""
+
+from __future__ import annotations
+
+import math
+
+from rtctl.control.display import is_admittance
+from rtctl.control.jit import compiled
+from rtctl.control.records import Record
+
+PACE_S = 0.3
+"""Time constant of the mean speed."""
+
+SLOW_BLENDS = 2.5
+"""A hand is slow up to so many times the speed v_b below which the direction counts as one of rest: .2 rad/s."""
+
+BRAKE_TIMES = 2.5
+"""The push that the brake of a slow hand goes by follows so many times as fast as the intent at rest: 5 Hz."""
+
+GATE_TIMES = 0.25
+"""The gate of a slow hand that slides the joint on closes so many times as fast as else: .5 Hz."""
+
+
+@compiled
+def advance_pace(s: Record, p: Record, axis: int) -> None:
+    """Take the speed of this tick in; one that is no number is none."""
+    speed = abs(s.velocity_rad_s[axis])
+    if math.isfinite(speed):
+        s.pace_rad_s[axis] += min(p.period_s / PACE_S, 1.0) * (speed - s.pace_rad_s[axis])
+
+
+@compiled
+def is_slow(s: Record, p: Record, axis: int) -> bool:
+    """True where a hand moves the joint slowly, or not at all; never of an admittance."""
+    return s.pace_rad_s[axis] <= SLOW_BLENDS * p.friction_blend_rad_s[axis] and not is_admittance(s, axis)
+
+
+@compiled
+def eased(s: Record, p: Record, axis: int, before: float, now: float) -> float:
+    """What follows the hand's torque, `now`, through a low-pass where the hand is slow."""
+    if not is_slow(s, p, axis):
+        return now
+    return before + min(BRAKE_TIMES * p.rest_alpha[axis], 1.0) * (now - before)
